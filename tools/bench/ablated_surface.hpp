@@ -92,18 +92,12 @@ class AblatedTip {
     return with_family(asset_.curves, [&](auto f) noexcept {
       using F = decltype(f);
       auto memory = F::template load<double>(contact_.memory);
-      auto kinematics = F::kinematics(asset_.curves, surface.standing(), x, memory);
-      const Vec3d from = kinematics.spot.point;
-      slide<F>(asset_.curves, x, surface, kinematics, memory);
-      F::carry(asset_.curves, memory, kinematics.spot.point - from, kinematics.spot.normal);
-      kinematics = F::kinematics(asset_.curves, surface.standing(), x, memory);
-      const auto& under = F::under(asset_.curves, kinematics);
-      const auto slipped = F::slip(asset_.curves, under, kinematics, memory);
+      const auto step = law_step<F>(asset_.curves, x, Decay(), surface, memory);
       F::save(memory, contact_.memory);
       contact_.triangle = surface.triangle();
       for (int k = 0; k < 3; ++k) contact_.weight[k] = surface.weight(k);
-      if (!(kinematics.d.normal_m > 0)) release(contact_);
-      return F::answer(asset_.curves, under, kinematics, slipped).force_N;
+      if (!(step.kinematics.d.normal_m > 0)) release(contact_);
+      return step.answer.force_N;
     });
   }
 

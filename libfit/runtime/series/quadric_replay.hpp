@@ -38,7 +38,8 @@ class SeriesPoint {
     s.stiffness[0] = memory_.slipping_N_m;
     Vec3d answer{0, 0, 0};
     const Vec3d before = seen_;
-    settle(s, &before, [&](int, const Vec3d& y) noexcept {
+    SeriesMatrix matrix;
+    settle(s, matrix, &before, [&](int, const Vec3d& y) noexcept {
       seen_ = y;
       return answer = respond(y);
     });

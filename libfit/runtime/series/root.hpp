@@ -21,6 +21,8 @@ namespace runtime {
 constexpr int kMaxContacts = 8;
 constexpr int kMaxSettleSteps = 16;      ///< answers of each law for one root; 2 to 4 as a rule
 constexpr double kSettleTolerance = 1e-7;  ///< of the forces, before the last correction
+/// Of forces that only an energy is asked for: by (M64b) it is then right to 1e-8, and below.
+constexpr double kEnergyTolerance = 1e-4;
 constexpr double kSettleZero_N = 1e-12;    ///< below it a force is noise
 constexpr double kSettleFall = 0.1;  ///< a step that leaves more of the error has a new matrix made
 
@@ -48,26 +50,28 @@ struct GiveBetween {
   }
 };
 
-/// 1 + K C of n contacts with stiffnesses K_i, factored: L U with row pivots.
+/// 1 + K C of n contacts with stiffnesses K_i, factored: L U with row pivots, column by column, so
+/// that compilers take several rows at once.
 class SeriesMatrix {
  public:
-  /// False where it has no inverse; solve() then is the identity.
-  bool factor(const GiveBetween& give, double share, const double* const* K) noexcept {
+  bool is_made() const noexcept { return size_ > 0; }
+
+  /// Where it has no inverse, solve() is the identity.
+  void factor(const GiveBetween& give, double share, const double* const* K) noexcept {
     size_ = 3 * give.count;
     for (int i = 0; i < give.count; ++i)
       for (int j = 0; j < give.count; ++j) {
         const double* C = give.block[i][j];
-        for (int r = 0; r < 3; ++r) {
-          const double a = K[i][3 * r] * share, b = K[i][3 * r + 1] * share,
-                       c = K[i][3 * r + 2] * share;
-          for (int k = 0; k < 3; ++k)
-            m_[3 * i + r][3 * j + k] = a * C[k] + b * C[3 + k] + c * C[6 + k];
-          if (i == j) m_[3 * i + r][3 * j + r] += 1;
+        for (int c = 0; c < 3; ++c) {
+          const double x = C[c] * share, y = C[3 + c] * share, z = C[6 + c] * share;
+          double* const to = column_[3 * j + c] + 3 * i;
+          for (int r = 0; r < 3; ++r)
+            to[r] = K[i][3 * r] * x + K[i][3 * r + 1] * y + K[i][3 * r + 2] * z;
+          if (i == j) to[c] += 1;
         }
       }
     is_regular_ = true;
     for (int c = 0; c < size_ && is_regular_; ++c) is_regular_ = eliminate(c);
-    return is_regular_;
   }
 
   /// v becomes (1 + K C)^-1 v.
@@ -80,32 +84,34 @@ class SeriesMatrix {
       b[c] = b[pivot_[c]];
       b[pivot_[c]] = kept;
     }
-    for (int r = 1; r < size_; ++r)
-      for (int k = 0; k < r; ++k) b[r] -= m_[r][k] * b[k];
-    for (int r = size_ - 1; r >= 0; --r) {
-      for (int k = r + 1; k < size_; ++k) b[r] -= m_[r][k] * b[k];
-      b[r] *= inverse_[r];
+    for (int c = 0; c < size_; ++c)
+      for (int r = c + 1; r < size_; ++r) b[r] -= column_[c][r] * b[c];
+    for (int c = size_ - 1; c >= 0; --c) {
+      b[c] *= inverse_[c];
+      for (int r = 0; r < c; ++r) b[r] -= column_[c][r] * b[c];
     }
     for (int i = 0; i < size_ / 3; ++i) v[i] = make_vec3<double>(b + 3 * i);
   }
 
  private:
   bool eliminate(int c) noexcept {
+    double* const at = column_[c];
     int pivot = c;
     for (int r = c + 1; r < size_; ++r)
-      if (std::fabs(m_[r][c]) > std::fabs(m_[pivot][c])) pivot = r;
+      if (std::fabs(at[r]) > std::fabs(at[pivot])) pivot = r;
     pivot_[c] = pivot;
-    if (!(std::fabs(m_[pivot][c]) > 1e-9)) return false;
+    if (!(std::fabs(at[pivot]) > 1e-9)) return false;
     for (int k = 0; k < size_ && pivot != c; ++k) {
-      const double kept = m_[c][k];
-      m_[c][k] = m_[pivot][k];
-      m_[pivot][k] = kept;
+      const double kept = column_[k][c];
+      column_[k][c] = column_[k][pivot];
+      column_[k][pivot] = kept;
     }
-    inverse_[c] = 1 / m_[c][c];
-    for (int r = c + 1; r < size_; ++r) {
-      const double factor = m_[r][c] *= inverse_[c];
-      if (factor == 0) continue;
-      for (int k = c + 1; k < size_; ++k) m_[r][k] -= factor * m_[c][k];
+    inverse_[c] = 1 / at[c];
+    for (int r = c + 1; r < size_; ++r) at[r] *= inverse_[c];
+    for (int k = c + 1; k < size_; ++k) {
+      double* const to = column_[k];
+      const double factor = to[c];
+      for (int r = c + 1; r < size_; ++r) to[r] -= factor * at[r];
     }
     return true;
   }
@@ -113,7 +119,7 @@ class SeriesMatrix {
   int size_ = 0;
   bool is_regular_ = false;
   int pivot_[3 * kMaxContacts];
-  double inverse_[3 * kMaxContacts], m_[3 * kMaxContacts][3 * kMaxContacts];
+  double inverse_[3 * kMaxContacts], column_[3 * kMaxContacts][3 * kMaxContacts];
 };
 
 /// The unknowns of one root.
@@ -148,76 +154,105 @@ inline void correct_stiffness(double K[9], const Vec3d& moved, const Vec3d& answ
     for (int c = 0; c < 3; ++c) K[3 * r + c] += o[r] * w[c];
 }
 
-/// Brings the forces to the root of (M63), by Newton's steps with stiffnesses that each answer
-/// corrects. before: where each law saw its tool when it answered the guess. respond(i, y): the
-/// answer of law i to a tool at y; its last calls are with the forces that are kept. false:
-/// kMaxSettleSteps were not enough, and the nearest forces are kept.
+/// A root that is being looked for.
 template <class Respond>
-bool settle(SeriesForces& s, const Vec3d* before, const Respond& respond) noexcept {
-  const int n = s.count();
-  SeriesMatrix matrix;
-  const double* K[kMaxContacts];
-  for (int i = 0; i < n; ++i) K[i] = s.stiffness[i];
-  matrix.factor(*s.give, s.share, K);
-  Vec3d place[kMaxContacts], answer[kMaxContacts], rest[kMaxContacts], step[kMaxContacts],
-      next[kMaxContacts];
-  for (int i = 0; i < n; ++i) step[i] = times(K[i], s.seen(i) - before[i]);
-  matrix.solve(step);
-  for (int i = 0; i < n; ++i) s.force[i] = s.force[i] + step[i];
-  double error = 0, size = 0;
-  for (int i = 0; i < n; ++i) {
-    place[i] = s.seen(i);
-    answer[i] = respond(i, place[i]);
-    rest[i] = answer[i] - s.force[i];
-    error += dot(rest[i], rest[i]);
-    size += dot(answer[i], answer[i]);
+class SeriesSearch {
+ public:
+  SeriesSearch(SeriesForces& s, SeriesMatrix& matrix, double tolerance,
+               const Respond& respond) noexcept
+      : s_(s), n_(s.count()), matrix_(matrix), tolerance_(tolerance), respond_(respond) {}
+
+  /// Newton's step from forces that the laws answered with their tools at `before`.
+  void predict(const Vec3d* before) noexcept {
+    Vec3d step[kMaxContacts];
+    for (int i = 0; i < n_; ++i) step[i] = times(s_.stiffness[i], s_.seen(i) - before[i]);
+    solve(step);
+    for (int i = 0; i < n_; ++i) s_.force[i] = s_.force[i] + step[i];
   }
-  bool is_root = false, is_last = true;
-  for (int k = 0;; ++k) {
-    is_root = error <= kSettleTolerance * kSettleTolerance * size + kSettleZero_N * kSettleZero_N;
-    if (is_root || k == kMaxSettleSteps || !(error < 1e300)) break;
-    for (int i = 0; i < n; ++i) step[i] = rest[i];
-    matrix.solve(step);
-    double next_error = 0, next_size = 0;
-    for (int i = 0; i < n; ++i) {
-      next[i] = s.force[i];
-      s.force[i] = s.force[i] + step[i];
-    }
-    Vec3d next_place[kMaxContacts], next_answer[kMaxContacts];
-    for (int i = 0; i < n; ++i) {
-      next_place[i] = s.seen(i);
-      next_answer[i] = respond(i, next_place[i]);
-      const Vec3d left = next_answer[i] - s.force[i];
-      next_error += dot(left, left);
-      next_size += dot(next_answer[i], next_answer[i]);
-      correct_stiffness(s.stiffness[i], next_place[i] - place[i], next_answer[i] - answer[i],
-                        s.rest[i] - next_place[i]);
-    }
-    is_last = next_error < error;
-    const bool is_slow = !(next_error < kSettleFall * kSettleFall * error);
-    for (int i = 0; i < n; ++i) {
-      if (!is_last) {
-        s.force[i] = next[i];
-        continue;
+  bool run() noexcept {
+    look(at_);
+    bool is_last = true;
+    for (int k = 0; k < kMaxSettleSteps && !is_root() && at_.error < 1e300; ++k) {
+      Vec3d step[kMaxContacts], before[kMaxContacts];
+      for (int i = 0; i < n_; ++i) step[i] = at_.off[i];
+      solve(step);
+      for (int i = 0; i < n_; ++i) {
+        before[i] = s_.force[i];
+        s_.force[i] = s_.force[i] + step[i];
       }
-      place[i] = next_place[i];
-      answer[i] = next_answer[i];
-      rest[i] = answer[i] - s.force[i];
+      Look next;
+      look(next);
+      for (int i = 0; i < n_; ++i)
+        correct_stiffness(s_.stiffness[i], next.place[i] - at_.place[i],
+                          next.answer[i] - at_.answer[i], s_.rest[i] - next.place[i]);
+      is_last = next.error < at_.error;
+      if (!(next.error < kSettleFall * kSettleFall * at_.error)) make_matrix();
+      if (is_last)
+        at_ = next;
+      else
+        for (int i = 0; i < n_; ++i) s_.force[i] = before[i];
     }
-    if (is_last) {
-      error = next_error;
-      size = next_size;
+    if (!is_last)
+      for (int i = 0; i < n_; ++i) respond_(i, at_.place[i]);
+    end();
+    return is_root();
+  }
+
+ private:
+  struct Look {
+    Vec3d place[kMaxContacts], answer[kMaxContacts], off[kMaxContacts];
+    double error = 0, size = 0;  ///< squared
+  };
+  void look(Look& out) noexcept {
+    for (int i = 0; i < n_; ++i) {
+      out.place[i] = s_.seen(i);
+      out.answer[i] = respond_(i, out.place[i]);
+      out.off[i] = out.answer[i] - s_.force[i];
+      out.error += dot(out.off[i], out.off[i]);
+      out.size += dot(out.answer[i], out.answer[i]);
     }
-    if (is_slow) matrix.factor(*s.give, s.share, K);
   }
-  if (!is_last)
-    for (int i = 0; i < n; ++i) respond(i, place[i]);
-  for (int i = 0; i < n; ++i) {
-    s.off[i] = s.more[i] = rest[i];
-    for (int c = 0; c < 9 && !is_root; ++c) s.stiffness[i][c] = 0;  // it leads nowhere
+  bool is_root() const noexcept {
+    return at_.error <= tolerance_ * tolerance_ * at_.size + kSettleZero_N * kSettleZero_N;
   }
-  if (is_root) matrix.solve(s.more);
-  return is_root;
+  void make_matrix() noexcept {
+    const double* K[kMaxContacts];
+    for (int i = 0; i < n_; ++i) K[i] = s_.stiffness[i];
+    matrix_.factor(*s_.give, s_.share, K);
+  }
+  void solve(Vec3d* v) noexcept {
+    if (!matrix_.is_made()) make_matrix();
+    matrix_.solve(v);
+  }
+  void end() noexcept {
+    const bool found = is_root();
+    for (int i = 0; i < n_; ++i) {
+      s_.off[i] = s_.more[i] = at_.off[i];
+      for (int c = 0; c < 9 && !found; ++c) s_.stiffness[i][c] = 0;  // it leads nowhere
+    }
+    if (found && matrix_.is_made()) matrix_.solve(s_.more);
+  }
+
+  SeriesForces& s_;
+  int n_;
+  SeriesMatrix& matrix_;
+  double tolerance_;
+  const Respond& respond_;
+  Look at_;
+};
+
+/// Brings the forces to the root of (M63), by Newton's steps with stiffnesses that each answer
+/// corrects. matrix: of an earlier root near this one, or a fresh one; it is made where it is needed
+/// and where steps are slow. before: where each law saw its tool when it answered the guess; null
+/// where that is as good as can be had. respond(i, y): the answer of law i to a tool at y; its last
+/// calls are with the forces that are kept. false: kMaxSettleSteps were not enough, and the nearest
+/// forces are kept.
+template <class Respond>
+bool settle(SeriesForces& s, SeriesMatrix& matrix, const Vec3d* before, const Respond& respond,
+            double tolerance = kSettleTolerance) noexcept {
+  SeriesSearch<Respond> search(s, matrix, tolerance, respond);
+  if (before != nullptr) search.predict(before);
+  return search.run();
 }
 
 }  // namespace runtime

@@ -157,16 +157,13 @@ class Series {
   void tick(Ledger& ledger) noexcept {
     couple();
     rest(ledger);
-    Vec3d guess[kMaxContacts];
-    for (int i = 0; i < count(); ++i) guess[i] = member_[i].now.force;
     bool is_settled = settle_slipping();
     const bool is_booked = has_slipped() || asset_.body != nullptr;
-    double before_J = 0;
-    if (is_booked) is_settled = settle_before(guess, before_J) && is_settled;
+    const double before_J = is_booked ? settle_before() : 0;
     if (has_tangents_) find_tangents();
     if (commit()) {
       couple();
-      is_settled = settle_holding() && is_settled;
+      is_settled = settle_holding(kSettleTolerance) && is_settled;
     }
     double each_J[kMaxContacts];
     const double after_J = load_all(each_J);
@@ -268,10 +265,10 @@ class Series {
     if (has_flowed) ledger.book(before_J, after_J + give_J(each_J), asset_.has_guard);
   }
 
-  /// A root from the forces that there are. answered: where each law answered these.
+  /// A root from the forces that there are.
   template <class Respond>
-  bool settle_from(const Vec3d* answered, double (SeriesMemory::*stiffness)[9],
-                   const Respond& respond) noexcept {
+  bool settle_from(const Vec3d* before, SeriesMatrix& matrix, double (SeriesMemory::*stiffness)[9],
+                   double tolerance, const Respond& respond) noexcept {
     SeriesForces s;
     s.give = &give_;
     s.share = 1 / relaxation_.fast;
@@ -284,13 +281,14 @@ class Series {
     for (int i = 0; i < count(); ++i)
       s.rest[i] = relaxation_.branches > 0 ? member_[i].whole - give_.sunk(i, flowed)
                                            : member_[i].whole;
-    const bool is_root = settle(s, answered, [&](int i, const Vec3d& y) noexcept {
+    const auto answer = [&](int i, const Vec3d& y) noexcept {
       State& now = member_[i].now;
       now.seen = y;
       const Answer<double> law = respond(i, y);
       now.law_J = law.stored_J;
       return law.force_N * now.held.share;
-    });
+    };
+    const bool is_root = settle(s, matrix, before, answer, tolerance);
     for (int i = 0; i < count(); ++i) {
       member_[i].now.force = s.force[i];
       member_[i].now.off = s.off[i];
@@ -303,7 +301,8 @@ class Series {
   bool settle_slipping() noexcept {
     Vec3d before[kMaxContacts];
     for (int i = 0; i < count(); ++i) before[i] = member_[i].before;
-    return settle_from(before, &SeriesMemory::slipping_N_m,
+    SeriesMatrix matrix;
+    return settle_from(before, matrix, &SeriesMemory::slipping_N_m, kSettleTolerance,
                        [&](int i, const Vec3d& y) noexcept { return try_slip(i, y); });
   }
   Answer<double> try_slip(int i, const Vec3d& y) noexcept {
@@ -323,8 +322,8 @@ class Series {
     return law;
   }
   /// With nothing slipping, where contacts stand.
-  bool settle_holding(const Vec3d* answered) noexcept {
-    return settle_from(answered, &SeriesMemory::holding_N_m, [&](int i, const Vec3d& y) noexcept {
+  bool settle_holding(double tolerance) noexcept {
+    const auto hold_at = [&](int i, const Vec3d& y) noexcept {
       Contact& at = contact(i);
       State& now = member_[i].now;
       const Answer<double> law = with_law_of(i, [&](auto f, auto is_ball) noexcept {
@@ -332,12 +331,8 @@ class Series {
       });
       now.held = stored_in(asset_, at, law.stored_J, Memories());
       return law;
-    });
-  }
-  bool settle_holding() noexcept {
-    Vec3d seen[kMaxContacts];
-    for (int i = 0; i < count(); ++i) seen[i] = member_[i].now.seen;
-    return settle_holding(seen);
+    };
+    return settle_from(nullptr, holding_, &SeriesMemory::holding_N_m, tolerance, hold_at);
   }
 
   bool has_slipped() const noexcept {
@@ -346,31 +341,25 @@ class Series {
     return false;
   }
 
-  /// What was stored with nothing slipped: with the tools where they are, contacts as they stood.
-  bool settle_before(const Vec3d* guess, double& before_J) noexcept {
+  /// What was stored with nothing slipped: with the tools where they are, contacts as they stood. At
+  /// forces f which the laws answer with f + r the least of E is, where laws are convex, not below
+  ///
+  ///     E(f) - 1/2 sum_ij r_i . C_ij r_j                                            (M64b)
+  ///
+  /// so that a root which was not quite found never counts as energy that was there.
+  double settle_before() noexcept {
     State slipping[kMaxContacts];
-    Vec3d before[kMaxContacts];
     double each_J[kMaxContacts];
+    Vec3d off[kMaxContacts];
+    for (int i = 0; i < count(); ++i) slipping[i] = member_[i].now;
+    settle_holding(kEnergyTolerance);
+    double before_J = give_J(each_J);
     for (int i = 0; i < count(); ++i) {
-      slipping[i] = member_[i].now;
-      before[i] = member_[i].before;
-      member_[i].now.force = guess[i];
-    }
-    const bool is_root = settle_holding(before);
-    before_J = give_J(each_J) - shortfall_J();
-    for (int i = 0; i < count(); ++i) {
+      off[i] = member_[i].now.off;
       before_J += member_[i].now.held.stored_J;
       member_[i].now = slipping[i];
     }
-    return is_root;
-  }
-
-  /// E at forces beside the root is above its least by no more than this where laws are convex: with
-  /// it a root that was not quite found never counts as energy that was there.
-  double shortfall_J() const noexcept {
-    Vec3d off[kMaxContacts];
-    for (int i = 0; i < count(); ++i) off[i] = member_[i].now.off;
-    return give_.stored_J(off) / relaxation_.fast;
+    return before_J - give_.stored_J(off) / relaxation_.fast;
   }
 
   /// The trials are what happened: contacts stand where they slid to, and those that let go leave
@@ -491,6 +480,7 @@ class Series {
   const AssetView& asset_;
   const RelaxationView& relaxation_;
   GiveBetween give_;
+  SeriesMatrix holding_;
   Room<Member, kMaxContacts> member_;
   Room<Trial, kMaxContacts> trial_;
   bool has_tangents_ = false;

@@ -30,7 +30,7 @@ struct Player {
     EXPECT_EQ(palpate_open(&asset, bytes.data(), bytes.size()), PALPATE_OK);
     EXPECT_EQ(palpate_start(&contact, &tool), PALPATE_OK);
   }
-  palpate_status tick(const palpate_input& in) { return palpate_tick(&asset, &contact, &in, &out); }
+  palpate_status tick(const palpate_input& in) { return palpate_tick(&asset, &contact, 1, &in, &out); }
   palpate_status tick(const Vec3& x) { return tick(palpate_input_at(x[0], x[1], x[2])); }
 };
 
@@ -44,7 +44,7 @@ TEST(c_abi, a_c_program_feels_the_force_of_the_curve) {
 
 TEST(c_abi, tools_and_bodies_that_move_together_feel_what_they_feel_at_rest) {
   palpate_tool tool = palpate_ball(0.004);
-  tool.offset_m[0] = 0.01, tool.offset_m[1] = -0.02, tool.offset_m[2] = 0.003;
+  tool.centre_m[0][0] = 0.01, tool.centre_m[0][1] = -0.02, tool.centre_m[0][2] = 0.003;
   Player moving(tool);
   Player resting(palpate_ball(0.004));
   for (int i = 0; i < 3000; ++i) {
@@ -53,8 +53,8 @@ TEST(c_abi, tools_and_bodies_that_move_together_feel_what_they_feel_at_rest) {
     Eigen::Isometry3d body = Eigen::Isometry3d::Identity(), held = Eigen::Isometry3d::Identity();
     body.rotate(Eigen::AngleAxisd(2 * t, Vec3(1, 2, -1).normalized()));
     body.pretranslate(Vec3(std::sin(t), 0.5 * t, -0.2));
-    held.rotate(Eigen::AngleAxisd(-3 * t, Vec3(0, 1, 1).normalized()));
-    const Vec3 offset = Vec3::Map(tool.offset_m);
+    held.rotate(body.rotation() * Eigen::AngleAxisd(0.7, Vec3(0, 1, 1).normalized()));
+    const Vec3 offset = Vec3::Map(tool.centre_m[0]);
     held.pretranslate(body * centre - held.rotation() * offset);  // so that the ball is at centre
     palpate_input in = palpate_input_at(0, 0, 0);
     in.tool = pose_of(held);
@@ -247,15 +247,15 @@ TEST(c_abi, every_misuse_has_its_status_and_no_force) {
   Player player(palpate_tip());
   palpate_input in = palpate_input_at(0, 0, 0.031);
   palpate_output& out = player.out;
-  EXPECT_EQ(palpate_tick(nullptr, &player.contact, &in, &out), PALPATE_NULL_ARGUMENT);
+  EXPECT_EQ(palpate_tick(nullptr, &player.contact, 1, &in, &out), PALPATE_NULL_ARGUMENT);
   expect_silence(out, "null asset");
-  EXPECT_EQ(palpate_tick(&player.asset, nullptr, &in, &out), PALPATE_NULL_ARGUMENT);
-  EXPECT_EQ(palpate_tick(&player.asset, &player.contact, nullptr, &out), PALPATE_NULL_ARGUMENT);
-  EXPECT_EQ(palpate_tick(&player.asset, &player.contact, &in, nullptr), PALPATE_NULL_ARGUMENT);
+  EXPECT_EQ(palpate_tick(&player.asset, nullptr, 1, &in, &out), PALPATE_NULL_ARGUMENT);
+  EXPECT_EQ(palpate_tick(&player.asset, &player.contact, 1, nullptr, &out), PALPATE_NULL_ARGUMENT);
+  EXPECT_EQ(palpate_tick(&player.asset, &player.contact, 1, &in, nullptr), PALPATE_NULL_ARGUMENT);
   palpate_asset closed{};
-  EXPECT_EQ(palpate_tick(&closed, &player.contact, &in, &out), PALPATE_ASSET_NOT_OPEN);
+  EXPECT_EQ(palpate_tick(&closed, &player.contact, 1, &in, &out), PALPATE_ASSET_NOT_OPEN);
   palpate_contact raw{};
-  EXPECT_EQ(palpate_tick(&player.asset, &raw, &in, &out), PALPATE_NOT_STARTED);
+  EXPECT_EQ(palpate_tick(&player.asset, &raw, 1, &in, &out), PALPATE_NOT_STARTED);
   EXPECT_EQ(palpate_release(&raw), PALPATE_NOT_STARTED);
   EXPECT_EQ(palpate_release(nullptr), PALPATE_NULL_ARGUMENT);
   EXPECT_EQ(palpate_open(nullptr, player.bytes.data(), 64), PALPATE_NULL_ARGUMENT);
@@ -273,13 +273,14 @@ TEST(c_abi, every_misuse_has_its_status_and_no_force) {
     return made;
   };
   palpate_tool off = palpate_tip();
-  off.offset_m[0] = kNan;
+  off.centre_m[0][0] = kNan;
+  palpate_tool wide = palpate_ball(-1);
   for (const palpate_tool& bad :
-       {off, tool(&palpate_tool::radius_m, -1), tool(&palpate_tool::damping_Ns_m, -1),
+       {off, wide, tool(&palpate_tool::damping_Ns_m, -1),
         tool(&palpate_tool::damping_Ns_m, 1), tool(&palpate_tool::lateral_damping_Ns_m, 2e4),
         tool(&palpate_tool::max_force_N, kNan), tool(&palpate_tool::ramp_s, -1)}) {
     EXPECT_EQ(palpate_start(&raw, &bad), PALPATE_TOOL_WRONG);
-    EXPECT_EQ(palpate_tick(&player.asset, &raw, &in, &out), PALPATE_NOT_STARTED);
+    EXPECT_EQ(palpate_tick(&player.asset, &raw, 1, &in, &out), PALPATE_NOT_STARTED);
   }
 }
 
@@ -336,7 +337,7 @@ TEST(c_abi, a_copied_contact_moves_the_surface_and_every_misuse_has_its_status) 
   palpate_output out;
   for (int i = 0; i <= 30; ++i) {
     const palpate_input in = palpate_input_at(0, 0.0003, 0.031 - 1e-4 * i);
-    palpate_tick(&asset, &contact, &in, &out);
+    palpate_tick(&asset, &contact, 1, &in, &out);
   }
   const palpate_contact copied = contact;
   std::vector<float> moved(3 * static_cast<std::size_t>(info.vertices), 1);
@@ -344,26 +345,27 @@ TEST(c_abi, a_copied_contact_moves_the_surface_and_every_misuse_has_its_status) 
     return std::all_of(moved.begin(), moved.end(), [](float x) { return x == 0; });
   };
   float* const to = moved.data();
-  EXPECT_EQ(palpate_deform(&asset, &copied, 0, info.vertices, to), PALPATE_OK);
+  EXPECT_EQ(palpate_deform(&asset, &copied, 1, 0, info.vertices, to), PALPATE_OK);
   EXPECT_EQ(std::memcmp(&copied, &contact, sizeof copied), 0);
   const float deepest = *std::min_element(moved.begin(), moved.end());
   EXPECT_LT(deepest, -0.0008);
   EXPECT_GT(deepest, -0.003);
-  EXPECT_EQ(palpate_deform(&asset, &copied, 0, info.vertices, nullptr), PALPATE_NULL_ARGUMENT);
+  EXPECT_EQ(palpate_deform(&asset, &copied, 1, 0, info.vertices, nullptr), PALPATE_NULL_ARGUMENT);
   for (const auto& [first, count] :
        {std::pair{-1, 2}, {0, -1}, {0, info.vertices + 1}, {info.vertices, 1}, {1, 1 << 30}}) {
     moved.assign(moved.size(), 1);
-    EXPECT_EQ(palpate_deform(&asset, &copied, first, count, to), PALPATE_VERTICES_WRONG) << first;
+    EXPECT_EQ(palpate_deform(&asset, &copied, 1, first, count, to), PALPATE_VERTICES_WRONG) << first;
     EXPECT_EQ(moved[0], 1);
   }
-  EXPECT_EQ(palpate_deform(nullptr, &copied, 0, info.vertices, to), PALPATE_NULL_ARGUMENT);
+  EXPECT_EQ(palpate_deform(nullptr, &copied, 1, 0, info.vertices, to), PALPATE_NULL_ARGUMENT);
   EXPECT_TRUE(are_zero());
+  EXPECT_EQ(palpate_deform(&asset, &copied, 0, 0, info.vertices, to), PALPATE_COUNT_WRONG);
   const palpate_contact raw{};
-  EXPECT_EQ(palpate_deform(&asset, &raw, 0, info.vertices, to), PALPATE_NOT_STARTED);
-  EXPECT_EQ(palpate_deform(&plain.asset, &copied, 0, info.vertices, to), PALPATE_NO_SHAPE);
+  EXPECT_EQ(palpate_deform(&asset, &raw, 1, 0, info.vertices, to), PALPATE_NOT_STARTED);
+  EXPECT_EQ(palpate_deform(&plain.asset, &copied, 1, 0, info.vertices, to), PALPATE_NO_SHAPE);
   EXPECT_TRUE(are_zero());
   palpate_close(&asset);
-  EXPECT_EQ(palpate_deform(&asset, &copied, 0, info.vertices, to), PALPATE_ASSET_NOT_OPEN);
+  EXPECT_EQ(palpate_deform(&asset, &copied, 1, 0, info.vertices, to), PALPATE_ASSET_NOT_OPEN);
 }
 
 TEST(c_abi, contacts_are_plain_copies) {

@@ -14,7 +14,7 @@ int palpate_c_walk(const void* bytes, uint64_t size, double* force_z_N) {
   status = palpate_start(&contact, &tool);
   for (i = 0; i <= 40 && status == PALPATE_OK; ++i) {
     const palpate_input in = palpate_input_at(0.001, 0.0013, 0.005 - 1e-4 * i);
-    status = palpate_tick(&asset, &contact, &in, &out);
+    status = palpate_tick(&asset, &contact, 1, &in, &out);
   }
   *force_z_N = out.force_on_tool_N[2];
   return status;

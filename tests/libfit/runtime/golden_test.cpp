@@ -22,7 +22,7 @@ TEST(golden, every_version_opens_and_replays_its_own_forces) {
     const Asset asset = Asset::open(bytes.data(), bytes.size(), &status);
     ASSERT_EQ(status, Status::ok) << version << ": " << sentence(status);
     EXPECT_EQ(asset.version, static_cast<std::uint32_t>(version));
-    EXPECT_EQ(asset.curves.family, int(CurveFamily::leaning));
+    EXPECT_EQ(asset.curves.family, int(CurveFamily::separable));
     EXPECT_EQ(asset.check_ticks, 64);
     EXPECT_EQ(std::string(asset.meta, asset.meta_bytes),
               "{\"golden\": \"version " + std::to_string(version) + "\"}");

@@ -182,19 +182,6 @@ inline Model plate_model(double side_m, int cells,
   return model;
 }
 
-/// Makes a model lean: its lean is a curve of these knots and degree 2 that is zero so far.
-inline Controls& make_leaning(Model& model, const std::vector<double>& knots_m) {
-  CurveSet leaning(CurveFamily::leaning);
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    leaning.basis[kind] = model.curves.basis[kind];
-    leaning.control[kind] = model.curves.control[kind];
-  }
-  leaning.basis.back() = {2, knots_m};
-  leaning.control.back() = Controls::Zero(model.curves.points(), 3 * leaning.basis.back().size());
-  model.curves = std::move(leaning);
-  return model.curves.control.back();
-}
-
 /// A closed box about the origin, `cells` x `cells` x 2 triangles a side; normals of edges and
 /// corners are those between their sides.
 inline Model box_model(double half_m, int cells,

@@ -16,8 +16,8 @@ enum class Field {
   smooth
 };  // each node its own curves; one shape that varies by 30 % over 10 cm
 
-// A plate or sphere with random cubic curves that leans its own way.
-void randomize(Model& model, std::mt19937& random, double friction, bool leans, Field field) {
+// A plate or sphere with random cubic curves.
+void randomize(Model& model, std::mt19937& random, double friction, Field field) {
   std::uniform_real_distribution<double> unit(0, 1);
   const Eigen::Index vertices = model.surface.vertices.rows();
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
@@ -39,17 +39,13 @@ void randomize(Model& model, std::mt19937& random, double friction, bool leans, 
                                             : 0.8 + 0.4 * unit(random));
     }
   }
-  if (!leans) return;
-  Controls& lean = make_leaning(model, {0, kRange_m});
-  for (Eigen::Index v = 0; v < vertices; ++v)
-    for (int j = 3; j < 9; ++j) lean(v, j) = 0.0005 + 0.0001 * unit(random);
 }
 
-Loaded random_body(unsigned seed, double friction, bool leans, bool is_round, Field field) {
+Loaded random_body(unsigned seed, double friction, bool is_round, Field field) {
   std::mt19937 random(seed);
   Model model = is_round ? sphere_model(0.03, 40, uniform(400, 300, 0.3))
                          : plate_model(0.1, 20, uniform(400, 300, 0.3));
-  randomize(model, random, friction, leans, field);
+  randomize(model, random, friction, field);
   return load(model);
 }
 
@@ -76,7 +72,7 @@ double gauss_work_J(Tool& tool, const Vec3& from_m, const Vec3& to_m, int pieces
 
 TEST(property, closed_loops_at_a_fixed_contact_do_no_work_whatever_the_curves) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
-    const Loaded body = random_body(seed, 1e6, seed % 2 == 0, seed % 3 == 0, Field::rough);
+    const Loaded body = random_body(seed, 1e6, seed % 3 == 0, Field::rough);
     std::mt19937 random(100 + seed);
     Tool tool(body.asset);
     const Vec3 surface = seed % 3 == 0 ? Vec3(0.004, 0.0031, 0.0295) : Vec3(0.004, 0.0031, 0);
@@ -111,7 +107,7 @@ double blended(const Asset& asset, const Output& out, int curve, double at_m) {
 TEST(property, finished_slips_end_at_the_limit) {
   long slips = 0;
   for (unsigned seed = 1; seed <= 12; ++seed) {
-    const Loaded body = random_body(seed, 0.3, seed % 2 == 0, seed % 3 == 0, Field::rough);
+    const Loaded body = random_body(seed, 0.3, seed % 3 == 0, Field::rough);
     std::mt19937 random(200 + seed);
     for (int walk = 0; walk < 20; ++walk) {
       Tool tool(body.asset);
@@ -145,7 +141,7 @@ TEST(property, finished_slips_end_at_the_limit) {
 
 TEST(property, edge_crossings_at_50_mm_per_s_are_no_larger_than_two_ordinary_ticks) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
-    const Loaded body = random_body(seed, 0.3, seed % 2 == 0, false, Field::smooth);
+    const Loaded body = random_body(seed, 0.3, false, Field::smooth);
     std::mt19937 random(300 + seed);
     const Vec3 along = Vec3(draw(random, 1)[0], draw(random, 1)[1], 0).normalized();
     const Vec3 start =
@@ -172,7 +168,7 @@ TEST(property, edge_crossings_at_50_mm_per_s_are_no_larger_than_two_ordinary_tic
 
 TEST(property, lifting_off_from_any_slide_ends_in_silence_without_a_pop) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    const Loaded body = random_body(seed, 0.3, seed % 2 == 0, seed % 3 == 0, Field::smooth);
+    const Loaded body = random_body(seed, 0.3, seed % 3 == 0, Field::smooth);
     std::mt19937 random(400 + seed);
     const double top = seed % 3 == 0 ? 0.03 : 0;
     const double max_N = 5e-6 * 2000;

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <memory>
 #include <random>
+#include <vector>
 
 #include "libfit/core/error.hpp"
 #include "libfit/runtime/palpate.h"
@@ -16,10 +17,10 @@
 namespace palpate::test {
 namespace {
 
+using runtime::BallTick;
 using runtime::Coupling;
 using runtime::CouplingView;
-using runtime::Joint;
-using runtime::JointTool;
+using runtime::Together;
 
 constexpr double kRadius_m = 0.004;
 
@@ -57,8 +58,8 @@ struct Hands {
   runtime::AssetView asset;
   CouplingView feel;
   std::vector<Contact> contact;
-  std::vector<JointTool> tool;
-  Joint joint;
+  std::vector<BallTick> tool;
+  Together joint;
 
   Hands(const Model& model, const CouplingView& of, std::size_t count)
       : loaded(load(model)), asset(loaded.asset), feel(of), contact(count), tool(count) {
@@ -70,13 +71,14 @@ struct Hands {
     for (std::size_t i = 0; i < tool.size(); ++i) {
       tool[i].contact = &contact[i];
       tool[i].radius_m = kRadius_m;
+      tool[i].tool = static_cast<int>(i);
       Eigen::Map<Vec3>(tool[i].place_m) = centre[i];
     }
     touch_together(asset, joint, tool.data(), static_cast<int>(tool.size()));
   }
   void go(const std::vector<Vec3>& to, int ticks) {
     std::vector<Vec3> from, at = to;
-    for (const JointTool& t : tool) from.push_back(Eigen::Map<const Vec3>(t.place_m));
+    for (const BallTick& t : tool) from.push_back(Eigen::Map<const Vec3>(t.place_m));
     for (int k = 1; k <= ticks; ++k) {
       for (std::size_t i = 0; i < to.size(); ++i) at[i] = from[i] + (to[i] - from[i]) * k / ticks;
       tick(at);
@@ -84,7 +86,7 @@ struct Hands {
   }
   double stored_J() const {
     double sum = 0;
-    for (const JointTool& t : tool) sum += t.out.stored_J;
+    for (const BallTick& t : tool) sum += t.out.stored_J;
     return sum;
   }
   Vec3 force(std::size_t i) const { return -Eigen::Map<const Vec3>(tool[i].out.force_on_tool_N); }
@@ -94,7 +96,7 @@ struct Hands {
   auto after(const std::vector<Vec3>& centre, const Read& read) {
     const auto contacts = contact;
     const auto tools = tool;
-    const Joint before = joint;
+    const Together before = joint;
     tick(centre);
     const auto out = read();
     contact = contacts;
@@ -379,34 +381,74 @@ TEST(SeveralTools, in_c_are_the_same) {
   palpate_describe(&asset, &info);
   EXPECT_EQ(info.couples, 1);
   const palpate_tool ball = palpate_ball(kRadius_m);
-  palpate_contact one, other;
-  palpate_start(&one, &ball);
-  palpate_start(&other, &ball);
-  palpate_group group;
-  palpate_contact* contacts[2] = {&one, &other};
-  palpate_input in[2];
-  palpate_output out[2];
-  EXPECT_EQ(palpate_group_tick(&asset, nullptr, contacts, in, out, 2), PALPATE_NULL_ARGUMENT);
-  EXPECT_EQ(palpate_group_start(&group), PALPATE_OK);
+  std::vector<palpate_contact> contacts(9);
+  palpate_start(&contacts[0], &ball);
+  palpate_input in[9];
+  palpate_output out[9];
+  EXPECT_EQ(palpate_tick(&asset, contacts.data(), 2, in, out), PALPATE_NOT_STARTED);
+  palpate_start(&contacts[1], &ball);
   Hands hands(model, model.curves.coupling, 2);
   for (int k = 0; k < 200; ++k) {
     const double z = kRadius_m + 5e-4 - 2e-5 * k;
     in[0] = palpate_input_at(-0.006 + 2.5e-5 * k, 0, z);
     in[1] = palpate_input_at(0.006, 1e-5 * k, z);
-    ASSERT_EQ(palpate_group_tick(&asset, &group, contacts, in, out, 2), PALPATE_OK);
+    ASSERT_EQ(palpate_tick(&asset, contacts.data(), 2, in, out), PALPATE_OK);
     hands.tick({{-0.006 + 2.5e-5 * k, 0, z}, {0.006, 1e-5 * k, z}});
     for (std::size_t i = 0; i < 2; ++i)
       EXPECT_EQ(0, std::memcmp(out[i].force_on_tool_N, hands.tool[i].out.force_on_tool_N, 24));
   }
   EXPECT_GT(out[0].force_on_tool_N[2], 0.05);
   in[1].tool.orientation[0] = 0;
-  EXPECT_EQ(palpate_group_tick(&asset, &group, contacts, in, out, 2), PALPATE_POSE_WRONG);
+  EXPECT_EQ(palpate_tick(&asset, contacts.data(), 2, in, out), PALPATE_POSE_WRONG);
   EXPECT_EQ(out[0].status, PALPATE_OK);
   EXPECT_EQ(out[1].force_on_tool_N[2], 0);
-  palpate_contact* twice[2] = {&one, &one};
-  EXPECT_EQ(palpate_group_tick(&asset, &group, twice, in, out, 2), PALPATE_GROUP_WRONG);
-  EXPECT_EQ(palpate_group_tick(&asset, &group, contacts, in, out, 9), PALPATE_GROUP_WRONG);
-  EXPECT_NE(std::string(palpate_sentence(PALPATE_GROUP_WRONG)), "Unknown status.");
+  EXPECT_EQ(palpate_tick(&asset, contacts.data(), 9, in, out), PALPATE_COUNT_WRONG);
+  EXPECT_EQ(palpate_tick(&asset, contacts.data(), 0, in, out), PALPATE_COUNT_WRONG);
+  palpate_tool five = ball;
+  five.balls = 5;
+  for (double& radius_m : five.radius_m) radius_m = kRadius_m;
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(palpate_start(&contacts[i], &five), PALPATE_OK);
+  EXPECT_EQ(palpate_tick(&asset, contacts.data(), 2, in, out), PALPATE_COUNT_WRONG);
+  EXPECT_NE(std::string(palpate_sentence(PALPATE_COUNT_WRONG)), "Unknown status.");
+}
+
+// A tool that presses at 10 Hz beside a damped one that goes along with the dent by a few percent:
+// what the damper took was the work of the surface's own motion, and cycles yielded energy for ever.
+TEST(SeveralTools, beside_one_that_presses_a_damper_takes_what_it_says) {
+  for (const double along : {0.02, 0.08}) {
+    Loaded loaded = load(rings_model(false, 1));
+    const CouplingView feel = coupling(0.006);
+    loaded.asset.coupling = &feel;
+    runtime::Tool tool[2];
+    for (runtime::Tool& t : tool) t.shape.ball[0].radius_m = kRadius_m;
+    tool[1].shape.damping_Ns_m = 100;
+    tool[1].shape.damper_depth_m = 1e-4;
+    runtime::Tool* const tools[2] = {&tool[0], &tool[1]};
+    double work_J = 0, before_z[2] = {}, before_N[2] = {};
+    constexpr int kTicks = 400;
+    for (int k = 0; k <= 20 * kTicks; ++k) {
+      const double press_m = 0.002 * (1 - std::cos(2 * M_PI * k / kTicks)) - 1e-4;
+      const double z[2] = {kRadius_m - press_m, kRadius_m - 0.001 - along * press_m};
+      runtime::ToolInput in[2];
+      runtime::ToolOutput out[2];
+      Status status[2];
+      for (int i = 0; i < 2; ++i) {
+        in[i].pose.position_m[0] = 0.01 * i;
+        in[i].pose.position_m[2] = k == 0 ? kRadius_m + 1e-3 : z[i];
+        in[i].dt_s = 2.5e-4;
+      }
+      touch_tools(loaded.asset, tools, in, out, status, 2);
+      for (int i = 0; i < 2; ++i) {
+        ASSERT_EQ(status[i], Status::ok);
+        const double now_z = in[i].pose.position_m[2], now_N = out[i].force_on_tool_N[2];
+        if (k > kTicks) work_J -= 0.5 * (before_N[i] + now_N) * (now_z - before_z[i]);
+        before_z[i] = now_z;
+        before_N[i] = now_N;
+      }
+    }
+    EXPECT_GT(work_J, 0) << "19 cycles, going along by " << along;
+    EXPECT_GT(tool[1].damped_J, 0);
+  }
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ bool is_same(const Output& a, const Output& b) {
          a.flags == b.flags;
 }
 
-// Curves of several pieces and of every degree in turn; every other body leans, some have rings.
+// Curves of several pieces and of every degree in turn; some bodies have rings.
 Loaded random_body(unsigned seed, std::mt19937& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   Model model = seed % 3 == 0 ? sphere_model(0.03, 16, uniform(400, 300, 0.3))
@@ -43,11 +43,6 @@ Loaded random_body(unsigned seed, std::mt19937& random) {
     for (Eigen::Index v = 0; v < vertices; ++v)
       for (int j = 1; j < basis.size(); ++j)
         control(v, j) = control(v, j - 1) + scale * (0.5 + unit(random));
-  }
-  if (seed % 2 == 0) {
-    Controls& lean = make_leaning(model, {0, 0.006});
-    for (Eigen::Index v = 0; v < vertices; ++v)
-      for (int j = 3; j < 9; ++j) lean(v, j) = 0.0004 * unit(random);
   }
   return load(model);
 }

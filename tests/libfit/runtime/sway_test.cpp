@@ -15,7 +15,6 @@ namespace palpate::test {
 namespace {
 
 using runtime::Compliance;
-using runtime::Sway;
 using runtime::Vec3d;
 
 Mat3 draw_symmetric(std::mt19937& random, double least, double most) {
@@ -49,18 +48,27 @@ TEST(sway, of_a_linear_law_is_the_series_of_both) {
   for (int trial = 0; trial < 200; ++trial) {
     const Mat3 K = draw_symmetric(random, 0, 300), C = draw_symmetric(random, 0, 0.05);
     const Vec3 x = Vec3::Random() * 1e-2;
-    Sway found;
+    runtime::GiveBetween give;
+    give.count = 1;
+    double stiffness[9] = {};
+    for (int i = 0; i < 9; ++i) give.block[0][0][i] = C(i / 3, i % 3);
+    runtime::SeriesForces found;
+    found.give = &give;
+    found.rest[0] = {x[0], x[1], x[2]};
+    found.force[0] = {0, 0, 0};
+    found.stiffness[0] = stiffness;
     int answers = 0;
-    const bool is_root = settle(compliance(C), found, [&](const Vec3d& f) {
+    runtime::SeriesMatrix matrix;
+    const bool is_root = settle(found, matrix, found.rest, [&](int, const Vec3d& y) {
       ++answers;
-      const Vec3 r = K * (x - C * eigen(f));
+      const Vec3 r = K * eigen(y);
       return Vec3d{r[0], r[1], r[2]};
     });
     const Vec3 exact = (Mat3::Identity() + K * C).partialPivLu().solve(K * x);
     EXPECT_TRUE(is_root) << "seed " << kSeed << " trial " << trial;
-    EXPECT_LT((Vec3::Map(found.force_N) - exact).norm(), 1e-7 * exact.norm())
+    EXPECT_LT((eigen(found.force[0] + found.more[0]) - exact).norm(), 1e-9 * exact.norm())
         << "seed " << kSeed << " trial " << trial;
-    EXPECT_LE(answers, runtime::kMaxSwaySteps + 2);
+    EXPECT_LE(answers, runtime::kMaxSettleSteps + 2);
   }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// The asset that stands for its version: small, leaning, refined unevenly.
+// The asset that stands for its version: small, refined unevenly.
 
 #include "tests/libfit/runtime/models.hpp"
 
@@ -23,7 +23,7 @@ inline AssetBytes with_fewer_check_ticks(const AssetBytes& whole, int ticks) {
   return out;
 }
 
-/// A sphere of 30 mm, stiffer towards +x, that leans along x when pressed; a quarter not covered.
+/// A sphere of 30 mm, stiffer towards +x; a quarter not covered.
 inline Model golden_model() {
   Model model = sphere_model(0.03, 4, uniform(400, 300, 0.3));
   const Eigen::Index vertices = model.surface.vertices.rows();
@@ -38,9 +38,7 @@ inline Model golden_model() {
                                                         : 1.5) *
                                            (1 + 10 * model.surface.vertices(v, 0)) * j * j / 25.0;
   }
-  Controls& lean = make_leaning(model, {0, 0.01});
   for (Eigen::Index v = 0; v < vertices; ++v) {
-    lean(v, 6) = 0.002;
     if (model.surface.vertices(v, 2) > -0.02 || model.surface.vertices(v, 0) > 0) continue;
     model.is_covered[static_cast<std::size_t>(v)] = 0;
     for (Controls& control : model.curves.control) control.row(v).setZero();

@@ -1,0 +1,333 @@
+// Random ways of random tools over random bodies: 1 to 3 tools of 1 to 8 balls between them, with
+// and without dampers, on bodies that are flat or round, even or rough, and that sway, relax,
+// soften and couple contacts as each seed draws. Tools press, slide, turn, stand and lift, 10 um to
+// 0.1 mm a tick. Fails where what all store and the tank rise without work, where a walk gives work
+// as somebody beside it measures it (force over motion, torque over turns; every 10th walk in 4, 16
+// and 64 times as many ticks), or where a force jumps. tool_walk TICKS SEED
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+#include "libfit/runtime/engine.hpp"
+#include "tests/libfit/runtime/damaged_body.hpp"
+#include "tests/libfit/runtime/models.hpp"
+#include "tests/libfit/runtime/outside_work.hpp"
+#include "tests/libfit/runtime/random_share.hpp"
+
+namespace {
+
+using namespace palpate;
+using palpate::test::kLevels;
+using palpate::test::Random;
+using runtime::Vec3d;
+
+constexpr double kRadius_m = 0.004, kDepth_m = 0.005;
+/// Of walks whose forces are those of a held tool: no real friction is so small that more shows.
+constexpr double kMostJump = 3;  ///< of a force, over the stiffest curve times all motion in a tick
+
+double sign(Random& random) { return 2 * random.share() - 1; }
+Vec3d direction(Random& random) {
+  const double x = sign(random), y = sign(random), z = sign(random);
+  return {x, y, z};
+}
+
+/// A body as a seed draws it, with its asset, its coupling and its memory of damage.
+struct Body {
+  test::DrawnRings drawn;
+  test::Loaded loaded;
+  runtime::CouplingView coupling;
+  std::unique_ptr<test::DamagedBody> damaged;
+  runtime::AssetView asset;
+  double stiffest_N_m = 0;
+
+  explicit Body(unsigned seed) : drawn(seed), loaded(test::load(model(seed))), asset(loaded.asset) {
+    if (asset.damage.softens()) {
+      damaged = std::make_unique<test::DamagedBody>(loaded.asset);
+      asset = damaged->view;
+    }
+    if (drawn.unit() < 0.75) couple();
+    for (int v = 0; v < asset.vertices; ++v) {
+      const runtime::SplineView& spline = asset.curves.view[runtime::kNormal];
+      stiffest_N_m = std::max(
+          stiffest_N_m,
+          runtime::curve_slope(spline, asset.node(v) + asset.control_offset[runtime::kNormal],
+                               spline.knots[spline.pieces]));
+    }
+    stiffest_N_m *= 1 + asset.curves.relaxation.fast;
+  }
+  void heal() {
+    if (damaged) runtime::start_body(loaded.asset, damaged->memory.data());
+  }
+
+ private:
+  Model model(unsigned) {
+    Model out = drawn.model(drawn.unit() < 0.3 ? 0.1 : 1);
+    out.probe = sphere_spec(kRadius_m, 0.3);
+    if (drawn.unit() < 0.6) {
+      auto& sway = out.curves.control[runtime::kSway];
+      const double size = 0.02 * drawn.unit();
+      for (Eigen::Index v = 0; v < sway.rows(); ++v) {
+        const double more = 1 + 5 * out.surface.vertices(v, 0);
+        sway.row(v) << size * more, 1.6 * size, 0.4 * size, 0.2 * size, -0.1 * size, 0.1 * size;
+      }
+      sway = rounded_to_float(sway);
+    }
+    if (drawn.unit() < 0.5) {
+      out.curves.relaxation.share = Eigen::Vector2d(0.2 + drawn.unit(), 0.5 * drawn.unit() + 0.1);
+      out.curves.relaxation.time_s = Eigen::Vector2d(0.003 + 0.02 * drawn.unit(), 0.3);
+    }
+    if (drawn.unit() < 0.4)
+      out.curves.damage = {1.2 + drawn.unit(), 0.05, 0.1 * drawn.unit(), 0.006};
+    return out;
+  }
+  void couple() {
+    coupling.length_m = 0.5 * kRadius_m;
+    for (int k = 0; k < runtime::kCouplingScales; ++k) {
+      coupling.give_m_N[k] = 1.0 / (1 << k);
+      coupling.across_m_N[k] = 0.2 / (1 << k);
+    }
+    const double excess = runtime::coupling_excess(asset, coupling);
+    for (int k = 0; k < runtime::kCouplingScales; ++k) {
+      coupling.give_m_N[k] /= excess;
+      coupling.across_m_N[k] /= excess;
+    }
+    asset.coupling = &coupling;
+  }
+};
+
+struct Sums {
+  long ticks = 0, walks = 0, touching = 0, together = 0, slipping = 0, unfinished = 0, kinds[16] = {};
+  double refused_J = 0, jump = 0, rise = 0, jump_10um_N = 0, worst[kLevels] = {};
+};
+
+Vec3d turn_between(const runtime::Frame& before, const runtime::Frame& now) {
+  Vec3d out{0, 0, 0};
+  for (int k = 0; k < 3; ++k) {
+    const Vec3d axis{k == 0 ? 1.0 : 0, k == 1 ? 1.0 : 0, k == 2 ? 1.0 : 0};
+    out = out + cross(before.turn(axis), now.turn(axis)) * 0.5;
+  }
+  return out;
+}
+
+runtime::Pose pose_at(const Vec3d& place, const Vec3d& turn) {
+  runtime::Pose pose;
+  runtime::put(place, pose.position_m);
+  const double angle = std::sqrt(dot(turn, turn));
+  if (angle > 0) {
+    pose.orientation[0] = std::cos(angle / 2);
+    runtime::put(turn * (std::sin(angle / 2) / angle), pose.orientation + 1);
+  }
+  return pose;
+}
+
+/// One walk of some tools in ticks `finer` times as short.
+class Walk {
+ public:
+  Walk(Body& body, Random& random, int finer, Sums* sums)
+      : body_(body), random_(random), finer_(finer), sums_(sums) {
+    body.heal();
+    const bool couples = body.asset.coupling != nullptr;
+    count_ = 1 + static_cast<int>(3 * random.share());
+    int left = runtime::kMaxContacts;
+    for (int i = 0; i < count_; ++i) {
+      tool_[i] = runtime::Tool();
+      runtime::ToolShape& shape = tool_[i].shape;
+      shape.balls = couples ? 1 + static_cast<int>(random.share() * double(left - count_ + i)) : 1;
+      left -= shape.balls;
+      for (int k = 0; k < shape.balls; ++k) {
+        shape.ball[k].radius_m = random.share() < 0.1 && shape.balls == 1
+                                     ? 0
+                                     : kRadius_m * (0.5 + 0.5 * random.share());
+        put(Vec3d{kRadius_m * k, 0, 0} + direction(random) * (0.2 * kRadius_m * (k > 0)),
+            shape.ball[k].centre_m);
+      }
+      if (random.share() < 0.3) {
+        shape.damping_Ns_m = 50 * random.share();
+        shape.lateral_damping_Ns_m = 20 * random.share();
+        shape.damper_depth_m = 1e-3;
+      }
+      home_[i] = {0.012 * (i - 1) + 0.003 * sign(random), 0.004 * sign(random),
+                  body.drawn.top_m() + kRadius_m + 0.002};
+      at_[i] = home_[i];
+      turn_[i] = direction(random) * 0.2;
+    }
+  }
+
+  bool run() {
+    if (!tick()) return false;
+    for (int leg = 0; leg < 7; ++leg) {
+      Vec3d from[3], to[3], from_turn[3], to_turn[3];
+      double longest_m = 1e-5;
+      for (int i = 0; i < count_; ++i) {
+        from[i] = to[i] = at_[i];
+        from_turn[i] = to_turn[i] = turn_[i];
+        const double choice = random_.share();
+        const Vec3d aside = direction(random_) * (1.5 * kDepth_m), turned = direction(random_) * 0.25;
+        const double depth_m = kDepth_m * (0.1 + 0.8 * random_.share());
+        if (leg == 6 || choice < 0.2) {
+          to[i] = home_[i] + Vec3d{0, 0, 0.03};
+        } else if (choice < 0.85) {
+          to[i] = home_[i] + Vec3d{aside.x, aside.y, -0.002 - depth_m};
+          to_turn[i] = turned;
+        }
+        const Vec3d way = to[i] - from[i];
+        longest_m = std::max(longest_m, std::sqrt(dot(way, way)));
+      }
+      const double step_m = 1e-5 * (1 + 9 * random_.share());
+      dt_s_ = 1e-3 * (0.2 + 2 * random_.share()) / finer_;
+      const long ticks = finer_ * (1 + static_cast<long>(longest_m / step_m));
+      for (long k = 1; k <= ticks; ++k) {
+        for (int i = 0; i < count_; ++i) {
+          const double share = double(k) / double(ticks);
+          at_[i] = from[i] + (to[i] - from[i]) * share;
+          turn_[i] = from_turn[i] + (to_turn[i] - from_turn[i]) * share;
+        }
+        if (!tick()) return false;
+      }
+    }
+    return true;
+  }
+  double share_given() const { return in_J_ > 0 ? work_J_ / in_J_ : 0; }
+
+ private:
+  bool tick() {
+    runtime::ToolInput in[3];
+    runtime::ToolOutput out[3];
+    runtime::Status status[3];
+    runtime::Tool* tools[3];
+    for (int i = 0; i < count_; ++i) {
+      in[i].pose = pose_at(at_[i], turn_[i]);
+      in[i].dt_s = dt_s_;
+      tools[i] = &tool_[i];
+    }
+    if (body_.asset.coupling == nullptr)
+      for (int i = 0; i < count_; ++i)
+        status[i] = touch_tool(body_.asset, tool_[i], in[i], out[i]);
+    else
+      touch_tools(body_.asset, tools, in, out, status, count_);
+    double stored_J = 0, moved_m = 0, changed_N = 0, work_J = 0;
+    int touching = 0;
+    for (int i = 0; i < count_; ++i) {
+      if (status[i] != runtime::Status::ok) return fail("is refused");
+      runtime::Frame now;
+      make_frame(in[i].pose, now);
+      if (!has_before_) before_[i] = now;
+      const Vec3d step = now.origin - before_[i].origin, turned = turn_between(before_[i], now);
+      const Vec3d force = runtime::make_vec3<double>(out[i].force_on_tool_N),
+                  torque = runtime::make_vec3<double>(out[i].torque_on_tool_Nm),
+                  changed = force - force_[i];
+      work_J -= 0.5 * (dot(force + force_[i], step) + dot(torque + torque_[i], turned));
+      moved_m += std::sqrt(dot(step, step)) +
+                 kRadius_m * tool_[i].shape.balls * std::sqrt(dot(turned, turned));
+      changed_N = std::max(changed_N, std::sqrt(dot(changed, changed)));
+      force_[i] = force;
+      torque_[i] = torque;
+      before_[i] = now;
+      stored_J += out[i].stored_J;
+      touching += out[i].touching;
+      if (sums_ != nullptr) {
+        sums_->slipping += out[i].state == runtime::ContactState::slip;
+        sums_->unfinished += (out[i].flags & runtime::kFlagUnfinished) != 0;
+      }
+    }
+    has_before_ = true;
+    work_J_ += work_J;
+    in_J_ += std::max(work_J, 0.0);
+    return account(stored_J, touching, moved_m, changed_N);
+  }
+
+  bool account(double stored_J, int touching, double moved_m, double changed_N) {
+    double lost_J = 0;
+    for (int i = 0; i < count_; ++i) {
+      const bool together = body_.asset.coupling != nullptr;
+      const runtime::Ledger& ledger =
+          together ? tool_[0].together.ledger : tool_[i].contact[0].ledger;
+      lost_J += ledger.dissipated_J - ledger.tank_J;
+      if (together) break;
+    }
+    peak_J_ = std::max(peak_J_, stored_J);
+    const double rounding_J = 1e-11 * peak_J_ + 1e-14 * std::fabs(lost_J);
+    const double rise = lost_J_ - lost_J;
+    lost_J_ = lost_J;
+    if (sums_ != nullptr) {
+      ++sums_->ticks;
+      sums_->touching += touching > 0;
+      sums_->together += touching > 1;
+      if (peak_J_ > 0) sums_->rise = std::max(sums_->rise, rise / peak_J_);
+      const bool has_damper = tool_[0].shape.has_damper() || tool_[1].shape.has_damper() ||
+                              tool_[2].shape.has_damper();
+      if (moved_m > 0 && !has_damper) {
+        sums_->jump = std::max(sums_->jump, changed_N / (body_.stiffest_N_m * moved_m));
+        sums_->jump_10um_N = std::max(sums_->jump_10um_N, changed_N * std::min(1.0, 1e-5 / moved_m));
+      }
+    }
+    if (!(rise <= rounding_J)) return fail("raises what is stored without work");
+    return stored_J >= -rounding_J || fail("stores less than nothing");
+  }
+  bool fail(const char* what) const {
+    std::printf("a walk of %d tools %s\n", count_, what);
+    return false;
+  }
+
+  Body& body_;
+  Random& random_;
+  int finer_;
+  Sums* sums_;
+  int count_ = 0;
+  runtime::Tool tool_[3];
+  Vec3d home_[3], at_[3], turn_[3], force_[3] = {}, torque_[3] = {};
+  runtime::Frame before_[3];
+  bool has_before_ = false;
+  double dt_s_ = 1e-3, work_J_ = 0, in_J_ = 0, lost_J_ = 0, peak_J_ = 0;
+};
+
+/// Bit 0: sways, 1: relaxes, 2: softens, 3: couples.
+int kind_of(const Body& body) {
+  return (body.asset.sways ? 1 : 0) + (body.asset.curves.relaxation.branches > 0 ? 2 : 0) +
+         (body.asset.body != nullptr ? 4 : 0) + (body.asset.coupling != nullptr ? 8 : 0);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 3) return 2;
+  const auto seed = static_cast<unsigned>(std::strtoul(argv[2], nullptr, 10));
+  Sums sums;
+  for (unsigned number = 0; sums.ticks < std::atol(argv[1]); ++number) {
+    Body body(1000 * seed + number);
+    Random random{2 * (1000ull * seed + number) + 1};
+    for (int walk = 0; walk < 10; ++walk) {
+      ++sums.walks;
+      const Random again = random;
+      for (int level = 0; level < (walk == 0 ? kLevels : 1); ++level) {
+        random = again;
+        static std::unique_ptr<Walk> run;
+        run = std::make_unique<Walk>(body, random, test::kFiner[level], level == 0 ? &sums : nullptr);
+        const long before = sums.ticks;
+        if (!run->run()) {
+          std::printf("body %u of seed %u, walk %d, in %d times as many ticks\n", number, seed, walk,
+                      test::kFiner[level]);
+          return 1;
+        }
+        sums.kinds[kind_of(body)] += sums.ticks - before;
+        sums.worst[level] = std::min(sums.worst[level], run->share_given());
+      }
+    }
+  }
+  std::printf("%ld ticks in %ld walks, %ld in contact, %ld of two balls and more, %ld slips, %ld "
+              "unfinished\n",
+              sums.ticks, sums.walks, sums.touching, sums.together, sums.slipping, sums.unfinished);
+  std::printf("ticks by sway 1 + relaxation 2 + softening 4 + coupling 8:");
+  for (const long ticks : sums.kinds) std::printf(" %ld", ticks);
+  std::printf("\nlargest rise of what is stored less the tank, over the most stored: %.3g\n"
+              "least share of what was put in that a walk took, from outside, in 1, 4, 16 and 64 "
+              "times as many ticks: %.3g %.3g %.3g %.3g\n"
+              "largest change of a force, over the stiffest curve times all motion: %.3g; per 10 um: "
+              "%.3g N\n",
+              sums.rise, sums.worst[0], sums.worst[1], sums.worst[2], sums.worst[3], sums.jump,
+              sums.jump_10um_N);
+  const bool gives = sums.worst[kLevels - 1] < -test::kMostGiven;
+  return sums.together > sums.ticks / 10 && sums.jump < kMostJump && !gives ? 0 : 1;
+}
