@@ -3,19 +3,19 @@
 // blittable: no marshalling and no garbage in the force thread. Sizes, in this order, are checked
 // against the header by the project's tests (check_csharp.c). C# 7.0 is enough.
 //
-//   size palpate_asset 1536, palpate_contact 4096, palpate_pose 56, palpate_tool 112,
-//   size palpate_input 160, palpate_output 360, palpate_info 168, palpate_mesh 96
+//   size palpate_asset 1536, palpate_contact 30720, palpate_pose 56, palpate_tool 344,
+//   size palpate_input 160, palpate_output 360, palpate_info 136, palpate_mesh 96
 using System;
 using System.Runtime.InteropServices;
 
 public static unsafe class Palpate
 {
     const string Library = "palpate_engine";
-    public const int Abi = 1, Ok = 0;
+    public const int Abi = 1, Ok = 0, MaxBalls = 8; // balls of one tool, and of all ticked together
     public const int Air = 0, Stick = 1, Slip = 2; // Output.State
 
     [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[192]; }
-    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[512]; }
+    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[3840]; }
 
     [StructLayout(LayoutKind.Sequential)]
     public struct Pose
@@ -27,8 +27,10 @@ public static unsafe class Palpate
     [StructLayout(LayoutKind.Sequential)]
     public struct Tool
     {
-        public fixed double OffsetM[3];
-        public double RadiusM, DampingNsM, DamperDepthM;
+        public int Balls, Reserved0;
+        public fixed double CentreM[3 * MaxBalls]; // x, y, z of each, in the tool's frame
+        public fixed double RadiusM[MaxBalls];     // 0: a tip
+        public double DampingNsM, DamperDepthM;
         public double LateralDampingNsM, MaxForceN, RampS;
         public fixed double Reserved[5];
     }
@@ -59,8 +61,9 @@ public static unsafe class Palpate
         public fixed double DeflectionM[3];
         public fixed double ActsAtM[3];
         public double ApproachMS;
-        public uint Events; // 1 touched, 2 released, 4 punctured
-        public fixed uint Reserved[7];
+        public uint Events;  // 1 touched, 2 released
+        public int Touching; // balls in contact
+        public fixed uint Reserved[6];
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -73,8 +76,8 @@ public static unsafe class Palpate
         public double RangeM;
         public ulong Checksum;
         public byte* Law;
-        public int HasGuard, HasShape, Relaxes, Softens, Punctures, Tilts, Couples;
-        public fixed int Reserved[7];
+        public int HasGuard, HasShape, Relaxes, Softens, Couples;
+        public fixed int Reserved[1];
         public byte* MetaJson; // not terminated
         public ulong MetaBytes;
     }
@@ -102,12 +105,21 @@ public static unsafe class Palpate
     [DllImport(Library)] public static extern int palpate_read_mesh(Asset* asset, Mesh* mesh);
     [DllImport(Library)] public static extern int palpate_start(Contact* contact, Tool* tool);
     [DllImport(Library)] public static extern int palpate_release(Contact* contact);
+    // contacts, inputs and outputs: arrays of count, always the same tools in the same order.
     [DllImport(Library)]
-    public static extern int palpate_tick(Asset* asset, Contact* contact, Input* input, Output* output);
-    // For the thread that draws: contact is a copy; displacementM has three floats a vertex.
+    public static extern int palpate_tick(Asset* asset, Contact* contacts, int count, Input* inputs, Output* outputs);
+    // For the thread that draws: contacts are copies; displacementM has three floats a vertex.
     [DllImport(Library)]
-    public static extern int palpate_deform(Asset* asset, Contact* contact, int first, int count,
+    public static extern int palpate_deform(Asset* asset, Contact* contacts, int count, int first, int vertices,
                                             float* displacementM);
+
+    // A tool of one ball at its origin; radius 0: a tip.
+    public static Tool Ball(double radiusM)
+    {
+        Tool tool = new Tool { Balls = 1 };
+        tool.RadiusM[0] = radiusM;
+        return tool;
+    }
 
     // Ok when the library has this file's structures; ask before anything else.
     public static int HeaderFits()

@@ -47,7 +47,7 @@ public sealed unsafe class PalpateBody : MonoBehaviour
             isNew |= tool.Key.Contact.Deform(0, atRest.Length, tool.Value);
         if (!isNew) return;
         System.Array.Copy(atRest, shown, shown.Length);
-        foreach (float[] by in moved.Values) // of several tools: a sum, an approximation
+        foreach (float[] by in moved.Values) // of tools by themselves: a sum, an approximation
             for (int v = 0; v < shown.Length; ++v)
                 shown[v] += PalpateAxes.ToUnity(by[3 * v], by[3 * v + 1], by[3 * v + 2]);
         mesh.vertices = shown;

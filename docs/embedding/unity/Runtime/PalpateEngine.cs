@@ -32,37 +32,44 @@ public sealed unsafe class PalpateEngine
     }
 }
 
-/// One tool on an asset, used by one thread at a time. Fill In, call Tick, read Out.
+/// One tool on an asset, or several that are ticked together and feel each other; used by one thread
+/// at a time. Fill In[k], call Tick, read Out[k].
 public sealed unsafe class PalpateContact
 {
     readonly PalpateEngine engine;
-    readonly Palpate.Contact* contact;
+    readonly Palpate.Contact* contacts;
     readonly Palpate.Contact*[] copies = new Palpate.Contact*[3];
     readonly PalpateSlots slots = new PalpateSlots();
+    public readonly int Count;
     public readonly Palpate.Input* In;
     public readonly Palpate.Output* Out;
 
-    public PalpateContact(PalpateEngine engine, Palpate.Tool tool)
+    public PalpateContact(PalpateEngine engine, params Palpate.Tool[] tools)
     {
         this.engine = engine;
-        int bytes = 4 * sizeof(Palpate.Contact) + sizeof(Palpate.Input) + sizeof(Palpate.Output);
-        contact = (Palpate.Contact*)Marshal.AllocHGlobal(bytes);
-        for (byte* b = (byte*)contact; b < (byte*)contact + bytes; ++b) *b = 0;
-        for (int i = 0; i < 3; ++i) copies[i] = contact + 1 + i;
-        In = (Palpate.Input*)(contact + 4);
-        Out = (Palpate.Output*)(In + 1);
-        In->Tool.OrientationWxyz[0] = In->Body.OrientationWxyz[0] = 1;
-        In->DtS = 0.001;
-        PalpateEngine.Check(Palpate.palpate_start(contact, &tool));
+        Count = tools.Length;
+        int bytes = Count * (4 * sizeof(Palpate.Contact) + sizeof(Palpate.Input) + sizeof(Palpate.Output));
+        contacts = (Palpate.Contact*)Marshal.AllocHGlobal(bytes);
+        for (byte* b = (byte*)contacts; b < (byte*)contacts + bytes; ++b) *b = 0;
+        for (int i = 0; i < 3; ++i) copies[i] = contacts + (1 + i) * Count;
+        In = (Palpate.Input*)(contacts + 4 * Count);
+        Out = (Palpate.Output*)(In + Count);
+        for (int k = 0; k < Count; ++k)
+        {
+            In[k].Tool.OrientationWxyz[0] = In[k].Body.OrientationWxyz[0] = 1;
+            In[k].DtS = 0.001;
+            Palpate.Tool tool = tools[k];
+            PalpateEngine.Check(Palpate.palpate_start(contacts + k, &tool));
+        }
     }
 
-    ~PalpateContact() { Marshal.FreeHGlobal((IntPtr)contact); }
+    ~PalpateContact() { Marshal.FreeHGlobal((IntPtr)contacts); }
 
-    /// 0, or a status whose Palpate.Sentence says what is wrong; there is no force then.
+    /// 0, or the first status whose Palpate.Sentence says what is wrong; that tool has no force then.
     public int Tick()
     {
-        int status = Palpate.palpate_tick(engine.Asset, contact, In, Out);
-        *copies[slots.Writing] = *contact; // 3 kB
+        int status = Palpate.palpate_tick(engine.Asset, contacts, Count, In, Out);
+        for (int k = 0; k < Count; ++k) copies[slots.Writing][k] = contacts[k]; // 30 kB each
         slots.Publish();
         GC.KeepAlive(this);
         return status;
@@ -71,11 +78,11 @@ public sealed unsafe class PalpateContact
     /// As after a jump that was meant.
     public void Release()
     {
-        Palpate.palpate_release(contact);
+        for (int k = 0; k < Count; ++k) Palpate.palpate_release(contacts + k);
         GC.KeepAlive(this);
     }
 
-    /// For the thread that draws, while another ticks: how far the tool has moved vertices `first` on
+    /// For the thread that draws, while another ticks: how far the tools have moved vertices `first` on
     /// [m], three floats each in the body's axes. False where the asset does not say, or nothing is new.
     public bool Deform(int first, int count, float[] displacementM)
     {
@@ -83,7 +90,7 @@ public sealed unsafe class PalpateContact
         if (!slots.Take()) return false;
         bool isThere;
         fixed (float* to = displacementM)
-            isThere = Palpate.palpate_deform(engine.Asset, copies[slots.Reading], first, count, to) == Palpate.Ok;
+            isThere = Palpate.palpate_deform(engine.Asset, copies[slots.Reading], Count, first, count, to) == Palpate.Ok;
         GC.KeepAlive(this);
         return isThere;
     }

@@ -13,7 +13,11 @@ public interface IPalpateDevice
 public sealed unsafe class PalpateTool : MonoBehaviour
 {
     public PalpateBody body;
-    [Tooltip("Of the ball at the tool's origin [m]; 0: a tip")] public float radius = 0.005f;
+    [Tooltip("Of its balls [m]; 0: a tip")] public float radius = 0.005f;
+    [Tooltip("Where its balls are in the tool's own axes [m], 8 at most; none: one at its origin")]
+    public Vector3[] balls = new Vector3[0];
+    [Tooltip("Tools of the same body that this one ticks together with itself: they feel each other")]
+    public PalpateTool[] others = new PalpateTool[0];
     [Tooltip("What the device can bear [N]; 0: no cap")] public float maxForce = 3;
     [Tooltip("Forces are brought up over this time [s]")] public float ramp = 0.5f;
     [Tooltip("[Hz]; 0: nothing ticks but Step")] public int rate = 1000;
@@ -36,7 +40,9 @@ public sealed unsafe class PalpateTool : MonoBehaviour
     volatile int status;
     int said;
     long ticks;
+    PalpateTool leader; // that ticks this one
 
+    /// Of this tool and its others; none where another tool ticks it.
     public PalpateContact Contact { get; private set; }
     /// Of the latest tick, roughly: for pictures, not for devices.
     public Vector3 Force { get; private set; }
@@ -44,11 +50,19 @@ public sealed unsafe class PalpateTool : MonoBehaviour
 
     public void OnEnable()
     {
-        Contact = new PalpateContact(body.Engine,
-            new Palpate.Tool { RadiusM = radius, MaxForceN = maxForce, RampS = ramp });
-        body.Attach(this);
         Update();
         from = to = frames[slots.Take() ? slots.Reading : 0];
+        if (leader != null) return;
+        Palpate.Tool[] shapes = new Palpate.Tool[1 + others.Length];
+        shapes[0] = Shape();
+        for (int k = 0; k < others.Length; ++k)
+        {
+            others[k].Stop(); // it may have begun by itself
+            others[k].leader = this;
+            shapes[1 + k] = others[k].Shape();
+        }
+        Contact = new PalpateContact(body.Engine, shapes);
+        body.Attach(this);
         if (rate <= 0) return;
         isRunning = true;
         thread = new Thread(Loop) { IsBackground = true, Priority = System.Threading.ThreadPriority.Highest };
@@ -57,11 +71,38 @@ public sealed unsafe class PalpateTool : MonoBehaviour
 
     public void OnDisable()
     {
+        Stop();
+        foreach (PalpateTool other in others)
+        {
+            other.Display(Vector3.zero, Vector3.zero);
+            other.leader = null; // until it is enabled again
+        }
+    }
+
+    void Stop()
+    {
         isRunning = false;
         if (thread != null) thread.Join();
         thread = null;
-        body.Detach(this);
-        if (device != null) device.Write(Vector3.zero, Vector3.zero);
+        if (Contact != null) body.Detach(this);
+        Contact = null;
+        Display(Vector3.zero, Vector3.zero);
+    }
+
+    Palpate.Tool Shape()
+    {
+        Palpate.Tool shape = Palpate.Ball(radius);
+        shape.MaxForceN = maxForce;
+        shape.RampS = ramp;
+        if (balls.Length == 0) return shape;
+        if (balls.Length > Palpate.MaxBalls) throw new System.ArgumentException("a tool has 8 balls at most");
+        shape.Balls = balls.Length;
+        for (int i = 0; i < balls.Length; ++i)
+        {
+            PalpateAxes.ToPalpate(balls[i], shape.CentreM + 3 * i);
+            shape.RadiusM[i] = radius;
+        }
+        return shape;
     }
 
     public void Update()
@@ -75,8 +116,22 @@ public sealed unsafe class PalpateTool : MonoBehaviour
         if (said != Palpate.Ok) Debug.LogWarning("Palpate: " + Palpate.Sentence(said), this);
     }
 
-    /// One tick, `dt` seconds after the last; the thread calls it. Makes no garbage.
+    /// One tick of this tool and its others, `dt` seconds after the last; the thread calls it. Makes no
+    /// garbage.
     public void Step(double dt)
+    {
+        Feed(dt, Contact.In);
+        for (int k = 0; k < others.Length; ++k)
+        {
+            others[k].Feed(dt, Contact.In + 1 + k);
+            Contact.In[1 + k].Body = Contact.In->Body;
+        }
+        Contact.Tick();
+        Feel(Contact.Out);
+        for (int k = 0; k < others.Length; ++k) others[k].Feel(Contact.Out + 1 + k);
+    }
+
+    void Feed(double dt, Palpate.Input* input)
     {
         if (slots.Take())
         {
@@ -87,15 +142,24 @@ public sealed unsafe class PalpateTool : MonoBehaviour
         glided += dt;
         Frame now = Between();
         if (device != null) device.Read(out now.Tool, out now.ToolRotation);
-        PalpateAxes.ToPalpate(now.Tool, Contact.In->Tool.PositionM);
-        PalpateAxes.ToPalpate(now.ToolRotation, Contact.In->Tool.OrientationWxyz);
-        PalpateAxes.ToPalpate(now.Body, Contact.In->Body.PositionM);
-        PalpateAxes.ToPalpate(now.BodyRotation, Contact.In->Body.OrientationWxyz);
-        Contact.In->DtS = System.Math.Max(dt, 1e-5);
-        status = Contact.Tick();
-        Force = PalpateAxes.ToUnity(Contact.Out->ForceOnToolN);
-        if (device != null) device.Write(Force, PalpateAxes.ToUnityTorque(Contact.Out->TorqueOnToolNm));
+        PalpateAxes.ToPalpate(now.Tool, input->Tool.PositionM);
+        PalpateAxes.ToPalpate(now.ToolRotation, input->Tool.OrientationWxyz);
+        PalpateAxes.ToPalpate(now.Body, input->Body.PositionM);
+        PalpateAxes.ToPalpate(now.BodyRotation, input->Body.OrientationWxyz);
+        input->DtS = System.Math.Max(dt, 1e-5);
+    }
+
+    void Feel(Palpate.Output* output)
+    {
+        status = output->Status;
+        Display(PalpateAxes.ToUnity(output->ForceOnToolN), PalpateAxes.ToUnityTorque(output->TorqueOnToolNm));
         Interlocked.Increment(ref ticks);
+    }
+
+    void Display(Vector3 force, Vector3 torque)
+    {
+        Force = force;
+        if (device != null) device.Write(force, torque);
     }
 
     // Between the last two frames, reached one frame late.

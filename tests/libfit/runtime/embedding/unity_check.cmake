@@ -1,5 +1,5 @@
 # Compiles the Unity package with Mono against stubs and runs it on the real library:
-# cmake -DSOURCE= -DWORK= -DWALK= -DLIBRARY= -DASSETS= -P this
+# cmake -DSOURCE= -DWORK= -DWALK= -DLIBRARY= -DASSETS= -DCOUPLED= -P this
 include(${CMAKE_CURRENT_LIST_DIR}/../run.cmake)
 find_program(MCS mcs)
 find_program(MONO mono)
@@ -16,3 +16,6 @@ foreach(asset ${ASSETS})
   execute_process(COMMAND ${WALK} ${asset} 20000 OUTPUT_FILE ${WORK}/walk COMMAND_ERROR_IS_FATAL ANY)
   run(${CMAKE_COMMAND} -E env LD_LIBRARY_PATH=${LIBRARY} ${MONO} ${WORK}/test.exe ${asset} ${WORK}/walk)
 endforeach()
+execute_process(COMMAND ${WALK} ${COUPLED} 4000 OUTPUT_FILE ${WORK}/walk COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${WALK} ${COUPLED} 4000 two OUTPUT_FILE ${WORK}/two.csv COMMAND_ERROR_IS_FATAL ANY)
+run(${CMAKE_COMMAND} -E env LD_LIBRARY_PATH=${LIBRARY} ${MONO} ${WORK}/test.exe ${COUPLED} ${WORK}/walk ${WORK}/two.csv)

@@ -1,4 +1,4 @@
-// The CHAI3D body against stubs and the real engine: embedding_chai3d ASSET.palp.
+// The CHAI3D body against stubs and the real engine: embedding_chai3d ASSET.palp COUPLED.palp.
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -17,8 +17,41 @@ void expect(bool holds, const char* claim) {
 
 }  // namespace
 
+// Two tools side by side, beside the same two of the C engine in one call.
+void two_tools_feel_each_other(const char* file) {
+  palpate_info info;
+  {
+    cPalpateBody body(file, palpate_tip());
+    palpate_describe(&body.effect().asset(), &info);
+  }
+  const palpate_tool ball = palpate_ball(info.probe_radius_m);
+  cPalpateBody body(file, ball);
+  expect(info.couples && body.status() == PALPATE_OK, "the second asset's contacts feel each other");
+  palpate_contact plain[2];
+  for (palpate_contact& contact : plain) palpate_start(&contact, &ball);
+  palpate_input in[2];
+  palpate_output out[2];
+  bool is_equal = true, has_touched = false;
+  for (int tick = 0; tick < 400; ++tick) {
+    chai3d::cVector3d force[2];
+    for (int tool = 0; tool < 2; ++tool) {  // a tick each, as the haptic thread asks
+      in[tool] = palpate_input_at(0.5 * (info.box_min_m[0] + info.box_max_m[0]) + 0.01 * tool,
+                                  0.5 * (info.box_min_m[1] + info.box_max_m[1]),
+                                  info.box_max_m[2] + info.probe_radius_m + 0.001 - 1e-5 * tick);
+      const double* at = in[tool].tool.position_m;
+      const unsigned id = tool == 0 ? 7 : 3;
+      body.m_effects[0]->computeForce({at[0], at[1], at[2]}, {}, id, force[tool]);
+      palpate_tick(&body.effect().asset(), plain, tick == 0 ? tool + 1 : 2, in, out);
+      const double felt[3] = {force[tool].x(), force[tool].y(), force[tool].z()};
+      is_equal = is_equal && std::memcmp(felt, out[tool].force_on_tool_N, sizeof felt) == 0;
+      has_touched = has_touched || out[tool].state != PALPATE_AIR;
+    }
+  }
+  expect(is_equal && has_touched, "tools that feel each other have the bits of one call in C");
+}
+
 int main(int argc, char** argv) {
-  if (argc != 2) return std::fprintf(stderr, "usage: embedding_chai3d ASSET.palp\n"), 2;
+  if (argc != 3) return std::fprintf(stderr, "usage: embedding_chai3d ASSET.palp COUPLED.palp\n"), 2;
   const palpate_tool ball = palpate_ball(0.004);
   expect(cPalpateBody("nowhere.palp", ball).status() == PALPATE_BYTES_MISSING,
          "a missing file is said");
@@ -50,7 +83,7 @@ int main(int argc, char** argv) {
         has_touched[tool] = true;
     const palpate_input in = palpate_input_at(middle[0], middle[1], above);
     palpate_output out;
-    palpate_tick(&body.effect().asset(), &plain, &in, &out);
+    palpate_tick(&body.effect().asset(), &plain, 1, &in, &out);
     const double felt[3] = {force[0].x(), force[0].y(), force[0].z()};
     is_equal = is_equal && std::memcmp(felt, out.force_on_tool_N, sizeof felt) == 0;
   }
@@ -61,6 +94,7 @@ int main(int argc, char** argv) {
   expect(!body.m_effects[0]->computeForce({}, {}, 16, none) && none.z() == 0,
          "a tool too many feels nothing");
 
+  two_tools_feel_each_other(argv[2]);
   body.updateSurface();
   double down = 0, in = 0;
   for (int v = 0; v < mesh.vertices; ++v) {

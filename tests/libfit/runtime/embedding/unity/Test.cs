@@ -1,5 +1,6 @@
-// The Unity package against the real library, by Mono: Test.exe ASSET.palp WALK. WALK is what
-// walk_bits.c printed: x, y, z and the hash of palpate_output, 16 hex digits each, a tick a line.
+// The Unity package against the real library, by Mono: Test.exe ASSET.palp WALK [TWO.csv]. WALK is
+// what walk_bits.c printed: x, y, z and the hash of palpate_output, 16 hex digits each, a tick a line;
+// TWO.csv what it printed of two tools.
 using System;
 using System.Globalization;
 using System.IO;
@@ -42,7 +43,7 @@ public static unsafe class Test
 
     static void OutputsHaveTheBitsOfC(PalpateEngine engine, string[] walk)
     {
-        PalpateContact contact = new PalpateContact(engine, new Palpate.Tool());
+        PalpateContact contact = new PalpateContact(engine, Palpate.Ball(0));
         int touching = 0, different = 0;
         foreach (string line in walk)
         {
@@ -58,6 +59,98 @@ public static unsafe class Test
         Expect(touching > 500, "the walk touches; ticks in contact: " + touching);
     }
 
+    static Palpate.Tool Capsule(double radius)
+    {
+        Palpate.Tool capsule = Palpate.Ball(radius);
+        capsule.Balls = 3;
+        for (int i = 0; i < 3; ++i)
+        {
+            capsule.CentreM[3 * i] = radius * (i - 1);
+            capsule.RadiusM[i] = radius;
+        }
+        return capsule;
+    }
+
+    // Mono drops the sign of -0.
+    static double FromDigits(string digits)
+    {
+        double value = double.Parse(digits, CultureInfo.InvariantCulture);
+        return value == 0 && digits[0] == '-' ? -0.0 : value;
+    }
+    static bool IsSame(double a, string digits)
+    {
+        return BitConverter.DoubleToInt64Bits(a) == BitConverter.DoubleToInt64Bits(FromDigits(digits));
+    }
+
+    // A ball and a capsule that turns, in one call: force and torque are those of C.
+    static void TwoToolsHaveTheBitsOfC(PalpateEngine engine, string[] rows)
+    {
+        double radius = engine.Info.ProbeRadiusM;
+        Palpate.Tool ball = Palpate.Ball(radius);
+        ball.CentreM[2] = radius;
+        PalpateContact contact = new PalpateContact(engine, ball, Capsule(radius));
+        int different = 0, both = 0;
+        for (int row = 1; row + 1 < rows.Length; row += 2)
+        {
+            for (int k = 0; k < 2; ++k)
+            {
+                string[] words = rows[row + k].Split(',');
+                for (int i = 0; i < 3; ++i)
+                    contact.In[k].Tool.PositionM[i] = FromDigits(words[1 + i]);
+                for (int i = 0; i < 4; ++i)
+                    contact.In[k].Tool.OrientationWxyz[(i + 1) % 4] = FromDigits(words[4 + i]);
+            }
+            contact.Tick();
+            for (int k = 0; k < 2; ++k)
+            {
+                string[] words = rows[row + k].Split(',');
+                for (int i = 0; i < 3; ++i)
+                    if (!IsSame(contact.Out[k].ForceOnToolN[i], words[9 + i]) ||
+                        !IsSame(contact.Out[k].TorqueOnToolNm[i], words[12 + i])) ++different;
+            }
+            if (contact.Out[0].State != Palpate.Air && contact.Out[1].Touching > 1) ++both;
+        }
+        Expect(different == 0, "forces and torques of two tools are those of C; different: " + different);
+        Expect(both > 100, "both tools touch; ticks: " + both);
+    }
+
+    // Two tools of the scene, ticked by one of them, are two of one call.
+    static void ToolsFeelEachOther(PalpateAsset asset)
+    {
+        Device[] device = { new Device(), new Device() };
+        float radius = (float)asset.Engine.Info.ProbeRadiusM;
+        PalpateTool finger = MakeTool(asset, device[1], radius, 0), thumb = MakeTool(asset, device[0], radius, 0);
+        finger.body = thumb.body;
+        thumb.others = new[] { finger };
+        finger.balls = new[] { new Vector3(0, 0, 0), new Vector3(0, 0, radius) }; // along Palpate's y
+        finger.OnEnable();
+        thumb.OnEnable();
+        Palpate.Tool two = Palpate.Ball(radius);
+        two.Balls = 2;
+        two.RadiusM[1] = radius;
+        two.CentreM[4] = radius;
+        PalpateContact direct = new PalpateContact(asset.Engine, Palpate.Ball(radius), two);
+        Palpate.Info info = asset.Engine.Info;
+        bool isEqual = true, isTouched = false;
+        for (int tick = 0; tick < 400; ++tick)
+        {
+            for (int k = 0; k < 2; ++k)
+            {
+                device[k].At = PalpateAxes.ToUnity((info.BoxMinM[0] + info.BoxMaxM[0]) / 2 + 3 * radius * k,
+                    (info.BoxMinM[1] + info.BoxMaxM[1]) / 2, info.BoxMaxM[2] + radius + 1e-3 - 1e-5 * tick);
+                PalpateAxes.ToPalpate(device[k].At, direct.In[k].Tool.PositionM);
+            }
+            thumb.Step(0.001);
+            direct.Tick();
+            for (int k = 0; k < 2; ++k)
+                isEqual &= device[k].Force.Equals(PalpateAxes.ToUnity(direct.Out[k].ForceOnToolN));
+            isTouched |= direct.Out[0].State != Palpate.Air && direct.Out[1].Touching == 2;
+        }
+        Expect(isEqual && isTouched, "a tool ticks another one together with itself");
+        thumb.OnDisable();
+        Expect(device[1].Force.Equals(Vector3.zero), "none is left with a force");
+    }
+
     static PalpateTool MakeTool(PalpateAsset asset, Device device, float radius, int rate)
     {
         PalpateBody body = new PalpateBody { asset = asset };
@@ -71,7 +164,7 @@ public static unsafe class Test
         Device device = new Device();
         PalpateTool tool = MakeTool(asset, device, 0, 0);
         tool.OnEnable();
-        PalpateContact direct = new PalpateContact(asset.Engine, new Palpate.Tool());
+        PalpateContact direct = new PalpateContact(asset.Engine, Palpate.Ball(0));
         bool isEqual = true, isTouched = false;
         foreach (string line in walk)
         {
@@ -198,9 +291,17 @@ public static unsafe class Test
         File.WriteAllBytes(damaged, content);
         Imported(damaged, false);
         OutputsHaveTheBitsOfC(asset.Engine, walk);
+        if (arguments.Length > 2)
+        {
+            TwoToolsHaveTheBitsOfC(asset.Engine, File.ReadAllLines(arguments[2]));
+            ToolsFeelEachOther(asset);
+        }
+        else // a closed body
+        {
+            ForcesTurnWithTheBody(asset, walk);
+            TheSurfaceIsShownOutwardAndMoves(asset);
+        }
         AToolSwapsAxes(asset, walk);
-        ForcesTurnWithTheBody(asset, walk);
-        TheSurfaceIsShownOutwardAndMoves(asset);
         AThreadTicks(asset);
         WithoutADeviceTheToolGoesWhereItsTransformIs(asset);
         GC.Collect();
