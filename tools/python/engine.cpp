@@ -92,58 +92,11 @@ class PyContact {
   void release() {
     locked([&] { return palpate_release(&contact_); });
   }
-
-  py::object tick(const py::object& position_m, const py::object& orientation,
-                  const py::object& body_position_m, const py::object& body_orientation,
-                  double dt_s, bool wants_tangent) {
-    const palpate_asset* asset = asset_->open();
-    const Rows position = rows_of("position_m", position_m, 3);
-    const py::ssize_t ticks = position.count;
-    const PerTick<4> turn("orientation", orientation, {1, 0, 0, 0}, ticks);
-    const PerTick<3> body("body_position_m", body_position_m, {0, 0, 0}, ticks);
-    const PerTick<4> body_turn("body_orientation", body_orientation, {1, 0, 0, 0}, ticks);
-    py::array_t<palpate_output> out(ticks);
-    palpate_output* row = out.mutable_data();
-    const double* at = position.values.data();
-    palpate_input in = palpate_input_at(0, 0, 0);
-    in.dt_s = dt_s;
-    in.wants_tangent = wants_tangent;
-    for (py::ssize_t tick = 0; tick < ticks;) {
-      const py::ssize_t end = std::min(ticks, tick + kTicksBetweenSignals);
-      locked([&] {
-        for (; tick < end; ++tick) {
-          std::copy_n(at + 3 * tick, 3, in.tool.position_m);
-          turn.copy(tick, in.tool.orientation);
-          body.copy(tick, in.body.position_m);
-          body_turn.copy(tick, in.body.orientation);
-          palpate_tick(asset, &contact_, &in, row + tick);
-        }
-        return PALPATE_OK;
-      });
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    }
-    return position.is_single ? py::object(out[py::int_(0)]) : py::object(std::move(out));
-  }
-
-  py::array_t<float> deform(py::ssize_t first, const std::optional<py::ssize_t>& count) {
-    const palpate_asset* asset = asset_->open();
-    const py::ssize_t all = asset_->mesh().vertices;
-    const py::ssize_t wanted = count.value_or(all - first);
-    if (first < 0 || wanted < 0 || first > all || wanted > all - first)
-      throw py::index_error("vertices " + std::to_string(first) + " to " +
-                            std::to_string(first + wanted) + " are not all of " +
-                            std::to_string(all));
-    py::array_t<float> out({wanted, py::ssize_t{3}});
-    float* to = out.mutable_data();
-    const palpate_status status = locked([&] {
-      return palpate_deform(asset, &contact_, static_cast<std::int32_t>(first),
-                            static_cast<std::int32_t>(wanted), to);
-    });
-    if (status != PALPATE_OK) refuse_tool_or_bytes("deform", status);
-    return out;
-  }
+  const std::shared_ptr<const PyAsset>& asset() const { return asset_; }
 
  private:
+  friend class Together;
+
   template <class F>
   palpate_status locked(F&& work) {
     const py::gil_scoped_release other_threads;
@@ -157,11 +110,182 @@ class PyContact {
   mutable std::mutex mutex_;
 };
 
-palpate_tool tool_of(double radius_m, const std::array<double, 3>& offset_m, double damping_Ns_m,
+// Tools on one asset for one call: their contacts side by side, as the engine wants them, and back
+// in their places afterwards. Locks are taken in one order everywhere.
+class Together {
+ public:
+  explicit Together(const std::vector<PyContact*>& tools) : tools_(tools), locked_(tools) {
+    if (tools.empty() || tools.size() > PALPATE_MAX_BALLS)
+      throw py::value_error("1 to " + std::to_string(PALPATE_MAX_BALLS) +
+                            " contacts go together, not " + std::to_string(tools.size()));
+    std::sort(locked_.begin(), locked_.end());
+    if (std::adjacent_find(locked_.begin(), locked_.end()) != locked_.end())
+      throw py::value_error("a contact is there twice");
+    for (const PyContact* tool : tools)
+      if (tool->asset_ != tools[0]->asset_)
+        throw py::value_error("contacts that go together are on one asset");
+    asset_ = tools[0]->asset_->open();
+    contacts_.resize(tools.size());
+  }
+
+  const palpate_asset* asset() const { return asset_; }
+  std::int32_t count() const { return static_cast<std::int32_t>(tools_.size()); }
+
+  /// work(contacts), without the GIL.
+  template <class F>
+  palpate_status locked(F&& work) {
+    const py::gil_scoped_release other_threads;
+    for (PyContact* tool : locked_) tool->mutex_.lock();
+    if (tools_.size() == 1) {
+      const palpate_status status = work(&tools_[0]->contact_);
+      tools_[0]->mutex_.unlock();
+      return status;
+    }
+    for (std::size_t k = 0; k < tools_.size(); ++k) contacts_[k] = tools_[k]->contact_;
+    const palpate_status status = work(contacts_.data());
+    for (std::size_t k = 0; k < tools_.size(); ++k) tools_[k]->contact_ = contacts_[k];
+    for (PyContact* tool : locked_) tool->mutex_.unlock();
+    return status;
+  }
+
+ private:
+  std::vector<PyContact*> tools_, locked_;
+  std::vector<palpate_contact> contacts_;
+  const palpate_asset* asset_;
+};
+
+// Rows of one tool at all ticks.
+struct ToolPath {
+  Rows position;
+  PerTick<4> orientation;
+};
+
+// of: what comes for each tool, None for all.
+py::object item_of(const py::object& of, std::size_t tool, std::size_t tools, const char* name) {
+  if (of.is_none()) return of;
+  const auto items = of.cast<py::sequence>();
+  if (items.size() != tools)
+    throw py::value_error(std::string(name) + " has " + std::to_string(items.size()) +
+                          " items for " + std::to_string(tools) + " contacts");
+  return items[tool];
+}
+
+std::vector<ToolPath> paths_of(const py::object& position_m, const py::object& orientation,
+                               std::size_t tools) {
+  std::vector<ToolPath> paths;
+  for (std::size_t k = 0; k < tools; ++k) {
+    Rows position = rows_of("position_m", item_of(position_m, k, tools, "position_m"), 3);
+    if (k > 0 && position.count != paths[0].position.count)
+      throw py::value_error("position_m has " + std::to_string(position.count) + " rows of contact " +
+                            std::to_string(k) + ", " + std::to_string(paths[0].position.count) +
+                            " of contact 0");
+    PerTick<4> turn("orientation", item_of(orientation, k, tools, "orientation"), {1, 0, 0, 0},
+                    position.count);
+    paths.push_back({std::move(position), std::move(turn)});
+  }
+  return paths;
+}
+
+// Ticks of tools together: outputs (tools, ticks), tick by tick of one asset.
+py::array_t<palpate_output> tick_all(Together& together, const std::vector<ToolPath>& paths,
+                                     const py::object& body_position_m,
+                                     const py::object& body_orientation, double dt_s,
+                                     bool wants_tangent) {
+  const std::size_t tools = paths.size();
+  const py::ssize_t ticks = paths[0].position.count;
+  const PerTick<3> body("body_position_m", body_position_m, {0, 0, 0}, ticks);
+  const PerTick<4> body_turn("body_orientation", body_orientation, {1, 0, 0, 0}, ticks);
+  py::array_t<palpate_output> out({static_cast<py::ssize_t>(tools), ticks});
+  palpate_output* row = out.mutable_data();
+  std::vector<palpate_input> in(tools, palpate_input_at(0, 0, 0));
+  std::vector<palpate_output> answer(tools);
+  for (palpate_input& each : in) {
+    each.dt_s = dt_s;
+    each.wants_tangent = wants_tangent;
+  }
+  for (py::ssize_t tick = 0; tick < ticks;) {
+    const py::ssize_t end = std::min(ticks, tick + kTicksBetweenSignals);
+    together.locked([&](palpate_contact* contacts) {
+      for (; tick < end; ++tick) {
+        for (std::size_t k = 0; k < tools; ++k) {
+          std::copy_n(paths[k].position.values.data() + 3 * tick, 3, in[k].tool.position_m);
+          paths[k].orientation.copy(tick, in[k].tool.orientation);
+          body.copy(tick, in[k].body.position_m);
+          body_turn.copy(tick, in[k].body.orientation);
+        }
+        palpate_tick(together.asset(), contacts, together.count(), in.data(), answer.data());
+        for (std::size_t k = 0; k < tools; ++k)
+          row[static_cast<py::ssize_t>(k) * ticks + tick] = answer[k];
+      }
+      return PALPATE_OK;
+    });
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+  return out;
+}
+
+py::object tick(PyContact& contact, const py::object& position_m, const py::object& orientation,
+                const py::object& body_position_m, const py::object& body_orientation, double dt_s,
+                bool wants_tangent) {
+  Together one({&contact});
+  const std::vector<ToolPath> paths =
+      paths_of(py::make_tuple(position_m),
+               orientation.is_none() ? orientation : py::object(py::make_tuple(orientation)), 1);
+  const py::object out =
+      tick_all(one, paths, body_position_m, body_orientation, dt_s, wants_tangent)[py::int_(0)];
+  return paths[0].position.is_single ? py::object(out[py::int_(0)]) : out;
+}
+
+py::object tick_together(const std::vector<PyContact*>& contacts, const py::object& position_m,
+                         const py::object& orientation, const py::object& body_position_m,
+                         const py::object& body_orientation, double dt_s, bool wants_tangent) {
+  Together together(contacts);
+  const std::vector<ToolPath> paths = paths_of(position_m, orientation, contacts.size());
+  const py::object out =
+      tick_all(together, paths, body_position_m, body_orientation, dt_s, wants_tangent);
+  return paths[0].position.is_single
+             ? py::object(out[py::make_tuple(py::ellipsis(), py::int_(0))])
+             : out;
+}
+
+py::array_t<float> deform(const std::vector<PyContact*>& contacts, py::ssize_t first,
+                          const std::optional<py::ssize_t>& count) {
+  Together together(contacts);
+  const py::ssize_t all = contacts[0]->asset()->mesh().vertices;
+  const py::ssize_t wanted = count.value_or(all - first);
+  if (first < 0 || wanted < 0 || first > all || wanted > all - first)
+    throw py::index_error("vertices " + std::to_string(first) + " to " +
+                          std::to_string(first + wanted) + " are not all of " +
+                          std::to_string(all));
+  py::array_t<float> out({wanted, py::ssize_t{3}});
+  float* to = out.mutable_data();
+  const palpate_status status = together.locked([&](const palpate_contact* copies) {
+    return palpate_deform(together.asset(), copies, together.count(),
+                          static_cast<std::int32_t>(first), static_cast<std::int32_t>(wanted), to);
+  });
+  if (status != PALPATE_OK) refuse_tool_or_bytes("deform", status);
+  return out;
+}
+
+// radius_m: of the one ball, or of each; centre_m: of the one, or of each (n, 3).
+palpate_tool tool_of(const py::object& radius_m, const py::object& centre_m, double damping_Ns_m,
                      double damper_depth_m, double lateral_damping_Ns_m, double max_force_N,
                      double ramp_s) {
-  palpate_tool tool = palpate_ball(radius_m);
-  std::copy(offset_m.begin(), offset_m.end(), tool.offset_m);
+  const Rows centre = rows_of("centre_m", centre_m, 3);
+  const auto radius = Array<double>::ensure(radius_m);
+  if (!radius || radius.ndim() > 1) throw py::type_error("radius_m must be a number, or one a ball");
+  if (radius.size() != 1 && radius.size() != centre.count)
+    throw py::value_error("radius_m has " + std::to_string(radius.size()) + " numbers, centre_m " +
+                          std::to_string(centre.count) + " rows");
+  if (centre.count < 1 || centre.count > PALPATE_MAX_BALLS)
+    throw py::value_error("a tool has 1 to " + std::to_string(PALPATE_MAX_BALLS) + " balls, not " +
+                          std::to_string(centre.count));
+  palpate_tool tool = palpate_tip();
+  tool.balls = static_cast<std::int32_t>(centre.count);
+  for (py::ssize_t i = 0; i < centre.count; ++i) {
+    std::copy_n(centre.values.data() + 3 * i, 3, tool.centre_m[i]);
+    tool.radius_m[i] = radius.data()[radius.size() == 1 ? 0 : i];
+  }
   tool.damping_Ns_m = damping_Ns_m;
   tool.damper_depth_m = damper_depth_m;
   tool.lateral_damping_Ns_m = lateral_damping_Ns_m;
@@ -192,19 +316,20 @@ void declare_asset(py::module_& module) {
       .def("__exit__", [](PyAsset& self, const py::args&) { self.close(); })
       .def(
           "contact",
-          [](const std::shared_ptr<PyAsset>& asset, double radius_m,
-             const std::array<double, 3>& offset_m, double damping_Ns_m, double damper_depth_m,
+          [](const std::shared_ptr<PyAsset>& asset, const py::object& radius_m,
+             const py::object& centre_m, double damping_Ns_m, double damper_depth_m,
              double lateral_damping_Ns_m, double max_force_N, double ramp_s) {
             return std::make_unique<PyContact>(
-                asset, tool_of(radius_m, offset_m, damping_Ns_m, damper_depth_m,
+                asset, tool_of(radius_m, centre_m, damping_Ns_m, damper_depth_m,
                                lateral_damping_Ns_m, max_force_N, ramp_s));
           },
-          py::arg("radius_m") = 0.0, py::arg("offset_m") = std::array<double, 3>{},
+          py::arg("radius_m") = 0.0, py::arg("centre_m") = py::make_tuple(0.0, 0.0, 0.0),
           py::arg("damping_Ns_m") = 0.0, py::arg("damper_depth_m") = 0.0,
           py::arg("lateral_damping_Ns_m") = 0.0, py::arg("max_force_N") = 0.0,
           py::arg("ramp_s") = 0.0,
-          "A tool on the body: a tip (radius 0, what `palpate replay` plays) or a ball. Fields as "
-          "in palpate_tool; palpate.Error where one is out of range.")
+          "A tool on the body: a tip (radius 0, what `palpate replay` plays), a ball, or several "
+          "balls fixed to each other: centre_m (n, 3) in the tool's frame, radius_m of all or (n,). "
+          "Fields as in palpate_tool; palpate.Error where one is out of range.")
       .def_property_readonly("vertices_m", &vertices_of, "(V, 3) at rest, in the body's frame")
       .def_property_readonly(
           "triangles",
@@ -240,6 +365,9 @@ void declare_asset(py::module_& module) {
           "has_shape", [](const PyAsset& a) { return a.info().has_shape != 0; },
           "whether Contact.deform answers")
       .def_property_readonly(
+          "couples", [](const PyAsset& a) { return a.info().couples != 0; },
+          "whether balls, and tools that are ticked together, feel each other")
+      .def_property_readonly(
           "meta",
           [](const PyAsset& a) {
             return py::module_::import("json").attr("loads")(
@@ -251,7 +379,7 @@ void declare_asset(py::module_& module) {
 void declare_contact(py::module_& module) {
   py::class_<PyContact>(module, "Contact",
                         "One tool on an asset (Asset.contact). Threads take turns.")
-      .def("tick", &PyContact::tick, py::arg("position_m"), py::arg("orientation") = py::none(),
+      .def("tick", &tick, py::arg("position_m"), py::arg("orientation") = py::none(),
            py::arg("body_position_m") = py::none(), py::arg("body_orientation") = py::none(),
            py::arg("dt_s") = 0.001, py::arg("wants_tangent") = false,
            "One tick a row. position_m: (n, 3) of the tool, or (3,) for one tick. The poses, rows "
@@ -262,7 +390,11 @@ void declare_contact(py::module_& module) {
            "(3,) one row. The contact goes on from call to call: give a long path in pieces, a "
            "tick takes 360 bytes. The GIL is released, Ctrl-C ends it between ticks.")
       .def(
-          "deform", &PyContact::deform, py::arg("first") = 0, py::arg("count") = py::none(),
+          "deform",
+          [](PyContact& self, py::ssize_t first, const std::optional<py::ssize_t>& count) {
+            return deform({&self}, first, count);
+          },
+          py::arg("first") = 0, py::arg("count") = py::none(),
           "(count, 3) float32 [m]: how far the tool has moved vertices of the surface from `first` "
           "on. palpate.Error where the asset does not say.")
       .def("release", &PyContact::release, "Ends contact, as after a jump that was meant.")
@@ -270,6 +402,18 @@ void declare_contact(py::module_& module) {
       .def(
           "copy", [](const PyContact& self) { return std::make_unique<PyContact>(self); },
           "The same state, to go on from twice.");
+  module.def(
+      "tick_together", &tick_together, py::arg("contacts"), py::arg("position_m"),
+      py::arg("orientation") = py::none(), py::arg("body_position_m") = py::none(),
+      py::arg("body_orientation") = py::none(), py::arg("dt_s") = 0.001,
+      py::arg("wants_tangent") = false,
+      "Ticks of several tools on one body, which feel each other where the asset couples: always "
+      "the same contacts in the same order. position_m: for each contact what Contact.tick takes, "
+      "all of one length; orientation: None, or for each contact its own or None. The body's pose "
+      "is one for all. Returns a structured array (tools, n), of positions (3,) one (tools,).");
+  module.def(
+      "deform_together", &deform, py::arg("contacts"), py::arg("first") = 0,
+      py::arg("count") = py::none(), "What Contact.deform gives, of the tools together.");
 }
 
 }  // namespace
@@ -281,7 +425,7 @@ PYBIND11_MODULE(_engine, module) {
   PYBIND11_NUMPY_DTYPE(palpate_output, force_on_tool_N, torque_on_tool_Nm, contact_m, normal,
                        weight, normal_m, lateral_m, stored_J, dissipated_J, refused_J, damped_J,
                        damper_N, stiffness_N_m, refused_ticks, triangle, state, flags, status,
-                       deflection_m, acts_at_m, approach_m_s, events);
+                       deflection_m, acts_at_m, approach_m_s, events, touching);
   declare_contact(module);
   declare_asset(module);
   module.attr("OUTPUT") = py::dtype::of<palpate_output>();
@@ -301,7 +445,9 @@ PYBIND11_MODULE(_engine, module) {
                                     {"FLAG_EXTRAPOLATED", PALPATE_FLAG_EXTRAPOLATED},
                                     {"FLAG_CAPPED", PALPATE_FLAG_CAPPED},
                                     {"FLAG_RAMP", PALPATE_FLAG_RAMP},
-                                    {"FLAG_INSIDE", PALPATE_FLAG_INSIDE}})
+                                    {"FLAG_INSIDE", PALPATE_FLAG_INSIDE},
+                                    {"FLAG_OTHER_RADIUS", PALPATE_FLAG_OTHER_RADIUS},
+                                    {"FLAG_CROWDED", PALPATE_FLAG_CROWDED}})
     module.attr(name) = static_cast<int>(value);
 }
 

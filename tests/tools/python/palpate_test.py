@@ -122,6 +122,42 @@ class Ticks(unittest.TestCase):
             first.restart()
             np.testing.assert_array_equal(first.tick(path), asset.contact().tick(path))
 
+    def test_of_tools_that_feel_nothing_of_each_other_are_those_of_each(self):
+        with palpate.open(GOLDEN[1]) as asset:
+            self.assertFalse(asset.couples)
+            paths = np.stack([random_path(asset, seed=k) for k in (11, 12)])
+            radius = asset.probe_radius_m or 0.004
+            tools = [asset.contact(), asset.contact(radius)]
+            alone = [asset.contact().tick(paths[0]), asset.contact(radius).tick(paths[1])]
+            half = [palpate.tick_together(tools, part) for part in (paths[:, :1500], paths[:, 1500:])]
+            np.testing.assert_array_equal(np.concatenate(half, axis=1), alone)
+            self.assertEqual(palpate.tick_together(tools, paths[:, 0]).shape, (2,))
+
+    def test_of_a_ball_aside_turn_about_the_tools_place(self):
+        with palpate.open(GOLDEN[0]) as asset:
+            path, half = random_path(asset, seed=13), np.sqrt(0.5)
+            ball = asset.contact(0.003, [0.01, 0, 0])  # under the tool once it is turned by 90 degrees about y
+            turned = ball.tick(path + [0, 0, 0.01], orientation=[half, 0, half, 0])
+            plain = asset.contact(0.003).tick(path)
+            np.testing.assert_allclose(turned["force_on_tool_N"], plain["force_on_tool_N"], atol=1e-9)
+            self.assertGreater(np.count_nonzero(plain["touching"]), 100)
+            lever = turned["acts_at_m"] - path - [0, 0, 0.01]
+            np.testing.assert_allclose(turned["torque_on_tool_Nm"][turned["state"] > 0],
+                                       np.cross(lever, turned["force_on_tool_N"])[turned["state"] > 0], atol=1e-12)
+
+    def test_refuse_tools_that_do_not_go_together(self):
+        with palpate.open(GOLDEN[0]) as asset, palpate.open(GOLDEN[1]) as other:
+            tip, at = asset.contact(), np.zeros((2, 3))
+            for contacts, words in (([], "1 to 8"), ([tip, tip], "twice"), ([tip, other.contact()], "one asset"),
+                                    ([asset.contact() for _ in range(9)], "not 9")):
+                self.assertRaisesRegex(ValueError, words, palpate.tick_together, contacts, at)
+            two = [tip, asset.contact()]
+            self.assertRaisesRegex(ValueError, "3 items for 2 contacts", palpate.tick_together, two, np.zeros((3, 3)))
+            self.assertRaisesRegex(ValueError, "2 rows of contact 1, 1 of contact 0", palpate.tick_together, two,
+                                   [np.zeros((1, 3)), np.zeros((2, 3))])
+            self.assertRaisesRegex(ValueError, "2 numbers, centre_m 3 rows", asset.contact, [1e-3, 2e-3], np.zeros((3, 3)))
+            self.assertRaisesRegex(ValueError, "not 9", asset.contact, 1e-3, np.zeros((9, 3)))
+
     def test_from_threads_are_those_of_one(self):
         with palpate.open(GOLDEN[0]) as asset:
             path = random_path(asset, seed=8)
@@ -264,6 +300,11 @@ class Files(unittest.TestCase):
             self.assertEqual((moved.shape, moved.dtype), (vertices.shape, np.float32))
             self.assertLess(moved[:, 2].min(), -0.002)
             np.testing.assert_array_equal(contact.deform(5, 7), moved[5:12])
+            other = asset.contact(radius_m=0.008)
+            other.tick(np.column_stack([np.full(400, 0.06), np.full(400, 0.04), down]))
+            both = palpate.deform_together([contact, other])
+            np.testing.assert_allclose(both, moved + other.deform(), atol=1e-3)
+            self.assertLess(both[:, 2].min(), -0.002)
 
     @unittest.skipUnless(importlib.util.find_spec("pandas"), "pandas is not installed")
     def test_become_frames(self):
