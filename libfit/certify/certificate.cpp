@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 
 #include "libfit/certify/for_all.hpp"
@@ -193,6 +194,8 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
   out.family = runtime::row_of(static_cast<runtime::Family>(asset.curves.family)).name;
   out.sways = asset.sways;
   out.relaxes = asset.curves.relaxation.branches > 0;
+  out.softens = asset.damage.softens();
+  out.couples = asset.coupling != nullptr;
   out.is_rings = asset.curves.family == static_cast<int>(runtime::Family::rings);
   out.max_depth_m = asset.max_fitted_m;
   out.seen_step_m = 2 * options.facet.max_step_m;
@@ -283,6 +286,15 @@ std::string in_words(const Certificate& c) {
     out +=
         "The body relaxes: this is the certificate of its slow motion, and of quick slides on a "
         "body at rest. What dashpots hold after a press is left to the guard. ";
+  if (c.softens)
+    out +=
+        "The body softens: this is the certificate of the body that nothing has pressed yet. "
+        "Slides "
+        "from where it is softer to where it is not are left to the guard. ";
+  if (c.couples)
+    out +=
+        "Contacts move each other: this is the certificate of one by itself. Of several the guard "
+        "keeps the sum. ";
   const Continuity& k = c.continuity;
   if (c.sways && c.is_rings)
     out += fmt::format(

@@ -43,6 +43,8 @@ struct Certificate {
   std::string family;
   bool sways = false;     ///< as a whole (method.md, section 21)
   bool relaxes = false;   ///< in time (section 24): what is certified is slow motion
+  bool softens = false;   ///< where it was pressed (section 26): certified is what nothing has
+  bool couples = false;   ///< contacts move each other (section 28): certified is one by itself
   bool is_rings = false;  ///< sliding is certified for no other family
   bool passive_fixed = false;
   int pulling = 0;                                 ///< triangles where (M22) does not hold

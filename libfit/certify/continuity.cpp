@@ -33,11 +33,8 @@ class Walk {
     runtime::Output now;
     runtime::touch_ball(asset_, contact_, at, options_.radius_m, now, nullptr,
                         runtime::kCheckTick_s);
-    Vec3d seen = x;
-    if (asset_.sways && now.state != ContactState::air)
-      seen = x - runtime::compliance_at(asset_, contact_.triangle, contact_.weight)
-                     .times(runtime::slow_force(asset_.curves.relaxation, contact_.sway,
-                                                contact_.sway.force()));
+    const bool is_aside = now.state != ContactState::air;
+    const Vec3d seen = is_aside ? x - runtime::make_vec3<double>(contact_.series.aside_m) : x;
     if (has_begun_) compare(now, seen - seen_);
     has_begun_ = true;
     before_ = now;

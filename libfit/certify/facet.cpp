@@ -1,5 +1,7 @@
 #include "libfit/certify/facet.hpp"
 
+#include <algorithm>
+
 namespace palpate::certify {
 namespace {
 
@@ -72,7 +74,7 @@ double share_touching(const Facet& e, int ring, double d) {
   return ring == 0 ? 1 : d > 0 ? reach_m(e, ring, d) / d : 0;
 }
 /// What limit_share() reads of corner l over a range of depths.
-void put_bearing(const Facet& e, int l, const Polynomials& p, Depth<Interval>& out) {
+void put_bearing(const Facet& e, int l, const Polynomials& p, CurveTerms<Interval>& out) {
   const double middle_m = 0.5 * (out.m.lo + out.m.hi), from = out.m.lo - p.knot,
                to = out.m.hi - p.knot;
   double slope[runtime::kMaxDegree + 1] = {};
@@ -147,8 +149,8 @@ double range_of(const AssetView& asset, int t) {
   return std::min(asset.max_fitted_m, double(asset.max_depth_m[t]));
 }
 
-Depth<double> at_depth(const AssetView& asset, const Facet& e, int t, double d) {
-  Depth<double> out;
+CurveTerms<double> at_depth(const AssetView& asset, const Facet& e, int t, double d) {
+  CurveTerms<double> out;
   out.m = d;
   double energy[3];
   for (int l = 0; l < 3; ++l) {
@@ -169,9 +171,9 @@ Depth<double> at_depth(const AssetView& asset, const Facet& e, int t, double d) 
   return out;
 }
 
-Depth<Interval> over_depths(const AssetView& asset, const Facet& e, int t, double from_m,
-                            double to_m) {
-  Depth<Interval> out;
+CurveTerms<Interval> over_depths(const AssetView& asset, const Facet& e, int t, double from_m,
+                                 double to_m) {
+  CurveTerms<Interval> out;
   out.m = {from_m, to_m};
   Polynomials p[3];
   for (int l = 0; l < 3; ++l)

@@ -54,7 +54,7 @@ struct Patch {
 
 /// What the normal curves of the corners say at a depth or over a range of depths, over that depth.
 template <class T>
-struct Depth {
+struct CurveTerms {
   T m;                ///< d
   T force[3];         ///< f^z / d [N/m]
   T force_slope[2];   ///< of the blended f^z over the facet, / d [N/m^2]
@@ -74,8 +74,8 @@ Facet facet_of(const runtime::AssetView& asset, int t, const FacetOptions& optio
 double range_of(const runtime::AssetView& asset, int t);
 
 /// What its curves say at a depth, or over a range of depths within one piece of the basis.
-Depth<double> at_depth(const runtime::AssetView& asset, const Facet& facet, int t, double d);
-Depth<Interval> over_depths(const runtime::AssetView& asset, const Facet& facet, int t,
-                            double from_m, double to_m);
+CurveTerms<double> at_depth(const runtime::AssetView& asset, const Facet& facet, int t, double d);
+CurveTerms<Interval> over_depths(const runtime::AssetView& asset, const Facet& facet, int t,
+                                 double from_m, double to_m);
 
 }  // namespace palpate::certify

@@ -1,5 +1,6 @@
 #include "libfit/certify/search.hpp"
 
+#include <algorithm>
 #include <queue>
 #include <vector>
 

@@ -29,7 +29,7 @@ struct Balance {
 /// Whether the normal force stays a push and the stored energy positive (M22) as far as ring 1 may
 /// be deflected. T: Interval, a bound; double, a place.
 template <class T, class Where>
-bool pushes(const Facet& e, const Where& where, const Depth<T>& depth) {
+bool pushes(const Facet& e, const Where& where, const CurveTerms<T>& depth) {
   const T lambda = where.blend(e.lambda);
   if (!(lower(lambda) > 0)) return false;
   const BedTerms<T> bed = bed_at(e, where, lambda, depth.m);
@@ -54,7 +54,7 @@ bool pushes(const Facet& e, const Where& where, const Depth<T>& depth) {
 /// What a slip stores over what it pays (M21), at the worst direction. Infinite where no friction
 /// pays, where the bed is concave, and in a hollow that is too narrow for the ball.
 template <class T, class Where>
-Balance balance(const Facet& e, const Where& where, const Depth<T>& depth, OtherRings others) {
+Balance balance(const Facet& e, const Where& where, const CurveTerms<T>& depth, OtherRings others) {
   constexpr bool kIsBound = std::is_same_v<T, Interval>;
   constexpr double kNone = std::numeric_limits<double>::infinity();
   Balance worst;
@@ -178,7 +178,7 @@ Balance balance(const Facet& e, const Where& where, const Depth<T>& depth, Other
     for (int i = 1; i < kRings; ++i) {
       const double limit = upper(sigma * bed.touching[i]),
                    rises = upper(bed.change[i][0] * x + bed.change[i][1] * y);
-      if (rises > 0) at.ring += 0.5 * rises * limit * limit * upper(d);
+      if (!(rises <= 0)) at.ring += 0.5 * rises * limit * limit * upper(d);
     }
     at.stiffens = not_negative(upper(bed.change[0][0] * x + bed.change[0][1] * y));
     at.pulls = size_of(pull[0] * x + pull[1] * y);
@@ -192,33 +192,33 @@ Balance balance(const Facet& e, const Where& where, const Depth<T>& depth, Other
   worst.ratio = -kNone;
   for (int j = 0; j < kSectors; ++j) {
     const Spoke &a = corner[j], &b = kIsBound ? corner[j + 1] : a;
-    const double shortest =
-                     std::sqrt(std::max(std::min(a.stretch_min, b.stretch_min), frame.least)),
-                 longest = std::sqrt(std::max(a.stretch_max, b.stretch_max)),
+    const double shortest = std::sqrt(most_of(least_of(a.stretch_min, b.stretch_min), frame.least)),
+                 longest = std::sqrt(most_of(a.stretch_max, b.stretch_max)),
                  over = 1 / (shortest * shortest);
-    const double friction = std::max(lower(mu * pays), all_slide_N_m) * shortest,
-                 ring = std::max(a.ring, b.ring);
-    const double least_q = std::min(a.q, b.q);
+    const double friction = most_of(lower(mu * pays), all_slide_N_m) * shortest,
+                 ring = most_of(a.ring, b.ring);
+    const double least_q = least_of(a.q, b.q);
     const double q = least_q / (least_q > 0 ? longest : shortest),
                  turning = q * (q > 0 ? lower(sigma) : upper(sigma));
     const double third =
         upper(sigma) * reach_m *
         (upper(force) * upper(d) *
-             (0.5 * std::max(a.falls, b.falls) * over + size(kappa_u) * frame.turn_max * longest) +
-         std::max(a.pulls, b.pulls) * std::max(a.bends, b.bends) * over +
-         reach_m * slope_size * bend_rate * longest + 0.5 * std::max(a.stiffens, b.stiffens));
+             (0.5 * most_of(a.falls, b.falls) * over + size(kappa_u) * frame.turn_max * longest) +
+         most_of(a.pulls, b.pulls) * most_of(a.bends, b.bends) * over +
+         reach_m * slope_size * bend_rate * longest + 0.5 * most_of(a.stiffens, b.stiffens));
     const double stray =
         astray * (upper(sigma) * (size_of(Q.xx) + size_of(Q.xy) + size_of(Q.yy)) / shortest + ring +
                   0.5 * astray * friction);
     // Beyond its limit ring 1 pays more, or a little less.
     double rate = settled.share * lower(lambda * bed.stiffness[0] * bed.share) * shortest +
-                  (e.sways ? std::min(q, 0.0) : q) - steepest * longest;
-    if (e.sways) rate = std::min(rate, 0.5 * settled.least_N_m * longest);
-    const double beyond = kIsBound && rate < 0 ? -rate * e.overshoot_m / lower(d) : 0;
+                  (e.sways ? least_of(q, 0) : q) - steepest * longest;
+    if (e.sways) rate = least_of(rate, 0.5 * settled.least_N_m * longest);
+    const double beyond = kIsBound && !(rate >= 0) ? -rate * e.overshoot_m / lower(d) : 0;
     const double paid = friction + turning - ring - third - stray - beyond - noise,
-                 needed = std::max(a.stores, b.stores) + noise;
-    const double ratio = paid > 0 ? std::max(needed, 0.0) / paid : kNone;
-    if (!(ratio > worst.ratio)) continue;
+                 needed = most_of(a.stores, b.stores) + noise;
+    // Where one of them is no number, nothing is known to pay.
+    const double ratio = paid > 0 && needed < kNone ? not_negative(needed) / paid : kNone;
+    if (ratio <= worst.ratio) continue;
     worst.ratio = ratio;
     worst.sector = j;
     worst.paid = friction;

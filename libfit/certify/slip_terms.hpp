@@ -2,6 +2,8 @@
 
 // What a slip changes at a place of a triangle, or over a patch of it (docs/method.md, section 19).
 
+#include <algorithm>
+
 #include "libfit/certify/facet.hpp"
 
 namespace palpate::certify {
@@ -175,7 +177,7 @@ BedTerms<T> bed_at(const Facet& e, const Where& where, const T& lambda, const T&
           upper(signed_c) > 0 ? lambda * of_c[j] + out.stiffness[i] * of_lambda : T(0);
     }
     if (i > 0) {
-      if (!(upper(d) > from_m)) continue;
+      if (upper(d) <= from_m) continue;
       if constexpr (kIsBound)
         out.touching[i] =
             Interval(d.lo > 0 ? not_negative(1 - e.threshold[i] / d.lo) : 0, 1 - from_m / d.hi);
@@ -205,13 +207,13 @@ BedTerms<T> bed_at(const Facet& e, const Where& where, const T& lambda, const T&
 }
 
 /// What the limits of the rings are times (B3a), f^z over the sum of c_i h_i, at a place.
-inline double limit_share(const PatchPoint& place, const Depth<double>& depth) {
+inline double limit_share(const PatchPoint& place, const CurveTerms<double>& depth) {
   const double bed = place.blend(depth.bed);
   return bed > 0 ? std::min(place.blend(depth.force) / bed, runtime::kMaxLimitShare) : 1;
 }
 /// And over a patch and a range of depths: within the patch the quotient of two blends is between
 /// those of its corners, and along the depth it is bounded by its slope.
-inline Interval limit_share(const Patch& patch, const Depth<Interval>& depth) {
+inline Interval limit_share(const Patch& patch, const CurveTerms<Interval>& depth) {
   const double most = runtime::kMaxLimitShare;
   const Interval step(-depth.half_m, depth.half_m);
   Interval out(most, 0);

@@ -39,7 +39,7 @@ double sway_stores(const Facet& e, const SurfaceTerms<T>& frame, const SwayForce
   }
   const double whole = curvature_size(change), between = size(turned),
                across = std::sqrt(
-                   std::max(0.0, whole * whole - 2 * lower(squared) - lower(square(along)))),
+                   not_negative(whole * whole - 2 * lower(squared) - lower(square(along)))),
                p = force.along, q = force.across;
   return upper(square(force.normal) * along * d * -0.5) +
          upper(d) * (upper(force.normal) * (p * size_of(along) + q * between) +
@@ -60,7 +60,7 @@ struct UnevenSizes {
 /// Ring 1 is at its limit, but for what another C moves it.
 template <class T>
 SwayForce<T> sway_force(const Facet& e, const SurfaceTerms<T>& frame, const SideTerms<T>& side,
-                        const BedTerms<T>& bed, const Depth<T>& depth, const T& lambda,
+                        const BedTerms<T>& bed, const CurveTerms<T>& depth, const T& lambda,
                         const T& force, const UnevenSizes& of) {
   double change = 0;
   for (const auto& turn : e.sway_turn) change += curvature_size(turn);
@@ -81,7 +81,7 @@ struct UnevenTerms {
 };
 template <class T>
 UnevenTerms uneven_terms(const Facet& e, const SurfaceTerms<T>& frame, const SideTerms<T>& side,
-                         const BedTerms<T>& bed, const Depth<T>& depth, const T& lambda,
+                         const BedTerms<T>& bed, const CurveTerms<T>& depth, const T& lambda,
                          const T& force, const UnevenSizes& of) {
   const double step = 1 / std::sqrt(frame.least), turn = frame.turn_max, d = upper(depth.m),
                q_m = of.reach_m + e.overshoot_m, arm_m = of.height_m + q_m,
@@ -115,7 +115,7 @@ UnevenTerms uneven_terms(const Facet& e, const SurfaceTerms<T>& frame, const Sid
 /// The largest compliance of a facet, or more: the trace of C at a corner.
 inline double largest_give(const Facet& e) {
   double most = 0;
-  for (int l = 0; l < 3; ++l) most = std::max(most, e.sway[0][l] + e.sway[1][l] + e.sway[2][l]);
+  for (int l = 0; l < 3; ++l) most = most_of(most, e.sway[0][l] + e.sway[1][l] + e.sway[2][l]);
   return most;
 }
 
@@ -129,7 +129,7 @@ inline Settling settling(const UnevenTerms& of, double give_m_N) {
   Settling out;
   const double fold = 1 + 2 * give_m_N * of.spring;
   if (!(fold > 0)) return {0, -std::numeric_limits<double>::infinity()};
-  out.share = 1 / (1 + 2 * give_m_N * std::max(of.spring, 0.0));
+  out.share = 1 / (1 + 2 * give_m_N * not_negative(of.spring));
   out.least_N_m = (of.spring - 2 * of.turns - 2 * give_m_N * of.turns * of.turns) / fold -
                   2 * give_m_N * of.others * of.others - of.bends;
   return out;

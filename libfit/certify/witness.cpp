@@ -44,11 +44,15 @@ StagedContact stage(const AssetView& asset, int t, double radius_m, const SlipSt
   runtime::Rings::save(anchors, out.contact.memory);
   Vec3d tool = x;
   if (asset.sways) {
-    const Vec3d force = radius_m > 0
-                            ? runtime::hold<runtime::Rings, true>(asset, out.contact, x).force_N
-                            : runtime::hold<runtime::Rings, false>(asset, out.contact, x).force_N;
-    runtime::put(force, out.contact.sway.force_N);
-    tool = x + runtime::compliance_at(asset, t, out.contact.weight).times(force);
+    const Vec3d force = runtime::with_law(asset, radius_m, [&](auto f, auto is_ball) {
+      runtime::Depth depth;
+      return runtime::hold<decltype(f), is_ball>(asset, out.contact, out.contact.cache, x, depth)
+          .force_N;
+    });
+    const Vec3d aside = runtime::compliance_at(asset, t, out.contact.weight).times(force);
+    runtime::put(force, out.contact.series.force_N);
+    runtime::put(aside, out.contact.series.aside_m);
+    tool = x + aside;
     runtime::put(tool, out.contact.tip_m);
   }
   runtime::put(tool + runtime::make_vec3<double>(asset.origin_m), out.tip_m);
@@ -78,6 +82,7 @@ Witness replay_slip(const AssetView& asset, const Facet& e, int t, const PatchPo
   runtime::put(along, out.direction);
   AssetView bare = asset;
   bare.has_guard = false;
+  bare.curves.relaxation = {};  // slow motion
   for (const double beyond_m : kBeyond_m) {
     SlipState state{place, depth_m, {along * (out.deflection_m + beyond_m)}};
     for (int i = 1; i < kRings; ++i) {
@@ -86,10 +91,9 @@ Witness replay_slip(const AssetView& asset, const Facet& e, int t, const PatchPo
                       : turn_size > 0               ? turned * (-kWithin * limit_m / turn_size)
                                                     : Vec3d{0, 0, 0};
     }
-    StagedContact staged = stage(asset, t, e.radius_m, state);
+    StagedContact staged = stage(bare, t, e.radius_m, state);
     runtime::Output tick;
-    runtime::touch_ball(bare, staged.contact, staged.tip_m, e.radius_m, tick, nullptr,
-                        runtime::kMaxTimeStep_s);
+    runtime::touch_ball(bare, staged.contact, staged.tip_m, e.radius_m, tick);
     if (-tick.dissipated_J > out.created_J) {
       out.created_J = -tick.dissipated_J;
       out.stored_J = tick.stored_J - out.created_J;

@@ -12,7 +12,8 @@ struct SlipState {
 };
 
 /// The engine's contact in that state, and where its tip or ball is [m], in body coordinates. On a
-/// body that sways the state is what the law sees, and the tool stands where the sway brings it.
+/// body that sways the state is what the law sees, and the tool stands where the sway brings it. Of
+/// a body that relaxes: one whose view has no branches, as in slow motion.
 struct StagedContact {
   runtime::Contact contact;
   double tip_m[3];
@@ -31,8 +32,8 @@ struct Witness {
   double stored_J = 0;  ///< before
 };
 
-/// Replays a slip through the engine without its guard: ring 1 at its limit along a direction of
-/// Balance, the others as they store most.
+/// Replays a slip through the engine without its guard, on a body that relaxes in slow motion: ring
+/// 1 at its limit along a direction of Balance, the others as they store most.
 Witness replay_slip(const runtime::AssetView& asset, const Facet& facet, int t,
                     const PatchPoint& place, double depth_m, int sector, OtherRings others);
 

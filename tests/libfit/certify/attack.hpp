@@ -104,7 +104,7 @@ inline Attack attack(OtherRings others, Model (*body_of)(unsigned), unsigned see
       for (int i = 0; i < 150; ++i) {
         const SlipState state = random_state(bare, e, t, others, random);
         StagedContact staged = stage(bare, t, options.radius_m, state);
-        const runtime::Vec3d held = staged.contact.sway.force();
+        const runtime::Vec3d held = staged.contact.series.force();
         const runtime::Compliance give = runtime::compliance_at(bare, t, staged.contact.weight);
         Output out;
         touch_ball(bare, staged.contact, staged.tip_m, options.radius_m, out);
@@ -113,7 +113,7 @@ inline Attack attack(OtherRings others, Model (*body_of)(unsigned), unsigned see
           continue;
         // Ring 1 began at most kStep_m beyond its limit; the law's tool went on as the sway
         // settled.
-        const runtime::Vec3d on = give.times(held - staged.contact.sway.force());
+        const runtime::Vec3d on = give.times(held - staged.contact.series.force());
         if (std::sqrt(dot(on, on)) > kStep_m) {
           ++sum.faster;
           continue;

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <utility>
+#include <vector>
 
 #include "libfit/certify/devices.hpp"
 #include "tests/libfit/certify/bodies.hpp"
@@ -27,6 +29,69 @@ TEST(certificate, an_even_cylinder_needs_the_tangent_of_the_angle_between_normal
     EXPECT_NEAR(found, mu, 0.02 * mu) << around;
     EXPECT_GT(bound, found) << around;
     EXPECT_LT(bound, 1.12 * mu) << around;
+  }
+}
+
+/// Numbers of a facet, one of each kind that a bound reads.
+std::vector<std::pair<const char*, double*>> numbers_of(Facet& e) {
+  return {{"gradient", &e.gradient[1][0]},
+          {"normal", &e.normal[2][1]},
+          {"turn", &e.turn[0][1]},
+          {"lambda", &e.lambda[1]},
+          {"friction", &e.friction[2]},
+          {"friction_slope", &e.friction_slope[0]},
+          {"stiffness of ring 1", &e.stiffness[0][1]},
+          {"stiffness of ring 2", &e.stiffness[1][1]},
+          {"side2", &e.side2[0][2]},
+          {"side3", &e.side3[1][2]},
+          {"side2_turn", &e.side2_turn[0][0]},
+          {"side3_turn", &e.side3_turn[1][1]},
+          {"curvature", &e.curvature[3][0]},
+          {"curvature_turn", &e.curvature_turn[1][2]},
+          {"sway", &e.sway[0][1]},
+          {"sway_turn", &e.sway_turn[0][3]},
+          {"threshold", &e.threshold[1]},
+          {"radius_m", &e.radius_m},
+          {"overshoot_m", &e.overshoot_m}};
+}
+std::vector<std::pair<const char*, Interval*>> numbers_of(CurveTerms<Interval>& depth) {
+  return {{"m", &depth.m},
+          {"force", &depth.force[1]},
+          {"force_slope", &depth.force_slope[0]},
+          {"energy_slope", &depth.energy_slope[1]},
+          {"bed", &depth.bed[2]}};
+}
+
+// No asset has one, for opening it refuses them; arithmetic might make one. It used to be larger
+// than no ratio, and so the facet was certified.
+TEST(certificate, certifies_nothing_where_a_number_is_none) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  Model model = random_body(2, {1, 0.04, 1});
+  for (const int axis : {0, 1, 2}) model.curves.control[runtime::kSway].col(axis).setConstant(1e-4);
+  const Loaded body = load(model);
+  int t = 0;
+  while (zone_of(body.asset, t) != Zone::interior) ++t;
+  FacetOptions options;
+  options.radius_m = 0.004;
+  const Facet facet = facet_of(body.asset, t, options);
+  const double range_m = range_of(body.asset, t);
+  const CurveTerms<Interval> depth =
+      over_depths(body.asset, facet, t, 0.7 * range_m, 0.71 * range_m);
+  const Patch patch{{{{0.34, 0.33, 0.33}}, {{0.33, 0.34, 0.33}}, {{0.33, 0.33, 0.34}}}};
+  for (const OtherRings others : {OtherRings::any, OtherRings::sliding}) {
+    ASSERT_LE(balance(facet, patch, depth, others).ratio, 1);
+    Facet broken = facet;
+    for (const auto& [name, number] : numbers_of(broken)) {
+      const double kept = std::exchange(*number, kNone);
+      EXPECT_FALSE(balance(broken, patch, depth, others).ratio <= 1) << name;
+      *number = kept;
+    }
+    CurveTerms<Interval> unknown = depth;
+    for (const auto& [name, range] : numbers_of(unknown)) {
+      const Interval kept = std::exchange(*range, Interval(kNone));
+      EXPECT_FALSE(balance(facet, patch, unknown, others).ratio <= 1) << name;
+      *range = kept;
+    }
   }
 }
 

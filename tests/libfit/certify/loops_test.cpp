@@ -1,12 +1,11 @@
 // Closed loops of the paper's kind over its cylinder, without the guard: what they create is in
-// closed form, the certificate names it, and after a repair there is none. Each loop presses in one
-// place, slides and lets go in another; friction, were it there, would have to pay.
+// closed form, and the certificate names it. Each loop presses in one place, slides and lets go in
+// another; friction, were it there, would have to pay.
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "libfit/certify/repair.hpp"
 #include "tests/libfit/certify/bodies.hpp"
 
 namespace palpate::certify::test {
@@ -122,39 +121,6 @@ TEST(loops, from_soft_to_stiff_create_the_difference_of_the_stored_energies) {
     EXPECT_EQ(sliding.verdict, Verdict::fails);
     EXPECT_EQ(sliding.cause, Cause::stiffness);
     EXPECT_GT(sliding.witness.created_J, 0);
-  }
-}
-
-// With friction that all but pays, loops from where it stops paying still create energy; what the
-// repair changes takes that away, with all of the witnesses.
-TEST(loops, create_nothing_after_a_repair) {
-  struct Case {
-    const char* name;
-    Model raw;
-    std::vector<Vec3> way;
-  };
-  constexpr double kFriction = 0.1;  // tan(pi / 25) / (1 - d/R) = 0.138 is asked for
-  Model graded = even_cylinder(100, 0.001, 4);
-  for (Eigen::Index v = 0; v < graded.surface.vertices.rows(); ++v)
-    graded.curves.control[0](v, 1) *= (280 + 1400 * graded.surface.vertices(v, 2)) / 300;
-  const Case cases[] = {{"geometry", even_cylinder(25, kFriction), round_a_facet(25, 0.93, 0.0024)},
-                        {"stiffness gradient", graded, along(100, 0.0257, 0.0743, 0.0024)}};
-  for (const Case& c : cases) {
-    SCOPED_TRACE(c.name);
-    const Loaded raw = load(c.raw);
-    long slips = 0;
-    const double before_J = created_J(raw.asset, c.way, &slips);
-    EXPECT_GT(before_J, 0);
-    const Repair repaired = repair(raw.asset, {});
-    EXPECT_GT(repaired.before.witnesses, 0);
-    EXPECT_EQ(repaired.after.sum(), 0);
-    EXPECT_EQ(repaired.after.witnesses, 0);
-    const double after_J = created_J(repaired.asset.asset(), c.way, &slips);
-    EXPECT_LE(after_J, 0);
-    std::printf(
-        "%s: %.5f mJ created, %d triangles fail, %d witnesses; after repair %.5f mJ, %d, %d\n",
-        c.name, 1e3 * before_J, repaired.before.any, repaired.before.witnesses, 1e3 * after_J,
-        repaired.after.any, repaired.after.witnesses);
   }
 }
 
