@@ -41,28 +41,6 @@ TEST(check_asset, prints_one_object_with_the_keys_that_others_read) {
   EXPECT_NE(content_of(folder / "map.vtu").find("friction_factor"), std::string::npos);
 }
 
-TEST(check_asset, repairs_into_another_asset_and_certifies_that_one) {
-  const Folder folder;
-  const std::string repaired = (folder / "repaired.palp").string();
-  const Outcome outcome =
-      palpate(folder, "check " + kGolden + "rings.palp --json --repair " + repaired);
-  EXPECT_EQ(outcome.status, 3) << outcome.err;  // too coarse a ball to be certified
-  const auto json = nlohmann::json::parse(outcome.out);
-  EXPECT_GE(json["repair"]["before"]["area"], json["repair"]["after"]["area"]);
-  EXPECT_EQ(json["repair"]["after"]["triangles"], json["failed_elements"]);
-  for (const auto& step : json["repair"]["steps"]) EXPECT_GT(step["vertices"], 0);
-  const Outcome again = palpate(folder, "check " + repaired + " --json");
-  EXPECT_EQ(nlohmann::json::parse(again.out)["failed_elements"], json["failed_elements"]);
-}
-
-TEST(check_asset, says_that_no_family_but_rings_is_repaired) {
-  const Folder folder;
-  const Outcome outcome = palpate(folder, "check " + kGolden + "version_1.palp --repair " +
-                                              (folder / "repaired.palp").string());
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_NE(outcome.err.find("for rings alone"), std::string::npos) << outcome.err;
-}
-
 TEST(check_asset, says_that_sliding_is_certified_for_rings_alone) {
   const Folder folder;
   const Outcome outcome = palpate(folder, "check " + kGolden + "version_1.palp");

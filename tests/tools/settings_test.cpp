@@ -101,7 +101,7 @@ budget = 30
 region = { disc = { center = [0, 0, 0.1], radius = "3 cm" }, facing = "-x", within = "40 deg" }
 drag_depths = ["3 mm"]
 [fit]
-family = "leaning"
+family = "separable"
 smoothing = 64
 )";
 

@@ -84,16 +84,11 @@ Model with_family(Model model, CurveFamily family) {
     curves.control[kind] = model.curves.control[kind];
   }
   const auto parts = parts_of(family);
-  if (family == CurveFamily::leaning) curves.basis[kept] = {2, {0, kRange_m}};
   for (std::size_t part = kept; part < parts.size(); ++part)
     curves.control[part] =
         Controls::Zero(u.rows(), parts[part].width * size_of(parts[part], curves.basis[part]));
   for (Eigen::Index v = 0; v < u.rows(); ++v) {
     const Vec3 around(-u(v, 1), u(v, 0), 0);
-    if (family == CurveFamily::leaning) {
-      curves.control[kept].row(v).tail(3) = 1e-3 * around.transpose();
-      continue;
-    }
     curves.control[runtime::kLambda](v, 0) = 0.71;
     curves.control[runtime::kFriction](v, 0) = 0.28;
     curves.control[runtime::kFrictionSlope](v, 0) = 16;
@@ -107,8 +102,8 @@ Model with_family(Model model, CurveFamily family) {
   return model;
 }
 
-BenchAsset make_bench_asset(const Model& model, const LeanCurves& leans) {
-  BenchAsset out{make_asset_bytes(model, {.fades_borders = false, .leans = leans}), {}};
+BenchAsset make_bench_asset(const Model& model) {
+  BenchAsset out{make_asset_bytes(model, {.fades_borders = false}), {}};
   runtime::Status status;
   out.asset = runtime::Asset::open(out.bytes.data(), out.bytes.size(), &status);
   if (status != runtime::Status::ok)

@@ -17,8 +17,8 @@ double cylinder_stiffness_N_m(const Vec3& x);
 /// this deviation, on top of that: a body whose curves differ from node to node.
 Model bench_cylinder(int around, int along, int pieces = 12, double scatter = 0);
 
-/// The same body with another law: leaning 1 mm aside at 8 mm, or rings of lambda 0.71 and a
-/// friction of 0.28 + 16 d/m on the same normal curves, with a small side force.
+/// The same body with rings of lambda 0.71 and a friction of 0.28 + 16 d/m on the same normal
+/// curves, with a small side force; as it is for `separable`.
 Model with_family(Model model, CurveFamily family);
 
 /// An opened asset with its bytes.
@@ -28,6 +28,6 @@ struct BenchAsset {
 };
 /// Throws Error when the engine refuses the bytes. Borders are not faded: nothing is lost at the
 /// ends.
-BenchAsset make_bench_asset(const Model& model, const LeanCurves& leans = {});
+BenchAsset make_bench_asset(const Model& model);
 
 }  // namespace palpate::tools

@@ -6,7 +6,7 @@
 #include "libfem/mesh/structured_block.hpp"
 #include "tools/bench/fem.hpp"
 #include "tools/stages/body/prepare.hpp"
-#include "tools/stages/samples/simulate.hpp"
+#include "tools/stages/body/simulation_setup.hpp"
 
 namespace palpate::tools {
 namespace {

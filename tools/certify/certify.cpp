@@ -9,7 +9,6 @@
 #include "libfit/core/geometry.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/vtu.hpp"
-#include "tools/certify/repair.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/devices.hpp"
 
@@ -65,6 +64,8 @@ Json to_json(const Certificate& c, const std::vector<DeviceVerdict>& devices) {
   for (const DeviceVerdict& device : devices) verdicts.push_back(to_json(device));
   Json out = {{"certified", c.certified()},
               {"of_slow_motion", c.relaxes},
+              {"of_unpressed_body", c.softens},
+              {"of_one_contact", c.couples},
               {"passive_fixed", c.passive_fixed},
               {"passive_sliding", c.passive_sliding()},
               {"mu_required", c.is_rings ? number(c.any.mu_required) : Json()},
@@ -188,10 +189,7 @@ std::string in_words(const std::vector<DeviceVerdict>& devices) {
 }  // namespace
 
 AssetAnswer check_asset(const AssetCheck& check) {
-  RepairAnswer repaired;
-  if (!check.repair.empty())
-    repaired = repair_asset({check.asset, check.repair, check.jobs, check.device, check.devices});
-  const AssetFile file = read_asset_file(check.repair.empty() ? check.asset : check.repair);
+  const AssetFile file = read_asset_file(check.asset);
   const std::vector<certify::Device> table = read_devices(check.devices);
   certify::CertifyOptions options;
   options.radii_m = {file.asset().probe_radius_m};  // a tip stands for the probe's ball
@@ -210,13 +208,9 @@ AssetAnswer check_asset(const AssetCheck& check) {
   out.is_certified = certificate.certified();
   out.json = {{"asset", check.asset}};
   out.json.update(to_json(certificate, devices));
-  if (!check.repair.empty()) {
-    out.json["repair"] = repaired.json;
-    out.text = repaired.text + "\n\n";
-  }
   out.json["seconds"] = seconds;
-  out.text += fmt::format("{}\n\nDevices:\n{}{:.1f} s", wrapped(certify::in_words(certificate)),
-                          in_words(devices), seconds);
+  out.text = fmt::format("{}\n\nDevices:\n{}{:.1f} s", wrapped(certify::in_words(certificate)),
+                         in_words(devices), seconds);
   return out;
 }
 

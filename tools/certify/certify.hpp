@@ -8,8 +8,6 @@ namespace palpate::tools {
 /// What `palpate check asset.palp` was asked for.
 struct AssetCheck {
   std::string asset, vtu, devices;  ///< vtu: a map to write; devices: a table beside the program's
-  std::string repair;               ///< a repaired asset to write
-  std::string device;               ///< whose stiffness the repair keeps within; empty: none's
   int jobs = 0;
 };
 
@@ -20,8 +18,7 @@ struct AssetAnswer {
   nlohmann::ordered_json json;
 };
 
-/// Certifies an asset, or repairs it and certifies the repaired one, and writes the map. Throws
-/// Error for a bad asset or table.
+/// Certifies an asset and writes the map. Throws Error for a bad asset or table.
 AssetAnswer check_asset(const AssetCheck& check);
 
 }  // namespace palpate::tools

@@ -119,22 +119,15 @@ std::string curves_text(const runtime::AssetView& asset) {
   add(asset.sways, "sways");
   add(asset.curves.relaxation.branches > 0, "relaxes");
   add(asset.damage.softens(), "softens");
-  add(asset.damage.punctures(), fmt::format("is punctured at {:.3g} N", asset.damage.puncture_N));
   add(asset.shape.points > 0, "shows how its surface moves");
   text += does;
-  if (asset.leans.nodes.tilts > 0) text += "\nthe tool may lean";
   if (asset.coupling != nullptr) text += "\nseveral tools feel each other";
   return text;
 }
 
-std::string certificate_text(const std::string& name, const runtime::AssetView& asset,
-                             const Json& meta) {
-  std::string text = asset.has_guard ? "the guard of slips is on\n" : "the guard of slips is OFF\n";
-  if (const auto after = Json::json_pointer("/repair/after/triangles");
-      meta.contains(after) && meta.at(after).is_number())
-    text += fmt::format("repaired: {} not certified after it\n",
-                        counted(meta.at(after).get<std::int64_t>(), "triangle", "triangles"));
-  return text + fmt::format("`palpate check {}` makes one", name);
+std::string certificate_text(const std::string& name, const runtime::AssetView& asset) {
+  return fmt::format("the guard of slips is {}\n`palpate check {}` makes one",
+                     asset.has_guard ? "on" : "OFF", name);
 }
 
 // "p95 4.2 % (0.012 N)"; what is null could not be had.
@@ -150,14 +143,12 @@ std::string error_text(const Json& error, const std::string& quantile) {
 }
 
 std::string statement_text(const Json& meta) {
-  const bool is_of_before = !meta.contains("statement") && meta.contains("statement_before_repair");
-  const Json statement = meta.value(is_of_before ? "statement_before_repair" : "statement", Json());
+  const Json statement = meta.value("statement", Json());
   if (!statement.is_object() || !statement.contains("force_error"))
     return "none: `palpate validate` makes one, and `run` writes it into the asset";
   const Json& error = statement["force_error"];
-  std::string text = is_of_before ? "of the asset before its repair:\n" : "";
-  text += fmt::format("force error {}, {}, {}", error_text(error, "median"),
-                      error_text(error, "p95"), error_text(error, "max"));
+  std::string text = fmt::format("force error {}, {}, {}", error_text(error, "median"),
+                                 error_text(error, "p95"), error_text(error, "max"));
   if (const auto share = error.find("within_jnd"); share != error.end() && share->is_number())
     text += fmt::format("\n{} of rows within what a hand notices, max(0.04 N, 7 %)",
                         percent(share->get<double>(), 0));
@@ -184,7 +175,7 @@ std::string page_of(const std::string& name, const AssetFile& file) {
   return fmt::format("{}: palpate asset, version {}", name, asset.version) +
          row("body", body_text(asset, surface)) + row("window", window_text(asset, surface)) +
          row("probe", probe_text(asset, meta)) + row("curves", curves_text(asset)) +
-         row("certificate", certificate_text(name, asset, meta)) +
+         row("certificate", certificate_text(name, asset)) +
          row("statement", statement_text(meta)) +
          row("size", fmt::format("{} bytes, {} of them meta data; check path of {}, reproduced bit "
                                  "for bit",

@@ -20,7 +20,9 @@
 #include "tools/scene/rewrite.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/place_points.hpp"
 #include "tools/stages/body/prepare.hpp"
+#include "tools/stages/check_choices.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/simulate.hpp"
 

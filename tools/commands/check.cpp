@@ -15,6 +15,7 @@
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/plausibility.hpp"
 #include "tools/stages/body/prepare.hpp"
+#include "tools/stages/check_choices.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -55,28 +56,17 @@ class Check final : public Command {
                      {kPageKind}, false);
     arguments.option("--devices", devices_,
                      "Haptic devices to judge an asset by, besides data/devices.toml");
-    arguments.output("--repair", repair_,
-                     "Asset to write: this one, repaired where slides create energy", {"palp"},
-                     false);
-    arguments.option("--device", device_,
-                     "With --repair: keep the body as soft as this device shows it at rest");
     arguments.option("--jobs", jobs_, "Threads for an asset; 0: all cores");
     arguments.flag("--no-trial", no_trial_, "Do not simulate a point");
   }
 
   int run(Reply& reply) override {
     try {
-      if (!device_.empty() && repair_.empty())
-        throw Error("--device", "it says what a repair keeps the body within",
-                    "Give --repair OUT.palp, too.");
       if (is_asset_file(scene_path_)) {
-        AssetAnswer answer = check_asset({scene_path_, vtu_, devices_, repair_, device_, jobs_});
+        AssetAnswer answer = check_asset({scene_path_, vtu_, devices_, jobs_});
         reply = {std::move(answer.text), answer.json};
         return answer.is_certified ? kDone : kSomeFailed;
       }
-      if (!repair_.empty())
-        throw Error("--repair", scene_path_ + " is a scene",
-                    "Give the asset that a run of it wrote, asset.palp.");
       inspect();
     } catch (const Error& e) {
       errors_.push_back(e);
@@ -140,7 +130,7 @@ class Check final : public Command {
     if (advices.empty() && report_["warnings"].empty()) text_ += "\nnothing to change";
   }
 
-  std::string scene_path_, vtu_, page_, devices_, repair_, device_, text_;
+  std::string scene_path_, vtu_, page_, devices_, text_;
   int jobs_ = 0;
   bool no_trial_ = false;
   std::vector<Error> errors_;

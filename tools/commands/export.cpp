@@ -1,6 +1,5 @@
 #include "tools/stages/export.hpp"
 
-#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "libfit/assets/exporters.hpp"
@@ -29,15 +28,6 @@ class Export final : public Command {
     arguments.option("--elsewhere", settings_.elsewhere,
                      "What surface without test points answers with: mean, the body's mean curves, "
                      "flagged as OUTSIDE, or none");
-    arguments.flag("--repair", has_repair_,
-                   "Repair what creates energy in slides (of palp; rings that do not sway)");
-    arguments.option("--puncture-force", puncture_,
-                     "Normal force at which the tool breaks into the body, such as \"2 N\"");
-    arguments.option("--cutting-force", cutting_,
-                     "Of a tool that breaks in: what going on takes beside friction");
-    arguments.option("--shaft-friction", friction_,
-                     "Of a tool that breaks in: friction over its length in the body, in N/m");
-    arguments.option("--jobs", jobs_, "Threads of a repair; 0: all cores");
     arguments.flag("--no-guard", no_guard_,
                    "Let the engine carry out slips that would create energy");
   }
@@ -45,17 +35,10 @@ class Export final : public Command {
   int run(Reply& reply) override {
     const std::string format = settled_format();
     if (no_guard_) settings_.guard = false;
-    if (has_repair_) {
-      if (format != "palp")
-        throw Error("--repair", format + " has nothing to repair", "Export palp.");
-      settings_.repair = "slides";
-    }
-    settle_puncture();
     const ExportReport report = export_model(read_model(model_), output_, format,
                                              {.settings = settings_,
                                               .fingerprint = asset_fingerprint(settings_, model_),
                                               .map_depth_m = depth_m(),
-                                              .jobs = jobs_,
                                               .engine = engine_});
     reply.json = nlohmann::ordered_json{{"vertices", report.vertices},
                                         {"triangles", report.triangles},
@@ -76,37 +59,6 @@ class Export final : public Command {
                       find_exporter(format_).extension));
     return std::string(named.name);
   }
-  static double force_N(const char* option, const std::string& text) {
-    const auto force = parse_quantity(text, Dimension::force);
-    if (!force || !(*force >= 0 && *force <= runtime::kMaxPuncture_N))
-      throw Error(option, "\"" + text + "\" is no force of a tool",
-                  "Give a force such as \"2 N\".");
-    return *force;
-  }
-  double friction_N_m() const {
-    double value = 0;
-    const char* const end = friction_.data() + friction_.size();
-    const auto [read, error] = std::from_chars(friction_.data(), end, value);
-    if (error != std::errc() || read != end || !(value >= 0) ||
-        value > runtime::kMaxShaftFriction_N_m)
-      throw Error("--shaft-friction", "\"" + friction_ + "\" is no friction over length",
-                  "Give a number in N/m such as 20.");
-    return value;
-  }
-  void settle_puncture() {
-    if (!puncture_.empty()) settings_.puncture_N = force_N("--puncture-force", puncture_);
-    if (!cutting_.empty()) settings_.cutting_N = force_N("--cutting-force", cutting_);
-    if (!friction_.empty()) settings_.friction_N_m = friction_N_m();
-    const double most_N = settings_.puncture_N.value_or(0);
-    if (settings_.puncture_N && !(most_N > 0))
-      throw Error("--puncture-force", "is 0", "Give the force at which the tool breaks in.");
-    if (settings_.cutting_N.value_or(0) > most_N)
-      throw Error("--cutting-force", "is above the puncture force",
-                  "Cutting on takes no more than breaking in; give --puncture-force, too.");
-    if (settings_.friction_N_m && !settings_.puncture_N)
-      throw Error("--shaft-friction", "is of a tool that breaks in", "Give --puncture-force, too.");
-  }
-
   double depth_m() const {
     if (depth_.empty()) return 0;
     const auto depth = parse_quantity(depth_, Dimension::length);
@@ -115,10 +67,9 @@ class Export final : public Command {
     return *depth;
   }
 
-  std::string model_, output_, format_, engine_, depth_, puncture_, cutting_, friction_;
+  std::string model_, output_, format_, engine_, depth_;
   ExportSection settings_;
-  int jobs_ = 0;
-  bool no_guard_ = false, has_repair_ = false;
+  bool no_guard_ = false;
 };
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "tools/setup/propose_path.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
+#include "tools/stages/check_choices.hpp"
 
 namespace palpate::tools {
 namespace {

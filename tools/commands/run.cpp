@@ -6,7 +6,6 @@
 #include "tools/report/contents.hpp"
 #include "tools/report/page.hpp"
 #include "tools/stages/run.hpp"
-#include "tools/stages/samples/tilt.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -18,7 +17,6 @@ constexpr NamedOutput kFiles[] = {
     {"placement.csv", "points,new_points"},
     {"samples.h5", kSamplesSchema.name},
     {"samples.surface.h5", kSurfaceSchema.name},
-    {"samples.tilts.h5", kSamplesSchema.name},
     {"cycles.h5", kSamplesSchema.name},
     {"pairs.h5", kSamplesSchema.name},
     {"tool.h5", kSamplesSchema.name},
@@ -26,7 +24,6 @@ constexpr NamedOutput kFiles[] = {
     {"curves.h5", kCurvesSchema.name},
     {"model.h5", kModelSchema.name},
     {"asset.palp", "palp"},
-    {kTurningAsset, "palp"},
     {"stiffness.vtu", "vtu"},
     {"reference.h5", kSamplesSchema.name},
     {"reference_own.h5", kSamplesSchema.name},

@@ -6,6 +6,7 @@
 #include "tools/console.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
+#include "tools/stages/check_choices.hpp"
 #include "tools/stages/validate.hpp"
 
 namespace palpate::tools {

@@ -35,7 +35,7 @@ std::vector<std::vector<DrawnExperiment>> experiments_of(const Json& contents, s
   return out;
 }
 
-struct Series {
+struct PlottedSeries {
   Numbers x, y;  ///< [mm], [N] until they are drawn
   void add(double at, double value) {
     x.push_back(at);
@@ -109,23 +109,23 @@ class CurvesFigure {
   struct Panel {
     double left, top;
     std::string title, xlabel, what;
-    Series curve, samples, unsolved;
-    std::vector<Series> answers;
+    PlottedSeries curve, samples, unsolved;
+    std::vector<PlottedSeries> answers;
     Numbers band_N;
     Numbers knots_mm;
   };
 
   static void draw(Svg& svg, Panel panel) {
-    std::vector<Series*> all{&panel.curve, &panel.samples, &panel.unsolved};
-    for (Series& answer : panel.answers) all.push_back(&answer);
+    std::vector<PlottedSeries*> all{&panel.curve, &panel.samples, &panel.unsolved};
+    for (PlottedSeries& answer : panel.answers) all.push_back(&answer);
     double reach = 0, highest = 0, lowest = 0;
-    for (const Series* one : all) {
+    for (const PlottedSeries* one : all) {
       reach = std::max(reach, most(one->x));
       highest = std::max(highest, most(one->y));
       for (const double y : one->y) lowest = std::min(lowest, std::isfinite(y) ? y : 0);
     }
     const ForceUnit unit(highest);
-    for (Series* one : all)
+    for (PlottedSeries* one : all)
       for (double& y : one->y) y *= unit.factor;
     const double margin = 0.05 * (highest - lowest) * unit.factor;
     Plot plot(svg, panel.left, panel.top, panel.left + 185, panel.top + 92,
@@ -142,7 +142,7 @@ class CurvesFigure {
       plot.band(panel.curve.x, low, high, kBand);
     }
     plot.line(panel.curve.x, panel.curve.y, kCurve);
-    for (const Series& answer : panel.answers) plot.line(answer.x, answer.y, kAnswer);
+    for (const PlottedSeries& answer : panel.answers) plot.line(answer.x, answer.y, kAnswer);
     plot.marks("knots", panel.knots_mm, Numbers(panel.knots_mm.size(), 0), kKnotMarker, kKnot);
     plot.marks("samples", panel.samples.x, panel.samples.y, kMarkers[0], kSample);
     plot.marks("unsolved", panel.unsolved.x, panel.unsolved.y, kMarkers[4], kUnsolved);
@@ -162,7 +162,7 @@ class CurvesFigure {
     for (const double knot : knots_) panel.knots_mm.push_back(knot * 1e3);
     for (const DrawnExperiment& drawn : experiments_[point])
       if (drawn.is_press) add(panel, drawn, Eigen::RowVector3d::Zero(), u);
-    for (Series& answer : panel.answers) {  // before it touches
+    for (PlottedSeries& answer : panel.answers) {  // before it touches
       answer.x.insert(answer.x.begin(), 0);
       answer.y.insert(answer.y.begin(), 0);
     }
@@ -184,7 +184,7 @@ class CurvesFigure {
   // Rows by their way from a place and their force, both along a direction.
   void add(Panel& panel, const DrawnExperiment& drawn, const Eigen::RowVector3d& from,
            const Eigen::RowVector3d& along) const {
-    Series& answer = panel.answers.emplace_back();
+    PlottedSeries& answer = panel.answers.emplace_back();
     for (const Eigen::Index row : drawn.rows) {
       const double way_mm = (deflection_.row(row) - from).dot(along) * 1e3;
       const bool is_good = status_[static_cast<std::size_t>(row)] == 0;

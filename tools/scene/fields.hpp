@@ -22,18 +22,15 @@ inline constexpr double kSmallestLength = 1e-9;           // m
 inline constexpr double kSlowest = 1e-9, kFastest = 100;  // m/s; a tool in tissue
 inline constexpr int kMaxPoints = 10000;                  // as many as can be triangulated
 
-inline constexpr double kMostTilt_rad = 1.3962634015954636;    // 80 degrees
-inline constexpr double kLeastTilt_rad = 0.08726646259971648;  // 5 degrees: of curves at a lean
+inline constexpr double kMostTilt_rad = 1.3962634015954636;  // 80 degrees
 
 /// What a value may be.
-struct Length {};          ///< m
-struct Speed {};           ///< m/s
-struct Duration {};        ///< s
-struct Tilt {};            ///< rad, from upright
-struct Density {};         ///< kg/m^3
-struct Acceleration {};    ///< m/s^2
-struct Force {};           ///< N
-struct ForcePerLength {};  ///< N/m, a plain number
+struct Length {};        ///< m
+struct Speed {};         ///< m/s
+struct Duration {};      ///< s
+struct Tilt {};          ///< rad, from upright
+struct Density {};       ///< kg/m^3
+struct Acceleration {};  ///< m/s^2
 struct Number {
   double low = 0, high = 1;
 };
@@ -145,7 +142,7 @@ void visit(SectionOf<Experiments> auto& section, Visitor& f) {
 template <class Visitor>
 void visit(SectionOf<ExperimentsSection> auto& section, Visitor& f) {
   auto& [test_points, placement, points_file, region, each, force_tolerance, surface, cycles,
-         tilts_rad, pairs] = section;
+         pairs] = section;
   f(Stage::prepare, "test_points", test_points, PointCount{});
   f(Stage::place, "", placement, PointCount{});
   f(Stage::prepare, "points_file", points_file, PointCount{});
@@ -154,7 +151,6 @@ void visit(SectionOf<ExperimentsSection> auto& section, Visitor& f) {
   f(Stage::simulate, "force_tolerance", force_tolerance, Number{});
   f(Stage::surface, "surface", surface, Any{});
   f(Stage::fit, "cycles", cycles, Whole{1, 1000});
-  f(Stage::tilt, "tilts", tilts_rad, Tilt{});
   f(Stage::fit, "pairs", pairs, Whole{0, 1000});
 }
 
@@ -170,16 +166,10 @@ void visit(SectionOf<FitSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ExportSection> auto& section, Visitor& f) {
-  auto& [precision, guard, elsewhere, repair, puncture_N, cutting_N, friction_N_m, mouth_m] =
-      section;
+  auto& [precision, guard, elsewhere] = section;
   f(Stage::export_, "precision", precision, Choice{{"float32"}});
   f(Stage::export_, "guard", guard, Any{});
   f(Stage::export_, "elsewhere", elsewhere, Choice{{"mean", "none"}});
-  f(Stage::export_, "repair", repair, Choice{{"none", "slides"}});
-  f(Stage::export_, "puncture_force", puncture_N, Force{});
-  f(Stage::export_, "cutting_force", cutting_N, Force{});
-  f(Stage::export_, "shaft_friction", friction_N_m, ForcePerLength{});
-  f(Stage::export_, "channel_mouth", mouth_m, Length{});
 }
 
 template <class Visitor>

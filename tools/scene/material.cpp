@@ -107,6 +107,13 @@ fem::MaterialParameters read_material(SceneTable table, bool may_relax) {
                 fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),
                 fem::kRelaxationRemedy);
   material.softening = read_softening(table);
+  if (material.relaxation.branches() > 0 && material.softening.is_any())
+    throw Error(table.where("softening"),
+                fmt::format("{} has both relaxation and softening, and the simulator computes one "
+                            "of the two in a material",
+                            table.name()),
+                "Keep one of them here. Curves that recordings of both are fitted to may do both: "
+                "the engine plays them together.");
   if (const fem::Refusal refusal = fem::refuse_softening(law, material); refusal.is_refused())
     throw Error(table.where(refusal.key),
                 fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),

@@ -8,8 +8,6 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/runtime/law/softening.hpp"
-#include "libfit/runtime/tool/tilt.hpp"
 #include "tools/scene/fields.hpp"
 #include "tools/scene/material.hpp"
 #include "tools/scene/read_region.hpp"
@@ -71,29 +69,12 @@ class SectionReader {
   void operator()(Stage, std::string_view key, std::optional<double>& value, Length) {
     if (table_.has(key)) value = length(key, 0);
   }
-  void operator()(Stage, std::string_view key, std::optional<double>& value, Force) {
-    if (table_.has(key))
-      value = table_.quantity(key, Dimension::force, 0, 0, runtime::kMaxPuncture_N);
-  }
-  void operator()(Stage, std::string_view key, std::optional<double>& value, ForcePerLength) {
-    if (table_.has(key)) value = table_.number(key, 0, 0, runtime::kMaxShaftFriction_N_m);
-  }
   void operator()(Stage, std::string_view key, std::vector<double>& value, Length) {
     if (table_.has(key))
       value = table_.quantities(key, Dimension::length, kSmallestLength, kAnyLength);
   }
   void operator()(Stage, std::string_view key, double& value, Duration) {
     value = table_.quantity(key, Dimension::time, value, 0, runtime::kMaxRelaxation_s);
-  }
-  void operator()(Stage, std::string_view key, std::vector<double>& value, Tilt) {
-    if (!table_.has(key)) return;
-    value = table_.quantities(key, Dimension::angle, kLeastTilt_rad, kMostTilt_rad);
-    if (value.size() > runtime::kMaxTilts || !std::ranges::is_sorted(value) ||
-        std::ranges::adjacent_find(value) != value.end())
-      throw Error(
-          table_.where(key),
-          fmt::format("{} are not one to {} rising tilts", name_of(key), runtime::kMaxTilts),
-          "Write, for example, tilts = [\"25 deg\", \"50 deg\"].");
   }
   void operator()(Stage, std::string_view key, double& value, Tilt) {
     value = table_.quantity(key, Dimension::angle, value, 0, kMostTilt_rad);
@@ -229,28 +210,6 @@ ExperimentsSection read_experiments(SceneTable table, const std::filesystem::pat
   return out;
 }
 
-// What happens in a channel is of a tool that makes one.
-ExportSection read_export(SceneTable table, const std::filesystem::path& scene) {
-  ExportSection out = read_section<ExportSection>(table, scene);
-  for (const char* key : {"cutting_force", "shaft_friction", "channel_mouth"})
-    if (!out.puncture_N && table.has(key))
-      throw Error(table.where(key),
-                  fmt::format("{} of [export] is of a tool that breaks in, and there is no "
-                              "puncture_force",
-                              key),
-                  fmt::format("Add puncture_force, or leave {} out.", key));
-  if (out.puncture_N && !(*out.puncture_N > 0))
-    throw Error(table.where("puncture_force"), "puncture_force of [export] is 0",
-                "Give the force at which the tool breaks in, or leave it out.");
-  if (out.puncture_N && out.cutting_N.value_or(0) > *out.puncture_N)
-    throw Error(table.where("cutting_force"),
-                fmt::format("cutting_force of [export], {} N, is above puncture_force, {} N",
-                            *out.cutting_N, *out.puncture_N),
-                "Cutting on takes no more than breaking in: correct one of the two.");
-  table.finish();
-  return out;
-}
-
 }  // namespace
 
 Scene parse_scene(const std::string& text, const std::filesystem::path& path,
@@ -305,7 +264,8 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
     scene.experiments = read_experiments(root.table("experiments", "[experiments]"), path);
   });
   section([&] { scene.fit = read_section<FitSection>(root.table("fit", "[fit]"), path); });
-  section([&] { scene.export_ = read_export(root.table("export", "[export]"), path); });
+  section(
+      [&] { scene.export_ = read_section<ExportSection>(root.table("export", "[export]"), path); });
   section([&] {
     scene.validate = read_section<ValidateSection>(root.table("validate", "[validate]"), path);
   });

@@ -17,7 +17,7 @@ namespace palpate::tools {
 
 /// What a setting changes first: the stage whose fingerprint it belongs to. Later stages see it
 /// through the files before them.
-enum class Stage { prepare, simulate, surface, place, fit, tilt, export_, validate };
+enum class Stage { prepare, simulate, surface, place, fit, export_, validate };
 
 // A scene.toml with its defaults filled in, SI throughout (docs/formats.md has every key).
 
@@ -73,8 +73,6 @@ struct ExperimentsSection {
   double force_tolerance = 0;  ///< force error asked of a simulated row, relative; 0: as it comes
   bool surface = true;         ///< keep how the whole surface moves, so that the asset deforms
   int cycles = 4;              ///< of a body that softens: test points pressed in and out
-  /// Presses of a tool that leans by these in three directions, so that there are curves at leans.
-  std::vector<double> tilts_rad = {};
   int pairs = 0;  ///< of two tools pressed side by side, which tell how they feel each other
 };
 
@@ -90,9 +88,6 @@ struct ExportSection {
   std::string precision = "float32";
   bool guard = true;
   std::string elsewhere = "mean";  ///< what surface without test points answers with
-  std::string repair = "none";     ///< slides: what creates energy in slides is repaired
-  /// Of a tool that breaks into the body; it does so where there is a puncture force.
-  std::optional<double> puncture_N, cutting_N, friction_N_m, mouth_m;
 };
 
 struct ValidateSection {

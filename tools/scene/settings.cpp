@@ -31,20 +31,15 @@ class SettingsWriter {
   template <class Kind>
   void operator()(Stage stage, std::string_view key, double value, const Kind&) {
     put(stage, std::string(key),
-        std::is_same_v<Kind, Number>           ? kPlain
-        : std::is_same_v<Kind, Duration>       ? "s"
-        : std::is_same_v<Kind, Tilt>           ? "rad"
-        : std::is_same_v<Kind, Density>        ? "kg/m^3"
-        : std::is_same_v<Kind, Force>          ? "N"
-        : std::is_same_v<Kind, ForcePerLength> ? "N/m"
-                                               : "m",
+        std::is_same_v<Kind, Number>     ? kPlain
+        : std::is_same_v<Kind, Duration> ? "s"
+        : std::is_same_v<Kind, Tilt>     ? "rad"
+        : std::is_same_v<Kind, Density>  ? "kg/m^3"
+                                         : "m",
         {value});
   }
   void operator()(Stage stage, std::string_view key, const std::vector<double>& value, Speed) {
     put(stage, std::string(key), "m/s", value);
-  }
-  void operator()(Stage stage, std::string_view key, const std::vector<double>& value, Tilt) {
-    if (!value.empty()) put(stage, std::string(key), "rad", value);
   }
   void operator()(Stage stage, std::string_view key, std::optional<double> value, SmoothingChoice) {
     if (value) put(stage, std::string(key), kPlain, {*value});
@@ -192,10 +187,6 @@ class SettingsReader {
   }
   void operator()(Stage, std::string_view key, std::vector<double>& value, Length) {
     value = get(key).numbers;
-  }
-  void operator()(Stage, std::string_view key, std::vector<double>& value, Tilt) {
-    value.clear();
-    if (has(key)) value = get(key).numbers;
   }
   template <class Kind>
   void operator()(Stage, std::string_view key, int& value, const Kind&) {

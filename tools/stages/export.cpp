@@ -7,7 +7,6 @@
 #include "libfit/assets/exporters.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
-#include "tools/certify/repair.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
 
@@ -35,21 +34,6 @@ nlohmann::ordered_json probe_json(const ProbeSpec& probe) {
   return json;
 }
 
-constexpr double kMouthShare = 0.1;  // of the curves' depth, where no tool's radius is known
-
-// The model with what [export] says of a tool that breaks in.
-Model with_puncture(Model model, const ExportSection& settings) {
-  runtime::DamageView& damage = model.curves.damage;
-  damage.puncture_N = settings.puncture_N.value_or(0);
-  if (!damage.punctures()) return model;
-  damage.cutting_N = settings.cutting_N.value_or(0);
-  damage.friction_N_m = settings.friction_N_m.value_or(0);
-  const double radius_m = ball_radius_m(model.probe);
-  damage.mouth_m = settings.mouth_m.value_or(
-      radius_m > 0 ? radius_m : kMouthShare * model.curves.basis[0].knots_m.back());
-  return model;
-}
-
 }  // namespace
 
 ExportReport export_model(const Model& model, const std::filesystem::path& output,
@@ -66,13 +50,8 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   options.meta_json = meta.dump();
   options.map_depth_m = request.map_depth_m;
   options.engine_dir = request.engine;
-  options.leans = request.leans;
-  const ExportReport report = find_exporter(format).write(
-      request.settings.puncture_N ? with_puncture(model, request.settings) : model, output,
-      options);
+  const ExportReport report = find_exporter(format).write(model, output, options);
   for (const std::string& remark : report.remarks) say("  {}", remark);
-  if (request.settings.repair == "slides" && format == "palp")
-    say("  {}", repair_asset({output, output, request.jobs}).text);
   say("  {}: {} bytes, {} vertices, {} triangles", output.string(), report.bytes, report.vertices,
       report.triangles);
   return report;

@@ -12,9 +12,7 @@ struct ExportRequest {
   ExportSection settings;
   std::string fingerprint;       ///< put into the asset's meta; empty for none
   double map_depth_m = 0;        ///< of a coloured surface; 0: half of the curves' range
-  int jobs = 0;                  ///< threads of a repair; 0: all cores
   std::filesystem::path engine;  ///< folder to copy the engine into; empty for none
-  LeanCurves leans = {};         ///< of a tool that turns
 };
 
 /// Writes the model in one of the export formats; says what and how large.

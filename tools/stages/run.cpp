@@ -11,6 +11,7 @@
 #include "tools/scene/settings.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
+#include "tools/stages/check_choices.hpp"
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
@@ -20,7 +21,6 @@
 #include "tools/stages/samples/pairs.hpp"
 #include "tools/stages/samples/placement.hpp"
 #include "tools/stages/samples/simulate.hpp"
-#include "tools/stages/samples/tilt.hpp"
 #include "tools/stages/shape.hpp"
 #include "tools/stages/validate.hpp"
 
@@ -49,7 +49,6 @@ class StageRun {
     fit();
     refine();
     export_asset();
-    tilt();
     validate();
     return result();
   }
@@ -196,30 +195,13 @@ class StageRun {
     const Model model = read_model(file("model.h5"));
     export_model(model, picture, "vtu", {});
     export_model(model, output, "palp",
-                 {.settings = scene_.export_,
-                  .fingerprint = wanted,
-                  .jobs = request_.jobs,
-                  .engine = file("engine")});
-  }
-
-  bool tilts() const { return !scene_.experiments.tilts_rad.empty(); }
-
-  void tilt() {
-    if (!tilts()) return;
-    const fs::path folder(request_.folder);
-    const std::string wanted = tilt_fingerprint(scene_, folder);
-    const fs::path output = file(kTurningAsset);
-    if (!is_stale("tilt", output, stored_in_asset(output), wanted)) return;
-    make_turning_asset(scene_, read_body(placed_body()),
-                       {.jobs = request_.jobs, .folder = folder, .resume = !request_.force});
+                 {.settings = scene_.export_, .fingerprint = wanted, .engine = file("engine")});
   }
 
   void validate() {
     const fs::path output = file("statement.json"), asset = file("asset.palp");
     const std::string made_from = asset_fingerprint(scene_.export_, file("model.h5"));
-    std::string wanted = statement_fingerprint(scene_, made_from, file("body.h5"));
-    if (tilts())
-      wanted = ContentHash().add(wanted).add(tilt_fingerprint(scene_, request_.folder)).hex();
+    const std::string wanted = statement_fingerprint(scene_, made_from, file("body.h5"));
     const auto stored = has_statement(asset) ? stored_in_json(output) : std::nullopt;
     if (!is_stale("validate", output, stored, wanted)) return;
     const Model model = read_model(file("model.h5"));
@@ -231,8 +213,7 @@ class StageRun {
                                           .reference = request_.folder,
                                           .resume = !request_.force,
                                           .curves = &curves,
-                                          .model = &model,
-                                          .tilts = tilts() ? file(kTurningAsset) : fs::path()});
+                                          .model = &model});
     state_two_tools(asset, scene_, body_, request_.jobs, request_.folder, !request_.force,
                     statement);
     state_tool(asset, scene_, body_, request_.jobs, request_.folder, !request_.force, statement);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "libfem/probes/probes.hpp"
 #include "libfem/solve/experiments/cycled_path.hpp"
 #include "libfem/solve/experiments/simulate.hpp"
 #include "libfem/solve/experiments/timed_path.hpp"
@@ -25,7 +26,6 @@
 #include "tools/stages/samples/kept_paths.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
 #include "tools/stages/samples/simulate.hpp"
-#include "tools/stages/samples/tilt.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -143,14 +143,8 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   statement.probes = reference.held_out.paths.size();
   statement.reference_failures = static_cast<std::size_t>(reference.paths.rows()) - rows.size();
   statement.by_path = errors_by_path(reference, engine);
-  statement.torque = torque_errors(reference, engine, end_radius_m(scene));
-  if (!request.tilts.empty()) {
-    const AssetFile tilts = read_asset_file(request.tilts);
-    const Replayed turning = replay_turning(tilts.asset(), reference, depth_m);
-    statement.turning = errors_by_path(reference, turning);
-    statement.turning_torque = torque_errors(reference, turning, tilts.asset().probe_radius_m);
-    statement.turning_tick_ns = time_turning_ticks_ns(tilts.asset(), reference.held_out, depth_m);
-  }
+  const double end_radius_m = fem::round_end_m(fem::make_probe(scene.probe.spec, "[probe]"));
+  statement.torque = torque_errors(reference, engine, end_radius_m);
   if (request.settings.causes)
     statement.causes = error_causes(asset, reference, engine, depth_m, request.jobs);
   statement.baselines =

@@ -19,7 +19,6 @@ struct ValidateRequest {
   bool resume = true;                    ///< use what that folder holds
   const FittedCurves* curves = nullptr;  ///< what the asset was made from, for the baseline
   const Model* model = nullptr;          ///< without interpolation; both or none
-  std::filesystem::path tilts = {};      ///< the asset of a tool that turns; empty: none
 };
 
 /// Fresh experiments against the engine, loaded from the asset's bytes (docs/method.md, section 6):

@@ -11,9 +11,6 @@
 #include "libfit/core/error.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/body/misread.hpp"
-#include "tools/stages/samples/compound.hpp"
-#include "tools/stages/samples/pairs.hpp"
-#include "tools/stages/samples/tilt.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -74,15 +71,12 @@ Scene open_scene(const std::filesystem::path& path) {
 
 std::string body_place(const Scene& scene) { return scene.path.string() + ": [body]"; }
 
-void check_choices(const Scene& scene) {
+void check_simulated(const Scene& scene) {
   const std::string file = scene.path.string();
   if (!scene.material)
     throw Error(file, "the scene has no [material]",
                 "Add [material] with law and its parameters, such as young and poisson.");
   fem::make_probe(scene.probe.spec, file + ": [probe]");
-  check_tilts(scene);
-  check_pairs(scene);
-  check_tool(scene);
 }
 
 }  // namespace palpate::tools

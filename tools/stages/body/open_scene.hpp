@@ -12,7 +12,7 @@ Scene open_scene(const std::filesystem::path& path);
 
 /// What a simulation needs of a scene: a [material], and a probe that its table knows and accepts.
 /// Throws Error with a remedy.
-void check_choices(const Scene& scene);
+void check_simulated(const Scene& scene);
 
 /// "FILE: [body]", where errors of the body are.
 std::string body_place(const Scene& scene);

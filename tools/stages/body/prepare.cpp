@@ -17,9 +17,10 @@
 #include "tools/scene/settings.hpp"
 #include "tools/stages/body/body_meshes.hpp"
 #include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/place_points.hpp"
 #include "tools/stages/body/plausibility.hpp"
 #include "tools/stages/body/reach.hpp"
-#include "tools/stages/samples/simulate.hpp"
+#include "tools/stages/body/simulation_setup.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -109,7 +110,7 @@ void choose_points(const Scene& scene, bool surface_only, Body& body) {
 // Bends a body that is given at rest; of one that is given under its weight, sees to it that it
 // has a shape at rest.
 void bend(const Scene& scene, Body& body) {
-  check_choices(scene);
+  check_simulated(scene);
   try {
     const fem::SimulationSetup setup = make_setup(scene, body);
     if (!setup.regions_at_rest) {

@@ -23,7 +23,6 @@
 #include "tools/scene/settings.hpp"
 #include "tools/stages/body/reach.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/samples/cycles.hpp"
 #include "tools/stages/samples/kept_paths.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
@@ -56,12 +55,13 @@ Points balls_of(const Scene& scene, const fem::Probe& probe) {
   return out;
 }
 
-runtime::CompoundShape shape_of(const Points& balls_m, double radius_m) {
-  runtime::CompoundShape out;
+runtime::ToolShape shape_of(const Points& balls_m, double radius_m) {
+  runtime::ToolShape out;
   out.balls = static_cast<int>(balls_m.rows());
-  out.radius_m = radius_m;
-  for (int i = 0; i < out.balls; ++i)
-    for (int k = 0; k < 3; ++k) out.centre_m[i][k] = balls_m(i, k);
+  for (int i = 0; i < out.balls; ++i) {
+    Eigen::Map<Vec3>(out.ball[i].centre_m) = balls_m.row(i);
+    out.ball[i].radius_m = radius_m;
+  }
   return out;
 }
 
@@ -111,7 +111,7 @@ class ToolDrawing {
       const Vec3 inward = drawn.held_out.points.normal.row(out.paths[i].point);
       Eigen::Index deepest = 0;
       (balls_m_ * (out.stance[i].axes.transpose() * inward)).maxCoeff(&deepest);
-      out.shape[i] = shape_of(balls_m_.row(deepest), out.shape[i].radius_m);
+      out.shape[i] = shape_of(balls_m_.row(deepest), ball_radius_m(scene_.probe.spec));
     }
     return out;
   }
@@ -230,10 +230,6 @@ void check_tool(const Scene& scene) {
                 fmt::format("balls = {} is a row along a capsule of the probe's radius, {} mm",
                             scene.tool->row, 1e3 * radius_m),
                 "Give [probe] the capsule's radius, or balls as a list of places.");
-  if (relaxes(scene) || softens(scene) || scene.export_.puncture_N)
-    throw Error(where,
-                "contacts do not feel each other on a body that relaxes, softens or is punctured",
-                "Leave relaxation, softening and puncture_force out, or leave [tool] out.");
   fem::tilted(probe, -Vec3::UnitZ(), lean_of(scene.tool->tilt_rad, 0), where + " tilt");
 }
 

@@ -12,7 +12,7 @@
 namespace palpate::tools {
 
 /// Refuses a [tool] that the simulator or the engine does not know: balls in a row of no capsule, a
-/// probe that is no ball, a body that relaxes, softens or is punctured. Throws Error.
+/// probe that is no ball. Throws Error.
 void check_tool(const Scene& scene);
 
 /// Simulates the paths of [tool] into `output`, as simulate_kept_paths().

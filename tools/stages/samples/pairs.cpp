@@ -17,7 +17,6 @@
 #include "tools/console.hpp"
 #include "tools/stages/body/reach.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/samples/cycles.hpp"
 #include "tools/stages/samples/kept_paths.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
@@ -74,10 +73,6 @@ void check_pairs(const Scene& scene) {
         where,
         fmt::format("two tools are simulated as balls, and this is a {}", scene.probe.spec.shape),
         "Take shape = \"sphere\" in [probe], or leave pairs out.");
-  if (relaxes(scene) || softens(scene) || scene.export_.puncture_N)
-    throw Error(where,
-                "tools do not feel each other on a body that relaxes, softens or is punctured",
-                "Leave relaxation, softening and puncture_force out, or leave pairs out.");
 }
 
 Samples simulate_pairs(const Scene& scene, const Body& body, int jobs,

@@ -11,8 +11,8 @@
 
 namespace palpate::tools {
 
-/// Refuses pairs of two tools that the simulator or the engine does not know: of a probe that is no
-/// ball, of a body that relaxes or softens. Throws Error.
+/// Refuses pairs of two tools of a probe that is no ball: the simulator has no other second tool.
+/// Throws Error.
 void check_pairs(const Scene& scene);
 
 /// Simulates the pairs of [experiments] into pairs.h5, as simulate_kept_paths().

@@ -1,18 +1,14 @@
 #include "tools/stages/samples/simulate.hpp"
 
 #include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <mutex>
 #include <numbers>
 
 #include "libfem/materials/relaxation.hpp"
-#include "libfem/mesh/grade/smooth_surface.hpp"
 #include "libfem/solve/experiments/contact_relaxation.hpp"
-#include "libfem/solve/factor/blas.hpp"
-#include "libfit/core/error.hpp"
-#include "libfit/core/misread_unit.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
@@ -20,74 +16,7 @@ namespace {
 
 constexpr std::size_t kListed = 15;  // experiments named before "and N more"
 
-void warn_of_foreign_blas() {
-  const std::string file = fem::foreign_blas();
-  if (!file.empty())
-    warn(
-        "{} computes in the place of OpenBLAS: reference BLAS and ATLAS take several times as "
-        "long, and forces differ in their last digits",
-        file);
-}
-
 }  // namespace
-
-fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
-  static std::once_flag said;
-  std::call_once(said, warn_of_foreign_blas);
-  fem::SimulationSetup setup;
-  setup.volume = body.volume;
-  setup.is_held = body.is_held;
-  setup.held_at = [fixed = scene.body.fixed](const Vec3& place, bool is_on_boundary) {
-    return any_contains(fixed, place, is_on_boundary);
-  };
-  setup.surface = body.surface;
-  setup.materials.push_back(*scene.material);
-  std::vector<Region> regions;
-  for (const InclusionSection& inclusion : scene.inclusions) {
-    setup.materials.push_back(inclusion.material);
-    regions.push_back(inclusion.region);
-  }
-  // The last inclusion named wins where several overlap.
-  if (!regions.empty())
-    setup.region_at = [regions](const Vec3& place) {
-      for (std::size_t i = regions.size(); i-- > 0;)
-        if (contains(regions[i], place)) return static_cast<int>(i) + 1;
-      return 0;
-    };
-  // Of a layer that is thin against its breadth: confined along the normal, in shear across (M13f).
-  std::vector<std::pair<Region, fem::BedStiffness>> beds;
-  for (const BedSection& bed : scene.beds) {
-    const fem::Material layer = fem::make_material(bed.material, "material of [[bed]]");
-    const fem::SmallStrain moduli = layer.law->small_strain(layer.constants);
-    beds.push_back({bed.region,
-                    {(moduli.lambda_Pa + 2 * moduli.mu_Pa) / bed.thickness_m,
-                     bed.slides ? 0 : moduli.mu_Pa / bed.thickness_m}});
-  }
-  if (!scene.body.symmetric.empty()) {
-    const fem::Material own = fem::make_material(*scene.material, "[material]");
-    const double length_m = fem::make_probe(scene.probe.spec, "[probe]").length_m;
-    for (const Region& region : scene.body.symmetric)
-      beds.push_back({region, fem::plane_of_symmetry(own, length_m)});
-  }
-  if (!beds.empty())
-    setup.bed_at = [beds](const Vec3& place) {
-      for (const auto& [region, stiffness] : beds)
-        if (contains(region, place)) return stiffness;
-      return fem::BedStiffness{};
-    };
-  if (scene.gravity) {
-    setup.weight = {scene.gravity->acceleration_m_s2, {scene.gravity->density_kg_m3}};
-    for (const InclusionSection& inclusion : scene.inclusions)
-      setup.weight.density_kg_m3.push_back(
-          inclusion.density_kg_m3.value_or(scene.gravity->density_kg_m3));
-    setup.regions_at_rest = scene.gravity->shape == kAtRest;
-  }
-  setup.probe = scene.probe.spec;
-  setup.options.force_tolerance = scene.experiments.force_tolerance;
-  setup.options.equilibrium.element =
-      fem::find_element(scene.body.element, "element of [body]").kind;
-  return setup;
-}
 
 bool relaxes(const Scene& scene) {
   const auto has_branches = [](const fem::MaterialParameters& material) {
@@ -99,12 +28,6 @@ bool relaxes(const Scene& scene) {
 
 bool keeps_surface(const Scene& scene, const Body& body) {
   return scene.experiments.surface && body.surface.vertices.rows() <= kMaxSurfaceVertices;
-}
-
-fem::Experiments experiments_of(const Scene& scene) {
-  fem::Experiments experiments = scene.experiments.each;
-  if (experiments.drag_directions == 0) experiments.drag_depths_m.clear();
-  return experiments;
 }
 
 void add_origin(Samples& samples, const fem::Simulator& simulator) {
@@ -219,53 +142,6 @@ std::size_t list_bad_experiments(const Samples& samples) {
                place.second);
   }
   return bad.size();
-}
-
-namespace {
-
-constexpr double kFarthestRatio = 0.05;  // of the body's diagonal
-
-}  // namespace
-
-TestPoints place_points(const PointTable& points, const Surface& surface,
-                        const std::string& where) {
-  const fem::SmoothSurface smooth(surface);
-  const double farthest_m = kFarthestRatio * extent_m(surface.vertices).norm();
-  TestPoints placed;
-  placed.position.resize(points.position.rows(), 3);
-  placed.normal.resize(points.position.rows(), 3);
-  for (Eigen::Index i = 0; i < points.position.rows(); ++i) {
-    const Vec3 given = points.position.row(i);
-    const fem::SurfaceHit hit = smooth.closest(given);
-    if (!(hit.distance_m <= farthest_m)) {
-      const auto unit = misread_unit(Points(given.transpose()), surface);
-      throw Error(
-          fmt::format("{}: point {}", where, i + 1),
-          fmt::format("({}, {}, {}) m lies {:.3g} m off the surface", given[0], given[1], given[2],
-                      hit.distance_m),
-          fmt::format(
-              "{}Give points within {:.3g} m of it, in metres and in the frame of the scaled mesh.",
-              unit ? fmt::format("In {} it would lie at the body. ", *unit) : "", farthest_m));
-    }
-    placed.position.row(i) = hit.on_facet;
-    placed.normal.row(i) = points.normal.rows() ? Vec3(points.normal.row(i)) : Vec3(-hit.normal);
-    placed.name.push_back(fmt::format("p{:04}", i + 1));
-  }
-  return placed;
-}
-
-PlacedPaths place_paths(const std::vector<PathInTable>& paths, const Surface& surface,
-                        const std::string& where) {
-  PointTable table;
-  table.position.resize(static_cast<Eigen::Index>(paths.size()), 3);
-  PlacedPaths placed;
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    table.position.row(static_cast<Eigen::Index>(i)) = paths[i].point;
-    placed.paths.push_back({static_cast<int>(i), paths[i].deflection});
-  }
-  placed.points = place_points(table, surface, where);
-  for (std::size_t i = 0; i < paths.size(); ++i) placed.points.name[i] = paths[i].name;
-  return placed;
 }
 
 }  // namespace palpate::tools

@@ -7,8 +7,8 @@
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/body.hpp"
 #include "libfit/core/samples.hpp"
-#include "libfit/io/csv/tables.hpp"
 #include "tools/scene/scene.hpp"
+#include "tools/stages/body/simulation_setup.hpp"
 
 namespace palpate::tools {
 
@@ -26,9 +26,6 @@ bool keeps_surface(const Scene& scene, const Body& body);
 /// Whether some material of the scene relaxes.
 bool relaxes(const Scene& scene);
 
-fem::SimulationSetup make_setup(const Scene& scene, const Body& body);
-fem::Experiments experiments_of(const Scene& scene);
-
 /// The Prony series of the body's contacts: the material's as it is felt through forces (M14c), by
 /// presses at the first few test points of its samples. Empty of a body whose own material does not
 /// relax.
@@ -43,19 +40,5 @@ std::size_t say_force_errors(const Samples& samples, double wanted);
 
 /// Lists experiments with rows that are not good, at most a screenful. Returns how many there are.
 std::size_t list_bad_experiments(const Samples& samples);
-
-/// Points a user gave, moved to the nearest place of the surface. Normals are the surface's own
-/// (interpolated, inward) unless the table has some. Named "p0001"...
-/// Throws Error at `where` with the row of a point farther than 5 % of the body's diagonal: it is
-/// another unit or another body.
-TestPoints place_points(const PointTable& points, const Surface& surface, const std::string& where);
-
-/// The same for tool paths; deflections stay as they are. normal: inward, one row per path.
-struct PlacedPaths {
-  TestPoints points;
-  std::vector<ToolPath> paths;  ///< one per point
-};
-PlacedPaths place_paths(const std::vector<PathInTable>& paths, const Surface& surface,
-                        const std::string& where);
 
 }  // namespace palpate::tools

@@ -1,0 +1,57 @@
+#include "tools/stages/body/place_points.hpp"
+
+#include <fmt/core.h>
+
+#include "libfem/mesh/grade/smooth_surface.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/core/misread_unit.hpp"
+
+namespace palpate::tools {
+namespace {
+
+constexpr double kFarthestRatio = 0.05;  // of the body's diagonal
+
+}  // namespace
+
+TestPoints place_points(const PointTable& points, const Surface& surface,
+                        const std::string& where) {
+  const fem::SmoothSurface smooth(surface);
+  const double farthest_m = kFarthestRatio * extent_m(surface.vertices).norm();
+  TestPoints placed;
+  placed.position.resize(points.position.rows(), 3);
+  placed.normal.resize(points.position.rows(), 3);
+  for (Eigen::Index i = 0; i < points.position.rows(); ++i) {
+    const Vec3 given = points.position.row(i);
+    const fem::SurfaceHit hit = smooth.closest(given);
+    if (!(hit.distance_m <= farthest_m)) {
+      const auto unit = misread_unit(Points(given.transpose()), surface);
+      throw Error(
+          fmt::format("{}: point {}", where, i + 1),
+          fmt::format("({}, {}, {}) m lies {:.3g} m off the surface", given[0], given[1], given[2],
+                      hit.distance_m),
+          fmt::format(
+              "{}Give points within {:.3g} m of it, in metres and in the frame of the scaled mesh.",
+              unit ? fmt::format("In {} it would lie at the body. ", *unit) : "", farthest_m));
+    }
+    placed.position.row(i) = hit.on_facet;
+    placed.normal.row(i) = points.normal.rows() ? Vec3(points.normal.row(i)) : Vec3(-hit.normal);
+    placed.name.push_back(fmt::format("p{:04}", i + 1));
+  }
+  return placed;
+}
+
+PlacedPaths place_paths(const std::vector<PathInTable>& paths, const Surface& surface,
+                        const std::string& where) {
+  PointTable table;
+  table.position.resize(static_cast<Eigen::Index>(paths.size()), 3);
+  PlacedPaths placed;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    table.position.row(static_cast<Eigen::Index>(i)) = paths[i].point;
+    placed.paths.push_back({static_cast<int>(i), paths[i].deflection});
+  }
+  placed.points = place_points(table, surface, where);
+  for (std::size_t i = 0; i < paths.size(); ++i) placed.points.name[i] = paths[i].name;
+  return placed;
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,88 @@
+#include "tools/stages/body/simulation_setup.hpp"
+
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "libfem/solve/factor/blas.hpp"
+#include "tools/console.hpp"
+
+namespace palpate::tools {
+namespace {
+
+void warn_of_foreign_blas() {
+  const std::string file = fem::foreign_blas();
+  if (!file.empty())
+    warn(
+        "{} computes in the place of OpenBLAS: reference BLAS and ATLAS take several times as "
+        "long, and forces differ in their last digits",
+        file);
+}
+
+}  // namespace
+
+fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
+  static std::once_flag said;
+  std::call_once(said, warn_of_foreign_blas);
+  fem::SimulationSetup setup;
+  setup.volume = body.volume;
+  setup.is_held = body.is_held;
+  setup.held_at = [fixed = scene.body.fixed](const Vec3& place, bool is_on_boundary) {
+    return any_contains(fixed, place, is_on_boundary);
+  };
+  setup.surface = body.surface;
+  setup.materials.push_back(*scene.material);
+  std::vector<Region> regions;
+  for (const InclusionSection& inclusion : scene.inclusions) {
+    setup.materials.push_back(inclusion.material);
+    regions.push_back(inclusion.region);
+  }
+  // The last inclusion named wins where several overlap.
+  if (!regions.empty())
+    setup.region_at = [regions](const Vec3& place) {
+      for (std::size_t i = regions.size(); i-- > 0;)
+        if (contains(regions[i], place)) return static_cast<int>(i) + 1;
+      return 0;
+    };
+  // Of a layer that is thin against its breadth: confined along the normal, in shear across (M13f).
+  std::vector<std::pair<Region, fem::BedStiffness>> beds;
+  for (const BedSection& bed : scene.beds) {
+    const fem::Material layer = fem::make_material(bed.material, "material of [[bed]]");
+    const fem::SmallStrain moduli = layer.law->small_strain(layer.constants);
+    beds.push_back({bed.region,
+                    {(moduli.lambda_Pa + 2 * moduli.mu_Pa) / bed.thickness_m,
+                     bed.slides ? 0 : moduli.mu_Pa / bed.thickness_m}});
+  }
+  if (!scene.body.symmetric.empty()) {
+    const fem::Material own = fem::make_material(*scene.material, "[material]");
+    const double length_m = fem::make_probe(scene.probe.spec, "[probe]").length_m;
+    for (const Region& region : scene.body.symmetric)
+      beds.push_back({region, fem::plane_of_symmetry(own, length_m)});
+  }
+  if (!beds.empty())
+    setup.bed_at = [beds](const Vec3& place) {
+      for (const auto& [region, stiffness] : beds)
+        if (contains(region, place)) return stiffness;
+      return fem::BedStiffness{};
+    };
+  if (scene.gravity) {
+    setup.weight = {scene.gravity->acceleration_m_s2, {scene.gravity->density_kg_m3}};
+    for (const InclusionSection& inclusion : scene.inclusions)
+      setup.weight.density_kg_m3.push_back(
+          inclusion.density_kg_m3.value_or(scene.gravity->density_kg_m3));
+    setup.regions_at_rest = scene.gravity->shape == kAtRest;
+  }
+  setup.probe = scene.probe.spec;
+  setup.options.force_tolerance = scene.experiments.force_tolerance;
+  setup.options.equilibrium.element =
+      fem::find_element(scene.body.element, "element of [body]").kind;
+  return setup;
+}
+
+fem::Experiments experiments_of(const Scene& scene) {
+  fem::Experiments experiments = scene.experiments.each;
+  if (experiments.drag_directions == 0) experiments.drag_depths_m.clear();
+  return experiments;
+}
+
+}  // namespace palpate::tools
