@@ -54,17 +54,36 @@ struct Reader {
   }
 };
 
-void tick(const palpate_asset& asset, palpate_contact& contact, const palpate_input& in,
-          bool is_started) {
-  palpate_output out;
-  const palpate_status status = palpate_tick(&asset, &contact, &in, &out);
-  promise(status == out.status, "the output knows its status");
+constexpr int kTools = 2;
+
+// Tools on one body, not all of which need be started.
+struct Tools {
+  palpate_contact contact[kTools] = {};
+  bool is_started[kTools] = {};
+
+  void start(int which, const palpate_tool& tool) {
+    is_started[which] = palpate_start(&contact[which], &tool) == PALPATE_OK;
+  }
+};
+
+void promise_answer(const palpate_output& out, bool is_started) {
   promise_finite(out.force_on_tool_N, 3, "the force is finite");
   promise_finite(out.torque_on_tool_Nm, 3, "the torque is finite");
   promise(out.dissipated_J > -1e-12 && out.damped_J >= 0, "slips and dampers take energy");
-  if (status != PALPATE_OK || out.state == PALPATE_AIR)
+  if (out.status != PALPATE_OK || out.state == PALPATE_AIR)
     for (int k = 0; k < 3; ++k) promise(out.force_on_tool_N[k] == 0, "no contact, no force");
-  promise(is_started || status == PALPATE_NOT_STARTED, "an unstarted contact is refused");
+  promise(is_started || out.status != PALPATE_OK, "an unstarted contact is refused");
+}
+
+void tick(const palpate_asset& asset, Tools& tools, const palpate_input in[], int count) {
+  palpate_output out[kTools];
+  const palpate_status status = palpate_tick(&asset, tools.contact, count, in, out);
+  palpate_status first = PALPATE_OK;
+  for (int i = 0; i < count; ++i) {
+    if (first == PALPATE_OK) first = out[i].status;
+    promise_answer(out[i], tools.is_started[i]);
+  }
+  promise(status == first, "the outputs know their status");
 }
 
 }  // namespace
@@ -72,27 +91,40 @@ void tick(const palpate_asset& asset, palpate_contact& contact, const palpate_in
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   Reader in{data, size};
   const palpate_asset& asset = golden(in.take<std::uint8_t>());
-  palpate_contact contact{};
-  palpate_tool tool = palpate_ball(0.003);
-  bool is_started = palpate_start(&contact, &tool) == PALPATE_OK;
-  palpate_input question = palpate_input_at(0, 0, 0.04);
+  Tools tools;
+  tools.start(0, palpate_ball(0.003));
+  palpate_input questions[kTools] = {palpate_input_at(0, 0, 0.04), palpate_input_at(0, 0, 0.04)};
+  int which = 0, count = 1;
   for (int i = 0; i < 500 && in.left > 0; ++i) {
-    switch (in.take<std::uint8_t>() % 8) {
+    palpate_input& question = questions[which];
+    switch (in.take<std::uint8_t>() % 9) {
       case 0:  // anything
         question = in.take<palpate_input>();
         break;
       case 1:
-        tool = in.take<palpate_tool>();
-        is_started = palpate_start(&contact, &tool) == PALPATE_OK;
+        tools.start(which, in.take<palpate_tool>());
         break;
       case 2:
-        palpate_release(&contact);
+        palpate_release(&tools.contact[which]);
         break;
-      case 3:
-        tool = in.take<std::uint8_t>() % 2 != 0 ? palpate_tip() : palpate_ball(0.003);
+      case 3: {
+        palpate_tool tool = in.take<std::uint8_t>() % 2 != 0 ? palpate_tip() : palpate_ball(0.003);
         tool.damping_Ns_m = in.take<std::uint8_t>() % 4;
         tool.damper_depth_m = 0.001;
-        is_started = palpate_start(&contact, &tool) == PALPATE_OK;
+        tools.start(which, tool);
+        break;
+      }
+      case 4: {  // two balls fixed to each other
+        palpate_tool tool = palpate_ball(0.003);
+        tool.balls = 2;
+        tool.centre_m[1][0] = in.take<std::int16_t>() * 1e-6;
+        tool.radius_m[1] = in.take<std::uint8_t>() * 1e-4;
+        tools.start(which, tool);
+        break;
+      }
+      case 5:
+        which = in.take<std::uint8_t>() % kTools;
+        count = 1 + in.take<std::uint8_t>() % kTools;
         break;
       default:  // a sensible step, so that contact is reached: 0.02 mm units about the body
         for (double& x : question.tool.position_m) x = in.take<std::int16_t>() * 2e-6;
@@ -102,7 +134,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         question.dt_s = 1e-3;
         question.wants_tangent = i % 2;
     }
-    tick(asset, contact, question, is_started);
+    tick(asset, tools, questions, count);
   }
   return 0;
 }
