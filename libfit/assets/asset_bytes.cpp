@@ -105,7 +105,6 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
   header.law_revision = runtime::kLawRevision;
   header.vertices = static_cast<std::int32_t>(parts.surface.covered.size());
   header.records = static_cast<std::int32_t>(parts.surface.recorded.size());
-  header.tilts = static_cast<std::int32_t>(options.leans.sine.size());
   header.triangles = static_cast<std::int32_t>(parts.surface.max_depth_m.size());
   header.tree_nodes = static_cast<std::int32_t>(parts.tree.nodes.size());
   header.tree_items = static_cast<std::int32_t>(parts.tree.items.size());
@@ -125,9 +124,9 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
   if (!runtime::has_possible_counts(header))
     throw Error("model", "it has more vertices, triangles or meta data than an asset can hold",
                 "Export a coarser surface.");
-  if (model.curves.relaxation.branches() > 0) header.flags |= runtime::kFlagRelaxation;
-  if (model.curves.damage.is_any()) header.flags |= runtime::kFlagDamage;
-  if (model.curves.coupling.is_any()) header.flags |= runtime::kFlagCoupling;
+  if (model.curves.relaxation.branches() > 0) header.flags |= runtime::RelaxationBlock::kFlag;
+  if (model.curves.damage.softens()) header.flags |= runtime::DamageBlock::kFlag;
+  if (model.curves.coupling.is_any()) header.flags |= runtime::CouplingBlock::kFlag;
   header.file_bytes = runtime::lay_out(header, header.offset);
   if (parts.shape.header.points == 0) return header;
   if (!runtime::has_possible_shape(parts.shape.header))
@@ -144,7 +143,7 @@ void put(AssetBytes& bytes, const Header& header, int section, const std::vector
   if (values.size() * sizeof(T) != runtime::section_bytes(header, section))
     throw Error("model", "section " + std::to_string(section) + " of the asset has the wrong size",
                 "Report this: the model's arrays passed their checks.");
-  if (values.empty()) return;  // no lean, no meta: nothing to copy, and no address to copy from
+  if (values.empty()) return;  // no meta: nothing to copy, and no address to copy from
   std::memcpy(bytes.data() + header.offset[section], values.data(), values.size() * sizeof(T));
 }
 
@@ -167,49 +166,30 @@ void put_shape(AssetBytes& bytes, const Header& header, const AssetShape& shape)
   put_part(runtime::kShapeMode, shape.mode);
 }
 
-void put_relaxation(AssetBytes& bytes, const Header& header, const Relaxation& relaxation) {
+// A block of the asset, if the header's flags name it.
+template <class Block>
+void put_block(AssetBytes& bytes, const Header& header, const Block& block) {
+  if ((header.flags & Block::kFlag) == 0) return;
+  std::uint64_t sections[runtime::kSections];
+  const std::uint64_t begin =
+      runtime::lay_out(header, sections) - runtime::block_bytes(header.flags, 0, runtime::Blocks());
+  std::memcpy(
+      bytes.data() + begin + runtime::block_bytes(header.flags, Block::kFlag, runtime::Blocks()),
+      &block, sizeof block);
+}
+
+runtime::RelaxationBlock block_of(const Relaxation& relaxation) {
   runtime::RelaxationBlock block{};
   block.branches = relaxation.branches();
   for (Eigen::Index k = 0; k < relaxation.branches(); ++k) {
     block.share[k] = relaxation.share[k];
     block.time_s[k] = relaxation.time_s[k];
   }
-  std::uint64_t sections[runtime::kSections];
-  const std::uint64_t end = runtime::lay_out(header, sections);
-  std::memcpy(bytes.data() + runtime::relaxation_at(header, end), &block, sizeof block);
+  return block;
 }
 
-void put_damage(AssetBytes& bytes, const Header& header, const runtime::DamageView& damage) {
-  runtime::DamageBlock block{};
-  block.r = damage.r;
-  block.scale = damage.scale;
-  block.beta = damage.beta;
-  block.reach_m = damage.reach_m;
-  block.puncture_N = damage.puncture_N;
-  block.cutting_N = damage.cutting_N;
-  block.friction_N_m = damage.friction_N_m;
-  block.mouth_m = damage.mouth_m;
-  std::uint64_t sections[runtime::kSections];
-  const std::uint64_t end = runtime::lay_out(header, sections);
-  std::memcpy(bytes.data() + runtime::damage_at(header, end), &block, sizeof block);
-}
-
-void put_leans(AssetBytes& bytes, const Header& header, const std::vector<double>& sine,
-               const std::vector<float>& numbers) {
-  runtime::LeanBlock block{};
-  std::copy(sine.begin(), sine.end(), block.sine);
-  std::uint64_t sections[runtime::kSections];
-  unsigned char* at = bytes.data() + runtime::leans_at(header, runtime::lay_out(header, sections));
-  std::memcpy(at, &block, sizeof block);
-  std::memcpy(at + sizeof block, numbers.data(), numbers.size() * sizeof(float));
-}
-
-void put_coupling(AssetBytes& bytes, const Header& header, const runtime::CouplingView& coupling) {
-  runtime::CouplingBlock block{};
-  block.coupling = coupling;
-  std::uint64_t sections[runtime::kSections];
-  const std::uint64_t end = runtime::lay_out(header, sections);
-  std::memcpy(bytes.data() + runtime::coupling_block_at(header, end), &block, sizeof block);
+runtime::DamageBlock block_of(const runtime::DamageView& damage) {
+  return {damage.r, damage.scale, damage.beta, damage.reach_m, {}};
 }
 
 void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, const Model& model,
@@ -229,11 +209,9 @@ void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, c
   put(bytes, header, runtime::kCheckTicks, parts.check);
   put(bytes, header, runtime::kMeta,
       std::vector<char>(options.meta_json.begin(), options.meta_json.end()));
-  if (model.curves.relaxation.branches() > 0)
-    put_relaxation(bytes, header, model.curves.relaxation);
-  if (model.curves.damage.is_any()) put_damage(bytes, header, model.curves.damage);
-  if (model.curves.coupling.is_any()) put_coupling(bytes, header, model.curves.coupling);
-  if (header.tilts > 0) put_leans(bytes, header, options.leans.sine, parts.surface.leans);
+  put_block(bytes, header, block_of(model.curves.relaxation));
+  put_block(bytes, header, block_of(model.curves.damage));
+  put_block(bytes, header, runtime::CouplingBlock{model.curves.coupling, {}});
   if (parts.shape.header.points > 0) put_shape(bytes, header, parts.shape);
 }
 
@@ -241,6 +219,29 @@ void seal(AssetBytes& bytes, Header header) {
   std::memcpy(bytes.data(), &header, sizeof header);
   header.checksum = runtime::asset_checksum(bytes.data(), bytes.size());
   std::memcpy(bytes.data(), &header, sizeof header);
+}
+
+// The engine, on the asset's own bytes, says what its check path must bring. Returns how many ticks
+// have a force.
+int record_check_forces(AssetBytes& bytes) {
+  Header header;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  seal(bytes, header);
+  runtime::Status status;
+  const auto asset = runtime::Asset::open_without_replay(bytes.data(), bytes.size(), &status);
+  if (status != runtime::Status::ok)
+    throw Error("model", std::string("the engine refuses the asset: ") + runtime::sentence(status),
+                "Check the model's numbers with `palpate inspect`.");
+  auto* check =
+      reinterpret_cast<runtime::CheckTick*>(bytes.data() + header.offset[runtime::kCheckTicks]);
+  int touching = 0;
+  runtime::replay_check_path(asset, [&](int i, const runtime::Output& out) noexcept {
+    std::copy_n(out.force_on_tool_N, 3, check[i].force_on_tool_N);
+    touching += out.state != runtime::ContactState::air;
+    return true;
+  });
+  seal(bytes, header);
+  return touching;
 }
 
 void fill_report(const AssetParts& parts, const Header& header, int touching,
@@ -273,27 +274,6 @@ void fill_report(const AssetParts& parts, const Header& header, int touching,
 
 }  // namespace
 
-int record_check_forces(AssetBytes& bytes) {
-  Header header;
-  std::memcpy(&header, bytes.data(), sizeof header);
-  seal(bytes, header);
-  runtime::Status status;
-  const auto asset = runtime::Asset::open_without_replay(bytes.data(), bytes.size(), &status);
-  if (status != runtime::Status::ok)
-    throw Error("model", std::string("the engine refuses the asset: ") + runtime::sentence(status),
-                "Check the model's numbers with `palpate inspect`.");
-  auto* check =
-      reinterpret_cast<runtime::CheckTick*>(bytes.data() + header.offset[runtime::kCheckTicks]);
-  int touching = 0;
-  runtime::replay_check_path(asset, [&](int i, const runtime::Output& out) noexcept {
-    std::copy_n(out.force_on_tool_N, 3, check[i].force_on_tool_N);
-    touching += out.state != runtime::ContactState::air;
-    return true;
-  });
-  seal(bytes, header);
-  return touching;
-}
-
 AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options,
                             ExportReport* report) {
   const AssetParts parts = make_parts(model, options);
@@ -304,6 +284,29 @@ AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options,
   const int touching = record_check_forces(bytes);
   if (report != nullptr) fill_report(parts, header, touching, *report);
   return bytes;
+}
+
+AssetBytes with_meta(const runtime::AssetView& asset, const std::string& meta_json) {
+  // The vertices are the first section, and the header lies before them; the meta data are the last
+  // one, and blocks and shape response lie behind them.
+  const unsigned char* from =
+      reinterpret_cast<const unsigned char*>(asset.vertex) - runtime::aligned(sizeof(Header));
+  Header header;
+  std::memcpy(&header, from, sizeof header);
+  const std::uint64_t meta = header.offset[runtime::kMeta],
+                      tail = meta + runtime::aligned(header.meta_bytes),
+                      behind = header.file_bytes - tail;
+  header.meta_bytes = meta_json.size();
+  runtime::lay_out(header, header.offset);
+  const std::uint64_t end = meta + runtime::aligned(header.meta_bytes);
+  header.file_bytes = end + behind;
+  AssetBytes out(header.file_bytes);
+  std::memcpy(out.data(), from, meta);
+  std::memcpy(out.data() + meta, meta_json.data(), meta_json.size());
+  std::memcpy(out.data() + end, from + tail, behind);
+  std::memcpy(out.data(), &header, sizeof header);
+  record_check_forces(out);
+  return out;
 }
 
 }  // namespace palpate

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "libfit/assets/exporters.hpp"
+#include "libfit/runtime/asset/view.hpp"
 
 namespace palpate {
 
@@ -27,9 +29,8 @@ class AssetBytes {
 AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options,
                             ExportReport* report = nullptr);
 
-/// The engine, on the asset's own bytes, says what its check path must bring; the bytes are sealed.
-/// For bytes that are new or changed. Returns how many ticks have a force. Throws Error where the
+/// The same asset with other meta data; its check path is recorded again. Throws Error where the
 /// engine refuses the numbers.
-int record_check_forces(AssetBytes& bytes);
+AssetBytes with_meta(const runtime::AssetView& asset, const std::string& meta_json);
 
 }  // namespace palpate

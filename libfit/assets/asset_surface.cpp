@@ -155,66 +155,31 @@ void round_controls(const Model& model, AssetSurface& out) {
       }
 }
 
-void check_leans(const Model& model, const LeanCurves& leans) {
-  const auto parts = parts_of(model.curves.family);
-  const auto is_good = [&](int part, const Controls& control) {
-    if (control.rows() != model.surface.vertices.rows() ||
-        control.cols() != model.curves.control[static_cast<std::size_t>(part)].cols())
-      return false;
-    for (Eigen::Index v = 0; v < control.rows(); ++v)
-      if (model.is_covered[static_cast<std::size_t>(v)] &&
-          !runtime::is_good_part(parts[static_cast<std::size_t>(part)], control.row(v).data(),
-                                 size_of(parts[static_cast<std::size_t>(part)],
-                                         model.curves.basis[static_cast<std::size_t>(part)]),
-                                 false))
-        return false;
-    return true;
-  };
-  bool are_good = model.curves.family == CurveFamily::rings &&
-                  leans.sine.size() <= runtime::kMaxTilts &&
-                  leans.node.size() == 1 + runtime::kTiltDirections * leans.sine.size();
-  for (std::size_t i = 0; are_good && i < leans.node.size(); ++i)
-    are_good = is_good(0, leans.node[i].normal) &&
-               is_good(runtime::kSide2, leans.node[i].side_square) &&
-               is_good(runtime::kSide3, leans.node[i].side_cube);
-  if (!are_good)
-    throw Error("model leans", "curves over the lean are not rings' or not of this body",
-                "Make them again with `palpate run`.");
-}
-
-// As round_controls.
-void round_leans(const Model& model, const LeanCurves& leans, AssetSurface& out) {
-  if (leans.sine.empty()) return;
-  check_leans(model, leans);
-  std::vector<Eigen::RowVectorXd> mean;
-  for (const LeanCurves::NodeCurves& node : leans.node) {
-    mean.push_back(Eigen::RowVectorXd::Zero(node.normal.cols()));
-    double covered = 0;
-    for (Eigen::Index v = 0; v < node.normal.rows(); ++v) {
-      if (!model.is_covered[static_cast<std::size_t>(v)]) continue;
-      ++covered;
-      mean.back() += node.normal.row(v);
-    }
-    mean.back() *= 1 / covered;
-  }
-  for (const std::int32_t v : out.recorded)
-    for (std::size_t i = 0; i < mean.size(); ++i) {
-      const std::uint8_t covered = out.covered[static_cast<std::size_t>(v)];
-      const auto put = [&](const Controls& control, const Eigen::RowVectorXd& elsewhere) {
-        for (Eigen::Index j = 0; j < control.cols(); ++j)
-          out.leans.push_back(static_cast<float>(covered == runtime::kMeasured ? control(v, j)
-                                                 : covered == runtime::kMean   ? elsewhere[j]
-                                                                               : 0));
-      };
-      const LeanCurves::NodeCurves& node = leans.node[i];
-      put(node.normal, mean[i]);
-      put(node.side_square, Eigen::RowVectorXd::Zero(3));
-      put(node.side_cube, Eigen::RowVectorXd::Zero(3));
-    }
-}
-
 Vec3 row(const std::vector<float>& array, std::int32_t i) {
   return Eigen::Map<const Eigen::Vector3f>(&array[3 * static_cast<std::size_t>(i)]).cast<double>();
+}
+
+// Depth [m] up to which slides over a triangle of corners x with inward unit normals u are
+// well-conditioned, 0.8 / |du/dc| by a bound, most_m at most; 0 where it has no area or a normal
+// does not face it.
+double depth_bound_m(const Vec3 x[3], const Vec3 u[3], double most_m) {
+  const Vec3 area = (x[1] - x[0]).cross(x[2] - x[0]);
+  const double longest =
+      std::max({(x[1] - x[0]).norm(), (x[2] - x[1]).norm(), (x[0] - x[2]).norm()});
+  if (!(area.norm() > 1e-6 * longest * longest)) return 0;  // floats hold no better a plane
+  Mat3 gradient = Mat3::Zero();
+  const Vec3 mean = (u[0] + u[1] + u[2]).normalized();
+  double least = 1;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!(-u[k].dot(area) > kMinFacing * area.norm())) return 0;
+    gradient += u[k] * area.cross(x[(k + 2) % 3] - x[(k + 1) % 3]).transpose() / area.squaredNorm();
+    least = std::min(least, u[k].dot(mean));
+  }
+  if (!(least > kMinFacing)) return 0;
+  const Mat3 square = gradient.transpose() * gradient;
+  const double norm = std::sqrt(std::max(
+      0.0, Eigen::SelfAdjointEigenSolver<Mat3>(square, Eigen::EigenvaluesOnly).eigenvalues()[2]));
+  return std::min(most_m, kDepthShare * least / std::max(norm, 1e-12));
 }
 
 double depth_bound_of(const AssetSurface& surface, std::size_t t) {
@@ -242,26 +207,6 @@ void bound_depths(AssetSurface& surface) {
 }
 
 }  // namespace
-
-double depth_bound_m(const Vec3 x[3], const Vec3 u[3], double most_m) {
-  const Vec3 area = (x[1] - x[0]).cross(x[2] - x[0]);
-  const double longest =
-      std::max({(x[1] - x[0]).norm(), (x[2] - x[1]).norm(), (x[0] - x[2]).norm()});
-  if (!(area.norm() > 1e-6 * longest * longest)) return 0;  // floats hold no better a plane
-  Mat3 gradient = Mat3::Zero();
-  const Vec3 mean = (u[0] + u[1] + u[2]).normalized();
-  double least = 1;
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (!(-u[k].dot(area) > kMinFacing * area.norm())) return 0;
-    gradient += u[k] * area.cross(x[(k + 2) % 3] - x[(k + 1) % 3]).transpose() / area.squaredNorm();
-    least = std::min(least, u[k].dot(mean));
-  }
-  if (!(least > kMinFacing)) return 0;
-  const Mat3 square = gradient.transpose() * gradient;
-  const double norm = std::sqrt(std::max(
-      0.0, Eigen::SelfAdjointEigenSolver<Mat3>(square, Eigen::EigenvaluesOnly).eigenvalues()[2]));
-  return std::min(most_m, kDepthShare * least / std::max(norm, 1e-12));
-}
 
 std::vector<std::int32_t> triangle_neighbours(const Triangles& triangles) {
   const auto key = [](std::int32_t from, std::int32_t to) {
@@ -301,7 +246,6 @@ AssetSurface make_asset_surface(const Model& model, const ExportOptions& options
   if (options.fades_borders) fade_borders(surface);
   make_records(surface);
   round_controls(model, surface);
-  round_leans(model, options.leans, surface);
   bound_depths(surface);
   if (surface.measured_triangles.empty())
     throw Error("model",

@@ -18,7 +18,6 @@ struct AssetSurface {
   /// V: row of control. Measured vertices have one each, the mean and nothing one if there are any.
   std::vector<std::int32_t> record;
   std::vector<float> control;          ///< R x the family's parts, 0 for nothing
-  std::vector<float> leans;            ///< R x nodes of the lean, as a LeanBlock has them
   std::vector<std::int32_t> recorded;  ///< R: a vertex that answers so
   std::vector<std::int32_t> triangle, neighbour;  ///< F x 3
   std::vector<float> max_depth_m;                 ///< F, 0: air
@@ -38,11 +37,6 @@ struct AssetSurface {
 /// is not finite; a normal of a covered vertex is not unit; a triangle names a missing vertex or
 /// one twice; an edge has three triangles, or two that run the same way; a curve decreases.
 AssetSurface make_asset_surface(const Model& model, const ExportOptions& options);
-
-/// Depth [m] up to which slides over a triangle of corners x with inward unit normals u are
-/// well-conditioned, 0.8 / |du/dc| by a bound, most_m at most; 0 where it has no area or a normal
-/// does not face it.
-double depth_bound_m(const Vec3 x[3], const Vec3 u[3], double most_m);
 
 /// Triangle across the edge from corner k to k+1 of each triangle, -1 at borders. F x 3.
 /// Throws Error on an edge with three triangles or two that run the same way.

@@ -7,7 +7,6 @@
 #include <string_view>
 #include <vector>
 
-#include "libfit/assets/lean_curves.hpp"
 #include "libfit/core/curves.hpp"
 
 namespace palpate {
@@ -24,7 +23,6 @@ struct ExportOptions {
   double max_step_m = 0;   ///< a tip moving farther in a tick has teleported; 0: 50 mm, or two
                            ///< diagonals of a smaller body
   std::uint64_t seed = 1;  ///< of the check path
-  LeanCurves leans = {};   ///< of a tool that turns, with palp
   double map_depth_m = 0;  ///< at which glb and ply are coloured; 0: half of the curves' range
 };
 

@@ -30,7 +30,7 @@ inline constexpr std::array<std::string_view, kCurveKinds> kCurveNames{"normal",
 using Controls = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// How forces and the stored energy of a contact point are made of its parts: a row of
-/// libfit/runtime/families/families.hpp.
+/// libfit/runtime/law/families.hpp.
 using CurveFamily = runtime::Family;
 
 struct CurveFamilyName {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "libfit/core/geometry.hpp"
-#include "libfit/runtime/tool/tilt.hpp"
 
 namespace palpate {
 
@@ -17,13 +16,15 @@ inline Lean lean_of(double tilt_rad, double direction_rad) {
 }
 
 /// Columns: the two tangents that leans are given in (M58b), and the inward unit normal u. The
-/// tangents change smoothly over a body but where its outward normal is -z.
+/// tangents are where the least turn from z to the outward normal takes x and y; they change
+/// smoothly over a body but where that normal is -z.
 inline Mat3 tilt_frame(const Vec3& inward) {
-  const runtime::TiltFrame own = runtime::tilt_frame({inward.x(), inward.y(), inward.z()});
+  constexpr double kPole = 1e-9;  // 1 + n_z below which a place has the pole's frame
+  const Vec3 outward = -inward, middle = outward + Vec3::UnitZ();
+  Vec3 first = Vec3::UnitX();
+  if (middle.z() > kPole) first -= middle * (outward.x() / middle.z());
   Mat3 frame;
-  frame.col(0) << own.first.x, own.first.y, own.first.z;
-  frame.col(1) << own.second.x, own.second.y, own.second.z;
-  frame.col(2) = inward;
+  frame << first, outward.cross(first), inward;
   return frame;
 }
 

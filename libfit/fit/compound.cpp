@@ -1,5 +1,6 @@
 #include "libfit/fit/compound.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -10,12 +11,16 @@ namespace {
 
 class CompoundWalk {
  public:
-  CompoundWalk(const runtime::AssetView& asset, const runtime::CompoundShape& shape,
+  CompoundWalk(const runtime::AssetView& asset, const runtime::ToolShape& shape,
                const Stance& stance, const Vec3& place)
       : asset_(asset), stance_(stance), at_(place) {
-    tool_.shape = shape;
-    for (int i = 0; i < 3; ++i)
-      frame_.row[i] = {stance.axes(i, 0), stance.axes(i, 1), stance.axes(i, 2)};
+    if (asset.coupling != nullptr) tools_.emplace_back().shape = shape;
+    for (int i = 0; asset.coupling == nullptr && i < shape.balls; ++i)
+      tools_.emplace_back().shape.ball[0] = shape.ball[i];
+    const Eigen::Quaterniond turn(stance.axes);
+    double* q = in_.pose.orientation;
+    q[0] = turn.w(), q[1] = turn.x(), q[2] = turn.y(), q[3] = turn.z();
+    in_.dt_s = runtime::kMaxTimeStep_s;
     tick(place);
   }
 
@@ -24,41 +29,49 @@ class CompoundWalk {
     const int steps = ticks_over((to - from).norm());
     for (int k = 1; k <= steps; ++k) tick(from + (to - from) * (double(k) / steps));
   }
-  Vec3 force_N() const { return -Eigen::Map<const Vec3>(out_.force_on_tool_N); }
+  Vec3 force_N() const { return force_N_; }
   // About the reference point.
   Vec3 torque_Nm() const {
     const Vec3 to_origin = -(stance_.axes * stance_.touch_m);
-    return -Eigen::Map<const Vec3>(out_.torque_on_tool_Nm) + to_origin.cross(force_N());
+    return torque_Nm_ + to_origin.cross(force_N_);
   }
   std::size_t ticks() const { return ticks_; }
 
  private:
   void tick(const Vec3& place) {
     at_ = place;
-    const Vec3 origin = place - stance_.axes * stance_.touch_m;
-    frame_.origin = {origin.x(), origin.y(), origin.z()};
-    touch_compound(asset_, tool_, frame_, out_, runtime::kMaxTimeStep_s);
+    Eigen::Map<Vec3>(in_.pose.position_m) = place - stance_.axes * stance_.touch_m;
+    force_N_.setZero();
+    torque_Nm_.setZero();
+    for (runtime::Tool& tool : tools_) {
+      runtime::ToolOutput out;
+      touch_tool(asset_, tool, in_, out);
+      force_N_ -= Eigen::Map<const Vec3>(out.force_on_tool_N);
+      torque_Nm_ -= Eigen::Map<const Vec3>(out.torque_on_tool_Nm);
+    }
     ++ticks_;
   }
 
   const runtime::AssetView& asset_;
   const Stance& stance_;
-  runtime::CompoundTool tool_;
-  runtime::CompoundOutput out_;
-  runtime::Frame frame_;
+  std::vector<runtime::Tool> tools_;  // the whole, or each ball where none feels another
+  runtime::ToolInput in_;
   Vec3 at_;
+  Vec3 force_N_ = Vec3::Zero(), torque_Nm_ = Vec3::Zero();  // on the body, about the tool's origin
   std::size_t ticks_ = 0;
 };
 
-// Of the balls about their middle, and of what a ball's own surface adds.
-double lever_m(const runtime::CompoundShape& shape) {
+// Of the balls about their middle, and of what the largest one's own surface adds.
+double lever_m(const runtime::ToolShape& shape) {
+  const auto centre = [&](int i) { return Eigen::Map<const Vec3>(shape.ball[i].centre_m); };
   Vec3 middle = Vec3::Zero();
-  for (int i = 0; i < shape.balls; ++i)
-    middle += Eigen::Map<const Vec3>(shape.centre_m[i]) / shape.balls;
-  double squares = 0;
-  for (int i = 0; i < shape.balls; ++i)
-    squares += (Eigen::Map<const Vec3>(shape.centre_m[i]) - middle).squaredNorm() / shape.balls;
-  return shape.radius_m + std::sqrt(squares);
+  for (int i = 0; i < shape.balls; ++i) middle += centre(i) / shape.balls;
+  double squares = 0, radius_m = 0;
+  for (int i = 0; i < shape.balls; ++i) {
+    squares += (centre(i) - middle).squaredNorm() / shape.balls;
+    radius_m = std::max(radius_m, shape.ball[i].radius_m);
+  }
+  return radius_m + std::sqrt(squares);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace palpate {
 /// Paths of a rigid tool; of each, the balls that it is played as and how it stands.
 struct CompoundPaths {
   std::vector<ToolPath> paths;
-  std::vector<runtime::CompoundShape> shape;
+  std::vector<runtime::ToolShape> shape;
   std::vector<Stance> stance;
 };
 

@@ -123,8 +123,8 @@ void answer(const std::vector<Cycle>& cycles, const runtime::DamageView& damage,
     for (std::size_t i = 0; i < cycle.law_J.size(); ++i) {
       most_J = std::max(most_J, cycle.law_J[i]);
       const double share =
-          damage.is_any() ? runtime::softened(damage, cycle.unit_J, most_J, cycle.law_J[i]).share
-                          : 1;
+          damage.softens() ? runtime::softened(damage, cycle.unit_J, most_J, cycle.law_J[i]).share
+                           : 1;
       visit(cycle, share * cycle.law_N[i], cycle.force_N[i]);
     }
   }
@@ -265,7 +265,7 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
     found.median = quantile(left, 0.5);
     found.p95 = quantile(left, 0.95);
   }
-  if (best.is_any()) {
+  if (best.softens()) {
     const double radius_m = ball_radius_m(samples.probe ? samples.probe : curves.probe);
     best.reach_m = kDamageReach * std::sqrt(radius_m * curves.curves.basis[0].knots_m.back());
   }

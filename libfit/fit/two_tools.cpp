@@ -26,7 +26,7 @@ class TwoTips {
       tick(from[0] + (first - from[0]) * share, from[1] + (second - from[1]) * share);
     }
   }
-  Vec3 force_N(int tool) const { return -Eigen::Map<const Vec3>(tool_[tool].out.force_on_tool_N); }
+  Vec3 force_N(int tool) const { return -Eigen::Map<const Vec3>(tip_[tool].out.force_on_tool_N); }
   std::size_t ticks() const { return ticks_; }
 
  private:
@@ -34,17 +34,18 @@ class TwoTips {
     at_[0] = first;
     at_[1] = second;
     for (int i = 0; i < 2; ++i) {
-      tool_[i].contact = &contact_[i];
-      Eigen::Map<Vec3>(tool_[i].place_m) = at_[i];
+      tip_[i].contact = &contact_[i];
+      tip_[i].tool = i;
+      Eigen::Map<Vec3>(tip_[i].place_m) = at_[i];
     }
-    touch_together(asset_, joint_, tool_, 2, runtime::kMaxTimeStep_s);
+    touch_together(asset_, together_, tip_, 2, runtime::kMaxTimeStep_s);
     ++ticks_;
   }
 
   const runtime::AssetView& asset_;
   runtime::Contact contact_[2];
-  runtime::Joint joint_;
-  runtime::JointTool tool_[2];
+  runtime::Together together_;
+  runtime::BallTick tip_[2];
   Vec3 at_[2];
   std::size_t ticks_ = 0;
 };

@@ -16,98 +16,54 @@ constexpr double kMaxTick_s = 1e-3;
 constexpr double kLeastTick_s = runtime::kMinTimeStep_s;
 constexpr double kSlowTick_s = runtime::kMaxTimeStep_s;
 
-// What `tick` says at each deflection of a path: it is called with where the tip is and how much
-// time has passed. A path without times is followed so slowly that dashpots of a body that relaxes
-// do.
-template <class Tick>
-auto follow(const HeldOut& held_out, std::size_t path, double depth_m, const Tick& tick) {
-  const Vec3 point = held_out.points.position.row(path), normal = held_out.points.normal.row(path);
-  const Points& deflections = held_out.paths[path].deflections;
-  const Eigen::VectorXd& time_s = held_out.paths[path].time_s;
-  Vec3 deflection = -kApproachRatio * depth_m * normal;
-  std::vector<decltype(tick(point, kSlowTick_s))> answers;
-  auto out = tick(point + deflection, kSlowTick_s);
-  for (Eigen::Index row = 0; row < deflections.rows(); ++row) {
-    const Vec3 from = deflection, way = Vec3(deflections.row(row)) - from;
-    const bool is_timed = time_s.size() > 0;
-    const double dt_s = is_timed ? time_s[row] - (row > 0 ? time_s[row - 1] : 0) : 0;
-    const int steps = std::max(
-        1, static_cast<int>(std::ceil(std::max(way.norm() / kWalkTick_m, dt_s / kMaxTick_s))));
-    for (int k = 1; k <= steps; ++k)
-      out = tick(point + from + way * (double(k) / steps), is_timed ? dt_s / steps : kSlowTick_s);
-    deflection = deflections.row(row);
-    answers.push_back(out);
-  }
-  return answers;
-}
-
 class TipWalk {
  public:
   explicit TipWalk(const runtime::AssetView& asset)
       : asset_(asset), body_(asset.damage.softens() ? runtime::body_bytes(asset) / 8 : 0) {
     if (!body_.empty()) asset_ = runtime::with_body(asset, body_.data());
-    asset_.channels = nullptr;  // the reference is not punctured
   }
 
+  // What the engine says at each deflection of a path. A path without times is followed so slowly
+  // that dashpots of a body that relaxes do.
   std::vector<runtime::Output> answers(const HeldOut& held_out, std::size_t path, double depth_m) {
-    runtime::Contact contact;
+    contact_ = runtime::Contact();
     if (!body_.empty()) runtime::start_body(asset_, body_.data());
-    return follow(held_out, path, depth_m, [&](const Vec3& tip, double dt_s) {
-      runtime::Output out;  // a status but ok comes with zero force
-      runtime::touch(asset_, contact, tip.data(), out, nullptr, std::max(dt_s, kLeastTick_s));
-      ++ticks_;
-      return out;
-    });
+    const Vec3 point = held_out.points.position.row(path),
+               normal = held_out.points.normal.row(path);
+    const Points& deflections = held_out.paths[path].deflections;
+    const Eigen::VectorXd& time_s = held_out.paths[path].time_s;
+    Vec3 deflection = -kApproachRatio * depth_m * normal;
+    std::vector<runtime::Output> answers;
+    runtime::Output out = tick(point + deflection, kSlowTick_s);
+    for (Eigen::Index row = 0; row < deflections.rows(); ++row) {
+      const Vec3 from = deflection, way = Vec3(deflections.row(row)) - from;
+      const bool is_timed = time_s.size() > 0;
+      const double dt_s = is_timed ? time_s[row] - (row > 0 ? time_s[row - 1] : 0) : 0;
+      const int steps = std::max(
+          1, static_cast<int>(std::ceil(std::max(way.norm() / kWalkTick_m, dt_s / kMaxTick_s))));
+      for (int k = 1; k <= steps; ++k)
+        out = tick(point + from + way * (double(k) / steps), is_timed ? dt_s / steps : kSlowTick_s);
+      deflection = deflections.row(row);
+      answers.push_back(out);
+    }
+    return answers;
   }
 
   std::size_t ticks() const { return ticks_; }
 
  private:
+  runtime::Output tick(const Vec3& tip, double dt_s) {
+    runtime::Output out;  // a status but ok comes with zero force
+    runtime::touch(asset_, contact_, tip.data(), out, nullptr, std::max(dt_s, kLeastTick_s));
+    ++ticks_;
+    return out;
+  }
+
   runtime::AssetView asset_;
+  runtime::Contact contact_;
   std::vector<std::uint64_t> body_;  // of an asset that softens, new for each path
   std::size_t ticks_ = 0;
 };
-
-class TurningWalk {
- public:
-  explicit TurningWalk(const runtime::AssetView& asset) : asset_(asset) {}
-
-  // The tool leans from the beginning on; its end's lowest point is where a tip would be.
-  std::vector<runtime::TurningOutput> answers(const HeldOut& held_out, std::size_t path,
-                                              double depth_m) {
-    const Vec3 normal = held_out.points.normal.row(static_cast<Eigen::Index>(path));
-    Mat3 axes = tilt_frame(normal);
-    axes.col(2) = -normal;
-    axes = tilt_turn(normal, held_out.paths[path].lean) * axes;
-    runtime::Frame frame;
-    for (int i = 0; i < 3; ++i) frame.row[i] = {axes(i, 0), axes(i, 1), axes(i, 2)};
-    frame.origin = {0, 0, 0};
-    runtime::TurningContact contact;
-    return follow(held_out, path, depth_m, [&](const Vec3& tip, double dt_s) {
-      runtime::TurningOutput out;
-      const Vec3 centre = tip - asset_.probe_radius_m * normal;
-      touch_turning(asset_, contact, centre.data(), frame, out, std::max(dt_s, kLeastTick_s));
-      ++ticks_;
-      return out;
-    });
-  }
-
-  std::size_t ticks() const { return ticks_; }
-
- private:
-  const runtime::AssetView& asset_;
-  std::size_t ticks_ = 0;
-};
-
-template <class Walk>
-double tick_ns_of(Walk walk, const HeldOut& held_out, double depth_m) {
-  return tick_ns([&] {
-    const std::size_t before = walk.ticks();
-    for (std::size_t path = 0; path < held_out.paths.size(); ++path)
-      walk.answers(held_out, path, depth_m);
-    return walk.ticks() - before;
-  });
-}
 
 // Rows of each experiment of a point that can be replayed, in step order.
 std::map<std::int32_t, std::vector<Eigen::Index>> usable_rows(const Samples& samples,
@@ -157,29 +113,6 @@ Replayed replay_paths(const runtime::AssetView& asset, const Reference& referenc
   return replayed;
 }
 
-Replayed replay_turning(const runtime::AssetView& asset, const Reference& reference,
-                        double depth_m) {
-  Replayed replayed(reference.paths);
-  std::vector<std::vector<runtime::TurningOutput>> answers;
-  TurningWalk walk(asset);
-  for (std::size_t path = 0; path < reference.held_out.paths.size(); ++path)
-    answers.push_back(walk.answers(reference.held_out, path, depth_m));
-  for (Eigen::Index row = 0; row < reference.paths.rows(); ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    const auto path = static_cast<std::size_t>(reference.paths.point[r]);
-    const runtime::TurningOutput& out =
-        answers[path][static_cast<std::size_t>(reference.paths.step[r])];
-    const Vec3 normal = reference.held_out.points.normal.row(static_cast<Eigen::Index>(path));
-    const Vec3 force = -Eigen::Map<const Vec3>(out.force_on_tool_N);
-    const Vec3 torque = -Eigen::Map<const Vec3>(out.torque_on_tool_Nm);  // about the end's centre
-    replayed.force_N.row(row) = force.transpose();
-    replayed.torque_Nm.row(row) = (torque - asset.probe_radius_m * normal.cross(force)).transpose();
-    replayed.is_sliding[r] = out.state == runtime::ContactState::slip;
-    replayed.is_answered[r] = 1;
-  }
-  return replayed;
-}
-
 void replay_point(const Samples& samples, std::int32_t point, const CurveSet& curves,
                   Eigen::Index row, Replayed& replayed) {
   const fit::Bases bases = fit::bases_of(curves);
@@ -219,12 +152,13 @@ std::vector<ComparedRow> compare(const Samples& reference, const Replayed& repla
 }
 
 double time_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out, double depth_m) {
-  return tick_ns_of(TipWalk(asset), held_out, depth_m);
-}
-
-double time_turning_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out,
-                             double depth_m) {
-  return tick_ns_of(TurningWalk(asset), held_out, depth_m);
+  TipWalk walk(asset);
+  return tick_ns([&] {
+    const std::size_t before = walk.ticks();
+    for (std::size_t path = 0; path < held_out.paths.size(); ++path)
+      walk.answers(held_out, path, depth_m);
+    return walk.ticks() - before;
+  });
 }
 
 }  // namespace palpate::validation

@@ -6,7 +6,6 @@
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/runtime/engine.hpp"
-#include "libfit/runtime/tool/turning_tool.hpp"
 #include "libfit/validation/paths.hpp"
 #include "libfit/validation/statement.hpp"
 
@@ -37,10 +36,6 @@ void replay_path(const runtime::AssetView& asset, const Reference& reference, st
 /// The same of every held-out path.
 Replayed replay_paths(const runtime::AssetView& asset, const Reference& reference, double depth_m);
 
-/// The same with a tool that leans as each path says, on a body that has curves at leans.
-Replayed replay_turning(const runtime::AssetView& asset, const Reference& reference,
-                        double depth_m);
-
 /// The experiments of one point with given curves: the law of section 4 on the local quadric
 /// (docs/method.md, M11), as the fit sees it. row: of `curves`. Answers the point's good rows; of a
 /// drag or path those before its first row that is not.
@@ -57,8 +52,5 @@ std::vector<ComparedRow> compare(const Samples& reference, const Replayed& repla
 
 /// Time of a tick on this machine over repeated replays of all paths [ns] (tick_time.hpp).
 double time_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out, double depth_m);
-/// The same of a tool that turns.
-double time_turning_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out,
-                             double depth_m);
 
 }  // namespace palpate::validation

@@ -180,9 +180,6 @@ nlohmann::ordered_json json_of(const Statement& statement) {
   for (const auto& [name, member] : kListFields)
     json[std::string(name)] = json_of(statement.*member);
   json["torque_error"] = json_of(statement.torque);
-  json["turning"]["by_path"] = json_of(statement.turning);
-  json["turning"]["torque_error"] = json_of(statement.turning_torque);
-  json["turning"]["tick_ns"] = statement.turning_tick_ns;
   if (!statement.two_tools.empty()) {
     json["two_tools"] = json_with_largest(statement.two_tools);
     json["two_tools_tick_ns"] = statement.two_tools_tick_ns;
@@ -209,7 +206,6 @@ std::string to_asset_json(const Statement& statement) {
   json.erase("asset_bytes");
   json.erase("advice");
   json.erase("torque_error");
-  json.erase("turning");
   json.erase("two_tools");
   json.erase("two_tools_tick_ns");
   json.erase("tool");
@@ -275,12 +271,6 @@ Statement parse_statement(const std::string& text, const std::string& where) {
     for (const auto& [name, member] : kListFields)
       s.*member = named_errors(json.at(std::string(name)));
     if (json.contains("torque_error")) s.torque = torques(json["torque_error"]);
-    if (json.contains("turning")) {
-      const auto& turning = json["turning"];
-      s.turning = named_errors(turning.at("by_path"));
-      s.turning_torque = torques(turning.at("torque_error"));
-      s.turning_tick_ns = figure(turning, "tick_ns");
-    }
     if (json.contains("two_tools")) {
       s.two_tools = errors_with_largest(json["two_tools"]);
       s.two_tools_tick_ns = figure(json, "two_tools_tick_ns");

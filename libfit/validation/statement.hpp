@@ -63,10 +63,6 @@ struct Statement {
   std::vector<NamedError> causes;        ///< what the error is made of; empty when not asked for
   std::vector<NamedError> baselines;     ///< of simpler responses on the same rows
   std::vector<NamedTorque> torque = {};  ///< of all rows, then by kind of path (torque.hpp)
-  /// The same rows by the assets of a tool that turns; nothing where there are none.
-  std::vector<NamedError> turning = {};
-  std::vector<NamedTorque> turning_torque = {};
-  double turning_tick_ns = kNoNumber;
   /// Held-out paths of two tools, both tools' rows: felt, and each tool by itself; nothing where
   /// there are none. two_tools_tick_ns: of both together.
   std::vector<NamedError> two_tools = {};
@@ -89,7 +85,7 @@ NamedError named_error(std::string name, const std::vector<ComparedRow>& rows, d
 
 /// What an asset carries of its statement: all but what differs from one machine or one writing to
 /// the next (tick_ns, asset_bytes), so that the same scene gives the same bytes; and but for the
-/// advice and the torque of a tool that does not turn.
+/// advice, the torque and what is stated of several tools.
 std::string to_asset_json(const Statement& statement);
 
 /// The object others read (docs/formats.md); one line.

@@ -123,10 +123,7 @@ std::string tables(const Statement& s) {
       line("all", {{s.median_rel, s.median_N}, {s.p95_rel, s.p95_N}, {s.max_rel, s.max_N}}, unit);
   words += lines("by path", s.by_path, unit) + lines("by cause", s.causes, unit) +
            lines("of what is simpler", s.baselines, unit);
-  words += lines("torque error", s.torque) + lines("by a tool that turns", s.turning, unit) +
-           lines("torque error of it", s.turning_torque);
-  if (s.turning_tick_ns > 0)
-    words += fmt::format("a tick of it: {:.0f} ns on this machine\n", s.turning_tick_ns);
+  words += lines("torque error", s.torque);
   words += lines_with_largest("two tools on the body", s.two_tools, unit);
   if (s.two_tools_tick_ns > 0)
     words += fmt::format("a tick of both: {:.0f} ns on this machine\n", s.two_tools_tick_ns);

@@ -43,8 +43,7 @@ struct BodyBases {
   CurveBasis bed_plain;
 };
 
-/// The same curve kinds, as many as another family has, f^z of rings as their bed wants it; other
-/// curves of the family are parabolas over the depth.
+/// The same curve kinds, as many as another family has, f^z of rings as their bed wants it.
 inline BodyBases of_family(BodyBases bases, CurveFamily family) {
   bases.family = family;
   if (family == CurveFamily::rings && bases.bed) {
@@ -52,12 +51,9 @@ inline BodyBases of_family(BodyBases bases, CurveFamily family) {
     bases.si[0] = bases.bed->basis;
     bases.plain[0] = bases.bed_plain;
   }
-  const auto parts = parts_of(family);
   for (auto* all : {&bases.plain, &bases.si}) {
     all->resize(curves_of(family));
-    for (std::size_t i = curves_of(family); i < parts.size(); ++i)
-      all->push_back(parts[i].is_curve() ? CurveBasis{2, {0, (*all)[0].knots_m.back()}}
-                                         : CurveBasis{});
+    all->resize(parts_of(family).size());
   }
   return bases;
 }

@@ -31,8 +31,7 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
   const auto parts = parts_of(bases.family);
   const double* next = curves.more.data();
   for (std::size_t part = kinds; part < parts.size(); ++part) {
-    const int size = parts[part].is_curve() ? bases.views.view[part].size() : parts[part].count;
-    const int count = count_unknowns(parts[part], size);
+    const int count = count_unknowns(parts[part]);
     control.push_back(part_controls<double>(parts[part], tangents_of(point.inward), quadric, next,
                                             count, point.sway));
     next += count;
@@ -50,13 +49,10 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
   }
 }
 
-// Presses tell a lean where they push sideways, and nothing of rings.
-bool is_told(CurveFamily family, const std::vector<CurveRows>& rows, double tolerance) {
-  if (family == CurveFamily::separable) return true;
-  return std::ranges::any_of(rows, [&](const CurveRows& point) {
-    return point.drags > 0 ||
-           (family == CurveFamily::leaning && point.largest_friction > tolerance);
-  });
+// Presses tell nothing of rings.
+bool is_told(CurveFamily family, const std::vector<CurveRows>& rows) {
+  return family == CurveFamily::separable ||
+         std::ranges::any_of(rows, [](const CurveRows& point) { return point.drags > 0; });
 }
 
 }  // namespace
@@ -103,7 +99,7 @@ FamilyReport choose_family(const BodyData& body, const std::vector<CurveRows>& r
   FamilyEvidence best;
   std::string tried, untold;
   for (const CurveFamilyName& row : kCurveFamilyNames) {
-    if (!is_told(row.family, rows, options.tolerance)) {
+    if (!is_told(row.family, rows)) {
       untold += (untold.empty() ? "; no row tells of " : ", ") + std::string(row.name);
       continue;
     }

@@ -22,9 +22,9 @@ void add_deviations(const PointData& point, const BodyBases& bases, const Eigen:
   const auto parts = parts_of(bases.family);
   Eigen::Index at = 0;
   for (std::size_t i = curves_of(bases.family); i < parts.size(); ++i) {
-    const int size = size_of(parts[i], bases.si[i]), count = count_unknowns(parts[i], size);
+    const int count = count_unknowns(parts[i]);
     if (has_deviation(parts[i]) && more.size() > 0) {
-      Eigen::MatrixXd numbers(parts[i].width * size, count);
+      Eigen::MatrixXd numbers(parts[i].width * parts[i].count, count);
       for (int k = 0; k < count; ++k) {
         const Eigen::VectorXd unit = Eigen::VectorXd::Unit(count, k);
         const std::vector<double> column = part_controls<double>(
@@ -108,7 +108,7 @@ PointResult fit_point(const Samples& samples, const PointData& point, const Curv
   Eigen::Index at = 0;
   const auto parts = parts_of(bases.family);
   for (std::size_t i = kinds; i < parts.size(); ++i) {
-    const int count = count_unknowns(parts[i], size_of(parts[i], bases.si[i]));
+    const int count = count_unknowns(parts[i]);
     result.control[i] = stored_part(parts[i], point, curves.more.segment(at, count), length_m);
     at += count;
   }

@@ -39,25 +39,23 @@ inline Bases bases_of(const CurveSet& curves) {
   return Bases(curves.basis, curves.family, curves.relaxation);
 }
 
-/// How many numbers of a part are fitted at a point: vectors and tensors are tangential.
-inline int count_unknowns(const runtime::Part& part, int size) {
+/// How many numbers of a part that is no curve are fitted at a point: vectors and tensors are
+/// tangential.
+inline int count_unknowns(const runtime::Part& part) {
   if (part.known != runtime::Known::no) return 0;
-  return (part.starts_at_zero ? size - 1 : size) * (part.width == 1 ? 1 : part.width == 3 ? 2 : 3);
+  return part.count * (part.width == 1 ? 1 : part.width == 3 ? 2 : 3);
 }
 
-/// The numbers of a part from what is fitted of it: increments of a curve that rises, components of
-/// vectors along a point's tangents t, b, of symmetric tensors along tt, bb and tb + bt. quadric:
-/// what the point's surface is like. sway: how the body gives there; zero where rows are without
-/// it.
+/// The numbers of a part that is no curve from what is fitted of it: components of vectors along a
+/// point's tangents t, b, of symmetric tensors along tt, bb and tb + bt. quadric: what the point's
+/// surface is like. sway: how the body gives there; zero where rows are without it.
 template <class T, class C>
 std::vector<T> part_controls(const runtime::Part& part, const std::array<Vec3, 2>& tangents,
                              const runtime::Quadric& quadric, const C* unknowns, int count,
                              const Mat3& sway = Mat3::Zero()) {
-  std::vector<T> control(static_cast<std::size_t>(part.starts_at_zero ? part.width : 0), T(0));
+  std::vector<T> control;
   if (part.width == 1)
-    for (int j = 0; j < count; ++j)
-      control.push_back(part.rises && !control.empty() ? control.back() + unknowns[j]
-                                                       : T(unknowns[j]));
+    for (int j = 0; j < count; ++j) control.push_back(T(unknowns[j]));
   if (part.width == 3)
     for (int j = 0; j + 1 < count; j += 2)
       for (int i = 0; i < 3; ++i)
@@ -162,8 +160,7 @@ struct ReplayResidual {
     }
     const auto parts = parts_of(bases->family);
     for (std::size_t i = curves; i < parts.size(); ++i) {
-      const int size = parts[i].is_curve() ? bases->views.view[i].size() : parts[i].count;
-      const int count = count_unknowns(parts[i], size);
+      const int count = count_unknowns(parts[i]);
       control.push_back(part_controls<T>(parts[i], tangents, quadric, next, count));
       next += count;
     }

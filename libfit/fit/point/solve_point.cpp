@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kExactRows = 1e-5;   // of the force: rows this close to a curve need no smoothing
 constexpr double kClearNoise = 1e-3;  // of the force: what a dozen steps leave will not go away
-// Iterations that tell noise from a curve not yet found; a lean is found late (a real liver's p95
-// residual is 7.9 % of force with 12, 7.3 % with all).
+// Iterations that tell noise from a curve not yet found; what a family has beside curves is found
+// late, and gets all.
 constexpr int kFirstLook = 12;
 
 // Below a thousandth of the weight floor residuals are rounding: no outlier is told from them.

@@ -121,49 +121,6 @@ void start_limit(const CurveRows& rows, const CurveBasis& normal, const CurveBas
   out.is_identified[2] = true;
 }
 
-// Lateral deflection at which the lateral curve has this force; at most `most`.
-double deflection_at(const SplineTables& tables, const Eigen::VectorXd& increments, double force,
-                     double most) {
-  const runtime::SplineView spline = view(tables);
-  const Eigen::VectorXd control = controls_of(increments);
-  double low = 0, high = most;
-  for (int i = 0; i < 40; ++i) {
-    const double middle = 0.5 * (low + high);
-    (runtime::curve_value(spline, control.data(), middle) < force ? low : high) = middle;
-  }
-  return high;
-}
-
-// The lean that gives presses the lateral force they have, by linear least squares.
-Eigen::VectorXd start_lean(const PointData& point, const CurveBasis& lateral,
-                           const CurveBasis& basis, const PointCurves& out) {
-  const SplineTables lateral_tables = tabulate(lateral), tables = tabulate(basis);
-  const auto tangents = tangents_of(point.inward);
-  const Eigen::Index n = basis.size() - 1;
-  Eigen::MatrixXd normal = kWeakPrior * Eigen::MatrixXd::Identity(n, n);
-  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(n, 2);
-  for (const Experiment& e : point.experiments) {
-    if (e.is_replayed) continue;
-    for (std::size_t i = 0; i < e.row.size(); ++i) {
-      const double depth = depth_of(point, e.deflection[i]);
-      const Vec3 force = lateral_of(point, e.force[i]);
-      if (!(depth > 0 && force.norm() > 0)) continue;
-      const double away = deflection_at(lateral_tables, out.increments[1], force.norm(), depth);
-      // d l / d control values, from those by increments.
-      const Eigen::VectorXd by_increment = increment_weights(view(tables), depth);
-      Eigen::VectorXd w = by_increment;
-      w.head(n - 1) -= by_increment.tail(n - 1);
-      normal += w * w.transpose();
-      for (int k = 0; k < 2; ++k)
-        right.col(k) -= w * (away / force.norm() * force.dot(tangents[k]));
-    }
-  }
-  const Eigen::MatrixXd components = normal.ldlt().solve(right);
-  Eigen::VectorXd lean(2 * n);
-  for (Eigen::Index j = 0; j < n; ++j) lean.segment<2>(2 * j) = components.row(j);
-  return lean;
-}
-
 // g_2 and g_3 along the tangents that give presses the lateral force they have.
 Eigen::Vector4d start_side(const PointData& point) {
   const auto tangents = tangents_of(point.inward);
@@ -210,8 +167,6 @@ void start_rings(const PointData& point, const CurveRows& rows, const CurveBasis
 
 PointCurves start_values(const PointData& point, const CurveRows& rows, const BodyBases& body,
                          const FitOptions& options) {
-  constexpr double kUsual = 0.5;  // of a lean in deepest rows: deviation assumed beforehand
-  constexpr double kWidest = 3;   // what no body does
   const std::vector<CurveBasis>& bases = body.plain;
   PointCurves out;
   out.nuisance.resize(point.experiments.size());
@@ -223,20 +178,6 @@ PointCurves start_values(const PointData& point, const CurveRows& rows, const Bo
   }
   start_lateral(point, rows, bases[0], bases[1], options, out);
   start_limit(rows, bases[0], bases[2], options, out);
-  const auto parts = parts_of(body.family);
-  for (std::size_t i = curves_of(body.family); i < parts.size(); ++i) {
-    const bool is_lean = parts[i].is_curve() && parts[i].width == 3 && parts[i].starts_at_zero;
-    const Eigen::VectorXd start =
-        is_lean ? start_lean(point, bases[1], bases[i], out)
-                : Eigen::VectorXd::Zero(count_unknowns(parts[i], size_of(parts[i], bases[i])));
-    out.more.conservativeResize(out.more.size() + start.size());
-    out.more.tail(start.size()) = start;
-  }
-  const Eigen::Index n = out.more.size();
-  out.more_expected.setZero(n);
-  out.more_deviation.setConstant(n, kUsual);
-  out.more_lower.setConstant(n, -kWidest);
-  out.more_upper.setConstant(n, kWidest);
   return out;
 }
 

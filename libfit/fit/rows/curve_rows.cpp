@@ -17,8 +17,8 @@ constexpr double kPlateauForce = 0.95;
 constexpr double kContactDepth = 1e-9;  // of the deepest row
 constexpr double kFirmForce = 0.1;      // of the typical force: lighter rows tell no friction
 
-// Lateral force of the point's presses at a depth, linear between their rows: a body that leans
-// pushes sideways before any drag begins.
+// Lateral force of the point's presses at a depth, linear between their rows: a body that gives way
+// sideways pushes so before any drag begins.
 Vec3 pressed_sideways(const PointData& point, double depth) {
   double below = 0, above = std::numeric_limits<double>::infinity();
   Vec3 at_below = Vec3::Zero(), at_above = Vec3::Zero();

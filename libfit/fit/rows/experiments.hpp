@@ -91,7 +91,7 @@ inline Vec3 lateral_of(const PointData& point, const Vec3& vector) {
   return vector - vector.dot(point.inward) * point.inward;
 }
 
-/// Two unit tangents at right angles, in which a point's lean is fitted.
+/// Two unit tangents at right angles, in which a point's side force is fitted.
 inline std::array<Vec3, 2> tangents_of(const Vec3& inward) {
   const Vec3 first = inward.unitOrthogonal();
   return {first, inward.cross(first)};

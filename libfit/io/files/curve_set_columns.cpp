@@ -100,7 +100,7 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
   }
   ColumnWriter out(writer);
   relaxation_columns(curves.relaxation, out);
-  if (curves.damage.is_any()) {
+  if (curves.damage.softens()) {
     const Eigen::VectorXd softening =
         Eigen::Vector3d(curves.damage.r, curves.damage.scale, curves.damage.beta);
     const Eigen::VectorXd reach_m = Eigen::VectorXd::Constant(1, curves.damage.reach_m);
@@ -133,7 +133,7 @@ void check_relaxation(const Complain& complain, const Relaxation& relaxation) {
 namespace {
 
 void check_damage(const Complain& complain, const runtime::DamageView& damage) {
-  if (!damage.is_any()) return;
+  if (!damage.softens()) return;
   if (!(damage.r >= runtime::kMinDamage && damage.r <= runtime::kMaxDamage && damage.scale >= 0 &&
         damage.scale <= runtime::kMaxDamage && damage.beta >= 0 &&
         damage.beta <= runtime::kMaxDamage && damage.scale + damage.beta > 0))

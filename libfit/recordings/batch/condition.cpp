@@ -271,10 +271,11 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
     cycles.assign(loadings.begin(), loadings.end() - 1);
     if (!broken) take_cycles(signal, phases, contact.travel_m, correlation, out);
   }
-  if (broken) {
-    out.puncture_N = signal.push_N()[*broken];
-    out.puncture_depth_m = signal.travel_m()[*broken] - contact.travel_m;
-  }
+  out.breaks = broken.has_value();
+  if (broken)
+    out.reasons.push_back("the force falls from " + number(signal.push_N()[*broken]) + " N at " +
+                          millimetres(signal.travel_m()[*broken] - contact.travel_m) +
+                          ": the tool breaks in, and deeper rows were left out");
   const RowRange deepest = loadings.empty() ? range : loadings.back();
   const RowRange used = settings.kind == ExperimentKind::press
                             ? (settings.use == Use::retract ? back : deepest)

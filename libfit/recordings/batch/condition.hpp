@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,9 +40,7 @@ struct Conditioned {
   double hysteresis = 0;  ///< share of the work not given back; NaN without a way back
   // Of a press in cycles that go deeper and deeper: all of it in order; else no rows.
   Eigen::VectorXd cycle_depth_m, cycle_push_N, cycle_error_N;
-  // Where the tool broke in: the push before it fell, and the depth; NaN where it did not.
-  double puncture_N = std::numeric_limits<double>::quiet_NaN(),
-         puncture_depth_m = std::numeric_limits<double>::quiet_NaN();
+  bool breaks = false;  ///< the tool broke in: what lies deeper was left out
   double young_Pa = 0;  ///< apparent, of the contact fit; NaN without radius or fit
   double apparent_Pa =
       0;  ///< from the deepest row, for comparing recordings; see apparent_modulus_Pa

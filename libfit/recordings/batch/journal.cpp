@@ -15,7 +15,7 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr std::string_view kMagic = "palpate-journal 10\n";  // raise with every change of an entry
+constexpr std::string_view kMagic = "palpate-journal 11\n";  // raise with every change of an entry
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 32;  // of rows, letters: more is damage
 
 // What an entry holds, for writing and for reading.
@@ -25,9 +25,9 @@ void fields(Archive& archive, T& r) {
   archive(r.name, r.is_axial, r.deflection_m, r.force_N, r.time_s, r.error_N, r.torque_Nm,
           r.is_force_from_signal, r.status, r.contact_m, r.inward, r.contact_travel_m,
           r.contact_deviation_m, r.estimator, r.speed_m_s, r.noise_N, r.hysteresis, r.young_Pa,
-          r.cycle_depth_m, r.cycle_push_N, r.cycle_error_N, r.puncture_N, r.puncture_depth_m,
-          r.apparent_Pa, r.way_in_travel_m, r.way_in_push_N, r.history, r.grade, r.reasons,
-          r.dropped_rows, r.tip_radius_m, r.cantilever, r.format, r.taken, r.trace);
+          r.cycle_depth_m, r.cycle_push_N, r.cycle_error_N, r.breaks, r.apparent_Pa,
+          r.way_in_travel_m, r.way_in_push_N, r.history, r.grade, r.reasons, r.dropped_rows,
+          r.tip_radius_m, r.cantilever, r.format, r.taken, r.trace);
 }
 template <class Archive, class T>
 requires std::same_as<std::remove_const_t<T>, TimedPress>

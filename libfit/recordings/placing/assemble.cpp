@@ -222,8 +222,8 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     out.notes.insert(out.notes.end(), notes.begin(), notes.end());
   }
   out.cycles = cycles_of(candidates, samples);
-  out.puncture = puncture_of(candidates);
-  if (out.puncture) out.notes.insert(out.notes.begin(), puncture_note(*out.puncture));
+  if (const std::string note = break_note(candidates); !note.empty())
+    out.notes.insert(out.notes.begin(), note);
   for (const auto& notes : {cantilever_notes(items, candidates), copy_notes(items, results)})
     out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
   if (out.relaxation) {

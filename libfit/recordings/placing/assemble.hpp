@@ -59,23 +59,9 @@ struct FoundContact {
 };
 FoundContact contact_of(const Conditioned& recording, const std::optional<ContactShift>& aligned);
 
-/// Forces at which tools broke in, bias taken off. A deviation is NaN where there is one alone.
-struct BodyPuncture {
-  struct PuncturedPoint {
-    std::string name;
-    std::size_t recordings = 0;
-    double force_N = 0, deviation_N = 0;  ///< mean of its recordings, and their deviation
-  };
-  std::vector<PuncturedPoint> points;
-  std::size_t recordings = 0;
-  double force_N = 0, deviation_N = 0;  ///< over the means of the points
-  double depth_m = 0;                   ///< mean of the recordings
-};
-
 struct Assembled {
   Samples samples;
   Samples cycles;  ///< presses in cycles that go deeper and deeper, as paths; or no rows
-  std::optional<BodyPuncture> puncture;  ///< where tools broke in
   std::vector<Outcome> outcomes;  ///< every recording and every item that gave none, in order
   std::optional<Registration> registration;
   /// Where recordings have holds or rates. With branches, samples have rows in time, and each

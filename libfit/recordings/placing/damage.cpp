@@ -1,70 +1,21 @@
-#include <algorithm>
-#include <cmath>
-#include <map>
+#include <set>
 
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/placing/place.hpp"
 
 namespace palpate::recordings {
-namespace {
-
-struct MeanAndDeviation {
-  double mean = 0, deviation = std::numeric_limits<double>::quiet_NaN();
-};
-MeanAndDeviation spread_of(const std::vector<double>& values) {
-  MeanAndDeviation out;
-  const auto n = static_cast<double>(values.size());
-  for (const double value : values) out.mean += value / n;
-  if (values.size() < 2) return out;
-  double squares = 0;
-  for (const double value : values) squares += (value - out.mean) * (value - out.mean);
-  out.deviation = std::sqrt(squares / (n - 1));
-  return out;
-}
-
-}  // namespace
-
-std::optional<BodyPuncture> puncture_of(const std::vector<Candidate>& candidates) {
-  std::map<std::string, std::vector<double>> force_N;
-  std::vector<double> depth_m;
+std::string break_note(const std::vector<Candidate>& candidates) {
+  std::size_t recordings = 0;
+  std::set<std::string> points;
   for (const Candidate& c : candidates)
-    if (c.experiment >= 0 && std::isfinite(c.recording->puncture_N)) {
-      force_N[c.point].push_back(c.recording->puncture_N);
-      depth_m.push_back(c.recording->puncture_depth_m);
+    if (c.experiment >= 0 && c.recording->breaks) {
+      ++recordings;
+      points.insert(c.point);
     }
-  if (force_N.empty()) return std::nullopt;
-  BodyPuncture out;
-  std::vector<double> means;
-  for (const auto& [point, values] : force_N) {
-    const MeanAndDeviation spread = spread_of(values);
-    out.points.push_back({point, values.size(), spread.mean, spread.deviation});
-    means.push_back(spread.mean);
-    out.recordings += values.size();
-  }
-  const MeanAndDeviation over = spread_of(means);
-  out.force_N = over.mean;
-  out.deviation_N = over.deviation;
-  out.depth_m = spread_of(depth_m).mean;
-  return out;
-}
-
-std::string puncture_note(const BodyPuncture& found) {
-  const auto plural = [](std::size_t n, const char* word) {
-    return counted(n, word, std::string(word) + "s");
-  };
-  std::string note = "the tool breaks in in " + plural(found.recordings, "recording") + " at " +
-                     plural(found.points.size(), "point") + ", at " + number(found.force_N) +
-                     " N and " + millimetres(found.depth_m) + " (means); ";
-  if (std::isfinite(found.deviation_N))
-    note += "points deviate by " + number(found.deviation_N) + " N; ";
-  double largest = std::numeric_limits<double>::quiet_NaN();
-  for (const BodyPuncture::PuncturedPoint& point : found.points)
-    if (!(point.deviation_N <= largest) && std::isfinite(point.deviation_N))
-      largest = point.deviation_N;
-  if (std::isfinite(largest)) note += "repeats of a point by up to " + number(largest) + " N; ";
-  return note +
-         "deeper rows are no curve of the body and were left out. An asset breaks with "
-         "puncture_force of [export], or `export --puncture-force`";
+  if (recordings == 0) return {};
+  return "the tool breaks in in " + counted(recordings, "recording", "recordings") + " at " +
+         counted(points.size(), "point", "points") +
+         "; deeper rows are no curve of the body and were left out";
 }
 
 Samples cycles_of(const std::vector<Candidate>& candidates, const Samples& samples) {

@@ -47,10 +47,8 @@ std::vector<std::string> compare_rates(const std::string& point,
                                        const std::vector<Candidate>& candidates,
                                        const std::vector<BatchItem>& items);
 
-/// Where tools broke in; nothing where none did.
-std::optional<BodyPuncture> puncture_of(const std::vector<Candidate>& candidates);
-/// A sentence on it.
-std::string puncture_note(const BodyPuncture& found);
+/// A sentence on recordings in which the tool broke in; empty where it did in none.
+std::string break_note(const std::vector<Candidate>& candidates);
 
 /// Presses in cycles as paths, at the points of `samples`; no rows where there are none.
 Samples cycles_of(const std::vector<Candidate>& candidates, const Samples& samples);

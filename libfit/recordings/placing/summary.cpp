@@ -14,7 +14,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::array<std::string_view, 3> kGradeNames{"good", "fair", "poor"};
-constexpr std::array<std::string_view, 21> kHeader{"file",
+constexpr std::array<std::string_view, 19> kHeader{"file",
                                                    "line",
                                                    "recording",
                                                    "point",
@@ -30,8 +30,6 @@ constexpr std::array<std::string_view, 21> kHeader{"file",
                                                    "hysteresis",
                                                    "young_Pa",
                                                    "surface_distance_m",
-                                                   "puncture_N",
-                                                   "puncture_depth_m",
                                                    "format",
                                                    "taken",
                                                    "hash"};
@@ -80,8 +78,6 @@ Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>&
   row["hysteresis"] = number(r->hysteresis);
   row["young_Pa"] = number(r->young_Pa);
   row["surface_distance_m"] = number(o.surface_distance_m);
-  row["puncture_N"] = number(r->puncture_N);
-  row["puncture_depth_m"] = number(r->puncture_depth_m);
   row["format"] = r->format;
   row["taken"] = r->taken;
   row["hash"] = results[o.item].hash;
@@ -122,20 +118,6 @@ Json as_json(const BodyRelaxation& found) {
   return json;
 }
 
-Json as_json(const BodyPuncture& found) {
-  Json json{{"force_N", found.force_N},
-            {"deviation_N", number(found.deviation_N)},
-            {"depth_m", found.depth_m},
-            {"recordings", found.recordings}};
-  json["points"] = Json::array();
-  for (const BodyPuncture::PuncturedPoint& point : found.points)
-    json["points"].push_back({{"name", point.name},
-                              {"recordings", point.recordings},
-                              {"force_N", point.force_N},
-                              {"deviation_N", number(point.deviation_N)}});
-  return json;
-}
-
 Json totals(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
             const Assembled& a) {
   std::array<std::size_t, 3> grades{};
@@ -153,7 +135,6 @@ Json totals(const std::vector<BatchItem>& items, const std::vector<ItemResult>& 
                             {"largest_m", a.registration->largest_m},
                             {"iterations", a.registration->iterations}};
   if (a.relaxation) json["relaxation"] = as_json(*a.relaxation);
-  if (a.puncture) json["puncture"] = as_json(*a.puncture);
   if (a.cycles.rows() > 0) json["cycle_rows"] = a.cycles.rows();
   json["notes"] = a.notes;
   json["failures"] = Json::array();
@@ -200,13 +181,12 @@ void write_summary(const std::filesystem::path& csv_path, const std::filesystem:
     csv.text(o.failure ? o.failure->what : listed(r->reasons, "; "))
         .text(o.failure ? o.failure->remedy : "");
     if (o.failure)
-      for (int k = 0; k < 12; ++k) csv.text("");
+      for (int k = 0; k < 10; ++k) csv.text("");
     else {
       csv.integer(o.experiment);
       const FoundContact contact = contact_of(*r, o.aligned);
-      for (const double value :
-           {contact.travel_m, contact.deviation_m, r->speed_m_s, r->noise_N, r->hysteresis,
-            r->young_Pa, o.surface_distance_m, r->puncture_N, r->puncture_depth_m})
+      for (const double value : {contact.travel_m, contact.deviation_m, r->speed_m_s, r->noise_N,
+                                 r->hysteresis, r->young_Pa, o.surface_distance_m})
         put(csv, value);
       csv.text(r->format).text(listed(r->taken, "; "));
     }

@@ -9,6 +9,7 @@
 #include <set>
 #include <sstream>
 
+#include "libfit/assets/asset_bytes.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/assets/asset_surface.hpp"
 #include "libfit/assets/engine_folder.hpp"
@@ -192,6 +193,24 @@ TEST_F(Exporting, neighbours_point_at_each_other_on_closed_surfaces) {
     for (std::size_t k = 0; k < 3; ++k)
       back += neighbour[other + k] == static_cast<std::int32_t>(edge / 3);
     EXPECT_EQ(back, 1);
+  }
+}
+
+TEST_F(Exporting, an_asset_with_other_meta_data_is_what_an_export_with_them_makes) {
+  make_rings(model, 1, 0.03, [](const Vec3&) { return 1.0; });
+  make_shaped(model, 5, 2, 4);
+  model.curves.relaxation.share = Eigen::Vector2d(0.5, 0.8);
+  model.curves.relaxation.time_s = Eigen::Vector2d(0.05, 0.6);
+  model.curves.damage = {1.3, 0.05, 0.3, 0.002};
+  const AssetBytes before = make_asset_bytes(model, {.meta_json = "{}"});
+  runtime::Status status;
+  const auto asset = runtime::Asset::open(before.data(), before.size(), &status);
+  ASSERT_EQ(status, runtime::Status::ok) << runtime::sentence(status);
+  for (const std::string& meta : {std::string("{\"a\": 1}"), std::string(200, ' ') + "{}"}) {
+    const AssetBytes after = with_meta(asset, meta),
+                     made = make_asset_bytes(model, {.meta_json = meta});
+    ASSERT_EQ(after.size(), made.size());
+    EXPECT_EQ(std::memcmp(after.data(), made.data(), made.size()), 0) << meta;
   }
 }
 

@@ -133,7 +133,7 @@ TEST(hostile_bytes, each_fault_has_its_status) {
               Status::controls_wrong);
   EXPECT_EQ(open_changed([](D, Header& h) { h.records = 0; }), Status::layout_wrong);
   EXPECT_EQ(open_changed([](D, Header& h) { h.records = h.vertices + 1; }), Status::layout_wrong);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.tilts = 1; }), Status::layout_wrong);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.reserved = 1; }), Status::layout_wrong);
   EXPECT_EQ(open_changed([](D d, Header& h) { poke<std::uint8_t>(d, h, runtime::kCovered, 2, 0); }),
             Status::controls_wrong);
   EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kPartTable, 2, 0.0); }),

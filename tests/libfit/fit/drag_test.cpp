@@ -9,7 +9,6 @@ namespace {
 struct Truth {
   std::vector<CurveBasis> basis{CurveBasis{3, {0, 0.004, 0.01}}, CurveBasis{3, {0, 0.003, 0.006}},
                                 CurveBasis{3, {0, 0.01}}};
-  CurveFamily family = CurveFamily::separable;
   std::vector<Eigen::VectorXd> control = std::vector<Eigen::VectorXd>(kCurveKinds);
 };
 
@@ -30,7 +29,7 @@ Truth random_truth(unsigned seed) {
 // Records what the engine's template says for a drag or press.
 void record(Recorder& rig, int point, const Mat3& gradient, const Truth& truth, ExperimentKind kind,
             const std::vector<Vec3>& rows) {
-  const fit::Bases bases(truth.basis, truth.family);
+  const fit::Bases bases(truth.basis);
   std::vector<runtime::Vec3d> force(rows.size());
   runtime::replay_drag<double>(bases.views, fit::pointers_to<double>(truth.control),
                                fit::quadric_of(rig.inward(point), gradient), rows.front().data(),
@@ -74,7 +73,7 @@ void expect_recovered(const FittedCurves& fitted, Eigen::Index p, const Truth& t
     // A lateral curve is only seen up to where the deepest drag slips; compare as curves there.
     const Curve curve = fitted_curve(fitted, p, static_cast<CurveKind>(kind));
     double reach = truth.basis[kind].knots_m.back();
-    const fit::Bases bases(truth.basis, truth.family);
+    const fit::Bases bases(truth.basis);
     const auto exact = [&](double x) {
       return runtime::curve_value(bases.views.view[kind], truth.control[kind].data(), x);
     };
@@ -103,38 +102,8 @@ TEST(drag, recovers_all_three_curves_on_a_flat_surface) {
   }
 }
 
-// A lean of up to a quarter of the depth that grows faster than the depth.
-void make_lean(Truth& truth, const Vec3& inward) {
-  const auto tangents = fit::tangents_of(inward.normalized());
-  const double components[] = {2e-4, -1e-4, 2e-3, -1.5e-3};
-  truth.family = CurveFamily::leaning;
-  truth.basis.push_back({2, {0, 0.01}});
-  const auto lean_m =
-      fit::part_controls<double>(parts_of(truth.family).back(), tangents, {}, components, 4);
-  truth.control.emplace_back(Eigen::Map<const Eigen::VectorXd>(lean_m.data(), 9));
-}
-
-TEST(drag, recovers_the_lean_of_a_body_that_gives_way_sideways) {
-  for (unsigned seed = 31; seed <= 36; ++seed) {
-    Truth truth = random_truth(seed);
-    const Vec3 inward(0.2, -1, 0.3);
-    make_lean(truth, inward);
-    Recorder rig;
-    record_point(rig, truth, inward, 0, 0);
-    FitReport report;
-    const FittedCurves fitted = fit_curves(rig.samples, with_knots(truth), {}, &report);
-    const std::string where = "seed " + std::to_string(seed);
-    ASSERT_EQ(fitted.curves.family, CurveFamily::leaning) << where << ": " << report.family.reason;
-    expect_recovered(fitted, 0, truth, where);
-    const Eigen::VectorXd found = fitted.curves.control.back().row(0);
-    for (Eigen::Index j = 0; j < found.size(); ++j)
-      EXPECT_NEAR(found[j], truth.control.back()[j], 1e-7) << where << ' ' << j;
-    EXPECT_LT(report.max_relative_error, 1e-5) << where;
-  }
-}
-
-TEST(drag, a_body_that_does_not_lean_stays_separable) {
-  Truth truth = random_truth(3);
+TEST(drag, curves_that_are_separable_are_found_to_be) {
+  const Truth truth = random_truth(3);
   Recorder rig;
   for (int p = 0; p < 4; ++p) record_point(rig, truth, Vec3(0.2, -1, 0.1 * p), -8, -3);
   add_noise(rig.samples, 0.02, 5);

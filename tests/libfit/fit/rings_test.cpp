@@ -267,12 +267,12 @@ TEST(fitted_rings, take_more_pieces_than_the_tolerance_asks_where_presses_suppor
   for (unsigned seed = 1; seed <= 3; ++seed) body.add(seed, true);
   FitOptions options;
   options.tolerance = 0.5;
-  FitReport rings, leaning;
+  FitReport rings, separable;
   options.family = CurveFamily::rings;
   fit_curves(body.rig.samples, options, {}, &rings);
-  options.family = CurveFamily::leaning;
-  fit_curves(body.rig.samples, options, {}, &leaning);
-  EXPECT_EQ(leaning.kind[0].basis.pieces(), 1) << leaning.kind[0].reason;
+  options.family = CurveFamily::separable;
+  fit_curves(body.rig.samples, options, {}, &separable);
+  EXPECT_EQ(separable.kind[0].basis.pieces(), 1) << separable.kind[0].reason;
   EXPECT_GE(rings.kind[0].basis.pieces(), 2) << rings.kind[0].reason;
   EXPECT_LE(rings.kind[0].heldout_error, 2e-3) << "presses alone are judged, and these are exact";
   options.family = CurveFamily::rings;

@@ -114,17 +114,6 @@ inline CurveSet example_curve_set(Eigen::Index points, unsigned seed) {
   return curves;
 }
 
-/// Gives curves a lean that float32 holds exactly.
-inline void add_lean(CurveSet& curves, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> metres(-0.01F, 0.01F);
-  curves.family = CurveFamily::leaning;
-  curves.basis.push_back({2, {0, 0.01}});
-  curves.control.push_back(Controls::Zero(curves.points(), 9));
-  for (Eigen::Index i = 0; i < curves.points(); ++i)
-    for (Eigen::Index j = 3; j < 9; ++j) curves.control.back()(i, j) = metres(random);
-}
-
 /// The same three curves in a family, the numbers of its other parts admissible and unlike.
 inline CurveSet example_of_family(const CurveSet& curves, CurveFamily family) {
   CurveSet out(family);
@@ -134,7 +123,6 @@ inline CurveSet example_of_family(const CurveSet& curves, CurveFamily family) {
       out.basis[i] = curves.basis[i], out.control[i] = curves.control[i];
       continue;
     }
-    if (parts[i].is_curve()) out.basis[i] = {2, {0, 0.01}};
     out.control[i] =
         Controls::Zero(curves.points(), parts[i].width * size_of(parts[i], out.basis[i]));
     const Eigen::Index first = parts[i].starts_at_zero ? parts[i].width : 0;

@@ -128,20 +128,6 @@ TEST_F(RoundTrip, body_without_volume_and_test_points_comes_back) {
   EXPECT_TRUE(b.settings.empty());
 }
 
-TEST_F(RoundTrip, a_lean_comes_back_bit_for_bit) {
-  FittedCurves a = example_curves();
-  add_lean(a.curves, 15);
-  write_curves(at("c.h5"), a);
-  const FittedCurves b = read_curves(at("c.h5"));
-  EXPECT_EQ(b.curves.family, CurveFamily::leaning);
-  EXPECT_EQ(a.curves.basis.back().knots_m, b.curves.basis.back().knots_m);
-  EXPECT_EQ(a.curves.basis.back().degree, b.curves.basis.back().degree);
-  EXPECT_EQ(a.curves.control.back(), b.curves.control.back());
-  a.curves.control.back()(1, 2) = 0.001;
-  EXPECT_EQ(error_of([&] { write_curves(at("d.h5"), a); }),
-            "d.h5:curves/lean/controls: row 1 does not start at 0");
-}
-
 TEST_F(RoundTrip, every_family_comes_back_part_by_part) {
   for (const CurveFamilyName& row : kCurveFamilyNames) {
     FittedCurves a = example_curves();

@@ -60,28 +60,6 @@ TEST(Refine, monotone_controls_stay_monotone_and_start_at_zero) {
   }
 }
 
-TEST(Refine, a_lean_is_blended_like_the_curves_and_is_zero_where_none_answers) {
-  const Surface fine = plate(20, 16, 0.1, 0.08), points = plate(5, 4, 0.1, 0.08);
-  FittedCurves curves = curves_at(points, kSmooth);
-  curves.curves.family = CurveFamily::leaning;
-  curves.curves.basis.push_back({2, {0, 0.01}});
-  curves.curves.control.push_back(Controls::Zero(points.vertices.rows(), 9));
-  for (Eigen::Index p = 0; p < points.vertices.rows(); ++p)  // linear in place: comes out exactly
-    for (int k = 3; k < 9; ++k)
-      curves.curves.control.back()(p, k) =
-          1e-3 * k + 0.01 * points.vertices(p, 0) - 0.02 * points.vertices(p, 1);
-  std::vector<char> is_reachable = all(fine);
-  is_reachable[7] = 0;
-  const Model model = refine(curves, fine, is_reachable, points.triangles);
-  EXPECT_EQ(model.curves.family, CurveFamily::leaning);
-  for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v)
-    for (int k = 0; k < 9; ++k) {
-      const double linear = 1e-3 * k + 0.01 * fine.vertices(v, 0) - 0.02 * fine.vertices(v, 1);
-      EXPECT_NEAR(model.curves.control.back()(v, k), k < 3 || v == 7 ? 0 : linear, 1e-9)
-          << v << ' ' << k;
-    }
-}
-
 TEST(Refine, a_vertex_at_a_test_point_keeps_its_curves_exactly) {
   const Surface fine = icosphere(4, 0.03), points = icosphere(2, 0.03);  // the first 162 coincide
   FittedCurves curves = curves_at(points, kSmooth);

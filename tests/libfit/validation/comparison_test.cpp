@@ -326,28 +326,6 @@ TEST_F(Substituted, torques_of_an_exact_reference_have_no_error_and_all_of_it_wi
             torque_errors(reference, numb, kRadius_m)[0].typical_Nm);
 }
 
-TEST_F(Substituted, a_tool_that_turns_on_curves_alike_at_every_lean_answers_as_its_ball) {
-  constexpr double kRadius_m = 0.004;
-  model = tools::with_family(model, CurveFamily::rings);
-  model.probe = sphere_spec(kRadius_m);
-  LeanCurves leans;
-  leans.sine = {0.5};
-  const auto& control = model.curves.control;
-  leans.node.assign(1 + runtime::kTiltDirections,
-                    {control[0], control[runtime::kSide2], control[runtime::kSide3]});
-  const BenchAsset ball = make_bench_asset(model, leans);
-  for (ToolPath& path : held_out.paths) path.lean = Lean(0.1, 0.2);
-  const Reference reference{held_out, samples_of(ball.asset, held_out), {}};
-  const Replayed by_ball = replay_paths(ball.asset, reference, kRange.depth_m),
-                 by_turning = replay_turning(ball.asset, reference, kRange.depth_m);
-  const double largest = by_ball.force_N.rowwise().norm().maxCoeff();
-  // A tip stands for the ball along the normal at first touch; facets make the difference.
-  EXPECT_LT((by_ball.force_N - by_turning.force_N).rowwise().norm().maxCoeff(), 0.05 * largest);
-  EXPECT_LT((by_ball.torque_Nm - by_turning.torque_Nm).rowwise().norm().maxCoeff(),
-            0.05 * largest * kRadius_m);
-  EXPECT_GT(largest, 0.1);
-}
-
 TEST(Torque, of_a_soft_body_is_over_a_tenth_of_its_largest_and_of_none_has_no_share) {
   const std::vector<ComparedTorque> soft{{Vec3(1e-6, 0, 0), Vec3(1.2e-6, 0, 0)}};
   EXPECT_NEAR(named_torque("all", soft, torque_floor_Nm(soft)).max_rel, 0.2, 1e-12);

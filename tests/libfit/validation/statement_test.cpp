@@ -209,12 +209,8 @@ TEST(statement, torques_are_read_back_said_in_newton_millimetres_and_left_out_of
   EXPECT_EQ(in_words(s).find("torque"), std::string::npos);
   s.torque = {{"all", 5e-3, 1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03},
               {"oblique", 5e-3, 4e-4, 5e-4, 6e-4, 0.04, 0.05, 0.06}};
-  s.turning = {named_error("tilting", {row(1, 0.05)}, s.floor_N)};
-  s.turning_torque = {s.torque[0]};
-  s.turning_tick_ns = 700;
   const Statement back = parse_statement(to_json(s), "statement.json");
   EXPECT_EQ(to_json(back), to_json(s));
-  EXPECT_EQ(back.turning_torque.size(), 1u);
   ASSERT_EQ(back.torque.size(), 2u);
   EXPECT_EQ(back.torque[1].name, "oblique");
   EXPECT_NEAR(back.torque[1].max_Nm, 6e-4, 1e-15);
