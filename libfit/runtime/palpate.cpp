@@ -38,7 +38,8 @@ const char* palpate_sentence(palpate_status status) noexcept {
     case PALPATE_BODY_WRONG:
       return "The bytes are no body of this asset, or nothing damages its bodies.";
     case PALPATE_COUNT_WRONG:
-      return "1 to 8 tools are ticked together, with 8 balls at most between them; forces are zero.";
+      return "1 to 8 tools are ticked together, with 8 balls at most between them; forces are "
+             "zero.";
     case PALPATE_HEADER_WRONG:
       return "The program was built with the header of another version of the engine.";
     case PALPATE_VERTICES_WRONG:

@@ -122,7 +122,8 @@ typedef struct palpate_pose {
    motion along the contact's normal (damping_Ns_m) and across it (lateral_damping_Ns_m), shared
    among the balls. It never pulls the tool in. Its energy is damped_J. Last of all force and torque
    are brought up over ramp_s from the first tick on and down to max_force_N; energies stay those of
-   the whole force. palpate_tip() and palpate_ball() begin one; zero a tool that you fill yourself. */
+   the whole force. palpate_tip() and palpate_ball() begin one; zero a tool that you fill yourself.
+ */
 typedef struct palpate_tool {
   int32_t balls;
   int32_t reserved_0;
@@ -130,7 +131,7 @@ typedef struct palpate_tool {
   double radius_m[PALPATE_MAX_BALLS];    /* up to 1000. 0: a tip. On curves that were measured with
                                             a ball it is that ball's lowest point at first touch,
                                             and that ball does not turn */
-  double damping_Ns_m;         /* N s/m, 0 to 1e4; 0: none */
+  double damping_Ns_m;                   /* N s/m, 0 to 1e4; 0: none */
   double damper_depth_m;       /* depth at which it is whole; > 0 where there is damping */
   double lateral_damping_Ns_m; /* 0 to 1e4; 0: none */
   double max_force_N;          /* what the device can bear; 0: no cap */
@@ -161,12 +162,12 @@ enum {
   PALPATE_FLAG_OUTSIDE = 64,      /* not measured here: the body's mean curves, or none, and the
                                      rim where the measured ones pass into these */
   PALPATE_FLAG_EXTRAPOLATED =
-      128,                     /* deeper than range_m: the curves go on along their last slope */
-  PALPATE_FLAG_CAPPED = 256,   /* the force was brought down to max_force_N */
-  PALPATE_FLAG_RAMP = 512,     /* the tool's ramp is not over */
-  PALPATE_FLAG_INSIDE = 1024,  /* in the air: a ball, its centre outside, stands in the surface, or
-                                  a tip under it, and nothing answers until it is out or, having
-                                  lifted off, sinks */
+      128,                    /* deeper than range_m: the curves go on along their last slope */
+  PALPATE_FLAG_CAPPED = 256,  /* the force was brought down to max_force_N */
+  PALPATE_FLAG_RAMP = 512,    /* the tool's ramp is not over */
+  PALPATE_FLAG_INSIDE = 1024, /* in the air: a ball, its centre outside, stands in the surface, or
+                                 a tip under it, and nothing answers until it is out or, having
+                                 lifted off, sinks */
   PALPATE_FLAG_OTHER_RADIUS = 2048, /* the curves were measured with a ball of another radius: the
                                        force is off by as much as the radii differ */
   PALPATE_FLAG_CROWDED = 4096 /* the tool stands in another one. What they do to each other is then
@@ -266,9 +267,9 @@ PALPATE_API palpate_status palpate_describe(const palpate_asset* asset,
 PALPATE_API palpate_status palpate_read_mesh(const palpate_asset* asset,
                                              palpate_mesh* mesh) PALPATE_NOEXCEPT;
 
-/* A body that contacts damage (palpate_info.softens): what each of its vertices has borne, in memory
-   of the caller's beside the asset. Any number of bodies may share an asset. palpate_tick on the
-   asset itself is that of a body that nothing damages.
+/* A body that contacts damage (palpate_info.softens): what each of its vertices has borne, in
+   memory of the caller's beside the asset. Any number of bodies may share an asset. palpate_tick on
+   the asset itself is that of a body that nothing damages.
 
    palpate_body_bytes: how much memory, 8-byte aligned; 0 where the asset is not open or nothing
    damages its bodies. palpate_body_start: a new body in it; a body that is there already is healed.
@@ -310,15 +311,15 @@ PALPATE_API palpate_status palpate_release(palpate_contact* contact) PALPATE_NOE
 
 /* One tick of the tools on one body: contacts, in and out [count], 1 to PALPATE_MAX_BALLS with no
    more balls between them, always the same tools in the same order (others begin anew). Call it at
-   any rate. The first tick only learns where the tools are. Contact begins where a tip or ball first
-   touches on its straight way from the previous tick, at any speed up to max_step_m. One that starts
-   inside the body feels nothing until it has come out.
+   any rate. The first tick only learns where the tools are. Contact begins where a tip or ball
+   first touches on its straight way from the previous tick, at any speed up to max_step_m. One that
+   starts inside the body feels nothing until it has come out.
 
    On an asset that couples (palpate_info.couples) what one ball bears moves the surface under the
    others: of the same tool, and of the others. Then the stored_J add up to what all store together,
    dissipated_J, refused_J and refused_ticks are of all tools, and tools are passive as a whole: one
-   may give back what another has put in. Inputs say the same body and the same dt_s. On other assets
-   each tool is by itself. A tool that is refused is out of contact, and the others go on.
+   may give back what another has put in. Inputs say the same body and the same dt_s. On other
+   assets each tool is by itself. A tool that is refused is out of contact, and the others go on.
 
    Writes all of out whatever happens, each with its status, and returns the first that is not
    PALPATE_OK.
@@ -334,15 +335,14 @@ PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_cont
 
 /* How far tools have moved vertices first to first + vertices - 1 of the surface, in metres and in
    the body's frame: displacement_m [3 vertices], x, y, z of each; add it to palpate_read_mesh's
-   vertices. For the thread that draws. `contacts` [count] is a copy that the force thread made after
-   a tick (a plain copy of the structures, handed over as the program likes); it is only read. All
-   zero in the air. Continuous in the tools' places while they touch and slide. No vertex is left
-   inside the one ball of a tool, or inside the ball that the curves were measured with where it is a
-   tip; triangles between vertices may cut into it by about (edge length)^2 / (8 radius). The error
-   that an asset states for it is shape_error of its meta_json.
-   Work: of each ball at most 9 test points' numbers once, then some 0.1 us a vertex. Vertices may be
-   shared out over calls and threads.
-   PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN, PALPATE_NOT_STARTED,
+   vertices. For the thread that draws. `contacts` [count] is a copy that the force thread made
+   after a tick (a plain copy of the structures, handed over as the program likes); it is only read.
+   All zero in the air. Continuous in the tools' places while they touch and slide. No vertex is
+   left inside the one ball of a tool, or inside the ball that the curves were measured with where
+   it is a tip; triangles between vertices may cut into it by about (edge length)^2 / (8 radius).
+   The error that an asset states for it is shape_error of its meta_json. Work: of each ball at most
+   9 test points' numbers once, then some 0.1 us a vertex. Vertices may be shared out over calls and
+   threads. PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN, PALPATE_NOT_STARTED,
    PALPATE_CONTACT_FOREIGN, PALPATE_COUNT_WRONG, PALPATE_NO_SHAPE or PALPATE_VERTICES_WRONG, which
    writes nothing; all others but a null displacement_m write zeros. */
 PALPATE_API palpate_status palpate_deform(const palpate_asset* asset,

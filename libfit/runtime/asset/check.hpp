@@ -4,10 +4,10 @@
 // What is checked before the engine trusts an asset's bytes. Safe on any bytes: every index is
 // tested before it is used, and all work is bounded by the counts.
 
-#include "shape.hpp"
 #include "../base/status.hpp"
 #include "../law/compliance.hpp"
 #include "check_blocks.hpp"
+#include "shape.hpp"
 #include "view.hpp"
 
 namespace palpate {

@@ -23,9 +23,9 @@ constexpr std::uint32_t kVersion = 1;
 constexpr std::int32_t kLawRevision = 2;
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
-constexpr std::uint64_t kByteAlignment = 8;   ///< of the bytes in memory: what any malloc gives
-constexpr std::uint32_t kFlagGuard = 1;       ///< refuse the energy-creating part of slips
-constexpr std::uint32_t kFlagShape = 2;       ///< a shape response follows the sections
+constexpr std::uint64_t kByteAlignment = 8;  ///< of the bytes in memory: what any malloc gives
+constexpr std::uint32_t kFlagGuard = 1;      ///< refuse the energy-creating part of slips
+constexpr std::uint32_t kFlagShape = 2;      ///< a shape response follows the sections
 
 // What a vertex answers with; 0: nothing, its controls are zero.
 constexpr std::uint8_t kMeasured = 1;  ///< its own curves
@@ -229,8 +229,8 @@ inline bool has_possible_counts(const Header& h) noexcept {
   return true;
 }
 
-/// Fills `offset` from the counts and returns where the blocks end: the one layout there is, but for
-/// the shape response behind them.
+/// Fills `offset` from the counts and returns where the blocks end: the one layout there is, but
+/// for the shape response behind them.
 inline std::uint64_t lay_out(const Header& h, std::uint64_t offset[kSections]) noexcept {
   std::uint64_t at = aligned(sizeof(Header));
   for (int section = 0; section < kSections; ++section) {

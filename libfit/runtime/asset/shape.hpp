@@ -4,8 +4,8 @@
 // The shape response of an asset that has one: its bytes behind the last section, a view of them,
 // and what is checked before they are trusted. deform.hpp evaluates it.
 
-#include "view.hpp"
 #include "../base/status.hpp"
+#include "view.hpp"
 
 namespace palpate {
 namespace runtime {

@@ -67,7 +67,8 @@ inline const char* sentence(Status status) noexcept {
              "between "
              "1e-5 and 1e6 s; the force is zero.";
     case Status::tool_wrong:
-      return "A number of the tool is out of range, or the asset does not say how contacts of several "
+      return "A number of the tool is out of range, or the asset does not say how contacts of "
+             "several "
              "balls move each other.";
     case Status::no_shape:
       return "The asset does not say how its surface moves; displacements are zero.";

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "../base/ledger.hpp"
+#include "../base/status.hpp"
 #include "../law/compliance.hpp"
 #include "../surface/spot_cache.hpp"
 #include "../surface/sweep.hpp"
@@ -34,8 +35,8 @@ struct ContactPoint : ContactPlace {
 /// How a contact stood in the series of the last tick (series/series.hpp): forces are found from
 /// there. Of a body on which nothing gives it says the force alone.
 struct SeriesMemory {
-  double force_N[3] = {0, 0, 0};  ///< on the body
-  double aside_m[3] = {0, 0, 0};  ///< how far the body as a whole had moved from under it
+  double force_N[3] = {0, 0, 0};          ///< on the body
+  double aside_m[3] = {0, 0, 0};          ///< how far the body as a whole had moved from under it
   double flowed_N[kMaxBranches][3] = {};  ///< w_k (M49a) of a body that relaxes
   double holding_N_m[9] = {}, slipping_N_m[9] = {};  ///< stiffness where nothing slips, and where
 
@@ -58,9 +59,9 @@ struct Contact : ContactPoint {
   /// weight, arm and memory are then those with which it goes on.
   int hover = -1;
   SeriesMemory series;
-  Ledger ledger;            ///< of a contact by itself
-  double law_J = 0;         ///< stored at the end of the last tick, of a body that relaxes
-  double half_tick_s = 0;   ///< of a body that relaxes: half a tick and what it leaves
+  Ledger ledger;           ///< of a contact by itself
+  double law_J = 0;        ///< stored at the end of the last tick, of a body that relaxes
+  double half_tick_s = 0;  ///< of a body that relaxes: half a tick and what it leaves
   Decay left;
   SpotCache cache;  ///< saves time, changes no bit
 };

@@ -5,9 +5,6 @@
 // where nothing slips; slip(), where its contact point slides and its rings let go; and rest(),
 // where time passes. None of them books energy or touches what other contacts read.
 
-#include <utility>
-
-#include "../base/status.hpp"
 #include "../law/step.hpp"
 #include "memories.hpp"
 
@@ -165,12 +162,11 @@ Slipped slip(const AssetView& asset, ContactPoint& at, SpotCache& from, SpotCach
              const Decay& left, const Vec3d& x, const Vec3d& step, Memory& memory,
              Said& said) noexcept {
   const CurveViews& views = asset.curves;
-  auto kinematics =
-      F::kinematics(views, cached_spot<F, kIsBall>(asset, at, from), x, memory);
+  auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, at, from), x, memory);
   Slipped slipped;
   const auto stored_J = [&]() noexcept {
-    return stored_in(asset, at,
-                     F::stored_J(views, F::under(views, kinematics), kinematics, memory), Memories())
+    return stored_in(asset, at, F::stored_J(views, F::under(views, kinematics), kinematics, memory),
+                     Memories())
         .stored_J;
   };
   const bool relaxes = F::relaxes(views);

@@ -111,8 +111,7 @@ inline bool shape_state(const AssetView& asset, const Contact& contact, double t
   const Vec3d tip = make_vec3<double>(contact.tip_m) - make_vec3<double>(contact.arm.pole_m);
   out.force_N = contact.series.force();
   const Vec3d deflection = tip - make_vec3<double>(contact.series.aside_m) - out.point +
-                           out.normal * contact.arm.reach_m +
-                           make_vec3<double>(contact.arm.skew_m);
+                           out.normal * contact.arm.reach_m + make_vec3<double>(contact.arm.skew_m);
   out.normal_m = dot(deflection, out.normal);
   out.lateral_m = tangential(deflection, out.normal);
   out.carried_m = carried_m(asset, contact, out.normal, out.normal_m, out.lateral_m);
@@ -231,8 +230,7 @@ inline Status deform(const AssetView& asset, const Dent* dent, int dents, int fi
   }
   for (int v = first; touching > 0 && v < first + count; ++v, displacement_m += 3) {
     Vec3d moved{0, 0, 0};
-    for (int i = 0; i < touching; ++i)
-      moved = i == 0 ? room[i].at(v) : moved + room[i].at(v);
+    for (int i = 0; i < touching; ++i) moved = i == 0 ? room[i].at(v) : moved + room[i].at(v);
     for (int i = 0; i < touching; ++i) room[i].push_out(asset.vertex_at(v), moved);
     displacement_m[0] = static_cast<float>(moved.x);
     displacement_m[1] = static_cast<float>(moved.y);

@@ -7,11 +7,11 @@
 // A Spot is a place where a contact point can stand: .point [m], .normal (inward unit),
 // .control(part, j): number j of a part of the family there.
 
+#include "../base/scalar.hpp"
+#include "../base/spline.hpp"
 #include "part.hpp"
 #include "relaxation.hpp"
 #include "ring_table.hpp"
-#include "../base/scalar.hpp"
-#include "../base/spline.hpp"
 
 namespace palpate {
 namespace runtime {

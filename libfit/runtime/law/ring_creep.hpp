@@ -106,7 +106,8 @@ void let_creep(const RelaxationView& relaxation, const Decay& left, const RingTa
     for (int c = 0; c < 4; ++c)
       for (int i = 0; i < N; ++i) {
         const T left_m = (to[c][i] - creep.flow[k][c][i]) * share;
-        creep.flow[k][c][i] = std::fabs(value_of(left_m)) > kFlowed_m ? to[c][i] - left_m : to[c][i];
+        creep.flow[k][c][i] =
+            std::fabs(value_of(left_m)) > kFlowed_m ? to[c][i] - left_m : to[c][i];
       }
   }
   find_rests(relaxation, creep);

@@ -6,9 +6,9 @@
 
 #include <type_traits>
 
-#include "slide.hpp"
 #include "part.hpp"
 #include "ring_creep.hpp"
+#include "slide.hpp"
 
 namespace palpate {
 namespace runtime {

@@ -4,8 +4,8 @@
 // The separable family: W = Z(dz) + R(dr) (M3). The depth does not change the lateral stiffness,
 // nor the lateral deflection the normal one.
 
-#include "slide.hpp"
 #include "part.hpp"
+#include "slide.hpp"
 
 namespace palpate {
 namespace runtime {

@@ -19,11 +19,11 @@ namespace palpate {
 namespace runtime {
 
 constexpr int kMaxContacts = 8;
-constexpr int kMaxSettleSteps = 16;      ///< answers of each law for one root; 2 to 4 as a rule
+constexpr int kMaxSettleSteps = 16;        ///< answers of each law for one root; 2 to 4 as a rule
 constexpr double kSettleTolerance = 1e-7;  ///< of the forces, before the last correction
 /// Of forces that only an energy is asked for: by (M64b) it is then right to 1e-8, and below.
 constexpr double kEnergyTolerance = 1e-4;
-constexpr double kSettleZero_N = 1e-12;    ///< below it a force is noise
+constexpr double kSettleZero_N = 1e-12;  ///< below it a force is noise
 constexpr double kSettleFall = 0.1;  ///< a step that leaves more of the error has a new matrix made
 
 inline Vec3d times(const double m[9], const Vec3d& v) noexcept {
@@ -125,11 +125,11 @@ class SeriesMatrix {
 /// The unknowns of one root.
 struct SeriesForces {
   const GiveBetween* give = nullptr;
-  double share = 1;               ///< of C that gives at once; the rest is in `rest`
-  Vec3d rest[kMaxContacts];       ///< x_i less what has flowed: where law i sees no force
-  Vec3d force[kMaxContacts];      ///< begins as a guess
-  Vec3d off[kMaxContacts];        ///< what the laws answer more than that
-  Vec3d more[kMaxContacts];       ///< last correction, of the order of off: the force without error
+  double share = 1;           ///< of C that gives at once; the rest is in `rest`
+  Vec3d rest[kMaxContacts];   ///< x_i less what has flowed: where law i sees no force
+  Vec3d force[kMaxContacts];  ///< begins as a guess
+  Vec3d off[kMaxContacts];    ///< what the laws answer more than that
+  Vec3d more[kMaxContacts];   ///< last correction, of the order of off: the force without error
   double* stiffness[kMaxContacts];  ///< of the laws there, row-major dR/dy; saves steps
 
   int count() const noexcept { return give->count; }
@@ -137,8 +137,8 @@ struct SeriesForces {
   Vec3d seen(int i) const noexcept { return rest[i] - give->sunk(i, force) * share; }
 };
 
-/// Shorter moves than this share of how far the body has moved say nothing of a stiffness: a slip is
-/// solved to 1e-10 of its limit.
+/// Shorter moves than this share of how far the body has moved say nothing of a stiffness: a slip
+/// is solved to 1e-10 of its limit.
 constexpr double kTellingMove = 1e-7;
 
 /// Corrects a stiffness by what the law answered to a move (Broyden 1965,
@@ -216,7 +216,7 @@ class SeriesSearch {
     return at_.error <= tolerance_ * tolerance_ * at_.size + kSettleZero_N * kSettleZero_N;
   }
   void make_matrix() noexcept {
-    const double* K[kMaxContacts];
+    const double* K[kMaxContacts] = {};
     for (int i = 0; i < n_; ++i) K[i] = s_.stiffness[i];
     matrix_.factor(*s_.give, s_.share, K);
   }
@@ -242,11 +242,11 @@ class SeriesSearch {
 };
 
 /// Brings the forces to the root of (M63), by Newton's steps with stiffnesses that each answer
-/// corrects. matrix: of an earlier root near this one, or a fresh one; it is made where it is needed
-/// and where steps are slow. before: where each law saw its tool when it answered the guess; null
-/// where that is as good as can be had. respond(i, y): the answer of law i to a tool at y; its last
-/// calls are with the forces that are kept. false: kMaxSettleSteps were not enough, and the nearest
-/// forces are kept.
+/// corrects. matrix: of an earlier root near this one, or a fresh one; it is made where it is
+/// needed and where steps are slow. before: where each law saw its tool when it answered the guess;
+/// null where that is as good as can be had. respond(i, y): the answer of law i to a tool at y; its
+/// last calls are with the forces that are kept. false: kMaxSettleSteps were not enough, and the
+/// nearest forces are kept.
 template <class Respond>
 bool settle(SeriesForces& s, SeriesMatrix& matrix, const Vec3d* before, const Respond& respond,
             double tolerance = kSettleTolerance) noexcept {

@@ -30,7 +30,8 @@ struct SeriesContact {
   double* tangent_N_m = nullptr;  ///< of the tool, 3 x 3; null: not wanted
 };
 
-/// act(F(), kIsBall) of a contact's law: of a ball, of its own or of the one that its tip stands for.
+/// act(F(), kIsBall) of a contact's law: of a ball, of its own or of the one that its tip stands
+/// for.
 template <class Act>
 auto with_law(const AssetView& asset, double radius_m, const Act& act) noexcept {
   const bool is_ball = radius_m > 0 || asset.probe_radius_m > 0;
@@ -171,7 +172,8 @@ class Series {
     if (count() == 0) ledger.close(0);
     for (int i = 0; i < count(); ++i) tell(i, ledger, after_J, each_J[i], is_settled);
     if (has_tangents_) tell_tangents(ledger, after_J);
-    if (count() == 1 && is_held_too_far_back(asset_, ledger, after_J, member_[0].now.depth.normal_m)) {
+    if (count() == 1 &&
+        is_held_too_far_back(asset_, ledger, after_J, member_[0].now.depth.normal_m)) {
       ledger.close(after_J);
       *member_[0].at->out = Output();
       let_go(asset_, *member_[0].at, true, member_[0].at->x);
@@ -181,11 +183,11 @@ class Series {
  private:
   /// What a law answers in a trial.
   struct State {
-    Vec3d force;  ///< of the contact on the body, with which the law saw its tool
+    Vec3d force;      ///< of the contact on the body, with which the law saw its tool
     Vec3d off, more;  ///< what the law answers more, and what the root's force is more
-    Vec3d seen;   ///< where the law saw the tool
-    Softened held;  ///< what the memories leave of E
-    double law_J;   ///< E
+    Vec3d seen;       ///< where the law saw the tool
+    Softened held;    ///< what the memories leave of E
+    double law_J;     ///< E
     Depth depth;
   };
   struct Member {
@@ -251,9 +253,9 @@ class Series {
       const bool is_due = !at.is_rested;
       at.is_rested = true;
       const bool flows = is_due && with_law_of(i, [&](auto f, auto is_ball) noexcept {
-        using F = decltype(f);
-        return runtime::rest<F, is_ball>(asset_, at, member_[i].before, law_J);
-      });
+                           using F = decltype(f);
+                           return runtime::rest<F, is_ball>(asset_, at, member_[i].before, law_J);
+                         });
       after_J += stored_in(asset_, at, law_J, Memories()).stored_J;
       if (!flows) continue;
       has_flowed = true;
@@ -279,8 +281,8 @@ class Series {
       s.stiffness[i] = contact(i).series.*stiffness;
     }
     for (int i = 0; i < count(); ++i)
-      s.rest[i] = relaxation_.branches > 0 ? member_[i].whole - give_.sunk(i, flowed)
-                                           : member_[i].whole;
+      s.rest[i] =
+          relaxation_.branches > 0 ? member_[i].whole - give_.sunk(i, flowed) : member_[i].whole;
     const auto answer = [&](int i, const Vec3d& y) noexcept {
       State& now = member_[i].now;
       now.seen = y;
@@ -341,8 +343,9 @@ class Series {
     return false;
   }
 
-  /// What was stored with nothing slipped: with the tools where they are, contacts as they stood. At
-  /// forces f which the laws answer with f + r the least of E is, where laws are convex, not below
+  /// What was stored with nothing slipped: with the tools where they are, contacts as they stood.
+  /// At forces f which the laws answer with f + r the least of E is, where laws are convex, not
+  /// below
   ///
   ///     E(f) - 1/2 sum_ij r_i . C_ij r_j                                            (M64b)
   ///
@@ -414,8 +417,7 @@ class Series {
     double sum = give_J(each_J);
     for (int i = 0; i < count(); ++i) {
       State& now = member_[i].now;
-      const Softened held =
-          load(asset_, contact(i), now.depth.normal_m, now.law_J, Memories());
+      const Softened held = load(asset_, contact(i), now.depth.normal_m, now.law_J, Memories());
       each_J[i] += held.stored_J;
       sum += held.stored_J;
     }
@@ -451,7 +453,7 @@ class Series {
   /// (1 + K C)^-1 K of the contacts of each tool that wants it, which move together.
   void tell_tangents(const Ledger& ledger, double all_J) noexcept {
     SeriesMatrix matrix;
-    const double* K[kMaxContacts];
+    const double* K[kMaxContacts] = {};
     for (int i = 0; i < count(); ++i) K[i] = member_[i].tangent_N_m;
     matrix.factor(give_, 1 / relaxation_.fast, K);
     for (int i = 0; i < count(); ++i) {
@@ -486,7 +488,8 @@ class Series {
   bool has_tangents_ = false;
 };
 
-/// A body's ledger and contacts at one tick: at [count], which have been brought here by approach().
+/// A body's ledger and contacts at one tick: at [count], which have been brought here by
+/// approach().
 inline void tick_contacts(const AssetView& asset, Ledger& ledger, SeriesContact* at,
                           int count) noexcept {
   SeriesContact* only = nullptr;

@@ -59,18 +59,19 @@ inline void finish(const AssetView& asset, const SeriesContact& at, const Ledger
 /// it is. Where the curves were measured with a ball, a tip is that ball's lowest point, and the
 /// ball does not turn (M15a). A ball's reference point is x = p + R u(c); contact begins where it
 /// touches first (docs/method.md, section 12). One that begins inside the body, or a ball deeper in
-/// the surface than kRestShare of its radius, feels nothing (kFlagInside) until it has come out, or,
-/// having lifted off, sinks again; so does one that slid off over the rim of a surface that fades to
-/// zero. Touch is swept from the previous place, so nothing tunnels. Refuses (status, zero force,
-/// contact reset): a place that is not finite or farther than asset.max_step_m from the one before;
-/// a contact of another asset; a radius that is negative or not finite; a force that is not finite;
-/// where the body relaxes, a dt_s [s] since the tick before that is not kMinTimeStep_s to
+/// the surface than kRestShare of its radius, feels nothing (kFlagInside) until it has come out,
+/// or, having lifted off, sinks again; so does one that slid off over the rim of a surface that
+/// fades to zero. Touch is swept from the previous place, so nothing tunnels. Refuses (status, zero
+/// force, contact reset): a place that is not finite or farther than asset.max_step_m from the one
+/// before; a contact of another asset; a radius that is negative or not finite; a force that is not
+/// finite; where the body relaxes, a dt_s [s] since the tick before that is not kMinTimeStep_s to
 /// kMaxTimeStep_s. tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(place): of the
-/// branches this tick took; zero without force. Asking for it makes a tick several times as long and
-/// changes no other bit. Deterministic: the same bytes and places give the same bits. Work: in the
-/// air the tree nodes near the way; in contact, where the body does not sway, one slip of at most
-/// kMaxSegments segments of kMaxRootSteps + 3 evaluations of the law's slip, and two energies; where
-/// it sways at most 3 (kMaxSettleSteps + 2) of these. What does not fit goes on at the next tick.
+/// branches this tick took; zero without force. Asking for it makes a tick several times as long
+/// and changes no other bit. Deterministic: the same bytes and places give the same bits. Work: in
+/// the air the tree nodes near the way; in contact, where the body does not sway, one slip of at
+/// most kMaxSegments segments of kMaxRootSteps + 3 evaluations of the law's slip, and two energies;
+/// where it sways at most 3 (kMaxSettleSteps + 2) of these. What does not fit goes on at the next
+/// tick.
 inline Status touch_ball(const AssetView& asset, Contact& contact, const double place_m[3],
                          double radius_m, Output& out, TangentOut tangent_N_m = nullptr,
                          double dt_s = 0) noexcept {
@@ -121,9 +122,10 @@ inline void approach_together(const AssetView& asset, const BallTick* ball, Seri
     const Vec3d aside = touching > 0 && contact.triangle < 0
                             ? sunk_beside(asset, place, force, touching, at[i].x, ball[i].radius_m)
                             : Vec3d{0, 0, 0};
-    at[i].status = is_possible_radius(ball[i].radius_m)
-                       ? approach(asset, contact, at[i].x, aside, ball[i].radius_m, dt_s, at[i].step)
-                       : Status::radius_wrong;
+    at[i].status =
+        is_possible_radius(ball[i].radius_m)
+            ? approach(asset, contact, at[i].x, aside, ball[i].radius_m, dt_s, at[i].step)
+            : Status::radius_wrong;
     if (at[i].status == Status::radius_wrong) forget(contact);
   }
 }

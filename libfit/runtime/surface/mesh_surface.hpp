@@ -27,9 +27,9 @@ constexpr unsigned kFlagFrictionless =
 constexpr unsigned kFlagBlocked = 32;  ///< the anchor slips beside a contact point that cannot
 constexpr unsigned kFlagOutside = 64;  ///< where no test point answers, or in the rim before it
 constexpr unsigned kFlagExtrapolated = 128;  ///< deeper than the curves were fitted
-constexpr unsigned kFlagCapped = 256;      ///< the force was brought down to the tool's max_force_N
-constexpr unsigned kFlagRamp = 512;        ///< the tool's ramp is not over
-constexpr unsigned kFlagInside = 1024;     ///< the tool stands in the surface and nothing answers
+constexpr unsigned kFlagCapped = 256;   ///< the force was brought down to the tool's max_force_N
+constexpr unsigned kFlagRamp = 512;     ///< the tool's ramp is not over
+constexpr unsigned kFlagInside = 1024;  ///< the tool stands in the surface and nothing answers
 constexpr unsigned kFlagOtherRadius = 2048;  ///< the curves were measured with another ball
 constexpr unsigned kFlagCrowded = 4096;      ///< the ball stands in one of another tool
 

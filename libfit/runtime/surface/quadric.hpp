@@ -1,9 +1,9 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The fitter's view of the body around a test point: a quadric surface on which the contact point of
-// slide.hpp moves, with derivatives when the scalar carries them. All positions are relative to the
-// test point.
+// The fitter's view of the body around a test point: a quadric surface on which the contact point
+// of slide.hpp moves, with derivatives when the scalar carries them. All positions are relative to
+// the test point.
 
 #include <type_traits>
 

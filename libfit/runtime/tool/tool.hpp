@@ -2,16 +2,16 @@
 #pragma once
 
 // Rigid tools against a rigid motion of the body: poses in, wrenches out. A tool is 1 to
-// kMaxContacts balls fixed to each other, each with a place and a radius of its own (docs/method.md,
-// section 29): a tip or a ball, a lying capsule, a finger, a grasper whose jaw ends in a point. Its
-// force and torque are the sums over the balls
+// kMaxContacts balls fixed to each other, each with a place and a radius of its own
+// (docs/method.md, section 29): a tip or a ball, a lying capsule, a finger, a grasper whose jaw
+// ends in a point. Its force and torque are the sums over the balls
 //
 //     F = sum_i f_i        T = sum_i (p_i + R u_i - O) x f_i                               (M70)
 //
 // with p_i the centres, O the tool's origin and u_i the inward normals at the contacts. What a turn
-// dA of the tool drags along under a ball, dA x R u_i, moves the place that its contact is fed, so T
-// dA works on what is stored as F dp does, and one ledger (section 18) books the rest. palpate.h is
-// this file's face for C and every other language.
+// dA of the tool drags along under a ball, dA x R u_i, moves the place that its contact is fed, so
+// T dA works on what is stored as F dp does, and one ledger (section 18) books the rest. palpate.h
+// is this file's face for C and every other language.
 
 #include "../base/frame.hpp"
 #include "../series/tick.hpp"
@@ -122,8 +122,8 @@ inline DamperForce damper_force(const ToolShape& shape, const Output& out, const
   if (!shape.has_damper()) return {0, {0, 0, 0}};
   const Vec3d u = make_vec3<double>(out.normal);
   const double depth = out.normal_m > 0 ? out.normal_m : 0;
-  const double rate = (depth < shape.damper_depth_m ? depth / shape.damper_depth_m : 1) /
-                      (dt_s * shape.balls);
+  const double rate =
+      (depth < shape.damper_depth_m ? depth / shape.damper_depth_m : 1) / (dt_s * shape.balls);
   const double wanted = shape.damping_Ns_m * rate * dot(step, u);
   const double elastic = -dot(make_vec3<double>(out.force_on_tool_N), u);
   const double least = elastic > 0 ? -elastic : 0;
@@ -231,8 +231,8 @@ class ToolTick {
       for (double& x : b.place_m) x = std::numeric_limits<double>::infinity();
       return;
     }
-    const Vec3d centre = body_.place_back(
-        frame_.place(make_vec3<double>(tool.shape.ball[i].centre_m)));
+    const Vec3d centre =
+        body_.place_back(frame_.place(make_vec3<double>(tool.shape.ball[i].centre_m)));
     put(centre + make_vec3<double>(tool.roll_m[i]), b.place_m);
   }
 
@@ -263,8 +263,7 @@ class ToolTick {
     put(x, contact.tip_m);
     if (!contact.has_lifted) return;
     with_family(asset_->curves, [&](auto f) noexcept {
-      hover_at<decltype(f), true>(*asset_, contact,
-                                  x - make_vec3<double>(contact.series.aside_m));
+      hover_at<decltype(f), true>(*asset_, contact, x - make_vec3<double>(contact.series.aside_m));
     });
   }
   Status silent(ToolOutput& out) noexcept {

@@ -30,7 +30,9 @@ struct Player {
     EXPECT_EQ(palpate_open(&asset, bytes.data(), bytes.size()), PALPATE_OK);
     EXPECT_EQ(palpate_start(&contact, &tool), PALPATE_OK);
   }
-  palpate_status tick(const palpate_input& in) { return palpate_tick(&asset, &contact, 1, &in, &out); }
+  palpate_status tick(const palpate_input& in) {
+    return palpate_tick(&asset, &contact, 1, &in, &out);
+  }
   palpate_status tick(const Vec3& x) { return tick(palpate_input_at(x[0], x[1], x[2])); }
 };
 
@@ -276,9 +278,9 @@ TEST(c_abi, every_misuse_has_its_status_and_no_force) {
   off.centre_m[0][0] = kNan;
   palpate_tool wide = palpate_ball(-1);
   for (const palpate_tool& bad :
-       {off, wide, tool(&palpate_tool::damping_Ns_m, -1),
-        tool(&palpate_tool::damping_Ns_m, 1), tool(&palpate_tool::lateral_damping_Ns_m, 2e4),
-        tool(&palpate_tool::max_force_N, kNan), tool(&palpate_tool::ramp_s, -1)}) {
+       {off, wide, tool(&palpate_tool::damping_Ns_m, -1), tool(&palpate_tool::damping_Ns_m, 1),
+        tool(&palpate_tool::lateral_damping_Ns_m, 2e4), tool(&palpate_tool::max_force_N, kNan),
+        tool(&palpate_tool::ramp_s, -1)}) {
     EXPECT_EQ(palpate_start(&raw, &bad), PALPATE_TOOL_WRONG);
     EXPECT_EQ(palpate_tick(&player.asset, &raw, 1, &in, &out), PALPATE_NOT_STARTED);
   }
@@ -354,7 +356,8 @@ TEST(c_abi, a_copied_contact_moves_the_surface_and_every_misuse_has_its_status) 
   for (const auto& [first, count] :
        {std::pair{-1, 2}, {0, -1}, {0, info.vertices + 1}, {info.vertices, 1}, {1, 1 << 30}}) {
     moved.assign(moved.size(), 1);
-    EXPECT_EQ(palpate_deform(&asset, &copied, 1, first, count, to), PALPATE_VERTICES_WRONG) << first;
+    EXPECT_EQ(palpate_deform(&asset, &copied, 1, first, count, to), PALPATE_VERTICES_WRONG)
+        << first;
     EXPECT_EQ(moved[0], 1);
   }
   EXPECT_EQ(palpate_deform(nullptr, &copied, 1, 0, info.vertices, to), PALPATE_NULL_ARGUMENT);

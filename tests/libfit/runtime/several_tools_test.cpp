@@ -413,7 +413,8 @@ TEST(SeveralTools, in_c_are_the_same) {
 }
 
 // A tool that presses at 10 Hz beside a damped one that goes along with the dent by a few percent:
-// what the damper took was the work of the surface's own motion, and cycles yielded energy for ever.
+// what the damper took was the work of the surface's own motion, and cycles yielded energy for
+// ever.
 TEST(SeveralTools, beside_one_that_presses_a_damper_takes_what_it_says) {
   for (const double along : {0.02, 0.08}) {
     Loaded loaded = load(rings_model(false, 1));

@@ -110,7 +110,7 @@ TEST(Tool, bears_on_the_side_that_goes_deeper) {
   }
   EXPECT_EQ(level.out.touching, 4);
   EXPECT_LT(level.torque().norm(), 1e-6);
-  EXPECT_GT(tilted.torque().y(), 1e-4);  // x times a force along -z
+  EXPECT_GT(tilted.torque().y(), 1e-4);       // x times a force along -z
   EXPECT_GT(tilted.out.contact_m[0], 0.002);  // where the deeper balls are
   EXPECT_GE(tilted.out.triangle, 0);
   // Balls that sink each other bear less than as many by themselves.
@@ -242,8 +242,8 @@ TEST(Tool, whose_ball_is_not_that_of_the_curves_says_so) {
   }
 }
 
-// It rolled while it touched: the place where its contact let go lay beside the ball by as much, and
-// the next press was lost.
+// It rolled while it touched: the place where its contact let go lay beside the ball by as much,
+// and the next press was lost.
 TEST(Tool, that_turned_in_place_touches_again_after_it_lifted_off) {
   for (const double turned_rad : {1.2, 2.0})
     for (int seed = 0; seed < 50; ++seed) {

@@ -98,7 +98,8 @@ struct Body {
 };
 
 struct Sums {
-  long ticks = 0, walks = 0, touching = 0, together = 0, slipping = 0, unfinished = 0, kinds[16] = {};
+  long ticks = 0, walks = 0, touching = 0, together = 0, slipping = 0, unfinished = 0,
+       kinds[16] = {};
   double refused_J = 0, jump = 0, rise = 0, jump_10um_N = 0, worst[kLevels] = {};
 };
 
@@ -137,9 +138,8 @@ class Walk {
       shape.balls = couples ? 1 + static_cast<int>(random.share() * double(left - count_ + i)) : 1;
       left -= shape.balls;
       for (int k = 0; k < shape.balls; ++k) {
-        shape.ball[k].radius_m = random.share() < 0.1 && shape.balls == 1
-                                     ? 0
-                                     : kRadius_m * (0.5 + 0.5 * random.share());
+        shape.ball[k].radius_m =
+            random.share() < 0.1 && shape.balls == 1 ? 0 : kRadius_m * (0.5 + 0.5 * random.share());
         put(Vec3d{kRadius_m * k, 0, 0} + direction(random) * (0.2 * kRadius_m * (k > 0)),
             shape.ball[k].centre_m);
       }
@@ -164,7 +164,8 @@ class Walk {
         from[i] = to[i] = at_[i];
         from_turn[i] = to_turn[i] = turn_[i];
         const double choice = random_.share();
-        const Vec3d aside = direction(random_) * (1.5 * kDepth_m), turned = direction(random_) * 0.25;
+        const Vec3d aside = direction(random_) * (1.5 * kDepth_m),
+                    turned = direction(random_) * 0.25;
         const double depth_m = kDepth_m * (0.1 + 0.8 * random_.share());
         if (leg == 6 || choice < 0.2) {
           to[i] = home_[i] + Vec3d{0, 0, 0.03};
@@ -203,8 +204,7 @@ class Walk {
       tools[i] = &tool_[i];
     }
     if (body_.asset.coupling == nullptr)
-      for (int i = 0; i < count_; ++i)
-        status[i] = touch_tool(body_.asset, tool_[i], in[i], out[i]);
+      for (int i = 0; i < count_; ++i) status[i] = touch_tool(body_.asset, tool_[i], in[i], out[i]);
     else
       touch_tools(body_.asset, tools, in, out, status, count_);
     double stored_J = 0, moved_m = 0, changed_N = 0, work_J = 0;
@@ -256,11 +256,12 @@ class Walk {
       sums_->touching += touching > 0;
       sums_->together += touching > 1;
       if (peak_J_ > 0) sums_->rise = std::max(sums_->rise, rise / peak_J_);
-      const bool has_damper = tool_[0].shape.has_damper() || tool_[1].shape.has_damper() ||
-                              tool_[2].shape.has_damper();
+      const bool has_damper =
+          tool_[0].shape.has_damper() || tool_[1].shape.has_damper() || tool_[2].shape.has_damper();
       if (moved_m > 0 && !has_damper) {
         sums_->jump = std::max(sums_->jump, changed_N / (body_.stiffest_N_m * moved_m));
-        sums_->jump_10um_N = std::max(sums_->jump_10um_N, changed_N * std::min(1.0, 1e-5 / moved_m));
+        sums_->jump_10um_N =
+            std::max(sums_->jump_10um_N, changed_N * std::min(1.0, 1e-5 / moved_m));
       }
     }
     if (!(rise <= rounding_J)) return fail("raises what is stored without work");
@@ -304,11 +305,12 @@ int main(int argc, char** argv) {
       for (int level = 0; level < (walk == 0 ? kLevels : 1); ++level) {
         random = again;
         static std::unique_ptr<Walk> run;
-        run = std::make_unique<Walk>(body, random, test::kFiner[level], level == 0 ? &sums : nullptr);
+        run =
+            std::make_unique<Walk>(body, random, test::kFiner[level], level == 0 ? &sums : nullptr);
         const long before = sums.ticks;
         if (!run->run()) {
-          std::printf("body %u of seed %u, walk %d, in %d times as many ticks\n", number, seed, walk,
-                      test::kFiner[level]);
+          std::printf("body %u of seed %u, walk %d, in %d times as many ticks\n", number, seed,
+                      walk, test::kFiner[level]);
           return 1;
         }
         sums.kinds[kind_of(body)] += sums.ticks - before;
@@ -316,18 +318,20 @@ int main(int argc, char** argv) {
       }
     }
   }
-  std::printf("%ld ticks in %ld walks, %ld in contact, %ld of two balls and more, %ld slips, %ld "
-              "unfinished\n",
-              sums.ticks, sums.walks, sums.touching, sums.together, sums.slipping, sums.unfinished);
+  std::printf(
+      "%ld ticks in %ld walks, %ld in contact, %ld of two balls and more, %ld slips, %ld "
+      "unfinished\n",
+      sums.ticks, sums.walks, sums.touching, sums.together, sums.slipping, sums.unfinished);
   std::printf("ticks by sway 1 + relaxation 2 + softening 4 + coupling 8:");
   for (const long ticks : sums.kinds) std::printf(" %ld", ticks);
-  std::printf("\nlargest rise of what is stored less the tank, over the most stored: %.3g\n"
-              "least share of what was put in that a walk took, from outside, in 1, 4, 16 and 64 "
-              "times as many ticks: %.3g %.3g %.3g %.3g\n"
-              "largest change of a force, over the stiffest curve times all motion: %.3g; per 10 um: "
-              "%.3g N\n",
-              sums.rise, sums.worst[0], sums.worst[1], sums.worst[2], sums.worst[3], sums.jump,
-              sums.jump_10um_N);
+  std::printf(
+      "\nlargest rise of what is stored less the tank, over the most stored: %.3g\n"
+      "least share of what was put in that a walk took, from outside, in 1, 4, 16 and 64 "
+      "times as many ticks: %.3g %.3g %.3g %.3g\n"
+      "largest change of a force, over the stiffest curve times all motion: %.3g; per 10 um: "
+      "%.3g N\n",
+      sums.rise, sums.worst[0], sums.worst[1], sums.worst[2], sums.worst[3], sums.jump,
+      sums.jump_10um_N);
   const bool gives = sums.worst[kLevels - 1] < -test::kMostGiven;
   return sums.together > sums.ticks / 10 && sums.jump < kMostJump && !gives ? 0 : 1;
 }
