@@ -10,11 +10,16 @@
 
 namespace {
 
+constexpr int kAnswer = 20;  // numbers of a tool; tools/page/src/engine.ts names them
+
 palpate_asset asset;  // with its body, where contacts damage one
-palpate_contact contact;
+palpate_contact contact[PALPATE_MAX_BALLS];
+std::int32_t ticked = 1;  // tools of the latest tick
 void* body = nullptr;
 std::uint64_t body_size = 0;
-double answer[16];  // of the latest tick; tools/page/src/engine.ts names them
+double question[PALPATE_MAX_BALLS][7];      // x, y, z and the quaternion w, x, y, z of each tool
+double shape[PALPATE_MAX_BALLS][4];         // of a tool that starts: x, y, z and radius of each ball
+double answer[PALPATE_MAX_BALLS][kAnswer];  // of each tool at the latest tick
 
 // The tip without interpolation, where that is asked for.
 bool interpolates = true;
@@ -24,20 +29,34 @@ palpate::tools::AblatedTip* faceted = nullptr;
 
 constexpr int kTouches = 3;  // a state of its own: the faceted tip does not say whether it slides
 
-void tick_faceted(double x, double y, double z) {
-  const double tip[3] = {x, y, z};
-  const rt::Vec3d on_body = faceted->tick(tip);
-  rt::put(on_body * -1.0, answer);
-  for (int k = 3; k < 13; ++k) answer[k] = std::numeric_limits<double>::quiet_NaN();
-  for (int k = 6; k < 9; ++k) answer[k] = 0;
+void tick_faceted() {
+  std::memset(answer, 0, sizeof answer);
+  double* to = answer[0];
+  rt::put(faceted->tick(question[0]) * -1.0, to);
+  for (int k : {3, 4, 5, 9, 10, 11, 12}) to[k] = std::numeric_limits<double>::quiet_NaN();
   const int triangle = faceted->triangle();
   if (triangle >= 0) {
     const rt::Asset& opened = held<OpenAsset>(&asset, kAssetMark)->asset;
-    rt::put(rt::normalized(opened.area_vector(triangle)) * -1.0, answer + 6);
+    rt::put(rt::normalized(opened.area_vector(triangle)) * -1.0, to + 6);
   }
-  answer[13] = triangle < 0 ? PALPATE_AIR : kTouches;
-  answer[14] = triangle;
-  answer[15] = 0;
+  to[13] = triangle < 0 ? PALPATE_AIR : kTouches;
+  to[14] = triangle;
+  to[19] = triangle >= 0;
+}
+
+void tell(const palpate_output& out, double* to) {
+  copy3(out.force_on_tool_N, to);
+  copy3(out.contact_m, to + 3);
+  copy3(out.normal, to + 6);
+  to[9] = out.normal_m;
+  to[10] = out.lateral_m;
+  to[11] = out.stored_J;
+  to[12] = out.dissipated_J;
+  to[13] = out.state;
+  to[14] = out.triangle;
+  to[15] = out.flags;
+  copy3(out.torque_on_tool_Nm, to + 16);
+  to[19] = out.touching;
 }
 
 }  // namespace
@@ -67,9 +86,9 @@ PAGE_EXPORT(embody) std::int32_t page_embody(void* room) {
   return status != PALPATE_OK ? status : palpate_body_open(&asset, &asset, body, body_size);
 }
 
-// The body is as it was at first; the tool is in the air.
+// The body is as it was at first; the tools are in the air.
 PAGE_EXPORT(heal) std::int32_t page_heal() {
-  palpate_release(&contact);
+  for (palpate_contact& each : contact) palpate_release(&each);
   return palpate_body_start(&asset, body, body_size);
 }
 
@@ -77,38 +96,56 @@ PAGE_EXPORT(sentence) const char* page_sentence(std::int32_t status) {
   return palpate_sentence(status);
 }
 
-// A tip in the air; sums are zero. interpolates_now: 0 for the mean curve and the flat normal of
-// each facet in place of what the engine blends.
-PAGE_EXPORT(start) std::int32_t page_start(std::int32_t interpolates_now) {
+// Whether balls of a tool, and tools, move each other.
+PAGE_EXPORT(couples) std::int32_t page_couples() {
+  palpate_info info;
+  return palpate_describe(&asset, &info) == PALPATE_OK && info.couples;
+}
+
+PAGE_EXPORT(shape) double* page_shape() { return shape[0]; }
+PAGE_EXPORT(question) double* page_question() { return question[0]; }
+PAGE_EXPORT(answer) const double* page_answer() { return answer[0]; }
+
+// A tool of so many balls of `shape` in the air; sums are zero.
+PAGE_EXPORT(start) std::int32_t page_start(std::int32_t tool, std::int32_t balls) {
+  if (tool < 0 || tool >= PALPATE_MAX_BALLS) return PALPATE_COUNT_WRONG;
+  palpate_tool made = palpate_tip();
+  made.balls = balls;
+  for (std::int32_t i = 0; i < balls && i < PALPATE_MAX_BALLS; ++i) {
+    copy3(shape[i], made.centre_m[i]);
+    made.radius_m[i] = shape[i][3];
+  }
+  return palpate_start(&contact[tool], &made);
+}
+
+// 0: from here on one tip meets the mean curve and the flat normal of each facet in place of what
+// the engine blends.
+PAGE_EXPORT(blend) void page_blend(std::int32_t interpolates_now) {
   interpolates = interpolates_now != 0;
   const auto* opened = held<OpenAsset>(&asset, kAssetMark);
   if (!interpolates && opened != nullptr)
     faceted =
         new (faceted_storage) palpate::tools::AblatedTip(opened->asset, {false, false, false});
-  const palpate_tool tip = palpate_tip();
-  return palpate_start(&contact, &tip);
 }
 
-// One tick with the tip at a place [m], dt_s after the one before; returns the status.
-PAGE_EXPORT(tick) std::int32_t page_tick(double x, double y, double z, double dt_s) {
+// One tick of so many tools where `question` has them, dt_s after the one before; returns the
+// status.
+PAGE_EXPORT(tick) std::int32_t page_tick(std::int32_t count, double dt_s) {
+  if (count < 1 || count > PALPATE_MAX_BALLS) return PALPATE_COUNT_WRONG;
+  ticked = count;
   if (!interpolates && faceted != nullptr) {
-    tick_faceted(x, y, z);
+    tick_faceted();
     return PALPATE_OK;
   }
-  palpate_input in = palpate_input_at(x, y, z);
-  in.dt_s = dt_s;
-  palpate_output out;
-  const palpate_status status = palpate_tick(&asset, &contact, &in, &out);
-  copy3(out.force_on_tool_N, answer);
-  copy3(out.contact_m, answer + 3);
-  copy3(out.normal, answer + 6);
-  answer[9] = out.normal_m;
-  answer[10] = out.lateral_m;
-  answer[11] = out.stored_J;
-  answer[12] = out.dissipated_J;
-  answer[13] = out.state;
-  answer[14] = out.triangle;
-  answer[15] = out.flags;
+  static palpate_input in[PALPATE_MAX_BALLS];
+  static palpate_output out[PALPATE_MAX_BALLS];
+  for (std::int32_t i = 0; i < count; ++i) {
+    in[i] = palpate_input_at(question[i][0], question[i][1], question[i][2]);
+    for (int k = 0; k < 4; ++k) in[i].tool.orientation[k] = question[i][3 + k];
+    in[i].dt_s = dt_s;
+  }
+  const palpate_status status = palpate_tick(&asset, contact, count, in, out);
+  for (std::int32_t i = 0; i < count; ++i) tell(out[i], answer[i]);
   return status;
 }
 
@@ -118,11 +155,9 @@ PAGE_EXPORT(vertices) std::int32_t page_vertices() {
   return palpate_describe(&asset, &info) == PALPATE_OK && info.has_shape ? info.vertices : 0;
 }
 
-// Displacements [m] of the first so many vertices under the tool of the latest tick; at rest
+// Displacements [m] of the first so many vertices under the tools of the latest tick; at rest
 // without interpolation.
 PAGE_EXPORT(deform) std::int32_t page_deform(float* displacement_m, std::int32_t count) {
-  return palpate_deform(&asset, &contact, 0, count, displacement_m);
+  return palpate_deform(&asset, contact, ticked, 0, count, displacement_m);
 }
-
-PAGE_EXPORT(answer) const double* page_answer() { return answer; }
 }

@@ -13,10 +13,10 @@ const built = await esbuild.build({
   write: false,
   format: "esm",
 });
-const { Engine } = await import(`data:text/javascript,${encodeURIComponent(built.outputFiles[0].text)}`);
+const { Engine, unturned } = await import(`data:text/javascript,${encodeURIComponent(built.outputFiles[0].text)}`);
 const engine = await Engine.open(await readFile(path.join(modules, "engine.wasm")), await readFile(asset));
 const rows = (await readFile(from, "utf8")).trim().split("\n").slice(1);
 const tips = Float64Array.from(rows.flatMap((row) => row.split(",").slice(1, 4).map(Number)));
-const forces = engine.replay(tips, mode !== "faceted");
+const forces = engine.replay(unturned(tips), mode !== "faceted");
 const lines = rows.map((_, i) => forces.subarray(3 * i, 3 * i + 3).join(","));
 await writeFile(to, `fx_N,fy_N,fz_N\n${lines.join("\n")}\n`);

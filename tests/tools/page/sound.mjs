@@ -16,7 +16,7 @@ const load = async (name) => {
   });
   return import(`data:text/javascript,${encodeURIComponent(built.outputFiles[0].text)}`);
 };
-const { Engine } = await load("engine.ts");
+const { Engine, unturned } = await load("engine.ts");
 const { ForceSignal } = await load("sound.ts");
 const engine = await Engine.open(await readFile(path.join(modules, "engine.wasm")), await readFile(asset));
 
@@ -29,7 +29,7 @@ for (let i = 0; i < ticks; ++i) {
   tips.push(...[Math.cos(0.35) * Math.cos(along), Math.cos(0.35) * Math.sin(along), Math.sin(0.35)].map((v) => v * out));
 }
 for (const interpolates of [true, false]) {
-  const forces = engine.replay(Float64Array.from(tips), interpolates);
+  const forces = engine.replay(unturned(tips), interpolates);
   const sizes = Float32Array.from({ length: ticks }, (_, i) => Math.hypot(...forces.subarray(3 * i, 3 * i + 3)));
   const signal = new ForceSignal(1, 48000);
   let peak = 0;

@@ -21,7 +21,7 @@ import {
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { type Contents, floats, nearest, vector } from "./contents";
 import type { PlaceCurve } from "./curves";
-import { setUpGroup, ToolGlyph } from "./glyphs";
+import { type SeenTool, setUpGroup, ToolGlyph } from "./glyphs";
 import { BodySurface, linear, type MapName, type Place } from "./surface";
 
 export type MarkerMode = "points" | "held_out" | "none";
@@ -42,7 +42,7 @@ export class BodyView {
   private markers: InstancedMesh | undefined;
   private readonly selection: Mesh;
   private readonly setUp: Group;
-  private readonly tool: ToolGlyph;
+  private readonly tools: ToolGlyph[];
   private isDue = false;
   private before: (() => void) | undefined;
 
@@ -65,8 +65,8 @@ export class BodyView {
     this.selection = new Mesh(new SphereGeometry(1.9 * size, 24, 16), new MeshBasicMaterial({ color: 0xd55e00 }));
     this.selection.visible = false;
     this.setUp = setUpGroup(contents);
-    this.tool = new ToolGlyph(this.radius, 2 * size);
-    this.scene.add(this.setUp, this.tool.group);
+    this.tools = [0, 1].map(() => new ToolGlyph(this.radius, 2 * size));
+    this.scene.add(this.setUp, ...this.tools.map(({ group }) => group));
     this.scene.add(this.selection);
     this.home();
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -204,9 +204,9 @@ export class BodyView {
     return [right, up];
   }
 
-  /** Draws the tool with its tip at a place and the force on it as an arrow; none hides it. */
-  showTool(tip: Vector3 | undefined, outward: Vector3, ball_m: number, force: Vector3, fullForce_N: number): void {
-    this.tool.show(tip, outward, ball_m, force, fullForce_N);
+  /** Draws one of the tools and the force on it as an arrow; none hides it. */
+  showTool(finger: number, tool: SeenTool | undefined, fullForce_N: number): void {
+    this.tools[finger].show(tool, fullForce_N);
     this.draw();
   }
 

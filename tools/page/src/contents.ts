@@ -54,8 +54,6 @@ export interface Statement {
   baselines: Record<string, ErrorFigures>;
   /** Of all rows, then by kind of path. */
   torque_error?: Record<string, TorqueFigures>;
-  /** Of the asset of a tool that turns on the same paths; empty without one. */
-  turning?: { by_path?: Record<string, ErrorFigures>; torque_error?: Record<string, TorqueFigures>; tick_ns?: Figure };
   /** Held-out paths of two tools, as they feel each other and as if not. */
   two_tools?: Record<string, ErrorFigures>;
   /** Held-out paths of the scene's tool, played as balls. */
@@ -128,6 +126,8 @@ export interface Contents {
     settings: Record<string, Setting>;
   };
   probe?: { shape: string; friction: number; values: Record<string, number[]> };
+  /** The scene's tool: balls fixed to each other in its own axes. */
+  tool?: { balls: [number, number, number][]; radius_m: number | number[] };
   maps?: {
     depths_m: number[];
     vertices: Packed;

@@ -8,14 +8,18 @@ interface Exports {
   embody(address: number): number;
   heal(): number;
   sentence(status: number): number;
-  start(interpolates: number): number;
-  tick(x: number, y: number, z: number, dt_s: number): number;
+  couples(): number;
+  shape(): number;
+  question(): number;
   answer(): number;
+  start(tool: number, balls: number): number;
+  blend(interpolates: number): void;
+  tick(count: number, dt_s: number): number;
   vertices(): number;
   deform(address: number, count: number): number;
 }
 
-/** Where each number of a tick's answer stands; forces act on the tool. */
+/** Where each number of a tool's answer stands; forces act on the tool. */
 export const Answer = {
   force_N: 0,
   contact_m: 3,
@@ -27,18 +31,28 @@ export const Answer = {
   state: 13,
   triangle: 14,
   flags: 15,
-  size: 16,
+  torque_Nm: 16,
+  touching: 19,
+  size: 20,
 } as const;
 
-/** PALPATE_FLAG_CHANNEL: the tool is in a hole. */
-export const kInChannel = 2048;
-/** PALPATE_FLAG_PUNCTURED: at this tick it made one. */
-export const kPunctured = 4096;
+/** Of all tools together. */
+export const kMaxBalls = 8;
+/** Numbers of a pose: x, y, z [m] and the quaternion w, x, y, z. */
+export const kPose = 7;
+
+/** Balls fixed to each other: where each is in the tool's own axes, and its radius; one of radius 0 is a tip. */
+export interface Ball {
+  centre_m: readonly [number, number, number];
+  radius_m: number;
+}
+export const kTip: readonly Ball[] = [{ centre_m: [0, 0, 0], radius_m: 0 }];
 
 export class Engine {
   /** Of its displacements in the engine's memory; 0 where the asset does not say how its surface moves. */
   private displacement = 0;
   private numbers = 0;
+  private tools: (readonly Ball[])[] = [kTip];
   /** Contacts damage the body: it remembers them until it is healed. */
   remembers = false;
 
@@ -67,15 +81,37 @@ export class Engine {
     return engine;
   }
 
+  private doubles(address: number, count: number): Float64Array {
+    return new Float64Array(this.wasm.memory.buffer, address, count);
+  }
+
   /** One sentence on a status. */
   sentence(status: number): string {
     const bytes = new Uint8Array(this.wasm.memory.buffer, this.wasm.sentence(status));
     return new TextDecoder().decode(bytes.subarray(0, bytes.indexOf(0)));
   }
 
-  /** Ends contact and sets all sums to zero. Without interpolation each facet has one curve and its own normal. */
+  /** Whether a tool may have several balls, and tools feel each other. */
+  get couples(): boolean {
+    return this.wasm.couples() !== 0;
+  }
+
+  /** What is ticked from the next start on, always together and in this order; kMaxBalls balls at most. */
+  take(tools: (readonly Ball[])[]): void {
+    this.tools = tools;
+  }
+
+  /** Ends contact and sets all sums to zero. Without interpolation each facet has one curve and its own normal, for one tip. */
   start(interpolates = true): void {
-    this.wasm.start(interpolates ? 1 : 0);
+    this.tools.forEach((balls, tool) => {
+      const shape = this.doubles(this.wasm.shape(), 4 * balls.length);
+      balls.forEach((ball, i) => {
+        shape.set([...ball.centre_m, ball.radius_m], 4 * i);
+      });
+      const status = this.wasm.start(tool, balls.length);
+      if (status !== 0) throw new Error(this.sentence(status));
+    });
+    this.wasm.blend(interpolates ? 1 : 0);
   }
 
   /** The body is as it was before any touch. */
@@ -83,9 +119,10 @@ export class Engine {
     this.wasm.heal();
   }
 
-  /** One tick with the tip at a place [m] a millisecond after the one before; returns the status, 0 for good. */
-  tick(x: number, y: number, z: number): number {
-    return this.wasm.tick(x, y, z, 1e-3);
+  /** One tick with each tool in its pose, kPose numbers each, a millisecond after the one before; returns the status, 0 for good. */
+  tick(poses: ArrayLike<number>): number {
+    this.doubles(this.wasm.question(), poses.length).set(poses);
+    return this.wasm.tick(this.tools.length, 1e-3);
   }
 
   /** Whether the engine knows how the surface moves. */
@@ -93,26 +130,37 @@ export class Engine {
     return this.displacement !== 0;
   }
 
-  /** How far the tool has moved each vertex [m], three numbers each; a view that the next call writes anew. */
+  /** How far the tools have moved each vertex [m], three numbers each; a view that the next call writes anew. */
   deform(): Float32Array {
     this.wasm.deform(this.displacement, this.numbers / 3);
     return new Float32Array(this.wasm.memory.buffer, this.displacement, this.numbers);
   }
 
-  /** The latest tick's numbers; a view that the next tick writes anew. */
+  /** The latest tick's numbers, Answer.size of each tool; a view that the next tick writes anew. */
   answer(): Float64Array {
-    return new Float64Array(this.wasm.memory.buffer, this.wasm.answer(), Answer.size);
+    return this.doubles(this.wasm.answer(), Answer.size * this.tools.length);
   }
 
-  /** Forces on the tool [N], three a tick, along places [m], three a tick, from a fresh start. */
-  replay(path: Float64Array, interpolates = true): Float64Array {
+  /** Forces on the tools [N], three of each a tick, along their poses, kPose numbers of each a tick, from a fresh start. */
+  replay(poses: Float64Array, interpolates = true): Float64Array {
     this.start(interpolates);
-    const forces = new Float64Array(path.length);
+    const tools = this.tools.length;
+    const rows = Math.floor(poses.length / (kPose * tools));
+    const forces = new Float64Array(3 * tools * rows);
     const answer = this.answer();
-    for (let i = 0; i + 2 < path.length; i += 3) {
-      this.tick(path[i], path[i + 1], path[i + 2]);
-      forces.set(answer.subarray(0, 3), i);
+    for (let i = 0; i < rows; ++i) {
+      this.tick(poses.subarray(i * kPose * tools, (i + 1) * kPose * tools));
+      for (let k = 0; k < tools; ++k)
+        forces.set(answer.subarray(k * Answer.size, k * Answer.size + 3), 3 * (i * tools + k));
     }
     return forces;
   }
+}
+
+/** Poses of a tip at places [m], three numbers each. */
+export function unturned(places: ArrayLike<number>): Float64Array {
+  const poses = new Float64Array((places.length / 3) * kPose);
+  for (let i = 0; 3 * i < places.length; ++i)
+    poses.set([places[3 * i], places[3 * i + 1], places[3 * i + 2], 1], kPose * i);
+  return poses;
 }

@@ -63,21 +63,31 @@ export function setUpGroup(contents: Contents): Group {
   return group;
 }
 
-/** A ball, or a small one for a tip, and an arrow for the force on it. */
+/** A tool as it is seen: its balls, and the force on it, which acts at a place. */
+export interface SeenTool {
+  balls: { at: Vector3; radius_m: number }[];
+  acts_at: Vector3;
+  force: Vector3;
+}
+
+/** Balls, or a small one for a tip, and an arrow for the force on them. */
 export class ToolGlyph {
   readonly group = new Group();
-  private readonly ball: Mesh;
+  private readonly balls = new Group();
   private readonly arrow = new Group();
+  private readonly ball = new SphereGeometry(1, 40, 28);
+  private readonly glass = new MeshLambertMaterial({
+    color: 0xffffff,
+    transparent: true,
+    opacity: 0.55,
+    depthWrite: false,
+  });
 
   /** tip_m: size of the ball that stands for a tip. */
   constructor(
     private readonly radius: number,
     private readonly tip_m: number,
   ) {
-    this.ball = new Mesh(
-      new SphereGeometry(1, 40, 28),
-      new MeshLambertMaterial({ color: 0xffffff, transparent: true, opacity: 0.55, depthWrite: false }),
-    );
     // Along +y, of length 1 until it is stretched, and seen through the body.
     const material = new MeshLambertMaterial({ color: 0xf0701a, depthTest: false, transparent: true });
     const thick = 0.009 * radius;
@@ -85,23 +95,27 @@ export class ToolGlyph {
     const head = new Mesh(new ConeGeometry(3 * thick, 6 * thick, 24).translate(0, 3 * thick, 0), material);
     for (const part of [shaft, head]) part.renderOrder = 2;
     this.arrow.add(shaft, head);
-    this.group.add(this.ball, this.arrow);
+    this.group.add(this.balls, this.arrow);
     this.group.visible = false;
   }
 
-  show(tip: Vector3 | undefined, outward: Vector3, ball_m: number, force: Vector3, fullForce_N: number): void {
-    this.group.visible = tip !== undefined;
-    if (!tip) return;
-    this.ball.scale.setScalar(ball_m > 0 ? ball_m : this.tip_m);
-    this.ball.position.copy(tip).addScaledVector(outward, ball_m);
-    const strength = force.length();
+  show(tool: SeenTool | undefined, fullForce_N: number): void {
+    this.group.visible = tool !== undefined;
+    if (!tool) return;
+    while (this.balls.children.length < tool.balls.length) this.balls.add(new Mesh(this.ball, this.glass));
+    tool.balls.forEach(({ at, radius_m }, i) => {
+      const ball = this.balls.children[i];
+      ball.position.copy(at);
+      ball.scale.setScalar(radius_m > 0 ? radius_m : this.tip_m);
+    });
+    const strength = tool.force.length();
     this.arrow.visible = strength > 0;
     if (strength === 0) return;
     const length = Math.min((strength / fullForce_N) * 0.7, 1) * this.radius;
     const [shaft, head] = this.arrow.children;
     shaft.scale.set(1, Math.max(length, 1e-9), 1);
     head.position.set(0, length, 0);
-    this.arrow.position.copy(tip);
-    this.arrow.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), force.clone().normalize());
+    this.arrow.position.copy(tool.acts_at);
+    this.arrow.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), tool.force.clone().normalize());
   }
 }

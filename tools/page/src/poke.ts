@@ -1,27 +1,39 @@
 // Poking: mouse, pen, fingers, keys and gamepads are the tool; what the engine answers is shown live.
 
-import { Vector3 } from "three";
+import { Quaternion, Vector3 } from "three";
 import workerSource from "worker-source";
 import type { BodyView } from "./body";
 import { seriesColour } from "./colours";
 import { bytes, type Contents, floats, largest } from "./contents";
 import { html, swatch } from "./dom";
-import { Answer, kInChannel } from "./engine";
+import { Answer, type Ball, kTip } from "./engine";
 import { ForceGraph } from "./force-graph";
 import { listenForGamepad } from "./gamepad";
+import type { SeenTool } from "./glyphs";
 import { ForceSound } from "./sound";
 import type { Place } from "./surface";
 import { kKeyStep, listenForTool, type Tool } from "./tool-input";
-import type { Batch, News, Order, Vector } from "./worker";
+import type { Batch, News, Order, Turn, Vector } from "./worker";
 import { millimetres, quantity } from "./words";
 
 const kStates = ["in the air", "sticks", "slides", "touches"];
 const kHelp =
-  "Poke: hold the button, pen or finger on the covered body to press, and move to drag. Wheel, pen pressure or a second finger set the depth. " +
+  "Poke: hold the button, pen or finger on the covered body to press, and move to drag. Wheel or pen pressure sets the depth; a second finger on a touch screen is a second tool. " +
   "With keys, on the body: Space presses and lifts, arrows move the tool, Page Up and Page Down set the depth. A gamepad works, too. ";
+const kTurns = "Q and E turn the tool, arrows with Shift lean it. ";
 const kDeforms = "The surface moves as the engine shows it; its error is stated above.";
 const kRemembers = " The body remembers what was done to it, from touch to touch, until it is healed.";
+const kAlone = " The scene's tool has balls that this asset does not know to feel each other: a single one presses.";
+const kKeyTurn = Math.PI / 36; // a key
 const kAtRest = "This asset does not say how its surface moves: the body is drawn at rest.";
+
+/** The scene's tool; a tip where there is none. */
+function toolOf(contents: Contents): readonly Ball[] {
+  const tool = contents.tool;
+  if (!tool?.balls.length) return kTip;
+  const radius = (i: number) => (Array.isArray(tool.radius_m) ? tool.radius_m[i] : tool.radius_m);
+  return tool.balls.map((centre_m, i) => ({ centre_m, radius_m: radius(i) }));
+}
 
 export class Poke implements Tool {
   readonly panel: HTMLElement;
@@ -31,10 +43,14 @@ export class Poke implements Tool {
   readonly range_m: number;
   private readonly ball_m: number;
   private readonly fullForce_N: number;
-  private place: Place | undefined;
+  private tool: readonly Ball[];
+  private readonly turn = new Quaternion();
+  fingers = 1;
+  /** Of each finger: where it presses, and whether it does. */
+  private readonly places: (Place | undefined)[] = [undefined, undefined];
+  private readonly pressed = [false, false];
   /** A batch that no frame has shown yet. */
   private latest: Batch | undefined;
-  isPressed = false;
   /** Of the last touch. */
   private isBlended = true;
   private readonly depth: HTMLInputElement;
@@ -45,7 +61,6 @@ export class Poke implements Tool {
   private readonly message = html("p", { class: "small", id: "tool-message", "aria-live": "polite" });
   private readonly pressButton: HTMLButtonElement;
   private readonly healButton: HTMLButtonElement;
-  private punctures = 0;
   private readonly pokeBox: HTMLInputElement;
   private readonly blendBox: HTMLInputElement;
 
@@ -57,6 +72,7 @@ export class Poke implements Tool {
     this.range_m = contents.asset?.range_m ?? 0.01;
     const radius = contents.probe?.shape === "sphere" ? contents.probe.values.radius?.[0] : undefined;
     this.ball_m = radius ?? 0;
+    this.tool = toolOf(contents);
     this.fullForce_N = largest(floats(contents.maps?.force_N)) || 1; // of an asset alone nothing is known
     this.graph = new ForceGraph(0.1 * this.fullForce_N);
     this.sound = new ForceSound(this.fullForce_N);
@@ -146,7 +162,8 @@ export class Poke implements Tool {
     this.worker.onmessage = ({ data }: MessageEvent<News>) => this.hear(data);
     const module = bytes(engine).buffer;
     const content = bytes(asset.bytes).buffer;
-    this.order({ order: "open", module, asset: content, speed_m_s: 12 * this.range_m }, [module, content]);
+    const speed_m_s = 12 * this.range_m;
+    this.order({ order: "open", module, asset: content, speed_m_s, tool: this.tool }, [module, content]);
   }
 
   private disable(sentence: string): void {
@@ -159,61 +176,92 @@ export class Poke implements Tool {
     if (news.news === "refused") this.disable(`The engine refuses the asset: ${news.sentence}`);
     else if (news.news === "ready") {
       this.panel.dataset.ready = "yes";
-      this.help.textContent = kHelp + (news.deforms ? kDeforms : kAtRest) + (news.remembers ? kRemembers : "");
+      this.fingers = news.fingers;
+      if (!news.isTool) this.tool = this.tool.slice(0, 1);
+      const isTip = this.tool === kTip;
+      if (!isTip) this.blendBox.disabled = true; // facets are for a tip
+      this.help.textContent =
+        kHelp +
+        (isTip ? "" : kTurns) +
+        (news.deforms ? kDeforms : kAtRest) +
+        (news.remembers ? kRemembers : "") +
+        (news.isTool ? "" : kAlone);
       this.healButton.hidden = !news.remembers;
     } else if (news.news === "batch") this.take(news.batch);
     else if (news.news === "measured")
       this.message.textContent = news.ticks_per_s
         ? `${(news.ticks_per_s / 1e6).toFixed(2)} million ticks per second along the last touch, ${quantity(1 / news.ticks_per_s, "s")} each.`
         : "Touch the body first: the last touch is what is measured.";
-    else this.save(news.tip_m, news.force_N);
+    else this.save(news.table, news.ticks);
   }
 
   private heal(): void {
-    if (this.isPressed) this.lift();
+    this.liftAll();
     this.order({ order: "heal" });
-    this.punctures = 0;
     this.message.textContent = "The body is as it was before the first touch.";
   }
 
   private measure(): void {
-    if (this.isPressed) this.lift();
+    this.liftAll();
     this.order({ order: "measure" });
   }
 
   /** The last touch as a table that `palpate replay` takes for a path. */
-  private save(tip_m: Float64Array, force_N: Float64Array): void {
-    const lines = ["t_s,x_m,y_m,z_m,fx_N,fy_N,fz_N"];
-    for (let i = 0; i < tip_m.length; i += 3)
-      lines.push([i / 3000, ...tip_m.subarray(i, i + 3), ...force_N.subarray(i, i + 3)].join(","));
-    const url = URL.createObjectURL(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }));
+  private save(table: string, ticks: number): void {
+    const url = URL.createObjectURL(new Blob([table], { type: "text/csv" }));
     html("a", { href: url, download: "touch.csv" }).click();
     setTimeout(() => URL.revokeObjectURL(url), 10000);
+    const tool = this.tool === kTip ? "" : " --tool scene.toml";
     this.message.textContent = this.isBlended
-      ? `Saved ${tip_m.length / 3} ticks: palpate replay asset.palp touch.csv -o FORCES.csv gives the same forces.`
-      : `Saved ${tip_m.length / 3} ticks without interpolation.`;
+      ? `Saved ${ticks} ticks: palpate replay asset.palp touch.csv -o FORCES.csv${tool} gives the same forces.`
+      : `Saved ${ticks} ticks without interpolation.`;
   }
 
   private set(isOn: boolean): void {
     this.isPoking = isOn;
     this.view.canvas.classList.toggle("poking", isOn);
-    if (!isOn) this.lift();
+    if (!isOn) this.liftAll();
+  }
+  private liftAll(): void {
+    for (let finger = 0; finger < this.fingers; ++finger) this.lift(finger);
+  }
+
+  /** Whether the first finger presses: what keys and buttons do. */
+  get isPressed(): boolean {
+    return this.pressed[0];
   }
 
   /** Where Press and the keys press: a test point, with its outward normal. */
   aim(position: Vector, outward: Vector): void {
     if (this.isPressed) return;
-    this.place = { position: new Vector3(...position), outward: new Vector3(...outward) };
+    this.places[0] = { position: new Vector3(...position), outward: new Vector3(...outward) };
   }
 
-  private at(depth_m: number): Vector {
-    const place = this.place as Place;
-    return place.position.clone().addScaledVector(place.outward, -depth_m).toArray();
+  /** How far the tool reaches from its origin into a surface with that outward normal. */
+  private reach(outward: Vector3): number {
+    const lowest = this.tool.map(
+      ({ centre_m, radius_m }) => radius_m - new Vector3(...centre_m).applyQuaternion(this.turn).dot(outward),
+    );
+    return Math.max(...lowest);
+  }
+
+  /** Where the tool's origin is if the tool goes so deep. */
+  private at(finger: number, depth_m: number): Vector {
+    const { position, outward } = this.places[finger] as Place;
+    return position
+      .clone()
+      .addScaledVector(outward, this.reach(outward) - depth_m)
+      .toArray();
   }
 
   /** Beside the surface, where a touch begins and ends. */
-  private lifted(): Vector {
-    return this.at(-0.3 * this.range_m);
+  private lifted(finger: number): Vector {
+    return this.at(finger, -0.3 * this.range_m);
+  }
+
+  private get wxyz(): Turn {
+    const { w, x, y, z } = this.turn;
+    return [w, x, y, z];
   }
 
   get depth_m(): number {
@@ -226,42 +274,46 @@ export class Poke implements Tool {
 
   private follow(): void {
     this.showDepth();
-    if (this.isPressed && this.place) this.order({ order: "move", to: this.at(Number(this.depth.value)) });
+    this.pressed.forEach((isPressed, finger) => {
+      if (isPressed) this.order({ order: "move", finger, to: this.at(finger, this.depth_m), turn: this.wxyz });
+    });
   }
 
-  press(place: Place): void {
-    this.place = place;
-    this.isPressed = true;
-    this.pressButton.textContent = "Lift";
-    this.isBlended = this.blendBox.checked;
+  press(place: Place, finger = 0): void {
+    this.places[finger] = place;
+    this.pressed[finger] = true;
+    this.pressButton.textContent = this.isPressed ? "Lift" : "Press";
+    this.isBlended = this.blendBox.checked || this.blendBox.disabled;
     this.order({
       order: "touch",
-      from: this.lifted(),
-      to: this.at(Number(this.depth.value)),
+      finger,
+      from: this.lifted(finger),
+      to: this.at(finger, this.depth_m),
+      turn: this.wxyz,
       interpolates: this.isBlended,
     });
   }
 
   pressHere(): void {
-    if (!this.place) {
+    if (!this.places[0]) {
       this.message.textContent = "Choose a test point first.";
       return;
     }
     this.pokeBox.checked = true;
     this.set(true);
-    this.press(this.place);
+    this.press(this.places[0]);
   }
 
-  lift(): void {
-    if (!this.isPressed) return;
-    this.isPressed = false;
-    this.pressButton.textContent = "Press";
-    if (this.place) this.order({ order: "move", to: this.lifted() });
+  lift(finger = 0): void {
+    if (!this.pressed[finger]) return;
+    this.pressed[finger] = false;
+    this.pressButton.textContent = this.isPressed ? "Lift" : "Press";
+    this.order({ order: "lift", finger, to: this.lifted(finger) });
   }
 
-  drag(place: Place | undefined): void {
-    if (!place || !this.isPressed) return;
-    this.place = place;
+  drag(place: Place | undefined, finger = 0): void {
+    if (!place || !this.pressed[finger]) return;
+    this.places[finger] = place;
     this.follow();
   }
 
@@ -271,16 +323,45 @@ export class Poke implements Tool {
   }
 
   moveBy(right: number, up: number, share = kKeyStep): void {
-    if (!this.place) return;
+    const place = this.places[0];
+    if (!place) return;
     const [x, y] = this.view.screenAxes();
     const way = x.multiplyScalar(right).addScaledVector(y, up);
-    way.addScaledVector(this.place.outward, -way.dot(this.place.outward));
-    const to = this.place.position.clone().addScaledVector(way.normalize(), share * this.range_m);
-    const next = this.view.beside(to, this.place.outward);
+    way.addScaledVector(place.outward, -way.dot(place.outward));
+    const to = place.position.clone().addScaledVector(way.normalize(), share * this.range_m);
+    const next = this.view.beside(to, place.outward);
     if (!next) return;
-    this.place = next;
+    this.places[0] = next;
+    this.hover();
+  }
+
+  turnBy(right: number, up: number, outward: number): void {
+    const place = this.places[0];
+    if (!place || this.tool === kTip) return;
+    const [x, y] = this.view.screenAxes();
+    const axis = x.multiplyScalar(right).addScaledVector(y, up).addScaledVector(place.outward, outward);
+    this.turn.premultiply(new Quaternion().setFromAxisAngle(axis.normalize(), kKeyTurn)).normalize();
+    this.hover();
+  }
+
+  /** After a key: the tool follows, or shows where it would come down. */
+  private hover(): void {
     this.follow();
-    if (!this.isPressed) this.view.showTool(next.position, next.outward, this.ball_m, new Vector3(), this.fullForce_N);
+    const place = this.places[0];
+    if (this.isPressed || !place) return;
+    const seen = this.seen(new Vector3(...this.at(0, 0)), place.outward, this.turn);
+    this.view.showTool(0, { ...seen, acts_at: place.position, force: new Vector3() }, this.fullForce_N);
+  }
+
+  /** The balls of the tool with its origin at a place; a tip's is the one that it stands for, beside the surface. */
+  private seen(at: Vector3, outward: Vector3, turn: Quaternion): Pick<SeenTool, "balls"> {
+    if (this.tool === kTip)
+      return { balls: [{ at: at.clone().addScaledVector(outward, this.ball_m), radius_m: this.ball_m }] };
+    const ball = ({ centre_m, radius_m }: Ball) => ({
+      at: new Vector3(...centre_m).applyQuaternion(turn).add(at),
+      radius_m,
+    });
+    return { balls: this.tool.map(ball) };
   }
 
   /** Ticks are heard and remembered as they come; what is seen follows once a frame. */
@@ -290,7 +371,6 @@ export class Poke implements Tool {
     const before = this.latest;
     batch.displacement ??= before?.displacement;
     batch.slid ||= before?.slid ?? false;
-    batch.punctured ||= before?.punctured ?? false;
     this.latest = batch;
     this.view.inFrame(() => {
       this.latest = undefined;
@@ -299,43 +379,67 @@ export class Poke implements Tool {
   }
 
   private show(batch: Batch): void {
-    const a = batch.answer;
     this.graph.draw();
-    const force = new Vector3().fromArray(a, Answer.force_N);
-    const last = batch.pressing_N.length - 1;
-    const state = a[Answer.state];
-    const isIn = (a[Answer.flags] & kInChannel) !== 0;
-    if (batch.punctured) {
-      ++this.punctures;
-      this.message.textContent = `The tool broke into the body (${this.punctures} so far): it is in a channel now, which it finds again.`;
+    this.write(batch);
+    const isAway = batch.at.map((at, finger) => this.isAway(batch, new Vector3(...at), finger));
+    const isOver = isAway.every((away) => away);
+    if (batch.displacement || isOver) {
+      const most = this.view.deform(isOver ? undefined : batch.displacement);
+      const dent = this.values.get("dent");
+      if (dent) {
+        dent.textContent = millimetres(most.by_m);
+        dent.dataset.from_tip_m = String(most.at.distanceTo(new Vector3(...batch.at[0]))); // for those who look closer
+      }
     }
+    batch.at.forEach((at, finger) => {
+      const seen = isAway[finger] || batch.isIdle[finger] ? undefined : this.toolIn(batch, new Vector3(...at), finger);
+      this.view.showTool(finger, seen, this.fullForce_N);
+    });
+    if (isOver) this.order({ order: "rest" });
+  }
+
+  /** Nobody holds it, and it is back beside the surface, or never was there. */
+  private isAway(batch: Batch, at: Vector3, finger: number): boolean {
+    if (this.pressed[finger] || batch.answer[finger][Answer.state] !== 0) return false;
+    return batch.isIdle[finger] || at.distanceTo(new Vector3(...this.lifted(finger))) < 1e-5;
+  }
+
+  private toolIn(batch: Batch, at: Vector3, finger: number): SeenTool {
+    const a = batch.answer[finger];
+    const place = this.places[finger] as Place;
+    const outward = a[Answer.state] === 0 ? place.outward : new Vector3().fromArray(a, Answer.normal).negate();
+    const [w, x, y, z] = batch.turn;
+    const isTip = this.tool === kTip || a[Answer.state] === 0;
+    return {
+      ...this.seen(at, outward, new Quaternion(x, y, z, w)),
+      acts_at: isTip ? at : new Vector3().fromArray(a, Answer.contact_m),
+      force: new Vector3().fromArray(a, Answer.force_N),
+    };
+  }
+
+  /** What the first tool feels, or of two that touch the one and the other. */
+  private write(batch: Batch): void {
+    const touching = batch.answer.filter((a) => a[Answer.state] !== 0);
+    const all = touching.length ? touching : batch.answer.slice(0, 1);
+    const last = batch.pressing_N.length - 1;
+    const each = (of: (a: Float64Array) => string) => all.map(of).join(" and ");
+    const sum = (key: number) => batch.answer.reduce((total, a) => total + a[key], 0);
     const text: Record<string, string> = {
-      state: (kStates[state === 1 && batch.slid ? 2 : state] ?? "") + (isIn ? " in its channel" : ""),
-      force: quantity(force.length(), "N"),
+      state: each((a) => kStates[a[Answer.state] === 1 && batch.slid ? 2 : a[Answer.state]] ?? ""),
+      force: each((a) => quantity(new Vector3().fromArray(a, Answer.force_N).length(), "N")),
       normal: `${quantity(batch.pressing_N[last], "N")}, ${quantity(batch.sliding_N[last], "N")}`,
-      "depth-now": Number.isFinite(a[Answer.normal_m])
-        ? `${millimetres(a[Answer.normal_m])}, ${millimetres(a[Answer.lateral_m])}`
-        : "unknown",
-      stored: quantity(a[Answer.stored_J], "J"),
-      dissipated: quantity(a[Answer.dissipated_J], "J"),
+      "depth-now": each((a) =>
+        Number.isFinite(a[Answer.normal_m])
+          ? `${millimetres(a[Answer.normal_m])}, ${millimetres(a[Answer.lateral_m])}`
+          : "unknown",
+      ),
+      stored: quantity(sum(Answer.stored_J), "J"),
+      dissipated: quantity(batch.answer[0][Answer.dissipated_J], "J"),
       rate: batch.ticks_per_s.toFixed(0),
     };
     for (const [key, value] of Object.entries(text)) {
       const element = this.values.get(key);
       if (element) element.textContent = value;
     }
-    const tip = new Vector3(...batch.tip);
-    const outward = state === 0 ? (this.place as Place).outward : new Vector3().fromArray(a, Answer.normal).negate();
-    const isAway = !this.isPressed && state === 0 && tip.distanceTo(new Vector3(...this.lifted())) < 1e-5;
-    if (batch.displacement || isAway) {
-      const most = this.view.deform(isAway ? undefined : batch.displacement);
-      const dent = this.values.get("dent");
-      if (dent) {
-        dent.textContent = millimetres(most.by_m);
-        dent.dataset.from_tip_m = String(most.at.distanceTo(tip)); // for those who look closer
-      }
-    }
-    this.view.showTool(isAway ? undefined : tip, outward, this.ball_m, force, this.fullForce_N);
-    if (isAway) this.order({ order: "rest" });
   }
 }

@@ -131,11 +131,10 @@ function costPlot(contents: Contents): HTMLElement | undefined {
   );
 }
 
-/** Errors of the torque about the tool: upright by kind of path, then of the tool that turns. */
+/** Errors of the torque about the tool: by kind of path, then of the tool of balls. */
 function torqueTable(s: Statement): HTMLElement[] {
   const rows: [string, Record<string, TorqueFigures>][] = [
     ["", s.torque_error ?? {}],
-    ["tool that turns, ", s.turning?.torque_error ?? {}],
     ["tool of balls, ", s.tool?.torque_error ?? {}],
   ];
   const lines = rows.flatMap(([of, errors]) =>
@@ -157,7 +156,6 @@ function torqueTable(s: Statement): HTMLElement[] {
 function forceGroups(s: Statement): { caption: string; of: string; errors: Record<string, ErrorFigures> }[] {
   return [
     { caption: "By path of the tool", of: "", errors: s.by_path },
-    { caption: "With the asset of a tool that turns", of: "tool that turns, ", errors: s.turning?.by_path ?? {} },
     { caption: "Of two tools on the body", of: "two tools, ", errors: s.two_tools ?? {} },
     { caption: "Of the tool that is played as balls", of: "tool of balls, ", errors: s.tool?.force_error ?? {} },
     { caption: "By cause", of: "", errors: s.causes },

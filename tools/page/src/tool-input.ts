@@ -11,52 +11,49 @@ export interface Tool {
   readonly isPressed: boolean;
   readonly range_m: number;
   readonly depth_m: number;
-  press(place: Place): void;
+  /** How many tools there are, for as many fingers on a screen. */
+  readonly fingers: number;
+  press(place: Place, finger?: number): void;
   pressHere(): void;
-  drag(place: Place | undefined): void;
-  lift(): void;
+  drag(place: Place | undefined, finger?: number): void;
+  lift(finger?: number): void;
   setDepth(depth_m: number): void;
   /** Along the surface, as the screen has right and up, by a share of the range; not given: a key's. */
   moveBy(right: number, up: number, share?: number): void;
+  /** By a key's angle about the screen's right and up, and about the surface's normal. */
+  turnBy(right: number, up: number, outward: number): void;
 }
 
 export function listenForTool(view: BodyView, tool: Tool): void {
   const canvas = view.canvas;
-  let second: { id: number; y: number; depth: number } | undefined;
-  let held: number | undefined;
+  const held: (number | undefined)[] = []; // the pointer that holds each tool
   // Before the view's own listeners: a pointer that presses does not turn the body.
   canvas.addEventListener(
     "pointerdown",
     (event) => {
       if (!tool.isPoking || event.button !== 0) return;
-      if (held !== undefined) {
-        second = { id: event.pointerId, y: event.clientY, depth: tool.depth_m };
-        return;
-      }
       const place = view.under(event.clientX, event.clientY);
-      if (!place) return;
+      const free = Array.from({ length: tool.fingers }, (_, i) => held[i]).indexOf(undefined);
+      if (!place || free < 0) return;
       view.setOrbit(false);
       canvas.setPointerCapture(event.pointerId);
-      held = event.pointerId;
-      tool.press(place);
+      held[free] = event.pointerId;
+      tool.press(place, free);
     },
     { capture: true },
   );
   canvas.addEventListener("pointermove", (event) => {
-    if (second?.id === event.pointerId) {
-      tool.setDepth(second.depth + ((event.clientY - second.y) / 150) * tool.range_m);
-      return;
-    }
-    if (event.pointerId !== held) return;
+    const finger = held.indexOf(event.pointerId);
+    if (finger < 0) return;
     if (event.pointerType === "pen" && event.pressure > 0) tool.setDepth(event.pressure * tool.range_m);
-    tool.drag(view.under(event.clientX, event.clientY));
+    tool.drag(view.under(event.clientX, event.clientY), finger);
   });
   const end = (event: PointerEvent) => {
-    if (second?.id === event.pointerId) second = undefined;
-    if (event.pointerId !== held) return;
-    held = undefined;
-    tool.lift();
-    view.setOrbit(true);
+    const finger = held.indexOf(event.pointerId);
+    if (finger < 0) return;
+    held[finger] = undefined;
+    tool.lift(finger);
+    view.setOrbit(held.every((pointer) => pointer === undefined));
   };
   canvas.addEventListener("pointerup", end);
   canvas.addEventListener("pointercancel", end);
@@ -72,17 +69,20 @@ export function listenForTool(view: BodyView, tool: Tool): void {
   );
   canvas.addEventListener("keydown", (event) => {
     if (!tool.isPoking || event.ctrlKey || event.metaKey || event.altKey) return;
+    const arrow = (right: number, up: number) => (event.shiftKey ? tool.turnBy(-up, right, 0) : tool.moveBy(right, up));
     const keys: Record<string, () => void> = {
       " ": () => (tool.isPressed ? tool.lift() : tool.pressHere()),
       Escape: () => tool.lift(),
-      ArrowLeft: () => tool.moveBy(-1, 0),
-      ArrowRight: () => tool.moveBy(1, 0),
-      ArrowUp: () => tool.moveBy(0, 1),
-      ArrowDown: () => tool.moveBy(0, -1),
+      ArrowLeft: () => arrow(-1, 0),
+      ArrowRight: () => arrow(1, 0),
+      ArrowUp: () => arrow(0, 1),
+      ArrowDown: () => arrow(0, -1),
+      q: () => tool.turnBy(0, 0, 1),
+      e: () => tool.turnBy(0, 0, -1),
       PageDown: () => tool.setDepth(tool.depth_m + kKeyStep * tool.range_m),
       PageUp: () => tool.setDepth(tool.depth_m - kKeyStep * tool.range_m),
     };
-    const act = keys[event.key];
+    const act = keys[event.key] ?? keys[event.key.toLowerCase()];
     if (!act) return;
     event.preventDefault();
     act();

@@ -2,39 +2,45 @@
 // wakes a worker every few milliseconds at best, so ticks that are due come in small batches.
 
 import { vector } from "./contents";
-import { Answer, Engine, kPunctured } from "./engine";
+import { Answer, type Ball, Engine, kMaxBalls, kPose } from "./engine";
+import { Recording } from "./recording";
 
 export type Vector = [number, number, number];
+/** A quaternion w, x, y, z. */
+export type Turn = [number, number, number, number];
 
+/** finger: which of the tools; all have one turn. */
 export type Order =
-  | { order: "open"; module: ArrayBuffer; asset: ArrayBuffer; speed_m_s: number }
-  | { order: "touch"; from: Vector; to: Vector; interpolates: boolean }
-  | { order: "move"; to: Vector }
+  | { order: "open"; module: ArrayBuffer; asset: ArrayBuffer; speed_m_s: number; tool: readonly Ball[] }
+  | { order: "touch"; finger: number; from: Vector; to: Vector; turn: Turn; interpolates: boolean }
+  | { order: "move"; finger: number; to: Vector; turn: Turn }
+  | { order: "lift"; finger: number; to: Vector }
   | { order: "rest" }
   | { order: "heal" }
   | { order: "record" }
   | { order: "measure" };
 
-/** A batch of ticks. pressing_N, sliding_N: normal and lateral force of each. */
+/** A batch of ticks. pressing_N, sliding_N: normal and lateral force of each, of all tools together. */
 export interface Batch {
-  tip: Vector;
-  answer: Float64Array;
+  /** Of each tool. */
+  at: Vector[];
+  isIdle: boolean[];
+  answer: Float64Array[];
+  turn: Turn;
   /** Of each vertex [m], three numbers; none where the engine does not say, or said it just now. */
   displacement: Float32Array<ArrayBuffer> | undefined;
   /** A tick of the batch slid. */
   slid: boolean;
-  /** The tool broke into the body. */
-  punctured: boolean;
   pressing_N: Float32Array;
   sliding_N: Float32Array;
   ticks_per_s: number;
 }
 
 export type News =
-  | { news: "ready"; deforms: boolean; remembers: boolean }
+  | { news: "ready"; deforms: boolean; remembers: boolean; fingers: number; isTool: boolean }
   | { news: "refused"; sentence: string }
   | { news: "batch"; batch: Batch }
-  | { news: "record"; tip_m: Float64Array; force_N: Float64Array }
+  | { news: "record"; table: string; ticks: number }
   | { news: "measured"; ticks_per_s: number };
 
 const kRate_Hz = 1000;
@@ -43,58 +49,95 @@ const kMaxDue = 100; // after a pause the tool goes on where it stood
 const kNews_ms = 15;
 const kNearing = 0.08; // of the way that is left, a tick, twice: 25 ms until the tool has followed, without a jerk
 const kDeformShare = 0.3; // of the time: large bodies are drawn less often than forces are told
-const kRecorded = 600 * kRate_Hz; // ticks; ten minutes
+const kMaxFingers = 2;
+const kIdle = 20; // of the way that a touch comes down: how far off a tool waits that nobody holds
+
+/** A tool and where it goes. */
+interface Finger {
+  at: Vector;
+  /** On the way to the target, ahead of it. */
+  lead: Vector;
+  target: Vector;
+  isDown: boolean;
+  /** It waits far off: it did not come down in this touch. */
+  isIdle: boolean;
+}
 
 let engine: Engine;
 let step_m = 0;
-let tip: Vector = [0, 0, 0];
-let lead: Vector = [0, 0, 0]; // on the way to the target, ahead of the tip
-let target: Vector = [0, 0, 0];
+let fingers: Finger[] = [];
+let turn: Turn = [1, 0, 0, 0];
+let turnTarget: Turn = [1, 0, 0, 0];
 let started_ms = 0;
 let done = 0;
-let recorded = 0;
 let slid = false;
-let punctured = false;
-let tips = new Float64Array(0);
-let forces = new Float64Array(0);
+let recording = new Recording(1);
 let pressing: number[] = [];
 let sliding: number[] = [];
 let told_ms = 0;
 let deforms_ms = 0;
-let stood = ""; // where tool and contact point were when the surface was told last
+let stood = ""; // where tools and contact points were when the surface was told last
 let rate: { at_ms: number; ticks: number }[] = [];
 let ticks = 0;
 let timer: ReturnType<typeof setTimeout> | undefined;
 
 const say = (news: News, transfer: Transferable[] = []) => postMessage(news, { transfer });
 
-function tick(): void {
-  const way = target.map((t, k) => t - lead[k]);
+function approach(finger: Finger): void {
+  const way = finger.target.map((t, k) => t - finger.lead[k]);
   const length = Math.hypot(...way);
   const share = length > 0 ? Math.min(Math.max(kNearing, 1e-6 / length), step_m / length, 1) : 0;
-  lead = lead.map((v, k) => v + share * way[k]) as Vector;
-  tip = tip.map((v, k) => v + kNearing * (lead[k] - v)) as Vector;
-  engine.tick(...tip);
-  const a = engine.answer();
-  const force = vector(a.subarray(Answer.force_N), 0);
-  const inward = vector(a.subarray(Answer.normal), 0);
-  if (recorded < kRecorded) {
-    tips.set(tip, 3 * recorded);
-    forces.set(force, 3 * recorded);
-    ++recorded;
-  }
-  slid ||= a[Answer.state] === kSlip;
-  punctured ||= (a[Answer.flags] & kPunctured) !== 0;
-  const normal = -force.reduce((sum, f, k) => sum + f * inward[k], 0);
-  pressing.push(normal);
-  sliding.push(Math.hypot(...force.map((f, k) => f + normal * inward[k])));
+  finger.lead = finger.lead.map((v, k) => v + share * way[k]) as Vector;
+  finger.at = finger.at.map((v, k) => v + kNearing * (finger.lead[k] - v)) as Vector;
+}
+
+function turnOn(): void {
+  if (turn.every((v, k) => v === turnTarget[k])) return;
+  const near = turn.map((v, k) => v + kNearing * (turnTarget[k] - v));
+  const length = Math.hypot(...near);
+  const isThere = turn.every((v, k) => Math.abs(v - turnTarget[k]) < 1e-9);
+  turn = isThere ? turnTarget : (near.map((v) => v / length) as Turn);
+}
+
+function answerOf(finger: number): Float64Array {
+  return engine.answer().subarray(finger * Answer.size, (finger + 1) * Answer.size);
+}
+
+function tick(): void {
+  turnOn();
+  fingers.forEach(approach);
+  engine.tick(fingers.flatMap(({ at }) => [...at, ...turn]));
+  let [down, aside] = [0, 0];
+  const felt = fingers.map((_, i) => {
+    const a = answerOf(i);
+    const force = vector(a.subarray(Answer.force_N), 0);
+    const inward = vector(a.subarray(Answer.normal), 0);
+    const normal = -force.reduce((sum, f, k) => sum + f * inward[k], 0);
+    down += normal;
+    aside += Math.hypot(...force.map((f, k) => f + normal * inward[k]));
+    slid ||= a[Answer.state] === kSlip;
+    return force;
+  });
+  recording.add(
+    fingers.map(({ at }) => at),
+    turn,
+    felt,
+  );
+  pressing.push(down);
+  sliding.push(aside);
   ++ticks;
 }
 
 function deformed(now: number): Float32Array<ArrayBuffer> | undefined {
   if (!engine.deforms || now < deforms_ms) return undefined;
-  const a = engine.answer();
-  const stands = [...tip, a[Answer.state], ...vector(a.subarray(Answer.contact_m), 0)].join();
+  const stands = fingers
+    .flatMap(({ at }, i) => [
+      ...at,
+      ...turn,
+      answerOf(i)[Answer.state],
+      ...vector(answerOf(i).subarray(Answer.contact_m), 0),
+    ])
+    .join();
   if (stands === stood) return undefined;
   stood = stands;
   const displacement = new Float32Array(engine.deform());
@@ -111,11 +154,12 @@ function tell(now: number): void {
   const [first, last] = [rate[0], rate[rate.length - 1]];
   const displacement = deformed(now);
   const batch: Batch = {
-    tip,
-    answer: engine.answer().slice(),
+    at: fingers.map(({ at }) => at),
+    isIdle: fingers.map(({ isIdle }) => isIdle),
+    answer: fingers.map((_, i) => answerOf(i).slice()),
+    turn,
     displacement,
     slid,
-    punctured,
     pressing_N: Float32Array.from(pressing),
     sliding_N: Float32Array.from(sliding),
     ticks_per_s: last.at_ms > first.at_ms ? (1e3 * (last.ticks - first.ticks)) / (last.at_ms - first.at_ms) : 0,
@@ -124,7 +168,6 @@ function tell(now: number): void {
   pressing = [];
   sliding = [];
   slid = false;
-  punctured = false;
 }
 
 function run(): void {
@@ -140,15 +183,17 @@ function run(): void {
   timer = setTimeout(run, 1);
 }
 
-function begin(from: Vector, to: Vector, interpolates: boolean): void {
-  if (tips.length === 0) {
-    tips = new Float64Array(3 * kRecorded);
-    forces = new Float64Array(3 * kRecorded);
+/** A touch. Of the first tool that comes down all begins anew; another one joins it. */
+function begin(finger: number, from: Vector, to: Vector, turned: Turn, interpolates: boolean): void {
+  if (!fingers.some(({ isDown }, i) => isDown && i !== finger)) {
+    engine.start(interpolates);
+    [turn, turnTarget, stood] = [turned, turned, ""];
+    recording = new Recording(fingers.length);
+    const idle = from.map((v, k) => v + kIdle * (v - to[k])) as Vector;
+    for (const each of fingers) Object.assign(each, { at: idle, lead: idle, target: idle, isIdle: true });
   }
-  engine.start(interpolates);
-  recorded = 0;
-  stood = "";
-  [tip, lead, target] = [from, from, to];
+  recording.use(finger);
+  Object.assign(fingers[finger], { at: from, lead: from, target: to, isDown: true, isIdle: false });
   if (timer !== undefined) return;
   [started_ms, done, rate] = [performance.now(), 0, []];
   run();
@@ -156,33 +201,47 @@ function begin(from: Vector, to: Vector, interpolates: boolean): void {
 
 /** Ticks per second along the record, as fast as they go. */
 function measure(): number {
-  if (recorded === 0) return 0;
-  const path = tips.subarray(0, 3 * recorded);
+  const path = recording.poses();
+  if (path.length === 0) return 0;
   const from = performance.now();
   let count = 0;
   let spent = 0;
   while (spent < 200) {
     engine.replay(path);
-    count += recorded;
+    count += path.length / (kPose * fingers.length);
     spent = performance.now() - from;
   }
   return (1e3 * count) / spent;
 }
 
+async function open(module: ArrayBuffer, asset: ArrayBuffer, tool: readonly Ball[]): Promise<News> {
+  engine = await Engine.open(module, new Uint8Array(asset));
+  const isTool = tool.length === 1 || (engine.couples && tool.length <= kMaxBalls);
+  const balls = isTool ? tool : tool.slice(0, 1);
+  const count = Math.min(kMaxFingers, Math.floor(kMaxBalls / balls.length));
+  const nowhere: Vector = [0, 0, 0];
+  const one = { at: nowhere, lead: nowhere, target: nowhere, isDown: false, isIdle: true };
+  fingers = Array.from({ length: count }, () => ({ ...one }));
+  engine.take(fingers.map(() => balls));
+  engine.start();
+  return { news: "ready", deforms: engine.deforms, remembers: engine.remembers, fingers: count, isTool };
+}
+
 addEventListener("message", async ({ data }: MessageEvent<Order>) => {
   if (data.order === "open") {
     try {
-      engine = await Engine.open(data.module, new Uint8Array(data.asset));
       step_m = data.speed_m_s / kRate_Hz;
-      say({ news: "ready", deforms: engine.deforms, remembers: engine.remembers });
+      say(await open(data.module, data.asset, data.tool));
     } catch (failure) {
       say({ news: "refused", sentence: failure instanceof Error ? failure.message : String(failure) });
     }
-  } else if (data.order === "touch") begin(data.from, data.to, data.interpolates);
-  else if (data.order === "move") target = data.to;
+  } else if (data.order === "touch") begin(data.finger, data.from, data.to, data.turn, data.interpolates);
+  else if (data.order === "move") {
+    fingers[data.finger].target = data.to;
+    turnTarget = data.turn;
+  } else if (data.order === "lift") Object.assign(fingers[data.finger], { target: data.to, isDown: false });
   else if (data.order === "heal") engine.heal();
-  else if (data.order === "record")
-    say({ news: "record", tip_m: tips.slice(0, 3 * recorded), force_N: forces.slice(0, 3 * recorded) });
+  else if (data.order === "record") say({ news: "record", table: recording.table(kRate_Hz), ticks: recording.ticks });
   else {
     clearTimeout(timer);
     timer = undefined;
