@@ -122,17 +122,13 @@ SubstitutedAsset SubstitutedAsset::linear(const runtime::AssetView& asset, doubl
     const CurveBasis basis = basis_of(asset, static_cast<int>(part));
     if (basis.knots_m.empty()) continue;
     const std::vector<double> at = greville_abscissae(basis);
-    const int width = parts[part].width;
     for (int r = 0; r < asset.records; ++r) {
       float* control = out.control_.data() + std::size_t(r) * stride + asset.control_offset[part];
-      for (int k = 0; k < width; ++k) {
-        std::vector<double> values;
-        for (int j = 0; j < basis.size(); ++j) values.push_back(control[width * j + k]);
-        const double slope =
-            runtime::curve_value(asset.curves.view[part], values.data(), at_m) / at_m;
-        for (int j = 0; j < basis.size(); ++j)
-          control[width * j + k] = static_cast<float>(slope * at[static_cast<std::size_t>(j)]);
-      }
+      const std::vector<double> values(control, control + basis.size());
+      const double slope =
+          runtime::curve_value(asset.curves.view[part], values.data(), at_m) / at_m;
+      for (int j = 0; j < basis.size(); ++j)
+        control[j] = static_cast<float>(slope * at[static_cast<std::size_t>(j)]);
     }
   }
   out.view_.control = out.control_.data();

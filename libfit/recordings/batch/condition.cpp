@@ -165,13 +165,10 @@ void grade(const SignalSettings& settings, const ContactEstimate& contact, doubl
   out.apparent_Pa = apparent_modulus_Pa(force_N, depth_m, settings);
 }
 
-// As `condition` says; what of the signal is seen by then goes to `seen`.
-Conditioned condition_seen(const importers::RawRecording& raw, const SignalSettings& given,
-                           const std::optional<Vec3>& inward, const std::string& file,
-                           bool drop_invalid, SeenSignal& seen) {
+// What the recording says of itself beside its rows.
+Conditioned described(const importers::RawRecording& raw, const SignalSettings& settings,
+                      const std::optional<Vec3>& inward, const std::string& file) {
   Conditioned out;
-  SignalSettings settings = given;
-  if (settings.radius_m <= 0 && raw.probe_radius_m) settings.radius_m = *raw.probe_radius_m;
   out.tip_radius_m = settings.radius_m;
   out.name = raw.name;
   out.is_axial = raw.is_axial();
@@ -183,61 +180,76 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
   if (out.is_axial && settings.kind != ExperimentKind::press)
     throw Error(file, "a drag or path needs positions of three axes",
                 "Name `position` columns, or say kind = \"press\".");
+  return out;
+}
 
-  Signal signal = align(raw, settings, out.inward, file, drop_invalid, out.dropped_rows);
-  const Points recorded_N = signal.force_N;
-  if (const std::size_t spikes = replace_spikes(signal); spikes > 0) {
-    out.reasons.push_back(
-        fmt::format("{} single readings stand out of their neighbours and were left out", spikes));
-    if (static_cast<double>(spikes) > kManySpikes * static_cast<double>(signal.rows()))
-      out.grade = Grade::fair;
-  }
-  if (!signal.is_axial && !out.inward) {  // where the tip went until it felt most
-    Eigen::Index most = 0;
-    signal.force_N.rowwise().squaredNorm().maxCoeff(&most);
-    const Vec3 move = signal.position_m.row(most) - signal.position_m.row(0);
-    if (!(move.norm() > 0))
-      throw Error(place(file, signal, 0), "the tip does not move before the force is largest",
-                  "Say `normal` in the manifest.");
-    signal.inward = move.normalized();
-    out.inward = signal.inward;
-  }
-  seen.time_s = signal.time_s;
-  seen.travel_m = signal.travel_m(), seen.push_N = recorded_N * signal.inward;
-  if (settings.smooth_s > 0) {
-    if (signal.time_s.empty())
-      throw Error(file, "has no time to filter over",
-                  "Name the time column, or leave out `smooth`.");
-    smooth(signal, settings.smooth_s);
-  }
+void leave_out_spikes(Signal& signal, Conditioned& out) {
+  const std::size_t spikes = replace_spikes(signal);
+  if (spikes == 0) return;
+  out.reasons.push_back(
+      fmt::format("{} single readings stand out of their neighbours and were left out", spikes));
+  if (static_cast<double>(spikes) > kManySpikes * static_cast<double>(signal.rows()))
+    out.grade = Grade::fair;
+}
 
-  const auto phases = find_phases(signal);
-  seen.phase = phases;
-  const bool presses_once = settings.kind == ExperimentKind::press && settings.use == Use::approach;
-  std::vector<RowRange> loadings;
-  if (presses_once) loadings = first_loadings(signal, phases);
-  RowRange range = loadings.empty() ? main_approach(signal, phases) : loadings.front();
+// Where nobody says it: where the tip went until it felt most.
+void find_inward(const std::string& file, Signal& signal, Conditioned& out) {
+  if (signal.is_axial || out.inward) return;
+  Eigen::Index most = 0;
+  signal.force_N.rowwise().squaredNorm().maxCoeff(&most);
+  const Vec3 move = signal.position_m.row(most) - signal.position_m.row(0);
+  if (!(move.norm() > 0))
+    throw Error(place(file, signal, 0), "the tip does not move before the force is largest",
+                "Say `normal` in the manifest.");
+  signal.inward = move.normalized();
+  out.inward = signal.inward;
+}
+
+void filter(const SignalSettings& settings, const std::string& file, Signal& signal) {
+  if (!(settings.smooth_s > 0)) return;
+  if (signal.time_s.empty())
+    throw Error(file, "has no time to filter over", "Name the time column, or leave out `smooth`.");
+  smooth(signal, settings.smooth_s);
+}
+
+// Where the tip goes in. loadings: of a press in cycles that go deeper and deeper.
+struct WaysIn {
+  std::vector<RowRange> loadings, cycles;
+  RowRange range, whole;  // the part that loads, and all of it
   std::optional<Eigen::Index> broken;
-  for (const RowRange& way : loadings.empty() ? std::vector{range} : loadings)
-    if (presses_once && !broken) broken = break_in_row(signal, way);
-  if (broken) {  // beyond it there is no curve of the body
-    std::erase_if(loadings, [&](const RowRange& way) { return way.begin > *broken; });
-    for (RowRange& way : loadings) way.end = std::min(way.end, *broken + 1);
-    range.end = std::min(range.end, *broken + 1);
+};
+
+WaysIn ways_in(const Signal& signal, const std::vector<Phase>& phases,
+               const SignalSettings& settings, const std::string& file) {
+  WaysIn out;
+  const bool is_press = settings.kind == ExperimentKind::press;
+  const bool presses_once = is_press && settings.use == Use::approach;
+  if (presses_once) out.loadings = first_loadings(signal, phases);
+  out.range = out.loadings.empty() ? main_approach(signal, phases) : out.loadings.front();
+  for (const RowRange& way : out.loadings.empty() ? std::vector{out.range} : out.loadings)
+    if (presses_once && !out.broken) out.broken = break_in_row(signal, way);
+  if (out.broken) {  // beyond it there is no curve of the body
+    const Eigen::Index end = *out.broken + 1;
+    std::erase_if(out.loadings, [&](const RowRange& way) { return way.begin >= end; });
+    for (RowRange& way : out.loadings) way.end = std::min(way.end, end);
+    out.range.end = std::min(out.range.end, end);
   }
-  const RowRange way_in = range;
-  if (range.rows() >= 2 && settings.kind == ExperimentKind::press && !broken)
-    range = loading_part(signal, range);
-  if (range.rows() < 2)
+  out.whole = out.range;
+  if (out.range.rows() >= 2 && is_press && !out.broken) out.range = loading_part(signal, out.range);
+  if (out.range.rows() < 2)
     throw Error(place(file, signal, 0), "the tip never goes in",
                 "Check the normal, or turn the depth around: depth = \"-NAME\".");
-  std::vector<RowRange> cycles;
-  if (settings.use == Use::mean) {
-    if (settings.kind != ExperimentKind::press)
-      throw Error(file, "use = \"mean\" is for presses", "Say use = \"approach\".");
-    cycles = cycles_like(signal, phases, range);
-  }
-  Approach approach = approach_of(signal, range, cycles);
+  if (settings.use != Use::mean) return out;
+  if (!is_press) throw Error(file, "use = \"mean\" is for presses", "Say use = \"approach\".");
+  out.cycles = cycles_like(signal, phases, out.range);
+  return out;
+}
+
+// The contact point, with the bias taken off. Returns how neighbours correlate in the noise.
+double find_contact(const importers::RawRecording& raw, const SignalSettings& settings,
+                    const std::string& file, const WaysIn& ways, Signal& signal,
+                    ContactEstimate& contact, SeenSignal& seen, Conditioned& out) {
+  Approach approach = approach_of(signal, ways.range, ways.cycles);
   check_contact(signal, approach, file);
   check_sign(signal, approach, file);
   if (settings.keeps_way_in || (settings.has_common_contact && !settings.known_contact)) {
@@ -245,8 +257,8 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
     out.way_in_push_N = signal.push_N()(approach.rows);
   }
   focus_on_contact(signal, exponent_of(settings.tip), approach);
-  const ContactEstimate contact = contact_of(signal, approach, settings, raw, out.estimator);
-  seen.approach = range, seen.contact_m = contact.travel_m;
+  contact = contact_of(signal, approach, settings, raw, out.estimator);
+  seen.approach = ways.range, seen.contact_m = contact.travel_m;
   seen.bias_N = signal.push_N();
   const double correlation = take_off_bias(signal, approach, contact, settings, out);
   seen.bias_N -= signal.push_N();
@@ -255,48 +267,87 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
   out.contact_m = raw.contact_m;
   if (!signal.is_axial && !raw.contact_m)
     out.contact_m = contact_position(signal, approach, contact.travel_m);
+  out.speed_m_s = speed_of(signal, approach, contact.travel_m);
+  return correlation;
+}
 
+void tell_break(const Signal& signal, const std::optional<Eigen::Index>& broken, Conditioned& out) {
+  out.breaks = broken.has_value();
+  if (!broken) return;
+  out.reasons.push_back("the force falls from " + number(signal.push_N()[*broken]) + " N at " +
+                        millimetres(signal.travel_m()[*broken] - out.contact_travel_m) +
+                        ": the tool breaks in, and deeper rows were left out");
+}
+
+RowRange used_rows(const Signal& signal, const std::vector<Phase>& phases,
+                   const SignalSettings& settings, const WaysIn& ways, const RowRange& back) {
+  switch (settings.kind) {
+    case ExperimentKind::press:
+      if (settings.use == Use::retract) return back;
+      return ways.loadings.empty() ? ways.range : ways.loadings.back();
+    case ExperimentKind::drag:
+      return {ways.range.begin, end_of_drag(signal, phases, ways.range)};
+    case ExperimentKind::path:
+      break;
+  }
+  return {ways.range.begin, signal.rows()};
+}
+
+void check_rows(const Conditioned& out, const std::string& where) {
+  if (out.deflection_m.rows() < 3)
+    throw Error(where, fmt::format("has {} rows in contact", out.deflection_m.rows()),
+                "Press deeper, or record more rows.");
+  const double saturated = saturated_share(out);
+  if (saturated > kMaxSaturated)
+    throw Error(where, "the force is saturated over " + number(100 * saturated) + " % of the depth",
+                "Use a sensor with a larger range, or press less deep.");
+}
+
+double young_of(const ContactEstimate& contact, const SignalSettings& settings) {
+  if (!(contact.amplitude > 0 && settings.tip == Tip::sphere && settings.radius_m > 0)) return kNan;
+  return 0.75 * contact.amplitude / std::sqrt(settings.radius_m) *
+         (1 - settings.poisson * settings.poisson);
+}
+
+// As `condition` says; what of the signal is seen by then goes to `seen`.
+Conditioned condition_seen(const importers::RawRecording& raw, const SignalSettings& given,
+                           const std::optional<Vec3>& inward, const std::string& file,
+                           bool drop_invalid, SeenSignal& seen) {
+  SignalSettings settings = given;
+  if (settings.radius_m <= 0 && raw.probe_radius_m) settings.radius_m = *raw.probe_radius_m;
+  Conditioned out = described(raw, settings, inward, file);
+  Signal signal = align(raw, settings, out.inward, file, drop_invalid, out.dropped_rows);
+  const Points recorded_N = signal.force_N;
+  leave_out_spikes(signal, out);
+  find_inward(file, signal, out);
+  seen.time_s = signal.time_s;
+  seen.travel_m = signal.travel_m(), seen.push_N = recorded_N * signal.inward;
+  filter(settings, file, signal);
+
+  const auto phases = find_phases(signal);
+  seen.phase = phases;
+  WaysIn ways = ways_in(signal, phases, settings, file);
+  ContactEstimate contact;
+  const double correlation = find_contact(raw, settings, file, ways, signal, contact, seen, out);
   if (settings.kind == ExperimentKind::press)
     out.history =
         timed_press(signal, contact.travel_m, signal.is_axial ? std::nullopt : out.contact_m,
                     out.noise_N, correlation);
-
-  const RowRange back = retract_after(signal, phases, way_in);
-  out.hysteresis = hysteresis_of(signal, way_in, back, contact.travel_m);
-  out.speed_m_s = speed_of(signal, approach, contact.travel_m);
+  const RowRange back = retract_after(signal, phases, ways.whole);
+  out.hysteresis = hysteresis_of(signal, ways.whole, back, contact.travel_m);
   if (settings.use == Use::retract && back.rows() < 5)
     throw Error(place(file, signal, signal.rows() - 1), "has no way back",
                 "Say use = \"approach\".");
-  if (!loadings.empty()) {
-    cycles.assign(loadings.begin(), loadings.end() - 1);
-    if (!broken) take_cycles(signal, phases, contact.travel_m, correlation, out);
+  if (!ways.loadings.empty()) {
+    ways.cycles.assign(ways.loadings.begin(), ways.loadings.end() - 1);
+    if (!ways.broken) take_cycles(signal, phases, contact.travel_m, correlation, out);
   }
-  out.breaks = broken.has_value();
-  if (broken)
-    out.reasons.push_back("the force falls from " + number(signal.push_N()[*broken]) + " N at " +
-                          millimetres(signal.travel_m()[*broken] - contact.travel_m) +
-                          ": the tool breaks in, and deeper rows were left out");
-  const RowRange deepest = loadings.empty() ? range : loadings.back();
-  const RowRange used = settings.kind == ExperimentKind::press
-                            ? (settings.use == Use::retract ? back : deepest)
-                            : RowRange{range.begin, settings.kind == ExperimentKind::drag
-                                                        ? end_of_drag(signal, phases, range)
-                                                        : signal.rows()};
-  seen.used = cycles, seen.used.push_back(used);
-  take_rows(signal, used, cycles, contact.travel_m, settings, correlation, out);
-  if (out.deflection_m.rows() < 3)
-    throw Error(place(file, signal, range.end - 1),
-                fmt::format("has {} rows in contact", out.deflection_m.rows()),
-                "Press deeper, or record more rows.");
-  const double saturated = saturated_share(out);
-  if (saturated > kMaxSaturated)
-    throw Error(place(file, signal, range.end - 1),
-                "the force is saturated over " + number(100 * saturated) + " % of the depth",
-                "Use a sensor with a larger range, or press less deep.");
-  out.young_Pa = kNan;
-  if (contact.amplitude > 0 && settings.tip == Tip::sphere && settings.radius_m > 0)
-    out.young_Pa = 0.75 * contact.amplitude / std::sqrt(settings.radius_m) *
-                   (1 - settings.poisson * settings.poisson);
+  tell_break(signal, ways.broken, out);
+  const RowRange used = used_rows(signal, phases, settings, ways, back);
+  seen.used = ways.cycles, seen.used.push_back(used);
+  take_rows(signal, used, ways.cycles, contact.travel_m, settings, correlation, out);
+  check_rows(out, place(file, signal, ways.range.end - 1));
+  out.young_Pa = young_of(contact, settings);
   grade(settings, contact, correlation, out);
   return out;
 }
