@@ -197,7 +197,7 @@ class Walk {
     runtime::ToolInput in[3];
     runtime::ToolOutput out[3];
     runtime::Status status[3];
-    runtime::Tool* tools[3];
+    runtime::Tool* tools[3] = {};
     for (int i = 0; i < count_; ++i) {
       in[i].pose = pose_at(at_[i], turn_[i]);
       in[i].dt_s = dt_s_;
