@@ -57,7 +57,8 @@ Felt to_felt(double time_s, const PlayedTick& tick, const Vec3& tip) {
   const Vec3 force = Vec3::Map(tick.out.force_on_tool_N);
   const Vec3 torque = (Vec3::Map(tick.out.acts_at_m) - tip).cross(force);
   const bool acts = tick.out.state != runtime::ContactState::air;
-  return to_felt(time_s, 0, tick.status, tick.out, acts ? torque : Vec3(Vec3::Zero()));
+  const Vec3 none = Vec3::Zero();
+  return to_felt(time_s, 0, tick.status, tick.out, acts ? Vec3(torque + none) : none);  // no -0
 }
 
 runtime::Pose pose_at(const PosePath& path, std::size_t row) {

@@ -183,6 +183,36 @@ const claims = {
     assert.deepEqual(errors, []);
   },
 
+  async two_fingers_are_two_tools() {
+    await open();
+    await canvas.scrollIntoViewIfNeeded();
+    await page.check("#poke-on");
+    const [x, y] = await touchable();
+    await page.mouse.move(...(await at(x, y)));
+    await page.mouse.down();
+    await until("#poke-state", (s) => s === "sticks" || s === "slides");
+    const second = async (type, dx) => {
+      const [clientX, clientY] = await at(x + dx, y);
+      await canvas.evaluate((view, event) => view.dispatchEvent(new PointerEvent(event.type, event)), {
+        ...{ type, clientX, clientY, bubbles: true, button: 0, pointerId: 77, pointerType: "touch" },
+      });
+    };
+    await canvas.evaluate((view) => (view.setPointerCapture = () => {})); // no real pointer has that number
+    await second("pointerdown", 0.06);
+    await until("#poke-state", (s) => / and /.test(s) && !/air/.test(s));
+    await until("#poke-force", (s) => s.split(" and ").every((force) => Number.parseFloat(force) > 0));
+    await second("pointermove", 0.08);
+    await page.waitForTimeout(300);
+    await second("pointerup", 0.08);
+    await until("#poke-state", (s) => s === "sticks" || s === "slides");
+    await page.mouse.up();
+    await until("#poke-state", (s) => s === "in the air");
+    const saved = page.waitForEvent("download");
+    await page.click("#poke-save");
+    await (await saved).saveAs(output);
+    assert.deepEqual(errors, []);
+  },
+
   async keys_alone_reach_everything() {
     await open();
     const wanted = await page.evaluate(() => {
