@@ -1,0 +1,56 @@
+// What a scene may ask for at once.
+
+#include "tools/stages/check_choices.hpp"
+
+#include <fmt/core.h>
+#include <gtest/gtest.h>
+
+namespace palpate::tools {
+namespace {
+
+Scene scene_of(const std::string& memory) {
+  return parse_scene(fmt::format(R"([body]
+surface = "block.off"
+length_unit = "mm"
+[material]
+young = "10 kPa"
+poisson = 0.45
+{}
+[probe]
+radius = "8 mm"
+[tool]
+shape = "capsule"
+radius = "8 mm"
+length = "30 mm"
+orientation = "lying"
+balls = 3
+[experiments]
+depth = "4 mm"
+pairs = 4
+[validate]
+pairs = 2
+)",
+                                 memory),
+                     "/s/a.toml");
+}
+
+TEST(check_choices, contacts_feel_each_other_on_bodies_with_every_memory) {
+  for (const char* memory :
+       {"", "relaxation = [[0.5, \"1 s\"]]", "softening = { r = 2, beta = 0.1 }",
+        "relaxation = [[0.5, \"1 s\"]]\n[[inclusion]]\nabove = { axis = \"z\", at = \"20 mm\" }\n"
+        "material = { young = \"20 kPa\", poisson = 0.45, softening = { r = 2, beta = 0.1 } }"})
+    EXPECT_NO_THROW(check_choices(scene_of(memory))) << memory;
+}
+
+TEST(check_choices, one_material_does_one_of_the_two_and_the_simulator_is_why) {
+  try {
+    scene_of("relaxation = [[0.5, \"1 s\"]]\nsoftening = { r = 2, beta = 0.1 }");
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(e.fact().find("the simulator computes one of the two"), std::string::npos)
+        << e.fact();
+  }
+}
+
+}  // namespace
+}  // namespace palpate::tools
