@@ -86,8 +86,7 @@ class ToolSet {
       shape.push_back(shape_of(read_scene(scenes.substr(at, end - at))));
     }
     if (shape.size() != 1 && shape.size() != tool_.size())
-      throw Error("--tool",
-                  fmt::format("names {} scenes for {} tools", shape.size(), tool_.size()),
+      throw Error("--tool", fmt::format("names {} scenes for {} tools", shape.size(), tool_.size()),
                   "Name one for all tools of the path, or one for each.");
     for (std::size_t k = 0; k < tool_.size(); ++k)
       tool_[k].shape = shape.size() == 1 ? shape[0] : shape[k];
@@ -106,12 +105,12 @@ class ToolSet {
     if (balls() > runtime::kMaxContacts)
       throw Error("--tool", fmt::format("the path's tools have {} balls between them", balls()),
                   fmt::format("The engine takes {}.", runtime::kMaxContacts));
-    const bool is_row = std::any_of(tool_.begin(), tool_.end(), [](const runtime::Tool& tool) {
-      return tool.shape.balls > 1;
-    });
+    const bool is_row = std::any_of(tool_.begin(), tool_.end(),
+                                    [](const runtime::Tool& tool) { return tool.shape.balls > 1; });
     if (is_row && asset.coupling == nullptr)
-      throw Error("--tool", "it is played as several balls, and contacts of this asset feel nothing "
-                            "of each other",
+      throw Error("--tool",
+                  "it is played as several balls, and contacts of this asset feel nothing "
+                  "of each other",
                   "Make the asset by `palpate run` of a scene with [tool], or with pairs.");
   }
 
@@ -122,7 +121,8 @@ class ToolSet {
     std::size_t of_a_time = 1;
   };
   Places along(const PosePath& path) const {
-    Places out{Points(static_cast<Eigen::Index>(path.time_s.size()) * balls(), 3), {},
+    Places out{Points(static_cast<Eigen::Index>(path.time_s.size()) * balls(), 3),
+               {},
                static_cast<std::size_t>(balls())};
     Eigen::Index at = 0;
     for (std::size_t row = 0; row < static_cast<std::size_t>(path.position.rows()); ++row) {
@@ -355,7 +355,8 @@ class Replay final : public Command {
     std::vector<ForceRow> rows;
     std::size_t faults = 0, touching = 0;
     for (const Felt& each : felt) {
-      if (each.status != runtime::Status::ok && ++faults <= kFaultsShown) say_fault(each, rows, path);
+      if (each.status != runtime::Status::ok && ++faults <= kFaultsShown)
+        say_fault(each, rows, path);
       rows.push_back(each.row);
       touching += each.row.is_in_contact;
     }
@@ -409,8 +410,8 @@ class Replay final : public Command {
     say("{}", histogram("time of a tick", report.tick_ns));
     std::vector<Felt> felt;
     for (std::size_t i = 0; i < played.size(); ++i)
-      felt.push_back(to_felt(path.time_s[i], played[i],
-                             path.position.row(static_cast<Eigen::Index>(i))));
+      felt.push_back(
+          to_felt(path.time_s[i], played[i], path.position.row(static_cast<Eigen::Index>(i))));
     return felt;
   }
 

@@ -17,8 +17,8 @@ palpate_contact contact[PALPATE_MAX_BALLS];
 std::int32_t ticked = 1;  // tools of the latest tick
 void* body = nullptr;
 std::uint64_t body_size = 0;
-double question[PALPATE_MAX_BALLS][7];      // x, y, z and the quaternion w, x, y, z of each tool
-double shape[PALPATE_MAX_BALLS][4];         // of a tool that starts: x, y, z and radius of each ball
+double question[PALPATE_MAX_BALLS][7];  // x, y, z and the quaternion w, x, y, z of each tool
+double shape[PALPATE_MAX_BALLS][4];     // of a tool that starts: x, y, z and radius of each ball
 double answer[PALPATE_MAX_BALLS][kAnswer];  // of each tool at the latest tick
 
 // The tip without interpolation, where that is asked for.

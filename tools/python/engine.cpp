@@ -176,9 +176,9 @@ std::vector<ToolPath> paths_of(const py::object& position_m, const py::object& o
   for (std::size_t k = 0; k < tools; ++k) {
     Rows position = rows_of("position_m", item_of(position_m, k, tools, "position_m"), 3);
     if (k > 0 && position.count != paths[0].position.count)
-      throw py::value_error("position_m has " + std::to_string(position.count) + " rows of contact " +
-                            std::to_string(k) + ", " + std::to_string(paths[0].position.count) +
-                            " of contact 0");
+      throw py::value_error("position_m has " + std::to_string(position.count) +
+                            " rows of contact " + std::to_string(k) + ", " +
+                            std::to_string(paths[0].position.count) + " of contact 0");
     PerTick<4> turn("orientation", item_of(orientation, k, tools, "orientation"), {1, 0, 0, 0},
                     position.count);
     paths.push_back({std::move(position), std::move(turn)});
@@ -243,9 +243,8 @@ py::object tick_together(const std::vector<PyContact*>& contacts, const py::obje
   const std::vector<ToolPath> paths = paths_of(position_m, orientation, contacts.size());
   const py::object out =
       tick_all(together, paths, body_position_m, body_orientation, dt_s, wants_tangent);
-  return paths[0].position.is_single
-             ? py::object(out[py::make_tuple(py::ellipsis(), py::int_(0))])
-             : out;
+  return paths[0].position.is_single ? py::object(out[py::make_tuple(py::ellipsis(), py::int_(0))])
+                                     : out;
 }
 
 py::array_t<float> deform(const std::vector<PyContact*>& contacts, py::ssize_t first,
@@ -273,7 +272,8 @@ palpate_tool tool_of(const py::object& radius_m, const py::object& centre_m, dou
                      double ramp_s) {
   const Rows centre = rows_of("centre_m", centre_m, 3);
   const auto radius = Array<double>::ensure(radius_m);
-  if (!radius || radius.ndim() > 1) throw py::type_error("radius_m must be a number, or one a ball");
+  if (!radius || radius.ndim() > 1)
+    throw py::type_error("radius_m must be a number, or one a ball");
   if (radius.size() != 1 && radius.size() != centre.count)
     throw py::value_error("radius_m has " + std::to_string(radius.size()) + " numbers, centre_m " +
                           std::to_string(centre.count) + " rows");
@@ -299,14 +299,13 @@ py::array_t<T> copied(const T* data, py::ssize_t rows, py::ssize_t columns) {
   return columns == 1 ? py::array_t<T>(rows, data) : py::array_t<T>({rows, columns}, data);
 }
 
-void declare_asset(py::module_& module) {
-  const auto number = [](auto member) {
-    return [member](const PyAsset& asset) { return asset.info().*member; };
-  };
-  py::class_<PyAsset, std::shared_ptr<PyAsset>>(
-      module, "Asset",
-      "An opened asset. `palpate.open(path)` makes one; it is also a context manager. Threads may "
-      "share it. ValueError once it is closed.")
+using AssetClass = py::class_<PyAsset, std::shared_ptr<PyAsset>>;
+
+AssetClass declare_asset(py::module_& module) {
+  return AssetClass(module, "Asset",
+                    "An opened asset. `palpate.open(path)` makes one; it is also a context "
+                    "manager. Threads may "
+                    "share it. ValueError once it is closed.")
       .def(py::init<const py::bytes&, const std::string&>(), py::arg("content"),
            py::arg("where") = "asset",
            "Checks the bytes of a .palp file. palpate.Error where they are refused.")
@@ -328,9 +327,13 @@ void declare_asset(py::module_& module) {
           py::arg("lateral_damping_Ns_m") = 0.0, py::arg("max_force_N") = 0.0,
           py::arg("ramp_s") = 0.0,
           "A tool on the body: a tip (radius 0, what `palpate replay` plays), a ball, or several "
-          "balls fixed to each other: centre_m (n, 3) in the tool's frame, radius_m of all or (n,). "
-          "Fields as in palpate_tool; palpate.Error where one is out of range.")
-      .def_property_readonly("vertices_m", &vertices_of, "(V, 3) at rest, in the body's frame")
+          "balls fixed to each other: centre_m (n, 3) in the tool's frame, radius_m of all or "
+          "(n,). "
+          "Fields as in palpate_tool; palpate.Error where one is out of range.");
+}
+
+void declare_surface(AssetClass& asset) {
+  asset.def_property_readonly("vertices_m", &vertices_of, "(V, 3) at rest, in the body's frame")
       .def_property_readonly(
           "triangles",
           [](const PyAsset& a) { return copied(a.mesh().triangle, a.mesh().triangles, 3); },
@@ -351,7 +354,14 @@ void declare_asset(py::module_& module) {
             std::copy_n(a.info().box_max_m, 3, box.mutable_data(1));
             return box;
           },
-          "(2, 3) least and greatest of what can be touched")
+          "(2, 3) least and greatest of what can be touched");
+}
+
+void declare_facts(AssetClass& asset) {
+  const auto number = [](auto member) {
+    return [member](const PyAsset& a) { return a.info().*member; };
+  };
+  asset
       .def_property_readonly("max_step_m", number(&palpate_info::max_step_m),
                              "a tip moving farther in one tick has teleported")
       .def_property_readonly("probe_radius_m", number(&palpate_info::probe_radius_m),
@@ -411,9 +421,8 @@ void declare_contact(py::module_& module) {
       "the same contacts in the same order. position_m: for each contact what Contact.tick takes, "
       "all of one length; orientation: None, or for each contact its own or None. The body's pose "
       "is one for all. Returns a structured array (tools, n), of positions (3,) one (tools,).");
-  module.def(
-      "deform_together", &deform, py::arg("contacts"), py::arg("first") = 0,
-      py::arg("count") = py::none(), "What Contact.deform gives, of the tools together.");
+  module.def("deform_together", &deform, py::arg("contacts"), py::arg("first") = 0,
+             py::arg("count") = py::none(), "What Contact.deform gives, of the tools together.");
 }
 
 }  // namespace
@@ -427,7 +436,9 @@ PYBIND11_MODULE(_engine, module) {
                        damper_N, stiffness_N_m, refused_ticks, triangle, state, flags, status,
                        deflection_m, acts_at_m, approach_m_s, events, touching);
   declare_contact(module);
-  declare_asset(module);
+  AssetClass asset = declare_asset(module);
+  declare_surface(asset);
+  declare_facts(asset);
   module.attr("OUTPUT") = py::dtype::of<palpate_output>();
   module.def(
       "sentence", [](int status) { return palpate_sentence(status); }, py::arg("status"),

@@ -41,7 +41,8 @@ class cPalpateTools {
     in_[place] = palpate_input_at(position.x(), position.y(), position.z());
     const auto now = std::chrono::steady_clock::now();
     const double since_s = std::chrono::duration<double>(now - ticked_).count();
-    for (int k = 0; k < count_; ++k) in_[k].dt_s = since_s < 1e-5 ? 1e-5 : since_s > 0.1 ? 0.1 : since_s;
+    for (int k = 0; k < count_; ++k)
+      in_[k].dt_s = since_s < 1e-5 ? 1e-5 : since_s > 0.1 ? 0.1 : since_s;
     ticked_ = now;
     // A tool that has not come yet is nowhere: it is not ticked.
     palpate_tick(&asset, contact_.data(), count_, in_.data(), out_.data());
@@ -99,7 +100,8 @@ class cPalpateEffect : public chai3d::cGenericEffect {
     palpate_describe(&asset_, &info);
     const int groups = info.couples ? 1 : chai3d::C_EFFECT_MAX_IDN;
     for (int i = 0; i < groups; ++i)
-      tools_.emplace_back(new cPalpateTools(kind, info.couples ? PALPATE_MAX_BALLS / kind.balls : 1));
+      tools_.emplace_back(
+          new cPalpateTools(kind, info.couples ? PALPATE_MAX_BALLS / kind.balls : 1));
   }
 
   palpate_status status() const { return status_; }
@@ -110,8 +112,7 @@ class cPalpateEffect : public chai3d::cGenericEffect {
                     const unsigned int& id, chai3d::cVector3d& force) override {
     force.zero();
     if (status_ != PALPATE_OK || id >= chai3d::C_EFFECT_MAX_IDN) return false;
-    const palpate_output* out =
-        tools_[tools_.size() == 1 ? 0 : id]->tick(asset_, id, position);
+    const palpate_output* out = tools_[tools_.size() == 1 ? 0 : id]->tick(asset_, id, position);
     if (out == nullptr) return false;
     force.set(out->force_on_tool_N[0], out->force_on_tool_N[1], out->force_on_tool_N[2]);
     return out->state != PALPATE_AIR;

@@ -29,26 +29,11 @@ constexpr std::array<CsvColumnRule, 9> kPosePathRules{{{"t_s"},
                                                        {"qw", false},
                                                        {"tool", false}}};
 constexpr double kQuaternionTolerance = 1e-3;  // of its length, as the engine's
-constexpr std::array<CsvColumnRule, 20> kForceRules{{{"t_s"},
-                                                     {"fx_N"},
-                                                     {"fy_N"},
-                                                     {"fz_N"},
-                                                     {"contact"},
-                                                     {"cx_m"},
-                                                     {"cy_m"},
-                                                     {"cz_m"},
-                                                     {"triangle"},
-                                                     {"depth_m"},
-                                                     {"lateral_m"},
-                                                     {"sliding"},
-                                                     {"outside"},
-                                                     {"extrapolated"},
-                                                     {"blocked"},
-                                                     {"in_debt"},
-                                                     {"tool"},
-                                                     {"tx_Nm"},
-                                                     {"ty_Nm"},
-                                                     {"tz_Nm"}}};
+constexpr std::array<CsvColumnRule, 20> kForceRules{
+    {{"t_s"},       {"fx_N"},    {"fy_N"},    {"fz_N"},         {"contact"},
+     {"cx_m"},      {"cy_m"},    {"cz_m"},    {"triangle"},     {"depth_m"},
+     {"lateral_m"}, {"sliding"}, {"outside"}, {"extrapolated"}, {"blocked"},
+     {"in_debt"},   {"tool"},    {"tx_Nm"},   {"ty_Nm"},        {"tz_Nm"}}};
 constexpr std::array<CsvColumnRule, 7> kCurveRules{{{"point"},
                                                     {"name", true, true},
                                                     {"curve", true, true},
@@ -146,8 +131,8 @@ namespace {
 std::size_t tools_of(const CsvTable& table) {
   if (!table.has("tool")) return 1;
   const auto& time_s = table.number("t_s");
-  const auto other = std::find_if(time_s.begin(), time_s.end(),
-                                  [&](double t) { return t != time_s.front(); });
+  const auto other =
+      std::find_if(time_s.begin(), time_s.end(), [&](double t) { return t != time_s.front(); });
   const auto tools = static_cast<std::size_t>(other - time_s.begin());
   if (tools > kMaxPathTools)
     throw error_at(table, kMaxPathTools,
@@ -160,14 +145,15 @@ std::size_t tools_of(const CsvTable& table) {
 void check_times(const CsvTable& table, std::size_t tools) {
   const auto& time_s = table.number("t_s");
   const char* const remedy =
-      "Give the rows of a time one after another: tools 0, 1, ... in this order, all at every time.";
+      "Give the rows of a time one after another: tools 0, 1, ... in this order, all at every "
+      "time.";
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const std::size_t tool = i % tools;
     if (table.has("tool") && table.number("tool")[i] != static_cast<double>(tool))
-      throw error_at(table, i,
-                     fmt::format("column `tool` is {} where tool {} is due", table.number("tool")[i],
-                                 tool),
-                     remedy);
+      throw error_at(
+          table, i,
+          fmt::format("column `tool` is {} where tool {} is due", table.number("tool")[i], tool),
+          remedy);
     if (tool > 0 && time_s[i] != time_s[i - tool])
       throw error_at(table, i, fmt::format("tool {} has another time than tool 0", tool), remedy);
     if (tool == 0 && i > 0 && !(time_s[i] > time_s[i - 1]))

@@ -1,9 +1,9 @@
 /* Walks over an asset, for bindings of other languages to repeat.
  * walk_bits ASSET TICKS: a tip's random walk. Prints a line a tick: x, y, z and the FNV-1a hash of
  * palpate_output, 16 hex digits each.
- * walk_bits ASSET TICKS two: a ball, and a capsule of three balls that turns, ticked together. Prints
- * a path as `palpate replay` takes it, with what each tool felt, in digits that read back as the
- * same double. The ball and the balls of the capsule have the radius of the asset's probe; they
+ * walk_bits ASSET TICKS two: a ball, and a capsule of three balls that turns, ticked together.
+ * Prints a path as `palpate replay` takes it, with what each tool felt, in digits that read back as
+ * the same double. The ball and the balls of the capsule have the radius of the asset's probe; they
  * stand at z = radius and at x = -1, 0 and 1 radius in the tools' axes. */
 #include <inttypes.h>
 #include <math.h>
@@ -61,11 +61,12 @@ static palpate_input two_at(const palpate_info* info, int tool, int tick) {
   const double t = 1e-3 * tick, radius = info->probe_radius_m;
   const double down = radius * (0.25 + 0.75 * cos(2.1 * t + tool));
   const double aside = radius * ((tool == 0 ? -2.2 : 2.2) + 1.5 * sin(3.3 * t));
-  palpate_input in =
-      palpate_input_at(0.5 * (info->box_min_m[0] + info->box_max_m[0]) + aside,
-                       0.5 * (info->box_min_m[1] + info->box_max_m[1]) + radius * sin(1.7 * t + tool),
-                       info->box_max_m[2] + down + (tool == 0 ? 0 : radius));
-  const double turn = tool == 0 ? 0 : 0.35 * sin(2.9 * t), lean = tool == 0 ? 0 : 0.2 * sin(1.3 * t);
+  palpate_input in = palpate_input_at(
+      0.5 * (info->box_min_m[0] + info->box_max_m[0]) + aside,
+      0.5 * (info->box_min_m[1] + info->box_max_m[1]) + radius * sin(1.7 * t + tool),
+      info->box_max_m[2] + down + (tool == 0 ? 0 : radius));
+  const double turn = tool == 0 ? 0 : 0.35 * sin(2.9 * t),
+               lean = tool == 0 ? 0 : 0.2 * sin(1.3 * t);
   in.tool.orientation[0] = cos(turn) * cos(lean);
   in.tool.orientation[1] = -sin(turn) * sin(lean);
   in.tool.orientation[2] = cos(turn) * sin(lean);

@@ -26,7 +26,8 @@ void two_tools_feel_each_other(const char* file) {
   }
   const palpate_tool ball = palpate_ball(info.probe_radius_m);
   cPalpateBody body(file, ball);
-  expect(info.couples && body.status() == PALPATE_OK, "the second asset's contacts feel each other");
+  expect(info.couples && body.status() == PALPATE_OK,
+         "the second asset's contacts feel each other");
   palpate_contact plain[2];
   for (palpate_contact& contact : plain) palpate_start(&contact, &ball);
   palpate_input in[2];
@@ -51,7 +52,8 @@ void two_tools_feel_each_other(const char* file) {
 }
 
 int main(int argc, char** argv) {
-  if (argc != 3) return std::fprintf(stderr, "usage: embedding_chai3d ASSET.palp COUPLED.palp\n"), 2;
+  if (argc != 3)
+    return std::fprintf(stderr, "usage: embedding_chai3d ASSET.palp COUPLED.palp\n"), 2;
   const palpate_tool ball = palpate_ball(0.004);
   expect(cPalpateBody("nowhere.palp", ball).status() == PALPATE_BYTES_MISSING,
          "a missing file is said");
