@@ -188,8 +188,9 @@ double area_of(const AssetView& asset, int t) {
   return 0.5 * std::sqrt(dot(area, area));
 }
 
-Certificate certify(const AssetView& asset, const CertifyOptions& options,
-                    const Progress& progress) {
+namespace {
+
+Certificate what_it_is_of(const AssetView& asset, const CertifyOptions& options) {
   Certificate out;
   out.family = runtime::row_of(static_cast<runtime::Family>(asset.curves.family)).name;
   out.sways = asset.sways;
@@ -199,6 +200,11 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
   out.is_rings = asset.curves.family == static_cast<int>(runtime::Family::rings);
   out.max_depth_m = asset.max_fitted_m;
   out.seen_step_m = 2 * options.facet.max_step_m;
+  return out;
+}
+
+/// Returns the triangles of the interior.
+std::vector<int> tell_zones(const AssetView& asset, Certificate& out) {
   double solid = 0;
   std::vector<int> interior;
   for (int t = 0; t < asset.triangles; ++t) {
@@ -212,13 +218,11 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
   }
   out.interior = static_cast<int>(interior.size());
   for (double* share : {&out.skirt_area, &out.mean_area}) *share /= solid > 0 ? solid : 1;
+  return interior;
+}
 
-  out.least_slope_N_m = out.least_friction = std::numeric_limits<double>::infinity();
-  for (int v = 0; v < asset.vertices; ++v)
-    if (asset.covered[v]) look_at_vertex(asset, v, out);
-  if (!out.is_rings) out.least_friction = 0;
-
-  // Of the other families the checks of Asset::open say all: rising curves store no less than 0.
+/// Of the other families the checks of Asset::open say all: rising curves store no less than 0.
+void look_for_pulls(const AssetView& asset, const CertifyOptions& options, Certificate& out) {
   std::vector<char> pushes(out.zone.size(), 1);
   if (out.is_rings)
     for_all(asset.triangles, options.threads, {}, [&](int t) {
@@ -227,35 +231,78 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
     });
   out.pulling = static_cast<int>(std::count(pushes.begin(), pushes.end(), 0));
   out.passive_fixed = out.pulling == 0;
+}
 
-  for (const double radius_m : options.radii_m) {
-    ToolCertificate tool;
-    tool.radius_m = radius_m;
-    FacetOptions facet = options.facet;
-    facet.radius_m = radius_m;
-    if (out.is_rings) {
-      tool.any = certify_all(asset, interior, OtherRings::any, facet, options.threads, progress);
-      tool.gross =
-          certify_all(asset, interior, OtherRings::sliding, facet, options.threads, progress);
-    }
-    ContinuityOptions continuity = options.continuity;
-    continuity.radius_m = radius_m;
-    tool.continuity = measure_continuity(asset, interior, continuity);
-    take_larger(out.continuity, tool.continuity);
-    out.tools.push_back(std::move(tool));
+ToolCertificate certify_tool(const AssetView& asset, const std::vector<int>& interior,
+                             double radius_m, const CertifyOptions& options,
+                             const Progress& progress, bool is_rings) {
+  ToolCertificate tool;
+  tool.radius_m = radius_m;
+  FacetOptions facet = options.facet;
+  facet.radius_m = radius_m;
+  if (is_rings) {
+    tool.any = certify_all(asset, interior, OtherRings::any, facet, options.threads, progress);
+    tool.gross =
+        certify_all(asset, interior, OtherRings::sliding, facet, options.threads, progress);
   }
-  if (out.is_rings) {
-    out.any = figures_of(asset, out, &ToolCertificate::any);
-    out.gross = figures_of(asset, out, &ToolCertificate::gross);
-    if (!out.any.is_passive())
-      out.any.depth_share =
-          certified_depth_share(asset, out, &ToolCertificate::any, OtherRings::any, options);
-    if (!out.gross.is_passive())
-      out.gross.depth_share =
-          certified_depth_share(asset, out, &ToolCertificate::gross, OtherRings::sliding, options);
-  }
+  ContinuityOptions continuity = options.continuity;
+  continuity.radius_m = radius_m;
+  tool.continuity = measure_continuity(asset, interior, continuity);
+  return tool;
+}
+
+}  // namespace
+
+Certificate certify(const AssetView& asset, const CertifyOptions& options,
+                    const Progress& progress) {
+  Certificate out = what_it_is_of(asset, options);
+  const std::vector<int> interior = tell_zones(asset, out);
+  out.least_slope_N_m = out.least_friction = std::numeric_limits<double>::infinity();
+  for (int v = 0; v < asset.vertices; ++v)
+    if (asset.covered[v]) look_at_vertex(asset, v, out);
+  if (!out.is_rings) out.least_friction = 0;
+  look_for_pulls(asset, options, out);
+  for (const double radius_m : options.radii_m)
+    out.tools.push_back(certify_tool(asset, interior, radius_m, options, progress, out.is_rings));
+  for (const ToolCertificate& tool : out.tools) take_larger(out.continuity, tool.continuity);
+  if (!out.is_rings) return out;
+  out.any = figures_of(asset, out, &ToolCertificate::any);
+  out.gross = figures_of(asset, out, &ToolCertificate::gross);
+  if (!out.any.is_passive())
+    out.any.depth_share =
+        certified_depth_share(asset, out, &ToolCertificate::any, OtherRings::any, options);
+  if (!out.gross.is_passive())
+    out.gross.depth_share =
+        certified_depth_share(asset, out, &ToolCertificate::gross, OtherRings::sliding, options);
   return out;
 }
+
+namespace {
+
+/// What of a body is not certified, or by another body's certificate.
+std::string limits_in_words(const Certificate& c) {
+  std::string out;
+  if (c.relaxes)  // (M29d)
+    out +=
+        "The body relaxes: this is the certificate of its slow motion, and of quick slides on a "
+        "body at rest. What dashpots hold after a press is left to the guard. ";
+  if (c.softens)
+    out +=
+        "The body softens: this is the certificate of the body that nothing has pressed yet. "
+        "Slides from where it is softer to where it is not are left to the guard. ";
+  if (c.couples)
+    out +=
+        "Contacts move each other: this is the certificate of one by itself. Of several the guard "
+        "keeps the sum. ";
+  if (c.sways && c.is_rings)
+    out += fmt::format(
+        "The body sways: certified are ticks in which the tool moves by at most {:.0f} um against "
+        "the surface that has swayed; in sampled ticks of 50 um it was at most {:.0f} um. ",
+        1e6 * c.seen_step_m, 1e6 * c.continuity.seen_m);
+  return out;
+}
+
+}  // namespace
 
 std::string in_words(const Certificate& c) {
   std::string out = fmt::format("The body is {}certified to {:.3g} mm. ",
@@ -282,25 +329,8 @@ std::string in_words(const Certificate& c) {
         "{} triangles ({:.1f} %) have no measured corner. They answer with the mean and are not "
         "certified. ",
         c.mean, 100 * c.mean_area);
-  if (c.relaxes)  // (M29d)
-    out +=
-        "The body relaxes: this is the certificate of its slow motion, and of quick slides on a "
-        "body at rest. What dashpots hold after a press is left to the guard. ";
-  if (c.softens)
-    out +=
-        "The body softens: this is the certificate of the body that nothing has pressed yet. "
-        "Slides "
-        "from where it is softer to where it is not are left to the guard. ";
-  if (c.couples)
-    out +=
-        "Contacts move each other: this is the certificate of one by itself. Of several the guard "
-        "keeps the sum. ";
+  out += limits_in_words(c);
   const Continuity& k = c.continuity;
-  if (c.sways && c.is_rings)
-    out += fmt::format(
-        "The body sways: certified are ticks in which the tool moves by at most {:.0f} um against "
-        "the surface that has swayed; in sampled ticks of 50 um it was at most {:.0f} um. ",
-        1e6 * c.seen_step_m, 1e6 * k.seen_m);
   out += fmt::format(
       "In {} sampled ticks of 50 um the force changed by at most {:.3g} N ({:.0f} N/m): over edges "
       "{:.3g} N, at touch {:.3g} N, at release {:.3g} N. A device needs {:.2g} N s/m of its own at "

@@ -95,6 +95,23 @@ TEST(certificate, certifies_nothing_where_a_number_is_none) {
   }
 }
 
+TEST(certificate, says_what_of_a_body_with_memory_and_of_several_contacts_it_leaves_to_the_guard) {
+  Model model = random_body(2, {1, 0, 0});
+  EXPECT_EQ(in_words(certify(load(model).asset)).find("left to the guard"), std::string::npos);
+  model.curves.damage.r = 2;
+  model.curves.damage.beta = 0.1;
+  model.curves.damage.reach_m = 0.01;
+  model.curves.coupling.length_m = 0.01;
+  model.curves.coupling.give_m_N[0] = 1e-6;
+  const Loaded body = load(model);
+  const Certificate c = certify(body.asset);
+  EXPECT_TRUE(c.softens);
+  EXPECT_TRUE(c.couples);
+  EXPECT_TRUE(c.certified()) << in_words(c);
+  EXPECT_NE(in_words(c).find("nothing has pressed yet"), std::string::npos) << in_words(c);
+  EXPECT_NE(in_words(c).find("of one by itself"), std::string::npos) << in_words(c);
+}
+
 TEST(certificate, is_the_same_for_every_number_of_threads) {
   const Loaded body = load(random_body(3, {1, 0.2, 0.5}));
   CertifyOptions options;
