@@ -177,7 +177,7 @@ class Walk {
         longest_m = std::max(longest_m, std::sqrt(dot(way, way)));
       }
       const double step_m = 1e-5 * (1 + 9 * random_.share());
-      dt_s_ = 1e-3 * (0.2 + 2 * random_.share()) / finer_;
+      dt_s_ = 1e-3 * (0.7 + 2 * random_.share()) / finer_;
       const long ticks = finer_ * (1 + static_cast<long>(longest_m / step_m));
       for (long k = 1; k <= ticks; ++k) {
         for (int i = 0; i < count_; ++i) {
