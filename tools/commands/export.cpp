@@ -1,6 +1,7 @@
 #include "tools/stages/export.hpp"
 
 #include <charconv>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "libfit/assets/exporters.hpp"
@@ -50,6 +51,16 @@ class Export final : public Command {
         throw Error("--repair", format + " has nothing to repair", "Export palp.");
       settings_.repair = "slides";
     }
+    for (const auto& [option, is_given] : {std::pair{"--engine", !engine_.empty()},
+                                           {"--no-guard", no_guard_},
+                                           {"--puncture-force", !puncture_.empty()}})
+      if (is_given && format != "palp")
+        throw Error(option, "says nothing of a " + format, "Leave it out, or export palp.");
+    if (!depth_.empty() && format != "glb" && format != "ply")
+      throw Error("--depth", format + " has every depth", "Leave it out, or export glb or ply.");
+    if (std::error_code none; !engine_.empty() && std::filesystem::exists(engine_, none) &&
+                              !std::filesystem::is_directory(engine_, none))
+      throw Error("--engine", engine_ + " is a file", "Name a folder.");
     settle_puncture();
     const ExportReport report = export_model(read_model(model_), output_, format,
                                              {.settings = settings_,

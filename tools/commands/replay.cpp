@@ -162,6 +162,7 @@ class Replay final : public Command {
   int run(Reply& reply) override {
     const AssetFile file = read_asset_file(asset_);
     const TipPath path = read_tip_path(path_);
+    warn_of_unused(path_, path.ignored);
     if (rate_Hz_ != 0 && !surface_.empty())
       throw Error("--surface", "frames are not written in real time",
                   "Leave --realtime out: the forces are the same.");
@@ -172,16 +173,20 @@ class Replay final : public Command {
         rate_Hz_ != 0 ? play_live(file.asset(), path) : play(file.asset(), path, frames);
     std::vector<ForceRow> rows;
     rows.reserve(played.size());
-    std::size_t faults = 0, touching = 0;
+    std::size_t faults = 0, touching = 0, beyond = 0;
     for (std::size_t i = 0; i < played.size(); ++i) {
       if (played[i].status != runtime::Status::ok && ++faults <= kFaultsShown)
         say_failed("{}: tick {} at {} s: {}", path_, i + 1, path.time_s[i],
                    runtime::sentence(played[i].status));
       rows.push_back(to_row(path.time_s[i], played[i].out));
       touching += rows.back().is_in_contact;
+      beyond += rows.back().is_extrapolated;
     }
     on_body.say_begin();
     if (touching == 0) on_body.say_untouched();
+    if (beyond > 0)
+      warn("{} of {} ticks in contact go beyond the curves, and their forces are extrapolated",
+           beyond, touching);
     write_forces(output_, rows);
     const std::int64_t guarded = played.empty() ? 0 : played.back().out.refused_ticks;
     say("wrote {}: {} ticks, {} in contact, {} with a fault, {} where the guard acted", output_,

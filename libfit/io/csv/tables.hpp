@@ -19,6 +19,7 @@ namespace palpate {
 struct PointTable {
   Points position;
   Points normal;
+  std::vector<std::string> ignored = {};  ///< names of columns that say nothing here
 };
 PointTable read_point_table(const std::filesystem::path& path);
 
@@ -29,12 +30,15 @@ struct PathInTable {
   Vec3 point;
   Points deflection;
 };
-std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path);
+/// ignored: gets the names of columns that say nothing here, unless null.
+std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path,
+                                         std::vector<std::string>* ignored = nullptr);
 
 /// PATH.csv, `t_s,x_m,y_m,z_m`: where the tip is, K x 3 [m], at strictly increasing times [s].
 struct TipPath {
   std::vector<double> time_s;
   Points position;
+  std::vector<std::string> ignored = {};  ///< names of columns that say nothing here
 };
 TipPath read_tip_path(const std::filesystem::path& path);
 void write_tip_path(const std::filesystem::path& path, const TipPath& tip);
