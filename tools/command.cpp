@@ -32,6 +32,12 @@ struct OutputFlags {
   bool json = false, quiet = false, verbose = false;
 };
 
+// What is wrong with the name of an output; nothing where it is one. CLI11 takes -o=a for "=a".
+std::string fault_of_output(const std::string& typed) {
+  if (typed.empty()) return "is an empty name";
+  return typed.starts_with('=') ? "begins with =: leave a blank before the name" : "";
+}
+
 // Declares a command's options on a CLI11 subcommand.
 class CliArguments final : public Arguments {
  public:
@@ -49,11 +55,12 @@ class CliArguments final : public Arguments {
     auto* option = app_.add_option(flags, target, help);
     if (is_required) option->required();
     if (!target.empty()) option->capture_default_str();
+    if (flags.starts_with("-o")) option->check(fault_of_output);
     (flags.starts_with("-o") ? folders_ : texts_).push_back(&target);
   }
   void output(const std::string& flags, std::string& target, const std::string& help,
               std::initializer_list<std::string_view> kinds, bool is_required) override {
-    auto* option = app_.add_option(flags, target, help);
+    auto* option = app_.add_option(flags, target, help)->check(fault_of_output);
     if (is_required) option->required();
     outputs_.push_back({&target, kinds});
   }
@@ -61,7 +68,11 @@ class CliArguments final : public Arguments {
     named_outputs_.push_back({&target, files});
   }
   void option(const std::string& flags, int& target, const std::string& help) override {
-    app_.add_option(flags, target, help)->capture_default_str();
+    app_.add_option(flags, target, help)
+        ->capture_default_str()
+        ->check([](const std::string& typed) {  // CLI11 takes an empty word for 0
+          return std::string(typed.empty() ? "is no whole number" : "");
+        });
   }
   void flag(const std::string& flags, bool& target, const std::string& help) override {
     app_.add_flag(flags, target, help);
@@ -230,8 +241,8 @@ std::string without_line_end(std::string text) {
 int say_wrong_usage(const CLI::App& app, const std::string& command, const std::string& what,
                     const std::string& nearest = "") {
   const std::string program = app.get_name() + (command.empty() ? "" : " " + command);
-  fmt::print(stderr, "palpate: {}: {}: {}\n  {}See {} --help.\n", error_word(), program, what,
-             nearest.empty() ? "" : fmt::format("Did you mean \"{}\"? ", nearest), program);
+  to_stderr("palpate: {}: {}: {}\n  {}See {} --help.\n", error_word(), program, what,
+            nearest.empty() ? "" : fmt::format("Did you mean \"{}\"? ", nearest), program);
   return kWrongUsage;
 }
 
@@ -241,7 +252,7 @@ bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
                  const std::map<std::string, DeclaredCommand>& declared, std::span<char*> words) {
   if (words.empty()) {
     say_wrong_usage(app, "", "no command is given");
-    fmt::print(stderr, "\n{}", app.help());
+    to_stderr("\n{}", app.help());
     return true;
   }
   if (words[0][0] == '-') return false;
@@ -279,10 +290,15 @@ int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char*
   }
   if (argc == 3 && std::string_view(argv[1]) == "--write-pages")  // of a build, in no help
     return write_command_pages(app, PALPATE_VERSION, argv[2]), kDone;
-  if (is_misspelt(app, rows, declared, {argv + 1, static_cast<std::size_t>(argc - 1)}))
-    return kWrongUsage;
+  std::vector<char*> words(argv, argv + argc);
+  std::string help = "--help";
+  if (words.size() > 1 && words[1] == std::string_view("help")) {  // help COMMAND
+    words.erase(words.begin() + 1);
+    words.push_back(help.data());
+  }
+  if (is_misspelt(app, rows, declared, std::span(words).subspan(1))) return kWrongUsage;
   try {
-    app.parse(argc, argv);
+    app.parse(static_cast<int>(words.size()), words.data());
   } catch (const CLI::ParseError& e) {
     // CLI11 has exit codes of its own (105-110); ours are a contract.
     if (e.get_exit_code() == 0) {  // --help, --version
@@ -306,7 +322,7 @@ int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char*
 
 // Says it on stderr and, with --json, as "errors" on stdout.
 int refuse(Session& session, const Error& error) {
-  fmt::print(stderr, "palpate: {}: {}\n", error_word(), error.what());
+  to_stderr("palpate: {}: {}\n", error_word(), error.what());
   session.say_end(
       {{"errors",
         {{{"where", error.where()}, {"what", error.fact()}, {"remedy", error.remedy()}}}}});
@@ -328,7 +344,7 @@ int run_program(const char* name, const char* summary, std::span<const CommandRo
     session.say_answer();
     return status;
   } catch (const Interrupted& e) {
-    fmt::print(stderr, "palpate: interrupted: {}\n", e.what());
+    to_stderr("palpate: interrupted: {}\n", e.what());
     session.say_end({{"interrupted", e.what()}});
     if (has_abandoned_work()) {
       std::fflush(nullptr);

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -41,12 +42,18 @@ void say_line(Tone tone, const std::string& line) {
   const std::lock_guard<std::mutex> lock(mutex);
   if (tone != Tone::note) lines_said[static_cast<std::size_t>(tone)].push_back(line);
   if (loudness == Loudness::quiet && tone != Tone::failed) return;
-  if (loudness == Loudness::verbose) fmt::print(stderr, "[{:8.1f} s] ", wall_seconds() - kStart_s);
-  fmt::print(stderr, "{}{}\n", tone == Tone::warning ? "  warning: " : "", line);
+  if (loudness == Loudness::verbose) to_stderr("[{:8.1f} s] ", wall_seconds() - kStart_s);
+  to_stderr("{}{}\n", tone == Tone::warning ? "  warning: " : "", line);
 }
 
 const std::vector<std::string>& said(Tone tone) {
   return lines_said[static_cast<std::size_t>(tone)];
+}
+
+void warn_of_unused(const std::string& file, const std::vector<std::string>& columns) {
+  if (columns.empty()) return;
+  warn("{}: {} not used: {}", file, columns.size() == 1 ? "a column is" : "columns are",
+       listed(columns));
 }
 
 bool wants_colour(bool is_terminal, const char* no_color, const char* term) {
@@ -67,6 +74,7 @@ void catch_interrupts() {
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGXFSZ, SIG_IGN);  // writes beyond ulimit -f fail instead, and are named
 }
 
 bool is_interrupted() { return interrupted.load(); }
@@ -123,7 +131,7 @@ ConsoleProgress::ConsoleProgress(std::string what) : state_(std::make_unique<Sta
 }
 
 ConsoleProgress::~ConsoleProgress() {
-  if (state_->has_bar) fmt::print(stderr, "\n");
+  if (state_->has_bar) to_stderr("\n");
 }
 
 Progress ConsoleProgress::progress() {
@@ -156,13 +164,13 @@ void ConsoleProgress::show(std::size_t done, std::size_t total, const std::strin
                                        : "";
   if (state_->is_terminal) {
     const int filled = total ? static_cast<int>(kBarWidth * done / total) : 0;
-    fmt::print(stderr, "\r\033[K{} [{}{}] {}/{} {} {}", state_->what,
-               std::string(static_cast<std::size_t>(filled), '#'),
-               std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), done, total, time,
-               latest);
+    to_stderr("\r\033[K{} [{}{}] {}/{} {} {}", state_->what,
+              std::string(static_cast<std::size_t>(filled), '#'),
+              std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), done, total, time,
+              latest);
     state_->has_bar = true;
   } else {
-    fmt::print(stderr, "{} {}/{} {} {}\n", state_->what, done, total, time, latest);
+    to_stderr("{} {}/{} {} {}\n", state_->what, done, total, time, latest);
   }
   std::fflush(stderr);
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <cstdio>
 #include <functional>
 #include <memory>
 #include <stdexcept>
@@ -39,6 +40,14 @@ enum class Tone { note, warning, failed };
 void say_line(Tone tone, const std::string& line);
 const std::vector<std::string>& said(Tone tone);
 
+/// Writes to stderr. What cannot be written there is lost: nothing ends for want of its messages,
+/// as it would with fmt::print, which throws.
+template <class... T>
+void to_stderr(fmt::format_string<T...> format, T&&... arguments) {
+  const std::string text = fmt::format(format, std::forward<T>(arguments)...);
+  std::fwrite(text.data(), 1, text.size(), stderr);
+}
+
 /// Plain lines to stderr, so that stdout stays free for the answer.
 template <class... T>
 void say(fmt::format_string<T...> format, T&&... arguments) {
@@ -53,6 +62,9 @@ template <class... T>
 void say_failed(fmt::format_string<T...> format, T&&... arguments) {
   say_line(Tone::failed, fmt::format(format, std::forward<T>(arguments)...));
 }
+
+/// Warns of columns of a table that say nothing to its reader; of none says nothing.
+void warn_of_unused(const std::string& file, const std::vector<std::string>& columns);
 
 /// Whether a terminal wants colours: not where NO_COLOR is set to anything (no-color.org) or TERM
 /// is dumb. Either may be null.

@@ -82,6 +82,7 @@ CompoundForces replay_compound(const runtime::AssetView& asset,
   CompoundForces out{Points::Zero(samples.rows(), 3), Points::Zero(samples.rows(), 3)};
   runtime::AssetView view = asset;
   view.coupling = coupling.is_any() ? &coupling : nullptr;
+  WalkedBody body(view);
   for (Eigen::Index row = 0; row < samples.rows();) {
     const std::int32_t experiment = samples.experiment[static_cast<std::size_t>(row)];
     const auto path = static_cast<std::size_t>(experiment);
@@ -89,7 +90,8 @@ CompoundForces replay_compound(const runtime::AssetView& asset,
                normal = samples.point_normal.row(tool.paths[path].point),
                first = samples.deflection.row(row);
     const double outside_m = std::min(0.0, first.dot(normal)) - kApproachRatio * depth_m;
-    CompoundWalk walk(view, tool.shape[path], tool.stance[path], point + outside_m * normal);
+    CompoundWalk walk(body.fresh(), tool.shape[path], tool.stance[path],
+                      point + outside_m * normal);
     for (; row < samples.rows() && samples.experiment[static_cast<std::size_t>(row)] == experiment;
          ++row) {
       walk.go(point + samples.deflection.row(row).transpose());

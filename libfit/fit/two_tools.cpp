@@ -44,7 +44,7 @@ class TwoTips {
 
   const runtime::AssetView& asset_;
   runtime::Contact contact_[2];
-  runtime::Together together_;
+  runtime::TogetherMemory together_;
   runtime::BallTick tip_[2];
   Vec3 at_[2];
   std::size_t ticks_ = 0;
@@ -70,13 +70,14 @@ TwoToolForces replay_two_tools(const runtime::AssetView& asset,
   TwoToolForces out{Points::Zero(samples.rows(), 3), Points::Zero(samples.rows(), 3)};
   runtime::AssetView view = asset;
   view.coupling = coupling.is_any() ? &coupling : nullptr;
+  WalkedBody body(view);
   for (Eigen::Index row = 0; row < samples.rows();) {
     const std::int32_t experiment = samples.experiment[static_cast<std::size_t>(row)];
     const ToolPath& path = paths[static_cast<std::size_t>(experiment)];
     const SecondTool& other = *path.second;
     const Vec3 first = samples.point_position.row(path.point),
                normal = samples.point_normal.row(path.point);
-    TwoTips tips(view, first - kApproachRatio * depth_m * normal,
+    TwoTips tips(body.fresh(), first - kApproachRatio * depth_m * normal,
                  other.position - kApproachRatio * depth_m * other.normal);
     for (; row < samples.rows() && samples.experiment[static_cast<std::size_t>(row)] == experiment;
          ++row) {

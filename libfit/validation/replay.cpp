@@ -18,16 +18,13 @@ constexpr double kSlowTick_s = runtime::kMaxTimeStep_s;
 
 class TipWalk {
  public:
-  explicit TipWalk(const runtime::AssetView& asset)
-      : asset_(asset), body_(asset.damage.softens() ? runtime::body_bytes(asset) / 8 : 0) {
-    if (!body_.empty()) asset_ = runtime::with_body(asset, body_.data());
-  }
+  explicit TipWalk(const runtime::AssetView& asset) : body_(asset) {}
 
   // What the engine says at each deflection of a path. A path without times is followed so slowly
   // that dashpots of a body that relaxes do.
   std::vector<runtime::Output> answers(const HeldOut& held_out, std::size_t path, double depth_m) {
     contact_ = runtime::Contact();
-    if (!body_.empty()) runtime::start_body(asset_, body_.data());
+    asset_ = &body_.fresh();
     const Vec3 point = held_out.points.position.row(path),
                normal = held_out.points.normal.row(path);
     const Points& deflections = held_out.paths[path].deflections;
@@ -54,14 +51,14 @@ class TipWalk {
  private:
   runtime::Output tick(const Vec3& tip, double dt_s) {
     runtime::Output out;  // a status but ok comes with zero force
-    runtime::touch(asset_, contact_, tip.data(), out, nullptr, std::max(dt_s, kLeastTick_s));
+    runtime::touch(*asset_, contact_, tip.data(), out, nullptr, std::max(dt_s, kLeastTick_s));
     ++ticks_;
     return out;
   }
 
-  runtime::AssetView asset_;
+  WalkedBody body_;  // new for each path
+  const runtime::AssetView* asset_ = nullptr;
   runtime::Contact contact_;
-  std::vector<std::uint64_t> body_;  // of an asset that softens, new for each path
   std::size_t ticks_ = 0;
 };
 

@@ -52,6 +52,45 @@ TEST_F(AssetCommands, a_replay_that_feels_nothing_says_why) {
   EXPECT_EQ(nlohmann::json::parse(away.out).at("warnings").size(), 1u) << away.out;
 }
 
+TEST_F(AssetCommands, a_replay_beyond_the_curves_says_so) {
+  const Outcome outcome = replay("0,0.04,0.04,0.031\n0.1,0.04,0.04,0.028\n0.2,0.04,0.04,0.02\n");
+  EXPECT_NE(outcome.err.find("1 of 2 ticks in contact go beyond the curves"), std::string::npos)
+      << outcome.err;
+}
+
+TEST_F(AssetCommands, columns_that_say_nothing_are_named) {
+  std::ofstream(path("path.csv"))
+      << "t_s,x_m,y_m,z_m,qw,qx\n0,0.04,0.04,0.031,1,0\n0.1,0.04,0.04,0.028,1,0\n";
+  const Outcome outcome = palpate(*folder_, "replay " + path("out/asset.palp") + " " +
+                                                path("path.csv") + " -o " + path("f.csv"));
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("path.csv: columns are not used: qw, qx"), std::string::npos)
+      << outcome.err;
+  std::ofstream(path("points.csv")) << "x_m,y_m,z_m,depth_m\n0.04,0.04,0.03,0.002\n";
+  std::ofstream(path("paths.csv"))
+      << "t_s,path,x_m,y_m,z_m,dx_m,dy_m,dz_m\n0,a,0.04,0.04,0.03,0,0,-0.001\n";
+  for (const auto& [option, column] : {std::pair{"points", "depth_m"}, {"paths", "t_s"}}) {
+    const std::string file = path(std::string(option) + ".csv");
+    const Outcome simulated = palpate(*folder_, "simulate " + path("out/body.h5") + " -o " +
+                                                    path("s.h5") + " --" + option + " " + file);
+    EXPECT_EQ(simulated.status, 0) << simulated.err;
+    EXPECT_NE(simulated.err.find(file + ": a column is not used: " + column), std::string::npos)
+        << simulated.err;
+  }
+}
+
+TEST_F(AssetCommands, predict_says_that_points_of_the_fit_are_no_prediction) {
+  const std::string line = "predict " + path("out/model.h5") + " " + path("out/reference.h5") + " ";
+  const Outcome all = palpate(*folder_, line);
+  EXPECT_EQ(all.status, 0) << all.err;
+  EXPECT_NE(all.err.find("points that the model was fitted at count as predicted"),
+            std::string::npos)
+      << all.err;
+  const Outcome others = palpate(*folder_, line + "--without " + path("out/curves.h5"));
+  EXPECT_EQ(others.status, 0) << others.err;
+  EXPECT_EQ(others.err.find("warning"), std::string::npos) << others.err;
+}
+
 TEST_F(AssetCommands, curves_of_another_body_are_no_model) {
   FittedCurves curves = read_curves(path("out/curves.h5"));
   curves.position.col(2).array() += 0.1;
@@ -71,6 +110,12 @@ TEST_F(AssetCommands, export_writes_the_format_that_the_name_says) {
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_TRUE(content_of(path(name)).starts_with(begins)) << name;
   }
+  for (const char* name : {"deep.glb", "deep.ply"})
+    EXPECT_EQ(palpate(*folder_,
+                      "export " + path("out/model.h5") + " -o " + path(name) + " --depth '2 mm'")
+                  .status,
+              0)
+        << name;
 }
 
 }  // namespace

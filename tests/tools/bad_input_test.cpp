@@ -126,6 +126,18 @@ TEST(usage, wrong_usage_has_status_2_and_help_0) {
   EXPECT_EQ(palpate(folder, "--version").out, "palpate 0.2.0\n");
 }
 
+TEST(usage, help_of_a_command_is_asked_for_either_way) {
+  const Folder folder;
+  for (const std::string command : {"", "fit", "study"}) {
+    const Outcome asked = palpate(folder, "help " + command);
+    EXPECT_EQ(asked.status, 0) << asked.err;
+    EXPECT_EQ(asked.out, palpate(folder, command + " --help").out);
+  }
+  const Outcome misspelt = palpate(folder, "help simulat");
+  EXPECT_EQ(misspelt.status, 2);
+  EXPECT_NE(misspelt.err.find("Did you mean \"simulate\"?"), std::string::npos) << misspelt.err;
+}
+
 TEST(usage, a_missing_file_is_bad_input) {
   const Folder folder;
   for (const char* line : {"run none.toml -o out", "fit none.h5 -o c.h5", "inspect none.h5",

@@ -172,6 +172,18 @@ TEST(check, tries_a_point_and_tells_what_a_run_costs) {
   EXPECT_NE(content_of(folder / "set-up.vtu").find("is_reachable"), std::string::npos);
 }
 
+TEST(check, fails_where_no_row_of_the_trial_is_good) {
+  const Folder folder;
+  folder.write("block.off", block_off(8));
+  folder.write("p.csv", "x_m,y_m,z_m\n0.04,0.04,0\n");  // where the body is held
+  std::string text = kScene;
+  text.replace(text.find("test_points = 4"), 15, "test_points = \"p.csv\"");
+  const Outcome outcome = palpate(folder, "check " + folder.write("scene.toml", text).string());
+  EXPECT_EQ(outcome.status, 3) << outcome.out;
+  EXPECT_NE(outcome.err.find("scene.toml: no row of the trial is good"), std::string::npos)
+      << outcome.err;
+}
+
 TEST(check, advises_what_to_change) {
   const Scene scene = parse_scene(kScene, "scene.toml");
   Trial trial;

@@ -197,6 +197,27 @@ TEST(outputs, stdout_that_cannot_be_written_ends_with_an_error) {
   EXPECT_EQ(palpate_in(folder, "inspect s.h5 --quiet", ">/dev/full").status, 0);
 }
 
+TEST(outputs, a_limit_of_file_size_is_an_error_and_no_signal) {
+  const Folder folder;
+  folder.write("block.off", block_off(8)), folder.write("scene.toml", kScene);
+  const Outcome outcome =
+      shell(folder, "cd '" + folder.path().string() + "' && ulimit -f 40 && " +
+                        std::string(PALPATE_PROGRAM) + " prepare scene.toml -o b.h5");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("b.h5: cannot be written: File too large"), std::string::npos)
+      << outcome.err;
+}
+
+TEST(outputs, stderr_that_cannot_be_written_ends_nothing) {
+  const Folder folder;
+  folder.write("block.off", block_off(8));
+  for (const char* where : {"2>/dev/full", "2>&-"}) {
+    EXPECT_EQ(palpate_in(folder, "inspect none.h5", where).status, 1) << where;
+    EXPECT_EQ(palpate_in(folder, "new block.off -o s.toml </dev/null", where).status, 0) << where;
+    EXPECT_TRUE(fs::remove(folder / "s.toml")) << where;
+  }
+}
+
 TEST(outputs, an_asset_of_another_body_is_not_validated) {
   const Folder folder;
   folder.write("block.off", block_off(8));

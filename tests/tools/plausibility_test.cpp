@@ -61,6 +61,8 @@ INSTANTIATE_TEST_SUITE_P(
         Slip{"modulus_of_steel", "\"10 kPa\"", "\"10 GPa\"", "Was \"10 kPa\" meant"},
         Slip{"probe_of_a_micrometre", "\"8 mm\"", "\"1 um\"", "Is its unit right"},
         Slip{"friction_of_five", "friction = 0.3", "friction = 5", "more than any tool"},
+        Slip{"density_in_g_per_cm3", "[fit]",
+             "[gravity]\nacceleration = [0, 0, -9.81]\ndensity = 1\n[fit]", "less than any tissue"},
         Slip{"body_of_80_metres", "", "", "Is length_unit right", 1000},
         Slip{"body_of_18_micrometres", "", "", "Is length_unit right", 2.2e-4}),
     [](const auto& tested) { return std::string(tested.param.name); });
@@ -70,6 +72,12 @@ TEST_P(Slips, is_doubted_with_the_likely_cause) {
       implausible(scene_with(GetParam().from, GetParam().to), block_body(GetParam().scale));
   ASSERT_FALSE(warnings.empty());
   EXPECT_NE(warnings[0].find(GetParam().expected), std::string::npos) << warnings[0];
+}
+
+TEST(plausibility, a_size_is_in_metres_from_one_metre_on) {
+  EXPECT_EQ(size_in_words({0.94, 0.08, 0.03}, 0), "940 x 80 x 30 mm");
+  EXPECT_EQ(size_in_words({0.9996, 0.7, 0.3}, 0), "1 x 0.7 x 0.3 m");
+  EXPECT_EQ(size_in_words({2, 0.9, 0.9}, 1.62), "2 x 0.9 x 0.9 m, 1.62 m3");
 }
 
 TEST(plausibility, a_base_mesh_far_finer_than_its_edge_needs_is_doubted_with_the_remedy) {

@@ -157,6 +157,17 @@ TEST(New, divides_a_window_of_twelve_triangles_and_check_takes_it) {
   const Outcome again = palpate(folder, "new " + mesh + " -o " + (folder / "t.toml").string() +
                                             " --tissue tendon-achilles-across </dev/null");
   EXPECT_EQ(again.status, 0) << again.err;
+  // Its scene gone, the same mesh may be proposed anew; what was changed by hand stays.
+  const auto anew = [&] {
+    fs::remove(scene);
+    return palpate(folder, "new " + mesh + " -o " + scene + " </dev/null");
+  };
+  const Outcome same = anew();
+  EXPECT_EQ(same.status, 0) << same.err;
+  std::ofstream(folder / "s.divided.off", std::ios::app) << "# mine\n";
+  const std::string mine = content_of(folder / "s.divided.off");
+  EXPECT_EQ(anew().status, 1);
+  EXPECT_EQ(content_of(folder / "s.divided.off"), mine);
 }
 
 TEST(New, doubts_the_unit_and_proposes_nothing_that_check_refuses) {

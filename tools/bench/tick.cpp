@@ -1,7 +1,10 @@
 #include <fmt/core.h>
 
+#include <tuple>
+
+#include "libfit/core/relaxation.hpp"
 #include "libfit/io/csv/csv.hpp"
-#include "libfit/runtime/tool/turning_tool.hpp"
+#include "libfit/runtime/tool/tool.hpp"
 #include "tools/bench/bench.hpp"
 #include "tools/bench/finger_proxy.hpp"
 #include "tools/bench/machine.hpp"
@@ -76,48 +79,79 @@ void measure_body(const Model& model, std::string_view law, bool is_quick,
       1e-6 * double(asset.file_bytes));
 }
 
-// A ball that turns on a body with curves at seven leans, beside the same ball on the same body
-// that does not.
-void measure_turning(bool is_quick, std::vector<TickTime>& lines) {
-  Model model = with_family(bench_cylinder(25, 9), CurveFamily::rings);
-  model.probe = sphere_spec(0.005, 0.3);
-  LeanCurves leans;
-  for (const double tilt_rad : {0.44, 0.87}) leans.sine.push_back(std::sin(tilt_rad));
-  for (int node = 0; node < 7; ++node)
-    leans.node.push_back({(0.7 + 0.1 * node) * model.curves.control[0],
-                          model.curves.control[runtime::kSide2],
-                          model.curves.control[runtime::kSide3]});
-  const BenchAsset body = make_bench_asset(model, leans);
-  const double overhead_ns = clock_ns(), radius_m = body.asset.probe_radius_m;
+// The bench body as one that sways, that relaxes, or whose contacts move each other.
+struct Compliant {
+  std::string_view name;
+  bool sways, relaxes, couples;
+};
+constexpr Compliant kCompliant[] = {{"stands", false, false, false},
+                                    {"sways", true, false, false},
+                                    {"sways, relaxes", true, true, false},
+                                    {"couples", false, false, true},
+                                    {"couples, sways", true, false, true}};
+
+Model compliant(Model model, const Compliant& what) {
+  if (what.sways) {
+    auto& sway = model.curves.control[runtime::kSway];
+    for (Eigen::Index v = 0; v < sway.rows(); ++v)
+      sway.row(v) << 0.012, 0.02, 0.004, 0.003, -0.001, 0.002;
+    sway = rounded_to_float(sway);
+  }
+  if (what.relaxes) {
+    model.curves.relaxation.share = Eigen::Vector2d(0.5, 0.3);
+    model.curves.relaxation.time_s = Eigen::Vector2d(0.02, 0.4);
+  }
+  if (what.couples) {
+    model.curves.coupling.length_m = 0.003;
+    for (int k = 0; k < 3; ++k) model.curves.coupling.give_m_N[k] = 2e-4;
+  }
+  return model;
+}
+
+runtime::Tool row_of_balls(int balls, double radius_m) {
+  runtime::Tool tool;
+  tool.shape.balls = balls;
+  for (int i = 0; i < balls; ++i) {
+    tool.shape.ball[i].centre_m[2] = 0.003 * (i - 0.5 * (balls - 1));
+    tool.shape.ball[i].radius_m = radius_m;
+  }
+  return tool;
+}
+
+// One ball, a tool of six and four tools of one, held and sliding, by what gives under them.
+void measure_tools(bool is_quick, std::vector<TickTime>& lines) {
+  constexpr double kRadius_m = 0.005;
+  const double overhead_ns = clock_ns();
   const std::size_t ticks = kWarmTicks / (is_quick ? 10U : 1U);
-  const auto centre = [&](const Vec3& tip) {
-    return Vec3(tip + radius_m * Vec3(tip.x(), tip.y(), 0).normalized());
-  };
-  for (const TickKind& kind : kTicksOfKind) {
-    const auto measure = [&](std::string_view what, auto tick) {
-      tick(kind.tip(0) * 1.2);
-      lines.push_back({body.asset.vertices, "rings", kind.name, what, "warm",
-                       spread_of(time_ticks(kind, ticks, nullptr, overhead_ns, tick))});
-    };
-    runtime::Contact contact;
-    measure("ball", [&](const Vec3& tip) {
-      runtime::Output out;
-      runtime::touch_ball(body.asset, contact, centre(tip).data(), radius_m, out);
-      kept = out.force_on_tool_N[0];
-    });
-    for (const bool turns : {false, true}) {
-      runtime::TurningContact turning;
-      long k = 0;
-      measure(turns ? "ball that turns" : "ball held leaning", [&](const Vec3& tip) {
-        k += turns;
-        const double angle = 0.6 + 0.2 * std::sin(1e-3 * double(k));
-        const double pose[2] = {std::cos(0.5 * angle), std::sin(0.5 * angle)};
-        runtime::Frame frame;
-        make_frame({{0, 0, 0}, {pose[0], 0, pose[1], 0}}, frame);
-        runtime::TurningOutput out;
-        touch_turning(body.asset, turning, centre(tip).data(), frame, out);
-        kept = out.torque_on_tool_Nm[0];
-      });
+  for (const Compliant& what : kCompliant) {
+    Model model = compliant(with_family(bench_cylinder(150, 66), CurveFamily::rings), what);
+    model.probe = sphere_spec(kRadius_m, 0.3);
+    const BenchAsset body = make_bench_asset(model);
+    for (const auto& [tools, balls, name] :
+         {std::tuple{1, 1, "ball"}, std::tuple{1, 6, "tool of six balls"},
+          std::tuple{4, 1, "four tools"}}) {
+      if (tools * balls > 1 && !what.couples) continue;
+      for (const TickKind& kind : kTicksOfKind) {
+        std::vector<runtime::Tool> state(static_cast<std::size_t>(tools),
+                                         row_of_balls(balls, kRadius_m));
+        std::vector<runtime::Tool*> each;
+        for (runtime::Tool& tool : state) each.push_back(&tool);
+        std::vector<runtime::ToolInput> in(state.size());
+        std::vector<runtime::ToolOutput> out(state.size());
+        std::vector<runtime::Status> status(state.size());
+        const auto tick = [&](const Vec3& tip) {
+          const Vec3 centre = tip + kRadius_m * Vec3(tip.x(), tip.y(), 0).normalized();
+          for (std::size_t i = 0; i < in.size(); ++i) {
+            Eigen::Map<Vec3>(in[i].pose.position_m) = centre + 0.004 * double(i) * Vec3::UnitZ();
+            in[i].dt_s = runtime::kCheckTick_s;
+          }
+          touch_tools(body.asset, each.data(), in.data(), out.data(), status.data(), tools);
+          kept = out[0].force_on_tool_N[0];
+        };
+        tick(kind.tip(0) * 1.2);
+        lines.push_back({body.asset.vertices, what.name, kind.name, name, "warm",
+                         spread_of(time_ticks(kind, ticks, nullptr, overhead_ns, tick))});
+      }
     }
   }
 }
@@ -163,11 +197,11 @@ void bench_tick(const BenchRequest& request) {
                                row.family),
                    row.name, request.is_quick, lines);
     }
-  measure_turning(request.is_quick, lines);
-  say("{:>8} {:9} {:6} {:20} {:5} {:>9} {:>9} {:>9} {:>9}", "nodes", "law", "kind", "what", "cache",
-      "median", "p99", "p99.9", "worst ns");
+  measure_tools(request.is_quick, lines);
+  say("{:>8} {:14} {:6} {:20} {:5} {:>9} {:>9} {:>9} {:>9}", "nodes", "law", "kind", "what",
+      "cache", "median", "p99", "p99.9", "worst ns");
   for (const TickTime& line : lines)
-    say("{:8} {:9} {:6} {:20} {:5} {:9.0f} {:9.0f} {:9.0f} {:9.0f}", line.nodes, line.law,
+    say("{:8} {:14} {:6} {:20} {:5} {:9.0f} {:9.0f} {:9.0f} {:9.0f}", line.nodes, line.law,
         line.kind, line.what, line.cache, line.spread.median_ns, line.spread.p99_ns,
         line.spread.p999_ns, line.spread.worst_ns);
   write_table(request.folder / "tick.csv", lines);

@@ -74,11 +74,11 @@ class Check final : public Command {
     for (const Error& e : errors_) {
       report_["errors"].push_back(
           {{"where", e.where()}, {"what", e.fact()}, {"remedy", e.remedy()}});
-      fmt::print(stderr, "palpate: {}: {}\n", error_word(), e.what());
+      to_stderr("palpate: {}: {}\n", error_word(), e.what());
     }
     reply.text = std::move(text_);
     reply.json = report_;
-    return errors_.empty() ? kDone : kBadInput;
+    return !errors_.empty() ? kBadInput : has_good_rows_ ? kDone : kSomeFailed;
   }
 
  private:
@@ -107,6 +107,8 @@ class Check final : public Command {
 
   void report_trial(const Scene& scene, const Body& body) {
     const Trial trial = try_middle_point(scene, body);
+    has_good_rows_ = trial.good > 0;
+    if (!has_good_rows_) say_failed("{}: no row of the trial is good", scene_path_);
     const int points = points_of_run(scene, body);
     const double cpu_s = cpu_of_run_s(scene, body, trial);
     const std::vector<std::string> advices = advice(scene, trial);
@@ -132,7 +134,7 @@ class Check final : public Command {
 
   std::string scene_path_, vtu_, page_, devices_, text_;
   int jobs_ = 0;
-  bool no_trial_ = false;
+  bool no_trial_ = false, has_good_rows_ = true;
   std::vector<Error> errors_;
   nlohmann::ordered_json report_;
 };

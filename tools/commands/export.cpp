@@ -1,5 +1,6 @@
 #include "tools/stages/export.hpp"
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "libfit/assets/exporters.hpp"
@@ -35,6 +36,15 @@ class Export final : public Command {
   int run(Reply& reply) override {
     const std::string format = settled_format();
     if (no_guard_) settings_.guard = false;
+    for (const auto& [option, is_given] :
+         {std::pair{"--engine", !engine_.empty()}, {"--no-guard", no_guard_}})
+      if (is_given && format != "palp")
+        throw Error(option, "says nothing of a " + format, "Leave it out, or export palp.");
+    if (!depth_.empty() && format != "glb" && format != "ply")
+      throw Error("--depth", format + " has every depth", "Leave it out, or export glb or ply.");
+    if (std::error_code none; !engine_.empty() && std::filesystem::exists(engine_, none) &&
+                              !std::filesystem::is_directory(engine_, none))
+      throw Error("--engine", engine_ + " is a file", "Name a folder.");
     const ExportReport report = export_model(read_model(model_), output_, format,
                                              {.settings = settings_,
                                               .fingerprint = asset_fingerprint(settings_, model_),

@@ -30,7 +30,7 @@ void ask(std::string& answer, const std::string& question, const std::string& pr
   if (!answer.empty()) return;
   answer = proposal;
   if (!isatty(STDIN_FILENO) || !isatty(STDERR_FILENO)) return;
-  fmt::print(stderr, "{} [{}] ", question, proposal);
+  to_stderr("{} [{}] ", question, proposal);
   std::string line;
   if (std::getline(std::cin, line) && !line.empty()) answer = line;
 }
@@ -69,18 +69,22 @@ class New final : public Command {
     for (const std::string& note : proposed.notes) say("  {}", note);
     for (const std::string& doubt : proposed.warnings) warn("{}", doubt);
     const fs::path divided = folder / choices_.divided_mesh;
-    if (proposed.is_divided) {
+    const std::string text = proposed.is_divided ? off_text(proposed.surface) : "";
+    // One of before, which another scene may name, stays.
+    const bool is_made =
+        proposed.is_divided && (!fs::exists(divided) || read_whole_file(divided) != text);
+    if (is_made) {
       check_output(divided, {}, {});
-      write_file_atomically(divided, off_text(proposed.surface));
+      write_file_atomically(divided, text);
     }
     try {
       try_out(parse_scene(proposed.text, output_));
     } catch (...) {
-      if (proposed.is_divided) fs::remove(divided);
+      if (is_made) fs::remove(divided);
       throw;
     }
     write_file_atomically(output_, proposed.text);
-    if (proposed.is_divided) say("wrote {}", divided.string());
+    if (is_made) say("wrote {}", divided.string());
     say("wrote {}; next: palpate check {}", output_, output_);
     reply.json = nlohmann::ordered_json{
         {"unit", choices_.unit}, {"tissue", choices_.tissue}, {"notes", proposed.notes}};

@@ -43,6 +43,8 @@ class Predict final : public Command {
     const Model model = read_model(model_);
     const Samples samples = read_samples(samples_);
     const double size_m = extent_m(model.surface.vertices).norm();
+    if (curves_.empty())
+      warn("without --without, points that the model was fitted at count as predicted");
     const Points fitted = curves_.empty() ? Points(0, 3) : read_curves(curves_).position;
     const BoxTree boxes = triangle_boxes(model.surface);
     Replayed replayed(samples);

@@ -346,6 +346,7 @@ class Replay final : public Command {
   int run(Reply& reply) override {
     const AssetFile file = read_asset_file(asset_);
     const PosePath path = read_pose_path(path_);
+    warn_of_unused(path_, path.ignored);
     ToolSet tools(tool_, path.tools);
     check(file.asset(), tools);
     const PathOnBody on_body(file.asset(), tools.along(path), path_);
@@ -353,15 +354,19 @@ class Replay final : public Command {
     if (!surface_.empty()) frames.emplace(file.asset(), surface_, every_);
     const std::vector<Felt> felt = play(file.asset(), path, tools, frames);
     std::vector<ForceRow> rows;
-    std::size_t faults = 0, touching = 0;
+    std::size_t faults = 0, touching = 0, beyond = 0;
     for (const Felt& each : felt) {
       if (each.status != runtime::Status::ok && ++faults <= kFaultsShown)
         say_fault(each, rows, path);
       rows.push_back(each.row);
       touching += each.row.is_in_contact;
+      beyond += each.row.is_extrapolated;
     }
     on_body.say_begin();
     if (touching == 0) on_body.say_untouched();
+    if (beyond > 0)
+      warn("{} of {} ticks in contact go beyond the curves, and their forces are extrapolated",
+           beyond, touching);
     write_forces(output_, rows);
     const std::int64_t guarded = felt.empty() ? 0 : felt.back().guarded;
     say("wrote {}: {} ticks, {} in contact, {} with a fault, {} where the guard acted", output_,

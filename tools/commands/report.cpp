@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "libfit/core/error.hpp"
@@ -10,6 +11,8 @@
 
 namespace palpate::tools {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr NamedOutput kFigures[] = {{"curves.svg", "svg"},
                                     {"error.svg", "svg"},
@@ -32,6 +35,9 @@ class Report final : public Command {
     if (output_.empty() && figures_.empty())
       throw Error("report", "neither a page nor figures are wanted",
                   "Give --output report.html, --figures FOLDER, or both.");
+    if (std::error_code none;
+        !figures_.empty() && fs::exists(figures_, none) && !fs::is_directory(figures_, none))
+      throw Error("--figures", figures_ + " is a file", "Name a folder.");
     const std::string contents = contents_of_folders(folders_);
     reply.json = nlohmann::ordered_json{{"folders", folders_}};
     if (!output_.empty()) {

@@ -61,6 +61,9 @@ class Simulate final : public Command {
   }
 
   int run(Reply& reply) override {
+    if (!points_.empty() && !paths_.empty())
+      throw Error("--points", "says nothing beside --paths, which name their own points",
+                  "Leave one of them out.");
     load();
     check_choices(scene_);
     check_experiments(scene_, body_);
@@ -82,7 +85,10 @@ class Simulate final : public Command {
       body_ = is_made ? read_body(shared) : prepare_body(scene_, false);
     }
     if (points_.empty()) return;
-    body_.test_points = place_points(read_point_table(points_), body_.surface, points_);
+    const PointTable points = read_point_table(points_);
+    warn_of_unused(points_, points.ignored);
+    body_.test_points = place_points(points, body_.surface, points_);
+    refuse_same_place(body_.test_points.position, points_);
     scene_.experiments.placement.reset();
   }
 
@@ -123,7 +129,10 @@ class Simulate final : public Command {
   }
 
   Samples follow_paths() {
-    const PlacedPaths paths = place_paths(read_tool_paths(paths_), body_.surface, paths_);
+    std::vector<std::string> unused;
+    const std::vector<PathInTable> table = read_tool_paths(paths_, &unused);
+    warn_of_unused(paths_, unused);
+    const PlacedPaths paths = place_paths(table, body_.surface, paths_);
     const fem::Simulator simulator = make_simulator(scene_, body_);
     ConsoleProgress progress("simulate");
     Samples samples = fem::simulate_paths(simulator, paths.points, paths.paths,

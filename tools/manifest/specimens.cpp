@@ -24,6 +24,7 @@ constexpr const char* kRemedy =
 struct Column {
   std::string name;
   std::optional<std::size_t> number;
+  bool operator==(const Column&) const = default;
 };
 
 Column column_of(SceneTable& table, std::string_view key) {
@@ -100,6 +101,8 @@ fem::HomogeneousTest read_test(SceneTable& table, const std::filesystem::path& f
                 "amount).");
   const Column strain = column_of(table, is_stretch ? "stretch" : "strain"),
                stress = column_of(table, "stress");
+  if (strain == stress)
+    fail(table, "stress", "is the column of the strain", "Name the column of the stress.");
   const std::string unit = table.text("unit", "");
   test.is_true = table.choice("measure", "nominal", {"nominal", "true"}) == "true";
   if (table.has("error"))

@@ -155,7 +155,7 @@ class Together {
 };
 
 // Rows of one tool at all ticks.
-struct ToolPath {
+struct PosedPath {
   Rows position;
   PerTick<4> orientation;
 };
@@ -170,9 +170,9 @@ py::object item_of(const py::object& of, std::size_t tool, std::size_t tools, co
   return items[tool];
 }
 
-std::vector<ToolPath> paths_of(const py::object& position_m, const py::object& orientation,
+std::vector<PosedPath> paths_of(const py::object& position_m, const py::object& orientation,
                                std::size_t tools) {
-  std::vector<ToolPath> paths;
+  std::vector<PosedPath> paths;
   for (std::size_t k = 0; k < tools; ++k) {
     Rows position = rows_of("position_m", item_of(position_m, k, tools, "position_m"), 3);
     if (k > 0 && position.count != paths[0].position.count)
@@ -187,7 +187,7 @@ std::vector<ToolPath> paths_of(const py::object& position_m, const py::object& o
 }
 
 // Ticks of tools together: outputs (tools, ticks), tick by tick of one asset.
-py::array_t<palpate_output> tick_all(Together& together, const std::vector<ToolPath>& paths,
+py::array_t<palpate_output> tick_all(Together& together, const std::vector<PosedPath>& paths,
                                      const py::object& body_position_m,
                                      const py::object& body_orientation, double dt_s,
                                      bool wants_tangent) {
@@ -228,7 +228,7 @@ py::object tick(PyContact& contact, const py::object& position_m, const py::obje
                 const py::object& body_position_m, const py::object& body_orientation, double dt_s,
                 bool wants_tangent) {
   Together one({&contact});
-  const std::vector<ToolPath> paths =
+  const std::vector<PosedPath> paths =
       paths_of(py::make_tuple(position_m),
                orientation.is_none() ? orientation : py::object(py::make_tuple(orientation)), 1);
   const py::object out =
@@ -240,7 +240,7 @@ py::object tick_together(const std::vector<PyContact*>& contacts, const py::obje
                          const py::object& orientation, const py::object& body_position_m,
                          const py::object& body_orientation, double dt_s, bool wants_tangent) {
   Together together(contacts);
-  const std::vector<ToolPath> paths = paths_of(position_m, orientation, contacts.size());
+  const std::vector<PosedPath> paths = paths_of(position_m, orientation, contacts.size());
   const py::object out =
       tick_all(together, paths, body_position_m, body_orientation, dt_s, wants_tangent);
   return paths[0].position.is_single ? py::object(out[py::make_tuple(py::ellipsis(), py::int_(0))])

@@ -206,6 +206,12 @@ ExperimentsSection read_experiments(SceneTable table, const std::filesystem::pat
                   fmt::format("drag_depths of [experiments] holds {} m, deeper than depth ({} m)",
                               depth, each.depth_m),
                   "Drags start from a press: make depth at least the deepest drag.");
+  std::vector<double> sorted = each.drag_depths_m;
+  std::sort(sorted.begin(), sorted.end());
+  if (const auto twice = std::adjacent_find(sorted.begin(), sorted.end()); twice != sorted.end())
+    throw Error(table.where("drag_depths"),
+                fmt::format("drag_depths of [experiments] holds {} m twice", *twice),
+                "Name each depth once.");
   table.finish();
   return out;
 }

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "libfit/assets/asset_edit.hpp"
+#include "libfit/assets/asset_bytes.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/assets/exporters.hpp"
 #include "libfit/core/error.hpp"
@@ -63,10 +63,8 @@ void state_asset(const std::filesystem::path& path, const std::string& statement
   const AssetFile file = read_asset_file(path);
   auto meta = nlohmann::ordered_json::parse(file.meta_json());
   meta["statement"] = nlohmann::ordered_json::parse(statement);
-  AssetEdit edit(file.asset());
-  edit.seal(meta.dump());
-  write_file_atomically(path,
-                        {reinterpret_cast<const char*>(edit.bytes().data()), edit.bytes().size()});
+  const AssetBytes bytes = with_meta(file.asset(), meta.dump());
+  write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace palpate::tools

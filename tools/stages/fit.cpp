@@ -218,7 +218,8 @@ Model refine_body(const FittedCurves& curves, const Body& body, const RefineOpti
                 "curves.");
   say("  {} test points spread over {} triangles{}; largest distance of a vertex {:.2f} mm",
       curves.position.rows() - static_cast<Eigen::Index>(report.left_out.size()),
-      report.triangles.rows(), report.is_own_triangulation ? " made for them" : "",
+      report.triangles.rows(),
+      report.is_own_triangulation ? " made for them, since they are not the body's own" : "",
       1e3 * report.largest_projection_m);
   if (const InterpolationChoice& chosen = report.interpolation; chosen.points > 0)
     say("  {} test points left out are predicted to {:.1f} % (mean) by area alone, {:.1f} % with "

@@ -151,6 +151,7 @@ std::string load_file(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   in.read(bytes.data(), static_cast<std::streamsize>(size));
   if (!in) throw Error(name, "cannot be read", "Check that the file is there and may be read.");
+  if (bytes.starts_with("\xef\xbb\xbf")) bytes.erase(0, 3);
   return bytes;
 }
 

@@ -34,7 +34,8 @@ std::optional<NumberType> number_type(std::string_view name);
 /// Bytes that a number of this type takes in binary.
 std::size_t size_of(NumberType type);
 
-/// A whole file in memory. Throws Error when it is missing, no regular file, empty or over 4 GiB.
+/// A whole file in memory, without a byte-order mark of UTF-8. Throws Error when it is missing, no
+/// regular file, empty or over 4 GiB.
 std::string load_file(const std::filesystem::path& path);
 
 /// A place in a file's bytes that moves forward as words, lines and numbers are taken.

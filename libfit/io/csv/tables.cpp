@@ -100,11 +100,14 @@ PointTable read_point_table(const std::filesystem::path& path) {
   const int given = table.has("nx") + table.has("ny") + table.has("nz");
   if (given != 0 && given != 3)
     throw Error(path.string() + ":1", "has some of nx,ny,nz but not all", "Give all or none.");
-  return {columns(table, "x_m", "y_m", "z_m"), given == 3 ? unit_normals(table) : Points(0, 3)};
+  return {columns(table, "x_m", "y_m", "z_m"), given == 3 ? unit_normals(table) : Points(0, 3),
+          table.ignored};
 }
 
-std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path) {
+std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path,
+                                         std::vector<std::string>* ignored) {
   const CsvTable table = read_rows(path, kToolPathRules);
+  if (ignored) *ignored = table.ignored;
   const Points point = columns(table, "x_m", "y_m", "z_m");
   const Points deflection = columns(table, "dx_m", "dy_m", "dz_m");
   const auto& name = table.text("path");
@@ -195,6 +198,7 @@ PosePath read_pose_path(const std::filesystem::path& path) {
     out.time_s.push_back(table.number("t_s")[i]);
   out.position = columns(table, "x_m", "y_m", "z_m");
   out.orientation = unit_quaternions(table);
+  out.ignored = table.ignored;
   return out;
 }
 

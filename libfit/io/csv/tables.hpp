@@ -19,6 +19,7 @@ namespace palpate {
 struct PointTable {
   Points position;
   Points normal;
+  std::vector<std::string> ignored = {};  ///< names of columns that say nothing here
 };
 PointTable read_point_table(const std::filesystem::path& path);
 
@@ -29,7 +30,9 @@ struct PathInTable {
   Vec3 point;
   Points deflection;
 };
-std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path);
+/// ignored: gets the names of columns that say nothing here, unless null.
+std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path,
+                                         std::vector<std::string>* ignored = nullptr);
 
 /// PATH.csv, `t_s,x_m,y_m,z_m`: where the tip is, K x 3 [m], at strictly increasing times [s].
 struct TipPath {
@@ -49,6 +52,7 @@ struct PosePath {
   int tools = 1;
   Points position;
   Quaternions orientation;
+  std::vector<std::string> ignored = {};  ///< names of columns that say nothing here
 };
 /// Throws Error where at a time the tools 0, 1, ... do not follow each other, all of them.
 PosePath read_pose_path(const std::filesystem::path& path);

@@ -87,7 +87,7 @@ inline Status check_block(const AssetView& view, const Header& h,
 /// Of all blocks that the asset has; its sections are checked.
 template <class... Each>
 Status check_blocks(const AssetView& view, const Header& h, const void* bytes,
-                    BlockList<Each...>) noexcept {
+                    AssetBlocks<Each...>) noexcept {
   Status status = Status::ok;
   const auto check = [&](const auto* block) noexcept {
     if (status == Status::ok && block != nullptr) status = check_block(view, h, *block);

@@ -92,9 +92,9 @@ struct CouplingBlock {
 };
 
 template <class... Each>
-struct BlockList {};
+struct AssetBlocks {};
 /// In the order in which they lie in the file.
-using Blocks = BlockList<RelaxationBlock, DamageBlock, CouplingBlock>;
+using Blocks = AssetBlocks<RelaxationBlock, DamageBlock, CouplingBlock>;
 
 constexpr double kCheckTick_s = 1e-3;  ///< between two ticks of the check path
 
@@ -194,7 +194,7 @@ inline std::uint64_t aligned(std::uint64_t bytes) noexcept {
 /// there is none.
 template <class... Each>
 constexpr std::uint64_t block_bytes(std::uint32_t flags, std::uint32_t until,
-                                    BlockList<Each...>) noexcept {
+                                    AssetBlocks<Each...>) noexcept {
   std::uint64_t sum = 0;
   bool is_past = false;
   ((is_past = is_past || Each::kFlag == until,
@@ -203,7 +203,7 @@ constexpr std::uint64_t block_bytes(std::uint32_t flags, std::uint32_t until,
   return sum;
 }
 template <class... Each>
-constexpr std::uint32_t block_flags(BlockList<Each...>) noexcept {
+constexpr std::uint32_t block_flags(AssetBlocks<Each...>) noexcept {
   static_assert(((sizeof(Each) % kAlignment == 0) && ...), "blocks are packed");
   return (Each::kFlag | ...);
 }

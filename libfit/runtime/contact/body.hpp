@@ -197,7 +197,7 @@ inline void damage(const AssetView& asset, int triangle, const double weight[3],
 constexpr double kLoaded = 0.05;
 
 /// Softening as a memory of the body (memories.hpp).
-struct Softening {
+struct SofteningMemory {
   static bool is_any(const AssetView& asset) noexcept { return asset.body != nullptr; }
 
   /// Psi of what the law stores at a place (M56).

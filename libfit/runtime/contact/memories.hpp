@@ -17,7 +17,7 @@ namespace palpate {
 namespace runtime {
 
 /// A body's Prony series: dashpots of the rings, whose law has their energy in E.
-struct Relaxation {
+struct RelaxationMemory {
   static bool is_any(const AssetView& asset) noexcept {
     return asset.curves.relaxation.branches > 0;
   }
@@ -36,7 +36,7 @@ struct Relaxation {
 
 template <class... Each>
 struct MemoryList {};
-using Memories = MemoryList<Relaxation, Softening>;
+using Memories = MemoryList<RelaxationMemory, SofteningMemory>;
 
 template <class... Each>
 bool has_memory(const AssetView& asset, MemoryList<Each...>) noexcept {

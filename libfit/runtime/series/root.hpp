@@ -54,7 +54,8 @@ struct GiveBetween {
 /// that compilers take several rows at once.
 class SeriesMatrix {
  public:
-  bool is_made() const noexcept { return size_ > 0; }
+  /// For so many contacts.
+  bool is_made(int count) const noexcept { return size_ == 3 * count; }
 
   /// Where it has no inverse, solve() is the identity.
   void factor(const GiveBetween& give, double share, const double* const* K) noexcept {
@@ -156,10 +157,10 @@ inline void correct_stiffness(double K[9], const Vec3d& moved, const Vec3d& answ
 
 /// A root that is being looked for.
 template <class Respond>
-class SeriesSearch {
+class RootSearch {
  public:
-  SeriesSearch(SeriesForces& s, SeriesMatrix& matrix, double tolerance,
-               const Respond& respond) noexcept
+  RootSearch(SeriesForces& s, SeriesMatrix& matrix, double tolerance,
+             const Respond& respond) noexcept
       : s_(s), n_(s.count()), matrix_(matrix), tolerance_(tolerance), respond_(respond) {}
 
   /// Newton's step from forces that the laws answered with their tools at `before`.
@@ -221,7 +222,7 @@ class SeriesSearch {
     matrix_.factor(*s_.give, s_.share, K);
   }
   void solve(Vec3d* v) noexcept {
-    if (!matrix_.is_made()) make_matrix();
+    if (!matrix_.is_made(n_)) make_matrix();
     matrix_.solve(v);
   }
   void end() noexcept {
@@ -230,7 +231,7 @@ class SeriesSearch {
       s_.off[i] = s_.more[i] = at_.off[i];
       for (int c = 0; c < 9 && !found; ++c) s_.stiffness[i][c] = 0;  // it leads nowhere
     }
-    if (found && matrix_.is_made()) matrix_.solve(s_.more);
+    if (found && matrix_.is_made(n_)) matrix_.solve(s_.more);
   }
 
   SeriesForces& s_;
@@ -250,7 +251,7 @@ class SeriesSearch {
 template <class Respond>
 bool settle(SeriesForces& s, SeriesMatrix& matrix, const Vec3d* before, const Respond& respond,
             double tolerance = kSettleTolerance) noexcept {
-  SeriesSearch<Respond> search(s, matrix, tolerance, respond);
+  RootSearch<Respond> search(s, matrix, tolerance, respond);
   if (before != nullptr) search.predict(before);
   return search.run();
 }

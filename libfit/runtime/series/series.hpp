@@ -130,7 +130,7 @@ Status tick_alone(const AssetView& asset, const SeriesContact& at, Ledger& ledge
 }
 
 /// A slip of one contact, tried from where it stands.
-struct Trial {
+struct SlipTrial {
   ContactPoint at;  ///< of its memory what the law uses
   SpotCache cache;  ///< of where it has moved
   Slipped slipped;
@@ -182,7 +182,7 @@ class Series {
 
  private:
   /// What a law answers in a trial.
-  struct State {
+  struct LawState {
     Vec3d force;      ///< of the contact on the body, with which the law saw its tool
     Vec3d off, more;  ///< what the law answers more, and what the root's force is more
     Vec3d seen;       ///< where the law saw the tool
@@ -194,7 +194,7 @@ class Series {
     SeriesContact* at;
     Vec3d whole;   ///< where the tool is: its law sees it there under no force
     Vec3d before;  ///< where the law saw it at the tick before
-    State now;
+    LawState now;
     Said said;
     double tangent_N_m[9];
   };
@@ -284,7 +284,7 @@ class Series {
       s.rest[i] =
           relaxation_.branches > 0 ? member_[i].whole - give_.sunk(i, flowed) : member_[i].whole;
     const auto answer = [&](int i, const Vec3d& y) noexcept {
-      State& now = member_[i].now;
+      LawState& now = member_[i].now;
       now.seen = y;
       const Answer<double> law = respond(i, y);
       now.law_J = law.stored_J;
@@ -309,7 +309,7 @@ class Series {
   }
   Answer<double> try_slip(int i, const Vec3d& y) noexcept {
     Contact& from = contact(i);
-    Trial& trial = trial_[i];
+    SlipTrial& trial = trial_[i];
     static_cast<ContactPlace&>(trial.at) = from;
     trial.said = Said();
     with_law_of(i, [&](auto f, auto is_ball) noexcept {
@@ -327,7 +327,7 @@ class Series {
   bool settle_holding(double tolerance) noexcept {
     const auto hold_at = [&](int i, const Vec3d& y) noexcept {
       Contact& at = contact(i);
-      State& now = member_[i].now;
+      LawState& now = member_[i].now;
       const Answer<double> law = with_law_of(i, [&](auto f, auto is_ball) noexcept {
         return hold<decltype(f), is_ball>(asset_, at, at.cache, y, now.depth);
       });
@@ -351,7 +351,7 @@ class Series {
   ///
   /// so that a root which was not quite found never counts as energy that was there.
   double settle_before() noexcept {
-    State slipping[kMaxContacts];
+    LawState slipping[kMaxContacts];
     double each_J[kMaxContacts];
     Vec3d off[kMaxContacts];
     for (int i = 0; i < count(); ++i) slipping[i] = member_[i].now;
@@ -386,7 +386,7 @@ class Series {
     give_.count = kept;
     return has_moved;
   }
-  void take(const Trial& trial, Contact& to) noexcept {
+  void take(const SlipTrial& trial, Contact& to) noexcept {
     static_cast<ContactPlace&>(to) = trial.at;
     with_family(asset_.curves, [&](auto f) noexcept {
       const auto numbers = static_cast<std::size_t>(decltype(f)::numbers(relaxation_));
@@ -416,7 +416,7 @@ class Series {
   double load_all(double* each_J) noexcept {
     double sum = give_J(each_J);
     for (int i = 0; i < count(); ++i) {
-      State& now = member_[i].now;
+      LawState& now = member_[i].now;
       const Softened held = load(asset_, contact(i), now.depth.normal_m, now.law_J, Memories());
       each_J[i] += held.stored_J;
       sum += held.stored_J;
@@ -484,7 +484,7 @@ class Series {
   GiveBetween give_;
   SeriesMatrix holding_;
   Room<Member, kMaxContacts> member_;
-  Room<Trial, kMaxContacts> trial_;
+  Room<SlipTrial, kMaxContacts> trial_;
   bool has_tangents_ = false;
 };
 

@@ -11,7 +11,7 @@ namespace runtime {
 
 /// What contacts on one body remember together between ticks, beside a Contact each, whose own
 /// ledger is then not used. A fresh one knows of none. Plain data.
-struct Together {
+struct TogetherMemory {
   std::uint64_t asset_checksum = 0;
   int count = 0;
   Ledger ledger;
@@ -145,8 +145,8 @@ inline bool are_crowded(const AssetView& asset, const BallTick& a, const BallTic
 /// stored_J of the outputs add up to what all store together, and the sums are those of all
 /// together; one whose status is not ok is out of contact, and the others go on. Work: of each what
 /// touch_ball() says of a body that sways.
-inline void touch_together(const AssetView& asset, Together& together, BallTick* ball, int count,
-                           double dt_s = 0) noexcept {
+inline void touch_together(const AssetView& asset, TogetherMemory& together, BallTick* ball,
+                           int count, double dt_s = 0) noexcept {
   if (asset.coupling == nullptr) {
     for (int i = 0; i < count; ++i)
       ball[i].status = touch_ball(asset, *ball[i].contact, ball[i].place_m, ball[i].radius_m,
@@ -154,7 +154,7 @@ inline void touch_together(const AssetView& asset, Together& together, BallTick*
     return;
   }
   if (together.count != count || together.asset_checksum != asset.checksum) {
-    together = Together();
+    together = TogetherMemory();
     together.count = count;
     together.asset_checksum = asset.checksum;
     for (int i = 0; i < count; ++i) forget(*ball[i].contact);

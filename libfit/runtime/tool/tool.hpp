@@ -21,7 +21,7 @@ namespace runtime {
 
 constexpr double kMaxDamping_Ns_m = 1e4;
 
-struct Ball {
+struct ToolBall {
   double centre_m[3] = {0, 0, 0};  ///< of the tip or the ball, in the tool's frame
   double radius_m = 0;             ///< 0: a tip
 };
@@ -34,7 +34,7 @@ struct Ball {
 /// ramp_s from the first tick on, and down to max_force_N; energies are those of the whole force.
 struct ToolShape {
   int balls = 1;
-  Ball ball[kMaxContacts];
+  ToolBall ball[kMaxContacts];
   double damping_Ns_m = 0;
   double damper_depth_m = 0;  ///< > 0 where there is damping
   double lateral_damping_Ns_m = 0;
@@ -64,8 +64,8 @@ struct Tool {
   double damped_J = 0;  ///< taken by the damper since the start, never falling
   double since_start_s = 0;
   bool has_pose = false;
-  double row[3][3] = {};  ///< of the turn from the tool's axes to the body's
-  Together together;      ///< of the first of the tools that are ticked together: of all
+  double row[3][3] = {};    ///< of the turn from the tool's axes to the body's
+  TogetherMemory together;  ///< of the first of the tools that are ticked together: of all
   double roll_m[kMaxContacts][3] = {};  ///< how far each ball's surface has dragged its contact
   double normal[kMaxContacts][3] = {};  ///< of each contact at the last tick
   Contact contact[kMaxContacts];

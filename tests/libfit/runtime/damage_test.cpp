@@ -42,7 +42,7 @@ struct Hand {
 // Of the law's force, that the contact bears.
 double share_of(const Hand& hand) {
   if (hand.contact.triangle < 0) return 1;
-  return runtime::Softening::energy(hand.asset, hand.contact, hand.contact.law_J).share;
+  return runtime::SofteningMemory::energy(hand.asset, hand.contact, hand.contact.law_J).share;
 }
 
 TEST(damage, the_share_is_the_slope_of_what_is_stored_and_both_fall_with_what_was_borne) {
@@ -273,7 +273,7 @@ TEST(damage, the_tangent_is_the_slope_of_what_a_tick_answers) {
     double tangent[9];
     Contact contact = before;
     touch(body.view, contact, x.data(), hand.out, tangent);
-    EXPECT_LT(runtime::Softening::energy(body.view, contact, contact.law_J).share, 1);
+    EXPECT_LT(runtime::SofteningMemory::energy(body.view, contact, contact.law_J).share, 1);
     // Where something slips, the share of the force is differentiated as if it stuck.
     const double lost_J = contact.ledger.dissipated_J - before.ledger.dissipated_J;
     const bool is_told = i > 1 && hand.out.state == ContactState::stick &&

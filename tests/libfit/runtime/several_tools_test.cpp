@@ -20,7 +20,7 @@ namespace {
 using runtime::BallTick;
 using runtime::Coupling;
 using runtime::CouplingView;
-using runtime::Together;
+using runtime::TogetherMemory;
 
 constexpr double kRadius_m = 0.004;
 
@@ -59,7 +59,7 @@ struct Hands {
   CouplingView feel;
   std::vector<Contact> contact;
   std::vector<BallTick> tool;
-  Together joint;
+  TogetherMemory joint;
 
   Hands(const Model& model, const CouplingView& of, std::size_t count)
       : loaded(load(model)), asset(loaded.asset), feel(of), contact(count), tool(count) {
@@ -96,7 +96,7 @@ struct Hands {
   auto after(const std::vector<Vec3>& centre, const Read& read) {
     const auto contacts = contact;
     const auto tools = tool;
-    const Together before = joint;
+    const TogetherMemory before = joint;
     tick(centre);
     const auto out = read();
     contact = contacts;

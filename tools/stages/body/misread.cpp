@@ -59,6 +59,7 @@ SceneLengths lengths_of(const Scene& scene) {
   for (const auto& [key, values] : scene.probe.spec.values)
     if (probe_dimension(key) == Dimension::length)
       for (const double value : values) out.add("[probe] " + key, value);
+  if (scene.body.mesh_size_m) out.add("[body] mesh_size", *scene.body.mesh_size_m);
   const Experiments& each = scene.experiments.each;
   out.add("[experiments] depth", each.depth_m);
   if (!each.drag_depths_m.empty()) out.add("[experiments] drag_distance", each.drag_distance_m);

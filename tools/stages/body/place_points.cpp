@@ -2,6 +2,9 @@
 
 #include <fmt/core.h>
 
+#include <array>
+#include <map>
+
 #include "libfem/mesh/grade/smooth_surface.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/misread_unit.hpp"
@@ -40,17 +43,43 @@ TestPoints place_points(const PointTable& points, const Surface& surface,
   return placed;
 }
 
+void refuse_same_place(const Points& position, const std::string& where) {
+  std::map<std::array<double, 3>, Eigen::Index> seen;
+  for (Eigen::Index i = 0; i < position.rows(); ++i) {
+    const auto [other, is_new] =
+        seen.try_emplace({position(i, 0), position(i, 1), position(i, 2)}, i);
+    if (!is_new)
+      throw Error(fmt::format("{}: point {}", where, i + 1),
+                  fmt::format("is at the place of point {}", other->second + 1),
+                  "Leave one of them out.");
+  }
+}
+
 PlacedPaths place_paths(const std::vector<PathInTable>& paths, const Surface& surface,
                         const std::string& where) {
+  const double size_m = extent_m(surface.vertices).norm();
   PointTable table;
   table.position.resize(static_cast<Eigen::Index>(paths.size()), 3);
   PlacedPaths placed;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     table.position.row(static_cast<Eigen::Index>(i)) = paths[i].point;
     placed.paths.push_back({static_cast<int>(i), paths[i].deflection});
+    const double most_m = paths[i].deflection.rowwise().norm().maxCoeff();
+    if (most_m > size_m)
+      throw Error(fmt::format("{}: path {}", where, paths[i].name),
+                  fmt::format("goes {:.3g} m from its point, and the body measures {:.3g} m",
+                              most_m, size_m),
+                  "Give dx_m,dy_m,dz_m in metres, from the point on.");
   }
   placed.points = place_points(table, surface, where);
-  for (std::size_t i = 0; i < paths.size(); ++i) placed.points.name[i] = paths[i].name;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const Vec3 inward = placed.points.normal.row(static_cast<Eigen::Index>(i)).array() + 0.0;
+    if (!((paths[i].deflection * inward).maxCoeff() > 0))
+      throw Error(fmt::format("{}: path {}", where, paths[i].name), "never goes into the body",
+                  fmt::format("Inward is ({:.2g}, {:.2g}, {:.2g}) there.", inward[0], inward[1],
+                              inward[2]));
+    placed.points.name[i] = paths[i].name;
+  }
   return placed;
 }
 

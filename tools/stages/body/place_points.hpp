@@ -15,7 +15,11 @@ namespace palpate::tools {
 /// another unit or another body.
 TestPoints place_points(const PointTable& points, const Surface& surface, const std::string& where);
 
-/// The same for tool paths; deflections stay as they are. normal: inward, one row per path.
+/// Throws Error where two rows of a table `where` are at one place.
+void refuse_same_place(const Points& position, const std::string& where);
+
+/// The same as place_points() for tool paths; deflections stay as they are. normal: inward, one row
+/// per path.
 struct PlacedPaths {
   TestPoints points;
   std::vector<ToolPath> paths;  ///< one per point

@@ -20,6 +20,7 @@ namespace {
 constexpr double kSoftest_Pa = 50, kStiffest_Pa = 2e9;
 // Dry steel on skin has 0.6, on wet tissue 0.02 to 0.3.
 constexpr double kMostFriction = 1.5;
+constexpr double kLeastDensity_kg_m3 = 100;  // a lung full of air has some 250
 // A cell has 10 um, but is pressed by a tip of its own scale; a person has 2 m.
 constexpr double kSmallestBody_m = 1e-4, kLargestBody_m = 5;
 constexpr double kFinestProbe = 1e-3;  // tip radius over the body's largest extent
@@ -152,6 +153,11 @@ std::vector<std::string> implausible(const Scene& scene, const Body& body) {
     warnings.push_back(fmt::format(
         "[probe]: a friction of {:.3g} is more than any tool has on tissue; 0.02 to 0.6 is usual.",
         scene.probe.spec.friction));
+  if (scene.gravity && scene.gravity->density_kg_m3 < kLeastDensity_kg_m3)
+    warnings.push_back(
+        fmt::format("[gravity]: a density of {:.3g} kg/m3 is less than any tissue has; 900 to 1100 "
+                    "is usual.",
+                    scene.gravity->density_kg_m3));
   const fem::Probe probe = fem::make_probe(scene.probe.spec, "[probe]");
   if (probe.length_m < kFinestProbe * size_m)
     warnings.push_back(fmt::format(
@@ -181,7 +187,7 @@ std::vector<InclusionPlace> place_inclusions(const Scene& scene, const Body& bod
 std::string size_in_words(const Vec3& extent_m, double volume_m3) {
   const double largest = extent_m.maxCoeff();
   const auto [scale, unit, cubic, cubic_unit] =
-      largest >= 10 ? std::tuple{1.0, "m", 1.0, "m3"}
+      largest >= 0.9995 ? std::tuple{1.0, "m", 1.0, "m3"}
       : largest >= 1e-3
           ? std::tuple{1e3, "mm", volume_m3 < 1e-4 ? 1e6 : 1e3, volume_m3 < 1e-4 ? "ml" : "l"}
           : std::tuple{1e6, "um", 1e18, "um3"};

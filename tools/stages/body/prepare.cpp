@@ -96,8 +96,11 @@ void choose_points(const Scene& scene, bool surface_only, Body& body) {
   const ExperimentsSection& experiments = scene.experiments;
   const auto reachable = std::count(body.is_reachable.begin(), body.is_reachable.end(), 1);
   if (experiments.points_file) {
-    body.test_points = place_points(read_point_table(*experiments.points_file), body.surface,
-                                    experiments.points_file->string());
+    const std::string where = experiments.points_file->string();
+    const PointTable points = read_point_table(where);
+    warn_of_unused(where, points.ignored);
+    body.test_points = place_points(points, body.surface, where);
+    refuse_same_place(body.test_points.position, where);
     if (!surface_only) leave_out_of_reach(scene, body);
   } else {
     body.test_points =

@@ -215,6 +215,11 @@ validation::NamedTorque torque_error(std::string name, const Samples& samples,
 
 }  // namespace
 
+runtime::ToolShape tool_shape(const Scene& scene) {
+  const fem::Probe probe = fem::make_probe(scene.tool->probe.spec, place_of(scene));
+  return shape_of(balls_of(scene, probe), ball_radius_m(scene.probe.spec));
+}
+
 void check_tool(const Scene& scene) {
   if (!scene.tool) return;
   const std::string where = place_of(scene);

@@ -5,6 +5,7 @@
 
 #include "libfit/core/body.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/runtime/tool/tool.hpp"
 #include "libfit/validation/statement.hpp"
 #include "tools/scene/scene.hpp"
 #include "tools/stages/samples/coupling.hpp"
@@ -14,6 +15,9 @@ namespace palpate::tools {
 /// Refuses a [tool] that the simulator or the engine does not know: balls in a row of no capsule, a
 /// probe that is no ball. Throws Error.
 void check_tool(const Scene& scene);
+
+/// [tool] of a scene as the engine plays it. Throws Error where its probe is no shape.
+runtime::ToolShape tool_shape(const Scene& scene);
 
 /// Simulates the paths of [tool] into `output`, as simulate_kept_paths().
 Samples simulate_tool(const Scene& scene, const Body& body, int jobs,

@@ -54,7 +54,7 @@ void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent) {
   fit::DamageReport report;
   curves.curves.damage = fit::identify_damage(curves, cycles, &report, may_dent);
   const runtime::DamageView& damage = curves.curves.damage;
-  if (!damage.is_any()) {
+  if (!damage.softens()) {
     say("  damage   none: {} cycles of {} rows, {:.1f} % off without it (median)", report.cycles,
         report.rows, 100 * report.median_undamaged);
     return;

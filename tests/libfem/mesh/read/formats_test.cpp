@@ -68,6 +68,12 @@ TEST_P(EveryTextFormat, reads_line_ends_of_every_system) {
   }
 }
 
+TEST_P(EveryTextFormat, reads_past_a_byte_order_mark) {
+  SampleFile sample = GetParam();
+  sample.bytes.insert(0, "\xef\xbb\xbf");
+  EXPECT_EQ(read_surface(folder.write(sample), 1).triangles.rows(), 12);
+}
+
 class EveryTetFormat : public testing::TestWithParam<SampleFile> {
  protected:
   TemporaryFolder folder;
