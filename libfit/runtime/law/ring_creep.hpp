@@ -29,6 +29,13 @@ struct RingCreep {
 };
 /// Below it a flow is over: what halves for ever ends in numbers that processors are slow with.
 constexpr double kFlowed_m = 1e-30;
+inline double still_flowing(double left_m) noexcept {
+  return std::fabs(left_m) > kFlowed_m ? left_m : 0;
+}
+template <class T>
+const T& still_flowing(const T& left_m) noexcept {  // derivatives are not over
+  return left_m;
+}
 constexpr int kCreepNumbers = 4 * kMaxBranches * kRings;  ///< of a contact
 
 /// How far the springs of a ring are pressed, on average, if they lie evenly between its edges, and
@@ -104,11 +111,8 @@ void let_creep(const RelaxationView& relaxation, const Decay& left, const RingTa
   for (int k = 0; k < relaxation.branches; ++k) {
     const double share = left.share[k];
     for (int c = 0; c < 4; ++c)
-      for (int i = 0; i < N; ++i) {
-        const T left_m = (to[c][i] - creep.flow[k][c][i]) * share;
-        creep.flow[k][c][i] =
-            std::fabs(value_of(left_m)) > kFlowed_m ? to[c][i] - left_m : to[c][i];
-      }
+      for (int i = 0; i < N; ++i)
+        creep.flow[k][c][i] = to[c][i] - still_flowing((to[c][i] - creep.flow[k][c][i]) * share);
   }
   find_rests(relaxation, creep);
 }

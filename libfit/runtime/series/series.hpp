@@ -44,7 +44,7 @@ auto with_law(const AssetView& asset, double radius_m, const Act& act) noexcept 
 /// falls as work comes in, and there is none where there is no force. With less than this share of
 /// a force that is deeper than kDeepShare of the curves, contact begins anew where the ball stands,
 /// with nothing deflected. What was stored is lost, so nothing is created.
-constexpr double kLeastShare = 0.5, kDeepShare = 0.01;
+constexpr double kLeastShare = 0.1, kDeepShare = 0.01;
 inline bool is_held_too_far_back(const AssetView& asset, const Ledger& ledger, double law_J,
                                  double depth_m) noexcept {
   return ledger.debt_J > 0 && ledger.share(law_J) < kLeastShare &&

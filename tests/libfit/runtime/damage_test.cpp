@@ -127,7 +127,7 @@ TEST(damage, beside_a_place_that_has_borne_more_it_grows_without_a_jump) {
   for (double z = 1e-3; z > -9e-3; z -= 1e-6) {
     const double now_N = hand.go({3.1e-3, 1.4e-3, z}).norm();
     steepest_N_m = std::max(steepest_N_m, std::abs(now_N - before_N) / 1e-6);
-    softest = std::min(softest, hand.contact.damage_share);
+    softest = std::min(softest, share_of(hand));
     before_N = now_N;
   }
   EXPECT_LT(softest, 0.9);

@@ -43,7 +43,6 @@ Jet operator*(const Jet& x, const Jet& y) {
 Jet operator/(const Jet& x, const Jet& y) {
   return combine(x.a / y.a, x, y, [&](double p, double q) { return (p - x.a / y.a * q) / y.a; });
 }
-Jet operator+(const Jet& x, double y) { return x + Jet(y); }
 Jet operator-(const Jet& x, double y) { return x - Jet(y); }
 Jet operator*(const Jet& x, double y) { return x * Jet(y); }
 Jet operator*(double x, const Jet& y) { return Jet(x) * y; }
