@@ -17,8 +17,8 @@ struct AssetSurface {
   std::vector<std::uint8_t> covered;  ///< V: kMeasured, kMean or 0
   /// V: row of control. Measured vertices have one each, the mean and nothing one if there are any.
   std::vector<std::int32_t> record;
-  std::vector<float> control;          ///< R x the family's parts, 0 for nothing
-  std::vector<std::int32_t> recorded;  ///< R: a vertex that answers so
+  std::vector<float> control;                     ///< R x the family's parts, 0 for nothing
+  std::vector<std::int32_t> recorded;             ///< R: a vertex that answers so
   std::vector<std::int32_t> triangle, neighbour;  ///< F x 3
   std::vector<float> max_depth_m;                 ///< F, 0: air
   std::vector<std::int32_t> measured_triangles;   ///< solid ones with a measured corner

@@ -171,7 +171,7 @@ py::object item_of(const py::object& of, std::size_t tool, std::size_t tools, co
 }
 
 std::vector<PosedPath> paths_of(const py::object& position_m, const py::object& orientation,
-                               std::size_t tools) {
+                                std::size_t tools) {
   std::vector<PosedPath> paths;
   for (std::size_t k = 0; k < tools; ++k) {
     Rows position = rows_of("position_m", item_of(position_m, k, tools, "position_m"), 3);

@@ -79,13 +79,13 @@ ToolSection read_tool(SceneTable& table, const std::filesystem::path& folder, do
     throw Error(table.where_table(), "[tool] has no balls",
                 "Add balls = 4, in a row along a capsule, or their places in the tool's own axes.");
   if (table.node("balls")->is_integer())
-    tool.row = static_cast<int>(table.integer("balls", 0, 2, runtime::kMaxTools));
+    tool.row = static_cast<int>(table.integer("balls", 0, 2, runtime::kMaxContacts));
   else
     tool.balls_m = table.points("balls");
-  if (!tool.row && (tool.balls_m.rows() < 1 || tool.balls_m.rows() > runtime::kMaxTools))
+  if (!tool.row && (tool.balls_m.rows() < 1 || tool.balls_m.rows() > runtime::kMaxContacts))
     throw Error(table.where("balls"),
                 fmt::format("balls of [tool] names {} places", tool.balls_m.rows()),
-                fmt::format("Give 1 to {}.", runtime::kMaxTools));
+                fmt::format("Give 1 to {}.", runtime::kMaxContacts));
   tool.tilt_rad = table.quantity("tilt", Dimension::angle, tool.tilt_rad, 0, kMostTilt_rad);
   tool.paths = static_cast<int>(table.integer("paths", tool.paths, 1, 1000));
   tool.held_out = static_cast<int>(table.integer("held_out", tool.held_out, 0, 1000));

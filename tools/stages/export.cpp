@@ -34,6 +34,15 @@ nlohmann::ordered_json probe_json(const ProbeSpec& probe) {
   return json;
 }
 
+nlohmann::ordered_json tool_json(const runtime::ToolShape& tool) {
+  nlohmann::ordered_json json{{"balls", nlohmann::ordered_json::array()}};
+  for (int i = 0; i < tool.balls; ++i) {
+    json["balls"].push_back(tool.ball[i].centre_m);
+    json["radius_m"].push_back(tool.ball[i].radius_m);
+  }
+  return json;
+}
+
 }  // namespace
 
 ExportReport export_model(const Model& model, const std::filesystem::path& output,
@@ -41,6 +50,7 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   nlohmann::ordered_json meta{{"program", "palpate " PALPATE_VERSION}};
   if (!request.fingerprint.empty()) meta[kInputsAttribute] = request.fingerprint;
   if (model.probe) meta["probe"] = probe_json(*model.probe);
+  if (request.tool) meta["tool"] = tool_json(*request.tool);
   ExportOptions options;
   options.has_guard = request.settings.guard;
   const std::string& elsewhere = request.settings.elsewhere;

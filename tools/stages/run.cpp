@@ -194,8 +194,10 @@ class StageRun {
     if (!is_stale("export", output, stored, wanted)) return;
     const Model model = read_model(file("model.h5"));
     export_model(model, picture, "vtu", {});
-    export_model(model, output, "palp",
-                 {.settings = scene_.export_, .fingerprint = wanted, .engine = file("engine")});
+    ExportRequest request{
+        .settings = scene_.export_, .fingerprint = wanted, .engine = file("engine")};
+    if (scene_.tool) request.tool = tool_shape(scene_);
+    export_model(model, output, "palp", request);
   }
 
   void validate() {

@@ -46,7 +46,7 @@ enum Section : int {
   kCovered,   ///< uint8 V: kMeasured, kMean or 0
   kRecords,   ///< int32 V: row of kControls; vertices that answer alike share one
   /// float R x the numbers of the family's parts in turn, control value by control value: bounds
-  /// and order as the parts say (families/part.hpp)
+  /// and order as the parts say (law/part.hpp)
   kControls,
   kTriangles,   ///< int32 F x 3, counter-clockwise from outside
   kNeighbours,  ///< int32 F x 3: across the edge from corner k to k+1; -1 at a border
@@ -113,7 +113,7 @@ struct Header {
   std::uint32_t flags;
   std::int32_t vertices, triangles, tree_nodes, tree_items;
   std::int32_t check_ticks, check_path_ticks;  ///< a fresh Contact every check_path_ticks ticks
-  std::int32_t family, law_revision;           ///< row of families/families.hpp; kLawRevision
+  std::int32_t family, law_revision;           ///< row of law/families.hpp; kLawRevision
   std::int32_t records, reserved;              ///< R: rows of kControls; 0
   std::int32_t degree[kMaxParts], pieces[kMaxParts];  ///< of each part's basis; 0 where none is
   double origin_m[3];                                 ///< body coordinates are origin + vertex

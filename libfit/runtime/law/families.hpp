@@ -5,8 +5,8 @@
 // header of its own:
 //   kName, kPart, kCurves   its name, what a node owns, and how many of these parts, from the first
 //                           on, are rising curves; the first is the normal one
-//   kSwayPart               which part is the compliance of a sway (sway.hpp); -1: none
-//   kMemory, Memory, load, save   what a contact remembers beside its place, as doubles
+//   kSwayPart               which part is the compliance of a sway (compliance.hpp); -1
+//   kMemory, numbers, Memory, load, save   what a contact remembers beside its place, as doubles
 //                           (Contact::memory) and as the law's scalars
 //   kinematics    where a tool stands against its contact point: .spot, .d
 //   is_slipping   whether the contact point cannot hold

@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The rings of a body (families/rings.hpp): at which depth each touches and how its stiffness
+// The rings of a body (law/rings.hpp): at which depth each touches and how its stiffness
 // follows from a normal curve (B0).
 
 #include <cmath>

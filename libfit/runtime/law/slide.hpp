@@ -18,7 +18,7 @@
 //                              lateral deflection shrinks by s
 //   surface.move(path, s)   the contact point goes to path(s), s <= end, over the edge at its end
 //   surface.is_spent()      whether the slip budget is why a path is blocked
-// What a family brings is in families/families.hpp.
+// What a family brings is in law/families.hpp.
 
 #include "response.hpp"
 
