@@ -11,8 +11,8 @@ namespace palpate {
 /// scale.
 using CouplingResidual = std::function<Eigen::VectorXd(const runtime::CouplingView&)>;
 
-/// How contacts feel each other (M62), on the asset's body, which must be of rings that neither
-/// relax nor soften: least squares of the residual over the a_k and b_k of scales
+/// How contacts move each other (M62), on the asset's body, which must be of rings: least squares
+/// of the residual over the a_k and b_k of scales
 /// length_m 2^k, none negative, with the engine in the loop. On a body that sways contacts
 /// also sway together (M62a), which may be all. None where it does not take a tenth off the
 /// residual without. scaled (may be null): what all of it was multiplied by to stay below the

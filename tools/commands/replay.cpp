@@ -127,7 +127,7 @@ class ToolSet {
     Eigen::Index at = 0;
     for (std::size_t row = 0; row < static_cast<std::size_t>(path.position.rows()); ++row) {
       const runtime::ToolShape& shape = tool_[row % tool_.size()].shape;
-      runtime::Frame frame;
+      runtime::Frame frame = {};
       make_frame(pose_at(path, row), frame);
       for (int i = 0; i < shape.balls; ++i) {
         const runtime::Vec3d centre =

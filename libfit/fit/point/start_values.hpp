@@ -35,9 +35,9 @@ struct PointCurves {
 };
 
 /// Bounded linear fits to a point's rows as curve_rows classifies them, and the documented
-/// stand-ins for curves no row speaks of. A vector curve over depth begins as the way that a press
-/// shows the body to give, rings as bodies' are and with the side force of presses, every other
-/// part at 0.
+/// stand-ins for curves no row speaks of. Rings begin as bodies' are and with the side force of
+/// presses, every other part
+/// at 0.
 PointCurves start_values(const PointData& point, const CurveRows& rows, const BodyBases& bases,
                          const FitOptions& options);
 

@@ -46,7 +46,7 @@ inline Status check_block(const AssetView&, const Header&, const DamageBlock& bl
 
 /// Whether the side force of a vertex is one that its press can bear: (M22) at the end of the
 /// curves, the lateral deflection as long as the depth, with room for what a fit leaves to
-/// `check --repair`. Beyond it forces have nothing to do with a body's.
+/// the guard. Beyond it forces have nothing to do with a body's.
 constexpr double kSideSlack = 100;
 inline bool is_side_borne(const SplineView& normal, const float* curve, const float* side2,
                           const float* side3) noexcept {
