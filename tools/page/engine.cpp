@@ -33,7 +33,8 @@ void tick_faceted() {
   std::memset(answer, 0, sizeof answer);
   double* to = answer[0];
   rt::put(faceted->tick(question[0]) * -1.0, to);
-  for (int k : {3, 4, 5, 9, 10, 11, 12}) to[k] = std::numeric_limits<double>::quiet_NaN();
+  constexpr int kUnknown[] = {3, 4, 5, 9, 10, 11, 12};
+  for (const int k : kUnknown) to[k] = std::numeric_limits<double>::quiet_NaN();
   const int triangle = faceted->triangle();
   if (triangle >= 0) {
     const rt::Asset& opened = held<OpenAsset>(&asset, kAssetMark)->asset;

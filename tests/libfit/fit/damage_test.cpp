@@ -132,10 +132,10 @@ TEST(damage, a_dent_is_sought_only_where_one_may_be) {
 
 TEST(damage, a_body_that_does_not_soften_and_rows_off_the_normal_tell_none) {
   const Recorder whole = cycled({});
-  EXPECT_FALSE(fit::identify_damage(parabolas(whole.samples), whole.samples).is_any());
+  EXPECT_FALSE(fit::identify_damage(parabolas(whole.samples), whole.samples).softens());
   const Recorder aside = cycled({1.4, 0.05, 0.2, 0}, 0.3);
   fit::DamageReport report;
-  EXPECT_FALSE(fit::identify_damage(parabolas(aside.samples), aside.samples, &report).is_any());
+  EXPECT_FALSE(fit::identify_damage(parabolas(aside.samples), aside.samples, &report).softens());
   EXPECT_EQ(report.cycles, 0u);
 }
 

@@ -57,7 +57,7 @@ class Path {
  public:
   Path(const AssetView& asset, double radius_m, double cap_N, Figures& out, int level = 0)
       : asset_(asset), out_(out), level_(level) {
-    tool_.shape.radius_m = radius_m;
+    tool_.shape.ball[0].radius_m = radius_m;
     tool_.shape.max_force_N = cap_N;
     ++out.ways;
   }
@@ -77,23 +77,24 @@ class Path {
 
  private:
   void move(const Vec3d& x, double step_m) {
-    runtime::ToolOutput now;
-    runtime::Pose pose, rest;
     const Vec3d step = has_begun_ ? x - x_ : Vec3d{0, 0, 0};
-    runtime::put(x_ = x, pose.position_m);
-    runtime::touch_tool(asset_, tool_, pose, rest, 1e-3 / kFiner[level_], now);
-    work_.add(runtime::make_vec3<double>(now.body.force_on_tool_N), step);
+    x_ = x;
+    const double at[3] = {x.x, x.y, x.z}, dt_s = 1e-3 / kFiner[level_];
+    Output now;
+    touch_ball(asset_, contact_, at, radius_m(), now, nullptr, dt_s);
+    work_.add(runtime::make_vec3<double>(now.force_on_tool_N), step);
     if (level_ > 0) {
       has_begun_ = true;
       return;
     }
-    if (has_begun_) compare(now.body, step_m);
+    if (has_begun_) compare(now, step_m);
     has_begun_ = true;
-    if (now.body.state == ContactState::air)
-      look_into_surface(now.body);
+    if (now.state == ContactState::air)
+      look_into_surface(now);
     else
       look_at_limits(now);
-    before_ = now.body;
+    look_at_cap(now, dt_s);
+    before_ = now;
   }
   void compare(const Output& now, double step_m) {
     ++out_.moves;
@@ -132,24 +133,22 @@ class Path {
     out_.inside += (now.flags & runtime::kFlagInside) != 0;
     if (!is_watched_) return;
     ++ticks_out_;
-    const double depth_m = depth_in_surface_m(asset_, place(), tool_.shape.radius_m);
+    const double depth_m = depth_in_surface_m(asset_, place(), radius_m());
     is_watched_ = depth_m > 0;
     if (!is_watched_) return;  // it has come out
-    out_.unflagged_inside += ticks_out_ > 1 && depth_m > kSinks_m && tool_.shape.radius_m > 0 &&
+    out_.unflagged_inside += ticks_out_ > 1 && depth_m > kSinks_m && radius_m() > 0 &&
                              (now.flags & runtime::kFlagInside) == 0;
     least_m_ = std::min(least_m_, depth_m);
     if (depth_m < least_m_ + kSinks_m) return;
     ++out_.lost;
     is_watched_ = false;
   }
-  void look_at_limits(const runtime::ToolOutput& tick) {
-    const Output& now = tick.body;
+  void look_at_limits(const Output& now) {
     ++out_.in_contact;
     const auto has = [&](unsigned flag) { return (now.flags & flag) != 0; };
     out_.blocked += has(runtime::kFlagBlocked);
     out_.extrapolated += has(runtime::kFlagExtrapolated);
     out_.outside += has(runtime::kFlagOutside);
-    out_.capped += has(runtime::kFlagCapped);
     bool is_measured = true;
     for (int k = 0; k < 3; ++k)
       is_measured &= asset_.covered[asset_.corner(now.triangle, k)] == runtime::kMeasured;
@@ -163,17 +162,29 @@ class Path {
                                                                                      : kRounding);
     out_.most_above_N = std::max(out_.most_above_N, lateral_N - most.lateral_N);
     out_.above_range += dot(force, u) > most.normal_N * noise && !has(runtime::kFlagExtrapolated);
-    const Vec3d shown = runtime::make_vec3<double>(tick.force_on_tool_N);
-    const double cap_N = tool_.shape.max_force_N;
-    const bool is_above = dot(force, force) > cap_N * cap_N * noise;
-    out_.above_cap +=
-        dot(shown, shown) > cap_N * cap_N * noise || (is_above && !has(runtime::kFlagCapped));
   }
+  // The same ball as a tool with a cap.
+  void look_at_cap(const Output& now, double dt_s) {
+    runtime::ToolInput in;
+    runtime::ToolOutput tick;
+    runtime::put(x_, in.pose.position_m);
+    in.dt_s = dt_s;
+    touch_tool(asset_, tool_, in, tick);
+    const bool is_capped = (tick.flags & runtime::kFlagCapped) != 0;
+    const Vec3d force = runtime::make_vec3<double>(now.force_on_tool_N),
+                shown = runtime::make_vec3<double>(tick.force_on_tool_N);
+    const double cap_N = tool_.shape.max_force_N, noise = 1 + kRounding;
+    const bool is_above = dot(force, force) > cap_N * cap_N * noise;
+    out_.capped += is_capped;
+    out_.above_cap += dot(shown, shown) > cap_N * cap_N * noise || (is_above && !is_capped);
+  }
+  double radius_m() const { return tool_.shape.ball[0].radius_m; }
   Vec3d place() const { return x_ - runtime::make_vec3<double>(asset_.origin_m); }
 
   const AssetView& asset_;
   Figures& out_;
-  runtime::ToolContact tool_;
+  runtime::Contact contact_;
+  runtime::Tool tool_;
   Output before_;
   Vec3d x_{0, 0, 0};
   const int level_;  // of kFiner; above 0 work alone is measured
