@@ -4,6 +4,8 @@
 #include <new>
 #include <type_traits>
 
+#include "rounding.hpp"
+
 namespace palpate {
 namespace runtime {
 

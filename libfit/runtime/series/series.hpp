@@ -108,7 +108,7 @@ Status tick_alone(const AssetView& asset, const SeriesContact& at, Ledger& ledge
     return Status::force_not_finite;
   }
   const Softened held = load(asset, contact, slipped.depth.normal_m, law.stored_J, Memories());
-  if (slipped.is_booked || asset.body != nullptr)
+  if (slipped.is_booked || has_memory(asset, Memories()))
     ledger.book(slipped.before_J, held.stored_J, asset.has_guard);
   if (is_held_too_far_back(asset, ledger, held.stored_J, slipped.depth.normal_m)) {
     ledger.close(held.stored_J);
@@ -159,7 +159,7 @@ class Series {
     couple();
     rest(ledger);
     bool is_settled = settle_slipping();
-    const bool is_booked = has_slipped() || asset_.body != nullptr;
+    const bool is_booked = has_slipped() || has_memory(asset_, Memories());
     const double before_J = is_booked ? settle_before() : 0;
     if (has_tangents_) find_tangents();
     if (commit()) {

@@ -3,7 +3,7 @@
 #include <cstdlib>
 
 #include "engine.hpp"
-#include "surface/quadric.hpp"
+#include "series/quadric_replay.hpp"
 using namespace palpate::runtime;
 
 // The fitter's side of the law: drags over a quadric with the curves of one vertex after another.
