@@ -406,7 +406,6 @@ std::vector<BadInput> bad_inputs() {
       in_tests("strain and stress of one column", "strain = 1\nstress = 1\nunit = \"kPa\"\n"),
       in_scene("a mesh size of 20 m", "mesh_size = \"20 mm\"", "mesh_size = 20"),
       {"an engine for a picture", "export out/model.h5 -o a.ply --engine e"},
-      {"a puncture of a picture", "export out/model.h5 -o a.glb --puncture-force '2 N'"},
       {"points beside paths",
        "simulate out/body.h5 -o s.h5 --points p.csv --paths p.csv",
        1,
