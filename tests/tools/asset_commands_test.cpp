@@ -60,11 +60,11 @@ TEST_F(AssetCommands, a_replay_beyond_the_curves_says_so) {
 
 TEST_F(AssetCommands, columns_that_say_nothing_are_named) {
   std::ofstream(path("path.csv"))
-      << "t_s,x_m,y_m,z_m,qw,qx\n0,0.04,0.04,0.031,1,0\n0.1,0.04,0.04,0.028,1,0\n";
+      << "t_s,x_m,y_m,z_m,vx,vy\n0,0.04,0.04,0.031,1,0\n0.1,0.04,0.04,0.028,1,0\n";
   const Outcome outcome = palpate(*folder_, "replay " + path("out/asset.palp") + " " +
                                                 path("path.csv") + " -o " + path("f.csv"));
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("path.csv: columns are not used: qw, qx"), std::string::npos)
+  EXPECT_NE(outcome.err.find("path.csv: columns are not used: vx, vy"), std::string::npos)
       << outcome.err;
   std::ofstream(path("points.csv")) << "x_m,y_m,z_m,depth_m\n0.04,0.04,0.03,0.002\n";
   std::ofstream(path("paths.csv"))
