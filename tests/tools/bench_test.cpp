@@ -47,7 +47,7 @@ TEST(tick_work, arithmetic_of_a_press_is_that_of_its_curves_and_its_frame) {
   const Vec3 x = kTicksOfKind[1].tip(1300);
   // Three cubics (t, Horner), two integrals (t, shares, Horner, the area below), deflection from
   // where the anchor rests, response and its energy.
-  const long curve = 1 + 3 * 2, area = 1 + 1 + 3 * 3 + 2, frame = 27, force = 11 + 1;
+  const long curve = 1 + 3 * 2, area = 1 + 1 + 3 * 3 + 2, frame = 27, force = 9 + 1;
   EXPECT_EQ(flops_of_a_tick(body.asset, contact, x.data()), 3 * curve + 2 * area + frame + force);
 }
 
