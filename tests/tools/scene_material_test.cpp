@@ -144,9 +144,8 @@ TEST(SceneMaterial, a_softening_that_cannot_be_is_refused_at_its_place) {
                    "s.toml:6:13: softening of [material] must have m and beta from 0");
   expect_beginning(error_of("young = 1\nsoftening = { r = 2, m = 1, gamma = 3 }"),
                    "s.toml:6:29: softening of [material] has no key \"gamma\"");
-  expect_beginning(
-      error_of("young = 1\nrelaxation = [[1, 1]]\nsoftening = { r = 2, m = 1 }"),
-      "s.toml:7:13: [material] has both relaxation and softening");
+  expect_beginning(error_of("young = 1\nrelaxation = [[1, 1]]\nsoftening = { r = 2, m = 1 }"),
+                   "s.toml:7:13: [material] has both relaxation and softening");
 }
 
 TEST(SceneMaterial, unknown_laws_and_keys_are_refused_with_the_nearest) {
