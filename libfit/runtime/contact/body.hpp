@@ -198,6 +198,7 @@ constexpr double kLoaded = 0.05;
 
 /// Softening as a memory of the body (memories.hpp).
 struct SofteningMemory {
+  static constexpr bool kFlows = false;
   static bool is_any(const AssetView& asset) noexcept { return asset.body != nullptr; }
 
   /// Psi of what the law stores at a place (M56).
@@ -225,7 +226,8 @@ struct SofteningMemory {
   }
   /// Nothing heals with time.
   template <class F, class Kinematics, class Memory>
-  static void flow(const AssetView&, const Kinematics&, const Decay&, Memory&) noexcept {}
+  static void flow(const AssetView&, ContactPoint&, const Kinematics&, const Decay&,
+                   Memory&) noexcept {}
 };
 
 }  // namespace runtime

@@ -59,11 +59,10 @@ struct Contact : ContactPoint {
   /// weight, arm and memory are then those with which it goes on.
   int hover = -1;
   SeriesMemory series;
-  Ledger ledger;           ///< of a contact by itself
-  double law_J = 0;        ///< stored at the end of the last tick, of a body that relaxes
-  double half_tick_s = 0;  ///< of a body that relaxes: half a tick and what it leaves
-  Decay left;
-  SpotCache cache;  ///< saves time, changes no bit
+  Ledger ledger;     ///< of a contact by itself
+  double law_J = 0;  ///< stored at the end of the last tick, of a body that relaxes
+  Decay left;        ///< what half a tick leaves, of a body that remembers in time
+  SpotCache cache;   ///< saves time, changes no bit
 };
 
 enum class ContactState { air, stick, slip };
@@ -201,23 +200,22 @@ inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& 
 
 /// The guards of inputs, and first touch, of a ball or a tip (radius 0) at x from the asset's
 /// origin. before: where the surface met it at the tick before, so that surface which moves
-/// touches, too; met: where it meets it now. step: of the tool itself.
+/// touches, too; met: where it meets it now. is_in_time: time changes what the body remembers.
+/// step: of the tool itself.
 inline Status approach(const AssetView& asset, Contact& contact, const Vec3d& x,
-                       const Vec3d& aside_m, double radius_m, double dt_s, Vec3d& step) noexcept {
+                       const Vec3d& aside_m, double radius_m, bool is_in_time, double dt_s,
+                       Vec3d& step) noexcept {
   if (!is_finite(x)) {
     forget(contact);
     return Status::tip_not_finite;
   }
-  const RelaxationView& relaxation = asset.curves.relaxation;
-  if (relaxation.branches > 0) {
+  if (is_in_time) {
     if (!(dt_s >= kMinTimeStep_s && dt_s <= kMaxTimeStep_s)) {
       forget(contact);
       return Status::time_step_wrong;
     }
-    if (contact.half_tick_s != 0.5 * dt_s) {
-      contact.half_tick_s = 0.5 * dt_s;
-      contact.left = decay_over(relaxation, contact.half_tick_s);
-    }
+    if (contact.left.dt_s != 0.5 * dt_s)
+      contact.left = decay_over(asset.curves.relaxation, 0.5 * dt_s);
   }
   const bool is_first = !contact.has_tip;
   if (is_first) contact.asset_checksum = asset.checksum;

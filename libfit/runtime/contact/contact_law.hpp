@@ -169,20 +169,22 @@ Slipped slip(const AssetView& asset, ContactPoint& at, SpotCache& from, SpotCach
                      Memories())
         .stored_J;
   };
-  const bool relaxes = F::relaxes(views);
+  const bool flows = has_flow(asset, Memories());
   Vec3d seen = x;
   auto slipping = kinematics;
+  if (flows) {
+    slipped.before_J = stored_J();
+    flow<F>(asset, at, kinematics, left, memory, Memories());
+  }
   if constexpr (F::kCanRelax)
-    if (relaxes) {
-      slipped.before_J = stored_J();
-      flow<F>(asset, kinematics, left, memory, Memories());
+    if (F::relaxes(views)) {
       seen = F::seen(views, kinematics, x, memory);
       slipping = F::kinematics(views, kinematics.spot, seen, memory);
     }
   const bool moves =
       !(kinematics.d.normal_m > 0) || F::is_out(memory) || F::is_slipping(views, slipping);
   if (moves) {
-    if (!relaxes) slipped.before_J = stored_J();
+    if (!flows) slipped.before_J = stored_J();
     if (&to != &from) to.corners = from.corners;
     const SlideEnd end = follow<F, kIsBall>(asset, at, to, seen, step, slipping, memory, said);
     slipped.has_moved = end != SlideEnd::stick;
@@ -196,8 +198,8 @@ Slipped slip(const AssetView& asset, ContactPoint& at, SpotCache& from, SpotCach
   const auto pull = F::slip(views, under, kinematics, memory);
   slipped.law = F::answer(views, under, kinematics, pull);
   slipped.depth = {kinematics.d.normal_m, kinematics.d.lateral_m};
-  slipped.is_booked = moves || relaxes || pull.lost_J > 0;
-  if (!moves && !relaxes)
+  slipped.is_booked = moves || flows || pull.lost_J > 0;
+  if (!moves && !flows)
     slipped.before_J =
         stored_in(asset, at, slipped.law.stored_J + pull.lost_J, Memories()).stored_J;
   return slipped;
@@ -225,7 +227,7 @@ bool rest(const AssetView& asset, Contact& contact, const Vec3d& x, double& law_
   const auto kinematics =
       F::kinematics(views, cached_spot<F, kIsBall>(asset, contact, contact.cache), x, memory);
   if (!(kinematics.d.normal_m > 0)) return false;
-  flow<F>(asset, kinematics, contact.left, memory, Memories());
+  flow<F>(asset, contact, kinematics, contact.left, memory, Memories());
   law_J = F::stored_J(views, F::under(views, kinematics), kinematics, memory);
   F::save(memory, contact.memory, views.relaxation);
   return true;

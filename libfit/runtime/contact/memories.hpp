@@ -3,7 +3,9 @@
 
 // What a body remembers of a contact, as a table. A memory brings
 //   is_any   whether this body has it
-//   flow     half of a tick's time passes while the tool rests: what that does to the law's memory
+//   kFlows   whether time changes it
+//   flow     half of a tick's time (left.dt_s) passes while the tool rests: what that does to what
+//            the contact remembers beside its place, and to the law's memory
 //   energy   what the contact stores, by what the law stores: Psi(E), its slope eta by which the
 //            law's force is multiplied, and d eta / dE. eta is in [0, 1] and rises with E
 //   load     the contact has come to rest with the law at E: what the body keeps of that; it may
@@ -18,6 +20,7 @@ namespace runtime {
 
 /// A body's Prony series: dashpots of the rings, whose law has their energy in E.
 struct RelaxationMemory {
+  static constexpr bool kFlows = true;
   static bool is_any(const AssetView& asset) noexcept {
     return asset.curves.relaxation.branches > 0;
   }
@@ -28,8 +31,8 @@ struct RelaxationMemory {
     return {law_J, 1, 0};
   }
   template <class F, class Kinematics, class Memory>
-  static void flow(const AssetView& asset, const Kinematics& kinematics, const Decay& left,
-                   Memory& memory) noexcept {
+  static void flow(const AssetView& asset, ContactPoint&, const Kinematics& kinematics,
+                   const Decay& left, Memory& memory) noexcept {
     if constexpr (F::kCanRelax) F::relax(asset.curves, kinematics, left, memory);
   }
 };
@@ -41,6 +44,12 @@ using Memories = MemoryList<RelaxationMemory, SofteningMemory>;
 template <class... Each>
 bool has_memory(const AssetView& asset, MemoryList<Each...>) noexcept {
   return (Each::is_any(asset) || ...);
+}
+
+/// Whether time changes what this body remembers.
+template <class... Each>
+bool has_flow(const AssetView& asset, MemoryList<Each...>) noexcept {
+  return ((Each::kFlows && Each::is_any(asset)) || ...);
 }
 
 /// Psi_2(Psi_1(E)) and its slopes.
@@ -77,9 +86,12 @@ Softened load(const AssetView& asset, ContactPoint& at, double depth_m, double l
 
 /// Half of a tick's time passes on all memories.
 template <class F, class Kinematics, class Memory, class... Each>
-void flow(const AssetView& asset, const Kinematics& kinematics, const Decay& left, Memory& memory,
-          MemoryList<Each...>) noexcept {
-  ((Each::is_any(asset) ? Each::template flow<F>(asset, kinematics, left, memory) : void()), ...);
+void flow(const AssetView& asset, ContactPoint& at, const Kinematics& kinematics, const Decay& left,
+          Memory& memory, MemoryList<Each...>) noexcept {
+  ((Each::kFlows && Each::is_any(asset)
+        ? Each::template flow<F>(asset, at, kinematics, left, memory)
+        : void()),
+   ...);
 }
 
 }  // namespace runtime

@@ -43,9 +43,11 @@ inline double decay(double x) noexcept {
 /// What is left of each branch's force after dt_s [s].
 struct Decay {
   double share[kMaxBranches] = {1, 1, 1};
+  double dt_s = 0;
 };
 inline Decay decay_over(const RelaxationView& relaxation, double dt_s) noexcept {
   Decay out;
+  out.dt_s = dt_s;
   for (int k = 0; k < relaxation.branches; ++k) out.share[k] = decay(dt_s / relaxation.time_s[k]);
   return out;
 }

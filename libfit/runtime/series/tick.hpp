@@ -86,7 +86,8 @@ inline Status touch_ball(const AssetView& asset, Contact& contact, const double 
   at.x = make_vec3<double>(place_m) - make_vec3<double>(asset.origin_m);
   at.tangent_N_m = tangent_N_m;
   if (is_possible_radius(radius_m)) {
-    at.status = approach(asset, contact, at.x, {0, 0, 0}, radius_m, dt_s, at.step);
+    at.status = approach(asset, contact, at.x, {0, 0, 0}, radius_m, has_flow(asset, Memories()),
+                         dt_s, at.step);
   } else {
     at.status = Status::radius_wrong;
     forget(contact);
@@ -122,10 +123,10 @@ inline void approach_together(const AssetView& asset, const BallTick* ball, Seri
     const Vec3d aside = touching > 0 && contact.triangle < 0
                             ? sunk_beside(asset, place, force, touching, at[i].x, ball[i].radius_m)
                             : Vec3d{0, 0, 0};
-    at[i].status =
-        is_possible_radius(ball[i].radius_m)
-            ? approach(asset, contact, at[i].x, aside, ball[i].radius_m, dt_s, at[i].step)
-            : Status::radius_wrong;
+    at[i].status = is_possible_radius(ball[i].radius_m)
+                       ? approach(asset, contact, at[i].x, aside, ball[i].radius_m,
+                                  has_flow(asset, Memories()), dt_s, at[i].step)
+                       : Status::radius_wrong;
     if (at[i].status == Status::radius_wrong) forget(contact);
   }
 }
