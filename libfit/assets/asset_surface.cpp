@@ -18,7 +18,7 @@ constexpr double kMinFacing = 0.02;  // cosine of a corner's normal to its trian
 
 std::string at(const char* what, Eigen::Index i) { return what + (' ' + std::to_string(i)); }
 
-void check_sizes(const Model& model) {
+void check_counts(const Model& model) {
   const Eigen::Index vertices = model.surface.vertices.rows();
   bool is_fitting = model.inward_normal.rows() == vertices &&
                     static_cast<Eigen::Index>(model.is_covered.size()) == vertices;
@@ -234,7 +234,7 @@ std::vector<std::int32_t> triangle_neighbours(const Triangles& triangles) {
 }
 
 AssetSurface make_asset_surface(const Model& model, const ExportOptions& options) {
-  check_sizes(model);
+  check_counts(model);
   check_vertices(model);
   check_triangles(model);
   check_controls(model);

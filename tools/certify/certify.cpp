@@ -165,7 +165,7 @@ std::string wrapped(const std::string& text) {
   return out;
 }
 
-std::string in_words(const std::vector<DeviceVerdict>& devices) {
+std::string device_words(const std::vector<DeviceVerdict>& devices) {
   std::string out;
   for (const DeviceVerdict& verdict : devices) {
     std::string lacks;
@@ -210,7 +210,7 @@ AssetAnswer check_asset(const AssetCheck& check) {
   out.json.update(to_json(certificate, devices));
   out.json["seconds"] = seconds;
   out.text = fmt::format("{}\n\nDevices:\n{}{:.1f} s", wrapped(certify::in_words(certificate)),
-                         in_words(devices), seconds);
+                         device_words(devices), seconds);
   return out;
 }
 

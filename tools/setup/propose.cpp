@@ -69,8 +69,8 @@ void check_side(const std::string& name) {
 
 // A TOML string: what JSON escapes in a file's name, and how, TOML understands.
 std::string quoted(const std::filesystem::path& path) {
-  using Json = nlohmann::json;
-  return Json(path.string()).dump(-1, ' ', false, Json::error_handler_t::replace);
+  return nlohmann::json(path.string())
+      .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 // What a scene says of its body. wrap_m: 0 where the surface needs none.

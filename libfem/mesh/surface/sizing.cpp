@@ -47,9 +47,9 @@ double mean_edge_m(const Surface& surface, const VertexNeighbours& neighbours) {
 /// Averages with the neighbours until features shorter than `radius_m` are gone: each round
 /// spreads by about an edge, and rounds add up as their squares.
 Points smoothed(Points values, const VertexNeighbours& neighbours, double radius_m, double edge_m) {
-  constexpr int kMaxRounds = 40;  // enough for a target 12 edges long; finer meshes are smooth
+  constexpr int kMaxSmoothing = 40;  // enough for a target 12 edges long; finer meshes are smooth
   const double ratio = edge_m > 0 ? radius_m / edge_m : 0;
-  const int rounds = std::min(kMaxRounds, static_cast<int>(std::lround(ratio * ratio)));
+  const int rounds = std::min(kMaxSmoothing, static_cast<int>(std::lround(ratio * ratio)));
   for (int round = 0; round < rounds; ++round) {
     Points next = values;
     for (std::size_t v = 0; v < neighbours.size(); ++v)

@@ -10,7 +10,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr double kPoisson = 0.4999;
+constexpr double kPoissonRatio = 0.4999;
 
 std::vector<HomogeneousTest> pulls(double longest) {
   std::vector<HomogeneousTest> tests;
@@ -51,15 +51,16 @@ Identification find(const MaterialParameters& start, const Observations& observe
 TEST(Identify, finds_the_parameters_of_exact_tests_of_every_law) {
   const double none = NAN;
   for (const auto& [truth, start] : std::vector<std::pair<MaterialParameters, MaterialParameters>>{
-           {{"neo-hookean", {5e3, kPoisson}}, {"neo-hookean", {1, kPoisson}}},
-           {{"mooney-rivlin", {2e3, 400, kPoisson, none}},
-            {"mooney-rivlin", {1, 1, kPoisson, none}}},
-           {{"yeoh", {2e3, -60, 20, kPoisson, none}}, {"yeoh", {1, 0, 0, kPoisson, none}}},
-           {{"ogden", {1e3, 3, none, none, none, none, kPoisson, none}},
-            {"ogden", {1, 1, none, none, none, none, kPoisson, none}}},
-           {{"fung", {1e3, 0.4, kPoisson, none}}, {"fung", {1, 1, kPoisson, none}}},
-           {{"veronda-westmann", {1e3, 0.8, kPoisson, none}},
-            {"veronda-westmann", {1, 1, kPoisson, none}}}}) {
+           {{"neo-hookean", {5e3, kPoissonRatio}}, {"neo-hookean", {1, kPoissonRatio}}},
+           {{"mooney-rivlin", {2e3, 400, kPoissonRatio, none}},
+            {"mooney-rivlin", {1, 1, kPoissonRatio, none}}},
+           {{"yeoh", {2e3, -60, 20, kPoissonRatio, none}},
+            {"yeoh", {1, 0, 0, kPoissonRatio, none}}},
+           {{"ogden", {1e3, 3, none, none, none, none, kPoissonRatio, none}},
+            {"ogden", {1, 1, none, none, none, none, kPoissonRatio, none}}},
+           {{"fung", {1e3, 0.4, kPoissonRatio, none}}, {"fung", {1, 1, kPoissonRatio, none}}},
+           {{"veronda-westmann", {1e3, 0.8, kPoissonRatio, none}},
+            {"veronda-westmann", {1, 1, kPoissonRatio, none}}}}) {
     SCOPED_TRACE(truth.law);
     const auto tests = pulls(2);
     const Identification found = find(start, observe(stresses(truth, tests), 0, 1), tests);
@@ -73,9 +74,9 @@ TEST(Identify, holds_the_truth_in_its_region_in_95_of_100_noisy_trials) {
   const double none = NAN;
   const auto tests = pulls(1.6);
   for (const MaterialParameters& truth :
-       {MaterialParameters{"mooney-rivlin", {2e3, 400, kPoisson, none}},
-        MaterialParameters{"yeoh", {2e3, 300, 100, kPoisson, none}},
-        MaterialParameters{"fung", {1e3, 0.6, kPoisson, none}}}) {
+       {MaterialParameters{"mooney-rivlin", {2e3, 400, kPoissonRatio, none}},
+        MaterialParameters{"yeoh", {2e3, 300, 100, kPoissonRatio, none}},
+        MaterialParameters{"fung", {1e3, 0.6, kPoissonRatio, none}}}) {
     const Eigen::VectorXd exact = stresses(truth, tests);
     for (const bool is_stated : {true, false}) {
       int held = 0;
@@ -114,7 +115,7 @@ TEST(Identify, says_which_combination_is_determined_where_parameters_are_not_tol
 
 TEST(Identify, says_that_small_strain_determines_a_product_of_modulus_and_exponent) {
   const auto tests = pulls(1.01);
-  const MaterialParameters truth{"veronda-westmann", {1e3, 2, kPoisson, NAN}};
+  const MaterialParameters truth{"veronda-westmann", {1e3, 2, kPoissonRatio, NAN}};
   const Identification found = find(truth, observe(stresses(truth, tests), 0.02, 3), tests);
   EXPECT_FALSE(found.are_told_apart);
   ASSERT_EQ(found.determined.size(), 1u);
@@ -126,9 +127,9 @@ TEST(Identify, says_that_small_strain_determines_a_product_of_modulus_and_expone
 // A law too poor for the rows: neighbours err together, and that widens the region.
 TEST(Identify, widens_the_region_where_the_law_does_not_follow_the_rows) {
   const auto tests = pulls(2.5);
-  const Eigen::VectorXd exact = stresses({"yeoh", {2e3, 300, 100, kPoisson, NAN}}, tests);
+  const Eigen::VectorXd exact = stresses({"yeoh", {2e3, 300, 100, kPoissonRatio, NAN}}, tests);
   const Identification found =
-      find({"neo-hookean", {1e3, kPoisson}}, observe(exact, 1e-3, 1), tests);
+      find({"neo-hookean", {1e3, kPoissonRatio}}, observe(exact, 1e-3, 1), tests);
   EXPECT_GT(found.misfit, 10);
   EXPECT_GT(found.rows_each, 3);
   EXPECT_GT(found.deviation(0), 0.05 * found.material.values[0]);
@@ -136,7 +137,7 @@ TEST(Identify, widens_the_region_where_the_law_does_not_follow_the_rows) {
 
 TEST(Identify, keeps_what_is_not_free_and_an_error_that_all_rows_share_in_the_deviation) {
   const auto tests = pulls(1.5);
-  const MaterialParameters truth{"mooney-rivlin", {2e3, 400, kPoisson, NAN}};
+  const MaterialParameters truth{"mooney-rivlin", {2e3, 400, kPoissonRatio, NAN}};
   const Observations observed = observe(stresses(truth, tests), 0.01, 5);
   const Identification found = find(truth, observed, tests, {.free = {0}});
   EXPECT_EQ(found.material.values[1], 400);

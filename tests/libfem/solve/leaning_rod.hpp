@@ -6,7 +6,7 @@
 
 namespace palpate::fem {
 
-const Vec3 kInward = -Vec3::UnitZ();
+const Vec3 kRodInward = -Vec3::UnitZ();
 constexpr double kRodRadius_m = 0.006, kRodEdge_m = 0.002, kRodDepth_m = 0.004;
 constexpr int kRodRows = 8;
 
@@ -24,9 +24,9 @@ inline PointRows press_rod(const Simulator& simulator, const Lean& lean) {
   ToolPath path;
   path.deflections.resize(kRodRows, 3);
   for (int i = 0; i < kRodRows; ++i)
-    path.deflections.row(i) = kRodDepth_m * (i + 1) / kRodRows * kInward.transpose();
+    path.deflections.row(i) = kRodDepth_m * (i + 1) / kRodRows * kRodInward.transpose();
   path.lean = lean;
-  return simulator.follow(block_top(), kInward, path);
+  return simulator.follow(block_top(), kRodInward, path);
 }
 
 }  // namespace palpate::fem

@@ -17,10 +17,10 @@ TEST(TiltedPress, rows_say_how_the_tool_leans) {
   const Simulator simulator(rod_setup(0.3));
   TestPoints points;
   points.position = block_top().transpose();
-  points.normal = kInward.transpose();
+  points.normal = kRodInward.transpose();
   points.name = {"p"};
   Points deflections(1, 3);
-  deflections.row(0) = 0.001 * kInward;
+  deflections.row(0) = 0.001 * kRodInward;
   const Lean lean = lean_of(40 * kDeg, 1);
   const Samples samples =
       simulate_paths(simulator, points, {{0, deflections}, {0, deflections, {}, lean}});

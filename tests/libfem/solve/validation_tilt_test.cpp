@@ -18,7 +18,7 @@ constexpr double kDeg = 0.017453292519943295;
 double work_J(const PointRows& press) {
   double work = 0, before_N = 0, before_m = 0;
   for (const PointRow& row : press.rows) {
-    const double depth = row.deflection.dot(kInward), force = row.force.dot(kInward);
+    const double depth = row.deflection.dot(kRodInward), force = row.force.dot(kRodInward);
     if (before_m > 0) {
       const double power = std::log(force / before_N) / std::log(depth / before_m);
       work += (force * depth - before_N * before_m) / (power + 1);
@@ -43,10 +43,10 @@ TEST(TiltedPress, without_friction_torque_is_the_derivative_of_the_stored_energy
     for (const PointRow& row : here.rows) ASSERT_EQ(row.status, RowStatus::good);
     const double slope_Nm = (work_J(more) - work_J(less)) / (2 * kStep);
     const Vec3 towards =
-        tilt_frame(kInward).leftCols<2>() * Lean(std::cos(direction), std::sin(direction));
-    const Vec3 about = (-kInward).cross(towards);
+        tilt_frame(kRodInward).leftCols<2>() * Lean(std::cos(direction), std::sin(direction));
+    const Vec3 about = (-kRodInward).cross(towards);
     const PointRow& last = here.rows.back();
-    const double torque_Nm = (last.torque + kRodEdge_m * kInward.cross(last.force)).dot(about);
+    const double torque_Nm = (last.torque + kRodEdge_m * kRodInward.cross(last.force)).dot(about);
     RecordProperty("torque_Nmm", std::to_string(1e3 * torque_Nm));
     RecordProperty("slope_Nmm", std::to_string(1e3 * slope_Nm));
     std::printf("  torque %.4f, slope of the energy %.4f N mm; force %.4f N\n", 1e3 * torque_Nm,
