@@ -48,9 +48,9 @@ int presses(const Scene& scene, Purpose purpose) {
 }
 ExperimentList draw_presses(const Drawing& drawing) {
   const bool is_dragged = !experiments_of(drawing.scene).drag_depths_m.empty();
-  return experiments_at(drawing.points,
-                        std::vector<Effort>(static_cast<std::size_t>(drawing.points.position.rows()),
-                                            {is_dragged, 0}));
+  return experiments_at(
+      drawing.points, std::vector<Effort>(static_cast<std::size_t>(drawing.points.position.rows()),
+                                          {is_dragged, 0}));
 }
 
 // In the order in which held-out paths are followed: each of a body that relaxes at one of the
@@ -67,8 +67,7 @@ ExperimentList draw_paths(const Drawing& drawing) {
   for (std::size_t i = 0; i < out.paths.size(); ++i) {
     ToolPath& path = out.paths[i];
     const std::vector<double>& speeds = scene.validate.speeds_m_s;
-    if (relaxes(scene))
-      path = fem::in_time(path, speeds[i % speeds.size()], scene.validate.hold_s);
+    if (relaxes(scene)) path = fem::in_time(path, speeds[i % speeds.size()], scene.validate.hold_s);
     if (!softens(scene)) continue;
     const double turn = kTurn * static_cast<double>(i + 1);
     path = fem::after_press(path, out.points.normal.row(path.point),
@@ -113,8 +112,8 @@ int tools(const Scene& scene, Purpose purpose) {
   return purpose == Purpose::identify ? scene.tool->paths : scene.tool->held_out;
 }
 ExperimentList draw_tools(const Drawing& drawing) {
-  const HeldOut out = draw_tool_paths(drawing.scene, drawing.body,
-                                      tools(drawing.scene, drawing.purpose), drawing.seed(kToolSeed));
+  const HeldOut out = draw_tool_paths(
+      drawing.scene, drawing.body, tools(drawing.scene, drawing.purpose), drawing.seed(kToolSeed));
   return paths_at(out.points, out.paths, ExperimentKind::tool);
 }
 
@@ -155,12 +154,11 @@ const fem::Simulator& Simulators::operator()(ExperimentKind kind) const {
   if (made) return *made;
   const auto found = std::ranges::find(kExperimentRows, kind, &ExperimentRow::kind);
   const Scene scene = found == kExperimentRows.end() ? scene_ : found->scene(scene_);
-  const bool is_kept = kind == (purpose_ == Purpose::identify ? ExperimentKind::press
-                                                              : ExperimentKind::path);
+  const bool is_kept =
+      kind == (purpose_ == Purpose::identify ? ExperimentKind::press : ExperimentKind::path);
   const double own = scene_.validate.force_tolerance;
-  const double tolerance = purpose_ == Purpose::hold_out && own > 0
-                               ? own
-                               : scene_.experiments.force_tolerance;
+  const double tolerance =
+      purpose_ == Purpose::hold_out && own > 0 ? own : scene_.experiments.force_tolerance;
   made = std::make_unique<fem::Simulator>(is_kept ? make_simulator(scene, body_, tolerance)
                                                   : fem::Simulator(make_setup(scene, body_)));
   return *made;
