@@ -411,6 +411,15 @@ Samples beyond(const Samples& samples, const ExperimentList& list) {
   return out;
 }
 
+Samples row_range(const Samples& samples, Eigen::Index first, Eigen::Index count) {
+  std::vector<Eigen::Index> rows = all_of(count);
+  for (Eigen::Index& row : rows) row += first;
+  Samples out;
+  append_points(out, samples, all_of(samples.points()));
+  append_rows(out, samples, rows);
+  return out;
+}
+
 void leave_out_what_says_nothing(Samples& samples) {
   if (!samples.time_s.array().isFinite().any()) samples.time_s.resize(0);
   if (samples.lean.isZero(0)) samples.lean.resize(0, 2);

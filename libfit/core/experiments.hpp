@@ -57,6 +57,9 @@ Samples joined(const Samples& first, const Samples& second);
 /// The experiments of samples that are not in the list, as known_rows() would find them.
 Samples beyond(const Samples& samples, const ExperimentList& list);
 
+/// Rows from `first` on, at the same places.
+Samples row_range(const Samples& samples, Eigen::Index first, Eigen::Index count);
+
 /// Columns of time, lean and tool that say nothing go.
 void leave_out_what_says_nothing(Samples& samples);
 

@@ -8,13 +8,11 @@
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/validation/paths.hpp"
+#include "libfit/experiments/draw.hpp"
 #include "tools/stages/body/reach.hpp"
 
 namespace palpate::tools {
 namespace {
-
-using validation::HeldOut;
 
 constexpr int kSlides = 4;        // directions in which balls are looked for outside the region
 constexpr double kLongest = 0.5;  // of the depth, by which the tool may touch beside the point
@@ -59,12 +57,12 @@ class ToolDrawing {
 
   HeldOut draw(int paths, std::uint64_t seed) const {
     const Experiments& each = scene_.experiments.each;
-    validation::HeldOutRange range{each.depth_m, each.drag_distance_m};
+    HeldOutRange range{each.depth_m, each.drag_distance_m};
     range.tilt_rad = scene_.tool->tilt_rad;
     range.can_lean = [&](const Vec3& position, const Vec3& inward, const Lean& lean) {
       return can_stand(position, inward, lean);
     };
-    HeldOut out = validation::draw_leaning(body_, range, paths, seed);
+    HeldOut out = draw_leaning(body_, range, paths, seed);
     for (ToolPath& path : out.paths) {
       const Vec3 position = out.points.position.row(path.point),
                  inward = out.points.normal.row(path.point);

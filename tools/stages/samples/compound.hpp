@@ -4,8 +4,8 @@
 
 #include "libfit/core/body.hpp"
 #include "libfit/core/samples.hpp"
-#include "libfit/fit/follow.hpp"
-#include "libfit/validation/paths.hpp"
+#include "libfit/experiments/draw.hpp"
+#include "libfit/experiments/follow.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
@@ -22,8 +22,7 @@ Scene with_tool(const Scene& scene);
 
 inline constexpr std::uint64_t kToolSeed = 0x746f6f6c;
 /// Paths on which the tool leans and none of its balls leaves what answers.
-validation::HeldOut draw_tool_paths(const Scene& scene, const Body& body, int paths,
-                                    std::uint64_t seed);
+HeldOut draw_tool_paths(const Scene& scene, const Body& body, int paths, std::uint64_t seed);
 
 /// How the engine plays a row that [tool] made: as its balls, or as the one that goes deepest.
 PlayedTool tool_played_as(const Scene& scene, const Samples& samples, Eigen::Index row);

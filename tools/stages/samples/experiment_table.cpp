@@ -8,7 +8,7 @@
 #include "libfem/solve/experiments/timed_path.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/validation/paths.hpp"
+#include "libfit/experiments/draw.hpp"
 #include "tools/stages/body/reach.hpp"
 #include "tools/stages/samples/compound.hpp"
 #include "tools/stages/samples/cycles.hpp"
@@ -16,9 +16,6 @@
 
 namespace palpate::tools {
 namespace {
-
-using validation::HeldOut;
-using validation::HeldOutRange;
 
 Scene same(const Scene& scene) { return scene; }
 
@@ -53,27 +50,11 @@ ExperimentList draw_presses(const Drawing& drawing) {
                                           {is_dragged, 0}));
 }
 
-// In the order in which held-out paths are followed: each of a body that relaxes at one of the
-// speeds; each of a body that softens at a place that was pressed before.
 int paths(const Scene& scene, Purpose purpose) {
   return purpose == Purpose::hold_out ? scene.validate.points : 0;
 }
 ExperimentList draw_paths(const Drawing& drawing) {
-  constexpr double kTurn = 0.6180339887498949, kLeastPreload = 0.5;  // of the deepest press
-  const Scene& scene = drawing.scene;
-  const Reachable reachable(drawing);
-  HeldOut out = validation::draw_held_out(drawing.body, reachable.range(scene.validate.tilt_rad),
-                                          scene.validate.points, drawing.seed(0));
-  for (std::size_t i = 0; i < out.paths.size(); ++i) {
-    ToolPath& path = out.paths[i];
-    const std::vector<double>& speeds = scene.validate.speeds_m_s;
-    if (relaxes(scene)) path = fem::in_time(path, speeds[i % speeds.size()], scene.validate.hold_s);
-    if (!softens(scene)) continue;
-    const double turn = kTurn * static_cast<double>(i + 1);
-    path = fem::after_press(path, out.points.normal.row(path.point),
-                            scene.experiments.each.depth_m *
-                                (kLeastPreload + (1 - kLeastPreload) * (turn - std::floor(turn))));
-  }
+  const HeldOut out = draw_held_out_paths(drawing);
   return paths_at(out.points, out.paths);
 }
 
@@ -101,7 +82,7 @@ ExperimentList draw_pairs(const Drawing& drawing) {
   constexpr std::uint64_t kSeed = 0x7077;
   const Reachable reachable(drawing);
   const double radius_m = ball_radius_m(drawing.scene.probe.spec);
-  const HeldOut out = validation::draw_two_tools(
+  const HeldOut out = draw_two_tools(
       drawing.body, reachable.range(), pairs(drawing.scene, drawing.purpose), kMin * radius_m,
       kMax * radius_m, drawing.purpose == Purpose::hold_out, drawing.seed(kSeed));
   return paths_at(out.points, out.paths, ExperimentKind::pair);
@@ -118,6 +99,27 @@ ExperimentList draw_tools(const Drawing& drawing) {
 }
 
 }  // namespace
+
+// Each of a body that relaxes at one of the speeds, each of a body that softens at a place that was
+// pressed before.
+HeldOut draw_held_out_paths(const Drawing& drawing) {
+  constexpr double kTurn = 0.6180339887498949, kLeastPreload = 0.5;  // of the deepest press
+  const Scene& scene = drawing.scene;
+  const Reachable reachable(drawing);
+  HeldOut out = draw_held_out(drawing.body, reachable.range(scene.validate.tilt_rad),
+                              scene.validate.points, drawing.seed(0));
+  for (std::size_t i = 0; i < out.paths.size(); ++i) {
+    ToolPath& path = out.paths[i];
+    const std::vector<double>& speeds = scene.validate.speeds_m_s;
+    if (relaxes(scene)) path = fem::in_time(path, speeds[i % speeds.size()], scene.validate.hold_s);
+    if (!softens(scene)) continue;
+    const double turn = kTurn * static_cast<double>(i + 1);
+    path = fem::after_press(path, out.points.normal.row(path.point),
+                            scene.experiments.each.depth_m *
+                                (kLeastPreload + (1 - kLeastPreload) * (turn - std::floor(turn))));
+  }
+  return out;
+}
 
 const std::vector<ExperimentRow> kExperimentRows{
     {ExperimentKind::path, same, paths, draw_paths, nullptr},

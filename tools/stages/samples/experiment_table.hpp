@@ -8,7 +8,8 @@
 #include "libfem/solve/experiments/simulate.hpp"
 #include "libfit/core/body.hpp"
 #include "libfit/core/experiments.hpp"
-#include "libfit/fit/follow.hpp"
+#include "libfit/experiments/draw.hpp"
+#include "libfit/experiments/follow.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
@@ -46,6 +47,9 @@ extern const std::vector<ExperimentRow> kExperimentRows;
 /// All experiments of a scene for a purpose but for presses at test points: those of each kind, in
 /// the order of the table.
 ExperimentList draw_experiments(const Drawing& drawing);
+
+/// The held-out paths of the scene, with their kinds: those that draw_experiments() follows.
+HeldOut draw_held_out_paths(const Drawing& drawing);
 
 /// Which tool made a row, by its kind.
 PlayedAs played_as(const Scene& scene, const Samples& samples);

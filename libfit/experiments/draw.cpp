@@ -1,4 +1,4 @@
-#include "libfit/validation/paths.hpp"
+#include "libfit/experiments/draw.hpp"
 
 #include <fmt/core.h>
 
@@ -14,7 +14,7 @@
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 
-namespace palpate::validation {
+namespace palpate {
 namespace {
 
 constexpr int kPressRows = 6;    // of a straight or oblique press
@@ -333,4 +333,4 @@ HeldOut draw_two_tools(const Body& body, const HeldOutRange& range, int paths, d
   return out;
 }
 
-}  // namespace palpate::validation
+}  // namespace palpate

@@ -1,11 +1,11 @@
-#include "libfit/fit/follow.hpp"
+#include "libfit/experiments/follow.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
-#include "libfit/fit/walk.hpp"
+#include "libfit/experiments/walk.hpp"
 
 namespace palpate {
 namespace {
