@@ -45,9 +45,9 @@ class Fit final : public Command {
         "body.h5 whose surface tells which points are neighbours; without it, their positions do");
     arguments.option(
         "--cycles", cycles_,
-        "Samples of presses in, out and in again at the same points, cycles.h5 or what "
-        "`import` wrote: how "
-        "the body softens is identified in them");
+        "Samples of presses in, out and in again at the same points, as `import` wrote them: how "
+        "the "
+        "body softens is identified in them; of a simulated body the samples themselves tell");
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
   }
@@ -75,10 +75,10 @@ class Fit final : public Command {
         fit_samples(samples, section_, jobs_, body ? &*body : nullptr,
                     {earlier ? &*earlier : nullptr, earlier_cache ? &*earlier_cache : nullptr},
                     nuisance_choice(frees_, contact_deviation_), &cache);
-    if (!cycles_.empty()) add_damage(curves, read_samples(cycles_), samples.recordings.size() > 0);
+    if (!cycles_.empty()) add_damage(curves, read_samples(cycles_), true);
     Attributes attributes;
-    if (!earlier && frees_.empty() && contact_deviation_.empty())
-      attributes[kInputsAttribute] = curves_fingerprint(section_, samples_, cycles_);
+    if (!earlier && frees_.empty() && contact_deviation_.empty() && cycles_.empty())
+      attributes[kInputsAttribute] = curves_fingerprint(section_, samples_);
     write_curves(output_, curves, attributes);
     write_fit_cache(output_, cache);
     say("wrote {}", output_);

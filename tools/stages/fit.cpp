@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/experiments.hpp"
 #include "libfit/core/units.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/files/files.hpp"
@@ -13,6 +14,10 @@
 #include "libfit/refine/refine.hpp"
 #include "libfit/refine/side_force.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/samples/coupling.hpp"
+#include "tools/stages/samples/cycles.hpp"
+#include "tools/stages/samples/sample_cache.hpp"
+#include "tools/stages/shape.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -129,9 +134,10 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
   return options;
 }
 
-FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
-                         const Body* body, const WarmStart& warm, const NuisanceChoice& nuisances,
-                         FitCache* cache) {
+FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs, const Body* body,
+                         const WarmStart& warm, const NuisanceChoice& nuisances, FitCache* cache) {
+  const Samples samples =
+      of_kinds(all, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
   FitOptions options = fit_options(samples, section, jobs);
   options.warm_start = warm.curves;
   options.warm_cache = warm.cache;
@@ -146,6 +152,8 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, int 
   }
   say_fit(curves, report);
   curves.probe = samples.probe;
+  if (const Samples cycles = of_kinds(all, {ExperimentKind::cycle}); cycles.rows() > 0)
+    add_damage(curves, cycles);
   return curves;
 }
 
@@ -207,7 +215,13 @@ std::size_t list_bad_points(const FittedCurves& curves, bool is_quick) {
   return bad;
 }
 
-Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options) {
+Samples read_known(const std::filesystem::path& samples) {
+  return std::filesystem::exists(surface_path(samples)) ? read_with_surface(samples)
+                                                        : read_samples(samples);
+}
+
+Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options,
+                  const Samples& samples, const Scene* scene) {
   RefineReport report;
   Model model = refine(curves, body, options, &report);
   if (static_cast<Eigen::Index>(report.left_out.size()) == curves.position.rows())
@@ -242,6 +256,9 @@ Model refine_body(const FittedCurves& curves, const Body& body, const RefineOpti
   if (!report.uncovered.empty())
     say("  {} reachable vertices are answered for by no test point", report.uncovered.size());
   model.probe = curves.probe;
+  if (samples.surface.rows() > 0)
+    add_shape(model, of_kinds(samples, {ExperimentKind::press, ExperimentKind::drag}));
+  if (scene != nullptr) add_coupling(model, *scene, samples);
   return model;
 }
 

@@ -41,8 +41,8 @@ struct WarmStart {
 /// FitOptions. Throws Error on an unknown family.
 FitOptions fit_options(const Samples& samples, const FitSection& section, int jobs);
 
-/// Curves at the test points, with basis, residuals and worst points said on stderr. They carry the
-/// probe of the samples.
+/// Curves at the test points, with basis, residuals and worst points said on stderr, and how the
+/// body softens where there are cycles. They carry the probe of the samples.
 /// body: its surface says which points are neighbours, else their places do; may be null.
 /// cache: filled for a later warm start, where wanted.
 /// Throws Interrupted when the user stopped it: nothing half-fitted is kept.
@@ -55,9 +55,14 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, int 
 /// is_quick: too few rows are what was asked for, so underdetermined points count as fitted.
 std::size_t list_bad_points(const FittedCurves& curves, bool is_quick = false);
 
+/// Samples, with how the surface moved where that is known.
+Samples read_known(const std::filesystem::path& samples);
+
 /// Curves on every fine node of the body's surface, with the probe of the curves; coverage is said
-/// on stderr.
-Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options = {});
+/// on stderr. samples: those of the curves, which tell how the surface moves and, of a scene with
+/// pairs or a [tool], how contacts feel each other. scene: null where it is not known.
+Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options = {},
+                  const Samples& samples = {}, const Scene* scene = nullptr);
 
 /// RefineOptions::slope_share from text: auto or a number.
 std::optional<double> slope_share_choice(const std::string& text);
