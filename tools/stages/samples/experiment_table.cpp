@@ -1,5 +1,7 @@
 #include "tools/stages/samples/experiment_table.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -128,6 +130,15 @@ const std::vector<ExperimentRow> kExperimentRows{
     {ExperimentKind::pair, same, pairs, draw_pairs, nullptr},
     {ExperimentKind::tool, with_tool, tools, draw_tools, tool_played_as},
 };
+
+void check_pairs(const Scene& scene) {
+  if (scene.experiments.pairs == 0 && scene.validate.pairs == 0) return;
+  if (scene.probe.spec.shape != "sphere")
+    throw Error(
+        scene.path.string() + ": pairs",
+        fmt::format("two tools are simulated as balls, and this is a {}", scene.probe.spec.shape),
+        "Take shape = \"sphere\" in [probe], or leave pairs out.");
+}
 
 ExperimentList draw_experiments(const Drawing& drawing) {
   ExperimentList out;

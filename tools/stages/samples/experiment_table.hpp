@@ -44,6 +44,10 @@ struct ExperimentRow {
 };
 extern const std::vector<ExperimentRow> kExperimentRows;
 
+/// Refuses pairs of two tools of a probe that is no ball: the simulator has no other second tool.
+/// Throws Error.
+void check_pairs(const Scene& scene);
+
 /// All experiments of a scene for a purpose but for presses at test points: those of each kind, in
 /// the order of the table.
 ExperimentList draw_experiments(const Drawing& drawing);
