@@ -248,7 +248,6 @@ std::vector<BadInput> bad_inputs() {
       {"a held side that is none", "new block.off -o new.toml --held up"},
       {"a unit that is none for a new scene", "new block.off -o new.toml --unit furlong"},
       {"curves where a body belongs", "simulate out/curves.h5 -o s.h5"},
-      {"cycles of a body that does not soften", "simulate out/body.h5 -o s.h5 --cycles"},
       {"a shard that is none", "simulate out/body.h5 --shard 5/4 -o shards"},
       {"a folder without shards", "merge out -o s.h5"},
       {"a folder without a study", "study status out"},
