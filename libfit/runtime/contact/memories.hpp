@@ -13,6 +13,7 @@
 // and the block of the asset that it is read from (asset/format.hpp, asset/check_blocks.hpp). To
 // add one: its header, its block, and its row here.
 
+#include "ageing.hpp"
 #include "body.hpp"
 
 namespace palpate {
@@ -39,7 +40,7 @@ struct RelaxationMemory {
 
 template <class... Each>
 struct MemoryList {};
-using Memories = MemoryList<RelaxationMemory, SofteningMemory>;
+using Memories = MemoryList<RelaxationMemory, SofteningMemory, AgeingMemory>;
 
 template <class... Each>
 bool has_memory(const AssetView& asset, MemoryList<Each...>) noexcept {
