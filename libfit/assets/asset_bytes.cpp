@@ -127,7 +127,6 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
   if (model.curves.relaxation.branches() > 0) header.flags |= runtime::RelaxationBlock::kFlag;
   if (model.curves.damage.softens()) header.flags |= runtime::DamageBlock::kFlag;
   if (model.curves.coupling.is_any()) header.flags |= runtime::CouplingBlock::kFlag;
-  if (model.curves.ageing.share > 0) header.flags |= runtime::AgeingBlock::kFlag;
   header.file_bytes = runtime::lay_out(header, header.offset);
   if (parts.shape.header.points == 0) return header;
   if (!runtime::has_possible_shape(parts.shape.header))
@@ -213,7 +212,6 @@ void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, c
   put_block(bytes, header, block_of(model.curves.relaxation));
   put_block(bytes, header, block_of(model.curves.damage));
   put_block(bytes, header, runtime::CouplingBlock{model.curves.coupling, {}});
-  put_block(bytes, header, model.curves.ageing);
   if (parts.shape.header.points > 0) put_shape(bytes, header, parts.shape);
 }
 

@@ -12,7 +12,6 @@
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/probe.hpp"
 #include "libfit/core/relaxation.hpp"
-#include "libfit/runtime/asset/format.hpp"
 #include "libfit/runtime/law/coupling.hpp"
 #include "libfit/runtime/law/families.hpp"
 #include "libfit/runtime/law/softening.hpp"
@@ -74,7 +73,6 @@ struct CurveSet {
   std::vector<Controls> control = std::vector<Controls>(kCurveKinds);
   Relaxation relaxation;           ///< of the body: the curves are those of slow motion
   runtime::DamageView damage;      ///< of the body: the curves are those of first loading
-  runtime::AgeingBlock ageing{};   ///< of the body: how contacts tire; share 0: they do not
   runtime::CouplingView coupling;  ///< of the body: how tools feel each other
 
   CurveSet() = default;

@@ -52,11 +52,6 @@ CurveBasis read_basis(const Reader& reader, const std::string& group) {
   return basis;
 }
 
-template <class V, class F>
-void ageing_columns(V& numbers, F& f) {
-  f.first("ageing/share_and_seconds", numbers, {.is_optional = true});
-}
-
 }  // namespace
 
 CurveSet read_curve_set(const Reader& reader, std::size_t points) {
@@ -72,9 +67,7 @@ CurveSet read_curve_set(const Reader& reader, std::size_t points) {
   }
   ColumnReader in(reader);
   relaxation_columns(curves.relaxation, in);
-  Eigen::VectorXd ageing, softening, reach_m;
-  ageing_columns(ageing, in);
-  if (ageing.size() == 2) curves.ageing = {ageing[0], ageing[1], {}};
+  Eigen::VectorXd softening, reach_m;
   damage_columns(softening, reach_m, in);
   if (softening.size() == 3 && reach_m.size() == 1)
     curves.damage = {softening[0], softening[1], softening[2], reach_m[0]};
@@ -107,10 +100,6 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
   }
   ColumnWriter out(writer);
   relaxation_columns(curves.relaxation, out);
-  if (curves.ageing.share > 0) {
-    const Eigen::VectorXd ageing = Eigen::Vector2d(curves.ageing.share, curves.ageing.time_s);
-    ageing_columns(ageing, out);
-  }
   if (curves.damage.softens()) {
     const Eigen::VectorXd softening =
         Eigen::Vector3d(curves.damage.r, curves.damage.scale, curves.damage.beta);

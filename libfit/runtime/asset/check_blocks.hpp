@@ -44,14 +44,6 @@ inline Status check_block(const AssetView&, const Header&, const DamageBlock& bl
   return is_good ? Status::ok : Status::block_wrong;
 }
 
-/// Numbers that a contact can tire by.
-inline Status check_block(const AssetView&, const Header&, const AgeingBlock& block) noexcept {
-  bool is_good = block.share > 0 && block.share <= 1 && block.time_s >= kMinRelaxation_s &&
-                 block.time_s <= kMaxRelaxation_s;
-  for (const double reserved : block.reserved) is_good = is_good && reserved == 0;
-  return is_good ? Status::ok : Status::block_wrong;
-}
-
 /// Whether the side force of a vertex is one that its press can bear: (M22) at the end of the
 /// curves, the lateral deflection as long as the depth, with room for what a fit leaves to
 /// the guard. Beyond it forces have nothing to do with a body's.

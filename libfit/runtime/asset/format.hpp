@@ -91,17 +91,10 @@ struct CouplingBlock {
   double reserved[3];
 };
 
-/// How contacts tire (contact/ageing.hpp).
-struct AgeingBlock {
-  static constexpr std::uint32_t kFlag = 32;
-  double share, time_s;
-  double reserved[6];
-};
-
 template <class... Each>
 struct AssetBlocks {};
 /// In the order in which they lie in the file.
-using Blocks = AssetBlocks<RelaxationBlock, DamageBlock, CouplingBlock, AgeingBlock>;
+using Blocks = AssetBlocks<RelaxationBlock, DamageBlock, CouplingBlock>;
 
 constexpr double kCheckTick_s = 1e-3;  ///< between two ticks of the check path
 
@@ -134,7 +127,6 @@ static_assert(sizeof(CheckTick) == 48, "check ticks are packed");
 static_assert(sizeof(RelaxationBlock) == 64, "the block of relaxation is packed");
 static_assert(sizeof(DamageBlock) == 64, "the block of damage is packed");
 static_assert(sizeof(CouplingBlock) == 128, "the block of coupling is packed");
-static_assert(sizeof(AgeingBlock) == 64, "the block of ageing is packed");
 static_assert(sizeof(Header) == 184 + 8 * kSections, "the header is packed");
 static_assert(offsetof(Header, file_bytes) == 16, "the checksum covers all from byte 16 on");
 

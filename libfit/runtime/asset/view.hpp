@@ -58,7 +58,6 @@ struct AssetView {
   bool sways = false;  ///< some vertex gives as a whole (sway.hpp)
   ShapeView shape;
   const CouplingView* coupling = nullptr;  ///< how contacts move each other; null: they do not
-  const AgeingBlock* ageing = nullptr;     ///< how contacts tire; null: they do not
   DamageView damage;                       ///< how a body of this asset softens (contact/body.hpp)
   DamagedVertex* body = nullptr;  ///< of with_body(): what it has borne; null: it does not soften
 
@@ -144,7 +143,6 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
     view.curves.relaxation = relaxation_of(*block);
   if (const auto* block = block_of<DamageBlock>(bytes, h)) view.damage = damage_of(*block);
   if (const auto* block = block_of<CouplingBlock>(bytes, h)) view.coupling = &block->coupling;
-  view.ageing = block_of<AgeingBlock>(bytes, h);
   view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
   view.check_ticks = h.check_ticks;
   view.check_path_ticks = h.check_path_ticks;

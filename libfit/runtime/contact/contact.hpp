@@ -25,7 +25,6 @@ struct ContactPlace {
   double weight[3] = {0, 0, 0};  ///< area coordinates
   Arm arm;                       ///< of a ball, or of a tip that stands for one
   double slip_left_m = 0;        ///< of the slip budget, where a tick had too many segments
-  double age = 0;                ///< 0 to 1, of a contact that tires (contact/ageing.hpp)
   double unloaded_J = 0;         ///< stored here and not yet loaded on the body (contact/body.hpp)
 };
 /// The same and what its law remembers: all that a slip changes.

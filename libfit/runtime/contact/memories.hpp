@@ -13,7 +13,6 @@
 // and the block of the asset that it is read from (asset/format.hpp, asset/check_blocks.hpp). To
 // add one: its header, its block, and its row here.
 
-#include "ageing.hpp"
 #include "body.hpp"
 
 namespace palpate {
@@ -40,7 +39,7 @@ struct RelaxationMemory {
 
 template <class... Each>
 struct MemoryList {};
-using Memories = MemoryList<RelaxationMemory, SofteningMemory, AgeingMemory>;
+using Memories = MemoryList<RelaxationMemory, SofteningMemory>;
 
 template <class... Each>
 bool has_memory(const AssetView& asset, MemoryList<Each...>) noexcept {
