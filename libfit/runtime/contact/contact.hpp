@@ -113,15 +113,10 @@ inline bool any_sway(const AssetView& asset) noexcept {
 
 /// Contact ends; the running sums and the tip stay.
 inline void release(Contact& contact) noexcept {
-  contact.triangle = -1;
+  static_cast<ContactPoint&>(contact) = ContactPoint();
   contact.series = SeriesMemory();
-  contact.slip_left_m = 0;
   contact.law_J = 0;
-  contact.unloaded_J = 0;
   contact.has_side = false;
-  for (double& weight : contact.weight) weight = 0;
-  contact.arm = Arm();
-  for (double& number : contact.memory) number = 0;
   clear(contact.cache);
 }
 /// The same with the energy at law_J, which the contact's own ledger books.
