@@ -163,8 +163,7 @@ class ToolTick {
     in_ = &in;
     ball_ = ball;
     const ToolShape& shape = tool.shape;
-    const bool needs_time =
-        shape.has_damper() || shape.ramp_s > 0 || asset.curves.relaxation.branches > 0;
+    const bool needs_time = shape.has_damper() || shape.ramp_s > 0 || has_flow(asset, Memories());
     status_ = shape.balls > 1 && asset.coupling == nullptr ? Status::tool_wrong
               : needs_time && !is_time_step(in.dt_s)       ? Status::time_step_wrong
               : !make_frame(in.pose, frame_) || !make_frame(in.body, body_) ? Status::pose_wrong

@@ -27,6 +27,9 @@ constexpr double kRadius_m = 0.004, kDepth_m = 0.005;
 /// Of walks whose forces are those of a held tool: no real friction is so small that more shows.
 constexpr double kMostJump = 3;  ///< of a force, over the stiffest curve times all motion in a tick
 
+/// A tool that stands moves by rounding alone, while its body relaxes.
+constexpr double kRounding_m = 1e-9;
+
 double sign(Random& random) { return 2 * random.share() - 1; }
 Vec3d direction(Random& random) {
   const double x = sign(random), y = sign(random), z = sign(random);
@@ -258,7 +261,7 @@ class Walk {
       if (peak_J_ > 0) sums_->rise = std::max(sums_->rise, rise / peak_J_);
       const bool has_damper =
           tool_[0].shape.has_damper() || tool_[1].shape.has_damper() || tool_[2].shape.has_damper();
-      if (moved_m > 0 && !has_damper) {
+      if (moved_m > kRounding_m && !has_damper) {
         sums_->jump = std::max(sums_->jump, changed_N / (body_.stiffest_N_m * moved_m));
         sums_->jump_10um_N =
             std::max(sums_->jump_10um_N, changed_N * std::min(1.0, 1e-5 / moved_m));
