@@ -385,7 +385,7 @@ std::vector<std::size_t> without_rows(const ExperimentList& list, const Samples&
 
 Samples joined(const Samples& first, const Samples& second) {
   Samples out = first;
-  const auto places = static_cast<std::int32_t>(first.points());
+  const auto places = static_cast<std::int32_t>(second.points() > 0 ? first.points() : 0);
   const std::int32_t numbers =
       first.experiment.empty() ? 0 : 1 + *std::ranges::max_element(first.experiment);
   const auto before = static_cast<std::size_t>(first.rows());

@@ -52,7 +52,8 @@ std::vector<std::size_t> without_rows(const ExperimentList& list, const Samples&
                                       int per_point);
 
 /// Places and rows of both, those of `first` in front, experiments numbered anew; places of both
-/// come twice. Where rows of either do not say how the surface moved, none of the result do.
+/// come twice. Rows of a second without places are at those of the first. Where rows of either do
+/// not say how the surface moved, none of the result do.
 Samples joined(const Samples& first, const Samples& second);
 /// The experiments of samples that are not in the list, as known_rows() would find them.
 Samples beyond(const Samples& samples, const ExperimentList& list);

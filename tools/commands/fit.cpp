@@ -7,7 +7,6 @@
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
-#include "tools/stages/samples/cycles.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -43,11 +42,6 @@ class Fit final : public Command {
     arguments.option(
         "--body", body_,
         "body.h5 whose surface tells which points are neighbours; without it, their positions do");
-    arguments.option(
-        "--cycles", cycles_,
-        "Samples of presses in, out and in again at the same points, as `import` wrote them: how "
-        "the "
-        "body softens is identified in them; of a simulated body the samples themselves tell");
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
   }
@@ -75,9 +69,8 @@ class Fit final : public Command {
         fit_samples(samples, section_, jobs_, body ? &*body : nullptr,
                     {earlier ? &*earlier : nullptr, earlier_cache ? &*earlier_cache : nullptr},
                     nuisance_choice(frees_, contact_deviation_), &cache);
-    if (!cycles_.empty()) add_damage(curves, read_samples(cycles_), true);
     Attributes attributes;
-    if (!earlier && frees_.empty() && contact_deviation_.empty() && cycles_.empty())
+    if (!earlier && frees_.empty() && contact_deviation_.empty())
       attributes[kInputsAttribute] = curves_fingerprint(section_, samples_);
     write_curves(output_, curves, attributes);
     write_fit_cache(output_, cache);
@@ -90,7 +83,7 @@ class Fit final : public Command {
   }
 
  private:
-  std::string samples_, output_, warm_start_, frees_, contact_deviation_, body_, cycles_;
+  std::string samples_, output_, warm_start_, frees_, contact_deviation_, body_;
   std::string smoothing_ = "auto";
   FitSection section_;
   int jobs_ = 0;

@@ -153,7 +153,7 @@ FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs
   say_fit(curves, report);
   curves.probe = samples.probe;
   if (const Samples cycles = of_kinds(all, {ExperimentKind::cycle}); cycles.rows() > 0)
-    add_damage(curves, cycles);
+    add_damage(curves, cycles, all.recordings.size() > 0);
   return curves;
 }
 

@@ -14,6 +14,6 @@ bool softens(const Scene& scene);
 
 /// Identifies how the body softens, into curves.curves.damage; said on stderr. may_dent: the cycles
 /// were recorded, so a dent may stay.
-void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent = false);
+void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent);
 
 }  // namespace palpate::tools
