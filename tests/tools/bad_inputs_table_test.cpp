@@ -316,7 +316,6 @@ std::vector<BadInput> bad_inputs() {
       {"a text where samples belong", "fit scene.toml -o c.h5"},
       {"a family of curves that is none", "fit out/samples.h5 -o c.h5 --family ring"},
       {"a degree out of range", "fit out/samples.h5 -o c.h5 --degree 9"},
-      {"a smoothing that is none", "fit out/samples.h5 -o c.h5 --smoothing much"},
       {"samples where a body belongs", "refine out/curves.h5 --body out/samples.h5 -o m.h5"},
       {"a share of slopes out of range",
        "refine out/curves.h5 --body out/body.h5 -o m.h5 --slope-share 2"},

@@ -102,7 +102,6 @@ region = { disc = { center = [0, 0, 0.1], radius = "3 cm" }, facing = "-x", with
 drag_depths = ["3 mm"]
 [fit]
 family = "separable"
-smoothing = 64
 )";
 
 template <class Section>

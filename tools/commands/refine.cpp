@@ -6,7 +6,7 @@
 #include "tools/console.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/fit.hpp"
+#include "tools/stages/refine.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -14,7 +14,6 @@
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/check_choices.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/samples/cycles.hpp"
 #include "tools/stages/samples/placement.hpp"
 #include "tools/stages/samples/shards.hpp"
 #include "tools/stages/samples/simulate.hpp"

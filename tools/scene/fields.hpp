@@ -40,11 +40,10 @@ struct Whole {
 struct Choice {
   std::vector<std::string_view> names;
 };
-struct Any {};              ///< whatever the type holds
-struct File {};             ///< counts by its name; a fingerprint adds its content
-struct MeshUnit {};         ///< metres in one unit of a mesh file
-struct SmoothingChoice {};  ///< a strength, "auto" or "none"
-struct PointCount {};       ///< a number; other words fill `placement` and `points_file`
+struct Any {};         ///< whatever the type holds
+struct File {};        ///< counts by its name; a fingerprint adds its content
+struct MeshUnit {};    ///< metres in one unit of a mesh file
+struct PointCount {};  ///< a number; other words fill `placement` and `points_file`
 
 inline Choice element_choice() {
   Choice choice;
@@ -156,12 +155,11 @@ void visit(SectionOf<ExperimentsSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<FitSection> auto& section, Visitor& f) {
-  auto& [family, degree, pieces, tolerance, smoothing] = section;
+  auto& [family, degree, pieces, tolerance] = section;
   f(Stage::fit, "family", family, family_choice());
   f(Stage::fit, "degree", degree, Whole{0, 4});
   f(Stage::fit, "pieces", pieces, Whole{0, 256});
   f(Stage::fit, "tolerance", tolerance, Number{1e-6, 1});
-  f(Stage::fit, "smoothing", smoothing, SmoothingChoice{});
 }
 
 template <class Visitor>

@@ -41,9 +41,6 @@ class SettingsWriter {
   void operator()(Stage stage, std::string_view key, const std::vector<double>& value, Speed) {
     put(stage, std::string(key), "m/s", value);
   }
-  void operator()(Stage stage, std::string_view key, std::optional<double> value, SmoothingChoice) {
-    if (value) put(stage, std::string(key), kPlain, {*value});
-  }
   void operator()(Stage stage, std::string_view key, const std::vector<double>& value, Length) {
     put(stage, std::string(key), "m", value);
   }

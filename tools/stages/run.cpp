@@ -15,6 +15,7 @@
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
+#include "tools/stages/refine.hpp"
 #include "tools/stages/samples/compound.hpp"
 #include "tools/stages/samples/placement.hpp"
 #include "tools/stages/samples/simulate.hpp"
@@ -108,8 +109,7 @@ class StageRun {
     const std::string wanted = curves_fingerprint(scene_.fit, samples);
     if (!is_stale("fit", output, stored_in_hdf5(output), wanted)) return;
     const Body body = read_body(placed_body());
-    const FittedCurves curves =
-        fit_samples(read_samples(samples), scene_.fit, request_.jobs, &body);
+    const FittedCurves curves = fit_samples(read_samples(samples), scene_.fit, request_.jobs);
     write_curves(output, curves, {{kInputsAttribute, wanted}});
   }
 

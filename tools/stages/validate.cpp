@@ -21,7 +21,6 @@
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/compound.hpp"
-#include "tools/stages/samples/cycles.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
 #include "tools/stages/samples/simulate.hpp"

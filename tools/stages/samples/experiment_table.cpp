@@ -13,7 +13,6 @@
 #include "libfit/experiments/draw.hpp"
 #include "tools/stages/body/reach.hpp"
 #include "tools/stages/samples/compound.hpp"
-#include "tools/stages/samples/cycles.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {

@@ -39,7 +39,6 @@ FittedCurves fit_so_far(const Scene& scene, const Samples& samples, int jobs,
   FitOptions options = fit_options(samples, scene.fit, jobs);
   options.warm_start = before;
   options.warm_cache = &cache;
-  options.smoothing = 0;
   return fit_curves(samples, options, {}, nullptr, &cache);
 }
 
