@@ -30,7 +30,7 @@ const std::vector<Row> kLayers{
     {"libfit/fit", {"libfit/core", "libfit/runtime"}},
     {"libfit/refine", {"libfit/core", "libfit/runtime"}},
     {"libfit/assets", {"libfit/core", "libfit/runtime", "libfit/io"}},
-    {"libfit/shape", {"libfit/core", "libfit/runtime"}},
+    {"libfit/shape", {"libfit/core", "libfit/experiments", "libfit/runtime"}},
     {"libfit/recordings", {"libfit/core", "libfit/io", "libfit/refine"}},
     {"libfit/experiments", {"libfit/core", "libfit/runtime"}},
     {"libfit/validation",
