@@ -8,10 +8,11 @@ import numpy as np
 
 # Units of a samples.h5, a contract (docs/formats.md); all else is without.
 _UNITS = {"points/position": "m", "points/normal_gradient": "1/m", "points/sway": "m/N", "rows/deflection": "m",
-          "rows/force": "N", "rows/torque": "N m", "rows/force_error": "N", "recordings/contact": "m",
+          "rows/force": "N", "rows/torque": "N m", "rows/force_error": "N", "rows/time": "s",
+          "relaxation/time": "s", "recordings/contact": "m",
           "recordings/contact_deviation": "m", "recordings/speed": "m/s", "recordings/noise": "N",
           "recordings/young": "Pa"}
-_TYPES = {"kind": np.int8, "status": np.int8, "step_check": np.int8, "grade": np.int8}
+_TYPES = {"kind": np.int8, "tool": np.int8, "status": np.int8, "step_check": np.int8, "grade": np.int8}
 _WITHOUT_UNIT = ("probe/shape", "probe/orientation", "probe/heading", "probe/friction", "probe/mesh/triangles")
 
 
