@@ -91,13 +91,11 @@ TEST(WarmStart, another_probe_asks_for_a_refit) {
         rig.add_point(Vec3(0.1 * p, 0.2, -1)), [](double d) { return 300 * d * (1 + 40 * d); },
         0.01, 12);
   Samples samples = rig.samples;
-  samples.probe = ProbeSpec{"sphere", 0.3, {{"radius", {0.004}}}};
+  samples.probe = sphere_spec(0.004, 0.3);
   FitOptions rings;
   rings.family = CurveFamily::rings;
   const Fitted first(samples, rings);
-  const ProbeSpec before = *samples.probe;
-  for (const ProbeSpec& other :
-       {ProbeSpec{"sphere", 0.3, {{"radius", {0.008}}}}, ProbeSpec{"sphere", 0.5, before.values}}) {
+  for (const ProbeSpec& other : {sphere_spec(0.008, 0.3), sphere_spec(0.004, 0.5)}) {
     samples.probe = other;
     FitReport report;
     const FittedCurves warm = fit_curves(samples, first.options(rings), {}, &report);
@@ -174,7 +172,7 @@ TEST(WarmStart, without_its_cache_takes_longer_and_brings_the_same) {
   EXPECT_EQ(report.kept, 0U);
   constexpr double kRounding = 1e-6;  // knots came by way of metres
   expect_the_same(with, without, kRounding);
-  const FitCache of_others{{"0123456789abcdef"}, {}, {}};
+  const FitCache of_others{{"0123456789abcdef"}};
   options.warm_cache = &of_others;
   expect_the_same(with, fit_curves(samples, options, {}, &report), kRounding);
   EXPECT_EQ(report.kept, 0U);
