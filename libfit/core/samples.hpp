@@ -134,7 +134,7 @@ struct Samples {
   std::vector<std::int32_t> experiment;  ///< N, unique per press, drag or path
   std::vector<ExperimentKind> kind;      ///< N
   std::vector<std::int32_t> step;        ///< N
-  std::vector<std::int8_t> tool;         ///< N, from 0 on; or none: each experiment has one tool
+  std::vector<std::int32_t> tool;        ///< N, from 0 on; or none: each experiment has one tool
   Points deflection;                     ///< N x 3 [m]
   Points force;                          ///< N x 3 [N]
   Points torque;                         ///< N x 3 [N m]
@@ -178,7 +178,7 @@ void each_row_column(A& a, B& b, const F& f) {
   f(a.experiment, b.experiment);
   f(a.kind, b.kind);
   f(a.step, b.step);
-  f(a.tool, b.tool, std::int8_t{0});
+  f(a.tool, b.tool, std::int32_t{0});
   f(a.deflection, b.deflection);
   f(a.force, b.force);
   f(a.torque, b.torque);

@@ -160,7 +160,7 @@ class Work {
     return row;
   }
   static void put(Samples& out, const PointRow& row, std::int32_t number, std::int32_t place,
-                  std::int8_t tool, const Vec3& deflection, const Vec3& force) {
+                  std::int32_t tool, const Vec3& deflection, const Vec3& force) {
     const auto i = static_cast<Eigen::Index>(out.point.size());
     out.point.push_back(place);
     out.experiment.push_back(number + row.experiment);

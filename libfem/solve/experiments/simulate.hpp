@@ -14,7 +14,7 @@ namespace palpate::fem {
 /// what presses on one mesh lack; none: they are left as they are.
 struct SimulateOptions {
   int jobs = 0;
-  Samples already_done;
+  Samples already_done = {};
   QuickScale quick = {};
 };
 

@@ -162,7 +162,7 @@ Samples rows_of(const ExperimentList& list) {
         out.experiment.push_back(static_cast<std::int32_t>(i));
         out.kind.push_back(one.kind);
         out.step.push_back(static_cast<std::int32_t>(row));
-        out.tool.push_back(static_cast<std::int8_t>(tool));
+        out.tool.push_back(tool);
         out.status.push_back(RowStatus::good);
         deflection.push_back(
             (tool == 0 ? one.path.deflections : one.path.second->deflections).row(row));

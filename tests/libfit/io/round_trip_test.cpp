@@ -67,6 +67,30 @@ TEST_F(RoundTrip, what_checks_of_rows_found_comes_back_and_needs_one_entry_a_row
   EXPECT_THROW(write_samples(at("s.h5"), a, {}), Error);
 }
 
+// Points 0 and 2 are touched at once, in the last two rows; times are of the first experiment.
+TEST_F(RoundTrip, rows_of_two_tools_and_in_time_come_back) {
+  Samples a = example_samples();
+  a.experiment = {0, 0, 0, 1, 2, 2};
+  a.kind = {ExperimentKind::cycle, ExperimentKind::cycle, ExperimentKind::cycle,
+            ExperimentKind::tool,  ExperimentKind::pair,  ExperimentKind::pair};
+  a.point = {0, 0, 0, 2, 0, 2};
+  a.step = {0, 1, 2, 0, 0, 0};
+  a.tool = {0, 0, 0, 0, 0, 1};
+  a.time_s.setConstant(6, std::numeric_limits<double>::quiet_NaN());
+  a.time_s.head(3) << 0, 0.25, 0.5;
+  write_samples(at("s.h5"), a, {});
+  const Samples b = read_samples(at("s.h5"));
+  EXPECT_EQ(b.tool, a.tool);
+  EXPECT_EQ(b.kind, a.kind);
+  EXPECT_EQ(b.time_s.head(3), a.time_s.head(3));
+  EXPECT_TRUE(b.time_s.tail(3).array().isNaN().all());
+  a.tool = {0, 0, 0, 0, 0, 2};
+  EXPECT_THROW(write_samples(at("s.h5"), a, {}), Error);
+  a.tool = {0, 0, 0, 0, 0, 1};
+  a.time_s[2] = 0.2;
+  EXPECT_THROW(write_samples(at("s.h5"), a, {}), Error);
+}
+
 TEST_F(RoundTrip, samples_without_rows_or_gradient_come_back) {
   Samples a = example_samples();
   Samples empty;
