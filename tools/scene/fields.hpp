@@ -73,6 +73,16 @@ void visit(SectionOf<ProbeSpec> auto& section, Visitor& f) {
   f(Stage::simulate, "friction", friction, Number{});
 }
 
+// But for its shape, which is read as a probe's, and what the statement alone compares.
+template <class Visitor>
+void visit(SectionOf<ToolSection> auto& section, Visitor& f) {
+  auto& [probe, row, balls_m, tilt_rad, paths, held_out] = section;
+  f(Stage::fit, "row", row, Whole{});
+  f(Stage::fit, "balls", balls_m, Any{});
+  f(Stage::fit, "tilt", tilt_rad, Tilt{});
+  f(Stage::fit, "paths", paths, Whole{});
+}
+
 template <class Visitor>
 void visit(SectionOf<BodySection> auto& section, Visitor& f) {
   auto& [surface, tetmesh, length_unit_m, element, fixed, symmetric, mesh_size_m, noise_m, wrap_m] =
