@@ -180,7 +180,7 @@ TEST_F(SharedFolder, a_shard_that_lost_a_point_is_refused) {
   const fs::path path = *made / folder / "shard-1-of-3.h5",
                  fewer = *made / folder / "shard-3-of-3.h5";
   write_samples(path, read_samples(fewer), read_attributes(path));
-  expect_refused(merge(folder), "does not hold the points of its shard", "--shard 1/3");
+  expect_refused(merge(folder), "does not hold the experiments of its shard", "--shard 1/3");
 }
 
 TEST_F(SharedFolder,
