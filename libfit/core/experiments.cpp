@@ -66,7 +66,7 @@ std::string key_of(const ExperimentList& list, const Experiment& one) {
 }
 
 // The rows of one experiment of a list: of a test point, of all its presses and drags.
-struct Found {
+struct FoundExperiment {
   std::string key;
   std::vector<Eigen::Index> rows;
   std::int32_t first_number = 0;
@@ -108,8 +108,8 @@ std::string key_of(const Samples& samples, const std::vector<Eigen::Index>& rows
   return key.bytes();
 }
 
-std::vector<Found> experiments_in(const Samples& samples) {
-  std::vector<Found> out;
+std::vector<FoundExperiment> experiments_in(const Samples& samples) {
+  std::vector<FoundExperiment> out;
   std::map<std::int32_t, std::size_t> of_point;  // presses and drags of a place
   std::map<std::int32_t, std::size_t> of_number;
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
@@ -120,7 +120,7 @@ std::vector<Found> experiments_in(const Samples& samples) {
     if (is_new) out.push_back({{}, {}, samples.experiment[r]});
     out[at->second].rows.push_back(row);
   }
-  for (Found& found : out) found.key = key_of(samples, found.rows);
+  for (FoundExperiment& found : out) found.key = key_of(samples, found.rows);
   return out;
 }
 
@@ -216,7 +216,7 @@ struct Renumbered {
   std::vector<Eigen::Index> rows;
   std::vector<std::int32_t> experiment;
 
-  void add(const Samples& from, const Found& found, std::int32_t first_number) {
+  void add(const Samples& from, const FoundExperiment& found, std::int32_t first_number) {
     for (const Eigen::Index row : found.rows) {
       rows.push_back(row);
       experiment.push_back(first_number + from.experiment[static_cast<std::size_t>(row)] -
@@ -347,9 +347,9 @@ std::vector<std::int32_t> first_numbers(const ExperimentList& list, int per_poin
 }
 
 Samples known_rows(const ExperimentList& wanted, const Samples& known, int per_point) {
-  const std::vector<Found> all = experiments_in(known);
-  std::map<std::string, const Found*> by_key;
-  for (const Found& found : all) by_key.emplace(found.key, &found);
+  const std::vector<FoundExperiment> all = experiments_in(known);
+  std::map<std::string, const FoundExperiment*> by_key;
+  for (const FoundExperiment& found : all) by_key.emplace(found.key, &found);
   const std::vector<std::int32_t> number = first_numbers(wanted, per_point);
   Samples out = at_places(wanted.places, known);
   Renumbered taken;
@@ -405,7 +405,7 @@ Samples beyond(const Samples& samples, const ExperimentList& list) {
       at_places({samples.point_position, samples.point_normal, samples.point_name, {}}, samples);
   for (Eigen::Index p = 0; p < samples.points(); ++p) copy_place(samples, p, out, p);
   Renumbered left;
-  for (const Found& found : experiments_in(samples))
+  for (const FoundExperiment& found : experiments_in(samples))
     if (known.insert(found.key).second) left.add(samples, found, found.first_number);
   append_rows(out, samples, left.rows);
   return out;

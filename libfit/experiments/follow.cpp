@@ -13,9 +13,10 @@ namespace {
 constexpr double kMaxTick_s = 1e-3;
 
 // Tools that are on a body together, and where the point of each is.
-class Walk {
+class ToolsWalk {
  public:
-  Walk(const runtime::AssetView& asset, std::vector<PlayedTool> played, std::vector<Vec3> places)
+  ToolsWalk(const runtime::AssetView& asset, std::vector<PlayedTool> played,
+            std::vector<Vec3> places)
       : asset_(asset), played_(std::move(played)), at_(std::move(places)) {
     const bool is_apart = asset.coupling == nullptr;
     for (std::size_t i = 0; i < played_.size(); ++i) {
@@ -142,7 +143,7 @@ FollowedRows follow(const runtime::AssetView& asset, const Samples& samples, dou
       outside.push_back(at + (std::min(0.0, depth) - kApproachRatio * depth_m) * normal);
       down.push_back(at + depth * normal);
     }
-    Walk walk(body.fresh(), std::move(played), std::move(outside));
+    ToolsWalk walk(body.fresh(), std::move(played), std::move(outside));
     if (samples.kind[static_cast<std::size_t>(row)] == ExperimentKind::drag)
       walk.go(down, std::numeric_limits<double>::quiet_NaN());
     for (double before_s = 0;

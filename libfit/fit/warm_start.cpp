@@ -81,9 +81,9 @@ std::vector<std::string> fingerprints(const Samples& samples, const BodyData& bo
     if (samples.point_normal_gradient.rows() > 0)
       for (int k = 0; k < 9; ++k) h = mix(h, {samples.point_normal_gradient(at, k)});
     if (!point.has_errors && point.problem.empty()) h = mix(h, {body.error_N});
-    for (const Experiment& e : point.experiments)
+    for (const PointExperiment& e : point.experiments)
       for (const Vec3& sway : e.sway) h = mix(h, sway.data(), 3);
-    for (const Experiment& e : point.experiments)
+    for (const PointExperiment& e : point.experiments)
       h = mix(h, {e.unknown.contact * body.length_m, e.unknown.bias * point.force_N,
                   e.unknown.drift * point.force_N});
     out.push_back(hex16(h));

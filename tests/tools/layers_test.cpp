@@ -27,7 +27,7 @@ const std::vector<Row> kLayers{
     {"libfit/runtime", {}},
     {"libfit/core", {"libfit/runtime/base", "libfit/runtime/law"}},
     {"libfit/io", {"libfit/core", "libfit/runtime"}},
-    {"libfit/fit", {"libfit/core", "libfit/runtime"}},
+    {"libfit/fit", {"libfit/core", "libfit/experiments", "libfit/runtime"}},
     {"libfit/refine", {"libfit/core", "libfit/runtime"}},
     {"libfit/assets", {"libfit/core", "libfit/runtime", "libfit/io"}},
     {"libfit/shape", {"libfit/core", "libfit/experiments", "libfit/runtime"}},

@@ -43,7 +43,8 @@ class Predict final : public Command {
   int run(Reply& reply) override {
     const Model model = read_model(model_);
     const Samples samples =
-        of_kinds(read_samples(samples_), {ExperimentKind::press, ExperimentKind::drag});
+        of_kinds(read_samples(samples_),
+                 {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
     const double size_m = extent_m(model.surface.vertices).norm();
     if (curves_.empty())
       warn("without --without, points that the model was fitted at count as predicted");

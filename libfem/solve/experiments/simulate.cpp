@@ -33,10 +33,10 @@ PointRows scaled(PointRows pressed, double number, const QuickScale& quick) {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // Experiments of a list and their rows so far.
-class Work {
+class SimulationWork {
  public:
-  Work(const SimulatorOf& simulator, const ExperimentList& list, const Experiments& each,
-       const SimulateOptions& options, const Progress& progress)
+  SimulationWork(const SimulatorOf& simulator, const ExperimentList& list, const Experiments& each,
+                 const SimulateOptions& options, const Progress& progress)
       : simulator_(simulator),
         list_(list),
         each_(each),
@@ -199,7 +199,7 @@ int experiments_per_point(const Experiments& each) {
 
 Samples simulate(const SimulatorOf& simulator, const ExperimentList& list, const Experiments& each,
                  const SimulateOptions& options, const OneDone& on_done, const Progress& progress) {
-  Work work(simulator, list, each, options, progress);
+  SimulationWork work(simulator, list, each, options, progress);
   std::mutex reporting;
   std::size_t done = 0;
   for (std::size_t i = 0; i < work.size(); ++i) done += work.is_done(i);

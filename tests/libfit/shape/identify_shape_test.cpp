@@ -112,32 +112,25 @@ TEST(identify_shape, a_body_that_only_dents_needs_no_modes_of_the_whole_body) {
   EXPECT_LT(find_again(shaped_plate(0, 4), 0).error.near.p95_rel, 0.02);
 }
 
-// Against the surface at rest the error is how far vertices are moved, which deform() says.
+// Where the reference is what deform() shows, nothing is left, and what the ball pushes out counts.
 TEST(shape_error, is_of_the_surface_that_a_scene_sees) {
-  const Loaded body = load(shaped_plate(2, 6));
-  Samples samples = experiments(shaped_plate(2, 6));
-  samples.surface.setZero(samples.rows(), 3 * body.asset.vertices);
-  const auto contacts = contact_states(body.asset, samples, kDepth_m);
-  double most_m = 0, most_left_m = 0;
-  std::vector<float> moved(static_cast<std::size_t>(3 * body.asset.vertices));
-  for (std::size_t row = 0; row < contacts.size(); ++row) {
-    ASSERT_TRUE(contacts[row]);
-    ASSERT_EQ(runtime::deform(body.asset, *contacts[row], 0, 0, body.asset.vertices, moved.data()),
-              runtime::Status::ok);
-    runtime::DentState state;
-    ASSERT_TRUE(runtime::shape_state(body.asset, *contacts[row], 0, state));
-    const runtime::Deformation left(body.asset, *contacts[row], state);
-    for (int v = 0; v < body.asset.vertices; ++v) {
-      const auto at = static_cast<std::size_t>(3 * v);
-      most_m = std::max(most_m, Vec3(moved[at], moved[at + 1], moved[at + 2]).norm());
-      most_left_m = std::max(most_left_m, std::sqrt(runtime::dot(left.at(v), left.at(v))));
-    }
+  double unpushed_m = 0;
+  for (const unsigned seed : {6U, 7U, 8U}) {
+    Model model = shaped_plate(2, seed);
+    model.probe = sphere_spec(0.012, 0.3);  // over several vertices
+    const Loaded body = load(model);
+    Samples samples = experiments(model);
+    samples.surface.setZero(samples.rows(), 3 * body.asset.vertices);
+    const auto contacts = contact_states(body.asset, samples, kDepth_m);
+    for (std::size_t row = 0; row < contacts.size(); ++row)
+      ASSERT_EQ(runtime::deform(body.asset, *contacts.at(row), 0, 0, body.asset.vertices,
+                                samples.surface.row(static_cast<Eigen::Index>(row)).data()),
+                runtime::Status::ok);
+    EXPECT_LT(shape_error(body.asset, samples, contacts).all.max_m, 1e-9) << "seed " << seed;
+    unpushed_m =
+        std::max(unpushed_m, shape_error(body.asset, samples, contacts, {}, false).all.max_m);
   }
-  const ShapeError shown = shape_error(body.asset, samples, contacts),
-                   unpushed = shape_error(body.asset, samples, contacts, {}, false);
-  EXPECT_NEAR(shown.all.max_m, most_m, 1e-6 * most_m);
-  EXPECT_NEAR(unpushed.all.max_m, most_left_m, 1e-6 * most_left_m);
-  EXPECT_GT(std::abs(most_m - most_left_m), 1e-4 * most_m) << "the ball pushes nothing out";
+  EXPECT_GT(unpushed_m, 1e-5) << "the ball pushes nothing out";
 }
 
 TEST(identify_shape, rows_that_are_not_good_tell_nothing) {
