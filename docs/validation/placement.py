@@ -49,7 +49,7 @@ def measured(palpate, placement, points, scene, folder, body, work):
                                 "--without", at("curves.h5"), "--json"))
     # The same at the held-out points themselves: few, but nobody's.
     random = lambda: json.loads(call(palpate, "predict", at("model.h5"),
-                                     os.path.join(work, "reference", "reference_own.h5"), "--json"))
+                                     os.path.join(work, "reference", "reference.h5"), "--json"))
     statement = json.loads(call(palpate, "validate", at("asset.palp"), scene, "--points",
                                 str(HELD_OUT), "--body", body, "--reference",
                                 os.path.join(work, "reference"), "--curves", at("curves.h5"),

@@ -117,10 +117,6 @@ struct FittedCurves {
   /// Standard errors of the numbers of each part that is no curve, as `control` has them: P x width
   /// count, NaN where unknown. No columns of curves, of what the surface tells, and when unknown.
   std::vector<Controls> deviation;
-  /// Strength of smoothing over neighbouring points by kind (method.md, section 16), 0 for none,
-  /// and why.
-  std::array<double, kCurveKinds> smoothing{};
-  std::array<std::string, kCurveKinds> smoothing_reason;
   FittedRecordings recordings;
   std::optional<ProbeSpec> probe;  ///< of the samples
 };
@@ -155,9 +151,6 @@ struct Model {
 struct FitCache {
   /// P, 16 hex digits: fingerprint of what each point was fitted from, its rows and the options.
   std::vector<std::string> fingerprint;
-  /// Curves of points by their own rows alone, as `curves.control` and `covariance` of
-  /// FittedCurves. No rows for a kind that was not smoothed over neighbours: its curves are these.
-  std::array<Controls, kCurveKinds> own_control, own_covariance;
 };
 
 }  // namespace palpate

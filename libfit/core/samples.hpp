@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <string>
@@ -16,7 +17,17 @@
 
 namespace palpate {
 
-enum class ExperimentKind : std::int8_t { press = 0, drag = 1, path = 2 };
+/// What was done to the body in an experiment.
+enum class ExperimentKind : std::int8_t {
+  press = 0,
+  drag = 1,
+  path = 2,   ///< any way of one tool
+  cycle = 3,  ///< a press in and out of a body that softens
+  pair = 4,   ///< two tools side by side
+  tool = 5,   ///< the scene's [tool] along a path
+};
+inline constexpr std::array<std::string_view, 6> kExperimentKindNames{"press", "drag", "path",
+                                                                      "cycle", "pair", "tool"};
 
 /// What is done at every test point (docs/method.md, section 5): a press to depth_m in equal steps,
 /// and at each drag depth a drag of drag_distance_m along each direction, at constant depth, with
@@ -98,9 +109,11 @@ inline Eigen::Matrix<double, 1, 6> numbers_of(const Mat3& m) {
   return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)};
 }
 
-/// Experiments at test points, simulated or measured: samples.h5 in memory (docs/formats.md).
-/// P points, N rows in experiment order. deflection N x 3 [m], force N x 3 [N] of the tool ON the
-/// body, torque N x 3 [N m] about the probe's reference point, force_error N [N].
+/// Experiments at places of a body, simulated or measured: samples.h5 in memory (docs/formats.md).
+/// P places, N rows in experiment order. deflection N x 3 [m], force N x 3 [N] of the tool ON the
+/// body, torque N x 3 [N m] about the probe's reference point, force_error N [N]. Where several
+/// tools are on the body at once each has a row of its own, one after the other, at its own place
+/// and with its number in `tool`.
 struct Samples {
   Points point_position;                ///< P x 3 [m]
   Points point_normal;                  ///< P x 3, inward unit
@@ -109,29 +122,30 @@ struct Samples {
   /// each point (symmetric; its null space contains the normal). On a sphere of radius R, -1/R on
   /// tangents. Lets the fit replay drags on the curved surface; absent means flat.
   Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> point_normal_gradient;
-
   /// P x 6 or 0 x 6 [m/N], of simulated points: how the body moves as a whole under a force there
   /// (docs/method.md, section 21), xx, yy, zz, xy, xz, yz; zero where that is not known.
   SymmetricRows point_sway;
-
   /// P or 0: of a press on one mesh, s_0 of the deepest step, by which and by a line over the force
   /// its forces were multiplied (docs/method.md, M13e); 0 of points whose rows come from two
   /// meshes.
   Eigen::VectorXd point_scale;
 
-  std::vector<std::int32_t> point;       ///< N, index of the test point
+  std::vector<std::int32_t> point;       ///< N, index of the place
   std::vector<std::int32_t> experiment;  ///< N, unique per press, drag or path
   std::vector<ExperimentKind> kind;      ///< N
   std::vector<std::int32_t> step;        ///< N
+  std::vector<std::int32_t> tool;        ///< N, from 0 on; or none: each experiment has one tool
   Points deflection;                     ///< N x 3 [m]
   Points force;                          ///< N x 3 [N]
   Points torque;                         ///< N x 3 [N m]
   Eigen::VectorXd force_error;           ///< N [N], estimated; NaN where unknown
   std::vector<RowStatus> status;         ///< N
   std::vector<StepCheck> step_check;     ///< N, or none at all where nothing checked
-  /// N [s] since the first touch of the experiment, rising within it; between rows the tool moves
-  /// at constant speed. Empty: the rows are of slow motion, or have no clock.
+  /// N [s] since the first touch of the experiment, rising within it, between rows the tool moves
+  /// at constant speed; NaN in slow motion. Empty: all rows are of slow motion, or have no clock.
   Eigen::VectorXd time_s;
+  /// N x 2, how the tool leans (docs/method.md, section 27); nothing where it is upright in all.
+  Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> lean;
   /// N x 3V [m], of simulated rows: x, y, z of each vertex of the fine surface in turn, how far it
   /// has moved; 0 of rows that are not good. No rows where it was not kept. A file of its own.
   SurfaceMotion surface;
@@ -140,21 +154,47 @@ struct Samples {
   double poisson = std::numeric_limits<double>::quiet_NaN();  ///< of the body; NaN where unknown
   Relaxation relaxation;  ///< of the body, where it is known; rows without time do not feel it
   MeasuredRecordings recordings;  ///< where measured rows came from; empty when simulated
-  /// N x 2, how the tool leans (docs/method.md, section 27); nothing where it is upright in all.
-  Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> lean;
-  /// N x 3, of paths of two tools: the second one's deflection [m] from its own first touch, and
-  /// its force on the body [N]. No rows where there is one tool.
-  Points second_deflection, second_force;
 
   Eigen::Index rows() const { return deflection.rows(); }
   Eigen::Index points() const { return point_position.rows(); }
 };
 
+/// Each column of places, each of rows, for whatever copies, reads or writes all of them: f(column
+/// of a, column of b, what a place or row has where the column is missing; no such argument: it is
+/// never missing). The surface's motion, which is as large as the rest a thousand times, stands by
+/// itself.
+template <class A, class B, class F>
+void each_point_column(A& a, B& b, const F& f) {
+  f(a.point_position, b.point_position);
+  f(a.point_normal, b.point_normal);
+  f(a.point_name, b.point_name);
+  f(a.point_normal_gradient, b.point_normal_gradient, 0.0);
+  f(a.point_sway, b.point_sway, 0.0);
+  f(a.point_scale, b.point_scale, 0.0);
+}
+template <class A, class B, class F>
+void each_row_column(A& a, B& b, const F& f) {
+  f(a.point, b.point);
+  f(a.experiment, b.experiment);
+  f(a.kind, b.kind);
+  f(a.step, b.step);
+  f(a.tool, b.tool, std::int32_t{0});
+  f(a.deflection, b.deflection);
+  f(a.force, b.force);
+  f(a.torque, b.torque);
+  f(a.force_error, b.force_error);
+  f(a.status, b.status);
+  f(a.step_check, b.step_check, StepCheck::none);
+  f(a.time_s, b.time_s, std::numeric_limits<double>::quiet_NaN());
+  f(a.lean, b.lean, 0.0);
+}
+
 /// A second tool of the same shape on the same body: where it touches first, and how it moves from
 /// there while the first one follows its path.
 struct SecondTool {
-  Vec3 position, normal;  ///< on the surface [m], inward unit
-  Points deflections;     ///< N x 3 [m]
+  Vec3 position, normal;    ///< on the surface [m], inward unit
+  Points deflections;       ///< N x 3 [m]
+  std::int32_t place = -1;  ///< its number, in a list of experiments
 };
 
 /// Where a tool goes: successive deflections (N x 3 [m]) from first touch at a test point. time_s:
@@ -172,24 +212,5 @@ struct Effort {
   bool is_dragged = false;  ///< or pressed alone
   double scale = 0;         ///< of a press on one mesh (Samples::point_scale); 0: on two
 };
-
-/// Samples at the wanted points: the rows `from` has at the very same positions and normals (equal
-/// bits), renumbered to their order; a point that `from` does not have gets no row, of one that it
-/// has twice the first with rows counts. Experiments are numbered per_point * point + their number
-/// within it, as simulated samples are. `from` must be numbered so itself. Recordings are left out.
-/// effort: what must have been simulated at each wanted point; empty: anything will do.
-Samples take_points(const Samples& from, const TestPoints& wanted, int per_point,
-                    const std::vector<Effort>& effort = {});
-
-/// Points and rows of both, those of `first` in front; experiment numbers likewise. per_point as
-/// above. Points of both come twice.
-Samples joined(const Samples& first, const Samples& second, int per_point);
-
-/// Indices of points that have no row, ascending.
-std::vector<std::int32_t> points_without_rows(const Samples& samples);
-
-/// The samples at places with rows that are not among `points`, as above.
-Samples samples_beyond(const Samples& samples, const TestPoints& points, int per_point,
-                       const std::vector<Effort>& effort = {});
 
 }  // namespace palpate

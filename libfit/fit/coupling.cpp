@@ -62,6 +62,19 @@ Unknowns limited_minimum(Gram gram, Unknowns right, const Unknowns& least,
   return x;
 }
 
+// Of the balls about their middle, and of what the largest one's own surface adds.
+double lever_m(const runtime::ToolShape& shape) {
+  const auto centre = [&](int i) { return Eigen::Map<const Vec3>(shape.ball[i].centre_m); };
+  Vec3 middle = Vec3::Zero();
+  for (int i = 0; i < shape.balls; ++i) middle += centre(i) / shape.balls;
+  double squares = 0, radius_m = 0;
+  for (int i = 0; i < shape.balls; ++i) {
+    squares += (centre(i) - middle).squaredNorm() / shape.balls;
+    radius_m = std::max(radius_m, shape.ball[i].radius_m);
+  }
+  return radius_m + std::sqrt(squares);
+}
+
 }  // namespace
 
 runtime::CouplingView identify_coupling(const runtime::AssetView& asset,
@@ -112,6 +125,27 @@ runtime::CouplingView identify_coupling(const runtime::AssetView& asset,
     residual = left(x);
   }
   return residual.norm() < kWorth * alone ? coupling_of(length_m, x) : runtime::CouplingView();
+}
+
+CouplingResidual coupling_residual(const runtime::AssetView& asset, const Samples& samples,
+                                   double depth_m, const PlayedAs& played_as) {
+  return [&asset, &samples, depth_m, played_as](const runtime::CouplingView& coupling) {
+    const runtime::AssetView view = coupled_by(asset, coupling);
+    const FollowedRows answered = follow(view, samples, depth_m, played_as);
+    const Eigen::VectorXd scale_N = row_scales_N(samples);
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(6 * samples.rows());
+    for (Eigen::Index row = 0; row < samples.rows(); ++row) {
+      if (!(scale_N[row] > 0)) continue;
+      out.segment<3>(6 * row) =
+          (answered.force_N.row(row) - samples.force.row(row)).transpose() / scale_N[row];
+      const runtime::ToolShape shape = played_as ? played_as(row).shape : runtime::ToolShape();
+      if (shape.balls > 1)
+        out.segment<3>(6 * row + 3) =
+            (answered.torque_Nm.row(row) - samples.torque.row(row)).transpose() /
+            (scale_N[row] * lever_m(shape));
+    }
+    return out;
+  };
 }
 
 }  // namespace palpate

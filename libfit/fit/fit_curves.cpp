@@ -12,7 +12,6 @@
 #include "libfit/core/text.hpp"
 #include "libfit/fit/basis/choose_basis.hpp"
 #include "libfit/fit/collect.hpp"
-#include "libfit/fit/neighbours/smooth_curves.hpp"
 #include "libfit/fit/point/choose_family.hpp"
 #include "libfit/fit/point/covariance.hpp"
 #include "libfit/fit/point/fit_point.hpp"
@@ -269,12 +268,11 @@ FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,
   Reading reading = settle_reading(samples, options);
   auto& [body, rows, degree, bases, family] = reading;
   options.degree = degree.degree;
-  std::vector<std::string> fingerprint = fit::fingerprints(samples, body, options);
   settle_rings(samples, body, rows, options, bases);
+  std::vector<std::string> fingerprint = fit::fingerprints(samples, body, bases, options);
   const std::vector<Eigen::Index> earlier = fit::earlier_points(options, fingerprint);
   auto results = fit_points(samples, body, rows, bases, earlier, options, progress);
   FittedCurves fitted = fit::collect_curves(samples, body, bases, results);
-  fit::Smoothing smoothing = fit::smooth_curves(body, rows, bases, options, fitted);
   score_given(samples, body, bases, options.jobs, fitted, results);
   fit::collect_residuals(results, fitted);
   RingsReport rings = fit::judge_rings(samples, rows, fitted);
@@ -284,14 +282,11 @@ FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,
     report->degree_reason = degree.reason;
     report->family = family;
     report->rings = std::move(rings);
-    report->smoothing = smoothing.report;
     report->is_stopped = progress.stopped();
     report->seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
-  if (cache != nullptr)
-    *cache = {std::move(fingerprint), std::move(smoothing.own_control),
-              std::move(smoothing.own_covariance)};
+  if (cache != nullptr) *cache = {std::move(fingerprint)};
   return fitted;
 }
 

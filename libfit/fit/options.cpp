@@ -54,8 +54,6 @@ void check_options(const FitOptions& o) {
   require(o.nuisance_deviation > 0 && std::isfinite(o.nuisance_deviation),
           "fit option nuisance_deviation", "is not above 0",
           "Give a share of the force such as 0.05.");
-  require(!o.smoothing || (*o.smoothing >= 0 && *o.smoothing <= kStrongestSmoothing),
-          "fit option smoothing", "is not 0 to 1e12", "Give 0 for none, or a number such as 100.");
   require(o.jobs >= 0, "fit option jobs", "is negative", "Give a number of threads, or 0 for all.");
 }
 

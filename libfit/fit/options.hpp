@@ -24,8 +24,6 @@ inline constexpr std::array<std::string_view, 3> kNuisanceNames{
     "drift",    ///< likewise, linear from the first row to the last
 };
 
-inline constexpr double kStrongestSmoothing = 1e12;
-
 /// What a user may decide about a fit; the defaults suit simulated samples.
 struct FitOptions {
   std::optional<CurveFamily> family{};  ///< none: by held-out error
@@ -53,16 +51,9 @@ struct FitOptions {
   /// Deviation of a contact point where the recording states none; 0: such an experiment keeps its.
   double contact_deviation_m = 0;
   double nuisance_deviation = 0.05;  ///< of bias and drift, as a share of the point's typical force
-  /// Strength of smoothing over neighbouring points, SmoothingReport::strength; none: the least
-  /// that rows held out support, which is 0 where neighbours tell nothing new.
-  std::optional<double> smoothing = 0;
-  /// Rows index the points: whose edges say which are neighbours. Empty: points near each other on
-  /// one sheet (point_graph).
-  Triangles triangles{};
-  int jobs = 0;           ///< threads, 0: all. Results do not depend on it.
-  int worst_points = 10;  ///< length of FitReport::worst
-  /// Curves of an earlier fit, which must outlive the call: its bases, family and strengths of
-  /// smoothing are kept.
+  int jobs = 0;                      ///< threads, 0: all. Results do not depend on it.
+  int worst_points = 10;             ///< length of FitReport::worst
+  /// Curves of an earlier fit, which must outlive the call: its bases and family are kept.
   const FittedCurves* warm_start = nullptr;
   /// What that fit left: points fitted from the same rows with the same options keep their curves.
   /// Without it all are fitted again. Must outlive the call.

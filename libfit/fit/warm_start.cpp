@@ -50,25 +50,25 @@ void mix_rows(const Samples& s, std::vector<std::uint64_t>& hash) {
 bool is_usable(const FitOptions& options) {
   const FittedCurves* earlier = options.warm_start;
   const FitCache* cache = options.warm_cache;
-  if (earlier == nullptr || cache == nullptr || earlier->covariance[0].size() == 0 ||
-      earlier->deviation.size() != earlier->curves.control.size() ||
-      cache->fingerprint.size() != earlier->status.size())
-    return false;
-  for (std::size_t kind = 0; kind < curves_of(earlier->curves.family); ++kind)
-    if (earlier->smoothing[kind] > 0 &&
-        (cache->own_control[kind].rows() != earlier->curves.points() ||
-         cache->own_covariance[kind].rows() != earlier->curves.points()))
-      return false;
-  return true;
+  return earlier != nullptr && cache != nullptr && earlier->covariance[0].size() > 0 &&
+         earlier->deviation.size() == earlier->curves.control.size() &&
+         cache->fingerprint.size() == earlier->status.size();
 }
 
 }  // namespace
 
 std::vector<std::string> fingerprints(const Samples& samples, const BodyData& body,
-                                      const FitOptions& options) {
-  const std::uint64_t common =
+                                      const BodyBases& bases, const FitOptions& options) {
+  std::uint64_t common =
       mix(0, {static_cast<double>(options.loss), options.poor_above, options.weight_floor,
-              options.default_friction, options.default_lateral_ratio});
+              options.default_friction, options.default_lateral_ratio, ball_radius_m(samples.probe),
+              samples.probe ? samples.probe->friction : -1});
+  if (bases.family == CurveFamily::rings) {
+    const RingPrior& rings = bases.rings;
+    for (const auto* numbers : {&rings.constant, &rings.slope, &rings.deviation})
+      common = mix(common, numbers->data(), numbers->size());
+    common = mix(common, {rings.is_of_drags ? 1.0 : 0.0, rings.log_force});
+  }
   std::vector<std::uint64_t> hash(body.points.size(), common);
   mix_rows(samples, hash);
   std::vector<std::string> out;
@@ -81,9 +81,9 @@ std::vector<std::string> fingerprints(const Samples& samples, const BodyData& bo
     if (samples.point_normal_gradient.rows() > 0)
       for (int k = 0; k < 9; ++k) h = mix(h, {samples.point_normal_gradient(at, k)});
     if (!point.has_errors && point.problem.empty()) h = mix(h, {body.error_N});
-    for (const Experiment& e : point.experiments)
+    for (const PointExperiment& e : point.experiments)
       for (const Vec3& sway : e.sway) h = mix(h, sway.data(), 3);
-    for (const Experiment& e : point.experiments)
+    for (const PointExperiment& e : point.experiments)
       h = mix(h, {e.unknown.contact * body.length_m, e.unknown.bias * point.force_N,
                   e.unknown.drift * point.force_N});
     out.push_back(hex16(h));
@@ -122,15 +122,8 @@ PointResult kept_point(const FitOptions& options, Eigen::Index earlier, std::siz
   PointResult result;
   for (const Controls& control : fitted.curves.control)
     result.control.emplace_back(control.row(earlier));
-  for (std::size_t kind = 0; kind < curves_of(fitted.curves.family); ++kind) {
-    const bool is_smoothed = fitted.smoothing[kind] > 0;
-    result.control[kind] =
-        (is_smoothed ? options.warm_cache->own_control[kind] : fitted.curves.control[kind])
-            .row(earlier);
-    result.covariance[kind] =
-        (is_smoothed ? options.warm_cache->own_covariance[kind] : fitted.covariance[kind])
-            .row(earlier);
-  }
+  for (std::size_t kind = 0; kind < curves_of(fitted.curves.family); ++kind)
+    result.covariance[kind] = fitted.covariance[kind].row(earlier);
   result.deviation.resize(fitted.deviation.size());
   for (std::size_t i = 0; i < fitted.deviation.size(); ++i)
     if (fitted.deviation[i].size() > 0) result.deviation[i] = fitted.deviation[i].row(earlier);

@@ -60,7 +60,9 @@ ShapeError shape_error(const runtime::AssetView& asset, const Samples& samples,
     const double reach_m = kNearRadii * runtime::shape_radius_m(asset.shape, state.normal_m);
     const float* moved = samples.surface.row(static_cast<Eigen::Index>(row)).data();
     for (int v = 0; v < asset.vertices; ++v) {
-      const runtime::Vec3d u = deformation.at(v), rest = asset.vertex_at(v);
+      const runtime::Vec3d rest = asset.vertex_at(v);
+      runtime::Vec3d u = deformation.at(v);
+      deformation.push_out(rest, u);
       const runtime::Vec3d off = u - runtime::Vec3d{double(moved[3 * v]), double(moved[3 * v + 1]),
                                                     double(moved[3 * v + 2])};
       const double error_m = std::sqrt(runtime::dot(off, off));

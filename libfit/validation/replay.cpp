@@ -5,62 +5,12 @@
 #include <cmath>
 #include <map>
 
+#include "libfit/core/experiments.hpp"
 #include "libfit/fit/point/replay.hpp"
-#include "libfit/fit/walk.hpp"
 #include "libfit/validation/tick_time.hpp"
 
 namespace palpate::validation {
 namespace {
-
-constexpr double kMaxTick_s = 1e-3;
-constexpr double kLeastTick_s = runtime::kMinTimeStep_s;
-constexpr double kSlowTick_s = runtime::kMaxTimeStep_s;
-
-class TipWalk {
- public:
-  explicit TipWalk(const runtime::AssetView& asset) : body_(asset) {}
-
-  // What the engine says at each deflection of a path. A path without times is followed so slowly
-  // that dashpots of a body that relaxes do.
-  std::vector<runtime::Output> answers(const HeldOut& held_out, std::size_t path, double depth_m) {
-    contact_ = runtime::Contact();
-    asset_ = &body_.fresh();
-    const Vec3 point = held_out.points.position.row(path),
-               normal = held_out.points.normal.row(path);
-    const Points& deflections = held_out.paths[path].deflections;
-    const Eigen::VectorXd& time_s = held_out.paths[path].time_s;
-    Vec3 deflection = -kApproachRatio * depth_m * normal;
-    std::vector<runtime::Output> answers;
-    runtime::Output out = tick(point + deflection, kSlowTick_s);
-    for (Eigen::Index row = 0; row < deflections.rows(); ++row) {
-      const Vec3 from = deflection, way = Vec3(deflections.row(row)) - from;
-      const bool is_timed = time_s.size() > 0;
-      const double dt_s = is_timed ? time_s[row] - (row > 0 ? time_s[row - 1] : 0) : 0;
-      const int steps = std::max(
-          1, static_cast<int>(std::ceil(std::max(way.norm() / kWalkTick_m, dt_s / kMaxTick_s))));
-      for (int k = 1; k <= steps; ++k)
-        out = tick(point + from + way * (double(k) / steps), is_timed ? dt_s / steps : kSlowTick_s);
-      deflection = deflections.row(row);
-      answers.push_back(out);
-    }
-    return answers;
-  }
-
-  std::size_t ticks() const { return ticks_; }
-
- private:
-  runtime::Output tick(const Vec3& tip, double dt_s) {
-    runtime::Output out;  // a status but ok comes with zero force
-    runtime::touch(*asset_, contact_, tip.data(), out, nullptr, std::max(dt_s, kLeastTick_s));
-    ++ticks_;
-    return out;
-  }
-
-  WalkedBody body_;  // new for each path
-  const runtime::AssetView* asset_ = nullptr;
-  runtime::Contact contact_;
-  std::size_t ticks_ = 0;
-};
 
 // Rows of each experiment of a point that can be replayed, in step order.
 std::map<std::int32_t, std::vector<Eigen::Index>> usable_rows(const Samples& samples,
@@ -87,26 +37,25 @@ Replayed::Replayed(const Samples& reference)
 
 void replay_path(const runtime::AssetView& asset, const Reference& reference, std::size_t path,
                  double depth_m, Replayed& replayed) {
-  const auto answers = TipWalk(asset).answers(reference.held_out, path, depth_m);
-  for (Eigen::Index row = 0; row < reference.paths.rows(); ++row) {
-    if (reference.paths.point[row] != static_cast<std::int32_t>(path)) continue;
-    const runtime::Output& out = answers[reference.paths.step[row]];
-    const Vec3 force = -Eigen::Map<const Vec3>(out.force_on_tool_N);
-    const Vec3 tip = (reference.held_out.points.position.row(static_cast<Eigen::Index>(path)) +
-                      reference.paths.deflection.row(row))
-                         .transpose();
-    replayed.force_N.row(row) = force.transpose();
-    replayed.torque_Nm.row(row) =
-        (Eigen::Map<const Vec3>(out.acts_at_m) - tip).cross(force).transpose();
-    replayed.is_sliding[row] = out.state == runtime::ContactState::slip;
-    replayed.is_answered[row] = 1;
-  }
+  const auto& point = reference.paths.point;
+  const auto begin = std::ranges::find(point, static_cast<std::int32_t>(path));
+  const auto end =
+      std::find_if(begin, point.end(), [&](std::int32_t p) { return p != std::int32_t(path); });
+  const Eigen::Index first = begin - point.begin(), count = end - begin;
+  const FollowedRows rows = follow(asset, row_range(reference.paths, first, count), depth_m);
+  replayed.force_N.middleRows(first, count) = rows.force_N;
+  replayed.torque_Nm.middleRows(first, count) = rows.torque_Nm;
+  std::ranges::copy(rows.is_sliding, replayed.is_sliding.begin() + first);
+  std::fill_n(replayed.is_answered.begin() + first, count, 1);
 }
 
 Replayed replay_paths(const runtime::AssetView& asset, const Reference& reference, double depth_m) {
   Replayed replayed(reference.paths);
-  for (std::size_t path = 0; path < reference.held_out.paths.size(); ++path)
-    replay_path(asset, reference, path, depth_m, replayed);
+  FollowedRows rows = follow(asset, reference.paths, depth_m);
+  replayed.force_N = std::move(rows.force_N);
+  replayed.torque_Nm = std::move(rows.torque_Nm);
+  replayed.is_sliding = std::move(rows.is_sliding);
+  replayed.is_answered.assign(replayed.is_sliding.size(), 1);
   return replayed;
 }
 
@@ -148,14 +97,9 @@ std::vector<ComparedRow> compare(const Samples& reference, const Replayed& repla
                  [&](Eigen::Index row) { return replayed.is_answered[row] != 0; });
 }
 
-double time_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out, double depth_m) {
-  TipWalk walk(asset);
-  return tick_ns([&] {
-    const std::size_t before = walk.ticks();
-    for (std::size_t path = 0; path < held_out.paths.size(); ++path)
-      walk.answers(held_out, path, depth_m);
-    return walk.ticks() - before;
-  });
+double time_ticks_ns(const runtime::AssetView& asset, const Samples& paths, double depth_m,
+                     const PlayedAs& played_as) {
+  return tick_ns([&] { return follow(asset, paths, depth_m, played_as).ticks; });
 }
 
 }  // namespace palpate::validation

@@ -5,8 +5,8 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
-#include "libfit/runtime/engine.hpp"
-#include "libfit/validation/paths.hpp"
+#include "libfit/experiments/draw.hpp"
+#include "libfit/experiments/follow.hpp"
 #include "libfit/validation/statement.hpp"
 
 namespace palpate::validation {
@@ -14,7 +14,7 @@ namespace palpate::validation {
 /// What an asset is compared with.
 struct Reference {
   HeldOut held_out;
-  Samples paths;  ///< simulated along held_out.paths; the point of a row is its path's number
+  Samples paths;  ///< simulated along held_out.paths; the place of a row is its path's number
   Samples own;    ///< presses and drags at the held-out points themselves; empty unless wanted
 };
 
@@ -28,8 +28,7 @@ struct Replayed {
   explicit Replayed(const Samples& reference);
 };
 
-/// A held-out path with the engine: the tip comes from a tenth of depth_m outside and moves 20 um a
-/// tick (20 mm/s at 1 kHz). A status but ok answers with zero force. Answers the path's rows.
+/// A held-out path with the engine (follow.hpp). Answers the path's rows.
 void replay_path(const runtime::AssetView& asset, const Reference& reference, std::size_t path,
                  double depth_m, Replayed& replayed);
 
@@ -51,6 +50,7 @@ std::vector<ComparedRow> compare(
 std::vector<ComparedRow> compare(const Samples& reference, const Replayed& replayed);
 
 /// Time of a tick on this machine over repeated replays of all paths [ns] (tick_time.hpp).
-double time_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out, double depth_m);
+double time_ticks_ns(const runtime::AssetView& asset, const Samples& paths, double depth_m,
+                     const PlayedAs& played_as = {});
 
 }  // namespace palpate::validation

@@ -85,7 +85,7 @@ class Answers : public testing::Test {
         {"tabulate", f("out/curves.h5") + " -o" + f("t.csv")},
         {"report", f("out") + " -o" + f("r.html")},
         {"study", f("study.toml") + " -o" + f("study") + " --on script"},
-        {"bench", " laws --samples" + f("out/reference_own.h5") + " -o" + f("bench")},
+        {"bench", " laws --samples" + f("out/reference.h5") + " -o" + f("bench")},
     };
   }
 

@@ -66,17 +66,13 @@ class Refit : public testing::Test {
   }
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   // Both again: samples.h5 over the one before has the bytes of a fresh one, curves the digits of a
-  // fit of all rows, but for the words on smoothing where that was not ruled out: a warm start
-  // keeps them. Points kept as the fit says.
+  // fit of all rows. Points kept as the fit says.
   void expect_as_from_nothing(const std::string& kept) {
     ASSERT_EQ(import("samples.h5").status, 0);
     ASSERT_EQ(import("fresh.h5").status, 0);
     EXPECT_TRUE(content_of(folder_ / "samples.h5") == content_of(folder_ / "fresh.h5"));
-    const Outcome by_default = fit("warm.h5", " --warm-start " + path("curves.h5"));
-    EXPECT_NE(by_default.err.find("kept: " + kept + " points"), std::string::npos);
-    const Outcome warm = fit("warm.h5", " --smoothing none --warm-start " + path("unsmoothed.h5"));
-    const Outcome whole = fit("whole.h5", " --smoothing none");
-    EXPECT_EQ(said(by_default.err), said(whole.err));
+    const Outcome warm = fit("warm.h5", " --warm-start " + path("curves.h5"));
+    const Outcome whole = fit("whole.h5");
     EXPECT_NE(warm.err.find("kept: " + kept + " points"), std::string::npos) << warm.err;
     EXPECT_EQ(said(warm.err), said(whole.err));
     EXPECT_TRUE(table("warm") == table("whole"));
@@ -96,7 +92,7 @@ class Refit : public testing::Test {
 TEST_F(Refit, a_changed_recording_ends_in_the_curves_of_a_whole_run) {
   write_batch(folder_, kRecordings);
   ASSERT_EQ(import("samples.h5").status, 0);
-  fit("curves.h5"), fit("unsmoothed.h5", " --smoothing none");
+  fit("curves.h5");
   folder_.write("7.csv", press(7, 1.2));
   expect_as_from_nothing("23");
   folder_.write("7.csv", press(7, 1.2, 90));  // shorter, less deep
@@ -106,7 +102,7 @@ TEST_F(Refit, a_changed_recording_ends_in_the_curves_of_a_whole_run) {
 TEST_F(Refit, recordings_removed_and_added_end_in_the_curves_of_a_whole_run) {
   write_batch(folder_, kRecordings);
   ASSERT_EQ(import("samples.h5").status, 0);
-  fit("curves.h5"), fit("unsmoothed.h5", " --smoothing none");
+  fit("curves.h5");
   write_batch(folder_, kRecordings, 1);
   expect_as_from_nothing("23");
   write_batch(folder_, kRecordings + 1);
@@ -116,11 +112,11 @@ TEST_F(Refit, recordings_removed_and_added_end_in_the_curves_of_a_whole_run) {
 TEST_F(Refit, without_the_side_file_takes_longer_and_ends_in_the_same_curves) {
   write_batch(folder_, 6);
   ASSERT_EQ(import("samples.h5").status, 0);
-  fit("curves.h5", " --smoothing none");
+  fit("curves.h5");
   ASSERT_TRUE(fs::exists(folder_ / "curves.h5.warm"));
   folder_.write("3.csv", press(3, 1.2));
   ASSERT_EQ(import("samples.h5").status, 0);
-  const std::string warm = " --smoothing none --warm-start " + path("curves.h5");
+  const std::string warm = " --warm-start " + path("curves.h5");
   const Outcome with = fit("with.h5", warm);
   EXPECT_NE(with.err.find("kept: 5 points"), std::string::npos);
   fs::remove(folder_ / "curves.h5.warm");

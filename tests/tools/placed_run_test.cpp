@@ -100,7 +100,7 @@ TEST_F(PlacedRun, the_asset_carries_the_statement_and_what_it_is_made_of) {
   // The held-out points' own experiments are new to the model; its own points are not.
   const std::string out = (folder / "out").string();
   const Outcome fresh =
-      palpate(folder, "predict " + out + "/model.h5 " + out + "/reference_own.h5 --json");
+      palpate(folder, "predict " + out + "/model.h5 " + out + "/reference.h5 --json");
   ASSERT_EQ(fresh.status, 0) << fresh.err;
   EXPECT_EQ(nlohmann::json::parse(fresh.out).at("probes").get<int>(), 2);
   const Outcome own = palpate(folder, "predict " + out + "/model.h5 " + out +

@@ -160,22 +160,6 @@ TEST(scene, broken_toml_names_line_and_column) {
   EXPECT_EQ(error_of("[body\n").substr(0, 20), "scenes/liver.toml:1:");
 }
 
-TEST(scene, smoothing_is_a_word_or_a_strength) {
-  const auto smoothing_of = [](const std::string& value) {
-    return parse_scene(kSmallest + "[fit]\nsmoothing = " + value + "\n", "/s/a.toml").fit.smoothing;
-  };
-  EXPECT_FALSE(parse_scene(kSmallest, "/s/a.toml").fit.smoothing);
-  EXPECT_FALSE(smoothing_of("\"auto\""));
-  EXPECT_EQ(smoothing_of("\"none\""), 0);
-  EXPECT_EQ(smoothing_of("64"), 64);
-  EXPECT_EQ(smoothing_of("2.5e3"), 2500);
-  EXPECT_THROW(smoothing_of("\"some\""), Error);
-  EXPECT_THROW(smoothing_of("-1"), Error);
-  EXPECT_THROW(smoothing_of("true"), Error);
-  const Scene none = parse_scene(kSmallest + "[fit]\nsmoothing = \"none\"\n", "/s/a.toml");
-  EXPECT_NE(canonical(none.fit), canonical(parse_scene(kSmallest, "/s/a.toml").fit));
-}
-
 TEST(scene, canonical_texts_ignore_spelling_and_notice_values) {
   const Scene a = parse_scene(kSmallest + "[fit]\ntolerance = 0.02\n", "/s/a.toml");
   const Scene b = parse_scene(

@@ -102,7 +102,6 @@ region = { disc = { center = [0, 0, 0.1], radius = "3 cm" }, facing = "-x", with
 drag_depths = ["3 mm"]
 [fit]
 family = "separable"
-smoothing = 64
 )";
 
 template <class Section>
@@ -179,6 +178,37 @@ TEST(settings, a_scene_comes_back_from_a_body_with_the_same_fingerprints) {
     ASSERT_EQ(back.inclusions.size(), scene.inclusions.size());
     ASSERT_EQ(back.beds.size(), scene.beds.size());
   }
+}
+
+// The stage commands read body.h5 alone and make what `run` makes of the scene.
+TEST(settings, a_tool_comes_back_from_a_body) {
+  const std::string body =
+      "[body]\nsurface = \"a.obj\"\nlength_unit = \"mm\"\n"
+      "fixed = [ { below = { axis = \"y\", at = \"2 mm\" } } ]\n"
+      "[material]\nyoung = \"2 kPa\"\npoisson = 0.4\n";
+  const std::string row =
+      "[tool]\nshape = \"capsule\"\nradius = \"5 mm\"\nlength = \"20 mm\"\n"
+      "orientation = \"lying\"\nballs = 3\ntilt = \"20 deg\"\npaths = 7\n";
+  const std::string places =
+      "[tool]\nshape = \"cone\"\nhalf_angle = \"40 deg\"\ntip_radius = \"1 mm\"\n"
+      "balls = [[0, 0, 0.001], [0.001, 0, 0.004]]\n";
+  for (const std::string& tool : {row, places}) {
+    const Scene scene = parse_scene(body + tool, "/s/a.toml");
+    Body prepared;
+    prepared.settings = settings_of(scene);
+    prepared.probe = scene.probe.spec;
+    const Scene back = scene_of(prepared, "body.h5");
+    ASSERT_TRUE(back.tool) << tool;
+    EXPECT_EQ(canonical(back.tool->probe.spec), canonical(scene.tool->probe.spec));
+    EXPECT_EQ(back.tool->row, scene.tool->row);
+    EXPECT_EQ(back.tool->balls_m, scene.tool->balls_m);
+    EXPECT_EQ(back.tool->tilt_rad, scene.tool->tilt_rad);
+    EXPECT_EQ(back.tool->paths, scene.tool->paths);
+    EXPECT_EQ(canonical(settings_of(back)), canonical(settings_of(scene)));
+  }
+  Body without;
+  without.settings = settings_of(parse_scene(body, "/s/a.toml"));
+  EXPECT_FALSE(scene_of(without, "body.h5").tool);
 }
 
 TEST(settings, marked_parts_come_back_from_a_body_as_the_same_part_of_space) {

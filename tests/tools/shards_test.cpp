@@ -22,25 +22,28 @@ namespace {
 
 using namespace testing_support;
 
-TEST(shards, every_point_goes_to_one_shard_and_shards_are_equally_long) {
-  fem::Experiments experiments;
-  experiments.drag_depths_m = {0.001, 0.002};
-  PointBatch batch;
-  for (int p = 0; p < 53; ++p) batch.effort.push_back({p % 7 == 0, p % 3 == 0 ? 0.98 : 0});
-  for (const int count : {1, 2, 5, 60}) {
-    std::vector<int> times(batch.effort.size(), 0);
+TEST(shards, every_experiment_goes_to_one_shard_and_shards_are_equally_long) {
+  fem::Experiments each;
+  each.drag_depths_m = {0.001, 0.002};
+  ExperimentList list;
+  for (int p = 0; p < 53; ++p)
+    list.experiments.push_back({ExperimentKind::press, p, {p % 7 == 0, p % 3 == 0 ? 0.98 : 0}, {}});
+  for (int p = 0; p < 7; ++p)
+    list.experiments.push_back({ExperimentKind::pair, p, {}, {p, Points::Zero(8, 3)}});
+  for (const int count : {1, 2, 5, 70}) {
+    std::vector<int> times(list.size(), 0);
     std::vector<double> load;
     for (int number = 1; number <= count; ++number) {
       load.push_back(0);
-      for (const auto point : points_of_shard(batch, experiments, {number, count})) {
-        ++times[static_cast<std::size_t>(point)];
-        load.back() += cost_of(batch.effort[static_cast<std::size_t>(point)], experiments);
+      for (const std::size_t i : dealt_to({number, count}, list, each)) {
+        ++times[i];
+        load.back() += cost_of(list.experiments[i], each);
       }
     }
     EXPECT_EQ(times, std::vector<int>(times.size(), 1)) << count;
-    // Graham's bound: the longest exceeds the shortest by no more than one point.
+    // Graham's bound: the longest exceeds the shortest by no more than one point's.
     const auto [least, most] = std::minmax_element(load.begin(), load.end());
-    EXPECT_LE(*most - *least, cost_of({true, 0}, experiments)) << count;
+    EXPECT_LE(*most - *least, cost_of({ExperimentKind::press, 0, {true, 0}, {}}, each)) << count;
     const double mean = std::accumulate(load.begin(), load.end(), 0.0) / count;
     EXPECT_LT(*most, count <= 5 ? 1.05 * mean : 1e9) << count;
   }
@@ -177,7 +180,7 @@ TEST_F(SharedFolder, a_shard_that_lost_a_point_is_refused) {
   const fs::path path = *made / folder / "shard-1-of-3.h5",
                  fewer = *made / folder / "shard-3-of-3.h5";
   write_samples(path, read_samples(fewer), read_attributes(path));
-  expect_refused(merge(folder), "does not hold the points of its shard", "--shard 1/3");
+  expect_refused(merge(folder), "does not hold the experiments of its shard", "--shard 1/3");
 }
 
 TEST_F(SharedFolder,

@@ -131,8 +131,8 @@ Samples pressed(const BodyCase& of, const std::filesystem::path& surface, double
     places.position.row(static_cast<Eigen::Index>(i)) = 1e-3 * of.places_mm[i];
   fem::Experiments experiments = experiments_of(scene);
   experiments.drag_depths_m.clear();
-  return fem::simulate(make_simulator(scene, body), place_points(places, body.surface, "places"),
-                       experiments, {});
+  return fem::simulate(make_simulator(scene, body),
+                       experiments_at(place_points(places, body.surface, "places")), experiments);
 }
 
 TEST(BaseMesh, rows_are_within_the_errors_that_they_state_on_bodies_that_chose_no_constant) {

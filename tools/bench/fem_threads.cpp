@@ -68,7 +68,7 @@ BenchTable fem_threads(const BenchRequest& request) {
       };
       progress.step = [&](std::size_t, std::size_t, const std::string&) { clock.look(); };
       const double start = wall_seconds();
-      const Samples samples = fem::simulate(simulator, points_on_top(count), press,
+      const Samples samples = fem::simulate(simulator, experiments_at(points_on_top(count)), press,
                                             {.jobs = threads, .already_done = {}}, {}, progress);
       const double wall_s = wall_seconds() - start;
       const std::vector<double> cpu = clock.seconds();

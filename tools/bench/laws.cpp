@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/experiments.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/csv/csv.hpp"
@@ -20,12 +21,13 @@ using namespace validation;
 
 void bench_laws(const BenchRequest& request) {
   if (request.samples.empty())
-    throw Error("bench laws", "needs reference_own.h5 of a run",
-                "Give --samples RUN/reference_own.h5; reference.h5 lies beside it.");
-  const Samples own = read_samples(request.samples);
-  const Samples paths = read_samples(request.samples.parent_path() / "reference.h5");
+    throw Error("bench laws", "needs reference.h5 of a run", "Give --samples RUN/reference.h5.");
+  const Samples all = read_samples(request.samples),
+                own = of_kinds(all, {ExperimentKind::press, ExperimentKind::drag}),
+                paths = of_kinds(all, {ExperimentKind::path});
   if (own.points() != paths.points())
-    throw Error("bench laws", "the two files are of other points", "Give files of one run.");
+    throw Error("bench laws", "the file has no presses at its held-out points",
+                "Run with causes = true in [validate].");
   static constexpr std::string_view kHeader[] = {"law",        "path",    "rows",
                                                  "median_rel", "p95_rel", "max_rel"};
   CsvWriter csv(request.folder / "laws.csv", kHeader);

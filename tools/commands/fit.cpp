@@ -7,7 +7,6 @@
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
-#include "tools/stages/samples/cycles.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -36,18 +35,6 @@ class Fit final : public Command {
     arguments.option(
         "--contact-deviation", contact_deviation_,
         "Standard deviation of a contact point where the samples state none, such as \"0.1 mm\"");
-    arguments.option(
-        "--smoothing", smoothing_,
-        "Smoothing over neighbouring points: auto (by held-out rows), none, or a strength without "
-        "unit");
-    arguments.option(
-        "--body", body_,
-        "body.h5 whose surface tells which points are neighbours; without it, their positions do");
-    arguments.option(
-        "--cycles", cycles_,
-        "Samples of presses in, out and in again at the same points, cycles.h5 or what "
-        "`import` wrote: how "
-        "the body softens is identified in them");
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
   }
@@ -67,18 +54,15 @@ class Fit final : public Command {
       earlier = read_curves(warm_start_);
       earlier_cache = read_fit_cache(warm_start_, *earlier);
     }
-    section_.smoothing = smoothing_choice(smoothing_);
-    const std::optional<Body> body = body_.empty() ? std::nullopt : std::optional(read_body(body_));
     FitCache cache;
     const Samples samples = read_samples(samples_);
     FittedCurves curves =
-        fit_samples(samples, section_, jobs_, body ? &*body : nullptr,
+        fit_samples(samples, section_, jobs_,
                     {earlier ? &*earlier : nullptr, earlier_cache ? &*earlier_cache : nullptr},
                     nuisance_choice(frees_, contact_deviation_), &cache);
-    if (!cycles_.empty()) add_damage(curves, read_samples(cycles_), samples.recordings.size() > 0);
     Attributes attributes;
     if (!earlier && frees_.empty() && contact_deviation_.empty())
-      attributes[kInputsAttribute] = curves_fingerprint(section_, samples_, cycles_);
+      attributes[kInputsAttribute] = curves_fingerprint(section_, samples_);
     write_curves(output_, curves, attributes);
     write_fit_cache(output_, cache);
     say("wrote {}", output_);
@@ -90,8 +74,7 @@ class Fit final : public Command {
   }
 
  private:
-  std::string samples_, output_, warm_start_, frees_, contact_deviation_, body_, cycles_;
-  std::string smoothing_ = "auto";
+  std::string samples_, output_, warm_start_, frees_, contact_deviation_;
   FitSection section_;
   int jobs_ = 0;
 };

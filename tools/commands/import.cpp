@@ -18,10 +18,11 @@
 namespace palpate::tools {
 namespace {
 
-constexpr NamedOutput kBeside[] = {
-    {".signals.h5", kSignalsSchema.name},   {".cycles.h5", kSamplesSchema.name},
-    {".import.csv", "file,line,recording"}, {".import.json", "{\"files\":"},
-    {".import.journal", "palpate-journal"}, {".relaxation.import.csv", "file,point,time_s"}};
+constexpr NamedOutput kBeside[] = {{".signals.h5", kSignalsSchema.name},
+                                   {".import.csv", "file,line,recording"},
+                                   {".import.json", "{\"files\":"},
+                                   {".import.journal", "palpate-journal"},
+                                   {".relaxation.import.csv", "file,point,time_s"}};
 
 namespace fs = std::filesystem;
 using namespace recordings;
@@ -78,7 +79,6 @@ class Import final : public Command {
                   "See the list above, or " + beside(output_, ".csv").string() + ".");
     const Attributes fingerprint{{"inputs_hash", inputs_hash(manifest, results)}};
     write_samples(output_, assembled.samples, fingerprint);
-    write_cycles(assembled, fingerprint);
     write_signals(signals_path(output_), signals_of(manifest.items, results, assembled),
                   fingerprint);
     say("wrote {}: {} rows at {} points", output_, assembled.samples.rows(),
@@ -87,19 +87,6 @@ class Import final : public Command {
   }
 
  private:
-  // Presses in cycles, for `fit --cycles`; those of an earlier import go.
-  void write_cycles(const Assembled& assembled, const Attributes& fingerprint) const {
-    const fs::path path = fs::path(output_).replace_extension(".cycles.h5");
-    std::error_code ignored;
-    fs::remove(path, ignored);
-    if (assembled.cycles.rows() == 0) return;
-    Samples cycles = assembled.cycles;
-    cycles.probe = assembled.samples.probe;
-    write_samples(path, cycles, fingerprint);
-    say("wrote {}: {} presses in cycles; `fit --cycles` finds in them how the body softens",
-        path.string(), cycles.experiment.back() + 1);
-  }
-
   std::optional<Surface> read_surface_of(const Manifest& manifest) const {
     if (!manifest.surface) return std::nullopt;
     // Mended as `prepare` does, so that normals point where the body's do.

@@ -5,6 +5,7 @@
 
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/experiments.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/validation/replay.hpp"
 #include "tools/command.hpp"
@@ -41,7 +42,9 @@ class Predict final : public Command {
 
   int run(Reply& reply) override {
     const Model model = read_model(model_);
-    const Samples samples = read_samples(samples_);
+    const Samples samples =
+        of_kinds(read_samples(samples_),
+                 {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
     const double size_m = extent_m(model.surface.vertices).norm();
     if (curves_.empty())
       warn("without --without, points that the model was fitted at count as predicted");

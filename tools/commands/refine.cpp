@@ -4,10 +4,9 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/scene/settings.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/fit.hpp"
-#include "tools/stages/samples/sample_cache.hpp"
-#include "tools/stages/shape.hpp"
+#include "tools/stages/refine.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -19,8 +18,8 @@ class Refine final : public Command {
     arguments.option("--body", body_, "body.h5 whose surface the curves are interpolated onto",
                      true);
     arguments.option("--samples", samples_,
-                     "samples.h5 of the curves; samples.surface.h5 beside it tells how the surface "
-                     "moves, and the asset can then deform");
+                     "samples.h5 of the curves: what tells how contacts feel each other, and with "
+                     "samples.surface.h5 beside it how the surface moves");
     arguments.output("-o,--output", output_, "model.h5 to write", {kModelSchema.name});
     arguments.option("--slope-share", slope_share_,
                      "Share of the test points' slopes that counts between them, 0 to 0.5; auto "
@@ -33,14 +32,17 @@ class Refine final : public Command {
   int run(Reply& reply) override {
     say("refine {}", curves_);
     RefineOptions options;
-    const std::filesystem::path surface = samples_.empty() ? "" : surface_path(samples_);
-    std::string made_from = model_fingerprint(curves_, body_, surface);
+    std::string made_from = model_fingerprint(curves_, body_, samples_);
     options.slope_share = slope_share_choice(slope_share_);
     if (options.slope_share) made_from += " slopes " + slope_share_;
     options.follows_shape = follow_shape_choice(follow_shape_);
     if (options.follows_shape) made_from += " shape " + follow_shape_;
-    Model model = refine_body(read_curves(curves_), read_body(body_), options);
-    if (!samples_.empty()) add_shape(model, read_with_surface(samples_));
+    const Body body = read_body(body_);
+    const bool is_of_scene = !body.settings.empty();
+    const Scene scene = is_of_scene ? scene_of(body, body_) : Scene();
+    const Model model = refine_body(read_curves(curves_), body, options,
+                                    samples_.empty() ? Samples() : read_known(samples_),
+                                    is_of_scene ? &scene : nullptr);
     write_model(output_, model, {{kInputsAttribute, made_from}});
     say("wrote {}", output_);
     const auto covered = std::count(model.is_covered.begin(), model.is_covered.end(), 1);

@@ -14,7 +14,6 @@
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/check_choices.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/samples/cycles.hpp"
 #include "tools/stages/samples/placement.hpp"
 #include "tools/stages/samples/shards.hpp"
 #include "tools/stages/samples/simulate.hpp"
@@ -49,11 +48,8 @@ class Simulate final : public Command {
     arguments.option(
         "--paths", paths_,
         "Table of paths in metres to follow, PATHS.csv: path,x_m,y_m,z_m,dx_m,dy_m,dz_m");
-    arguments.flag("--cycles", cycles_,
-                   "Press [experiments] cycles of the test points in, out and in again instead, of "
-                   "a body that softens: what `fit --cycles` wants");
     arguments.option("--shard", shard_,
-                     "Share of the test points to simulate, such as 3/8, for several processes; "
+                     "Share of the experiments to simulate, such as 3/8, for several processes; "
                      "-o then names a folder that they share, and merge puts them together");
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
@@ -67,7 +63,6 @@ class Simulate final : public Command {
     load();
     check_choices(scene_);
     check_experiments(scene_, body_);
-    if (cycles_) return simulate_in_cycles(reply);
     return shard_.empty() ? simulate(reply) : simulate_share(reply);
   }
 
@@ -97,23 +92,12 @@ class Simulate final : public Command {
     const SimulateRequest request{.jobs = jobs_,
                                   .output = output_,
                                   .fingerprint = point_fingerprint(scene_, body_),
+                                  .tool = tool_fingerprint(scene_),
                                   .resume = resume_,
                                   .has_surface = keeps_surface(scene_, body_)};
     const Samples samples =
         paths_.empty() ? simulate_scene(scene_, body_, request) : follow_paths();
     return say_samples(output_, samples, scene_.experiments.force_tolerance, reply);
-  }
-
-  int simulate_in_cycles(Reply& reply) {
-    if (!softens(scene_))
-      throw Error(input_, "no material of it softens, so cycles tell nothing",
-                  "Add softening to [material], or leave --cycles out.");
-    if (!shard_.empty() || !paths_.empty())
-      throw Error("--cycles", "goes with neither --shard nor --paths",
-                  "Simulate the cycles in a call of their own; --points says where.");
-    const OutputLock lock(output_);
-    return say_samples(output_, simulate_cycles(scene_, body_, jobs_, output_, ""),
-                       scene_.experiments.force_tolerance, reply);
   }
 
   int simulate_share(Reply& reply) {
@@ -122,9 +106,9 @@ class Simulate final : public Command {
       throw Error("--shard", "deals test points, not the paths of --paths",
                   "Cut the table of paths into several files instead.");
     settle_body(output_, scene_, body_, made_from_);
-    const Eigen::Index points = simulate_shard(output_, shard, jobs_);
-    say("{}: {} points", shard_path(output_, shard).string(), points);
-    reply.json = nlohmann::ordered_json{{"points", points}};
+    const std::size_t dealt = simulate_shard(output_, shard, jobs_);
+    say("{}: {} experiments", shard_path(output_, shard).string(), dealt);
+    reply.json = nlohmann::ordered_json{{"experiments", dealt}};
     return kDone;
   }
 
@@ -135,9 +119,9 @@ class Simulate final : public Command {
     const PlacedPaths paths = place_paths(table, body_.surface, paths_);
     const fem::Simulator simulator = make_simulator(scene_, body_);
     ConsoleProgress progress("simulate");
-    Samples samples = fem::simulate_paths(simulator, paths.points, paths.paths,
-                                          {.jobs = job_count(jobs_), .already_done = {}}, {},
-                                          progress.progress());
+    Samples samples =
+        fem::simulate(simulator, paths_at(paths.points, paths.paths), experiments_of(scene_),
+                      {.jobs = job_count(jobs_), .already_done = {}}, {}, progress.progress());
     add_origin(samples, simulator);
     write_with_surface(output_, samples, {});
     return samples;
@@ -145,7 +129,7 @@ class Simulate final : public Command {
 
   std::string input_, output_, points_, paths_, shard_, made_from_;
   int jobs_ = 0;
-  bool resume_ = false, cycles_ = false;
+  bool resume_ = false;
   Scene scene_;
   Body body_;
 };
@@ -166,10 +150,10 @@ class Merge final : public Command {
     const Scene scene = scene_of(read_body(fs::path(folder_) / "body.h5"), folder_);
     if (merged.samples)
       return say_samples(output_, *merged.samples, scene.experiments.force_tolerance, reply);
-    say("points place themselves: round {} simulates {} more; run all shards again, then merge",
-        merged.next_round, merged.next_points);
+    say("round {} simulates {} more experiments; run all shards again, then merge",
+        merged.next_round, merged.next_experiments);
     reply.json = nlohmann::ordered_json{{"next_round", merged.next_round},
-                                        {"next_points", merged.next_points}};
+                                        {"next_experiments", merged.next_experiments}};
     return kDone;
   }
 

@@ -14,8 +14,7 @@ namespace {
 
 using namespace validation;
 
-constexpr NamedOutput kReference[] = {{"reference.h5", kSamplesSchema.name},
-                                      {"reference_own.h5", kSamplesSchema.name}};
+constexpr NamedOutput kReference[] = {{"reference.h5", kSamplesSchema.name}};
 
 class Validate final : public Command {
  public:

@@ -151,12 +151,8 @@ void add_curves(Json& json, const FittedCurves& fitted) {
   for (const FitStatus status : fitted.status)
     points["status"].push_back(kFitStatusNames[static_cast<std::size_t>(status)]);
   const std::size_t kinds = curves_of(fitted.curves.family);
-  for (std::size_t kind = 0; kind < kinds; ++kind) {
+  for (std::size_t kind = 0; kind < kinds; ++kind)
     points["curves"].push_back(curve_json(fitted, kind));
-    if (!fitted.smoothing_reason[kind].empty())
-      json["warnings"].push_back(std::string(kCurveNames[kind]) +
-                                 " curves: " + fitted.smoothing_reason[kind]);
-  }
   if (kinds != kCurveKinds) points["curves"].push_back(limit_json(fitted));
   json["family"] = name_of(fitted.curves.family);
   json["points"] = std::move(points);

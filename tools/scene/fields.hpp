@@ -40,11 +40,10 @@ struct Whole {
 struct Choice {
   std::vector<std::string_view> names;
 };
-struct Any {};              ///< whatever the type holds
-struct File {};             ///< counts by its name; a fingerprint adds its content
-struct MeshUnit {};         ///< metres in one unit of a mesh file
-struct SmoothingChoice {};  ///< a strength, "auto" or "none"
-struct PointCount {};       ///< a number; other words fill `placement` and `points_file`
+struct Any {};         ///< whatever the type holds
+struct File {};        ///< counts by its name; a fingerprint adds its content
+struct MeshUnit {};    ///< metres in one unit of a mesh file
+struct PointCount {};  ///< a number; other words fill `placement` and `points_file`
 
 inline Choice element_choice() {
   Choice choice;
@@ -72,6 +71,16 @@ void visit(SectionOf<ProbeSpec> auto& section, Visitor& f) {
   f(Stage::simulate, "orientation", orientation, Any{});
   f(Stage::simulate, "heading", heading, Any{});
   f(Stage::simulate, "friction", friction, Number{});
+}
+
+// But for its shape, which is read as a probe's, and what the statement alone compares.
+template <class Visitor>
+void visit(SectionOf<ToolSection> auto& section, Visitor& f) {
+  auto& [probe, row, balls_m, tilt_rad, paths, held_out] = section;
+  f(Stage::fit, "row", row, Whole{});
+  f(Stage::fit, "balls", balls_m, Any{});
+  f(Stage::fit, "tilt", tilt_rad, Tilt{});
+  f(Stage::fit, "paths", paths, Whole{});
 }
 
 template <class Visitor>
@@ -156,12 +165,11 @@ void visit(SectionOf<ExperimentsSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<FitSection> auto& section, Visitor& f) {
-  auto& [family, degree, pieces, tolerance, smoothing] = section;
+  auto& [family, degree, pieces, tolerance] = section;
   f(Stage::fit, "family", family, family_choice());
   f(Stage::fit, "degree", degree, Whole{0, 4});
   f(Stage::fit, "pieces", pieces, Whole{0, 256});
   f(Stage::fit, "tolerance", tolerance, Number{1e-6, 1});
-  f(Stage::fit, "smoothing", smoothing, SmoothingChoice{});
 }
 
 template <class Visitor>

@@ -122,14 +122,6 @@ class SectionReader {
   void operator()(Stage, std::string_view key, std::optional<SurfaceRegion>& value, Any) {
     if (table_.has(key)) value = read_surface_region(table_.table(key, name_of(key)), scene_);
   }
-  void operator()(Stage, std::string_view key, std::optional<double>& value, SmoothingChoice) {
-    const toml::node* node = table_.node(key);
-    if (node != nullptr && node->is_number())
-      value = table_.number(key, 0, 0, kStrongestSmoothing);
-    else if (table_.choice(key, "auto", {"auto", "none"}) == "none")
-      value = 0;
-  }
-
   // test_points: a number, "vertices", "auto", or else a file of points.
   void operator()(Stage, std::string_view, std::optional<int>& value, PointCount) {
     const toml::node* node = table_.node("test_points");

@@ -81,7 +81,6 @@ struct FitSection {
   int degree = FitOptions{}.degree;
   int pieces = 0;  ///< 0: by evidence
   double tolerance = FitOptions{}.tolerance;
-  std::optional<double> smoothing{};  ///< over neighbouring points; none: "auto", 0: "none"
 };
 
 struct ExportSection {

@@ -41,9 +41,6 @@ class SettingsWriter {
   void operator()(Stage stage, std::string_view key, const std::vector<double>& value, Speed) {
     put(stage, std::string(key), "m/s", value);
   }
-  void operator()(Stage stage, std::string_view key, std::optional<double> value, SmoothingChoice) {
-    if (value) put(stage, std::string(key), kPlain, {*value});
-  }
   void operator()(Stage stage, std::string_view key, const std::vector<double>& value, Length) {
     put(stage, std::string(key), "m", value);
   }
@@ -143,6 +140,10 @@ class SettingsWriter {
         {mesh.triangles.data(), mesh.triangles.data() + mesh.triangles.size()});
   }
 
+  void operator()(Stage stage, std::string_view key, const Points& value, Any) {
+    put(stage, std::string(key), "m", {value.data(), value.data() + value.size()});
+  }
+
   const Settings& settings() const { return settings_; }
 
  private:
@@ -202,6 +203,28 @@ class SettingsReader {
     value = get(key).text;
   }
   void operator()(Stage, std::string_view key, Vec3& value, Acceleration) { value = point(key); }
+  void operator()(Stage, std::string_view key, Vec3& value, Any) { value = point(key); }
+  void operator()(Stage, std::string_view key, Points& value, Any) {
+    const std::vector<double>& numbers = get(key).numbers;
+    if (numbers.size() % 3) fail(key, "is not three numbers a row");
+    value =
+        Eigen::Map<const Points>(numbers.data(), static_cast<Eigen::Index>(numbers.size() / 3), 3);
+  }
+  void operator()(Stage, std::string_view key, Surface& mesh, Any) {
+    if (const std::string path(key); !get(path + "/triangles").numbers.empty())
+      mesh = surface(path);
+  }
+  // Lengths and angles of a shape, one by one under their own names.
+  void operator()(Stage, std::string_view,
+                  std::map<std::string, std::vector<double>, std::less<>>& values, Any) {
+    values.clear();
+    for (auto next = settings_.lower_bound(prefix_);
+         next != settings_.end() && next->first.starts_with(prefix_); ++next)
+      if (const Setting& setting = next->second; setting.unit == "m" || setting.unit == "rad")
+        if (const std::string key = next->first.substr(prefix_.size());
+            key.find('/') == std::string::npos)
+          values[key] = setting.numbers;
+  }
   template <class Kind>
   void operator()(Stage, std::string_view, std::optional<PlacementSection>& value, const Kind&) {
     value.reset();
@@ -354,6 +377,7 @@ class SettingsReader {
 };
 
 constexpr const char* kGravityPrefix = "gravity/";
+constexpr const char *kToolPrefix = "tool/", *kToolShapePrefix = "tool/probe/";
 std::string inclusion_prefix(std::size_t i) { return fmt::format("inclusion/{}/", i); }
 std::string bed_prefix(std::size_t i) { return fmt::format("bed/{}/", i); }
 
@@ -380,6 +404,10 @@ std::string canonical_section(const Section& section) {
 Settings settings_of(const Scene& scene) {
   SettingsWriter writer;
   write_scene(scene, writer);
+  if (scene.tool) {
+    writer.section(kToolPrefix, *scene.tool);
+    writer.section(kToolShapePrefix, scene.tool->probe.spec);
+  }
   return writer.settings();
 }
 
@@ -398,6 +426,10 @@ Scene scene_of(const Body& body, const std::filesystem::path& path) {
   if (body.probe) scene.probe.spec = *body.probe;
   scene.experiments = reader.section<ExperimentsSection>("experiments/");
   scene.fit = reader.section<FitSection>("fit/");
+  if (reader.has_section(kToolPrefix)) {
+    scene.tool = reader.section<ToolSection>(kToolPrefix);
+    scene.tool->probe.spec = reader.section<ProbeSpec>(kToolShapePrefix);
+  }
   return scene;
 }
 

@@ -2,7 +2,7 @@
 
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/samples/compound.hpp"
-#include "tools/stages/samples/pairs.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 
 namespace palpate::tools {
 

@@ -63,57 +63,40 @@ std::string point_fingerprint(const Scene& scene, const Body& body) {
   return hash.hex();
 }
 
+std::string tool_fingerprint(const Scene& scene) {
+  return scene.tool ? stage_hash("tool").add(canonical(scene.tool->probe.spec)).hex()
+                    : std::string();
+}
+
 std::string samples_fingerprint(const Scene& scene, const Body& body) {
   ContentHash hash;
-  hash.add(point_fingerprint(scene, body));
+  hash.add(point_fingerprint(scene, body)).add(tool_fingerprint(scene));
   hash.add(bytes_of(body.test_points.position)).add(bytes_of(body.test_points.normal));
   for (const std::string& name : body.test_points.name) hash.add(name);
+  // Where experiments are drawn, and how many of which.
+  hash.add({body.is_reachable.data(), body.is_reachable.size()});
+  hash.add(fmt::format("{} {}", scene.experiments.cycles, scene.experiments.pairs));
+  if (const auto& tool = scene.tool)
+    hash.add(fmt::format("{} {} {}", tool->row, tool->tilt_rad, tool->paths))
+        .add(bytes_of(tool->balls_m));
   if (!scene.experiments.placement) return hash.hex();
   hash.add(canonical(scene, Stage::place)).add(canonical(scene, Stage::fit));
   hash.add(bytes_of(body.test_points.triangles));
-  hash.add({body.is_reachable.data(), body.is_reachable.size()});
   return hash.hex();
 }
 
-std::string cycles_fingerprint(const Scene& scene, const std::filesystem::path& samples) {
-  ContentHash hash = stage_hash("cycles");
-  return hash.add(std::to_string(scene.experiments.cycles)).add_file(samples).hex();
-}
-
-std::string pairs_fingerprint(const Scene& scene, const Body& body) {
-  ContentHash hash = stage_hash("pairs");
-  return hash.add(std::to_string(scene.experiments.pairs))
-      .add(point_fingerprint(scene, body))
-      .hex();
-}
-
-std::string tool_fingerprint(const Scene& scene, const Body& body) {
-  const ToolSection& tool = *scene.tool;
-  const Experiments& each = scene.experiments.each;
-  return stage_hash("tool")
-      .add(point_fingerprint(scene, body))
-      .add(canonical(tool.probe.spec))
-      .add(fmt::format("{} {} {} {} {}", tool.row, tool.tilt_rad, tool.paths, each.depth_m,
-                       each.drag_distance_m))
-      .add(bytes_of(tool.balls_m))
-      .add({body.is_reachable.data(), body.is_reachable.size()})
-      .hex();
-}
-
-std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples,
-                               const std::filesystem::path& cycles) {
-  ContentHash hash = stage_hash("curves").add(canonical(fit)).add_file(samples);
-  if (!cycles.empty()) hash.add_file(cycles);
-  return hash.hex();
+std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples) {
+  return stage_hash("curves").add(canonical(fit)).add_file(samples).hex();
 }
 
 std::string model_fingerprint(const std::filesystem::path& curves,
                               const std::filesystem::path& body,
-                              const std::filesystem::path& surface,
-                              const std::vector<std::filesystem::path>& coupling) {
+                              const std::filesystem::path& samples) {
   ContentHash hash = stage_hash("model").add_file(curves).add_file(body);
-  if (!surface.empty()) hash.add_file(surface);
-  for (const std::filesystem::path& file : coupling) hash.add_file(file);
+  if (samples.empty()) return hash.hex();
+  hash.add_file(samples);
+  if (const auto surface = surface_path(samples); std::filesystem::exists(surface))
+    hash.add_file(surface);
   return hash.hex();
 }
 

@@ -23,19 +23,14 @@ std::string samples_fingerprint(const Scene& scene, const Body& body);
 /// Of the rows of one test point, whichever other points there are: where it is equal, a point
 /// simulated for one file may be used for another.
 std::string point_fingerprint(const Scene& scene, const Body& body);
-std::string cycles_fingerprint(const Scene& scene, const std::filesystem::path& samples);
-std::string pairs_fingerprint(const Scene& scene, const Body& body);
-/// Of the paths of [tool].
-std::string tool_fingerprint(const Scene& scene, const Body& body);
-/// cycles: of a body that softens; empty where there are none.
-std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples,
-                               const std::filesystem::path& cycles = {});
-/// surface: motion of the surface, empty where it is not known. coupling: files that tell how
-/// contacts feel each other.
+/// The same of rows that the scene's [tool] made; empty where there is none.
+std::string tool_fingerprint(const Scene& scene);
+std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples);
+/// samples: what tells how contacts feel each other and, with the file beside it, how the surface
+/// moves; empty where nothing does.
 std::string model_fingerprint(const std::filesystem::path& curves,
                               const std::filesystem::path& body,
-                              const std::filesystem::path& surface,
-                              const std::vector<std::filesystem::path>& coupling = {});
+                              const std::filesystem::path& samples);
 std::string asset_fingerprint(const ExportSection& section, const std::filesystem::path& model);
 /// asset_fingerprint: of the asset; its own bytes change when it gets its statement.
 std::string statement_fingerprint(const Scene& scene, const std::string& asset_fingerprint,
@@ -49,7 +44,8 @@ std::optional<std::string> stored_in_json(const std::filesystem::path& path);
 /// Whether an asset carries an error statement in its meta.
 bool has_statement(const std::filesystem::path& asset);
 
-/// The attribute under which samples carry their point_fingerprint.
+/// The attributes under which samples carry their point_fingerprint and tool_fingerprint.
 inline constexpr const char* kPointFingerprintAttribute = "point_inputs_hash";
+inline constexpr const char* kToolFingerprintAttribute = "tool_inputs_hash";
 
 }  // namespace palpate::tools

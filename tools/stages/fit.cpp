@@ -6,33 +6,17 @@
 #include <charconv>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/experiments.hpp"
 #include "libfit/core/units.hpp"
+#include "libfit/fit/damage.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/files/files.hpp"
-#include "libfit/refine/points_on_surface.hpp"
-#include "libfit/refine/refine.hpp"
-#include "libfit/refine/side_force.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
 namespace {
 
 constexpr std::size_t kListed = 15;  // points named before "and N more"
-
-void say_smoothing(const FitReport& report) {
-  for (std::size_t k = 0; k < kCurveKinds; ++k) {
-    const SmoothingReport& kind = report.smoothing[k];
-    if (kind.strength == 0) {
-      if (!kind.evidence.empty())
-        say("  {:<8} not smoothed over neighbours: {}", kCurveNames[k], kind.reason);
-      continue;
-    }
-    say("  {:<8} smoothed over {} neighbours of {} points, strength {:.3g}: {}; moved by {:.2g} of "
-        "their standard errors (median), {:.2g} at point {}",
-        kCurveNames[k], kind.neighbours, kind.points, kind.strength, kind.reason, kind.median_move,
-        kind.largest_move, kind.largest_point);
-  }
-}
 
 void say_report(const FitReport& report) {
   say("  family   {}: {}", kCurveFamilyNames[static_cast<std::size_t>(report.family.family)].name,
@@ -62,7 +46,6 @@ void say_report(const FitReport& report) {
   say("  residual: median {:.2f} %, p95 {:.2f} %, max {:.2f} % of force",
       100 * report.median_relative_error, 100 * report.p95_relative_error,
       100 * report.max_relative_error);
-  say_smoothing(report);
   for (std::size_t k = 0; k < kCurveKinds; ++k)
     if (report.widest_point[k] >= 0)
       say("  {:<8} 90 % band where its rows end: median {:.2g} % of force, widest {:.2g} % at "
@@ -106,6 +89,29 @@ void say_fit(const FittedCurves& curves, const FitReport& report) {
         "See the list of experiments that are not good; press less deep or in smaller steps.");
 }
 
+// How the body softens, into the curves. may_dent: the cycles were recorded, so a dent may stay.
+void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent) {
+  fit::DamageReport report;
+  curves.curves.damage = fit::identify_damage(curves, cycles, &report, may_dent);
+  const runtime::DamageView& damage = curves.curves.damage;
+  if (!damage.softens()) {
+    say("  damage   none: {} cycles of {} rows, {:.1f} % off without it (median)", report.cycles,
+        report.rows, 100 * report.median_undamaged);
+    return;
+  }
+  say("  damage   r {:.3g}, m {:.3g} of a whole press's energy, beta {:.3g}: {} cycles of {} rows "
+      "are off by {:.1f} % "
+      "(median), {:.1f} % (p95); without it {:.1f} % and {:.1f} %",
+      damage.r, damage.scale, damage.beta, report.cycles, report.rows, 100 * report.median,
+      100 * report.p95, 100 * report.median_undamaged, 100 * report.p95_undamaged);
+  say("           standard deviations: r {:.2g} %, m {:.2g} %, beta {:.2g} %",
+      100 * report.deviation[0], 100 * report.deviation[1], 100 * report.deviation[2]);
+  if (report.dent > 0)
+    say("           a dent stays: nothing answers in the first {:.0f} % of the depth pressed "
+        "before",
+        100 * report.dent);
+}
+
 }  // namespace
 
 FitOptions fit_options(const Samples& samples, const FitSection& section, int jobs) {
@@ -122,22 +128,19 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
   options.degree = section.degree;
   options.pieces = {section.pieces, section.pieces, section.pieces};
   options.tolerance = section.tolerance;
-  options.smoothing = section.smoothing;
-  // What simulated rows leave is the family's, not noise that neighbours average.
-  if (!options.smoothing && samples.recordings.size() == 0) options.smoothing = 0;
   options.jobs = job_count(jobs);
   return options;
 }
 
-FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
-                         const Body* body, const WarmStart& warm, const NuisanceChoice& nuisances,
-                         FitCache* cache) {
+FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs,
+                         const WarmStart& warm, const NuisanceChoice& nuisances, FitCache* cache) {
+  const Samples samples =
+      of_kinds(all, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
   FitOptions options = fit_options(samples, section, jobs);
   options.warm_start = warm.curves;
   options.warm_cache = warm.cache;
   options.estimates = nuisances.estimates;
   options.contact_deviation_m = nuisances.contact_deviation_m;
-  if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
   FitReport report;
   FittedCurves curves;
   {
@@ -146,6 +149,8 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, int 
   }
   say_fit(curves, report);
   curves.probe = samples.probe;
+  if (const Samples cycles = of_kinds(all, {ExperimentKind::cycle}); cycles.rows() > 0)
+    add_damage(curves, cycles, all.recordings.size() > 0);
   return curves;
 }
 
@@ -170,31 +175,6 @@ NuisanceChoice nuisance_choice(const std::string& names, const std::string& cont
   return choice;
 }
 
-std::optional<double> smoothing_choice(const std::string& text) {
-  if (text == "auto") return std::nullopt;
-  if (text == "none") return 0;
-  double strength = -1;
-  const char* const end = text.data() + text.size();
-  const auto found = std::from_chars(text.data(), end, strength);
-  if (found.ec != std::errc{} || found.ptr != end || !(strength >= 0) ||
-      !(strength <= kStrongestSmoothing))
-    throw Error("--smoothing", "\"" + text + "\" is no strength of smoothing",
-                "Use auto, none or a number from 0 to 1e12.");
-  return strength;
-}
-
-Triangles neighbour_triangles(const Samples& samples, const Body& body) {
-  const double size_m = extent_m(body.surface.vertices).norm();
-  const Triangles own = match_triangles(samples.point_position, body.test_points, size_m);
-  if (own.rows() > 0) return own;
-  const RefineOptions options;
-  const auto seeds = place_on_surface(samples.point_position, samples.point_normal, body.surface,
-                                      vertex_normals(body.surface), options.largest_angle_rad,
-                                      options.largest_stray_diagonals * size_m);
-  return triangulate_over(body.surface, nearest_source(body.surface, seeds).source,
-                          samples.point_position, samples.point_normal, options.largest_angle_rad);
-}
-
 std::size_t list_bad_points(const FittedCurves& curves, bool is_quick) {
   std::size_t bad = 0;
   for (std::size_t p = 0; p < curves.status.size(); ++p) {
@@ -205,62 +185,6 @@ std::size_t list_bad_points(const FittedCurves& curves, bool is_quick) {
   }
   if (bad > kListed) say_failed("  and {} more points", bad - kListed);
   return bad;
-}
-
-Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options) {
-  RefineReport report;
-  Model model = refine(curves, body, options, &report);
-  if (static_cast<Eigen::Index>(report.left_out.size()) == curves.position.rows())
-    throw Error("curves",
-                fmt::format("none of the {} test points lies on this body with curves of its own",
-                            curves.position.rows()),
-                "Name the body.h5 that the samples were taken on; `fit` lists points without "
-                "curves.");
-  say("  {} test points spread over {} triangles{}; largest distance of a vertex {:.2f} mm",
-      curves.position.rows() - static_cast<Eigen::Index>(report.left_out.size()),
-      report.triangles.rows(),
-      report.is_own_triangulation ? " made for them, since they are not the body's own" : "",
-      1e3 * report.largest_projection_m);
-  if (const InterpolationChoice& chosen = report.interpolation; chosen.points > 0)
-    say("  {} test points left out are predicted to {:.1f} % (mean) by area alone, {:.1f} % with "
-        "the slopes of side forces, {:.1f} % with the shape of the surface: {}",
-        chosen.points, 100 * chosen.plain_error, 100 * chosen.slope_error, 100 * chosen.shape_error,
-        chosen.follows_shape     ? "forces follow the shape"
-        : chosen.slope_share > 0 ? fmt::format("{:.3g} of the slopes count", chosen.slope_share)
-                                 : "area alone");
-  if (curves.curves.family == CurveFamily::rings) {
-    const SideMismatch off = side_mismatch(model);
-    say("  side force off the slope of the normal energy by {:.2g} % of the normal force (median), "
-        "{:.2g} % (p95), {:.2g} % (max)",
-        100 * off.median, 100 * off.p95, 100 * off.max);
-  }
-  for (const auto point : report.left_out) {
-    const auto p = static_cast<std::size_t>(point);
-    say("  left out: {}: {}", curves.name[p],
-        curves.message[p].empty() ? "too far from the surface" : curves.message[p]);
-  }
-  if (!report.uncovered.empty())
-    say("  {} reachable vertices are answered for by no test point", report.uncovered.size());
-  model.probe = curves.probe;
-  return model;
-}
-
-std::optional<double> slope_share_choice(const std::string& text) {
-  if (text == "auto") return std::nullopt;
-  double share = -1;
-  const char* const end = text.data() + text.size();
-  const auto found = std::from_chars(text.data(), end, share);
-  if (found.ec != std::errc{} || found.ptr != end || !(share >= 0 && share <= 0.5))
-    throw Error("--slope-share", "\"" + text + "\" is no share of slopes",
-                "Use auto or a number from 0 to 0.5.");
-  return share;
-}
-
-std::optional<bool> follow_shape_choice(const std::string& text) {
-  if (text == "auto") return std::nullopt;
-  if (text != "yes" && text != "no")
-    throw Error("--follow-shape", "\"" + text + "\" is no choice", "Use auto, yes or no.");
-  return text == "yes";
 }
 
 }  // namespace palpate::tools

@@ -15,13 +15,10 @@
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
+#include "tools/stages/refine.hpp"
 #include "tools/stages/samples/compound.hpp"
-#include "tools/stages/samples/coupling.hpp"
-#include "tools/stages/samples/cycles.hpp"
-#include "tools/stages/samples/pairs.hpp"
 #include "tools/stages/samples/placement.hpp"
 #include "tools/stages/samples/simulate.hpp"
-#include "tools/stages/shape.hpp"
 #include "tools/stages/validate.hpp"
 
 namespace palpate::tools {
@@ -30,8 +27,6 @@ namespace {
 using namespace validation;
 
 namespace fs = std::filesystem;
-
-constexpr double kShortestCoupling = 0.5;  // its scale over the ball's radius (M62)
 
 class StageRun {
  public:
@@ -43,9 +38,6 @@ class StageRun {
     check_choices(scene_);
     prepare();
     simulate();
-    cycle();
-    pair();
-    press_tool();
     fit();
     refine();
     export_asset();
@@ -99,20 +91,12 @@ class StageRun {
     const SimulateRequest request{.jobs = request_.jobs,
                                   .output = output,
                                   .fingerprint = point_fingerprint(scene_, body_),
+                                  .tool = tool_fingerprint(scene_),
                                   .resume = !request_.force,
                                   .has_surface = has_surface};
     const Samples samples = simulate_scene(scene_, body_, request);
     say_force_errors(samples, scene_.experiments.force_tolerance);
     bad_experiments_ = list_bad_experiments(samples);
-  }
-
-  // Of a body that softens: presses in and out at some of its points.
-  void cycle() {
-    if (!softens(scene_)) return;
-    const fs::path output = file("cycles.h5");
-    const std::string wanted = cycles_fingerprint(scene_, file("samples.h5"));
-    if (is_stale("cycles", output, stored_in_hdf5(output), wanted))
-      simulate_cycles(scene_, read_body(placed_body()), request_.jobs, output, wanted);
   }
 
   // The body with the test points that were simulated.
@@ -121,67 +105,20 @@ class StageRun {
   }
 
   void fit() {
-    const fs::path output = file("curves.h5");
-    const bool has_cycles = softens(scene_);
-    const fs::path cycles = file("cycles.h5");
-    const std::string wanted =
-        curves_fingerprint(scene_.fit, file("samples.h5"), has_cycles ? cycles : fs::path());
+    const fs::path output = file("curves.h5"), samples = file("samples.h5");
+    const std::string wanted = curves_fingerprint(scene_.fit, samples);
     if (!is_stale("fit", output, stored_in_hdf5(output), wanted)) return;
     const Body body = read_body(placed_body());
-    FittedCurves curves =
-        fit_samples(read_samples(file("samples.h5")), scene_.fit, request_.jobs, &body);
-    if (has_cycles) add_damage(curves, read_samples(cycles));
+    const FittedCurves curves = fit_samples(read_samples(samples), scene_.fit, request_.jobs);
     write_curves(output, curves, {{kInputsAttribute, wanted}});
   }
 
-  bool has_pairs() const { return scene_.experiments.pairs > 0; }
-
-  // Two tools pressed side by side.
-  void pair() {
-    if (!has_pairs()) return;
-    const fs::path output = file("pairs.h5");
-    const std::string wanted = pairs_fingerprint(scene_, body_);
-    if (is_stale("pairs", output, stored_in_hdf5(output), wanted))
-      simulate_pairs(scene_, body_, request_.jobs, output, wanted, !request_.force);
-  }
-
-  // The paths of [tool].
-  void press_tool() {
-    if (!scene_.tool) return;
-    const fs::path output = file("tool.h5");
-    const std::string wanted = tool_fingerprint(scene_, body_);
-    if (is_stale("tool", output, stored_in_hdf5(output), wanted))
-      simulate_tool(scene_, body_, request_.jobs, output, wanted, !request_.force);
-  }
-
-  void add_coupling(Model& model) const {
-    const Samples pairs = has_pairs() ? read_samples(file("pairs.h5")) : Samples(),
-                  tool = scene_.tool ? read_samples(file("tool.h5")) : Samples();
-    std::vector<MakeEvidence> evidence;
-    if (has_pairs())
-      evidence.push_back(
-          [&](const auto& asset) { return pairs_evidence(asset, scene_, body_, pairs); });
-    if (scene_.tool)
-      evidence.push_back(
-          [&](const auto& asset) { return tool_evidence(asset, scene_, body_, tool); });
-    if (!evidence.empty())
-      tools::add_coupling(model, evidence, kShortestCoupling * ball_radius_m(scene_.probe.spec));
-  }
-
   void refine() {
-    const fs::path output = file("model.h5");
-    const fs::path samples = file("samples.h5");
-    const bool has_surface = keeps_surface(scene_, body_);
-    std::vector<fs::path> coupling;
-    if (has_pairs()) coupling.push_back(file("pairs.h5"));
-    if (scene_.tool) coupling.push_back(file("tool.h5"));
-    const std::string wanted =
-        model_fingerprint(file("curves.h5"), placed_body(),
-                          has_surface ? surface_path(samples) : fs::path(), coupling);
+    const fs::path output = file("model.h5"), samples = file("samples.h5");
+    const std::string wanted = model_fingerprint(file("curves.h5"), placed_body(), samples);
     if (!is_stale("refine", output, stored_in_hdf5(output), wanted)) return;
-    Model model = refine_body(read_curves(file("curves.h5")), read_body(placed_body()));
-    if (has_surface) add_shape(model, read_with_surface(samples));
-    add_coupling(model);
+    const Model model = refine_body(read_curves(file("curves.h5")), read_body(placed_body()), {},
+                                    read_known(samples), &scene_);
     write_model(output, model, {{kInputsAttribute, wanted}});
   }
 
@@ -216,9 +153,6 @@ class StageRun {
                                           .resume = !request_.force,
                                           .curves = &curves,
                                           .model = &model});
-    state_two_tools(asset, scene_, body_, request_.jobs, request_.folder, !request_.force,
-                    statement);
-    state_tool(asset, scene_, body_, request_.jobs, request_.folder, !request_.force, statement);
     state_asset(asset, to_asset_json(statement));
     statement.asset_bytes = fs::file_size(asset);
     write_file_atomically(output, to_json(statement, wanted));

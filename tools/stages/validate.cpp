@@ -3,13 +3,11 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "libfem/probes/probes.hpp"
-#include "libfem/solve/experiments/cycled_path.hpp"
-#include "libfem/solve/experiments/simulate.hpp"
-#include "libfem/solve/experiments/timed_path.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/content_hash.hpp"
@@ -22,8 +20,8 @@
 #include "tools/stages/body/reach.hpp"
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/samples/cycles.hpp"
-#include "tools/stages/samples/kept_paths.hpp"
+#include "tools/stages/samples/compound.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
@@ -31,6 +29,27 @@ namespace palpate::tools {
 namespace {
 
 using namespace validation;
+
+// Reference and answer of every row of [tool], as validation.csv has those of the probe.
+void write_tool_rows(const std::filesystem::path& path, const Samples& samples,
+                     const FollowedRows& by) {
+  static constexpr std::string_view kHeader[] = {
+      "point", "step", "status", "lean_1", "lean_2", "dx_m",  "dy_m",  "dz_m",  "fx_N",  "fy_N",
+      "fz_N",  "ex_N", "ey_N",   "ez_N",   "tx_Nm",  "ty_Nm", "tz_Nm", "ux_Nm", "uy_Nm", "uz_Nm"};
+  CsvWriter csv(path, kHeader);
+  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
+    const auto r = static_cast<std::size_t>(row);
+    csv.text(samples.point_name[static_cast<std::size_t>(samples.point[r])])
+        .integer(samples.step[r])
+        .text(kRowStatusNames[static_cast<std::size_t>(samples.status[r])]);
+    for (int k = 0; k < 2; ++k) csv.number(samples.lean.rows() > 0 ? samples.lean(row, k) : 0);
+    for (const Points* three :
+         {&samples.deflection, &samples.force, &by.force_N, &samples.torque, &by.torque_Nm})
+      for (int k = 0; k < 3; ++k) csv.number((*three)(row, k));
+    csv.end_row();
+  }
+  csv.commit();
+}
 
 void write_rows(const std::filesystem::path& path, const Reference& reference,
                 const Replayed& engine) {
@@ -60,8 +79,50 @@ void write_rows(const std::filesystem::path& path, const Reference& reference,
   csv.commit();
 }
 
-// Of the deepest press, by which a body that softens is pressed before a held-out path.
-constexpr double kLeastPreload = 0.5;
+NamedError error_of(std::string name, const Samples& rows, const FollowedRows& by, double floor_N) {
+  return named_error(std::move(name), compare(rows, by.force_N), floor_N);
+}
+
+// Held-out paths of two tools, and each tool by itself.
+void state_pairs(const runtime::AssetView& asset, const Scene& scene, const Samples& all,
+                 Statement& statement) {
+  const Samples rows = of_kinds(all, {ExperimentKind::pair});
+  if (rows.rows() == 0) return;
+  const double depth_m = scene.experiments.each.depth_m;
+  const auto by = [&](const char* name, const runtime::AssetView& view) {
+    statement.two_tools.push_back(
+        error_of(name, rows, follow(view, rows, depth_m), statement.floor_N));
+  };
+  by("felt", asset);
+  by("each_by_itself", coupled_by(asset, {}));
+  statement.two_tools_tick_ns = time_ticks_ns(asset, rows, depth_m);
+}
+
+// Held-out paths of [tool]: as balls that feel each other, as balls by themselves, and as its
+// foremost ball alone.
+void state_tool(const runtime::AssetView& asset, const Scene& scene, const Samples& all,
+                const std::filesystem::path& rows_csv, Statement& statement) {
+  const Samples rows = of_kinds(all, {ExperimentKind::tool});
+  if (rows.rows() == 0) return;
+  const double depth_m = scene.experiments.each.depth_m;
+  const PlayedAs whole = [&](Eigen::Index row) { return tool_played_as(scene, rows, row); };
+  const PlayedAs foremost = [&](Eigen::Index row) { return foremost_played_as(scene, rows, row); };
+  const auto by = [&](const char* name, const runtime::AssetView& view, const PlayedAs& played_as) {
+    const FollowedRows answered = follow(view, rows, depth_m, played_as);
+    statement.tool.push_back(error_of(name, rows, answered, statement.floor_N));
+    std::vector<ComparedTorque> torques;
+    for (Eigen::Index row = 0; row < rows.rows(); ++row)
+      if (rows.status[static_cast<std::size_t>(row)] == RowStatus::good)
+        torques.push_back({rows.torque.row(row), answered.torque_Nm.row(row)});
+    statement.tool_torque.push_back(named_torque(name, torques, torque_floor_Nm(torques)));
+    return answered;
+  };
+  const FollowedRows felt = by("felt", asset, whole);
+  if (!rows_csv.empty()) write_tool_rows(rows_csv.parent_path() / "tool.csv", rows, felt);
+  by("each_by_itself", coupled_by(asset, {}), whole);
+  by("foremost_ball", coupled_by(asset, {}), foremost);
+  statement.tool_tick_ns = time_ticks_ns(asset, rows, depth_m, whole);
+}
 
 // Refuses an asset of another body: its vertices are the scene's, rounded to float.
 void check_same_surface(const std::filesystem::path& path, const runtime::AssetView& asset,
@@ -130,12 +191,13 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   check_same_surface(path, asset, body.surface);
   warn_of_other_probe(path, file.meta_json(), scene.probe.spec);
   const double depth_m = scene.experiments.each.depth_m;
-  const Reference reference = simulate_reference(scene, body,
-                                                 {.settings = request.settings,
-                                                  .jobs = request.jobs,
-                                                  .folder = request.reference,
-                                                  .fingerprint = point_fingerprint(scene, body),
-                                                  .resume = request.resume});
+  const SimulatedReference reference =
+      simulate_reference(scene, body,
+                         {.settings = request.settings,
+                          .jobs = request.jobs,
+                          .folder = request.reference,
+                          .fingerprint = point_fingerprint(scene, body),
+                          .resume = request.resume});
   const Replayed engine = replay_paths(asset, reference, depth_m);
   if (!request.rows_csv.empty()) write_rows(request.rows_csv, reference, engine);
   const std::vector<ComparedRow> rows = compare(reference.paths, engine);
@@ -150,7 +212,9 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   statement.baselines =
       baseline_errors(asset, reference, depth_m, depth_m / scene.experiments.each.press_steps,
                       request.curves, request.model);
-  statement.tick_ns = time_ticks_ns(asset, reference.held_out, depth_m);
+  statement.tick_ns = time_ticks_ns(asset, reference.paths, depth_m);
+  state_pairs(asset, scene, reference.all, statement);
+  state_tool(asset, scene, reference.all, request.rows_csv, statement);
   if (asset.shape.points > 0 && reference.paths.surface.cols() == 3 * asset.vertices)
     statement.shape =
         shape_error(asset, reference.paths, contact_states(asset, reference.paths, depth_m));
@@ -158,88 +222,31 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   return statement;
 }
 
-namespace {
-
-using namespace validation;
-
-std::string path_fingerprint(const ReferenceRequest& request, const HeldOut& held_out) {
-  ContentHash hash;
-  hash.add(request.fingerprint);
-  const auto add = [&](const Points& rows) {
-    hash.add({reinterpret_cast<const char*>(rows.data()),
-              static_cast<std::size_t>(rows.size()) * sizeof(double)});
-  };
-  add(held_out.points.position);
-  if (request.settings.force_tolerance > 0)
-    hash.add(fmt::format("{}", request.settings.force_tolerance));
-  for (const ToolPath& path : held_out.paths) {
-    add(path.deflections);
-    for (const double time_s : path.time_s) hash.add(fmt::format("{}", time_s));
-    if (!path.lean.isZero()) hash.add(fmt::format("{} {}", path.lean.x(), path.lean.y()));
-  }
-  return hash.hex();
-}
-
-Samples simulate_held_out_paths(const fem::Simulator& simulator, const HeldOut& held_out,
-                                const ReferenceRequest& request) {
-  return simulate_kept_paths(
-      simulator, held_out.points, held_out.paths,
-      {.what = "validate",
-       .jobs = request.jobs,
-       .output = request.folder.empty() ? request.folder : request.folder / "reference.h5",
-       .fingerprint = path_fingerprint(request, held_out),
-       .resume = request.resume});
-}
-
-}  // namespace
-
-Reference simulate_reference(const Scene& scene, const Body& body,
-                             const ReferenceRequest& request) {
-  Reference reference;
-  const fem::ToolReach reach = make_reach(scene, body.surface);
-  const auto can_touch = [&](const Vec3& position, const Vec3& inward) {
-    return reach.is_free(position, inward);
-  };
-  const auto can_lean = [&](const Vec3& position, const Vec3& inward, const Lean& lean) {
-    return reach.is_free(position, inward, lean);
-  };
-  reference.held_out =
-      draw_held_out(body,
-                    {scene.experiments.each.depth_m, scene.experiments.each.drag_distance_m,
-                     can_touch, request.settings.tilt_rad, can_lean},
-                    request.settings.points, static_cast<std::uint64_t>(request.settings.seed));
-  if (relaxes(scene)) {
-    const std::vector<double>& speeds = request.settings.speeds_m_s;
-    std::size_t turn = 0;
-    for (ToolPath& path : reference.held_out.paths)
-      path = fem::in_time(path, speeds[turn++ % speeds.size()], request.settings.hold_s);
-  }
-  if (softens(scene)) {  // pressed there once before: what was borne counts
-    constexpr double kTurn = 0.6180339887498949;
-    for (std::size_t i = 0; i < reference.held_out.paths.size(); ++i) {
-      ToolPath& path = reference.held_out.paths[i];
-      const double turn = kTurn * static_cast<double>(i + 1);
-      path =
-          fem::after_press(path, reference.held_out.points.normal.row(path.point),
-                           scene.experiments.each.depth_m *
-                               (kLeastPreload + (1 - kLeastPreload) * (turn - std::floor(turn))));
-    }
-  }
-  const double tolerance = request.settings.force_tolerance;
-  reference.paths = simulate_held_out_paths(
-      make_simulator(scene, body, tolerance > 0 ? tolerance : scene.experiments.force_tolerance),
-      reference.held_out, request);
-  if (!request.settings.causes) return reference;
-  const fem::Simulator simulator(make_setup(scene, body));
+SimulatedReference simulate_reference(const Scene& whole, const Body& body,
+                                      const ReferenceRequest& request) {
+  Scene scene = whole;
+  scene.validate = request.settings;
+  SimulatedReference out;
+  out.held_out = draw_held_out_paths({scene, body, body.test_points, Purpose::hold_out});
+  const Simulators simulators(scene, body, Purpose::hold_out);
   const std::filesystem::path output =
-      request.folder.empty() ? request.folder : request.folder / "reference_own.h5";
-  SampleCache known({request.jobs, output, request.fingerprint, request.resume});
-  reference.own = known.at(simulator, reference.held_out.points, experiments_of(scene),
-                           "validate, at the points themselves");
-  if (output.empty()) return reference;
-  write_samples(output, reference.own, {{kPointFingerprintAttribute, request.fingerprint}});
+      request.folder.empty() ? request.folder : request.folder / "reference.h5";
+  const SimulateRequest simulate{.jobs = request.jobs,
+                                 .output = output,
+                                 .fingerprint = request.fingerprint,
+                                 .tool = tool_fingerprint(scene),
+                                 .resume = request.resume,
+                                 .has_surface = keeps_surface(scene, body)};
+  out.all = SampleCache(simulate).at(
+      std::cref(simulators),
+      draw_experiments({scene, body, out.held_out.points, Purpose::hold_out}),
+      experiments_of(scene), "validate");
+  out.paths = of_kinds(out.all, {ExperimentKind::path});
+  out.own = of_kinds(out.all, {ExperimentKind::press, ExperimentKind::drag});
+  if (output.empty()) return out;
+  write_with_surface(output, out.all, attributes_of(simulate));
   remove_partial(output);
-  return reference;
+  return out;
 }
 
 }  // namespace palpate::tools

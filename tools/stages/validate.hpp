@@ -36,10 +36,14 @@ struct ReferenceRequest {
   bool resume = true;
 };
 
-/// Draws the held-out experiments of a scene and simulates them, but for those that the folder
-/// holds already: `reference.h5` and `reference_own.h5`. An interruption (exception Interrupted)
-/// keeps what is done.
-validation::Reference simulate_reference(const Scene& scene, const Body& body,
-                                         const ReferenceRequest& request);
+/// A reference with all that was simulated for it, of every kind.
+struct SimulatedReference : validation::Reference {
+  Samples all;
+};
+
+/// Draws the held-out experiments of a scene and simulates them, but for those that the folder's
+/// `reference.h5` holds already. An interruption (exception Interrupted) keeps what is done.
+SimulatedReference simulate_reference(const Scene& scene, const Body& body,
+                                      const ReferenceRequest& request);
 
 }  // namespace palpate::tools

@@ -340,7 +340,8 @@ void StudyFolder::merge(int number, int jobs) const {
   const double before_s = fs::exists(cost) ? read_json(cost).value("cpu_s", 0.0) : 0;
   write_json(cost, {{"cpu_s", before_s + merged.cpu_s}});
   if (!merged.samples)
-    say("case {}: round {} has {} points", number + 1, merged.next_round, merged.next_points);
+    say("case {}: round {} has {} experiments", number + 1, merged.next_round,
+        merged.next_experiments);
 }
 
 void StudyFolder::finish(int number, int jobs) const {

@@ -101,7 +101,7 @@ ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3&
     const double depth = here.dot(other.normal);
     plan.depth_m = std::max(plan.depth_m, depth);
     plan.paths[0].targets[row].second_deflection = here;
-    plan.rows[row].second_deflection = here;
+    plan.rows[row].second = {here, Vec3::Zero()};
     const Vec3 lateral = plan.second->from_first_m + here - depth * other.normal;
     plan.segments.push_back({before, lateral, std::max(0.0, std::min(depth, depth_before))});
     before = lateral;

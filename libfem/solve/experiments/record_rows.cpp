@@ -31,7 +31,7 @@ void record_experiment(const std::vector<PathRow>& fine, const std::vector<PathR
     if (row.status != RowStatus::good) continue;
     recorded.force = (1 - limit.excess) * row.force_N;
     recorded.torque = (1 - limit.excess) * row.torque_Nm;
-    recorded.second_force = (1 - limit.excess) * row.second_force_N;
+    if (recorded.second) recorded.second->force = (1 - limit.excess) * row.second_force_N;
     recorded.force_error =
         limit.error[k] * recorded.force.norm() + row.penalty_error_N + row.solver_error_N;
   }

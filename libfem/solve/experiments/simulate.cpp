@@ -7,108 +7,12 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
-#include <optional>
+#include <utility>
 
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
 namespace {
-
-/// A row with the numbers it has in Samples.
-struct SampleRow {
-  std::int32_t point, experiment;
-  PointRow row;
-};
-
-SampleRow row_of(const Samples& samples, Eigen::Index i) {
-  const auto at = static_cast<std::size_t>(i);
-  PointRow row;
-  row.kind = samples.kind[i];
-  row.step = samples.step[i];
-  row.deflection = samples.deflection.row(i);
-  row.force = samples.force.row(i);
-  row.torque = samples.torque.row(i);
-  row.force_error = samples.force_error[i];
-  row.status = samples.status[i];
-  if (!samples.step_check.empty()) row.step_check = samples.step_check[i];
-  if (samples.point_sway.rows() > 0)
-    row.sway_m_N = symmetric_of(samples.point_sway.row(samples.point[at]));
-  if (samples.point_scale.size() > 0) row.scale = samples.point_scale[samples.point[at]];
-  if (samples.time_s.size() > 0) row.time_s = samples.time_s[i];
-  if (samples.lean.rows() > 0) row.lean = samples.lean.row(i);
-  if (samples.second_force.rows() > 0) {
-    row.second_deflection = samples.second_deflection.row(i);
-    row.second_force = samples.second_force.row(i);
-  }
-  if (samples.surface.rows() > 0) row.surface = samples.surface.row(i);
-  return {samples.point[i], samples.experiment[i], row};
-}
-
-Samples gather(const Simulator& simulator, const TestPoints& points,
-               const std::vector<std::vector<SampleRow>>& items) {
-  Samples out;
-  out.point_position = points.position;
-  out.point_normal = points.normal;
-  out.point_name = points.name;
-  out.point_normal_gradient.resize(points.position.rows(), 9);
-  for (Eigen::Index p = 0; p < points.position.rows(); ++p) {
-    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> gradient =
-        simulator.normal_gradient(points.position.row(p), points.normal.row(p));
-    out.point_normal_gradient.row(p) =
-        Eigen::Map<const Eigen::Matrix<double, 1, 9>>(gradient.data());
-  }
-  out.point_sway.setZero(points.position.rows(), 6);
-  out.point_scale.setZero(points.position.rows());
-  Eigen::Index rows = 0;
-  for (const auto& item : items) rows += static_cast<Eigen::Index>(item.size());
-  out.deflection.resize(rows, 3);
-  out.force.resize(rows, 3);
-  out.torque.resize(rows, 3);
-  out.force_error.resize(rows);
-  if (simulator.setup().keeps_surface)
-    out.surface.setZero(rows, 3 * simulator.setup().surface.vertices.rows());
-  const bool is_in_time = std::ranges::any_of(
-      items, [](const auto& item) { return !item.empty() && !std::isnan(item[0].row.time_s); });
-  if (is_in_time) out.time_s.resize(rows);
-  const bool leans = std::ranges::any_of(
-      items, [](const auto& item) { return !item.empty() && !item[0].row.lean.isZero(); });
-  if (leans) out.lean.resize(rows, 2);
-  const auto is_of_two = [](const SampleRow& sample) {
-    return !sample.row.second_deflection.isZero();
-  };
-  const bool has_second = std::ranges::any_of(
-      items, [&](const auto& item) { return std::ranges::any_of(item, is_of_two); });
-  if (has_second) {
-    out.second_deflection.resize(rows, 3);
-    out.second_force.resize(rows, 3);
-  }
-  Eigen::Index i = 0;
-  for (const auto& item : items)
-    for (const SampleRow& sample : item) {
-      if (is_in_time) out.time_s[i] = sample.row.time_s;
-      if (leans) out.lean.row(i) = sample.row.lean.transpose();
-      if (has_second) {
-        out.second_deflection.row(i) = sample.row.second_deflection.transpose();
-        out.second_force.row(i) = sample.row.second_force.transpose();
-      }
-      out.point.push_back(sample.point);
-      out.experiment.push_back(sample.experiment);
-      out.kind.push_back(sample.row.kind);
-      out.step.push_back(sample.row.step);
-      out.status.push_back(sample.row.status);
-      out.step_check.push_back(sample.row.step_check);
-      out.deflection.row(i) = sample.row.deflection.transpose();
-      out.force.row(i) = sample.row.force.transpose();
-      out.torque.row(i) = sample.row.torque.transpose();
-      out.force_error[i] = sample.row.force_error;
-      out.point_sway.row(sample.point) = numbers_of(sample.row.sway_m_N);
-      out.point_scale[sample.point] = sample.row.scale;
-      if (sample.row.surface.size() > 0 && out.surface.rows() > 0)
-        out.surface.row(i) = sample.row.surface.transpose();
-      ++i;
-    }
-  return out;
-}
 
 /// Rows of a press on one mesh as those on two are expected to be.
 PointRows scaled(PointRows pressed, double number, const QuickScale& quick) {
@@ -126,99 +30,205 @@ PointRows scaled(PointRows pressed, double number, const QuickScale& quick) {
   return pressed;
 }
 
-/// Runs items that have no rows yet, each by `work`, on `jobs` threads; returns early when stopped.
-/// `number` gives a row its experiment number.
-template <class Work, class Number>
-void run_items(std::vector<std::vector<SampleRow>>& items,
-               const std::vector<std::int32_t>& point_of, int jobs, const Work& work,
-               const Number& number, const std::function<Samples()>& so_far,
-               const OnePointDone& on_done, const Progress& progress) {
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// Experiments of a list and their rows so far.
+class SimulationWork {
+ public:
+  SimulationWork(const SimulatorOf& simulator, const ExperimentList& list, const Experiments& each,
+                 const SimulateOptions& options, const Progress& progress)
+      : simulator_(simulator),
+        list_(list),
+        each_(each),
+        options_(options),
+        progress_(progress),
+        number_(first_numbers(list, experiments_per_point(each))),
+        rows_(list.size()) {
+    press_ = each;
+    press_.drag_depths_m.clear();
+    place_at_surface();
+    keep(options.already_done);
+  }
+
+  std::size_t size() const { return list_.size(); }
+  bool is_done(std::size_t i) const { return !rows_[i].empty(); }
+
+  PointRows make(std::size_t i) const {
+    const Experiment& one = list_.experiments[i];
+    const Simulator& by = simulator_(one.kind);
+    const Vec3 position = list_.places.position.row(one.place),
+               normal = list_.places.normal.row(one.place);
+    if (one.kind != ExperimentKind::press) {
+      PointRows out = by.follow(position, normal, one.path, progress_);
+      for (PointRow& row : out.rows) row.kind = one.kind;
+      return out;
+    }
+    if (one.effort.scale > 0)
+      return scaled(by.press_quickly(position, normal, each_, progress_), one.effort.scale,
+                    options_.quick);
+    return by.press_and_drag(position, normal, one.effort.is_dragged ? each_ : press_, progress_);
+  }
+  void take(std::size_t i, std::vector<PointRow> rows) { rows_[i] = std::move(rows); }
+
+  Samples gather() const {
+    Samples out = places_;
+    Eigen::Index rows = 0;
+    for (const auto& item : rows_)
+      for (const PointRow& row : item) rows += row.second ? 2 : 1;
+    out.deflection.resize(rows, 3);
+    out.force.resize(rows, 3);
+    out.torque.resize(rows, 3);
+    out.force_error.resize(rows);
+    out.time_s.resize(rows);
+    out.lean.resize(rows, 2);
+    if (surface_columns_ > 0) out.surface.setZero(rows, surface_columns_);
+    std::vector<char> is_known(static_cast<std::size_t>(out.points()), 0);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Experiment& one = list_.experiments[i];
+      for (const PointRow& row : rows_[i]) {
+        put(out, row, number_[i], one.place, 0, row.deflection, row.force);
+        if (row.second)
+          put(out, row, number_[i], one.path.second->place, 1, row.second->deflection,
+              row.second->force);
+      }
+      if (rows_[i].empty() || is_known[static_cast<std::size_t>(one.place)]) continue;
+      is_known[static_cast<std::size_t>(one.place)] = 1;
+      out.point_sway.row(one.place) = numbers_of(rows_[i].back().sway_m_N);
+      out.point_scale[one.place] = rows_[i].back().scale;
+    }
+    leave_out_what_says_nothing(out);
+    return out;
+  }
+
+ private:
+  // Of the probe, which most experiments are made with.
+  void place_at_surface() {
+    const TestPoints& at = list_.places;
+    places_.point_position = at.position;
+    places_.point_normal = at.normal;
+    places_.point_name = at.name;
+    places_.point_normal_gradient.setZero(at.position.rows(), 9);
+    places_.point_sway.setZero(at.position.rows(), 6);
+    places_.point_scale.setZero(at.position.rows());
+    std::vector<char> is_known(static_cast<std::size_t>(at.position.rows()), 0);
+    const auto look = [&](const Simulator& by, std::int32_t p) {
+      if (std::exchange(is_known[static_cast<std::size_t>(p)], 1)) return;
+      const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> gradient =
+          by.normal_gradient(at.position.row(p), at.normal.row(p));
+      places_.point_normal_gradient.row(p) =
+          Eigen::Map<const Eigen::Matrix<double, 1, 9>>(gradient.data());
+    };
+    for (const Experiment& one : list_.experiments) {
+      const Simulator& by = simulator_(one.kind);
+      look(by, one.place);
+      if (one.path.second) look(by, one.path.second->place);
+      if (by.setup().keeps_surface) surface_columns_ = 3 * by.setup().surface.vertices.rows();
+    }
+  }
+  // Rows of an earlier run, which are numbered as ours.
+  void keep(const Samples& done) {
+    for (Eigen::Index i = 0; i < done.rows(); ++i) {
+      const auto r = static_cast<std::size_t>(i);
+      const auto after = std::upper_bound(number_.begin(), number_.end(), done.experiment[r]);
+      if (after == number_.begin()) continue;
+      std::vector<PointRow>& rows = rows_[static_cast<std::size_t>(after - number_.begin()) - 1];
+      if (!done.tool.empty() && done.tool[r] > 0) {
+        rows.back().second = {done.deflection.row(i), done.force.row(i)};
+        continue;
+      }
+      rows.push_back(row_of(done, i));
+      rows.back().experiment = done.experiment[r] - *(after - 1);
+    }
+  }
+  static PointRow row_of(const Samples& samples, Eigen::Index i) {
+    const auto at = static_cast<std::size_t>(i);
+    PointRow row;
+    row.kind = samples.kind[at];
+    row.step = samples.step[at];
+    row.deflection = samples.deflection.row(i);
+    row.force = samples.force.row(i);
+    row.torque = samples.torque.row(i);
+    row.force_error = samples.force_error[i];
+    row.status = samples.status[at];
+    if (!samples.step_check.empty()) row.step_check = samples.step_check[at];
+    if (samples.point_sway.rows() > 0)
+      row.sway_m_N = symmetric_of(samples.point_sway.row(samples.point[at]));
+    if (samples.point_scale.size() > 0) row.scale = samples.point_scale[samples.point[at]];
+    if (samples.time_s.size() > 0) row.time_s = samples.time_s[i];
+    if (samples.lean.rows() > 0) row.lean = samples.lean.row(i);
+    if (samples.surface.rows() > 0) row.surface = samples.surface.row(i);
+    return row;
+  }
+  static void put(Samples& out, const PointRow& row, std::int32_t number, std::int32_t place,
+                  std::int32_t tool, const Vec3& deflection, const Vec3& force) {
+    const auto i = static_cast<Eigen::Index>(out.point.size());
+    out.point.push_back(place);
+    out.experiment.push_back(number + row.experiment);
+    out.kind.push_back(row.kind);
+    out.step.push_back(row.step);
+    out.tool.push_back(tool);
+    out.status.push_back(row.status);
+    out.step_check.push_back(row.step_check);
+    out.deflection.row(i) = deflection.transpose();
+    out.force.row(i) = force.transpose();
+    out.torque.row(i) = (tool == 0 ? row.torque : Vec3(Vec3::Zero())).transpose();
+    out.force_error[i] = row.force_error;
+    out.time_s[i] = row.time_s;
+    out.lean.row(i) = row.lean.transpose();
+    if (row.surface.size() > 0 && out.surface.rows() > 0)
+      out.surface.row(i) = row.surface.transpose();
+  }
+
+  const SimulatorOf& simulator_;
+  const ExperimentList& list_;
+  const Experiments& each_;
+  const SimulateOptions& options_;
+  const Progress& progress_;
+  Experiments press_;
+  Samples places_;  // without rows
+  Eigen::Index surface_columns_ = 0;
+  std::vector<std::int32_t> number_;
+  std::vector<std::vector<PointRow>> rows_;
+};
+
+}  // namespace
+
+int experiments_per_point(const Experiments& each) {
+  return 1 + static_cast<int>(each.drag_depths_m.size()) * each.drag_directions;
+}
+
+Samples simulate(const SimulatorOf& simulator, const ExperimentList& list, const Experiments& each,
+                 const SimulateOptions& options, const OneDone& on_done, const Progress& progress) {
+  SimulationWork work(simulator, list, each, options, progress);
   std::mutex reporting;
   std::size_t done = 0;
-  for (const auto& item : items) done += !item.empty();
+  for (std::size_t i = 0; i < work.size(); ++i) done += work.is_done(i);
   const auto one = [&](std::size_t i) {
-    if (!items[i].empty() || progress.stopped()) return;
-    const PointRows result = work(i);
+    if (work.is_done(i) || progress.stopped()) return;
+    PointRows result = work.make(i);
     if (!result.is_complete) return;
     const std::lock_guard<std::mutex> lock(reporting);
-    for (const PointRow& row : result.rows) items[i].push_back({point_of[i], number(i, row), row});
-    if (on_done) on_done(so_far);
-    progress.report(++done, items.size(), "test point " + std::to_string(point_of[i] + 1));
+    work.take(i, std::move(result.rows));
+    if (on_done) on_done([&] { return work.gather(); });
+    progress.report(++done, work.size(), "experiment " + std::to_string(i + 1));
   };
-  tbb::task_arena arena(jobs > 0 ? jobs : tbb::task_arena::automatic);
-  // Grain 1: points take seconds each.
+  tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
+  // Grain 1: experiments take seconds each.
   arena.execute([&] {
     tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, items.size(), 1),
+        tbb::blocked_range<std::size_t>(0, work.size(), 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
           for (std::size_t i = range.begin(); i < range.end(); ++i) one(i);
         },
         tbb::simple_partitioner());
   });
+  return work.gather();
 }
 
-}  // namespace
-
-Samples simulate(const Simulator& simulator, const TestPoints& points,
-                 const Experiments& experiments, const SimulateOptions& options,
-                 const OnePointDone& on_done, const Progress& progress) {
-  const auto count = static_cast<std::size_t>(points.position.rows());
-  std::vector<std::vector<SampleRow>> items(count);
-  std::vector<std::int32_t> point_of(count);
-  for (std::size_t p = 0; p < count; ++p) point_of[p] = static_cast<std::int32_t>(p);
-  for (Eigen::Index i = 0; i < options.already_done.rows(); ++i) {
-    const SampleRow row = row_of(options.already_done, i);
-    if (row.point >= 0 && static_cast<std::size_t>(row.point) < count)
-      items[row.point].push_back(row);
-  }
-  const int per_point =
-      1 + static_cast<int>(experiments.drag_depths_m.size()) * experiments.drag_directions;
-  Experiments press = experiments;
-  press.drag_depths_m.clear();
-  const auto experiments_at = [&](std::size_t p) {
-    const Vec3 position = points.position.row(p), normal = points.normal.row(p);
-    const Effort effort = options.effort.empty() ? Effort{true, 0} : options.effort[p];
-    if (effort.scale > 0)
-      return scaled(simulator.press_quickly(position, normal, experiments, progress), effort.scale,
-                    options.quick);
-    return simulator.press_and_drag(position, normal, effort.is_dragged ? experiments : press,
-                                    progress);
-  };
-  run_items(
-      items, point_of, options.jobs, experiments_at,
-      [&](std::size_t p, const PointRow& row) {
-        return static_cast<std::int32_t>(p) * per_point + row.experiment;
-      },
-      [&] { return gather(simulator, points, items); }, on_done, progress);
-  return gather(simulator, points, items);
-}
-
-Samples simulate_paths(const Simulator& simulator, const TestPoints& points,
-                       const std::vector<ToolPath>& paths, const SimulateOptions& options,
-                       const OnePointDone& on_done, const Progress& progress) {
-  std::vector<std::vector<SampleRow>> items(paths.size());
-  std::vector<std::int32_t> point_of;
-  for (const ToolPath& path : paths) {
-    if (path.point < 0 || path.point >= points.position.rows())
-      throw Error("paths",
-                  "path names test point " + std::to_string(path.point) + ", which does not exist",
-                  "Number test points from 0.");
-    point_of.push_back(path.point);
-  }
-  for (Eigen::Index i = 0; i < options.already_done.rows(); ++i) {
-    const SampleRow row = row_of(options.already_done, i);
-    if (row.experiment >= 0 && static_cast<std::size_t>(row.experiment) < items.size())
-      items[row.experiment].push_back(row);
-  }
-  run_items(
-      items, point_of, options.jobs,
-      [&](std::size_t i) {
-        return simulator.follow(points.position.row(point_of[i]), points.normal.row(point_of[i]),
-                                paths[i], progress);
-      },
-      [](std::size_t i, const PointRow&) { return static_cast<std::int32_t>(i); },
-      [&] { return gather(simulator, points, items); }, on_done, progress);
-  return gather(simulator, points, items);
+Samples simulate(const Simulator& simulator, const ExperimentList& list, const Experiments& each,
+                 const SimulateOptions& options, const OneDone& on_done, const Progress& progress) {
+  return simulate([&](ExperimentKind) -> const Simulator& { return simulator; }, list, each,
+                  options, on_done, progress);
 }
 
 }  // namespace palpate::fem

@@ -5,37 +5,38 @@
 
 #include "libfem/solve/experiments/quick_press.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
-#include "libfit/core/samples.hpp"
+#include "libfit/core/experiments.hpp"
 
 namespace palpate::fem {
 
-/// jobs: threads, 0 for one per processor. already_done: rows of an earlier run on the same points;
-/// a point that has rows there keeps them and is not simulated again.
-/// effort: of each test point; empty: all are dragged. quick: what presses on one mesh lack; none:
-/// they are left as they are.
+/// jobs: threads, 0 for one per processor. already_done: rows of an earlier run, numbered as those
+/// of the result; an experiment that has rows there keeps them and is not simulated again. quick:
+/// what presses on one mesh lack; none: they are left as they are.
 struct SimulateOptions {
   int jobs = 0;
-  Samples already_done;
-  std::vector<Effort> effort = {};
+  Samples already_done = {};
   QuickScale quick = {};
 };
 
-/// Called when a test point (or a path) is finished, one call at a time. `so_far` gathers all that
-/// is finished, as a later run takes it in `already_done`.
-using OnePointDone = std::function<void(const std::function<Samples()>& so_far)>;
+/// Who makes experiments of a kind: the same tool, or another on the same body.
+using SimulatorOf = std::function<const Simulator&(ExperimentKind)>;
 
-/// Experiments at every test point, in parallel over points; rows in point order, the same bits
-/// whatever the number of threads. Stops early on progress.stopped(): the result then holds the
-/// finished points only. Callers check_experiments first; a point that is thinner than the press is
-/// deep is tried all the same, and its rows say how far it went.
-Samples simulate(const Simulator& simulator, const TestPoints& points,
-                 const Experiments& experiments, const SimulateOptions& options = {},
-                 const OnePointDone& on_done = {}, const Progress& progress = {});
+/// Called when an experiment is finished, one call at a time. `so_far` gathers all that is
+/// finished, as a later run takes it in `already_done`.
+using OneDone = std::function<void(const std::function<Samples()>& so_far)>;
 
-/// Tool paths at test points: one experiment of kind `path` each, numbered in the order given.
-/// options.already_done counts paths by their experiment number.
-Samples simulate_paths(const Simulator& simulator, const TestPoints& points,
-                       const std::vector<ToolPath>& paths, const SimulateOptions& options = {},
-                       const OnePointDone& on_done = {}, const Progress& progress = {});
+/// A list of experiments, in parallel; rows in its order, the same bits whatever the number of
+/// threads. each: what is done at a test point. Stops early on progress.stopped(): the result then
+/// holds what is finished. Callers check_experiments first; a point that is thinner than the press
+/// is deep is tried all the same, and its rows say how far it went.
+Samples simulate(const SimulatorOf& simulator, const ExperimentList& list, const Experiments& each,
+                 const SimulateOptions& options = {}, const OneDone& on_done = {},
+                 const Progress& progress = {});
+Samples simulate(const Simulator& simulator, const ExperimentList& list, const Experiments& each,
+                 const SimulateOptions& options = {}, const OneDone& on_done = {},
+                 const Progress& progress = {});
+
+/// A press, and a drag at each depth along each direction.
+int experiments_per_point(const Experiments& each);
 
 }  // namespace palpate::fem

@@ -3,6 +3,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -71,7 +72,10 @@ struct PointRow {
   Vec3 deflection = Vec3::Zero();
   Vec3 force = Vec3::Zero();
   Vec3 torque = Vec3::Zero();
-  Vec3 second_deflection = Vec3::Zero(), second_force = Vec3::Zero();  ///< of a second tool
+  struct Second {
+    Vec3 deflection = Vec3::Zero(), force = Vec3::Zero();
+  };
+  std::optional<Second> second = std::nullopt;  ///< of a second tool
   double force_error = 0;
   RowStatus status = RowStatus::not_reached;
   StepCheck step_check = StepCheck::none;

@@ -13,7 +13,7 @@ constexpr double kWorthIt = 0.9;  // of the best family's so far
 
 // The point with the rows of one parity weightless.
 PointData without_rows(PointData point, std::size_t parity) {
-  for (Experiment& e : point.experiments)
+  for (PointExperiment& e : point.experiments)
     for (std::size_t i = parity; i < e.row.size(); i += 2) e.weight[i] = 0;
   return point;
 }
@@ -37,7 +37,7 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
     next += count;
   }
   for (std::size_t k = 0; k < point.experiments.size(); ++k) {
-    const Experiment& e = point.experiments[k];
+    const PointExperiment& e = point.experiments[k];
     std::vector<runtime::Vec3d> force(e.row.size());
     replay<double>(bases.views, pointers_to<double>(control), quadric, tool_way(e).data(),
                    static_cast<int>(force.size()), as_array(curves.nuisance[k]),

@@ -49,7 +49,7 @@ double correlation(const PointData& point, const Groups& g, const std::array<dou
                    double parameters) {
   double product = 0, square = 0, rows = 0;
   Eigen::Index at = 0;
-  for (const Experiment& e : point.experiments) {
+  for (const PointExperiment& e : point.experiments) {
     for (std::size_t i = 0; i < e.row.size(); ++i, at += 3) {
       if (g.group[static_cast<std::size_t>(at)] < 0) continue;
       const double z = std::clamp(g.residual[at] / sigma[0], -3.0, 3.0);

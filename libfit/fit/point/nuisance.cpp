@@ -38,7 +38,7 @@ void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& 
                 "asks for contact points, but the samples state no deviation of any",
                 "Say how far off a contact point may be: --contact-deviation \"0.1 mm\".");
   for (PointData& point : body.points)
-    for (Experiment& e : point.experiments) {
+    for (PointExperiment& e : point.experiments) {
       if (frees_contact) {
         const auto found = stated.find(e.id);
         e.unknown.contact =
@@ -53,7 +53,7 @@ void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& 
 
 bool has_nuisances(const BodyData& body) {
   for (const PointData& point : body.points)
-    for (const Experiment& e : point.experiments)
+    for (const PointExperiment& e : point.experiments)
       if (is_any(e.unknown)) return true;
   return false;
 }
@@ -61,7 +61,7 @@ bool has_nuisances(const BodyData& body) {
 PointData without_nuisances(PointData point, const std::vector<NuisanceValues>& nuisance) {
   point.depth = 0;
   for (std::size_t k = 0; k < nuisance.size(); ++k) {
-    Experiment& e = point.experiments[k];
+    PointExperiment& e = point.experiments[k];
     for (std::size_t i = 0; i < e.row.size(); ++i) {
       e.deflection[i] += nuisance[k].contact * point.inward;
       e.force[i] -= nuisance[k].reading(part_of_way(i, e.row.size())) * point.inward;

@@ -6,9 +6,10 @@
 
 namespace palpate::fit {
 
-/// Sets Experiment::unknown as the options ask. The contact point of an experiment is as uncertain
-/// as its recordings' (the mean of those pooled), or as the option says where they state nothing.
-/// Throws Error when contact points are to be found and nothing says how uncertain any of them is.
+/// Sets PointExperiment::unknown as the options ask. The contact point of an experiment is as
+/// uncertain as its recordings' (the mean of those pooled), or as the option says where they state
+/// nothing. Throws Error when contact points are to be found and nothing says how uncertain any of
+/// them is.
 void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& body);
 
 /// Whether anything is unknown of any experiment.

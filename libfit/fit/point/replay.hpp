@@ -98,7 +98,7 @@ inline runtime::Quadric quadric_of(const Vec3& inward, const Mat3& normal_gradie
 }
 
 /// Where the tool of an experiment went, its body's sway included: x, y, z of each row in turn.
-inline std::vector<double> tool_way(const Experiment& e) {
+inline std::vector<double> tool_way(const PointExperiment& e) {
   std::vector<double> way;
   for (std::size_t i = 0; i < e.row.size(); ++i) {
     const Vec3 d = e.sway.empty() ? e.deflection[i] : Vec3(e.deflection[i] + e.sway[i]);
@@ -137,7 +137,7 @@ inline bool is_any(const NuisanceValues& s) {
 struct ReplayResidual {
   const Bases* bases;
   runtime::Quadric quadric;
-  const Experiment* experiment;
+  const PointExperiment* experiment;
   std::array<bool, kCurveKinds> is_fitted;
   std::array<Eigen::VectorXd, kCurveKinds> fixed;  ///< increments
   FitLoss loss = FitLoss::squared;

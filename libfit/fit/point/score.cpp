@@ -44,7 +44,7 @@ PointScore score_point(const Samples& samples, const PointData& point, double le
   PointScore score;
   double square = 0, force_square = 0, rows = 0;
   for (std::size_t at = 0; at < point.experiments.size(); ++at) {
-    const Experiment& e = point.experiments[at];
+    const PointExperiment& e = point.experiments[at];
     const NuisanceValues known = nuisance.empty() ? NuisanceValues{} : nuisance[at];
     std::vector<double> deflection_m;
     for (const Eigen::Index i : e.row)

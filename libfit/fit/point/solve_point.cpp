@@ -66,7 +66,7 @@ bool reweight(const PointData& point, const Bases& bases, PointCurves& curves) {
 void solve_point(const PointData& point, const Bases& bases, const FitOptions& options,
                  PointCurves& curves) {
   curves.weight.clear();
-  for (const Experiment& e : point.experiments) curves.weight.push_back(e.weight);
+  for (const PointExperiment& e : point.experiments) curves.weight.push_back(e.weight);
   if (pack(curves, point).size() == 0) return;
   PointCurves start = curves;
   for (WeakPrior& weak_prior : curves.weak_prior) weak_prior.strength = kWeakPrior;

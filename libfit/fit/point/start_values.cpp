@@ -126,7 +126,7 @@ Eigen::Vector4d start_side(const PointData& point) {
   const auto tangents = tangents_of(point.inward);
   Eigen::Matrix2d square = kWeakPrior * Eigen::Matrix2d::Identity(),
                   right = Eigen::Matrix2d::Zero();
-  for (const Experiment& e : point.experiments) {
+  for (const PointExperiment& e : point.experiments) {
     if (e.is_replayed) continue;
     for (std::size_t i = 0; i < e.row.size(); ++i) {
       const double d = depth_of(point, e.deflection[i]);

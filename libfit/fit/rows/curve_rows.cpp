@@ -22,7 +22,7 @@ constexpr double kFirmForce = 0.1;      // of the typical force: lighter rows te
 Vec3 pressed_sideways(const PointData& point, double depth) {
   double below = 0, above = std::numeric_limits<double>::infinity();
   Vec3 at_below = Vec3::Zero(), at_above = Vec3::Zero();
-  for (const Experiment& e : point.experiments) {
+  for (const PointExperiment& e : point.experiments) {
     if (e.is_replayed) continue;
     for (std::size_t i = 0; i < e.row.size(); ++i) {
       const double here = depth_of(point, e.deflection[i]);
@@ -42,7 +42,7 @@ struct WayOut {
   std::vector<double> dr, force;  // lateral
 };
 
-WayOut way_out(const PointData& point, const Experiment& e) {
+WayOut way_out(const PointData& point, const PointExperiment& e) {
   WayOut way;
   double reached = 0;
   for (std::size_t i = 0; i < e.row.size(); ++i) {
@@ -89,7 +89,7 @@ std::size_t plateau_begin(const WayOut& way) {
   return way.row.size();
 }
 
-void add_stick_row(const PointData& point, const Experiment& e, std::size_t i, double dr,
+void add_stick_row(const PointData& point, const PointExperiment& e, std::size_t i, double dr,
                    double force, CurveRows& out) {
   const double normal_force = e.force[i].dot(point.inward);
   const bool is_pressed = !(dr > 1e-6 * point.depth);
@@ -103,7 +103,7 @@ void add_stick_row(const PointData& point, const Experiment& e, std::size_t i, d
 }
 
 // The contact point has followed by `slid`: the row in the frame it has there.
-void add_slip_row(const PointData& point, const Experiment& e, std::size_t i, double slid,
+void add_slip_row(const PointData& point, const PointExperiment& e, std::size_t i, double slid,
                   CurveRows& out) {
   const Vec3 shadow = lateral_of(point, e.deflection[i]).normalized() * slid;
   const Vec3 turn = point.normal_gradient * shadow;
@@ -116,7 +116,7 @@ void add_slip_row(const PointData& point, const Experiment& e, std::size_t i, do
   out.curve[2].push_back({depth, (e.force[i] - normal_force * normal).norm(), e.weight[i], 0});
 }
 
-void add_drag(const PointData& point, const Experiment& e, CurveRows& out) {
+void add_drag(const PointData& point, const PointExperiment& e, CurveRows& out) {
   const WayOut way = way_out(point, e);
   if (way.row.empty() || !(way.dr.back() > 1e-6 * point.depth)) {
     for (std::size_t k = 0; k < way.row.size(); ++k) add_stick_row(point, e, way.row[k], 0, 0, out);
@@ -139,7 +139,7 @@ void add_drag(const PointData& point, const Experiment& e, CurveRows& out) {
 
 CurveRows curve_rows(const PointData& point) {
   CurveRows out;
-  for (const Experiment& e : point.experiments) {
+  for (const PointExperiment& e : point.experiments) {
     if (e.is_replayed) {
       add_drag(point, e, out);
       continue;

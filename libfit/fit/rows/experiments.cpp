@@ -106,7 +106,7 @@ std::vector<GoodRows> sort_rows(const Samples& s, BodyData& body) {
 
 // Takes the sway off the deflections.
 void take_sway_off(PointData& point) {
-  for (Experiment& e : point.experiments) {
+  for (PointExperiment& e : point.experiments) {
     for (const Vec3& force : e.force) e.sway.push_back(point.sway * force);
     for (std::size_t i = 0; i < e.sway.size(); ++i) e.deflection[i] -= e.sway[i];
   }
@@ -115,7 +115,7 @@ void take_sway_off(PointData& point) {
 // Scatter of the normal force about a line through its two neighbours in each experiment.
 double scatter_N(const PointData& point) {
   std::vector<double> sizes;
-  for (const Experiment& e : point.experiments) {
+  for (const PointExperiment& e : point.experiments) {
     for (std::size_t i = 1; i + 1 < e.row.size(); ++i) {
       const double before = (e.deflection[i] - e.deflection[i - 1]).norm();
       const double after = (e.deflection[i + 1] - e.deflection[i]).norm();
@@ -131,14 +131,14 @@ double scatter_N(const PointData& point) {
 
 double typical_force_N(const PointData& point) {
   std::vector<double> sizes;
-  for (const Experiment& e : point.experiments)
+  for (const PointExperiment& e : point.experiments)
     for (const Vec3& f : e.force) sizes.push_back(f.norm());
   return lower_quantile(std::move(sizes), 0.95);
 }
 
 std::vector<double> known_errors(const Samples& s, const PointData& point) {
   std::vector<double> errors;
-  for (const Experiment& e : point.experiments)
+  for (const PointExperiment& e : point.experiments)
     for (const Eigen::Index i : e.row)
       if (std::isfinite(s.force_error[i])) errors.push_back(s.force_error[i]);
   return errors;
@@ -154,7 +154,7 @@ std::string find_problem(const Samples& s, const PointData& point, const GoodRow
            " good rows are not finite numbers";
   std::vector<double> toward;  // force along the push, of the rows in contact
   double largest_N = 0;
-  for (const Experiment& e : point.experiments)
+  for (const PointExperiment& e : point.experiments)
     for (std::size_t i = 0; i < e.row.size(); ++i) {
       largest_N = std::max(largest_N, e.force[i].norm());
       if (depth_of(point, e.deflection[i]) > 0) toward.push_back(e.force[i].dot(point.inward));
@@ -181,7 +181,7 @@ void set_weights(const Samples& s, double weight_floor, double body_error_N, Poi
                            : body_error_N > 0 ? body_error_N
                                               : scatter_N(point);
   const double floor_N = weight_floor * point.force_N;
-  for (Experiment& e : point.experiments)
+  for (PointExperiment& e : point.experiments)
     for (const Eigen::Index i : e.row) {
       const double error_N = std::isnan(s.force_error[i]) ? unknown_N : s.force_error[i];
       e.weight.push_back(point.force_N / std::hypot(error_N, floor_N));
@@ -191,7 +191,7 @@ void set_weights(const Samples& s, double weight_floor, double body_error_N, Poi
 void make_dimensionless(double length_m, PointData& point) {
   point.normal_gradient *= length_m;
   point.sway *= point.force_N / length_m;
-  for (Experiment& e : point.experiments) {
+  for (PointExperiment& e : point.experiments) {
     for (Vec3& d : e.deflection) d /= length_m;
     for (Vec3& d : e.sway) d /= length_m;
     for (Vec3& f : e.force) f /= point.force_N;
@@ -240,7 +240,7 @@ BodyData gather_experiments(const Samples& samples, double weight_floor, bool wi
   for (std::size_t p = 0; p < body.points.size(); ++p) {
     PointData& point = body.points[p];
     const bool has_rows = !point.experiments.empty();
-    std::erase_if(point.experiments, [](const Experiment& e) { return e.row.empty(); });
+    std::erase_if(point.experiments, [](const PointExperiment& e) { return e.row.empty(); });
     if (without_sway) {
       point.sway = symmetric_of(samples.point_sway.row(static_cast<Eigen::Index>(p)));
       take_sway_off(point);
@@ -252,7 +252,7 @@ BodyData gather_experiments(const Samples& samples, double weight_floor, bool wi
       point.problem = "nearly every force is zero";
       continue;
     }
-    for (const Experiment& e : point.experiments)
+    for (const PointExperiment& e : point.experiments)
       for (const Vec3& d : e.deflection)
         point.depth_m = std::max(point.depth_m, depth_of(point, d));
     deepest_m = std::max(deepest_m, point.depth_m);

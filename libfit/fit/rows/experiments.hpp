@@ -27,7 +27,7 @@ inline double part_of_way(std::size_t i, std::size_t n) {
 /// One press, drag or path of a test point as the fit sees it: usable rows in step order, lengths
 /// over the body's `length_m`, forces over the point's `force_N`, so that every number is of
 /// order 1 whatever the body's size and stiffness.
-struct Experiment {
+struct PointExperiment {
   std::int32_t id = 0;
   ExperimentKind kind = ExperimentKind::press;
   /// A press that never leaves the normal is f^z alone; everything else is replayed as a path.
@@ -57,7 +57,7 @@ struct PointData {
   double depth = 0;                     ///< deepest usable row, over length_m
   double depth_m = 0;                   ///< the same [m]
   RowCounts rows;
-  std::vector<Experiment> experiments;
+  std::vector<PointExperiment> experiments;
   bool has_errors = false;  ///< some row states its force error: weights are believed
   std::string problem;      ///< why nothing can be fitted; empty when something can
 };

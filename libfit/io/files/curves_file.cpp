@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <charconv>
 #include <cmath>
 
 #include "libfit/io/files/columns.hpp"
@@ -91,39 +90,6 @@ void check_deviations(const h5::Complain& complain, const FittedCurves& f) {
   }
 }
 
-constexpr const char* kStrength = "smoothing";
-constexpr const char* kReason = "smoothing_reason";
-
-std::string group_of(std::size_t kind) { return fmt::format("curves/{}", kCurveNames[kind]); }
-
-void read_smoothing(const Reader& reader, FittedCurves& curves) {
-  for (std::size_t kind = 0; kind < curves_of(curves.curves.family); ++kind) {
-    const std::string group = group_of(kind);
-    if (!reader.has_attribute(group, kStrength)) continue;
-    const std::string text = reader.text_attribute(group, kStrength);
-    const char* const end = text.data() + text.size();
-    const auto found = std::from_chars(text.data(), end, curves.smoothing[kind]);
-    if (found.ec != std::errc{} || found.ptr != end)
-      throw reader.error(group, "attribute `smoothing` is not a number");
-    if (reader.has_attribute(group, kReason))
-      curves.smoothing_reason[kind] = reader.text_attribute(group, kReason);
-  }
-}
-
-void write_smoothing(Writer& writer, const FittedCurves& curves) {
-  for (std::size_t kind = 0; kind < curves_of(curves.curves.family); ++kind) {
-    if (curves.smoothing_reason[kind].empty()) continue;
-    writer.attribute(group_of(kind), kStrength, fmt::format("{}", curves.smoothing[kind]));
-    writer.attribute(group_of(kind), kReason, curves.smoothing_reason[kind]);
-  }
-}
-
-void check_smoothing(const Complain& complain, const FittedCurves& curves) {
-  for (std::size_t kind = 0; kind < curves_of(curves.curves.family); ++kind)
-    if (!(curves.smoothing[kind] >= 0) || std::isinf(curves.smoothing[kind]))
-      throw complain(group_of(kind), "attribute `smoothing` is negative or not finite");
-}
-
 void check(const FittedCurves& f, const h5::Complain& complain) {
   RowChecker rows(complain);
   columns(f, rows);
@@ -137,7 +103,6 @@ void check(const FittedCurves& f, const h5::Complain& complain) {
   for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind)
     if (f.covariance[kind].size() > 0) check_covariance(complain, f, kind);
   check_deviations(complain, f);
-  check_smoothing(complain, f);
   check_indices(complain, "experiments/point", f.recordings.point.data(),
                 rows_of(f.recordings.point), 1, points);
   const FittedRecordings& r = f.recordings;
@@ -165,7 +130,6 @@ FittedCurves read_curves(const std::filesystem::path& path) {
     if (has_deviation(parts[i]) && reader.has(deviation_name(parts[i])))
       f.deviation[i] = read_table(reader, deviation_name(parts[i]), parts[i].unit,
                                   f.position.rows(), f.curves.control[i].cols(), true);
-  read_smoothing(reader, f);
   f.probe = read_probe(reader);
   check(f, complain_about(reader));
   return f;
@@ -185,7 +149,6 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
   for (std::size_t i = 0; i < f.deviation.size(); ++i)
     if (f.deviation[i].size() > 0)
       write_table(writer, deviation_name(parts[i]), parts[i].unit, f.deviation[i]);
-  write_smoothing(writer, f);
   write_probe(writer, f.probe, complain_about(path));
   writer.commit();
 }

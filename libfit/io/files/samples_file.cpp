@@ -14,8 +14,6 @@ using namespace h5;
 
 namespace {
 
-constexpr std::array<std::string_view, 3> kKindNames{"press", "drag", "path"};
-
 constexpr std::array<std::string_view, 3> kGradeNames{"good", "fair", "poor"};
 
 // S: Samples or const Samples.
@@ -30,18 +28,17 @@ void columns(S& s, F& f) {
 
   f.first("rows/point", s.point);
   f("rows/experiment", s.experiment);
-  f("rows/kind", s.kind, {.names = kKindNames});
+  f("rows/kind", s.kind, {.names = kExperimentKindNames});
   f("rows/step", s.step);
+  f("rows/tool", s.tool, {.is_optional = true});
   f("rows/deflection", s.deflection, {"m"});
   f("rows/force", s.force, {"N", true});
   f("rows/torque", s.torque, {"N m", true});
   f("rows/force_error", s.force_error, {"N", true});
   f("rows/status", s.status, {.names = kRowStatusNames});
   f("rows/step_check", s.step_check, {.names = kStepCheckNames, .is_optional = true});
-  f("rows/time", s.time_s, {.unit = "s", .is_optional = true});
+  f("rows/time", s.time_s, {.unit = "s", .may_be_nan = true, .is_optional = true});
   f("rows/lean", s.lean, {.is_optional = true});
-  f("rows/second_deflection", s.second_deflection, {.unit = "m", .is_optional = true});
-  f("rows/second_force", s.second_force, {.unit = "N", .is_optional = true});
 
   relaxation_columns(s.relaxation, f);
 
@@ -81,33 +78,38 @@ void check_numbers(const Samples& s, const h5::Complain& complain) {
       throw complain("rows/torque", row_name(i) + " is good but not a finite number");
     if (s.lean.rows() > 0 && !(s.lean.row(i).norm() < 1))
       throw complain("rows/lean", row_name(i) + " is not shorter than 1");
-    if (s.second_force.rows() > 0 &&
-        !(s.second_force.row(i).allFinite() && s.second_deflection.rows() == s.rows() &&
-          s.second_deflection.row(i).allFinite()))
-      throw complain("rows/second_force", row_name(i) + " is not finite");
     if (s.force_error[i] < 0) throw complain("rows/force_error", row_name(i) + " is negative");
-    if (s.time_s.size() == 0) continue;
+    if (s.time_s.size() == 0 || std::isnan(s.time_s[i])) continue;
     const bool is_first = i == 0 || s.experiment[static_cast<std::size_t>(i)] !=
                                         s.experiment[static_cast<std::size_t>(i - 1)];
+    const bool is_next_tool = !s.tool.empty() && s.tool[static_cast<std::size_t>(i)] > 0;
     if (!(s.time_s[i] >= 0) || !std::isfinite(s.time_s[i]) ||
-        (!is_first && !(s.time_s[i] > s.time_s[i - 1])))
+        (!is_first && !is_next_tool && !(s.time_s[i] > s.time_s[i - 1])))
       throw complain("rows/time", row_name(i) + " does not come after the row before");
   }
 }
 
-// Rows of an experiment follow one another and share point and kind.
+// Rows of an experiment follow one another and share kind and, tool by tool, place.
 void check_experiments(const Samples& s, const h5::Complain& complain) {
   std::unordered_set<std::int32_t> finished;
-  for (std::size_t i = 1; i < s.point.size(); ++i) {
-    if (s.experiment[i] != s.experiment[i - 1]) {
+  const auto tool_of = [&](std::size_t row) { return s.tool.empty() ? 0 : s.tool[row]; };
+  std::vector<std::int32_t> place;  // of each tool of the experiment
+  for (std::size_t i = 0; i < s.point.size(); ++i) {
+    if (i > 0 && s.experiment[i] != s.experiment[i - 1]) {
       finished.insert(s.experiment[i - 1]);
+      place.clear();
       if (finished.count(s.experiment[i]) != 0)
         throw complain("rows/experiment",
                        fmt::format("{} goes back to experiment {}", row_name(i), s.experiment[i]));
-    } else if (s.point[i] != s.point[i - 1] || s.kind[i] != s.kind[i - 1]) {
+    }
+    const int tool = tool_of(i), before = i > 0 && !place.empty() ? tool_of(i - 1) : -1;
+    if (tool != 0 && tool != before + 1)
+      throw complain("rows/tool", row_name(i) + " does not follow the tool before");
+    if (static_cast<std::size_t>(tool) == place.size()) place.push_back(s.point[i]);
+    if (s.point[i] != place[static_cast<std::size_t>(tool)] ||
+        (before >= 0 && s.kind[i] != s.kind[i - 1]))
       throw complain("rows/experiment", fmt::format("{} changes point or kind within experiment {}",
                                                     row_name(i), s.experiment[i]));
-    }
   }
 }
 

@@ -287,10 +287,9 @@ RowRange used_rows(const Signal& signal, const std::vector<Phase>& phases,
       return ways.loadings.empty() ? ways.range : ways.loadings.back();
     case ExperimentKind::drag:
       return {ways.range.begin, end_of_drag(signal, phases, ways.range)};
-    case ExperimentKind::path:
-      break;
+    default:
+      return {ways.range.begin, signal.rows()};
   }
-  return {ways.range.begin, signal.rows()};
 }
 
 void check_rows(const Conditioned& out, const std::string& where) {

@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 
+#include "libfit/core/experiments.hpp"
 #include "libfit/recordings/batch/plausible.hpp"
 #include "libfit/recordings/placing/place.hpp"
 #include "libfit/recordings/placing/relaxation.hpp"
@@ -221,7 +222,6 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     const auto notes = compare_rates(first.point, experiments[p], candidates, items);
     out.notes.insert(out.notes.end(), notes.begin(), notes.end());
   }
-  out.cycles = cycles_of(candidates, samples);
   if (const std::string note = break_note(candidates); !note.empty())
     out.notes.insert(out.notes.begin(), note);
   for (const auto& notes : {cantilever_notes(items, candidates), copy_notes(items, results)})
@@ -231,6 +231,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     out.notes.insert(out.notes.begin(), told.begin(), told.end());
   }
   fill_numbers(parts, samples);
+  samples = joined(samples, cycles_of(candidates));
   samples.recordings = provenance(items, results, candidates);
   out.outcomes = outcomes_of(items, results, candidates);
   return out;

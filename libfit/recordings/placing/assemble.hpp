@@ -61,7 +61,6 @@ FoundContact contact_of(const Conditioned& recording, const std::optional<Contac
 
 struct Assembled {
   Samples samples;
-  Samples cycles;  ///< presses in cycles that go deeper and deeper, as paths; or no rows
   std::vector<Outcome> outcomes;  ///< every recording and every item that gave none, in order
   std::optional<Registration> registration;
   /// Where recordings have holds or rates. With branches, samples have rows in time, and each

@@ -18,11 +18,8 @@ std::string break_note(const std::vector<Candidate>& candidates) {
          "; deeper rows are no curve of the body and were left out";
 }
 
-Samples cycles_of(const std::vector<Candidate>& candidates, const Samples& samples) {
+Samples cycles_of(const std::vector<Candidate>& candidates) {
   Samples out;
-  out.point_position = samples.point_position;
-  out.point_normal = samples.point_normal;
-  out.point_name = samples.point_name;
   Eigen::Index rows = 0;
   std::vector<const Candidate*> used;
   for (const Candidate& c : candidates)
@@ -41,7 +38,7 @@ Samples cycles_of(const std::vector<Candidate>& candidates, const Samples& sampl
     for (Eigen::Index i = 0; i < r.cycle_depth_m.size(); ++i, ++at) {
       out.point.push_back(c->point_index);
       out.experiment.push_back(experiment);
-      out.kind.push_back(ExperimentKind::path);
+      out.kind.push_back(ExperimentKind::cycle);
       out.step.push_back(static_cast<std::int32_t>(i));
       out.status.push_back(RowStatus::good);
       out.deflection.row(at) = r.cycle_depth_m[i] * c->inward;

@@ -50,8 +50,8 @@ std::vector<std::string> compare_rates(const std::string& point,
 /// A sentence on recordings in which the tool broke in; empty where it did in none.
 std::string break_note(const std::vector<Candidate>& candidates);
 
-/// Presses in cycles as paths, at the points of `samples`; no rows where there are none.
-Samples cycles_of(const std::vector<Candidate>& candidates, const Samples& samples);
+/// Presses in cycles, without the places that they are at; no rows where there are none.
+Samples cycles_of(const std::vector<Candidate>& candidates);
 
 /// "file.csv" or "file.csv#name".
 std::string shown(const std::vector<BatchItem>& items, const Candidate& candidate);

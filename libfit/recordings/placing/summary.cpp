@@ -1,5 +1,6 @@
 #include "libfit/recordings/placing/assemble.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -135,7 +136,8 @@ Json totals(const std::vector<BatchItem>& items, const std::vector<ItemResult>& 
                             {"largest_m", a.registration->largest_m},
                             {"iterations", a.registration->iterations}};
   if (a.relaxation) json["relaxation"] = as_json(*a.relaxation);
-  if (a.cycles.rows() > 0) json["cycle_rows"] = a.cycles.rows();
+  if (const auto rows = std::ranges::count(a.samples.kind, ExperimentKind::cycle); rows > 0)
+    json["cycle_rows"] = rows;
   json["notes"] = a.notes;
   json["failures"] = Json::array();
   for (const Outcome& o : a.outcomes)

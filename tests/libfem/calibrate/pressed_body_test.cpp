@@ -28,7 +28,7 @@ Samples pressed(const SimulationSetup& setup, int steps) {
   points.position = block_top().transpose();
   points.normal = -Vec3::UnitZ().transpose();
   points.name = {"p"};
-  return simulate(Simulator(setup), points, press, {.jobs = 1, .already_done = {}});
+  return simulate(Simulator(setup), experiments_at(points), press, {.jobs = 1});
 }
 
 const MaterialParameters kYeoh{"yeoh", {2e3, 1500, 0, 0.45, kNone}};

@@ -130,8 +130,7 @@ Samples press_plate(SimulationSetup setup) {
   points.position = Eigen::RowVector3d(0.0447, 0.0183, 0.006);
   points.normal = -Eigen::RowVector3d::UnitZ();
   points.name = {""};
-  return simulate(Simulator(std::move(setup)), points, experiments,
-                  {.jobs = 1, .already_done = {}});
+  return simulate(Simulator(std::move(setup)), experiments_at(points), experiments, {.jobs = 1});
 }
 
 // Both grids of a row share the base mesh: without (M13d) a plate whose clamp ends within its

@@ -56,8 +56,8 @@ void expect_same(const Samples& a, const Samples& b) {
 }
 
 const Samples& uninterrupted() {
-  static const Samples samples =
-      simulate(simulator(), three_points(), short_experiments(), {.jobs = 1, .already_done = {}});
+  static const Samples samples = simulate(simulator(), experiments_at(three_points()),
+                                          short_experiments(), {.jobs = 1, .already_done = {}});
   return samples;
 }
 
@@ -65,8 +65,8 @@ TEST(Simulate, one_and_two_threads_give_the_same_bits) {
   ASSERT_EQ(uninterrupted().rows(), 9);
   for (const RowStatus status : uninterrupted().status) EXPECT_EQ(status, RowStatus::good);
   EXPECT_EQ(uninterrupted().experiment, (std::vector<std::int32_t>{0, 0, 1, 2, 2, 3, 4, 4, 5}));
-  expect_same(uninterrupted(), simulate(simulator(), three_points(), short_experiments(),
-                                        {.jobs = 2, .already_done = {}}));
+  expect_same(uninterrupted(), simulate(simulator(), experiments_at(three_points()),
+                                        short_experiments(), {.jobs = 2, .already_done = {}}));
 }
 
 TEST(Simulate, a_stopped_run_keeps_finished_points_and_resumes_to_the_same_bits) {
@@ -80,7 +80,8 @@ TEST(Simulate, a_stopped_run_keeps_finished_points_and_resumes_to_the_same_bits)
   };
   Samples saved;
   const Samples stopped = simulate(
-      simulator(), three_points(), short_experiments(), {.jobs = 1, .already_done = {}},
+      simulator(), experiments_at(three_points()), short_experiments(),
+      {.jobs = 1, .already_done = {}},
       [&](const std::function<Samples()>& so_far) {
         saved = so_far();
         stop = true;
@@ -91,9 +92,9 @@ TEST(Simulate, a_stopped_run_keeps_finished_points_and_resumes_to_the_same_bits)
   expect_same(stopped, saved);
 
   int simulated = 0;
-  const Samples resumed =
-      simulate(simulator(), three_points(), short_experiments(), {.jobs = 1, .already_done = saved},
-               [&](const std::function<Samples()>&) { ++simulated; });
+  const Samples resumed = simulate(simulator(), experiments_at(three_points()), short_experiments(),
+                                   {.jobs = 1, .already_done = saved},
+                                   [&](const std::function<Samples()>&) { ++simulated; });
   EXPECT_EQ(simulated, 2);
   expect_same(resumed, uninterrupted());
 }
@@ -102,7 +103,7 @@ TEST(Simulate, a_point_stopped_half_way_leaves_no_rows) {
   int polls = 0;
   Progress progress;
   progress.is_stopped = [&] { return ++polls > 2; };
-  const Samples stopped = simulate(simulator(), three_points(), short_experiments(),
+  const Samples stopped = simulate(simulator(), experiments_at(three_points()), short_experiments(),
                                    {.jobs = 1, .already_done = {}}, {}, progress);
   EXPECT_EQ(stopped.rows(), 0);
   EXPECT_EQ(stopped.points(), 3);
@@ -118,9 +119,10 @@ TEST(Simulate, a_press_on_one_mesh_is_that_on_two_but_for_a_factor_of_the_body) 
   const Experiments experiments = short_experiments();
   const std::vector<Effort> pressed(3);
   const Samples full =
-      simulate(with_error, points, experiments, {.jobs = 1, .already_done = {}, .effort = pressed});
-  SimulateOptions one_mesh{.jobs = 1, .already_done = {}, .effort = {3, Effort{false, 1}}};
-  const Samples raw = simulate(with_error, points, experiments, one_mesh);
+      simulate(with_error, experiments_at(points, pressed), experiments, {.jobs = 1});
+  SimulateOptions one_mesh{.jobs = 1};
+  const Samples raw =
+      simulate(with_error, experiments_at(points, {3, Effort{false, 1}}), experiments, one_mesh);
   ASSERT_EQ(raw.rows(), 6);
   EXPECT_EQ(raw.point_scale, Eigen::VectorXd::Ones(3));
   EXPECT_TRUE(raw.force_error.array().isNaN().all()) << "an error that nobody knows";
@@ -130,9 +132,10 @@ TEST(Simulate, a_press_on_one_mesh_is_that_on_two_but_for_a_factor_of_the_body) 
   EXPECT_LT(quick.p95, 0.02);
   ASSERT_EQ(quick.steps.size(), 2u);
 
-  one_mesh.effort.assign(3, {false, quick.number()});
   one_mesh.quick = quick;
-  const Samples scaled = simulate(with_error, points, experiments, one_mesh);
+  const Samples scaled =
+      simulate(with_error, experiments_at(points, {3, Effort{false, quick.number()}}), experiments,
+               one_mesh);
   EXPECT_NE(scaled.point_sway.norm(), 0) << "as points on two meshes";
   for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
     const auto at = static_cast<std::size_t>(i);
@@ -153,7 +156,7 @@ TEST(Simulate, a_path_repeats_the_press_it_describes) {
   path.deflections.resize(2, 3);
   path.deflections << 0, 0, -0.002, 0, 0, -0.004;
   const Samples samples =
-      simulate_paths(simulator(), three_points(), {path}, {.jobs = 1, .already_done = {}});
+      simulate(simulator(), paths_at(three_points(), {path}), short_experiments(), {.jobs = 1});
   ASSERT_EQ(samples.rows(), 2);
   for (int i = 0; i < 2; ++i) {
     EXPECT_EQ(samples.kind[i], ExperimentKind::path);

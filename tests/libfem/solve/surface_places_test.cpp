@@ -68,8 +68,8 @@ TEST(Simulate, rows_keep_how_the_surface_moves_and_forces_stay_the_same_bits) {
   experiments.press_steps = 2;
   experiments.drag_steps = 1;
   experiments.drag_distance_m = 0.001;
-  const Samples without = simulate(plain, points, experiments, {.jobs = 1, .already_done = {}});
-  const Samples with = simulate(kept, points, experiments, {.jobs = 1, .already_done = {}});
+  const Samples without = simulate(plain, experiments_at(points), experiments, {.jobs = 1});
+  const Samples with = simulate(kept, experiments_at(points), experiments, {.jobs = 1});
   EXPECT_EQ(without.surface.rows(), 0);
   EXPECT_EQ(without.force, with.force);
   ASSERT_EQ(with.surface.rows(), with.rows());

@@ -23,20 +23,21 @@ TEST(TiltedPress, rows_say_how_the_tool_leans) {
   deflections.row(0) = 0.001 * kRodInward;
   const Lean lean = lean_of(40 * kDeg, 1);
   const Samples samples =
-      simulate_paths(simulator, points, {{0, deflections}, {0, deflections, {}, lean}});
+      simulate(simulator, paths_at(points, {{0, deflections}, {0, deflections, {}, lean}}), {});
   ASSERT_EQ(samples.lean.rows(), 2);
   EXPECT_EQ(samples.lean.row(0).norm(), 0);
   EXPECT_EQ(samples.lean.row(1), lean.transpose());
   EXPECT_EQ(samples.status[1], RowStatus::good);
   EXPECT_LT(samples.force.row(1).norm(), 0.8 * samples.force.row(0).norm());
-  const Samples upright = simulate_paths(simulator, points, {{0, deflections}});
+  const Samples upright = simulate(simulator, paths_at(points, {{0, deflections}}), {});
   EXPECT_EQ(upright.lean.rows(), 0);
   EXPECT_EQ(upright.force.row(0), samples.force.row(0));
   SimulateOptions known;
   known.already_done = samples;
-  EXPECT_EQ(
-      simulate_paths(simulator, points, {{0, deflections}, {0, deflections, {}, lean}}, known).lean,
-      samples.lean);
+  EXPECT_EQ(simulate(simulator, paths_at(points, {{0, deflections}, {0, deflections, {}, lean}}),
+                     {}, known)
+                .lean,
+            samples.lean);
 }
 
 TEST(TiltedPress, a_ball_does_not_feel_how_it_leans) {

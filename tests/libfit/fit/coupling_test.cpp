@@ -7,7 +7,6 @@
 #include <algorithm>
 
 #include "libfit/core/statistics.hpp"
-#include "libfit/fit/two_tools.hpp"
 #include "libfit/runtime/asset/check_blocks.hpp"
 #include "tests/libfit/runtime/models.hpp"
 
@@ -20,33 +19,32 @@ constexpr double kDepth_m = 0.004, kLength_m = 0.002;
 struct PairsOnAPlate {
   Loaded plate;
   Samples samples;
-  std::vector<ToolPath> paths;
 
   PairsOnAPlate() : plate(load(model())) {
     const std::vector<double> distances_m{0.009, 0.012, 0.018, 0.027};
     constexpr int kRows = 6;
-    const auto rows = static_cast<Eigen::Index>(distances_m.size()) * kRows;
-    samples.point_position = Vec3(0, 0, 0).transpose();
-    samples.point_normal = Vec3(0, 0, -1).transpose();
-    samples.deflection = samples.second_deflection = Points::Zero(rows, 3);
-    samples.force = samples.second_force = Points::Zero(rows, 3);
-    for (std::size_t pair = 0; pair < distances_m.size(); ++pair) {
-      const double turn = 1.3 * static_cast<double>(pair), r = distances_m[pair];
-      ToolPath path;
-      path.second = SecondTool{Vec3(r * std::cos(turn), r * std::sin(turn), 0), Vec3(0, 0, -1), {}};
-      path.deflections = path.second->deflections = Points::Zero(kRows, 3);
+    const auto pairs = static_cast<Eigen::Index>(distances_m.size()), rows = 2 * pairs * kRows;
+    samples.point_position = Points::Zero(1 + pairs, 3);
+    samples.point_normal = Vec3(0, 0, -1).transpose().replicate(1 + pairs, 1);
+    samples.deflection = samples.force = samples.torque = Points::Zero(rows, 3);
+    samples.force_error = Eigen::VectorXd::Zero(rows);
+    for (std::int32_t pair = 0; pair < pairs; ++pair) {
+      const double turn = 1.3 * pair, r = distances_m[static_cast<std::size_t>(pair)];
+      samples.point_position.row(1 + pair) << r * std::cos(turn), r * std::sin(turn), 0;
       for (int row = 0; row < kRows; ++row) {
         const double first = std::clamp(row - 1, 0, 3) / 3., second = std::min(row + 1, 2) / 2.;
-        path.deflections.row(row) << 5e-4 * std::max(0, row - 3), 0, -kDepth_m * first;
-        path.second->deflections.row(row) << 0, 0, -0.8 * kDepth_m * second;
-        const auto at = static_cast<Eigen::Index>(pair) * kRows + row;
-        samples.deflection.row(at) = path.deflections.row(row);
-        samples.second_deflection.row(at) = path.second->deflections.row(row);
-        samples.point.push_back(0);
-        samples.experiment.push_back(static_cast<std::int32_t>(pair));
-        samples.status.push_back(RowStatus::good);
+        const auto at = static_cast<Eigen::Index>(samples.point.size());
+        samples.deflection.row(at) << 5e-4 * std::max(0, row - 3), 0, -kDepth_m * first;
+        samples.deflection.row(at + 1) << 0, 0, -0.8 * kDepth_m * second;
+        for (const std::int8_t tool : {0, 1}) {
+          samples.point.push_back(tool == 0 ? 0 : 1 + pair);
+          samples.experiment.push_back(pair);
+          samples.kind.push_back(ExperimentKind::pair);
+          samples.step.push_back(row);
+          samples.tool.push_back(tool);
+          samples.status.push_back(RowStatus::good);
+        }
       }
-      paths.push_back(path);
     }
   }
   static Model model() {
@@ -54,24 +52,21 @@ struct PairsOnAPlate {
     make_rings(out, 1, 0, [](const Vec3&) { return 1; });
     return out;
   }
-  runtime::CouplingView found(double* scaled = nullptr) const {
-    return identify_coupling(
-        plate.asset,
-        [&](const runtime::CouplingView& coupling) {
-          return two_tool_residual(samples, forces(coupling));
-        },
-        kLength_m, scaled);
+  CouplingResidual residual() const {
+    return coupling_residual(plate.asset, samples, kDepth_m, {});
   }
-  TwoToolForces forces(const runtime::CouplingView& coupling) const {
-    return replay_two_tools(plate.asset, coupling, samples, paths, kDepth_m);
+  runtime::CouplingView found(double* scaled = nullptr) const {
+    return identify_coupling(plate.asset, residual(), kLength_m, scaled);
   }
   double p95(const runtime::CouplingView& coupling) const {
-    return quantile(two_tool_errors(samples, forces(coupling)), 0.95);
+    const Eigen::VectorXd left = residual()(coupling);
+    std::vector<double> errors;
+    for (Eigen::Index row = 0; row < samples.rows(); ++row)
+      if (samples.force.row(row).norm() > 0) errors.push_back(left.segment<3>(6 * row).norm());
+    return quantile(errors, 0.95);
   }
   void feel(const runtime::CouplingView& truth) {
-    const TwoToolForces felt = forces(truth);
-    samples.force = felt.first_N;
-    samples.second_force = felt.second_N;
+    samples.force = follow(coupled_by(plate.asset, truth), samples, kDepth_m).force_N;
   }
 };
 

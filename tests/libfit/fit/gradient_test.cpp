@@ -13,7 +13,7 @@ double gradient_error(const std::vector<Vec3>& rows, const Mat3& gradient,
                       const std::array<Eigen::VectorXd, kCurveKinds>& increments, FitLoss loss) {
   const fit::Bases bases(
       {CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 0.3, 0.6}}, CurveBasis{3, {0, 1}}});
-  fit::Experiment e;
+  fit::PointExperiment e;
   e.deflection = rows;
   e.force.assign(rows.size(), Vec3(0.1, -0.05, 0.6));
   e.weight.assign(rows.size(), 2.0);

@@ -316,7 +316,7 @@ TEST(fitted_rings, gradient_is_the_derivative_of_a_replay_that_sticks_slips_and_
     std::vector<CurveBasis> basis(parts_of(CurveFamily::rings).size());
     basis[0] = {3, {0, 0.5, 1}};
     const fit::Bases bases(basis, CurveFamily::rings);
-    fit::Experiment e;
+    fit::PointExperiment e;
     e.deflection = there_and_back(u, t, 0.7, 0.8);
     e.force.assign(e.deflection.size(), Vec3(0.1, -0.05, 0.6));
     e.weight.assign(e.deflection.size(), 2.0);

@@ -83,6 +83,27 @@ TEST(WarmStart, another_option_or_another_place_asks_for_a_refit) {
   EXPECT_EQ(report.kept, 0U);
 }
 
+// A point that was pressed alone has the rings that theory gives the ball.
+TEST(WarmStart, another_probe_asks_for_a_refit) {
+  Recorder rig;
+  for (int p = 0; p < 4; ++p)
+    rig.press(
+        rig.add_point(Vec3(0.1 * p, 0.2, -1)), [](double d) { return 300 * d * (1 + 40 * d); },
+        0.01, 12);
+  Samples samples = rig.samples;
+  samples.probe = sphere_spec(0.004, 0.3);
+  FitOptions rings;
+  rings.family = CurveFamily::rings;
+  const Fitted first(samples, rings);
+  for (const ProbeSpec& other : {sphere_spec(0.008, 0.3), sphere_spec(0.004, 0.5)}) {
+    samples.probe = other;
+    FitReport report;
+    const FittedCurves warm = fit_curves(samples, first.options(rings), {}, &report);
+    EXPECT_EQ(report.kept, 0U);
+    EXPECT_EQ(warm.curves.control.back(), fit_curves(samples, rings).curves.control.back());
+  }
+}
+
 // tolerance: of covariances, over the largest; controls are exact in float32 and have equal bits.
 void expect_the_same(const FittedCurves& a, const FittedCurves& b, double tolerance = 0) {
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
@@ -151,7 +172,7 @@ TEST(WarmStart, without_its_cache_takes_longer_and_brings_the_same) {
   EXPECT_EQ(report.kept, 0U);
   constexpr double kRounding = 1e-6;  // knots came by way of metres
   expect_the_same(with, without, kRounding);
-  const FitCache of_others{{"0123456789abcdef"}, {}, {}};
+  const FitCache of_others{{"0123456789abcdef"}};
   options.warm_cache = &of_others;
   expect_the_same(with, fit_curves(samples, options, {}, &report), kRounding);
   EXPECT_EQ(report.kept, 0U);

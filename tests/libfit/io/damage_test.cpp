@@ -220,8 +220,8 @@ TEST_F(Damage, indices_and_codes_out_of_range_are_named) {
             "s.h5:rows/point: row 4 holds index 3, not 0..2");
   EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/point", H5T_NATIVE_INT, 5, -1); }),
             "s.h5:rows/point: row 5 holds index -1, not 0..2");
-  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/kind", H5T_NATIVE_INT, 0, 3); }),
-            "s.h5:rows/kind: row 0 has code 3 without a name");
+  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/kind", H5T_NATIVE_INT, 0, 9); }),
+            "s.h5:rows/kind: row 0 has code 9 without a name");
   EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/status", H5T_NATIVE_INT, 1, 7); }),
             "s.h5:rows/status: row 1 has code 7 without a name");
   EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/experiment", H5T_NATIVE_INT, 5, 0); }),

@@ -153,8 +153,6 @@ inline FittedCurves example_curves() {
     f.covariance[kind] = Controls::Constant(3, n * (n + 1) / 2, 1e-4);
     f.covariance[kind].row(1).setConstant(std::numeric_limits<double>::quiet_NaN());
   }
-  f.smoothing = {0, 12.1, 0};
-  f.smoothing_reason = {"rows not seen are predicted no better", "gain 40 %", ""};
   f.recordings.experiment = {4, 7}, f.recordings.point = {0, 2};
   f.recordings.contact_m = Eigen::Vector2d(1e-4, -3e-5);
   f.recordings.contact_deviation_m = Eigen::Vector2d(1e-5, 2e-5);
@@ -164,14 +162,7 @@ inline FittedCurves example_curves() {
   return f;
 }
 
-inline FitCache example_cache(const FittedCurves& f) {
-  FitCache cache;
-  cache.fingerprint = {"00", "11", "22"};
-  cache.own_control[1] = f.curves.control[1];
-  cache.own_control[1].row(2).setZero();
-  cache.own_covariance[1] = 2 * f.covariance[1];
-  return cache;
-}
+inline FitCache example_cache() { return {{"00", "11", "22"}}; }
 
 inline Model example_model() {
   Model model;

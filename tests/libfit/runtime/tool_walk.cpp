@@ -101,6 +101,7 @@ struct Body {
 };
 
 struct Sums {
+  long all_ticks = 0;  ///< of walks in shorter ticks, too
   long ticks = 0, walks = 0, touching = 0, together = 0, slipping = 0, unfinished = 0,
        kinds[16] = {};
   double refused_J = 0, jump = 0, rise = 0, jump_10um_N = 0, worst[kLevels] = {};
@@ -129,7 +130,7 @@ runtime::Pose pose_at(const Vec3d& place, const Vec3d& turn) {
 /// One walk of some tools in ticks `finer` times as short.
 class Walk {
  public:
-  Walk(Body& body, Random& random, int finer, Sums* sums)
+  Walk(Body& body, Random& random, int finer, Sums& sums)
       : body_(body), random_(random), finer_(finer), sums_(sums) {
     body.heal();
     const bool couples = body.asset.coupling != nullptr;
@@ -230,10 +231,8 @@ class Walk {
       before_[i] = now;
       stored_J += out[i].stored_J;
       touching += out[i].touching;
-      if (sums_ != nullptr) {
-        sums_->slipping += out[i].state == runtime::ContactState::slip;
-        sums_->unfinished += (out[i].flags & runtime::kFlagUnfinished) != 0;
-      }
+      sums_.unfinished += (out[i].flags & runtime::kFlagUnfinished) != 0;
+      if (finer_ == 1) sums_.slipping += out[i].state == runtime::ContactState::slip;
     }
     has_before_ = true;
     work_J_ += work_J;
@@ -254,17 +253,17 @@ class Walk {
     const double rounding_J = 1e-11 * peak_J_ + 1e-14 * std::fabs(lost_J);
     const double rise = lost_J_ - lost_J;
     lost_J_ = lost_J;
-    if (sums_ != nullptr) {
-      ++sums_->ticks;
-      sums_->touching += touching > 0;
-      sums_->together += touching > 1;
-      if (peak_J_ > 0) sums_->rise = std::max(sums_->rise, rise / peak_J_);
+    ++sums_.all_ticks;
+    if (peak_J_ > 0) sums_.rise = std::max(sums_.rise, rise / peak_J_);
+    if (finer_ == 1) {
+      ++sums_.ticks;
+      sums_.touching += touching > 0;
+      sums_.together += touching > 1;
       const bool has_damper =
           tool_[0].shape.has_damper() || tool_[1].shape.has_damper() || tool_[2].shape.has_damper();
       if (moved_m > kRounding_m && !has_damper) {
-        sums_->jump = std::max(sums_->jump, changed_N / (body_.stiffest_N_m * moved_m));
-        sums_->jump_10um_N =
-            std::max(sums_->jump_10um_N, changed_N * std::min(1.0, 1e-5 / moved_m));
+        sums_.jump = std::max(sums_.jump, changed_N / (body_.stiffest_N_m * moved_m));
+        sums_.jump_10um_N = std::max(sums_.jump_10um_N, changed_N * std::min(1.0, 1e-5 / moved_m));
       }
     }
     if (!(rise <= rounding_J)) return fail("raises what is stored without work");
@@ -278,7 +277,7 @@ class Walk {
   Body& body_;
   Random& random_;
   int finer_;
-  Sums* sums_;
+  Sums& sums_;
   int count_ = 0;
   runtime::Tool tool_[3];
   Vec3d home_[3], at_[3], turn_[3], force_[3] = {}, torque_[3] = {};
@@ -308,8 +307,7 @@ int main(int argc, char** argv) {
       for (int level = 0; level < (walk == 0 ? kLevels : 1); ++level) {
         random = again;
         static std::unique_ptr<Walk> run;
-        run =
-            std::make_unique<Walk>(body, random, test::kFiner[level], level == 0 ? &sums : nullptr);
+        run = std::make_unique<Walk>(body, random, test::kFiner[level], sums);
         const long before = sums.ticks;
         if (!run->run()) {
           std::printf("body %u of seed %u, walk %d, in %d times as many ticks\n", number, seed,
@@ -322,9 +320,11 @@ int main(int argc, char** argv) {
     }
   }
   std::printf(
-      "%ld ticks in %ld walks, %ld in contact, %ld of two balls and more, %ld slips, %ld "
-      "unfinished\n",
-      sums.ticks, sums.walks, sums.touching, sums.together, sums.slipping, sums.unfinished);
+      "%ld ticks in %ld walks, %ld in contact, %ld of two balls and more, %ld slips; %ld with "
+      "those "
+      "of the same walks in shorter ticks, %ld of all unfinished\n",
+      sums.ticks, sums.walks, sums.touching, sums.together, sums.slipping, sums.all_ticks,
+      sums.unfinished);
   std::printf("ticks by sway 1 + relaxation 2 + softening 4 + coupling 8:");
   for (const long ticks : sums.kinds) std::printf(" %ld", ticks);
   std::printf(

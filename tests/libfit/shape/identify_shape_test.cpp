@@ -112,6 +112,27 @@ TEST(identify_shape, a_body_that_only_dents_needs_no_modes_of_the_whole_body) {
   EXPECT_LT(find_again(shaped_plate(0, 4), 0).error.near.p95_rel, 0.02);
 }
 
+// Where the reference is what deform() shows, nothing is left, and what the ball pushes out counts.
+TEST(shape_error, is_of_the_surface_that_a_scene_sees) {
+  double unpushed_m = 0;
+  for (const unsigned seed : {6U, 7U, 8U}) {
+    Model model = shaped_plate(2, seed);
+    model.probe = sphere_spec(0.012, 0.3);  // over several vertices
+    const Loaded body = load(model);
+    Samples samples = experiments(model);
+    samples.surface.setZero(samples.rows(), 3 * body.asset.vertices);
+    const auto contacts = contact_states(body.asset, samples, kDepth_m);
+    for (std::size_t row = 0; row < contacts.size(); ++row)
+      ASSERT_EQ(runtime::deform(body.asset, *contacts.at(row), 0, 0, body.asset.vertices,
+                                samples.surface.row(static_cast<Eigen::Index>(row)).data()),
+                runtime::Status::ok);
+    EXPECT_LT(shape_error(body.asset, samples, contacts).all.max_m, 1e-9) << "seed " << seed;
+    unpushed_m =
+        std::max(unpushed_m, shape_error(body.asset, samples, contacts, {}, false).all.max_m);
+  }
+  EXPECT_GT(unpushed_m, 1e-5) << "the ball pushes nothing out";
+}
+
 TEST(identify_shape, rows_that_are_not_good_tell_nothing) {
   Model model = shaped_plate(1, 5);
   const Loaded truth = load(model);

@@ -271,6 +271,15 @@ class Files(unittest.TestCase):
                 self.assertTrue((np.diff(curve["value_N"]) >= 0).all())
             self.assertTrue((kinds["normal"]["deviation_N"][1:] > 0).all())
 
+    def test_samples_in_time_of_several_tools_keep_their_units(self):
+        samples = palpate.read(self.at / "out/samples.h5")
+        rows = len(samples["rows/force"])
+        samples.update({"rows/time": np.full(rows, np.nan), "rows/tool": np.zeros(rows), "rows/lean": np.zeros((rows, 2)),
+                        "relaxation/share": np.array([0.3]), "relaxation/time": np.array([0.5])})
+        first = samples["rows/experiment"] == samples["rows/experiment"][0]
+        samples["rows/time"][first] = 0.1 * np.arange(1, first.sum() + 1)
+        self.assertTrue(palpate.fit(samples, self.at / "timed.h5", jobs=1, quiet=True))
+
     def test_predict_samples_of_a_dict(self):
         model, samples = self.at / "out/model.h5", self.at / "out/samples.h5"
         told = palpate.predict(model, palpate.read(samples), quiet=True)

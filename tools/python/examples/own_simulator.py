@@ -30,7 +30,7 @@ samples = {
     "probe/shape": ["sphere"], "probe/radius": [RADIUS_M], "probe/friction": [0.3],
     "body/poisson": [POISSON],
 }
-curves = palpate.fit(samples, os.path.join(sys.argv[1], "curves.h5"), smoothing="none", quiet=True)
+curves = palpate.fit(samples, os.path.join(sys.argv[1], "curves.h5"), quiet=True)
 for point, kinds in curves.items():
     fitted = np.interp(0.0033, kinds["normal"]["at_m"], kinds["normal"]["value_N"])
     print(f"{point}: {fitted:.4f} N at 3.3 mm, simulated {simulate(0.0033):.4f} N")

@@ -8,7 +8,8 @@ import numpy as np
 
 # Units of a samples.h5, a contract (docs/formats.md); all else is without.
 _UNITS = {"points/position": "m", "points/normal_gradient": "1/m", "points/sway": "m/N", "rows/deflection": "m",
-          "rows/force": "N", "rows/torque": "N m", "rows/force_error": "N", "recordings/contact": "m",
+          "rows/force": "N", "rows/torque": "N m", "rows/force_error": "N", "rows/time": "s",
+          "relaxation/time": "s", "recordings/contact": "m",
           "recordings/contact_deviation": "m", "recordings/speed": "m/s", "recordings/noise": "N",
           "recordings/young": "Pa"}
 _TYPES = {"kind": np.int8, "status": np.int8, "step_check": np.int8, "grade": np.int8}
@@ -90,7 +91,7 @@ def write_samples(path, samples):
                 if value.dtype.kind in "OU":
                     made = file.create_dataset(name, data=value.astype(object), dtype=h5py.string_dtype())
                 else:
-                    is_index = name in ("rows/point", "rows/experiment", "rows/step", "recordings/experiment",
+                    is_index = name in ("rows/point", "rows/experiment", "rows/step", "rows/tool", "recordings/experiment",
                                         "probe/mesh/triangles")
                     kind = np.int32 if is_index else _TYPES.get(name.split("/")[-1], np.float64)
                     made = file.create_dataset(name, data=value.astype(kind))

@@ -1,14 +1,12 @@
 #pragma once
 
-#include <filesystem>
-#include <string>
+#include <cstdint>
 
 #include "libfit/core/body.hpp"
 #include "libfit/core/samples.hpp"
-#include "libfit/runtime/tool/tool.hpp"
-#include "libfit/validation/statement.hpp"
+#include "libfit/experiments/draw.hpp"
+#include "libfit/experiments/follow.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/stages/samples/coupling.hpp"
 
 namespace palpate::tools {
 
@@ -19,18 +17,15 @@ void check_tool(const Scene& scene);
 /// [tool] of a scene as the engine plays it. Throws Error where its probe is no shape.
 runtime::ToolShape tool_shape(const Scene& scene);
 
-/// Simulates the paths of [tool] into `output`, as simulate_kept_paths().
-Samples simulate_tool(const Scene& scene, const Body& body, int jobs,
-                      const std::filesystem::path& output, const std::string& fingerprint,
-                      bool resume);
+/// The scene whose probe is its [tool].
+Scene with_tool(const Scene& scene);
 
-/// What those paths say of how the tool's balls feel each other.
-CouplingEvidence tool_evidence(const runtime::AssetView& asset, const Scene& scene,
-                               const Body& body, const Samples& samples);
+inline constexpr std::uint64_t kToolSeed = 0x746f6f6c;
+/// Paths on which the tool leans and none of its balls leaves what answers.
+HeldOut draw_tool_paths(const Scene& scene, const Body& body, int paths, std::uint64_t seed);
 
-/// The held-out paths of [tool] against the asset: as balls that feel each other, as balls by
-/// themselves, and as its foremost ball alone. folder: keeps what is simulated; empty: nowhere.
-void state_tool(const std::filesystem::path& asset, const Scene& scene, const Body& body, int jobs,
-                const std::filesystem::path& folder, bool resume, validation::Statement& statement);
+/// How the engine plays a row that [tool] made: as its balls, or as the one that goes deepest.
+PlayedTool tool_played_as(const Scene& scene, const Samples& samples, Eigen::Index row);
+PlayedTool foremost_played_as(const Scene& scene, const Samples& samples, Eigen::Index row);
 
 }  // namespace palpate::tools

@@ -1,12 +1,38 @@
 #include "tools/stages/samples/coupling.hpp"
 
 #include "libfit/assets/asset_bytes.hpp"
-#include "libfit/runtime/engine.hpp"
+#include "libfit/core/experiments.hpp"
+#include "libfit/core/stated_error.hpp"
+#include "libfit/fit/coupling.hpp"
+#include "libfit/validation/replay.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 
 namespace palpate::tools {
+namespace {
 
-void add_coupling(Model& model, const std::vector<MakeEvidence>& evidence, double scale_m) {
+constexpr double kShortest = 0.5;  // its scale over the ball's radius (M62)
+
+void say_kind(const runtime::AssetView& asset, const runtime::CouplingView& coupling,
+              const Scene& scene, const Samples& all, ExperimentKind kind, const char* what) {
+  const Samples rows = of_kinds(all, {kind});
+  if (rows.rows() == 0) return;
+  const auto error = [&](const runtime::AssetView& view) {
+    return validation::summarize(validation::compare(
+        rows, follow(view, rows, scene.experiments.each.depth_m, played_as(scene, rows)).force_N));
+  };
+  const auto felt = error(coupled_by(asset, coupling)), alone = error(coupled_by(asset, {}));
+  say("  {}: forces of {} rows are off by {} (median), {} (p95) if contacts feel each other, {} "
+      "and {} if not",
+      what, rows.rows(), stated_percent(felt.median_rel), stated_percent(felt.p95_rel),
+      stated_percent(alone.median_rel), stated_percent(alone.p95_rel));
+}
+
+}  // namespace
+
+void add_coupling(Model& model, const Scene& scene, const Samples& samples) {
+  const Samples rows = of_kinds(samples, {ExperimentKind::pair, ExperimentKind::tool});
+  if (rows.rows() == 0) return;
   if (model.curves.family != CurveFamily::rings) {
     say("  coupling: the curves are {}, and only rings feel another contact",
         name_of(model.curves.family));
@@ -15,21 +41,14 @@ void add_coupling(Model& model, const std::vector<MakeEvidence>& evidence, doubl
   const AssetBytes bytes = make_asset_bytes(model, {});
   runtime::Status status;
   const auto asset = runtime::Asset::open(bytes.data(), bytes.size(), &status);
-  std::vector<CouplingEvidence> all;
-  for (const MakeEvidence& make : evidence) all.push_back(make(asset));
-  const auto residual = [&](const runtime::CouplingView& coupling) {
-    Eigen::VectorXd out;
-    for (const CouplingEvidence& one : all) {
-      const Eigen::VectorXd own = one.residual(coupling);
-      out.conservativeResize(out.size() + own.size());
-      out.tail(own.size()) = own;
-    }
-    return out;
-  };
   double scaled = 1;
-  model.curves.coupling = identify_coupling(asset, residual, scale_m, &scaled);
-  for (const CouplingEvidence& one : all) one.report(model.curves.coupling);
-  if (!model.curves.coupling.is_any()) say("  coupling: that is no gain, there is none");
+  runtime::CouplingView& coupling = model.curves.coupling;
+  coupling = identify_coupling(
+      asset, coupling_residual(asset, rows, scene.experiments.each.depth_m, played_as(scene, rows)),
+      kShortest * ball_radius_m(scene.probe.spec), &scaled);
+  say_kind(asset, coupling, scene, rows, ExperimentKind::pair, "two tools");
+  say_kind(asset, coupling, scene, rows, ExperimentKind::tool, "tool");
+  if (!coupling.is_any()) say("  coupling: that is no gain, there is none");
   if (scaled < 1)
     say("  coupling was made smaller by {:.2g}, to stay below what contacts give", scaled);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "libfem/solve/experiments/quick_press.hpp"
@@ -16,6 +17,7 @@
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
@@ -37,7 +39,6 @@ FittedCurves fit_so_far(const Scene& scene, const Samples& samples, int jobs,
   FitOptions options = fit_options(samples, scene.fit, jobs);
   options.warm_start = before;
   options.warm_cache = &cache;
-  options.smoothing = 0;
   return fit_curves(samples, options, {}, nullptr, &cache);
 }
 
@@ -78,12 +79,13 @@ std::vector<std::int32_t> choose(const Body& body, const TestPoints& points, con
 
 // Compares presses on one mesh with those on two, at points that have these (M13e). No scale where
 // they are further off than wanted.
-fem::QuickScale try_quick(const fem::Simulator& simulator, const TestPoints& points,
+fem::QuickScale try_quick(const fem::SimulatorOf& simulator, const TestPoints& points,
                           const fem::Experiments& experiments, const Samples& two_meshes,
                           double wanted, SampleCache& known) {
   const std::vector<Effort> one_mesh(static_cast<std::size_t>(points.position.rows()), {false, 1});
   fem::QuickScale quick = fem::compare_quick(
-      two_meshes, known.at(simulator, points, experiments, "press on one mesh", one_mesh));
+      two_meshes,
+      known.at(simulator, experiments_at(points, one_mesh), experiments, "press on one mesh"));
   if (!quick) return quick;
   say("  presses on one mesh: times {:.3f} they are {:.1f} % (p95) off those on two: {}",
       quick.number(), 100 * quick.p95,
@@ -147,21 +149,22 @@ PlacementRound judge_round(const Samples& samples, const Model& model,
   return round;
 }
 
-Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request,
-                             SampleCache known) {
+Placement place_and_simulate(const Scene& scene, const Body& body,
+                             const fem::SimulatorOf& simulator, int jobs, SampleCache& known) {
   const PlacementSection& wanted = *scene.experiments.placement;
-  const fem::Simulator simulator = make_simulator(scene, body);
   const fem::Experiments experiments = experiments_of(scene);
   Placement placement;
   placement.points = body.test_points;
   const bool has_drags = !experiments.drag_depths_m.empty();
   const bool are_few = has_drags && wanted.drag_points == "few" &&
                        (scene.fit.family == "auto" || scene.fit.family == "rings");
-  std::vector<Effort> effort(static_cast<std::size_t>(placement.points.position.rows()),
-                             {has_drags && !are_few, 0});
-  fem::QuickScale quick;
+  std::vector<Effort>& effort = placement.effort;
+  effort.assign(static_cast<std::size_t>(placement.points.position.rows()),
+                {has_drags && !are_few, 0});
+  fem::QuickScale& quick = placement.quick;
   const auto simulate = [&](const TestPoints& points) {
-    placement.samples = known.at(simulator, points, experiments, "simulate", effort, quick);
+    placement.samples =
+        known.at(simulator, experiments_at(points, effort), experiments, "simulate", quick);
   };
   simulate(placement.points);
   if (are_few) {
@@ -169,12 +172,12 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
     simulate(placement.points);
   }
   FitCache cache;
-  FittedCurves curves = fit_so_far(scene, placement.samples, request.jobs, nullptr, cache);
+  FittedCurves curves = fit_so_far(scene, placement.samples, jobs, nullptr, cache);
   const auto are_rings = [&] { return curves.curves.family == CurveFamily::rings; };
   if (are_few && !are_rings()) {  // other families are not told by a few drags
     std::fill(effort.begin(), effort.end(), Effort{true, 0});
     simulate(placement.points);
-    curves = fit_so_far(scene, placement.samples, request.jobs, nullptr, cache);
+    curves = fit_so_far(scene, placement.samples, jobs, nullptr, cache);
   }
   const bool press_alone = !has_drags || (are_few && are_rings());
   const int budget = press_alone ? wanted.budget : std::min(wanted.budget, kMostDragged);
@@ -210,7 +213,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
                   {!press_alone, quick.number()});
     simulate(grown.points);
     placement.points = grown.points;
-    curves = fit_so_far(scene, placement.samples, request.jobs, &curves, cache);
+    curves = fit_so_far(scene, placement.samples, jobs, &curves, cache);
     PlacementRound round = judge_round(placement.samples, model, grown.vertices, curves.status);
     round.dragged = static_cast<int>(std::ranges::count_if(effort, &Effort::is_dragged));
     placement.rounds.push_back(round);
@@ -230,21 +233,29 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
 Samples simulate_scene(const Scene& scene, const Body& body, const SimulateRequest& request,
                        std::optional<Samples> known) {
   SampleCache cache = known ? SampleCache(request, *std::move(known)) : SampleCache(request);
-  const Attributes attributes{{kInputsAttribute, samples_fingerprint(scene, body)},
-                              {kPointFingerprintAttribute, request.fingerprint}};
-  Samples samples;
+  Attributes attributes = attributes_of(request);
+  attributes[kInputsAttribute] = samples_fingerprint(scene, body);
+  const Simulators simulators(scene, body, Purpose::identify);
+  const fem::SimulatorOf simulator = std::cref(simulators);
+  const fem::Experiments each = experiments_of(scene);
+  TestPoints points = body.test_points;
+  fem::QuickScale quick;
+  std::vector<Effort> effort(static_cast<std::size_t>(points.position.rows()),
+                             {!each.drag_depths_m.empty(), 0});
   if (scene.experiments.placement) {
-    Placement placement = place_and_simulate(scene, body, request, std::move(cache));
-    samples = std::move(placement.samples);
+    Placement placement = place_and_simulate(scene, body, simulator, request.jobs, cache);
+    points = std::move(placement.points);
+    effort = std::move(placement.effort);
+    quick = std::move(placement.quick);
     Body placed = body;
-    placed.test_points = std::move(placement.points);
+    placed.test_points = points;
     const std::filesystem::path folder = request.output.parent_path();
     write_body(folder / "placed.h5", placed, {{kInputsAttribute, attributes.at(kInputsAttribute)}});
     write_rounds(folder / "placement.csv", placement.rounds);
-  } else {
-    samples =
-        cache.at(make_simulator(scene, body), body.test_points, experiments_of(scene), "simulate");
   }
+  ExperimentList list = experiments_at(points, effort);
+  append(list, draw_experiments({scene, body, points, Purpose::identify}));
+  Samples samples = cache.at(simulator, list, each, "simulate", quick);
   samples.relaxation = contact_relaxation(scene, body, samples);
   write_with_surface(request.output, samples, attributes);
   remove_partial(request.output);

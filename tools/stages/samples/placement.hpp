@@ -32,7 +32,9 @@ PlacementRound judge_round(const Samples& samples, const Model& model,
                            const std::vector<FitStatus>& fits);
 
 struct Placement {
-  TestPoints points;  ///< the body's first points, then those added, triangulated
+  TestPoints points;           ///< the body's first points, then those added, triangulated
+  std::vector<Effort> effort;  ///< what is simulated at each
+  fem::QuickScale quick;       ///< what presses on one mesh lack
   Samples samples;
   std::vector<PlacementRound> rounds;
   std::string ended;  ///< why, a sentence
@@ -46,10 +48,11 @@ struct Placement {
 /// round. With rings a few of the first points are dragged and all others pressed alone, new ones
 /// on one mesh where that is good enough (M13e). No experiment is simulated twice, in this run or a
 /// resumed one; the same scene gives the same points whatever the number of threads.
-Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request,
-                             SampleCache known);
+Placement place_and_simulate(const Scene& scene, const Body& body,
+                             const fem::SimulatorOf& simulator, int jobs, SampleCache& known);
 
-/// All experiments of a scene at the body's points or at points that place themselves, written to
+/// All experiments of a scene, at the body's points or at points that place themselves and wherever
+/// else they are drawn, written to
 /// request.output with all that says what they come from; placed.h5, the body that `refine` needs
 /// then, and placement.csv beside it where points placed themselves.
 /// known: samples that need not be simulated, none: those of earlier runs.

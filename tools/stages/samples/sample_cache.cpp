@@ -1,7 +1,9 @@
 #include "tools/stages/samples/sample_cache.hpp"
 
-#include "libfem/solve/experiments/simulate.hpp"
-#include "libfit/core/samples.hpp"
+#include <fmt/core.h>
+
+#include <set>
+
 #include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
@@ -16,6 +18,12 @@ constexpr double kKeepShare = 0.05;
 
 }  // namespace
 
+Attributes attributes_of(const SimulateRequest& request) {
+  Attributes out{{kPointFingerprintAttribute, request.fingerprint}};
+  if (!request.tool.empty()) out[kToolFingerprintAttribute] = request.tool;
+  return out;
+}
+
 std::filesystem::path partial_of(const std::filesystem::path& output) {
   return output.string() + ".partial";
 }
@@ -27,28 +35,14 @@ void KeepClock::keep(const std::function<void()>& write) {
   next_s_ = from_s + (wall_seconds() - from_s) / kKeepShare;
 }
 
-PointBatch taken(const PointBatch& batch, const std::vector<std::int32_t>& which) {
-  PointBatch out;
-  out.points.position = batch.points.position(which, Eigen::all);
-  out.points.normal = batch.points.normal(which, Eigen::all);
-  out.points.triangles.resize(0, 3);
-  out.quick = batch.quick;
-  for (const std::int32_t i : which) {
-    out.points.name.push_back(batch.points.name[static_cast<std::size_t>(i)]);
-    out.effort.push_back(batch.effort[static_cast<std::size_t>(i)]);
-  }
-  return out;
-}
-
-int experiments_per_point(const fem::Experiments& experiments) {
-  return 1 + static_cast<int>(experiments.drag_depths_m.size()) * experiments.drag_directions;
-}
-
 // Samples of a file whose points come from the same things; none otherwise.
 Samples SampleCache::read_known(const std::filesystem::path& path) const {
   if (stored_in_hdf5(path, kPointFingerprintAttribute) != request_.fingerprint) return {};
   try {
-    return request_.has_surface ? read_with_surface(path) : read_samples(path);
+    const Samples all = request_.has_surface ? read_with_surface(path) : read_samples(path);
+    if (stored_in_hdf5(path, kToolFingerprintAttribute).value_or("") == request_.tool) return all;
+    return of_kinds(all, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path,
+                          ExperimentKind::cycle, ExperimentKind::pair});
   } catch (const Error&) {  // damaged, or without a surface: simulated anew
     return {};
   }
@@ -67,9 +61,9 @@ SampleCache::SampleCache(const SimulateRequest& request) : request_(request) {
     if (interrupted_.points() == 0)
       say("  {} was made from something else and is not used", partial.string());
     else
-      say("  resuming: {} points are done",
-          interrupted_.points() -
-              static_cast<Eigen::Index>(points_without_rows(interrupted_).size()));
+      say("  resuming: {} experiments are done",
+          std::set<std::int32_t>(interrupted_.experiment.begin(), interrupted_.experiment.end())
+              .size());
   }
   if (!std::filesystem::exists(request.output)) return;
   earlier_ = read_known(request.output);
@@ -81,53 +75,45 @@ SampleCache::SampleCache(const SimulateRequest& request) : request_(request) {
 SampleCache::SampleCache(const SimulateRequest& request, Samples known)
     : request_(request), interrupted_(std::move(known)) {}
 
-Samples SampleCache::known_at(const TestPoints& points, int per_point,
-                              const std::vector<Effort>& effort) const {
-  const Samples& known = interrupted_.points() == 0 ? earlier_
-                         : earlier_.points() == 0   ? interrupted_
-                                                    : joined(interrupted_, earlier_, per_point);
-  return take_points(known, points, per_point, effort);
-}
-
-Samples SampleCache::at(const fem::Simulator& simulator, const TestPoints& points,
-                        const fem::Experiments& experiments, const std::string& what,
-                        std::vector<Effort> effort, const fem::QuickScale& quick) {
-  const int per_point = experiments_per_point(experiments);
-  if (effort.empty())
-    effort.assign(static_cast<std::size_t>(points.position.rows()), {per_point > 1, 0});
-  Samples known = known_at(points, per_point, effort);
-  add_origin(known, simulator);
-  const std::vector<std::int32_t> missing = points_without_rows(known);
-  if (missing.empty()) return known;
-  if (request_.only_known) throw PointsMissing{taken({points, effort, quick}, missing)};
-  // What is known of other points stays known: rounds of a placement come back to them.
-  const Samples others = samples_beyond(interrupted_, points, per_point, effort);
+Samples SampleCache::at(const fem::SimulatorOf& simulator, const ExperimentList& list,
+                        const fem::Experiments& each, const std::string& what,
+                        const fem::QuickScale& quick) {
+  const int per_point = fem::experiments_per_point(each);
+  Samples known = known_rows(list, joined(interrupted_, earlier_), per_point);
+  const std::vector<std::size_t> missing = without_rows(list, known, per_point);
+  if (missing.empty()) {
+    add_origin(known, simulator(list.experiments.front().kind));
+    return known;
+  }
+  if (request_.only_known) throw ExperimentsMissing{{taken(list, missing), quick}};
+  // What is known of other experiments stays known: rounds of a placement come back to them.
+  const Samples others = beyond(interrupted_, list);
   KeepClock clock;
   const auto on_done = [&](const std::function<Samples()>& so_far) {
-    clock.keep([&] { keep(joined(so_far(), others, per_point)); });
+    clock.keep([&] { keep(joined(so_far(), others)); });
   };
   ConsoleProgress progress(what);
-  Samples samples = fem::simulate(simulator, points, experiments,
-                                  {.jobs = job_count(request_.jobs),
-                                   .already_done = std::move(known),
-                                   .effort = effort,
-                                   .quick = quick},
-                                  on_done, progress.progress());
-  add_origin(samples, simulator);
-  interrupted_ = joined(samples, others, per_point);
+  Samples samples = fem::simulate(
+      simulator, list, each,
+      {.jobs = job_count(request_.jobs), .already_done = std::move(known), .quick = quick}, on_done,
+      progress.progress());
+  add_origin(samples, simulator(list.experiments.front().kind));
+  interrupted_ = joined(samples, others);
   if (is_interrupted()) {
     keep(interrupted_);
     throw Interrupted(
-        fmt::format("{}: what is done is kept in {}; go on with --resume (run does so by itself)",
-                    what, partial_of(request_.output).string()));
+        request_.output.empty()
+            ? fmt::format("{}: what was done is lost, for there is no folder to keep it in", what)
+            : fmt::format("{}: what is done is kept in {}; go on with --resume (run does so by "
+                          "itself)",
+                          what, partial_of(request_.output).string()));
   }
   return samples;
 }
 
 void SampleCache::keep(const Samples& samples) const {
   if (request_.output.empty()) return;
-  write_with_surface(partial_of(request_.output), samples,
-                     {{kPointFingerprintAttribute, request_.fingerprint}});
+  write_with_surface(partial_of(request_.output), samples, attributes_of(request_));
 }
 
 void write_with_surface(const std::filesystem::path& path, const Samples& samples,

@@ -5,9 +5,8 @@
 #include <string>
 
 #include "libfem/solve/experiments/quick_press.hpp"
-#include "libfem/solve/experiments/simulator.hpp"
-#include "libfit/core/body.hpp"
-#include "libfit/core/samples.hpp"
+#include "libfem/solve/experiments/simulate.hpp"
+#include "libfit/core/experiments.hpp"
 #include "libfit/io/files/files.hpp"
 
 namespace palpate::tools {
@@ -18,56 +17,50 @@ struct SimulateRequest {
   std::filesystem::path output;  ///< samples.h5; what is done is kept beside it until all is.
                                  ///< Empty: nothing is kept, nothing known
   std::string fingerprint;       ///< point_fingerprint of what is simulated
+  std::string tool;              ///< tool_fingerprint of the scene's [tool]; empty: it has none
   bool resume = true;            ///< use what earlier runs simulated
   bool has_surface = false;      ///< what is known must tell how the surface moved
   bool only_known = false;       ///< simulate nothing: throw PointsMissing
 };
 
-/// Points, what is simulated at each, and what presses on one mesh lack.
-struct PointBatch {
-  TestPoints points;
-  std::vector<Effort> effort;
+/// Experiments, and what presses on one mesh lack.
+struct ExperimentBatch {
+  ExperimentList list;
   fem::QuickScale quick;
 };
 
-/// Those of a batch, by their number.
-PointBatch taken(const PointBatch& batch, const std::vector<std::int32_t>& which);
-
-/// Thrown where SimulateRequest::only_known is set and points are not known: these.
-struct PointsMissing {
-  PointBatch batch;
+/// Thrown where SimulateRequest::only_known is set and experiments are not known: these.
+struct ExperimentsMissing {
+  ExperimentBatch batch;
 };
 
-/// A press, and a drag at each depth along each direction.
-int experiments_per_point(const fem::Experiments& experiments);
-
-/// Points that were simulated before: by an interrupted run (`OUTPUT.partial`), or for the samples
-/// that OUTPUT holds now. A point is used again where its place, all that its rows come from and
-/// whether it is dragged are the same; which other points there were does not matter.
+/// Experiments that were simulated before: by an interrupted run (`OUTPUT.partial`), or for the
+/// samples that OUTPUT holds now. One is used again where it is the same (known_rows) and all that
+/// its rows come from is; which others there were does not matter.
 class SampleCache {
  public:
   explicit SampleCache(const SimulateRequest& request);
   /// Knows these as well, of any points.
   SampleCache(const SimulateRequest& request, Samples known);
 
-  /// Experiments at the points, in parallel; those that are known are not simulated again. What is
-  /// done is kept in `OUTPUT.partial`, rewritten whenever a point is finished, but for a twentieth
-  /// of the time at most; an interruption (exception Interrupted) leaves it there. what: names the
-  /// work in its progress. effort: of each point; empty: all are dragged, if any drag is wanted.
-  /// quick: what presses on one mesh lack.
-  Samples at(const fem::Simulator& simulator, const TestPoints& points,
-             const fem::Experiments& experiments, const std::string& what,
-             std::vector<Effort> effort = {}, const fem::QuickScale& quick = {});
+  /// Experiments of a list, in parallel; those that are known are not simulated again. What is done
+  /// is kept in `OUTPUT.partial`, rewritten whenever one is finished, but for a twentieth of the
+  /// time at most; an interruption (exception Interrupted) leaves it there. what: names the work in
+  /// its progress. quick: what presses on one mesh lack.
+  Samples at(const fem::SimulatorOf& simulator, const ExperimentList& list,
+             const fem::Experiments& each, const std::string& what,
+             const fem::QuickScale& quick = {});
 
  private:
   Samples read_known(const std::filesystem::path& path) const;
-  Samples known_at(const TestPoints& points, int per_point,
-                   const std::vector<Effort>& effort) const;
   void keep(const Samples& samples) const;
 
   SimulateRequest request_;
   Samples interrupted_, earlier_;
 };
+
+/// What samples carry so that they are known again.
+Attributes attributes_of(const SimulateRequest& request);
 
 /// Samples with what is known of their surface beside them (surface_path), each whole or not at
 /// all; a file of another surface is removed. The surface goes first: it is never older.

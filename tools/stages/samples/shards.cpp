@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -16,6 +17,7 @@
 #include "tools/outputs.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/placement.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
@@ -50,9 +52,18 @@ std::string name_of(const Shard& shard) { return fmt::format("{}/{}", shard.numb
 Attributes attributes_of(const Settled& settled, const Shard& shard, int round) {
   return {{kInputsAttribute, samples_fingerprint(settled.scene, settled.body)},
           {kPointFingerprintAttribute, point_fingerprint(settled.scene, settled.body)},
+          {kToolFingerprintAttribute, tool_fingerprint(settled.scene)},
           {kShard, name_of(shard)},
           {kRound, std::to_string(round)},
           {kProgram, import_fingerprint()}};
+}
+
+SimulateRequest request_of(const Settled& settled, int jobs, const fs::path& output) {
+  return {.jobs = jobs,
+          .output = output,
+          .fingerprint = point_fingerprint(settled.scene, settled.body),
+          .tool = tool_fingerprint(settled.scene),
+          .has_surface = keeps_surface(settled.scene, settled.body)};
 }
 
 // Whether a file says all this of itself.
@@ -78,8 +89,58 @@ double cpu_seconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-std::vector<double> numbers_of_row(const Points& points, Eigen::Index row) {
-  return {points(row, 0), points(row, 1), points(row, 2)};
+Json to_json(const Points& points) {
+  Json out = Json::array();
+  for (Eigen::Index row = 0; row < points.rows(); ++row)
+    out.push_back({points(row, 0), points(row, 1), points(row, 2)});
+  return out;
+}
+Points points_of(const Json& json) {
+  Points out(static_cast<Eigen::Index>(json.size()), 3);
+  Eigen::Index row = 0;
+  for (const Json& point : json) {
+    for (const int axis : {0, 1, 2}) out(row, axis) = point.at(static_cast<std::size_t>(axis));
+    ++row;
+  }
+  return out;
+}
+
+Json to_json(const Experiment& one) {
+  Json out{{"kind", static_cast<int>(one.kind)}, {"place", one.place}};
+  if (one.kind == ExperimentKind::press) {
+    out["is_dragged"] = one.effort.is_dragged;
+    out["scale"] = one.effort.scale;
+    return out;
+  }
+  out["deflection_m"] = to_json(one.path.deflections);
+  out["time_s"] = std::vector<double>(one.path.time_s.begin(), one.path.time_s.end());
+  out["lean"] = {one.path.lean.x(), one.path.lean.y()};
+  if (one.path.second)
+    out["second"] = {{"place", one.path.second->place},
+                     {"deflection_m", to_json(one.path.second->deflections)}};
+  return out;
+}
+Experiment experiment_of(const Json& json, const TestPoints& places) {
+  Experiment out;
+  out.kind = static_cast<ExperimentKind>(json.at("kind").get<int>());
+  out.place = out.path.point = json.at("place");
+  if (out.kind == ExperimentKind::press) {
+    out.effort = {json.at("is_dragged"), json.at("scale")};
+    return out;
+  }
+  out.path.deflections = points_of(json.at("deflection_m"));
+  const auto time_s = json.at("time_s").get<std::vector<double>>();
+  out.path.time_s =
+      Eigen::Map<const Eigen::VectorXd>(time_s.data(), static_cast<Eigen::Index>(time_s.size()));
+  out.path.lean = Lean(json.at("lean").at(0).get<double>(), json.at("lean").at(1).get<double>());
+  if (!json.contains("second")) return out;
+  SecondTool second;
+  second.place = json.at("second").at("place");
+  second.position = places.position.row(second.place);
+  second.normal = places.normal.row(second.place);
+  second.deflections = points_of(json.at("second").at("deflection_m"));
+  out.path.second = std::move(second);
+  return out;
 }
 
 std::string to_json(const ShardRound& round, const std::string& fingerprint) {
@@ -92,14 +153,11 @@ std::string to_json(const ShardRound& round, const std::string& fingerprint) {
   for (const fem::QuickStep& step : round.batch.quick.steps)
     json["quick"]["steps"].push_back(
         {step.scale, step.log_force, step.lowest, step.highest, step.error});
-  for (std::size_t i = 0; i < round.batch.effort.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    json["points"].push_back({{"name", round.batch.points.name[i]},
-                              {"position_m", numbers_of_row(round.batch.points.position, row)},
-                              {"normal", numbers_of_row(round.batch.points.normal, row)},
-                              {"is_dragged", round.batch.effort[i].is_dragged},
-                              {"scale", round.batch.effort[i].scale}});
-  }
+  const ExperimentList& list = round.batch.list;
+  json["places"] = {{"name", list.places.name},
+                    {"position_m", to_json(list.places.position)},
+                    {"normal", to_json(list.places.normal)}};
+  for (const Experiment& one : list.experiments) json["experiments"].push_back(to_json(one));
   return json.dump(1) + "\n";
 }
 
@@ -109,29 +167,20 @@ std::optional<ShardRound> read_round(const fs::path& path, const std::string& fi
     const Json json = Json::parse(read_whole_file(path));
     if (json.at(kInputsAttribute) != fingerprint) return std::nullopt;  // of an earlier scene
     ShardRound round{json.at(kRound), {}};
-    PointBatch& batch = round.batch;
+    auto& [list, quick] = round.batch;
     for (const Json& step : json.at("quick").at("steps"))
-      batch.quick.steps.push_back({step.at(0), step.at(1), step.at(2), step.at(3), step.at(4)});
-    batch.quick.slope = json.at("quick").at("slope");
-    batch.quick.p95 = json.at("quick").at("p95");
-    const auto count = static_cast<Eigen::Index>(json.at("points").size());
-    batch.points.position.resize(count, 3);
-    batch.points.normal.resize(count, 3);
-    batch.points.triangles.resize(0, 3);
-    Eigen::Index row = 0;
-    for (const Json& point : json.at("points")) {
-      for (const int axis : {0, 1, 2}) {
-        batch.points.position(row, axis) = point.at("position_m").at(axis);
-        batch.points.normal(row, axis) = point.at("normal").at(axis);
-      }
-      batch.points.name.push_back(point.at("name"));
-      batch.effort.push_back({point.at("is_dragged"), point.at("scale")});
-      ++row;
-    }
+      quick.steps.push_back({step.at(0), step.at(1), step.at(2), step.at(3), step.at(4)});
+    quick.slope = json.at("quick").at("slope");
+    quick.p95 = json.at("quick").at("p95");
+    list.places = {points_of(json.at("places").at("position_m")),
+                   points_of(json.at("places").at("normal")), json.at("places").at("name"),
+                   Triangles(0, 3)};
+    for (const Json& one : json.at("experiments"))
+      list.experiments.push_back(experiment_of(one, list.places));
     return round;
   } catch (const Json::exception& e) {
-    throw Error(path.string(), fmt::format("is no round of a placement: {}", e.what()),
-                "Delete it and merged.h5; the placement then starts again.");
+    throw Error(path.string(), fmt::format("is no round of shards: {}", e.what()),
+                "Delete it and merged.h5; the rounds then start again.");
   }
 }
 
@@ -205,24 +254,23 @@ Samples read_shard(const fs::path& folder, const Settled& settled, const ShardRo
                      : differs(kRound) ? "is of another round of the placement"
                                        : nullptr;
   if (what) throw Error(path.string(), what, "Simulate it again: " + again(folder, shard) + ".");
-  const PointBatch own =
-      taken(round.batch, points_of_shard(round.batch, experiments_of(settled.scene), shard));
-  if (own.effort.empty()) return {};  // more shards than points
+  const fem::Experiments each = experiments_of(settled.scene);
+  const ExperimentList own = taken(round.batch.list, dealt_to(shard, round.batch.list, each));
+  if (own.size() == 0) return {};  // more shards than experiments
   Samples samples = read_samples(path);
-  if (samples.point_position != own.points.position || samples.point_normal != own.points.normal ||
-      !points_without_rows(samples).empty())
-    throw Error(path.string(), "does not hold the points of its shard",
+  if (samples.point_position != own.places.position || samples.point_normal != own.places.normal ||
+      !without_rows(own, samples, fem::experiments_per_point(each)).empty())
+    throw Error(path.string(), "does not hold the experiments of its shard",
                 "Simulate it again: " + again(folder, shard) + ".");
   if (keeps_surface(settled.scene, settled.body)) read_surface_motion(surface_path(path), samples);
   return samples;
 }
 
 // One after another, by halves: each row is copied few times.
-Samples joined_all(std::vector<Samples> parts, int per_point) {
+Samples joined_all(std::vector<Samples> parts) {
   for (; parts.size() > 1; parts.resize((parts.size() + 1) / 2))
     for (std::size_t i = 0; i < parts.size(); i += 2)
-      parts[i / 2] =
-          i + 1 < parts.size() ? joined(parts[i], parts[i + 1], per_point) : std::move(parts[i]);
+      parts[i / 2] = i + 1 < parts.size() ? joined(parts[i], parts[i + 1]) : std::move(parts[i]);
   return std::move(parts.front());
 }
 
@@ -251,35 +299,35 @@ ShardRound round_of(const fs::path& folder, const Scene& scene, const Body& body
     SimulateRequest request;
     request.only_known = true;
     simulate_scene(scene, body, request, Samples{});
-  } catch (PointsMissing& missing) {
+  } catch (ExperimentsMissing& missing) {
     return {0, std::move(missing.batch)};
   }
   return {};  // a body without test points, which prepare refuses
 }
 
-double cost_of(const Effort& effort, const fem::Experiments& experiments) {
-  const double press = experiments.press_steps;
-  if (effort.scale > 0) return kQuickShare * press;
-  return effort.is_dragged
-             ? press + double(experiments_per_point(experiments) - 1) * experiments.drag_steps
+double cost_of(const Experiment& experiment, const fem::Experiments& each) {
+  if (experiment.kind != ExperimentKind::press)
+    return static_cast<double>(experiment.path.deflections.rows());
+  const double press = each.press_steps;
+  if (experiment.effort.scale > 0) return kQuickShare * press;
+  return experiment.effort.is_dragged
+             ? press + double(fem::experiments_per_point(each) - 1) * each.drag_steps
              : press;
 }
 
-std::vector<std::int32_t> points_of_shard(const PointBatch& batch,
-                                          const fem::Experiments& experiments, const Shard& shard) {
+std::vector<std::size_t> dealt_to(const Shard& shard, const ExperimentList& list,
+                                  const fem::Experiments& each) {
   std::vector<double> cost;
-  for (const Effort& effort : batch.effort) cost.push_back(cost_of(effort, experiments));
-  std::vector<std::int32_t> order(cost.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
-    return cost[static_cast<std::size_t>(a)] > cost[static_cast<std::size_t>(b)];
-  });
+  for (const Experiment& one : list.experiments) cost.push_back(cost_of(one, each));
+  std::vector<std::size_t> order(cost.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater(), [&](std::size_t i) { return cost[i]; });
   std::vector<double> load(static_cast<std::size_t>(shard.count), 0);
-  std::vector<std::int32_t> own;
-  for (const std::int32_t point : order) {
+  std::vector<std::size_t> own;
+  for (const std::size_t i : order) {
     const auto least = std::min_element(load.begin(), load.end());
-    *least += cost[static_cast<std::size_t>(point)];
-    if (least - load.begin() == shard.number - 1) own.push_back(point);
+    *least += cost[i];
+    if (least - load.begin() == shard.number - 1) own.push_back(i);
   }
   std::sort(own.begin(), own.end());
   return own;
@@ -303,31 +351,29 @@ void settle_body(const fs::path& folder, const Scene& scene, const Body& body,
                 "Choose another folder, or delete this one.");
 }
 
-Eigen::Index simulate_shard(const fs::path& folder, const Shard& shard, int jobs) {
+std::size_t simulate_shard(const fs::path& folder, const Shard& shard, int jobs) {
   const fs::path path = shard_path(folder, shard);
   const OutputLock lock(path);
   const Settled settled = read_settled(folder);
   const ShardRound round = round_of(folder, settled.scene, settled.body);
-  const fem::Experiments experiments = experiments_of(settled.scene);
-  const PointBatch own = taken(round.batch, points_of_shard(round.batch, experiments, shard));
-  const auto points = static_cast<Eigen::Index>(own.effort.size());
+  const fem::Experiments each = experiments_of(settled.scene);
+  const ExperimentList own = taken(round.batch.list, dealt_to(shard, round.batch.list, each));
   Attributes attributes = attributes_of(settled, shard, round.number);
   if (carries(attributes_in(path), attributes)) {
     say("{} is up to date", path.string());
-    return points;
+    return own.size();
   }
   const double from_s = cpu_seconds();
-  const SimulateRequest request{.jobs = jobs,
-                                .output = path,
-                                .fingerprint = attributes.at(kPointFingerprintAttribute),
-                                .has_surface = keeps_surface(settled.scene, settled.body)};
+  const SimulateRequest request = request_of(settled, jobs, path);
+  const Simulators simulators(settled.scene, settled.body, Purpose::identify);
   const Samples samples =
-      SampleCache(request).at(make_simulator(settled.scene, settled.body), own.points, experiments,
-                              "shard " + name_of(shard), own.effort, own.quick);
+      own.size() == 0 ? Samples()
+                      : SampleCache(request).at(std::cref(simulators), own, each,
+                                                "shard " + name_of(shard), round.batch.quick);
   attributes[kCpu] = fmt::format("{:.3f}", cpu_seconds() - from_s);
   write_with_surface(path, samples, attributes);
   remove_partial(path);
-  return points;
+  return own.size();
 }
 
 Merged merge_shards(const fs::path& folder, const fs::path& output, int jobs) {
@@ -355,22 +401,18 @@ Merged merge_shards(const fs::path& folder, const fs::path& output, int jobs) {
   if (round.number > 0)
     parts.push_back(has_surface ? read_with_surface(earlier) : read_samples(earlier));
   for (int number = 1; number <= count; ++number) {
-    if (Samples part = read_shard(folder, settled, round, {number, count}); part.points() > 0)
+    if (Samples part = read_shard(folder, settled, round, {number, count}); part.rows() > 0)
       parts.push_back(std::move(part));
     merged.cpu_s += std::stod(read_attributes(shard_path(folder, {number, count})).at(kCpu));
   }
-  const SimulateRequest request{.jobs = jobs,
-                                .output = output,
-                                .fingerprint = point_fingerprint(settled.scene, settled.body),
-                                .has_surface = has_surface,
-                                .only_known = true};
-  Samples known =
-      joined_all(std::move(parts), experiments_per_point(experiments_of(settled.scene)));
+  SimulateRequest request = request_of(settled, jobs, output);
+  request.only_known = true;
+  Samples known = joined_all(std::move(parts));
   try {
     merged.samples = simulate_scene(settled.scene, settled.body, request, known);
-  } catch (PointsMissing& missing) {
+  } catch (ExperimentsMissing& missing) {
     merged.next_round = round.number + 1;
-    merged.next_points = missing.batch.points.position.rows();
+    merged.next_experiments = missing.batch.list.size();
     write_with_surface(earlier, known, {{kInputsAttribute, fingerprint}});
     write_file_atomically(folder / "round.json",
                           to_json({merged.next_round, std::move(missing.batch)}, fingerprint));

@@ -10,7 +10,7 @@
 
 namespace palpate::tools {
 
-// Test points of one scene simulated by several processes, which share a folder and nothing else:
+// Experiments of one scene simulated by several processes, which share a folder and nothing else:
 //
 //   body.h5                  body and scene; the first process makes it, all others read it
 //   round.json, merged.h5    points that place themselves: what a merge wants next, what it has
@@ -28,28 +28,28 @@ Shard parse_shard(const std::string& text);
 
 std::filesystem::path shard_path(const std::filesystem::path& folder, const Shard& shard);
 
-/// The points that a round simulates: the body's own, or in later rounds those of round.json.
+/// What a round simulates: all that needs nothing else first, or in later rounds what round.json
+/// says.
 struct ShardRound {
   int number = 0;
-  PointBatch batch;
+  ExperimentBatch batch;
 };
 ShardRound round_of(const std::filesystem::path& folder, const Scene& scene, const Body& body);
 
-/// How long a point takes, in rows of a press on two meshes.
-double cost_of(const Effort& effort, const fem::Experiments& experiments);
+/// How long an experiment takes, in rows of a press on two meshes.
+double cost_of(const Experiment& experiment, const fem::Experiments& each);
 
-/// Numbers of the batch's points that a shard simulates, ascending: the costliest first, each to
-/// the shard that has least so far, so that all take equally long. Every point goes to one shard.
+/// Numbers of the experiments that a shard simulates, ascending: the costliest first, each to
+/// the shard that has least so far, so that all take equally long. Each goes to one shard.
 /// Source: Graham, Bounds on multiprocessing timing anomalies (1969): longest processing time
 /// first.
-std::vector<std::int32_t> points_of_shard(const PointBatch& batch,
-                                          const fem::Experiments& experiments, const Shard& shard);
+std::vector<std::size_t> dealt_to(const Shard& shard, const ExperimentList& list,
+                                  const fem::Experiments& each);
 
-/// Simulates a shard's points, or those an interrupted process left of them, and writes its file.
-/// Writes nothing where that is up to date. Returns the number of points.
-/// Throws Error when the folder's body.h5 is of another scene, or another process simulates this
-/// shard.
-Eigen::Index simulate_shard(const std::filesystem::path& folder, const Shard& shard, int jobs);
+/// Simulates a shard's experiments, or those an interrupted process left of them, and writes its
+/// file. Writes nothing where that is up to date. Returns how many there are. Throws Error when the
+/// folder's body.h5 is of another scene, or another process simulates this shard.
+std::size_t simulate_shard(const std::filesystem::path& folder, const Shard& shard, int jobs);
 
 /// The body of a folder of shards, written there first where it has none. fingerprint: of the body
 /// (body_fingerprint). Throws Error where the folder has one of another scene.
@@ -60,7 +60,7 @@ void settle_body(const std::filesystem::path& folder, const Scene& scene, const 
 struct Merged {
   std::optional<Samples> samples;
   int next_round = 0;
-  Eigen::Index next_points = 0;
+  std::size_t next_experiments = 0;
   double cpu_s = 0;  ///< of the shards merged
 };
 

@@ -26,6 +26,12 @@ bool relaxes(const Scene& scene) {
          std::ranges::any_of(scene.inclusions, has_branches, &InclusionSection::material);
 }
 
+bool softens(const Scene& scene) {
+  const auto is_soft = [](const fem::MaterialParameters& m) { return m.softening.is_any(); };
+  return (scene.material && is_soft(*scene.material)) ||
+         std::ranges::any_of(scene.inclusions, is_soft, &InclusionSection::material);
+}
+
 bool keeps_surface(const Scene& scene, const Body& body) {
   return scene.experiments.surface && body.surface.vertices.rows() <= kMaxSurfaceVertices;
 }

@@ -23,8 +23,9 @@ inline constexpr Eigen::Index kMaxSurfaceVertices = 20000;
 /// Whether a scene's samples tell how the surface moves.
 bool keeps_surface(const Scene& scene, const Body& body);
 
-/// Whether some material of the scene relaxes.
+/// Whether some material of the scene relaxes; softens where it was strained.
 bool relaxes(const Scene& scene);
+bool softens(const Scene& scene);
 
 /// The Prony series of the body's contacts: the material's as it is felt through forces (M14c), by
 /// presses at the first few test points of its samples. Empty of a body whose own material does not

@@ -10,7 +10,7 @@
 #include "libfit/core/samples.hpp"
 #include "libfit/core/tilt.hpp"
 
-namespace palpate::validation {
+namespace palpate {
 
 /// The ways a tool goes at held-out points, in turn.
 enum class PathKind : int {
@@ -64,4 +64,4 @@ HeldOut draw_leaning(const Body& body, const HeldOutRange& range, int paths, std
 HeldOut draw_two_tools(const Body& body, const HeldOutRange& range, int paths, double least_m,
                        double most_m, bool is_drawn, std::uint64_t seed);
 
-}  // namespace palpate::validation
+}  // namespace palpate

@@ -1,4 +1,4 @@
-#include "libfit/validation/paths.hpp"
+#include "libfit/experiments/draw.hpp"
 
 #include <fmt/core.h>
 
@@ -14,7 +14,7 @@
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 
-namespace palpate::validation {
+namespace palpate {
 namespace {
 
 constexpr int kPressRows = 6;    // of a straight or oblique press
@@ -193,9 +193,9 @@ Points draw_path(PathKind kind, const Vec3& position, const Vec3& normal, const 
 }
 
 // What experiments that no fit saw are drawn with, one after the other.
-class Drawing {
+class PathDrawer {
  public:
-  Drawing(const Body& body, const HeldOutRange& range, int paths, std::uint64_t seed)
+  PathDrawer(const Body& body, const HeldOutRange& range, int paths, std::uint64_t seed)
       : body_(body),
         range_(range),
         area_(reachable_area(body)),
@@ -248,7 +248,7 @@ constexpr int kKinds = static_cast<int>(kUprightKinds);
 
 HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed) {
   const int all = points + (range.tilt_rad > 0 ? (points + kKinds - 1) / kKinds : 0);
-  Drawing drawing(body, range, all, seed);
+  PathDrawer drawing(body, range, all, seed);
   for (int i = 0; i < all; ++i) {
     const auto kind = static_cast<PathKind>(i % kKinds);
     if (i < points)
@@ -260,7 +260,7 @@ HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, s
 }
 
 HeldOut draw_leaning(const Body& body, const HeldOutRange& range, int paths, std::uint64_t seed) {
-  Drawing drawing(body, range, paths, seed);
+  PathDrawer drawing(body, range, paths, seed);
   for (int i = 0; i < paths; ++i) {
     const auto kind = static_cast<PathKind>(i % kKinds);
     drawing.add(kind, kind, true);
@@ -333,4 +333,4 @@ HeldOut draw_two_tools(const Body& body, const HeldOutRange& range, int paths, d
   return out;
 }
 
-}  // namespace palpate::validation
+}  // namespace palpate

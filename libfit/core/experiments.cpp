@@ -1,0 +1,455 @@
+#include "libfit/core/experiments.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <set>
+#include <string>
+
+#include "libfit/core/error.hpp"
+
+namespace palpate {
+namespace {
+
+// All that an experiment is, to the bit.
+class Key {
+ public:
+  void add(double number) {
+    if (std::isnan(number)) number = std::numeric_limits<double>::quiet_NaN();
+    bytes_.append(reinterpret_cast<const char*>(&number), sizeof number);
+  }
+  template <class Derived>
+  void add(const Eigen::MatrixBase<Derived>& numbers) {
+    for (const double number : numbers.reshaped()) add(number);
+  }
+  void add_place(const Points& position, const Points& normal, Eigen::Index place) {
+    add(position.row(place));
+    add(normal.row(place));
+  }
+  void add_row(const Vec3& deflection, double time_s, const Lean& lean) {
+    add(deflection);
+    add(time_s);
+    add(lean);
+  }
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  std::string bytes_;
+};
+
+bool is_of_point(ExperimentKind kind) {
+  return kind == ExperimentKind::press || kind == ExperimentKind::drag;
+}
+
+std::string key_of(const ExperimentList& list, const Experiment& one) {
+  Key key;
+  key.add(static_cast<double>(one.kind));
+  key.add_place(list.places.position, list.places.normal, one.place);
+  if (is_of_point(one.kind)) {
+    key.add(one.effort.is_dragged);
+    key.add(one.effort.scale);
+    return key.bytes();
+  }
+  const ToolPath& path = one.path;
+  for (Eigen::Index row = 0; row < path.deflections.rows(); ++row)
+    key.add_row(
+        path.deflections.row(row),
+        path.time_s.size() > 0 ? path.time_s[row] : std::numeric_limits<double>::quiet_NaN(),
+        path.lean);
+  if (!path.second) return key.bytes();
+  key.add_place(list.places.position, list.places.normal, path.second->place);
+  for (Eigen::Index row = 0; row < path.second->deflections.rows(); ++row)
+    key.add(path.second->deflections.row(row));
+  return key.bytes();
+}
+
+// The rows of one experiment of a list: of a test point, of all its presses and drags.
+struct FoundExperiment {
+  std::string key;
+  std::vector<Eigen::Index> rows;
+  std::int32_t first_number = 0;
+};
+
+std::string key_of(const Samples& samples, const std::vector<Eigen::Index>& rows) {
+  const auto first = static_cast<std::size_t>(rows.front());
+  const ExperimentKind kind =
+      is_of_point(samples.kind[first]) ? ExperimentKind::press : samples.kind[first];
+  const std::int32_t place = samples.point[first];
+  Key key;
+  key.add(static_cast<double>(kind));
+  key.add_place(samples.point_position, samples.point_normal, place);
+  if (is_of_point(kind)) {
+    key.add(std::ranges::any_of(rows, [&](Eigen::Index row) {
+      return samples.kind[static_cast<std::size_t>(row)] == ExperimentKind::drag;
+    }));
+    key.add(samples.point_scale.size() > 0 ? samples.point_scale[place] : 0);
+    return key.bytes();
+  }
+  const auto tool_of = [&](Eigen::Index row) {
+    return samples.tool.empty() ? 0 : samples.tool[static_cast<std::size_t>(row)];
+  };
+  for (const Eigen::Index row : rows)
+    if (tool_of(row) == 0)
+      key.add_row(samples.deflection.row(row),
+                  samples.time_s.size() > 0 ? samples.time_s[row]
+                                            : std::numeric_limits<double>::quiet_NaN(),
+                  samples.lean.rows() > 0 ? Lean(samples.lean.row(row)) : Lean(Lean::Zero()));
+  bool is_first = true;
+  for (const Eigen::Index row : rows) {
+    if (tool_of(row) == 0) continue;
+    if (is_first)
+      key.add_place(samples.point_position, samples.point_normal,
+                    samples.point[static_cast<std::size_t>(row)]);
+    is_first = false;
+    key.add(samples.deflection.row(row));
+  }
+  return key.bytes();
+}
+
+std::vector<FoundExperiment> experiments_in(const Samples& samples) {
+  std::vector<FoundExperiment> out;
+  std::map<std::int32_t, std::size_t> of_point;  // presses and drags of a place
+  std::map<std::int32_t, std::size_t> of_number;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
+    const auto r = static_cast<std::size_t>(row);
+    auto& index = is_of_point(samples.kind[r]) ? of_point : of_number;
+    const auto [at, is_new] = index.emplace(
+        is_of_point(samples.kind[r]) ? samples.point[r] : samples.experiment[r], out.size());
+    if (is_new) out.push_back({{}, {}, samples.experiment[r]});
+    out[at->second].rows.push_back(row);
+  }
+  for (FoundExperiment& found : out) found.key = key_of(samples, found.rows);
+  return out;
+}
+
+template <class T>
+Eigen::Index size_of(const std::vector<T>& column) {
+  return static_cast<Eigen::Index>(column.size());
+}
+template <class Derived>
+Eigen::Index size_of(const Eigen::MatrixBase<Derived>& column) {
+  return column.rows();
+}
+template <class T>
+void resize(std::vector<T>& column, Eigen::Index size, const T& fill) {
+  column.resize(static_cast<std::size_t>(size), fill);
+}
+template <class Derived, class T>
+void resize(Eigen::PlainObjectBase<Derived>& column, Eigen::Index size, const T& fill) {
+  const Eigen::Index before = column.rows();
+  column.conservativeResize(size, column.cols());
+  if (size > before) column.bottomRows(size - before).setConstant(fill);
+}
+template <class T>
+void copy(const std::vector<T>& from, Eigen::Index row, std::vector<T>& to, Eigen::Index at) {
+  to[static_cast<std::size_t>(at)] = from[static_cast<std::size_t>(row)];
+}
+template <class A, class B>
+void copy(const Eigen::MatrixBase<A>& from, Eigen::Index row, Eigen::MatrixBase<B>& to,
+          Eigen::Index at) {
+  to.row(at) = from.row(row);
+}
+
+// Appends places or rows of one column to another; what either lacks is filled.
+class Append {
+ public:
+  Append(const std::vector<Eigen::Index>& which, Eigen::Index before)
+      : which_(which), before_(before), after_(before + size_of(which)) {}
+
+  template <class Column>
+  void operator()(Column& to, const Column& from) const {
+    take(to, from, typename Column::value_type{});
+  }
+  template <class Column, class T>
+  void operator()(Column& to, const Column& from, const T& fill) const {
+    const bool has = size_of(to) > 0 && before_ > 0, gets = size_of(from) > 0 && !which_.empty();
+    if (!has && !gets) return;
+    if (!has) resize(to, before_, fill);
+    if (gets)
+      take(to, from, fill);
+    else
+      resize(to, after_, fill);
+  }
+
+ private:
+  template <class Column, class T>
+  void take(Column& to, const Column& from, const T& fill) const {
+    resize(to, after_, fill);
+    for (std::size_t i = 0; i < which_.size(); ++i)
+      copy(from, which_[i], to, before_ + static_cast<Eigen::Index>(i));
+  }
+
+  const std::vector<Eigen::Index>& which_;
+  Eigen::Index before_, after_;
+};
+
+void append_points(Samples& to, const Samples& from, const std::vector<Eigen::Index>& which) {
+  each_point_column(to, from, Append(which, to.points()));
+}
+
+// Of which the surface's motion is not known leave none to the others.
+void append_surface(Samples& to, const Samples& from, const std::vector<Eigen::Index>& which) {
+  const auto lacks = [](const Samples& s, bool any) { return any && s.surface.cols() == 0; };
+  const Eigen::Index before = to.rows(), after = before + size_of(which);
+  if (lacks(to, before > 0) || lacks(from, !which.empty())) return to.surface.resize(0, 0);
+  if (which.empty()) return;
+  to.surface.conservativeResize(after, from.surface.cols());
+  for (std::size_t i = 0; i < which.size(); ++i)
+    to.surface.row(before + static_cast<Eigen::Index>(i)) = from.surface.row(which[i]);
+}
+
+void append_rows(Samples& to, const Samples& from, const std::vector<Eigen::Index>& which) {
+  append_surface(to, from, which);
+  each_row_column(to, from, Append(which, to.rows()));
+}
+
+std::vector<Eigen::Index> all_of(Eigen::Index count) {
+  std::vector<Eigen::Index> out(static_cast<std::size_t>(count));
+  std::iota(out.begin(), out.end(), Eigen::Index{0});
+  return out;
+}
+
+// Rows of experiments, each with the number that its first one gets.
+struct Renumbered {
+  std::vector<Eigen::Index> rows;
+  std::vector<std::int32_t> experiment;
+
+  void add(const Samples& from, const FoundExperiment& found, std::int32_t first_number) {
+    for (const Eigen::Index row : found.rows) {
+      rows.push_back(row);
+      experiment.push_back(first_number + from.experiment[static_cast<std::size_t>(row)] -
+                           found.first_number);
+    }
+  }
+};
+
+void copy_place(const Samples& from, Eigen::Index place, Samples& to, Eigen::Index at) {
+  if (from.point_normal_gradient.rows() > 0)
+    to.point_normal_gradient.row(at) = from.point_normal_gradient.row(place);
+  if (from.point_sway.rows() > 0) to.point_sway.row(at) = from.point_sway.row(place);
+  if (from.point_scale.size() > 0) to.point_scale[at] = from.point_scale[place];
+}
+
+Samples at_places(const TestPoints& places, const Samples& like) {
+  Samples out;
+  out.point_position = places.position;
+  out.point_normal = places.normal;
+  out.point_name = places.name;
+  out.point_normal_gradient.setZero(places.position.rows(), 9);
+  if (like.point_sway.rows() > 0) out.point_sway.setZero(places.position.rows(), 6);
+  out.point_scale.setZero(places.position.rows());
+  out.relaxation = like.relaxation;
+  return out;
+}
+
+}  // namespace
+
+ExperimentList experiments_at(const TestPoints& points, const std::vector<Effort>& effort) {
+  ExperimentList out{points, {}};
+  for (Eigen::Index p = 0; p < points.position.rows(); ++p)
+    out.experiments.push_back(
+        {ExperimentKind::press,
+         static_cast<std::int32_t>(p),
+         effort.empty() ? Effort{true, 0} : effort[static_cast<std::size_t>(p)],
+         {}});
+  return out;
+}
+
+ExperimentList paths_at(const TestPoints& points, const std::vector<ToolPath>& paths,
+                        ExperimentKind kind) {
+  ExperimentList out{points, {}};
+  for (const ToolPath& path : paths) {
+    if (path.point < 0 || path.point >= points.position.rows())
+      throw Error("paths",
+                  "path names test point " + std::to_string(path.point) + ", which does not exist",
+                  "Number test points from 0.");
+    out.experiments.push_back({kind, path.point, {}, path});
+    if (!path.second) continue;
+    TestPoints& places = out.places;
+    const Eigen::Index at = places.position.rows();
+    out.experiments.back().path.second->place = static_cast<std::int32_t>(at);
+    places.position.conservativeResize(at + 1, 3);
+    places.normal.conservativeResize(at + 1, 3);
+    places.position.row(at) = path.second->position;
+    places.normal.row(at) = path.second->normal;
+    places.name.push_back(points.name[static_cast<std::size_t>(path.point)] + "b");
+  }
+  return out;
+}
+
+void append(ExperimentList& to, const ExperimentList& more) {
+  std::map<std::string, std::int32_t> known;
+  const auto key_at = [](const TestPoints& places, Eigen::Index place) {
+    Key key;
+    key.add_place(places.position, places.normal, place);
+    return key.bytes();
+  };
+  for (Eigen::Index p = 0; p < to.places.position.rows(); ++p)
+    known.emplace(key_at(to.places, p), static_cast<std::int32_t>(p));
+  std::vector<std::int32_t> number;
+  std::vector<Eigen::Index> added;
+  auto places = static_cast<std::int32_t>(to.places.position.rows());
+  for (Eigen::Index p = 0; p < more.places.position.rows(); ++p) {
+    const auto [at, is_new] = known.emplace(key_at(more.places, p), places);
+    if (is_new) ++places, added.push_back(p);
+    number.push_back(at->second);
+  }
+  const Eigen::Index before = to.places.position.rows();
+  to.places.position.conservativeResize(places, 3);
+  to.places.normal.conservativeResize(places, 3);
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    const Eigen::Index at = before + static_cast<Eigen::Index>(i);
+    to.places.position.row(at) = more.places.position.row(added[i]);
+    to.places.normal.row(at) = more.places.normal.row(added[i]);
+    to.places.name.push_back(more.places.name[static_cast<std::size_t>(added[i])]);
+  }
+  for (Experiment one : more.experiments) {
+    one.place = one.path.point = number[static_cast<std::size_t>(one.place)];
+    if (one.path.second)
+      one.path.second->place = number[static_cast<std::size_t>(one.path.second->place)];
+    to.experiments.push_back(std::move(one));
+  }
+}
+
+ExperimentList taken(const ExperimentList& list, const std::vector<std::size_t>& which) {
+  ExperimentList out;
+  std::map<std::int32_t, std::int32_t> number;
+  std::vector<std::int32_t> places;
+  const auto renumber = [&](std::int32_t place) {
+    const auto [at, is_new] = number.emplace(place, static_cast<std::int32_t>(number.size()));
+    if (is_new) places.push_back(place);
+    return at->second;
+  };
+  for (const std::size_t i : which) {
+    Experiment one = list.experiments[i];
+    one.place = one.path.point = renumber(one.place);
+    if (one.path.second) one.path.second->place = renumber(one.path.second->place);
+    out.experiments.push_back(std::move(one));
+  }
+  out.places.position = list.places.position(places, Eigen::all);
+  out.places.normal = list.places.normal(places, Eigen::all);
+  out.places.triangles.resize(0, 3);
+  for (const std::int32_t place : places)
+    out.places.name.push_back(list.places.name[static_cast<std::size_t>(place)]);
+  return out;
+}
+
+std::vector<std::int32_t> first_numbers(const ExperimentList& list, int per_point) {
+  std::vector<std::int32_t> out;
+  std::int32_t next = 0;
+  for (const Experiment& one : list.experiments) {
+    out.push_back(next);
+    next += is_of_point(one.kind) ? per_point : 1;
+  }
+  return out;
+}
+
+Samples known_rows(const ExperimentList& wanted, const Samples& known, int per_point) {
+  const std::vector<FoundExperiment> all = experiments_in(known);
+  std::map<std::string, const FoundExperiment*> by_key;
+  for (const FoundExperiment& found : all) by_key.emplace(found.key, &found);
+  const std::vector<std::int32_t> number = first_numbers(wanted, per_point);
+  Samples out = at_places(wanted.places, known);
+  Renumbered taken;
+  std::vector<std::int32_t> place;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const Experiment& one = wanted.experiments[i];
+    const auto at = by_key.find(key_of(wanted, one));
+    if (at == by_key.end()) continue;
+    taken.add(known, *at->second, number[i]);
+    for (const Eigen::Index row : at->second->rows) {
+      const auto r = static_cast<std::size_t>(row);
+      const bool is_second = !known.tool.empty() && known.tool[r] > 0;
+      place.push_back(is_second ? one.path.second->place : one.place);
+      copy_place(known, known.point[r], out, place.back());
+    }
+  }
+  append_rows(out, known, taken.rows);
+  if (taken.rows.empty()) out.surface.resize(0, known.surface.cols());
+  out.point = std::move(place);
+  out.experiment = std::move(taken.experiment);
+  return out;
+}
+
+std::vector<std::size_t> without_rows(const ExperimentList& list, const Samples& samples,
+                                      int per_point) {
+  const std::vector<std::int32_t> number = first_numbers(list, per_point);
+  const std::set<std::int32_t> has(samples.experiment.begin(), samples.experiment.end());
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < list.size(); ++i)
+    if (!has.contains(number[i])) out.push_back(i);
+  return out;
+}
+
+Samples joined(const Samples& first, const Samples& second) {
+  Samples out = first;
+  const auto places = static_cast<std::int32_t>(second.points() > 0 ? first.points() : 0);
+  const std::int32_t numbers =
+      first.experiment.empty() ? 0 : 1 + *std::ranges::max_element(first.experiment);
+  const auto before = static_cast<std::size_t>(first.rows());
+  append_points(out, second, all_of(second.points()));
+  append_rows(out, second, all_of(second.rows()));
+  for (std::size_t row = before; row < out.point.size(); ++row) {
+    out.point[row] += places;
+    out.experiment[row] += numbers;
+  }
+  return out;
+}
+
+Samples beyond(const Samples& samples, const ExperimentList& list) {
+  std::set<std::string> known;
+  for (const Experiment& one : list.experiments) known.insert(key_of(list, one));
+  Samples out =
+      at_places({samples.point_position, samples.point_normal, samples.point_name, {}}, samples);
+  for (Eigen::Index p = 0; p < samples.points(); ++p) copy_place(samples, p, out, p);
+  Renumbered left;
+  for (const FoundExperiment& found : experiments_in(samples))
+    if (known.insert(found.key).second) left.add(samples, found, found.first_number);
+  append_rows(out, samples, left.rows);
+  return out;
+}
+
+Samples row_range(const Samples& samples, Eigen::Index first, Eigen::Index count) {
+  std::vector<Eigen::Index> rows = all_of(count);
+  for (Eigen::Index& row : rows) row += first;
+  Samples out;
+  append_points(out, samples, all_of(samples.points()));
+  append_rows(out, samples, rows);
+  return out;
+}
+
+void leave_out_what_says_nothing(Samples& samples) {
+  if (!samples.time_s.array().isFinite().any()) samples.time_s.resize(0);
+  if (samples.lean.isZero(0)) samples.lean.resize(0, 2);
+  if (std::ranges::count(samples.tool, 0) == samples.rows()) samples.tool.clear();
+}
+
+Samples of_kinds(const Samples& samples, std::initializer_list<ExperimentKind> kinds) {
+  std::vector<Eigen::Index> rows, points;
+  std::vector<std::int32_t> number(static_cast<std::size_t>(samples.points()), -1);
+  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
+    const auto r = static_cast<std::size_t>(row);
+    if (std::ranges::find(kinds, samples.kind[r]) == kinds.end()) continue;
+    rows.push_back(row);
+    number[static_cast<std::size_t>(samples.point[r])] = 0;
+  }
+  for (std::size_t p = 0; p < number.size(); ++p)
+    if (number[p] == 0) {
+      number[p] = static_cast<std::int32_t>(points.size());
+      points.push_back(static_cast<Eigen::Index>(p));
+    }
+  Samples out;
+  append_points(out, samples, points);
+  append_rows(out, samples, rows);
+  for (std::int32_t& p : out.point) p = number[static_cast<std::size_t>(p)];
+  leave_out_what_says_nothing(out);
+  out.probe = samples.probe;
+  out.poisson = samples.poisson;
+  out.relaxation = samples.relaxation;
+  out.recordings = samples.recordings;
+  return out;
+}
+
+}  // namespace palpate

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstddef>
+#include <initializer_list>
+#include <vector>
+
+#include "libfit/core/body.hpp"
+#include "libfit/core/samples.hpp"
+
+namespace palpate {
+
+/// One thing that is done to a body. Of the kind press: what Experiments say of a test point, the
+/// press and, if it is dragged, the drags; of all others: its path, whose point is the place.
+struct Experiment {
+  ExperimentKind kind = ExperimentKind::press;
+  std::int32_t place = 0;
+  Effort effort = {};
+  ToolPath path = {};
+};
+
+/// What is done to a body, in order, and where.
+struct ExperimentList {
+  TestPoints places;
+  std::vector<Experiment> experiments;
+
+  std::size_t size() const { return experiments.size(); }
+};
+
+/// Presses, and drags where they are wanted, at every point. effort: of each; empty: all dragged.
+ExperimentList experiments_at(const TestPoints& points, const std::vector<Effort>& effort = {});
+/// Paths of one kind at their points; of two tools the places of the second ones come after those.
+/// Throws Error where a path names a point that does not exist.
+ExperimentList paths_at(const TestPoints& points, const std::vector<ToolPath>& paths,
+                        ExperimentKind kind = ExperimentKind::path);
+/// Appends experiments with their places. A place that is there already is not put in twice.
+void append(ExperimentList& to, const ExperimentList& more);
+/// Those of a list, by their numbers, with their places alone.
+ExperimentList taken(const ExperimentList& list, const std::vector<std::size_t>& which);
+
+/// How many numbers of Samples::experiment each one takes, and the first of them. per_point: of a
+/// press with all its drags.
+std::vector<std::int32_t> first_numbers(const ExperimentList& list, int per_point);
+
+/// What `known` has of the wanted experiments, in their order and with their numbers, at all of
+/// their places. An experiment is known where all that is asked for is the same to the bit: kind,
+/// place, normal, effort, and of a path every deflection, time and lean of every tool. Of one that
+/// is there twice the first counts.
+Samples known_rows(const ExperimentList& wanted, const Samples& known, int per_point);
+
+/// Experiments without a row in samples that are theirs, ascending.
+std::vector<std::size_t> without_rows(const ExperimentList& list, const Samples& samples,
+                                      int per_point);
+
+/// Places and rows of both, those of `first` in front, experiments numbered anew; places of both
+/// come twice. Rows of a second without places are at those of the first. Where rows of either do
+/// not say how the surface moved, none of the result do.
+Samples joined(const Samples& first, const Samples& second);
+/// The experiments of samples that are not in the list, as known_rows() would find them.
+Samples beyond(const Samples& samples, const ExperimentList& list);
+
+/// Rows from `first` on, at the same places.
+Samples row_range(const Samples& samples, Eigen::Index first, Eigen::Index count);
+
+/// Columns of time, lean and tool that say nothing go.
+void leave_out_what_says_nothing(Samples& samples);
+
+/// The rows of these kinds at their places, which keep their order; columns that then say nothing
+/// (no time, one tool, no lean) are left out.
+Samples of_kinds(const Samples& samples, std::initializer_list<ExperimentKind> kinds);
+
+}  // namespace palpate

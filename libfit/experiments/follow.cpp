@@ -1,0 +1,197 @@
+#include "libfit/experiments/follow.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "libfit/experiments/walk.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kMaxTick_s = 1e-3;
+
+// Tools that are on a body together, and where the point of each is.
+class ToolsWalk {
+ public:
+  ToolsWalk(const runtime::AssetView& asset, std::vector<PlayedTool> played,
+            std::vector<Vec3> places)
+      : asset_(asset), played_(std::move(played)), at_(std::move(places)) {
+    const bool is_apart = asset.coupling == nullptr;
+    for (std::size_t i = 0; i < played_.size(); ++i) {
+      const runtime::ToolShape& shape = played_[i].shape;
+      first_.push_back(tools_.size());
+      if (!is_apart) {
+        tools_.emplace_back().shape = shape;
+        continue;
+      }
+      for (int k = 0; k < shape.balls; ++k) {
+        tools_.emplace_back().shape = shape;
+        tools_.back().shape.balls = 1;
+        tools_.back().shape.ball[0] = shape.ball[k];
+      }
+    }
+    first_.push_back(tools_.size());
+    in_.resize(tools_.size());
+    out_.resize(tools_.size());
+    for (std::size_t i = 0; i < played_.size(); ++i)
+      for (std::size_t k = first_[i]; k < first_[i + 1]; ++k) {
+        const Eigen::Quaterniond turn(played_[i].stance.axes);
+        double* q = in_[k].pose.orientation;
+        q[0] = turn.w(), q[1] = turn.x(), q[2] = turn.y(), q[3] = turn.z();
+      }
+    tick(runtime::kMaxTimeStep_s);
+  }
+
+  const std::vector<Vec3>& places() const { return at_; }
+
+  // dt_s: of the whole way; not finite: in slow motion.
+  void go(const std::vector<Vec3>& to, double dt_s) {
+    const std::vector<Vec3> from = at_;
+    double way_m = 0;
+    for (std::size_t i = 0; i < to.size(); ++i) way_m = std::max(way_m, (to[i] - from[i]).norm());
+    const bool is_timed = std::isfinite(dt_s);
+    const int steps =
+        std::max(ticks_over(way_m), is_timed ? static_cast<int>(std::ceil(dt_s / kMaxTick_s)) : 1);
+    for (int k = 1; k <= steps; ++k) {
+      for (std::size_t i = 0; i < to.size(); ++i)
+        at_[i] = from[i] + (to[i] - from[i]) * (double(k) / steps);
+      tick(is_timed ? std::max(dt_s / steps, runtime::kMinTimeStep_s) : runtime::kMaxTimeStep_s);
+    }
+  }
+
+  Vec3 force_N(std::size_t tool) const {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t k = first_[tool]; k < first_[tool + 1]; ++k)
+      sum -= Vec3::Map(out_[k].force_on_tool_N);
+    return sum;
+  }
+  Vec3 torque_Nm(std::size_t tool) const {
+    const Stance& stance = played_[tool].stance;
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t k = first_[tool]; k < first_[tool + 1]; ++k)
+      sum -= Vec3::Map(out_[k].torque_on_tool_Nm);
+    return sum - (stance.axes * stance.touch_m).cross(force_N(tool));
+  }
+  bool is_sliding(std::size_t tool) const {
+    for (std::size_t k = first_[tool]; k < first_[tool + 1]; ++k)
+      if (out_[k].state == runtime::ContactState::slip) return true;
+    return false;
+  }
+  const runtime::Tool& tool(std::size_t i) const { return tools_[first_[i]]; }
+  std::size_t ticks() const { return ticks_; }
+
+ private:
+  void tick(double dt_s) {
+    for (std::size_t i = 0; i < played_.size(); ++i)
+      for (std::size_t k = first_[i]; k < first_[i + 1]; ++k) {
+        Eigen::Map<Vec3>(in_[k].pose.position_m) =
+            at_[i] - played_[i].stance.axes * played_[i].stance.touch_m;
+        in_[k].dt_s = dt_s;
+      }
+    runtime::Tool* all[runtime::kMaxContacts];
+    runtime::Status status[runtime::kMaxContacts];
+    for (std::size_t k = 0; k < tools_.size(); ++k) all[k] = &tools_[k];
+    touch_tools(asset_, all, in_.data(), out_.data(), status, static_cast<int>(tools_.size()));
+    ++ticks_;
+  }
+
+  const runtime::AssetView& asset_;
+  std::vector<PlayedTool> played_;
+  std::vector<Vec3> at_;
+  std::vector<std::size_t> first_;    // of tools_, of each that is played
+  std::vector<runtime::Tool> tools_;  // or its balls, where none feels another
+  std::vector<runtime::ToolInput> in_;
+  std::vector<runtime::ToolOutput> out_;
+  std::size_t ticks_ = 0;
+};
+
+// Rows of an experiment at one time: one of each tool.
+Eigen::Index tools_at(const Samples& samples, Eigen::Index row) {
+  const auto r = static_cast<std::size_t>(row);
+  Eigen::Index count = 1;
+  for (; row + count < samples.rows(); ++count) {
+    const auto next = r + static_cast<std::size_t>(count);
+    if (samples.experiment[next] != samples.experiment[r] || samples.step[next] != samples.step[r])
+      break;
+  }
+  return count;
+}
+
+}  // namespace
+
+FollowedRows follow(const runtime::AssetView& asset, const Samples& samples, double depth_m,
+                    const PlayedAs& played_as, const OnFollowed& on_row) {
+  FollowedRows out{Points::Zero(samples.rows(), 3), Points::Zero(samples.rows(), 3),
+                   std::vector<char>(static_cast<std::size_t>(samples.rows()), 0)};
+  WalkedBody body(asset);
+  const auto time_s = [&](Eigen::Index row) {
+    return samples.time_s.size() > 0 ? samples.time_s[row]
+                                     : std::numeric_limits<double>::quiet_NaN();
+  };
+  for (Eigen::Index row = 0; row < samples.rows();) {
+    const std::int32_t experiment = samples.experiment[static_cast<std::size_t>(row)];
+    const Eigen::Index tools = tools_at(samples, row);
+    std::vector<PlayedTool> played;
+    std::vector<Vec3> outside, down, to(static_cast<std::size_t>(tools));
+    for (Eigen::Index i = 0; i < tools; ++i) {
+      const std::int32_t place = samples.point[static_cast<std::size_t>(row + i)];
+      const Vec3 at = samples.point_position.row(place), normal = samples.point_normal.row(place);
+      const double depth = Vec3(samples.deflection.row(row + i)).dot(normal);
+      played.push_back(played_as ? played_as(row + i) : PlayedTool());
+      outside.push_back(at + (std::min(0.0, depth) - kApproachRatio * depth_m) * normal);
+      down.push_back(at + depth * normal);
+    }
+    ToolsWalk walk(body.fresh(), std::move(played), std::move(outside));
+    if (samples.kind[static_cast<std::size_t>(row)] == ExperimentKind::drag)
+      walk.go(down, std::numeric_limits<double>::quiet_NaN());
+    for (double before_s = 0;
+         row < samples.rows() && samples.experiment[static_cast<std::size_t>(row)] == experiment;
+         before_s = time_s(row), row += tools) {
+      for (Eigen::Index i = 0; i < tools; ++i)
+        to[static_cast<std::size_t>(i)] =
+            samples.point_position.row(samples.point[static_cast<std::size_t>(row + i)]) +
+            samples.deflection.row(row + i);
+      walk.go(to, time_s(row) - before_s);
+      for (Eigen::Index i = 0; i < tools; ++i) {
+        const auto tool = static_cast<std::size_t>(i);
+        out.force_N.row(row + i) = walk.force_N(tool);
+        out.torque_Nm.row(row + i) = walk.torque_Nm(tool);
+        out.is_sliding[static_cast<std::size_t>(row + i)] = walk.is_sliding(tool);
+        if (on_row) on_row(row + i, walk.tool(tool));
+      }
+    }
+    out.ticks += walk.ticks();
+  }
+  return out;
+}
+
+runtime::AssetView coupled_by(const runtime::AssetView& asset,
+                              const runtime::CouplingView& coupling) {
+  runtime::AssetView out = asset;
+  out.coupling = coupling.is_any() ? &coupling : nullptr;
+  return out;
+}
+
+Eigen::VectorXd row_scales_N(const Samples& samples) {
+  std::map<std::pair<std::int32_t, int>, double> largest_N;  // of an experiment's tool
+  const auto tool_of = [&](std::size_t row) {
+    return std::pair<std::int32_t, int>(samples.experiment[row],
+                                        samples.tool.empty() ? 0 : samples.tool[row]);
+  };
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(samples.rows());
+  for (std::size_t row = 0; row < samples.status.size(); ++row) {
+    double& largest = largest_N[tool_of(row)];
+    if (samples.status[row] == RowStatus::good)
+      largest = std::max(largest, samples.force.row(static_cast<Eigen::Index>(row)).norm());
+  }
+  for (std::size_t row = 0; row < samples.status.size(); ++row)
+    if (samples.status[row] == RowStatus::good)
+      out[static_cast<Eigen::Index>(row)] =
+          std::max(samples.force.row(static_cast<Eigen::Index>(row)).norm(),
+                   kLightRow * largest_N[tool_of(row)]);
+  return out;
+}
+
+}  // namespace palpate

@@ -1,0 +1,84 @@
+#include "tools/stages/refine.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "libfit/core/error.hpp"
+#include "libfit/core/experiments.hpp"
+#include "libfit/io/files/files.hpp"
+#include "libfit/refine/refine.hpp"
+#include "libfit/refine/side_force.hpp"
+#include "tools/console.hpp"
+#include "tools/stages/samples/coupling.hpp"
+#include "tools/stages/samples/sample_cache.hpp"
+#include "tools/stages/shape.hpp"
+
+namespace palpate::tools {
+
+Samples read_known(const std::filesystem::path& samples) {
+  return std::filesystem::exists(surface_path(samples)) ? read_with_surface(samples)
+                                                        : read_samples(samples);
+}
+
+Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options,
+                  const Samples& samples, const Scene* scene) {
+  RefineReport report;
+  Model model = refine(curves, body, options, &report);
+  if (static_cast<Eigen::Index>(report.left_out.size()) == curves.position.rows())
+    throw Error("curves",
+                fmt::format("none of the {} test points lies on this body with curves of its own",
+                            curves.position.rows()),
+                "Name the body.h5 that the samples were taken on; `fit` lists points without "
+                "curves.");
+  say("  {} test points spread over {} triangles{}; largest distance of a vertex {:.2f} mm",
+      curves.position.rows() - static_cast<Eigen::Index>(report.left_out.size()),
+      report.triangles.rows(),
+      report.is_own_triangulation ? " made for them, since they are not the body's own" : "",
+      1e3 * report.largest_projection_m);
+  if (const InterpolationChoice& chosen = report.interpolation; chosen.points > 0)
+    say("  {} test points left out are predicted to {:.1f} % (mean) by area alone, {:.1f} % with "
+        "the slopes of side forces, {:.1f} % with the shape of the surface: {}",
+        chosen.points, 100 * chosen.plain_error, 100 * chosen.slope_error, 100 * chosen.shape_error,
+        chosen.follows_shape     ? "forces follow the shape"
+        : chosen.slope_share > 0 ? fmt::format("{:.3g} of the slopes count", chosen.slope_share)
+                                 : "area alone");
+  if (curves.curves.family == CurveFamily::rings) {
+    const SideMismatch off = side_mismatch(model);
+    say("  side force off the slope of the normal energy by {:.2g} % of the normal force (median), "
+        "{:.2g} % (p95), {:.2g} % (max)",
+        100 * off.median, 100 * off.p95, 100 * off.max);
+  }
+  for (const auto point : report.left_out) {
+    const auto p = static_cast<std::size_t>(point);
+    say("  left out: {}: {}", curves.name[p],
+        curves.message[p].empty() ? "too far from the surface" : curves.message[p]);
+  }
+  if (!report.uncovered.empty())
+    say("  {} reachable vertices are answered for by no test point", report.uncovered.size());
+  model.probe = curves.probe;
+  if (samples.surface.rows() > 0)
+    add_shape(model, of_kinds(samples, {ExperimentKind::press, ExperimentKind::drag}));
+  if (scene != nullptr) add_coupling(model, *scene, samples);
+  return model;
+}
+
+std::optional<double> slope_share_choice(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  double share = -1;
+  const char* const end = text.data() + text.size();
+  const auto found = std::from_chars(text.data(), end, share);
+  if (found.ec != std::errc{} || found.ptr != end || !(share >= 0 && share <= 0.5))
+    throw Error("--slope-share", "\"" + text + "\" is no share of slopes",
+                "Use auto or a number from 0 to 0.5.");
+  return share;
+}
+
+std::optional<bool> follow_shape_choice(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  if (text != "yes" && text != "no")
+    throw Error("--follow-shape", "\"" + text + "\" is no choice", "Use auto, yes or no.");
+  return text == "yes";
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "libfit/core/body.hpp"
+#include "libfit/core/curves.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/refine/refine.hpp"
+#include "tools/scene/scene.hpp"
+
+namespace palpate::tools {
+
+/// Samples, with how the surface moved where that is known.
+Samples read_known(const std::filesystem::path& samples);
+
+/// Curves on every fine node of the body's surface, with the probe of the curves; coverage is said
+/// on stderr. samples: those of the curves, which tell how the surface moves and, of a scene with
+/// pairs or a [tool], how contacts feel each other. scene: null where it is not known.
+Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options = {},
+                  const Samples& samples = {}, const Scene* scene = nullptr);
+
+/// RefineOptions::slope_share from text: auto or a number.
+std::optional<double> slope_share_choice(const std::string& text);
+
+/// RefineOptions::follows_shape from text: auto, yes or no.
+std::optional<bool> follow_shape_choice(const std::string& text);
+
+}  // namespace palpate::tools

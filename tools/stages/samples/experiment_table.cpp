@@ -1,0 +1,179 @@
+#include "tools/stages/samples/experiment_table.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libfem/probes/probes.hpp"
+#include "libfem/solve/experiments/cycled_path.hpp"
+#include "libfem/solve/experiments/timed_path.hpp"
+#include "libfit/core/closest_point.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/experiments/draw.hpp"
+#include "tools/stages/body/reach.hpp"
+#include "tools/stages/samples/compound.hpp"
+#include "tools/stages/samples/simulate.hpp"
+
+namespace palpate::tools {
+namespace {
+
+Scene same(const Scene& scene) { return scene; }
+
+// Draws places where the scene's tool can touch, upright and as it leans.
+class Reachable {
+ public:
+  Reachable(const Drawing& drawing)
+      : reach_(make_reach(drawing.scene, drawing.body.surface)), scene_(drawing.scene) {}
+  HeldOutRange range(double tilt_rad = 0) const {
+    const Experiments& each = scene_.experiments.each;
+    return {each.depth_m, each.drag_distance_m,
+            [this](const Vec3& at, const Vec3& inward) { return reach_.is_free(at, inward); },
+            tilt_rad,
+            [this](const Vec3& at, const Vec3& inward, const Lean& lean) {
+              return reach_.is_free(at, inward, lean);
+            }};
+  }
+
+ private:
+  fem::ToolReach reach_;
+  const Scene& scene_;
+};
+
+// Presses at the points that are held out, which tell what an error is made of.
+int presses(const Scene& scene, Purpose purpose) {
+  return purpose == Purpose::hold_out && scene.validate.causes ? scene.validate.points : 0;
+}
+ExperimentList draw_presses(const Drawing& drawing) {
+  const bool is_dragged = !experiments_of(drawing.scene).drag_depths_m.empty();
+  return experiments_at(
+      drawing.points, std::vector<Effort>(static_cast<std::size_t>(drawing.points.position.rows()),
+                                          {is_dragged, 0}));
+}
+
+int paths(const Scene& scene, Purpose purpose) {
+  return purpose == Purpose::hold_out ? scene.validate.points : 0;
+}
+ExperimentList draw_paths(const Drawing& drawing) {
+  const HeldOut out = draw_held_out_paths(drawing);
+  return paths_at(out.points, out.paths);
+}
+
+int cycles(const Scene& scene, Purpose purpose) {
+  return purpose == Purpose::identify && softens(scene) ? scene.experiments.cycles : 0;
+}
+ExperimentList draw_cycles(const Drawing& drawing) {
+  const Eigen::Index points = drawing.points.position.rows(),
+                     count = std::min<Eigen::Index>(points, drawing.scene.experiments.cycles);
+  std::vector<ToolPath> paths;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Index p = i * points / count;
+    paths.push_back(fem::cycled_press(static_cast<int>(p), drawing.points.normal.row(p),
+                                      drawing.scene.experiments.each.depth_m));
+  }
+  return paths_at(drawing.points, paths, ExperimentKind::cycle);
+}
+
+int pairs(const Scene& scene, Purpose purpose) {
+  return purpose == Purpose::identify ? scene.experiments.pairs : scene.validate.pairs;
+}
+ExperimentList draw_pairs(const Drawing& drawing) {
+  // Distances over the ball's radius: from side by side to where tools hardly feel each other.
+  constexpr double kMin = 2.1, kMax = 7;
+  constexpr std::uint64_t kSeed = 0x7077;
+  const Reachable reachable(drawing);
+  const double radius_m = ball_radius_m(drawing.scene.probe.spec);
+  const HeldOut out = draw_two_tools(
+      drawing.body, reachable.range(), pairs(drawing.scene, drawing.purpose), kMin * radius_m,
+      kMax * radius_m, drawing.purpose == Purpose::hold_out, drawing.seed(kSeed));
+  return paths_at(out.points, out.paths, ExperimentKind::pair);
+}
+
+int tools(const Scene& scene, Purpose purpose) {
+  if (!scene.tool) return 0;
+  return purpose == Purpose::identify ? scene.tool->paths : scene.tool->held_out;
+}
+ExperimentList draw_tools(const Drawing& drawing) {
+  const HeldOut out = draw_tool_paths(
+      drawing.scene, drawing.body, tools(drawing.scene, drawing.purpose), drawing.seed(kToolSeed));
+  return paths_at(out.points, out.paths, ExperimentKind::tool);
+}
+
+}  // namespace
+
+// Each of a body that relaxes at one of the speeds, each of a body that softens at a place that was
+// pressed before.
+HeldOut draw_held_out_paths(const Drawing& drawing) {
+  constexpr double kTurn = 0.6180339887498949, kLeastPreload = 0.5;  // of the deepest press
+  const Scene& scene = drawing.scene;
+  const Reachable reachable(drawing);
+  HeldOut out = draw_held_out(drawing.body, reachable.range(scene.validate.tilt_rad),
+                              scene.validate.points, drawing.seed(0));
+  for (std::size_t i = 0; i < out.paths.size(); ++i) {
+    ToolPath& path = out.paths[i];
+    const std::vector<double>& speeds = scene.validate.speeds_m_s;
+    if (relaxes(scene)) path = fem::in_time(path, speeds[i % speeds.size()], scene.validate.hold_s);
+    if (!softens(scene)) continue;
+    const double turn = kTurn * static_cast<double>(i + 1);
+    path = fem::after_press(path, out.points.normal.row(path.point),
+                            scene.experiments.each.depth_m *
+                                (kLeastPreload + (1 - kLeastPreload) * (turn - std::floor(turn))));
+  }
+  return out;
+}
+
+const std::vector<ExperimentRow> kExperimentRows{
+    {ExperimentKind::path, same, paths, draw_paths, nullptr},
+    {ExperimentKind::press, same, presses, draw_presses, nullptr},
+    {ExperimentKind::cycle, same, cycles, draw_cycles, nullptr},
+    {ExperimentKind::pair, same, pairs, draw_pairs, nullptr},
+    {ExperimentKind::tool, with_tool, tools, draw_tools, tool_played_as},
+};
+
+void check_pairs(const Scene& scene) {
+  if (scene.experiments.pairs == 0 && scene.validate.pairs == 0) return;
+  if (scene.probe.spec.shape != "sphere")
+    throw Error(
+        scene.path.string() + ": pairs",
+        fmt::format("two tools are simulated as balls, and this is a {}", scene.probe.spec.shape),
+        "Take shape = \"sphere\" in [probe], or leave pairs out.");
+}
+
+ExperimentList draw_experiments(const Drawing& drawing) {
+  ExperimentList out;
+  out.places.position.resize(0, 3);
+  out.places.normal.resize(0, 3);
+  out.places.triangles.resize(0, 3);
+  for (const ExperimentRow& row : kExperimentRows)
+    if (row.count(drawing.scene, drawing.purpose) > 0) append(out, row.draw(drawing));
+  return out;
+}
+
+PlayedAs played_as(const Scene& scene, const Samples& samples) {
+  return [&](Eigen::Index row) {
+    const auto is_of = [&](const ExperimentRow& each) {
+      return each.kind == samples.kind[static_cast<std::size_t>(row)];
+    };
+    const auto found = std::ranges::find_if(kExperimentRows, is_of);
+    return found == kExperimentRows.end() || found->played_as == nullptr
+               ? PlayedTool()
+               : found->played_as(scene, samples, row);
+  };
+}
+
+const fem::Simulator& Simulators::operator()(ExperimentKind kind) const {
+  std::unique_ptr<fem::Simulator>& made = made_[kind];
+  if (made) return *made;
+  const auto found = std::ranges::find(kExperimentRows, kind, &ExperimentRow::kind);
+  const Scene scene = found == kExperimentRows.end() ? scene_ : found->scene(scene_);
+  const bool is_kept =
+      kind == (purpose_ == Purpose::identify ? ExperimentKind::press : ExperimentKind::path);
+  const double own = scene_.validate.force_tolerance;
+  const double tolerance =
+      purpose_ == Purpose::hold_out && own > 0 ? own : scene_.experiments.force_tolerance;
+  made = std::make_unique<fem::Simulator>(is_kept ? make_simulator(scene, body_, tolerance)
+                                                  : fem::Simulator(make_setup(scene, body_)));
+  return *made;
+}
+
+}  // namespace palpate::tools

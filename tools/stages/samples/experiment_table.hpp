@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string_view>
+
+#include "libfem/solve/experiments/simulate.hpp"
+#include "libfit/core/body.hpp"
+#include "libfit/core/experiments.hpp"
+#include "libfit/experiments/draw.hpp"
+#include "libfit/experiments/follow.hpp"
+#include "tools/scene/scene.hpp"
+
+namespace palpate::tools {
+
+/// What experiments are made for: to identify curves and constants, or to be held out and compared
+/// with the asset.
+enum class Purpose { identify, hold_out };
+
+/// What experiments of a kind are drawn from. points: the test points, or those held out.
+struct Drawing {
+  const Scene& scene;
+  const Body& body;
+  const TestPoints& points;
+  Purpose purpose;
+
+  /// Of what is drawn at random.
+  std::uint64_t seed(std::uint64_t of_kind) const {
+    return purpose == Purpose::identify ? of_kind : static_cast<std::uint64_t>(scene.validate.seed);
+  }
+};
+
+/// What is done to a body, kind by kind: a new kind is a row here.
+struct ExperimentRow {
+  ExperimentKind kind;
+  /// What the simulator is told: the scene's own probe, or another in its place.
+  Scene (*scene)(const Scene&);
+  /// How many are wanted; 0: none.
+  int (*count)(const Scene&, Purpose);
+  ExperimentList (*draw)(const Drawing&);
+  /// How the engine plays a row of them; null: as a tip.
+  PlayedTool (*played_as)(const Scene&, const Samples&, Eigen::Index row);
+};
+extern const std::vector<ExperimentRow> kExperimentRows;
+
+/// Refuses pairs of two tools of a probe that is no ball: the simulator has no other second tool.
+/// Throws Error.
+void check_pairs(const Scene& scene);
+
+/// All experiments of a scene for a purpose but for presses at test points: those of each kind, in
+/// the order of the table.
+ExperimentList draw_experiments(const Drawing& drawing);
+
+/// The held-out paths of the scene, with their kinds: those that draw_experiments() follows.
+HeldOut draw_held_out_paths(const Drawing& drawing);
+
+/// Which tool made a row, by its kind.
+PlayedAs played_as(const Scene& scene, const Samples& samples);
+
+/// The simulators of a scene, each made when it is first asked for; not thread-safe until then.
+class Simulators {
+ public:
+  Simulators(const Scene& scene, const Body& body, Purpose purpose)
+      : scene_(scene), body_(body), purpose_(purpose) {}
+  const fem::Simulator& operator()(ExperimentKind kind) const;
+
+ private:
+  const Scene& scene_;
+  const Body& body_;
+  Purpose purpose_;
+  mutable std::map<ExperimentKind, std::unique_ptr<fem::Simulator>> made_;
+};
+
+}  // namespace palpate::tools
