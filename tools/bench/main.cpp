@@ -17,8 +17,7 @@ class Benchmark final : public Command {
     arguments.option("--jobs", request_.jobs,
                      "Number of threads of benchmarks that use several; 0 uses all cores");
     arguments.option("--part", request_.part, "Part of the benchmark to run alone");
-    arguments.option("--samples", samples_,
-                     "samples.h5 that curves fits, reference.h5 of laws");
+    arguments.option("--samples", samples_, "samples.h5 that curves fits, reference.h5 of laws");
     arguments.flag("--quick", request_.is_quick, "Use smaller sizes");
   }
 
