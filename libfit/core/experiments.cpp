@@ -354,6 +354,8 @@ Samples known_rows(const ExperimentList& wanted, const Samples& known, int per_p
   Samples out = at_places(wanted.places, known);
   Renumbered taken;
   std::vector<std::int32_t> place;
+  // Of a place, the first experiment that is known there tells, whatever file it comes from.
+  std::vector<char> is_told(static_cast<std::size_t>(out.points()), 0);
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const Experiment& one = wanted.experiments[i];
     const auto at = by_key.find(key_of(wanted, one));
@@ -363,8 +365,10 @@ Samples known_rows(const ExperimentList& wanted, const Samples& known, int per_p
       const auto r = static_cast<std::size_t>(row);
       const bool is_second = !known.tool.empty() && known.tool[r] > 0;
       place.push_back(is_second ? one.path.second->place : one.place);
-      copy_place(known, known.point[r], out, place.back());
+      if (!is_told[static_cast<std::size_t>(place.back())])
+        copy_place(known, known.point[r], out, place.back());
     }
+    is_told[static_cast<std::size_t>(one.place)] = 1;
   }
   append_rows(out, known, taken.rows);
   if (taken.rows.empty()) out.surface.resize(0, known.surface.cols());

@@ -210,6 +210,19 @@ TEST(KnownRows, of_paths_are_those_with_the_same_tools_places_and_times) {
   EXPECT_EQ(without_rows(other, known_rows(other, rows, 2), 2), Numbers{3});
 }
 
+// Shards that press and cycle at one place say each its own of it; one process has the first one's.
+TEST(KnownRows, of_a_place_in_two_files_the_first_experiment_tells_how_it_sways) {
+  const ExperimentList list = some_of_each(5);
+  Samples a = rows_of(taken(list, {0, 2})), b = rows_of(taken(list, {1, 3}));
+  a.point_sway.setConstant(a.points(), 6, 1);
+  b.point_sway.setConstant(b.points(), 6, 2);
+  for (const Samples& both : {joined(a, b), joined(b, a)}) {
+    const Samples known = known_rows(list, both, 2);
+    EXPECT_EQ(known.point_sway(list.experiments[0].place, 0), 1);
+    EXPECT_EQ(known.point_sway(list.experiments[1].place, 0), 2);
+  }
+}
+
 TEST(KnownRows, of_some_kinds_keep_their_places_and_lose_columns_that_say_nothing) {
   const Samples rows = rows_of(some_of_each(5));
   const Samples pair = of_kinds(rows, {ExperimentKind::pair});
