@@ -41,8 +41,8 @@ std::size_t path_of(const Reference& reference, Eigen::Index row) {
 
 }  // namespace
 
-std::vector<NamedError> error_causes(const runtime::AssetView& asset, const Reference& reference,
-                                     const Replayed& engine, double depth_m, int jobs) {
+std::vector<StatedError> error_causes(const runtime::AssetView& asset, const Reference& reference,
+                                      const Replayed& engine, double depth_m, int jobs) {
   const FittedCurves own = own_curves(asset, reference.own, 1, jobs);
   const FittedCurves finer = own_curves(asset, reference.own, 2, jobs);
   std::vector<char> is_known;
@@ -52,7 +52,7 @@ std::vector<NamedError> error_causes(const runtime::AssetView& asset, const Refe
   const Replayed with_own = replay_with_own(asset, reference, own, depth_m);
   const Replayed with_finer = replay_with_own(asset, reference, finer, depth_m);
   const Replayed nudged =
-      replay_paths(SubstitutedAsset::nudged(asset, 1).view(), reference, depth_m);
+      replay(SubstitutedAsset::nudged(asset, 1).view(), reference.paths, depth_m);
 
   // Of what is left where the contact slides, the part across the normal is the friction law's.
   const Points left = with_finer.force_N - reference.paths.force;
@@ -63,14 +63,14 @@ std::vector<NamedError> error_causes(const runtime::AssetView& asset, const Refe
     const Vec3 all = left.row(row);
     sliding_part.row(row) = all - all.dot(normal) * normal;
   }
-  const double floor_N = relative_floor_N(reference.paths);
+  const ErrorFloors floors{relative_floor_N(reference.paths)};
   // A difference stands in place of an answer's error.
   const auto cause = [&](const char* name, const Points& difference) {
-    return named_error(
+    return stated_error(
         name,
         compare(reference.paths, reference.paths.force + difference,
                 [&](Eigen::Index row) { return is_known[path_of(reference, row)] != 0; }),
-        floor_N);
+        floors);
   };
   return {
       cause("interpolation", engine.force_N - with_own.force_N),
@@ -81,14 +81,14 @@ std::vector<NamedError> error_causes(const runtime::AssetView& asset, const Refe
   };
 }
 
-std::vector<NamedError> baseline_errors(const runtime::AssetView& asset, const Reference& reference,
-                                        double depth_m, double first_m, const FittedCurves* curves,
-                                        const Model* model) {
-  std::vector<NamedError> baselines;
-  const double floor_N = relative_floor_N(reference.paths);
+std::vector<StatedError> baseline_errors(const runtime::AssetView& asset,
+                                         const Reference& reference, double depth_m, double first_m,
+                                         const FittedCurves* curves, const Model* model) {
+  std::vector<StatedError> baselines;
+  const ErrorFloors floors{relative_floor_N(reference.paths)};
   const auto add = [&](const char* name, const runtime::AssetView& simpler) {
-    const Replayed replayed = replay_paths(simpler, reference, depth_m);
-    baselines.push_back(named_error(name, compare(reference.paths, replayed), floor_N));
+    const Replayed replayed = replay(simpler, reference.paths, depth_m);
+    baselines.push_back(stated_error(name, compare(reference.paths, replayed), floors));
   };
   const bool belongs = curves && model && model->surface.vertices.rows() == asset.vertices;
   if (belongs)
@@ -104,15 +104,15 @@ std::vector<NamedError> baseline_errors(const runtime::AssetView& asset, const R
   return baselines;
 }
 
-std::vector<NamedError> errors_by_path(const Reference& reference, const Replayed& engine) {
-  std::vector<NamedError> errors;
-  const double floor_N = relative_floor_N(reference.paths);
-  for (std::size_t kind = 0; kind < kPathKindNames.size(); ++kind) {
-    const auto rows = compare(reference.paths, engine.force_N, [&](Eigen::Index row) {
-      return static_cast<std::size_t>(reference.held_out.kind[path_of(reference, row)]) == kind;
-    });
-    if (!rows.empty())
-      errors.push_back(named_error(std::string(kPathKindNames[kind]), rows, floor_N));
+std::vector<StatedError> errors_by(const Samples& reference, const Replayed& engine,
+                                   double radius_m, const ErrorFloors& floors,
+                                   std::span<const std::string_view> names,
+                                   const std::function<std::size_t(Eigen::Index row)>& group) {
+  std::vector<StatedError> errors;
+  for (std::size_t g = 0; g < names.size(); ++g) {
+    const auto rows = compare_torques(reference, engine, radius_m,
+                                      [&](Eigen::Index row) { return group(row) == g; });
+    if (!rows.empty()) errors.push_back(stated_error(std::string(names[g]), rows, floors));
   }
   return errors;
 }

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <functional>
+#include <span>
+#include <string_view>
 #include <vector>
 
 #include "libfit/core/curves.hpp"
@@ -14,17 +17,21 @@ namespace palpate::validation {
 /// reference.own must hold presses and drags at the held-out points. Paths at points whose own
 /// curves failed are left out.
 /// engine: the asset's answers along the reference's paths.
-std::vector<NamedError> error_causes(const runtime::AssetView& asset, const Reference& reference,
-                                     const Replayed& engine, double depth_m, int jobs);
+std::vector<StatedError> error_causes(const runtime::AssetView& asset, const Reference& reference,
+                                      const Replayed& engine, double depth_m, int jobs);
 
 /// The same paths with something simpler in place of the asset's curves, each with its whole
 /// error: nearest_point (no interpolation; only where curves and model are given),
 /// one_response (the mean curve everywhere), linear (slope at the first row of a press, first_m).
-std::vector<NamedError> baseline_errors(const runtime::AssetView& asset, const Reference& reference,
-                                        double depth_m, double first_m, const FittedCurves* curves,
-                                        const Model* model);
+std::vector<StatedError> baseline_errors(const runtime::AssetView& asset,
+                                         const Reference& reference, double depth_m, double first_m,
+                                         const FittedCurves* curves, const Model* model);
 
-/// Errors of answers along the reference's paths by kind of path, in the order of kPathKindNames.
-std::vector<NamedError> errors_by_path(const Reference& reference, const Replayed& engine);
+/// Errors of answers to rows of one kind, group by group. group: of a row, an index of `names`;
+/// others are in no group. Groups without a row are left out. radius_m: of compare().
+std::vector<StatedError> errors_by(const Samples& reference, const Replayed& engine,
+                                   double radius_m, const ErrorFloors& floors,
+                                   std::span<const std::string_view> names,
+                                   const std::function<std::size_t(Eigen::Index row)>& group);
 
 }  // namespace palpate::validation

@@ -49,9 +49,10 @@ void replay_path(const runtime::AssetView& asset, const Reference& reference, st
   std::fill_n(replayed.is_answered.begin() + first, count, 1);
 }
 
-Replayed replay_paths(const runtime::AssetView& asset, const Reference& reference, double depth_m) {
-  Replayed replayed(reference.paths);
-  FollowedRows rows = follow(asset, reference.paths, depth_m);
+Replayed replay(const runtime::AssetView& asset, const Samples& reference, double depth_m,
+                const PlayedAs& played_as) {
+  Replayed replayed(reference);
+  FollowedRows rows = follow(asset, reference, depth_m, played_as);
   replayed.force_N = std::move(rows.force_N);
   replayed.torque_Nm = std::move(rows.torque_Nm);
   replayed.is_sliding = std::move(rows.is_sliding);
@@ -95,6 +96,26 @@ std::vector<ComparedRow> compare(const Samples& reference, const Points& answer_
 std::vector<ComparedRow> compare(const Samples& reference, const Replayed& replayed) {
   return compare(reference, replayed.force_N,
                  [&](Eigen::Index row) { return replayed.is_answered[row] != 0; });
+}
+
+// (M58a)
+std::vector<ComparedRow> compare_torques(const Samples& reference, const Replayed& replayed,
+                                         double radius_m,
+                                         const std::function<bool(Eigen::Index)>& counts) {
+  std::vector<ComparedRow> rows;
+  for (Eigen::Index row = 0; row < reference.rows(); ++row) {
+    const auto r = static_cast<std::size_t>(row);
+    if (reference.status[r] != RowStatus::good || !replayed.is_answered[r] || !counts(row))
+      continue;
+    const Vec3 to_tip = radius_m * reference.point_normal.row(reference.point[r]);
+    const auto moved = [&](const Points& torque_Nm, const Points& force_N) {
+      return Vec3(torque_Nm.row(row).transpose() + to_tip.cross(Vec3(force_N.row(row))));
+    };
+    rows.push_back({reference.force.row(row), replayed.force_N.row(row), reference.force_error[row],
+                    moved(reference.torque, reference.force),
+                    moved(replayed.torque_Nm, replayed.force_N)});
+  }
+  return rows;
 }
 
 double time_ticks_ns(const runtime::AssetView& asset, const Samples& paths, double depth_m,

@@ -32,8 +32,9 @@ struct Replayed {
 void replay_path(const runtime::AssetView& asset, const Reference& reference, std::size_t path,
                  double depth_m, Replayed& replayed);
 
-/// The same of every held-out path.
-Replayed replay_paths(const runtime::AssetView& asset, const Reference& reference, double depth_m);
+/// Rows of any kinds with the engine, as follow() plays them.
+Replayed replay(const runtime::AssetView& asset, const Samples& reference, double depth_m,
+                const PlayedAs& played_as = {});
 
 /// The experiments of one point with given curves: the law of section 4 on the local quadric
 /// (docs/method.md, M11), as the fit sees it. row: of `curves`. Answers the point's good rows; of a
@@ -48,6 +49,12 @@ std::vector<ComparedRow> compare(
 
 /// Good reference rows that were replayed.
 std::vector<ComparedRow> compare(const Samples& reference, const Replayed& replayed);
+
+/// The same with torques about the centre of a ball of radius_m, where only friction turns it; 0:
+/// about the tool's point (M58a).
+std::vector<ComparedRow> compare_torques(
+    const Samples& reference, const Replayed& replayed, double radius_m,
+    const std::function<bool(Eigen::Index)>& counts = [](Eigen::Index) { return true; });
 
 /// Time of a tick on this machine over repeated replays of all paths [ns] (tick_time.hpp).
 double time_ticks_ns(const runtime::AssetView& asset, const Samples& paths, double depth_m,

@@ -47,52 +47,37 @@ Unit force_unit(const Statement& s) {
   return s.floor_N > 0 && s.floor_N < 4e-3 ? Unit{"mN", 1e3, 3} : kNewton;
 }
 
-Unit torque_unit(const std::vector<NamedTorque>& errors) {
+Unit torque_unit(const std::vector<StatedError>& lines) {
   double largest_Nm = 0;
-  for (const NamedTorque& e : errors) largest_Nm = std::max({largest_Nm, e.typical_Nm, e.max_Nm});
+  for (const StatedError& line : lines)
+    largest_Nm = std::max({largest_Nm, line.torque.typical, line.torque.max});
   return largest_Nm < 1e-4 ? Unit{"uNm", 1e6, 2} : Unit{"Nmm", 1e3, 2};
 }
 
-// A line of the table: what it is of, then its share of the force (torque) and its size, twice or
-// thrice.
-std::string line(std::string_view name, std::initializer_list<std::pair<double, double>> figures,
-                 const Unit& unit) {
+// A line of a table: what it is of, then its share of the force (torque) and its size, thrice.
+std::string line(std::string_view name, const ErrorFigures& e, const Unit& unit) {
   std::string text = fmt::format("  {:<21}", name);
-  for (const auto& [share, size] : figures)
+  for (const auto& [share, size] : {std::pair(e.median_rel, e.median), std::pair(e.p95_rel, e.p95),
+                                    std::pair(e.max_rel, e.max)})
     text += fmt::format("{:>8} {:>{}.{}f} {}", stated_percent(share), unit.factor * size,
                         8 - unit.name.size(), unit.decimals, unit.name);
   return text + "\n";
 }
 
-std::string columns(std::string_view title) {
-  return fmt::format("{:<23}{:>18}{:>18}{:>18}\n", title, "median", "p95", "max");
-}
-
-std::string lines(std::string_view title, const std::vector<NamedError>& errors, const Unit& unit) {
-  std::string text;
-  if (!errors.empty()) text = fmt::format("{}\n", title);
-  for (const NamedError& e : errors)
-    text += line(e.name, {{e.median_rel, e.median_N}, {e.p95_rel, e.p95_N}}, unit);
-  return text;
-}
-
-std::string lines(std::string_view title, const std::vector<NamedTorque>& errors) {
-  std::string text;
-  if (!errors.empty()) text = columns(title);
-  for (const NamedTorque& e : errors)
-    text +=
-        line(e.name, {{e.median_rel, e.median_Nm}, {e.p95_rel, e.p95_Nm}, {e.max_rel, e.max_Nm}},
-             torque_unit(errors));
-  return text;
-}
-
-std::string lines_with_largest(std::string_view title, const std::vector<NamedError>& errors,
-                               const Unit& unit) {
-  std::string text;
-  if (!errors.empty()) text = columns(title);
-  for (const NamedError& e : errors)
-    text += line(e.name, {{e.median_rel, e.median_N}, {e.p95_rel, e.p95_N}, {e.max_rel, e.max_N}},
-                 unit);
+// A section as a table of forces, then one of torques where they were compared.
+std::string table(const StatementSection& section, const Unit& unit) {
+  if (section.lines.empty()) return {};
+  std::string text =
+      fmt::format("{:<23}{:>18}{:>18}{:>18}\n", section.title, "median", "p95", "max");
+  for (const StatedError& of : section.lines) text += line(of.name, of.force, unit);
+  std::string torques;
+  for (const StatedError& of : section.lines)
+    if (!std::isnan(of.torque.median))
+      torques += line(of.name, of.torque, torque_unit(section.lines));
+  if (!torques.empty()) text += section.title + ", torque\n" + torques;
+  for (const StatedError& of : section.lines)
+    if (!std::isnan(of.tick_ns))
+      text += fmt::format("a tick of {}: {:.0f} ns on this machine\n", of.name, of.tick_ns);
   return text;
 }
 
@@ -107,30 +92,22 @@ std::string wrapped(std::string_view text) {
   return out + std::string(text) + "\n";
 }
 
-// The group of paths with the largest p95, and the cause that counts most; none: null.
-const NamedError* worst(const std::vector<NamedError>& errors) {
-  const NamedError* found = nullptr;
-  for (const NamedError& error : errors)
-    if (!std::isnan(error.p95_rel) && (found == nullptr || error.p95_rel > found->p95_rel))
-      found = &error;
+// The line with the largest p95; none: null.
+const StatedError* worst(const std::vector<StatedError>& lines) {
+  const StatedError* found = nullptr;
+  for (const StatedError& line : lines)
+    if (!std::isnan(line.force.p95_rel) &&
+        (found == nullptr || line.force.p95_rel > found->force.p95_rel))
+      found = &line;
   return found;
 }
 
 std::string tables(const Statement& s) {
   const Unit unit = force_unit(s);
-  std::string words =
-      columns("") +
-      line("all", {{s.median_rel, s.median_N}, {s.p95_rel, s.p95_N}, {s.max_rel, s.max_N}}, unit);
-  words += lines("by path", s.by_path, unit) + lines("by cause", s.causes, unit) +
-           lines("of what is simpler", s.baselines, unit);
-  words += lines("torque error", s.torque);
-  words += lines_with_largest("two tools on the body", s.two_tools, unit);
-  if (s.two_tools_tick_ns > 0)
-    words += fmt::format("a tick of both: {:.0f} ns on this machine\n", s.two_tools_tick_ns);
-  words += lines_with_largest("the tool, as balls", s.tool, unit) +
-           lines("torque error of it", s.tool_torque);
-  if (s.tool_tick_ns > 0)
-    words += fmt::format("a tick of it: {:.0f} ns on this machine\n", s.tool_tick_ns);
+  StatedError all = s.all;
+  all.tick_ns = kNoNumber;  // told at the end
+  std::string words = table({"all", "all paths", {all}}, unit);
+  for (const StatementSection& section : s.sections) words += table(section, unit);
   return words;
 }
 
@@ -140,7 +117,7 @@ std::string of_reference(const Statement& s) {
     words =
         fmt::format("the reference's own estimated error: p95 {}\n", percent(s.reference_p95_rel));
   words += fmt::format("rows that the reference could not solve: {}\n", s.reference_failures);
-  if (s.reference_p95_rel > kToldReference * s.p95_rel)
+  if (s.reference_p95_rel > kToldReference * s.all.force.p95_rel)
     words += fmt::format(
         "this compares noise in part: at {} of rows the error is within the\n"
         "reference's own; force_tolerance of [validate] asks for a finer reference\n",
@@ -166,34 +143,36 @@ std::string of_shape(const ShapeError& shape) {
 }  // namespace
 
 std::string verdict(const Statement& s) {
-  if (s.rows == 0) return "No verdict: no row could be compared.";
-  if (std::isnan(s.p95_rel)) return fmt::format("No verdict: no row above {}.", newtons(s.floor_N));
+  const double p95_rel = s.all.force.p95_rel;
+  if (s.all.rows == 0) return "No verdict: no row could be compared.";
+  if (std::isnan(p95_rel)) return fmt::format("No verdict: no row above {}.", newtons(s.floor_N));
   const bool can_be_felt = !std::isnan(s.within_jnd);
   const auto grade = [&] {
-    if (s.p95_rel > kPoor) return "Poor";
-    return s.p95_rel > kForceJnd ? "Fair" : "Good";
+    if (p95_rel > kPoor) return "Poor";
+    return p95_rel > kForceJnd ? "Fair" : "Good";
   };
   std::string words = fmt::format("{}: 19 of 20 rows are off by {} of their force at most", grade(),
-                                  percent(s.p95_rel));
+                                  percent(p95_rel));
   if (!can_be_felt)
     return words + fmt::format(". No force here reaches {}, the least that a person feels.",
                                newtons(kForceFloor_N));
   return words + fmt::format(", {} than the {} that a person notices.",
-                             s.p95_rel > kForceJnd ? "more" : "no more", percent(kForceJnd, 0));
+                             p95_rel > kForceJnd ? "more" : "no more", percent(kForceJnd, 0));
 }
 
 std::vector<std::string> advice(const Statement& s) {
   std::vector<std::string> out;
-  if (!(s.p95_rel > kPoor)) return out;
-  if (s.reference_p95_rel > kToldReference * s.p95_rel)
+  const double p95_rel = s.all.force.p95_rel;
+  if (!(p95_rel > kPoor)) return out;
+  if (s.reference_p95_rel > kToldReference * s.all.force.p95_rel)
     out.push_back(
         fmt::format("The reference itself is uncertain by {}: ask for a finer one with "
                     "force_tolerance = {} in [validate].",
                     percent(s.reference_p95_rel), number(s.reference_p95_rel / 3, 1)));
-  if (const NamedError* path = worst(s.by_path); path && path->p95_rel > s.p95_rel)
+  if (const StatedError* path = worst(s.lines_of("by_path")); path && path->force.p95_rel > p95_rel)
     out.push_back(fmt::format("It is worst on paths of the kind {}, {}.", path->name,
-                              percent(path->p95_rel)));
-  const NamedError* cause = worst(s.causes);
+                              percent(path->force.p95_rel)));
+  const StatedError* cause = worst(s.lines_of("causes"));
   for (const Remedy& remedy : kRemedies)
     if (cause && cause->name == remedy.cause) out.emplace_back(remedy.sentence);
   if (!cause)
@@ -206,8 +185,8 @@ std::vector<std::string> advice(const Statement& s) {
 
 std::string in_words(const Statement& s) {
   std::string words =
-      fmt::format("force error at {} held-out contact points, {} rows\n", s.probes, s.rows);
-  if (s.rows > 0) {
+      fmt::format("force error at {} held-out contact points, {} rows\n", s.probes, s.all.rows);
+  if (s.all.rows > 0) {
     const std::string table = tables(s), floor = newtons(s.floor_N);
     const bool has_gap = table.find(" - ") != std::string::npos;
     words +=
@@ -224,9 +203,9 @@ std::string in_words(const Statement& s) {
                        percent(s.within_jnd, 0));
   }
   words += of_reference(s) + of_shape(s.shape);
-  if (!std::isnan(s.tick_ns))
+  if (!std::isnan(s.all.tick_ns))
     words +=
-        fmt::format("{:.0f} ns per tick on this machine, {} bytes\n", s.tick_ns, s.asset_bytes);
+        fmt::format("{:.0f} ns per tick on this machine, {} bytes\n", s.all.tick_ns, s.asset_bytes);
   words += wrapped(verdict(s));
   for (const std::string& sentence : advice(s)) words += wrapped(sentence);
   words.pop_back();

@@ -352,7 +352,7 @@ std::vector<BadInput> bad_inputs() {
        "validate out/asset.palp other.toml",
        1,
        {{"other.toml", scene_with("block.off", "other.off")}, {"other.off", block_off(9)}}},
-      {"no held-out points", "validate out/asset.palp scene.toml --points 0"},
+      {"no held-out points", "validate out/asset.palp scene.toml --points -1"},
       {"curves without their model", "validate out/asset.palp scene.toml --curves out/curves.h5"},
       {"a body where samples to predict belong", "predict out/model.h5 out/body.h5"},
       {"a text to inspect", "inspect scene.toml"},

@@ -221,8 +221,10 @@ TEST_F(Report, of_figures_without_a_row_shows_no_number) {
   auto statement = nlohmann::json::parse(content_of(path("out/statement.json")));
   for (const char* name : {"median_rel", "p95_rel", "max_rel", "within_jnd"})
     statement["force_error"][name] = nullptr;
-  for (auto* errors : {&statement["by_path"], &statement["torque_error"]})
-    for (auto& figures : *errors) figures["median_rel"] = figures["p95_rel"] = nullptr;
+  for (auto& figures : statement["by_path"])
+    for (auto* errors : {&figures, &figures["torque"]})
+      (*errors)["median_rel"] = (*errors)["p95_rel"] = nullptr;
+  statement["torque_error"]["median_rel"] = statement["torque_error"]["p95_rel"] = nullptr;
   for (const char* name : {"reference_p95_rel", "within_reference", "tick_ns"})
     statement[name] = nullptr;
   statement["baselines"] = nlohmann::json::object();

@@ -48,16 +48,17 @@ void bench_laws(const BenchRequest& request) {
                     return replayed.is_answered[r] &&
                            (kind < 0 || paths.point[r] % static_cast<int>(kUprightKinds) == kind);
                   }),
-          relative_floor_N(paths));
+          {relative_floor_N(paths)});
+      const ErrorFigures& force = s.all.force;
       csv.text(std::string(family.name))
           .text(std::string(name))
           .integer(static_cast<long long>(s.rows_above_floor));
-      for (const double share : {s.median_rel, s.p95_rel, s.max_rel})
+      for (const double share : {force.median_rel, force.p95_rel, force.max_rel})
         std::isnan(share) ? csv.text("") : csv.number(share);
       csv.end_row();
       say("  {:<10} {:<15} {:>4} rows: median {}, p95 {}, max {}", family.name, name,
-          s.rows_above_floor, stated_percent(s.median_rel), stated_percent(s.p95_rel),
-          stated_percent(s.max_rel));
+          s.rows_above_floor, stated_percent(force.median_rel), stated_percent(force.p95_rel),
+          stated_percent(force.max_rel));
     };
     add("all", -1);
     for (std::size_t kind = 0; kind < kUprightKinds; ++kind)

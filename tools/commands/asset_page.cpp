@@ -155,10 +155,13 @@ std::string statement_text(const Json& meta) {
   if (statement.contains("rows") && statement.contains("probes"))
     text += fmt::format("\nat {} held-out places, {} rows", statement["probes"].dump(),
                         statement["rows"].dump());
-  const Json by_path = statement.value("by_path", Json::object());
-  for (const auto& [kind, figures] : by_path.items())
-    text += fmt::format("\n{}: {}, {}", kind, error_text(figures, "median"),
-                        error_text(figures, "p95"));
+  const Json sections = statement.value("sections", Json::array());
+  for (const Json& section : sections) {
+    const Json lines = statement.value(section.value("name", ""), Json::object());
+    for (const auto& [name, figures] : lines.items())
+      text += fmt::format("\n{}: {}: {}, {}", section.value("title", ""), name,
+                          error_text(figures, "median"), error_text(figures, "p95"));
+  }
   return text;
 }
 

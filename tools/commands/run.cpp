@@ -17,7 +17,6 @@ constexpr NamedOutput kFiles[] = {
     {"placement.csv", "points,new_points"},
     {"samples.h5", kSamplesSchema.name},
     {"samples.surface.h5", kSurfaceSchema.name},
-    {"tool.csv", "point,step,status"},
     {"curves.h5", kCurvesSchema.name},
     {"model.h5", kModelSchema.name},
     {"asset.palp", "palp"},

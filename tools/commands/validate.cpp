@@ -21,8 +21,10 @@ class Validate final : public Command {
   explicit Validate(Arguments& arguments) {
     arguments.positional("asset", asset_, "Asset to validate, asset.palp");
     arguments.positional("scene", scene_, "Scene that the reference simulates, scene.toml");
-    arguments.option("--points", request_.settings.points, "Number of held-out contact points");
-    arguments.option("--seed", request_.settings.seed, "Seed of the contact points and paths");
+    arguments.option("--points", points_,
+                     "Number of held-out contact points; 0: as the scene's [validate] has it");
+    arguments.option("--seed", seed_,
+                     "Seed of the contact points and paths; 0: as the scene's [validate] has it");
     arguments.option("--jobs", request_.jobs,
                      "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.option("--body", body_,
@@ -40,19 +42,29 @@ class Validate final : public Command {
     arguments.flag(
         "--no-causes", no_causes_,
         "Do not split the error by cause, which needs simulations at the contact points");
+    arguments.output("--statement", statement_,
+                     "statement.json to write; the asset carries the statement from then on, as "
+                     "after run; needs --body",
+                     {"{\"force_error\":"}, false);
   }
 
   int run(Reply& reply) override {
-    if (request_.settings.points < 1)
+    if (points_ < 0)
       throw Error("--points", "there must be at least one contact point",
                   "Give a positive number.");
-    const Scene scene = open_scene(scene_);
+    if (!statement_.empty() && body_.empty())
+      throw Error("--statement", "says what the body is by its file, and there is none",
+                  "Give --body body.h5, too.");
+    Scene scene = open_scene(scene_);
+    if (points_ != 0) scene.validate.points = points_;
+    if (seed_ != 0) scene.validate.seed = seed_;
+    if (no_causes_) scene.validate.causes = false;
     check_choices(scene);
     const Body body = body_.empty() ? prepare_body(scene, false) : read_body(body_);
     check_experiments(scene, body);
     request_.rows_csv = rows_;
     request_.reference = reference_;
-    request_.settings.causes = !no_causes_;
+    request_.settings = scene.validate;
     if (!reference_.empty()) std::filesystem::create_directories(reference_);
     if (curves_.empty() != model_.empty())
       throw Error(curves_.empty() ? "--curves" : "--model", "is missing beside the other one",
@@ -65,13 +77,16 @@ class Validate final : public Command {
       request_.curves = &curves;
       request_.model = &model;
     }
-    const Statement statement = validate_asset(asset_, scene, body, request_);
+    const Statement statement = statement_.empty()
+                                    ? validate_asset(asset_, scene, body, request_)
+                                    : state_asset(asset_, scene, body, request_, body_, statement_);
     reply = {in_words(statement), nlohmann::ordered_json::parse(to_json(statement))};
     return statement.reference_failures ? kSomeFailed : kDone;
   }
 
  private:
-  std::string asset_, scene_, body_, rows_, curves_, model_, reference_;
+  std::string asset_, scene_, body_, rows_, curves_, model_, reference_, statement_;
+  int points_ = 0, seed_ = 0;
   ValidateRequest request_;
   bool no_causes_ = false;
 };

@@ -57,7 +57,9 @@ bool counts(const Json& figures) { return figures["p95_rel"].is_number(); }
 
 void bars(Svg& svg, const Json& statement, double share) {
   std::vector<std::pair<std::string, const Json*>> lines;
-  for (const char* group : {"by_path", "causes"}) {
+  for (const Json& section : statement["sections"]) {
+    const std::string group = section["name"];
+    if (group == "baselines" || statement[group].empty()) continue;  // they are off by far more
     if (!lines.empty()) lines.emplace_back("", nullptr);
     for (const auto& [name, figures] : statement[group].items())
       lines.emplace_back(plain(name), &figures);
@@ -70,7 +72,7 @@ void bars(Svg& svg, const Json& statement, double share) {
                step = (bottom - top) / static_cast<double>(std::max<std::size_t>(lines.size(), 1)),
                thick = std::min(0.76 * step, 12.0);
   const Plot plot(svg, left, top, 460, bottom, {"error [% of the force]", 0, 100 * highest},
-                  {"", 0, 1, false}, "by path and by cause");
+                  {"", 0, 1, false}, "by path, by cause and by tool");
   for (std::size_t i = 0; i < lines.size(); ++i) {
     if (!lines[i].second) continue;
     const double y = top + (static_cast<double>(i) + 0.5) * step;

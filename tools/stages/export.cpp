@@ -69,7 +69,7 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
 
 std::string probe_meta(const ProbeSpec& probe) { return probe_json(probe).dump(); }
 
-void state_asset(const std::filesystem::path& path, const std::string& statement) {
+void put_statement(const std::filesystem::path& path, const std::string& statement) {
   const AssetFile file = read_asset_file(path);
   auto meta = nlohmann::ordered_json::parse(file.meta_json());
   meta["statement"] = nlohmann::ordered_json::parse(statement);

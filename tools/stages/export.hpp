@@ -27,6 +27,6 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
 std::string probe_meta(const ProbeSpec& probe);
 
 /// Puts a statement of error, a JSON object, into an asset's meta data; nothing else changes.
-void state_asset(const std::filesystem::path& asset, const std::string& statement);
+void put_statement(const std::filesystem::path& asset, const std::string& statement);
 
 }  // namespace palpate::tools

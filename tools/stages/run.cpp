@@ -145,17 +145,15 @@ class StageRun {
     if (!is_stale("validate", output, stored, wanted)) return;
     const Model model = read_model(file("model.h5"));
     const FittedCurves curves = read_curves(file("curves.h5"));
-    Statement statement = validate_asset(asset, scene_, body_,
-                                         {.settings = scene_.validate,
-                                          .jobs = request_.jobs,
-                                          .rows_csv = file("validation.csv"),
-                                          .reference = request_.folder,
-                                          .resume = !request_.force,
-                                          .curves = &curves,
-                                          .model = &model});
-    state_asset(asset, to_asset_json(statement));
-    statement.asset_bytes = fs::file_size(asset);
-    write_file_atomically(output, to_json(statement, wanted));
+    state_asset(asset, scene_, body_,
+                {.settings = scene_.validate,
+                 .jobs = request_.jobs,
+                 .rows_csv = file("validation.csv"),
+                 .reference = request_.folder,
+                 .resume = !request_.force,
+                 .curves = &curves,
+                 .model = &model},
+                file("body.h5"), output);
   }
 
   RunResult result() {

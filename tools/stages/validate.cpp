@@ -10,119 +10,23 @@
 #include "libfem/probes/probes.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "libfit/io/content_hash.hpp"
-#include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/shape/contact_states.hpp"
-#include "libfit/validation/causes.hpp"
-#include "libfit/validation/torque.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/body/reach.hpp"
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/samples/compound.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
 #include "tools/stages/samples/simulate.hpp"
+#include "tools/stages/statement_sections.hpp"
 
 namespace palpate::tools {
 namespace {
 
 using namespace validation;
-
-// Reference and answer of every row of [tool], as validation.csv has those of the probe.
-void write_tool_rows(const std::filesystem::path& path, const Samples& samples,
-                     const FollowedRows& by) {
-  static constexpr std::string_view kHeader[] = {
-      "point", "step", "status", "lean_1", "lean_2", "dx_m",  "dy_m",  "dz_m",  "fx_N",  "fy_N",
-      "fz_N",  "ex_N", "ey_N",   "ez_N",   "tx_Nm",  "ty_Nm", "tz_Nm", "ux_Nm", "uy_Nm", "uz_Nm"};
-  CsvWriter csv(path, kHeader);
-  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    csv.text(samples.point_name[static_cast<std::size_t>(samples.point[r])])
-        .integer(samples.step[r])
-        .text(kRowStatusNames[static_cast<std::size_t>(samples.status[r])]);
-    for (int k = 0; k < 2; ++k) csv.number(samples.lean.rows() > 0 ? samples.lean(row, k) : 0);
-    for (const Points* three :
-         {&samples.deflection, &samples.force, &by.force_N, &samples.torque, &by.torque_Nm})
-      for (int k = 0; k < 3; ++k) csv.number((*three)(row, k));
-    csv.end_row();
-  }
-  csv.commit();
-}
-
-void write_rows(const std::filesystem::path& path, const Reference& reference,
-                const Replayed& engine) {
-  static constexpr std::string_view kHeader[] = {
-      "point", "path",  "step",  "x_m",   "y_m",   "z_m",  "dx_m", "dy_m",
-      "dz_m",  "fx_N",  "fy_N",  "fz_N",  "ex_N",  "ey_N", "ez_N", "error_N",
-      "tx_Nm", "ty_Nm", "tz_Nm", "ux_Nm", "uy_Nm", "uz_Nm"};
-  CsvWriter csv(path, kHeader);
-  const Samples& rows = reference.paths;
-  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    if (rows.status[r] != RowStatus::good) continue;
-    const Vec3 force = rows.force.row(row), answer = engine.force_N.row(row);
-    const auto point = static_cast<std::size_t>(rows.point[r]);
-    csv.text(rows.point_name[point])
-        .text(kPathKindNames[static_cast<std::size_t>(reference.held_out.kind[point])])
-        .integer(rows.step[r]);
-    for (int k = 0; k < 3; ++k) csv.number(rows.point_position(rows.point[r], k));
-    for (int k = 0; k < 3; ++k) csv.number(rows.deflection(row, k));
-    for (int k = 0; k < 3; ++k) csv.number(force[k]);
-    for (int k = 0; k < 3; ++k) csv.number(answer[k]);
-    csv.number((answer - force).norm());
-    for (int k = 0; k < 3; ++k) csv.number(rows.torque(row, k));
-    for (int k = 0; k < 3; ++k) csv.number(engine.torque_Nm(row, k));
-    csv.end_row();
-  }
-  csv.commit();
-}
-
-NamedError error_of(std::string name, const Samples& rows, const FollowedRows& by, double floor_N) {
-  return named_error(std::move(name), compare(rows, by.force_N), floor_N);
-}
-
-// Held-out paths of two tools, and each tool by itself.
-void state_pairs(const runtime::AssetView& asset, const Scene& scene, const Samples& all,
-                 Statement& statement) {
-  const Samples rows = of_kinds(all, {ExperimentKind::pair});
-  if (rows.rows() == 0) return;
-  const double depth_m = scene.experiments.each.depth_m;
-  const auto by = [&](const char* name, const runtime::AssetView& view) {
-    statement.two_tools.push_back(
-        error_of(name, rows, follow(view, rows, depth_m), statement.floor_N));
-  };
-  by("felt", asset);
-  by("each_by_itself", coupled_by(asset, {}));
-  statement.two_tools_tick_ns = time_ticks_ns(asset, rows, depth_m);
-}
-
-// Held-out paths of [tool]: as balls that feel each other, as balls by themselves, and as its
-// foremost ball alone.
-void state_tool(const runtime::AssetView& asset, const Scene& scene, const Samples& all,
-                const std::filesystem::path& rows_csv, Statement& statement) {
-  const Samples rows = of_kinds(all, {ExperimentKind::tool});
-  if (rows.rows() == 0) return;
-  const double depth_m = scene.experiments.each.depth_m;
-  const PlayedAs whole = [&](Eigen::Index row) { return tool_played_as(scene, rows, row); };
-  const PlayedAs foremost = [&](Eigen::Index row) { return foremost_played_as(scene, rows, row); };
-  const auto by = [&](const char* name, const runtime::AssetView& view, const PlayedAs& played_as) {
-    const FollowedRows answered = follow(view, rows, depth_m, played_as);
-    statement.tool.push_back(error_of(name, rows, answered, statement.floor_N));
-    std::vector<ComparedTorque> torques;
-    for (Eigen::Index row = 0; row < rows.rows(); ++row)
-      if (rows.status[static_cast<std::size_t>(row)] == RowStatus::good)
-        torques.push_back({rows.torque.row(row), answered.torque_Nm.row(row)});
-    statement.tool_torque.push_back(named_torque(name, torques, torque_floor_Nm(torques)));
-    return answered;
-  };
-  const FollowedRows felt = by("felt", asset, whole);
-  if (!rows_csv.empty()) write_tool_rows(rows_csv.parent_path() / "tool.csv", rows, felt);
-  by("each_by_itself", coupled_by(asset, {}), whole);
-  by("foremost_ball", coupled_by(asset, {}), foremost);
-  statement.tool_tick_ns = time_ticks_ns(asset, rows, depth_m, whole);
-}
 
 // Refuses an asset of another body: its vertices are the scene's, rounded to float.
 void check_same_surface(const std::filesystem::path& path, const runtime::AssetView& asset,
@@ -198,27 +102,32 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
                           .folder = request.reference,
                           .fingerprint = point_fingerprint(scene, body),
                           .resume = request.resume});
-  const Replayed engine = replay_paths(asset, reference, depth_m);
-  if (!request.rows_csv.empty()) write_rows(request.rows_csv, reference, engine);
-  const std::vector<ComparedRow> rows = compare(reference.paths, engine);
+  const Replayed engine = replay(asset, reference.paths, depth_m);
+  const double radius_m = fem::round_end_m(fem::make_probe(scene.probe.spec, "[probe]"));
+  const std::vector<ComparedRow> rows = compare_torques(reference.paths, engine, radius_m);
   Statement statement = summarize(rows);
   statement.probes = reference.held_out.paths.size();
   statement.reference_failures = static_cast<std::size_t>(reference.paths.rows()) - rows.size();
-  statement.by_path = errors_by_path(reference, engine);
-  const double end_radius_m = fem::round_end_m(fem::make_probe(scene.probe.spec, "[probe]"));
-  statement.torque = torque_errors(reference, engine, end_radius_m);
-  if (request.settings.causes)
-    statement.causes = error_causes(asset, reference, engine, depth_m, request.jobs);
-  statement.baselines =
-      baseline_errors(asset, reference, depth_m, depth_m / scene.experiments.each.press_steps,
-                      request.curves, request.model);
-  statement.tick_ns = time_ticks_ns(asset, reference.paths, depth_m);
-  state_pairs(asset, scene, reference.all, statement);
-  state_tool(asset, scene, reference.all, request.rows_csv, statement);
+  statement.all.tick_ns = time_ticks_ns(asset, reference.paths, depth_m);
+  const StatedAsset of{asset, scene, reference, engine, radius_m, floors_of(rows), request};
+  if (!request.rows_csv.empty()) write_compared_rows(request.rows_csv, of);
+  statement.sections = statement_sections(of);
   if (asset.shape.points > 0 && reference.paths.surface.cols() == 3 * asset.vertices)
     statement.shape =
         shape_error(asset, reference.paths, contact_states(asset, reference.paths, depth_m));
   statement.asset_bytes = asset.file_bytes;
+  return statement;
+}
+
+Statement state_asset(const std::filesystem::path& path, const Scene& scene, const Body& body,
+                      const ValidateRequest& request, const std::filesystem::path& body_file,
+                      const std::filesystem::path& statement_json) {
+  const std::string inputs =
+      statement_fingerprint(scene, stored_in_asset(path).value_or(""), body_file);
+  Statement statement = validate_asset(path, scene, body, request);
+  put_statement(path, to_asset_json(statement));
+  statement.asset_bytes = std::filesystem::file_size(path);
+  write_file_atomically(statement_json, to_json(statement, inputs));
   return statement;
 }
 

@@ -27,6 +27,13 @@ struct ValidateRequest {
 validation::Statement validate_asset(const std::filesystem::path& asset, const Scene& scene,
                                      const Body& body, const ValidateRequest& request);
 
+/// The same, written: the asset carries its statement from then on, and statement.json has the hash
+/// of what it was made from. body_file: body.h5 of the body.
+validation::Statement state_asset(const std::filesystem::path& asset, const Scene& scene,
+                                  const Body& body, const ValidateRequest& request,
+                                  const std::filesystem::path& body_file,
+                                  const std::filesystem::path& statement_json);
+
 struct ReferenceRequest {
   ValidateSection settings;
   int jobs = 0;

@@ -10,7 +10,6 @@
 #include "libfit/validation/causes.hpp"
 #include "libfit/validation/replay.hpp"
 #include "libfit/validation/substitute.hpp"
-#include "libfit/validation/torque.hpp"
 #include "tools/bench/bodies.hpp"
 
 namespace palpate::validation {
@@ -195,7 +194,7 @@ Samples rows_of(const HeldOut& held_out) {
 }
 
 Points forces_of(const runtime::AssetView& asset, const HeldOut& held_out) {
-  return replay_paths(asset, {held_out, rows_of(held_out), {}}, kRange.depth_m).force_N;
+  return replay(asset, rows_of(held_out), kRange.depth_m).force_N;
 }
 
 class Substituted : public testing::Test {
@@ -261,18 +260,28 @@ Samples samples_of(const runtime::AssetView& asset, const HeldOut& held_out) {
   return s;
 }
 
+std::vector<StatedError> by_path(const Reference& reference, const Replayed& engine,
+                                 double radius_m) {
+  const ErrorFloors floors = floors_of(compare_torques(reference.paths, engine, radius_m));
+  return errors_by(
+      reference.paths, engine, radius_m, floors, kPathKindNames, [&](Eigen::Index row) {
+        const auto path = reference.paths.point[static_cast<std::size_t>(row)];
+        return static_cast<std::size_t>(reference.held_out.kind[static_cast<std::size_t>(path)]);
+      });
+}
+
 TEST_F(Substituted, baselines_and_paths_of_an_exact_reference_say_what_they_lose) {
   const Reference reference{held_out, samples_of(body.asset, held_out), {}};
-  const Replayed engine = replay_paths(body.asset, reference, kRange.depth_m);
-  for (const NamedError& error : errors_by_path(reference, engine))
-    EXPECT_EQ(error.p95_N, 0) << error.name;
+  const Replayed engine = replay(body.asset, reference.paths, kRange.depth_m);
+  for (const StatedError& error : by_path(reference, engine, 0))
+    EXPECT_EQ(error.force.p95, 0) << error.name;
   const auto baselines =
       baseline_errors(body.asset, reference, kRange.depth_m, 0.001, nullptr, nullptr);
   ASSERT_EQ(baselines.size(), 2u) << "without curves and model there is no nearest point";
   EXPECT_EQ(baselines[0].name, "one_response");
-  EXPECT_GT(baselines[0].p95_rel, 0.05);  // stiffness varies by 30 % around
+  EXPECT_GT(baselines[0].force.p95_rel, 0.05);  // stiffness varies by 30 % around
   EXPECT_EQ(baselines[1].name, "linear");
-  EXPECT_GT(baselines[1].p95_rel, 0.3);  // f^z grows with the square of the depth
+  EXPECT_GT(baselines[1].force.p95_rel, 0.3);  // f^z grows with the square of the depth
 }
 
 TEST_F(Substituted, rows_replayed_on_the_quadric_are_the_engines_on_a_press) {
@@ -297,10 +306,10 @@ TEST_F(Substituted, a_row_that_failed_is_not_compared_and_ends_a_path_replayed_b
   const auto all = static_cast<std::size_t>(reference.paths.rows());
   reference.paths.status[3] = RowStatus::not_converged;  // of the six of path 0
   reference.paths.force.row(3).setConstant(std::nan(""));
-  const Replayed engine = replay_paths(body.asset, reference, kRange.depth_m);
+  const Replayed engine = replay(body.asset, reference.paths, kRange.depth_m);
   const auto rows = compare(reference.paths, engine);
   EXPECT_EQ(rows.size(), all - 1);
-  EXPECT_EQ(summarize(rows).max_N, 0) << "the engine passes the failed row on its way";
+  EXPECT_EQ(summarize(rows).all.force.max, 0) << "the engine passes the failed row on its way";
   Replayed by_law(reference.paths);
   replay_point(reference.paths, 0, model.curves, 500, by_law);
   EXPECT_EQ(compare(reference.paths, by_law).size(), 3u);
@@ -308,52 +317,53 @@ TEST_F(Substituted, a_row_that_failed_is_not_compared_and_ends_a_path_replayed_b
 
 TEST_F(Substituted, torques_of_an_exact_reference_have_no_error_and_all_of_it_without_torque) {
   Reference reference{held_out, samples_of(body.asset, held_out), {}};
-  const Replayed engine = replay_paths(body.asset, reference, kRange.depth_m);
+  const Replayed engine = replay(body.asset, reference.paths, kRange.depth_m);
   reference.paths.torque = engine.torque_Nm;
   constexpr double kRadius_m = 0.01;
-  const auto exact = torque_errors(reference, engine, kRadius_m);
-  ASSERT_EQ(exact.size(), 6u);
-  EXPECT_EQ(exact[0].name, "all");
-  EXPECT_EQ(exact[1].name, "straight");
-  for (const NamedTorque& error : exact) EXPECT_EQ(error.max_Nm, 0) << error.name;
-  EXPECT_LT(exact[1].typical_Nm, 0.05 * exact[3].typical_Nm)
+  const auto exact = by_path(reference, engine, kRadius_m);
+  ASSERT_EQ(exact.size(), 5u);
+  EXPECT_EQ(exact[0].name, "straight");
+  for (const StatedError& error : exact) EXPECT_EQ(error.torque.max, 0) << error.name;
+  EXPECT_LT(exact[0].torque.typical, 0.05 * exact[2].torque.typical)
       << "a ball pressed straight is turned by nothing, one that slides by friction";
-  const auto none = torque_errors(reference, Replayed(reference.paths), kRadius_m);
+  const auto none = by_path(reference, Replayed(reference.paths), kRadius_m);
   EXPECT_TRUE(none.empty()) << "what was not replayed is not compared";
   Replayed numb(reference.paths);
   numb.is_answered = engine.is_answered;
-  EXPECT_EQ(torque_errors(reference, numb, kRadius_m)[0].median_Nm,
-            torque_errors(reference, numb, kRadius_m)[0].typical_Nm);
+  const ErrorFigures lost = summarize(compare_torques(reference.paths, numb, kRadius_m)).all.torque;
+  EXPECT_EQ(lost.median, lost.typical);
+}
+
+double largest_share(const Vec3& reference_Nm, const Vec3& engine_Nm) {
+  ComparedRow row;
+  row.reference_Nm = reference_Nm;
+  row.engine_Nm = engine_Nm;
+  return summarize({row}).all.torque.max_rel;
 }
 
 TEST(Torque, of_a_soft_body_is_over_a_tenth_of_its_largest_and_of_none_has_no_share) {
-  const std::vector<ComparedTorque> soft{{Vec3(1e-6, 0, 0), Vec3(1.2e-6, 0, 0)}};
-  EXPECT_NEAR(named_torque("all", soft, torque_floor_Nm(soft)).max_rel, 0.2, 1e-12);
-  const std::vector<ComparedTorque> none{{Vec3::Zero(), Vec3(1e-6, 0, 0)}};
-  EXPECT_TRUE(std::isnan(named_torque("all", none, torque_floor_Nm(none)).max_rel));
+  EXPECT_NEAR(largest_share(Vec3(1e-6, 0, 0), Vec3(1.2e-6, 0, 0)), 0.2, 1e-12);
+  EXPECT_TRUE(std::isnan(largest_share(Vec3::Zero(), Vec3(1e-6, 0, 0))));
 }
 
 TEST(Torque, is_about_the_centre_of_a_ball_where_a_force_through_it_does_not_count) {
-  Reference reference;
-  reference.held_out.points.position = Points::Zero(1, 3);
-  reference.held_out.points.normal = Vec3(0, 0, 1).transpose();
-  reference.held_out.kind = {PathKind::oblique};
-  Samples& rows = reference.paths;
+  Samples rows;
+  rows.point_normal = Vec3(0, 0, 1).transpose();
   rows.point = {0};
   rows.status = {RowStatus::good};
   rows.deflection = Vec3(0.001, 0, 0.002).transpose();
   rows.force = Vec3(1, 0, 5).transpose();
+  rows.force_error = Eigen::VectorXd::Zero(1);
   rows.torque = Vec3(0, 0.001, 0).transpose();
   Replayed engine(rows);
   engine.is_answered = {1};
-  const auto of_ball = compared_torques(reference, engine, 0.01, [](std::size_t) { return true; });
+  const auto of_ball = compare_torques(rows, engine, 0.01);
   ASSERT_EQ(of_ball.size(), 1u);
   EXPECT_LT((of_ball[0].reference_Nm - Vec3(0, 0.011, 0)).norm(), 1e-15);
-  const NamedTorque error = named_torque("ball", of_ball, torque_floor_Nm(of_ball));
-  EXPECT_NEAR(error.max_Nm, 0.011, 1e-15);
+  const ErrorFigures error = summarize(of_ball).all.torque;
+  EXPECT_NEAR(error.max, 0.011, 1e-15);
   EXPECT_NEAR(error.max_rel, 1, 1e-12);
-  const auto of_tip = compared_torques(reference, engine, 0, [](std::size_t) { return true; });
-  EXPECT_NEAR(named_torque("tip", of_tip, torque_floor_Nm(of_tip)).max_Nm, 0.001, 1e-15);
+  EXPECT_NEAR(summarize(compare_torques(rows, engine, 0)).all.torque.max, 0.001, 1e-15);
 }
 
 }  // namespace

@@ -17,9 +17,14 @@ ComparedRow row(double reference_N, double error_N) {
   return {Vec3(0, 0, reference_N), Vec3(error_N, 0, reference_N), 0.01 * reference_N};
 }
 
+// A line of rows of a body whose floor is 0.04 N, or of a softer one.
+StatedError line(std::string name, const std::vector<ComparedRow>& rows, double floor_N = 0.04) {
+  return stated_error(std::move(name), rows, {floor_N});
+}
+
 TEST(statement, an_exact_engine_has_no_error) {
   const Statement s = summarize({row(1, 0), row(2, 0)});
-  EXPECT_EQ(s.max_N, 0);
+  EXPECT_EQ(s.all.force.max, 0);
   EXPECT_EQ(s.within_jnd, 1);
 }
 
@@ -29,9 +34,9 @@ TEST(statement, quantiles_are_nearest_rank_over_rows_above_the_floor) {
   rows.push_back(row(0.01, 0.03));  // below the floor: counts in N, not in %
   const Statement s = summarize(rows);
   EXPECT_EQ(s.rows_above_floor, 100u);
-  EXPECT_NEAR(s.median_rel, 0.050, 1e-12);
-  EXPECT_NEAR(s.p95_rel, 0.095, 1e-12);
-  EXPECT_NEAR(s.max_rel, 0.100, 1e-12);
+  EXPECT_NEAR(s.all.force.median_rel, 0.050, 1e-12);
+  EXPECT_NEAR(s.all.force.p95_rel, 0.095, 1e-12);
+  EXPECT_NEAR(s.all.force.max_rel, 0.100, 1e-12);
   EXPECT_NEAR(s.within_jnd, 71.0 / 101, 1e-12);
   EXPECT_NEAR(s.reference_p95_rel, 0.01, 1e-12);
 }
@@ -49,7 +54,7 @@ TEST(statement, says_when_it_compares_noise) {
 
 TEST(statement, without_rows_nothing_is_claimed) {
   Statement s = summarize({});
-  EXPECT_EQ(s.rows, 0u);
+  EXPECT_EQ(s.all.rows, 0u);
   const auto json = nlohmann::json::parse(to_json(s));
   for (const auto& [name, figure] : json.at("force_error").items())
     EXPECT_TRUE(figure.is_null()) << name;
@@ -68,8 +73,8 @@ TEST(statement, of_a_body_softer_than_a_hand_feels_has_its_error_and_no_share_wi
   const Statement s = summarize(rows);
   EXPECT_DOUBLE_EQ(s.floor_N, 0.002);
   EXPECT_EQ(s.rows_above_floor, 18u);
-  EXPECT_NEAR(s.median_rel, 0.13, 1e-12);
-  EXPECT_NEAR(s.p95_rel, 0.13, 1e-12);
+  EXPECT_NEAR(s.all.force.median_rel, 0.13, 1e-12);
+  EXPECT_NEAR(s.all.force.p95_rel, 0.13, 1e-12);
   EXPECT_TRUE(std::isnan(s.within_jnd));
   EXPECT_TRUE(nlohmann::json::parse(to_json(s)).at("force_error").at("within_jnd").is_null());
   const std::string words = in_words(s);
@@ -92,16 +97,17 @@ TEST(statement, the_floor_is_what_a_person_feels_where_a_tenth_of_the_largest_fo
 
 TEST(statement, a_kind_of_path_of_which_no_row_counts_has_newtons_and_no_share) {
   Statement s = summarize({row(1, 0.02), row(0.01, 0.001)});
-  s.by_path = {named_error("straight", {row(1, 0.02)}, s.floor_N),
-               named_error("wandering", {row(0.01, 0.001)}, s.floor_N),
-               named_error("tilting", {}, s.floor_N)};
+  s.sections = {{"by_path",
+                 "by path",
+                 {line("straight", {row(1, 0.02)}), line("wandering", {row(0.01, 0.001)}),
+                  line("tilting", {})}}};
   const auto json = nlohmann::json::parse(to_json(s)).at("by_path");
   EXPECT_TRUE(json.at("wandering").at("p95_rel").is_null());
   EXPECT_NEAR(json.at("wandering").at("p95_N").get<double>(), 0.001, 1e-12);
   EXPECT_TRUE(json.at("tilting").at("median_N").is_null());
   const Statement back = parse_statement(to_json(s), "statement.json");
   EXPECT_EQ(to_json(back), to_json(s));
-  EXPECT_TRUE(std::isnan(back.by_path[1].median_rel));
+  EXPECT_TRUE(std::isnan(back.lines_of("by_path")[1].force.median_rel));
   const std::string words = in_words(s);
   EXPECT_NE(words.find("  wandering                   -  0.0010 N       -  0.0010 N"),
             std::string::npos)
@@ -112,11 +118,12 @@ TEST(statement, a_kind_of_path_of_which_no_row_counts_has_newtons_and_no_share) 
 TEST(statement, a_poor_asset_ends_with_what_to_do_about_it) {
   Statement s = summarize({row(1, 0.15), row(2, 0.3)});
   EXPECT_NE(in_words(s).find("set causes = true"), std::string::npos) << in_words(s);
-  s.by_path = {named_error("straight", {row(1, 0.02)}, s.floor_N),
-               named_error("sliding", {row(1, 0.4)}, s.floor_N)};
-  s.causes = {named_error("interpolation", {row(1, 0.05)}, s.floor_N),
-              named_error("curve_fit", {}, s.floor_N),
-              named_error("friction_law", {row(1, 0.14)}, s.floor_N)};
+  s.sections = {
+      {"by_path", "by path", {line("straight", {row(1, 0.02)}), line("sliding", {row(1, 0.4)})}},
+      {"causes",
+       "by cause",
+       {line("interpolation", {row(1, 0.05)}), line("curve_fit", {}),
+        line("friction_law", {row(1, 0.14)})}}};
   const auto advised = advice(s);
   ASSERT_EQ(advised.size(), 2u);
   EXPECT_EQ(advised[0], "It is worst on paths of the kind sliding, 40.0 %.");
@@ -166,26 +173,53 @@ TEST(statement, unknown_reference_errors_do_not_count) {
 TEST(statement, reads_back_what_it_wrote) {
   Statement s = summarize({row(1, 0.02), row(3, 0.5)});
   s.probes = 2;
-  s.tick_ns = 123.5;
+  s.all.tick_ns = 123.5;
   s.asset_bytes = 4567;
   s.reference_failures = 1;
   const Statement back = parse_statement(to_json(s, "0123"), "statement.json");
   EXPECT_EQ(to_json(back), to_json(s));
 }
 
-TEST(statement, causes_baselines_and_paths_are_read_back_by_name_and_in_order) {
+TEST(statement, sections_of_any_name_are_read_back_in_order_and_said) {
   Statement s = summarize({row(1, 0.02)});
-  s.causes = {named_error("interpolation", {row(1, 0.05)}, s.floor_N),
-              named_error("curve_fit", {row(2, 0.1)}, s.floor_N)};
-  s.baselines = {named_error("linear", {row(1, 0.5)}, s.floor_N)};
-  s.by_path = {named_error("straight", {row(1, 0.02)}, s.floor_N)};
+  StatedError felt = line("felt", {row(1, 0.05)}), foremost = line("foremost_ball", {row(1, 0.5)});
+  felt.torque = {5e-3, 1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03};
+  felt.tick_ns = 9000;
+  s.sections = {{"causes",
+                 "by cause",
+                 {line("interpolation", {row(1, 0.05)}), line("curve_fit", {row(2, 0.1)})}},
+                {"baselines", "of what is simpler", {}},
+                {"tool", "the tool, as balls", {felt, foremost}}};
   const Statement back = parse_statement(to_json(s), "statement.json");
   EXPECT_EQ(to_json(back), to_json(s));
-  ASSERT_EQ(back.causes.size(), 2u);
-  EXPECT_EQ(back.causes[1].name, "curve_fit");
-  EXPECT_NEAR(back.causes[1].p95_N, 0.1, 1e-12);
-  EXPECT_NEAR(back.causes[1].p95_rel, 0.05, 1e-12);
-  EXPECT_NE(in_words(back).find("by cause\n  interpolation"), std::string::npos) << in_words(back);
+  ASSERT_EQ(back.sections.size(), 3u);
+  EXPECT_EQ(back.sections[2].title, "the tool, as balls");
+  ASSERT_EQ(back.lines_of("causes").size(), 2u);
+  EXPECT_EQ(back.lines_of("causes")[1].name, "curve_fit");
+  EXPECT_NEAR(back.lines_of("causes")[1].force.p95, 0.1, 1e-12);
+  EXPECT_NEAR(back.lines_of("tool")[1].force.max_rel, 0.5, 1e-12);
+  EXPECT_TRUE(back.lines_of("baselines").empty());
+  EXPECT_TRUE(back.lines_of("none of these").empty());
+  EXPECT_TRUE(nlohmann::json::parse(to_json(s)).at("baselines").empty()) << "others read it";
+  const std::string words = in_words(back);
+  EXPECT_NE(words.find("\n  interpolation "), std::string::npos) << words;
+  EXPECT_EQ(words.find("of what is simpler"), std::string::npos) << words;
+  EXPECT_NE(words.find("the tool, as balls, torque\n  felt "), std::string::npos) << words;
+  EXPECT_NE(words.find("0.10 Nmm   2.0 %  0.20 Nmm"), std::string::npos) << words;
+  EXPECT_NE(words.find("a tick of felt: 9000 ns on this machine"), std::string::npos) << words;
+}
+
+// An asset that was made for a capsule did not say how right the capsule is.
+TEST(statement, an_asset_carries_what_is_stated_of_its_tool_but_no_time_of_a_tick) {
+  Statement s = summarize({row(1, 0.02)});
+  s.sections = {{"tool", "the tool, as balls", {line("felt", {row(1, 0.05)})}}};
+  s.sections[0].lines[0].torque = {5e-3, 1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03};
+  const std::string untimed = to_asset_json(s);
+  s.sections[0].lines[0].tick_ns = 9000;
+  EXPECT_EQ(to_asset_json(s), untimed);
+  const auto felt = nlohmann::json::parse(untimed).at("tool").at("felt");
+  EXPECT_NEAR(felt.at("p95_rel").get<double>(), 0.05, 1e-12);
+  EXPECT_NEAR(felt.at("torque").at("p95_Nm").get<double>(), 2e-4, 1e-15);
 }
 
 TEST(statement, how_well_the_surface_is_shown_is_read_back_and_said_in_a_sentence) {
@@ -204,53 +238,22 @@ TEST(statement, how_well_the_surface_is_shown_is_read_back_and_said_in_a_sentenc
       << in_words(back);
 }
 
-TEST(statement, torques_are_read_back_said_in_newton_millimetres_and_left_out_of_the_asset) {
-  Statement s = summarize({row(1, 0.02)});
-  EXPECT_EQ(in_words(s).find("torque"), std::string::npos);
-  s.torque = {{"all", 5e-3, 1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03},
-              {"oblique", 5e-3, 4e-4, 5e-4, 6e-4, 0.04, 0.05, 0.06}};
-  const Statement back = parse_statement(to_json(s), "statement.json");
-  EXPECT_EQ(to_json(back), to_json(s));
-  ASSERT_EQ(back.torque.size(), 2u);
-  EXPECT_EQ(back.torque[1].name, "oblique");
-  EXPECT_NEAR(back.torque[1].max_Nm, 6e-4, 1e-15);
-  EXPECT_NE(in_words(back).find("0.10 Nmm   2.0 %  0.20 Nmm"), std::string::npos) << in_words(back);
-  EXPECT_EQ(to_asset_json(s), to_asset_json(summarize({row(1, 0.02)})));
-}
-
-TEST(statement, of_several_tools_and_of_a_tool_of_balls_is_read_back_and_said) {
-  Statement s = summarize({row(1, 0.02)});
-  s.two_tools = {named_error("felt", {row(1, 0.03)}, s.floor_N)};
-  s.two_tools_tick_ns = 800;
-  s.tool = {named_error("felt", {row(1, 0.05)}, s.floor_N),
-            named_error("foremost_ball", {row(1, 0.5)}, s.floor_N)};
-  s.tool_torque = {{"felt", 5e-3, 1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03}};
-  s.tool_tick_ns = 9000;
-  const Statement back = parse_statement(to_json(s), "statement.json");
-  EXPECT_EQ(to_json(back), to_json(s));
-  ASSERT_EQ(back.tool.size(), 2u);
-  EXPECT_NEAR(back.tool[1].max_rel, 0.5, 1e-12);
-  EXPECT_EQ(back.tool_torque.size(), 1u);
-  EXPECT_NE(in_words(back).find("the tool, as balls"), std::string::npos) << in_words(back);
-  EXPECT_NE(in_words(back).find("a tick of it: 9000 ns on this machine"), std::string::npos)
-      << in_words(back);
-  EXPECT_EQ(to_asset_json(s), to_asset_json(summarize({row(1, 0.02)})));
-}
-
 TEST(statement, words_fit_eighty_columns) {
   Statement s = summarize({row(1, 0.02), row(200, 150)});
-  s.torque = {{"back_and_forth", 5e-3, 0.999, 0.999, 0.999, 0.5, 0.9, 2}};
   s.probes = 1000;
-  s.rows = 123456;
+  s.all.rows = 123456;
   s.reference_failures = 10000;
   s.reference_p95_rel = 0.5;
-  s.by_path = {named_error("back_and_forth", {row(1, 99.9)}, s.floor_N)};
-  s.causes = {named_error("float_precision", {row(100, 1e-9)}, s.floor_N)};
-  s.baselines = {named_error("one_response", {row(200, 199)}, s.floor_N)};
+  s.sections = {{"by_path", "by path", {line("back_and_forth", {row(1, 99.9)})}},
+                {"causes", "by cause", {line("float_precision", {row(100, 1e-9)})}},
+                {"baselines", "of what is simpler", {line("one_response", {row(200, 199)})}}};
+  s.sections[0].lines[0].torque = {5e-3, 0.999, 0.999, 0.999, 0.5, 0.9, 2};
+  s.sections[0].lines[0].tick_ns = 123456;
   s.shape = {{0.01, 0.02, 0.03, 0.5, 0.9, 2}, {0.01, 0.02, 0.03, 0.5, 0.9, 2}, 1, 10000};
   Statement soft = summarize({row(2e-7, 1e-7), row(3e-7, 0)});
-  soft.by_path = {named_error("back_and_forth", {row(1e-9, 1e-9)}, soft.floor_N)};
-  soft.causes = {named_error("interpolation", {row(2e-7, 1e-7)}, soft.floor_N)};
+  soft.sections = {
+      {"by_path", "by path", {line("back_and_forth", {row(1e-9, 1e-9)}, soft.floor_N)}},
+      {"causes", "by cause", {line("interpolation", {row(2e-7, 1e-7)}, soft.floor_N)}}};
   for (const Statement& statement : {s, soft}) {
     std::istringstream words(in_words(statement));
     for (std::string text; std::getline(words, text);) EXPECT_LE(text.size(), 80u) << text;
@@ -259,10 +262,10 @@ TEST(statement, words_fit_eighty_columns) {
 
 TEST(statement, an_asset_carries_nothing_that_changes_from_one_machine_to_the_next) {
   Statement s = summarize({row(1, 0.02)});
-  s.tick_ns = 100;
+  s.all.tick_ns = 100;
   s.asset_bytes = 5;
   Statement other = s;
-  other.tick_ns = 200;
+  other.all.tick_ns = 200;
   other.asset_bytes = 6;
   EXPECT_EQ(to_asset_json(s), to_asset_json(other));
   EXPECT_NE(to_asset_json(s).find("\"p95_rel\""), std::string::npos);

@@ -1,7 +1,7 @@
 // Several runs beside each other: their errors, what they cost, and what was set otherwise.
 
 import { seriesColour } from "./colours";
-import type { Contents } from "./contents";
+import { type Contents, linesOf } from "./contents";
 import { figure, html, section, swatch, table } from "./dom";
 import { bars, plot } from "./plot";
 import { shown } from "./provenance";
@@ -15,17 +15,24 @@ function figures(runs: Compared): string[][] {
     name,
     ...runs.map((run) => String(value(run) ?? "")),
   ];
-  const paths = [...new Set(runs.flatMap((run) => Object.keys(run.statement?.by_path ?? {})))];
+  const sections = runs.flatMap((run) => run.statement?.sections ?? []);
+  const lines = new Map(
+    sections.flatMap(({ name, title }) =>
+      runs.flatMap(({ statement }) =>
+        statement ? linesOf(statement, name).map(([line]) => [`${title}: ${plain(line)}`, { name, line }] as const) : [],
+      ),
+    ),
+  );
   return [
     row("median error", (run) => run.statement && percent(run.statement.force_error.median_rel)),
     row("95th percentile", (run) => run.statement && percent(run.statement.force_error.p95_rel)),
     row("largest", (run) => run.statement && percent(run.statement.force_error.max_rel)),
     row("rows within the just noticeable", (run) => run.statement && percent(run.statement.force_error.within_jnd)),
-    ...paths.map((path) =>
-      row(
-        `95th percentile, ${plain(path)}`,
-        (run) => run.statement?.by_path[path] && percent(run.statement.by_path[path].p95_rel),
-      ),
+    ...[...lines].map(([words, { name, line }]) =>
+      row(`95th percentile, ${words}`, ({ statement }) => {
+        const stated = statement && linesOf(statement, name).find(([other]) => other === line)?.[1];
+        return stated && percent(stated.p95_rel);
+      }),
     ),
     row("reference's own error", (run) => run.statement && percent(run.statement.reference_p95_rel)),
     row("held-out rows", (run) => run.statement?.rows),

@@ -9,10 +9,13 @@ export interface Packed {
 export type Figure = number | null;
 
 export interface ErrorFigures {
+  typical_N: Figure;
   median_N: Figure;
   p95_N: Figure;
+  max_N: Figure;
   median_rel: Figure;
   p95_rel: Figure;
+  max_rel: Figure;
 }
 
 export interface ShapeFigures {
@@ -29,12 +32,24 @@ export interface TorqueFigures {
   typical_Nm: Figure;
   median_Nm: Figure;
   p95_Nm: Figure;
+  max_Nm: Figure;
   median_rel: Figure;
   p95_rel: Figure;
+  max_rel: Figure;
+}
+
+/** How far off one answer to some rows is. */
+export interface StatedError extends ErrorFigures {
+  rows: number;
+  torque?: TorqueFigures;
+  /** On the machine that validated, of all tools together. */
+  tick_ns?: Figure;
 }
 
 export interface Statement {
-  force_error: ErrorFigures & { max_N: Figure; max_rel: Figure; within_jnd: Figure };
+  force_error: ErrorFigures & { within_jnd: Figure };
+  /** Of all rows; empty where none has a torque. */
+  torque_error: Partial<TorqueFigures>;
   /** How good it is, and what to do where it is poor: sentences. */
   verdict: string;
   advice: string[];
@@ -49,17 +64,16 @@ export interface Statement {
   /** On the machine that validated. */
   tick_ns: Figure;
   asset_bytes: number;
-  by_path: Record<string, ErrorFigures>;
-  causes: Record<string, ErrorFigures>;
-  baselines: Record<string, ErrorFigures>;
-  /** Of all rows, then by kind of path. */
-  torque_error?: Record<string, TorqueFigures>;
-  /** Held-out paths of two tools, as they feel each other and as if not. */
-  two_tools?: Record<string, ErrorFigures>;
-  /** Held-out paths of the scene's tool, played as balls. */
-  tool?: { force_error: Record<string, ErrorFigures>; torque_error: Record<string, TorqueFigures>; tick_ns: Figure };
   /** Empty where the asset does not say how its surface moves. */
-  shape_error?: { near?: ShapeFigures; all?: ShapeFigures; penetration_m?: number; rows?: number };
+  shape_error: { near?: ShapeFigures; all?: ShapeFigures; penetration_m?: number; rows?: number };
+  /** Keys of this object, in order, under which lines by name are, and what they are of. */
+  sections: { name: string; title: string }[];
+  [section: string]: unknown;
+}
+
+/** Lines of a section by name, in order. */
+export function linesOf(statement: Statement, section: string): [string, StatedError][] {
+  return Object.entries((statement[section] ?? {}) as Record<string, StatedError>);
 }
 
 export type Setting = { text: string } | { numbers: number[]; unit: string };

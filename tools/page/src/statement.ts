@@ -1,10 +1,10 @@
 // The error statement, first in words, then as pictures.
 
 import { seriesColour } from "./colours";
-import { type Contents, type ErrorFigures, floats, type Statement, type TorqueFigures, vector } from "./contents";
+import { type Contents, floats, linesOf, type StatedError, type Statement, type TorqueFigures, vector } from "./contents";
 import { figure, html, section, swatch, table } from "./dom";
 import { type Bar, bars, errorPlot, plot, type Series } from "./plot";
-import { counted, percent, plain, quantity } from "./words";
+import { counted, percent, plain, quantity, tick } from "./words";
 
 export function verdict(contents: Contents): string {
   const s = contents.statement;
@@ -38,14 +38,14 @@ function sentences(s: Statement, contents: Contents): string[] {
     out.push(
       `This compares noise in part: at ${percent(s.within_reference, 0)} of the rows the error is within the reference's own.`,
     );
-  const undamaged = s.baselines.undamaged;
+  const undamaged = linesOf(s, "baselines").find(([name]) => name === "undamaged")?.[1];
   if (undamaged)
     out.push(
       `Touches damage this body. Answered as if none ever did, the force is off by ${percent(undamaged.median_rel)} in the median and ` +
         `${percent(undamaged.p95_rel)} at the 95th percentile.`,
     );
   const shape = s.shape_error;
-  if (shape?.near && shape.all)
+  if (shape.near && shape.all)
     out.push(
       `The surface is shown within ${percent(shape.near.median_rel)} of the depth (95th percentile ${percent(shape.near.p95_rel)}, ` +
         `${quantity(shape.near.p95_m, "m")}) within three contact radii of the tool, over the whole body within ` +
@@ -58,8 +58,8 @@ function sentences(s: Statement, contents: Contents): string[] {
   return out;
 }
 
-function rows_of(errors: Record<string, ErrorFigures>): Bar[] {
-  return Object.entries(errors).map(([name, e]) => ({ name: plain(name), median: e.median_rel, p95: e.p95_rel }));
+function bars_of(lines: [string, StatedError][]): Bar[] {
+  return lines.map(([name, e]) => ({ name: plain(name), median: e.median_rel, p95: e.p95_rel }));
 }
 
 /** Every compared row: its error over its force, and what a person cannot feel. */
@@ -131,36 +131,26 @@ function costPlot(contents: Contents): HTMLElement | undefined {
   );
 }
 
-/** Errors of the torque about the tool: by kind of path, then of the tool of balls. */
+/** Errors of the torque about the tool, of every line that has one. */
 function torqueTable(s: Statement): HTMLElement[] {
-  const rows: [string, Record<string, TorqueFigures>][] = [
-    ["", s.torque_error ?? {}],
-    ["tool of balls, ", s.tool?.torque_error ?? {}],
+  const row = (name: string, e: Partial<TorqueFigures>) => [
+    name,
+    quantity(e.typical_Nm ?? null, "N m"),
+    percent(e.median_rel ?? null),
+    percent(e.p95_rel ?? null),
+    quantity(e.median_Nm ?? null, "N m"),
+    quantity(e.p95_Nm ?? null, "N m"),
   ];
-  const lines = rows.flatMap(([of, errors]) =>
-    Object.entries(errors).map(([name, e]) => [
-      of + plain(name),
-      quantity(e.typical_Nm, "N m"),
-      percent(e.median_rel),
-      percent(e.p95_rel),
-      quantity(e.median_Nm, "N m"),
-      quantity(e.p95_Nm, "N m"),
-    ]),
-  );
-  if (!lines.length) return [];
+  if (s.torque_error.median_Nm === undefined) return [];
   const head = ["torque", "typical", "median error", "95th percentile", "median error", "95th percentile"];
-  return [table(head, lines)];
-}
-
-/** Force errors by group; of: what the table says before each name. */
-function forceGroups(s: Statement): { caption: string; of: string; errors: Record<string, ErrorFigures> }[] {
   return [
-    { caption: "By path of the tool", of: "", errors: s.by_path },
-    { caption: "Of two tools on the body", of: "two tools, ", errors: s.two_tools ?? {} },
-    { caption: "Of the tool that is played as balls", of: "tool of balls, ", errors: s.tool?.force_error ?? {} },
-    { caption: "By cause", of: "", errors: s.causes },
-    { caption: "What is simpler would have", of: "", errors: s.baselines },
-  ].filter((group) => Object.keys(group.errors).length > 0);
+    table(head, [
+      row("all paths", s.torque_error),
+      ...s.sections.flatMap(({ name, title }) =>
+        linesOf(s, name).flatMap(([line, e]) => (e.torque ? [row(`${title}: ${plain(line)}`, e.torque)] : [])),
+      ),
+    ]),
+  ];
 }
 
 export function statementSection(contents: Contents): HTMLElement {
@@ -173,9 +163,11 @@ export function statementSection(contents: Contents): HTMLElement {
   out.append(html("ul", {}, ...sentences(s, contents).map((text) => html("li", {}, text))));
   const pictures = html("div", { class: "figures" });
   for (const picture of [scatter(contents), costPlot(contents)]) if (picture) pictures.append(picture);
-  const groups = forceGroups(s);
-  for (const { caption, errors } of groups)
-    pictures.append(figure(caption, bars(caption, rows_of(errors), contents.jnd.share)));
+  const sections = s.sections
+    .map(({ name, title }) => ({ title: title.charAt(0).toUpperCase() + title.slice(1), lines: linesOf(s, name) }))
+    .filter(({ lines }) => lines.length > 0);
+  for (const { title, lines } of sections)
+    pictures.append(figure(title, bars(title, bars_of(lines), contents.jnd.share)));
   out.append(
     pictures,
     html(
@@ -190,14 +182,16 @@ export function statementSection(contents: Contents): HTMLElement {
       {},
       html("summary", {}, "The same in numbers"),
       table(
-        ["", "median", "95th percentile", "median", "95th percentile"],
-        groups.flatMap(({ of, errors }) =>
-          Object.entries(errors).map(([name, e]) => [
-            of + plain(name),
+        ["", "rows", "median", "95th percentile", "median", "95th percentile", "a tick"],
+        sections.flatMap(({ title, lines }) =>
+          lines.map(([name, e]) => [
+            `${title}: ${plain(name)}`,
+            String(e.rows),
             percent(e.median_rel),
             percent(e.p95_rel),
             quantity(e.median_N, "N"),
             quantity(e.p95_N, "N"),
+            e.tick_ns ? tick(e.tick_ns) : "",
           ]),
         ),
       ),

@@ -18,8 +18,11 @@ void say_kind(const runtime::AssetView& asset, const runtime::CouplingView& coup
   const Samples rows = of_kinds(all, {kind});
   if (rows.rows() == 0) return;
   const auto error = [&](const runtime::AssetView& view) {
-    return validation::summarize(validation::compare(
-        rows, follow(view, rows, scene.experiments.each.depth_m, played_as(scene, rows)).force_N));
+    return validation::summarize(
+               validation::compare(
+                   rows, follow(view, rows, scene.experiments.each.depth_m, played_as(scene, rows))
+                             .force_N))
+        .all.force;
   };
   const auto felt = error(coupled_by(asset, coupling)), alone = error(coupled_by(asset, {}));
   say("  {}: forces of {} rows are off by {} (median), {} (p95) if contacts feel each other, {} "

@@ -143,9 +143,9 @@ PlacementRound judge_round(const Samples& samples, const Model& model,
   }
   const Statement statement = summarize(compare(samples, predicted));
   round.rows = static_cast<int>(statement.rows_above_floor);
-  round.median_rel = statement.median_rel;
-  round.p95_rel = statement.p95_rel;
-  round.max_rel = statement.max_rel;
+  round.median_rel = statement.all.force.median_rel;
+  round.p95_rel = statement.all.force.p95_rel;
+  round.max_rel = statement.all.force.max_rel;
   return round;
 }
 

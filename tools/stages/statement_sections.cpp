@@ -1,0 +1,179 @@
+#include "tools/stages/statement_sections.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <string>
+
+#include "libfit/core/experiments.hpp"
+#include "libfit/io/csv/csv.hpp"
+#include "libfit/validation/causes.hpp"
+#include "tools/stages/samples/compound.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
+#include "tools/stages/samples/simulate.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace validation;
+using Lines = std::vector<StatedError>;
+
+double depth_m(const StatedAsset& of) { return of.scene.experiments.each.depth_m; }
+
+// The paths' rows in groups. group: of a row of reference.paths.
+Lines grouped(const StatedAsset& of, std::span<const std::string_view> names,
+              const std::function<std::size_t(Eigen::Index row)>& group) {
+  return errors_by(of.reference.paths, of.engine, of.radius_m, of.floors, names, group);
+}
+
+std::size_t path_of(const StatedAsset& of, Eigen::Index row) {
+  return static_cast<std::size_t>(of.reference.paths.point[static_cast<std::size_t>(row)]);
+}
+
+Lines by_path(const StatedAsset& of) {
+  return grouped(of, kPathKindNames, [&](Eigen::Index row) {
+    return static_cast<std::size_t>(of.reference.held_out.kind[path_of(of, row)]);
+  });
+}
+
+// Paths take turns in the speeds of the scene (draw_held_out_paths).
+Lines by_speed(const StatedAsset& of) {
+  if (!relaxes(of.scene)) return {};
+  const std::vector<double>& speeds = of.scene.validate.speeds_m_s;
+  std::vector<std::string> words;
+  for (const double speed : speeds) words.push_back(fmt::format("{:g} mm/s", 1e3 * speed));
+  const std::vector<std::string_view> names(words.begin(), words.end());
+  return grouped(of, names, [&](Eigen::Index row) { return path_of(of, row) % speeds.size(); });
+}
+
+// Deeper than a path has been before, or within what it has softened already.
+Lines by_cycle(const StatedAsset& of) {
+  static constexpr std::string_view kNames[] = {"primary_loading", "unload_and_reload"};
+  if (!softens(of.scene)) return {};
+  const Samples& rows = of.reference.paths;
+  std::vector<std::size_t> group(static_cast<std::size_t>(rows.rows()));
+  double deepest_m = 0;
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    if (row == 0 || path_of(of, row) != path_of(of, row - 1)) deepest_m = 0;
+    const std::int32_t point = rows.point[static_cast<std::size_t>(row)];
+    const double m = rows.deflection.row(row).dot(rows.point_normal.row(point));
+    group[static_cast<std::size_t>(row)] = m > deepest_m ? 0 : 1;
+    deepest_m = std::max(deepest_m, m);
+  }
+  return grouped(of, kNames,
+                 [&](Eigen::Index row) { return group[static_cast<std::size_t>(row)]; });
+}
+
+Lines by_cause(const StatedAsset& of) {
+  if (!of.request.settings.causes) return {};
+  return error_causes(of.asset, of.reference, of.engine, depth_m(of), of.request.jobs);
+}
+
+Lines by_baseline(const StatedAsset& of) {
+  return baseline_errors(of.asset, of.reference, depth_m(of),
+                         depth_m(of) / of.scene.experiments.each.press_steps, of.request.curves,
+                         of.request.model);
+}
+
+// An answer to experiments of a kind. played_as: null is as the table of experiments has it.
+struct Answer {
+  const char* name;
+  bool is_coupled;
+  PlayedTool (*played_as)(const Scene&, const Samples&, Eigen::Index row);
+};
+
+// Experiments of a kind, answered as the engine plays them, which is timed, and otherwise.
+Lines of_kind(const StatedAsset& of, ExperimentKind kind, double radius_m,
+              std::initializer_list<Answer> answers) {
+  const Samples rows = of_kinds(of.reference.all, {kind});
+  Lines lines;
+  if (rows.rows() == 0) return lines;
+  for (const Answer& answer : answers) {
+    const runtime::AssetView view = answer.is_coupled ? of.asset : coupled_by(of.asset, {});
+    const PlayedAs as =
+        answer.played_as == nullptr
+            ? played_as(of.scene, rows)
+            : PlayedAs([&](Eigen::Index row) { return answer.played_as(of.scene, rows, row); });
+    const auto compared = compare_torques(rows, replay(view, rows, depth_m(of), as), radius_m);
+    lines.push_back(
+        stated_error(answer.name, compared, {of.floors.force_N, floors_of(compared).torque_Nm}));
+    if (lines.size() == 1) lines[0].tick_ns = time_ticks_ns(view, rows, depth_m(of), as);
+  }
+  return lines;
+}
+
+Lines of_pairs(const StatedAsset& of) {
+  return of_kind(of, ExperimentKind::pair, of.radius_m,
+                 {{"felt", true, nullptr}, {"each_by_itself", false, nullptr}});
+}
+
+Lines of_tool(const StatedAsset& of) {
+  return of_kind(of, ExperimentKind::tool, 0,
+                 {{"felt", true, nullptr},
+                  {"each_by_itself", false, nullptr},
+                  {"foremost_ball", false, foremost_played_as}});
+}
+
+struct SectionRow {
+  const char *name, *title;
+  Lines (*lines)(const StatedAsset&);
+};
+constexpr SectionRow kSections[] = {
+    {"by_path", "by path", by_path},
+    {"by_speed", "by speed", by_speed},
+    {"by_cycle", "by cycle", by_cycle},
+    {"causes", "by cause", by_cause},
+    {"baselines", "of what is simpler", by_baseline},
+    {"two_tools", "two tools on the body", of_pairs},
+    {"tool", "the tool, as balls", of_tool},
+};
+
+}  // namespace
+
+std::vector<StatementSection> statement_sections(const StatedAsset& of) {
+  std::vector<StatementSection> sections;
+  for (const SectionRow& row : kSections) sections.push_back({row.name, row.title, row.lines(of)});
+  return sections;
+}
+
+void write_compared_rows(const std::filesystem::path& path, const StatedAsset& of) {
+  static constexpr std::string_view kHeader[] = {
+      "point", "path",  "step",  "x_m",   "y_m",  "z_m",    "dx_m",    "dy_m",  "dz_m",
+      "fx_N",  "fy_N",  "fz_N",  "ex_N",  "ey_N", "ez_N",   "error_N", "tx_Nm", "ty_Nm",
+      "tz_Nm", "ux_Nm", "uy_Nm", "uz_Nm", "tool", "lean_1", "lean_2"};
+  CsvWriter csv(path, kHeader);
+  const auto numbers = [&](const auto& row) {
+    for (int k = 0; k < row.size(); ++k) csv.number(row[k]);
+  };
+  const auto write = [&](const Samples& rows, const Replayed& engine, const auto& path_name) {
+    for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+      const auto r = static_cast<std::size_t>(row);
+      if (rows.status[r] != RowStatus::good) continue;
+      const auto point = static_cast<std::size_t>(rows.point[r]);
+      csv.text(rows.point_name[point]).text(path_name(row)).integer(rows.step[r]);
+      numbers(rows.point_position.row(rows.point[r]));
+      numbers(rows.deflection.row(row));
+      numbers(rows.force.row(row));
+      numbers(engine.force_N.row(row));
+      csv.number((engine.force_N.row(row) - rows.force.row(row)).norm());
+      numbers(rows.torque.row(row));
+      numbers(engine.torque_Nm.row(row));
+      csv.integer(rows.tool.empty() ? 0 : rows.tool[r]);
+      for (int k = 0; k < 2; ++k) csv.number(rows.lean.rows() > 0 ? rows.lean(row, k) : 0);
+      csv.end_row();
+    }
+  };
+  write(of.reference.paths, of.engine, [&](Eigen::Index row) {
+    return std::string(
+        kPathKindNames[static_cast<std::size_t>(of.reference.held_out.kind[path_of(of, row)])]);
+  });
+  for (const ExperimentKind kind : {ExperimentKind::pair, ExperimentKind::tool}) {
+    const Samples rows = of_kinds(of.reference.all, {kind});
+    write(rows, replay(of.asset, rows, depth_m(of), played_as(of.scene, rows)), [&](Eigen::Index) {
+      return std::string(kExperimentKindNames[static_cast<std::size_t>(kind)]);
+    });
+  }
+  csv.commit();
+}
+
+}  // namespace palpate::tools
