@@ -19,7 +19,9 @@ function figures(runs: Compared): string[][] {
   const lines = new Map(
     sections.flatMap(({ name, title }) =>
       runs.flatMap(({ statement }) =>
-        statement ? linesOf(statement, name).map(([line]) => [`${title}: ${plain(line)}`, { name, line }] as const) : [],
+        statement
+          ? linesOf(statement, name).map(([line]) => [`${title}: ${plain(line)}`, { name, line }] as const)
+          : [],
       ),
     ),
   );

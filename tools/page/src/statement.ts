@@ -1,7 +1,15 @@
 // The error statement, first in words, then as pictures.
 
 import { seriesColour } from "./colours";
-import { type Contents, floats, linesOf, type StatedError, type Statement, type TorqueFigures, vector } from "./contents";
+import {
+  type Contents,
+  floats,
+  linesOf,
+  type StatedError,
+  type Statement,
+  type TorqueFigures,
+  vector,
+} from "./contents";
 import { figure, html, section, swatch, table } from "./dom";
 import { type Bar, bars, errorPlot, plot, type Series } from "./plot";
 import { counted, percent, plain, quantity, tick } from "./words";
