@@ -27,7 +27,7 @@ rest() {  # of a folder with samples.h5: what comes after
   [ -f "$d/placed.h5" ] && body=$d/placed.h5
   stage fit "$d/samples.h5" -o "$d/curves.h5" $family
   stage refine "$d/curves.h5" --body "$body" --samples "$d/samples.h5" -o "$d/model.h5"
-  stage export "$d/model.h5" -o "$d/asset.palp"
+  stage export "$d/model.h5" -o "$d/asset.palp" --scene "$own" --engine "$d/engine"
   stage validate "$d/asset.palp" "$own" --body "$d/body.h5" --curves "$d/curves.h5" --model "$d/model.h5" \
     --reference "$d" --rows "$d/validation.csv" --statement "$d/statement.json"
 }

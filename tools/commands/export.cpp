@@ -1,4 +1,4 @@
-#include "tools/stages/export.hpp"
+#include "tools/stages/body/open_scene.hpp"
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -9,7 +9,9 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/samples/compound.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -26,7 +28,9 @@ class Export final : public Command {
                      "Depth at which glb and ply show the stiffness, such as \"5 mm\"; half of the "
                      "curves' range if not given");
     arguments.option("--engine", engine_, "Folder to copy the engine and its example into");
-    arguments.option("--elsewhere", settings_.elsewhere,
+    arguments.option("--scene", scene_,
+                     "scene.toml whose [export] and [tool] are taken, as run takes them");
+    arguments.option("--elsewhere", elsewhere_,
                      "What surface without test points answers with: mean, the body's mean curves, "
                      "flagged as OUTSIDE, or none");
     arguments.flag("--no-guard", no_guard_,
@@ -35,7 +39,14 @@ class Export final : public Command {
 
   int run(Reply& reply) override {
     const std::string format = settled_format();
-    if (no_guard_) settings_.guard = false;
+    ExportRequest request;
+    if (!scene_.empty()) {
+      const Scene scene = open_scene(scene_);
+      request.settings = scene.export_;
+      if (scene.tool) request.tool = tool_shape(scene);
+    }
+    if (!elsewhere_.empty()) request.settings.elsewhere = elsewhere_;
+    if (no_guard_) request.settings.guard = false;
     for (const auto& [option, is_given] :
          {std::pair{"--engine", !engine_.empty()}, {"--no-guard", no_guard_}})
       if (is_given && format != "palp")
@@ -45,11 +56,10 @@ class Export final : public Command {
     if (std::error_code none; !engine_.empty() && std::filesystem::exists(engine_, none) &&
                               !std::filesystem::is_directory(engine_, none))
       throw Error("--engine", engine_ + " is a file", "Name a folder.");
-    const ExportReport report = export_model(read_model(model_), output_, format,
-                                             {.settings = settings_,
-                                              .fingerprint = asset_fingerprint(settings_, model_),
-                                              .map_depth_m = depth_m(),
-                                              .engine = engine_});
+    request.fingerprint = asset_fingerprint(request.settings, model_);
+    request.map_depth_m = depth_m();
+    request.engine = engine_;
+    const ExportReport report = export_model(read_model(model_), output_, format, request);
     reply.json = nlohmann::ordered_json{{"vertices", report.vertices},
                                         {"triangles", report.triangles},
                                         {"mean_vertices", report.mean_vertices},
@@ -77,8 +87,7 @@ class Export final : public Command {
     return *depth;
   }
 
-  std::string model_, output_, format_, engine_, depth_;
-  ExportSection settings_;
+  std::string model_, output_, format_, engine_, depth_, scene_, elsewhere_;
   bool no_guard_ = false;
 };
 
