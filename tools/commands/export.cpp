@@ -1,4 +1,4 @@
-#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/export.hpp"
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
