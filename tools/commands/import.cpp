@@ -166,10 +166,10 @@ class Import final : public Command {
     std::map<std::string, int> formats;
     for (std::size_t i = 0; i < results.size(); ++i)
       for (const Conditioned& r : results[i].recordings) {
-        ++formats[r.format];
+        ++formats[r.source.format];
         if (is_verbose())
-          say("{}{}: {}; {}", manifest.items[i].shown, r.name.empty() ? "" : "#" + r.name, r.format,
-              listed(r.taken, "; "));
+          say("{}{}: {}; {}", manifest.items[i].shown, r.name.empty() ? "" : "#" + r.name,
+              r.source.format, listed(r.source.taken, "; "));
       }
     for (const auto& [format, count] : formats)
       say("{} read as {}", counted(count, "recording", "recordings"), format);

@@ -192,9 +192,9 @@ class Modulus final : public Command {
         else if (r.contact_m)
           row.position_m = manifest.motion ? (*manifest.motion)(*r.contact_m) : *r.contact_m;
         const SignalSettings& s = item.signal;
-        row.press = {s.tip, r.tip_radius_m, s.half_angle_rad, s.thickness_m, s.poisson};
+        row.press = {s.tip, r.source.tip_radius_m, s.half_angle_rad, s.thickness_m, s.poisson};
         row.options = options_of(s);
-        row.travel_m = r.way_in_travel_m, row.push_N = r.way_in_push_N;
+        row.travel_m = r.way_in.travel_m, row.push_N = r.way_in.push_N;
         row.trace = r.trace;
         if (r.dropped_rows > 0)
           row.reasons.push_back(fmt::format("{} unusable rows were left out", r.dropped_rows));

@@ -62,9 +62,10 @@ ProbeSpec probe_of(const Manifest& manifest, const std::vector<recordings::ItemR
   std::optional<ProbeSpec> common;
   for (std::size_t i = 0; i < results.size(); ++i)
     for (const recordings::Conditioned& recording : results[i].recordings) {
-      if (!(recording.tip_radius_m > 0)) continue;
+      if (!(recording.source.tip_radius_m > 0)) continue;
       const auto& item = manifest.items[i];
-      const ProbeSpec probe = probe_of(item.signal.tip, recording.tip_radius_m, manifest.friction);
+      const ProbeSpec probe =
+          probe_of(item.signal.tip, recording.source.tip_radius_m, manifest.friction);
       if (common && (common->shape != probe.shape || common->values != probe.values))
         throw Error(
             item.place,

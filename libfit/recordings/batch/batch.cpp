@@ -136,14 +136,14 @@ std::vector<KnownContacts> known_together(const std::vector<BatchItem>& items,
     for (std::size_t k = 0; k < recordings.size(); ++k) {
       Repeats& repeats = points[point_of(items[i], recordings[k].name)];
       repeats.member.emplace_back(i, k);
-      repeats.ways.push_back({recordings[k].way_in_travel_m, recordings[k].way_in_push_N});
+      repeats.ways.push_back(recordings[k].way_in);
     }
   }
   for (const auto& [name, repeats] : points) {
     if (repeats.member.size() < 2) continue;
     const auto [first, k] = repeats.member[0];
     SignalSettings settings = items[first].signal;
-    settings.radius_m = results[first].recordings[k].tip_radius_m;
+    settings.radius_m = results[first].recordings[k].source.tip_radius_m;
     const auto contacts = common_contacts(repeats.ways, settings);
     for (std::size_t m = 0; m < contacts.size(); ++m) {
       const auto [item, recording] = repeats.member[m];

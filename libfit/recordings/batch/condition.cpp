@@ -104,10 +104,10 @@ double take_off_bias(Signal& signal, const Approach& approach, const ContactEsti
   }
   if (free < kMinFreeRows || contact.begins_in_contact) {
     out.reasons.push_back(
-        out.estimator == "given"
+        out.contact.estimator == "given"
             ? "the contact point is given and nothing before it; no bias was taken off"
             : "begins in contact: no free travel from which to take the bias");
-    if (out.estimator != "given") out.grade = std::max(out.grade, Grade::fair);
+    if (out.contact.estimator != "given") out.grade = std::max(out.grade, Grade::fair);
     out.noise_N = approach.noise_N;
     return 0;
   }
@@ -169,13 +169,13 @@ void grade(const SignalSettings& settings, const ContactEstimate& contact, doubl
 Conditioned described(const importers::RawRecording& raw, const SignalSettings& settings,
                       const std::optional<Vec3>& inward, const std::string& file) {
   Conditioned out;
-  out.tip_radius_m = settings.radius_m;
+  out.source.tip_radius_m = settings.radius_m;
   out.name = raw.name;
   out.is_axial = raw.is_axial();
   out.dropped_rows = raw.dropped_rows;
-  out.is_force_from_signal = raw.is_force_from_signal;
-  out.cantilever = raw.cantilever;
-  out.format = raw.format, out.taken = raw.taken;
+  out.source.is_force_from_signal = raw.is_force_from_signal;
+  out.source.cantilever = raw.cantilever;
+  out.source.format = raw.format, out.source.taken = raw.taken;
   out.inward = inward ? inward : raw.normal;
   if (out.is_axial && settings.kind != ExperimentKind::press)
     throw Error(file, "a drag or path needs positions of three axes",
@@ -253,17 +253,17 @@ double find_contact(const importers::RawRecording& raw, const SignalSettings& se
   check_contact(signal, approach, file);
   check_sign(signal, approach, file);
   if (settings.keeps_way_in || (settings.has_common_contact && !settings.known_contact)) {
-    out.way_in_travel_m = signal.travel_m()(approach.rows);
-    out.way_in_push_N = signal.push_N()(approach.rows);
+    out.way_in.travel_m = signal.travel_m()(approach.rows);
+    out.way_in.push_N = signal.push_N()(approach.rows);
   }
   focus_on_contact(signal, exponent_of(settings.tip), approach);
-  contact = contact_of(signal, approach, settings, raw, out.estimator);
+  contact = contact_of(signal, approach, settings, raw, out.contact.estimator);
   seen.approach = ways.range, seen.contact_m = contact.travel_m;
   seen.bias_N = signal.push_N();
   const double correlation = take_off_bias(signal, approach, contact, settings, out);
   seen.bias_N -= signal.push_N();
-  out.contact_travel_m = contact.travel_m;
-  out.contact_deviation_m = contact.deviation_m;
+  out.contact.travel_m = contact.travel_m;
+  out.contact.deviation_m = contact.deviation_m;
   out.contact_m = raw.contact_m;
   if (!signal.is_axial && !raw.contact_m)
     out.contact_m = contact_position(signal, approach, contact.travel_m);
@@ -275,7 +275,7 @@ void tell_break(const Signal& signal, const std::optional<Eigen::Index>& broken,
   out.breaks = broken.has_value();
   if (!broken) return;
   out.reasons.push_back("the force falls from " + number(signal.push_N()[*broken]) + " N at " +
-                        millimetres(signal.travel_m()[*broken] - out.contact_travel_m) +
+                        millimetres(signal.travel_m()[*broken] - out.contact.travel_m) +
                         ": the tool breaks in, and deeper rows were left out");
 }
 

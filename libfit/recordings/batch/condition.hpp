@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "libfit/core/recorded_signals.hpp"
+#include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/recording.hpp"
 #include "libfit/recordings/relaxation/timed_press.hpp"
 #include "libfit/recordings/signal/settings.hpp"
@@ -15,6 +16,26 @@ namespace palpate::recordings {
 
 /// How far a recording can be trusted; poor ones are imported, and listed.
 enum class Grade : std::int8_t { good = 0, fair = 1, poor = 2 };
+
+/// A recording's contact in its own travel, with its deviation, and what found it.
+struct FoundContact {
+  double travel_m = 0, deviation_m = 0;
+  std::string estimator;
+};
+
+/// Means of a press in cycles over levels of depth, in order.
+struct CycleMeans {
+  Eigen::VectorXd depth_m, push_N, error_N;
+};
+
+/// What is known of a recording beside its readings.
+struct RecordingSource {
+  std::string format;                 ///< that the file was recognised as
+  std::vector<std::string> taken;     ///< of the file beside the rows, a phrase each
+  double tip_radius_m = 0;            ///< as the manifest or the file says; 0: unknown
+  bool is_force_from_signal = false;  ///< of a cantilever
+  std::optional<importers::Cantilever> cantilever;  ///< as it was used
+};
 
 /// One press, drag or path as samples, before it is known where on the body: R rows.
 struct Conditioned {
@@ -28,31 +49,24 @@ struct Conditioned {
   std::vector<RowStatus> status;  ///< R; rejected where the force was saturated
   std::optional<Vec3> contact_m;  ///< where the tip touched, in the rig's frame
   std::optional<Vec3> inward;     ///< unit, in the rig's frame
-  double contact_travel_m = 0;    ///< in the recording's own travel
-  double contact_deviation_m = 0;
-  std::string estimator;
+  FoundContact contact;
   /// Readings of the way in as far as its force is not saturated, bias still in them; empty unless
   /// the settings keep them.
-  Eigen::VectorXd way_in_travel_m, way_in_push_N;
+  WayIn way_in;
   TimedPress history;     ///< of a press with a clock, all of it; else no rows
   double speed_m_s = 0;   ///< NaN without a clock
   double noise_N = 0;     ///< standard deviation of one reading without contact
   double hysteresis = 0;  ///< share of the work not given back; NaN without a way back
-  // Of a press in cycles that go deeper and deeper: all of it in order; else no rows.
-  Eigen::VectorXd cycle_depth_m, cycle_push_N, cycle_error_N;
-  bool breaks = false;  ///< the tool broke in: what lies deeper was left out
-  double young_Pa = 0;  ///< apparent, of the contact fit; NaN without radius or fit
+  CycleMeans cycles;      ///< of a press in cycles that go deeper and deeper; else no rows
+  bool breaks = false;    ///< the tool broke in: what lies deeper was left out
+  double young_Pa = 0;    ///< apparent, of the contact fit; NaN without radius or fit
   double apparent_Pa =
       0;  ///< from the deepest row, for comparing recordings; see apparent_modulus_Pa
   Grade grade = Grade::good;
   std::vector<std::string> reasons;  ///< of the grade, a sentence each
   std::size_t dropped_rows = 0;
-  bool is_force_from_signal = false;                ///< of a cantilever
-  std::optional<importers::Cantilever> cantilever;  ///< as it was used
-  std::string format;                               ///< that the file was recognised as
-  std::vector<std::string> taken;                   ///< of the file beside the rows, a phrase each
-  double tip_radius_m = 0;  ///< as the manifest or the file says; 0: unknown
-  SignalTrace trace;        ///< for a picture
+  RecordingSource source;
+  SignalTrace trace;  ///< for a picture
 };
 
 /// Samples of a recording: one clock, filter, phases, contact point, bias, then R means over equal

@@ -34,14 +34,14 @@ void take_cycles(const Signal& signal, const std::vector<Phase>& phases, double 
     ++means.back().count;
   }
   const auto rows = static_cast<Eigen::Index>(means.size());
-  for (Eigen::VectorXd* column : {&out.cycle_depth_m, &out.cycle_push_N, &out.cycle_error_N})
+  for (Eigen::VectorXd* column : {&out.cycles.depth_m, &out.cycles.push_N, &out.cycles.error_N})
     column->resize(rows);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const Mean& mean = means[static_cast<std::size_t>(i)];
-    out.cycle_depth_m[i] = mean.depth_m / mean.count;
-    out.cycle_push_N[i] = mean.push_N / mean.count;
+    out.cycles.depth_m[i] = mean.depth_m / mean.count;
+    out.cycles.push_N[i] = mean.push_N / mean.count;
     const double independent = std::max(1.0, mean.count * (1 - correlation) / (1 + correlation));
-    out.cycle_error_N[i] = out.noise_N / std::sqrt(independent);
+    out.cycles.error_N[i] = out.noise_N / std::sqrt(independent);
   }
 }
 

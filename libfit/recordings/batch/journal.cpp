@@ -23,11 +23,11 @@ template <class Archive, class T>
 requires std::same_as<std::remove_const_t<T>, Conditioned>
 void fields(Archive& archive, T& r) {
   archive(r.name, r.is_axial, r.deflection_m, r.force_N, r.time_s, r.error_N, r.torque_Nm,
-          r.is_force_from_signal, r.status, r.contact_m, r.inward, r.contact_travel_m,
-          r.contact_deviation_m, r.estimator, r.speed_m_s, r.noise_N, r.hysteresis, r.young_Pa,
-          r.cycle_depth_m, r.cycle_push_N, r.cycle_error_N, r.breaks, r.apparent_Pa,
-          r.way_in_travel_m, r.way_in_push_N, r.history, r.grade, r.reasons, r.dropped_rows,
-          r.tip_radius_m, r.cantilever, r.format, r.taken, r.trace);
+          r.source.is_force_from_signal, r.status, r.contact_m, r.inward, r.contact.travel_m,
+          r.contact.deviation_m, r.contact.estimator, r.speed_m_s, r.noise_N, r.hysteresis,
+          r.young_Pa, r.cycles.depth_m, r.cycles.push_N, r.cycles.error_N, r.breaks, r.apparent_Pa,
+          r.way_in.travel_m, r.way_in.push_N, r.history, r.grade, r.reasons, r.dropped_rows,
+          r.source.tip_radius_m, r.source.cantilever, r.source.format, r.source.taken, r.trace);
 }
 template <class Archive, class T>
 requires std::same_as<std::remove_const_t<T>, TimedPress>

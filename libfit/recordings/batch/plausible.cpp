@@ -46,8 +46,8 @@ std::optional<Failure> question(const BatchItem& item, const Conditioned& record
       std::isfinite(median_Pa) && median_Pa >= s.min_young_Pa && median_Pa <= s.max_young_Pa
           ? median_Pa
           : kTypical_Pa;
-  const auto unit =
-      likely_unit(found_Pa, expected_Pa, units.force, units.position, recording.tip_radius_m > 0);
+  const auto unit = likely_unit(found_Pa, expected_Pa, units.force, units.position,
+                                recording.source.tip_radius_m > 0);
   const std::string against = is_implausible
                                   ? ", which no soft body is made of"
                                   : ", where the other recordings have " + in_pascal(median_Pa);

@@ -52,11 +52,7 @@ struct Outcome {
   std::optional<ContactShift> aligned = {};
 };
 
-/// A recording's contact in its own travel, with its deviation, and what found it.
-struct FoundContact {
-  double travel_m = 0, deviation_m = 0;
-  std::string estimator;
-};
+/// A recording's contact, moved as presses of the body were aligned.
 FoundContact contact_of(const Conditioned& recording, const std::optional<ContactShift>& aligned);
 
 struct Assembled {

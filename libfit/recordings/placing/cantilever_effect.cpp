@@ -32,8 +32,8 @@ double steepest_N_m(const Eigen::VectorXd& depth_m, const Eigen::VectorXd& push_
 }  // namespace
 
 std::optional<CantileverEffect> cantilever_effect(const BatchItem& item, const Conditioned& r) {
-  if (!r.cantilever || !(r.cantilever->stiffness_N_m > 0)) return std::nullopt;
-  const importers::Cantilever& c = *r.cantilever;
+  if (!r.source.cantilever || !(r.source.cantilever->stiffness_N_m > 0)) return std::nullopt;
+  const importers::Cantilever& c = *r.source.cantilever;
   std::vector<Eigen::Index> good;
   for (std::size_t i = 0; i < r.status.size(); ++i)
     if (r.status[i] == RowStatus::good) good.push_back(static_cast<Eigen::Index>(i));
@@ -46,7 +46,7 @@ std::optional<CantileverEffect> cantilever_effect(const BatchItem& item, const C
                               ? exponent_of(item.signal.tip)
                               : 2;  // as apparent_modulus_Pa counts
   const double bent = exponent * push_N[deepest] / c.stiffness_N_m / depth_m[deepest];
-  if (!r.is_force_from_signal) return CantileverEffect{-bent, 0, 0};
+  if (!r.source.is_force_from_signal) return CantileverEffect{-bent, 0, 0};
   CantileverEffect effect{1, 1 + bent, 0};
   if (const double slope_N_m = steepest_N_m(depth_m, push_N); slope_N_m > 0)
     effect.max_sensitivity_m = c.sensitivity_m * (1 + c.stiffness_N_m / slope_N_m);
@@ -63,7 +63,7 @@ std::vector<std::string> cantilever_notes(const std::vector<BatchItem>& items,
     const auto effect = cantilever_effect(items[candidate.item], *candidate.recording);
     if (!effect) continue;
     is_stated |= items[candidate.item].read.cantilever.has_value();
-    cantilever = &*candidate.recording->cantilever;
+    cantilever = &*candidate.recording->source.cantilever;
     stiffness.push_back(effect->stiffness);
     sensitivity.push_back(effect->sensitivity);
     max_m.push_back(effect->max_sensitivity_m);

@@ -23,9 +23,9 @@ Samples cycles_of(const std::vector<Candidate>& candidates) {
   Eigen::Index rows = 0;
   std::vector<const Candidate*> used;
   for (const Candidate& c : candidates)
-    if (c.experiment >= 0 && !c.aligned && c.recording->cycle_depth_m.size() > 0) {
+    if (c.experiment >= 0 && !c.aligned && c.recording->cycles.depth_m.size() > 0) {
       used.push_back(&c);
-      rows += c.recording->cycle_depth_m.size();
+      rows += c.recording->cycles.depth_m.size();
     }
   out.deflection.resize(rows, 3);
   out.force.resize(rows, 3);
@@ -35,15 +35,15 @@ Samples cycles_of(const std::vector<Candidate>& candidates) {
   std::int32_t experiment = 0;
   for (const Candidate* c : used) {
     const Conditioned& r = *c->recording;
-    for (Eigen::Index i = 0; i < r.cycle_depth_m.size(); ++i, ++at) {
+    for (Eigen::Index i = 0; i < r.cycles.depth_m.size(); ++i, ++at) {
       out.point.push_back(c->point_index);
       out.experiment.push_back(experiment);
       out.kind.push_back(ExperimentKind::cycle);
       out.step.push_back(static_cast<std::int32_t>(i));
       out.status.push_back(RowStatus::good);
-      out.deflection.row(at) = r.cycle_depth_m[i] * c->inward;
-      out.force.row(at) = r.cycle_push_N[i] * c->inward;
-      out.force_error[at] = r.cycle_error_N[i];
+      out.deflection.row(at) = r.cycles.depth_m[i] * c->inward;
+      out.force.row(at) = r.cycles.push_N[i] * c->inward;
+      out.force_error[at] = r.cycles.error_N[i];
     }
     ++experiment;
   }

@@ -64,7 +64,7 @@ void find_common_contact(const std::vector<RelaxingPress>& presses, const Signal
 }
 
 RelaxingPress in_search(const Conditioned& r) {
-  return {r.history, r.noise_N, r.contact_deviation_m};
+  return {r.history, r.noise_N, r.contact.deviation_m};
 }
 
 // Slope of the free part before contact, with its standard error, times the longest stand, over the
@@ -72,7 +72,7 @@ RelaxingPress in_search(const Conditioned& r) {
 double drift_share(const Conditioned& r) {
   const TimedPress& p = r.history;
   std::vector<double> t, f;
-  for (Eigen::Index i = 0; i < p.rows() && p.depth_m[i] < -2 * r.contact_deviation_m; ++i)
+  for (Eigen::Index i = 0; i < p.rows() && p.depth_m[i] < -2 * r.contact.deviation_m; ++i)
     if (p.readings[i] > 0) t.push_back(p.time_s[i]), f.push_back(p.push_N[i]);
   Eigen::Index most = 0;
   p.push_N.maxCoeff(&most);
@@ -206,8 +206,8 @@ void align_points(std::vector<Candidate>& candidates,
 }
 
 FoundContact contact_of(const Conditioned& recording, const std::optional<ContactShift>& aligned) {
-  FoundContact out{recording.contact_travel_m, recording.contact_deviation_m, recording.estimator};
-  if (!aligned || !(recording.contact_deviation_m > 0)) return out;
+  FoundContact out = recording.contact;
+  if (!aligned || !(recording.contact.deviation_m > 0)) return out;
   out.travel_m += aligned->moved_m, out.deviation_m = aligned->deviation_m;
   out.estimator += ", aligned";
   return out;

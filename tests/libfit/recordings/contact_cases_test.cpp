@@ -69,12 +69,12 @@ TEST_F(ContactOfCases, errors_are_within_what_the_readings_can_tell) {
           << told.truth << " " << noise << ": " << results[0].failure->where << ": "
           << results[0].failure->what;
       const Conditioned& r = results[0].recordings[0];
-      const double off_m = r.contact_travel_m - case_contact_m(told.truth, noise);
-      all.add(off_m, r.contact_deviation_m);
+      const double off_m = r.contact.travel_m - case_contact_m(told.truth, noise);
+      all.add(off_m, r.contact.deviation_m);
       const Noise kind = noise_of(noise);
       if (kind.white == 0) {
         std::printf("%-10s | %-14s | %7.1f +- %6.1f |\n", noise, told.shown, 1e6 * off_m,
-                    1e6 * r.contact_deviation_m);
+                    1e6 * r.contact.deviation_m);
         EXPECT_LT(std::abs(off_m), 20e-6) << told.shown << ": half a row apart";
         continue;
       }
@@ -86,7 +86,7 @@ TEST_F(ContactOfCases, errors_are_within_what_the_readings_can_tell) {
       not_kept += !is_kept;
       outside += std::abs(off_m) > unknown_m;
       std::printf("%-10s | %-14s | %7.1f +- %6.1f | %6.1f %7.1f | %s\n", noise, told.shown,
-                  1e6 * off_m, 1e6 * r.contact_deviation_m, 1e6 * bound_m, 1e6 * unknown_m,
+                  1e6 * off_m, 1e6 * r.contact.deviation_m, 1e6 * bound_m, 1e6 * unknown_m,
                   is_kept                        ? "inside"
                   : std::abs(off_m) <= unknown_m ? "as told"
                                                  : "OUTSIDE");
@@ -112,8 +112,8 @@ TEST_F(ContactOfCases, the_stated_deviation_covers_over_seeded_noise) {
       for (unsigned draw = 0; draw < kDraws; ++draw) {
         const Conditioned r =
             condition(noisy_press(truth, share, kSeed + draw), {}, Vec3(0, 0, -1), truth, false);
-        score.add(r.contact_travel_m, r.contact_deviation_m);
-        all.add(r.contact_travel_m, r.contact_deviation_m);
+        score.add(r.contact.travel_m, r.contact.deviation_m);
+        all.add(r.contact.travel_m, r.contact.deviation_m);
       }
       std::printf(
           "%-14s noise %.2f %%: rms %6.1f um, stated %6.1f um, worst %6.1f, %d of %d "

@@ -104,9 +104,9 @@ TEST(contact, is_found_where_the_press_is_a_thousandth_of_the_travel) {
   for (const double depth_m : {0.1e-6, 0.3e-6, 1e-6, 5e-6})
     for (unsigned seed = kSeed; seed < kSeed + 4; ++seed) {
       const Conditioned found = long_way_in(depth_m, kAmplitude, seed);
-      const double error_m = found.contact_travel_m - (50e-6 - depth_m);
+      const double error_m = found.contact.travel_m - (50e-6 - depth_m);
       EXPECT_LT(std::abs(error_m), 0.1 * depth_m) << depth_m << " " << seed;
-      EXPECT_LT(std::abs(error_m), 5 * found.contact_deviation_m) << depth_m << " " << seed;
+      EXPECT_LT(std::abs(error_m), 5 * found.contact.deviation_m) << depth_m << " " << seed;
       EXPECT_NEAR(found.young_Pa, young_Pa, 0.15 * young_Pa) << depth_m << " " << seed;
     }
 }
@@ -141,8 +141,8 @@ TEST(contact, an_exponential_toe_is_within_two_stated_deviations_nine_times_of_t
         double squares = 0;
         for (unsigned seed = kSeed; seed < kSeed + 10; ++seed) {
           const Conditioned found = exponential_press(length_m, noise, radius_m, seed);
-          const double error_m = found.contact_travel_m - 3e-3;
-          covered += std::abs(error_m) < 2 * found.contact_deviation_m;
+          const double error_m = found.contact.travel_m - 3e-3;
+          covered += std::abs(error_m) < 2 * found.contact.deviation_m;
           poor += found.grade == Grade::poor;
           squares += error_m * error_m / 10;
         }

@@ -33,12 +33,12 @@ TEST(signal, the_mean_of_all_ways_is_the_middle_of_the_loop) {
   const Conditioned in = condition(cycles_with_spikes(false), settings, {}, "loop", false);
   settings.use = Use::mean;
   const Conditioned middle = condition(cycles_with_spikes(false), settings, {}, "loop", false);
-  EXPECT_NEAR(middle.contact_travel_m, 5e-4, 1e-5);
+  EXPECT_NEAR(middle.contact.travel_m, 5e-4, 1e-5);
   double off_in = 0, off_middle = 0;
   for (Eigen::Index i = 0; i < middle.force_N.rows(); ++i)
     off_middle = std::max(
         off_middle, std::abs(middle.force_N(i, 0) -
-                             2e3 * (middle.contact_travel_m - 5e-4 + middle.deflection_m(i, 0))));
+                             2e3 * (middle.contact.travel_m - 5e-4 + middle.deflection_m(i, 0))));
   for (Eigen::Index i = 0; i < in.force_N.rows(); ++i)
     off_in = std::max(off_in, std::abs(in.force_N(i, 0) - 2e3 * in.deflection_m(i, 0)));
   EXPECT_LT(off_middle, 0.01);

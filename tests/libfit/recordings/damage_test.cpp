@@ -52,21 +52,21 @@ TEST(damage_recordings, a_press_in_cycles_has_the_rows_of_first_loading_and_all_
   const runtime::DamageView damage{0.8, 0.05, 0.3, 0};
   SignalSettings settings;
   const Conditioned r = condition(led(kCycles, damage, 5), settings, {}, "cycles", false);
-  EXPECT_NEAR(r.contact_travel_m, kFree_m, 2e-4);
+  EXPECT_NEAR(r.contact.travel_m, kFree_m, 2e-4);
   EXPECT_NEAR(r.deflection_m.col(0).maxCoeff(), 6e-3, 4e-4);
   for (Eigen::Index i = 0; i < r.force_N.rows(); ++i)
-    EXPECT_NEAR(r.force_N(i, 0), curve_N(r.deflection_m(i, 0) + r.contact_travel_m - kFree_m), 0.03)
+    EXPECT_NEAR(r.force_N(i, 0), curve_N(r.deflection_m(i, 0) + r.contact.travel_m - kFree_m), 0.03)
         << r.deflection_m(i, 0);
-  ASSERT_GT(r.cycle_depth_m.size(), 60);
+  ASSERT_GT(r.cycles.depth_m.size(), 60);
   int turns = 0;
   double softest = 1, way_m = 0;
-  for (Eigen::Index i = 1; i < r.cycle_depth_m.size(); ++i) {
-    const double next_m = r.cycle_depth_m[i] - r.cycle_depth_m[i - 1];
+  for (Eigen::Index i = 1; i < r.cycles.depth_m.size(); ++i) {
+    const double next_m = r.cycles.depth_m[i] - r.cycles.depth_m[i - 1];
     if (std::abs(next_m) < 1e-5) continue;  // either side of a turn
     turns += next_m * way_m < 0;
     way_m = next_m;
-    if (r.cycle_depth_m[i] > 2.5e-3)
-      softest = std::min(softest, r.cycle_push_N[i] / curve_N(r.cycle_depth_m[i]));
+    if (r.cycles.depth_m[i] > 2.5e-3)
+      softest = std::min(softest, r.cycles.push_N[i] / curve_N(r.cycles.depth_m[i]));
   }
   EXPECT_EQ(turns, 5);
   EXPECT_LT(softest, 0.4);
@@ -76,10 +76,10 @@ TEST(damage_recordings, ways_in_that_go_no_deeper_are_no_cycles) {
   SignalSettings settings;
   const Conditioned same =
       condition(led({0, 5e-3, 0.5e-3, 5e-3, 0.5e-3}, {}, 3), settings, {}, "same", false);
-  EXPECT_EQ(same.cycle_depth_m.size(), 0);
+  EXPECT_EQ(same.cycles.depth_m.size(), 0);
   const Conditioned air =
       condition(led({0, 0.8e-3, 0, 5e-3, 0}, {}, 3), settings, {}, "air", false);
-  EXPECT_EQ(air.cycle_depth_m.size(), 0) << "the first way in touches nothing";
+  EXPECT_EQ(air.cycles.depth_m.size(), 0) << "the first way in touches nothing";
   EXPECT_FALSE(air.breaks);
 }
 

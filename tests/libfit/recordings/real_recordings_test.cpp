@@ -44,7 +44,7 @@ TEST_F(RealRecordings, a_hertz_fit_with_free_contact_gives_the_nanoindenters_own
     ASSERT_FALSE(results[0].failure) << results[0].failure->what;
     const Conditioned& r = results[0].recordings[0];
     std::printf("%s: E = %.1f Pa, contact at %.3f um +- %.3f um\n", estimator, r.young_Pa,
-                1e6 * r.contact_travel_m, 1e6 * r.contact_deviation_m);
+                1e6 * r.contact.travel_m, 1e6 * r.contact.deviation_m);
     EXPECT_NEAR(r.young_Pa, 117.007, 0.03 * 117.007);
     for (Eigen::Index i = 10; i + 1 < r.force_N.rows(); ++i)
       EXPECT_GT(r.force_N(i + 1, 0), r.force_N(i, 0) - 0.05 * r.force_N.col(0).maxCoeff()) << i;

@@ -31,7 +31,7 @@ TEST(signal, samples_of_a_press_are_the_force_at_the_depth) {
   ASSERT_EQ(r.deflection_m.rows(), 40);
   for (Eigen::Index i = 0; i < 40; ++i)
     EXPECT_NEAR(r.force_N(i, 0),
-                3e4 * std::pow(r.deflection_m(i, 0) + r.contact_travel_m - 1e-3, 1.5),
+                3e4 * std::pow(r.deflection_m(i, 0) + r.contact.travel_m - 1e-3, 1.5),
                 0.01 * r.force_N(39, 0))
         << i;
   EXPECT_NEAR(r.speed_m_s, 2e-3, 1e-5);
@@ -104,7 +104,7 @@ TEST(signal, clocks_of_different_rate_and_a_late_force_give_the_same_samples) {
   settings.force_delay_s = late_s;
   const Conditioned a = condition(plain, {}, Vec3(0, 0, -1), "a.csv", false),
                     b = condition(other, settings, Vec3(0, 0, -1), "a.csv", false);
-  EXPECT_NEAR(a.contact_travel_m, b.contact_travel_m, 2e-6);
+  EXPECT_NEAR(a.contact.travel_m, b.contact.travel_m, 2e-6);
   EXPECT_LT((a.force_N - b.force_N).cwiseAbs().maxCoeff(), 0.002 * a.force_N.maxCoeff());
 }
 
@@ -150,7 +150,7 @@ TEST(signal, drift_along_the_way_is_taken_off_on_request) {
   settings.contact = "hertz";
   const Conditioned r = condition(raw, settings, Vec3(0, 0, -1), "a", false);
   EXPECT_NEAR(r.force_N(39, 0),
-              3e4 * std::pow(r.deflection_m(39, 0) + r.contact_travel_m - 1e-3, 1.5),
+              3e4 * std::pow(r.deflection_m(39, 0) + r.contact.travel_m - 1e-3, 1.5),
               0.03 * r.force_N(39, 0));
 }
 
@@ -214,7 +214,7 @@ TEST(signal, a_robots_row_per_depth_is_taken_from_its_own_contact_point) {
     raw.line.push_back(static_cast<std::size_t>(i) + 2);
   }
   const Conditioned r = condition(raw, {}, std::nullopt, "robot.csv", false);
-  EXPECT_EQ(r.estimator, "given");
+  EXPECT_EQ(r.contact.estimator, "given");
   ASSERT_EQ(r.deflection_m.rows(), 7);
   EXPECT_LT((r.deflection_m.row(6).transpose() - Vec3(0, 0, -3.5e-3)).norm(), 1e-12);
   EXPECT_LT((r.force_N.row(6).transpose() - Vec3(0.7, 0, -3.5)).norm(), 1e-12);
@@ -416,7 +416,7 @@ TEST(signal, any_signal_gives_finite_samples_or_an_error) {
       ++imported;
       ASSERT_TRUE(r.deflection_m.allFinite() && r.force_N.allFinite() && r.error_N.allFinite())
           << "trial " << trial << " seed " << kSeed;
-      ASSERT_TRUE(std::isfinite(r.contact_travel_m) && r.contact_deviation_m >= 0)
+      ASSERT_TRUE(std::isfinite(r.contact.travel_m) && r.contact.deviation_m >= 0)
           << "trial " << trial << " seed " << kSeed << " " << settings.contact;
     } catch (const Error& error) {
       ASSERT_FALSE(error.remedy().empty());

@@ -188,14 +188,14 @@ TEST(TimedPress, keeps_corners_and_means_of_a_recording) {
   ASSERT_GT(p.rows(), 50);
   EXPECT_LT(p.rows(), 250);
   EXPECT_GT(held_share(p), 0.8);
-  const double touch_s = 0.5 + (done.contact_travel_m - 1e-3) / 2e-3;
+  const double touch_s = 0.5 + (done.contact.travel_m - 1e-3) / 2e-3;
   for (Eigen::Index i = 0; i < p.rows(); ++i) {
     if (i > 0) {
       EXPECT_GT(p.time_s[i], p.time_s[i - 1]);
     }
     // On the way, straight between its corners.
     EXPECT_NEAR(p.depth_m[i],
-                hold_way().depth_at(p.time_s[i] + touch_s) + 1e-3 - done.contact_travel_m, 1e-9)
+                hold_way().depth_at(p.time_s[i] + touch_s) + 1e-3 - done.contact.travel_m, 1e-9)
         << "row " << i;
   }
 }

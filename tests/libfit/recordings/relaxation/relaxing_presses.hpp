@@ -182,7 +182,7 @@ inline std::vector<recordings::RelaxingPress> presses_of(const RecoveryCase& of,
     recordings::SignalSettings settings;
     settings.radius_m = 5e-3;
     const auto done = recordings::condition(raw, settings, std::nullopt, "press.csv", false);
-    presses.push_back({done.history, done.noise_N, done.contact_deviation_m});
+    presses.push_back({done.history, done.noise_N, done.contact.deviation_m});
   }
   return presses;
 }
