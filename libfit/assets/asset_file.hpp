@@ -14,8 +14,8 @@ namespace palpate {
 class AssetFile {
  public:
   const runtime::Asset& asset() const { return asset_; }
-  std::string_view meta_json() const { return {asset_.meta, asset_.meta_bytes}; }
-  std::size_t bytes() const { return asset_.file_bytes; }
+  std::string_view meta_json() const { return {asset_.file.meta, asset_.file.meta_bytes}; }
+  std::size_t bytes() const { return asset_.file.bytes; }
 
  private:
   friend AssetFile read_asset_file(const std::filesystem::path& path);

@@ -14,10 +14,10 @@ namespace runtime {
 template <class Callback>
 bool replay_check_path(const AssetView& view, Callback callback) noexcept {
   Contact contact;
-  for (int i = 0; i < view.check_ticks; ++i) {
-    if (i % view.check_path_ticks == 0) contact = Contact();
+  for (int i = 0; i < view.check.ticks; ++i) {
+    if (i % view.check.path_ticks == 0) contact = Contact();
     Output out;
-    touch(view, contact, view.check[i].tip_m, out, nullptr, kCheckTick_s);
+    touch(view, contact, view.check.tick[i].tip_m, out, nullptr, kCheckTick_s);
     if (!callback(i, out)) return false;
   }
   return true;
@@ -29,11 +29,12 @@ constexpr double kRevisionTolerance = 1e-6;  ///< of the peak force, for an olde
 /// kRevisionTolerance where an older revision of the law recorded them.
 inline bool meets_check_path(const AssetView& view) noexcept {
   double peak = 0;
-  for (int i = 0; i < view.check_ticks; ++i)
-    for (double f : view.check[i].force_on_tool_N) peak = std::fabs(f) > peak ? std::fabs(f) : peak;
-  const double most = view.law_revision == kLawRevision ? -1 : kRevisionTolerance * peak;
+  for (int i = 0; i < view.check.ticks; ++i)
+    for (double f : view.check.tick[i].force_on_tool_N)
+      peak = std::fabs(f) > peak ? std::fabs(f) : peak;
+  const double most = view.check.law_revision == kLawRevision ? -1 : kRevisionTolerance * peak;
   return replay_check_path(view, [&](int i, const Output& tick) noexcept {
-    const double* expected = view.check[i].force_on_tool_N;
+    const double* expected = view.check.tick[i].force_on_tool_N;
     if (std::memcmp(tick.force_on_tool_N, expected, sizeof tick.force_on_tool_N) == 0) return true;
     for (int k = 0; k < 3; ++k)
       if (!(std::fabs(tick.force_on_tool_N[k] - expected[k]) <= most)) return false;

@@ -85,8 +85,8 @@ palpate_status palpate_describe(const palpate_asset* asset, palpate_info* info) 
   info->relaxes = a.curves.relaxation.branches > 0;
   info->softens = a.damage.softens();
   info->couples = a.coupling != nullptr;
-  info->meta_json = a.meta;
-  info->meta_bytes = a.meta_bytes;
+  info->meta_json = a.file.meta;
+  info->meta_bytes = a.file.meta_bytes;
   return PALPATE_OK;
 }
 

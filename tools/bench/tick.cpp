@@ -76,7 +76,7 @@ void measure_body(const Model& model, std::string_view law, bool is_quick,
       measure("doing its arithmetic", [&](const Vec3&) { kept = do_flops(flops); });
     }
   say("{} nodes, {} triangles, {}, {:.1f} MB done", asset.vertices, asset.triangles, law,
-      1e-6 * double(asset.file_bytes));
+      1e-6 * double(asset.file.bytes));
 }
 
 // The bench body as one that sways, that relaxes, or whose contacts move each other.

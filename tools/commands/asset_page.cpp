@@ -175,15 +175,15 @@ std::string page_of(const std::string& name, const AssetFile& file) {
   std::string made = meta.value("program", std::string("a program that is not told"));
   if (const Json inputs = meta.value(kInputsAttribute, Json()); inputs.is_string())
     made += ", from inputs " + inputs.get<std::string>();
-  return fmt::format("{}: palpate asset, version {}", name, asset.version) +
+  return fmt::format("{}: palpate asset, version {}", name, asset.file.version) +
          row("body", body_text(asset, surface)) + row("window", window_text(asset, surface)) +
          row("probe", probe_text(asset, meta)) + row("curves", curves_text(asset)) +
          row("certificate", certificate_text(name, asset)) +
          row("statement", statement_text(meta)) +
          row("size", fmt::format("{} bytes, {} of them meta data; check path of {}, reproduced bit "
                                  "for bit",
-                                 file.bytes(), asset.meta_bytes,
-                                 counted(asset.check_ticks, "tick", "ticks"))) +
+                                 file.bytes(), asset.file.meta_bytes,
+                                 counted(asset.check.ticks, "tick", "ticks"))) +
          row("made by", made);
 }
 

@@ -43,7 +43,7 @@ Reply answer_of(const std::string& name, const AssetFile& file) {
   };
   const nlohmann::ordered_json json{
       {"schema", "palp"},
-      {"version", asset.version},
+      {"version", asset.file.version},
       {"bytes", file.bytes()},
       {"vertices", asset.vertices},
       {"measured_vertices", vertices_of(runtime::kMeasured)},

@@ -115,7 +115,7 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   if (asset.shape.points > 0 && reference.paths.surface.cols() == 3 * asset.vertices)
     statement.shape =
         shape_error(asset, reference.paths, contact_states(asset, reference.paths, depth_m));
-  statement.asset_bytes = asset.file_bytes;
+  statement.asset_bytes = asset.file.bytes;
   return statement;
 }
 

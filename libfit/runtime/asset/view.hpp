@@ -24,11 +24,25 @@ struct ShapeView {
 
 struct DamagedVertex;
 
+/// What is known of an asset's bytes beside the body.
+struct AssetFileView {
+  std::uint32_t version = 0;
+  std::uint64_t bytes = 0, meta_bytes = 0;
+  const char* meta = nullptr;  ///< JSON, not terminated
+};
+
+/// Ticks that the engine reproduces when it opens an asset. path_ticks: of each contact.
+struct CheckPathView {
+  const CheckTick* tick = nullptr;
+  int ticks = 0, path_ticks = 1;
+  int law_revision = 0;  ///< of the engine that recorded them
+};
+
 /// What the engine reads at a tick. Immutable; any number of threads and tools may share it.
 /// Made by Asset::open, which has checked every index and number.
 struct AssetView {
-  std::uint32_t version = 0;  ///< of the bytes
-  int law_revision = 0;       ///< of the engine that recorded the check path
+  AssetFileView file;
+  CheckPathView check;
   int vertices = 0, triangles = 0;
   int records = 0;  ///< rows of controls
   int controls_per_vertex = 0;
@@ -44,11 +58,7 @@ struct AssetView {
   const TreeNode* tree = nullptr;
   const std::int32_t* tree_item = nullptr;
   CurveViews curves;
-  const CheckTick* check = nullptr;
-  int check_ticks = 0, check_path_ticks = 1;
-  const char* meta = nullptr;  ///< JSON, not terminated
-  std::uint64_t meta_bytes = 0;
-  std::uint64_t file_bytes = 0, checksum = 0;
+  std::uint64_t checksum = 0;
   double origin_m[3] = {0, 0, 0};
   double max_step_m = 0;
   double probe_radius_m = 0;
@@ -109,8 +119,8 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   const auto* base = static_cast<const unsigned char*>(bytes);
   const auto at = [&](int section) { return base + h.offset[section]; };
   AssetView view;
-  view.version = h.version;
-  view.law_revision = h.law_revision;
+  view.file.version = h.version;
+  view.check.law_revision = h.law_revision;
   view.vertices = h.vertices;
   view.triangles = h.triangles;
   view.records = h.records;
@@ -143,12 +153,12 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
     view.curves.relaxation = relaxation_of(*block);
   if (const auto* block = block_of<DamageBlock>(bytes, h)) view.damage = damage_of(*block);
   if (const auto* block = block_of<CouplingBlock>(bytes, h)) view.coupling = &block->coupling;
-  view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
-  view.check_ticks = h.check_ticks;
-  view.check_path_ticks = h.check_path_ticks;
-  view.meta = reinterpret_cast<const char*>(at(kMeta));
-  view.meta_bytes = h.meta_bytes;
-  view.file_bytes = h.file_bytes;
+  view.check.tick = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
+  view.check.ticks = h.check_ticks;
+  view.check.path_ticks = h.check_path_ticks;
+  view.file.meta = reinterpret_cast<const char*>(at(kMeta));
+  view.file.meta_bytes = h.meta_bytes;
+  view.file.bytes = h.file_bytes;
   view.checksum = h.checksum;
   view.max_fitted_m = view.curves.view[kNormal].knots[view.curves.view[kNormal].pieces];
   for (int k = 0; k < 3; ++k) view.origin_m[k] = h.origin_m[k];

@@ -144,7 +144,7 @@ TEST_P(Elsewhere, is_checked_along_measured_paths_alone) {
     if (out.state != ContactState::air) measured += is_outside(out) ? 0 : 1;
     return true;
   });
-  EXPECT_GT(measured, mean.asset.check_ticks / 3);
+  EXPECT_GT(measured, mean.asset.check.ticks / 3);
 }
 
 TEST_P(Elsewhere, stands_in_the_asset_as_another_kind_of_vertex) {

@@ -21,14 +21,14 @@ TEST(golden, every_version_opens_and_replays_its_own_forces) {
     Status status;
     const Asset asset = Asset::open(bytes.data(), bytes.size(), &status);
     ASSERT_EQ(status, Status::ok) << version << ": " << sentence(status);
-    EXPECT_EQ(asset.version, static_cast<std::uint32_t>(version));
+    EXPECT_EQ(asset.file.version, static_cast<std::uint32_t>(version));
     EXPECT_EQ(asset.curves.family, int(CurveFamily::separable));
-    EXPECT_EQ(asset.check_ticks, 64);
-    EXPECT_EQ(std::string(asset.meta, asset.meta_bytes),
+    EXPECT_EQ(asset.check.ticks, 64);
+    EXPECT_EQ(std::string(asset.file.meta, asset.file.meta_bytes),
               "{\"golden\": \"version " + std::to_string(version) + "\"}");
     double force_N = 0;
-    for (int i = 0; i < asset.check_ticks; ++i)
-      force_N = std::max(force_N, Vec3::Map(asset.check[i].force_on_tool_N).norm());
+    for (int i = 0; i < asset.check.ticks; ++i)
+      force_N = std::max(force_N, Vec3::Map(asset.check.tick[i].force_on_tool_N).norm());
     EXPECT_GT(force_N, 0.1) << "the check path touches nothing";
     EXPECT_LT(file.size(), 16384U);
   }
