@@ -28,8 +28,12 @@ class Key {
     add(position.row(place));
     add(normal.row(place));
   }
-  void add_row(const Vec3& deflection, double time_s, const Lean& lean) {
-    add(deflection);
+  // What is asked for: a deflection, or a force, whose deflection is not known beforehand.
+  void add_row(const Vec3& deflection, double held_N, double time_s, const Lean& lean) {
+    if (std::isnan(held_N))
+      add(deflection);
+    else
+      add(Vec3(std::numeric_limits<double>::quiet_NaN(), 0, held_N));
     add(time_s);
     add(lean);
   }
@@ -38,6 +42,11 @@ class Key {
  private:
   std::string bytes_;
 };
+
+// A column that is NaN where it is missing.
+double number_at(const Eigen::VectorXd& column, Eigen::Index row) {
+  return column.size() > 0 ? column[row] : std::numeric_limits<double>::quiet_NaN();
+}
 
 bool is_of_point(ExperimentKind kind) {
   return kind == ExperimentKind::press || kind == ExperimentKind::drag;
@@ -54,10 +63,8 @@ std::string key_of(const ExperimentList& list, const Experiment& one) {
   }
   const ToolPath& path = one.path;
   for (Eigen::Index row = 0; row < path.deflections.rows(); ++row)
-    key.add_row(
-        path.deflections.row(row),
-        path.time_s.size() > 0 ? path.time_s[row] : std::numeric_limits<double>::quiet_NaN(),
-        path.lean);
+    key.add_row(path.deflections.row(row), number_at(path.held_N, row), number_at(path.time_s, row),
+                path.lean);
   if (!path.second) return key.bytes();
   key.add_place(list.places.position, list.places.normal, path.second->place);
   for (Eigen::Index row = 0; row < path.second->deflections.rows(); ++row)
@@ -92,9 +99,8 @@ std::string key_of(const Samples& samples, const std::vector<Eigen::Index>& rows
   };
   for (const Eigen::Index row : rows)
     if (tool_of(row) == 0)
-      key.add_row(samples.deflection.row(row),
-                  samples.time_s.size() > 0 ? samples.time_s[row]
-                                            : std::numeric_limits<double>::quiet_NaN(),
+      key.add_row(samples.deflection.row(row), number_at(samples.held_N, row),
+                  number_at(samples.time_s, row),
                   samples.lean.rows() > 0 ? Lean(samples.lean.row(row)) : Lean(Lean::Zero()));
   bool is_first = true;
   for (const Eigen::Index row : rows) {
@@ -426,6 +432,7 @@ Samples row_range(const Samples& samples, Eigen::Index first, Eigen::Index count
 
 void leave_out_what_says_nothing(Samples& samples) {
   if (!samples.time_s.array().isFinite().any()) samples.time_s.resize(0);
+  if (!samples.held_N.array().isFinite().any()) samples.held_N.resize(0);
   if (samples.lean.isZero(0)) samples.lean.resize(0, 2);
   if (std::ranges::count(samples.tool, 0) == samples.rows()) samples.tool.clear();
 }

@@ -29,6 +29,11 @@ constexpr double kBaseShare = 0.25;  // of force_tolerance: a change of complian
 constexpr double kShapeTolerance = 1e-3;  // of the shape under load, over the probe's length
 constexpr int kRingPieces = 24;           // chords are within 0.01 of the radius
 
+/// Force of a hold, relative: what is asked for and, on the coarse mesh alone, near enough to go on
+/// with both. Two rounds to four do; what does not follow the model is given up.
+constexpr double kHeldForce = 1e-3, kRoughForce = 1e-2;
+constexpr int kMaxRounds = 12;
+
 /// coarsening: of the sizes that the contact asks for. halved: base tets, see GradeOptions.
 struct Fineness {
   double coarsening = 1;
@@ -81,8 +86,10 @@ struct Simulator::State {
               const Vec3& normal, bool keeps_surface, const Progress& progress,
               const MeshRun* coarser = nullptr) const;
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
-  PointRows experiment(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
-                       const Progress& progress) const;
+  PointRows experiment(const ExperimentPlan& plan, const BaseRefinement& base, const Vec3& position,
+                       const Vec3& normal, const Progress& progress) const;
+  PointRows hold(const ToolPath& path, const Vec3& position, const Vec3& normal,
+                 const Progress& progress) const;
   PointRows quick_press(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
                         const Progress& progress) const;
 };
@@ -110,6 +117,125 @@ double at_first_over_slow(const std::vector<Material>& materials) {
     most = std::max(most, instantaneous_stiffness(material.relaxation));
   return most;
 }
+
+/// Depths at which normal forces are those that a path asks for (M14d): proposed from the forces
+/// that earlier proposals met. How far along the normal a step may go is where the path has it.
+class HeldDepths {
+ public:
+  HeldDepths(const ToolPath& path, const Vec3& normal, const Relaxation& series)
+      : normal_(normal), limits_(path.deflections), held_N_(path.held_N) {
+    const Eigen::Index n = limits_.rows();
+    most_m_ = limits_ * normal;
+    depth_m_ = most_m_;
+    while (first_ < n && !is_asked(first_)) ++first_;
+    stiffening_ = Eigen::MatrixXd::Ones(n, n);
+    for (Eigen::Index i = 0; i < n && path.time_s.size() > 0; ++i)
+      for (Eigen::Index j = 0; j <= i; ++j)
+        stiffening_(i, j) = mean_stiffening(series, path.time_s[i] - path.time_s[j],
+                                            path.time_s[i] - (j > 0 ? path.time_s[j - 1] : 0.0));
+    depth_m_[first_] /= 2;  // a start
+    const Eigen::VectorXd model = model_forces();
+    propose(Eigen::VectorXd::Constant(n, held_N_[first_] / model[first_]));
+  }
+
+  /// Rows of the path at the depths that are proposed; meshes of the plan stay as they are.
+  void place(ExperimentPlan& plan) const {
+    for (PathTarget& target : plan.paths[0].targets) {
+      const Eigen::Index i = target.row;
+      target.deflection = Vec3(limits_.row(i)) - (most_m_[i] - depth_m_[i]) * normal_;
+      plan.rows[static_cast<std::size_t>(i)].deflection = target.deflection;
+    }
+  }
+
+  /// The first row whose force is not what is asked for; as many as there are rows: none.
+  Eigen::Index first_unmet(const std::vector<PointRow>& rows, double tolerance) const {
+    Eigen::Index i = 0;
+    for (; i < held_N_.size(); ++i) {
+      if (!is_asked(i)) continue;
+      const PointRow& row = rows[static_cast<std::size_t>(i)];
+      if (row.status != RowStatus::good ||
+          !(std::abs(row.force.dot(normal_) - held_N_[i]) <= tolerance * held_N_[i]))
+        break;
+    }
+    return i;
+  }
+  /// Whether nothing is left to seek: all is met, or the force is too small as deep as may be.
+  bool is_over(const std::vector<PointRow>& rows, double tolerance) const {
+    const Eigen::Index i = first_unmet(rows, tolerance);
+    if (i == held_N_.size()) return true;
+    const PointRow& row = rows[static_cast<std::size_t>(i)];
+    return row.status == RowStatus::good && depth_m_[i] == most_m_[i] &&
+           row.force.dot(normal_) < held_N_[i];
+  }
+
+  /// Proposes depths anew. rows: solved along the ones before.
+  void learn(const std::vector<PointRow>& rows) {
+    const auto force_N = [&](Eigen::Index i) {
+      const PointRow& row = rows[static_cast<std::size_t>(i)];
+      return row.status == RowStatus::good ? row.force.dot(normal_) : 0.0;
+    };
+    // The force of the first hangs on its depth alone and so tells the power.
+    const double here_N = force_N(first_), here_m = depth_m_[first_];
+    const double way = std::log(here_m / before_m_);
+    if (here_N > 0 && before_N_ > 0 && std::abs(way) > kLeastWay)
+      power_ = std::clamp(std::log(here_N / before_N_) / way, kLeastPower, kMostPower);
+    before_N_ = here_N, before_m_ = here_m;
+    const Eigen::VectorXd model = model_forces();
+    Eigen::VectorXd gain(model.size());
+    double last = here_N > 0 ? here_N / model[first_] : 2 * held_N_[first_] / model[first_];
+    for (Eigen::Index i = 0; i < gain.size(); ++i)
+      gain[i] = last = force_N(i) > 0 && model[i] > 0 ? force_N(i) / model[i] : last;
+    propose(gain);
+  }
+
+ private:
+  static constexpr double kLeastWay = 0.01, kLeastPower = 1, kMostPower = 4;
+  static constexpr double kShallowest = 1e-4;  // of the deepest
+
+  bool is_asked(Eigen::Index i) const { return !std::isnan(held_N_[i]); }
+  double lifted(double depth_m) const { return std::pow(std::max(depth_m, 0.0), power_); }
+
+  // Of a body after a motion at even pace, from `since_s` ago to `until_s` ago.
+  static double mean_stiffening(const Relaxation& series, double until_s, double since_s) {
+    double out = 1;
+    for (Eigen::Index k = 0; k < series.branches(); ++k) {
+      const double tau_s = series.time_s[k], dt = (since_s - until_s) / tau_s;
+      out += series.share[k] * std::exp(-until_s / tau_s) * (dt > 0 ? -std::expm1(-dt) / dt : 1);
+    }
+    return out;
+  }
+  Eigen::VectorXd model_forces() const {
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(depth_m_.size());
+    for (Eigen::Index i = 0; i < out.size(); ++i)
+      for (Eigen::Index j = 0; j <= i; ++j)
+        out[i] +=
+            stiffening_(i, j) * (lifted(depth_m_[j]) - (j > 0 ? lifted(depth_m_[j - 1]) : 0.0));
+    return out;
+  }
+  // Depths where the model's forces, times the gains, are what is asked for.
+  void propose(const Eigen::VectorXd& gain) {
+    for (Eigen::Index i = 0; i < gain.size(); ++i) {
+      if (!is_asked(i)) continue;
+      double remembered = 0, before = 0;
+      for (Eigen::Index j = 0; j < i; ++j) {
+        const double here = lifted(depth_m_[j]);
+        remembered += stiffening_(i, j) * (here - before);
+        before = here;
+      }
+      const double there = before + (held_N_[i] / gain[i] - remembered) / stiffening_(i, i);
+      depth_m_[i] = std::clamp(std::pow(std::max(there, 0.0), 1 / power_), kShallowest * most_m_[i],
+                               most_m_[i]);
+    }
+  }
+
+  Vec3 normal_;
+  Points limits_;
+  Eigen::VectorXd held_N_, most_m_, depth_m_;
+  Eigen::MatrixXd stiffening_;
+  Eigen::Index first_ = 0;  // that is asked for
+  double power_ = 1.5;      // of depth, as Hertz has it
+  double before_N_ = 0, before_m_ = 1;
+};
 
 Vec3 middle_of(const Points& points) {
   return (points.colwise().minCoeff() + points.colwise().maxCoeff()).transpose() / 2;
@@ -329,13 +455,13 @@ bool Simulator::State::sees_interface(const Vec3& position, const Probe& here,
   return false;
 }
 
-PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& position,
-                                       const Vec3& normal, const Progress& progress) const {
+PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRefinement& base,
+                                       const Vec3& position, const Vec3& normal,
+                                       const Progress& progress) const {
   const double ratio = setup.options.coarse_ratio;
   const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
   const double min_error =
       sees_interface(position, here, plan.depth_m) ? kMinErrorAtBorder : kMinError;
-  const BaseRefinement base = base_at(plan, position, normal);
   const auto recorded = [&](const MeshRun& fine, const MeshRun& coarse) {
     PointRows out;
     out.is_complete = fine.is_complete && coarse.is_complete;
@@ -379,10 +505,52 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& p
   return out;
 }
 
+// All forces of a path are sought together, on meshes that stay: so what is asked for is the force
+// that rows have, extrapolated, and a row is what the path of its depths gives.
+PointRows Simulator::State::hold(const ToolPath& path, const Vec3& position, const Vec3& normal,
+                                 const Progress& progress) const {
+  ExperimentPlan plan = path_plan(path, position, normal);
+  const BaseRefinement base = base_at(plan, position, normal);
+  const double ratio = setup.options.coarse_ratio;
+  HeldDepths depths(path, normal, materials.front().relaxation);
+  for (int round = 0; round < kMaxRounds && ratio > 0; ++round) {
+    depths.place(plan);
+    const MeshRun coarse = run(mesh_at(position, normal, plan, {ratio, base.halved}), plan,
+                               position, normal, false, progress);
+    if (!coarse.is_complete) return {};
+    std::vector<PointRow> rows = plan.rows;
+    record_rows(coarse.rows, {}, 0, 0, rows);
+    if (depths.is_over(rows, kRoughForce)) break;
+    depths.learn(rows);
+  }
+  PointRows out;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    depths.place(plan);
+    out = experiment(plan, base, position, normal, progress);
+    if (!out.is_complete || depths.is_over(out.rows, kHeldForce)) break;
+    depths.learn(out.rows);
+  }
+  if (!out.is_complete) return out;
+  // What was not found is no hold, nor is what follows.
+  const auto unmet = static_cast<std::size_t>(depths.first_unmet(out.rows, kHeldForce));
+  for (std::size_t i = unmet; i < out.rows.size(); ++i) {
+    const PointRow& solved = out.rows[i];
+    const RowStatus status = i > unmet                          ? RowStatus::not_reached
+                             : solved.status == RowStatus::good ? RowStatus::not_converged
+                                                                : solved.status;
+    out.rows[i] = plan.rows[i];
+    out.rows[i].sway_m_N = solved.sway_m_N;
+    out.rows[i].status = status;
+  }
+  return out;
+}
+
 PointRows Simulator::press_and_drag(const Vec3& position, const Vec3& normal,
                                     const Experiments& experiments,
                                     const Progress& progress) const {
-  return state_->experiment(press_and_drag_plan(experiments, normal), position, normal, progress);
+  const ExperimentPlan plan = press_and_drag_plan(experiments, normal);
+  return state_->experiment(plan, state_->base_at(plan, position, normal), position, normal,
+                            progress);
 }
 
 PointRows Simulator::State::quick_press(const ExperimentPlan& plan, const Vec3& position,
@@ -428,7 +596,10 @@ PointRows Simulator::press_at_once(const Vec3& position, const Vec3& normal,
 
 PointRows Simulator::follow(const Vec3& position, const Vec3& normal, const ToolPath& path,
                             const Progress& progress) const {
-  return state_->experiment(path_plan(path, position, normal), position, normal, progress);
+  if (path.held_N.array().isFinite().any()) return state_->hold(path, position, normal, progress);
+  const ExperimentPlan plan = path_plan(path, position, normal);
+  return state_->experiment(plan, state_->base_at(plan, position, normal), position, normal,
+                            progress);
 }
 
 }  // namespace palpate::fem

@@ -8,7 +8,7 @@ import numpy as np
 
 # Units of a samples.h5, a contract (docs/formats.md); all else is without.
 _UNITS = {"points/position": "m", "points/normal_gradient": "1/m", "points/sway": "m/N", "rows/deflection": "m",
-          "rows/force": "N", "rows/torque": "N m", "rows/force_error": "N", "rows/time": "s",
+          "rows/force": "N", "rows/torque": "N m", "rows/force_error": "N", "rows/time": "s", "rows/held": "N",
           "relaxation/time": "s", "recordings/contact": "m",
           "recordings/contact_deviation": "m", "recordings/speed": "m/s", "recordings/noise": "N",
           "recordings/young": "Pa"}

@@ -260,17 +260,12 @@ TEST(Relaxation, its_band_is_the_covariance_carried_to_the_stiffening) {
   }
 }
 
-class RelaxationImport : public testing_io::ScratchTest {};
-
-TEST_F(RelaxationImport, gives_rows_in_time_and_keeps_rates_apart) {
-  // Two repeats at one speed, which would be pooled, with a hold.
-  std::vector<BatchItem> items;
-  const RecoveryCase c = recovery_cases()[1];
-  for (int i = 0; i < 2; ++i) {
-    std::mt19937 random(static_cast<unsigned>(40 + i));
-    const auto raw = record({c.relaxation, 1}, c.ways[0], 0.01, 2, {0.003, 0}, random);
+class RelaxationImport : public testing_io::ScratchTest {
+ protected:
+  // A recording as a file and its entry.
+  BatchItem item_of(const importers::RawRecording& raw, const std::string& name) const {
     BatchItem item;
-    item.file = folder_ / ("hold" + std::to_string(i) + ".csv");
+    item.file = folder_ / name;
     std::ofstream out(item.file);
     out << "t,z,f\n";
     for (std::size_t k = 0; k < raw.time_s.size(); ++k)
@@ -283,7 +278,18 @@ TEST_F(RelaxationImport, gives_rows_in_time_and_keeps_rates_apart) {
     item.read.units = {"s", "mm", "N"};
     item.read.is_force_on_tool = false;
     item.signal.radius_m = 5e-3;
-    items.push_back(item);
+    return item;
+  }
+};
+
+TEST_F(RelaxationImport, gives_rows_in_time_and_keeps_rates_apart) {
+  // Two repeats at one speed, which would be pooled, with a hold.
+  std::vector<BatchItem> items;
+  const RecoveryCase c = recovery_cases()[1];
+  for (int i = 0; i < 2; ++i) {
+    std::mt19937 random(static_cast<unsigned>(40 + i));
+    items.push_back(item_of(record({c.relaxation, 1}, c.ways[0], 0.01, 2, {0.003, 0}, random),
+                            "hold" + std::to_string(i) + ".csv"));
   }
   BatchOptions batch;
   batch.jobs = 1;
@@ -318,6 +324,32 @@ TEST_F(RelaxationImport, gives_rows_in_time_and_keeps_rates_apart) {
   const Assembled pooled = assemble(items, results, none);
   EXPECT_EQ(pooled.samples.time_s.size(), 0);
   EXPECT_EQ(pooled.samples.experiment.back(), 0);
+}
+
+// The depth creeps as d^{3/2} = 1 + g - g e^{-t/((1 + g) tau)} times that at first.
+TEST_F(RelaxationImport, of_a_press_whose_force_stays_while_it_creeps_finds_the_series) {
+  constexpr double kShare = 0.5, kTime_s = 3, kSeconds = 30;
+  Way way;
+  way.go(-1e-3, 0), way.go(0, 0.1), way.go(2e-3, 0.2);
+  for (double t = 0.05; t < kSeconds; t += std::max(0.05, 0.1 * t))
+    way.go(2e-3 * std::pow(1 + kShare - kShare * std::exp(-t / ((1 + kShare) * kTime_s)), 2.0 / 3),
+           std::max(0.05, 0.1 * (t - 0.05)));
+  way.go(-1e-3, 1), way.go(-1e-3, 1);
+  std::mt19937 random(7);
+  const auto raw = record({prony({kShare}, {kTime_s}), 1}, way, 0.01, 2, {0.003, 0}, random);
+  const std::vector<BatchItem> items{item_of(raw, "creep.csv")};
+  BatchOptions batch;
+  batch.jobs = 1;
+  const Assembled found = assemble(items, run_batch(items, batch, Progress{}), {});
+  for (const Outcome& outcome : found.outcomes)
+    ASSERT_FALSE(outcome.failure) << outcome.failure->what;
+  ASSERT_TRUE(found.relaxation);
+  const Samples& samples = found.samples;
+  ASSERT_EQ(samples.relaxation.branches(), 1);
+  EXPECT_NEAR(samples.relaxation.share[0], kShare, 0.05);
+  EXPECT_NEAR(samples.relaxation.time_s[0], kTime_s, 0.5);
+  ASSERT_EQ(samples.time_s.size(), samples.rows());
+  EXPECT_GT(samples.time_s.maxCoeff(), 20);
 }
 
 }  // namespace
