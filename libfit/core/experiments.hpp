@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstddef>
-#include <initializer_list>
 #include <vector>
 
 #include "libfit/core/body.hpp"
+#include "libfit/core/join_samples.hpp"
 #include "libfit/core/samples.hpp"
 
 namespace palpate {
@@ -51,21 +51,7 @@ Samples known_rows(const ExperimentList& wanted, const Samples& known, int per_p
 std::vector<std::size_t> without_rows(const ExperimentList& list, const Samples& samples,
                                       int per_point);
 
-/// Places and rows of both, those of `first` in front, experiments numbered anew; places of both
-/// come twice. Rows of a second without places are at those of the first. Where rows of either do
-/// not say how the surface moved, none of the result do.
-Samples joined(const Samples& first, const Samples& second);
 /// The experiments of samples that are not in the list, as known_rows() would find them.
 Samples beyond(const Samples& samples, const ExperimentList& list);
-
-/// Rows from `first` on, at the same places.
-Samples row_range(const Samples& samples, Eigen::Index first, Eigen::Index count);
-
-/// Columns of time, lean and tool that say nothing go.
-void leave_out_what_says_nothing(Samples& samples);
-
-/// The rows of these kinds at their places, which keep their order; columns that then say nothing
-/// (no time, one tool, no lean) are left out.
-Samples of_kinds(const Samples& samples, std::initializer_list<ExperimentKind> kinds);
 
 }  // namespace palpate

@@ -110,12 +110,8 @@ inline Eigen::Matrix<double, 1, 6> numbers_of(const Mat3& m) {
   return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)};
 }
 
-/// Experiments at places of a body, simulated or measured: samples.h5 in memory (docs/formats.md).
-/// P places, N rows in experiment order. deflection N x 3 [m], force N x 3 [N] of the tool ON the
-/// body, torque N x 3 [N m] about the probe's reference point, force_error N [N]. Where several
-/// tools are on the body at once each has a row of its own, one after the other, at its own place
-/// and with its number in `tool`.
-struct Samples {
+/// Where experiments are made, P places of a body.
+struct SamplePlaces {
   Points point_position;                ///< P x 3 [m]
   Points point_normal;                  ///< P x 3, inward unit
   std::vector<std::string> point_name;  ///< P
@@ -131,6 +127,14 @@ struct Samples {
   /// meshes.
   Eigen::VectorXd point_scale;
 
+  Eigen::Index points() const { return point_position.rows(); }
+};
+
+/// What a tool did and met, N rows in experiment order. deflection N x 3 [m], force N x 3 [N] of
+/// the tool ON the body, torque N x 3 [N m] about the probe's reference point, force_error N [N].
+/// Where several tools are on the body at once each has a row of its own, one after the other, at
+/// its own place and with its number in `tool`.
+struct SampleRows {
   std::vector<std::int32_t> point;       ///< N, index of the place
   std::vector<std::int32_t> experiment;  ///< N, unique per press, drag or path
   std::vector<ExperimentKind> kind;      ///< N
@@ -154,14 +158,19 @@ struct Samples {
   /// has moved; 0 of rows that are not good. No rows where it was not kept. A file of its own.
   SurfaceMotion surface;
 
+  Eigen::Index rows() const { return deflection.rows(); }
+};
+
+/// What made the rows, and of which body.
+struct SampleOrigin {
   std::optional<ProbeSpec> probe;  ///< that made them; none where unknown
   double poisson = std::numeric_limits<double>::quiet_NaN();  ///< of the body; NaN where unknown
   Relaxation relaxation;  ///< of the body, where it is known; rows without time do not feel it
   MeasuredRecordings recordings;  ///< where measured rows came from; empty when simulated
-
-  Eigen::Index rows() const { return deflection.rows(); }
-  Eigen::Index points() const { return point_position.rows(); }
 };
+
+/// Experiments at places of a body, simulated or measured: samples.h5 in memory (docs/formats.md).
+struct Samples : SamplePlaces, SampleRows, SampleOrigin {};
 
 /// Each column of places, each of rows, for whatever copies, reads or writes all of them: f(column
 /// of a, column of b, what a place or row has where the column is missing; no such argument: it is
