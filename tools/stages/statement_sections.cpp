@@ -114,6 +114,11 @@ Lines of_tool(const StatedAsset& of) {
                   {"foremost_ball", false, foremost_played_as}});
 }
 
+// Of a body that relaxes: at the depths that the reference found for the force.
+Lines of_holds(const StatedAsset& of) {
+  return of_kind(of, ExperimentKind::hold, of.radius_m, {{"as_recorded", true, nullptr}});
+}
+
 struct SectionRow {
   const char *name, *title;
   Lines (*lines)(const StatedAsset&);
@@ -126,6 +131,7 @@ constexpr SectionRow kSections[] = {
     {"baselines", "of what is simpler", by_baseline},
     {"two_tools", "two tools on the body", of_pairs},
     {"tool", "the tool, as balls", of_tool},
+    {"holds", "a force held, body creeping", of_holds},
 };
 
 }  // namespace
@@ -167,7 +173,8 @@ void write_compared_rows(const std::filesystem::path& path, const StatedAsset& o
     return std::string(
         kPathKindNames[static_cast<std::size_t>(of.reference.held_out.kind[path_of(of, row)])]);
   });
-  for (const ExperimentKind kind : {ExperimentKind::pair, ExperimentKind::tool}) {
+  for (const ExperimentKind kind :
+       {ExperimentKind::pair, ExperimentKind::tool, ExperimentKind::hold}) {
     const Samples rows = of_kinds(of.reference.all, {kind});
     write(rows, replay(of.asset, rows, depth_m(of), played_as(of.scene, rows)), [&](Eigen::Index) {
       return std::string(kExperimentKindNames[static_cast<std::size_t>(kind)]);
