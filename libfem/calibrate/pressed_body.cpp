@@ -104,15 +104,8 @@ std::pair<MaterialParameters, double> PressedBody::simulated_for(
   return {material, factor};
 }
 
-std::vector<Eigen::VectorXd> PressedBody::forces(const std::vector<MaterialParameters>& wanted,
-                                                 PressMesh mesh, const Progress& progress) {
-  std::vector<MaterialParameters> materials;
-  std::vector<double> factor;
-  for (const MaterialParameters& material : wanted) {
-    const auto [simulated_material, its_factor] = simulated_for(material);
-    materials.push_back(simulated_material);
-    factor.push_back(its_factor);
-  }
+void PressedBody::simulate(const std::vector<MaterialParameters>& materials, PressMesh mesh,
+                           const Progress& progress) {
   std::vector<std::pair<std::size_t, std::size_t>> missing;  // material, point
   std::set<std::string> named;
   for (std::size_t m = 0; m < materials.size(); ++m)
@@ -154,6 +147,18 @@ std::vector<Eigen::VectorXd> PressedBody::forces(const std::vector<MaterialParam
         },
         tbb::simple_partitioner());
   });
+}
+
+std::vector<Eigen::VectorXd> PressedBody::forces(const std::vector<MaterialParameters>& wanted,
+                                                 PressMesh mesh, const Progress& progress) {
+  std::vector<MaterialParameters> materials;
+  std::vector<double> factor;
+  for (const MaterialParameters& material : wanted) {
+    const auto [simulated_material, its_factor] = simulated_for(material);
+    materials.push_back(simulated_material);
+    factor.push_back(its_factor);
+  }
+  simulate(materials, mesh, progress);
   std::vector<Eigen::VectorXd> out(materials.size());
   if (progress.stopped()) return out;
   for (std::size_t m = 0; m < materials.size(); ++m) {

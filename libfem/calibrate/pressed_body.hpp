@@ -19,7 +19,7 @@ struct SimulatedPress {
 enum class PressMesh { coarse, scene };
 
 /// Presses on a body of known shape, and the same presses by the simulator with other materials of
-/// /// the body. Every press is simulated once: `known` holds those that were, by their name.
+/// the body. Every press is simulated once: `known` holds those that were, by their name.
 /// Materials that differ by a common factor of their moduli are one where is_scaled()
 /// (M43a).
 class PressedBody {
@@ -57,6 +57,10 @@ class PressedBody {
   std::string name_of(const MaterialParameters& material, std::size_t point, PressMesh mesh) const;
   /// The material that is simulated for another, and the factor of its forces.
   std::pair<MaterialParameters, double> simulated_for(MaterialParameters material) const;
+
+  /// What is not known of these, in parallel, as far as progress lets it.
+  void simulate(const std::vector<MaterialParameters>& materials, PressMesh mesh,
+                const Progress& progress);
 
   SimulationSetup setup_;
   int jobs_;

@@ -43,6 +43,37 @@ double rows_each(const VectorXd& r, const std::vector<int>& group) {
   return sum;
 }
 
+// Of a material whose constants are not told apart, the combinations that are: directions V of
+// relative changes whose deviation is small. size: that relative changes are over.
+void tell_combinations(const MaterialSearch& search, const MatrixXd& V, const MatrixXd& relative,
+                       const VectorXd& size, Identification& out) {
+  const bool is_product =
+      !std::all_of(out.free.begin(), out.free.end(), [&](auto i) { return search.is_modulus(i); });
+  for (Index i = 0; i < V.cols(); ++i) {
+    const double spread = std::sqrt(V.col(i).dot(relative * V.col(i)));
+    if (spread > kUndetermined) continue;
+    DeterminedCombination one{.weight = V.col(i), .is_product = is_product};
+    if (!is_product) one.weight = one.weight.cwiseQuotient(size).eval();
+    Index main = 0;
+    one.weight.cwiseProduct(is_product ? VectorXd::Ones(size.size()) : size)
+        .cwiseAbs()
+        .maxCoeff(&main);
+    one.weight /= one.weight[main];
+    one.value = is_product ? 1 : 0;
+    for (Index j = 0; j < V.cols(); ++j) {
+      const double value = out.material.values[out.free[static_cast<std::size_t>(j)]];
+      if (is_product)
+        one.value *= std::pow(std::abs(value), one.weight[j]);
+      else
+        one.value += one.weight[j] * value;
+    }
+    const VectorXd scaled =
+        is_product ? VectorXd(one.value * one.weight.cwiseQuotient(size)) : one.weight;
+    one.deviation = std::sqrt(scaled.dot(out.covariance * scaled));
+    out.determined.push_back(one);
+  }
+}
+
 }  // namespace
 
 void state_errors(const MaterialSearch& search, const Observations& observed, const VectorXd& y,
@@ -92,30 +123,7 @@ void state_errors(const MaterialSearch& search, const Observations& observed, co
 
   for (Index i = 0; i < k; ++i)
     if (std::sqrt(V.col(i).dot(relative * V.col(i))) > kUndetermined) out.are_told_apart = false;
-  if (out.are_told_apart) return;
-  const bool is_product =
-      !std::all_of(out.free.begin(), out.free.end(), [&](auto i) { return search.is_modulus(i); });
-  for (Index i = 0; i < k; ++i) {
-    const double spread = std::sqrt(V.col(i).dot(relative * V.col(i)));
-    if (spread > kUndetermined) continue;
-    DeterminedCombination one{.weight = V.col(i), .is_product = is_product};
-    if (!is_product) one.weight = one.weight.cwiseQuotient(size).eval();
-    Index main = 0;
-    one.weight.cwiseProduct(is_product ? VectorXd::Ones(k) : size).cwiseAbs().maxCoeff(&main);
-    one.weight /= one.weight[main];
-    one.value = is_product ? 1 : 0;
-    for (Index j = 0; j < k; ++j) {
-      const double value = out.material.values[out.free[static_cast<std::size_t>(j)]];
-      if (is_product)
-        one.value *= std::pow(std::abs(value), one.weight[j]);
-      else
-        one.value += one.weight[j] * value;
-    }
-    const VectorXd scaled =
-        is_product ? VectorXd(one.value * one.weight.cwiseQuotient(size)) : one.weight;
-    one.deviation = std::sqrt(scaled.dot(out.covariance * scaled));
-    out.determined.push_back(one);
-  }
+  if (!out.are_told_apart) tell_combinations(search, V, relative, size, out);
 }
 
 }  // namespace palpate::fem

@@ -14,7 +14,11 @@ constexpr double kLightest = 0.1;  // of the largest: what lighter rows are off 
 
 }  // namespace
 
-double relative_floor_N(double largest_N) { return std::min(kForceFloor_N, kLightest * largest_N); }
+double relative_floor(double largest) { return kLightest * largest; }
+
+double relative_floor_N(double largest_N) {
+  return std::min(kForceFloor_N, relative_floor(largest_N));
+}
 
 double relative_floor_N(const Samples& reference) {
   double largest_N = 0;
@@ -25,7 +29,17 @@ double relative_floor_N(const Samples& reference) {
 }
 
 double relative_floor_Nm(double largest_Nm) {
-  return std::min(kTorqueFloor_Nm, kLightest * largest_Nm);
+  return std::min(kTorqueFloor_Nm, relative_floor(largest_Nm));
+}
+
+std::vector<double> stated_errors(const std::vector<ForceError>& rows) {
+  double largest_N = 0;
+  for (const ForceError& row : rows) largest_N = std::max(largest_N, row.force_N);
+  const double floor_N = relative_floor_N(largest_N);
+  std::vector<double> out;
+  for (const auto& [error_N, force_N] : rows)
+    if (force_N > floor_N) out.push_back(relative_error(error_N, force_N, floor_N));
+  return out;
 }
 
 double stated_quantile(std::vector<double> values, double share) {

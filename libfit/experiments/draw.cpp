@@ -242,6 +242,67 @@ class PathDrawer {
   HeldOut out_;
 };
 
+// Two places of the region, and the blended inward normals there.
+struct TwoPlaces {
+  Vec3 position, normal, other, other_normal;
+};
+
+// As far apart as wanted, as nearly as kPlaces draws come to it.
+TwoPlaces draw_places(const Body& body, const ReachableArea& area, const Points& outward,
+                      const HeldOutRange& range, double least_m, double wanted_m,
+                      Uniform& uniform) {
+  constexpr double kFacing = 0.5;  // of the normals
+  TwoPlaces best;
+  double best_m = std::numeric_limits<double>::infinity();
+  for (int place = 0; place < kPlaces; ++place) {
+    const auto [p, u] = draw_point(body, area, outward, uniform);
+    const auto [q, v] = draw_point(body, area, outward, uniform);
+    const double away_m = (p - q).norm();
+    if (away_m < least_m || u.dot(v) < kFacing || !(std::abs(away_m - wanted_m) < best_m) ||
+        (range.can_touch && !(range.can_touch(p, u) && range.can_touch(q, v))))
+      continue;
+    best_m = std::abs(away_m - wanted_m);
+    best = {p, u, q, v};
+  }
+  if (!std::isfinite(best_m))
+    throw Error("pairs",
+                fmt::format("no two places of the region are {:.3g} mm apart where the "
+                            "tools can touch",
+                            1e3 * least_m),
+                "Widen the region of [experiments], or take a smaller tool.");
+  return best;
+}
+
+// The second tool presses, then the first beside it, and one of them is dragged.
+ToolPath draw_pair(std::int32_t point, const TwoPlaces& at, const HeldOutRange& range,
+                   const Reach& reach, bool is_first_dragged, Uniform& uniform) {
+  // Rows: depths of both over their deepest, travel of the one that is dragged over its distance.
+  constexpr double kRows[][3] = {{-0.1, 0.5, 0}, {-0.1, 1, 0}, {0.4, 1, 0}, {0.7, 1, 0},
+                                 {1, 1, 0},      {1, 1, 0.2},  {1, 1, 0.5}, {1, 1, 1}};
+  constexpr auto kCount = static_cast<Eigen::Index>(std::size(kRows));
+  const double depth = range.depth_m * uniform(0.4, kDeepest),
+               other_depth = range.depth_m * uniform(0.4, kDeepest);
+  const double drag = range.drag_distance_m * uniform(0.5, 1);
+  const Vec3 &from = is_first_dragged ? at.position : at.other,
+             &along = is_first_dragged ? at.normal : at.other_normal;
+  // Away from the other tool or beside it.
+  const Vec3 apart = is_first_dragged ? Vec3(at.position - at.other) : Vec3(at.other - at.position);
+  Vec3 tangent = Vec3::Zero();
+  for (int turn = 0; turn < kMaxTurns && tangent.isZero(); ++turn) {
+    const Vec3 tried = tangent_of(along, uniform(0, 2 * std::numbers::pi));
+    if (tried.dot(apart) >= 0 && reach.holds(from + drag * tried)) tangent = tried;
+  }
+  ToolPath path{point, Points(kCount, 3)};
+  path.second = SecondTool{at.other, at.other_normal, Points(kCount, 3)};
+  for (Eigen::Index k = 0; k < kCount; ++k) {
+    const Vec3 travel = drag * kRows[k][2] * tangent;
+    path.deflections.row(k) = kRows[k][0] * depth * at.normal;
+    path.second->deflections.row(k) = kRows[k][1] * other_depth * at.other_normal;
+    (is_first_dragged ? path.deflections : path.second->deflections).row(k) += travel.transpose();
+  }
+  return path;
+}
+
 constexpr int kKinds = static_cast<int>(kUprightKinds);
 
 }  // namespace
@@ -270,11 +331,6 @@ HeldOut draw_leaning(const Body& body, const HeldOutRange& range, int paths, std
 
 HeldOut draw_two_tools(const Body& body, const HeldOutRange& range, int paths, double least_m,
                        double most_m, bool is_drawn, std::uint64_t seed) {
-  // Rows: depths of both over their deepest, travel of the one that is dragged over its distance.
-  constexpr double kRows[][3] = {{-0.1, 0.5, 0}, {-0.1, 1, 0}, {0.4, 1, 0}, {0.7, 1, 0},
-                                 {1, 1, 0},      {1, 1, 0.2},  {1, 1, 0.5}, {1, 1, 1}};
-  constexpr auto kCount = static_cast<Eigen::Index>(std::size(kRows));
-  constexpr double kFacing = 0.5;  // of the normals
   const ReachableArea area = reachable_area(body);
   const Reach reach(body);
   const Points outward = vertex_normals(body.surface);
@@ -286,49 +342,12 @@ HeldOut draw_two_tools(const Body& body, const HeldOutRange& range, int paths, d
   for (int i = 0; i < paths; ++i) {
     const double share = is_drawn ? uniform(0, 1) : (i + 0.5) / paths;
     const double wanted_m = least_m * std::pow(most_m / least_m, share);
-    Vec3 position, normal, other, other_normal;
-    double best_m = std::numeric_limits<double>::infinity();
-    for (int place = 0; place < kPlaces; ++place) {
-      const auto [p, u] = draw_point(body, area, outward, uniform);
-      const auto [q, v] = draw_point(body, area, outward, uniform);
-      const double away_m = (p - q).norm();
-      if (away_m < least_m || u.dot(v) < kFacing || !(std::abs(away_m - wanted_m) < best_m) ||
-          (range.can_touch && !(range.can_touch(p, u) && range.can_touch(q, v))))
-        continue;
-      best_m = std::abs(away_m - wanted_m);
-      std::tie(position, normal, other, other_normal) = std::tie(p, u, q, v);
-    }
-    if (!std::isfinite(best_m))
-      throw Error("pairs",
-                  fmt::format("no two places of the region are {:.3g} mm apart where the "
-                              "tools can touch",
-                              1e3 * least_m),
-                  "Widen the region of [experiments], or take a smaller tool.");
-    const double depth = range.depth_m * uniform(0.4, kDeepest),
-                 other_depth = range.depth_m * uniform(0.4, kDeepest);
-    const double drag = range.drag_distance_m * uniform(0.5, 1);
-    const bool is_first = i % 2 == 0;  // that is dragged
-    const Vec3 &from = is_first ? position : other, &along = is_first ? normal : other_normal;
-    // Away from the other tool or beside it.
-    const Vec3 apart = is_first ? Vec3(position - other) : Vec3(other - position);
-    Vec3 tangent = Vec3::Zero();
-    for (int turn = 0; turn < kMaxTurns && tangent.isZero(); ++turn) {
-      const Vec3 tried = tangent_of(along, uniform(0, 2 * std::numbers::pi));
-      if (tried.dot(apart) >= 0 && reach.holds(from + drag * tried)) tangent = tried;
-    }
-    ToolPath path{i, Points(kCount, 3)};
-    path.second = SecondTool{other, other_normal, Points(kCount, 3)};
-    for (Eigen::Index k = 0; k < kCount; ++k) {
-      const Vec3 travel = drag * kRows[k][2] * tangent;
-      path.deflections.row(k) = kRows[k][0] * depth * normal;
-      path.second->deflections.row(k) = kRows[k][1] * other_depth * other_normal;
-      (is_first ? path.deflections : path.second->deflections).row(k) += travel.transpose();
-    }
-    out.points.position.row(i) = position;
-    out.points.normal.row(i) = normal;
+    const TwoPlaces at = draw_places(body, area, outward, range, least_m, wanted_m, uniform);
+    out.paths.push_back(draw_pair(i, at, range, reach, i % 2 == 0, uniform));
+    out.points.position.row(i) = at.position;
+    out.points.normal.row(i) = at.normal;
     out.points.name.push_back(fmt::format("t{:04}", i + 1));
     out.kind.push_back(PathKind::straight);
-    out.paths.push_back(std::move(path));
   }
   return out;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "libfit/core/stated_error.hpp"
 #include "libfit/experiments/walk.hpp"
 
 namespace palpate {
@@ -190,7 +191,7 @@ Eigen::VectorXd row_scales_N(const Samples& samples) {
     if (samples.status[row] == RowStatus::good)
       out[static_cast<Eigen::Index>(row)] =
           std::max(samples.force.row(static_cast<Eigen::Index>(row)).norm(),
-                   kLightRow * largest_N[tool_of(row)]);
+                   relative_floor(largest_N[tool_of(row)]));
   return out;
 }
 

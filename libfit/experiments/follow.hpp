@@ -41,8 +41,8 @@ runtime::AssetView coupled_by(const runtime::AssetView& asset,
                               const runtime::CouplingView& coupling);
 
 /// Of good rows, the force that its error is over where experiments are weighed against each other:
-/// its own, or where that is more a tenth of the largest of its tool in its experiment. 0 of
-/// others.
+/// its own, or where that is more relative_floor() of the largest of its tool in its experiment. 0
+/// of others.
 Eigen::VectorXd row_scales_N(const Samples& samples);
 
 }  // namespace palpate

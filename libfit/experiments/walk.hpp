@@ -13,8 +13,6 @@ namespace palpate {
 
 inline constexpr double kWalkTick_m = 20e-6;   ///< most that a tool moves: 20 mm/s at 1 kHz
 inline constexpr double kApproachRatio = 0.1;  ///< of the depth, from outside, before the first row
-/// Of the largest force of an experiment: errors of lighter rows are over this.
-inline constexpr double kLightRow = 0.1;
 
 /// An asset with a body of its own where contacts damage one.
 class WalkedBody {

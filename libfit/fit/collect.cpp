@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "libfit/core/stated_error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/fit/point/nuisance.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
@@ -142,10 +143,10 @@ FitReport make_report(const BodyData& body, const std::vector<CurveRows>& rows,
     report.rows_not_finite += static_cast<std::size_t>(point.rows.not_finite);
     report.rows_cut += static_cast<std::size_t>(point.rows.cut);
   }
-  std::vector<double> errors;
+  std::vector<ForceError> scored;
   for (const PointResult& result : results)
-    errors.insert(errors.end(), result.score.relative_errors.begin(),
-                  result.score.relative_errors.end());
+    scored.insert(scored.end(), result.score.rows.begin(), result.score.rows.end());
+  const std::vector<double> errors = stated_errors(scored);
   report.median_relative_error = median(errors);
   report.p95_relative_error = quantile(errors, 0.95);
   report.max_relative_error = quantile(errors, 1);

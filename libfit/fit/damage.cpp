@@ -7,15 +7,15 @@
 #include <map>
 #include <vector>
 
+#include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/fit/point/replay.hpp"
+#include "libfit/fit/point/local_curves.hpp"
 
 namespace palpate::fit {
 namespace {
 
 constexpr double kSamePlace_m = 1e-9;
 constexpr double kOffNormal = 1e-6;    // of the depth
-constexpr double kFloor = 0.05;        // of a cycle's largest force, as of a point's in a fit
 constexpr double kLeastDented = 0.05;  // r of the largest dent
 constexpr double kWorth = 0.9;         // of the error without damage
 constexpr double kLeast = 1e-3;        // rms, of a cycle's largest force
@@ -39,21 +39,15 @@ Eigen::Index point_at(const FittedCurves& curves, const Vec3& place) {
 // Of a straight press that nothing has damaged: force and work at each depth, from an even table.
 class StraightPress {
  public:
-  StraightPress(const Bases& bases, const FittedCurves& curves, const Samples& samples,
-                Eigen::Index point, Eigen::Index of_samples, double deepest_m)
+  StraightPress(const LocalCurves& curves, const Vec3& inward, double deepest_m)
       : step_m_(deepest_m / kSteps) {
-    const Vec3 inward = samples.point_normal.row(of_samples);
-    std::vector<double> way;
-    for (int i = 1; i <= kSteps; ++i)
-      for (int k = 0; k < 3; ++k) way.push_back(step_m_ * i * inward[k]);
-    std::vector<runtime::Vec3d> force(kSteps);
-    runtime::replay_drag<double>(bases.views, controls_at(curves.curves, point),
-                                 quadric_of(inward, offset_gradient(samples, of_samples)),
-                                 {way.data(), kSteps, nullptr}, nullptr, force.data());
+    Points way(kSteps, 3);
+    for (int i = 1; i <= kSteps; ++i) way.row(i - 1) = step_m_ * i * inward;
+    const Points force = local_answer(curves, way).force;
     force_N_.push_back(0);
     work_J_.push_back(0);
-    for (const runtime::Vec3d& f : force) {
-      const double now = inward.dot(Vec3(f.x, f.y, f.z));
+    for (int i = 0; i < kSteps; ++i) {
+      const double now = inward.dot(Vec3(force.row(i)));
       work_J_.push_back(work_J_.back() + 0.5 * step_m_ * (force_N_.back() + now));
       force_N_.push_back(now);
     }
@@ -91,7 +85,8 @@ std::vector<Cycle> cycles_of(const FittedCurves& curves, const Samples& samples)
       is_straight = is_straight && (d - d.dot(inward) * inward).norm() <= kOffNormal * d.norm();
     }
     if (!is_straight || !(deepest_m > 0)) continue;
-    const StraightPress press(bases, curves, samples, point, of_samples, deepest_m);
+    const StraightPress press(curves_at(bases, curves.curves, point, samples, of_samples), inward,
+                              deepest_m);
     Cycle cycle;
     const runtime::SplineView& normal = bases.views.view[runtime::kNormal];
     cycle.unit_J = runtime::curve_energy(normal, curves.curves.control[0].row(point).data(),
@@ -130,11 +125,11 @@ void answer(const std::vector<Cycle>& cycles, const runtime::DamageView& damage,
   }
 }
 
-std::vector<double> errors(const std::vector<Cycle>& cycles, const runtime::DamageView& damage) {
-  std::vector<double> out;
-  answer(cycles, damage, [&](const Cycle& cycle, double answered_N, double force_N) {
-    out.push_back(std::abs(answered_N - force_N) /
-                  std::max(std::abs(force_N), kFloor * cycle.largest_N));
+std::vector<ForceError> errors(const std::vector<Cycle>& cycles,
+                               const runtime::DamageView& damage) {
+  std::vector<ForceError> out;
+  answer(cycles, damage, [&](const Cycle&, double answered_N, double force_N) {
+    out.push_back({std::abs(answered_N - force_N), std::abs(force_N)});
   });
   return out;
 }
@@ -224,7 +219,7 @@ double dent_of(const std::vector<Cycle>& cycles, const runtime::DamageView& dama
 runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& samples,
                                     DamageReport* report, bool may_dent) {
   const std::vector<Cycle> cycles = cycles_of(curves, samples);
-  const std::vector<double> undamaged = errors(cycles, {});
+  const std::vector<ForceError> undamaged = errors(cycles, {});
   DamageReport found;
   found.cycles = cycles.size();
   found.rows = undamaged.size();
@@ -259,9 +254,10 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
       found.deviation = deviations(residuals, p);
     }
     found.dent = best.softens() ? dent_of(cycles, best) : 0;
-    found.median_undamaged = quantile(undamaged, 0.5);
-    found.p95_undamaged = quantile(undamaged, 0.95);
-    const std::vector<double> left = errors(cycles, best);
+    const std::vector<double> whole_body = stated_errors(undamaged);
+    found.median_undamaged = quantile(whole_body, 0.5);
+    found.p95_undamaged = quantile(whole_body, 0.95);
+    const std::vector<double> left = stated_errors(errors(cycles, best));
     found.median = quantile(left, 0.5);
     found.p95 = quantile(left, 0.95);
   }

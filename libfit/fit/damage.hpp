@@ -8,7 +8,8 @@
 
 namespace palpate::fit {
 
-/// Errors of the cycles' rows, relative with the fit's floor (M11a), as fitted and without damage.
+/// Errors of the cycles' rows, relative as a statement has them (M11a), as fitted and without
+/// damage.
 struct DamageReport {
   std::size_t cycles = 0, rows = 0;
   double median = 0, p95 = 0, median_undamaged = 0, p95_undamaged = 0;

@@ -92,7 +92,7 @@ struct FitReport {
   std::size_t rows_not_good = 0;                                    ///< left out for their status
   std::size_t rows_not_finite = 0;  ///< left out although `good`: NaN or infinite
   std::size_t rows_cut = 0;         ///< after the first row left out of a drag or path
-  /// |force difference| / max(|force|, 5 % of the point's typical force), over all rows used.
+  /// Of force differences, as a statement has them (M11a), over the rows used.
   double median_relative_error = 0, p95_relative_error = 0, max_relative_error = 0;
   /// Half widths of the curves' bands of 90 % at the end of their rows, over the curve there:
   /// median over the points that have one, and the widest.

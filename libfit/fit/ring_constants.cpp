@@ -32,6 +32,52 @@ void warn_of(RingsReport& report, const char* what, double found, double expecte
                                            number(expected), why));
 }
 
+double constant_of(const FittedCurves& fitted, int part, std::size_t point) {
+  return fitted.curves.control[static_cast<std::size_t>(part)](static_cast<Eigen::Index>(point), 0);
+}
+double deviation_of(const FittedCurves& fitted, int part, std::size_t point) {
+  return fitted.deviation[static_cast<std::size_t>(part)]
+      .row(static_cast<Eigen::Index>(point))
+      .norm();
+}
+
+void compare_with_theory(const Samples& samples, RingsReport& report) {
+  if (!std::isnan(samples.poisson))
+    report.expected_lambda = options_for(samples).default_lateral_ratio;
+  if (samples.probe) report.expected_friction = kSlidingShare * samples.probe->friction;
+  if (const double radius_m = ball_radius_m(samples.probe); radius_m > 0)
+    report.expected_friction_slope_1_m = report.friction / (2 * radius_m);
+
+  if (is_far(report.lambda, report.expected_lambda, kFarLambda))
+    warn_of(report, "lambda", report.lambda, report.expected_lambda,
+            ": a lump, an anisotropy, a wrong Poisson's ratio, or a body that moves as a whole");
+  if (is_far(report.friction, report.expected_friction, kFarFriction))
+    warn_of(report, "mu0", report.friction, report.expected_friction,
+            ": another friction than the probe's, or a body that moves as a whole");
+  if (is_far(report.friction_slope_1_m, report.expected_friction_slope_1_m, kFarFrictionSlope))
+    warn_of(
+        report, "mu1 [1/m]", report.friction_slope_1_m, report.expected_friction_slope_1_m,
+        ": drags at one depth alone, a tip that is no ball of that radius, or a body that moves "
+        "as a whole");
+}
+
+// Of the points that were dragged, those whose lambda is far from the body's; they say so.
+void find_uneven(const std::vector<std::size_t>& dragged, FittedCurves& fitted,
+                 RingsReport& report) {
+  for (const std::size_t p : dragged) {
+    const double lambda = constant_of(fitted, runtime::kLambda, p);
+    if (!is_far(lambda, report.lambda, kFarLambda) ||
+        std::abs(lambda - report.lambda) < kClear * deviation_of(fitted, runtime::kLambda, p))
+      continue;
+    report.uneven.push_back(static_cast<Eigen::Index>(p));
+    const std::string sentence =
+        fmt::format("lambda {} is far from the body's {}: a lump or an anisotropy below",
+                    number(lambda, 2), number(report.lambda, 2));
+    if (fitted.message[p].find(sentence) == std::string::npos)  // a point that was kept has it
+      add_sentence(fitted.message[p], sentence);
+  }
+}
+
 }  // namespace
 
 RingPrior ring_lines(const std::vector<double>& log_force,
@@ -67,15 +113,6 @@ RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& ro
                         FittedCurves& fitted) {
   RingsReport report;
   if (fitted.curves.family != CurveFamily::rings) return report;
-  const auto constant = [&](int part, std::size_t point) {
-    return fitted.curves.control[static_cast<std::size_t>(part)](static_cast<Eigen::Index>(point),
-                                                                 0);
-  };
-  const auto deviation = [&](int part, std::size_t point) {
-    return fitted.deviation[static_cast<std::size_t>(part)]
-        .row(static_cast<Eigen::Index>(point))
-        .norm();
-  };
   // The body's constants are those of a point of median force.
   const NodeForces forces(fitted.curves);
   const double depth_m = fitted.curves.basis[0].knots_m.back();
@@ -89,12 +126,13 @@ RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& ro
     if (rows[p].drags == 0) continue;
     dragged.push_back(p);
     log_force.push_back(all_log_force.back());
-    values[0].push_back(std::log(constant(runtime::kLambda, p)));
-    values[1].push_back(constant(runtime::kFriction, p));
-    values[2].push_back(constant(runtime::kFrictionSlope, p));
+    values[0].push_back(std::log(constant_of(fitted, runtime::kLambda, p)));
+    values[1].push_back(constant_of(fitted, runtime::kFriction, p));
+    values[2].push_back(constant_of(fitted, runtime::kFrictionSlope, p));
     for (int k = 0; k < 3; ++k)
-      deviations[static_cast<std::size_t>(k)].push_back(deviation(runtime::kLambda + k, p));
-    deviations[3].push_back(deviation(runtime::kSide2, p) * depth_m * depth_m /
+      deviations[static_cast<std::size_t>(k)].push_back(
+          deviation_of(fitted, runtime::kLambda + k, p));
+    deviations[3].push_back(deviation_of(fitted, runtime::kSide2, p) * depth_m * depth_m /
                             std::exp(all_log_force.back()));
   }
   report.points = static_cast<int>(dragged.size());
@@ -105,35 +143,8 @@ RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& ro
   report.friction_deviation = median(deviations[1]);
   report.friction_slope_deviation_1_m = median(deviations[2]);
   report.side_deviation = median(deviations[3]);
-  if (!std::isnan(samples.poisson))
-    report.expected_lambda = options_for(samples).default_lateral_ratio;
-  if (samples.probe) report.expected_friction = kSlidingShare * samples.probe->friction;
-  if (const double radius_m = ball_radius_m(samples.probe); radius_m > 0)
-    report.expected_friction_slope_1_m = report.friction / (2 * radius_m);
-
-  if (is_far(report.lambda, report.expected_lambda, kFarLambda))
-    warn_of(report, "lambda", report.lambda, report.expected_lambda,
-            ": a lump, an anisotropy, a wrong Poisson's ratio, or a body that moves as a whole");
-  if (is_far(report.friction, report.expected_friction, kFarFriction))
-    warn_of(report, "mu0", report.friction, report.expected_friction,
-            ": another friction than the probe's, or a body that moves as a whole");
-  if (is_far(report.friction_slope_1_m, report.expected_friction_slope_1_m, kFarFrictionSlope))
-    warn_of(
-        report, "mu1 [1/m]", report.friction_slope_1_m, report.expected_friction_slope_1_m,
-        ": drags at one depth alone, a tip that is no ball of that radius, or a body that moves "
-        "as a whole");
-  for (const std::size_t p : dragged) {
-    const double lambda = constant(runtime::kLambda, p);
-    if (!is_far(lambda, report.lambda, kFarLambda) ||
-        std::abs(lambda - report.lambda) < kClear * deviation(runtime::kLambda, p))
-      continue;
-    report.uneven.push_back(static_cast<Eigen::Index>(p));
-    const std::string sentence =
-        fmt::format("lambda {} is far from the body's {}: a lump or an anisotropy below",
-                    number(lambda, 2), number(report.lambda, 2));
-    if (fitted.message[p].find(sentence) == std::string::npos)  // a point that was kept has it
-      add_sentence(fitted.message[p], sentence);
-  }
+  compare_with_theory(samples, report);
+  find_uneven(dragged, fitted, report);
   return report;
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "libfit/fit/point/replay.hpp"
+#include "libfit/fit/point/local_curves.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -16,43 +16,31 @@ constexpr double kLeastQuotient = 0.1;
 // and a body does not.
 constexpr double kWayOut = 0.98;
 
-struct ReplayableRows {
-  Eigen::Index first, count;
-};
-
 // Rows of each experiment, one after the other, up to the first that is not good.
-std::vector<ReplayableRows> usable_experiments(const Samples& samples) {
-  std::vector<ReplayableRows> out;
-  for (Eigen::Index i = 0; i < samples.rows();) {
-    ReplayableRows rows{i, 0};
-    bool is_good = true;
-    for (; i < samples.rows() && samples.experiment[static_cast<std::size_t>(i)] ==
-                                     samples.experiment[static_cast<std::size_t>(rows.first)];
-         ++i) {
-      is_good = is_good && samples.status[static_cast<std::size_t>(i)] == RowStatus::good;
-      rows.count += is_good;
+std::vector<std::vector<Eigen::Index>> usable_experiments(const Samples& samples) {
+  std::vector<std::vector<Eigen::Index>> out;
+  bool is_good = true;
+  for (std::size_t row = 0; row < samples.status.size(); ++row) {
+    if (row == 0 || samples.experiment[row] != samples.experiment[row - 1]) {
+      out.emplace_back();
+      is_good = true;
     }
-    out.push_back(rows);
+    is_good = is_good && samples.status[row] == RowStatus::good;
+    if (is_good) out.back().push_back(static_cast<Eigen::Index>(row));
   }
   return out;
 }
 
-// Normal forces of an experiment, with times or in slow motion.
-std::vector<double> normal_forces(const Samples& samples, const ReplayableRows& rows,
-                                  const Bases& bases, const CurveSet& curves, bool is_timed) {
-  const auto point = static_cast<Eigen::Index>(samples.point[static_cast<std::size_t>(rows.first)]);
+// Normal forces of an experiment, in the samples' time or in slow motion.
+std::vector<double> normal_forces(const Samples& samples, const std::vector<Eigen::Index>& rows,
+                                  const Bases& bases, const CurveSet& curves) {
+  const auto point =
+      static_cast<Eigen::Index>(samples.point[static_cast<std::size_t>(rows.front())]);
   const Vec3 inward = samples.point_normal.row(point);
-  const runtime::Quadric quadric = quadric_of(inward, offset_gradient(samples, point));
-  std::vector<double> way;
-  for (Eigen::Index i = 0; i < rows.count; ++i)
-    for (int k = 0; k < 3; ++k) way.push_back(samples.deflection(rows.first + i, k));
-  std::vector<runtime::Vec3d> force(static_cast<std::size_t>(rows.count));
-  runtime::replay_drag<double>(bases.views, controls_at(curves, point), quadric,
-                               {way.data(), static_cast<int>(rows.count),
-                                is_timed ? samples.time_s.data() + rows.first : nullptr},
-                               nullptr, force.data());
+  const Points force =
+      local_answer(curves_at(bases, curves, point, samples, point), samples, rows).force;
   std::vector<double> out;
-  for (const runtime::Vec3d& f : force) out.push_back(inward.dot(Vec3(f.x, f.y, f.z)));
+  for (Eigen::Index i = 0; i < force.rows(); ++i) out.push_back(inward.dot(Vec3(force.row(i))));
   return out;
 }
 
@@ -62,21 +50,22 @@ Samples in_slow_motion(const Samples& timed, const FittedCurves& curves) {
   Samples out = timed;
   out.time_s.resize(0);
   const Bases bases = bases_of(curves.curves);
-  for (const ReplayableRows& rows : usable_experiments(timed)) {
-    if (rows.count == 0) continue;
-    const auto point = static_cast<std::size_t>(timed.point[static_cast<std::size_t>(rows.first)]);
+  for (const std::vector<Eigen::Index>& rows : usable_experiments(timed)) {
+    if (rows.empty()) continue;
+    const auto first = static_cast<std::size_t>(rows.front());
+    const auto point = static_cast<std::size_t>(timed.point[first]);
     if (curves.status[point] == FitStatus::failed) continue;
-    const auto fast = normal_forces(timed, rows, bases, curves.curves, true),
-               slow = normal_forces(timed, rows, bases, curves.curves, false);
+    const auto fast = normal_forces(timed, rows, bases, curves.curves),
+               slow = normal_forces(out, rows, bases, curves.curves);
     const double least = kLeastForce * *std::ranges::max_element(slow);
     std::vector<double> quotient;
     for (std::size_t i = 0; i < slow.size(); ++i)
       quotient.push_back(slow[i] > least && slow[i] > 0 ? fast[i] / slow[i] : 0);
     const auto told = std::ranges::find_if(quotient, [](double q) { return q > kLeastQuotient; });
     double before = told != quotient.end() ? *told : 1, deepest_m = 0;
-    const bool is_press = timed.kind[static_cast<std::size_t>(rows.first)] == ExperimentKind::press;
+    const bool is_press = timed.kind[first] == ExperimentKind::press;
     for (std::size_t i = 0; i < slow.size(); ++i) {
-      const Eigen::Index row = rows.first + static_cast<Eigen::Index>(i);
+      const Eigen::Index row = rows[i];
       const bool is_told = slow[i] > least && slow[i] > 0;
       const double depth_m =
           timed.deflection.row(row).dot(timed.point_normal.row(static_cast<Eigen::Index>(point)));

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "libfit/core/node_forces.hpp"
-#include "libfit/core/statistics.hpp"
+#include "libfit/core/stated_error.hpp"
 #include "libfit/refine/slopes.hpp"
 
 namespace palpate {

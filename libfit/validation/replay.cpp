@@ -6,7 +6,7 @@
 #include <map>
 
 #include "libfit/core/experiments.hpp"
-#include "libfit/fit/point/replay.hpp"
+#include "libfit/fit/point/local_curves.hpp"
 #include "libfit/validation/tick_time.hpp"
 
 namespace palpate::validation {
@@ -63,24 +63,10 @@ Replayed replay(const runtime::AssetView& asset, const Samples& reference, doubl
 void replay_point(const Samples& samples, std::int32_t point, const CurveSet& curves,
                   Eigen::Index row, Replayed& replayed) {
   const fit::Bases bases = fit::bases_of(curves);
-  const runtime::Quadric quadric =
-      fit::quadric_of(samples.point_normal.row(point), fit::offset_gradient(samples, point));
-  const runtime::ControlPointers<double> controls = fit::controls_at(curves, row);
+  const fit::LocalCurves local = fit::curves_at(bases, curves, row, samples, point);
   for (const auto& [experiment, rows] : usable_rows(samples, point)) {
-    std::vector<double> deflection_m, time_s;
-    for (const Eigen::Index i : rows) {
-      for (int k = 0; k < 3; ++k) deflection_m.push_back(samples.deflection(i, k));
-      if (samples.time_s.size() > 0) time_s.push_back(samples.time_s[i]);
-    }
-    std::vector<runtime::Vec3d> force(rows.size());
-    runtime::replay_drag<double>(bases.views, controls, quadric,
-                                 {deflection_m.data(), static_cast<int>(rows.size()),
-                                  time_s.empty() ? nullptr : time_s.data()},
-                                 nullptr, force.data());
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      replayed.force_N.row(rows[i]) << force[i].x, force[i].y, force[i].z;
-      replayed.is_answered[rows[i]] = 1;
-    }
+    replayed.force_N(rows, Eigen::all) = fit::local_answer(local, samples, rows).force;
+    for (const Eigen::Index i : rows) replayed.is_answered[i] = 1;
   }
 }
 

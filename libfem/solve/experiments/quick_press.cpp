@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
 
 namespace palpate::fem {
@@ -156,7 +157,7 @@ QuickScale compare_quick(const Samples& two_meshes, const Samples& one_mesh) {
       if (!is_line) here.push_back(left_by(out, step, rows[i]));
       if (std::isfinite(rows[i].own_error)) own.push_back(rows[i].own_error);
       all_left.push_back(relative_error(here[i] * rows[i].force_N, rows[i].force_N,
-                                        kLightForce * rows[i].largest_N));
+                                        relative_floor(rows[i].largest_N)));
     }
     out.steps[static_cast<std::size_t>(step)].error =
         *std::ranges::max_element(here) + median(std::move(own));

@@ -17,7 +17,7 @@ struct QuickStep {
 
 /// What presses on one mesh lack, told by points that were pressed on two as well (M13e).
 /// steps: of the press; empty where nothing is told. slope: of all their lines, 0 where one factor
-/// for all points is as good. p95: of what is left in all rows, light rows over kLightForce of
+/// for all points is as good. p95: of what is left in all rows, light rows over relative_floor() of
 /// their point's largest force.
 struct QuickScale {
   std::vector<QuickStep> steps;

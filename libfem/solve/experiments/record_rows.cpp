@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "libfem/solve/experiments/richardson.hpp"
-#include "libfit/core/statistics.hpp"
+#include "libfit/core/stated_error.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -66,8 +66,8 @@ double achieved_error(const std::vector<PointRow>& rows) {
   for (const PointRow& row : rows) {
     if (row.status != RowStatus::good || !(row.force.norm() > 0)) continue;
     if (!std::isfinite(row.force_error)) return kUnknown;
-    error =
-        std::max(error, relative_error(row.force_error, row.force.norm(), kLightForce * largest_N));
+    error = std::max(error,
+                     relative_error(row.force_error, row.force.norm(), relative_floor(largest_N)));
   }
   return error;
 }

@@ -87,8 +87,8 @@ struct PointRow {
   Lean lean = Lean::Zero();
 };
 
-/// Largest force_error of good rows, over their force or, where that is lighter, a twentieth of the
-/// point's largest. Infinite where none is good or one has no error.
+/// Largest force_error of good rows, over their force or, where that is lighter, relative_floor()
+/// of the point's largest. Infinite where none is good or one has no error.
 double achieved_error(const std::vector<PointRow>& rows);
 
 /// What was spent on a point, on the meshes that its rows come from; deterministic.

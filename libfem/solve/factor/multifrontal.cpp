@@ -46,6 +46,16 @@ struct Front {
   const std::vector<std::int32_t>* position;  // of a place among its nodes
 };
 
+/// In room that grows as it must.
+template <class Real>
+Front<Real> empty_front(std::vector<Real>& room, std::size_t size,
+                        const std::vector<std::int32_t>& position) {
+  room.resize(std::max(room.size(), size * size));
+  for (std::size_t c = 0; c < size; ++c)
+    std::fill(room.begin() + size * c + c, room.begin() + size * (c + 1), Real{0});
+  return {room.data(), size, &position};
+}
+
 /// Adds the block (row node, column node) of K to a front.
 template <class Real>
 void add_block(const SymmetricBlockMatrix& K, std::int32_t node, std::int32_t b,
@@ -83,6 +93,30 @@ void extend_add(const Real* update, const std::int32_t* places, int count,
       }
     }
   }
+}
+
+/// Factors the first `own` columns of a front and takes them off the others. False where it is not
+/// positive definite.
+template <class Real>
+bool factor_columns(Real* values, int size, int own) {
+  const Real one = 1, minus_one = -1;
+  const int under = size - own;
+  int info = 0;
+  Lapack<Real>::potrf("L", &own, values, &size, &info);
+  if (info != 0 || under == 0) return info == 0;
+  Lapack<Real>::trsm("R", "L", "T", "N", &under, &own, &one, values, &size, values + own, &size);
+  Lapack<Real>::syrk("L", "N", &under, &own, &minus_one, values + own, &size, &one,
+                     values + std::size_t(size) * own + own, &size);
+  return true;
+}
+
+/// Where the panel of each supernode begins, and the end.
+auto panel_starts(const Elimination& plan) {
+  decltype(FrontalFactor::panel_start) out{0};
+  for (int s = 0; s < plan.supernodes(); ++s)
+    out.push_back(out.back() +
+                  panel_size(3 * plan.columns(s), 3 * (plan.height(s) - plan.columns(s))));
+  return out;
 }
 
 /// The blocks of K by the place at which they are taken up: node and index of each.
@@ -128,26 +162,17 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFa
       add_block(K, blocks.node[e], blocks.block[e], plan, front);
   };
 
-  out.panel_start.assign(1, 0);
-  for (int s = 0; s < plan.supernodes(); ++s)
-    out.panel_start.push_back(
-        out.panel_start.back() +
-        panel_size(3 * plan.columns(s), 3 * (plan.height(s) - plan.columns(s))));
+  out.panel_start = panel_starts(plan);
   out.panels.resize(out.panel_start.back() + kPanelPadding);
   // What supernodes leave waits on a stack for their parent: a post-order finds its children on
   // top.
   std::vector<Real> stack, work;
   std::vector<std::pair<int, std::size_t>> waiting;  // supernode, begin on the stack
-  const Real one = 1, minus_one = -1;
   for (int s = 0; s < plan.supernodes(); ++s) {
     const std::int32_t* rows = plan.rows.data() + plan.row_start[s];
     const int own = 3 * plan.columns(s), n = 3 * plan.height(s), under = n - own;
     for (int r = 0; r < plan.height(s); ++r) position[rows[r]] = r;
-    work.resize(std::max(work.size(), std::size_t(n) * n));
-    for (int c = 0; c < n; ++c)
-      std::fill(work.begin() + std::size_t(n) * c + c, work.begin() + std::size_t(n) * (c + 1),
-                Real{0});
-    const Front<Real> front{work.data(), static_cast<std::size_t>(n), &position};
+    const Front<Real> front = empty_front(work, static_cast<std::size_t>(n), position);
     for (int c = 0; c < plan.columns(s); ++c) take_up(rows[c], front);
     while (!waiting.empty() && plan.parent[waiting.back().first] == s) {
       const auto [child, begin] = waiting.back();
@@ -157,15 +182,10 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFa
       stack.resize(begin);
       waiting.pop_back();
     }
-    int info = 0;
-    Lapack<Real>::potrf("L", &own, work.data(), &n, &info);
-    if (info != 0) return false;
+    if (!factor_columns(work.data(), n, own)) return false;
     float* panel = out.panels.data() + out.panel_start[s];
     if (under > 0) {
-      Real* tail = work.data() + std::size_t(n) * own + own;
-      Lapack<Real>::trsm("R", "L", "T", "N", &under, &own, &one, work.data(), &n, work.data() + own,
-                         &n);
-      Lapack<Real>::syrk("L", "N", &under, &own, &minus_one, work.data() + own, &n, &one, tail, &n);
+      const Real* tail = work.data() + std::size_t(n) * own + own;
       const std::size_t begin = stack.size(), u = static_cast<std::size_t>(under);
       stack.resize(begin + u * u);
       for (std::size_t j = 0; j < u; ++j)

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 
+#include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
+#include "libfit/fit/point/local_curves.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -16,6 +18,22 @@ PointData without_rows(PointData point, std::size_t parity) {
   for (PointExperiment& e : point.experiments)
     for (std::size_t i = parity; i < e.row.size(); i += 2) e.weight[i] = 0;
   return point;
+}
+
+// Where the tool of an experiment went, its body's sway included.
+Points tool_way(const PointExperiment& e) {
+  Points way(static_cast<Eigen::Index>(e.row.size()), 3);
+  for (std::size_t i = 0; i < e.row.size(); ++i)
+    way.row(static_cast<Eigen::Index>(i)) =
+        e.sway.empty() ? e.deflection[i] : Vec3(e.deflection[i] + e.sway[i]);
+  return way;
+}
+
+double largest_force(const PointData& point) {
+  double largest = 0;
+  for (const PointExperiment& e : point.experiments)
+    for (const Vec3& force : e.force) largest = std::max(largest, force.norm());
+  return largest;
 }
 
 // Appends the relative errors of the rows of one parity.
@@ -36,15 +54,14 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
                                             count, point.sway));
     next += count;
   }
+  const LocalCurves local{&bases, pointers_to<double>(control), quadric};
+  const double floor = relative_floor(largest_force(point));
   for (std::size_t k = 0; k < point.experiments.size(); ++k) {
     const PointExperiment& e = point.experiments[k];
-    std::vector<runtime::Vec3d> force(e.row.size());
-    replay<double>(bases.views, pointers_to<double>(control), quadric, tool_way(e).data(),
-                   static_cast<int>(force.size()), as_array(curves.nuisance[k]),
-                   is_any(curves.nuisance[k]), force.data());
-    for (std::size_t i = parity; i < force.size(); i += 2) {
-      const Vec3 difference = Vec3(force[i].x, force[i].y, force[i].z) - e.force[i];
-      errors.push_back(relative_error(difference.norm(), e.force[i].norm(), kLightForce));
+    const Points answer = local_answer(local, tool_way(e), nullptr, curves.nuisance[k]).force;
+    for (std::size_t i = parity; i < e.row.size(); i += 2) {
+      const Vec3 difference = Vec3(answer.row(static_cast<Eigen::Index>(i))) - e.force[i];
+      errors.push_back(relative_error(difference.norm(), e.force[i].norm(), floor));
     }
   }
 }

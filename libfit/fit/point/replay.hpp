@@ -97,28 +97,18 @@ inline runtime::Quadric quadric_of(const Vec3& inward, const Mat3& normal_gradie
   return quadric;
 }
 
-/// Where the tool of an experiment went, its body's sway included: x, y, z of each row in turn.
-inline std::vector<double> tool_way(const PointExperiment& e) {
-  std::vector<double> way;
-  for (std::size_t i = 0; i < e.row.size(); ++i) {
-    const Vec3 d = e.sway.empty() ? e.deflection[i] : Vec3(e.deflection[i] + e.sway[i]);
-    way.insert(way.end(), d.begin(), d.end());
-  }
-  return way;
-}
-
 /// Forces of one experiment, its sensor's reading included (M18); returns how many rows slipped.
 template <class T>
 int replay(const runtime::CurveViews& views, const runtime::ControlPointers<T>& controls,
-           const runtime::Quadric& quadric, const double* deflection, int rows,
+           const runtime::Quadric& quadric, const runtime::ReplayedRows& record,
            const std::array<T, 3>& nuisance, bool has_nuisances, runtime::Vec3<T>* force) {
-  if (!has_nuisances)
-    return runtime::replay_drag<T>(views, controls, quadric, deflection, rows, force);
-  const int slipped =
-      runtime::replay_drag<T>(views, controls, quadric, {deflection, rows}, &nuisance[0], force);
+  const int slipped = runtime::replay_drag<T>(views, controls, quadric, record,
+                                              has_nuisances ? &nuisance[0] : nullptr, force);
+  if (!has_nuisances) return slipped;
   const runtime::Vec3<T> inward = runtime::widened<T>(quadric.u0);
-  for (int i = 0; i < rows; ++i) {
-    const double t = part_of_way(static_cast<std::size_t>(i), static_cast<std::size_t>(rows));
+  for (int i = 0; i < record.rows; ++i) {
+    const double t =
+        part_of_way(static_cast<std::size_t>(i), static_cast<std::size_t>(record.rows));
     force[i] = force[i] + inward * (nuisance[1] + nuisance[2] * t);
   }
   return slipped;
@@ -171,8 +161,8 @@ struct ReplayResidual {
       if (unknown[k] > 0) nuisance[k] = parameters[1][at++];
     const auto rows = static_cast<int>(experiment->row.size());
     std::vector<runtime::Vec3<T>> force(static_cast<std::size_t>(rows));
-    replay<T>(bases->views, pointers_to<T>(control), quadric, experiment->deflection.front().data(),
-              rows, nuisance, at > 0, force.data());
+    replay<T>(bases->views, pointers_to<T>(control), quadric,
+              {experiment->deflection.front().data(), rows}, nuisance, at > 0, force.data());
     const std::vector<double>& weights = weight != nullptr ? *weight : experiment->weight;
     for (std::size_t i = 0; i < force.size(); ++i) {
       const Vec3& measured = experiment->force[i];

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "libfit/core/geometry.hpp"
-#include "libfit/core/statistics.hpp"
+#include "libfit/fit/point/local_curves.hpp"
 
 namespace palpate::fit {
 Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_N,
@@ -39,26 +39,20 @@ Eigen::VectorXd stored_part(const runtime::Part& part, const PointData& point,
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,
                        const Bases& bases_m, const std::vector<Eigen::VectorXd>& controls,
                        const std::vector<NuisanceValues>& nuisance) {
-  const runtime::Quadric quadric = quadric_of(point.inward, point.normal_gradient / length_m);
-  const auto pointers = pointers_to<double>(controls);
+  const LocalCurves curves{&bases_m, pointers_to<double>(controls),
+                           quadric_of(point.inward, point.normal_gradient / length_m)};
   PointScore score;
   double square = 0, force_square = 0, rows = 0;
   for (std::size_t at = 0; at < point.experiments.size(); ++at) {
     const PointExperiment& e = point.experiments[at];
-    const NuisanceValues known = nuisance.empty() ? NuisanceValues{} : nuisance[at];
-    std::vector<double> deflection_m;
-    for (const Eigen::Index i : e.row)
-      for (int k = 0; k < 3; ++k) deflection_m.push_back(samples.deflection(i, k));
-    std::vector<runtime::Vec3d> force(e.row.size());
-    score.slipped_rows += replay<double>(bases_m.views, pointers, quadric, deflection_m.data(),
-                                         static_cast<int>(e.row.size()), as_array(known),
-                                         is_any(known), force.data());
-    for (std::size_t i = 0; i < force.size(); ++i) {
+    const LocalAnswer answer =
+        local_answer(curves, samples, e.row, nuisance.empty() ? NuisanceValues{} : nuisance[at]);
+    score.slipped_rows += answer.slipped_rows;
+    for (std::size_t i = 0; i < e.row.size(); ++i) {
       const Vec3 measured = samples.force.row(e.row[i]);
-      const double size = (Vec3(force[i].x, force[i].y, force[i].z) - measured).norm();
+      const double size = (Vec3(answer.force.row(static_cast<Eigen::Index>(i))) - measured).norm();
       square += size * size, force_square += measured.squaredNorm(), ++rows;
-      score.relative_errors.push_back(
-          relative_error(size, measured.norm(), kLightForce * point.force_N));
+      score.rows.push_back({size, measured.norm()});
       if (size > score.max_N || rows == 1) {
         score.max_N = size;
         score.worst_experiment = e.id;

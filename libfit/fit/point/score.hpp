@@ -1,5 +1,6 @@
 #pragma once
 
+#include "libfit/core/stated_error.hpp"
 #include "libfit/fit/point/replay.hpp"
 
 namespace palpate::fit {
@@ -19,10 +20,10 @@ Eigen::VectorXd stored_part(const runtime::Part& part, const PointData& point,
 /// taken off its rows; empty for none.
 struct PointScore {
   double rms_N = 0, max_N = 0;
-  double relative = 0;                  ///< rms difference over rms force
-  std::vector<double> relative_errors;  ///< per row: over max(|force|, 5 % of the typical force)
-  int slipped_rows = 0;                 ///< replayed as slipping
-  std::int32_t worst_experiment = 0;    ///< id, with the row in it
+  double relative = 0;                ///< rms difference over rms force
+  std::vector<ForceError> rows;       ///< of each
+  int slipped_rows = 0;               ///< replayed as slipping
+  std::int32_t worst_experiment = 0;  ///< id, with the row in it
   std::size_t worst_row = 0;
 };
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <limits>
 
+#include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
 
 namespace palpate::fit {
 namespace {
 
-constexpr double kLightShare = 0.1;  // of the largest force: floor of a held-out relative error
 // The largest of many medians of three: noise of deviation 1 reaches 1.5 in one point of three.
 constexpr double kLocalShare = 1.5;
 constexpr double kClearlyBetter = 0.9;  // of the other's rms error
@@ -56,7 +56,8 @@ HeldOutErrors hold_out(const PointEvidence& point, const CurveBasis& normal,
     if (std::isnan(error[i])) continue;
     out.rows += row.group != point.rows.back().group;
     out.group.push_back(row.group);
-    out.relative.push_back(relative_error(error[i], std::abs(row.f), kLightShare * point.largest));
+    out.relative.push_back(
+        relative_error(error[i], std::abs(row.f), relative_floor(point.largest)));
     out.weighted.push_back(error[i] * row.weight / rms);
   }
   return out;

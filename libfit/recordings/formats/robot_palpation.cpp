@@ -28,15 +28,20 @@ ColumnNames with_defaults(ColumnNames names) {
   return names;
 }
 
-Points columns_of(const NumberTable& table, const std::vector<Role>& roles, Meaning meaning,
-                  const std::vector<double>& factors) {
-  Points points = Points::Zero(static_cast<Eigen::Index>(table.line.size()), 3);
-  for (std::size_t c = 0; c < roles.size(); ++c)
-    if (roles[c].meaning == meaning)
-      points.col(roles[c].axis) =
-          factors[c] * Eigen::Map<const Eigen::VectorXd>(table.column[c].data(), points.rows());
-  return points;
-}
+struct RobotTable {
+  std::vector<Role> roles;
+  std::vector<double> factors;  // to SI, of each role's column
+  NumberTable numbers;
+
+  Points of(Meaning meaning) const {
+    Points points = Points::Zero(static_cast<Eigen::Index>(numbers.line.size()), 3);
+    for (std::size_t c = 0; c < roles.size(); ++c)
+      if (roles[c].meaning == meaning)
+        points.col(roles[c].axis) =
+            factors[c] * Eigen::Map<const Eigen::VectorXd>(numbers.column[c].data(), points.rows());
+    return points;
+  }
+};
 
 struct RobotHeader {
   std::size_t line = 0;
@@ -55,17 +60,12 @@ RobotHeader header_of(const TextFile& file, const ReadSettings& settings) {
   throw file.error(0, "is empty", "The first line must name the columns.");
 }
 
-}  // namespace
-
-std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path,
-                                               std::string_view bytes,
-                                               const ReadSettings& settings) {
-  const TextFile file(path, bytes, settings.encoding);
+RobotTable read_table(const TextFile& file, const ReadSettings& settings) {
   const RobotHeader header = header_of(file, settings);
   const FailColumn fail = [&](const std::string& what, const std::string& remedy) {
     return file.error(header.line, what, remedy);
   };
-  const auto roles = roles_of(with_defaults(settings.columns));
+  RobotTable out{roles_of(with_defaults(settings.columns)), {}, {}};
   TableLayout layout;
   layout.first = header.line + 1;
   layout.separator = header.separator;
@@ -73,23 +73,29 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
   layout.comment = settings.comment;
   layout.drop_invalid = settings.drop_invalid;
   layout.may_end_early = true;
-  layout.field = find_columns(roles, header.names, fail);
-  std::vector<double> factors;
-  for (std::size_t i = 0; i < roles.size(); ++i) {
+  layout.field = find_columns(out.roles, header.names, fail);
+  for (std::size_t i = 0; i < out.roles.size(); ++i) {
     layout.name.push_back(header.names[layout.field[i]]);
-    factors.push_back(factor_of(roles[i], layout.name[i], settings.units, fail));
+    out.factors.push_back(factor_of(out.roles[i], layout.name[i], settings.units, fail));
   }
-  const NumberTable table = read_numbers(file, layout);
-  const Points contact = columns_of(table, roles, Meaning::contact, factors);
-  const Points normal =
-      columns_of(table, roles, Meaning::normal, factors) * (settings.is_normal_outward ? -1 : 1);
-  const Points position = columns_of(table, roles, Meaning::position, factors);
-  const Points desired = columns_of(table, roles, Meaning::desired, factors);
-  const Points force = columns_of(table, roles, Meaning::force, factors) *
-                       (settings.is_force_on_tool.value_or(false) ? -1 : 1);
+  out.numbers = read_numbers(file, layout);
+  return out;
+}
 
-  const Points torque = columns_of(table, roles, Meaning::torque, factors) *
-                        (settings.is_force_on_tool.value_or(false) ? -1 : 1);
+}  // namespace
+
+std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path,
+                                               std::string_view bytes,
+                                               const ReadSettings& settings) {
+  const TextFile file(path, bytes, settings.encoding);
+  const RobotTable table = read_table(file, settings);
+  const int of_tool = settings.is_force_on_tool.value_or(false) ? -1 : 1;
+  const Points contact = table.of(Meaning::contact);
+  const Points normal = table.of(Meaning::normal) * (settings.is_normal_outward ? -1 : 1);
+  const Points position = table.of(Meaning::position), desired = table.of(Meaning::desired);
+  const Points force = table.of(Meaning::force) * of_tool,
+               torque = table.of(Meaning::torque) * of_tool;
+  const std::vector<std::size_t>& line = table.numbers.line;
 
   std::vector<RawRecording> recordings;
   const Eigen::Index rows = contact.rows();
@@ -100,7 +106,7 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
     RawRecording r;
     r.name = fmt::format("contact{}", recordings.size() + 1);
     if (!(normal.row(first).norm() > 1e-12)) {  // what robots write of a probe that failed
-      r.unread = file.error(table.line[static_cast<std::size_t>(first)] - 1,
+      r.unread = file.error(line[static_cast<std::size_t>(first)] - 1,
                             "the surface normal has no direction",
                             "Correct the row, or remove the probe's rows.");
       recordings.push_back(std::move(r));
@@ -109,7 +115,7 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
     r.position_m = position.middleRows(first, last - first);
     r.force_N = force.middleRows(first, last - first);
     if (!settings.columns.torque.empty()) r.torque_Nm = torque.middleRows(first, last - first);
-    r.line.assign(table.line.begin() + first, table.line.begin() + last);
+    r.line.assign(line.begin() + first, line.begin() + last);
     r.contact_m = Vec3(contact.row(first));
     r.normal = Vec3(normal.row(first)).normalized();
     const double error_m =
@@ -117,7 +123,7 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
     r.facts["largest_tracking_error_m"] = fmt::format("{:f}", error_m);
     recordings.push_back(std::move(r));
   }
-  recordings.front().dropped_rows = table.dropped_rows;
+  recordings.front().dropped_rows = table.numbers.dropped_rows;
   if (std::ranges::all_of(recordings, [](const RawRecording& r) { return r.unread.has_value(); }))
     throw *recordings.front().unread;
   return recordings;

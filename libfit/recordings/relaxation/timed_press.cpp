@@ -73,35 +73,27 @@ void divide(const Readings& r, Eigen::Index a, Eigen::Index b, const Spans& span
   divide(r, (a + b) / 2, b, spans, parts);
 }
 
-}  // namespace
-
-TimedPress timed_press(const Signal& signal, double contact_travel_m,
-                       const std::optional<Vec3>& contact_m, double noise_N, double correlation) {
-  TimedPress out;
-  const Eigen::Index n = signal.rows();
-  if (signal.time_s.empty() || n < 3) return out;
+Readings readings_of(const Signal& signal, double contact_travel_m) {
   Readings r;
-  r.time_s = Eigen::Map<const Eigen::VectorXd>(signal.time_s.data(), n);
+  r.time_s = Eigen::Map<const Eigen::VectorXd>(signal.time_s.data(), signal.rows());
   r.depth_m = signal.travel_m().array() - contact_travel_m;
   r.push_N = signal.push_N();
-  r.is_good.resize(static_cast<std::size_t>(n));
+  r.is_good.resize(signal.time_s.size());
   for (std::size_t i = 0; i < r.is_good.size(); ++i)
     r.is_good[i] = !signal.is_spike[i] && !signal.is_saturated[i];
-  Eigen::Index touched = 0;
-  while (touched < n && r.depth_m[touched] <= 0) ++touched;
-  if (touched == n) return out;
-  double touch_s = r.time_s[touched];
-  if (touched > 0)
-    touch_s -= r.depth_m[touched] / (r.depth_m[touched] - r.depth_m[touched - 1]) *
-               (r.time_s[touched] - r.time_s[touched - 1]);
+  return r;
+}
 
+// What becomes one row each: the corners of the way, and what lies between them in parts that are
+// short, or twice or four times as long where that would be more than kMaxRows.
+std::vector<Part> parts_of(const Readings& r, double noise_N) {
   const double range_m = r.depth_m.maxCoeff() - r.depth_m.minCoeff();
   const double tolerance_m =
       std::max(kCornerShare * range_m, kCornerNoise * neighbour_scatter(r.depth_m));
   const auto corners = corners_of(r.time_s, r.depth_m, tolerance_m);
   std::vector<Part> parts;
   Spans spans{r.depth_m.maxCoeff() / kParts, r.push_N.maxCoeff() / kParts,
-              (r.time_s[n - 1] - r.time_s[0]) / kParts, noise_N};
+              (r.time_s[r.time_s.size() - 1] - r.time_s[0]) / kParts, noise_N};
   for (int coarser = 0; coarser < 3; ++coarser) {
     parts.clear();
     for (std::size_t c = 0; c < corners.size(); ++c) {
@@ -111,6 +103,25 @@ TimedPress timed_press(const Signal& signal, double contact_travel_m,
     if (static_cast<Eigen::Index>(parts.size()) <= kMaxRows) break;
     spans.depth_m *= 2, spans.force_N *= 2, spans.time_s *= 2;
   }
+  return parts;
+}
+
+}  // namespace
+
+TimedPress timed_press(const Signal& signal, double contact_travel_m,
+                       const std::optional<Vec3>& contact_m, double noise_N, double correlation) {
+  TimedPress out;
+  const Eigen::Index n = signal.rows();
+  if (signal.time_s.empty() || n < 3) return out;
+  const Readings r = readings_of(signal, contact_travel_m);
+  Eigen::Index touched = 0;
+  while (touched < n && r.depth_m[touched] <= 0) ++touched;
+  if (touched == n) return out;
+  double touch_s = r.time_s[touched];
+  if (touched > 0)
+    touch_s -= r.depth_m[touched] / (r.depth_m[touched] - r.depth_m[touched - 1]) *
+               (r.time_s[touched] - r.time_s[touched - 1]);
+  const std::vector<Part> parts = parts_of(r, noise_N);
   const auto rows = static_cast<Eigen::Index>(parts.size());
   if (rows > kMaxRows) return out;
   for (Eigen::VectorXd* column : {&out.time_s, &out.depth_m, &out.push_N, &out.readings})

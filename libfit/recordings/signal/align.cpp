@@ -125,6 +125,47 @@ void check_rows(const Signal& signal, const std::string& file) {
               fmt::format("Record at least {} rows.", kMinRows));
 }
 
+// Forces of three axes; of a travel of one axis, along it.
+Points forces_of(const importers::RawRecording& raw, const std::optional<Vec3>& inward,
+                 const std::string& file) {
+  const bool has_axes = raw.force_N.rows() > 0;
+  if (has_axes != raw.is_axial()) return has_axes ? raw.force_N : along_first_axis(raw.push_N);
+  if (!inward && has_axes)
+    throw Error(file, "has a depth of one axis and a force of three",
+                "Say `normal`, or name one force column.");
+  if (!inward)
+    throw Error(file, "has one force column and positions of three axes",
+                "Say `normal`: the force is taken along it.");
+  if (!has_axes) return along_first_axis(raw.push_N).col(0) * inward->transpose();
+  const Eigen::VectorXd push_N = raw.force_N * *inward;
+  return along_first_axis({push_N.begin(), push_N.end()});
+}
+
+// Positions, forces and torques at common times, of rows whose time rises.
+void put_in_time(const importers::RawRecording& raw, double force_delay_s, const std::string& file,
+                 bool drop_invalid, std::size_t& dropped, Points force_N, Points torque_Nm,
+                 Signal& signal) {
+  const auto rows = rows_in_time(signal.time_s, raw.line, file, drop_invalid, dropped);
+  const bool has_own_clock = !raw.force_time_s.empty();
+  signal.position_m = picked(signal.position_m, rows);
+  signal.time_s = picked(signal.time_s, rows);
+  signal.line = picked(signal.line, rows);
+  std::vector<double> force_time_s = has_own_clock ? raw.force_time_s : signal.time_s;
+  const auto force_rows =
+      has_own_clock ? rows_in_time(force_time_s, raw.line, file, drop_invalid, dropped) : rows;
+  if (has_own_clock) force_time_s = picked(force_time_s, force_rows);
+  force_N = picked(force_N, force_rows);
+  if (torque_Nm.rows() > 0) torque_Nm = picked(torque_Nm, force_rows);
+  for (double& t : force_time_s) t -= force_delay_s;
+  check_rows(signal, file);
+  if (has_own_clock || force_delay_s != 0) {
+    interpolate(signal, force_time_s, force_N, torque_Nm);
+    return;
+  }
+  signal.force_N = std::move(force_N);
+  signal.torque_Nm = std::move(torque_Nm);
+}
+
 }  // namespace
 
 Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
@@ -136,63 +177,26 @@ Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
   signal.time_s = raw.time_s;
   signal.line = raw.line;
   signal.retract_begins = raw.retract_begins;
-  Points force_N = raw.force_N.rows() > 0 ? raw.force_N : along_first_axis(raw.push_N);
-  Points torque_Nm = raw.torque_Nm;
-  if (torque_Nm.rows() > 0 && raw.is_axial())
+  if (raw.torque_Nm.rows() > 0 && raw.is_axial())
     throw Error(file, "has a torque of three axes and a depth of one",
                 "Name `position` columns, or leave the torque out.");
-  const bool is_push_along_normal = raw.force_N.rows() == 0 && !raw.is_axial();
-  if (signal.position_m.rows() == 0 || force_N.rows() == 0)
-    throw Error(
-        file,
-        "names no " + std::string(force_N.rows() == 0 ? "force" : "depth or position") + " column",
-        "Add it to `columns` in the manifest.");
-  if (raw.is_axial() &&
-      raw.force_N.rows() > 0) {  // three axes of force, one of travel: along the normal
-    if (!inward)
-      throw Error(file, "has a depth of one axis and a force of three",
-                  "Say `normal`, or name one force column.");
-    force_N = along_first_axis(
-        std::vector<double>((raw.force_N * *inward).begin(), (raw.force_N * *inward).end()));
-  }
+  const bool has_force = raw.force_N.rows() > 0 || !raw.push_N.empty();
+  if (signal.position_m.rows() == 0 || !has_force)
+    throw Error(file,
+                "names no " + std::string(has_force ? "depth or position" : "force") + " column",
+                "Add it to `columns` in the manifest.");
   check_rows(signal, file);
   if (!raw.is_axial() && inward) signal.inward = *inward;
-  if (is_push_along_normal) {
-    if (!inward)
-      throw Error(file, "has one force column and positions of three axes",
-                  "Say `normal`: the force is taken along it.");
-    force_N = Points(force_N.col(0) * inward->transpose());
-  }
-
+  Points force_N = forces_of(raw, inward, file);
   if (!signal.time_s.empty()) {
-    const auto rows = rows_in_time(signal.time_s, raw.line, file, drop_invalid, dropped);
-    const bool has_own_clock = !raw.force_time_s.empty();
-    signal.position_m = picked(signal.position_m, rows);
-    signal.time_s = picked(signal.time_s, rows);
-    signal.line = picked(signal.line, rows);
-    if (!has_own_clock) force_N = picked(force_N, rows);
-    if (!has_own_clock && torque_Nm.rows() > 0) torque_Nm = picked(torque_Nm, rows);
-    std::vector<double> force_time_s = has_own_clock ? raw.force_time_s : signal.time_s;
-    if (has_own_clock) {
-      const auto force_rows = rows_in_time(force_time_s, raw.line, file, drop_invalid, dropped);
-      force_time_s = picked(force_time_s, force_rows);
-      force_N = picked(force_N, force_rows);
-      if (torque_Nm.rows() > 0) torque_Nm = picked(torque_Nm, force_rows);
-    }
-    for (double& t : force_time_s) t -= settings.force_delay_s;
-    check_rows(signal, file);
-    if (has_own_clock || settings.force_delay_s != 0)
-      interpolate(signal, force_time_s, force_N, torque_Nm);
-    else {
-      signal.force_N = std::move(force_N);
-      signal.torque_Nm = std::move(torque_Nm);
-    }
+    put_in_time(raw, settings.force_delay_s, file, drop_invalid, dropped, std::move(force_N),
+                raw.torque_Nm, signal);
   } else {
     if (settings.force_delay_s != 0)
       throw Error(file, "has no time, so a force delay cannot be taken off",
                   "Name the time column, or leave out `force_delay`.");
     signal.force_N = std::move(force_N);
-    signal.torque_Nm = std::move(torque_Nm);
+    signal.torque_Nm = raw.torque_Nm;
   }
   check_rows(signal, file);
   mark_saturated(signal, settings.force_limit_N);

@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 
@@ -34,6 +35,21 @@ TEST(Statistics, without_values_all_are_zero) {
 TEST(RelativeError, is_over_the_force_and_over_the_floor_where_the_force_is_lighter) {
   EXPECT_DOUBLE_EQ(relative_error(0.1, 2, kForceFloor_N), 0.05);
   EXPECT_DOUBLE_EQ(relative_error(0.01, 0.001, kForceFloor_N), 0.25);
+}
+
+TEST(RelativeError, that_is_stated_leaves_out_rows_at_the_floor_and_below) {
+  EXPECT_EQ(stated_errors({{0.01, 2}, {0.01, 0.1}, {0.02, kForceFloor_N}}),
+            (std::vector<double>{0.01 / 2, 0.01 / 0.1}));
+  EXPECT_EQ(stated_errors({{1e-4, 0.01}, {1e-4, 0.002}, {1e-4, 0.001}}),
+            (std::vector<double>{1e-4 / 0.01, 1e-4 / 0.002}))
+      << "of a soft body a tenth of its largest";
+  EXPECT_TRUE(stated_errors({}).empty());
+}
+
+TEST(RelativeError, that_decides_knows_no_newtons) {
+  EXPECT_DOUBLE_EQ(relative_floor(300), 1000 * relative_floor(0.3));
+  EXPECT_EQ(relative_floor(0.3), relative_floor_N(0.3));
+  EXPECT_EQ(relative_floor_N(300), kForceFloor_N);
 }
 
 TEST(RelativeError, seven_percent_cannot_be_felt_and_neither_can_the_floor) {

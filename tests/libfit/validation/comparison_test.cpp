@@ -6,6 +6,7 @@
 #include <set>
 
 #include "libfit/core/error.hpp"
+#include "libfit/fit/fit_curves.hpp"
 #include "libfit/runtime/series/quadric_replay.hpp"
 #include "libfit/validation/causes.hpp"
 #include "libfit/validation/replay.hpp"
@@ -298,6 +299,39 @@ TEST_F(Substituted, rows_replayed_on_the_quadric_are_the_engines_on_a_press) {
       EXPECT_LT((rows[static_cast<std::size_t>(row)].engine_N.transpose() - engine.row(first + row))
                     .norm(),
                 0.02 * engine.row(first + row).norm() + 1e-3);
+  }
+}
+
+// Presses whose forces are off a power law by up to 4 % of themselves and 5 mN.
+TEST(OneFloor, a_fit_report_and_a_statement_of_the_same_rows_state_the_same_errors) {
+  for (const double stiffness : {1.0, 0.01}) {  // largest force 3 N, 30 mN
+    HeldOut presses;
+    presses.points.position = Points::Random(3, 3);
+    presses.points.normal = Points::Zero(3, 3);
+    presses.points.normal.col(2).setOnes();
+    presses.points.name = {"a", "b", "c"};
+    for (int p = 0; p < 3; ++p) {
+      Points way = Points::Zero(12, 3);
+      way.col(2).setLinSpaced(12, 0.0002, 0.006);
+      presses.paths.push_back({p, way});
+    }
+    Samples rows = rows_of(presses);
+    rows.kind.assign(rows.kind.size(), ExperimentKind::press);
+    for (Eigen::Index i = 0; i < rows.rows(); ++i)
+      rows.force(i, 2) = stiffness * (3 * std::pow(rows.deflection(i, 2) / 0.006, 1.5) *
+                                          (1 + 0.04 * std::sin(7.0 * double(i))) +
+                                      0.005 * std::cos(3.0 * double(i)));
+    FitReport report;
+    const FittedCurves fitted = fit_curves(rows, options_for(rows), {}, &report);
+    Replayed replayed(rows);
+    for (std::int32_t p = 0; p < 3; ++p) replay_point(rows, p, fitted.curves, p, replayed);
+    const Statement statement = summarize(compare(rows, replayed));
+    EXPECT_GT(statement.rows_above_floor, 20u);
+    EXPECT_LT(statement.rows_above_floor, 36u);
+    EXPECT_GT(report.p95_relative_error, 0.005);
+    EXPECT_DOUBLE_EQ(report.median_relative_error, statement.median_rel);
+    EXPECT_DOUBLE_EQ(report.p95_relative_error, statement.p95_rel);
+    EXPECT_DOUBLE_EQ(report.max_relative_error, statement.max_rel);
   }
 }
 
