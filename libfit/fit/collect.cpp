@@ -69,10 +69,10 @@ void report_bands(const FittedCurves& fitted, const std::vector<CurveRows>& rows
           runtime::curve_value(spline, fitted.curves.control[kind].row(at).data(), end);
       if (!(value > 0)) continue;
       bands.push_back(kBand90 * curve_deviation(spline, covariance, end) / value);
-      if (bands.back() > report.widest_band[kind] || report.widest_point[kind] < 0)
-        report.widest_band[kind] = bands.back(), report.widest_point[kind] = at;
+      if (bands.back() > report.bands.widest[kind] || report.bands.widest_point[kind] < 0)
+        report.bands.widest[kind] = bands.back(), report.bands.widest_point[kind] = at;
     }
-    report.median_band[kind] = median(std::move(bands));
+    report.bands.median[kind] = median(std::move(bands));
   }
 }
 
@@ -130,26 +130,26 @@ FitReport make_report(const BodyData& body, const std::vector<CurveRows>& rows,
   report.kind = bases.report;
   report.assumed = assumed_curves(rows, bases, results, options);
   report.worst = worst_points(fitted, results, options.worst_points);
-  for (const PointResult& result : results) report.kept += result.is_kept;
+  for (const PointResult& result : results) report.points.kept += result.is_kept;
   for (const FitStatus status : fitted.status) {
-    report.good += status == FitStatus::good;
-    report.underdetermined += status == FitStatus::underdetermined;
-    report.poor += status == FitStatus::poor;
-    report.failed += status == FitStatus::failed;
+    report.points.good += status == FitStatus::good;
+    report.points.underdetermined += status == FitStatus::underdetermined;
+    report.points.poor += status == FitStatus::poor;
+    report.points.failed += status == FitStatus::failed;
   }
   for (const PointData& point : body.points) {
-    report.rows_used += static_cast<std::size_t>(point.rows.used);
-    report.rows_not_good += static_cast<std::size_t>(point.rows.not_good);
-    report.rows_not_finite += static_cast<std::size_t>(point.rows.not_finite);
-    report.rows_cut += static_cast<std::size_t>(point.rows.cut);
+    report.rows.used += static_cast<std::size_t>(point.rows.used);
+    report.rows.not_good += static_cast<std::size_t>(point.rows.not_good);
+    report.rows.not_finite += static_cast<std::size_t>(point.rows.not_finite);
+    report.rows.cut += static_cast<std::size_t>(point.rows.cut);
   }
   std::vector<ForceError> scored;
   for (const PointResult& result : results)
     scored.insert(scored.end(), result.score.rows.begin(), result.score.rows.end());
   const std::vector<double> errors = stated_errors(scored);
-  report.median_relative_error = median(errors);
-  report.p95_relative_error = quantile(errors, 0.95);
-  report.max_relative_error = quantile(errors, 1);
+  report.error.median = median(errors);
+  report.error.p95 = quantile(errors, 0.95);
+  report.error.max = quantile(errors, 1);
   report_bands(fitted, rows, body.length_m, report);
   return report;
 }

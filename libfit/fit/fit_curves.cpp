@@ -278,7 +278,7 @@ FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,
   RingsReport rings = fit::judge_rings(samples, rows, fitted);
   if (report != nullptr) {
     *report = fit::make_report(body, rows, bases, fitted, results, options);
-    report->rows = static_cast<std::size_t>(samples.rows());
+    report->rows.all = static_cast<std::size_t>(samples.rows());
     report->degree_reason = degree.reason;
     report->family = family;
     report->rings = std::move(rings);

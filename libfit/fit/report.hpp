@@ -75,6 +75,29 @@ struct WorstPoint {
   std::string reason;  ///< which experiment and row is worst, then the point's message
 };
 
+/// Points by how they were fitted. kept: a warm start did not fit them again.
+struct PointCounts {
+  std::size_t good = 0, underdetermined = 0, poor = 0, failed = 0, kept = 0;
+};
+
+/// Rows of the samples. used: fitted and scored. Left out: not_good for their status, not_finite
+/// although `good`, cut after the first row left out of a drag or path.
+struct ReportedRows {
+  std::size_t all = 0, used = 0, not_good = 0, not_finite = 0, cut = 0;
+};
+
+/// Of force differences, as a statement has them (M11a), over the rows used.
+struct RelativeErrors {
+  double median = 0, p95 = 0, max = 0;
+};
+
+/// Half widths of the curves' bands of 90 % at the end of their rows, over the curve there: median
+/// over the points that have one, and the widest, with its point; -1: none.
+struct BandWidths {
+  std::array<double, kCurveKinds> median{}, widest{};
+  std::array<Eigen::Index, kCurveKinds> widest_point{-1, -1, -1};
+};
+
 /// How the fit went. All but `seconds` is independent of the number of threads.
 struct FitReport {
   std::array<BasisReport, kCurveKinds> kind;
@@ -85,19 +108,10 @@ struct FitReport {
   /// empty where drags tell. Such points are graded by their normal curve alone.
   std::string assumed;
   std::vector<WorstPoint> worst;
-  std::size_t kept = 0;  ///< points that a warm start did not fit again
-  std::size_t good = 0, underdetermined = 0, poor = 0, failed = 0;  ///< points
-  std::size_t rows = 0;                                             ///< in the samples
-  std::size_t rows_used = 0;                                        ///< fitted and scored
-  std::size_t rows_not_good = 0;                                    ///< left out for their status
-  std::size_t rows_not_finite = 0;  ///< left out although `good`: NaN or infinite
-  std::size_t rows_cut = 0;         ///< after the first row left out of a drag or path
-  /// Of force differences, as a statement has them (M11a), over the rows used.
-  double median_relative_error = 0, p95_relative_error = 0, max_relative_error = 0;
-  /// Half widths of the curves' bands of 90 % at the end of their rows, over the curve there:
-  /// median over the points that have one, and the widest.
-  std::array<double, kCurveKinds> median_band{}, widest_band{};
-  std::array<Eigen::Index, kCurveKinds> widest_point{-1, -1, -1};
+  PointCounts points;
+  ReportedRows rows;
+  RelativeErrors error;
+  BandWidths bands;
   bool is_stopped = false;  ///< Progress asked to stop; the points left are `failed`
   double seconds = 0;       ///< wall clock
 };

@@ -69,7 +69,7 @@ CurveCost measure(const Samples& samples, CurveFamily family, int degree, int pi
           bytes_of_node(fitted.curves),
           time_law_ns(fitted.curves, point),
           report.family.evidence.front(),
-          report.p95_relative_error};
+          report.error.p95};
 }
 
 void write_table(const std::filesystem::path& path, const std::string& family,

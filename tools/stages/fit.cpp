@@ -41,22 +41,22 @@ void say_report(const FitReport& report) {
           fmt::join(rings.uneven, ", "));
   }
   if (!report.assumed.empty()) say("  assumed: {}", report.assumed);
-  say("  rows: {} fitted of {} ({} not good, {} not finite, {} after a bad one)", report.rows_used,
-      report.rows, report.rows_not_good, report.rows_not_finite, report.rows_cut);
-  say("  residual: median {:.2f} %, p95 {:.2f} %, max {:.2f} % of force",
-      100 * report.median_relative_error, 100 * report.p95_relative_error,
-      100 * report.max_relative_error);
+  say("  rows: {} fitted of {} ({} not good, {} not finite, {} after a bad one)", report.rows.used,
+      report.rows.all, report.rows.not_good, report.rows.not_finite, report.rows.cut);
+  say("  residual: median {:.2f} %, p95 {:.2f} %, max {:.2f} % of force", 100 * report.error.median,
+      100 * report.error.p95, 100 * report.error.max);
   for (std::size_t k = 0; k < kCurveKinds; ++k)
-    if (report.widest_point[k] >= 0)
+    if (report.bands.widest_point[k] >= 0)
       say("  {:<8} 90 % band where its rows end: median {:.2g} % of force, widest {:.2g} % at "
           "point "
           "{}",
-          kCurveNames[k], 100 * report.median_band[k], 100 * report.widest_band[k],
-          report.widest_point[k]);
-  if (report.kept > 0)
-    say("  kept: {} points whose rows are those of the earlier fit", report.kept);
-  say("  points: {} good, {} poor, {} underdetermined, {} failed ({})", report.good, report.poor,
-      report.underdetermined, report.failed, in_words(report.seconds));
+          kCurveNames[k], 100 * report.bands.median[k], 100 * report.bands.widest[k],
+          report.bands.widest_point[k]);
+  if (report.points.kept > 0)
+    say("  kept: {} points whose rows are those of the earlier fit", report.points.kept);
+  say("  points: {} good, {} poor, {} underdetermined, {} failed ({})", report.points.good,
+      report.points.poor, report.points.underdetermined, report.points.failed,
+      in_words(report.seconds));
   const std::size_t shown = std::min<std::size_t>(report.worst.size(), 3);
   for (std::size_t i = 0; i < shown; ++i) {
     const WorstPoint& p = report.worst[i];
@@ -83,9 +83,9 @@ void say_fit(const FittedCurves& curves, const FitReport& report) {
   if (report.is_stopped) throw Interrupted("fit: nothing was written");
   say_report(report);
   say_recordings(curves.recordings);
-  if (report.failed == curves.status.size())
+  if (report.points.failed == curves.status.size())
     throw Error(
-        "fit", fmt::format("none of the {} test points has a usable row", report.failed),
+        "fit", fmt::format("none of the {} test points has a usable row", report.points.failed),
         "See the list of experiments that are not good; press less deep or in smaller steps.");
 }
 

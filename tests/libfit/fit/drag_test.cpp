@@ -190,13 +190,13 @@ TEST(drag, a_mindlin_contact_is_fitted_as_well_as_a_separable_model_can) {
   const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
   const Curve limit = fitted_curve(fitted, p, CurveKind::limit);
   EXPECT_EQ(fitted.status[0], FitStatus::good) << fitted.message[0];
-  EXPECT_LT(report.median_relative_error, 0.02);
-  EXPECT_LT(report.p95_relative_error, 0.07);
+  EXPECT_LT(report.error.median, 0.02);
+  EXPECT_LT(report.error.p95, 0.07);
   for (const double depth_m : {0.002, 0.0035, 0.005})
     EXPECT_NEAR(limit(depth_m), friction * normal(depth_m), 0.03 * limit(depth_m));
-  RecordProperty("p95", std::to_string(report.p95_relative_error));
-  RecordProperty("median", std::to_string(report.median_relative_error));
-  RecordProperty("max", std::to_string(report.max_relative_error));
+  RecordProperty("p95", std::to_string(report.error.p95));
+  RecordProperty("median", std::to_string(report.error.median));
+  RecordProperty("max", std::to_string(report.error.max));
 }
 
 TEST(drag, a_press_off_the_normal_and_a_path_are_replayed_too) {

@@ -99,7 +99,7 @@ TEST(nuisance, a_warm_start_keeps_what_it_found) {
   options.warm_start = &first, options.warm_cache = &cache;
   FitReport report;
   const FittedCurves again = fit_curves(samples, options, {}, &report);
-  EXPECT_EQ(report.kept, 1U);
+  EXPECT_EQ(report.points.kept, 1U);
   EXPECT_EQ(again.recordings.contact_m, first.recordings.contact_m);
   EXPECT_EQ(again.recordings.bias_N, first.recordings.bias_N);
   EXPECT_EQ(again.rms_residual_N, first.rms_residual_N);

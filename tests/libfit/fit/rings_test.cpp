@@ -113,13 +113,13 @@ TEST(fitted_rings, on_a_body_that_sways_are_those_of_the_contact) {
   for (unsigned seed = 1; seed <= 3; ++seed) body.add(seed, true, {}, {}, 0, sway);
   FitReport report;
   const FittedCurves blind = body.fit(&report);
-  EXPECT_GT(report.p95_relative_error, 0.05);
+  EXPECT_GT(report.error.p95, 0.05);
   EXPECT_TRUE(blind.curves.control[runtime::kSway].isZero(0));
 
   body.rig.samples.point_sway = Eigen::RowVectorXd::Map(sway.data(), 6).replicate(3, 1);
   const FittedCurves fitted = body.fit(&report);
   EXPECT_TRUE(report.family.sways) << report.family.reason;
-  EXPECT_LT(report.p95_relative_error, 1e-3);
+  EXPECT_LT(report.error.p95, 1e-3);
   for (std::size_t p = 0; p < body.truth.size(); ++p) {
     const auto at = static_cast<Eigen::Index>(p);
     EXPECT_EQ(fitted.status[p], FitStatus::good) << fitted.message[p];

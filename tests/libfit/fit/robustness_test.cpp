@@ -303,9 +303,9 @@ TEST(fit, rows_not_good_are_left_out_and_a_drag_ends_at_the_first) {
   for (Eigen::Index i = 18; i < 25; ++i) rig.samples.force.row(i).setConstant(-55);
   FitReport report;
   const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
-  EXPECT_EQ(report.rows_not_good, 2u);
-  EXPECT_EQ(report.rows_cut, 7u);
-  EXPECT_EQ(report.rows, report.rows_used + 9);
+  EXPECT_EQ(report.rows.not_good, 2u);
+  EXPECT_EQ(report.rows.cut, 7u);
+  EXPECT_EQ(report.rows.all, report.rows.used + 9);
   EXPECT_EQ(fitted.status[0], FitStatus::good) << fitted.message[0];
   EXPECT_LT(fitted.max_residual_N[0], 0.05);
 }
@@ -316,7 +316,7 @@ TEST(fit, a_body_without_any_usable_row_still_answers) {
   FitReport report;
   const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
   EXPECT_EQ(fitted.status[0], FitStatus::failed);
-  EXPECT_EQ(report.failed, 1u);
+  EXPECT_EQ(report.points.failed, 1u);
   EXPECT_EQ(fit_curves(Samples{}).curves.points(), 0);
 }
 
@@ -343,7 +343,7 @@ TEST(fit, stopping_leaves_the_rest_failed_by_name) {
   FitReport report;
   const FittedCurves fitted = fit_curves(rig.samples, {.jobs = 1}, progress, &report);
   EXPECT_TRUE(report.is_stopped);
-  EXPECT_EQ(report.failed, 4u);
+  EXPECT_EQ(report.points.failed, 4u);
   EXPECT_EQ(fitted.message[5], "stopped before this point was fitted");
 }
 
