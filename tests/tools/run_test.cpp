@@ -159,7 +159,7 @@ TEST_F(Run, holds_of_a_given_force_are_held_out_and_known_again) {
     EXPECT_EQ(holds.held_N[row], kForce_N);
     const Vec3 inward = holds.point_normal.row(holds.point[r]);
     EXPECT_NEAR(holds.force.row(row).dot(inward), kForce_N, 1e-3 * kForce_N) << row;
-    EXPECT_NEAR(engine.force_N.row(row).dot(inward), kForce_N, 0.2 * kForce_N) << row;
+    EXPECT_NEAR(engine.force_N.row(row).dot(inward), kForce_N, 0.05 * kForce_N) << row;
     if (holds.step[r] == 0) continue;
     EXPECT_GT((holds.deflection.row(row) - holds.deflection.row(row - 1)).dot(inward), 0) << row;
   }

@@ -138,14 +138,11 @@ std::size_t list_bad_experiments(const Samples& samples) {
     }
     const auto row = static_cast<std::size_t>(place.first);
     const Vec3 at = samples.point_position.row(samples.point[row]);
-    say_failed("  not good: {} at ({:.1f}, {:.1f}, {:.1f}) mm, {} from {:.2f} mm on: {} ({} rows)",
-               samples.point_name[static_cast<std::size_t>(samples.point[row])], 1e3 * at[0],
-               1e3 * at[1], 1e3 * at[2],
-               samples.kind[row] == ExperimentKind::press  ? "press"
-               : samples.kind[row] == ExperimentKind::drag ? "drag"
-                                                           : "path",
-               1e3 * samples.deflection.row(place.first).norm(), reason_of(samples, row),
-               place.second);
+    say_failed(
+        "  not good: {} at ({:.1f}, {:.1f}, {:.1f}) mm, {} from {:.2f} mm on: {} ({} rows)",
+        samples.point_name[static_cast<std::size_t>(samples.point[row])], 1e3 * at[0], 1e3 * at[1],
+        1e3 * at[2], kExperimentKindNames[static_cast<std::size_t>(samples.kind[row])],
+        1e3 * samples.deflection.row(place.first).norm(), reason_of(samples, row), place.second);
   }
   return bad.size();
 }
