@@ -79,8 +79,8 @@ Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>&
   row["hysteresis"] = number(r->hysteresis);
   row["young_Pa"] = number(r->young_Pa);
   row["surface_distance_m"] = number(o.surface_distance_m);
-  row["format"] = r->format;
-  row["taken"] = r->taken;
+  row["format"] = r->source.format;
+  row["taken"] = r->source.taken;
   row["hash"] = results[o.item].hash;
   return row;
 }
@@ -190,7 +190,7 @@ void write_summary(const std::filesystem::path& csv_path, const std::filesystem:
       for (const double value : {contact.travel_m, contact.deviation_m, r->speed_m_s, r->noise_N,
                                  r->hysteresis, r->young_Pa, o.surface_distance_m})
         put(csv, value);
-      csv.text(r->format).text(listed(r->taken, "; "));
+      csv.text(r->source.format).text(listed(r->source.taken, "; "));
     }
     csv.text(results[o.item].hash);
     csv.end_row();
