@@ -328,10 +328,10 @@ TEST(OneFloor, a_fit_report_and_a_statement_of_the_same_rows_state_the_same_erro
     const Statement statement = summarize(compare(rows, replayed));
     EXPECT_GT(statement.rows_above_floor, 20u);
     EXPECT_LT(statement.rows_above_floor, 36u);
-    EXPECT_GT(report.p95_relative_error, 0.005);
-    EXPECT_DOUBLE_EQ(report.median_relative_error, statement.median_rel);
-    EXPECT_DOUBLE_EQ(report.p95_relative_error, statement.p95_rel);
-    EXPECT_DOUBLE_EQ(report.max_relative_error, statement.max_rel);
+    EXPECT_GT(report.error.p95, 0.005);
+    EXPECT_DOUBLE_EQ(report.error.median, statement.all.force.median_rel);
+    EXPECT_DOUBLE_EQ(report.error.p95, statement.all.force.p95_rel);
+    EXPECT_DOUBLE_EQ(report.error.max, statement.all.force.max_rel);
   }
 }
 
