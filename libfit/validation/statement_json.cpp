@@ -57,7 +57,8 @@ void put(Json& json, const ErrorFigures& figures, std::string_view unit) {
 
 ErrorFigures figures_of(const Json& json, std::string_view unit) {
   ErrorFigures figures;
-  for (const auto& [name, member] : kSizes) figures.*member = number_in(json, with_unit(name, unit));
+  for (const auto& [name, member] : kSizes)
+    figures.*member = number_in(json, with_unit(name, unit));
   for (const auto& [name, member] : kShares) figures.*member = number_in(json, name);
   return figures;
 }
