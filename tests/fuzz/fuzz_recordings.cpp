@@ -52,7 +52,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
                                              read.drop_invalid);
         promise(r.deflection_m.allFinite() && r.force_N.allFinite() && r.torque_Nm.allFinite(),
                 "samples are finite");
-        promise(std::isfinite(r.contact_travel_m) && r.contact_deviation_m >= 0,
+        promise(std::isfinite(r.contact.travel_m) && r.contact.deviation_m >= 0,
                 "a contact has a place and a deviation");
       } catch (const Error& error) {
         promise(!error.where().empty() && !error.remedy().empty(), "an error has place and remedy");
