@@ -62,9 +62,9 @@ FemRun run_case(const FemCase& what, const fem::Experiments& experiments);
 /// Largest difference of the forces of two runs over the force, over rows good in both.
 double greatest_difference(const fem::PointRows& a, const fem::PointRows& b);
 /// The same against given forces, and the mean of its absolute.
-struct ForceError {
+struct CaseError {
   double worst = 0, mean = 0;
 };
-ForceError force_error(const fem::PointRows& rows, const std::vector<double>& force_N);
+CaseError force_error(const fem::PointRows& rows, const std::vector<double>& force_N);
 
 }  // namespace palpate::tools

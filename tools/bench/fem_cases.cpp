@@ -95,8 +95,8 @@ double greatest_difference(const fem::PointRows& a, const fem::PointRows& b) {
   return out;
 }
 
-ForceError force_error(const fem::PointRows& rows, const std::vector<double>& force_N) {
-  ForceError out;
+CaseError force_error(const fem::PointRows& rows, const std::vector<double>& force_N) {
+  CaseError out;
   for (std::size_t i = 0; i < force_N.size() && i < rows.rows.size(); ++i) {
     const double error = rows.rows[i].force.norm() / force_N[i] - 1;
     if (std::abs(error) > std::abs(out.worst)) out.worst = error;

@@ -139,7 +139,7 @@ BenchTable fem_accuracy(const BenchRequest& request) {
       what.setup.options.equilibrium.element = choice.kind;
       const FemRun run = run_case(what, press_of(kDepth_m, 10));
       const std::vector<double> exact_N = fem_cylinder_force_N(poisson);
-      const ForceError error = force_error(run.rows, exact_N);
+      const CaseError error = force_error(run.rows, exact_N);
       double bound = 0;
       std::size_t bounded = 0;
       for (std::size_t i = 0; i < run.rows.rows.size(); ++i) {

@@ -76,7 +76,7 @@ Lines by_baseline(const StatedAsset& of) {
 }
 
 // An answer to experiments of a kind. played_as: null is as the table of experiments has it.
-struct Answer {
+struct StatedAnswer {
   const char* name;
   bool is_coupled;
   PlayedTool (*played_as)(const Scene&, const Samples&, Eigen::Index row);
@@ -84,11 +84,11 @@ struct Answer {
 
 // Experiments of a kind, answered as the engine plays them, which is timed, and otherwise.
 Lines of_kind(const StatedAsset& of, ExperimentKind kind, double radius_m,
-              std::initializer_list<Answer> answers) {
+              std::initializer_list<StatedAnswer> answers) {
   const Samples rows = of_kinds(of.reference.all, {kind});
   Lines lines;
   if (rows.rows() == 0) return lines;
-  for (const Answer& answer : answers) {
+  for (const StatedAnswer& answer : answers) {
     const runtime::AssetView view = answer.is_coupled ? of.asset : coupled_by(of.asset, {});
     const PlayedAs as =
         answer.played_as == nullptr
