@@ -23,6 +23,8 @@ constexpr double kMostFriction = 1.5;
 constexpr double kLeastDensity_kg_m3 = 100;  // a lung full of air has some 250
 // A cell has 10 um, but is pressed by a tip of its own scale; a person has 2 m.
 constexpr double kSmallestBody_m = 1e-4, kLargestBody_m = 5;
+constexpr double kDeepest = 0.5;       // press over the body's smallest extent
+constexpr double kMostNoise = 0.1;     // of the surface, likewise
 constexpr double kFinestProbe = 1e-3;  // tip radius over the body's largest extent
 
 // Tets over what the edge length asks for. Organs have 0.5 to 2.5.
@@ -37,7 +39,14 @@ using Warnings = std::vector<std::string>;
 void check_material(const fem::MaterialParameters& material, const std::string& where,
                     Warnings& warnings) {
   const fem::Material made = fem::make_material(material, where);
-  const double young = made.law->small_strain(made.constants).young_Pa();
+  const fem::SmallStrain at_rest = made.law->small_strain(made.constants);
+  const double young = at_rest.young_Pa();
+  if (at_rest.poisson() < 0)
+    warnings.push_back(
+        fmt::format("{}: with a Poisson's ratio of {:.2g} it grows thinner under a press, which no "
+                    "tissue does; "
+                    "0.4 to 0.499 is usual.",
+                    where, at_rest.poisson()));
   if (young < kSoftest_Pa)
     warnings.push_back(fmt::format(
         "{}: its stiffness at rest is {:.3g} Pa, softer than any tissue. Numbers without a unit "
@@ -149,6 +158,17 @@ std::vector<std::string> implausible(const Scene& scene, const Body& body) {
   if (size_m < kSmallestBody_m || size_m > kLargestBody_m)
     warnings.push_back(
         fmt::format("[body]: it measures {}. Is length_unit right?", size_in_words(extent, 0)));
+  const double thickness_m = extent.minCoeff(), depth_m = scene.experiments.each.depth_m;
+  if (depth_m > kDeepest * thickness_m)
+    warnings.push_back(fmt::format(
+        "[experiments]: a depth of {:.3g} mm goes through most of a body whose smallest extent is "
+        "{:.3g} mm. Is its unit right?",
+        1e3 * depth_m, 1e3 * thickness_m));
+  if (scene.body.noise_m.value_or(0) > kMostNoise * thickness_m)
+    warnings.push_back(
+        fmt::format("[body]: noise of {:.3g} mm on a body of {:.3g} mm takes its shape away. Is "
+                    "its unit right?",
+                    1e3 * *scene.body.noise_m, 1e3 * thickness_m));
   if (scene.probe.spec.friction > kMostFriction)
     warnings.push_back(fmt::format(
         "[probe]: a friction of {:.3g} is more than any tool has on tissue; 0.02 to 0.6 is usual.",
