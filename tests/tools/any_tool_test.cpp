@@ -20,6 +20,22 @@ std::string scene_with(const std::string& probe, const std::string& more = "") {
   return text + more;
 }
 
+// A command whose files are in the folder.
+Outcome in_folder(const Folder& folder, std::string command) {
+  for (const char* name : {"out/asset.palp", "scene.toml", "small.toml", "lying.toml", "flat.toml",
+                           "round.toml", "path.csv", "f.csv"})
+    for (std::size_t at = 0;
+         (at = command.find(std::string(" ") + name, at)) != std::string::npos;) {
+      const std::string path = " " + (folder / name).string();
+      command.replace(at, std::string(name).size() + 1, path);
+      at += path.size();
+    }
+  const std::size_t out = command.find(" -o out");
+  if (out != std::string::npos && command.ends_with(" -o out"))
+    command.replace(out, 7, " -o " + (folder / "out").string());
+  return palpate(folder, command);
+}
+
 class AnyTool : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -33,16 +49,13 @@ class AnyTool : public testing::Test {
     folder_->write("small.toml", scene_with("radius = \"5 mm\"\n"));
     folder_->write("lying.toml", scene_with("shape = \"capsule\"\nradius = \"4 mm\"\n"
                                             "length = \"20 mm\"\norientation = \"lying\"\n"));
-    const Outcome run = palpate(*folder_, "run scene.toml -o out");
+    const Outcome run = in_folder(*folder_, "run scene.toml -o out");
     ASSERT_EQ(run.status, 0) << run.err;
     ASSERT_NE(run.err.find("  radius   "), std::string::npos) << run.err;
   }
   static void TearDownTestSuite() { delete folder_; }
   static double p95_of(const nlohmann::json& lines, const std::string& name) {
-    for (const auto& line : lines)
-      if (line.at("name") == name) return line.at("p95_rel").get<double>();
-    ADD_FAILURE() << "no line " << name << " in " << lines.dump();
-    return 0;
+    return lines.at(name).at("p95_rel").get<double>();
   }
 
   static Folder* folder_;
@@ -61,8 +74,8 @@ TEST_F(AnyTool, statement_has_a_section_for_each_tool) {
 }
 
 TEST_F(AnyTool, validate_states_another_probe_of_the_scene) {
-  const Outcome own = palpate(*folder_, "validate --json out/asset.palp scene.toml");
-  const Outcome small = palpate(*folder_, "validate --json out/asset.palp small.toml");
+  const Outcome own = in_folder(*folder_, "validate --json out/asset.palp scene.toml");
+  const Outcome small = in_folder(*folder_, "validate --json out/asset.palp small.toml");
   ASSERT_EQ(small.status, 0) << small.err;
   EXPECT_NE(small.err.find("was measured with another probe"), std::string::npos) << small.err;
   const auto json = nlohmann::json::parse(small.out);
@@ -76,7 +89,7 @@ TEST_F(AnyTool, replay_plays_the_round_end_of_a_scenes_probe) {
   for (const int i : {0, 1}) {
     const std::string tool = i == 0 ? "scene.toml" : "small.toml";
     const Outcome outcome =
-        palpate(*folder_, "replay out/asset.palp path.csv -o f.csv --tool " + tool);
+        in_folder(*folder_, "replay out/asset.palp path.csv -o f.csv --tool " + tool);
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const std::string table = read_whole_file(*folder_ / "f.csv");
     const std::string last = table.substr(table.rfind('\n', table.size() - 2) + 1);
@@ -85,16 +98,16 @@ TEST_F(AnyTool, replay_plays_the_round_end_of_a_scenes_probe) {
   }
   EXPECT_NEAR(force_N[1] / force_N[0], std::sqrt(5.0 / 8), 0.06);  // Hertz: sqrt(R)
   const Outcome lying =
-      palpate(*folder_, "replay out/asset.palp path.csv -o f.csv --tool lying.toml");
+      in_folder(*folder_, "replay out/asset.palp path.csv -o f.csv --tool lying.toml");
   EXPECT_EQ(lying.status, 1);
   EXPECT_NE(lying.err.find("not round along its press"), std::string::npos) << lying.err;
 }
 
 TEST_F(AnyTool, check_certifies_and_inspect_describes_it) {
-  const Outcome check = palpate(*folder_, "check --json out/asset.palp --tool small.toml");
+  const Outcome check = in_folder(*folder_, "check --json out/asset.palp --tool small.toml");
   EXPECT_NE(check.status, 1) << check.err;
-  EXPECT_NE(check.out, palpate(*folder_, "check --json out/asset.palp").out);
-  const Outcome inspect = palpate(*folder_, "inspect --json out/asset.palp --tool small.toml");
+  EXPECT_NE(check.out, in_folder(*folder_, "check --json out/asset.palp").out);
+  const Outcome inspect = in_folder(*folder_, "inspect --json out/asset.palp --tool small.toml");
   ASSERT_EQ(inspect.status, 0) << inspect.err;
   EXPECT_EQ(nlohmann::json::parse(inspect.out).at("round_end_m"), 0.005);
 }
@@ -102,14 +115,14 @@ TEST_F(AnyTool, check_certifies_and_inspect_describes_it) {
 TEST_F(AnyTool, of_a_scene_without_a_ball_is_refused) {
   folder_->write("flat.toml", scene_with("shape = \"flat\"\nradius = \"6 mm\"\n",
                                          "[[validate.tool]]\nradius = \"5 mm\"\n"));
-  const Outcome flat = palpate(*folder_, "run flat.toml -o flat_out");
+  const Outcome flat = in_folder(*folder_, "run flat.toml -o out_of_flat");
   EXPECT_EQ(flat.status, 1);
   EXPECT_NE(flat.err.find("is played by what a ball identifies"), std::string::npos) << flat.err;
   folder_->write("round.toml", scene_with("radius = \"8 mm\"\n",
                                           "[[validate.tool]]\nshape = \"capsule\"\nradius = "
                                           "\"4 mm\"\nlength = \"20 mm\"\norientation = "
                                           "\"lying\"\n"));
-  const Outcome round = palpate(*folder_, "run round.toml -o round_out");
+  const Outcome round = in_folder(*folder_, "run round.toml -o out_of_round");
   EXPECT_EQ(round.status, 1);
   EXPECT_NE(round.err.find("Say what it is played as"), std::string::npos) << round.err;
 }
