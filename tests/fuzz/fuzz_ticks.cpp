@@ -54,6 +54,16 @@ struct Reader {
   }
 };
 
+// What a ball's place for the asset as it meets it may hold: nothing, an asset that may be another
+// one's, one that was not opened.
+const palpate_asset* any_met(unsigned which) {
+  static const palpate_asset unopened{};
+  return which % 4 == 0   ? &golden(0)
+         : which % 4 == 1 ? &golden(1)
+         : which % 4 == 2 ? &unopened
+                          : nullptr;
+}
+
 constexpr int kTools = 2;
 
 // Tools on one body, not all of which need be started.
@@ -101,9 +111,12 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
       case 0:  // anything
         question = in.take<palpate_input>();
         break;
-      case 1:
-        tools.start(which, in.take<palpate_tool>());
+      case 1: {  // anything, but for addresses
+        palpate_tool tool = in.take<palpate_tool>();
+        for (auto& met : tool.met) met = any_met(in.take<std::uint8_t>());
+        tools.start(which, tool);
         break;
+      }
       case 2:
         palpate_release(&tools.contact[which]);
         break;

@@ -15,6 +15,7 @@
 #include "tests/support/shared_data.hpp"
 #include "tests/validation/record.hpp"
 #include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/place_points.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/samples/simulate.hpp"
 

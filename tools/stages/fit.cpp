@@ -127,6 +127,9 @@ void add_radius_effect(FittedCurves& curves, const Samples& others) {
   }
   fit::RadiusReport report;
   fit::identify_radius_effect(curves, others, ends, &report);
+  if (curves.curves.family != CurveFamily::rings)
+    return say("  radius   what it changes is known of rings alone, and the law is {}",
+               name_of(curves.curves.family));
   if (report.points == 0) return say("  radius   no press of another tool can be used");
   const auto words = [](const fit::RadiusReport::PressErrors& e) {
     return fmt::format("{:.1f} and {:.1f} %", 100 * e.median, 100 * e.p95);

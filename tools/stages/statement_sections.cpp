@@ -74,14 +74,21 @@ Lines by_cause(const StatedAsset& of) {
   return error_causes(of.asset, of.reference, of.engine, depth_m(of), of.request.jobs);
 }
 
-// Another tool's, by what the asset's own ball would feel.
-Lines as_own_ball(const StatedAsset& of) {
-  const auto rows = compare(of.reference.paths, replay(of.asset, of.reference.paths, depth_m(of)));
-  return {stated_error("as_the_assets_ball", rows, of.floors)};
+// Another tool's rows by what the asset's own ball would feel, and by that times sqrt(R / R_0), as
+// of two balls on a half-space (Hertz 1882); end_m: 0 of a tool that is no ball.
+Lines as_own_ball(const StatedAsset& of, const Samples& rows, const ProbeSpec& tool, double end_m,
+                  const ErrorFloors& floors) {
+  Replayed own = replay(of.asset, rows, depth_m(of));
+  Lines lines{stated_error("as_the_assets_ball", compare(rows, own), floors)};
+  if (tool.shape != "sphere" || !(end_m > 0)) return lines;
+  own.force_N *= std::sqrt(end_m / of.asset.probe_radius_m);
+  lines.push_back(stated_error("times_root_of_radius", compare(rows, own), floors));
+  return lines;
 }
 
 Lines by_baseline(const StatedAsset& of) {
-  if (is_other_tool(of)) return as_own_ball(of);
+  if (is_other_tool(of))
+    return as_own_ball(of, of.reference.paths, of.scene.probe.spec, of.radius_m, of.floors);
   return baseline_errors(of.asset, of.reference, depth_m(of),
                          depth_m(of) / of.scene.experiments.each.press_steps, of.request.curves,
                          of.request.model);
@@ -170,8 +177,8 @@ std::vector<StatementSection> of_stated_tools(const StatedAsset& of) {
             return order.at(rows.experiment[static_cast<std::size_t>(row)]) % kUprightKinds;
           });
       lines.insert(lines.end(), kinds.begin(), kinds.end());
-      const auto own = compare(rows, replay(of.asset, rows, depth_m(of)));
-      lines.push_back(stated_error("as_the_assets_ball", own, floors));
+      const Lines own = as_own_ball(of, rows, tools[i].probe.spec, radius_m, floors);
+      lines.insert(lines.end(), own.begin(), own.end());
     }
     sections.push_back({"tool:" + tools[i].name, "by tool: " + tools[i].name, std::move(lines)});
   }

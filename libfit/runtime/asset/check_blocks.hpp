@@ -57,21 +57,6 @@ inline bool is_side_borne(const SplineView& normal, const float* curve, const fl
   return d * d * (2 * length(side2) + 3 * length(side3) * d) <= kSideSlack * most_N;
 }
 
-/// By how much coupling is too strong for the stiffest vertex; 1 or less: it is not (M62).
-inline double coupling_excess(const AssetView& view, const CouplingView& coupling) noexcept {
-  double most = 0;
-  for (int v = 0; v < view.vertices; ++v) {
-    if (view.covered[v] == 0) continue;
-    const float* node = view.node(v);
-    const SplineView& spline = view.curves.view[kNormal];
-    const double along =
-        curve_slope(spline, node + view.control_offset[kNormal], spline.knots[spline.pieces]);
-    const double excess =
-        coupling_excess(coupling, along, along * double(node[view.control_offset[kLambda]]));
-    most = excess > most ? excess : most;
-  }
-  return most;
-}
 constexpr double kCouplingSlack = 1.001;  ///< what was made small enough before it was rounded is
 
 /// Numbers that coupling can follow, on rings.

@@ -171,5 +171,20 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   return view;
 }
 
+/// By how much coupling is too strong for the stiffest vertex; 1 or less: it is not (M62).
+inline double coupling_excess(const AssetView& view, const CouplingView& coupling) noexcept {
+  double most = 0;
+  for (int v = 0; v < view.vertices; ++v) {
+    if (view.covered[v] == 0) continue;
+    const float* node = view.node(v);
+    const SplineView& spline = view.curves.view[kNormal];
+    const double along =
+        curve_slope(spline, node + view.control_offset[kNormal], spline.knots[spline.pieces]);
+    const double excess =
+        coupling_excess(coupling, along, along * double(node[view.control_offset[kLambda]]));
+    most = excess > most ? excess : most;
+  }
+  return most;
+}
 }  // namespace runtime
 }  // namespace palpate

@@ -22,6 +22,9 @@ constexpr int kMoreIndenterPieces = 40;  ///< beside those of the asset
 constexpr int kMaxHalvings = 5;          ///< of an interval between two knots of the asset
 /// Over the ball's radius: beyond these (M83) is not followed any further.
 constexpr double kLeastRadius = 0.4, kMostRadius = 2;
+/// Of the first row's depth: the stiffness does not change below it. Force there: 1e-3 of the
+/// row's; a stiffness of 0 at depth 0 would leave no slip certified there.
+constexpr double kEvenShare = 0.01;
 constexpr double kIndenterTolerance = 2e-4;  ///< of the largest slope of a basis function
 
 /// Intervals that the table of an asset has at most.
@@ -144,7 +147,7 @@ class IndenterTable {
     if (begins_m < first_row_m_) {
       begin_m = first_row_m_;
       const double d = depth_at(tool_, contact_radius_at(ball_, first_row_m_));
-      divide(find_piece(own_, first_row_m_), 0, d < depth_m_ ? d : depth_m_, 0, true);
+      begin_below(find_piece(own_, first_row_m_), d < depth_m_ ? d : depth_m_);
     }
     for (int piece = 0; piece < own_.pieces && knots_[pieces_] < depth_m_; ++piece) {
       const double own_m = own_.knots[piece + 1];
@@ -163,6 +166,18 @@ class IndenterTable {
       own_depth_m_[i] = own_m < depth_m_ ? own_m : depth_m_;
     }
     view_->own_depth_m = own_depth_m_;
+  }
+
+  /// From 0 to the first row, with a stiffness that is not 0 at 0.
+  void begin_below(int piece, double to_m) noexcept {
+    const double even_m = kEvenShare * to_m;
+    const LiveSlopes slopes = slopes_at(even_m, piece, first_of(piece), true);
+    double c[kSets][kMaxDegree + 1][kMaxDegree + 1] = {};
+    for (int set = 0; set < kSets; ++set)
+      for (int k = 0; k < order_; ++k) c[set][k][0] = slopes.of[set][k];
+    put(first_of(piece), even_m, c);
+    knots_[pieces_] = even_m;
+    divide(piece, even_m, to_m, 0, true);
   }
 
   /// Puts in the interval, or its halves where one polynomial is not good enough.
@@ -391,6 +406,10 @@ inline AssetView with_indenter(const AssetView& asset, const Indenter& tool,
   out.curves.indenter = &view;
   out.max_fitted_m = table.measured_m();
   out.probe_radius_m = tool.round_end_m;
+  if (asset.coupling != nullptr) {
+    const double excess = coupling_excess(out, *asset.coupling);
+    view.coupled = excess > 1 ? 1 / std::sqrt(excess) : 1;
+  }
   out.checksum ^= mark_of(tool);
   out.is_rough = asset.curves.family != int(Family::rings) || asset.damage.softens();
   return out;

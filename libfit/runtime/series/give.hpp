@@ -15,11 +15,14 @@ namespace runtime {
 /// A place where contacts move each other.
 struct CouplingPlace {
   Vec3d point, normal;  ///< relative to the asset's origin; inward unit
+  double share;         ///< of (M62) that its indenter bears
   ComplianceRoot root;  ///< of the sway
 };
 
+/// asset: as the ball meets it.
 inline CouplingPlace coupling_place(const AssetView& asset, const ContactPoint& at) noexcept {
   CouplingPlace out;
+  out.share = asset.curves.indenter != nullptr ? asset.curves.indenter->coupled : 1;
   out.point = {0, 0, 0};
   for (int k = 0; k < 3; ++k)
     out.point = out.point + asset.vertex_at(asset.corner(at.triangle, k)) * at.weight[k];
@@ -35,7 +38,7 @@ inline void couple(const AssetView& asset, const CouplingPlace& a, const Couplin
   const Coupling by = coupling_at(*asset.coupling, dot(way, way));
   const Vec3d axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   for (int c = 0; c < 3; ++c) {
-    Vec3d column = coupled(by, a.normal, b.normal, axis[c]);
+    Vec3d column = coupled(by, a.normal, b.normal, axis[c]) * (a.share * b.share);
     if (asset.sways) column = column + a.root.times(b.root.back_times(axis[c]));
     const double rows[3] = {column.x, column.y, column.z};
     for (int r = 0; r < 3; ++r) ab[3 * r + c] = ba[3 * c + r] = rows[r];
@@ -53,7 +56,7 @@ inline Vec3d sunk_beside(const AssetView& asset, const CouplingPlace* place, con
     const Vec3d way = x + place[k].normal * radius_m - place[k].point;
     const double squared = dot(way, way);
     sum = sum + coupled(coupling_at(*asset.coupling, squared), place[k].normal, place[k].normal,
-                        force[k]);
+                        force[k] * place[k].share);
     if (asset.sways) pulled = pulled + place[k].root.back_times(force[k]);
     if (squared < least) nearest = k;
     least = squared < least ? squared : least;

@@ -107,7 +107,7 @@ class Series {
       const double own[9] = {c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2]};
       std::memcpy(give_.block[i][i], own, sizeof own);
       if (!is_together) continue;
-      place[i] = coupling_place(asset_, at);
+      place[i] = coupling_place(met(i), at);
       for (int j = 0; j < i; ++j)
         runtime::couple(asset_, place[i], place[j], give_.block[i][j], give_.block[j][i]);
     }

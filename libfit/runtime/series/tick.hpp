@@ -119,7 +119,7 @@ inline void approach_together(const AssetView& asset, const BallTick* ball, Seri
     if (contact.triangle < 0 || contact.asset_checksum != at[i].asset->checksum ||
         contact.triangle >= asset.triangles)
       continue;
-    place[touching] = coupling_place(asset, contact);
+    place[touching] = coupling_place(*at[i].asset, contact);
     force[touching++] = slow_force(asset.curves.relaxation, contact.series, contact.series.force());
   }
   for (int i = 0; i < count; ++i) {
