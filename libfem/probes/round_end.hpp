@@ -7,8 +7,8 @@
 
 namespace palpate::fem {
 
-/// How a tool ends along its press, for whatever plays it (docs/method.md, section 30): of any
-/// shape, by its signed distance. Nothing of a tool that is not round about the press (a lying
+/// How a tool ends along its press, for whatever plays it (docs/method-tools.md, section 30): of
+/// any shape, by its signed distance. Nothing of a tool that is not round about the press (a lying
 /// capsule, a mesh that is not) or not convex there. What is steeper than 84 degrees counts as a
 /// wall.
 std::optional<Indenter> round_end(const Probe& probe);

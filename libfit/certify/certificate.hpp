@@ -28,7 +28,7 @@ struct SlidingFigures {
   int certified = 0, failed = 0, undecided = 0;  ///< triangles; of several tools the worst counts
   double certified_area = 0;                     ///< share of the interior
   /// Least friction factor that certifies, and the friction that it is there; infinite where no
-  /// friction is enough. Above 1 to first order (docs/method.md, section 19).
+  /// friction is enough. Above 1 to first order (docs/method-certificate.md, section 19).
   double factor_required = 0, mu_required = 0;
   double depth_share = 1;   ///< of their depths to which all triangles are certified, in tenths
   double factor_found = 0;  ///< largest at a place, infinite ones left out: how tight the bound is
@@ -38,10 +38,10 @@ struct SlidingFigures {
 };
 constexpr std::size_t kWitnesses = 10;
 
-/// The certificate of an asset (docs/method.md, section 19).
+/// The certificate of an asset (docs/method-certificate.md, section 19).
 struct Certificate {
   std::string family;
-  bool sways = false;     ///< as a whole (method.md, section 21)
+  bool sways = false;     ///< as a whole (method-body.md, section 21)
   bool relaxes = false;   ///< in time (section 24): what is certified is slow motion
   bool softens = false;   ///< where it was pressed (section 26): certified is what nothing has
   bool couples = false;   ///< contacts move each other (section 28): certified is one by itself

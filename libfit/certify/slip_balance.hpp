@@ -1,8 +1,8 @@
 #pragma once
 
 // What a slip of the contact point of a bed of rings stores and pays, per metre, with the tool held
-// (docs/method.md, section 19): one template for a place (double) and for a patch of a triangle
-// over a range of depths (Interval).
+// (docs/method-certificate.md, section 19): one template for a place (double) and for a patch of a
+// triangle over a range of depths (Interval).
 
 #include "libfit/certify/sway_terms.hpp"
 

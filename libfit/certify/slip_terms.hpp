@@ -1,6 +1,7 @@
 #pragma once
 
-// What a slip changes at a place of a triangle, or over a patch of it (docs/method.md, section 19).
+// What a slip changes at a place of a triangle, or over a patch of it (docs/method-certificate.md,
+// section 19).
 
 #include <algorithm>
 

@@ -1,6 +1,7 @@
 #pragma once
 
-// What a slip changes on a body that sways as a whole (docs/method.md, sections 19 and 21).
+// What a slip changes on a body that sways as a whole (docs/method-certificate.md, section 19,
+// docs/method-body.md, section 21).
 
 #include "libfit/certify/slip_terms.hpp"
 

@@ -112,9 +112,9 @@ struct FittedCurves {
   Eigen::VectorXd rms_residual_N;    ///< P, over the good rows; NaN without any
   Eigen::VectorXd max_residual_N;    ///< P
   Eigen::VectorXd depth_range_m;     ///< P, deepest good row: past it curves are extrapolated
-  /// How far curves may be off (docs/method.md, section 14): P x n (n + 1) / 2 [N^2] for a kind of
-  /// n increments, the covariance of those of each point, lower triangle row by row; NaN for a
-  /// curve that no row speaks of. No columns when unknown.
+  /// How far curves may be off (docs/method-identification.md, section 14): P x n (n + 1) / 2 [N^2]
+  /// for a kind of n increments, the covariance of those of each point, lower triangle row by row;
+  /// NaN for a curve that no row speaks of. No columns when unknown.
   std::array<Controls, kCurveKinds> covariance;
   /// Standard errors of the numbers of each part that is no curve, as `control` has them: P x width
   /// count, NaN where unknown. No columns of curves, of what the surface tells, and when unknown.
@@ -123,8 +123,8 @@ struct FittedCurves {
   std::optional<ProbeSpec> probe;  ///< of the samples
 };
 
-/// How the surface moves under a tool (docs/method.md, section 20), P test points, V vertices, K
-/// modes; all numbers exact in float32. No rows of `point` where it is not known.
+/// How the surface moves under a tool (docs/method-body.md, section 20), P test points, V vertices,
+/// K modes; all numbers exact in float32. No rows of `point` where it is not known.
 struct ShapeResponse {
   int intervals = 0, modes = 0;
   int radius_power = 1;  ///< a = radius_m (d / depth_m)^(radius_power / 2)

@@ -59,8 +59,8 @@ inline bool is_solved(RowStatus status) {
   return status == RowStatus::good || status == RowStatus::wedged;
 }
 
-/// What a row's checks found (docs/method.md, section 10, Acceptance). `falls` is of good rows, the
-/// others say why a row is `rejected` or `inverted`.
+/// What a row's checks found (docs/method-simulator.md, section 10, Acceptance). `falls` is of good
+/// rows, the others say why a row is `rejected` or `inverted`.
 enum class StepCheck : std::int8_t {
   none = 0,
   inverted = 1,       ///< det F <= 0 somewhere
@@ -121,7 +121,7 @@ struct SamplePlaces {
   /// tangents. Lets the fit replay drags on the curved surface; absent means flat.
   Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> point_normal_gradient;
   /// P x 6 or 0 x 6 [m/N], of simulated points: how the body moves as a whole under a force there
-  /// (docs/method.md, section 21), xx, yy, zz, xy, xz, yz; zero where that is not known.
+  /// (docs/method-body.md, section 21), xx, yy, zz, xy, xz, yz; zero where that is not known.
   SymmetricRows point_sway;
   /// P or 0: of a press on one mesh, s_0 of the deepest step, by which and by a line over the force
   /// its forces were multiplied (docs/method.md, M13e); 0 of points whose rows come from two
@@ -155,7 +155,8 @@ struct SampleRows {
   /// N [N], the normal force that was asked for, where the deflection was found for it; NaN where
   /// the deflection was asked for. Empty: it was in all rows.
   Eigen::VectorXd held_N;
-  /// N x 2, how the tool leans (docs/method.md, section 27); nothing where it is upright in all.
+  /// N x 2, how the tool leans (docs/method-tools.md, section 27); nothing where it is upright in
+  /// all.
   Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> lean;
   /// N x 3V [m], of simulated rows: x, y, z of each vertex of the fine surface in turn, how far it
   /// has moved; 0 of rows that are not good. No rows where it was not kept. A file of its own.
@@ -219,7 +220,8 @@ struct SecondTool {
 /// Where a tool goes: successive deflections (N x 3 [m]) from first touch at a test point. time_s:
 /// when it is there, as of Samples; empty: in slow motion. lean: all along. held_N: normal forces
 /// that are asked for, above 0; of such a step `deflections` has the deepest that it may be, the
-/// one where it is is found (docs/method.md, M14d), and known_rows() knows it by its force.
+/// one where it is is found (docs/method-simulator.md, M14d), and known_rows() knows it by its
+/// force.
 struct ToolPath {
   int point = 0;
   Points deflections;

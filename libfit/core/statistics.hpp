@@ -43,7 +43,7 @@ inline double upper_median(std::vector<double> values) {
 /// What a person does not feel [N]: the floor of the force's just noticeable difference
 /// (docs/method.md, 8).
 inline constexpr double kForceFloor_N = 0.04;
-/// The same of a torque [N m]: kForceFloor_N at a lever of 10 mm (docs/method.md, M58a).
+/// The same of a torque [N m]: kForceFloor_N at a lever of 10 mm (docs/method-tools.md, M58a).
 inline constexpr double kTorqueFloor_Nm = kForceFloor_N * 10e-3;
 /// Just noticeable difference of a force, as a share of it (docs/method.md, 8).
 inline constexpr double kForceJnd = 0.07;

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// An asset as indenters meet it (docs/method.md, section 30), each tabulated once.
+/// An asset as indenters meet it (docs/method-tools.md, section 30), each tabulated once.
 class MetAssets {
  public:
   explicit MetAssets(const runtime::AssetView& asset) : asset_(asset) {}

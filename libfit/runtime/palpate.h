@@ -311,10 +311,10 @@ PALPATE_API palpate_status palpate_body_start(const palpate_asset* asset, void* 
 PALPATE_API palpate_status palpate_body_open(palpate_asset* opened, const palpate_asset* asset,
                                              void* body, uint64_t bytes) PALPATE_NOEXCEPT;
 
-/* The asset as another indenter than its own ball meets it (docs/method.md, section 30): tables in
-   memory of the caller's, made once; a tick then costs what it costs. *opened is to be used in
-   place of the asset, which must outlive it, or as palpate_tool.met; with a body of a softening
-   asset, open the body first. Contacts are of one indenter: start them anew for another.
+/* The asset as another indenter than its own ball meets it (docs/method-tools.md, section 30):
+   tables in memory of the caller's, made once; a tick then costs what it costs. *opened is to be
+   used in place of the asset, which must outlive it, or as palpate_tool.met; with a body of a
+   softening asset, open the body first. Contacts are of one indenter: start them anew for another.
    palpate_indenter_bytes: how much memory, 8-byte aligned, some 20 to 100 kB; 0 where the asset is
    not open or was not measured with a ball. palpate_indenter_open: some milliseconds, not for the
    real-time thread. PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN or PALPATE_TOOL_WRONG

@@ -28,7 +28,7 @@ struct ShapeReport {
   int rows = 0;
 };
 
-/// The shape response of a body from the motion of its surface at test points (docs/method.md,
+/// The shape response of a body from the motion of its surface at test points (docs/method-body.md,
 /// section 20). asset: without one, of the same model; blend_point, blend_weight: the model's.
 /// samples.surface must have 3V columns. No points where no press at a test point is known.
 /// Does not depend on the number of threads.

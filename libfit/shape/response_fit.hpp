@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-/// The least squares fits that a shape response is made of (docs/method.md, section 20): the dent
-/// of each test point, how the surface follows a drag, and modes of the whole body. Keeps
+/// The least squares fits that a shape response is made of (docs/method-body.md, section 20): the
+/// dent of each test point, how the surface follows a drag, and modes of the whole body. Keeps
 /// references to what it is given; arguments as identify_shape().
 class ResponseFit {
  public:

@@ -24,7 +24,7 @@ struct ComparedRow {
   Vec3 engine_Nm = Vec3::Constant(kNoNumber);
 };
 
-/// Floors of the relative errors of a body (docs/method.md, M11a and M58a).
+/// Floors of the relative errors of a body (docs/method.md, M11a, docs/method-tools.md, M58a).
 struct ErrorFloors {
   double force_N = 0, torque_Nm = 0;
 };

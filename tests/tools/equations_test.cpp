@@ -1,4 +1,5 @@
-// Labels of docs/method.md: code cites each, and each that is cited stands there.
+// Labels of docs/method.md and of the pages beside it (docs/method-*.md): code cites each, and each
+// that is cited stands there.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +24,22 @@ std::string read(const fs::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-std::string method() { return read(fs::path(PALPATE_SOURCE_DIR) / "docs/method.md"); }
+// Texts of the method's pages by file name.
+std::map<std::string, std::string> method_pages() {
+  std::map<std::string, std::string> pages;
+  for (const auto& entry : fs::directory_iterator(fs::path(PALPATE_SOURCE_DIR) / "docs")) {
+    const std::string name = entry.path().filename().string();
+    if (name == "method.md" || (name.starts_with("method-") && name.ends_with(".md")))
+      pages[name] = read(entry.path());
+  }
+  return pages;
+}
+
+std::string method() {
+  std::string text;
+  for (const auto& [name, page] : method_pages()) text += page;
+  return text;
+}
 
 std::vector<std::string> matches(const std::string& text, const std::regex& pattern) {
   std::vector<std::string> found;
@@ -79,14 +95,14 @@ Mentions cited_in_code() {
 TEST(equations, a_label_stands_at_one_equation) {
   std::set<std::string> seen;
   for (const std::string& label : defined_labels())
-    EXPECT_TRUE(seen.insert(label).second) << "docs/method.md has two equations " << label;
+    EXPECT_TRUE(seen.insert(label).second) << "two equations are " << label;
   EXPECT_GE(seen.size(), 20u);
 }
 
 TEST(equations, code_cites_every_label) {
   const Mentions cited = cited_in_code();
   for (const std::string& label : defined())
-    EXPECT_TRUE(cited.count(label)) << "no code cites (" << label << ") of docs/method.md";
+    EXPECT_TRUE(cited.count(label)) << "no code cites (" << label << ")";
 }
 
 TEST(equations, a_label_cited_in_code_or_docs_exists) {
@@ -99,16 +115,25 @@ TEST(equations, a_label_cited_in_code_or_docs_exists) {
   visit_files({"docs"}, {".md"}, check);
 }
 
+// method.md has the index of all sections; of another page the section has to be there.
 TEST(equations, a_section_of_the_method_cited_in_code_exists) {
   static const std::regex heading(R"re((?:^|\n)## ([0-9]+)\. )re");
-  static const std::regex citation(R"re(method\.md,(?:\s|//)*sections? ([0-9]+))re");
-  const std::vector<std::string> list = matches(method(), heading);
-  const std::set<std::string> sections(list.begin(), list.end());
-  EXPECT_GE(sections.size(), 10u);
+  static const std::regex citation(
+      R"re((method(?:-[a-z]+)?\.md),(?:\s|//)*sections?(?:\s|//)*([0-9]+))re");
+  std::map<std::string, std::set<std::string>> sections;
+  for (const auto& [name, page] : method_pages())
+    for (const std::string& section : matches(page, heading)) {
+      EXPECT_TRUE(sections["method.md"].insert(section).second)
+          << "two pages have section " << section;
+      sections[name].insert(section);
+    }
+  EXPECT_GE(sections["method.md"].size(), 10u);
   visit_files({"libfit", "libfem", "tools", "tests"}, kCode,
               [&](const std::string& file, const std::string& text) {
-                for (const std::string& section : matches(text, citation))
-                  EXPECT_TRUE(sections.count(section)) << file << " cites section " << section;
+                for (std::sregex_iterator it(text.begin(), text.end(), citation), end; it != end;
+                     ++it)
+                  EXPECT_TRUE(sections[(*it)[1]].count((*it)[2]))
+                      << file << " cites section " << (*it)[2] << " of " << (*it)[1];
               });
 }
 

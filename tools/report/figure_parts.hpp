@@ -11,7 +11,7 @@
 
 namespace palpate::tools {
 
-// What the figures of a report have in common. contents: docs/formats.md, "What `report` writes".
+// What the figures of a report have in common. contents: docs/formats.md, "Contents of a report".
 
 /// Force over deflection at three test points: presses, and drags.
 std::string curves_svg(const Json& contents);

@@ -9,8 +9,8 @@
 
 namespace palpate::tools {
 
-// Each adds to a report's object what the page shows of one file of a run (docs/formats.md, "What
-// `report` writes"); what is to be known goes to `warnings`.
+// Each adds to a report's object what the page shows of one file of a run (docs/formats.md,
+// "Contents of a report"); what is to be known goes to `warnings`.
 
 Json settings_json(const Settings& settings);
 void add_body(Json& json, const Body& body);

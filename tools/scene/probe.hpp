@@ -20,7 +20,7 @@ struct ProbeSection {
 };
 
 /// A rigid tool beside [probe]: [tool], [[experiments.probe]] or [[validate.tool]] of a scene. The
-/// engine plays it as balls (docs/method.md, section 29; at most one of row and balls_m), or
+/// engine plays it as balls (docs/method-tools.md, section 29; at most one of row and balls_m), or
 /// without any by the round end that it has along its press (section 30).
 struct ToolSection {
   std::string name;

@@ -20,7 +20,7 @@ struct RunResult {
 };
 
 /// All stages from a scene to an asset and its statement, those that are up to date left out
-/// (docs/formats.md, "What `run` leaves in its folder"). Keeps a second run out of the folder.
+/// (docs/formats.md, "Folder of a run"). Keeps a second run out of the folder.
 RunResult run_stages(const RunRequest& request);
 
 }  // namespace palpate::tools

@@ -2,7 +2,7 @@
 
 #include "libfit/fit/point/fit_point.hpp"
 
-// What is unknown of recordings besides the curves: docs/method.md, section 15.
+// What is unknown of recordings besides the curves: docs/method-recordings.md, section 15.
 
 namespace palpate::fit {
 

@@ -75,7 +75,7 @@ struct BodyData {
 /// Throws Error when arrays do not belong together, an index is out of range, a normal is not a
 /// unit vector or an experiment mixes points or kinds.
 /// without_sway: deflections are those of the tool against the surface around it, with what the
-/// body moves as a whole taken off (docs/method.md, section 21); samples have point_sway then.
+/// body moves as a whole taken off (docs/method-body.md, section 21); samples have point_sway then.
 BodyData gather_experiments(const Samples& samples, double weight_floor, bool without_sway = false);
 
 /// Change of the inward normal [1/m] along the surface on which the tool's reference point moves

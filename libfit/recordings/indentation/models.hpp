@@ -24,7 +24,8 @@ struct ModelForce {
 };
 using ModelLaw = std::function<ModelForce(double depth_m)>;
 
-/// A row of the table of contact models of a homogeneous elastic body; docs/method.md, section 22.
+/// A row of the table of contact models of a homogeneous elastic body; docs/method-recordings.md,
+/// section 22.
 struct IndentationModel {
   std::string_view name;
   std::string_view summary;

@@ -23,7 +23,7 @@ struct AssembleOptions {
   bool identifies_relaxation = true;  ///< where recordings have holds or several rates
 };
 
-/// What recordings tell of a body's relaxation (method.md, section 25).
+/// What recordings tell of a body's relaxation (method-recordings.md, section 25).
 struct BodyRelaxation {
   RelaxationFit fit;  ///< of all recordings that were used; no branches where they show none
   struct PointSeries {

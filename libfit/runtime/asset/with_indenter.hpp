@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// An asset as another round indenter meets it (docs/method.md, section 30). What a press
+// An asset as another round indenter meets it (docs/method-tools.md, section 30). What a press
 // identifies is the stiffness K of the body's contact by its radius a, whatever the tool (Pharr,
 // Oliver, Brotzen 1992, doi:10.1557/JMR.1992.0613), so that with d(a) of (M80)
 //

@@ -2,9 +2,9 @@
 #pragma once
 
 // A body that contacts damage: what it has borne, in memory of the caller's beside the asset, and
-// how it softens (docs/method.md, section 26). Any number of bodies may share an asset; contacts
-// that press one body belong to one thread. The bytes are plain: copy them to save, put them back
-// and open them again to restore, start them again to heal.
+// how it softens (docs/method-body.md, section 26). Any number of bodies may share an asset;
+// contacts that press one body belong to one thread. The bytes are plain: copy them to save, put
+// them back and open them again to restore, start them again to heal.
 
 #include "contact.hpp"
 

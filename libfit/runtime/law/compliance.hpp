@@ -1,8 +1,8 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// How a body gives as a whole under a force (docs/method.md, section 21): a compliance C, and the
-// root L of it by which contacts far from each other sway together (M62a).
+// How a body gives as a whole under a force (docs/method-body.md, section 21): a compliance C, and
+// the root L of it by which contacts far from each other sway together (M62a).
 
 #include <cmath>
 

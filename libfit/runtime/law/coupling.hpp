@@ -1,8 +1,8 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// How a force on one place of a body moves another (docs/method.md, section 28): a compliance that
-// falls with the distance r between two contacts, and is positive definite over any places,
+// How a force on one place of a body moves another (docs/method-tools.md, section 28): a compliance
+// that falls with the distance r between two contacts, and is positive definite over any places,
 //
 //     C_ij = a(r) 1 + b(r) P_i P_j        a(r) = sum_k a_k / (1 + r^2 / (2^k l)^2)^2        (M62)
 //

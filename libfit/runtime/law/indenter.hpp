@@ -1,9 +1,9 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// A rigid tool's round end, as contact mechanics sees it (docs/method.md, section 30): how deep it
-// stands when its contact with an even body has radius a. Of any profile f(r), its height over the
-// point that touches first (Sneddon 1965, doi:10.1016/0020-7225(65)90019-4),
+// A rigid tool's round end, as contact mechanics sees it (docs/method-tools.md, section 30): how
+// deep it stands when its contact with an even body has radius a. Of any profile f(r), its height
+// over the point that touches first (Sneddon 1965, doi:10.1016/0020-7225(65)90019-4),
 //
 //     d(a) = a int_0^a f'(r) / sqrt(a^2 - r^2) dr          of a ball a atanh(a / R)         (M80)
 //

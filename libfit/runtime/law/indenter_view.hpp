@@ -1,8 +1,9 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// How another indenter than the one that a body was measured with meets its curves (docs/method.md,
-// section 30): tables that asset/with_indenter.hpp makes once, in memory of the caller's.
+// How another indenter than the one that a body was measured with meets its curves
+// (docs/method-tools.md, section 30): tables that asset/with_indenter.hpp makes once, in memory of
+// the caller's.
 
 #include "../base/spline.hpp"
 #include "ring_table.hpp"

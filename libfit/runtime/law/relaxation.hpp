@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The Prony series of a body (docs/method.md, section 24): at time t after a step a contact is
+// The Prony series of a body (docs/method-body.md, section 24): at time t after a step a contact is
 // 1 + sum share_k e^{-t/time_k} times as stiff as in slow motion.
 
 #include "../base/rounding.hpp"

@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// Rings that relax (docs/method.md, section 24). Beside its spring c_i each ring has Maxwell
+// Rings that relax (docs/method-body.md, section 24). Beside its spring c_i each ring has Maxwell
 // branches, springs share_k c_i in series with dashpots that have flowed by v_k along the normal
 // and by w_k across it. A ring stores
 //

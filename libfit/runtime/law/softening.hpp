@@ -1,8 +1,8 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// How a damaged place answers (docs/method.md, section 26). With E what the law stores and M the
-// most that this place has borne, the contact stores Psi(E; M), and its force is eta dE/dx:
+// How a damaged place answers (docs/method-body.md, section 26). With E what the law stores and M
+// the most that this place has borne, the contact stores Psi(E; M), and its force is eta dE/dx:
 //
 //     eta = dPsi/dE = max(0, 1 - (1/r) y / sqrt(w^2 + y^2)),   y = max(M - E, 0),   w = m + beta M
 //

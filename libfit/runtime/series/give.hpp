@@ -1,10 +1,10 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// How the body gives under the contacts of a tick (docs/method.md, sections 21 and 28): C between
-// them, what it stores, and how its dashpots flow where the body relaxes. All of it is in the space
-// of forces: a branch k of contact i has flowed as far as the force w_k would press it, so one C
-// serves sway and coupling, springs and dashpots.
+// How the body gives under the contacts of a tick (docs/method-body.md, section 21,
+// docs/method-tools.md, section 28): C between them, what it stores, and how its dashpots flow
+// where the body relaxes. All of it is in the space of forces: a branch k of contact i has flowed
+// as far as the force w_k would press it, so one C serves sway and coupling, springs and dashpots.
 
 #include "../contact/contact.hpp"
 #include "root.hpp"

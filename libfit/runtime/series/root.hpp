@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The forces of contacts in series with what gives under them (docs/method.md, section 28): n
+// The forces of contacts in series with what gives under them (docs/method-tools.md, section 28): n
 // contacts at x_i whose laws answer R_i, and the compliance C_ij by which a force on contact j
 // moves the body under contact i,
 //

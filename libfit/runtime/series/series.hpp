@@ -1,8 +1,8 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The contacts of a tick on one body, in series with how it gives (docs/method.md, section 28).
-// Where nothing slips they store
+// The contacts of a tick on one body, in series with how it gives (docs/method-tools.md, section
+// 28). Where nothing slips they store
 //
 //     E = sum_i E_i + 1/2 sum_ij f_i . C_ij f_j                                         (M64)
 //

@@ -3,8 +3,8 @@
 
 // Rigid tools against a rigid motion of the body: poses in, wrenches out. A tool is 1 to
 // kMaxContacts balls fixed to each other, each with a place and a radius of its own
-// (docs/method.md, section 29): a tip or a ball, a lying capsule, a finger, a grasper whose jaw
-// ends in a point. Its force and torque are the sums over the balls
+// (docs/method-tools.md, section 29): a tip or a ball, a lying capsule, a finger, a grasper whose
+// jaw ends in a point. Its force and torque are the sums over the balls
 //
 //     F = sum_i f_i        T = sum_i (p_i + R u_i - O) x f_i                               (M70)
 //

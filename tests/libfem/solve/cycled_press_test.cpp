@@ -1,4 +1,4 @@
-// A block of soft gel that softens, pressed in cycles (docs/method.md, section 26).
+// A block of soft gel that softens, pressed in cycles (docs/method-body.md, section 26).
 
 #include "libfem/solve/experiments/cycled_path.hpp"
 

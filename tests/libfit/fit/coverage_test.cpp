@@ -3,7 +3,8 @@
 #include "libfit/fit/spline/curve_band.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
 
-// Bands of 90 % hold the truth in about 90 % of seeded trials: docs/method.md, section 14.
+// Bands of 90 % hold the truth in about 90 % of seeded trials: docs/method-identification.md,
+// section 14.
 
 namespace palpate::test {
 namespace {

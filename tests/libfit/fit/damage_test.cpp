@@ -1,4 +1,4 @@
-// How a body softens, from presses in cycles (docs/method.md, section 26).
+// How a body softens, from presses in cycles (docs/method-body.md, section 26).
 
 #include "libfit/fit/damage.hpp"
 

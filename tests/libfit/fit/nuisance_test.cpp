@@ -3,7 +3,8 @@
 #include "libfit/core/error.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
 
-// Contact point, bias and drift of recordings, fitted with the curves: docs/method.md, section 15.
+// Contact point, bias and drift of recordings, fitted with the curves: docs/method-recordings.md,
+// section 15.
 
 namespace palpate::test {
 namespace {

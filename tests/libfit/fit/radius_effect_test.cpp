@@ -1,5 +1,5 @@
-// How curves change with the indenter's radius, from presses of two indenters (docs/method.md,
-// section 30).
+// How curves change with the indenter's radius, from presses of two indenters
+// (docs/method-tools.md, section 30).
 
 #include "libfit/fit/radius_effect.hpp"
 

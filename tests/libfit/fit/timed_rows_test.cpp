@@ -1,4 +1,4 @@
-// Curves of slow motion from rows that have times (docs/method.md, section 24).
+// Curves of slow motion from rows that have times (docs/method-body.md, section 24).
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// A body that contacts damage (docs/method.md, section 26), in the engine.
+// A body that contacts damage (docs/method-body.md, section 26), in the engine.
 
 #include <gtest/gtest.h>
 

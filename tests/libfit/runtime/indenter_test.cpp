@@ -1,5 +1,5 @@
-// Other round indenters on an asset that one ball identified (docs/method.md, section 30), against
-// closed forms of an even half-space.
+// Other round indenters on an asset that one ball identified (docs/method-tools.md, section 30),
+// against closed forms of an even half-space.
 
 #include <gtest/gtest.h>
 

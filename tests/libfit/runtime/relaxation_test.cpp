@@ -1,4 +1,4 @@
-// A body that relaxes (docs/method.md, section 24), in the engine.
+// A body that relaxes (docs/method-body.md, section 24), in the engine.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Rings that relax (docs/method.md, section 24), on a plane on which nothing varies.
+// Rings that relax (docs/method-body.md, section 24), on a plane on which nothing varies.
 
 #include <gtest/gtest.h>
 

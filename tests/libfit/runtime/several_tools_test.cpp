@@ -1,5 +1,5 @@
-// Several tools that feel each other (docs/method.md, section 28): forces are derivatives of what
-// all store together, and nothing is created. Failures print the seed.
+// Several tools that feel each other (docs/method-tools.md, section 28): forces are derivatives of
+// what all store together, and nothing is created. Failures print the seed.
 
 #include "libfit/runtime/series/tick.hpp"
 

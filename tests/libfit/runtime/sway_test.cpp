@@ -1,4 +1,4 @@
-// A contact in series with the sway of the body (docs/method.md, section 21).
+// A contact in series with the sway of the body (docs/method-body.md, section 21).
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// A rigid tool of several balls (docs/method.md, section 29): force and torque are derivatives of
-// what it stores, and no motion creates anything. Failures print the seed.
+// A rigid tool of several balls (docs/method-tools.md, section 29): force and torque are
+// derivatives of what it stores, and no motion creates anything. Failures print the seed.
 
 #include "libfit/runtime/tool/tool.hpp"
 
