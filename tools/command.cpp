@@ -43,16 +43,16 @@ class CliArguments final : public Arguments {
  public:
   explicit CliArguments(CLI::App& app) : app_(app) {}
   void positional(const std::string& name, std::string& target, const std::string& help) override {
-    app_.add_option(name, target, help)->required();
+    app_.add_option(name, target, help)->required()->type_name("");
     texts_.push_back(&target);
   }
   void positionals(const std::string& name, std::vector<std::string>& targets,
                    const std::string& help) override {
-    app_.add_option(name, targets, help)->required();
+    app_.add_option(name, targets, help)->required()->type_name("");
   }
   void option(const std::string& flags, std::string& target, const std::string& help,
               bool is_required) override {
-    auto* option = app_.add_option(flags, target, help);
+    auto* option = add(flags, target, help, "FILE");
     if (is_required) option->required();
     if (!target.empty()) option->capture_default_str();
     if (flags.starts_with("-o")) option->check(fault_of_output);
@@ -60,7 +60,7 @@ class CliArguments final : public Arguments {
   }
   void output(const std::string& flags, std::string& target, const std::string& help,
               std::initializer_list<std::string_view> kinds, bool is_required) override {
-    auto* option = app_.add_option(flags, target, help)->check(fault_of_output);
+    auto* option = add(flags, target, help, "FILE")->check(fault_of_output);
     if (is_required) option->required();
     outputs_.push_back({&target, kinds});
   }
@@ -68,7 +68,7 @@ class CliArguments final : public Arguments {
     named_outputs_.push_back({&target, files});
   }
   void option(const std::string& flags, int& target, const std::string& help) override {
-    app_.add_option(flags, target, help)
+    add(flags, target, help, "N")
         ->capture_default_str()
         ->check([](const std::string& typed) {  // CLI11 takes an empty word for 0
           return std::string(typed.empty() ? "is no whole number" : "");
@@ -126,6 +126,13 @@ class CliArguments final : public Arguments {
   }
 
  private:
+  template <class T>
+  CLI::Option* add(const std::string& flags, T& target, const std::string& help,
+                   const char* value) {
+    const std::size_t blank = flags.find(' ');
+    return app_.add_option(flags.substr(0, blank), target, help)
+        ->type_name(blank < flags.size() ? flags.substr(blank + 1) : value);
+  }
   struct OutputFile {
     const std::string* target;
     std::vector<std::string_view> kinds;
@@ -237,21 +244,43 @@ std::string without_line_end(std::string text) {
   return text;
 }
 
-// command: empty where it is not known. nearest: what may have been meant; empty for nothing.
-int say_wrong_usage(const CLI::App& app, const std::string& command, const std::string& what,
-                    const std::string& nearest = "") {
-  const std::string program = app.get_name() + (command.empty() ? "" : " " + command);
-  to_stderr("palpate: {}: {}: {}\n  {}See {} --help.\n", error_word(), program, what,
-            nearest.empty() ? "" : fmt::format("Did you mean \"{}\"? ", nearest), program);
-  return kWrongUsage;
-}
+// Says on stderr what is wrong with a command line and, with --json among its words, on stdout.
+class WrongUsage {
+ public:
+  WrongUsage(const CLI::App& app, std::span<char*> words)
+      : name_(app.get_name()),
+        is_json_(std::any_of(words.begin(), words.end(),
+                             [](const char* word) { return word == std::string_view("--json"); })) {
+  }
+  // command: empty where it is not known. nearest: what may have been meant; empty for nothing.
+  int say(const std::string& command, const std::string& what,
+          const std::string& nearest = "") const {
+    const std::string program = name_ + (command.empty() ? "" : " " + command);
+    const std::string remedy =
+        (nearest.empty() ? "" : fmt::format("Did you mean \"{}\"? ", nearest)) +
+        fmt::format("See {} --help.", program);
+    to_stderr("palpate: {}: {}: {}\n  {}\n", error_word(), program, what, remedy);
+    if (is_json_)
+      std::puts(nlohmann::ordered_json{
+          {"command", command},
+          {"errors", {{{"where", program}, {"what", what}, {"remedy", remedy}}}}}
+                    .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
+                    .c_str());
+    return kWrongUsage;
+  }
+
+ private:
+  std::string name_;
+  bool is_json_;
+};
 
 // Whether the first word is no command, or an option none of the command's; says what was meant.
 // CLI11 would complain of what is missing instead.
 bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
                  const std::map<std::string, DeclaredCommand>& declared, std::span<char*> words) {
+  const WrongUsage wrong(app, words);
   if (words.empty()) {
-    say_wrong_usage(app, "", "no command is given");
+    wrong.say("", "no command is given");
     to_stderr("\n{}", app.help());
     return true;
   }
@@ -260,8 +289,8 @@ bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
   if (found == declared.end()) {
     std::vector<std::string_view> names;
     for (const CommandRow& row : rows) names.push_back(row.name);
-    say_wrong_usage(app, "", fmt::format("there is no command \"{}\"", words[0]),
-                    nearest_name(words[0], names));
+    wrong.say("", fmt::format("there is no command \"{}\"", words[0]),
+              nearest_name(words[0], names));
     return true;
   }
   for (const std::string_view word : words.subspan(1)) {
@@ -269,7 +298,7 @@ bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
     if (!word.starts_with("--")) continue;
     const std::string_view name = word.substr(0, word.find('='));
     if (const auto nearest = found->second.arguments->unknown_option(name)) {
-      say_wrong_usage(app, words[0], fmt::format("there is no option {}", name), *nearest);
+      wrong.say(words[0], fmt::format("there is no option {}", name), *nearest);
       return true;
     }
   }
@@ -279,11 +308,16 @@ bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
 int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char** argv,
                 Session& session) {
   app.require_subcommand(1);
-  app.set_version_flag("--version", "palpate " PALPATE_VERSION);
+  app.footer(fmt::format("See {} help COMMAND.", app.get_name()));
+  app.set_version_flag("-V,--version", "palpate " PALPATE_VERSION);
   std::map<std::string, DeclaredCommand> declared;
   for (const CommandRow& row : rows) {
-    auto arguments = std::make_unique<CliArguments>(
-        *app.add_subcommand(std::string(row.name), std::string(row.summary)));
+    CLI::App* const command_app =
+        app.add_subcommand(std::string(row.name), std::string(row.summary));
+    if (!row.group.empty()) command_app->group(std::string(row.group));
+    if (!row.example.empty())
+      command_app->footer(fmt::format("Example:\n  {} {}", app.get_name(), row.example));
+    auto arguments = std::make_unique<CliArguments>(*command_app);
     auto command = row.declare(*arguments);
     arguments->add_output_flags();
     declared[std::string(row.name)] = {std::move(arguments), std::move(command)};
@@ -313,7 +347,7 @@ int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char*
     const bool is_no_number = dynamic_cast<const CLI::ConversionError*>(&e) != nullptr;
     std::string what = e.what();  // "Could not convert: --jobs = many"
     if (is_no_number) what = what.substr(what.find(": ") + 2) + " is no whole number";
-    return say_wrong_usage(app, parsed == declared.end() ? "" : parsed->first, what);
+    return WrongUsage(app, words).say(parsed == declared.end() ? "" : parsed->first, what);
   }
   for (const auto& [name, row] : declared)
     if (row.arguments->is_parsed()) return session.run(name, row);

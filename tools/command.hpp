@@ -22,7 +22,8 @@ enum ExitStatus : int {
 };
 
 /// What a command accepts, declared without the parsing library: main.cpp alone knows that.
-/// Targets must outlive parsing and hold the defaults, which --help shows.
+/// Targets must outlive parsing and hold the defaults, which --help shows. After the flags may stand
+/// what their value is, "--depth LEN"; else it is FILE, or N of a whole number.
 class Arguments {
  public:
   virtual ~Arguments() = default;
@@ -64,6 +65,8 @@ struct CommandRow {
   std::string_view name;
   std::string_view summary;
   std::unique_ptr<Command> (*declare)(Arguments&);
+  std::string_view group = {};    ///< of the list that --help prints
+  std::string_view example = {};  ///< a command line without the program's name
 };
 
 /// What a `main` does: parses the command line, runs the command that it names, and turns what is

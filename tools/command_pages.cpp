@@ -16,12 +16,15 @@ struct OptionPage {
   bool is_positional = false, is_required = false;
 };
 struct CommandPage {
-  std::string name, summary;
+  std::string name, summary, group, example;
   std::vector<OptionPage> options;
 };
 
 CommandPage page_of(const CLI::App& command) {
-  CommandPage page{command.get_name(), command.get_description(), {}};
+  CommandPage page{command.get_name(), command.get_description(), command.get_group(), "", {}};
+  const std::string footer = command.get_footer();  // "Example:\n  palpate run ..."
+  if (const std::size_t at = footer.find("  "); at < footer.size())
+    page.example = footer.substr(at + 2);
   for (const CLI::Option* option : command.get_options()) {
     OptionPage out;
     out.is_positional = option->get_positional();
@@ -33,7 +36,7 @@ CommandPage page_of(const CLI::App& command) {
       out.name = "--" + option->get_lnames().at(0);
     if (!option->get_snames().empty()) out.letter = option->get_snames()[0];
     if (!out.is_positional && option->get_items_expected_max() > 0)
-      out.value = option->get_type_name() == "INT" ? "N" : "VALUE";
+      out.value = option->get_type_name();
     if (!option->get_default_str().empty())
       out.help += fmt::format(" (default: {})", option->get_default_str());
     page.options.push_back(std::move(out));
@@ -90,6 +93,8 @@ std::string man_page(const std::string& program, const std::string& version,
                       roff(option.name), option.value.empty() ? "" : " " + option.value);
     text += roff(option.help) + ".\n";
   }
+  if (!page.example.empty())
+    text += fmt::format(".SH EXAMPLES\n.nf\n{}\n.fi\n", roff(page.example));
   return text + fmt::format(".SH SEE ALSO\n.BR {} (1)\n", program);
 }
 
@@ -97,8 +102,12 @@ std::string overview(const std::string& program, const std::string& version,
                      const std::string& summary, const std::vector<CommandPage>& pages) {
   std::string text = heading(program, summary, version);
   text += fmt::format(".B {}\n.I command\n.RI [ arguments ]\n.SH COMMANDS\n", program);
-  for (const CommandPage& page : pages)
+  std::string group;
+  for (const CommandPage& page : pages) {
+    if (page.group != group) text += fmt::format(".SS {}\n", roff(page.group));
+    group = page.group;
     text += fmt::format(".TP\n.BR {}\\-{} (1)\n{}.\n", program, page.name, roff(page.summary));
+  }
   text +=
       ".SH EXIT STATUS\n.TP\n0\ndone\n.TP\n1\nbad input or surroundings; place, fact and remedy on "
       "standard error\n.TP\n2\nwrong usage\n.TP\n3\ndone, but something that was asked for failed "

@@ -20,7 +20,7 @@ using Json = nlohmann::json;
 std::set<std::string> commands(const std::string& help) {
   static const std::regex line("\n  ([a-z]+) +[A-Z]");
   std::set<std::string> names;
-  const std::string list = help.substr(help.find("Subcommands:"));
+  const std::string list = help.substr(help.find("\nStart:"));
   for (std::sregex_iterator it(list.begin(), list.end(), line), end; it != end; ++it)
     names.insert((*it)[1]);
   return names;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include <ostream>
 
 #include "tests/tools/command_line.hpp"
@@ -124,6 +126,37 @@ TEST(usage, wrong_usage_has_status_2_and_help_0) {
   EXPECT_EQ(palpate(folder, "--help").status, 0);
   EXPECT_EQ(palpate(folder, "simulate --help").status, 0);
   EXPECT_EQ(palpate(folder, "--version").out, "palpate 0.2.0\n");
+  EXPECT_EQ(palpate(folder, "-V").out, "palpate 0.2.0\n");
+}
+
+TEST(usage, wrong_usage_is_an_object_with_json) {
+  const Folder folder;
+  for (const auto& [line, command] : {std::pair{"fly --json", ""},
+                                      {"run a.toml -o x --fast --json", "run"},
+                                      {"run --json", "run"}}) {
+    SCOPED_TRACE(line);
+    const Outcome outcome = palpate(folder, line);
+    EXPECT_EQ(outcome.status, 2);
+    const auto json = nlohmann::json::parse(outcome.out, nullptr, false);
+    ASSERT_TRUE(json.is_object()) << outcome.out;
+    EXPECT_EQ(json.at("command"), command);
+    EXPECT_NE(outcome.err.find(json.at("errors").at(0).at("what")), std::string::npos);
+  }
+}
+
+TEST(usage, help_lists_commands_by_group_with_an_example_each) {
+  const Folder folder;
+  const std::string list = palpate(folder, "--help").out;
+  std::size_t at = 0;
+  for (const char* group :
+       {"Start:", "Stages of a run:", "Recordings:", "Assets and files:", "Studies:"}) {
+    const std::size_t found = list.find(group);
+    EXPECT_GT(found, at) << group;
+    at = found;
+  }
+  EXPECT_NE(list.find("palpate help COMMAND"), std::string::npos);
+  EXPECT_NE(palpate(folder, "help new").out.find("Example:\n  palpate new organ.stl"),
+            std::string::npos);
 }
 
 TEST(usage, help_of_a_command_is_asked_for_either_way) {

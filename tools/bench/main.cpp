@@ -13,10 +13,10 @@ template <RunBench* kRun>
 class Benchmark final : public Command {
  public:
   explicit Benchmark(Arguments& arguments) {
-    arguments.option("-o,--output", folder_, "Folder for tables and pictures");
+    arguments.option("-o,--output DIR", folder_, "Folder for tables and pictures");
     arguments.option("--jobs", request_.jobs,
                      "Number of threads of benchmarks that use several; 0 uses all cores");
-    arguments.option("--part", request_.part, "Part of the benchmark to run alone");
+    arguments.option("--part NAME", request_.part, "Part of the benchmark to run alone");
     arguments.option("--samples", samples_, "samples.h5 that curves fits, reference.h5 of laws");
     arguments.flag("--quick", request_.is_quick, "Use smaller sizes");
   }

@@ -85,7 +85,7 @@ class Calibrate final : public Command {
                          "tests.toml (docs/formats.md)");
     arguments.option("--samples", samples_,
                      "Presses on the scene's body, samples.h5 as import or simulate write it");
-    arguments.option("--free", free_,
+    arguments.option("--free NAMES", free_,
                      "Parameters to find, such as c10,c01; without it all of the law's but "
                      "Poisson's ratio and the bulk modulus");
     arguments.option("--points", points_,

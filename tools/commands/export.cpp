@@ -23,14 +23,14 @@ class Export final : public Command {
     arguments.output("-o,--output", output_,
                      "File to write, in the format of its name: asset.palp, or .vtu, .glb, .ply",
                      {"palp", "vtu", "glTF", "ply"});
-    arguments.option("--format", format_, "Format that the name of the file must have");
-    arguments.option("--depth", depth_,
+    arguments.option("--format NAME", format_, "Format that the name of the file must have");
+    arguments.option("--depth LEN", depth_,
                      "Depth at which glb and ply show the stiffness, such as \"5 mm\"; half of the "
                      "curves' range if not given");
-    arguments.option("--engine", engine_, "Folder to copy the engine and its example into");
+    arguments.option("--engine DIR", engine_, "Folder to copy the engine and its example into");
     arguments.option("--scene", scene_,
                      "scene.toml whose [export] and [tool] are taken, as run takes them");
-    arguments.option("--elsewhere", elsewhere_,
+    arguments.option("--elsewhere WHAT", elsewhere_,
                      "What surface without test points answers with: mean, the body's mean curves, "
                      "flagged as OUTSIDE, or none");
     arguments.flag("--no-guard", no_guard_,
@@ -55,7 +55,7 @@ class Export final : public Command {
       throw Error("--depth", format + " has every depth", "Leave it out, or export glb or ply.");
     if (std::error_code none; !engine_.empty() && std::filesystem::exists(engine_, none) &&
                               !std::filesystem::is_directory(engine_, none))
-      throw Error("--engine", engine_ + " is a file", "Name a folder.");
+      throw Error("--engine DIR", engine_ + " is a file", "Name a folder.");
     request.fingerprint = asset_fingerprint(request.settings, model_);
     request.map_depth_m = depth_m();
     request.engine = engine_;

@@ -23,17 +23,17 @@ class Fit final : public Command {
     arguments.option(
         "--pieces", section_.pieces,
         "Number of pieces of every curve; 0 takes the fewest that held-out rows support");
-    arguments.option("--family", section_.family,
+    arguments.option("--family NAME", section_.family,
                      "Curve family: auto (by held-out rows) or one of those in docs/method.md, "
                      "sections 2 and 17");
     arguments.option(
         "--warm-start", warm_start_,
         "Earlier curves.h5 whose bases are kept; only points whose rows changed are fitted again");
     arguments.option(
-        "--free", frees_,
+        "--free NAMES", frees_,
         "Nuisance parameters to estimate for each recording: any of contact,bias,drift");
     arguments.option(
-        "--contact-deviation", contact_deviation_,
+        "--contact-deviation LEN", contact_deviation_,
         "Standard deviation of a contact point where the samples state none, such as \"0.1 mm\"");
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");

@@ -87,8 +87,8 @@ class Modulus final : public Command {
                      {"file,point,x_m"});
     arguments.named_outputs(output_, kBeside);
     arguments.option(
-        "--models", models_,
-        "Models to fit, with commas between (docs/method.md, section 22); without, all "
+        "--models NAMES", models_,
+        "Models to fit, with commas between (docs/method-recordings.md, section 22); without, all "
         "that the tip allows");
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");

@@ -44,11 +44,11 @@ class New final : public Command {
     // Nothing is replaced: it may have been changed by hand.
     arguments.output("-o,--output", output_,
                      "Scene to write, scene.toml, or with --path PATH.csv; must not exist", {});
-    arguments.option("--unit", choices_.unit,
+    arguments.option("--unit UNIT", choices_.unit,
                      "Length unit of the mesh, such as mm; without it the likely one");
-    arguments.option("--tissue", tissue_,
+    arguments.option("--tissue NAME", tissue_,
                      "Material of the table in data/materials.toml, such as liver or breast-fat");
-    arguments.option("--held", choices_.held,
+    arguments.option("--held SIDE", choices_.held,
                      "Side that the body rests on: -x, +x, -y, +y, -z or +z; without it the "
                      "flattest");
     arguments.flag("--path", is_path_,

@@ -21,10 +21,10 @@ class Refine final : public Command {
                      "samples.h5 of the curves: what tells how contacts feel each other, and with "
                      "samples.surface.h5 beside it how the surface moves");
     arguments.output("-o,--output", output_, "model.h5 to write", {kModelSchema.name});
-    arguments.option("--slope-share", slope_share_,
+    arguments.option("--slope-share SHARE", slope_share_,
                      "Share of the test points' slopes that counts between them, 0 to 0.5; auto "
                      "chooses it by leaving points out");
-    arguments.option("--follow-shape", follow_shape_,
+    arguments.option("--follow-shape WHICH", follow_shape_,
                      "Whether forces between test points follow the shape of the surface: yes, no, "
                      "or auto, by leaving points out; yes counts no slopes");
   }

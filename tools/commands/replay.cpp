@@ -341,11 +341,11 @@ class Replay final : public Command {
         "--tool", tool_,
         "Scene whose [tool], or the round end of its [probe], takes the path in place of "
         "a tip; of several tools one scene each, with commas");
-    arguments.option("--realtime", rate_Hz_,
+    arguments.option("--realtime HZ", rate_Hz_,
                      "Rate in Hz at which rows are played on the real-time clock, with a second "
                      "thread for first "
                      "touch; 0 plays as fast as possible");
-    arguments.option("--surface", surface_,
+    arguments.option("--surface DIR", surface_,
                      "Folder for path.pvd and its frames: how the surface moves, for ParaView");
     arguments.named_outputs(surface_, kFrames);
     arguments.option("--every", every_, "Ticks from one frame to the next");

@@ -27,7 +27,7 @@ class Report final : public Command {
         "Folder of a run, whole or in part, or of a study; further ones are compared with it");
     arguments.output("-o,--output", output_, "Page to write, report.html", {kPageKind},
                      /*is_required=*/false);
-    arguments.option("--figures", figures_, "Folder for figures of the first folder, as SVG");
+    arguments.option("--figures DIR", figures_, "Folder for figures of the first folder, as SVG");
     arguments.named_outputs(figures_, kFigures);
   }
 
@@ -37,7 +37,7 @@ class Report final : public Command {
                   "Give --output report.html, --figures FOLDER, or both.");
     if (std::error_code none;
         !figures_.empty() && fs::exists(figures_, none) && !fs::is_directory(figures_, none))
-      throw Error("--figures", figures_ + " is a file", "Name a folder.");
+      throw Error("--figures DIR", figures_ + " is a file", "Name a folder.");
     const std::string contents = contents_of_folders(folders_);
     reply.json = nlohmann::ordered_json{{"folders", folders_}};
     if (!output_.empty()) {

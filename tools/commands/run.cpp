@@ -31,7 +31,7 @@ class Run final : public Command {
  public:
   explicit Run(Arguments& arguments) {
     arguments.positional("scene", request_.scene, "Scene to read, scene.toml");
-    arguments.option("-o,--output", request_.folder, "Folder for all files of the run", true);
+    arguments.option("-o,--output DIR", request_.folder, "Folder for all files of the run", true);
     arguments.option("--jobs", request_.jobs,
                      "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.named_outputs(request_.folder, kFiles);

@@ -48,7 +48,7 @@ class Simulate final : public Command {
     arguments.option(
         "--paths", paths_,
         "Table of paths in metres to follow, PATHS.csv: path,x_m,y_m,z_m,dx_m,dy_m,dz_m");
-    arguments.option("--shard", shard_,
+    arguments.option("--shard I/N", shard_,
                      "Share of the experiments to simulate, such as 3/8, for several processes; "
                      "-o then names a folder that they share, and merge puts them together");
     arguments.option("--jobs", jobs_,

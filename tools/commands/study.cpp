@@ -23,9 +23,9 @@ class StudyCommand final : public Command {
     arguments.positionals("study", words_,
                           "Study to plan and run, STUDY.toml; or status DIR: how far it is; or "
                           "resume DIR: run only what is missing");
-    arguments.option("-o,--output", folder_, "Folder for all files of the study");
+    arguments.option("-o,--output DIR", folder_, "Folder for all files of the study");
     arguments.named_outputs(folder_, kFiles);
-    arguments.option("--on", on_,
+    arguments.option("--on WHERE", on_,
                      "Where it runs: local (this process; the default), slurm (submits arrays), or "
                      "script (prints what any other scheduler would run)");
     arguments.option("--jobs", jobs_,

@@ -36,7 +36,7 @@ class Validate final : public Command {
         "curves.h5 that the asset was made from; with --model, adds the comparison without "
         "interpolation");
     arguments.option("--model", model_, "model.h5 that the asset was made from; needs --curves");
-    arguments.option("--reference", reference_,
+    arguments.option("--reference DIR", reference_,
                      "Folder that keeps the simulated rows for the next validation");
     arguments.named_outputs(reference_, kReference);
     arguments.flag(
