@@ -206,12 +206,15 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   std::vector<std::vector<Pooled>> experiments;
   for (const auto& members : points)
     experiments.push_back(pool(candidates, members, items, options.pools_repeats));
-  if (options.identifies_relaxation) {
+  if (options.relaxation != RelaxationUse::none) {
     const TimedPoints timed = presses_in_time(candidates, points, items);
     if (!timed.member.empty()) out.relaxation = relaxation_of(candidates, timed, items);
   }
-  const bool relaxes = out.relaxation && out.relaxation->fit.relaxation.branches() > 0;
+  const bool relaxes =
+      out.relaxation && out.relaxation->fit.relaxation.branches() > 0 &&
+      (out.relaxation->doubts.empty() || options.relaxation == RelaxationUse::always);
   if (relaxes) {
+    out.relaxation->is_applied = true;
     samples.relaxation = out.relaxation->fit.relaxation;
     if (auto timed = experiments_in_time(candidates, points, items, out.relaxation->fit))
       experiments = std::move(*timed);
