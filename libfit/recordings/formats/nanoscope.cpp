@@ -21,7 +21,7 @@ constexpr std::string_view kBegin = "\\*Force file list", kEnd = "\\*File list e
 constexpr std::size_t kLargestHeader = std::size_t{1} << 20;
 constexpr std::int16_t kNotWritten = -32768;  // of rows beyond the end of a ramp
 
-struct Section {
+struct HeaderSection {
   std::string name;
   std::map<std::string, std::string> value;  // keys without `@4:`
 
@@ -42,8 +42,8 @@ std::string plain_key(std::string_view key) {
   return std::string(has_group ? key.substr(colon + 1) : key);
 }
 
-std::vector<Section> sections_of(std::string_view bytes, const FailCantilever& fail) {
-  std::vector<Section> sections;
+std::vector<HeaderSection> sections_of(std::string_view bytes, const FailCantilever& fail) {
+  std::vector<HeaderSection> sections;
   std::string_view rest = bytes.substr(0, kLargestHeader);
   while (!rest.empty()) {
     const std::size_t end = std::min(rest.find_first_of("\r\n"), rest.size());
@@ -73,13 +73,13 @@ double leading_number(std::string_view text) {
 }
 
 // "V [Sens. DeflSens] (0.000375 V/LSB) 3.5 V": what a scale names, its volts per bit and its value.
-struct Scale {
+struct VoltScale {
   std::string sensitivity;
   double volts_per_bit = std::nan(""), volts = std::nan("");
 };
 
-Scale scale_of(const std::string& text) {
-  Scale out;
+VoltScale scale_of(const std::string& text) {
+  VoltScale out;
   const std::size_t name = text.find('['), name_end = text.find(']'), bit = text.find('('),
                     bit_end = text.find(')');
   if (name != std::string::npos && name_end != std::string::npos && name < name_end)
@@ -92,19 +92,19 @@ Scale scale_of(const std::string& text) {
 }
 
 // One file, as it is read.
-class Curve {
+class ForceFile {
  public:
-  Curve(std::string_view bytes, const FailCantilever& fail)
+  ForceFile(std::string_view bytes, const FailCantilever& fail)
       : bytes_(bytes), fail_(fail), sections_(sections_of(bytes, fail)) {}
 
-  const Section* section(std::string_view name) const {
-    const auto found = std::ranges::find(sections_, name, &Section::name);
+  const HeaderSection* section(std::string_view name) const {
+    const auto found = std::ranges::find(sections_, name, &HeaderSection::name);
     return found == sections_.end() ? nullptr : &*found;
   }
 
   // The force image of a channel, by the name in its square brackets.
-  const Section* image(std::string_view channel) const {
-    for (const Section& s : sections_)
+  const HeaderSection* image(std::string_view channel) const {
+    for (const HeaderSection& s : sections_)
       if (s.name == "Ciao force image list" &&
           s.text("Image Data").find(fmt::format("[{}]", channel)) != std::string::npos)
         return &s;
@@ -113,7 +113,7 @@ class Curve {
 
   // Metres per volt of a sensitivity that some section states: "V 23.47 nm/V"; 0: none does.
   double metres_per_volt(const std::string& sensitivity) const {
-    for (const Section& s : sections_) {
+    for (const HeaderSection& s : sections_) {
       const std::string text = s.text(sensitivity);
       if (!text.starts_with("V ")) continue;
       const double value = leading_number(text.substr(2));
@@ -125,7 +125,7 @@ class Curve {
   }
 
   // Rows of the way in and of the way back.
-  std::pair<std::size_t, std::size_t> rows_of(const Section& image) const {
+  std::pair<std::size_t, std::size_t> rows_of(const HeaderSection& image) const {
     const std::string text = image.text("Samps/line");
     const std::size_t blank = text.find(' ');
     const double in = leading_number(text),
@@ -137,7 +137,8 @@ class Curve {
   }
 
   // Integers of an image in the order of time: the way in, then the way back.
-  std::vector<std::int16_t> integers(const Section& image, std::size_t in, std::size_t back) const {
+  std::vector<std::int16_t> integers(const HeaderSection& image, std::size_t in,
+                                     std::size_t back) const {
     if (const double width = leading_number(image.text("Bytes/pixel")); width != 2)
       throw fail_(fmt::format("stores numbers of {} bytes, and those of 2 are read", number(width)),
                   "Export the curve as text from NanoScope Analysis.");
@@ -158,27 +159,28 @@ class Curve {
  private:
   std::string_view bytes_;
   const FailCantilever& fail_;
-  std::vector<Section> sections_;
+  std::vector<HeaderSection> sections_;
 };
 
 // Height of the scanner, rising towards the body: of the sensor, else of the ramp that was asked
 // for.
-std::vector<double> scanner_of(const Curve& curve, const Section& deflection, std::size_t in,
-                               std::size_t back, const FailCantilever& fail, RawRecording& r) {
+std::vector<double> scanner_of(const ForceFile& file, const HeaderSection& deflection,
+                               std::size_t in, std::size_t back, const FailCantilever& fail,
+                               RawRecording& r) {
   std::vector<double> out;
-  if (const Section* sensor = curve.image("ZSensor")) {
-    const Scale scale = scale_of(sensor->text("Z scale"));
-    const double metre = curve.metres_per_volt(scale.sensitivity) * scale.volts_per_bit;
-    if (metre > 0 && curve.rows_of(*sensor) == std::pair{in, back}) {
-      for (const std::int16_t bits : curve.integers(*sensor, in, back)) out.push_back(metre * bits);
+  if (const HeaderSection* sensor = file.image("ZSensor")) {
+    const VoltScale scale = scale_of(sensor->text("Z scale"));
+    const double metre = file.metres_per_volt(scale.sensitivity) * scale.volts_per_bit;
+    if (metre > 0 && file.rows_of(*sensor) == std::pair{in, back}) {
+      for (const std::int16_t bits : file.integers(*sensor, in, back)) out.push_back(metre * bits);
       if (out[in - 1] < out[0])  // a sensor that falls where the scanner extends
         for (double& height : out) height = -height;
       r.taken.push_back("height of the sensor");
       return out;
     }
   }
-  const Scale ramp = scale_of(deflection.text("Ramp size"));
-  const double length_m = curve.metres_per_volt(ramp.sensitivity) * ramp.volts;
+  const VoltScale ramp = scale_of(deflection.text("Ramp size"));
+  const double length_m = file.metres_per_volt(ramp.sensitivity) * ramp.volts;
   if (!(length_m > 0))
     throw fail("has neither a height sensor nor the size of its ramp",
                "Save the force curve with the channel Height Sensor.");
@@ -192,8 +194,8 @@ std::vector<double> scanner_of(const Curve& curve, const Section& deflection, st
 }
 
 // Seconds of the way in and of the way back, by the ramp's speed, else by its rate; 0: not known.
-std::pair<double, double> durations_of(const Curve& curve, const Section& deflection) {
-  const Section* force = curve.section("Ciao force list");
+std::pair<double, double> durations_of(const ForceFile& file, const HeaderSection& deflection) {
+  const HeaderSection* force = file.section("Ciao force list");
   if (force == nullptr) return {0, 0};
   const double volts = scale_of(deflection.text("Ramp size")).volts,
                in = volts / leading_number(force->text("Forward vel.")),
@@ -223,24 +225,24 @@ std::vector<RawRecording> read_nanoscope(const std::filesystem::path& path, std:
   };
   if (!begins_nanoscope(bytes))
     throw fail("is no NanoScope force curve", "Save it again, or leave out `format`.");
-  const Curve curve(bytes, fail);
-  const Section* deflection = curve.image("DeflectionError");
-  if (deflection == nullptr) deflection = curve.image("Deflection");
+  const ForceFile file(bytes, fail);
+  const HeaderSection* deflection = file.image("DeflectionError");
+  if (deflection == nullptr) deflection = file.image("Deflection");
   if (deflection == nullptr)
     throw fail("has no channel of the deflection", "Save the force curve with Deflection Error.");
-  const auto [in, back] = curve.rows_of(*deflection);
-  const Scale scale = scale_of(deflection->text("Z scale"));
+  const auto [in, back] = file.rows_of(*deflection);
+  const VoltScale scale = scale_of(deflection->text("Z scale"));
   if (!(scale.volts_per_bit > 0))
     throw fail("does not say the scale of its deflection", "Save the force curve again.");
 
   RawRecording r;
   const double spring_N_m = leading_number(deflection->text("Spring Constant"));
-  const Cantilever stated{spring_N_m > 0 ? spring_N_m : 0, curve.metres_per_volt(scale.sensitivity),
+  const Cantilever stated{spring_N_m > 0 ? spring_N_m : 0, file.metres_per_volt(scale.sensitivity),
                           0, 0};
   const Cantilever cantilever = cantilever_of(settings, stated, fail, r);
-  const std::vector<std::int16_t> bits = curve.integers(*deflection, in, back);
-  const std::vector<double> height_m = scanner_of(curve, *deflection, in, back, fail, r);
-  const auto [in_s, back_s] = durations_of(curve, *deflection);
+  const std::vector<std::int16_t> bits = file.integers(*deflection, in, back);
+  const std::vector<double> height_m = scanner_of(file, *deflection, in, back, fail, r);
+  const auto [in_s, back_s] = durations_of(file, *deflection);
   std::vector<double> scanner_m, volts;
   for (std::size_t i = 0; i < bits.size(); ++i) {
     if (bits[i] == kNotWritten) continue;
@@ -256,7 +258,7 @@ std::vector<RawRecording> read_nanoscope(const std::filesystem::path& path, std:
   if (r.line.empty()) throw fail("has no row of numbers", "Record it again, or leave it out.");
   bend_cantilever(cantilever, scanner_m, bent_by(cantilever, volts), r);
   check_numbers(r, fail);
-  if (const Section* scan = curve.section("Ciao scan list")) {
+  if (const HeaderSection* scan = file.section("Ciao scan list")) {
     const auto x = in_metres(scan->text("X Offset")), y = in_metres(scan->text("Y Offset"));
     if (x && y) place_in_plane(*x, *y, r);
   }
