@@ -32,11 +32,13 @@ Surface clot_mm();
 /// A breast on the chest wall z = -20, fuller towards -y: an implicit surface, meshed.
 Surface breast_mm();
 
-inline constexpr NamedBody kBodies[] = {{"block.obj", block_mm},
-                                        {"breast.obj", breast_mm},
-                                        {"clot.obj", clot_mm},
-                                        {"cylinder.obj", cylinder_mm},
-                                        {"liver.obj", liver_mm}};
+/// A finger that lies along own x: the hull of balls of 6, 5 and 4 mm, -10, 1 and 10 mm along it. A
+/// tool, and no body.
+Surface finger_mm();
+
+inline constexpr NamedBody kBodies[] = {{"block.obj", block_mm},   {"breast.obj", breast_mm},
+                                        {"clot.obj", clot_mm},     {"cylinder.obj", cylinder_mm},
+                                        {"finger.obj", finger_mm}, {"liver.obj", liver_mm}};
 
 /// What is true of a body's mesh as its file has it; lengths in mm.
 struct BodyFacts {

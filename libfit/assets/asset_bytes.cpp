@@ -120,6 +120,7 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
   header.max_step_m = options.max_step_m > 0 ? options.max_step_m
                                              : std::min(kMaxStep_m, 2 * parts.surface.diagonal_m);
   header.probe_radius_m = ball_radius_m(model.probe);
+  header.first_row_m = std::min(model.curves.first_row_m, model.curves.basis[0].knots_m.back());
   header.meta_bytes = options.meta_json.size();
   if (!runtime::has_possible_counts(header))
     throw Error("model", "it has more vertices, triangles or meta data than an asset can hold",

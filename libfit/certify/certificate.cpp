@@ -127,9 +127,9 @@ void look_at_vertex(const AssetView& asset, int v, Certificate& out) {
       out.least_slope_N_m = std::min(out.least_slope_N_m, runtime::curve_slope(view, control, d));
     }
   if (!out.is_rings) return;
-  const runtime::CornerSpot spot{asset.node(v), asset.control_offset};
-  const double mu = spot.control(runtime::kFriction, 0),
-               slope = spot.control(runtime::kFrictionSlope, 0);
+  runtime::Corner node;
+  runtime::read_corner(asset, v, node);
+  const double mu = node.row[runtime::kNumbersAt + 1], slope = node.row[runtime::kNumbersAt + 2];
   out.least_friction = std::min(out.least_friction, std::min(mu, mu + slope * asset.max_fitted_m));
 }
 

@@ -121,19 +121,19 @@ Facet facet_of(const AssetView& asset, int t, const FacetOptions& options) {
   for (int i = 0; i < kRings; ++i) e.threshold[i] = asset.curves.rings.threshold_m[i];
   for (int l = 0; l < 3; ++l) {
     put_in_frame(e, asset.normal_at(corner[l]), l, e.normal);
-    const runtime::CornerSpot spot{asset.node(corner[l]), asset.control_offset};
-    e.lambda[l] = spot.control(runtime::kLambda, 0);
-    e.friction[l] = spot.control(runtime::kFriction, 0);
-    e.friction_slope[l] = spot.control(runtime::kFrictionSlope, 0);
-    double c[kRings], side[6], tensor[6];
-    runtime::ring_stiffness(asset.curves.rings, spot, c);
-    for (int i = 0; i < kRings; ++i) e.stiffness[i][l] = c[i];
-    runtime::copy_controls(spot, runtime::kSide2, 0, 6, side);
-    put_in_frame(e, runtime::make_vec3<double>(side), l, e.side2);
-    put_in_frame(e, runtime::make_vec3<double>(side + 3), l, e.side3);
-    runtime::copy_controls(spot, runtime::kCurvature, 0, 6, tensor);
-    put_tensor(e, tensor, l, e.curvature);
-    runtime::copy_controls(spot, runtime::kSway, 0, 6, tensor);
+    runtime::Corner node;
+    runtime::read_corner(asset, corner[l], node);
+    const double* const number = node.row + runtime::kNumbersAt;
+    e.lambda[l] = number[0];
+    e.friction[l] = number[1];
+    e.friction_slope[l] = number[2];
+    for (int i = 0; i < kRings; ++i) e.stiffness[i][l] = node.row[runtime::kStiffnessAt + i];
+    put_in_frame(e, runtime::make_vec3<double>(node.row + runtime::kSideAt), l, e.side2);
+    put_in_frame(e, runtime::make_vec3<double>(node.row + runtime::kSideAt + 3), l, e.side3);
+    put_tensor(e, number + 3, l, e.curvature);
+    double tensor[6];
+    runtime::copy_controls(runtime::CornerSpot{node.node, asset.control_offset}, runtime::kSway, 0,
+                           6, tensor);
     put_tensor(e, tensor, l, e.sway);
   }
   gradient_of(e, e.normal, e.turn);

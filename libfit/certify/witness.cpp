@@ -26,9 +26,10 @@ StagedContact stage(const AssetView& asset, int t, double radius_m, const SlipSt
               c = blended(asset, t, state.place, asset.vertex), q = state.ring[0];
   double kappa[6] = {};
   for (int l = 0; l < 3; ++l) {
-    const runtime::CornerSpot corner{asset.node(asset.corner(t, l)), asset.control_offset};
+    runtime::Corner node;
+    runtime::read_corner(asset, asset.corner(t, l), node);
     for (int i = 0; i < 6; ++i)
-      kappa[i] += state.place.n[l] * corner.control(runtime::kCurvature, i);
+      kappa[i] += state.place.n[l] * node.row[runtime::kNumbersAt + 3 + i];
   }
   const double height = state.depth_m + 0.5 * dot(q, runtime::curvature_times(kappa, q));
   const Vec3d x = c + u * (height - radius_m) + q;

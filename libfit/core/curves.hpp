@@ -74,6 +74,8 @@ struct CurveSet {
   Relaxation relaxation;           ///< of the body: the curves are those of slow motion
   runtime::DamageView damage;      ///< of the body: the curves are those of first loading
   runtime::CouplingView coupling;  ///< of the body: how tools feel each other
+  /// Depth of a press's first row [m]: below it nothing was measured. 0: not known.
+  double first_row_m = 0;
 
   CurveSet() = default;
   explicit CurveSet(CurveFamily of)

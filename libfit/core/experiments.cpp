@@ -54,6 +54,7 @@ bool is_of_point(ExperimentKind kind) {
 std::string key_of(const ExperimentList& list, const Experiment& one) {
   Key key;
   key.add(static_cast<double>(one.kind));
+  key.add(one.probe_number);
   key.add_place(list.places.position, list.places.normal, one.place);
   if (is_of_point(one.kind)) {
     key.add(one.effort.is_dragged);
@@ -85,6 +86,7 @@ std::string key_of(const Samples& samples, const std::vector<Eigen::Index>& rows
   const std::int32_t place = samples.point[first];
   Key key;
   key.add(static_cast<double>(kind));
+  key.add(samples.probe_number.empty() ? 0 : samples.probe_number[first]);
   key.add_place(samples.point_position, samples.point_normal, place);
   if (is_of_point(kind)) {
     key.add(std::ranges::any_of(rows, [&](Eigen::Index row) {
@@ -171,19 +173,20 @@ ExperimentList experiments_at(const TestPoints& points, const std::vector<Effort
         {ExperimentKind::press,
          static_cast<std::int32_t>(p),
          effort.empty() ? Effort{true, 0} : effort[static_cast<std::size_t>(p)],
-         {}});
+         {},
+         0});
   return out;
 }
 
 ExperimentList paths_at(const TestPoints& points, const std::vector<ToolPath>& paths,
-                        ExperimentKind kind) {
+                        ExperimentKind kind, std::int32_t probe_number) {
   ExperimentList out{points, {}};
   for (const ToolPath& path : paths) {
     if (path.point < 0 || path.point >= points.position.rows())
       throw Error("paths",
                   "path names test point " + std::to_string(path.point) + ", which does not exist",
                   "Number test points from 0.");
-    out.experiments.push_back({kind, path.point, {}, path});
+    out.experiments.push_back({kind, path.point, {}, path, probe_number});
     if (!path.second) continue;
     TestPoints& places = out.places;
     const Eigen::Index at = places.position.rows();

@@ -16,6 +16,7 @@ struct Experiment {
   std::int32_t place = 0;
   Effort effort = {};
   ToolPath path = {};
+  std::int32_t probe_number = 0;  ///< of Samples
 };
 
 /// What is done to a body, in order, and where.
@@ -31,7 +32,7 @@ ExperimentList experiments_at(const TestPoints& points, const std::vector<Effort
 /// Paths of one kind at their points; of two tools the places of the second ones come after those.
 /// Throws Error where a path names a point that does not exist.
 ExperimentList paths_at(const TestPoints& points, const std::vector<ToolPath>& paths,
-                        ExperimentKind kind = ExperimentKind::path);
+                        ExperimentKind kind = ExperimentKind::path, std::int32_t probe_number = 0);
 /// Appends experiments with their places. A place that is there already is not put in twice.
 void append(ExperimentList& to, const ExperimentList& more);
 /// Those of a list, by their numbers, with their places alone.

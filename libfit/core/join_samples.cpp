@@ -124,17 +124,22 @@ void leave_out_what_says_nothing(Samples& samples) {
   if (!samples.held_N.array().isFinite().any()) samples.held_N.resize(0);
   if (samples.lean.isZero(0)) samples.lean.resize(0, 2);
   if (std::ranges::count(samples.tool, 0) == samples.rows()) samples.tool.clear();
+  if (std::ranges::count(samples.probe_number, 0) == samples.rows()) samples.probe_number.clear();
 }
 
 Samples of_kinds(const Samples& samples, std::initializer_list<ExperimentKind> kinds) {
-  std::vector<Eigen::Index> rows, points;
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row)
+    if (std::ranges::find(kinds, samples.kind[static_cast<std::size_t>(row)]) != kinds.end())
+      rows.push_back(row);
+  return rows_of(samples, rows);
+}
+
+Samples rows_of(const Samples& samples, const std::vector<Eigen::Index>& rows) {
+  std::vector<Eigen::Index> points;
   std::vector<std::int32_t> number(static_cast<std::size_t>(samples.points()), -1);
-  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    if (std::ranges::find(kinds, samples.kind[r]) == kinds.end()) continue;
-    rows.push_back(row);
-    number[static_cast<std::size_t>(samples.point[r])] = 0;
-  }
+  for (const Eigen::Index row : rows)
+    number[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(row)])] = 0;
   for (std::size_t p = 0; p < number.size(); ++p)
     if (number[p] == 0) {
       number[p] = static_cast<std::int32_t>(points.size());

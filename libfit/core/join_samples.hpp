@@ -25,6 +25,7 @@ void leave_out_what_says_nothing(Samples& samples);
 
 /// The rows of these kinds at their places, which keep their order; columns that then say nothing
 /// (no time, one tool, no lean) are left out.
+Samples rows_of(const Samples& samples, const std::vector<Eigen::Index>& rows);
 Samples of_kinds(const Samples& samples, std::initializer_list<ExperimentKind> kinds);
 
 }  // namespace palpate

@@ -8,12 +8,16 @@
 
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/units.hpp"
+#include "libfit/runtime/law/indenter.hpp"
 
 namespace palpate {
 
 /// A ball of 5 mm and Coulomb friction of 0.3, where nothing else is said.
 inline constexpr double kDefaultBallRadius_m = 5e-3;
 inline constexpr double kDefaultFriction = 0.3;
+
+/// How a tool ends that is round about its press, as the engine plays it.
+using runtime::Indenter;
 
 /// The rigid tool of an experiment. It travels with the data: samples, curves, model and asset
 /// carry it. values: by key of the shape's parameters (libfem/probes), SI; keys left out take their

@@ -26,9 +26,10 @@ enum class ExperimentKind : std::int8_t {
   pair = 4,   ///< two tools side by side
   tool = 5,   ///< the scene's [tool] along a path
   hold = 6,   ///< pressed until a force is reached, which then stays while the body creeps
+  other = 7,  ///< a path of another tool than the samples' own
 };
-inline constexpr std::array<std::string_view, 7> kExperimentKindNames{
-    "press", "drag", "path", "cycle", "pair", "tool", "hold"};
+inline constexpr std::array<std::string_view, 8> kExperimentKindNames{
+    "press", "drag", "path", "cycle", "pair", "tool", "hold", "other"};
 
 /// What is done at every test point (docs/method.md, section 5): a press to depth_m in equal steps,
 /// and at each drag depth a drag of drag_distance_m along each direction, at constant depth, with
@@ -140,12 +141,14 @@ struct SampleRows {
   std::vector<ExperimentKind> kind;      ///< N
   std::vector<std::int32_t> step;        ///< N
   std::vector<std::int32_t> tool;        ///< N, from 0 on; or none: each experiment has one tool
-  Points deflection;                     ///< N x 3 [m]
-  Points force;                          ///< N x 3 [N]
-  Points torque;                         ///< N x 3 [N m]
-  Eigen::VectorXd force_error;           ///< N [N], estimated; NaN where unknown
-  std::vector<RowStatus> status;         ///< N
-  std::vector<StepCheck> step_check;     ///< N, or none at all where nothing checked
+  /// N: 0 of the samples' own probe, i of other_probes[i - 1]; or none: all are of their own.
+  std::vector<std::int32_t> probe_number;
+  Points deflection;                  ///< N x 3 [m]
+  Points force;                       ///< N x 3 [N]
+  Points torque;                      ///< N x 3 [N m]
+  Eigen::VectorXd force_error;        ///< N [N], estimated; NaN where unknown
+  std::vector<RowStatus> status;      ///< N
+  std::vector<StepCheck> step_check;  ///< N, or none at all where nothing checked
   /// N [s] since the first touch of the experiment, rising within it, between rows the tool moves
   /// at constant speed; NaN in slow motion. Empty: all rows are of slow motion, or have no clock.
   Eigen::VectorXd time_s;
@@ -163,7 +166,8 @@ struct SampleRows {
 
 /// What made the rows, and of which body.
 struct SampleOrigin {
-  std::optional<ProbeSpec> probe;  ///< that made them; none where unknown
+  std::optional<ProbeSpec> probe;       ///< that made them; none where unknown
+  std::vector<ProbeSpec> other_probes;  ///< that rows of the kind `other` are of
   double poisson = std::numeric_limits<double>::quiet_NaN();  ///< of the body; NaN where unknown
   Relaxation relaxation;  ///< of the body, where it is known; rows without time do not feel it
   MeasuredRecordings recordings;  ///< where measured rows came from; empty when simulated
@@ -192,6 +196,7 @@ void each_row_column(A& a, B& b, const F& f) {
   f(a.kind, b.kind);
   f(a.step, b.step);
   f(a.tool, b.tool, std::int32_t{0});
+  f(a.probe_number, b.probe_number, std::int32_t{0});
   f(a.deflection, b.deflection);
   f(a.force, b.force);
   f(a.torque, b.torque);

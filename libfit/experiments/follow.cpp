@@ -6,7 +6,6 @@
 #include <map>
 
 #include "libfit/core/stated_error.hpp"
-#include "libfit/experiments/walk.hpp"
 
 namespace palpate {
 namespace {
@@ -16,11 +15,12 @@ constexpr double kMaxTick_s = 1e-3;
 // Tools that are on a body together, and where the point of each is.
 class ToolsWalk {
  public:
-  ToolsWalk(const runtime::AssetView& asset, std::vector<PlayedTool> played,
+  ToolsWalk(const runtime::AssetView& asset, MetAssets& met, std::vector<PlayedTool> played,
             std::vector<Vec3> places)
       : asset_(asset), played_(std::move(played)), at_(std::move(places)) {
     const bool is_apart = asset.coupling == nullptr;
     for (std::size_t i = 0; i < played_.size(); ++i) {
+      met.put_into(played_[i].end, played_[i].shape);
       const runtime::ToolShape& shape = played_[i].shape;
       first_.push_back(tools_.size());
       if (!is_apart) {
@@ -124,9 +124,13 @@ Eigen::Index tools_at(const Samples& samples, Eigen::Index row) {
 
 FollowedRows follow(const runtime::AssetView& asset, const Samples& samples, double depth_m,
                     const PlayedAs& played_as, const OnFollowed& on_row) {
+  return Follower(asset).follow(samples, depth_m, played_as, on_row);
+}
+
+FollowedRows Follower::follow(const Samples& samples, double depth_m, const PlayedAs& played_as,
+                              const OnFollowed& on_row) {
   FollowedRows out{Points::Zero(samples.rows(), 3), Points::Zero(samples.rows(), 3),
                    std::vector<char>(static_cast<std::size_t>(samples.rows()), 0)};
-  WalkedBody body(asset);
   const auto time_s = [&](Eigen::Index row) {
     return samples.time_s.size() > 0 ? samples.time_s[row]
                                      : std::numeric_limits<double>::quiet_NaN();
@@ -144,7 +148,7 @@ FollowedRows follow(const runtime::AssetView& asset, const Samples& samples, dou
       outside.push_back(at + (std::min(0.0, depth) - kApproachRatio * depth_m) * normal);
       down.push_back(at + depth * normal);
     }
-    ToolsWalk walk(body.fresh(), std::move(played), std::move(outside));
+    ToolsWalk walk(body_.fresh(), met_, std::move(played), std::move(outside));
     if (samples.kind[static_cast<std::size_t>(row)] == ExperimentKind::drag)
       walk.go(down, std::numeric_limits<double>::quiet_NaN());
     for (double before_s = 0;

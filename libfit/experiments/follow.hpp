@@ -5,15 +5,19 @@
 #include <vector>
 
 #include "libfit/core/samples.hpp"
+#include "libfit/experiments/met_assets.hpp"
+#include "libfit/experiments/walk.hpp"
 #include "libfit/runtime/engine.hpp"
 
 namespace palpate {
 
 /// A tool as the engine plays it, and how it stands: its axes in the body's, and the point of it
-/// that deflections and torques are of. By default an upright tip.
+/// that deflections and torques are of. By default an upright tip. end: how each ball meets the
+/// body; none: as the ball that the asset was measured with.
 struct PlayedTool {
   runtime::ToolShape shape;
   Stance stance;
+  std::vector<Indenter> end = {};
 };
 /// Which tool made a row, by the row's number.
 using PlayedAs = std::function<PlayedTool(Eigen::Index row)>;
@@ -33,6 +37,17 @@ using OnFollowed = std::function<void(Eigen::Index row, const runtime::Tool& too
 /// a millisecond a tick at most; those without so slowly that dashpots of a body that relaxes do.
 /// A tool of several balls is balls by themselves where the asset's contacts do not feel each
 /// other. A status but ok answers with zero force.
+class Follower {
+ public:
+  explicit Follower(const runtime::AssetView& asset) : body_(asset), met_(body_.fresh()) {}
+  FollowedRows follow(const Samples& samples, double depth_m, const PlayedAs& played_as = {},
+                      const OnFollowed& on_row = {});
+
+ private:
+  WalkedBody body_;
+  MetAssets met_;  ///< tabulated when a tool is first followed
+};
+/// The same once.
 FollowedRows follow(const runtime::AssetView& asset, const Samples& samples, double depth_m,
                     const PlayedAs& played_as = {}, const OnFollowed& on_row = {});
 

@@ -76,6 +76,22 @@ void report_bands(const FittedCurves& fitted, const std::vector<CurveRows>& rows
   }
 }
 
+// Depth of the first row of a press, of most points.
+double first_row_m(const BodyData& body) {
+  std::vector<double> first;
+  for (const PointData& point : body.points) {
+    double least = 0;
+    for (const PointExperiment& e : point.experiments) {
+      if (e.kind != ExperimentKind::press) continue;
+      for (const Vec3& deflection : e.deflection)
+        if (const double d = depth_of(point, deflection); d > 0 && (least == 0 || d < least))
+          least = d;
+    }
+    if (least > 0) first.push_back(least * body.length_m);
+  }
+  return first.empty() ? 0 : median(first);
+}
+
 }  // namespace
 
 FittedCurves collect_curves(const Samples& samples, const BodyData& body, const BodyBases& bases,
@@ -88,6 +104,7 @@ FittedCurves collect_curves(const Samples& samples, const BodyData& body, const 
   out.curves = CurveSet(bases.family);
   out.curves.basis = bases.si;
   if (bases.family == CurveFamily::rings) out.curves.relaxation = samples.relaxation;
+  out.curves.first_row_m = first_row_m(body);
   const auto parts = parts_of(bases.family);
   for (std::size_t i = 0; i < parts.size(); ++i)
     out.curves.control[i].resize(points, parts[i].width * size_of(parts[i], bases.si[i]));

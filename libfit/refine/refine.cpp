@@ -108,6 +108,7 @@ Model model_of(const FittedCurves& curves, const Surface& fine, const Points& ou
   model.curves.relaxation = curves.curves.relaxation;
   model.curves.damage = curves.curves.damage;
   model.curves.coupling = curves.curves.coupling;
+  model.curves.first_row_m = curves.curves.first_row_m;
   for (std::size_t part = 0; part < model.curves.control.size(); ++part) {
     const runtime::Part& of = parts_of(model.curves.family)[part];
     model.curves.control[part] = blend_controls(curves.curves.control[part], blend, trend,

@@ -29,6 +29,7 @@ static_assert(sizeof(OpenAsset) <= sizeof(palpate_asset), "raise palpate_asset a
 static_assert(sizeof(StartedContact) <= sizeof(palpate_contact),
               "raise palpate_contact and PALPATE_ABI");
 static_assert(PALPATE_MAX_BALLS == rt::kMaxContacts, "one bound");
+static_assert(PALPATE_MAX_PROFILE == rt::kMaxProfilePoints, "one bound");
 static_assert(PALPATE_FLAG_OTHER_RADIUS == rt::kFlagOtherRadius, "one flag");
 static_assert(PALPATE_FLAG_CROWDED == rt::kFlagCrowded, "one flag");
 static_assert(alignof(OpenAsset) <= alignof(palpate_asset), "storage must suit");
@@ -134,6 +135,10 @@ inline rt::Status to_shape(const palpate_tool& tool, rt::ToolShape& shape) noexc
   for (std::int32_t i = 0; i < tool.balls; ++i) {
     copy3(tool.centre_m[i], shape.ball[i].centre_m);
     shape.ball[i].radius_m = tool.radius_m[i];
+    if (tool.met[i] == nullptr) continue;
+    const auto* met = held<OpenAsset>(tool.met[i], kAssetMark);
+    if (met == nullptr) return rt::Status::tool_wrong;
+    shape.ball[i].met = &met->asset;
   }
   shape.damping_Ns_m = tool.damping_Ns_m;
   shape.damper_depth_m = tool.damper_depth_m;
@@ -143,6 +148,17 @@ inline rt::Status to_shape(const palpate_tool& tool, rt::ToolShape& shape) noexc
   for (double reserved : tool.reserved)
     if (reserved != 0) return rt::Status::tool_wrong;
   return rt::check_tool(shape);
+}
+
+inline bool to_indenter(const palpate_indenter& from, rt::Indenter& out) noexcept {
+  if (from.reserved_0 != 0 || from.points < 0 || from.points > PALPATE_MAX_PROFILE) return false;
+  out.round_end_m = from.round_end_m;
+  out.points = from.points;
+  for (std::int32_t i = 0; i < from.points; ++i) {
+    out.r_m[i] = from.r_m[i];
+    out.slope[i] = from.slope[i];
+  }
+  return rt::is_possible(out);
 }
 
 /// All outputs as of tools in the air, refused with a status.

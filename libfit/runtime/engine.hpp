@@ -13,6 +13,7 @@
 // One Contact must not be used by two threads at once; assets may be shared freely.
 
 #include "asset.hpp"
+#include "asset/with_indenter.hpp"
 #include "contact/body.hpp"
 #include "contact/deform.hpp"
 #include "series/tick.hpp"

@@ -137,6 +137,29 @@ palpate_status palpate_body_open(palpate_asset* opened_body, const palpate_asset
   return PALPATE_OK;
 }
 
+std::uint64_t palpate_indenter_bytes(const palpate_asset* asset) noexcept {
+  const auto* opened = asset != nullptr ? held<OpenAsset>(asset, kAssetMark) : nullptr;
+  return opened != nullptr && rt::knows_radius(opened->asset) ? rt::indenter_bytes(opened->asset)
+                                                              : 0;
+}
+
+palpate_status palpate_indenter_open(palpate_asset* opened_for, const palpate_asset* asset,
+                                     const palpate_indenter* indenter, void* memory,
+                                     std::uint64_t bytes) noexcept {
+  if (opened_for == nullptr || asset == nullptr || indenter == nullptr || memory == nullptr)
+    return PALPATE_NULL_ARGUMENT;
+  const auto* opened = held<OpenAsset>(asset, kAssetMark);
+  if (opened == nullptr) return PALPATE_ASSET_NOT_OPEN;
+  rt::Indenter tool;
+  if (!to_indenter(*indenter, tool) || palpate_indenter_bytes(asset) == 0 ||
+      bytes != palpate_indenter_bytes(asset) || reinterpret_cast<std::uintptr_t>(memory) % 8 != 0)
+    return PALPATE_TOOL_WRONG;
+  OpenAsset with = *opened;
+  static_cast<rt::AssetView&>(with.asset) = rt::with_indenter(opened->asset, tool, memory);
+  std::memcpy(opened_for->storage, &with, sizeof with);
+  return PALPATE_OK;
+}
+
 void palpate_close(palpate_asset* asset) noexcept {
   if (asset != nullptr) *asset = palpate_asset();
 }
@@ -228,7 +251,7 @@ palpate_status palpate_deform(const palpate_asset* asset, const palpate_contact*
     const rt::Tool& tool = started->tool;
     for (int k = 0; k < tool.shape.balls; ++k) {
       if (dents == PALPATE_MAX_BALLS) return PALPATE_COUNT_WRONG;
-      dent[dents++] = {&tool.contact[k], tool.shape.ball[k].radius_m};
+      dent[dents++] = {&tool.contact[k], tool.shape.ball[k].radius_m, tool.shape.ball[k].met};
     }
   }
   return to_c(rt::deform(opened->asset, dent, dents, first, vertices, displacement_m));

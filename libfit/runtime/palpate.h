@@ -100,7 +100,7 @@ enum { PALPATE_MAX_BALLS = 8 }; /* of one tool, and of all that are ticked toget
 /* Storage that the engine fills; treat it as opaque. Static, on a stack or in an array: nothing is
    owned, nothing needs to be freed, and a plain copy is a copy. */
 typedef struct palpate_asset {
-  uint64_t storage[192];
+  uint64_t storage[256];
 } palpate_asset;
 /* What one tool remembers on one body. A tick reads and writes what its balls need, 4 kB each. */
 typedef struct palpate_contact {
@@ -116,8 +116,10 @@ typedef struct palpate_pose {
 /* What touches: 1 to PALPATE_MAX_BALLS balls fixed to each other. A tip or a ball is one; a lying
    capsule, a finger, a grasper's jaw are several, each with a radius of its own. Several are for
    assets that couple (palpate_info.couples). The asset's curves were measured with a ball of
-   palpate_info.probe_radius_m: another radius changes where contact begins, not the curves, and is
-   flagged PALPATE_FLAG_OTHER_RADIUS. What a turn of the tool drags along under its balls counts.
+   palpate_info.probe_radius_m: for another radius, a cone or a rod open the asset with an indenter
+   (palpate_indenter_open), for all balls in place of the asset or for one ball in `met`. Without
+   that another radius changes where contact begins, not the curves, and is flagged
+   PALPATE_FLAG_OTHER_RADIUS. What a turn of the tool drags along under its balls counts.
    The damper acts parallel to the curves: b(dz) = b min(1, dz / damper_depth_m) against the tool's
    motion along the contact's normal (damping_Ns_m) and across it (lateral_damping_Ns_m), shared
    among the balls. It never pulls the tool in. Its energy is damped_J. Last of all force and torque
@@ -136,8 +138,27 @@ typedef struct palpate_tool {
   double lateral_damping_Ns_m; /* 0 to 1e4; 0: none */
   double max_force_N;          /* what the device can bear; 0: no cap */
   double ramp_s;               /* 0: none */
-  double reserved[5];          /* 0; another number is refused */
+  const palpate_asset* met[PALPATE_MAX_BALLS]; /* the asset as each ball meets it, opened by
+                                            palpate_indenter_open of the asset that is ticked; it
+                                            must stay where it is. Null: as it is */
+  double reserved[5];                          /* 0; another number is refused */
 } palpate_tool;
+
+enum { PALPATE_MAX_PROFILE = 48 };
+
+/* A tool's round end, standing along the surface's normal. Of a ball its radius; of a cone, a rod
+   or any other the profile, too: f'(r) >= 0, the slope of its surface over the distance from its
+   axis, never falling, linear between points [2 to PALPATE_MAX_PROFILE], from 0 at r = 0 on; beyond
+   the last point stands a wall. `palpate inspect ASSET --tool SCENE` prints it. A tool's ball is
+   then the one that it ends with: its radius round_end_m, its centre so far above the lowest point;
+   of one that ends flat a tip. */
+typedef struct palpate_indenter {
+  double round_end_m; /* radius of the ball that it ends with; 0: it ends flat */
+  int32_t points;     /* of the profile; 0: a ball */
+  int32_t reserved_0; /* 0 */
+  double r_m[PALPATE_MAX_PROFILE];
+  double slope[PALPATE_MAX_PROFILE];
+} palpate_indenter;
 
 /* One tick's question. */
 typedef struct palpate_input {
@@ -290,6 +311,19 @@ PALPATE_API palpate_status palpate_body_start(const palpate_asset* asset, void* 
 PALPATE_API palpate_status palpate_body_open(palpate_asset* opened, const palpate_asset* asset,
                                              void* body, uint64_t bytes) PALPATE_NOEXCEPT;
 
+/* The asset as another indenter than its own ball meets it (docs/method.md, section 30): tables in
+   memory of the caller's, made once; a tick then costs what it costs. *opened is to be used in
+   place of the asset, which must outlive it, or as palpate_tool.met; with a body of a softening
+   asset, open the body first. Contacts are of one indenter: start them anew for another.
+   palpate_indenter_bytes: how much memory, 8-byte aligned, some 20 to 100 kB; 0 where the asset is
+   not open or was not measured with a ball. palpate_indenter_open: some milliseconds, not for the
+   real-time thread. PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN or PALPATE_TOOL_WRONG
+   (numbers of the indenter, memory of another size, an asset of no ball). */
+PALPATE_API uint64_t palpate_indenter_bytes(const palpate_asset* asset) PALPATE_NOEXCEPT;
+PALPATE_API palpate_status palpate_indenter_open(palpate_asset* opened, const palpate_asset* asset,
+                                                 const palpate_indenter* indenter, void* memory,
+                                                 uint64_t bytes) PALPATE_NOEXCEPT;
+
 /* Closes the asset; its bytes may go. Ticks on it are then refused. Null is allowed. */
 PALPATE_API void palpate_close(palpate_asset* asset) PALPATE_NOEXCEPT;
 
@@ -367,6 +401,13 @@ static inline palpate_tool palpate_ball(double radius_m) {
   tool.balls = 1;
   tool.radius_m[0] = radius_m;
   return tool;
+}
+static inline palpate_indenter palpate_ball_indenter(double radius_m) {
+  palpate_indenter indenter;
+  unsigned char* bytes = (unsigned char*)&indenter;
+  for (size_t i = 0; i < sizeof indenter; ++i) bytes[i] = 0;
+  indenter.round_end_m = radius_m;
+  return indenter;
 }
 static inline palpate_tool palpate_tip(void) { return palpate_ball(0); }
 static inline palpate_input palpate_input_at(double x_m, double y_m, double z_m) {

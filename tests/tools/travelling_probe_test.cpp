@@ -6,6 +6,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "libfit/io/files/files.hpp"
 #include "libfit/runtime/asset/format.hpp"
 #include "tests/tools/block_scene.hpp"
 #include "tests/tools/command_line.hpp"
@@ -116,8 +117,8 @@ TEST_F(TravellingProbe, of_another_probe_than_the_assets_validate_says_so) {
   const Outcome other = palpate(folder, validate + at("other.toml") + options);
   ASSERT_EQ(other.status, 0) << other.err;
   const std::string said =
-      "is of another probe (sphere, friction 0.3, radius_m 0.008) than the scene's (sphere, "
-      "friction 0.3, radius_m 0.006)";
+      "was measured with another probe (sphere, friction 0.3, radius_m 0.008) than the scene's "
+      "(sphere, friction 0.3, radius_m 0.006)";
   EXPECT_NE(other.err.find(said), std::string::npos) << other.err;
   EXPECT_NE(nlohmann::json::parse(other.out).at("warnings").dump().find(said), std::string::npos)
       << other.out;
@@ -164,7 +165,7 @@ TEST_F(TravellingProbe, recordings_of_a_2_mm_ball_make_an_asset_that_says_so) {
   EXPECT_EQ(meta_of(asset).at("probe").at("friction"), 0.6);
 }
 
-TEST_F(TravellingProbe, recordings_of_two_probes_are_refused) {
+TEST_F(TravellingProbe, recordings_of_two_probes_are_samples_of_both) {
   folder.write("a.csv", press());
   folder.write("manifest.toml",
                recordings_of("probe = { radius = \"2 mm\" }\n") +
@@ -172,10 +173,16 @@ TEST_F(TravellingProbe, recordings_of_two_probes_are_refused) {
                    "probe = { radius = \"3 mm\" }\n");
   const Outcome outcome =
       palpate(folder, "import " + at("manifest.toml") + " -o " + at("samples.h5"));
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_NE(outcome.err.find("a.csv was recorded with another probe than those before it"),
-            std::string::npos)
-      << outcome.err;
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const Samples samples = read_samples(at("samples.h5"));
+  EXPECT_EQ(ball_radius_m(samples.probe), 0.002);
+  ASSERT_EQ(samples.other_probes.size(), 1U);
+  EXPECT_EQ(ball_radius_m(samples.other_probes[0]), 0.003);
+  for (std::size_t row = 0; row < samples.kind.size(); ++row) {
+    const bool is_other = samples.point_name[static_cast<std::size_t>(samples.point[row])] == "e";
+    EXPECT_EQ(samples.probe_number[row], is_other ? 1 : 0) << row;
+    EXPECT_EQ(samples.kind[row], is_other ? ExperimentKind::other : ExperimentKind::press) << row;
+  }
 }
 
 }  // namespace

@@ -4,13 +4,18 @@
 
 #include <nlohmann/json.hpp>
 
+#include "libfem/probes/probes.hpp"
+#include "libfem/probes/round_end.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/certify/certificate.hpp"
+#include "libfit/core/error.hpp"
 #include "libfit/core/geometry.hpp"
+#include "libfit/experiments/met_assets.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/vtu.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/devices.hpp"
+#include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -186,24 +191,42 @@ std::string device_words(const std::vector<DeviceVerdict>& devices) {
   return out;
 }
 
+// The asset as the round end of a scene's probe meets it.
+const runtime::AssetView& met_by(const std::string& path, MetAssets& met, const AssetFile& file) {
+  const Scene scene = read_scene(path);
+  const auto end = fem::round_end(fem::make_probe(scene.probe.spec, path + ": [probe]"));
+  if (!end)
+    throw Error(path + ": [probe]",
+                fmt::format("is a {} that is not round along its press", scene.probe.spec.shape),
+                "Name a scene with a ball, a cone or a rod.");
+  if (!runtime::knows_radius(file.asset()))
+    throw Error("--tool", "the asset was measured with no ball, and knows no other tool",
+                "Leave --tool out.");
+  const runtime::AssetView* other = met.of(*end);
+  return other != nullptr ? *other : file.asset();
+}
+
 }  // namespace
 
 AssetAnswer check_asset(const AssetCheck& check) {
   const AssetFile file = read_asset_file(check.asset);
   const std::vector<certify::Device> table = read_devices(check.devices);
   certify::CertifyOptions options;
-  options.radii_m = {file.asset().probe_radius_m};  // a tip stands for the probe's ball
+  MetAssets met(file.asset());
+  const runtime::AssetView& asset =
+      check.tool.empty() ? file.asset() : met_by(check.tool, met, file);
+  options.radii_m = {asset.probe_radius_m};  // a tip stands for the probe's ball
   options.threads = job_count(check.jobs);
   const double start_s = wall_seconds();
   ConsoleProgress progress("certifying");
-  const Certificate certificate = certify::certify(file.asset(), options, progress.progress());
+  const Certificate certificate = certify::certify(asset, options, progress.progress());
   const double seconds = wall_seconds() - start_s;
   if (is_interrupted()) throw Interrupted("check: nothing was written");
   std::vector<DeviceVerdict> devices;
   for (const certify::Device& device : table)
     devices.push_back(certify::judge(device, certificate.continuity.stiffness_N_m,
                                      certificate.continuity.force_N));
-  if (!check.vtu.empty()) write_map(check.vtu, file.asset(), certificate);
+  if (!check.vtu.empty()) write_map(check.vtu, asset, certificate);
   AssetAnswer out;
   out.is_certified = certificate.certified();
   out.json = {{"asset", check.asset}};

@@ -8,6 +8,7 @@ namespace palpate::tools {
 /// What `palpate check asset.palp` was asked for.
 struct AssetCheck {
   std::string asset, vtu, devices;  ///< vtu: a map to write; devices: a table beside the program's
+  std::string tool;                 ///< a scene whose [probe] meets it; empty: the asset's own ball
   int jobs = 0;
 };
 

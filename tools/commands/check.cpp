@@ -57,13 +57,15 @@ class Check final : public Command {
     arguments.option("--devices", devices_,
                      "Haptic devices to judge an asset by, besides data/devices.toml");
     arguments.option("--jobs", jobs_, "Threads for an asset; 0: all cores");
+    arguments.option("--tool", tool_,
+                     "Scene whose [probe] meets an asset, in place of the ball of its curves");
     arguments.flag("--no-trial", no_trial_, "Do not simulate a point");
   }
 
   int run(Reply& reply) override {
     try {
       if (is_asset_file(scene_path_)) {
-        AssetAnswer answer = check_asset({scene_path_, vtu_, devices_, jobs_});
+        AssetAnswer answer = check_asset({scene_path_, vtu_, devices_, tool_, jobs_});
         reply = {std::move(answer.text), answer.json};
         return answer.is_certified ? kDone : kSomeFailed;
       }
@@ -132,7 +134,7 @@ class Check final : public Command {
     if (advices.empty() && report_["warnings"].empty()) text_ += "\nnothing to change";
   }
 
-  std::string scene_path_, vtu_, page_, devices_, text_;
+  std::string scene_path_, vtu_, page_, devices_, tool_, text_;
   int jobs_ = 0;
   bool no_trial_ = false, has_good_rows_ = true;
   std::vector<Error> errors_;

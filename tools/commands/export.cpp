@@ -43,7 +43,7 @@ class Export final : public Command {
     if (!scene_.empty()) {
       const Scene scene = open_scene(scene_);
       request.settings = scene.export_;
-      if (scene.tool) request.tool = tool_shape(scene);
+      request.tools = played_tools(scene);
     }
     if (!elsewhere_.empty()) request.settings.elsewhere = elsewhere_;
     if (no_guard_) request.settings.guard = false;

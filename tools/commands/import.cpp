@@ -63,7 +63,9 @@ class Import final : public Command {
     const AssembleOptions options = place_options(manifest, surface);
     const auto results = read_all(manifest, options);
     Assembled assembled = assemble(manifest.items, results, options);
-    assembled.samples.probe = probe_of(manifest, results);
+    std::vector<ProbeSpec> probes = probes_of(manifest, assembled.tips);
+    assembled.samples.probe = probes.front();
+    assembled.samples.other_probes.assign(probes.begin() + 1, probes.end());
     assembled.samples.poisson = poisson_of(manifest);
     write_summary(beside(output_, ".csv"), beside(output_, ".json"), manifest.items, results,
                   assembled);

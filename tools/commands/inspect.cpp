@@ -5,10 +5,13 @@
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/curves.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/experiments/met_assets.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/runtime/asset/format.hpp"
 #include "tools/command.hpp"
 #include "tools/commands/asset_page.hpp"
+#include "tools/stages/samples/compound.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -57,21 +60,54 @@ Reply answer_of(const std::string& name, const AssetFile& file) {
   return {page_of(name, file), json};
 }
 
+// How a scene's [probe] ends, for programs that give it to the engine, and how deep the asset knows
+// it.
+Reply answer_of(const std::string& scene_path, const runtime::AssetView& asset) {
+  const std::optional<Indenter> end = own_end(read_scene(scene_path));
+  if (!end)
+    throw Error(scene_path + ": [probe]", "is not round along its press",
+                "Name a scene with a ball, a cone or a rod.");
+  if (!runtime::knows_radius(asset))
+    throw Error("--tool", "the asset was measured with no ball, and knows no other tool",
+                "Leave --tool out.");
+  MetAssets met(asset);
+  const runtime::AssetView* other = met.of(*end);
+  const double known_m = other != nullptr ? other->max_fitted_m : asset.max_fitted_m;
+  const std::vector<double> r_m(end->r_m, end->r_m + end->points),
+      slope(end->slope, end->slope + end->points);
+  std::string text =
+      fmt::format("palpate_indenter: round_end_m {:.9g}, points {}, known to {:.3g} mm",
+                  end->round_end_m, end->points, 1e3 * known_m);
+  for (std::size_t i = 0; i < r_m.size(); ++i)
+    text += fmt::format("\n  r_m {:.9g}, slope {:.9g}", r_m[i], slope[i]);
+  return {text,
+          {{"round_end_m", end->round_end_m},
+           {"r_m", r_m},
+           {"slope", slope},
+           {"known_depth_m", known_m}}};
+}
+
 class Inspect final : public Command {
  public:
   explicit Inspect(Arguments& arguments) {
     arguments.positional("file", file_,
                          "File to read: body.h5, samples.h5, curves.h5, model.h5 or asset.palp");
+    arguments.option("--tool", tool_,
+                     "Scene whose [probe] meets an asset: says how it ends, as palpate_indenter");
   }
 
   int run(Reply& reply) override {
+    if (!tool_.empty()) {
+      reply = answer_of(tool_, read_asset_file(file_).asset());
+      return kDone;
+    }
     reply = is_asset_file(file_) ? answer_of(file_, read_asset_file(file_))
                                  : answer_of(describe(file_));
     return kDone;
   }
 
  private:
-  std::string file_;
+  std::string file_, tool_;
 };
 
 }  // namespace

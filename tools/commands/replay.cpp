@@ -11,6 +11,7 @@
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/misread_unit.hpp"
+#include "libfit/experiments/met_assets.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "libfit/io/vtu.hpp"
 #include "libfit/runtime/engine.hpp"
@@ -80,7 +81,7 @@ class ToolSet {
   /// scenes: one for all tools, or one each.
   ToolSet(const std::string& scenes, int tools) : tool_(static_cast<std::size_t>(tools)) {
     if (scenes.empty()) return;
-    std::vector<runtime::ToolShape> shape;
+    std::vector<PlayedTool> shape;
     for (std::size_t at = 0, end = 0; end != std::string::npos; at = end + 1) {
       end = scenes.find(',', at);
       shape.push_back(shape_of(read_scene(scenes.substr(at, end - at))));
@@ -88,8 +89,11 @@ class ToolSet {
     if (shape.size() != 1 && shape.size() != tool_.size())
       throw Error("--tool", fmt::format("names {} scenes for {} tools", shape.size(), tool_.size()),
                   "Name one for all tools of the path, or one for each.");
-    for (std::size_t k = 0; k < tool_.size(); ++k)
-      tool_[k].shape = shape.size() == 1 ? shape[0] : shape[k];
+    for (std::size_t k = 0; k < tool_.size(); ++k) {
+      const PlayedTool& played = shape[shape.size() == 1 ? 0 : k];
+      tool_[k].shape = played.shape;
+      end_.push_back(played.end);
+    }
     is_tip_ = false;
   }
 
@@ -100,6 +104,11 @@ class ToolSet {
     return balls;
   }
   std::vector<runtime::Tool>& tools() { return tool_; }
+
+  /// Tabulates how their ends meet the asset.
+  void meet(MetAssets& met) {
+    for (std::size_t k = 0; k < end_.size(); ++k) met.put_into(end_[k], tool_[k].shape);
+  }
 
   void check(const runtime::AssetView& asset) const {
     if (balls() > runtime::kMaxContacts)
@@ -140,19 +149,17 @@ class ToolSet {
   }
 
  private:
-  // [tool] as it is played; else the ball of [probe], whose lowest point takes the path.
-  static runtime::ToolShape shape_of(const Scene& scene) {
-    if (scene.tool) return tool_shape(scene);
-    runtime::ToolShape ball;
-    ball.ball[0].radius_m = ball_radius_m(scene.probe.spec);
-    ball.ball[0].centre_m[2] = ball.ball[0].radius_m;
-    if (!(ball.ball[0].radius_m > 0))
-      throw Error("--tool", scene.path.string() + " has no [tool], and its [probe] is no ball",
-                  "Give a scene with [tool], or with a ball in [probe].");
-    return ball;
+  // [tool] as it is played; else the round end of [probe], whose lowest point takes the path.
+  static PlayedTool shape_of(const Scene& scene) {
+    if (scene.tool) return tool_shape(scene, *scene.tool);
+    ToolSection probe;
+    probe.name = "[probe]";
+    probe.probe = scene.probe;
+    return tool_shape(scene, probe);
   }
 
   std::vector<runtime::Tool> tool_;
+  std::vector<std::vector<Indenter>> end_;  ///< of each
   bool is_tip_ = true;
 };
 
@@ -283,7 +290,7 @@ std::vector<Felt> play_tip(const runtime::AssetView& asset, const PosePath& path
     played.status =
         runtime::touch(asset, contact, tip.data(), played.out, nullptr, step_s(path, i));
     felt[i] = to_felt(path.time_s[i], played, tip);
-    if (frames) frames->add(i, Points(tip.transpose()), {{&contact, 0}}, {&felt[i], 1});
+    if (frames) frames->add(i, Points(tip.transpose()), {{&contact, 0, nullptr}}, {&felt[i], 1});
   }
   return felt;
 }
@@ -297,7 +304,7 @@ std::vector<Felt> play_tools(const runtime::AssetView& asset, const PosePath& pa
   for (runtime::Tool& each : tool) {
     all.push_back(&each);
     for (int i = 0; i < each.shape.balls; ++i)
-      dents.push_back({&each.contact[i], each.shape.ball[i].radius_m});
+      dents.push_back({&each.contact[i], each.shape.ball[i].radius_m, each.shape.ball[i].met});
   }
   std::vector<runtime::ToolInput> in(tools);
   std::vector<runtime::ToolOutput> out(tools);
@@ -330,9 +337,10 @@ class Replay final : public Command {
                          "t_s,x_m,y_m,z_m[,qx,qy,qz,qw][,tool]");
     arguments.output("-o,--output", output_,
                      "FORCES.csv to write, with forces on the tool in newtons", {"t_s,fx_N"});
-    arguments.option("--tool", tool_,
-                     "Scene whose [tool], or the ball of its [probe], takes the path in place of a "
-                     "tip; of several tools one scene each, with commas");
+    arguments.option(
+        "--tool", tool_,
+        "Scene whose [tool], or the round end of its [probe], takes the path in place of "
+        "a tip; of several tools one scene each, with commas");
     arguments.option("--realtime", rate_Hz_,
                      "Rate in Hz at which rows are played on the real-time clock, with a second "
                      "thread for first "
@@ -349,6 +357,8 @@ class Replay final : public Command {
     warn_of_unused(path_, path.ignored);
     ToolSet tools(tool_, path.tools);
     check(file.asset(), tools);
+    MetAssets met(file.asset());
+    tools.meet(met);
     const PathOnBody on_body(file.asset(), tools.along(path), path_);
     std::optional<Frames> frames;
     if (!surface_.empty()) frames.emplace(file.asset(), surface_, every_);

@@ -92,7 +92,7 @@ class Simulate final : public Command {
     const SimulateRequest request{.jobs = jobs_,
                                   .output = output_,
                                   .fingerprint = point_fingerprint(scene_, body_),
-                                  .tool = tool_fingerprint(scene_),
+                                  .tool = tool_fingerprint(scene_, scene_.pressed),
                                   .resume = resume_,
                                   .has_surface = keeps_surface(scene_, body_)};
     const Samples samples =
@@ -118,11 +118,15 @@ class Simulate final : public Command {
     warn_of_unused(paths_, unused);
     const PlacedPaths paths = place_paths(table, body_.surface, paths_);
     const fem::Simulator simulator = make_simulator(scene_, body_);
+    const fem::SimulatorOf of_all = [&](const Experiment&) -> const fem::Simulator& {
+      return simulator;
+    };
+    const ExperimentList list = paths_at(paths.points, paths.paths);
     ConsoleProgress progress("simulate");
     Samples samples =
-        fem::simulate(simulator, paths_at(paths.points, paths.paths), experiments_of(scene_),
+        fem::simulate(of_all, list, experiments_of(scene_),
                       {.jobs = job_count(jobs_), .already_done = {}}, {}, progress.progress());
-    add_origin(samples, simulator);
+    add_origin(samples, of_all, list);
     write_with_surface(output_, samples, {});
     return samples;
   }

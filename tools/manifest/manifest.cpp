@@ -47,38 +47,27 @@ void read_registration(SceneTable table, Manifest& manifest) {
 }
 
 // The tip of a recording in the words of a scene's probe.
-ProbeSpec probe_of(recordings::Tip tip, double radius_m, double friction) {
-  ProbeSpec probe = sphere_spec(radius_m, friction);
-  if (tip == recordings::Tip::flat) probe.shape = "flat";
-  if (tip == recordings::Tip::sphere || tip == recordings::Tip::flat) return probe;
+ProbeSpec probe_of(const recordings::UsedTip& used, double friction) {
+  ProbeSpec probe = sphere_spec(used.radius_m, friction);
+  if (used.tip == recordings::Tip::flat) probe.shape = "flat";
+  if (used.tip == recordings::Tip::sphere || used.tip == recordings::Tip::flat) return probe;
   probe.shape = "cone";
-  probe.values = {{"tip_radius", {radius_m}}};
+  probe.values = {{"tip_radius", {used.radius_m}}};
+  if (used.half_angle_rad > 0) probe.values["half_angle"] = {used.half_angle_rad};
   return probe;
 }
 
 }  // namespace
 
-ProbeSpec probe_of(const Manifest& manifest, const std::vector<recordings::ItemResult>& results) {
-  std::optional<ProbeSpec> common;
-  for (std::size_t i = 0; i < results.size(); ++i)
-    for (const recordings::Conditioned& recording : results[i].recordings) {
-      if (!(recording.source.tip_radius_m > 0)) continue;
-      const auto& item = manifest.items[i];
-      const ProbeSpec probe =
-          probe_of(item.signal.tip, recording.source.tip_radius_m, manifest.friction);
-      if (common && (common->shape != probe.shape || common->values != probe.values))
-        throw Error(
-            item.place,
-            fmt::format("{} was recorded with another probe than those before it", item.shown),
-            "Curves are those of one probe: import the recordings of each probe into "
-            "samples of their own.");
-      common = probe;
-    }
-  if (common) return *common;
+std::vector<ProbeSpec> probes_of(const Manifest& manifest,
+                                 const std::vector<recordings::UsedTip>& tips) {
+  std::vector<ProbeSpec> out;
+  for (const recordings::UsedTip& tip : tips) out.push_back(probe_of(tip, manifest.friction));
+  if (!out.empty()) return out;
   ProbeSpec unknown;
   unknown.shape = "point";
   unknown.friction = manifest.friction;
-  return unknown;
+  return {unknown};
 }
 
 double poisson_of(const Manifest& manifest) { return manifest.items.front().signal.poisson; }

@@ -28,10 +28,10 @@ struct Manifest {
   double friction = kDefaultFriction;  ///< of the probe
 };
 
-/// The probe of all recordings, as the manifest or their files say; a "point" where nobody knows
-/// its radius. A recording that does not say agrees with those that do. Throws Error at a recording
-/// made with another probe than one before it.
-ProbeSpec probe_of(const Manifest& manifest, const std::vector<recordings::ItemResult>& results);
+/// The probes of all recordings, as the manifest or their files say, in the order of the tips; a
+/// "point" where nobody knows one.
+std::vector<ProbeSpec> probes_of(const Manifest& manifest,
+                                 const std::vector<recordings::UsedTip>& tips);
 
 /// Poisson's ratio of the body, which the first recording says.
 double poisson_of(const Manifest& manifest);

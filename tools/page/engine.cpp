@@ -19,6 +19,12 @@ void* body = nullptr;
 std::uint64_t body_size = 0;
 double question[PALPATE_MAX_BALLS][7];  // x, y, z and the quaternion w, x, y, z of each tool
 double shape[PALPATE_MAX_BALLS][4];     // of a tool that starts: x, y, z and radius of each ball
+// Of each ball how it ends: how many points, places and slopes of its profile (0: a ball). All
+// tools have the same.
+constexpr int kProfile = 1 + 2 * PALPATE_MAX_PROFILE;
+double profile[PALPATE_MAX_BALLS][kProfile];
+palpate_asset met[PALPATE_MAX_BALLS];  // the asset as each ball meets it, where it does otherwise
+void* room[PALPATE_MAX_BALLS] = {};
 double answer[PALPATE_MAX_BALLS][kAnswer];  // of each tool at the latest tick
 
 // The tip without interpolation, where that is asked for.
@@ -60,15 +66,38 @@ void tell(const palpate_output& out, double* to) {
   to[19] = out.touching;
 }
 
+void* reserve(std::uint64_t bytes) {
+  constexpr std::uint64_t kPage = 65536;
+  const std::size_t pages = __builtin_wasm_memory_grow(0, (bytes + kPage - 1) / kPage);
+  return pages == ~std::size_t{0} ? nullptr : reinterpret_cast<void*>(pages * kPage);
+}
+
+// The asset as ball i meets it; null: as its own ball, and where it knows no other.
+const palpate_asset* met_by(std::int32_t i, double radius_m) {
+  palpate_indenter end = palpate_ball_indenter(radius_m);
+  end.points = static_cast<std::int32_t>(profile[i][0]);
+  for (std::int32_t k = 0; k < end.points; ++k) {
+    end.r_m[k] = profile[i][1 + k];
+    end.slope[k] = profile[i][1 + PALPATE_MAX_PROFILE + k];
+  }
+  palpate_info info;
+  palpate_describe(&asset, &info);
+  const std::uint64_t bytes = palpate_indenter_bytes(&asset);
+  if (bytes == 0 || (end.points == 0 && (radius_m == 0 || radius_m == info.probe_radius_m)))
+    return nullptr;
+  if (room[i] == nullptr) room[i] = reserve(bytes);
+  if (room[i] == nullptr) return nullptr;
+  return palpate_indenter_open(&met[i], &asset, &end, room[i], bytes) == PALPATE_OK ? &met[i]
+                                                                                    : nullptr;
+}
+
 }  // namespace
 
 extern "C" {
 
 // Address of room for so many bytes, aligned as palpate_open wants it; 0 where memory ends.
 PAGE_EXPORT(reserve) std::uint32_t page_reserve(std::uint32_t bytes) {
-  constexpr std::uint32_t kPage = 65536;
-  const std::size_t pages = __builtin_wasm_memory_grow(0, (bytes + kPage - 1) / kPage);
-  return pages == ~std::size_t{0} ? 0 : static_cast<std::uint32_t>(pages * kPage);
+  return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(reserve(bytes)));
 }
 
 PAGE_EXPORT(open) std::int32_t page_open(const void* bytes, std::uint32_t size) {
@@ -104,6 +133,7 @@ PAGE_EXPORT(couples) std::int32_t page_couples() {
 }
 
 PAGE_EXPORT(shape) double* page_shape() { return shape[0]; }
+PAGE_EXPORT(profile) double* page_profile() { return profile[0]; }
 PAGE_EXPORT(question) double* page_question() { return question[0]; }
 PAGE_EXPORT(answer) const double* page_answer() { return answer[0]; }
 
@@ -115,6 +145,7 @@ PAGE_EXPORT(start) std::int32_t page_start(std::int32_t tool, std::int32_t balls
   for (std::int32_t i = 0; i < balls && i < PALPATE_MAX_BALLS; ++i) {
     copy3(shape[i], made.centre_m[i]);
     made.radius_m[i] = shape[i][3];
+    made.met[i] = met_by(i, shape[i][3]);
   }
   return palpate_start(&contact[tool], &made);
 }

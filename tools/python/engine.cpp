@@ -71,15 +71,24 @@ py::array_t<double> vertices_of(const PyAsset& asset) {
   return out;
 }
 
+// The asset as the balls of a tool meet it, where they are others than that of its curves.
+struct MetBalls {
+  std::array<palpate_asset, PALPATE_MAX_BALLS> asset;
+  std::array<std::vector<std::uint64_t>, PALPATE_MAX_BALLS> memory;
+};
+
 // One tool on one asset. A tick holds its mutex: threads take turns.
 class PyContact {
  public:
-  PyContact(std::shared_ptr<const PyAsset> asset, const palpate_tool& tool)
+  // end: how a tool of one ball ends that is no ball.
+  PyContact(std::shared_ptr<const PyAsset> asset, const palpate_tool& tool,
+            const std::optional<palpate_indenter>& end = {})
       : asset_(std::move(asset)), tool_(tool) {
     asset_->open();
+    meet(end);
     start();
   }
-  PyContact(const PyContact& other) : asset_(other.asset_), tool_(other.tool_) {
+  PyContact(const PyContact& other) : asset_(other.asset_), met_(other.met_), tool_(other.tool_) {
     const py::gil_scoped_release other_threads;
     const std::lock_guard lock(other.mutex_);
     contact_ = other.contact_;
@@ -104,7 +113,25 @@ class PyContact {
     return work();
   }
 
+  void meet(const std::optional<palpate_indenter>& end) {
+    const double own_m = asset_->info().probe_radius_m;
+    const std::uint64_t bytes = palpate_indenter_bytes(asset_->open());
+    for (int i = 0; i < tool_.balls && bytes > 0; ++i) {
+      const double radius_m = tool_.radius_m[i];
+      if (!end && (!(radius_m > 0) || radius_m == own_m)) continue;
+      if (!met_) met_ = std::make_shared<MetBalls>();
+      const auto at = static_cast<std::size_t>(i);
+      met_->memory[at].resize(bytes / sizeof(std::uint64_t));
+      const palpate_indenter indenter = end ? *end : palpate_ball_indenter(radius_m);
+      const palpate_status status = palpate_indenter_open(
+          &met_->asset[at], asset_->open(), &indenter, met_->memory[at].data(), bytes);
+      if (status != PALPATE_OK) refuse_tool_or_bytes("tool", status);
+      tool_.met[i] = &met_->asset[at];
+    }
+  }
+
   std::shared_ptr<const PyAsset> asset_;
+  std::shared_ptr<MetBalls> met_;  // that tool_ points to
   palpate_tool tool_;
   palpate_contact contact_{};
   mutable std::mutex mutex_;
@@ -294,6 +321,23 @@ palpate_tool tool_of(const py::object& radius_m, const py::object& centre_m, dou
   return tool;
 }
 
+// profile: (n, 2), places and slopes; None: the tool ends with its ball.
+std::optional<palpate_indenter> end_of(const py::object& profile, const py::object& radius_m) {
+  if (profile.is_none()) return std::nullopt;
+  const auto table = Array<double>::ensure(profile);
+  const auto radius = Array<double>::ensure(radius_m);
+  if (!table || table.ndim() != 2 || table.shape(1) != 2 || table.shape(0) > PALPATE_MAX_PROFILE)
+    throw py::value_error("profile must be (n, 2), n up to " + std::to_string(PALPATE_MAX_PROFILE));
+  if (!radius || radius.size() != 1) throw py::value_error("a tool with a profile has one ball");
+  palpate_indenter end = palpate_ball_indenter(radius.data()[0]);
+  end.points = static_cast<std::int32_t>(table.shape(0));
+  for (py::ssize_t i = 0; i < table.shape(0); ++i) {
+    end.r_m[i] = table.data()[2 * i];
+    end.slope[i] = table.data()[2 * i + 1];
+  }
+  return end;
+}
+
 template <class T>
 py::array_t<T> copied(const T* data, py::ssize_t rows, py::ssize_t columns) {
   return columns == 1 ? py::array_t<T>(rows, data) : py::array_t<T>({rows, columns}, data);
@@ -317,18 +361,24 @@ AssetClass declare_asset(py::module_& module) {
           "contact",
           [](const std::shared_ptr<PyAsset>& asset, const py::object& radius_m,
              const py::object& centre_m, double damping_Ns_m, double damper_depth_m,
-             double lateral_damping_Ns_m, double max_force_N, double ramp_s) {
+             double lateral_damping_Ns_m, double max_force_N, double ramp_s,
+             const py::object& profile) {
             return std::make_unique<PyContact>(
-                asset, tool_of(radius_m, centre_m, damping_Ns_m, damper_depth_m,
-                               lateral_damping_Ns_m, max_force_N, ramp_s));
+                asset,
+                tool_of(radius_m, centre_m, damping_Ns_m, damper_depth_m, lateral_damping_Ns_m,
+                        max_force_N, ramp_s),
+                end_of(profile, radius_m));
           },
           py::arg("radius_m") = 0.0, py::arg("centre_m") = py::make_tuple(0.0, 0.0, 0.0),
           py::arg("damping_Ns_m") = 0.0, py::arg("damper_depth_m") = 0.0,
           py::arg("lateral_damping_Ns_m") = 0.0, py::arg("max_force_N") = 0.0,
-          py::arg("ramp_s") = 0.0,
+          py::arg("ramp_s") = 0.0, py::arg("profile") = py::none(),
           "A tool on the body: a tip (radius 0, what `palpate replay` plays), a ball, or several "
           "balls fixed to each other: centre_m (n, 3) in the tool's frame, radius_m of all or "
           "(n,). "
+          "A ball of another radius than that of the curves is answered as method.md, section 30, "
+          "has it; so is a tool of one ball with a profile (n, 2), r_m and slope of "
+          "palpate_indenter. "
           "Fields as in palpate_tool; palpate.Error where one is out of range.");
 }
 

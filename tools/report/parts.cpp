@@ -243,7 +243,7 @@ void add_asset(Json& json, const fs::path& path) {
                    {"range_m", file.asset().max_fitted_m}};
   const Json meta = Json::parse(file.meta_json(), nullptr, false);
   if (meta.contains("program")) json["asset"]["program"] = meta["program"];
-  if (meta.contains("tool")) json["tool"] = meta["tool"];
+  if (meta.contains("tools")) json["tools"] = meta["tools"];
   const Json::json_pointer error("/statement/force_error");
   if (meta.contains(error) && json.contains(error) && meta.at(error) != json.at(error))
     json["warnings"].push_back(

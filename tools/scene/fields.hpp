@@ -76,9 +76,11 @@ void visit(SectionOf<ProbeSpec> auto& section, Visitor& f) {
 // But for its shape, which is read as a probe's, and what the statement alone compares.
 template <class Visitor>
 void visit(SectionOf<ToolSection> auto& section, Visitor& f) {
-  auto& [probe, row, balls_m, tilt_rad, paths, held_out] = section;
+  auto& [name, probe, row, balls_m, radius_m, tilt_rad, paths, held_out] = section;
+  f(Stage::fit, "name", name, Choice{});
   f(Stage::fit, "row", row, Whole{});
   f(Stage::fit, "balls", balls_m, Any{});
+  f(Stage::fit, "radii", radius_m, Length{});
   f(Stage::fit, "tilt", tilt_rad, Tilt{});
   f(Stage::fit, "paths", paths, Whole{});
 }

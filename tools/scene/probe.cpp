@@ -70,28 +70,87 @@ ProbeSection read_probe(SceneTable& table, const std::filesystem::path& folder) 
   return probe;
 }
 
-ToolSection read_tool(SceneTable& table, const std::filesystem::path& folder, double friction) {
-  ToolSection tool;
-  if (table.has("friction"))
-    throw Error(table.where("friction"), "friction of [tool] is that of [probe]",
-                "Leave it out here.");
-  if (!table.has("balls"))
-    throw Error(table.where_table(), "[tool] has no balls",
-                "Add balls = 4, in a row along a capsule, or their places in the tool's own axes.");
+namespace {
+
+void read_balls(SceneTable& table, ToolSection& tool) {
   if (table.node("balls")->is_integer())
     tool.row = static_cast<int>(table.integer("balls", 0, 2, runtime::kMaxContacts));
   else
     tool.balls_m = table.points("balls");
-  if (!tool.row && (tool.balls_m.rows() < 1 || tool.balls_m.rows() > runtime::kMaxContacts))
+  const Eigen::Index balls = tool.row > 0 ? tool.row : tool.balls_m.rows();
+  if (balls < 1 || balls > runtime::kMaxContacts)
     throw Error(table.where("balls"),
-                fmt::format("balls of [tool] names {} places", tool.balls_m.rows()),
+                fmt::format("balls of {} names {} places", table.name(), balls),
                 fmt::format("Give 1 to {}.", runtime::kMaxContacts));
-  tool.tilt_rad = table.quantity("tilt", Dimension::angle, tool.tilt_rad, 0, kMostTilt_rad);
-  tool.paths = static_cast<int>(table.integer("paths", tool.paths, 1, 1000));
-  tool.held_out = static_cast<int>(table.integer("held_out", tool.held_out, 0, 1000));
+  if (!table.has("radii")) return;
+  tool.radius_m = table.quantities("radii", Dimension::length, kSmallestLength, kAnyLength);
+  if (tool.radius_m.size() != 1 && tool.radius_m.size() != static_cast<std::size_t>(balls))
+    throw Error(table.where("radii"),
+                fmt::format("radii of {} names {} radii for {} balls", table.name(),
+                            tool.radius_m.size(), balls),
+                "Name one for each ball, or one for all.");
+}
+
+ToolSection read_played(SceneTable& table) {
+  ToolSection tool;
+  if (table.has("friction"))
+    throw Error(table.where("friction"),
+                fmt::format("friction of {} is that of [probe]", table.name()),
+                "Leave it out here.");
+  if (table.has("balls")) {
+    tool.tilt_rad = table.quantity("tilt", Dimension::angle, tool.tilt_rad, 0, kMostTilt_rad);
+    read_balls(table, tool);
+  }
+  return tool;
+}
+
+void finish(SceneTable& table, const std::filesystem::path& folder, double friction,
+            ToolSection& tool) {
   tool.probe = read_probe(table, folder);
   tool.probe.spec.friction = friction;
+}
+
+std::vector<ToolSection> read_list(SceneTable& section, std::string_view key,
+                                   const std::string& name, int points, int ToolSection::*of_which,
+                                   const std::filesystem::path& folder, double friction) {
+  std::vector<ToolSection> out;
+  for (SceneTable& table : section.tables(key, name)) {
+    ToolSection tool = read_played(table);
+    tool.*of_which = static_cast<int>(table.integer("points", points, 1, 1000));
+    const std::string given = table.text("name", "");
+    finish(table, folder, friction, tool);
+    tool.name = given.empty() ? fmt::format("{} {}", tool.probe.spec.shape, out.size() + 1) : given;
+    out.push_back(std::move(tool));
+  }
+  return out;
+}
+
+}  // namespace
+
+ToolSection read_tool(SceneTable& table, const std::filesystem::path& folder, double friction) {
+  if (!table.has("balls"))
+    throw Error(table.where_table(), "[tool] has no balls",
+                "Add balls = 4, in a row along a capsule, or their places in the tool's own axes.");
+  ToolSection tool = read_played(table);
+  tool.name = "tool";
+  tool.paths = static_cast<int>(table.integer("paths", 10, 1, 1000));
+  tool.held_out = static_cast<int>(table.integer("held_out", 10, 0, 1000));
+  finish(table, folder, friction, tool);
   return tool;
+}
+
+std::vector<ToolSection> read_pressed(SceneTable& experiments, const std::filesystem::path& folder,
+                                      double friction) {
+  constexpr int kPoints = 4;
+  return read_list(experiments, "probe", "[[experiments.probe]]", kPoints, &ToolSection::paths,
+                   folder, friction);
+}
+
+std::vector<ToolSection> read_stated(SceneTable& validate, const std::filesystem::path& folder,
+                                     double friction) {
+  constexpr int kPaths = 10;
+  return read_list(validate, "tool", "[[validate.tool]]", kPaths, &ToolSection::held_out, folder,
+                   friction);
 }
 
 }  // namespace palpate::tools

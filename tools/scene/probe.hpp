@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "libfit/core/probe.hpp"
 
@@ -18,19 +19,31 @@ struct ProbeSection {
   double mesh_unit_m = 0;
 };
 
-/// [tool] of a scene: a rigid tool that the engine plays as balls of the probe's radius
-/// (docs/method.md, section 29). Exactly one of row and balls_m.
+/// A rigid tool beside [probe]: [tool], [[experiments.probe]] or [[validate.tool]] of a scene. The
+/// engine plays it as balls (docs/method.md, section 29; at most one of row and balls_m), or
+/// without any by the round end that it has along its press (section 30).
 struct ToolSection {
-  ProbeSection probe;     ///< its shape; friction is that of [probe]
-  int row = 0;            ///< balls evenly along a capsule, from end to end
-  Points balls_m;         ///< centres in the tool's own axes
-  double tilt_rad = 0.6;  ///< up to which it leans in experiments
-  int paths = 10;         ///< simulated to find how its balls feel each other
-  int held_out = 10;      ///< that the statement compares
+  std::string name;
+  ProbeSection probe;            ///< its shape; friction is that of [probe]
+  int row = 0;                   ///< balls evenly along a capsule, from end to end
+  Points balls_m;                ///< centres in the tool's own axes
+  std::vector<double> radius_m;  ///< of each ball, or of all; none: the probe's, or the capsule's
+  double tilt_rad = 0.6;         ///< up to which it leans in experiments, played as balls
+  int paths = 0;                 ///< experiments that identify, of [tool] and [[experiments.probe]]
+  int held_out = 0;              ///< that the statement compares, of [tool] and [[validate.tool]]
+
+  bool has_balls() const { return row > 0 || balls_m.rows() > 0; }
 };
 
 /// Reads [tool]. Throws as read_probe.
 ToolSection read_tool(SceneTable& table, const std::filesystem::path& folder, double friction);
+
+/// Reads [[experiments.probe]] and [[validate.tool]]: tools that are pressed at some points, and
+/// that the statement compares. Throws as read_probe.
+std::vector<ToolSection> read_pressed(SceneTable& experiments, const std::filesystem::path& folder,
+                                      double friction);
+std::vector<ToolSection> read_stated(SceneTable& validate, const std::filesystem::path& folder,
+                                     double friction);
 
 /// Reads the keys that the named shape takes. Throws Error for keys of other shapes, saying whose
 /// they are, and as SceneTable does. Relative file names start at `folder`.

@@ -259,13 +259,17 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
     scene.tool = read_tool(tool, path.parent_path(), scene.probe.spec.friction);
   });
   section([&] {
-    scene.experiments = read_experiments(root.table("experiments", "[experiments]"), path);
+    SceneTable experiments = root.table("experiments", "[experiments]");
+    scene.pressed = read_pressed(experiments, path.parent_path(), scene.probe.spec.friction);
+    scene.experiments = read_experiments(std::move(experiments), path);
   });
   section([&] { scene.fit = read_section<FitSection>(root.table("fit", "[fit]"), path); });
   section(
       [&] { scene.export_ = read_section<ExportSection>(root.table("export", "[export]"), path); });
   section([&] {
-    scene.validate = read_section<ValidateSection>(root.table("validate", "[validate]"), path);
+    SceneTable validate = root.table("validate", "[validate]");
+    scene.stated = read_stated(validate, path.parent_path(), scene.probe.spec.friction);
+    scene.validate = read_section<ValidateSection>(std::move(validate), path);
   });
   section([&] { root.finish(); });
   return scene;
@@ -291,6 +295,7 @@ void make_quick(Scene& scene) {
     each.drag_depths_m = {*std::max_element(each.drag_depths_m.begin(), each.drag_depths_m.end())};
   scene.validate.points = std::min(scene.validate.points, kHeldOut);
   scene.validate.causes = false;
+  for (ToolSection& tool : scene.stated) tool.held_out = std::min(tool.held_out, kToolPaths);
   if (!scene.tool) return;
   scene.tool->paths = std::min(scene.tool->paths, kToolPaths);
   scene.tool->held_out = std::min(scene.tool->held_out, kToolPaths);

@@ -116,6 +116,8 @@ struct Scene {
   std::optional<GravitySection> gravity;
   ProbeSection probe;
   std::optional<ToolSection> tool;
+  std::vector<ToolSection> pressed;  ///< [[experiments.probe]]
+  std::vector<ToolSection> stated;   ///< [[validate.tool]]
   ExperimentsSection experiments;
   FitSection fit;
   ExportSection export_;

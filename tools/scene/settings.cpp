@@ -377,7 +377,8 @@ class SettingsReader {
 };
 
 constexpr const char* kGravityPrefix = "gravity/";
-constexpr const char *kToolPrefix = "tool/", *kToolShapePrefix = "tool/probe/";
+constexpr const char* kToolPrefix = "tool/";
+std::string pressed_prefix(std::size_t i) { return fmt::format("pressed/{}/", i); }
 std::string inclusion_prefix(std::size_t i) { return fmt::format("inclusion/{}/", i); }
 std::string bed_prefix(std::size_t i) { return fmt::format("bed/{}/", i); }
 
@@ -392,6 +393,16 @@ void write_scene(const Scene& scene, SettingsWriter& writer) {
   writer.section("fit/", scene.fit);
 }
 
+void write_tool(const ToolSection& tool, const std::string& prefix, SettingsWriter& writer) {
+  writer.section(prefix, tool);
+  writer.section(prefix + "probe/", tool.probe.spec);
+}
+ToolSection tool_of(SettingsReader& reader, const std::string& prefix) {
+  ToolSection tool = reader.section<ToolSection>(prefix);
+  tool.probe.spec = reader.section<ProbeSpec>(prefix + "probe/");
+  return tool;
+}
+
 template <class Section>
 std::string canonical_section(const Section& section) {
   SettingsWriter writer;
@@ -404,10 +415,9 @@ std::string canonical_section(const Section& section) {
 Settings settings_of(const Scene& scene) {
   SettingsWriter writer;
   write_scene(scene, writer);
-  if (scene.tool) {
-    writer.section(kToolPrefix, *scene.tool);
-    writer.section(kToolShapePrefix, scene.tool->probe.spec);
-  }
+  if (scene.tool) write_tool(*scene.tool, kToolPrefix, writer);
+  for (std::size_t i = 0; i < scene.pressed.size(); ++i)
+    write_tool(scene.pressed[i], pressed_prefix(i), writer);
   return writer.settings();
 }
 
@@ -426,10 +436,9 @@ Scene scene_of(const Body& body, const std::filesystem::path& path) {
   if (body.probe) scene.probe.spec = *body.probe;
   scene.experiments = reader.section<ExperimentsSection>("experiments/");
   scene.fit = reader.section<FitSection>("fit/");
-  if (reader.has_section(kToolPrefix)) {
-    scene.tool = reader.section<ToolSection>(kToolPrefix);
-    scene.tool->probe.spec = reader.section<ProbeSpec>(kToolShapePrefix);
-  }
+  if (reader.has_section(kToolPrefix)) scene.tool = tool_of(reader, kToolPrefix);
+  for (std::size_t i = 0; reader.has_section(pressed_prefix(i)); ++i)
+    scene.pressed.push_back(tool_of(reader, pressed_prefix(i)));
   return scene;
 }
 
@@ -455,5 +464,10 @@ std::string canonical(const BodySection& section) { return canonical_section(sec
 std::string canonical(const FitSection& section) { return canonical_section(section); }
 std::string canonical(const ExportSection& section) { return canonical_section(section); }
 std::string canonical(const ProbeSpec& probe) { return canonical_section(probe); }
+std::string canonical(const ToolSection& tool) {
+  SettingsWriter writer;
+  write_tool(tool, "", writer);
+  return canonical(writer.settings());
+}
 
 }  // namespace palpate::tools

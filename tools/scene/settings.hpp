@@ -24,5 +24,6 @@ std::string canonical(const FitSection& section);
 std::string canonical(const ExportSection& section);
 std::string canonical(const Settings& settings);
 std::string canonical(const ProbeSpec& probe);
+std::string canonical(const ToolSection& tool);
 
 }  // namespace palpate::tools

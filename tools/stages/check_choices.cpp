@@ -9,7 +9,7 @@ namespace palpate::tools {
 void check_choices(const Scene& scene) {
   check_simulated(scene);
   check_pairs(scene);
-  check_tool(scene);
+  check_tools(scene);
 }
 
 }  // namespace palpate::tools

@@ -34,11 +34,17 @@ nlohmann::ordered_json probe_json(const ProbeSpec& probe) {
   return json;
 }
 
-nlohmann::ordered_json tool_json(const runtime::ToolShape& tool) {
-  nlohmann::ordered_json json{{"balls", nlohmann::ordered_json::array()}};
+nlohmann::ordered_json tool_json(const NamedTool& named) {
+  const runtime::ToolShape& tool = named.tool.shape;
+  nlohmann::ordered_json json{{"name", named.name}, {"balls", nlohmann::ordered_json::array()}};
   for (int i = 0; i < tool.balls; ++i) {
     json["balls"].push_back(tool.ball[i].centre_m);
     json["radius_m"].push_back(tool.ball[i].radius_m);
+  }
+  const Indenter& end = named.tool.end.front();
+  if (end.points > 0) {
+    json["profile"]["r_m"] = std::vector<double>(end.r_m, end.r_m + end.points);
+    json["profile"]["slope"] = std::vector<double>(end.slope, end.slope + end.points);
   }
   return json;
 }
@@ -50,7 +56,7 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   nlohmann::ordered_json meta{{"program", "palpate " PALPATE_VERSION}};
   if (!request.fingerprint.empty()) meta[kInputsAttribute] = request.fingerprint;
   if (model.probe) meta["probe"] = probe_json(*model.probe);
-  if (request.tool) meta["tool"] = tool_json(*request.tool);
+  for (const NamedTool& tool : request.tools) meta["tools"].push_back(tool_json(tool));
   ExportOptions options;
   options.has_guard = request.settings.guard;
   const std::string& elsewhere = request.settings.elsewhere;

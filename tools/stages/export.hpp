@@ -5,17 +5,17 @@
 #include <string>
 
 #include "libfit/assets/exporters.hpp"
-#include "libfit/runtime/tool/tool.hpp"
 #include "tools/scene/scene.hpp"
+#include "tools/stages/samples/compound.hpp"
 
 namespace palpate::tools {
 
 struct ExportRequest {
   ExportSection settings;
-  std::string fingerprint;       ///< put into the asset's meta; empty for none
-  double map_depth_m = 0;        ///< of a coloured surface; 0: half of the curves' range
-  std::filesystem::path engine;  ///< folder to copy the engine into; empty for none
-  std::optional<runtime::ToolShape> tool = {};  ///< of the scene, put into the asset's meta
+  std::string fingerprint;            ///< put into the asset's meta; empty for none
+  double map_depth_m = 0;             ///< of a coloured surface; 0: half of the curves' range
+  std::filesystem::path engine;       ///< folder to copy the engine into; empty for none
+  std::vector<NamedTool> tools = {};  ///< of the scene, put into the asset's meta
 };
 
 /// Writes the model in one of the export formats; says what and how large.

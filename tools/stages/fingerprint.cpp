@@ -63,14 +63,18 @@ std::string point_fingerprint(const Scene& scene, const Body& body) {
   return hash.hex();
 }
 
-std::string tool_fingerprint(const Scene& scene) {
-  return scene.tool ? stage_hash("tool").add(canonical(scene.tool->probe.spec)).hex()
-                    : std::string();
+std::string tool_fingerprint(const Scene& scene, const std::vector<ToolSection>& others) {
+  if (!scene.tool && others.empty()) return {};
+  ContentHash hash = stage_hash("tool");
+  if (scene.tool) hash.add(canonical(scene.tool->probe.spec));
+  for (const ToolSection& other : others) hash.add(canonical(other.probe.spec));
+  return hash.hex();
 }
 
 std::string samples_fingerprint(const Scene& scene, const Body& body) {
   ContentHash hash;
-  hash.add(point_fingerprint(scene, body)).add(tool_fingerprint(scene));
+  hash.add(point_fingerprint(scene, body)).add(tool_fingerprint(scene, scene.pressed));
+  for (const ToolSection& tool : scene.pressed) hash.add(std::to_string(tool.paths));
   hash.add(bytes_of(body.test_points.position)).add(bytes_of(body.test_points.normal));
   for (const std::string& name : body.test_points.name) hash.add(name);
   // Where experiments are drawn, and how many of which.
@@ -109,6 +113,8 @@ std::string statement_fingerprint(const Scene& scene, const std::string& asset_f
   ContentHash hash = stage_hash("statement");
   hash.add(canonical(scene, Stage::validate)).add(canonical(scene, Stage::simulate));
   if (scene.tool) hash.add(std::to_string(scene.tool->held_out));
+  for (const ToolSection& tool : scene.stated)
+    hash.add(canonical(tool)).add(std::to_string(tool.held_out));
   return hash.add(asset_fingerprint).add_file(body).hex();
 }
 

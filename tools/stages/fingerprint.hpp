@@ -23,8 +23,8 @@ std::string samples_fingerprint(const Scene& scene, const Body& body);
 /// Of the rows of one test point, whichever other points there are: where it is equal, a point
 /// simulated for one file may be used for another.
 std::string point_fingerprint(const Scene& scene, const Body& body);
-/// The same of rows that the scene's [tool] made; empty where there is none.
-std::string tool_fingerprint(const Scene& scene);
+/// The same of rows that the scene's [tool] made and others beside [probe]; empty without any.
+std::string tool_fingerprint(const Scene& scene, const std::vector<ToolSection>& others);
 std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples);
 /// samples: what tells how contacts feel each other and, with the file beside it, how the surface
 /// moves; empty where nothing does.

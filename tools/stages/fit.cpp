@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <charconv>
 
+#include "libfem/probes/probes.hpp"
+#include "libfem/probes/round_end.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/experiments.hpp"
 #include "libfit/core/units.hpp"
 #include "libfit/fit/damage.hpp"
 #include "libfit/fit/fit_curves.hpp"
+#include "libfit/fit/radius_effect.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
 
@@ -112,6 +115,29 @@ void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent) {
         100 * report.dent);
 }
 
+// How curves change with the indenter's radius, into the curves.
+void add_radius_effect(FittedCurves& curves, const Samples& others) {
+  std::vector<Indenter> ends;
+  for (const ProbeSpec& spec : others.other_probes) {
+    const auto end = fem::round_end(fem::make_probe(spec, "[[experiments.probe]]"));
+    if (!end)
+      throw Error("[[experiments.probe]]", "is not round along its press",
+                  "Take a ball, a cone, a rod or another shape that is.");
+    ends.push_back(*end);
+  }
+  fit::RadiusReport report;
+  fit::identify_radius_effect(curves, others, ends, &report);
+  if (report.points == 0) return say("  radius   no press of another tool can be used");
+  const auto words = [](const fit::RadiusReport::PressErrors& e) {
+    return fmt::format("{:.1f} and {:.1f} %", 100 * e.median, 100 * e.p95);
+  };
+  say("  radius   {} presses' rows of other tools at {} points, median and p95: as the own ball "
+      "{}, "
+      "theory alone {}, of left out points {} ({}), as fitted {}",
+      report.rows, report.points, words(report.as_own_ball), words(report.theory),
+      words(report.left_out), report.chosen, words(report.fitted));
+}
+
 }  // namespace
 
 FitOptions fit_options(const Samples& samples, const FitSection& section, int jobs) {
@@ -151,6 +177,8 @@ FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs
   curves.probe = samples.probe;
   if (const Samples cycles = of_kinds(all, {ExperimentKind::cycle}); cycles.rows() > 0)
     add_damage(curves, cycles, all.recordings.size() > 0);
+  if (const Samples others = of_kinds(all, {ExperimentKind::other}); others.rows() > 0)
+    add_radius_effect(curves, others);
   return curves;
 }
 

@@ -91,7 +91,7 @@ class StageRun {
     const SimulateRequest request{.jobs = request_.jobs,
                                   .output = output,
                                   .fingerprint = point_fingerprint(scene_, body_),
-                                  .tool = tool_fingerprint(scene_),
+                                  .tool = tool_fingerprint(scene_, scene_.pressed),
                                   .resume = !request_.force,
                                   .has_surface = has_surface};
     const Samples samples = simulate_scene(scene_, body_, request);
@@ -133,7 +133,7 @@ class StageRun {
     export_model(model, picture, "vtu", {});
     ExportRequest request{
         .settings = scene_.export_, .fingerprint = wanted, .engine = file("engine")};
-    if (scene_.tool) request.tool = tool_shape(scene_);
+    request.tools = played_tools(scene_);
     export_model(model, output, "palp", request);
   }
 

@@ -3,8 +3,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <map>
 #include <string>
 
+#include "libfem/probes/probes.hpp"
 #include "libfit/core/experiments.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/validation/causes.hpp"
@@ -25,6 +27,9 @@ Lines grouped(const StatedAsset& of, std::span<const std::string_view> names,
               const std::function<std::size_t(Eigen::Index row)>& group) {
   return errors_by(of.reference.paths, of.engine, of.radius_m, of.floors, names, group);
 }
+
+// The scene's probe is another than that of the asset.
+bool is_other_tool(const StatedAsset& of) { return &of.met != &of.asset; }
 
 std::size_t path_of(const StatedAsset& of, Eigen::Index row) {
   return static_cast<std::size_t>(of.reference.paths.point[static_cast<std::size_t>(row)]);
@@ -65,11 +70,18 @@ Lines by_cycle(const StatedAsset& of) {
 }
 
 Lines by_cause(const StatedAsset& of) {
-  if (!of.request.settings.causes) return {};
+  if (!of.request.settings.causes || is_other_tool(of)) return {};
   return error_causes(of.asset, of.reference, of.engine, depth_m(of), of.request.jobs);
 }
 
+// Another tool's, by what the asset's own ball would feel.
+Lines as_own_ball(const StatedAsset& of) {
+  const auto rows = compare(of.reference.paths, replay(of.asset, of.reference.paths, depth_m(of)));
+  return {stated_error("as_the_assets_ball", rows, of.floors)};
+}
+
 Lines by_baseline(const StatedAsset& of) {
+  if (is_other_tool(of)) return as_own_ball(of);
   return baseline_errors(of.asset, of.reference, depth_m(of),
                          depth_m(of) / of.scene.experiments.each.press_steps, of.request.curves,
                          of.request.model);
@@ -82,6 +94,20 @@ struct StatedAnswer {
   PlayedTool (*played_as)(const Scene&, const Samples&, Eigen::Index row);
 };
 
+// Rows of one of the other probes.
+Samples of_probe(const Samples& samples, std::int32_t number) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row)
+    if (samples.probe_number[static_cast<std::size_t>(row)] == number) rows.push_back(row);
+  return rows_of(samples, rows);
+}
+// Experiments by their numbers, from 0 on.
+std::map<std::int32_t, std::size_t> order_of(const std::vector<std::int32_t>& experiment) {
+  std::map<std::int32_t, std::size_t> order;
+  for (const std::int32_t number : experiment) order.emplace(number, order.size());
+  return order;
+}
+
 // Experiments of a kind, answered as the engine plays them, which is timed, and otherwise.
 Lines of_kind(const StatedAsset& of, ExperimentKind kind, double radius_m,
               std::initializer_list<StatedAnswer> answers) {
@@ -92,7 +118,7 @@ Lines of_kind(const StatedAsset& of, ExperimentKind kind, double radius_m,
     const runtime::AssetView view = answer.is_coupled ? of.asset : coupled_by(of.asset, {});
     const PlayedAs as =
         answer.played_as == nullptr
-            ? played_as(of.scene, rows)
+            ? played_as(of.scene, Purpose::hold_out, rows)
             : PlayedAs([&](Eigen::Index row) { return answer.played_as(of.scene, rows, row); });
     const auto compared = compare_torques(rows, replay(view, rows, depth_m(of), as), radius_m);
     lines.push_back(
@@ -119,6 +145,39 @@ Lines of_holds(const StatedAsset& of) {
   return of_kind(of, ExperimentKind::hold, of.radius_m, {{"as_recorded", true, nullptr}});
 }
 
+// Each tool beside the probe: all of its paths, those of each kind, and what the asset's own ball
+// would feel in its place.
+std::vector<StatementSection> of_stated_tools(const StatedAsset& of) {
+  std::vector<StatementSection> sections;
+  const Samples all = of_kinds(of.reference.all, {ExperimentKind::other});
+  const auto& tools = other_tools(of.scene, Purpose::hold_out);
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    const Samples rows = of_probe(all, static_cast<std::int32_t>(i + 1));
+    if (rows.rows() == 0) continue;
+    const PlayedAs as = played_as(of.scene, Purpose::hold_out, rows);
+    const Replayed answer = replay(of.asset, rows, depth_m(of), as);
+    const double radius_m =
+        fem::round_end_m(fem::make_probe(tools[i].probe.spec, of.scene.path.string()));
+    const auto compared = compare_torques(rows, answer, radius_m);
+    const ErrorFloors floors{of.floors.force_N, floors_of(compared).torque_Nm};
+    Lines lines{stated_error("all", compared, floors)};
+    lines[0].tick_ns = time_ticks_ns(of.asset, rows, depth_m(of), as);
+    if (!tools[i].has_balls()) {
+      // Paths of a tool take turns in their kinds (draw_held_out).
+      const std::map<std::int32_t, std::size_t> order = order_of(rows.experiment);
+      const Lines kinds =
+          errors_by(rows, answer, radius_m, floors, kPathKindNames, [&](Eigen::Index row) {
+            return order.at(rows.experiment[static_cast<std::size_t>(row)]) % kUprightKinds;
+          });
+      lines.insert(lines.end(), kinds.begin(), kinds.end());
+      const auto own = compare(rows, replay(of.asset, rows, depth_m(of)));
+      lines.push_back(stated_error("as_the_assets_ball", own, floors));
+    }
+    sections.push_back({"tool:" + tools[i].name, "by tool: " + tools[i].name, std::move(lines)});
+  }
+  return sections;
+}
+
 struct SectionRow {
   const char *name, *title;
   Lines (*lines)(const StatedAsset&);
@@ -139,6 +198,7 @@ constexpr SectionRow kSections[] = {
 std::vector<StatementSection> statement_sections(const StatedAsset& of) {
   std::vector<StatementSection> sections;
   for (const SectionRow& row : kSections) sections.push_back({row.name, row.title, row.lines(of)});
+  for (StatementSection& section : of_stated_tools(of)) sections.push_back(std::move(section));
   return sections;
 }
 
@@ -174,11 +234,12 @@ void write_compared_rows(const std::filesystem::path& path, const StatedAsset& o
         kPathKindNames[static_cast<std::size_t>(of.reference.held_out.kind[path_of(of, row)])]);
   });
   for (const ExperimentKind kind :
-       {ExperimentKind::pair, ExperimentKind::tool, ExperimentKind::hold}) {
+       {ExperimentKind::pair, ExperimentKind::tool, ExperimentKind::hold, ExperimentKind::other}) {
     const Samples rows = of_kinds(of.reference.all, {kind});
-    write(rows, replay(of.asset, rows, depth_m(of), played_as(of.scene, rows)), [&](Eigen::Index) {
-      return std::string(kExperimentKindNames[static_cast<std::size_t>(kind)]);
-    });
+    write(rows, replay(of.asset, rows, depth_m(of), played_as(of.scene, Purpose::hold_out, rows)),
+          [&](Eigen::Index) {
+            return std::string(kExperimentKindNames[static_cast<std::size_t>(kind)]);
+          });
   }
   csv.commit();
 }

@@ -8,10 +8,11 @@
 
 namespace palpate::tools {
 
-/// What a section is made of. engine: what the asset answered to reference.paths. radius_m: of the
+/// What a section is made of. asset: as it is; met: as the scene's probe meets it, the same where
+/// it is that of the asset. engine: what `met` answered to reference.paths. radius_m: of the
 /// probe's round end, about whose centre torques are compared (M58a). floors: of the paths.
 struct StatedAsset {
-  const runtime::AssetView& asset;
+  const runtime::AssetView &asset, &met;
   const Scene& scene;
   const SimulatedReference& reference;
   const validation::Replayed& engine;

@@ -18,6 +18,7 @@
 #include "tools/stages/body/reach.hpp"
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/samples/compound.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
 #include "tools/stages/samples/simulate.hpp"
@@ -79,9 +80,8 @@ void warn_of_other_probe(const std::filesystem::path& path, std::string_view met
          path.string(), probe_words(scene));
   } else if (!is_alike(meta["probe"], scene)) {
     warn(
-        "{}: is of another probe ({}) than the scene's ({}), and is compared with the scene's as "
-        "if it were its own: the errors hold what the two probes differ by. For the error of the "
-        "asset itself give [probe] of the scene the asset's numbers",
+        "{}: was measured with another probe ({}) than the scene's ({}): the statement says how "
+        "right it is for the scene's",
         path.string(), probe_words(meta["probe"]), probe_words(scene));
   }
 }
@@ -102,19 +102,23 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
                           .folder = request.reference,
                           .fingerprint = point_fingerprint(scene, body),
                           .resume = request.resume});
-  const Replayed engine = replay(asset, reference.paths, depth_m);
+  MetAssets met_assets(asset);
+  const auto end = own_end(scene);
+  const runtime::AssetView* other = end ? met_assets.of(*end) : nullptr;
+  const runtime::AssetView& met = other != nullptr ? *other : asset;
+  const Replayed engine = replay(met, reference.paths, depth_m);
   const double radius_m = fem::round_end_m(fem::make_probe(scene.probe.spec, "[probe]"));
   const std::vector<ComparedRow> rows = compare_torques(reference.paths, engine, radius_m);
   Statement statement = summarize(rows);
   statement.probes = reference.held_out.paths.size();
   statement.reference_failures = static_cast<std::size_t>(reference.paths.rows()) - rows.size();
-  statement.all.tick_ns = time_ticks_ns(asset, reference.paths, depth_m);
-  const StatedAsset of{asset, scene, reference, engine, radius_m, floors_of(rows), request};
+  statement.all.tick_ns = time_ticks_ns(met, reference.paths, depth_m);
+  const StatedAsset of{asset, met, scene, reference, engine, radius_m, floors_of(rows), request};
   if (!request.rows_csv.empty()) write_compared_rows(request.rows_csv, of);
   statement.sections = statement_sections(of);
   if (asset.shape.points > 0 && reference.paths.surface.cols() == 3 * asset.vertices)
     statement.shape =
-        shape_error(asset, reference.paths, contact_states(asset, reference.paths, depth_m));
+        shape_error(met, reference.paths, contact_states(met, reference.paths, depth_m));
   statement.asset_bytes = asset.file.bytes;
   return statement;
 }
@@ -143,7 +147,7 @@ SimulatedReference simulate_reference(const Scene& whole, const Body& body,
   const SimulateRequest simulate{.jobs = request.jobs,
                                  .output = output,
                                  .fingerprint = request.fingerprint,
-                                 .tool = tool_fingerprint(scene),
+                                 .tool = tool_fingerprint(scene, scene.stated),
                                  .resume = request.resume,
                                  .has_surface = keeps_surface(scene, body)};
   out.all = SampleCache(simulate).at(

@@ -55,7 +55,7 @@ class SimulationWork {
 
   PointRows make(std::size_t i) const {
     const Experiment& one = list_.experiments[i];
-    const Simulator& by = simulator_(one.kind);
+    const Simulator& by = simulator_(one);
     const Vec3 position = list_.places.position.row(one.place),
                normal = list_.places.normal.row(one.place);
     if (one.kind != ExperimentKind::press) {
@@ -93,6 +93,7 @@ class SimulationWork {
         if (row.second)
           put(out, row, number_[i], one.path.second->place, 1, row.second->deflection,
               row.second->force);
+        out.probe_number.resize(out.point.size(), one.probe_number);
       }
       if (rows_[i].empty() || is_known[static_cast<std::size_t>(one.place)]) continue;
       is_known[static_cast<std::size_t>(one.place)] = 1;
@@ -122,7 +123,7 @@ class SimulationWork {
           Eigen::Map<const Eigen::Matrix<double, 1, 9>>(gradient.data());
     };
     for (const Experiment& one : list_.experiments) {
-      const Simulator& by = simulator_(one.kind);
+      const Simulator& by = simulator_(one);
       look(by, one.place);
       if (one.path.second) look(by, one.path.second->place);
       if (by.setup().keeps_surface) surface_columns_ = 3 * by.setup().surface.vertices.rows();
@@ -230,7 +231,7 @@ Samples simulate(const SimulatorOf& simulator, const ExperimentList& list, const
 
 Samples simulate(const Simulator& simulator, const ExperimentList& list, const Experiments& each,
                  const SimulateOptions& options, const OneDone& on_done, const Progress& progress) {
-  return simulate([&](ExperimentKind) -> const Simulator& { return simulator; }, list, each,
+  return simulate([&](const Experiment&) -> const Simulator& { return simulator; }, list, each,
                   options, on_done, progress);
 }
 

@@ -19,7 +19,7 @@ struct SimulateOptions {
 };
 
 /// Who makes experiments of a kind: the same tool, or another on the same body.
-using SimulatorOf = std::function<const Simulator&(ExperimentKind)>;
+using SimulatorOf = std::function<const Simulator&(const Experiment&)>;
 
 /// Called when an experiment is finished, one call at a time. `so_far` gathers all that is
 /// finished, as a later run takes it in `already_done`.

@@ -60,6 +60,7 @@ std::vector<T> part_controls(const runtime::Part& part, const std::array<Vec3, 2
     for (int j = 0; j + 1 < count; j += 2)
       for (int i = 0; i < 3; ++i)
         control.push_back(unknowns[j] * tangents[0][i] + unknowns[j + 1] * tangents[1][i]);
+  if (part.known == runtime::Known::tools) control.assign(std::size_t(part.count), T(0.0));
   constexpr int kAt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
   if (part.known == runtime::Known::curvature)
     for (const auto& [r, c] : kAt) control.push_back(T(-quadric.gradient[3 * r + c]));

@@ -107,7 +107,6 @@ void check_flags(const Complain& complain, const std::string& name,
 
 namespace {
 
-constexpr std::string_view kGroup = "probe/";
 constexpr std::array<std::string_view, 6> kOwnNames{"shape",   "friction",      "orientation",
                                                     "heading", "mesh/vertices", "mesh/triangles"};
 
@@ -121,63 +120,64 @@ std::optional<Vec3> read_direction(const Reader& reader, const std::string& name
   return Vec3(values[0], values[1], values[2]);
 }
 
-void check(const ProbeSpec& probe, const Complain& complain) {
+void check(const ProbeSpec& probe, const Complain& complain, const std::string& group) {
   if (!(std::isfinite(probe.friction) && probe.friction >= 0))
-    throw complain("probe/friction", "is negative or not finite");
+    throw complain(group + "friction", "is negative or not finite");
   for (const auto& [key, values] : probe.values) {
-    const std::string name = "probe/" + key;
+    const std::string name = group + key;
     if (key.find('/') != std::string::npos ||
         std::find(kOwnNames.begin(), kOwnNames.end(), key) != kOwnNames.end())
       throw complain(name, "is no name of a shape's number");
     if (!std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); }))
       throw complain(name, "is not finite");
   }
-  for (const auto& [name, direction] : {std::pair{"probe/orientation", probe.orientation},
-                                        std::pair{"probe/heading", probe.heading}})
+  for (const auto& [name, direction] : {std::pair{group + "orientation", probe.orientation},
+                                        std::pair{group + "heading", probe.heading}})
     if (direction && !direction->allFinite()) throw complain(name, "is not finite");
-  check_finite(complain, "probe/mesh/vertices", probe.mesh.vertices);
-  check_indices(complain, "probe/mesh/triangles", probe.mesh.triangles.data(),
+  check_finite(complain, group + "mesh/vertices", probe.mesh.vertices);
+  check_indices(complain, group + "mesh/triangles", probe.mesh.triangles.data(),
                 probe.mesh.triangles.rows(), 3, probe.mesh.vertices.rows());
 }
 
 }  // namespace
 
-std::optional<ProbeSpec> read_probe(const Reader& reader) {
-  if (!reader.has("probe/shape")) return std::nullopt;
+std::optional<ProbeSpec> read_probe(const Reader& reader, const std::string& group) {
+  if (!reader.has(group + "shape")) return std::nullopt;
   ProbeSpec probe;
-  probe.shape = reader.strings("probe/shape", 1).front();
-  probe.friction = reader.numbers("probe/friction", kNoUnit, {1, 0}).front();
+  probe.shape = reader.strings(group + "shape", 1).front();
+  probe.friction = reader.numbers(group + "friction", kNoUnit, {1, 0}).front();
   for (const std::string& name : reader.data_sets()) {
-    if (!name.starts_with(kGroup)) continue;
-    const std::string key = name.substr(kGroup.size());
+    if (!name.starts_with(group)) continue;
+    const std::string key = name.substr(group.size());
     if (std::find(kOwnNames.begin(), kOwnNames.end(), key) == kOwnNames.end())
       probe.values[key] = reader.numbers(name, unit_of(key), {kAny, 0});
   }
-  probe.orientation = read_direction(reader, "probe/orientation");
-  probe.heading = read_direction(reader, "probe/heading");
-  if (reader.has("probe/mesh/vertices")) {
+  probe.orientation = read_direction(reader, group + "orientation");
+  probe.heading = read_direction(reader, group + "heading");
+  if (reader.has(group + "mesh/vertices")) {
     ColumnReader in(reader);
-    in.first("probe/mesh/vertices", probe.mesh.vertices, {"m"});
-    in.first("probe/mesh/triangles", probe.mesh.triangles);
+    in.first(group + "mesh/vertices", probe.mesh.vertices, {"m"});
+    in.first(group + "mesh/triangles", probe.mesh.triangles);
   }
-  check(probe, complain_about(reader));
+  check(probe, complain_about(reader), group);
   return probe;
 }
 
-void write_probe(Writer& writer, const std::optional<ProbeSpec>& probe, const Complain& complain) {
+void write_probe(Writer& writer, const std::optional<ProbeSpec>& probe, const Complain& complain,
+                 const std::string& group) {
   if (!probe) return;
-  check(*probe, complain);
-  writer.strings("probe/shape", {probe->shape});
-  writer.numbers("probe/friction", kNoUnit, &probe->friction, {1, 0});
+  check(*probe, complain, group);
+  writer.strings(group + "shape", {probe->shape});
+  writer.numbers(group + "friction", kNoUnit, &probe->friction, {1, 0});
   for (const auto& [key, values] : probe->values)
-    writer.numbers("probe/" + key, unit_of(key), values.data(), {values.size(), 0});
-  for (const auto& [name, direction] : {std::pair{"probe/orientation", probe->orientation},
-                                        std::pair{"probe/heading", probe->heading}})
+    writer.numbers(group + key, unit_of(key), values.data(), {values.size(), 0});
+  for (const auto& [name, direction] : {std::pair{group + "orientation", probe->orientation},
+                                        std::pair{group + "heading", probe->heading}})
     if (direction) writer.numbers(name, kNoUnit, direction->data(), {3, 0});
   if (probe->mesh.vertices.rows() == 0) return;
   ColumnWriter out(writer);
-  out("probe/mesh/vertices", probe->mesh.vertices, {"m"});
-  out("probe/mesh/triangles", probe->mesh.triangles);
+  out(group + "mesh/vertices", probe->mesh.vertices, {"m"});
+  out(group + "mesh/triangles", probe->mesh.triangles);
 }
 
 }  // namespace palpate::h5

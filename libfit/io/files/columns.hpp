@@ -188,10 +188,11 @@ void check_flags(const Complain& complain, const std::string& name, const std::v
 /// The group `probe` of a file (docs/formats.md): shape, friction, the shape's numbers with their
 /// units, orientation and heading, mesh. Nothing where the file has none. Throws Error on numbers
 /// that are not finite, a negative friction, triangles without vertices.
-std::optional<ProbeSpec> read_probe(const Reader& reader);
+std::optional<ProbeSpec> read_probe(const Reader& reader, const std::string& group = "probe/");
 
 /// Writes no group without a probe. Refuses what read_probe would refuse.
-void write_probe(Writer& writer, const std::optional<ProbeSpec>& probe, const Complain& complain);
+void write_probe(Writer& writer, const std::optional<ProbeSpec>& probe, const Complain& complain,
+                 const std::string& group = "probe/");
 
 /// The parts of the family that the root attribute `family` names, each under curves/NAME: controls
 /// (in the part's unit, a row per point) and, of a curve, knots (m) and the attribute `degree`.

@@ -65,6 +65,7 @@ CurveSet read_curve_set(const Reader& reader, std::size_t points) {
     curves.control[i] =
         Eigen::Map<const Controls>(values.data(), static_cast<Eigen::Index>(points), columns);
   }
+  curves.first_row_m = reader.numbers("curves/first_row", "m", {1, 0}).front();
   ColumnReader in(reader);
   relaxation_columns(curves.relaxation, in);
   Eigen::VectorXd softening, reach_m;
@@ -98,6 +99,7 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
                     static_cast<std::size_t>(curves.control[i].cols())});
     if (parts[i].is_curve()) writer.attribute(group, "degree", curves.basis[i].degree);
   }
+  writer.numbers("curves/first_row", "m", &curves.first_row_m, {1, 0});
   ColumnWriter out(writer);
   relaxation_columns(curves.relaxation, out);
   if (curves.damage.softens()) {
@@ -157,6 +159,8 @@ void check_controls(const Complain& complain, const std::string& name, const run
 void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points) {
   check_relaxation(complain, curves.relaxation);
   check_damage(complain, curves.damage);
+  if (!(curves.first_row_m >= 0 && std::isfinite(curves.first_row_m)))
+    throw complain("curves/first_row", "is no depth");
   if (curves.coupling.is_any() && !runtime::is_possible(curves.coupling))
     throw complain("coupling/give", "is out of range");
   const auto parts = parts_of(curves.family);

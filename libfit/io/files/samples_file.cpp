@@ -31,6 +31,7 @@ void columns(S& s, F& f) {
   f("rows/kind", s.kind, {.names = kExperimentKindNames});
   f("rows/step", s.step);
   f("rows/tool", s.tool, {.is_optional = true});
+  f("rows/probe", s.probe_number, {.is_optional = true});
   f("rows/deflection", s.deflection, {"m"});
   f("rows/force", s.force, {"N", true});
   f("rows/torque", s.torque, {"N m", true});
@@ -57,6 +58,8 @@ void columns(S& s, F& f) {
   f("recordings/grade", r.grade, {.names = kGradeNames});
   f("recordings/reasons", r.reasons);
 }
+
+std::string other_probe(std::size_t i) { return fmt::format("probe_{}/", i + 1); }
 
 template <class Integer>
 std::string row_name(Integer row) {
@@ -116,6 +119,23 @@ void check_experiments(const Samples& s, const h5::Complain& complain) {
   }
 }
 
+// Of which of the probes a row is.
+void check_probes(const Samples& s, const h5::Complain& complain) {
+  const auto others = static_cast<std::int32_t>(s.other_probes.size());
+  for (std::size_t i = 0; i < s.probe_number.size(); ++i) {
+    if (s.probe_number[i] < 0 || s.probe_number[i] > others)
+      throw complain("rows/probe", row_name(i) + " names a probe that the file does not have");
+    if (i > 0 && s.experiment[i] == s.experiment[i - 1] &&
+        s.probe_number[i] != s.probe_number[i - 1])
+      throw complain("rows/probe", row_name(i) + " changes the probe within an experiment");
+  }
+  for (std::size_t i = 0; i < s.kind.size(); ++i)
+    if ((s.kind[i] == ExperimentKind::other) != (!s.probe_number.empty() && s.probe_number[i] > 0))
+      throw complain("rows/probe", row_name(i) +
+                                       " of kind `other` is of the samples' own probe, "
+                                       "or the other way round");
+}
+
 void check_measured(const MeasuredRecordings& r, const Complain& complain) {
   if (!r.contact_m.allFinite()) throw complain("recordings/contact", "is not finite");
   if (!r.contact_deviation_m.allFinite() || (r.contact_deviation_m.array() < 0).any())
@@ -128,6 +148,7 @@ void check(const Samples& s, const h5::Complain& complain) {
   check_indices(complain, "rows/point", s.point.data(), s.rows(), 1, s.points());
   check_numbers(s, complain);
   check_experiments(s, complain);
+  check_probes(s, complain);
   check_relaxation(complain, s.relaxation);
   check_measured(s.recordings, complain);
 }
@@ -140,6 +161,8 @@ Samples read_samples(const std::filesystem::path& path) {
   ColumnReader in(reader);
   columns(s, in);
   s.probe = read_probe(reader);
+  while (auto other = read_probe(reader, other_probe(s.other_probes.size())))
+    s.other_probes.push_back(*std::move(other));
   if (reader.has("body/poisson"))
     s.poisson = reader.numbers("body/poisson", kNoUnit, {1, 0}).front();
   check(s, complain_about(reader));
@@ -153,6 +176,8 @@ void write_samples(const std::filesystem::path& path, const Samples& s,
   ColumnWriter out(writer);
   columns(s, out);
   write_probe(writer, s.probe, complain_about(path));
+  for (std::size_t i = 0; i < s.other_probes.size(); ++i)
+    write_probe(writer, s.other_probes[i], complain_about(path), other_probe(i));
   if (!std::isnan(s.poisson)) writer.numbers("body/poisson", h5::kNoUnit, &s.poisson, {1, 0});
   writer.commit();
 }

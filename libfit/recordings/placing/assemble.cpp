@@ -56,6 +56,26 @@ std::vector<std::vector<std::size_t>> group_by_point(const std::vector<BatchItem
   return points;
 }
 
+// Each tip of known size with how many recordings it made, most first.
+std::vector<UsedTip> tips_of(const std::vector<BatchItem>& items,
+                             const std::vector<Candidate>& candidates) {
+  std::vector<std::pair<UsedTip, std::size_t>> counts;
+  for (const Candidate& c : candidates) {
+    const UsedTip tip = tip_of(items, c);
+    if (c.failure || !(tip.radius_m > 0)) continue;
+    const auto at = std::ranges::find(counts, tip, &std::pair<UsedTip, std::size_t>::first);
+    if (at == counts.end())
+      counts.emplace_back(tip, 1);
+    else
+      ++at->second;
+  }
+  std::stable_sort(counts.begin(), counts.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::vector<UsedTip> out;
+  for (const auto& [tip, count] : counts) out.push_back(tip);
+  return out;
+}
+
 void reserve_rows(const std::vector<std::vector<Pooled>>& experiments, Samples& samples) {
   std::size_t rows = 0;
   for (const auto& of_point : experiments)
@@ -65,11 +85,13 @@ void reserve_rows(const std::vector<std::vector<Pooled>>& experiments, Samples& 
 }
 
 void append_rows(const Pooled& pooled, std::int32_t point, std::int32_t experiment,
-                 ExperimentKind kind, Samples& samples, std::vector<const Pooled*>& parts) {
+                 ExperimentKind kind, std::int32_t probe, Samples& samples,
+                 std::vector<const Pooled*>& parts) {
   for (Eigen::Index i = 0; i < pooled.force_N.rows(); ++i) {
     samples.point.push_back(point);
     samples.experiment.push_back(experiment);
-    samples.kind.push_back(kind);
+    samples.kind.push_back(probe > 0 ? ExperimentKind::other : kind);
+    samples.probe_number.push_back(probe);
     samples.step.push_back(static_cast<std::int32_t>(i));
     samples.status.push_back(pooled.status[static_cast<std::size_t>(i)]);
   }
@@ -199,6 +221,11 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   auto candidates = candidates_of(items, results);
   out.registration = place_on_body(items, options, candidates);
   const auto points = group_by_point(items, options, candidates);
+  out.tips = tips_of(items, candidates);
+  const auto number_of = [&](const Candidate& c) {
+    const auto at = std::ranges::find(out.tips, tip_of(items, c));
+    return at == out.tips.end() ? 0 : static_cast<std::int32_t>(at - out.tips.begin());
+  };
 
   Samples& samples = out.samples;
   samples.point_position.resize(static_cast<Eigen::Index>(points.size()), 3);
@@ -231,7 +258,8 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     samples.point_name.push_back(first.point);
     for (const Pooled& pooled : experiments[p]) {
       append_rows(pooled, static_cast<std::int32_t>(p), number,
-                  items[candidates[pooled.member[0]].item].signal.kind, samples, parts);
+                  items[candidates[pooled.member[0]].item].signal.kind,
+                  number_of(candidates[pooled.member[0]]), samples, parts);
       for (const std::size_t m : pooled.member) candidates[m].experiment = number;
       ++number;
     }
@@ -248,6 +276,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     out.notes.insert(out.notes.begin(), told.begin(), told.end());
   }
   fill_numbers(parts, samples);
+  leave_out_what_says_nothing(samples);
   samples = joined(samples, cycles_of(candidates));
   if (const auto sideways = straighten_presses(samples); !sideways.empty())
     out.notes.push_back(sideways_note(samples, sideways));

@@ -63,8 +63,18 @@ struct Outcome {
 /// A recording's contact, moved as presses of the body were aligned.
 FoundContact contact_of(const Conditioned& recording, const std::optional<ContactShift>& aligned);
 
+/// What a recording was made with.
+struct UsedTip {
+  Tip tip = Tip::sphere;
+  double radius_m = 0, half_angle_rad = 0;  ///< 0: unknown, of no cone
+  bool operator==(const UsedTip&) const = default;
+};
+
 struct Assembled {
   Samples samples;
+  /// That of most recordings first: curves are of it, and rows of the others of the kind `other`,
+  /// with their number here as Samples::probe_number. None where no radius is known.
+  std::vector<UsedTip> tips;
   std::vector<Outcome> outcomes;  ///< every recording and every item that gave none, in order
   std::optional<Registration> registration;
   /// Where recordings have holds or rates. Where it is applied, samples have rows in time, and each

@@ -20,6 +20,11 @@ struct Candidate {
   std::optional<Failure> failure;
 };
 
+inline UsedTip tip_of(const std::vector<BatchItem>& items, const Candidate& c) {
+  const SignalSettings& s = items[c.item].signal;
+  return {s.tip, c.recording->source.tip_radius_m, s.half_angle_rad};
+}
+
 /// Finds place and inward normal of each candidate; refuses those that have none or lie elsewhere.
 std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
                                           const AssembleOptions& options,

@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <tuple>
 
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/placing/place.hpp"
@@ -142,9 +143,15 @@ std::vector<Pooled> pool(const std::vector<Candidate>& candidates,
     else
       experiments.push_back(alone(candidates, m));
   }
-  // By speed; recordings without a clock belong together.
+  // By tip and speed; recordings without a clock belong together.
   const auto speed = [&](std::size_t m) { return candidates[m].recording->speed_m_s; };
+  const auto tip = [&](std::size_t m) { return tip_of(items, candidates[m]); };
+  const auto key = [&](std::size_t m) {
+    const UsedTip t = tip(m);
+    return std::tuple(t.tip, t.radius_m, t.half_angle_rad);
+  };
   std::stable_sort(presses.begin(), presses.end(), [&](std::size_t a, std::size_t b) {
+    if (!(tip(a) == tip(b))) return key(a) < key(b);
     return std::isnan(speed(b)) ? !std::isnan(speed(a)) : speed(a) < speed(b);
   });
   for (std::size_t first = 0, last = 0; first < presses.size(); first = last) {
@@ -152,6 +159,7 @@ std::vector<Pooled> pool(const std::vector<Candidate>& candidates,
     for (last = first; last < presses.size(); ++last) {
       const double v0 = speed(presses[first]), v = speed(presses[last]);
       if (std::isnan(v0) != std::isnan(v) || v > kSameRate * v0) break;
+      if (!(tip(presses[first]) == tip(presses[last]))) break;
       repeats.push_back(alone(candidates, presses[last]));
     }
     if (repeats.size() > 1) {

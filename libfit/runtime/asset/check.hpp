@@ -51,6 +51,8 @@ inline Status check_numbers(const AssetView& view) noexcept {
     if (!is_within(x, 1e6)) return Status::numbers_wrong;
   if (!(view.max_step_m > 0 && view.max_step_m <= 1e4)) return Status::numbers_wrong;
   if (!(view.probe_radius_m >= 0 && view.probe_radius_m <= 1e3)) return Status::numbers_wrong;
+  if (!(view.first_row_m >= 0 && view.first_row_m <= view.max_fitted_m))
+    return Status::numbers_wrong;
   return Status::ok;
 }
 

@@ -119,6 +119,7 @@ struct Header {
   double origin_m[3];                                 ///< body coordinates are origin + vertex
   double max_step_m;      ///< a tip that moves farther in one tick has teleported
   double probe_radius_m;  ///< of the probe the curves were measured with; 0 unknown
+  double first_row_m;     ///< below it no press has a row; 0 unknown
   std::uint64_t meta_bytes;
   std::uint64_t offset[kSections];
 };
@@ -127,7 +128,7 @@ static_assert(sizeof(CheckTick) == 48, "check ticks are packed");
 static_assert(sizeof(RelaxationBlock) == 64, "the block of relaxation is packed");
 static_assert(sizeof(DamageBlock) == 64, "the block of damage is packed");
 static_assert(sizeof(CouplingBlock) == 128, "the block of coupling is packed");
-static_assert(sizeof(Header) == 184 + 8 * kSections, "the header is packed");
+static_assert(sizeof(Header) == 200 + 8 * kSections, "the header is packed");
 static_assert(offsetof(Header, file_bytes) == 16, "the checksum covers all from byte 16 on");
 
 /// The parts of the asset's family; the number is possible.

@@ -62,7 +62,9 @@ struct AssetView {
   double origin_m[3] = {0, 0, 0};
   double max_step_m = 0;
   double probe_radius_m = 0;
-  double max_fitted_m = 0;  ///< last knot of the normal curves
+  double first_row_m = 0;   ///< depth of the first row of presses; 0 unknown
+  double max_fitted_m = 0;  ///< deepest that the curves were measured
+  bool is_rough = false;    ///< of another indenter, and not all of the law is known to follow it
   double skin_m = 0;        ///< rounding allowance of the swept test: 1e-9 of the body's diagonal
   bool has_guard = true;
   bool sways = false;  ///< some vertex gives as a whole (sway.hpp)
@@ -164,6 +166,7 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   for (int k = 0; k < 3; ++k) view.origin_m[k] = h.origin_m[k];
   view.max_step_m = h.max_step_m;
   view.probe_radius_m = h.probe_radius_m;
+  view.first_row_m = h.first_row_m;
   view.has_guard = (h.flags & kFlagGuard) != 0;
   return view;
 }

@@ -5,6 +5,8 @@
 // (scalars are Ceres Jets there) and the engine's (scalars are doubles). Build with
 // -ffp-contract=off: a compiler that fuses a*b+c rounds the two differently.
 
+#include <cstdint>
+
 #include "rounding.hpp"
 
 namespace palpate {
@@ -14,14 +16,20 @@ constexpr int kMaxDegree = 4;  // local arrays are sized by it; more buys nothin
 
 /// A shared basis as the asset stores it: intervals of polynomials, see SplineTables in
 /// libfit/core/curve_basis.hpp for the layout. Views, never owns. knots: pieces + 1 [m].
+/// The same curves as another indenter meets them (asset/with_indenter.hpp) have intervals of their
+/// own over the same control values: each then says which is its first live one, and what all of
+/// them are at its begin, where the live ones' polynomials begin at 0.
 struct SplineView {
   int degree = 0;
   int pieces = 0;
   const double* knots = nullptr;
   const double* weights = nullptr;
   const double* integrals = nullptr;
+  int controls = 0;                     ///< of another indenter; 0: pieces + degree
+  const std::int32_t* first = nullptr;  ///< pieces + 1; null: the basis is local
+  const double* begins = nullptr;       ///< (pieces + 1) x controls
 
-  int size() const noexcept { return pieces + degree; }  ///< control values a curve owns
+  int size() const noexcept { return controls > 0 ? controls : pieces + degree; }
 };
 
 /// Where an abscissa falls and what the degree+1 control values alive there weigh.
@@ -59,6 +67,7 @@ inline int find_piece(const SplineView& spline, double x, int guess) noexcept {
 
 /// First control value that is alive on an interval.
 inline int first_control(const SplineView& spline, int piece) noexcept {
+  if (spline.first != nullptr) return spline.first[piece];
   return piece < spline.pieces ? piece : spline.pieces - 1;
 }
 

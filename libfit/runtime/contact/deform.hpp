@@ -80,13 +80,14 @@ inline double shape_radius_m(const ShapeView& shape, double depth_m) noexcept {
 inline Vec3d carried_m(const AssetView& asset, const Contact& contact, const Vec3d& normal,
                        double normal_m, const Vec3d& lateral_m) noexcept {
   if (asset.curves.family != int(Family::rings)) return lateral_m;
-  const int t = contact.triangle;
+  Corners corners;
+  corners.take(asset, contact.triangle);
   MeshSpot<double> spot{{}, normal, 1, {}, {}, asset.control_offset};
   for (int k = 0; k < 3; ++k) {
     spot.n[k] = contact.weight[k];
-    spot.node[k] = asset.node(asset.corner(t, k));
+    spot.corner[k] = &corners[k];
   }
-  const RingBed<double, kRings> bed = ring_bed<double>(asset.curves.rings, spot);
+  const auto bed = bed_under<double>(asset.curves, spot);
   const auto anchors = Rings::load<double>(contact.memory);
   Vec3d sum{0, 0, 0};
   double stiffness_N_m = 0;
@@ -126,8 +127,13 @@ class Deformation {
   Deformation(const AssetView& asset, const Contact& contact, const DentState& state) noexcept
       : asset_(asset), state_(state) {
     const ShapeView& shape = asset.shape;
-    radius_m_ = shape_radius_m(shape, state.normal_m);
-    const double x = state.normal_m / shape.depth_m;
+    const CurveViews& curves = asset.curves;
+    // Where its own ball has a contact as wide the surface is moved alike.
+    const double depth_m = curves.indenter == nullptr
+                               ? state.normal_m
+                               : own_depth(*curves.indenter, curves.view[kNormal], state.normal_m);
+    radius_m_ = shape_radius_m(shape, depth_m);
+    const double x = depth_m / shape.depth_m;
     double known = 0;
     for (int k = 0; k < 3; ++k) {
       const int blend = 3 * asset.record[asset.corner(contact.triangle, k)];
@@ -202,10 +208,12 @@ class Deformation {
   double mode_[kMaxShapeModes] = {};
 };
 
-/// A copied contact, and the radius of its ball; 0: a tip.
+/// A copied contact, the radius of its ball (0: a tip), and the asset as it meets it (null: as it
+/// is).
 struct Dent {
   const Contact* contact;
   double radius_m;
+  const AssetView* met = nullptr;
 };
 constexpr int kMaxDents = 8;
 
@@ -222,11 +230,12 @@ inline Status deform(const AssetView& asset, const Dent* dent, int dents, int fi
   for (int i = 0; i < dents && touching < kMaxDents; ++i) {
     const Contact& contact = *dent[i].contact;
     if (contact.triangle < 0) continue;
-    if (contact.asset_checksum != asset.checksum || contact.triangle >= asset.triangles)
+    const AssetView& met = dent[i].met != nullptr ? *dent[i].met : asset;
+    if (contact.asset_checksum != met.checksum || contact.triangle >= asset.triangles)
       return Status::contact_foreign;
     DentState state;
-    if (shape_state(asset, contact, dent[i].radius_m, state))
-      room.make(touching++, asset, contact, state);
+    if (shape_state(met, contact, dent[i].radius_m, state))
+      room.make(touching++, met, contact, state);
   }
   for (int v = first; touching > 0 && v < first + count; ++v, displacement_m += 3) {
     Vec3d moved{0, 0, 0};

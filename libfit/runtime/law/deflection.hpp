@@ -9,6 +9,7 @@
 
 #include "../base/scalar.hpp"
 #include "../base/spline.hpp"
+#include "indenter_view.hpp"
 #include "part.hpp"
 #include "relaxation.hpp"
 #include "ring_table.hpp"
@@ -26,8 +27,9 @@ constexpr double kLateralZero_m = 1e-12;  ///< below a picometre the lateral dir
 struct CurveViews {
   int family = 0;
   SplineView view[kMaxParts];
-  RingTable<kRings> rings;    ///< of a body of rings
-  RelaxationView relaxation;  ///< likewise
+  RingTable<kRings> rings;                 ///< of a body of rings
+  RelaxationView relaxation;               ///< likewise
+  const IndenterView* indenter = nullptr;  ///< of another than the body was measured with
 };
 
 /// A tool's deflection in the frame of its contact point.

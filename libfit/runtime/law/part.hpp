@@ -10,7 +10,7 @@
 namespace palpate {
 namespace runtime {
 
-constexpr int kMaxParts = 8;         ///< of a family: an asset's header has room for as many
+constexpr int kMaxParts = 9;         ///< of a family: an asset's header has room for as many
 constexpr double kMaxNumber = 1e15;  ///< of what a node owns: products of a few stay finite
 
 /// What of a node is known before any fit.
@@ -18,6 +18,7 @@ enum class Known {
   no,
   curvature,  ///< minus the gradient of the inward normal
   sway,       ///< how the body gives as a whole: of no tool, so no force scales it
+  tools,      ///< how curves change with the indenter's radius: 0 unless several were pressed
 };
 struct Part {
   const char* name;     ///< of its columns, such as "normal"

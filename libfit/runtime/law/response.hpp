@@ -58,13 +58,11 @@ struct CurvePiece {
   }
 };
 
-/// Area under a curve of a spot up to the interval `piece` that the control values below `first`
-/// bring.
+/// Sum of `whole` [control values] times the control values of a spot below `first`.
 template <class Spot>
-auto area_before(const SplineView& view, const Spot& spot, int curve, int piece, int first) noexcept
+auto sum_before(const double* whole, const Spot& spot, int curve, int first) noexcept
     -> decltype(spot.control(curve, first)) {
   using S = decltype(spot.control(curve, first));
-  const double* whole = view.integrals + piece * view.size();
   S sum[4] = {S(0), S(0), S(0), S(0)};  // four at a time: one chain of sums would wait for each
   int j = 0;
   for (; j + 4 <= first; j += 4) {
@@ -91,19 +89,20 @@ auto piece_of_order(const SplineView& view, const Spot& spot, int curve, int pie
     out.c[m] = live.b[0] * w[m];
     for (int k = 1; k < kOrder; ++k) out.c[m] = out.c[m] + live.b[k] * w[k * kOrder + m];
   }
-  if (!with_area) return out;
-  const double* whole = view.integrals + piece * view.size() + first;
-  T last = live.b[0] * whole[0];
-  for (int k = 1; k < kOrder; ++k) last = last + live.b[k] * whole[k];
-  out.area_J = area_before(view, spot, curve, piece, first) + last;
+  const auto sum_to = [&](const double* whole) noexcept {
+    T last = live.b[0] * whole[first];
+    for (int k = 1; k < kOrder; ++k) last = last + live.b[k] * whole[first + k];
+    return sum_before(whole, spot, curve, first) + last;
+  };
+  if (view.begins != nullptr) out.c[0] = out.c[0] + sum_to(view.begins + piece * view.size());
+  if (with_area) out.area_J = sum_to(view.integrals + piece * view.size());
   return out;
 }
 
-/// The interval of a curve that x > 0 is on. A spot that has it at hand brings an overload.
+/// The interval of a basis that x > 0 is on.
 template <class Spot>
-auto piece_under(const CurveViews& views, const Spot& spot, int curve, double x,
-                 bool with_area) noexcept -> CurvePiece<decltype(spot.control(curve, 0))> {
-  const SplineView& view = views.view[curve];
+auto piece_of(const SplineView& view, const Spot& spot, int curve, double x,
+              bool with_area) noexcept -> CurvePiece<decltype(spot.control(curve, 0))> {
   const int piece = find_piece(view, x);
   switch (view.degree) {
     case 1:
@@ -115,6 +114,13 @@ auto piece_under(const CurveViews& views, const Spot& spot, int curve, double x,
     default:
       return piece_of_order<5>(view, spot, curve, piece, with_area);
   }
+}
+/// The same of a curve of a body. A spot that has it at hand, or that another indenter meets,
+/// brings an overload.
+template <class Spot>
+auto piece_under(const CurveViews& views, const Spot& spot, int curve, double x,
+                 bool with_area) noexcept -> CurvePiece<decltype(spot.control(curve, 0))> {
+  return piece_of(views.view[curve], spot, curve, x, with_area);
 }
 
 /// Force of one curve of a spot at x [m] -> [N] (M5); exactly 0 for x <= 0.

@@ -17,8 +17,7 @@ constexpr int kSide2 = 4;          ///< g_2 [N/m^2]
 constexpr int kSide3 = 5;          ///< g_3 [N/m^3]
 constexpr int kCurvature = 6;      ///< kappa = -du/dc [1/m]
 constexpr int kSway = 7;           ///< C [m/N] of sway.hpp
-
-constexpr int kRingNumbers = 15;  ///< of these, in turn
+constexpr int kRadiusEffect = 8;   ///< k_0, k_1 [1] of (M83)
 
 /// How far a ring may be deflected at a depth.
 template <class T>
@@ -51,6 +50,39 @@ Vec3<T> curvature_times(const T* kappa, const Vec3<T>& q) noexcept {
   return {kappa[0] * q.x + kappa[3] * q.y + kappa[4] * q.z,
           kappa[3] * q.x + kappa[1] * q.y + kappa[5] * q.z,
           kappa[4] * q.x + kappa[5] * q.y + kappa[2] * q.z};
+}
+
+/// Whether nodes have a stiffness of their own for the indenter's radius.
+inline bool has_radius_effect(const CurveViews& views) noexcept {
+  return views.indenter != nullptr && views.indenter->has_radius_effect;
+}
+
+/// The curvature of the surface of a ball's centres (M15b) becomes that of the surface which lies
+/// farther_m farther out: k / (1 + farther k) of each principal one, a hollow no narrower than
+/// kNarrowest of what it was.
+constexpr double kNarrowest = 0.25;
+inline void move_out(double* kappa, double farther_m) noexcept {
+  const double trace = kappa[0] + kappa[1] + kappa[2];
+  const double squares = kappa[0] * kappa[0] + kappa[1] * kappa[1] + kappa[2] * kappa[2] +
+                         2 * (kappa[3] * kappa[3] + kappa[4] * kappa[4] + kappa[5] * kappa[5]);
+  const double half = 0.5 * trace, off = 0.5 * squares - half * half;  // ((k1 - k2) / 2)^2
+  const double apart = off > 0 ? std::sqrt(off) : 0;
+  const auto share = [farther_m](double k) noexcept {
+    const double under = 1 + farther_m * k;
+    return 1 / (under > kNarrowest ? under : kNarrowest);
+  };
+  const double first = share(half + apart), second = share(half - apart);
+  // f(K) = a K + b K^2 with f(k) = share(k) k of both
+  const double b =
+      apart > 1e-9 * std::fabs(trace) && apart > 0 ? (first - second) / (2 * apart) : 0;
+  const double a = first - b * (half + apart);
+  const double square[6] = {kappa[0] * kappa[0] + kappa[3] * kappa[3] + kappa[4] * kappa[4],
+                            kappa[3] * kappa[3] + kappa[1] * kappa[1] + kappa[5] * kappa[5],
+                            kappa[4] * kappa[4] + kappa[5] * kappa[5] + kappa[2] * kappa[2],
+                            kappa[0] * kappa[3] + kappa[3] * kappa[1] + kappa[4] * kappa[5],
+                            kappa[0] * kappa[4] + kappa[3] * kappa[5] + kappa[4] * kappa[2],
+                            kappa[3] * kappa[4] + kappa[1] * kappa[5] + kappa[5] * kappa[2]};
+  for (int i = 0; i < 6; ++i) kappa[i] = a * kappa[i] + b * square[i];
 }
 
 /// The rings under a spot and the side force there.

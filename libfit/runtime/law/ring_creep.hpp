@@ -60,8 +60,12 @@ RingPress<T> ring_press(const RingTable<N>& table, const T& at_0, int i,
 /// The share of ring 1 that lies at depth 0: f^z'(0) of f^z'(e_1).
 template <class T, int N, class Spot>
 T share_at_0(const RingTable<N>& table, const RingBed<T, N>& bed, const Spot& spot) noexcept {
-  const T slope = bed.limit.lambda * spot.control(kNormal, 1) * table.slope_at_0,
-          all = bed.stiffness_N_m[0];
+  T slope = spot.control(kNormal, table.first_at_0 + 1) * table.slope_at_0[1];
+  for (int k = 0; k < table.order; ++k)
+    if (k != 1 && table.slope_at_0[k] != 0)
+      slope = slope + spot.control(kNormal, table.first_at_0 + k) * table.slope_at_0[k];
+  slope = bed.limit.lambda * slope;
+  const T all = bed.stiffness_N_m[0];
   if (!(value_of(slope) > 0)) return T(0);
   return value_of(slope) < value_of(all) ? slope / all : T(1);
 }

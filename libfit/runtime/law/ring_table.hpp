@@ -21,7 +21,8 @@ struct RingTable {
   double edge_m[N] = {}, threshold_m[N] = {};
   int first[N] = {};                     ///< first control value alive at edge i
   double slope[N][kMaxDegree + 1] = {};  ///< [1/m], of the basis at edge i
-  double slope_at_0 = 0;  ///< [1/m], of the second basis function: f^z' = b_1 times it
+  int first_at_0 = 0;                    ///< likewise where contact begins
+  double slope_at_0[kMaxDegree + 1] = {};
 };
 
 /// depth_m: D > 0, where the last ring ends.
@@ -29,7 +30,9 @@ template <int N>
 RingTable<N> ring_table(const SplineView& normal, double depth_m) noexcept {
   RingTable<N> table;
   table.order = normal.degree + 1;
-  table.slope_at_0 = spline_weights(normal, 0, 0.0).slope[1];
+  const SplineWeights<double> begin = spline_weights(normal, 0, 0.0);
+  table.first_at_0 = begin.first;
+  for (int k = 0; k < table.order; ++k) table.slope_at_0[k] = begin.slope[k];
   for (int i = 0; i < N; ++i) {
     const double share = double(i + 1) / N, edge_m = depth_m * (share * std::sqrt(share));
     table.edge_m[i] = edge_m;

@@ -53,7 +53,8 @@ struct Rings {
       {"side_square", "N/m^2", -2, 1, 3, 1, false, false, -kMaxNumber, kMaxNumber},
       {"side_cube", "N/m^3", -3, 1, 3, 1, false, false, -kMaxNumber, kMaxNumber},
       {"curvature", "1/m", -1, 0, 6, 1, false, false, -1e6, 1e6, Known::curvature},
-      {"sway", "m/N", 1, -1, 6, 1, false, false, -1e6, 1e6, Known::sway}};
+      {"sway", "m/N", 1, -1, 6, 1, false, false, -1e6, 1e6, Known::sway},
+      {"radius_effect", "1", 0, 0, 1, kRadiusEffects, false, false, -10, 10, Known::tools}};
   static constexpr int kSwayPart = kSway;
   static constexpr int kCurves = 1;
   static constexpr bool kCanRelax = true;

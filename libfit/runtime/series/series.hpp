@@ -62,10 +62,10 @@ class Series {
     for (int i = 0; i < count(); ++i) tell(i, ledger, after_J, each_J[i], is_settled);
     if (has_tangents_) tell_tangents(ledger, after_J);
     if (count() == 1 &&
-        is_held_too_far_back(asset_, ledger, after_J, member_[0].now.depth.normal_m)) {
+        is_held_too_far_back(met(0), ledger, after_J, member_[0].now.depth.normal_m)) {
       ledger.close(after_J);
       *member_[0].at->out = Output();
-      let_go(asset_, *member_[0].at, true, member_[0].at->x);
+      let_go(met(0), *member_[0].at, true, member_[0].at->x);
     }
   }
 
@@ -90,9 +90,10 @@ class Series {
 
   int count() const noexcept { return give_.count; }
   Contact& contact(int i) const noexcept { return *member_[i].at->contact; }
+  const AssetView& met(int i) const noexcept { return *member_[i].at->asset; }
   template <class Act>
   auto with_law_of(int i, const Act& act) const noexcept {
-    return with_law(asset_, member_[i].at->radius_m, act);
+    return with_law(met(i), member_[i].at->radius_m, act);
   }
 
   /// C where the contacts stand.
@@ -143,7 +144,7 @@ class Series {
       at.is_rested = true;
       const bool flows = is_due && with_law_of(i, [&](auto f, auto is_ball) noexcept {
                            using F = decltype(f);
-                           return runtime::rest<F, is_ball>(asset_, at, member_[i].before, law_J);
+                           return runtime::rest<F, is_ball>(met(i), at, member_[i].before, law_J);
                          });
       after_J += stored_in(asset_, at, law_J, Memories()).stored_J;
       if (!flows) continue;
@@ -204,7 +205,7 @@ class Series {
     with_law_of(i, [&](auto f, auto is_ball) noexcept {
       using F = decltype(f);
       auto memory = F::template load<double>(from.memory, relaxation_);
-      trial.slipped = slip<F, is_ball>(asset_, trial.at, from.cache, trial.cache, from.left, y,
+      trial.slipped = slip<F, is_ball>(met(i), trial.at, from.cache, trial.cache, from.left, y,
                                        y - member_[i].before, memory, trial.said);
       F::save(memory, trial.at.memory, relaxation_);
     });
@@ -218,7 +219,7 @@ class Series {
       Contact& at = contact(i);
       LawState& now = member_[i].now;
       const Answer<double> law = with_law_of(i, [&](auto f, auto is_ball) noexcept {
-        return hold<decltype(f), is_ball>(asset_, at, at.cache, y, now.depth);
+        return hold<decltype(f), is_ball>(met(i), at, at.cache, y, now.depth);
       });
       now.held = stored_in(asset_, at, law.stored_J, Memories());
       return law;
@@ -297,7 +298,7 @@ class Series {
       if (j != i)
         aside = aside + times(give_.block[i][j],
                               slow_force(relaxation_, contact(j).series, member_[j].now.force));
-    let_go(asset_, at, hovers, at.x - aside);
+    let_go(*at.asset, at, hovers, at.x - aside);
     put(aside, at.contact->series.aside_m);
   }
 
@@ -306,7 +307,7 @@ class Series {
     double sum = give_J(each_J);
     for (int i = 0; i < count(); ++i) {
       LawState& now = member_[i].now;
-      const Softened held = load(asset_, contact(i), now.depth.normal_m, now.law_J, Memories());
+      const Softened held = load(met(i), contact(i), now.depth.normal_m, now.law_J, Memories());
       each_J[i] += held.stored_J;
       sum += held.stored_J;
     }
@@ -321,7 +322,7 @@ class Series {
     put(force, at.series.force_N);
     put(m.whole - m.now.seen, at.series.aside_m);
     at.law_J = m.now.law_J;
-    describe(asset_, at, at.cache, m.now.depth, m.whole, m.said, out);
+    describe(met(i), at, at.cache, m.now.depth, m.whole, m.said, out);
     if (!is_settled) out.flags |= kFlagUnfinished;
     if (ledger.debt_J > 0) out.flags |= kFlagHeldBack;
     put(force * -ledger.share(all_J), out.force_on_tool_N);
@@ -333,7 +334,7 @@ class Series {
     for (int i = 0; i < count(); ++i)
       with_law_of(i, [&](auto f, auto is_ball) noexcept {
         Member& m = member_[i];
-        law_tangent<decltype(f), is_ball>(asset_, contact(i), contact(i).left, m.now.seen,
+        law_tangent<decltype(f), is_ball>(met(i), contact(i), contact(i).left, m.now.seen,
                                           m.now.seen - m.before, m.tangent_N_m);
         scale_tangent(m.now.held.share, m.now.held.slope, trial_[i].slipped.law.force_N,
                       m.tangent_N_m);
@@ -392,8 +393,8 @@ inline void tick_contacts(const AssetView& asset, Ledger& ledger, SeriesContact*
   const bool gives =
       asset.sways && compliance_at(asset, only->contact->triangle, only->contact->weight).is_any();
   if (touching > 1 || gives) return Series(asset, at, count).tick(ledger);
-  only->status = with_law(asset, only->radius_m, [&](auto f, auto is_ball) noexcept {
-    return tick_alone<decltype(f), is_ball>(asset, *only, ledger, only->tangent_N_m);
+  only->status = with_law(*only->asset, only->radius_m, [&](auto f, auto is_ball) noexcept {
+    return tick_alone<decltype(f), is_ball>(*only->asset, *only, ledger, only->tangent_N_m);
   });
 }
 

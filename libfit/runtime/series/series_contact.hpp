@@ -10,6 +10,7 @@ namespace runtime {
 
 /// One ball or tip at a tick.
 struct SeriesContact {
+  const AssetView* asset = nullptr;  ///< as it meets it
   Contact* contact = nullptr;
   Output* out = nullptr;
   double radius_m = 0;  ///< 0: a tip

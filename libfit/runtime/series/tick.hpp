@@ -20,9 +20,11 @@ struct TogetherMemory {
 /// One ball or tip at a tick, in the frame of the body. status: what its touch() would return.
 struct BallTick {
   Contact* contact = nullptr;
-  double place_m[3] = {0, 0, 0};  ///< of the tip or the ball's centre
-  double radius_m = 0;            ///< 0: a tip
-  int tool = 0;                   ///< balls of one tool move together
+  const AssetView* met = nullptr;  ///< the asset as this ball meets it (with_indenter.hpp); null:
+                                   ///< as it is
+  double place_m[3] = {0, 0, 0};   ///< of the tip or the ball's centre
+  double radius_m = 0;             ///< 0: a tip
+  int tool = 0;                    ///< balls of one tool move together
   TangentOut tangent_N_m = nullptr;
   Output out;
   Status status = Status::ok;
@@ -37,7 +39,8 @@ inline bool is_possible_radius(double radius_m) noexcept {
 /// Curves of another ball than this one are off by tens of percent, so that it is flagged.
 inline bool is_other_radius(const AssetView& asset, double radius_m) noexcept {
   const double of = asset.probe_radius_m;
-  return radius_m > 0 && of > 0 && !(std::fabs(radius_m - of) <= kSameRadius * of);
+  return asset.is_rough ||
+         (radius_m > 0 && of > 0 && !(std::fabs(radius_m - of) <= kSameRadius * of));
 }
 
 /// What an output says at the end of a tick.
@@ -80,6 +83,7 @@ inline Status touch_ball(const AssetView& asset, Contact& contact, const double 
   contact.is_inside = false;
   const Ledger before = contact.ledger;
   SeriesContact at;
+  at.asset = &asset;
   at.contact = &contact;
   at.out = &out;
   at.radius_m = radius_m;
@@ -112,7 +116,7 @@ inline void approach_together(const AssetView& asset, const BallTick* ball, Seri
   int touching = 0;
   for (int i = 0; i < count; ++i) {
     const Contact& contact = *at[i].contact;
-    if (contact.triangle < 0 || contact.asset_checksum != asset.checksum ||
+    if (contact.triangle < 0 || contact.asset_checksum != at[i].asset->checksum ||
         contact.triangle >= asset.triangles)
       continue;
     place[touching] = coupling_place(asset, contact);
@@ -124,18 +128,23 @@ inline void approach_together(const AssetView& asset, const BallTick* ball, Seri
                             ? sunk_beside(asset, place, force, touching, at[i].x, ball[i].radius_m)
                             : Vec3d{0, 0, 0};
     at[i].status = is_possible_radius(ball[i].radius_m)
-                       ? approach(asset, contact, at[i].x, aside, ball[i].radius_m,
+                       ? approach(*at[i].asset, contact, at[i].x, aside, ball[i].radius_m,
                                   has_flow(asset, Memories()), dt_s, at[i].step)
                        : Status::radius_wrong;
     if (at[i].status == Status::radius_wrong) forget(contact);
   }
 }
 
+/// The asset as a ball meets it.
+inline const AssetView& met_by(const AssetView& asset, const BallTick& ball) noexcept {
+  return ball.met != nullptr ? *ball.met : asset;
+}
+
 /// Whether two balls stand in each other: where their coupling is only bounded, not known.
 inline bool are_crowded(const AssetView& asset, const BallTick& a, const BallTick& b) noexcept {
   const Vec3d way = make_vec3<double>(a.place_m) - make_vec3<double>(b.place_m);
   const auto radius = [&](const BallTick& t) noexcept {
-    return t.radius_m > 0 ? t.radius_m : asset.probe_radius_m;
+    return t.radius_m > 0 ? t.radius_m : met_by(asset, t).probe_radius_m;
   };
   const double reach = radius(a) + radius(b);
   return dot(way, way) < reach * reach;
@@ -150,8 +159,8 @@ inline void touch_together(const AssetView& asset, TogetherMemory& together, Bal
                            int count, double dt_s = 0) noexcept {
   if (asset.coupling == nullptr) {
     for (int i = 0; i < count; ++i)
-      ball[i].status = touch_ball(asset, *ball[i].contact, ball[i].place_m, ball[i].radius_m,
-                                  ball[i].out, ball[i].tangent_N_m, dt_s);
+      ball[i].status = touch_ball(met_by(asset, ball[i]), *ball[i].contact, ball[i].place_m,
+                                  ball[i].radius_m, ball[i].out, ball[i].tangent_N_m, dt_s);
     return;
   }
   if (together.count != count || together.asset_checksum != asset.checksum) {
@@ -167,6 +176,7 @@ inline void touch_together(const AssetView& asset, TogetherMemory& together, Bal
     b.out.state = ContactState::air;
     b.out.flags = 0;
     b.contact->is_inside = false;
+    at[i].asset = &met_by(asset, b);
     at[i].contact = b.contact;
     at[i].out = &b.out;
     at[i].radius_m = b.radius_m;
@@ -178,7 +188,7 @@ inline void touch_together(const AssetView& asset, TogetherMemory& together, Bal
   tick_contacts(asset, together.ledger, at.begin(), count);
   for (int i = 0; i < count; ++i) {
     ball[i].status = at[i].status;
-    finish(asset, at[i], together.ledger);
+    finish(*at[i].asset, at[i], together.ledger);
     for (int j = 0; j < count; ++j)
       if (ball[j].tool != ball[i].tool && ball[i].out.state != ContactState::air &&
           are_crowded(asset, ball[i], ball[j]))

@@ -22,21 +22,6 @@ struct Arm {
   double pole_m[3] = {0, 0, 0};  ///< from the centre to the tip that stands for the ball
 };
 
-/// A spot of the mesh: everything blended by area coordinates n [1], so energies, too (M4).
-template <class S>
-struct MeshSpot {
-  Vec3<S> point;   ///< where the tool's reference point is with no deflection
-  Vec3<S> normal;  ///< inward unit
-  S length;        ///< of the blended normal before it was made unit
-  S n[3];
-  const float* node[3];  ///< controls of the corners
-  const int* offset;     ///< of each part within them
-  S control(int curve, int j) const noexcept {
-    const int at = offset[curve] + j;
-    return n[0] * double(node[0][at]) + n[1] * double(node[1][at]) + n[2] * double(node[2][at]);
-  }
-};
-
 /// What a corner says by itself, as far as curves go.
 struct CornerSpot {
   const float* node;
@@ -44,22 +29,31 @@ struct CornerSpot {
   double control(int part, int j) const noexcept { return double(node[offset[part] + j]); }
 };
 
-template <int kOrder, class S>
-LiveControls<kOrder, S> live_controls(const MeshSpot<S>& spot, int curve, int first) noexcept {
-  const int at = spot.offset[curve] + first;
-  const float *p = spot.node[0] + at, *q = spot.node[1] + at, *r = spot.node[2] + at;
-  LiveControls<kOrder, S> out;
-  for (int k = 0; k < kOrder; ++k)
-    out.b[k] = spot.n[0] * double(p[k]) + spot.n[1] * double(q[k]) + spot.n[2] * double(r[k]);
+/// The piece of a node as the indenter meets it (M83).
+inline CurvePiece<double> piece_under(const CurveViews& views, const CornerSpot& spot, int curve,
+                                      double x, bool with_area) noexcept {
+  CurvePiece<double> out = piece_of(views.view[curve], spot, curve, x, with_area);
+  if (curve != kNormal || !has_radius_effect(views)) return out;
+  for (int i = 0; i < kRadiusEffects; ++i) {
+    const double k = spot.control(kRadiusEffect, i);
+    if (k == 0) continue;
+    const auto more = piece_of(views.indenter->by_radius[i], spot, kNormal, x, with_area);
+    for (int m = 0; m < out.order; ++m) out.c[m] += k * more.c[m];
+    out.area_J += k * more.area_J;
+  }
   return out;
 }
-
-inline void copy_controls(const MeshSpot<double>& spot, int part, int j, int count,
-                          double* out) noexcept {
-  const int at = spot.offset[part] + j;
-  const float *p = spot.node[0] + at, *q = spot.node[1] + at, *r = spot.node[2] + at;
-  const double a = spot.n[0], b = spot.n[1], c = spot.n[2];
-  for (int k = 0; k < count; ++k) out[k] = a * double(p[k]) + b * double(q[k]) + c * double(r[k]);
+/// c_i (B0) likewise.
+inline void node_stiffness(const CurveViews& views, const CornerSpot& spot, double* c) noexcept {
+  ring_stiffness(views.rings, spot, c);
+  if (!has_radius_effect(views)) return;
+  for (int i = 0; i < kRadiusEffects; ++i) {
+    const double k = spot.control(kRadiusEffect, i);
+    if (k == 0) continue;
+    double more[kRings];
+    ring_stiffness(views.indenter->rings_by_radius[i], spot, more);
+    for (int r = 0; r < kRings; ++r) c[r] += k * more[r];
+  }
 }
 
 /// What of a node lies in a row of doubles, so that a spot's is one weighted sum: place, inward
@@ -78,6 +72,76 @@ struct Corner {
   Vec3d normal() const noexcept { return make_vec3<double>(row + kNormalAt); }
 };
 
+/// A spot of the mesh: everything blended by area coordinates n [1], so energies, too (M4).
+template <class S>
+struct MeshSpot {
+  Vec3<S> point;   ///< where the tool's reference point is with no deflection
+  Vec3<S> normal;  ///< inward unit
+  S length;        ///< of the blended normal before it was made unit
+  S n[3];
+  const Corner* corner[3];
+  const int* offset;  ///< of each part within a node's controls
+  S control(int curve, int j) const noexcept {
+    const int at = offset[curve] + j;
+    return n[0] * double(corner[0]->node[at]) + n[1] * double(corner[1]->node[at]) +
+           n[2] * double(corner[2]->node[at]);
+  }
+};
+
+template <int kOrder, class S>
+LiveControls<kOrder, S> live_controls(const MeshSpot<S>& spot, int curve, int first) noexcept {
+  const int at = spot.offset[curve] + first;
+  const float *p = spot.corner[0]->node + at, *q = spot.corner[1]->node + at,
+              *r = spot.corner[2]->node + at;
+  LiveControls<kOrder, S> out;
+  for (int k = 0; k < kOrder; ++k)
+    out.b[k] = spot.n[0] * double(p[k]) + spot.n[1] * double(q[k]) + spot.n[2] * double(r[k]);
+  return out;
+}
+
+/// Number `at` of a spot's rows.
+template <class S>
+S row_number(const MeshSpot<S>& spot, int at) noexcept {
+  return spot.n[0] * spot.corner[0]->row[at] + spot.n[1] * spot.corner[1]->row[at] +
+         spot.n[2] * spot.corner[2]->row[at];
+}
+template <class T, class S>
+RingNumbers<T> ring_numbers(const MeshSpot<S>& spot) noexcept {
+  RingNumbers<T> out;
+  out.limit = {row_number(spot, kNumbersAt), row_number(spot, kNumbersAt + 1),
+               row_number(spot, kNumbersAt + 2)};
+  for (int i = 0; i < 6; ++i) out.curvature[i] = row_number(spot, kNumbersAt + 3 + i);
+  return out;
+}
+template <class T, class S>
+RingBed<T, kRings> bed_under(const CurveViews&, const MeshSpot<S>& spot) noexcept {
+  RingBed<T, kRings> bed;
+  T c[kRings], side[6];
+  for (int i = 0; i < kRings; ++i) c[i] = row_number(spot, kStiffnessAt + i);
+  for (int i = 0; i < 6; ++i) side[i] = row_number(spot, kSideAt + i);
+  make_ring_bed(c, ring_numbers<T>(spot).limit, side, spot.normal, bed);
+  return bed;
+}
+/// What another indenter meets is of each node by itself.
+template <class S>
+CurvePiece<S> piece_under(const CurveViews& views, const MeshSpot<S>& spot, int curve, double x,
+                          bool with_area) noexcept {
+  if (curve != kNormal || !has_radius_effect(views))
+    return piece_of(views.view[curve], spot, curve, x, with_area);
+  CurvePiece<S> out;
+  out.area_J = S(0);
+  for (int k = 0; k < 3; ++k) {
+    const CurvePiece<double> own =
+        piece_under(views, CornerSpot{spot.corner[k]->node, spot.offset}, curve, x, with_area);
+    out.piece = own.piece;
+    out.order = own.order;
+    out.knot = own.knot;
+    for (int m = 0; m < own.order; ++m) out.c[m] = out.c[m] + spot.n[k] * own.c[m];
+    out.area_J = out.area_J + spot.n[k] * own.area_J;
+  }
+  return out;
+}
+
 /// The sum of the first kCount numbers of three rows, weighted by area coordinates n (M4) or by
 /// their rates.
 template <int kCount>
@@ -87,10 +151,43 @@ void blend_rows(const Corner* const corner[3], const double n[3], double* __rest
   for (int i = 0; i < kCount; ++i) out[i] = a * p[i] + b * q[i] + c * r[i];
 }
 
+/// What tells an asset, and an indenter that meets it, from others.
+inline const double* basis_of(const AssetView& asset) noexcept {
+  return asset.curves.view[kNormal].knots;
+}
+
+/// A node as the indenter of the asset meets it.
+inline void read_corner(const AssetView& asset, int v, Corner& out) noexcept {
+  out.vertex = v;
+  out.node = asset.node(v);
+  for (int i = 0; i < 3; ++i) {
+    out.row[kPlaceAt + i] = double(asset.vertex[3 * v + i]);
+    out.row[kNormalAt + i] = double(asset.normal[3 * v + i]);
+  }
+  for (CurvePiece<double>& piece : out.curve) piece.piece = -1;
+  if (asset.curves.family != int(Family::rings)) return;
+  const CornerSpot spot{out.node, asset.control_offset};
+  double* const number = out.row + kNumbersAt;
+  copy_controls(spot, kLambda, 0, 3, number);
+  copy_controls(spot, kCurvature, 0, 6, number + 3);
+  copy_controls(spot, kSide2, 0, 6, out.row + kSideAt);
+  node_stiffness(asset.curves, spot, out.row + kStiffnessAt);
+  const IndenterView* const other = asset.curves.indenter;
+  if (other == nullptr) return;
+  number[1] += number[2] * other->steep_m;  // (M84)
+  number[2] *= other->steeper;
+  move_out(number + 3, other->farther_m);
+  for (int i = kSideAt; i < kSideAt + 3; ++i) {
+    const double g2 = out.row[i], g3 = out.row[i + 3];
+    out.row[i] = other->side[0][0] * g2 + other->side[0][1] * g3;
+    out.row[i + 3] = other->side[1][0] * g2 + other->side[1][1] * g3;
+  }
+}
+
 /// The corners of a triangle: read once, used by every spot there. Those that it shares with the
 /// triangle before stay. The row of the spot that was asked for last stays as well.
 struct Corners {
-  const float* of = nullptr;  ///< controls of the asset
+  const double* of = nullptr;  ///< knots of the asset's normal curves, as the indenter meets them
   int triangle = -1;
   Corner node[3];           ///< in any order
   int slot[3] = {0, 1, 2};  ///< where corner k is among them
@@ -100,10 +197,10 @@ struct Corners {
   Corner& operator[](int k) noexcept { return node[slot[k]]; }
 
   void take(const AssetView& asset, int t) noexcept {
-    if (of == asset.control && triangle == t) return;
-    if (of != asset.control)
+    if (of == basis_of(asset) && triangle == t) return;
+    if (of != basis_of(asset))
       for (Corner& corner : node) corner.vertex = -1;
-    of = asset.control;
+    of = basis_of(asset);
     triangle = t;
     has_rings = asset.curves.family == int(Family::rings);
     at_[0] = -1;
@@ -116,7 +213,7 @@ struct Corners {
     for (int k = 0, j = 0; k < 3; ++k) {
       if (slot[k] >= 0) continue;
       while (is_taken[j]) ++j;
-      read(asset, asset.corner(t, k), node[slot[k] = j++]);
+      read_corner(asset, asset.corner(t, k), node[slot[k] = j++]);
     }
   }
 
@@ -139,22 +236,6 @@ struct Corners {
  private:
   double at_[3] = {-1, 0, 0};  ///< where row_ is; a coordinate below 0: nowhere
   double row_[kRowSize] = {};
-
-  static void read(const AssetView& asset, int v, Corner& out) noexcept {
-    out.vertex = v;
-    out.node = asset.node(v);
-    for (int i = 0; i < 3; ++i) {
-      out.row[kPlaceAt + i] = double(asset.vertex[3 * v + i]);
-      out.row[kNormalAt + i] = double(asset.normal[3 * v + i]);
-    }
-    for (CurvePiece<double>& piece : out.curve) piece.piece = -1;
-    if (asset.curves.family != int(Family::rings)) return;
-    const CornerSpot spot{out.node, asset.control_offset};
-    copy_controls(spot, kLambda, 0, 3, out.row + kNumbersAt);
-    copy_controls(spot, kCurvature, 0, 6, out.row + kNumbersAt + 3);
-    copy_controls(spot, kSide2, 0, 6, out.row + kSideAt);
-    ring_stiffness(asset.curves.rings, spot, out.row + kStiffnessAt);
-  }
 };
 
 /// A straight way within one triangle: area coordinates n(s) = n + s rate. P: scalar of the place.
@@ -199,7 +280,7 @@ struct MeshPath {
       const Corner& corner = (*corners)[k];
       spot.point = spot.point + corner.place() * spot.n[k];
       field = field + corner.normal() * spot.n[k];
-      spot.node[k] = corner.node;
+      spot.corner[k] = &corner;
     }
     rest(field, spot);
     return spot;
@@ -210,7 +291,7 @@ struct MeshPath {
     spot.point = make_vec3<double>(row + kPlaceAt);
     for (int k = 0; k < 3; ++k) {
       spot.n[k] = n[k];
-      spot.node[k] = (*corners)[k].node;
+      spot.corner[k] = &(*corners)[k];
     }
     rest(make_vec3<double>(row + kNormalAt), spot);
     return spot;

@@ -13,7 +13,7 @@ namespace runtime {
 
 /// Of one contact point on one asset. It is good as long as that is where the contact stands.
 struct SpotCache {
-  const float* of = nullptr;  ///< controls of the asset; null: nothing is cached
+  const double* of = nullptr;  ///< basis_of() the asset; null: nothing is cached
   int triangle = -1;
   bool is_ball = false, is_frictionless = false;
   double weight[3] = {0, 0, 0};
@@ -29,7 +29,7 @@ inline void clear(SpotCache& cache) noexcept { cache.of = cache.corners.of = nul
 
 inline bool is_good(const SpotCache& cache, const AssetView& asset, int triangle,
                     const double weight[3], bool is_ball) noexcept {
-  return cache.of == asset.control && cache.triangle == triangle && cache.is_ball == is_ball &&
+  return cache.of == basis_of(asset) && cache.triangle == triangle && cache.is_ball == is_ball &&
          cache.weight[0] == weight[0] && cache.weight[1] == weight[1] &&
          cache.weight[2] == weight[2];
 }
@@ -47,7 +47,7 @@ struct CachedSpot {
             normal,
             cache->length,
             {n[0], n[1], n[2]},
-            {at[0].node, at[1].node, at[2].node},
+            {&at[0], &at[1], &at[2]},
             asset->control_offset};
   }
   double control(int part, int j) const noexcept { return mesh_spot().control(part, j); }
@@ -98,7 +98,7 @@ const RingBed<double, kRings>& bed_under(const CurveViews&, const CachedSpot& sp
 template <class F>
 void fill(SpotCache& cache, const AssetView& asset, int triangle, const double weight[3],
           bool is_ball, const MeshSpot<double>& spot) noexcept {
-  cache.of = asset.control;
+  cache.of = basis_of(asset);
   cache.triangle = triangle;
   cache.is_ball = is_ball;
   cache.is_frictionless = F::is_frictionless(asset.curves, spot);

@@ -24,6 +24,9 @@ constexpr double kMaxDamping_Ns_m = 1e4;
 struct ToolBall {
   double centre_m[3] = {0, 0, 0};  ///< of the tip or the ball, in the tool's frame
   double radius_m = 0;             ///< 0: a tip
+  /// The asset as this ball meets it, made by with_indenter() of the asset that is ticked, which it
+  /// must outlive; null: as it is.
+  const AssetView* met = nullptr;
 };
 
 /// What touches, and a damper parallel to the curves, b(dz) = b min(1, dz / damper_depth_m)
@@ -164,8 +167,12 @@ class ToolTick {
     ball_ = ball;
     const ToolShape& shape = tool.shape;
     const bool needs_time = shape.has_damper() || shape.ramp_s > 0 || has_flow(asset, Memories());
-    status_ = shape.balls > 1 && asset.coupling == nullptr ? Status::tool_wrong
-              : needs_time && !is_time_step(in.dt_s)       ? Status::time_step_wrong
+    bool is_of_asset = true;
+    for (int i = 0; i < shape.balls; ++i)
+      if (const AssetView* met = shape.ball[i].met)
+        is_of_asset = is_of_asset && met->control == asset.control && met->body == asset.body;
+    status_ = !is_of_asset || (shape.balls > 1 && asset.coupling == nullptr) ? Status::tool_wrong
+              : needs_time && !is_time_step(in.dt_s) ? Status::time_step_wrong
               : !make_frame(in.pose, frame_) || !make_frame(in.body, body_) ? Status::pose_wrong
                                                                             : Status::ok;
     if (status_ != Status::ok) forget(tool);
@@ -220,6 +227,7 @@ class ToolTick {
     Tool& tool = *tool_;
     BallTick& b = ball_[i];
     b.contact = &tool.contact[i];
+    b.met = tool.shape.ball[i].met;
     b.radius_m = tool.shape.ball[i].radius_m;
     b.tool = number;
     b.tangent_N_m = in_->tangent_N_m != nullptr ? tangent_ : nullptr;
@@ -261,8 +269,9 @@ class ToolTick {
     const Vec3d x = make_vec3<double>(contact.tip_m) - roll;
     put(x, contact.tip_m);
     if (!contact.has_lifted) return;
-    with_family(asset_->curves, [&](auto f) noexcept {
-      hover_at<decltype(f), true>(*asset_, contact, x - make_vec3<double>(contact.series.aside_m));
+    const AssetView& met = met_by(*asset_, ball_[i]);
+    with_family(met.curves, [&](auto f) noexcept {
+      hover_at<decltype(f), true>(met, contact, x - make_vec3<double>(contact.series.aside_m));
     });
   }
   Status silent(ToolOutput& out) noexcept {

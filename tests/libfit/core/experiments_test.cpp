@@ -210,6 +210,9 @@ TEST(KnownRows, of_paths_are_those_with_the_same_tools_places_and_times) {
   ExperimentList other = list;
   other.experiments[3].kind = ExperimentKind::tool;
   EXPECT_EQ(without_rows(other, known_rows(other, rows, 2), 2), Numbers{3});
+  other = list;
+  other.experiments[3].probe_number = 1;
+  EXPECT_EQ(without_rows(other, known_rows(other, rows, 2), 2), Numbers{3});
 }
 
 // Where a hold goes is not known before: it may be anywhere.

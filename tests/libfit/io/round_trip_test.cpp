@@ -91,6 +91,33 @@ TEST_F(RoundTrip, rows_of_two_tools_and_in_time_come_back) {
   EXPECT_THROW(write_samples(at("s.h5"), a, {}), Error);
 }
 
+TEST_F(RoundTrip, rows_of_other_probes_come_back_with_them) {
+  Samples a = example_samples();
+  a.experiment = {0, 0, 0, 1, 2, 2};
+  a.point = {0, 0, 0, 2, 0, 0};
+  a.step = {0, 1, 2, 0, 0, 1};
+  a.kind = {ExperimentKind::press, ExperimentKind::press, ExperimentKind::press,
+            ExperimentKind::press, ExperimentKind::other, ExperimentKind::other};
+  a.probe_number = {0, 0, 0, 0, 2, 2};
+  a.other_probes = {sphere_spec(0.004, 0.2), sphere_spec(0.012, 0.2)};
+  a.other_probes[0].shape = "cone";
+  a.other_probes[0].values = {{"half_angle", {1.0}}, {"tip_radius", {0.001}}};
+  write_samples(at("s.h5"), a, {});
+  const Samples b = read_samples(at("s.h5"));
+  EXPECT_EQ(b.probe_number, a.probe_number);
+  ASSERT_EQ(b.other_probes.size(), 2U);
+  EXPECT_EQ(b.other_probes[0].shape, "cone");
+  EXPECT_EQ(b.other_probes[0].values, a.other_probes[0].values);
+  EXPECT_EQ(ball_radius_m(b.other_probes[1]), 0.012);
+  for (const std::vector<std::int32_t>& wrong : {std::vector<std::int32_t>{0, 0, 0, 0, 3, 3},
+                                                 {0, 0, 0, 0, 1, 2},
+                                                 {0, 0, 0, 1, 2, 2},
+                                                 {0, 0, 0, 0, 0, 0}}) {
+    a.probe_number = wrong;
+    EXPECT_THROW(write_samples(at("s.h5"), a, {}), Error);
+  }
+}
+
 TEST_F(RoundTrip, forces_that_were_asked_for_come_back_and_are_above_zero) {
   Samples a = example_samples();
   write_samples(at("none.h5"), a, {});

@@ -1,15 +1,18 @@
 // Random ways of random tools over random bodies: 1 to 3 tools of 1 to 8 balls between them, with
-// and without dampers, on bodies that are flat or round, even or rough, and that sway, relax,
-// soften and couple contacts as each seed draws. Tools press, slide, turn, stand and lift, 10 um to
-// 0.1 mm a tick. Fails where what all store and the tank rise without work, where a walk gives work
-// as somebody beside it measures it (force over motion, torque over turns; every 10th walk in 4, 16
-// and 64 times as many ticks), or where a force jumps. tool_walk TICKS SEED
+// and without dampers, each ball as another indenter than that of the asset or not (0.4 to 2 times
+// its radius, and a cone), which changes between contacts; on bodies that are flat or round, even
+// or rough, and that sway, relax, soften and couple contacts as each seed draws. Tools press,
+// slide, turn, stand and lift, 10 um to 0.1 mm a tick. Fails where what all store and the tank rise
+// without work, where a walk gives work as somebody beside it measures it (force over motion,
+// torque over turns; every 10th walk in 4, 16 and 64 times as many ticks), or where a force jumps.
+// tool_walk TICKS SEED
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <vector>
 
+#include "libfit/experiments/met_assets.hpp"
 #include "libfit/runtime/engine.hpp"
 #include "tests/libfit/runtime/damaged_body.hpp"
 #include "tests/libfit/runtime/models.hpp"
@@ -24,8 +27,12 @@ using palpate::test::Random;
 using runtime::Vec3d;
 
 constexpr double kRadius_m = 0.004, kDepth_m = 0.005;
+constexpr double kLeastRadius = 0.4, kMostRadius = 2;  ///< of indenters, over kRadius_m
 /// Of walks whose forces are those of a held tool: no real friction is so small that more shows.
-constexpr double kMostJump = 3;  ///< of a force, over the stiffest curve times all motion in a tick
+/// Balls of larger indenters that are coupled are in series with what was found for the asset's own
+/// ball, and answer the more steeply; by themselves they stay below 3.
+constexpr double kMostJump =
+    10;  ///< of a force, over the stiffest curve times all motion in a tick
 
 /// A tool that stands moves by rounding alone, while its body relaxes.
 constexpr double kRounding_m = 1e-9;
@@ -43,6 +50,7 @@ struct Body {
   runtime::CouplingView coupling;
   std::unique_ptr<test::DamagedBody> damaged;
   runtime::AssetView asset;
+  std::unique_ptr<MetAssets> met;
   double stiffest_N_m = 0;
 
   explicit Body(unsigned seed) : drawn(seed), loaded(test::load(model(seed))), asset(loaded.asset) {
@@ -51,6 +59,7 @@ struct Body {
       asset = damaged->view;
     }
     if (drawn.unit() < 0.75) couple();
+    met = std::make_unique<MetAssets>(asset);
     for (int v = 0; v < asset.vertices; ++v) {
       const runtime::SplineView& spline = asset.curves.view[runtime::kNormal];
       stiffest_N_m = std::max(
@@ -58,7 +67,8 @@ struct Body {
           runtime::curve_slope(spline, asset.node(v) + asset.control_offset[runtime::kNormal],
                                spline.knots[spline.pieces]));
     }
-    stiffest_N_m *= 1 + asset.curves.relaxation.fast;
+    // Of the largest indenter: as much wider a contact is at its end.
+    stiffest_N_m *= kMostRadius * (1 + asset.curves.relaxation.fast);
   }
   void heal() {
     if (damaged) runtime::start_body(loaded.asset, damaged->memory.data());
@@ -68,6 +78,11 @@ struct Body {
   Model model(unsigned) {
     Model out = drawn.model(drawn.unit() < 0.3 ? 0.1 : 1);
     out.probe = sphere_spec(kRadius_m, 0.3);
+    out.curves.first_row_m = drawn.unit() < 0.5 ? 0.0005 : 0;
+    auto& effect = out.curves.control[runtime::kRadiusEffect];
+    for (Eigen::Index v = 0; v < effect.rows(); ++v)
+      effect.row(v) << 0.1 * drawn.unit() - 0.05 + out.surface.vertices(v, 0), 0.1 * drawn.unit();
+    effect = rounded_to_float(effect);
     if (drawn.unit() < 0.6) {
       auto& sway = out.curves.control[runtime::kSway];
       const double size = 0.02 * drawn.unit();
@@ -144,6 +159,7 @@ class Walk {
       for (int k = 0; k < shape.balls; ++k) {
         shape.ball[k].radius_m =
             random.share() < 0.1 && shape.balls == 1 ? 0 : kRadius_m * (0.5 + 0.5 * random.share());
+        take(shape.ball[k]);
         put(Vec3d{kRadius_m * k, 0, 0} + direction(random) * (0.2 * kRadius_m * (k > 0)),
             shape.ball[k].centre_m);
       }
@@ -173,6 +189,9 @@ class Walk {
         const double depth_m = kDepth_m * (0.1 + 0.8 * random_.share());
         if (leg == 6 || choice < 0.2) {
           to[i] = home_[i] + Vec3d{0, 0, 0.03};
+        } else if (choice < 0.3 && is_in_air(tool_[i])) {  // another tool, where it is
+          for (int k = 0; k < tool_[i].shape.balls; ++k) take(tool_[i].shape.ball[k]);
+          runtime::forget(tool_[i]);
         } else if (choice < 0.85) {
           to[i] = home_[i] + Vec3d{aside.x, aside.y, -0.002 - depth_m};
           to_turn[i] = turned;
@@ -197,6 +216,29 @@ class Walk {
   double share_given() const { return in_J_ > 0 ? work_J_ / in_J_ : 0; }
 
  private:
+  /// Makes a ball another indenter, or that of the asset.
+  void take(runtime::ToolBall& ball) {
+    const double choice = random_.share(), drawn = random_.share();
+    ball.met = nullptr;
+    if (!(ball.radius_m > 0) || choice < 0.3) return;
+    runtime::Indenter end = runtime::ball_indenter(
+        kRadius_m * (kLeastRadius + (kMostRadius - kLeastRadius) * std::floor(8 * drawn) / 8));
+    if (choice < 0.5) {  // a cone with a round tip
+      end.round_end_m = 0.25 * kRadius_m;
+      end.points = 3;
+      end.r_m[1] = 0.5 * end.round_end_m;
+      end.r_m[2] = 1;
+      end.slope[1] = end.slope[2] = 0.577;
+    }
+    ball.met = body_.met->of(end);
+    if (ball.met != nullptr) ball.radius_m = end.round_end_m;
+  }
+  static bool is_in_air(const runtime::Tool& tool) {
+    for (int k = 0; k < tool.shape.balls; ++k)
+      if (tool.contact[k].triangle >= 0) return false;
+    return true;
+  }
+
   bool tick() {
     runtime::ToolInput in[3];
     runtime::ToolOutput out[3];

@@ -1,4 +1,5 @@
 // What `palpate report` wrote into the page: docs/formats.md describes it.
+import type { Profile } from "./engine";
 
 export interface Packed {
   type: "f32" | "i32" | "u8";
@@ -140,8 +141,8 @@ export interface Contents {
     settings: Record<string, Setting>;
   };
   probe?: { shape: string; friction: number; values: Record<string, number[]> };
-  /** The scene's tool: balls fixed to each other in its own axes. */
-  tool?: { balls: [number, number, number][]; radius_m: number | number[] };
+  /** Tools of the scene beside its probe: balls fixed to each other in their own axes; of one that is no ball how it ends. */
+  tools?: { name: string; balls: [number, number, number][]; radius_m: number[]; profile?: Profile }[];
   maps?: {
     depths_m: number[];
     vertices: Packed;

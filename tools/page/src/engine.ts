@@ -10,6 +10,7 @@ interface Exports {
   sentence(status: number): number;
   couples(): number;
   shape(): number;
+  profile(): number;
   question(): number;
   answer(): number;
   start(tool: number, balls: number): number;
@@ -41,10 +42,19 @@ export const kMaxBalls = 8;
 /** Numbers of a pose: x, y, z [m] and the quaternion w, x, y, z. */
 export const kPose = 7;
 
+/** Points of a profile at most, as palpate.h has it. */
+const kMaxProfile = 48;
+
+/** How a tool ends that is no ball: the slope of its surface over the distance from its axis. */
+export interface Profile {
+  r_m: readonly number[];
+  slope: readonly number[];
+}
 /** Balls fixed to each other: where each is in the tool's own axes, and its radius; one of radius 0 is a tip. */
 export interface Ball {
   centre_m: readonly [number, number, number];
   radius_m: number;
+  profile?: Profile;
 }
 export const kTip: readonly Ball[] = [{ centre_m: [0, 0, 0], radius_m: 0 }];
 
@@ -107,6 +117,11 @@ export class Engine {
       const shape = this.doubles(this.wasm.shape(), 4 * balls.length);
       balls.forEach((ball, i) => {
         shape.set([...ball.centre_m, ball.radius_m], 4 * i);
+        const size = 1 + 2 * kMaxProfile;
+        const profile = this.doubles(this.wasm.profile() + 8 * size * i, size);
+        profile[0] = ball.profile?.r_m.length ?? 0;
+        profile.set(ball.profile?.r_m ?? [], 1);
+        profile.set(ball.profile?.slope ?? [], 1 + kMaxProfile);
       });
       const status = this.wasm.start(tool, balls.length);
       if (status !== 0) throw new Error(this.sentence(status));

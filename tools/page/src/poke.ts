@@ -5,7 +5,7 @@ import workerSource from "worker-source";
 import type { BodyView } from "./body";
 import { seriesColour } from "./colours";
 import { bytes, type Contents, floats, largest } from "./contents";
-import { html, swatch } from "./dom";
+import { choice, html, swatch } from "./dom";
 import { Answer, type Ball, kTip } from "./engine";
 import { ForceGraph } from "./force-graph";
 import { listenForGamepad } from "./gamepad";
@@ -27,12 +27,14 @@ const kAlone = " The scene's tool has balls that this asset does not know to fee
 const kKeyTurn = Math.PI / 36; // a key
 const kAtRest = "This asset does not say how its surface moves: the body is drawn at rest.";
 
-/** The scene's tool; a tip where there is none. */
-function toolOf(contents: Contents): readonly Ball[] {
-  const tool = contents.tool;
-  if (!tool?.balls.length) return kTip;
-  const radius = (i: number) => (Array.isArray(tool.radius_m) ? tool.radius_m[i] : tool.radius_m);
-  return tool.balls.map((centre_m, i) => ({ centre_m, radius_m: radius(i) }));
+/** What can be taken in hand: the probe as a tip, and the scene's tools. */
+function toolsOf(contents: Contents): { name: string; balls: readonly Ball[] }[] {
+  const own = { name: "the probe that was measured with", balls: kTip };
+  const others = (contents.tools ?? []).map(({ name, balls, radius_m, profile }) => ({
+    name,
+    balls: balls.map((centre_m, i) => ({ centre_m, radius_m: radius_m[i], profile })),
+  }));
+  return [own, ...others];
 }
 
 export class Poke implements Tool {
@@ -43,6 +45,7 @@ export class Poke implements Tool {
   readonly range_m: number;
   private readonly ball_m: number;
   private readonly fullForce_N: number;
+  private readonly tools: { name: string; balls: readonly Ball[] }[];
   private tool: readonly Ball[];
   private readonly turn = new Quaternion();
   fingers = 1;
@@ -72,7 +75,9 @@ export class Poke implements Tool {
     this.range_m = contents.asset?.range_m ?? 0.01;
     const radius = contents.probe?.shape === "sphere" ? contents.probe.values.radius?.[0] : undefined;
     this.ball_m = radius ?? 0;
-    this.tool = toolOf(contents);
+    this.tools = toolsOf(contents);
+    const first = this.tools.length > 1 && this.tools[1].balls.length > 1 ? 1 : 0;
+    this.tool = this.tools[first].balls;
     this.fullForce_N = largest(floats(contents.maps?.force_N)) || 1; // of an asset alone nothing is known
     this.graph = new ForceGraph(0.1 * this.fullForce_N);
     this.sound = new ForceSound(this.fullForce_N);
@@ -106,6 +111,7 @@ export class Poke implements Tool {
       "div",
       { class: "panel", role: "group", "aria-label": "The tool" },
       html("label", { class: "switch" }, this.pokeBox, " Poke: the pointer is the tool"),
+      ...this.toolChoice(first),
       html("label", {}, "Depth ", this.depth, " ", this.depthText),
       html("label", {}, this.blendBox, " interpolate (off: each facet by itself, which clicks)"),
       this.sound.element,
@@ -146,6 +152,20 @@ export class Poke implements Tool {
     });
   }
 
+  private toolChoice(first: number): HTMLElement[] {
+    if (this.tools.length < 2) return [];
+    const options = this.tools.map(({ name }, i): [string, string] => [String(i), name]);
+    const { element, select } = choice("Tool", options, (value) => {
+      this.liftAll();
+      this.tool = this.tools[Number(value)].balls;
+      this.turn.identity();
+      this.order({ order: "take", tool: this.tool });
+    });
+    select.id = "poke-tool";
+    select.value = String(first);
+    return [element];
+  }
+
   private order(order: Order, transfer: Transferable[] = []): void {
     this.worker?.postMessage(order, transfer);
   }
@@ -179,7 +199,8 @@ export class Poke implements Tool {
       this.fingers = news.fingers;
       if (!news.isTool) this.tool = this.tool.slice(0, 1);
       const isTip = this.tool === kTip;
-      if (!isTip) this.blendBox.disabled = true; // facets are for a tip
+      this.blendBox.disabled = !isTip; // facets are for a tip
+      if (!isTip) this.blendBox.checked = true;
       this.help.textContent =
         kHelp +
         (isTip ? "" : kTurns) +

@@ -12,6 +12,7 @@ export type Turn = [number, number, number, number];
 /** finger: which of the tools; all have one turn. */
 export type Order =
   | { order: "open"; module: ArrayBuffer; asset: ArrayBuffer; speed_m_s: number; tool: readonly Ball[] }
+  | { order: "take"; tool: readonly Ball[] }
   | { order: "touch"; finger: number; from: Vector; to: Vector; turn: Turn; interpolates: boolean }
   | { order: "move"; finger: number; to: Vector; turn: Turn }
   | { order: "lift"; finger: number; to: Vector }
@@ -216,6 +217,11 @@ function measure(): number {
 
 async function open(module: ArrayBuffer, asset: ArrayBuffer, tool: readonly Ball[]): Promise<News> {
   engine = await Engine.open(module, new Uint8Array(asset));
+  return take(tool);
+}
+
+/** Another tool is taken in hand, in the air. */
+function take(tool: readonly Ball[]): News {
   const isTool = tool.length === 1 || (engine.couples && tool.length <= kMaxBalls);
   const balls = isTool ? tool : tool.slice(0, 1);
   const count = Math.min(kMaxFingers, Math.floor(kMaxBalls / balls.length));
@@ -235,6 +241,10 @@ addEventListener("message", async ({ data }: MessageEvent<Order>) => {
     } catch (failure) {
       say({ news: "refused", sentence: failure instanceof Error ? failure.message : String(failure) });
     }
+  } else if (data.order === "take") {
+    clearTimeout(timer);
+    timer = undefined;
+    say(take(data.tool));
   } else if (data.order === "touch") begin(data.finger, data.from, data.to, data.turn, data.interpolates);
   else if (data.order === "move") {
     fingers[data.finger].target = data.to;

@@ -66,6 +66,8 @@ Scene open_scene(const std::filesystem::path& path) {
   };
   read_mesh(scene.probe);
   if (scene.tool) read_mesh(scene.tool->probe);
+  for (ToolSection& tool : scene.pressed) read_mesh(tool.probe);
+  for (ToolSection& tool : scene.stated) read_mesh(tool.probe);
   return scene;
 }
 

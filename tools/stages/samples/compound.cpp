@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "libfem/probes/probes.hpp"
+#include "libfem/probes/round_end.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/experiments/draw.hpp"
@@ -17,11 +18,12 @@ namespace {
 constexpr int kSlides = 4;        // directions in which balls are looked for outside the region
 constexpr double kLongest = 0.5;  // of the depth, by which the tool may touch beside the point
 
-std::string place_of(const Scene& scene) { return scene.path.string() + ": [tool]"; }
+std::string place_of(const Scene& scene, const ToolSection& tool) {
+  return fmt::format("{}: tool `{}`", scene.path.string(), tool.name);
+}
 
 // Balls where they are in the tool's own axes.
-Points balls_of(const Scene& scene, const fem::Probe& probe) {
-  const ToolSection& tool = *scene.tool;
+Points balls_of(const ToolSection& tool, const fem::Probe& probe) {
   if (tool.row == 0) return tool.balls_m;
   const double radius_m = probe.geometry.number[0], half_m = probe.geometry.number[1] / 2;
   Points out = Points::Zero(tool.row, 3);
@@ -29,36 +31,33 @@ Points balls_of(const Scene& scene, const fem::Probe& probe) {
     out(i, 2) = (half_m - radius_m) * (2.0 * i / (tool.row - 1) - 1);
   return out;
 }
-
-runtime::ToolShape shape_of(const Points& balls_m, double radius_m) {
-  runtime::ToolShape out;
-  out.balls = static_cast<int>(balls_m.rows());
-  for (int i = 0; i < out.balls; ++i) {
-    Eigen::Map<Vec3>(out.ball[i].centre_m) = balls_m.row(i);
-    out.ball[i].radius_m = radius_m;
-  }
-  return out;
+double radius_of(const Scene& scene, const ToolSection& tool, Eigen::Index ball) {
+  if (!tool.radius_m.empty())
+    return tool.radius_m[tool.radius_m.size() == 1 ? 0 : static_cast<std::size_t>(ball)];
+  if (tool.row > 0) return tool.probe.spec.values.at("radius").front();
+  return ball_radius_m(scene.probe.spec);
 }
 
-Stance stance_of(const Scene& scene, const fem::Probe& probe, const Vec3& inward,
-                 const Lean& lean) {
-  return fem::stance(fem::tilted(probe, inward, lean, place_of(scene)), inward);
+Stance stance_of(const Scene& scene, const ToolSection& tool, const fem::Probe& probe,
+                 const Vec3& inward, const Lean& lean) {
+  return fem::stance(fem::tilted(probe, inward, lean, place_of(scene, tool)), inward);
 }
 
 class ToolDrawing {
  public:
-  ToolDrawing(const Scene& scene, const Body& body)
+  ToolDrawing(const Scene& scene, const ToolSection& tool, const Body& body)
       : scene_(scene),
+        tool_(tool),
         body_(body),
-        probe_(fem::make_probe(scene.tool->probe.spec, place_of(scene))),
-        balls_m_(balls_of(scene, probe_)),
-        reach_(make_reach(with_tool(scene), body.surface)),
+        probe_(fem::make_probe(tool.probe.spec, place_of(scene, tool))),
+        balls_m_(balls_of(tool, probe_)),
+        reach_(make_reach(with_tool(scene, tool), body.surface)),
         boxes_(triangle_boxes(body.surface)) {}
 
   HeldOut draw(int paths, std::uint64_t seed) const {
     const Experiments& each = scene_.experiments.each;
     HeldOutRange range{each.depth_m, each.drag_distance_m};
-    range.tilt_rad = scene_.tool->tilt_rad;
+    range.tilt_rad = tool_.tilt_rad;
     range.can_lean = [&](const Vec3& position, const Vec3& inward, const Lean& lean) {
       return can_stand(position, inward, lean);
     };
@@ -75,7 +74,7 @@ class ToolDrawing {
 
  private:
   Stance stance_at(const Vec3& inward, const Lean& lean) const {
-    return stance_of(scene_, probe_, inward, lean);
+    return stance_of(scene_, tool_, probe_, inward, lean);
   }
 
   // The tool comes near to the point, and none of its balls leaves the region.
@@ -93,25 +92,25 @@ class ToolDrawing {
                           : Vec3(each.drag_distance_m * (std::cos(angle) * across +
                                                          std::sin(angle) * inward.cross(across)));
       for (Eigen::Index i = 0; i < balls_m_.rows(); ++i)
-        if (!is_answered(down + slide +
-                         stance.axes * (balls_m_.row(i).transpose() - stance.touch_m)))
+        if (!is_answered(
+                down + slide + stance.axes * (balls_m_.row(i).transpose() - stance.touch_m),
+                radius_of(scene_, tool_, i)))
           return false;
     }
     return true;
   }
 
   // A ball in the air is, and one that touches what can be reached.
-  bool is_answered(const Vec3& centre) const {
+  bool is_answered(const Vec3& centre, double radius_m) const {
     const auto nearest = closest_point(body_.surface, boxes_, centre);
-    if (nearest->distance_m > ball_radius_m(scene_.probe.spec) &&
-        !is_inside(body_.surface, boxes_, centre))
-      return true;
+    if (nearest->distance_m > radius_m && !is_inside(body_.surface, boxes_, centre)) return true;
     const auto corner = body_.surface.triangles.row(nearest->triangle);
     return body_.is_reachable[corner[0]] && body_.is_reachable[corner[1]] &&
            body_.is_reachable[corner[2]];
   }
 
   const Scene& scene_;
+  const ToolSection& tool_;
   const Body& body_;
   fem::Probe probe_;
   Points balls_m_;
@@ -121,58 +120,125 @@ class ToolDrawing {
 
 }  // namespace
 
-runtime::ToolShape tool_shape(const Scene& scene) {
-  const fem::Probe probe = fem::make_probe(scene.tool->probe.spec, place_of(scene));
-  return shape_of(balls_of(scene, probe), ball_radius_m(scene.probe.spec));
-}
-
-Scene with_tool(const Scene& scene) {
-  Scene out = scene;
-  out.probe = scene.tool->probe;
+PlayedTool tool_shape(const Scene& scene, const ToolSection& tool) {
+  PlayedTool out;
+  if (tool.has_balls()) {
+    const Points balls_m =
+        tool.row == 0 ? tool.balls_m
+                      : balls_of(tool, fem::make_probe(tool.probe.spec, place_of(scene, tool)));
+    out.shape.balls = static_cast<int>(balls_m.rows());
+    for (int i = 0; i < out.shape.balls; ++i) {
+      Eigen::Map<Vec3>(out.shape.ball[i].centre_m) = balls_m.row(i);
+      out.shape.ball[i].radius_m = radius_of(scene, tool, i);
+      out.end.push_back(runtime::ball_indenter(out.shape.ball[i].radius_m));
+    }
+    return out;
+  }
+  const auto end = fem::round_end(fem::make_probe(tool.probe.spec, place_of(scene, tool)));
+  if (!end)
+    throw Error(place_of(scene, tool),
+                fmt::format("is a {} that is not round along its press", tool.probe.spec.shape),
+                "Say what it is played as: balls = 4, or their places, with radii.");
+  out.shape.ball[0].radius_m = end->round_end_m;
+  out.shape.ball[0].centre_m[2] = end->round_end_m;
+  out.end = {*end};
   return out;
 }
 
-void check_tool(const Scene& scene) {
-  if (!scene.tool) return;
-  const std::string where = place_of(scene);
+std::vector<NamedTool> played_tools(const Scene& scene) {
+  std::vector<NamedTool> out;
+  if (scene.tool) out.push_back({scene.tool->name, tool_shape(scene, *scene.tool)});
+  for (const ToolSection& tool : scene.stated) out.push_back({tool.name, tool_shape(scene, tool)});
+  return out;
+}
+
+std::optional<Indenter> own_end(const Scene& scene) {
+  if (scene.probe.spec.shape == "point") return std::nullopt;
+  return fem::round_end(fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]"));
+}
+
+Scene with_tool(const Scene& scene, const ToolSection& tool) {
+  Scene out = scene;
+  out.probe = tool.probe;
+  return out;
+}
+
+namespace {
+
+void check_balls(const Scene& scene, const ToolSection& tool) {
+  const std::string where = place_of(scene, tool);
+  const fem::Probe probe = fem::make_probe(tool.probe.spec, where);
+  if (tool.row > 0 && tool.probe.spec.shape != "capsule")
+    throw Error(where, fmt::format("balls = {} is a row along a capsule", tool.row),
+                "Take shape = \"capsule\", or balls as a list of places.");
+  fem::tilted(probe, -Vec3::UnitZ(), lean_of(tool.tilt_rad, 0), where + " tilt");
+}
+
+}  // namespace
+
+void check_tools(const Scene& scene) {
+  std::vector<ToolSection> all = scene.stated;
+  if (scene.tool) all.push_back(*scene.tool);
+  all.insert(all.end(), scene.pressed.begin(), scene.pressed.end());
+  if (all.empty()) return;
   if (scene.probe.spec.shape != "sphere")
-    throw Error(where,
-                fmt::format("is played as balls, and [probe] is a {}", scene.probe.spec.shape),
-                "Take shape = \"sphere\" in [probe], or leave [tool] out.");
-  const fem::Probe probe = fem::make_probe(scene.tool->probe.spec, where);
-  const double radius_m = ball_radius_m(scene.probe.spec);
-  if (scene.tool->row > 0 && (scene.tool->probe.spec.shape != "capsule" ||
-                              std::abs(probe.geometry.number[0] - radius_m) > 1e-9 * radius_m))
-    throw Error(where,
-                fmt::format("balls = {} is a row along a capsule of the probe's radius, {} mm",
-                            scene.tool->row, 1e3 * radius_m),
-                "Give [probe] the capsule's radius, or balls as a list of places.");
-  fem::tilted(probe, -Vec3::UnitZ(), lean_of(scene.tool->tilt_rad, 0), where + " tilt");
+    throw Error(place_of(scene, all.front()),
+                fmt::format("is played by what a ball identifies, and [probe] is a {}",
+                            scene.probe.spec.shape),
+                "Take shape = \"sphere\" in [probe], or leave the tool out.");
+  for (const ToolSection& tool : all) {
+    tool_shape(scene, tool);
+    if (tool.has_balls()) check_balls(scene, tool);
+  }
+  for (const ToolSection& tool : scene.pressed)
+    if (tool.has_balls())
+      throw Error(place_of(scene, tool), "identifies by its round end, and is played as balls",
+                  "Leave balls out of [[experiments.probe]].");
 }
 
-HeldOut draw_tool_paths(const Scene& scene, const Body& body, int paths, std::uint64_t seed) {
-  return ToolDrawing(scene, body).draw(paths, seed);
+HeldOut draw_tool_paths(const Scene& scene, const ToolSection& tool, const Body& body, int paths,
+                        std::uint64_t seed) {
+  return ToolDrawing(scene, tool, body).draw(paths, seed);
 }
 
-PlayedTool tool_played_as(const Scene& scene, const Samples& samples, Eigen::Index row) {
-  const fem::Probe probe = fem::make_probe(scene.tool->probe.spec, place_of(scene));
+double known_depth_m(const Scene& scene, const ToolSection& tool) {
+  return runtime::known_depth_m(tool_shape(scene, tool).end.front(),
+                                ball_radius_m(scene.probe.spec), scene.experiments.each.depth_m);
+}
+
+PlayedTool played_as_tool(const Scene& scene, const ToolSection& tool, ToolShapes& shapes,
+                          const Samples& samples, Eigen::Index row) {
+  const auto [known, is_new] = shapes.try_emplace(&tool);
+  if (is_new) {
+    known->second.shape = tool_shape(scene, tool);
+    if (tool.has_balls())
+      known->second.probe = fem::make_probe(tool.probe.spec, place_of(scene, tool));
+  }
+  PlayedTool out = known->second.shape;
+  if (!tool.has_balls()) {  // upright, its lowest point where the row says: as a tip
+    out.shape.ball[0] = {};
+    return out;
+  }
   const Vec3 inward = samples.point_normal.row(samples.point[static_cast<std::size_t>(row)]);
   const Lean lean = samples.lean.rows() > 0 ? Lean(samples.lean.row(row)) : Lean(Lean::Zero());
-  return {shape_of(balls_of(scene, probe), ball_radius_m(scene.probe.spec)),
-          stance_of(scene, probe, inward, lean)};
+  out.stance = stance_of(scene, tool, *known->second.probe, inward, lean);
+  return out;
 }
 
 PlayedTool foremost_played_as(const Scene& scene, const Samples& samples, Eigen::Index row) {
-  PlayedTool out = tool_played_as(scene, samples, row);
+  ToolShapes shapes;
+  PlayedTool out = played_as_tool(scene, *scene.tool, shapes, samples, row);
   const Vec3 inward = samples.point_normal.row(samples.point[static_cast<std::size_t>(row)]);
   int deepest = 0;
   double most_m = -std::numeric_limits<double>::infinity();
   for (int i = 0; i < out.shape.balls; ++i) {
     const double depth_m =
-        Vec3::Map(out.shape.ball[i].centre_m).dot(out.stance.axes.transpose() * inward);
+        Vec3::Map(out.shape.ball[i].centre_m).dot(out.stance.axes.transpose() * inward) +
+        out.shape.ball[i].radius_m;
     if (depth_m > most_m) deepest = i, most_m = depth_m;
   }
   out.shape.ball[0] = out.shape.ball[deepest];
+  out.end = {out.end[static_cast<std::size_t>(deepest)]};
   out.shape.balls = 1;
   return out;
 }

@@ -1,7 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
+#include "libfem/probes/probes.hpp"
 #include "libfit/core/body.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/experiments/draw.hpp"
@@ -10,22 +15,47 @@
 
 namespace palpate::tools {
 
-/// Refuses a [tool] that the simulator or the engine does not know: balls in a row of no capsule, a
-/// probe that is no ball. Throws Error.
-void check_tool(const Scene& scene);
+/// Refuses tools beside [probe] that the simulator or the engine does not know: balls in a row of
+/// no capsule, a probe that is no ball, a tool that is neither balls nor round along its press.
+/// Throws Error.
+void check_tools(const Scene& scene);
 
-/// [tool] of a scene as the engine plays it. Throws Error where its probe is no shape.
-runtime::ToolShape tool_shape(const Scene& scene);
+/// A tool as the engine plays it: its balls, or the ball or tip that it ends with. Throws Error
+/// where it is no shape.
+PlayedTool tool_shape(const Scene& scene, const ToolSection& tool);
 
-/// The scene whose probe is its [tool].
-Scene with_tool(const Scene& scene);
+/// [tool] and each [[validate.tool]] of a scene, as the engine plays them.
+struct NamedTool {
+  std::string name;
+  PlayedTool tool;
+};
+std::vector<NamedTool> played_tools(const Scene& scene);
+
+/// The round end of the scene's own probe; nothing of one that is not round along its press, or no
+/// shape at all.
+std::optional<Indenter> own_end(const Scene& scene);
+
+/// The scene whose probe is that tool.
+Scene with_tool(const Scene& scene, const ToolSection& tool);
 
 inline constexpr std::uint64_t kToolSeed = 0x746f6f6c;
 /// Paths on which the tool leans and none of its balls leaves what answers.
-HeldOut draw_tool_paths(const Scene& scene, const Body& body, int paths, std::uint64_t seed);
+HeldOut draw_tool_paths(const Scene& scene, const ToolSection& tool, const Body& body, int paths,
+                        std::uint64_t seed);
 
-/// How the engine plays a row that [tool] made: as its balls, or as the one that goes deepest.
-PlayedTool tool_played_as(const Scene& scene, const Samples& samples, Eigen::Index row);
+/// How deep a tool is pressed that is not played as balls: as the probe, or as it is known for.
+double known_depth_m(const Scene& scene, const ToolSection& tool);
+
+/// tool_shape() and probe of each tool of a scene, found once.
+struct KnownTool {
+  PlayedTool shape;
+  std::optional<fem::Probe> probe;  ///< of one that is played as balls
+};
+using ToolShapes = std::map<const ToolSection*, KnownTool>;
+
+/// How the engine plays a row that the tool made; [tool] as the ball that goes deepest.
+PlayedTool played_as_tool(const Scene& scene, const ToolSection& tool, ToolShapes& shapes,
+                          const Samples& samples, Eigen::Index row);
 PlayedTool foremost_played_as(const Scene& scene, const Samples& samples, Eigen::Index row);
 
 }  // namespace palpate::tools

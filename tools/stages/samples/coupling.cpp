@@ -19,9 +19,9 @@ void say_kind(const runtime::AssetView& asset, const runtime::CouplingView& coup
   if (rows.rows() == 0) return;
   const auto error = [&](const runtime::AssetView& view) {
     return validation::summarize(
-               validation::compare(
-                   rows, follow(view, rows, scene.experiments.each.depth_m, played_as(scene, rows))
-                             .force_N))
+               validation::compare(rows, follow(view, rows, scene.experiments.each.depth_m,
+                                                played_as(scene, Purpose::identify, rows))
+                                             .force_N))
         .all.force;
   };
   const auto felt = error(coupled_by(asset, coupling)), alone = error(coupled_by(asset, {}));
@@ -46,9 +46,10 @@ void add_coupling(Model& model, const Scene& scene, const Samples& samples) {
   const auto asset = runtime::Asset::open(bytes.data(), bytes.size(), &status);
   double scaled = 1;
   runtime::CouplingView& coupling = model.curves.coupling;
-  coupling = identify_coupling(
-      asset, coupling_residual(asset, rows, scene.experiments.each.depth_m, played_as(scene, rows)),
-      kShortest * ball_radius_m(scene.probe.spec), &scaled);
+  coupling = identify_coupling(asset,
+                               coupling_residual(asset, rows, scene.experiments.each.depth_m,
+                                                 played_as(scene, Purpose::identify, rows)),
+                               kShortest * ball_radius_m(scene.probe.spec), &scaled);
   say_kind(asset, coupling, scene, rows, ExperimentKind::pair, "two tools");
   say_kind(asset, coupling, scene, rows, ExperimentKind::tool, "tool");
   if (!coupling.is_any()) say("  coupling: that is no gain, there is none");

@@ -18,7 +18,11 @@
 namespace palpate::tools {
 namespace {
 
-Scene same(const Scene& scene) { return scene; }
+Scene same(const Scene& scene, Purpose, std::int32_t) { return scene; }
+Scene of_tool(const Scene& scene, Purpose, std::int32_t) { return with_tool(scene, *scene.tool); }
+Scene of_other(const Scene& scene, Purpose purpose, std::int32_t number) {
+  return with_tool(scene, other_tools(scene, purpose)[static_cast<std::size_t>(number - 1)]);
+}
 
 // Draws places where the scene's tool can touch, upright and as it leans.
 class Reachable {
@@ -89,14 +93,82 @@ ExperimentList draw_pairs(const Drawing& drawing) {
   return paths_at(out.points, out.paths, ExperimentKind::pair);
 }
 
+PlayedTool tool_played_as(const Scene& scene, Purpose, ToolShapes& shapes, const Samples& samples,
+                          Eigen::Index row) {
+  return played_as_tool(scene, *scene.tool, shapes, samples, row);
+}
 int tools(const Scene& scene, Purpose purpose) {
   if (!scene.tool) return 0;
   return purpose == Purpose::identify ? scene.tool->paths : scene.tool->held_out;
 }
 ExperimentList draw_tools(const Drawing& drawing) {
-  const HeldOut out = draw_tool_paths(
-      drawing.scene, drawing.body, tools(drawing.scene, drawing.purpose), drawing.seed(kToolSeed));
+  const HeldOut out =
+      draw_tool_paths(drawing.scene, *drawing.scene.tool, drawing.body,
+                      tools(drawing.scene, drawing.purpose), drawing.seed(kToolSeed));
   return paths_at(out.points, out.paths, ExperimentKind::tool);
+}
+
+// As deep as the probe, or as it is known for.
+std::vector<ToolPath> presses_of(const Drawing& drawing, const ToolSection& tool) {
+  const int steps = drawing.scene.experiments.each.press_steps;
+  const double depth_m = known_depth_m(drawing.scene, tool);
+  const Eigen::Index points = drawing.points.position.rows(),
+                     count = std::min<Eigen::Index>(points, tool.paths);
+  std::vector<ToolPath> out;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    ToolPath& path = out.emplace_back();
+    path.point = static_cast<int>(i * points / count);
+    const Vec3 inward = drawing.points.normal.row(path.point);
+    path.deflections.resize(steps, 3);
+    for (int step = 0; step < steps; ++step)
+      path.deflections.row(step) = ((step + 1) * depth_m / steps) * inward;
+  }
+  return out;
+}
+
+// Paths of each kind, or, of a tool that is played as balls, on which it leans.
+HeldOut draw_stated(const Drawing& drawing, const ToolSection& tool) {
+  constexpr std::uint64_t kSeed = 0x73746174;
+  const std::uint64_t seed = drawing.seed(0) ^ kSeed;
+  if (tool.has_balls())
+    return draw_tool_paths(drawing.scene, tool, drawing.body, tool.held_out, seed);
+  const Scene scene = with_tool(drawing.scene, tool);
+  const Reachable reachable({scene, drawing.body, drawing.points, drawing.purpose});
+  HeldOutRange range = reachable.range();
+  range.depth_m = known_depth_m(drawing.scene, tool);
+  return draw_held_out(drawing.body, range, tool.held_out, seed);
+}
+
+int others(const Scene& scene, Purpose purpose) {
+  const auto of_which = purpose == Purpose::identify ? &ToolSection::paths : &ToolSection::held_out;
+  int count = 0;
+  for (const ToolSection& tool : other_tools(scene, purpose)) count += tool.*of_which;
+  return count;
+}
+// To identify, presses in slow motion at test points, spread over them; held out, paths of each
+// kind, at places of their own.
+ExperimentList draw_others(const Drawing& drawing) {
+  const auto& tools = other_tools(drawing.scene, drawing.purpose);
+  ExperimentList out;
+  out.places.position.resize(0, 3);
+  out.places.normal.resize(0, 3);
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    const auto number = static_cast<std::int32_t>(i + 1);
+    if (drawing.purpose == Purpose::identify) {
+      append(out, paths_at(drawing.points, presses_of(drawing, tools[i]), ExperimentKind::other,
+                           number));
+      continue;
+    }
+    const HeldOut held_out = draw_stated(drawing, tools[i]);
+    append(out, paths_at(held_out.points, held_out.paths, ExperimentKind::other, number));
+  }
+  return out;
+}
+PlayedTool other_played_as(const Scene& scene, Purpose purpose, ToolShapes& shapes,
+                           const Samples& samples, Eigen::Index row) {
+  const std::int32_t number = samples.probe_number[static_cast<std::size_t>(row)];
+  return played_as_tool(scene, other_tools(scene, purpose)[static_cast<std::size_t>(number - 1)],
+                        shapes, samples, row);
 }
 
 // So close that each is one step in time. Between them the tool moves at constant speed and the
@@ -167,7 +239,8 @@ const std::vector<ExperimentRow> kExperimentRows{
     {ExperimentKind::press, same, presses, draw_presses, nullptr},
     {ExperimentKind::cycle, same, cycles, draw_cycles, nullptr},
     {ExperimentKind::pair, same, pairs, draw_pairs, nullptr},
-    {ExperimentKind::tool, with_tool, tools, draw_tools, tool_played_as},
+    {ExperimentKind::tool, of_tool, tools, draw_tools, tool_played_as},
+    {ExperimentKind::other, of_other, others, draw_others, other_played_as},
     {ExperimentKind::hold, same, holds, draw_holds, nullptr},
 };
 
@@ -191,23 +264,30 @@ ExperimentList draw_experiments(const Drawing& drawing) {
   return out;
 }
 
-PlayedAs played_as(const Scene& scene, const Samples& samples) {
-  return [&](Eigen::Index row) {
+const std::vector<ToolSection>& other_tools(const Scene& scene, Purpose purpose) {
+  return purpose == Purpose::identify ? scene.pressed : scene.stated;
+}
+
+PlayedAs played_as(const Scene& scene, Purpose purpose, const Samples& samples) {
+  auto shapes = std::make_shared<ToolShapes>();
+  return [&scene, purpose, &samples, shapes](Eigen::Index row) {
     const auto is_of = [&](const ExperimentRow& each) {
       return each.kind == samples.kind[static_cast<std::size_t>(row)];
     };
     const auto found = std::ranges::find_if(kExperimentRows, is_of);
     return found == kExperimentRows.end() || found->played_as == nullptr
                ? PlayedTool()
-               : found->played_as(scene, samples, row);
+               : found->played_as(scene, purpose, *shapes, samples, row);
   };
 }
 
-const fem::Simulator& Simulators::operator()(ExperimentKind kind) const {
-  std::unique_ptr<fem::Simulator>& made = made_[kind];
+const fem::Simulator& Simulators::operator()(const Experiment& one) const {
+  const ExperimentKind kind = one.kind;
+  std::unique_ptr<fem::Simulator>& made = made_[{kind, one.probe_number}];
   if (made) return *made;
   const auto found = std::ranges::find(kExperimentRows, kind, &ExperimentRow::kind);
-  const Scene scene = found == kExperimentRows.end() ? scene_ : found->scene(scene_);
+  const Scene scene =
+      found == kExperimentRows.end() ? scene_ : found->scene(scene_, purpose_, one.probe_number);
   const bool is_kept =
       kind == (purpose_ == Purpose::identify ? ExperimentKind::press : ExperimentKind::path);
   const double own = scene_.validate.force_tolerance;

@@ -11,6 +11,7 @@
 #include "libfit/experiments/draw.hpp"
 #include "libfit/experiments/follow.hpp"
 #include "tools/scene/scene.hpp"
+#include "tools/stages/samples/compound.hpp"
 
 namespace palpate::tools {
 
@@ -34,13 +35,14 @@ struct Drawing {
 /// What is done to a body, kind by kind: a new kind is a row here.
 struct ExperimentRow {
   ExperimentKind kind;
-  /// What the simulator is told: the scene's own probe, or another in its place.
-  Scene (*scene)(const Scene&);
+  /// What the simulator is told: the scene's own probe, or another in its place. number: of
+  /// Samples::probe_number.
+  Scene (*scene)(const Scene&, Purpose, std::int32_t number);
   /// How many are wanted; 0: none.
   int (*count)(const Scene&, Purpose);
   ExperimentList (*draw)(const Drawing&);
   /// How the engine plays a row of them; null: as a tip.
-  PlayedTool (*played_as)(const Scene&, const Samples&, Eigen::Index row);
+  PlayedTool (*played_as)(const Scene&, Purpose, ToolShapes&, const Samples&, Eigen::Index row);
 };
 extern const std::vector<ExperimentRow> kExperimentRows;
 
@@ -56,20 +58,23 @@ ExperimentList draw_experiments(const Drawing& drawing);
 HeldOut draw_held_out_paths(const Drawing& drawing);
 
 /// Which tool made a row, by its kind.
-PlayedAs played_as(const Scene& scene, const Samples& samples);
+PlayedAs played_as(const Scene& scene, Purpose purpose, const Samples& samples);
+
+/// Tools beside [probe], which rows are of by Samples::probe_number.
+const std::vector<ToolSection>& other_tools(const Scene& scene, Purpose purpose);
 
 /// The simulators of a scene, each made when it is first asked for; not thread-safe until then.
 class Simulators {
  public:
   Simulators(const Scene& scene, const Body& body, Purpose purpose)
       : scene_(scene), body_(body), purpose_(purpose) {}
-  const fem::Simulator& operator()(ExperimentKind kind) const;
+  const fem::Simulator& operator()(const Experiment& one) const;
 
  private:
   const Scene& scene_;
   const Body& body_;
   Purpose purpose_;
-  mutable std::map<ExperimentKind, std::unique_ptr<fem::Simulator>> made_;
+  mutable std::map<std::pair<ExperimentKind, std::int32_t>, std::unique_ptr<fem::Simulator>> made_;
 };
 
 }  // namespace palpate::tools

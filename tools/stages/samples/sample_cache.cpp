@@ -82,7 +82,7 @@ Samples SampleCache::at(const fem::SimulatorOf& simulator, const ExperimentList&
   Samples known = known_rows(list, joined(interrupted_, earlier_), per_point);
   const std::vector<std::size_t> missing = without_rows(list, known, per_point);
   if (missing.empty()) {
-    add_origin(known, simulator(list.experiments.front().kind));
+    add_origin(known, simulator, list);
     return known;
   }
   if (request_.only_known) throw ExperimentsMissing{{taken(list, missing), quick}};
@@ -90,14 +90,18 @@ Samples SampleCache::at(const fem::SimulatorOf& simulator, const ExperimentList&
   const Samples others = beyond(interrupted_, list);
   KeepClock clock;
   const auto on_done = [&](const std::function<Samples()>& so_far) {
-    clock.keep([&] { keep(joined(so_far(), others)); });
+    clock.keep([&] {
+      Samples now = so_far();
+      add_origin(now, simulator, list);
+      keep(joined(now, others));
+    });
   };
   ConsoleProgress progress(what);
   Samples samples = fem::simulate(
       simulator, list, each,
       {.jobs = job_count(request_.jobs), .already_done = std::move(known), .quick = quick}, on_done,
       progress.progress());
-  add_origin(samples, simulator(list.experiments.front().kind));
+  add_origin(samples, simulator, list);
   interrupted_ = joined(samples, others);
   if (is_interrupted()) {
     keep(interrupted_);

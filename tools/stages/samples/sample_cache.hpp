@@ -17,7 +17,7 @@ struct SimulateRequest {
   std::filesystem::path output;  ///< samples.h5; what is done is kept beside it until all is.
                                  ///< Empty: nothing is kept, nothing known
   std::string fingerprint;       ///< point_fingerprint of what is simulated
-  std::string tool;              ///< tool_fingerprint of the scene's [tool]; empty: it has none
+  std::string tool;              ///< tool_fingerprint of the scene's other tools; empty: none
   bool resume = true;            ///< use what earlier runs simulated
   bool has_surface = false;      ///< what is known must tell how the surface moved
   bool only_known = false;       ///< simulate nothing: throw PointsMissing

@@ -53,7 +53,7 @@ std::string name_of(const Shard& shard) { return fmt::format("{}/{}", shard.numb
 Attributes attributes_of(const Settled& settled, const Shard& shard, int round) {
   return {{kInputsAttribute, samples_fingerprint(settled.scene, settled.body)},
           {kPointFingerprintAttribute, point_fingerprint(settled.scene, settled.body)},
-          {kToolFingerprintAttribute, tool_fingerprint(settled.scene)},
+          {kToolFingerprintAttribute, tool_fingerprint(settled.scene, settled.scene.pressed)},
           {kShard, name_of(shard)},
           {kRound, std::to_string(round)},
           {kProgram, import_fingerprint()}};
@@ -63,7 +63,7 @@ SimulateRequest request_of(const Settled& settled, int jobs, const fs::path& out
   return {.jobs = jobs,
           .output = output,
           .fingerprint = point_fingerprint(settled.scene, settled.body),
-          .tool = tool_fingerprint(settled.scene),
+          .tool = tool_fingerprint(settled.scene, settled.scene.pressed),
           .has_surface = keeps_surface(settled.scene, settled.body)};
 }
 
@@ -107,7 +107,7 @@ Points points_of(const Json& json) {
 }
 
 Json to_json(const Experiment& one) {
-  Json out{{"kind", static_cast<int>(one.kind)}, {"place", one.place}};
+  Json out{{"kind", static_cast<int>(one.kind)}, {"place", one.place}, {"probe", one.probe_number}};
   if (one.kind == ExperimentKind::press) {
     out["is_dragged"] = one.effort.is_dragged;
     out["scale"] = one.effort.scale;
@@ -126,6 +126,7 @@ Experiment experiment_of(const Json& json, const TestPoints& places) {
   Experiment out;
   out.kind = static_cast<ExperimentKind>(json.at("kind").get<int>());
   out.place = out.path.point = json.at("place");
+  out.probe_number = json.at("probe");
   if (out.kind == ExperimentKind::press) {
     out.effort = {json.at("is_dragged"), json.at("scale")};
     return out;

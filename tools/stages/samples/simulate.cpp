@@ -36,9 +36,15 @@ bool keeps_surface(const Scene& scene, const Body& body) {
   return scene.experiments.surface && body.surface.vertices.rows() <= kMaxSurfaceVertices;
 }
 
-void add_origin(Samples& samples, const fem::Simulator& simulator) {
-  const fem::SimulationSetup& setup = simulator.setup();
+void add_origin(Samples& samples, const fem::SimulatorOf& simulator, const ExperimentList& list) {
+  const fem::SimulationSetup& setup = simulator(Experiment{}).setup();
   samples.probe = setup.probe;
+  for (const Experiment& one : list.experiments) {
+    const auto number = static_cast<std::size_t>(one.probe_number);
+    if (number == 0) continue;
+    samples.other_probes.resize(std::max(samples.other_probes.size(), number));
+    samples.other_probes[number - 1] = simulator(one).setup().probe;
+  }
   const fem::Material material = fem::make_material(setup.materials.front(), "[material]");
   samples.poisson = material.law->small_strain(material.constants).poisson();
 }

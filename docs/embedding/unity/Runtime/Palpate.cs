@@ -3,7 +3,7 @@
 // blittable: no marshalling and no garbage in the force thread. Sizes, in this order, are checked
 // against the header by the project's tests (check_csharp.c). C# 7.0 is enough.
 //
-//   size palpate_asset 1536, palpate_contact 30720, palpate_pose 56, palpate_tool 344,
+//   size palpate_asset 2048, palpate_contact 30720, palpate_pose 56, palpate_tool 408,
 //   size palpate_input 160, palpate_output 360, palpate_info 136, palpate_mesh 96
 using System;
 using System.Runtime.InteropServices;
@@ -11,10 +11,10 @@ using System.Runtime.InteropServices;
 public static unsafe class Palpate
 {
     const string Library = "palpate_engine";
-    public const int Abi = 1, Ok = 0, MaxBalls = 8; // balls of one tool, and of all ticked together
+    public const int Abi = 1, Ok = 0, MaxProfile = 48, MaxBalls = 8; // balls of one tool, and of all ticked together
     public const int Air = 0, Stick = 1, Slip = 2; // Output.State
 
-    [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[192]; }
+    [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[256]; }
     [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[3840]; }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -32,7 +32,18 @@ public static unsafe class Palpate
         public fixed double RadiusM[MaxBalls];     // 0: a tip
         public double DampingNsM, DamperDepthM;
         public double LateralDampingNsM, MaxForceN, RampS;
+        public fixed ulong Met[MaxBalls]; // Asset* of palpate_indenter_open, as each ball meets it; 0: as it is
         public fixed double Reserved[5];
+    }
+
+    // How a tool ends that is not the ball of the asset; BallIndenter() makes one of another radius.
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Indenter
+    {
+        public double RoundEndM;
+        public int Points, Reserved0;
+        public fixed double RM[MaxProfile];
+        public fixed double Slope[MaxProfile];
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -103,6 +114,11 @@ public static unsafe class Palpate
     public static extern void* palpate_copy_aligned(void* room, ulong roomBytes, void* bytes, ulong size);
     [DllImport(Library)] public static extern int palpate_describe(Asset* asset, Info* info);
     [DllImport(Library)] public static extern int palpate_read_mesh(Asset* asset, Mesh* mesh);
+    // memory: palpate_indenter_bytes, at a multiple of 8; `opened` is used in place of the asset.
+    [DllImport(Library)] public static extern ulong palpate_indenter_bytes(Asset* asset);
+    [DllImport(Library)]
+    public static extern int palpate_indenter_open(Asset* opened, Asset* asset, Indenter* indenter, void* memory,
+                                                   ulong bytes);
     [DllImport(Library)] public static extern int palpate_start(Contact* contact, Tool* tool);
     [DllImport(Library)] public static extern int palpate_release(Contact* contact);
     // contacts, inputs and outputs: arrays of count, always the same tools in the same order.
@@ -119,6 +135,11 @@ public static unsafe class Palpate
         Tool tool = new Tool { Balls = 1 };
         tool.RadiusM[0] = radiusM;
         return tool;
+    }
+
+    public static Indenter BallIndenter(double radiusM)
+    {
+        return new Indenter { RoundEndM = radiusM };
     }
 
     // Ok when the library has this file's structures; ask before anything else.

@@ -1,0 +1,202 @@
+#include "libfit/fit/radius_effect.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "libfit/core/stated_error.hpp"
+#include "libfit/core/statistics.hpp"
+#include "libfit/fit/point/replay.hpp"
+#include "libfit/runtime/asset/with_indenter.hpp"
+
+namespace palpate::fit {
+namespace {
+
+using Effect = Eigen::Matrix<double, runtime::kRadiusEffects, 1>;
+
+constexpr double kUsual = 0.1;       // standard deviation of k_0 and k_1 from 0
+constexpr double kRowError = 0.01;   // of a force, of rows that state none
+constexpr double kWorth = 0.95;      // of the error of theory alone, to be worth anything
+constexpr double kAside = 0.1;       // of the depth: farther it is no press
+constexpr double kSamePlace = 1e-6;  // of the points' extent
+
+// Control values of a point as a spot of the engine's templates.
+struct PointSpot {
+  const double* normal;
+  double control(int, int j) const { return normal[j]; }
+};
+
+// Presses of other indenters at one point, each row with what the law has it be.
+struct PressedPoint {
+  Eigen::Index point = 0;
+  std::vector<double> force_N, as_own_ball_N, theory_N, error_N;
+  std::vector<Effect> by_radius_N;
+
+  Effect fit() const {
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() / (kUsual * kUsual);
+    Effect right = Effect::Zero();
+    for (std::size_t i = 0; i < force_N.size(); ++i) {
+      const double weight = 1 / (error_N[i] * error_N[i]);
+      normal += weight * by_radius_N[i] * by_radius_N[i].transpose();
+      right += weight * by_radius_N[i] * (force_N[i] - theory_N[i]);
+    }
+    return normal.ldlt().solve(right);
+  }
+  void errors(const Effect& k, std::vector<ForceError>& out) const {
+    for (std::size_t i = 0; i < force_N.size(); ++i)
+      out.push_back({std::abs(theory_N[i] + by_radius_N[i].dot(k) - force_N[i]), force_N[i]});
+  }
+};
+
+// Tables of the indenters on the points' common basis.
+class IndenterTables {
+ public:
+  IndenterTables(const runtime::CurveViews& views, double radius_m, double first_row_m,
+                 const std::vector<Indenter>& ends)
+      : memory_(ends.size()) {
+    asset_.curves = views;
+    asset_.probe_radius_m = radius_m;
+    asset_.first_row_m = first_row_m;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      memory_[i].resize(runtime::indenter_bytes(asset_) / sizeof(std::uint64_t));
+      table_.push_back(runtime::with_indenter(asset_, ends[i], memory_[i].data()));
+    }
+  }
+  const runtime::AssetView& of(std::size_t i) const { return table_[i]; }
+
+ private:
+  runtime::AssetView asset_;
+  std::vector<std::vector<std::uint64_t>> memory_;
+  std::vector<runtime::AssetView> table_;
+};
+
+double force_of(const runtime::SplineView& view, const PointSpot& spot, double depth_m) {
+  return runtime::piece_of(view, spot, runtime::kNormal, depth_m, false).force(depth_m);
+}
+
+Eigen::Index point_at(const FittedCurves& curves, const Vec3& place, double tolerance_m) {
+  Eigen::Index best = 0;
+  const double apart =
+      (curves.position.rowwise() - place.transpose()).rowwise().norm().minCoeff(&best);
+  return apart <= tolerance_m ? best : -1;
+}
+
+std::vector<PressedPoint> pressed_points(const FittedCurves& curves, const Samples& others,
+                                         const Bases& bases, const IndenterTables& tables) {
+  const double tolerance_m = kSamePlace * extent_m(curves.position).norm();
+  const double largest_m =
+      bases.views.view[runtime::kNormal].knots[bases.views.view[runtime::kNormal].pieces];
+  std::map<Eigen::Index, PressedPoint> out;
+  for (Eigen::Index row = 0; row < others.rows(); ++row) {
+    const auto r = static_cast<std::size_t>(row);
+    if (others.status[r] != RowStatus::good) continue;
+    const Eigen::Index p =
+        point_at(curves, others.point_position.row(others.point[r]), tolerance_m);
+    if (p < 0 || curves.status[static_cast<std::size_t>(p)] == FitStatus::failed) continue;
+    const Vec3 inward = others.point_normal.row(others.point[r]), force = others.force.row(row);
+    Vec3 deflection = others.deflection.row(row);
+    if (!curves.curves.control[runtime::kSway].row(p).isZero(0))
+      deflection -= symmetric_of(curves.curves.control[runtime::kSway].row(p)) * force;
+    const double depth_m = deflection.dot(inward), normal_N = force.dot(inward);
+    const double aside_m = (deflection - depth_m * inward).norm();
+    if (!(depth_m > 1e-3 * largest_m) || !(normal_N > 0) || aside_m > kAside * depth_m) continue;
+    const PointSpot spot{curves.curves.control[runtime::kNormal].row(p).data()};
+    const runtime::AssetView& met = tables.of(static_cast<std::size_t>(others.probe_number[r] - 1));
+    if (depth_m > met.max_fitted_m) continue;
+    PressedPoint& point = out[p];
+    point.point = p;
+    point.force_N.push_back(normal_N);
+    point.as_own_ball_N.push_back(force_of(bases.views.view[runtime::kNormal], spot, depth_m));
+    point.theory_N.push_back(force_of(met.curves.view[runtime::kNormal], spot, depth_m));
+    Effect by_radius;
+    for (int i = 0; i < runtime::kRadiusEffects; ++i)
+      by_radius[i] = force_of(met.curves.indenter->by_radius[i], spot, depth_m);
+    point.by_radius_N.push_back(by_radius);
+    const double stated = others.force_error[row];
+    point.error_N.push_back(std::max(std::isfinite(stated) ? stated : 0, kRowError * normal_N));
+  }
+  std::vector<PressedPoint> points;
+  for (auto& [p, point] : out) points.push_back(std::move(point));
+  return points;
+}
+
+RadiusReport::PressErrors figures(const std::vector<ForceError>& errors) {
+  const std::vector<double> relative = stated_errors(errors);
+  return {median(relative), quantile(relative, 0.95)};
+}
+
+// What points say of a place where none of them is: by inverse squares of distances, or on average.
+Effect said_at(const FittedCurves& curves, const std::vector<PressedPoint>& points,
+               const std::vector<Effect>& effect, const Vec3& place, std::size_t without,
+               bool by_distance) {
+  Effect sum = Effect::Zero();
+  double weights = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (i == without) continue;
+    const double squared = (Vec3(curves.position.row(points[i].point)) - place).squaredNorm();
+    const double weight = by_distance ? 1 / std::max(squared, 1e-18) : 1;
+    sum += weight * effect[i];
+    weights += weight;
+  }
+  return weights > 0 ? Effect(sum / weights) : Effect(Effect::Zero());
+}
+
+}  // namespace
+
+void identify_radius_effect(FittedCurves& curves, const Samples& others,
+                            const std::vector<Indenter>& ends, RadiusReport* report) {
+  const double radius_m = ball_radius_m(curves.probe);
+  if (!(radius_m > 0) || curves.curves.family != CurveFamily::rings) return;
+  const Bases bases = bases_of(curves.curves);
+  const IndenterTables tables(bases.views, radius_m, curves.curves.first_row_m, ends);
+  const std::vector<PressedPoint> points = pressed_points(curves, others, bases, tables);
+  RadiusReport found;
+  std::vector<Effect> effect;
+  std::vector<ForceError> own, theory, fitted;
+  for (const PressedPoint& point : points) {
+    effect.push_back(point.fit());
+    point.errors(Effect::Zero(), theory);
+    point.errors(effect.back(), fitted);
+    for (std::size_t i = 0; i < point.force_N.size(); ++i)
+      own.push_back({std::abs(point.as_own_ball_N[i] - point.force_N[i]), point.force_N[i]});
+  }
+  found.points = points.size();
+  found.rows = theory.size();
+  if (points.empty()) {
+    if (report != nullptr) *report = found;
+    return;
+  }
+  found.as_own_ball = figures(own);
+  found.theory = figures(theory);
+  found.fitted = figures(fitted);
+  found.left_out = found.theory;
+  std::optional<bool> by_distance;
+  for (const bool is_near : {true, false}) {
+    std::vector<ForceError> left_out;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      points[i].errors(
+          said_at(curves, points, effect, curves.position.row(points[i].point), i, is_near),
+          left_out);
+    const RadiusReport::PressErrors is = figures(left_out);
+    if (points.size() > 1 &&
+        is.p95 + is.median < kWorth * (found.theory.p95 + found.theory.median) &&
+        is.p95 + is.median < found.left_out.p95 + found.left_out.median) {
+      by_distance = is_near;
+      found.left_out = is;
+      found.chosen = is_near ? "near points' effect" : "mean effect";
+    }
+  }
+  Controls& control = curves.curves.control[runtime::kRadiusEffect];
+  for (Eigen::Index p = 0; p < control.rows(); ++p)
+    if (by_distance)
+      control.row(p) =
+          said_at(curves, points, effect, curves.position.row(p), points.size(), *by_distance)
+              .transpose();
+  for (std::size_t i = 0; i < points.size(); ++i)
+    control.row(points[i].point) = effect[i].transpose();
+  control = control.cast<float>().cast<double>();
+  if (report != nullptr) *report = found;
+}
+
+}  // namespace palpate::fit

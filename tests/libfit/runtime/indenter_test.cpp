@@ -1,0 +1,296 @@
+// Other round indenters on an asset that one ball identified (docs/method.md, section 30), against
+// closed forms of an even half-space.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "libfit/experiments/met_assets.hpp"
+#include "libfit/runtime/engine.hpp"
+#include "libfit/runtime/palpate.h"
+#include "tests/libfit/runtime/c_face.hpp"
+#include "tests/libfit/runtime/models.hpp"
+
+namespace palpate::test {
+namespace {
+
+constexpr double kBall_m = 0.008, kDepth_m = 0.007, kModulus_Pa = 12e3;  // E / (1 - nu^2)
+
+Indenter cone(double half_angle_rad, double tip_m) {
+  Indenter out;
+  out.round_end_m = tip_m;
+  out.points = 3;
+  const double slope = 1 / std::tan(half_angle_rad), joint = tip_m * std::cos(half_angle_rad);
+  out.r_m[1] = joint;
+  out.r_m[2] = 0.5;
+  out.slope[1] = out.slope[2] = slope;
+  return out;
+}
+Indenter rod(double radius_m, double edge_m) {
+  Indenter out;
+  const double flat = radius_m - edge_m;
+  for (const double share : {0.0, 1.0}) out.r_m[out.points++] = share * flat;
+  for (int i = 1; i < 20; ++i) {
+    const double angle = 1.45 * i / 19;
+    out.r_m[out.points] = flat + edge_m * std::sin(angle);
+    out.slope[out.points++] = std::tan(angle);
+  }
+  return out;
+}
+// Force on a half-space: 2 E* int a dd (Sneddon 1965).
+double half_space_N(const Indenter& tool, double depth_m) {
+  double sum = 0;
+  constexpr int kSteps = 300;
+  for (int i = 0; i < kSteps; ++i)
+    sum += runtime::contact_radius_at(tool, depth_m * (i + 0.5) / kSteps) * depth_m / kSteps;
+  return 2 * kModulus_Pa * sum;
+}
+
+// A plate that answers the ball as an even half-space does, on rows from kDepth_m / 14 on.
+Model half_space_model(double friction = 0) {
+  Model model = plate_model(0.12, 24, uniform(400, 300, 0.3));
+  make_rings(model, friction, 0, [](const Vec3&) { return 1.0; });
+  const Indenter ball = runtime::ball_indenter(kBall_m);
+  // Degree 1 through the exact curve on fine pieces: what a fit of exact rows would find.
+  constexpr int kPieces = 70;
+  model.curves.basis[0] = {1, {}};
+  Controls& control = model.curves.control[0];
+  control.resize(model.surface.vertices.rows(), kPieces + 1);
+  for (int i = 0; i <= kPieces; ++i) {
+    const double d = kDepth_m * i / kPieces;
+    model.curves.basis[0].knots_m.push_back(d);
+    control.col(i).setConstant(double(float(i == 0 ? 0 : half_space_N(ball, d))));
+  }
+  model.curves.first_row_m = kDepth_m / 14;
+  model.probe = sphere_spec(kBall_m, friction);
+  return model;
+}
+
+double press_N(const runtime::AssetView& asset, double depth_m) {
+  Contact contact;
+  Output out;
+  for (int i = 0; i <= 700; ++i) {
+    const double tip[3] = {0.001, 0.0004, 1e-4 - (1e-4 + depth_m) * i / 700};
+    EXPECT_EQ(touch(asset, contact, tip, out), Status::ok);
+  }
+  return out.force_on_tool_N[2];
+}
+
+TEST(Indenter, elementary_functions_are_those_of_the_library) {
+  for (double x = 1e-6; x < 1; x *= 1.07) {
+    EXPECT_NEAR(runtime::atanh_of(x), std::atanh(x), 4e-15 * (1 + std::atanh(x))) << x;
+    EXPECT_NEAR(runtime::asin_of(x), std::asin(x), 1e-14) << x;
+  }
+  for (double y = 1e-6; y < 30; y *= 1.1) {
+    EXPECT_NEAR(runtime::tanh_of(y), std::tanh(y), 1e-13) << y;
+    if (y > 1e-2) {
+      EXPECT_NEAR(runtime::log_of(y), std::log(y), 1e-13) << y;
+    }
+  }
+}
+
+TEST(Indenter, depth_of_a_contact_is_that_of_closed_forms) {
+  const double t = 0.001, alpha = std::numbers::pi / 3;
+  Indenter paraboloid;
+  paraboloid.round_end_m = kBall_m;
+  paraboloid.points = 2;
+  paraboloid.r_m[1] = 0.02;
+  paraboloid.slope[1] = 0.02 / kBall_m;
+  for (double a = 1e-5; a < 0.0079; a *= 1.2) {
+    EXPECT_NEAR(runtime::depth_at(runtime::ball_indenter(kBall_m), a), a * std::atanh(a / kBall_m),
+                1e-14 * kBall_m);
+    EXPECT_NEAR(runtime::depth_at(paraboloid, a), a * a / kBall_m, 1e-14);
+    // A cone far beyond its tip: pi/2 a cot(alpha), less what the round tip takes.
+    if (a > 10 * t) {
+      EXPECT_NEAR(runtime::depth_at(cone(alpha, t), a), std::numbers::pi / 2 * a / std::tan(alpha),
+                  0.4 * t);
+    }
+  }
+  EXPECT_EQ(runtime::depth_at(rod(0.005, 0.0005), 0.0045), 0);
+  EXPECT_GT(runtime::depth_at(rod(0.005, 0.0005), 0.0046), 0);
+  EXPECT_EQ(runtime::depth_at(runtime::ball_indenter(kBall_m), kBall_m), runtime::kNeverDeep_m);
+  for (const Indenter& tool : {runtime::ball_indenter(0.003), cone(alpha, t), rod(0.005, 5e-4)})
+    for (double d = 1e-5; d < 0.01; d *= 1.5) {
+      const double a = runtime::contact_radius_at(tool, d);
+      if (a < runtime::widest_m(tool) * (1 - 1e-9)) {
+        EXPECT_NEAR(runtime::depth_at(tool, a), d, 1e-9 * d) << d;
+      }
+    }
+}
+
+TEST(Indenter, presses_an_even_half_space_as_closed_forms_have_it) {
+  const Loaded loaded = load(half_space_model());
+  MetAssets met(loaded.asset);
+  EXPECT_EQ(met.of(runtime::ball_indenter(kBall_m)), nullptr);
+  for (const auto& [tool, deepest_m] : {std::pair{runtime::ball_indenter(0.004), 0.006},
+                                        {runtime::ball_indenter(0.012), 0.0038},
+                                        {runtime::ball_indenter(0.016), 0.0027},
+                                        {cone(1.05, 0.001), 0.007},
+                                        {rod(0.005, 0.0005), 0.007}}) {
+    const runtime::AssetView* view = met.of(tool);
+    ASSERT_NE(view, nullptr);
+    for (const double share : {0.02, 0.05, 0.1, 0.3, 0.6, 1.0}) {
+      const double d = share * deepest_m, exact_N = half_space_N(tool, d);
+      EXPECT_NEAR(press_N(*view, d), exact_N, 0.012 * exact_N)
+          << tool.round_end_m << ", " << tool.points << " points, at " << d;
+    }
+  }
+}
+
+// Beyond the widest contact that was measured K goes on as of a half-space.
+TEST(Indenter, wider_than_what_was_measured_is_said_and_goes_on_as_of_a_half_space) {
+  const Loaded loaded = load(half_space_model());
+  MetAssets met(loaded.asset);
+  const Indenter tool = runtime::ball_indenter(0.012);
+  const runtime::AssetView& view = *met.of(tool);
+  EXPECT_NEAR(view.max_fitted_m,
+              runtime::depth_at(
+                  tool, runtime::contact_radius_at(runtime::ball_indenter(kBall_m), kDepth_m)),
+              1e-9);
+  EXPECT_NEAR(press_N(view, 0.006), half_space_N(tool, 0.006), 0.012 * half_space_N(tool, 0.006));
+  Contact contact;
+  Output out;
+  for (int i = 0; i <= 700; ++i) {
+    const double depth_m = -1e-4 + 1e-5 * i, tip[3] = {0.001, 0.0004, -depth_m};
+    touch(view, contact, tip, out);
+    if (out.state == ContactState::air) continue;
+    EXPECT_EQ((out.flags & runtime::kFlagExtrapolated) != 0, depth_m > view.max_fitted_m);
+    EXPECT_EQ(out.flags & runtime::kFlagOtherRadius, 0U);
+  }
+}
+
+// The radius effect (M83) multiplies the stiffness by 1 + ln(R/R0) k_0.
+TEST(Indenter, radius_effect_goes_with_the_logarithm_of_the_radius) {
+  Model model = half_space_model();
+  model.curves.control[runtime::kRadiusEffect].col(0).setConstant(0.0625);
+  const Loaded loaded = load(model), plain = load(half_space_model());
+  MetAssets met(loaded.asset), without(plain.asset);
+  for (const double radius_m : {0.004, 0.006, 0.012}) {
+    const Indenter tool = runtime::ball_indenter(radius_m);
+    for (const double d : {0.001, 0.0025}) {
+      const double ratio = press_N(*met.of(tool), d) / press_N(*without.of(tool), d);
+      EXPECT_NEAR(ratio, 1 + 0.0625 * std::log(radius_m / kBall_m), 2e-4) << radius_m;
+    }
+  }
+}
+
+// Force is the slope of what is stored, for any indenter, at any depth and deflection.
+TEST(Indenter, force_is_the_slope_of_what_is_stored) {
+  Model model = half_space_model(0.4);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
+    model.curves.control[runtime::kRadiusEffect].row(v) << float(0.1 * unit(random)),
+        float(0.1 * unit(random));
+  const Loaded loaded = load(model);
+  MetAssets met(loaded.asset);
+  for (const Indenter& tool : {runtime::ball_indenter(0.005), cone(1.05, 0.001), rod(0.005, 5e-4)})
+    for (int i = 0; i < 40; ++i) {
+      const runtime::AssetView& view = *met.of(tool);
+      const double depth_m = 2e-4 + 0.006 * unit(random), h = 1e-7;
+      double stored_J[3], force_N = 0;
+      Output out;
+      for (int k = 0; k < 3; ++k) {
+        Contact contact;
+        for (int step = 0; step <= 300; ++step) {
+          const double tip[3] = {0.0011, 0.0007, 1e-4 - (1e-4 + depth_m) * step / 300};
+          touch(view, contact, tip, out);
+        }
+        const double tip[3] = {0.0011, 0.0007, -depth_m - (k - 1) * h};
+        touch(view, contact, tip, out);
+        stored_J[k] = out.stored_J;
+        if (k == 1) force_N = out.force_on_tool_N[2];
+      }
+      EXPECT_NEAR((stored_J[2] - stored_J[0]) / (2 * h), force_N, 1e-5 * force_N);
+    }
+}
+
+TEST(Indenter, of_no_ball_or_twice_is_refused) {
+  Model model = half_space_model();
+  model.probe.reset();
+  const Loaded unknown = load(model), known = load(half_space_model());
+  MetAssets none(unknown.asset), met(known.asset);
+  const Indenter small = runtime::ball_indenter(0.004);
+  EXPECT_EQ(none.of(small), nullptr);
+  ASSERT_NE(met.of(small), nullptr);
+  EXPECT_FALSE(runtime::knows_radius(*met.of(small)));
+  Indenter wrong = cone(1, 0.001);
+  wrong.slope[2] = 0.1;  // hollow
+  EXPECT_EQ(met.of(wrong), nullptr);
+  EXPECT_EQ(met.of(runtime::ball_indenter(-1)), nullptr);
+}
+
+// A contact that one indenter began is not another's.
+TEST(Indenter, contact_of_another_indenter_begins_anew) {
+  const Loaded loaded = load(half_space_model());
+  MetAssets met(loaded.asset);
+  Contact contact;
+  Output out;
+  for (int i = 0; i <= 100; ++i) {
+    const double tip[3] = {0.001, 0.0004, 1e-4 - 1e-5 * i};
+    touch(*met.of(runtime::ball_indenter(0.004)), contact, tip, out);
+  }
+  ASSERT_GT(out.force_on_tool_N[2], 0);
+  const double tip[3] = {0.001, 0.0004, -9e-4};
+  EXPECT_EQ(touch(*met.of(runtime::ball_indenter(0.005)), contact, tip, out),
+            Status::contact_foreign);
+  EXPECT_EQ(out.force_on_tool_N[2], 0);
+}
+
+TEST(Indenter, is_the_same_through_the_c_interface) {
+  const Loaded loaded = load(half_space_model());
+  palpate_asset asset, met;
+  ASSERT_EQ(palpate_open(&asset, loaded.bytes.data(), loaded.bytes.size()), PALPATE_OK);
+  std::vector<std::uint64_t> memory(palpate_indenter_bytes(&asset) / 8);
+  ASSERT_GT(memory.size(), 0U);
+  palpate_indenter indenter = palpate_ball_indenter(0.004);
+  const std::uint64_t bytes = 8 * memory.size();
+  EXPECT_EQ(palpate_indenter_open(&met, &asset, &indenter, memory.data(), bytes - 8),
+            PALPATE_TOOL_WRONG);
+  EXPECT_EQ(palpate_indenter_open(&met, &asset, nullptr, memory.data(), bytes),
+            PALPATE_NULL_ARGUMENT);
+  palpate_indenter wrong = indenter;
+  wrong.points = 1000;
+  EXPECT_EQ(palpate_indenter_open(&met, &asset, &wrong, memory.data(), bytes), PALPATE_TOOL_WRONG);
+  ASSERT_EQ(palpate_indenter_open(&met, &asset, &indenter, memory.data(), bytes), PALPATE_OK);
+  EXPECT_EQ(palpate_indenter_bytes(&met), 0U);
+  // In place of the asset, or as what one ball meets.
+  for (const bool is_in_place : {true, false}) {
+    palpate_tool tool = palpate_ball(0.004);
+    if (!is_in_place) tool.met[0] = &met;
+    palpate_contact contact;
+    ASSERT_EQ(palpate_start(&contact, &tool), PALPATE_OK);
+    palpate_output out;
+    for (int i = 0; i <= 700; ++i) {
+      const palpate_input in =
+          palpate_input_at(0.001, 0.0004, 0.004 + 1e-4 - (1e-4 + 0.003) * i / 700);
+      ASSERT_EQ(palpate_tick(is_in_place ? &met : &asset, &contact, 1, &in, &out), PALPATE_OK);
+    }
+    const double exact_N = half_space_N(runtime::ball_indenter(0.004), 0.003);
+    EXPECT_NEAR(out.force_on_tool_N[2], exact_N, 0.012 * exact_N);
+    EXPECT_EQ(out.flags, 0U);
+  }
+}
+
+// The curvature of the surface of a ball's centres is that of another one's by its principal radii.
+TEST(Indenter, surface_of_centres_moves_out_with_the_radius) {
+  const Vec3 n = Vec3(1, 2, -2).normalized(), t = n.unitOrthogonal(), b = n.cross(t);
+  for (const auto& [r1, r2] : {std::pair{0.03, 0.05}, {0.03, 0.03}, {-0.02, 0.04}, {0.02, 1e9}}) {
+    const Mat3 at = t * t.transpose() / r1 + b * b.transpose() / r2;
+    for (const double farther_m : {-0.004, 0.003}) {
+      const Mat3 moved =
+          t * t.transpose() / (r1 + farther_m) + b * b.transpose() / (r2 + farther_m);
+      double kappa[6] = {at(0, 0), at(1, 1), at(2, 2), at(0, 1), at(0, 2), at(1, 2)};
+      runtime::move_out(kappa, farther_m);
+      const double expected[6] = {moved(0, 0), moved(1, 1), moved(2, 2),
+                                  moved(0, 1), moved(0, 2), moved(1, 2)};
+      for (int i = 0; i < 6; ++i) EXPECT_NEAR(kappa[i], expected[i], 1e-6 * moved.norm());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test

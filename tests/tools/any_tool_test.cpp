@@ -1,0 +1,131 @@
+// One asset and tools that its curves were not measured with: stated, validated, replayed,
+// certified.
+
+#include <nlohmann/json.hpp>
+
+#include "libfit/io/atomic_file.hpp"
+#include "libfit/io/files/files.hpp"
+#include "tests/tools/block_scene.hpp"
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+std::string scene_with(const std::string& probe, const std::string& more = "") {
+  std::string text = kScene;
+  const std::string own = "radius = \"8 mm\"\nfriction = 0.3\n";
+  text.replace(text.find(own), own.size(), probe + "friction = 0.3\n");
+  return text + more;
+}
+
+// A command whose files are in the folder.
+Outcome in_folder(const Folder& folder, std::string command) {
+  for (const char* name : {"out/asset.palp", "scene.toml", "small.toml", "lying.toml", "flat.toml",
+                           "round.toml", "path.csv", "f.csv"})
+    for (std::size_t at = 0;
+         (at = command.find(std::string(" ") + name, at)) != std::string::npos;) {
+      const std::string path = " " + (folder / name).string();
+      command.replace(at, std::string(name).size() + 1, path);
+      at += path.size();
+    }
+  const std::size_t out = command.find(" -o out");
+  if (out != std::string::npos && command.ends_with(" -o out"))
+    command.replace(out, 7, " -o " + (folder / "out").string());
+  return palpate(folder, command);
+}
+
+class AnyTool : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new Folder;
+    folder_->write("block.off", block_off(8));
+    folder_->write("scene.toml", scene_with("radius = \"8 mm\"\n",
+                                            "[[experiments.probe]]\nradius = \"5 mm\"\npoints = 2\n"
+                                            "[[validate.tool]]\nname = \"cone\"\nshape = \"cone\"\n"
+                                            "half_angle = \"60 deg\"\ntip_radius = \"1 mm\"\n"
+                                            "points = 2\n"));
+    folder_->write("small.toml", scene_with("radius = \"5 mm\"\n"));
+    folder_->write("lying.toml", scene_with("shape = \"capsule\"\nradius = \"4 mm\"\n"
+                                            "length = \"20 mm\"\norientation = \"lying\"\n"));
+    const Outcome run = in_folder(*folder_, "run scene.toml -o out");
+    ASSERT_EQ(run.status, 0) << run.err;
+    ASSERT_NE(run.err.find("  radius   "), std::string::npos) << run.err;
+  }
+  static void TearDownTestSuite() { delete folder_; }
+  static double p95_of(const nlohmann::json& lines, const std::string& name) {
+    return lines.at(name).at("p95_rel").get<double>();
+  }
+
+  static Folder* folder_;
+};
+Folder* AnyTool::folder_ = nullptr;
+
+TEST_F(AnyTool, statement_has_a_section_for_each_tool) {
+  const auto json = nlohmann::json::parse(read_whole_file(*folder_ / "out/statement.json"));
+  ASSERT_TRUE(json.contains("tool:cone")) << json.dump();
+  const auto& lines = json.at("tool:cone");
+  EXPECT_LT(p95_of(lines, "all"), 0.15);
+  EXPECT_GT(p95_of(lines, "as_the_assets_ball"), 2 * p95_of(lines, "all"));
+  const Samples samples = read_samples(*folder_ / "out/samples.h5");
+  ASSERT_EQ(samples.other_probes.size(), 1U);
+  EXPECT_EQ(ball_radius_m(samples.other_probes[0]), 0.005);
+}
+
+TEST_F(AnyTool, validate_states_another_probe_of_the_scene) {
+  const Outcome own = in_folder(*folder_, "validate --json out/asset.palp scene.toml");
+  const Outcome small = in_folder(*folder_, "validate --json out/asset.palp small.toml");
+  ASSERT_EQ(small.status, 0) << small.err;
+  EXPECT_NE(small.err.find("was measured with another probe"), std::string::npos) << small.err;
+  const auto json = nlohmann::json::parse(small.out);
+  EXPECT_GT(p95_of(json.at("baselines"), "as_the_assets_ball"), 0.2);
+  EXPECT_LT(json.at("force_error").at("p95_rel").get<double>(), 0.1);
+}
+
+TEST_F(AnyTool, replay_plays_the_round_end_of_a_scenes_probe) {
+  folder_->write("path.csv", "t_s,x_m,y_m,z_m\n0,0.04,0.04,0.031\n0.1,0.04,0.04,0.0285\n");
+  double force_N[2];
+  for (const int i : {0, 1}) {
+    const std::string tool = i == 0 ? "scene.toml" : "small.toml";
+    const Outcome outcome =
+        in_folder(*folder_, "replay out/asset.palp path.csv -o f.csv --tool " + tool);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const std::string table = read_whole_file(*folder_ / "f.csv");
+    const std::string last = table.substr(table.rfind('\n', table.size() - 2) + 1);
+    double t = 0, x = 0, y = 0;
+    ASSERT_EQ(std::sscanf(last.c_str(), "%lf,%lf,%lf,%lf", &t, &x, &y, &force_N[i]), 4) << last;
+  }
+  EXPECT_NEAR(force_N[1] / force_N[0], std::sqrt(5.0 / 8), 0.06);  // Hertz: sqrt(R)
+  const Outcome lying =
+      in_folder(*folder_, "replay out/asset.palp path.csv -o f.csv --tool lying.toml");
+  EXPECT_EQ(lying.status, 1);
+  EXPECT_NE(lying.err.find("not round along its press"), std::string::npos) << lying.err;
+}
+
+TEST_F(AnyTool, check_certifies_and_inspect_describes_it) {
+  const Outcome check = in_folder(*folder_, "check --json out/asset.palp --tool small.toml");
+  EXPECT_NE(check.status, 1) << check.err;
+  EXPECT_NE(check.out, in_folder(*folder_, "check --json out/asset.palp").out);
+  const Outcome inspect = in_folder(*folder_, "inspect --json out/asset.palp --tool small.toml");
+  ASSERT_EQ(inspect.status, 0) << inspect.err;
+  EXPECT_EQ(nlohmann::json::parse(inspect.out).at("round_end_m"), 0.005);
+}
+
+TEST_F(AnyTool, of_a_scene_without_a_ball_is_refused) {
+  folder_->write("flat.toml", scene_with("shape = \"flat\"\nradius = \"6 mm\"\n",
+                                         "[[validate.tool]]\nradius = \"5 mm\"\n"));
+  const Outcome flat = in_folder(*folder_, "run flat.toml -o out_of_flat");
+  EXPECT_EQ(flat.status, 1);
+  EXPECT_NE(flat.err.find("is played by what a ball identifies"), std::string::npos) << flat.err;
+  folder_->write("round.toml", scene_with("radius = \"8 mm\"\n",
+                                          "[[validate.tool]]\nshape = \"capsule\"\nradius = "
+                                          "\"4 mm\"\nlength = \"20 mm\"\norientation = "
+                                          "\"lying\"\n"));
+  const Outcome round = in_folder(*folder_, "run round.toml -o out_of_round");
+  EXPECT_EQ(round.status, 1);
+  EXPECT_NE(round.err.find("Say what it is played as"), std::string::npos) << round.err;
+}
+
+}  // namespace
+}  // namespace palpate::tools
