@@ -25,7 +25,7 @@ import numpy as np
 CANTILEVER = 'cantilever = { stiffness = 0.2, sensitivity = "100 nm" }\n'  # assumed
 PYRAMID = 'probe = { shape = "pyramid", radius = "20 nm", half_angle = "20 deg" }\n'
 CASE = ('columns = { time = "t_s", depth = "pos_mm", force = ["force_N"] }\n'
-        'units = { time = "s", position = "mm", force = "N" }\nforce_on = "body"\nuse = "mean"\n')
+        'units = { time = "s", position = "mm", force = "N" }\nforce_on = "body"\ncycle = "mean"\n')
 SPHERE_MM = 100  # of the Hertz case, which no file states
 
 
@@ -225,7 +225,7 @@ def nanite(folder):
 
 HEADER = """# The shared recordings in one table
 
-`python3 docs/measured/recordings.py PALPATE SHARED docs/measured/recordings.md NANITE` writes this page (NANITE: its tests' data). Contact, its deviation (one standard deviation, in the file's own travel) and grade are those of `import`, `contact = "auto"`; modulus and its model those of `modulus` with contact and baseline free, with that fit's own grade where it is not good; of compressed cylinders `calibrate`'s, each specimen by itself. No modulus: the tip is not told, or the curve is that of no contact model. Assumed: 0.2 N/m, 100 nm/V and a four-sided pyramid of 20° for the AFM curves, whose files state no tip and, but for one, no cantilever; a ball of 100 mm for the Hertz case (a sphere's modulus is 1.5 % above a paraboloid's there); the cases' two presses are taken together (`use = "mean"`). Global fit: least squares of the tip's law by the script itself, over all readings of the way in, free part flat.
+`python3 docs/measured/recordings.py PALPATE SHARED docs/measured/recordings.md NANITE` writes this page (NANITE: its tests' data). Contact, its deviation (one standard deviation, in the file's own travel) and grade are those of `import`, `contact = "auto"`; modulus and its model those of `modulus` with contact and baseline free, with that fit's own grade where it is not good; of compressed cylinders `calibrate`'s, each specimen by itself. No modulus: the tip is not told, or the curve is that of no contact model. Assumed: 0.2 N/m, 100 nm/V and a four-sided pyramid of 20° for the AFM curves, whose files state no tip and, but for one, no cantilever; a ball of 100 mm for the Hertz case (a sphere's modulus is 1.5 % above a paraboloid's there); the cases' two presses are taken together (`cycle = "mean"`). Global fit: least squares of the tip's law by the script itself, over all readings of the way in, free part flat.
 
 | recording | estimator | contact | modulus | reference | grade |
 |---|---|---|---|---|---|

@@ -13,7 +13,7 @@ struct UnitRow {
   double factor;
 };
 
-constexpr std::array<UnitRow, 33> kUnits{{
+constexpr std::array<UnitRow, 36> kUnits{{
     {"m", Dimension::length, 1},
     {"dm", Dimension::length, 1e-1},
     {"cm", Dimension::length, 1e-2},
@@ -32,6 +32,9 @@ constexpr std::array<UnitRow, 33> kUnits{{
     {"uN", Dimension::force, 1e-6},
     {"nN", Dimension::force, 1e-9},
     {"gf", Dimension::force, 9.80665e-3},
+    {"g", Dimension::force, 9.80665e-3},  // what a balance under the body shows
+    {"kgf", Dimension::force, 9.80665},
+    {"kg", Dimension::force, 9.80665},
     {"s", Dimension::time, 1},
     {"ms", Dimension::time, 1e-3},
     {"us", Dimension::time, 1e-6},

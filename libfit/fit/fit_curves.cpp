@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/straight_presses.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/fit/basis/choose_basis.hpp"
 #include "libfit/fit/collect.hpp"
@@ -290,11 +291,8 @@ FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,
   return fitted;
 }
 
-}  // namespace
-
-FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const Progress& progress,
-                        FitReport* report, FitCache* cache) {
-  fit::check_options(wanted);
+FittedCurves fit_straight(const Samples& samples, const FitOptions& wanted,
+                          const Progress& progress, FitReport* report, FitCache* cache) {
   FitOptions options = wanted;
   if (samples.relaxation.branches() > 0) {
     if (options.family.value_or(CurveFamily::rings) != CurveFamily::rings)
@@ -311,6 +309,18 @@ FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const 
     curves =
         fit_slow_rows(fit::in_slow_motion(samples, curves), options, progress, nullptr, nullptr);
   return fit_slow_rows(fit::in_slow_motion(samples, curves), options, progress, report, cache);
+}
+
+}  // namespace
+
+FittedCurves fit_curves(const Samples& samples, const FitOptions& options, const Progress& progress,
+                        FitReport* report, FitCache* cache) {
+  fit::check_options(options);
+  fit::check_samples(samples);
+  if (!has_crooked_press(samples)) return fit_straight(samples, options, progress, report, cache);
+  Samples straight = samples;
+  straighten_presses(straight);
+  return fit_straight(straight, options, progress, report, cache);
 }
 
 }  // namespace palpate

@@ -12,6 +12,7 @@ namespace palpate {
 /// included; weighted force differences are minimised over the increments of the control values,
 /// bounded below by zero, so every curve is monotone and zero at zero. Points are independent but
 /// for FitOptions::smoothing, which starts from all of them and leaves each its status.
+/// Presses count along the normal alone (straighten_presses()).
 /// A point with too little data gets the curves its message names and `underdetermined`; one with
 /// none gets zero curves and `failed`; others are not affected. A warm start brings what the fit
 /// would on the earlier bases, in the time that the changed points take. cache: filled for the next

@@ -36,6 +36,7 @@ inline std::map<std::string, std::string> recording_seeds() {
           {"jpk_pause", "0 01" + list_of(jpk_curve(true, 50))},
           {"jpk_map", "0 00" + list_of(jpk_map(2))},
           {"jpk_zip", "0 03" + zip_of(jpk_curve())},
+          {"nanoscope", "< 03" + nanoscope_curve()},
           {"igor", "1 01" + igor_wave()},
           {"igor_whole", "1 03" + igor_wave()},
           {"afmformats", "2 01" + afmformats_table()},

@@ -206,6 +206,44 @@ inline std::string igor_wave() {
   return bytes + note + labels;
 }
 
+/// A NanoScope force curve: ways in and back, each from its lowest place on, 16 bits a number.
+/// has_sensor: or the ramp alone.
+inline std::string nanoscope_curve(bool has_sensor = true) {
+  const double height_V_per_bit = 1e-4, bend_V_per_bit = 2e-4, sensor_m_V = 2e-6;
+  const double ramp_V = 10, piezo_m_V = press_scanner_m(kWayRows - 1) / ramp_V;
+  std::string header =
+      "\\*Force file list\r\n\\Version: 0x09010300\r\n\\*Scanner list\r\n\\@Sens. Zsens: V " +
+      std::to_string(1e9 * piezo_m_V) +
+      " nm/V\r\n\\*Ciao scan list\r\n\\X Offset: 3000 nm\r\n\\Y Offset: 4000 nm\r\n"
+      "\\@Sens. DeflSens: V 80.00000 nm/V\r\n\\@Sens. ZsensSens: V 2000.000 nm/V\r\n"
+      "\\*Ciao force list\r\n\\Scan rate: 0.5\r\n\\Forward vel.: 10\r\n\\Reverse vel.: 10\r\n";
+  const std::string rows = std::to_string(kWayRows), bytes = std::to_string(4 * kWayRows);
+  std::string data;
+  const auto add = [&](const std::string& channel, const std::string& sensitivity,
+                       double volts_per_bit, auto value) {
+    char scale[80];
+    std::snprintf(scale, sizeof scale, "(%.10f V/LSB)", volts_per_bit);
+    header += "\\*Ciao force image list\r\n\\Data offset: " + std::to_string(8192 + data.size()) +
+              "\r\n\\Data length: " + bytes + "\r\n\\Bytes/pixel: 2\r\n\\Samps/line: " + rows +
+              " " + rows + "\r\n\\Spring Constant: 0.05\r\n\\@4:Image Data: S [" + channel +
+              "] \"x\"\r\n\\@4:Z scale: V [" + sensitivity + "] " + scale +
+              " 3.5 V\r\n\\@4:Ramp size: V [Sens. Zsens] (0.0004511699 V/LSB) 10.00000 V\r\n";
+    for (int k = 0; k < 2 * kWayRows; ++k) {
+      const int row = k < kWayRows ? kWayRows - 1 - k : k;  // the way in stands backwards
+      const auto bits = static_cast<std::int16_t>(std::lround(value(row) / volts_per_bit));
+      data.append(reinterpret_cast<const char*>(&bits), sizeof bits);
+    }
+  };
+  add("DeflectionError", "Sens. DeflSens", bend_V_per_bit,
+      [](int i) { return press_force_N(i) / kSpring_N_m / kSensitivity_m + 0.5; });
+  if (has_sensor)
+    add("ZSensor", "Sens. ZsensSens", height_V_per_bit,
+        [&](int i) { return press_scanner_m(i) / sensor_m_V - 0.4; });
+  header += "\\*File list end\r\n\x1a";
+  header.resize(8192, '\0');
+  return header + data;
+}
+
 /// A table as afmformats exports it.
 inline std::string afmformats_table() {
   std::string text =

@@ -115,7 +115,7 @@ class Import final : public Command {
     options.fits_to_surface = manifest.fits_to_surface;
     options.place_tolerance_m = manifest.place_tolerance_m;
     options.pools_repeats = manifest.pools_repeats;
-    options.identifies_relaxation = manifest.identifies_relaxation;
+    options.relaxation = manifest.relaxation;
     return options;
   }
 

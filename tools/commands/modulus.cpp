@@ -24,6 +24,7 @@ using namespace recordings;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFairDeviation = 0.1, kPoorDeviation = 0.3;  // of the modulus
 constexpr double kMuchBetter = 10;  // bic by which a free exponent beats the tip's models
+constexpr double kContactsApart = 3, kContactShare = 0.02;   // deviations, and of the depth
 constexpr double kOtherExponent = 0.2, kNoSuchExponent = 1;  // off the tip's own
 constexpr std::array<const char*, 3> kGrades{"good", "fair", "poor"};
 constexpr std::array<std::string_view, 19> kColumns{"file",       "point",
@@ -70,6 +71,7 @@ struct ModulusRow {
   int grade = 0;
   bool is_refused = false;
   std::vector<std::string> reasons;
+  FoundContact contact;  // of the recording, before any model of the press
   Eigen::VectorXd travel_m, push_N;
   SignalTrace trace;
 };
@@ -196,8 +198,8 @@ class Modulus final : public Command {
         row.options = options_of(s);
         row.travel_m = r.way_in.travel_m, row.push_N = r.way_in.push_N;
         row.trace = r.trace;
-        if (r.dropped_rows > 0)
-          row.reasons.push_back(fmt::format("{} unusable rows were left out", r.dropped_rows));
+        row.grade = static_cast<int>(r.grade), row.reasons = r.reasons;
+        row.contact = r.contact;
         rows.push_back(std::move(row));
       }
     }
@@ -219,12 +221,19 @@ class Modulus final : public Command {
                               : std::string("no model speaks of a tip without ") +
                                     (is_round ? "radius" : "half_angle") + ": say it in `probe`");
     }
-    const ModelFit& fit = row.fits[*row.best];
+    ModelFit& fit = row.fits[*row.best];
+    fit.young_deviation_Pa = chosen_deviation_Pa(row.fits, *row.best);
     note(fit.misfit_N > 0.05 * fit.force_N ? 2 : fit.remark.empty() ? 0 : 1, fit.remark);
     const double deviation = fit.young_deviation_Pa / fit.young_Pa;
     if (deviation > kFairDeviation)
       note(deviation > kPoorDeviation ? 2 : 1, "the modulus is uncertain by " + percent(deviation));
     if (fit.contact_m < row.travel_m.minCoeff()) note(1, "begins in contact");
+    const double apart_m = std::abs(fit.contact_m - row.contact.travel_m),
+                 either_m = std::hypot(fit.contact_deviation_m, row.contact.deviation_m);
+    if (apart_m > kContactsApart * either_m && apart_m > kContactShare * fit.depth_m)
+      note(1,
+           fmt::format("the model's contact lies {} from that of the onset, which are known to {}",
+                       millimetres(apart_m), millimetres(either_m)));
     const ModelFit& last = row.fits.back();
     const double tip_exponent = row.press.tip == Tip::sphere ? 1.5
                                 : row.press.tip == Tip::flat ? 1.0

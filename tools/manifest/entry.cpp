@@ -33,8 +33,7 @@ constexpr std::array kKinds{Named{"press", ExperimentKind::press},
 constexpr std::array kDrifts{Named{"none", Drift::none}, Named{"bias", Drift::bias},
                              Named{"line", Drift::line}};
 constexpr std::array kUses{Named{"approach", recordings::Use::approach},
-                           Named{"retract", recordings::Use::retract},
-                           Named{"mean", recordings::Use::mean}};
+                           Named{"retract", recordings::Use::retract}};
 constexpr std::array kTips{Named{"sphere", Tip::sphere}, Named{"flat", Tip::flat},
                            Named{"cone", Tip::cone}, Named{"pyramid", Tip::pyramid},
                            Named{"pyramid-3", Tip::pyramid_3}};
@@ -53,6 +52,25 @@ void read_named(SceneTable& table, std::string_view key, const std::array<Named<
   value = std::find_if(all.begin(), all.end(), [&](const auto& row) {
             return row.name == name;
           })->value;
+}
+
+// A word, or the number of a press.
+void read_cycle(SceneTable& table, recordings::SignalSettings& s) {
+  const toml::node* node = table.node("cycle");
+  if (!node) return;
+  if (node->is_integer()) {
+    s.cycle = static_cast<int>(table.integer("cycle", 1, 1, 100000));
+    s.use = s.use == recordings::Use::mean ? recordings::Use::approach : s.use;
+    return;
+  }
+  const std::string name = table.choice("cycle", "", {"deepest", "first", "last", "mean"});
+  s.cycle = name == "first"  ? 1
+            : name == "last" ? recordings::kLastCycle
+                             : recordings::kDeepestCycle;
+  if (name == "mean")
+    s.use = recordings::Use::mean;
+  else if (s.use == recordings::Use::mean)  // of the defaults
+    s.use = recordings::Use::approach;
 }
 
 void read_position(SceneTable& table, ManifestEntry& entry) {
@@ -134,6 +152,7 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   if (table.has("force_limit"))
     s.force_limit_N = table.quantity("force_limit", Dimension::force, 0, 0, 1e9);
   read_named(table, "use", kUses, s.use);
+  read_cycle(table, s);
   s.rows = static_cast<int>(table.integer("rows", s.rows, 3, 100000));
   s.poisson = table.number("poisson", s.poisson, 0, 0.5);
   s.thickness_m = table.quantity("thickness", Dimension::length, s.thickness_m, 0, 10);

@@ -88,7 +88,10 @@ Manifest read_manifest(const fs::path& path) {
   manifest.place_tolerance_m =
       root.quantity("place_tolerance", Dimension::length, manifest.place_tolerance_m, 0, 1e3);
   manifest.pools_repeats = root.choice("repeats", "pool", {"pool", "keep"}) == "pool";
-  manifest.identifies_relaxation = root.choice("relaxation", "auto", {"auto", "none"}) == "auto";
+  const std::string relaxation = root.choice("relaxation", "auto", {"auto", "none", "apply"});
+  manifest.relaxation = relaxation == "none"    ? recordings::RelaxationUse::none
+                        : relaxation == "apply" ? recordings::RelaxationUse::always
+                                                : recordings::RelaxationUse::where_sure;
   read_registration(root.table("registration", "[registration]"), manifest);
   ManifestEntry defaults;
   std::optional<double> friction;

@@ -24,7 +24,7 @@ struct Manifest {
   bool fits_to_surface = false;
   double place_tolerance_m = recordings::AssembleOptions{}.place_tolerance_m;
   bool pools_repeats = recordings::AssembleOptions{}.pools_repeats;
-  bool identifies_relaxation = recordings::AssembleOptions{}.identifies_relaxation;
+  recordings::RelaxationUse relaxation = recordings::AssembleOptions{}.relaxation;
   double friction = kDefaultFriction;  ///< of the probe
 };
 

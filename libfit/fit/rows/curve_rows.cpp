@@ -16,6 +16,8 @@ constexpr double kPlateauSlope = 0.25;
 constexpr double kPlateauForce = 0.95;
 constexpr double kContactDepth = 1e-9;  // of the deepest row
 constexpr double kFirmForce = 0.1;      // of the typical force: lighter rows tell no friction
+constexpr double kRounding = 1e-6;      // of the depth, of a place that is written down
+constexpr double kSeenInJitters = 3;    // of a motion that noise of the place does not make
 
 // Lateral force of the point's presses at a depth, linear between their rows: a body that gives way
 // sideways pushes so before any drag begins.
@@ -35,8 +37,27 @@ Vec3 pressed_sideways(const PointData& point, double depth) {
   return at_below + (depth - below) / (above - below) * (at_above - at_below);
 }
 
-// The way out of a drag: rows until the lateral deflection first shrinks. force: what the drag adds
-// to that of a press as deep.
+// What an encoder's noise adds to the places of a drag, rms: by how far they lie beside its line.
+// None of a drag that goes straight to rounding, and none of paths, which may wander.
+double jitter_of(const PointData& point, const PointExperiment& e) {
+  if (e.kind != ExperimentKind::drag) return 0;
+  std::vector<Vec3> place;
+  Vec3 farthest = Vec3::Zero();
+  for (std::size_t i = 0; i < e.row.size(); ++i) {
+    place.push_back(
+        lateral_of(point, e.sway.empty() ? e.deflection[i] : Vec3(e.deflection[i] + e.sway[i])));
+    if (place.back().norm() > farthest.norm()) farthest = place.back();
+  }
+  if (!(farthest.norm() > kRounding * point.depth)) return 0;
+  const Vec3 along = farthest.normalized();
+  double squares = 0;
+  for (const Vec3& at : place) squares += (at - at.dot(along) * along).squaredNorm();
+  const double rms = std::sqrt(squares / static_cast<double>(place.size()));
+  return rms > kRounding * point.depth ? rms : 0;
+}
+
+// The way out of a drag: rows until the lateral deflection first shrinks by more than noise. force:
+// what the drag adds to that of a press as deep.
 struct WayOut {
   std::vector<std::size_t> row;
   std::vector<double> dr, force;  // lateral
@@ -44,11 +65,12 @@ struct WayOut {
 
 WayOut way_out(const PointData& point, const PointExperiment& e) {
   WayOut way;
+  const double unseen = kSeenInJitters * jitter_of(point, e);
   double reached = 0;
   for (std::size_t i = 0; i < e.row.size(); ++i) {
     const Vec3 lateral = lateral_of(point, e.deflection[i]);
-    const double dr = lateral.norm();
-    if (reached > 1e-6 * point.depth && dr < reached * (1 - 1e-6)) break;
+    const double dr = lateral.norm() > unseen ? lateral.norm() : 0;
+    if (reached > kRounding * point.depth && dr < reached * (1 - 1e-6) - unseen) break;
     reached = std::max(reached, dr);
     if (!(depth_of(point, e.deflection[i]) > kContactDepth)) continue;
     way.row.push_back(i);
@@ -92,7 +114,7 @@ std::size_t plateau_begin(const WayOut& way) {
 void add_stick_row(const PointData& point, const PointExperiment& e, std::size_t i, double dr,
                    double force, CurveRows& out) {
   const double normal_force = e.force[i].dot(point.inward);
-  const bool is_pressed = !(dr > 1e-6 * point.depth);
+  const bool is_pressed = !(dr > kRounding * point.depth);
   out.curve[0].push_back(
       {depth_of(point, e.deflection[i]), normal_force, e.weight[i], 0, 0, is_pressed});
   if (normal_force > kFirmForce)
@@ -118,7 +140,7 @@ void add_slip_row(const PointData& point, const PointExperiment& e, std::size_t 
 
 void add_drag(const PointData& point, const PointExperiment& e, CurveRows& out) {
   const WayOut way = way_out(point, e);
-  if (way.row.empty() || !(way.dr.back() > 1e-6 * point.depth)) {
+  if (way.row.empty() || !(way.dr.back() > kRounding * point.depth)) {
     for (std::size_t k = 0; k < way.row.size(); ++k) add_stick_row(point, e, way.row[k], 0, 0, out);
     return;
   }

@@ -23,37 +23,6 @@ constexpr double kNotFiniteShare = 0.2;  // of a point's rows: beyond it the rec
   throw Error("samples", what, "Write the samples again with `palpate simulate` or `import`.");
 }
 
-void check(const Samples& s) {
-  const auto rows = static_cast<std::size_t>(s.rows()),
-             points = static_cast<std::size_t>(s.points());
-  if (s.point.size() != rows || s.experiment.size() != rows || s.kind.size() != rows ||
-      s.step.size() != rows || s.status.size() != rows || s.force.rows() != s.rows() ||
-      s.force_error.size() != s.rows())
-    refuse("row arrays differ in length");
-  if (s.point_normal.rows() != s.points() || s.point_name.size() != points)
-    refuse("point arrays differ in length");
-  if (s.point_sway.rows() != 0 && s.point_sway.rows() != s.points())
-    refuse("point_sway has neither no rows nor one per point");
-  if (s.point_normal_gradient.rows() != 0 && s.point_normal_gradient.rows() != s.points())
-    refuse("point_normal_gradient has neither no rows nor one per point");
-  for (Eigen::Index p = 0; p < s.points(); ++p) {
-    if (!s.point_position.row(p).allFinite() ||
-        !(std::abs(s.point_normal.row(p).norm() - 1) < 1e-6))
-      refuse("test point " + std::to_string(p) + " has no finite position and unit normal");
-    if (s.point_normal_gradient.rows() != 0 && !s.point_normal_gradient.row(p).allFinite())
-      refuse("test point " + std::to_string(p) + " has a normal gradient that is not finite");
-  }
-  std::map<std::int32_t, std::size_t> first;
-  for (std::size_t i = 0; i < rows; ++i) {
-    if (s.point[i] < 0 || static_cast<std::size_t>(s.point[i]) >= points)
-      refuse("row " + std::to_string(i) + " names test point " + std::to_string(s.point[i]) +
-             " of " + std::to_string(points));
-    const auto at = first.emplace(s.experiment[i], i).first->second;
-    if (s.point[at] != s.point[i] || s.kind[at] != s.kind[i])
-      refuse("experiment " + std::to_string(s.experiment[i]) + " mixes test points or kinds");
-  }
-}
-
 bool is_finite(const Samples& s, Eigen::Index row) {
   return s.deflection.row(row).allFinite() && s.force.row(row).allFinite() &&
          !std::isinf(s.force_error[row]) && !(s.force_error[row] < 0);
@@ -212,6 +181,37 @@ void make_dimensionless(double length_m, PointData& point) {
 
 }  // namespace
 
+void check_samples(const Samples& s) {
+  const auto rows = static_cast<std::size_t>(s.rows()),
+             points = static_cast<std::size_t>(s.points());
+  if (s.point.size() != rows || s.experiment.size() != rows || s.kind.size() != rows ||
+      s.step.size() != rows || s.status.size() != rows || s.force.rows() != s.rows() ||
+      s.force_error.size() != s.rows())
+    refuse("row arrays differ in length");
+  if (s.point_normal.rows() != s.points() || s.point_name.size() != points)
+    refuse("point arrays differ in length");
+  if (s.point_sway.rows() != 0 && s.point_sway.rows() != s.points())
+    refuse("point_sway has neither no rows nor one per point");
+  if (s.point_normal_gradient.rows() != 0 && s.point_normal_gradient.rows() != s.points())
+    refuse("point_normal_gradient has neither no rows nor one per point");
+  for (Eigen::Index p = 0; p < s.points(); ++p) {
+    if (!s.point_position.row(p).allFinite() ||
+        !(std::abs(s.point_normal.row(p).norm() - 1) < 1e-6))
+      refuse("test point " + std::to_string(p) + " has no finite position and unit normal");
+    if (s.point_normal_gradient.rows() != 0 && !s.point_normal_gradient.row(p).allFinite())
+      refuse("test point " + std::to_string(p) + " has a normal gradient that is not finite");
+  }
+  std::map<std::int32_t, std::size_t> first;
+  for (std::size_t i = 0; i < rows; ++i) {
+    if (s.point[i] < 0 || static_cast<std::size_t>(s.point[i]) >= points)
+      refuse("row " + std::to_string(i) + " names test point " + std::to_string(s.point[i]) +
+             " of " + std::to_string(points));
+    const auto at = first.emplace(s.experiment[i], i).first->second;
+    if (s.point[at] != s.point[i] || s.kind[at] != s.kind[i])
+      refuse("experiment " + std::to_string(s.experiment[i]) + " mixes test points or kinds");
+  }
+}
+
 Mat3 offset_gradient(const Samples& samples, Eigen::Index point) {
   if (samples.point_normal_gradient.rows() == 0) return Mat3::Zero();
   const Mat3 gradient = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
@@ -225,7 +225,7 @@ Mat3 offset_gradient(const Samples& samples, Eigen::Index point) {
 }
 
 BodyData gather_experiments(const Samples& samples, double weight_floor, bool without_sway) {
-  check(samples);
+  check_samples(samples);
   BodyData body;
   body.points.resize(static_cast<std::size_t>(samples.points()));
   for (std::size_t p = 0; p < body.points.size(); ++p) {

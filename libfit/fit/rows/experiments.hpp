@@ -30,7 +30,8 @@ inline double part_of_way(std::size_t i, std::size_t n) {
 struct PointExperiment {
   std::int32_t id = 0;
   ExperimentKind kind = ExperimentKind::press;
-  /// A press that never leaves the normal is f^z alone; everything else is replayed as a path.
+  /// A press that never leaves the normal, as straighten_presses() makes them, is f^z alone;
+  /// everything else is replayed as a path.
   bool is_replayed = false;
   /// The tool itself leaves the normal. A press on a body that sways is replayed, and tells nothing
   /// of friction.
@@ -68,12 +69,15 @@ struct BodyData {
   double error_N = 0;  ///< median force error of the rows that state one; 0 where none does
 };
 
+/// Throws Error when arrays do not belong together, an index is out of range, a normal is not a
+/// unit vector or an experiment mixes points or kinds.
+void check_samples(const Samples& samples);
+
 /// Rows that can be fitted, by point and experiment.
 /// Only `good` and finite rows; a drag or path ends at its first row that is not. A row without
 /// force error gets the median of its point's, else of the body's, else the scatter of the
 /// point's own forces about smoothness.
-/// Throws Error when arrays do not belong together, an index is out of range, a normal is not a
-/// unit vector or an experiment mixes points or kinds.
+/// Throws Error as check_samples() does.
 /// without_sway: deflections are those of the tool against the surface around it, with what the
 /// body moves as a whole taken off (docs/method-body.md, section 21); samples have point_sway then.
 BodyData gather_experiments(const Samples& samples, double weight_floor, bool without_sway = false);

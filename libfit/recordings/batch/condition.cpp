@@ -20,6 +20,8 @@ constexpr double kMaxSaturated = 0.7;  // share of the depth
 constexpr double kManySpikes = 0.01;   // of the rows of a good recording
 constexpr Eigen::Index kMinFreeRows = 8;
 constexpr double kWideShare = 0.5;      // of what a wider view would move the contact point
+constexpr double kOtherCycle = 0.1;     // of the force: cycles of a good recording differ by less
+constexpr double kTopOfPress = 0.1;     // of the travel, where cycles are compared
 constexpr double kMinSignal = 20;       // force over noise of a fair recording
 constexpr double kContactShare = 0.02;  // contact deviation over depth of a good recording
 
@@ -212,6 +214,51 @@ void filter(const SignalSettings& settings, const std::string& file, Signal& sig
   smooth(signal, settings.smooth_s);
 }
 
+// Push over the deepest part of a way in that all of them reach, above where it begins.
+double push_at_depth_N(const Signal& signal, const RowRange& way, double from_m, double to_m) {
+  const Eigen::VectorXd travel = signal.travel_m(), push = signal.push_N();
+  const Eigen::Index free = std::max<Eigen::Index>(1, way.rows() / 20);
+  double sum = 0, n = 0;
+  for (Eigen::Index i = way.begin; i < way.end; ++i)
+    if (travel[i] >= from_m && travel[i] <= to_m) sum += push[i], n += 1;
+  return n > 0 ? sum / n - push.segment(way.begin, free).mean() : kNan;
+}
+
+// The press that the settings ask for, of those that go as deep, and a word on there being others.
+RowRange chosen_cycle(const Signal& signal, const std::vector<Phase>& phases, const RowRange& main,
+                      const SignalSettings& settings, const std::string& file, Conditioned& out) {
+  const std::vector<RowRange> presses = presses_like(signal, phases, main);
+  const auto count = static_cast<int>(presses.size());
+  if (settings.cycle > std::max(1, count))
+    throw Error(file,
+                fmt::format("holds {} as deep as its deepest, and cycle = {} is asked for",
+                            counted(count, "press", "presses"), settings.cycle),
+                "Say cycle = \"first\", \"last\" or a number that is there.");
+  if (count < 2) return main;
+  std::size_t taken = presses.size() - 1;
+  if (settings.cycle > 0) taken = static_cast<std::size_t>(settings.cycle - 1);
+  if (settings.cycle == kDeepestCycle)
+    taken = static_cast<std::size_t>(std::ranges::find(presses, main.begin, &RowRange::begin) -
+                                     presses.begin());
+  if (taken >= presses.size()) return main;
+  const Eigen::VectorXd travel = signal.travel_m();
+  double reach_m = travel[main.end - 1];
+  for (const RowRange& way : presses) reach_m = std::min(reach_m, travel[way.end - 1]);
+  const double from_m = reach_m - kTopOfPress * (reach_m - travel[main.begin]),
+               first_N = push_at_depth_N(signal, presses.front(), from_m, reach_m),
+               last_N = push_at_depth_N(signal, presses.back(), from_m, reach_m),
+               change = last_N / first_N - 1;
+  std::string note = fmt::format("holds {} as deep; number {} is taken",
+                                 counted(count, "press", "presses"), taken + 1);
+  if (std::isfinite(change) && std::abs(change) > kOtherCycle) {
+    note += fmt::format(", and the last is {} {} than the first", percent(std::abs(change), 0),
+                        change < 0 ? "softer" : "stiffer");
+    out.grade = std::max(out.grade, Grade::fair);
+  }
+  out.reasons.push_back(note);
+  return presses[taken];
+}
+
 // Where the tip goes in. loadings: of a press in cycles that go deeper and deeper.
 struct WaysIn {
   std::vector<RowRange> loadings, cycles;
@@ -220,12 +267,17 @@ struct WaysIn {
 };
 
 WaysIn ways_in(const Signal& signal, const std::vector<Phase>& phases,
-               const SignalSettings& settings, const std::string& file) {
+               const SignalSettings& settings, const std::string& file, Conditioned& recording) {
   WaysIn out;
   const bool is_press = settings.kind == ExperimentKind::press;
   const bool presses_once = is_press && settings.use == Use::approach;
-  if (presses_once) out.loadings = first_loadings(signal, phases);
+  if (!is_press && (settings.use == Use::mean || settings.cycle != kDeepestCycle))
+    throw Error(file, "`cycle` is for presses", "Leave it out, or say kind = \"press\".");
+  if (presses_once && settings.cycle == kDeepestCycle)
+    out.loadings = first_loadings(signal, phases);
   out.range = out.loadings.empty() ? main_approach(signal, phases) : out.loadings.front();
+  if (is_press && settings.use != Use::mean && out.loadings.empty() && out.range.rows() >= 2)
+    out.range = chosen_cycle(signal, phases, out.range, settings, file, recording);
   for (const RowRange& way : out.loadings.empty() ? std::vector{out.range} : out.loadings)
     if (presses_once && !out.broken) out.broken = break_in_row(signal, way);
   if (out.broken) {  // beyond it there is no curve of the body
@@ -239,9 +291,7 @@ WaysIn ways_in(const Signal& signal, const std::vector<Phase>& phases,
   if (out.range.rows() < 2)
     throw Error(place(file, signal, 0), "the tip never goes in",
                 "Check the normal, or turn the depth around: depth = \"-NAME\".");
-  if (settings.use != Use::mean) return out;
-  if (!is_press) throw Error(file, "use = \"mean\" is for presses", "Say use = \"approach\".");
-  out.cycles = cycles_like(signal, phases, out.range);
+  if (settings.use == Use::mean) out.cycles = cycles_like(signal, phases, out.range);
   return out;
 }
 
@@ -325,7 +375,7 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
 
   const auto phases = find_phases(signal);
   seen.phase = phases;
-  WaysIn ways = ways_in(signal, phases, settings, file);
+  WaysIn ways = ways_in(signal, phases, settings, file, out);
   ContactEstimate contact;
   const double correlation = find_contact(raw, settings, file, ways, signal, contact, seen, out);
   if (settings.kind == ExperimentKind::press)

@@ -1,6 +1,7 @@
-// Optics11 Chiaro nanoindenter: latin-1, line ends in any mixture, a preamble and six columns.
-// The tip goes where the piezo goes, less what the cantilever bends; the file's own "Indentation"
-// is that difference cut off at its contact point, so it is not used.
+// Nanoindenters of Optics11 (Chiaro, Piuma): latin-1, line ends in any mixture, a preamble and five
+// or six columns, with the decimal sign of the computer's language. Files of 2020 and before name
+// no device. The tip goes where the piezo goes, less what the cantilever bends; the file's own
+// "Indentation" is that difference cut off at its contact point, so it is not used.
 
 #include "libfit/core/units.hpp"
 #include "libfit/recordings/formats/afm_curve.hpp"
@@ -28,16 +29,26 @@ std::map<std::string, std::string> preamble_of(const TextFile& file, std::size_t
 }
 
 std::optional<double> number_in(const std::map<std::string, std::string>& facts,
-                                const std::string& name) {
+                                const std::string& name, char decimal) {
   const auto fact = facts.find(name);
-  return fact == facts.end() ? std::nullopt : parse_number(fact->second, '.');
+  return fact == facts.end() ? std::nullopt : parse_number(fact->second, decimal);
+}
+
+// A comma where the first row of numbers has one.
+char decimal_of(const TextFile& file, std::size_t first) {
+  for (std::size_t i = first; i < file.lines(); ++i)
+    if (!trimmed(file.line(i)).empty())
+      return file.line(i).find(',') != std::string_view::npos ? ',' : '.';
+  return '.';
 }
 
 }  // namespace
 
 bool begins_chiaro(std::string_view head) {
-  return head.find("Chiaro") != std::string_view::npos &&
-         head.find("Tip radius (um)") != std::string_view::npos;
+  const auto has = [&](std::string_view words) {
+    return head.find(words) != std::string_view::npos;
+  };
+  return has("Tip radius (um)") && (has("Chiaro") || has(kHeader) || has("Piezo Indentation"));
 }
 
 std::vector<RawRecording> read_chiaro(const std::filesystem::path& path, std::string_view bytes,
@@ -51,6 +62,7 @@ std::vector<RawRecording> read_chiaro(const std::filesystem::path& path, std::st
   TableLayout layout;
   layout.first = header + 1;
   layout.separator = '\t';
+  layout.decimal = decimal_of(file, layout.first);
   layout.field = {0, 1, 3, 4};
   layout.name = {"Time (s)", "Load (uN)", "Cantilever (nm)", "Piezo (nm)"};
   layout.drop_invalid = settings.drop_invalid;
@@ -67,10 +79,12 @@ std::vector<RawRecording> read_chiaro(const std::filesystem::path& path, std::st
     r.push_N.push_back(table.column[1][i] * newton);
     r.travel_m.push_back((table.column[3][i] - table.column[2][i]) * metre);
   }
-  if (const auto radius = number_in(r.facts, "Tip radius (um)"); radius && *radius > 0)
+  if (const auto radius = number_in(r.facts, "Tip radius (um)", layout.decimal);
+      radius && *radius > 0)
     r.probe_radius_m = *radius * *unit_factor("um", Dimension::length);
   const double micrometre = *unit_factor("um", Dimension::length);
-  const auto x = number_in(r.facts, "X-position (um)"), y = number_in(r.facts, "Y-position (um)");
+  const auto x = number_in(r.facts, "X-position (um)", layout.decimal),
+             y = number_in(r.facts, "Y-position (um)", layout.decimal);
   if (x && y) place_in_plane(*x * micrometre, *y * micrometre, r);
   return {r};
 }

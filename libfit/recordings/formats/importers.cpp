@@ -10,7 +10,7 @@
 namespace palpate::importers {
 namespace {
 
-constexpr std::array<Importer, 12> kImporters{{
+constexpr std::array<Importer, 13> kImporters{{
     {"jpk", "JPK force curve or map: .jpk-force, .jpk-force-map, .jpk-qi-data", begins_zip,
      read_jpk},
     {"igor", "Igor binary wave of an Asylum Research microscope: .ibw", begins_igor, read_igor},
@@ -21,7 +21,7 @@ constexpr std::array<Importer, 12> kImporters{{
     {"matlab", "variables of a .mat file (5 to 7.3), named in the manifest", begins_matlab,
      read_matlab},
     {"hdf5", "data sets of an HDF5 file, named in the manifest", begins_hdf5, read_columns_hdf5},
-    {"chiaro", "Optics11 Chiaro nanoindenter, text export", begins_chiaro, read_chiaro},
+    {"chiaro", "nanoindenter of Optics11 (Chiaro, Piuma), text export", begins_chiaro, read_chiaro},
     {"afm-workshop", "AFMWorkshop force-distance curve, extend and retract side by side",
      begins_afm_workshop, read_afm_workshop},
     {"instron", "compression test as the Instron-like export of the silicone phantoms",
@@ -32,6 +32,8 @@ constexpr std::array<Importer, 12> kImporters{{
      nullptr, read_robot_palpation},
     {"csv", "delimited text with the columns that the manifest or their own names tell",
      begins_named_columns, read_columns_csv},
+    {"nanoscope", "NanoScope force curve of a Bruker microscope: .spm, .000", begins_nanoscope,
+     read_nanoscope},
 }};
 
 constexpr std::size_t kHeadBytes = 4096;  // what the formats look at
@@ -48,8 +50,8 @@ const Importer& recognise(const std::filesystem::path& path, std::string_view by
   if (begins_hdf5(head) && !has_columns(settings.columns) &&
       bytes.find("imaging mode") != std::string_view::npos)
     return *importer_named("afmformats-hdf5");
-  const bool is_binary =
-      begins_hdf5(head) || begins_zip(head) || begins_igor(head) || begins_matlab(head);
+  const bool is_binary = begins_hdf5(head) || begins_zip(head) || begins_igor(head) ||
+                         begins_matlab(head) || begins_nanoscope(head);
   if (has_columns(settings.columns) && !is_binary) return *importer_named("csv");
   for (const Importer& row : kImporters)
     if (row.begins && row.begins(head)) return row;
@@ -84,7 +86,13 @@ const Importer* importer_named(std::string_view name) {
 }
 
 std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std::string_view bytes,
-                                          const ReadSettings& settings) {
+                                          const ReadSettings& given) {
+  ReadSettings settings = given;
+  std::string text;
+  if (is_utf16(bytes)) {
+    text = utf8_of(path, bytes);
+    bytes = text, settings.encoding = "utf-8";
+  }
   const Importer* row = settings.format == "auto" ? &recognise(path, bytes, settings)
                                                   : importer_named(settings.format);
   if (!row)

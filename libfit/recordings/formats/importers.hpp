@@ -61,6 +61,8 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path&, std
                                                const ReadSettings&);
 std::vector<RawRecording> read_instron(const std::filesystem::path&, std::string_view,
                                        const ReadSettings&);
+std::vector<RawRecording> read_nanoscope(const std::filesystem::path&, std::string_view,
+                                         const ReadSettings&);
 std::vector<RawRecording> read_chiaro(const std::filesystem::path&, std::string_view,
                                       const ReadSettings&);
 std::vector<RawRecording> read_afm_workshop(const std::filesystem::path&, std::string_view,
@@ -84,6 +86,7 @@ bool begins_named_columns(std::string_view head);
 bool begins_zip(std::string_view head);
 bool begins_hdf5(std::string_view head);
 bool begins_instron(std::string_view head);
+bool begins_nanoscope(std::string_view head);
 bool begins_chiaro(std::string_view head);
 bool begins_afm_workshop(std::string_view head);
 bool begins_nt_mdt(std::string_view head);

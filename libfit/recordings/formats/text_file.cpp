@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 
 namespace palpate::importers {
 namespace {
@@ -67,6 +68,23 @@ std::string from_latin1(std::string_view bytes) {
   return text;
 }
 
+void append_utf8(std::uint32_t code, std::string& text) {
+  const auto put = [&](std::uint32_t byte) { text += static_cast<char>(byte); };
+  if (code < 0x80) return put(code);
+  if (code < 0x800) {
+    put(0xC0 | (code >> 6));
+  } else {
+    if (code < 0x10000) {
+      put(0xE0 | (code >> 12));
+    } else {
+      put(0xF0 | (code >> 18));
+      put(0x80 | ((code >> 12) & 0x3F));
+    }
+    put(0x80 | ((code >> 6) & 0x3F));
+  }
+  put(0x80 | (code & 0x3F));
+}
+
 std::vector<std::string_view> lines_of(std::string_view text) {
   std::vector<std::string_view> lines;
   while (!text.empty()) {
@@ -84,6 +102,37 @@ std::size_t line_of(std::string_view text, std::size_t at) {
 
 }  // namespace
 
+bool is_utf16(std::string_view bytes) {
+  return bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff");
+}
+
+std::string utf8_of(const std::filesystem::path& path, std::string_view utf16) {
+  const bool is_little = utf16[0] == '\xff';
+  const auto unit = [&](std::size_t i) {
+    const auto low = static_cast<unsigned char>(utf16[is_little ? i : i + 1]),
+               high = static_cast<unsigned char>(utf16[is_little ? i + 1 : i]);
+    return static_cast<std::uint32_t>(high << 8 | low);
+  };
+  std::string text;
+  text.reserve(utf16.size());
+  for (std::size_t i = 2; i < utf16.size(); i += 2) {
+    std::uint32_t code = i + 1 < utf16.size() ? unit(i) : 0xDC00;
+    if (code >= 0xD800 && code < 0xDC00 && i + 3 < utf16.size()) {  // the first of two
+      const std::uint32_t second = unit(i + 2);
+      if (second >= 0xDC00 && second < 0xE000) {
+        code = 0x10000 + ((code - 0xD800) << 10) + (second - 0xDC00);
+        i += 2;
+      }
+    }
+    if (code >= 0xD800 && code < 0xE000)
+      throw Error(fmt::format("{}:{}", path.string(), std::ranges::count(text, '\n') + 1),
+                  "is UTF-16 text that is damaged or cut short",
+                  "Save it again, or as UTF-8: iconv -f UTF-16 -t UTF-8 does.");
+    append_utf8(code, text);
+  }
+  return text;
+}
+
 TextFile::TextFile(const std::filesystem::path& path, std::string_view bytes,
                    std::string_view encoding)
     : path_(path) {
@@ -91,9 +140,6 @@ TextFile::TextFile(const std::filesystem::path& path, std::string_view bytes,
   if (trimmed(bytes).empty())
     throw Error(path.string() + ":1", "is empty",
                 "Record it again, or remove it from the manifest.");
-  if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))
-    throw Error(path.string() + ":1", "is text of UTF-16, which is not read",
-                "Save it as UTF-8: iconv -f UTF-16 -t UTF-8 does.");
   const std::size_t zero = bytes.find('\0');
   const auto controls = static_cast<double>(std::count_if(bytes.begin(), bytes.end(), is_control));
   if (zero != std::string_view::npos ||

@@ -31,6 +31,11 @@ class TextFile {
   std::vector<std::string_view> line_;
 };
 
+/// Whether bytes begin with the byte order mark of UTF-16.
+bool is_utf16(std::string_view bytes);
+/// Such text as UTF-8, without the mark. Throws Error naming the line where it is damaged.
+std::string utf8_of(const std::filesystem::path& path, std::string_view utf16);
+
 /// Without blanks and quotes around it.
 std::string_view trimmed(std::string_view text);
 /// Fields of a line, each trimmed; a separator ' ' stands for any run of blanks.

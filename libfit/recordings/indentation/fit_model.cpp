@@ -26,6 +26,12 @@ constexpr double kMisfit = 0.05;  // of the force: a model that leaves more does
 constexpr double kLeastExponent = 0.7, kMostExponent = 6;
 constexpr double kSame = 2;  // bic within which models are equals
 constexpr Eigen::Index kLeastPressed = 3;
+// Of a pattern in what is left: runs of one sign over the parts are 5 or fewer of 20 once in 200
+// presses of white noise, and a share of the force below this moves no modulus by much.
+constexpr int kMostRuns = 5;
+constexpr double kLeastPattern = 0.003;
+constexpr double kAboveNoise = 3;  // squares of parts over those of white noise
+constexpr double kAboveWaves = 2;  // of what is left in parts of the free travel
 
 double square(double x) { return x * x; }
 
@@ -156,22 +162,68 @@ double correlation_time(const Eigen::VectorXd& left) {
   return time;
 }
 
-// Root mean square of means of residuals over parts of the depth, less what noise leaves in them.
-double misfit_of(const ModelProblem& p, const Eigen::VectorXd& left, double contact) {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(kParts), count = sum;
-  double noise = 0;
-  for (Eigen::Index i = 1; i < left.size(); ++i) {
-    noise += square(left[i] - left[i - 1]) / (2 * static_cast<double>(left.size() - 1));
-    const double share = (p.x[i] - contact) / (p.x.maxCoeff() - contact);
-    if (!(share > 0)) continue;
-    const auto part = std::min<Eigen::Index>(kParts - 1, static_cast<Eigen::Index>(share * kParts));
-    sum[part] += left[i], count[part] += 1;
+// Means of what is left over equal parts of a travel.
+struct PartMeans {
+  Eigen::VectorXd mean, count;  // kParts; a mean of none is 0
+
+  double rms() const {
+    const double parts = static_cast<double>((count.array() > 0).count());
+    return parts > 0 ? std::sqrt(mean.squaredNorm() / parts) : 0;
   }
+  // Of one sign, among the parts that have rows.
+  int runs() const {
+    int runs = 0;
+    double before = 0;
+    for (Eigen::Index k = 0; k < mean.size(); ++k) {
+      if (!(count[k] > 0)) continue;
+      runs += runs == 0 || (mean[k] > 0) != (before > 0);
+      before = mean[k];
+    }
+    return runs;
+  }
+};
+
+PartMeans part_means(const Eigen::VectorXd& x, const Eigen::VectorXd& left, double from,
+                     double to) {
+  PartMeans out{Eigen::VectorXd::Zero(kParts), Eigen::VectorXd::Zero(kParts)};
+  for (Eigen::Index i = 0; i < left.size(); ++i) {
+    const double share = (x[i] - from) / (to - from);
+    if (!(share > 0) || share > 1) continue;
+    const auto part = std::min<Eigen::Index>(kParts - 1, static_cast<Eigen::Index>(share * kParts));
+    out.mean[part] += left[i], out.count[part] += 1;
+  }
+  for (Eigen::Index k = 0; k < kParts; ++k) out.mean[k] /= std::max(1., out.count[k]);
+  return out;
+}
+
+// Variance of one reading's noise, by its neighbours.
+double noise_variance(const Eigen::VectorXd& left) {
+  double sum = 0;
+  for (Eigen::Index i = 1; i < left.size(); ++i) sum += square(left[i] - left[i - 1]);
+  return sum / (2 * static_cast<double>(left.size() - 1));
+}
+
+// Root mean square of means of residuals over parts of the depth, less what noise leaves in them.
+double misfit_of(const PartMeans& parts, double noise) {
   double squares = 0;
-  int parts = 0;
-  for (int k = 0; k < kParts; ++k)
-    if (count[k] > 0) squares += square(sum[k] / count[k]) - noise / count[k], ++parts;
-  return std::sqrt(std::max(0., squares / std::max(1, parts)));
+  int n = 0;
+  for (Eigen::Index k = 0; k < kParts; ++k)
+    if (parts.count[k] > 0) squares += square(parts.mean[k]) - noise / parts.count[k], ++n;
+  return std::sqrt(std::max(0., squares / std::max(1, n)));
+}
+
+// Whether what is left goes with depth: in few runs or by more than noise, and by more than the
+// free part's own waves.
+bool has_pattern(const ModelProblem& p, const PartMeans& pressed, const Eigen::VectorXd& left,
+                 double noise, double contact, double force) {
+  if ((pressed.count.array() > 0).count() < kParts || pressed.rms() < kLeastPattern * force)
+    return false;
+  const double squares = pressed.mean.cwiseAbs2().dot(pressed.count) / kParts;
+  if (pressed.runs() > kMostRuns && squares < kAboveNoise * noise) return false;
+  const double depth = p.x.maxCoeff() - contact;
+  // As long a part of the free travel as the press is deep, or what there is of it.
+  const PartMeans free = part_means(p.x, left, std::max(0., contact - depth), contact);
+  return (free.count.array() > 0).count() < kParts / 2 || pressed.rms() > kAboveWaves * free.rms();
 }
 
 struct SolvedModel {
@@ -246,11 +298,22 @@ std::optional<SolvedModel> solve(const ModelProblem& p, const IndentationModel& 
   fit.young_deviation_Pa = p.law ? deviation(2) * per_young : kNan;
   if (!p.law) fit.exponent = u[1], fit.exponent_deviation = deviation(1);
   fit.rms_N = std::sqrt(out.squares / static_cast<double>(n)) * p.rise_N;
-  fit.misfit_N = misfit_of(p, left, u[0]) * p.rise_N;
+  const PartMeans parts = part_means(p.x, left, u[0], p.x.maxCoeff());
+  const double noise = noise_variance(left);
+  fit.misfit_N = misfit_of(parts, noise) * p.rise_N;
+  fit.has_pattern = has_pattern(p, parts, left, noise, u[0], fit.force_N / p.rise_N);
   if (fit.misfit_N > kMisfit * fit.force_N)
     add_sentence(fit.remark, "the model does not describe the curve: it is off by " +
                                  percent(fit.misfit_N / fit.force_N) + " of the force");
-  if (const double most_m = model.valid_to_m(press); fit.depth_m > most_m)
+  else if (fit.has_pattern)
+    add_sentence(
+        fit.remark,
+        fmt::format("what the model leaves goes with depth: {} of the force, of one sign in "
+                    "{} runs over {} parts",
+                    percent(parts.rms() * p.rise_N / fit.force_N), parts.runs(), kParts));
+  const double most_m = model.valid_to_m(press);
+  fit.is_beyond = fit.depth_m > most_m;
+  if (fit.is_beyond)
     add_sentence(fit.remark, fmt::format("deeper than the model holds to 1 % ({:.3g} of {:.3g} um)",
                                          1e6 * most_m, 1e6 * fit.depth_m));
   if (fit.contact_m < p.first_m) add_sentence(fit.remark, "its contact lies before the first row");
@@ -340,10 +403,27 @@ Eigen::VectorXd model_push_N(const ModelFit& fit, const Indentation& press,
 }
 
 std::optional<std::size_t> best_model(const std::vector<ModelFit>& fits) {
+  const bool any_holds = std::ranges::any_of(
+      fits, [](const ModelFit& fit) { return fit.model->law && !fit.is_beyond; });
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < fits.size(); ++i)
-    if (fits[i].model->law && (!best || fits[i].bic < fits[*best].bic - kSame)) best = i;
+    if (fits[i].model->law && !(any_holds && fits[i].is_beyond) &&
+        (!best || fits[i].bic < fits[*best].bic - kSame))
+      best = i;
   return best;
+}
+
+double chosen_deviation_Pa(const std::vector<ModelFit>& fits, std::size_t best) {
+  double weights = 0, squares = 0;
+  for (const ModelFit& fit : fits) {
+    if (!fit.model->law || fit.is_beyond) continue;
+    const double weight = std::exp((fits[best].bic - fit.bic) / 2);
+    weights += weight;
+    squares +=
+        weight * (square(fit.young_deviation_Pa) + square(fit.young_Pa - fits[best].young_Pa));
+  }
+  return weights > 0 ? std::max(fits[best].young_deviation_Pa, std::sqrt(squares / weights))
+                     : fits[best].young_deviation_Pa;
 }
 
 }  // namespace palpate::recordings

@@ -27,9 +27,11 @@ struct ModelFit {
   double depth_m = 0;                           ///< of the deepest reading
   double force_N = 0;                           ///< there, by the model
   double rms_N = 0;                             ///< of what it leaves
-  double misfit_N = 0;  ///< likewise of means over twentieths of the depth: what is no noise
-  double bic = 0;       ///< over the least of all models of the curve
-  std::string remark;   ///< why it does not hold here; empty where it does
+  double misfit_N = 0;       ///< likewise of means over twentieths of the depth: what is no noise
+  double bic = 0;            ///< over the least of all models of the curve
+  bool is_beyond = false;    ///< the press is deeper than the model holds
+  bool has_pattern = false;  ///< what it leaves goes with depth: no model of the body and sensor
+  std::string remark;        ///< why it does not hold here; empty where it does
 };
 
 /// Fits every named model that is admissible (no names: all) to readings of a way in, W each:
@@ -59,7 +61,12 @@ Eigen::VectorXd model_push_N(const ModelFit& fit, const Indentation& press,
                              const Eigen::VectorXd& travel_m);
 
 /// Index of the model that the curve is best described by, of those with a modulus: the least bic,
-/// and of equals (within 2) the more exact one. Nothing where there is none.
+/// and of equals (within 2) the more exact one; one that is not beyond where it holds, while there
+/// is such a one. Nothing where there is none.
 std::optional<std::size_t> best_model(const std::vector<ModelFit>& fits);
+
+/// Deviation of the best model's modulus with that of the choice: of the models that hold there,
+/// each counted with exp(-bic / 2).
+double chosen_deviation_Pa(const std::vector<ModelFit>& fits, std::size_t best);
 
 }  // namespace palpate::recordings

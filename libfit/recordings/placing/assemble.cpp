@@ -5,6 +5,8 @@
 #include <map>
 
 #include "libfit/core/experiments.hpp"
+#include "libfit/core/straight_presses.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/recordings/batch/plausible.hpp"
 #include "libfit/recordings/placing/place.hpp"
 #include "libfit/recordings/placing/relaxation.hpp"
@@ -154,6 +156,18 @@ constexpr const char* kNoClock =
     "some recordings have no clock: rows hold no time, and a fit takes their forces for those of "
     "slow motion";
 
+std::string sideways_note(const Samples& samples, const std::vector<std::int32_t>& experiments) {
+  std::vector<std::string> points;
+  for (const std::int32_t e : experiments) {
+    const auto at = std::ranges::find(samples.experiment, e) - samples.experiment.begin();
+    points.push_back(
+        samples.point_name[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(at)])]);
+  }
+  return "presses that move sideways by more than a third of their depth, and feel it, count as "
+         "drags; say kind = \"drag\" of them, or correct the normal: " +
+         listed(points);
+}
+
 // Every recording an experiment of its own, in time, contacts of a point aligned; nothing where one
 // has no clock.
 std::optional<std::vector<std::vector<Pooled>>> experiments_in_time(
@@ -219,12 +233,15 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   std::vector<std::vector<Pooled>> experiments;
   for (const auto& members : points)
     experiments.push_back(pool(candidates, members, items, options.pools_repeats));
-  if (options.identifies_relaxation) {
+  if (options.relaxation != RelaxationUse::none) {
     const TimedPoints timed = presses_in_time(candidates, points, items);
     if (!timed.member.empty()) out.relaxation = relaxation_of(candidates, timed, items);
   }
-  const bool relaxes = out.relaxation && out.relaxation->fit.relaxation.branches() > 0;
+  const bool relaxes =
+      out.relaxation && out.relaxation->fit.relaxation.branches() > 0 &&
+      (out.relaxation->doubts.empty() || options.relaxation == RelaxationUse::always);
   if (relaxes) {
+    out.relaxation->is_applied = true;
     samples.relaxation = out.relaxation->fit.relaxation;
     if (auto timed = experiments_in_time(candidates, points, items, out.relaxation->fit))
       experiments = std::move(*timed);
@@ -261,6 +278,8 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   fill_numbers(parts, samples);
   leave_out_what_says_nothing(samples);
   samples = joined(samples, cycles_of(candidates));
+  if (const auto sideways = straighten_presses(samples); !sideways.empty())
+    out.notes.push_back(sideways_note(samples, sideways));
   samples.recordings = provenance(items, results, candidates);
   out.outcomes = outcomes_of(items, results, candidates);
   return out;

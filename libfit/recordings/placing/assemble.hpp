@@ -13,6 +13,9 @@
 
 namespace palpate::recordings {
 
+/// What becomes of a body's relaxation that recordings tell.
+enum class RelaxationUse { none, where_sure, always };
+
 /// What turns the results of a batch into samples on a body.
 struct AssembleOptions {
   const Surface* surface = nullptr;   ///< positions are projected onto it
@@ -20,7 +23,9 @@ struct AssembleOptions {
   bool fits_to_surface = false;       ///< refine it by the contact points
   double place_tolerance_m = 3e-3;    ///< from the surface, and from the named position
   bool pools_repeats = true;          ///< presses of one point at one rate become one experiment
-  bool identifies_relaxation = true;  ///< where recordings have holds or several rates
+  /// Where recordings have holds or several rates: whether they tell how the body relaxes, and
+  /// whether rows in time follow from it where it is doubted, too.
+  RelaxationUse relaxation = RelaxationUse::where_sure;
 };
 
 /// What recordings tell of a body's relaxation (method-recordings.md, section 25).
@@ -37,6 +42,9 @@ struct BodyRelaxation {
   };
   std::vector<Used> recordings;  ///< in the order of fit.pictures, point by point
   bool has_holds = false;        ///< else several rates alone
+  /// Why rows in time would be worse than a mean of repeats: a phrase each.
+  std::vector<std::string> doubts;
+  bool is_applied = false;  ///< else proposed alone: samples do not have it
 };
 
 /// A recording that made it into the samples, or one that was refused on the way.
@@ -69,7 +77,7 @@ struct Assembled {
   std::vector<UsedTip> tips;
   std::vector<Outcome> outcomes;  ///< every recording and every item that gave none, in order
   std::optional<Registration> registration;
-  /// Where recordings have holds or rates. With branches, samples have rows in time, and each
+  /// Where recordings have holds or rates. Where it is applied, samples have rows in time, and each
   /// recording is an experiment of its own.
   std::optional<BodyRelaxation> relaxation;
   std::vector<std::string>

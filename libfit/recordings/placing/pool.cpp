@@ -100,7 +100,7 @@ Pooled together(const std::vector<Pooled>& repeats, const Vec3& inward) {
       d_sum += at->deflection;
       f_sum += at->force;
       t_sum += at->torque;
-      squares += at->force.squaredNorm();
+      squares += std::pow(at->force.dot(inward), 2);
       own += at->error_N * at->error_N;
       ++n;
     }
@@ -109,8 +109,8 @@ Pooled together(const std::vector<Pooled>& repeats, const Vec3& inward) {
     deflections.push_back(d_sum / n);
     forces.push_back(mean);
     torques.push_back(t_sum / n);
-    errors.push_back(
-        std::sqrt(std::max(0.0, (squares - n * mean.squaredNorm()) / (n - 1)) + own / n));
+    errors.push_back(std::sqrt(
+        std::max(0.0, (squares - n * std::pow(mean.dot(inward), 2)) / (n - 1)) + own / n));
   }
   const auto n = static_cast<Eigen::Index>(forces.size());
   out.deflection_m.resize(n, 3);

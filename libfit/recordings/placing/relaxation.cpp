@@ -24,6 +24,8 @@ constexpr int kMeans = 200;  // of ways in together
 constexpr Eigen::Index kMinMeans = 10;
 constexpr double kMuchDrift = 0.2;  // of the force lost in a hold
 constexpr double kApart = 2;        // standard errors by which points differ
+constexpr double kSurelyApart = 3;  // the same, where it decides
+constexpr double kFelt = 0.07;      // of a stiffness, that a person notices
 
 bool is_press_in_time(const Candidate& c, const std::vector<BatchItem>& items, Grade worst) {
   return !c.failure && items[c.item].signal.kind == ExperimentKind::press &&
@@ -105,6 +107,32 @@ std::string branch_in_words(const RelaxationFit& fit, Eigen::Index k) {
   return text;
 }
 
+// Points whose stiffness at once is not the body's by so many errors and such a share, each with
+// its own.
+std::vector<std::string> points_apart(const BodyRelaxation& found, double errors, double share) {
+  const Eigen::VectorXd at_once = Eigen::VectorXd::Constant(1, found.fit.shortest_s);
+  const auto band = found.fit.band(at_once);
+  std::vector<std::string> apart;
+  for (const BodyRelaxation::PointSeries& point : found.points) {
+    const auto own = point.fit.band(at_once);
+    const double error = std::hypot(own.high[0] - own.middle[0], band.high[0] - band.middle[0]) / 2;
+    if (std::abs(own.middle[0] - band.middle[0]) > std::max(errors * error, share * band.middle[0]))
+      apart.push_back(fmt::format("{} ({})", point.name, number(own.middle[0])));
+  }
+  return apart;
+}
+
+// A series that the recordings do not end tells no slow motion, and one that points do not share
+// makes each of them worse than the mean of its repeats.
+std::vector<std::string> doubts_of(const BodyRelaxation& found) {
+  std::vector<std::string> doubts;
+  if (std::ranges::any_of(found.fit.is_slower, [](char is_slower) { return is_slower != 0; }))
+    doubts.emplace_back("a branch is slower than the recordings");
+  if (!points_apart(found, kSurelyApart, kFelt).empty())
+    doubts.emplace_back("points do not relax alike");
+  return doubts;
+}
+
 }  // namespace
 
 TimedPoints presses_in_time(const std::vector<Candidate>& candidates,
@@ -177,10 +205,11 @@ BodyRelaxation relaxation_of(const std::vector<Candidate>& candidates, const Tim
     if (has_hold) held.push_back(p);
   }
   const auto branches = static_cast<int>(out.fit.relaxation.branches());
-  if (branches == 0 || held.size() < 2) return out;
-  for (const std::size_t p : held)
-    out.points.push_back(
-        {candidates[timed.member[p][0]].point, fit_relaxation({timed.press[p]}, branches)});
+  if (branches > 0 && held.size() > 1)
+    for (const std::size_t p : held)
+      out.points.push_back(
+          {candidates[timed.member[p][0]].point, fit_relaxation({timed.press[p]}, branches)});
+  out.doubts = doubts_of(out);
   return out;
 }
 
@@ -247,17 +276,12 @@ std::vector<std::string> relaxation_notes(const BodyRelaxation& found) {
     notes.push_back(
         "relaxation: a recording has too little before contact to tell its sensor's drift from "
         "slow relaxation");
-  // Points whose stiffness at once is not the body's.
-  std::vector<std::string> other;
-  for (const BodyRelaxation::PointSeries& point : found.points) {
-    const auto own = point.fit.band(Eigen::VectorXd::Constant(1, fit.shortest_s));
-    const double error = std::hypot(own.high[0] - own.middle[0], band.high[0] - band.middle[0]) / 2;
-    if (std::abs(own.middle[0] - band.middle[0]) > kApart * error)
-      other.push_back(fmt::format("{} ({})", point.name, number(own.middle[0])));
-  }
-  if (!other.empty())
+  if (const auto other = points_apart(found, kApart, 0); !other.empty())
     notes.push_back("relaxation: not alike over the body; other stiffness at once: " +
                     listed(other));
+  if (!found.is_applied)
+    notes.push_back("relaxation is proposed, not applied: " + listed(found.doubts, "; ") +
+                    "; relaxation = \"apply\" in the manifest takes it all the same");
   return notes;
 }
 

@@ -106,6 +106,8 @@ Json as_json(const RelaxationFit& fit) {
 
 Json as_json(const BodyRelaxation& found) {
   Json json = as_json(found.fit);
+  json["is_applied"] = found.is_applied;
+  json["doubts"] = found.doubts;
   json["points"] = Json::array();
   for (const BodyRelaxation::PointSeries& point : found.points) {
     Json of = as_json(point.fit);

@@ -99,6 +99,15 @@ void describe(const SeriesSearch& with, const std::vector<std::vector<RelaxingPr
   }
 }
 
+// Between rows of a recording in contact: the lower quartile of their steps, which is short after a
+// ramp and long where a stand ends.
+double short_step(const TimedPress& press) {
+  std::vector<double> steps;
+  for (Eigen::Index i = 1; i < press.rows(); ++i)
+    if (press.depth_m[i] > 0) steps.push_back(press.time_s[i] - press.time_s[i - 1]);
+  return lower_quantile(std::move(steps), 0.25);
+}
+
 }  // namespace
 
 RelaxationFit::Band RelaxationFit::band(const Eigen::VectorXd& time_s) const {
@@ -128,10 +137,10 @@ RelaxationFit fit_relaxation(const std::vector<std::vector<RelaxingPress>>& poin
       double from_s = std::numeric_limits<double>::infinity(), to_s = 0;
       for (Eigen::Index i = 1; i < one.press.rows(); ++i) {
         if (!(one.press.depth_m[i] > 0)) continue;
-        steps.push_back(one.press.time_s[i] - one.press.time_s[i - 1]);
         from_s = std::min(from_s, one.press.time_s[i - 1]), to_s = one.press.time_s[i];
       }
       fit.longest_s = std::max(fit.longest_s, to_s - from_s);
+      if (to_s > from_s) steps.push_back(short_step(one.press));
     }
   if (steps.empty() || !(fit.longest_s > 0)) return fit;
   fit.shortest_s = std::min(2 * median(steps), fit.longest_s / 4);

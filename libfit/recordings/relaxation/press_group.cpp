@@ -15,7 +15,9 @@ constexpr int kStretches = 10;            // of a recording
 constexpr double kModelError = 0.002;     // of the largest force: what no bed describes
 constexpr double kDeviations = 3;         // of the contact, within which the curve may begin
 constexpr Eigen::Index kMinFreeRows = 3;  // on either side, that tell a sensor's drift
-constexpr double kPull = 0.01;            // of the largest force, below which the tip is pulled
+// Of the largest force, over a recording: deviation of a sensor's drift that nothing tells.
+constexpr double kUsualDrift = 0.1;
+constexpr double kPull = 0.01;  // of the largest force, below which the tip is pulled
 
 // Ring depths, denser where contact begins.
 Eigen::VectorXd ring_depths(double first_m, double last_m) {
@@ -62,6 +64,34 @@ Eigen::MatrixXd curve_basis(SlowCurve kind, const Eigen::VectorXd& ring_m, doubl
   return out;
 }
 
+struct DriftPrior {
+  double over_N = 0, deviation_N = 0;
+};
+
+// Over a recording, from the free rows before contact and from what sensors usually do.
+DriftPrior expected_drift(const RelaxingPress& one, double margin_m, double most_N) {
+  const TimedPress& p = one.press;
+  DriftPrior usual{0, kUsualDrift * most_N};
+  std::vector<double> time, force;
+  double readings = 0;
+  for (Eigen::Index i = 0; i < p.rows() && p.depth_m[i] < -margin_m; ++i)
+    if (p.readings[i] > 0)
+      time.push_back(p.time_s[i]), force.push_back(p.push_N[i]), readings += p.readings[i];
+  const auto n = static_cast<Eigen::Index>(time.size());
+  if (n < kMinFreeRows) return usual;
+  const Eigen::Map<const Eigen::VectorXd> t(time.data(), n), f(force.data(), n);
+  const double whole_s = p.time_s[p.rows() - 1] - p.time_s[0],
+               spread_s = (t.array() - t.mean()).matrix().norm(),
+               row_N = one.noise_N / std::sqrt(readings / static_cast<double>(n));
+  if (!(spread_s > 0)) return usual;
+  const Line line = fit_line(t, f);
+  const double told_N = line.slope * whole_s,
+               error_N = std::max(line.deviation, row_N) / spread_s * whole_s;
+  // Two readings of one number.
+  const double told = 1 / (error_N * error_N), before = 1 / (usual.deviation_N * usual.deviation_N);
+  return {told_N * told / (told + before), 1 / std::sqrt(told + before)};
+}
+
 }  // namespace
 
 PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curve) {
@@ -98,7 +128,11 @@ PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curv
       if (p.depth_m[i] < -margin_m) (was_in ? after : before) += 1;
       touching += p.depth_m[i] > 0;
     }
-    part.has_drift = before >= kMinFreeRows && after >= kMinFreeRows;
+    if (before < kMinFreeRows || after < kMinFreeRows) {
+      const DriftPrior drift = expected_drift(one, margin_m, most_N);
+      part.drift_N = drift.over_N, part.drift_deviation_N = drift.deviation_N;
+      drifts_ += 1;
+    }
     Eigen::Index seen = 0;
     for (Eigen::Index i = 0; i < p.rows(); ++i)
       if (p.depth_m[i] > 0 && weight_[first + i] > 0)
@@ -149,15 +183,19 @@ PressGroup::Solution PressGroup::solve(const Eigen::MatrixXd& column, const doub
                                        const std::vector<char>& held_out) const {
   Eigen::MatrixXd sensor =
       Eigen::MatrixXd::Zero(rows_, 2 * static_cast<Eigen::Index>(presses_.size()));
-  Eigen::Index sensors = 0;
-  for (const PressInGroup& part : presses_) {
+  const Eigen::Index sensors = sensor.cols();
+  Eigen::VectorXd precision = Eigen::VectorXd::Zero(sensors), expected = precision;
+  for (std::size_t r = 0; r < presses_.size(); ++r) {
+    const PressInGroup& part = presses_[r];
+    const auto level_at = static_cast<Eigen::Index>(2 * r);
     const Eigen::Index n = part.time_s.size();
-    sensor.col(sensors++).segment(part.first, n).setOnes();
-    if (part.has_drift)
-      sensor.col(sensors++).segment(part.first, n) =
-          part.time_s / (part.time_s[n - 1] - part.time_s[0]);
+    sensor.col(level_at).segment(part.first, n).setOnes();
+    sensor.col(level_at + 1).segment(part.first, n) =
+        part.time_s / (part.time_s[n - 1] - part.time_s[0]);
+    if (!(part.drift_deviation_N > 0)) continue;
+    precision[level_at + 1] = 1 / (part.drift_deviation_N * part.drift_deviation_N);
+    expected[level_at + 1] = part.drift_N;
   }
-  sensor.conservativeResize(rows_, sensors);
   Eigen::VectorXd weight = weight_;
   for (Eigen::Index i = 0; i < rows_; ++i)
     if (held_out[static_cast<std::size_t>(i)]) weight[i] = 0;
@@ -165,23 +203,23 @@ PressGroup::Solution PressGroup::solve(const Eigen::MatrixXd& column, const doub
   Eigen::MatrixXd weighted = weight.asDiagonal() * column;
   Eigen::VectorXd right = weight.cwiseProduct(push_N_);
   const Eigen::MatrixXd free = weight.asDiagonal() * sensor;
-  const Eigen::MatrixXd inner = free.transpose() * free;
+  Eigen::MatrixXd inner = free.transpose() * free;
+  inner.diagonal() += precision;
   const auto solver = inner.ldlt();
   Eigen::MatrixXd gram = weighted.transpose() * weighted;
   Eigen::VectorXd to = weighted.transpose() * right;
-  if (sensors > 0) {
-    const Eigen::MatrixXd cross = free.transpose() * weighted;
-    const Eigen::VectorXd level = free.transpose() * right;
-    gram -= cross.transpose() * solver.solve(cross);
-    to -= cross.transpose() * solver.solve(level);
-  }
+  const Eigen::MatrixXd cross = free.transpose() * weighted;
+  const Eigen::VectorXd known = precision.cwiseProduct(expected),
+                        level = free.transpose() * right + known;
+  gram -= cross.transpose() * solver.solve(cross);
+  to -= cross.transpose() * solver.solve(level);
   const Eigen::VectorXd found = nonnegative_least_squares(gram, to);
   Solution out;
   out.curve = found;
   out.fitted_N = column * found;
-  if (sensors > 0)
-    out.fitted_N +=
-        sensor * solver.solve(free.transpose() * (right - weight.cwiseProduct(out.fitted_N)));
+  const Eigen::VectorXd of_sensor =
+      solver.solve(free.transpose() * (right - weight.cwiseProduct(out.fitted_N)) + known);
+  out.fitted_N += sensor * of_sensor;
   out.slopes.resize(rows_, sensors + (found.array() > 0).count());
   out.slopes.rightCols(sensors) = free;
   for (Eigen::Index j = 0, at = 0; j < found.size(); ++j)
@@ -189,6 +227,9 @@ PressGroup::Solution PressGroup::solve(const Eigen::MatrixXd& column, const doub
   out.residual.resize(residuals());
   out.residual.head(rows_) = weight_.cwiseProduct(push_N_ - out.fitted_N);
   for (Eigen::Index s = 0; s < this->shifts(); ++s) out.residual[rows_ + s] = shifts[s];
+  for (Eigen::Index k = 0, at = rows_ + this->shifts(); k < sensors; ++k)
+    if (precision[k] > 0)
+      out.residual[at++] = std::sqrt(precision[k]) * (of_sensor[k] - expected[k]);
   return out;
 }
 

@@ -25,8 +25,9 @@ class PressGroup {
  public:
   PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curve);
 
-  /// Rows of all recordings, and for each shift its prior.
-  Eigen::Index residuals() const { return rows_ + shifts(); }
+  /// Rows of all recordings, and for each shift and each drift that has one its prior.
+  Eigen::Index residuals() const { return rows_ + priors(); }
+  Eigen::Index priors() const { return shifts() + drifts_; }
   /// Contact of the second and of later recordings against the first, in deviations; none where the
   /// contact is known.
   Eigen::Index shifts() const { return static_cast<Eigen::Index>(shifted_.size()); }
@@ -76,11 +77,13 @@ class PressGroup {
     Eigen::Index first = 0;
     int shift = -1;  ///< index of its shift
     double contact_deviation_m = 0;
-    bool has_drift = false;  ///< of its sensor
+    /// What the sensor drifts by over the recording, where it is not told by free parts on both
+    /// sides: expected value and its deviation [N]; a deviation of 0: nothing is known beforehand.
+    double drift_N = 0, drift_deviation_N = 0;
   };
   std::vector<PressInGroup> presses_;
   std::vector<std::size_t> shifted_;
-  Eigen::Index rows_ = 0;
+  Eigen::Index rows_ = 0, drifts_ = 0;
   Eigen::VectorXd push_N_, noise_N_, weight_;
   std::vector<int> stretch_;
   int stretches_ = 0;

@@ -30,7 +30,7 @@ Eigen::MatrixXd series_covariance(const SeriesSearch& with, const SeriesValues& 
     outer.leftCols(2 * branches) = slopes.by_branch;
     outer.middleCols(first, shifts) = slopes.by_shift;
     information += outer.transpose() * outer;
-    const Eigen::MatrixXd priors = outer.bottomRows(shifts);
+    const Eigen::MatrixXd priors = outer.bottomRows(group.priors());
     noise += priors.transpose() * priors;
     for (std::size_t r = 0; r < group.recordings(); ++r) {
       const PressGroup::FittedRows rows = group.counted(r);

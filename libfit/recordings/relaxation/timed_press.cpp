@@ -7,7 +7,10 @@ namespace palpate::recordings {
 namespace {
 
 constexpr Eigen::Index kMaxRows = 400;
-constexpr double kParts = 40;           // of depth, force and time that a row may span
+constexpr double kParts = 40;      // of depth, force and time that a row may span
+constexpr double kPartsOfWay = 8;  // of the time of a straight way
+// Of the time since the tool came to stand: what relaxes there goes by the logarithm of time.
+constexpr double kShareOfStand = 0.15;
 constexpr double kCornerShare = 0.003;  // of the travel, by which a straight way may bend
 constexpr double kCornerNoise = 4;
 constexpr double kHoldSpeed = 0.1;  // of the mean speed
@@ -39,9 +42,14 @@ std::vector<Eigen::Index> corners_of(const Eigen::VectorXd& time, const Eigen::V
   return rows;
 }
 
-// How far a row may go.
+// How far a row may go. stands_s: when the tool came to stand, where it does.
 struct Spans {
   double depth_m = 0, force_N = 0, time_s = 0, noise_N = 0;
+  std::optional<double> stands_s = std::nullopt;
+
+  double time_at(double begin_s) const {
+    return stands_s ? std::min(time_s, kShareOfStand * (begin_s - *stands_s)) : time_s;
+  }
 };
 
 struct Readings {
@@ -56,7 +64,7 @@ struct Readings {
     const double seen_N = 3 * spans.noise_N * std::sqrt(4 / static_cast<double>(b - a));
     return std::max(depth_m[b - 1], 0.) - std::max(depth_m[a], 0.) <= spans.depth_m &&
            std::max(depth_m[a], 0.) - std::max(depth_m[b - 1], 0.) <= spans.depth_m &&
-           time_s[b - 1] - time_s[a] <= spans.time_s &&
+           time_s[b - 1] - time_s[a] <= spans.time_at(time_s[a]) &&
            std::abs(mean_force(middle, b) - mean_force(a, middle)) <=
                std::max(spans.force_N / 2, seen_N);
   }
@@ -84,6 +92,16 @@ Readings readings_of(const Signal& signal, double contact_travel_m) {
   return r;
 }
 
+// Spans on the straight way between two corners: some of each, and on a stand ever longer ones.
+Spans spans_of_way(const Readings& r, Eigen::Index a, Eigen::Index b, const Spans& spans) {
+  Spans own = spans;
+  const double whole_s = r.time_s[b] - r.time_s[a];
+  own.time_s = std::min(spans.time_s, whole_s / kPartsOfWay);
+  if (r.depth_m[b] > 0 && std::abs(r.depth_m[b] - r.depth_m[a]) < spans.depth_m)
+    own.stands_s = r.time_s[a];
+  return own;
+}
+
 // What becomes one row each: the corners of the way, and what lies between them in parts that are
 // short, or twice or four times as long where that would be more than kMaxRows.
 std::vector<Part> parts_of(const Readings& r, double noise_N) {
@@ -98,7 +116,9 @@ std::vector<Part> parts_of(const Readings& r, double noise_N) {
     parts.clear();
     for (std::size_t c = 0; c < corners.size(); ++c) {
       parts.emplace_back(corners[c], corners[c] + 1);
-      if (c + 1 < corners.size()) divide(r, corners[c] + 1, corners[c + 1], spans, parts);
+      if (c + 1 < corners.size())
+        divide(r, corners[c] + 1, corners[c + 1],
+               spans_of_way(r, corners[c], corners[c + 1], spans), parts);
     }
     if (static_cast<Eigen::Index>(parts.size()) <= kMaxRows) break;
     spans.depth_m *= 2, spans.force_N *= 2, spans.time_s *= 2;

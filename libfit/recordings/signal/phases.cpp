@@ -132,6 +132,18 @@ std::vector<RowRange> cycles_like(const Signal& signal, const std::vector<Phase>
   return cycles;
 }
 
+std::vector<RowRange> presses_like(const Signal& signal, const std::vector<Phase>& phases,
+                                   const RowRange& approach) {
+  const Eigen::VectorXd travel = signal.travel_m();
+  const double low_m = travel[approach.begin], high_m = travel[approach.end - 1],
+               slack_m = kCycleSlack * (high_m - low_m);
+  std::vector<RowRange> presses = approaches(signal, phases);
+  std::erase_if(presses, [&](const RowRange& way) {
+    return travel[way.begin] > low_m + slack_m || travel[way.end - 1] < high_m - slack_m;
+  });
+  return presses;
+}
+
 RowRange retract_after(const Signal&, const std::vector<Phase>& phases, const RowRange& approach) {
   const auto rows = static_cast<Eigen::Index>(phases.size());
   Eigen::Index begin = approach.end;

@@ -19,6 +19,8 @@ enum class Tip { sphere, flat, cone, pyramid, pyramid_3 };
 /// mean of every way in and back that goes as far (the middle of the loop, on all readings).
 enum class Use { approach, retract, mean };
 
+inline constexpr int kDeepestCycle = 0, kLastCycle = -1;
+
 /// A contact point that is known before the signal is looked at, in the recording's own travel.
 struct KnownContact {
   double travel_m = 0, deviation_m = 0;
@@ -43,6 +45,9 @@ struct SignalSettings {
   double compliance_m_N = 0;  ///< of the rig: travel that the body does not see
   double force_limit_N = std::numeric_limits<double>::infinity();  ///< of the sensor
   Use use = Use::approach;
+  /// Of the presses of a recording that go as deep: its number from 1 on, kLastCycle, or
+  /// kDeepestCycle, the one that goes farthest.
+  int cycle = kDeepestCycle;
   int rows = 40;                                 ///< per experiment, at most
   double min_young_Pa = 10, max_young_Pa = 5e6;  ///< apparent moduli outside are questioned
   bool is_range_given =

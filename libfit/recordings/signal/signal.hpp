@@ -91,6 +91,11 @@ RowRange main_approach(const Signal& signal, const std::vector<Phase>& phases);
 std::vector<RowRange> cycles_like(const Signal& signal, const std::vector<Phase>& phases,
                                   const RowRange& approach);
 
+/// The ways in that go at least 90 % as far as `approach` does, itself among them, in order:
+/// presses of one recording.
+std::vector<RowRange> presses_like(const Signal& signal, const std::vector<Phase>& phases,
+                                   const RowRange& approach);
+
 /// The ways in, each from its lowest to its highest travel.
 std::vector<RowRange> approaches(const Signal& signal, const std::vector<Phase>& phases);
 

@@ -219,5 +219,49 @@ TEST(drag, a_press_off_the_normal_and_a_path_are_replayed_too) {
   expect_recovered(fitted, 0, truth, "seed 5");
 }
 
+// A robot's drag: pressed in, then pulled, with an encoder's noise on every axis. The way out of a
+// drag once ended at the first row that noise put behind the one before.
+TEST(drag, an_encoders_noise_leaves_the_curves) {
+  const Curve normal = [](double d) { return 300 * d + 2e4 * d * d; },
+              lateral = [](double r) { return 250 * r; },
+              limit = [](double d) { return 0.4 * (300 * d + 2e4 * d * d); };
+  for (const double jitter_m : {1e-7, 1e-6, 1e-5, 1e-4})
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      Recorder rig;
+      const int p = rig.add_point(Vec3(0.1, -0.2, 1));
+      const Vec3 u = rig.inward(p);
+      rig.press(p, normal, 0.006, 24);
+      for (const double depth_m : {0.003, 0.006})
+        for (const double angle : {0.3, 2.0}) {
+          std::vector<Vec3> deflection, force;
+          for (int i = 1; i <= 20; ++i) {
+            deflection.push_back(depth_m * i / 20 * u);
+            force.push_back(normal(depth_m * i / 20) * u);
+          }
+          for (int i = 1; i <= 60; ++i) {
+            const double r = 0.009 * i / 60;
+            deflection.push_back(depth_m * u + r * rig.tangent(p, angle));
+            force.push_back(normal(depth_m) * u +
+                            std::min(lateral(r), limit(depth_m)) * rig.tangent(p, angle));
+          }
+          rig.add(p, ExperimentKind::drag, deflection, force);
+        }
+      std::mt19937 random(seed);
+      std::normal_distribution<double> noise(0, jitter_m);
+      for (Eigen::Index i = 0; i < rig.samples.rows(); ++i)
+        for (int k = 0; k < 3; ++k) rig.samples.deflection(i, k) += noise(random);
+      const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
+      const double allowed = 0.01 + 30 * jitter_m / 0.006;
+      EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), normal, 0.006), allowed)
+          << "jitter " << jitter_m << " m, seed " << seed << ": " << fitted.message[0];
+      EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::limit), limit, 0.006),
+                allowed + 0.05)
+          << "jitter " << jitter_m << " m, seed " << seed;
+      EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::lateral), lateral, 0.004),
+                allowed + 0.05)
+          << "jitter " << jitter_m << " m, seed " << seed;
+    }
+}
+
 }  // namespace
 }  // namespace palpate::test

@@ -125,6 +125,46 @@ TEST(pooling, rates_are_kept_apart_and_a_difference_beyond_the_noise_is_reported
   EXPECT_TRUE(assembled({linear_press(1000, 1e-3), linear_press(1001, 1e-2)}).notes.empty());
 }
 
+// Of a robot: the tool leans, its encoders jitter and its sensor's frame is off. Contact and normal
+// are its own.
+Conditioned robot_press(double lean, double force_aside, double jitter_m, unsigned seed) {
+  Conditioned r = linear_press(1000, 1e-3);
+  r.is_axial = false;
+  std::mt19937 random(seed);
+  std::normal_distribution<double> draw;
+  for (Eigen::Index i = 0; i < r.deflection_m.rows(); ++i) {
+    const double depth_m = r.deflection_m(i, 0), push_N = r.force_N(i, 0);
+    r.deflection_m.row(i) << lean * depth_m + jitter_m * draw(random), jitter_m * draw(random),
+        -depth_m;
+    r.force_N.row(i) << force_aside * push_N, 0, -push_N;
+  }
+  return r;
+}
+
+TEST(placing, a_press_of_three_axes_has_the_rows_of_one_axis) {
+  const Assembled axis = assembled({linear_press(1000, 1e-3), linear_press(1000, 1e-3)});
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const Assembled robot = assembled({robot_press(0.1, 0.05, 1e-7 * seed * seed * seed, seed),
+                                       robot_press(-0.1, 0.02, 1e-6, seed + 100)});
+    ASSERT_EQ(robot.samples.rows(), axis.samples.rows());
+    EXPECT_LT((robot.samples.deflection - axis.samples.deflection).cwiseAbs().maxCoeff(), 1e-15)
+        << "seed " << seed;
+    EXPECT_LT((robot.samples.force - axis.samples.force).cwiseAbs().maxCoeff(), 1e-12);
+    EXPECT_LT((robot.samples.force_error - axis.samples.force_error).cwiseAbs().maxCoeff(), 1e-9)
+        << "seed " << seed << ": what stands aside is no scatter of the press";
+    EXPECT_TRUE(robot.notes.empty());
+  }
+}
+
+TEST(placing, a_press_that_slides_sideways_is_named_and_stays) {
+  const Assembled out = assembled({robot_press(0.8, 0.3, 0, 1)});
+  EXPECT_GT(out.samples.deflection.col(0).maxCoeff(), 1e-3);
+  ASSERT_EQ(out.notes.size(), 1u);
+  EXPECT_EQ(out.notes[0],
+            "presses that move sideways by more than a third of their depth, and feel it, count as "
+            "drags; say kind = \"drag\" of them, or correct the normal: p");
+}
+
 // Once a file named twice, or copied, made repeats without scatter and points that are none.
 TEST(pooling, copies_of_a_recording_are_noted) {
   std::vector<BatchItem> items(4);

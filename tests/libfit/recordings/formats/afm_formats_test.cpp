@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <random>
+
 #include "libfit/io/hdf5/hdf5.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 #include "tests/libfit/io/scratch.hpp"
@@ -188,6 +190,67 @@ TEST_F(AfmFormatsTest, what_is_wrong_with_a_file_of_an_instrument_is_named_with_
             "a:12: has no column `force`");
   EXPECT_EQ(refusal(std::string(table).replace(table.find("\"spring"), 7, "\"no")),
             "a:12: states no spring constant");
+}
+
+TEST_F(AfmFormatsTest, a_nanoscope_curve_goes_in_and_back_by_its_sensor_or_its_ramp) {
+  for (const bool has_sensor : {true, false}) {
+    const auto r = read(nanoscope_curve(has_sensor));
+    ASSERT_EQ(r.size(), 1u);
+    EXPECT_EQ(r[0].format, "nanoscope");
+    ASSERT_EQ(r[0].rows(), 2 * kWayRows);
+    // A bit is 0.2 nm of the sensor and 16 pm of bending; the ramp is even, and the press is not.
+    for (int i = 0; i < 2 * kWayRows; i += 7) {
+      const auto k = static_cast<std::size_t>(i);
+      EXPECT_NEAR(r[0].push_N[k], press_force_N(i), 1.7e-11 * kSpring_N_m) << i;
+      if (has_sensor) {
+        EXPECT_NEAR(r[0].travel_m[k] - r[0].travel_m[0], press_travel_m(i), 3e-10) << i;
+      }
+    }
+    EXPECT_NEAR(r[0].travel_m[kWayRows - 1] - r[0].travel_m[0], press_travel_m(kWayRows - 1),
+                3e-10);
+    EXPECT_EQ(r[0].retract_begins, std::optional<Eigen::Index>(kWayRows));
+    EXPECT_NEAR(r[0].time_s[kWayRows], 1, 1e-12);
+    EXPECT_NEAR((*r[0].contact_m - Vec3(3e-6, 4e-6, 0)).norm(), 0, 1e-15);
+    EXPECT_EQ(all_of(r[0].taken),
+              std::string("spring constant 0.05 N/m; sensitivity 80 nm per unit; height of the ") +
+                  (has_sensor ? "sensor" : "ramp") + "; position (3e-06, 4e-06, 0) m; ");
+  }
+  EXPECT_NEAR(read(nanoscope_curve(), with_cantilever(0.1, 0))[0].push_N[kWayRows - 1],
+              2 * press_force_N(kWayRows - 1), 2e-12);
+}
+
+TEST_F(AfmFormatsTest, what_is_wrong_with_a_nanoscope_file_is_named) {
+  const std::string good = nanoscope_curve();
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string bytes = good;
+    for (std::size_t at = 0; (at = bytes.find(from, at)) != std::string::npos; at += to.size())
+      bytes.replace(at, from.size(), to);
+    return bytes;
+  };
+  EXPECT_EQ(refusal(good.substr(0, 8400)), "a: is cut short: a channel lies beyond its end");
+  EXPECT_EQ(refusal(good.substr(0, 600)),
+            "a: has no end of its header: it is cut short or damaged");
+  EXPECT_EQ(refusal(with("Bytes/pixel: 2", "Bytes/pixel: 4")),
+            "a: stores numbers of 4 bytes, and those of 2 are read");
+  EXPECT_EQ(refusal(with("[DeflectionError]", "[LateralFriction]")),
+            "a: has no channel of the deflection");
+  EXPECT_EQ(refusal(with("Data length: 1600", "Data length: 9600")),
+            "a: holds a map of force curves");
+  EXPECT_EQ(refusal(with("\\Spring Constant: 0.05", "\\Spring Constant: none")),
+            "a: states no spring constant");
+  EXPECT_EQ(refusal(with("Samps/line: 400 400", "Samps/line: NaN 400")),
+            "a: does not say how many rows its curve has (Samps/line)");
+  std::mt19937 random(4);
+  for (int trial = 0; trial < 3000; ++trial) {
+    std::string damaged = good;
+    for (unsigned k = 0; k < 1 + random() % 4; ++k)
+      damaged[random() % 1600] = static_cast<char>(random());
+    try {
+      for (const RawRecording& r : read_recordings("a", damaged, {}))
+        for (const double value : r.push_N) ASSERT_TRUE(std::isfinite(value)) << trial;
+    } catch (const Error&) {
+    }
+  }
 }
 
 // The name of a variable of a MATLAB file of version 7.3: HDF5 with rows and columns exchanged.

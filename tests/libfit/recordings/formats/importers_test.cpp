@@ -147,8 +147,8 @@ TEST_F(ImportersTest, bad_files_are_named_with_their_line) {
   EXPECT_EQ(refusal("t,d,F (N)\n0,0,1\n", bracket),
             "a.csv:1: column `F (N)` is in N, the manifest says mN");
   EXPECT_EQ(refusal(std::string("t,d\0F\n", 6), axial()), "a.csv:1: is binary data, not text");
-  EXPECT_EQ(refusal(std::string("\xff\xfet\0,\0d\0", 8), axial()),
-            "a.csv:1: is text of UTF-16, which is not read");
+  EXPECT_EQ(refusal(std::string("\xff\xfet\0,\0d", 7), axial()),
+            "a.csv:1: is UTF-16 text that is damaged or cut short");
   EXPECT_EQ(refusal("t,d,F\n", {}), "a.csv:1: is in no format that is known by its beginning");
   EXPECT_EQ(refusal("\x1f\x8b\x08 broken", axial()), "a.csv: is a damaged gzip file");
   EXPECT_EQ(error_of([&] { read_bytes(at("none.csv"), 100); }), "none.csv: no such file");
@@ -311,6 +311,54 @@ TEST_F(ImportersTest, instruments_are_known_by_their_beginning) {
   EXPECT_EQ(instron.facts.at("Cylinder Diameter"), "50mm");
   EXPECT_DOUBLE_EQ(instron.travel_m[1], 2e-3);
   EXPECT_EQ(refusal(kAfm, {}), "a.csv:5: the force is a raw cantilever signal");
+}
+
+// Files of 2020 and before name no device, have no sixth column, and where the computer spoke
+// French a decimal comma.
+TEST_F(ImportersTest, an_optics11_file_of_2020_needs_no_device) {
+  const std::string old =
+      "Date\t14/02/2020\tTime\t10:02:11\tStatus\tOK\r\nTip radius (um)\t27,500\r\nk (N/m)\t0,25\r\n"
+      "Piezo Indentation Sweep Settings\r\n\r\n"
+      "Time (s)\tLoad (uN)\tIndentation (nm)\tCantilever (nm)\tPiezo (nm)\r\n"
+      "0,0\t1\t0\t100,5\t600\r\n0,1\t2,5\t0\t200\t900\r\n";
+  const auto r = read(old, {})[0];
+  EXPECT_EQ(r.format, "chiaro");
+  EXPECT_NEAR(r.travel_m[0], 499.5e-9, 1e-18);
+  EXPECT_DOUBLE_EQ(r.push_N[1], 2.5e-6);
+  EXPECT_DOUBLE_EQ(*r.probe_radius_m, 27.5e-6);
+}
+
+std::string utf16(std::u16string_view text, bool is_little) {
+  std::string bytes = is_little ? "\xff\xfe" : "\xfe\xff";
+  for (const char16_t unit : text) {
+    const char low = static_cast<char>(unit & 0xFF), high = static_cast<char>(unit >> 8);
+    bytes += is_little ? low : high;
+    bytes += is_little ? high : low;
+  }
+  return bytes;
+}
+
+TEST_F(ImportersTest, text_of_utf16_is_read_as_it_is_written) {
+  const std::u16string_view text = u"t_s;x [\u00b5m];F_mN\r\n0;0;1\r\n1;2;3\r\n# \U0001F600\r\n";
+  for (const bool is_little : {true, false}) {
+    ReadSettings s;
+    s.is_force_on_tool = false;
+    const auto r = read(utf16(text, is_little), s)[0];
+    EXPECT_DOUBLE_EQ(r.travel_m[1], 2e-6);
+    EXPECT_DOUBLE_EQ(r.push_N[1], 3e-3);
+  }
+  EXPECT_EQ(refusal(utf16(u"t_s;x_mm;F_N\n0;0;1\n", true) + "1", axial()),
+            "a.csv:3: is UTF-16 text that is damaged or cut short");
+  EXPECT_EQ(refusal(utf16({u"t\n\xDC00", 3}, true), axial()),
+            "a.csv:2: is UTF-16 text that is damaged or cut short");
+}
+
+TEST_F(ImportersTest, grams_of_a_balance_are_forces) {
+  const std::string text = "t (s),d (mm),F (g)\n0,0,0\n1,1,100\n";
+  ReadSettings s = axial();
+  s.columns.time = "t", s.columns.depth = "d", s.columns.force = {"F"};
+  s.units = {};
+  EXPECT_DOUBLE_EQ(read(text, s)[0].push_N[1], 0.980665);
 }
 
 // The reader of every format on files damaged at random: an Error or numbers in range, never more.

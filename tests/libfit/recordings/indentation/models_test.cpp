@@ -174,6 +174,64 @@ TEST(fit_models, evidence_finds_the_layer_and_the_half_space) {
   }
 }
 
+// The paraboloid was taken for a ball in 4 of 50 presses to half its radius, and no band held that.
+TEST(fit_models, the_band_of_a_modulus_holds_the_choice_of_the_model) {
+  Indentation p = press_of("sphere");
+  const ModelLaw law = indentation_model_named("sphere")->law(p);
+  constexpr int kSeeds = 100;
+  for (const double slowness : {0., 0.6}) {  // of noise from one reading to the next
+    int within = 0, spheres = 0;
+    for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+      Recorded r = record(law, p, 0, seed);
+      std::mt19937 random(seed);
+      std::normal_distribution<double> unit(0, 0.02 * r.push_N.maxCoeff());
+      double slow_N = 0;
+      for (double& push_N : r.push_N) {
+        slow_N = slowness * slow_N + unit(random) * std::sqrt(1 - slowness * slowness);
+        push_N += slow_N;
+      }
+      const auto fits = fit_models(r.travel_m, r.push_N, p, {}, {});
+      const auto best = best_model(fits);
+      ASSERT_TRUE(best) << "seed " << seed;
+      spheres += fits[*best].model->name == "sphere";
+      within +=
+          std::abs(fits[*best].young_Pa - kYoung_Pa) < 1.96 * chosen_deviation_Pa(fits, *best);
+    }
+    EXPECT_EQ(spheres, kSeeds);
+    EXPECT_GE(within, 93) << "of 100, noise that goes on by " << slowness;
+    RecordProperty("within", within);
+  }
+}
+
+TEST(fit_models, what_goes_with_depth_in_what_is_left_is_said) {
+  const Indentation p = press_of("sphere");
+  const ModelLaw ball = indentation_model_named("sphere")->law(p);
+  Indentation on_layer = press_of("layer");
+  on_layer.thickness_m = 15e-6;
+  const ModelLaw layer = indentation_model_named("layer")->law(on_layer);
+  int told = 0;
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    const Recorded good = record(ball, p, 0.01, seed);
+    told += fit_models(good.travel_m, good.push_N, p, {"sphere"}, {})[0].has_pattern;
+
+    Recorded step = good, soft = good;
+    const double most_N = good.push_N.maxCoeff();
+    for (Eigen::Index i = 0; i < good.push_N.size(); ++i) {
+      step.push_N[i] += good.travel_m[i] > 5.3e-6 ? 0.06 * most_N : 0;
+      soft.push_N[i] = 0.8 * most_N * std::tanh(good.push_N[i] / (0.8 * most_N));
+    }
+    const Recorded stiff = record(layer, on_layer, 0.002, seed);
+    for (const auto& [name, r] :
+         {std::pair{"step", step}, {"soft saturation", soft}, {"stiff layer below", stiff}}) {
+      const ModelFit fit = fit_models(r.travel_m, r.push_N, p, {"sphere"}, {})[0];
+      EXPECT_FALSE(fit.remark.empty())
+          << name << ", seed " << seed << ": E " << fit.young_Pa << " +- " << fit.young_deviation_Pa
+          << ", misfit " << fit.misfit_N / fit.force_N;
+    }
+  }
+  EXPECT_LE(told, 3) << "of 100 presses that the model describes";
+}
+
 TEST(fit_models, a_model_that_cannot_describe_the_curve_says_so_and_the_exponent_says_why) {
   const Indentation p = press_of("cone");
   const Recorded r = record([](double d) { return ModelForce{std::pow(d, 4), 0}; }, p, 1e-3, 5);

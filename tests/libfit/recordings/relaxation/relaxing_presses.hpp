@@ -82,9 +82,10 @@ inline std::vector<double> forces(const RelaxingBody& body, const Way& way, doub
 }
 
 /// What a sensor adds: white noise, and a drift whose power goes as 1/f; shares of the largest
-/// force, standard deviations of a reading.
+/// force, standard deviations of a reading. slope: what a drift that goes straight adds over the
+/// recording, a share of the largest force.
 struct Sensor {
-  double noise = 0.01, drift = 0;
+  double noise = 0.01, drift = 0, slope = 0;
 };
 
 /// Sum of slow oscillators of equal power per octave: 1/f from the length of the recording to four
@@ -117,7 +118,8 @@ inline importers::RawRecording record(const RelaxingBody& body, const Way& way, 
     const double t = interval_s * static_cast<double>(i);
     raw.time_s.push_back(t);
     raw.travel_m.push_back(way.depth_at(t) - way.depth_m[0]);
-    raw.push_N[i] += normal(random) + sensor.drift * most_N * drift[i];
+    raw.push_N[i] += normal(random) + sensor.drift * most_N * drift[i] +
+                     sensor.slope * most_N * t / way.time_s.back();
     raw.line.push_back(i + 2);
   }
   return raw;
@@ -173,12 +175,22 @@ inline std::vector<RecoveryCase> recovery_cases() {
           {"hold, 2 branches, 1/f drift", two, {hold_way()}, drifting}};
 }
 
+/// Free for a while, 4 mm in, 3 of them in contact, held, and out to be free again.
+inline Way long_hold_way(double before_s, double held_s, double after_s, double ramp_s = 0.4) {
+  Way way;
+  way.go(-1e-3, 0), way.go(-1e-3, before_s), way.go(3e-3, ramp_s), way.go(3e-3, held_s);
+  way.go(-1e-3, ramp_s), way.go(-1e-3, after_s);
+  return way;
+}
+
 /// Recordings of a case, conditioned as an import does: the contact point is not known.
-inline std::vector<recordings::RelaxingPress> presses_of(const RecoveryCase& of, unsigned seed) {
+inline std::vector<recordings::RelaxingPress> presses_of(const RecoveryCase& of, unsigned seed,
+                                                         double interval_s = 0.01,
+                                                         int steps_each = 2) {
   std::mt19937 random(seed);
   std::vector<recordings::RelaxingPress> presses;
   for (const Way& way : of.ways) {
-    const auto raw = record({of.relaxation, 1}, way, 0.01, 2, of.sensor, random);
+    const auto raw = record({of.relaxation, 1}, way, interval_s, steps_each, of.sensor, random);
     recordings::SignalSettings settings;
     settings.radius_m = 5e-3;
     const auto done = recordings::condition(raw, settings, std::nullopt, "press.csv", false);
