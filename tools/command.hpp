@@ -22,8 +22,8 @@ enum ExitStatus : int {
 };
 
 /// What a command accepts, declared without the parsing library: main.cpp alone knows that.
-/// Targets must outlive parsing and hold the defaults, which --help shows. After the flags may stand
-/// what their value is, "--depth LEN"; else it is FILE, or N of a whole number.
+/// Targets must outlive parsing and hold the defaults, which --help shows. After the flags may
+/// stand what their value is, "--depth LEN"; else it is FILE, or N of a whole number.
 class Arguments {
  public:
   virtual ~Arguments() = default;

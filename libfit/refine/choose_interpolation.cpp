@@ -83,11 +83,11 @@ std::optional<BlendPoints> without(const FittedCurves& curves,
 }
 
 // Mean relative errors of a point left out: with shares of slopes, and with the trend last.
-std::array<double, kShares + 2> errors_at(const FittedCurves& curves, std::int32_t p,
-                                          const BlendPoints& corners, const Controls& slopes,
-                                          const ShapeCovariates& shape,
+std::array<double, kShares + 2> errors_at(const FittedCurves& curves, const LeftOutPoint& row,
+                                          const Controls& slopes, const ShapeCovariates& shape,
                                           const ShapeRegression& trend) {
   const Eigen::Index n = curves.curves.control[0].cols();
+  const std::int32_t p = row.point;
   CurveSet rows(curves.curves.family);
   rows.basis = curves.curves.basis;
   // What is true, what is predicted from the neighbours, what slopes add, what the trend predicts.
@@ -95,12 +95,12 @@ std::array<double, kShares + 2> errors_at(const FittedCurves& curves, std::int32
   Controls& control = rows.control[0];
   control.row(0) = curves.curves.control[0].row(p);
   for (int k = 0; k < 3; ++k) {
-    const std::int32_t l = corners.point[static_cast<std::size_t>(k)];
-    const Eigen::RowVectorXd part = corners.weight[k] * curves.curves.control[0].row(l);
+    const std::int32_t l = row.corner[static_cast<std::size_t>(k)];
+    const Eigen::RowVectorXd part = row.weight[k] * curves.curves.control[0].row(l);
     const Vec3 way = (curves.position.row(p) - curves.position.row(l)).transpose();
     control.row(1) += part;
     for (Eigen::Index j = 0; j < n && slopes.cols() > 0; ++j)
-      control(2, j) += corners.weight[k] * slopes.row(l).segment<3>(3 * j).dot(way.transpose());
+      control(2, j) += row.weight[k] * slopes.row(l).segment<3>(3 * j).dot(way.transpose());
     control.row(3) +=
         std::exp(trend.at(shape.at_point.row(p)) - trend.at(shape.at_point.row(l))) * part;
   }
@@ -119,8 +119,8 @@ std::array<double, kShares + 2> errors_at(const FittedCurves& curves, std::int32
   return error;
 }
 
-}  // namespace
-
+// Logarithm of the normal force of each test point, mean over four depths; 0 where there is none,
+// and is_usable then 0.
 Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usable) {
   const NodeForces forces(curves.curves);
   const double range_m = curves.curves.basis[0].knots_m.back();
@@ -136,6 +136,22 @@ Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usa
   return log_force;
 }
 
+// Points, at most kMaxPoints, that neighbours surround.
+std::vector<LeftOutPoint> left_out_points(const FittedCurves& curves, const Triangles& triangles,
+                                          const std::vector<char>& is_used) {
+  std::vector<LeftOutPoint> out;
+  const Neighbours neighbours(triangles, curves.curves.points());
+  const auto points = static_cast<std::int32_t>(curves.curves.points());
+  for (std::int32_t p = 0; p < points; p += 1 + points / kMaxPoints) {
+    if (is_used[static_cast<std::size_t>(p)] == 0) continue;
+    const auto around = without(curves, points_around(curves, neighbours, is_used, p), p);
+    if (around) out.push_back({p, around->point, around->weight});
+  }
+  return out;
+}
+
+}  // namespace
+
 InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
                                          const std::vector<char>& is_usable, const Controls& slopes,
                                          const ShapeCovariates& shape) {
@@ -143,18 +159,12 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
   std::vector<char> is_used = is_usable;
   const Eigen::VectorXd log_force = log_forces(curves, is_used);
   std::array<double, kShares + 2> error{};
-  const Neighbours neighbours(triangles, curves.curves.points());
-  const auto points = static_cast<std::int32_t>(curves.curves.points());
-  for (std::int32_t p = 0; p < points; p += 1 + points / kMaxPoints) {
-    const auto i = static_cast<std::size_t>(p);
-    if (is_used[i] == 0) continue;
-    const auto corners = without(curves, points_around(curves, neighbours, is_used, p), p);
-    if (!corners) continue;
+  const std::vector<LeftOutPoint> rows = left_out_points(curves, triangles, is_used);
+  out.trend = regress_on_shape(shape, log_force, is_used, rows);
+  for (const LeftOutPoint& row : rows) {
     ++out.points;
-    is_used[i] = 0;  // the corners are still there
-    const ShapeRegression trend = regress_on_shape(shape, log_force, is_used);
-    is_used[i] = 1;
-    const auto at_point = errors_at(curves, p, *corners, slopes, shape, trend);
+    const ShapeRegression trend = regress_on_shape(shape, log_force, is_used, rows, row.point);
+    const auto at_point = errors_at(curves, row, slopes, shape, trend);
     for (std::size_t k = 0; k < error.size(); ++k) error[k] += at_point[k];
   }
   if (out.points == 0) return out;

@@ -13,21 +13,18 @@ namespace palpate {
 struct InterpolationChoice {
   double slope_share = 0;      ///< of the slopes of test points (B4), 0 to 1/2
   bool follows_shape = false;  ///< the trend of shape (M12d); refine() then counts no slopes
+  ShapeRegression trend;       ///< of all points that count, whether it is used or not
   int points = 0;              ///< that could be left out
   double error = 0, plain_error = 0, slope_error = 0, shape_error = 0;
 };
 
 /// Leaves out one test point at a time and predicts it from its neighbours, at four depths; the
-/// trend is that of the other points alone. Nothing is chosen where fewer than four points (six for
-/// the trend) have neighbours all around, or where it takes off less than a twentieth (a tenth).
-/// is_usable: points that count; the others are neither left out nor predict. slopes:
+/// trend is that of rows that know nothing of it. Nothing is chosen where fewer than four points
+/// (six for the trend) have neighbours all around, or where it takes off less than a twentieth (a
+/// tenth). is_usable: points that count; the others are neither left out nor predict. slopes:
 /// slopes_of(curves).
 InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
                                          const std::vector<char>& is_usable, const Controls& slopes,
                                          const ShapeCovariates& shape);
-
-/// Logarithm of the normal force of each test point, mean over four depths; 0 where there is none,
-/// and is_usable then 0.
-Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usable);
 
 }  // namespace palpate

@@ -166,8 +166,7 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
       options.follows_shape.value_or(chosen.follows_shape && !options.slope_share);
   if (chosen.follows_shape) {
     chosen.slope_share = 0;
-    const Eigen::VectorXd log_force = log_forces(curves, is_trusted);
-    found.trend = trend_over(shape, regress_on_shape(shape, log_force, is_trusted));
+    found.trend = trend_over(shape, chosen.trend);
   }
   Model model = model_of(curves, fine, outward_normal, std::move(blend), slopes, chosen.slope_share,
                          found.trend);

@@ -10,9 +10,7 @@
 namespace palpate {
 namespace {
 
-// In squared deviations of the covariates: the weight of one point on a body of twenty,
-// where between 0.5 and 8 makes little difference.
-constexpr double kRidge = 1;
+constexpr double kRidge = 1;         // in rows of a mean size
 constexpr double kCellShare = 0.15;  // of the patch's radius: that of a cell
 
 Eigen::VectorXd vertex_areas(const Surface& surface) {
@@ -137,30 +135,42 @@ ShapeCovariates shape_covariates(const Surface& fine, const Points& outward_norm
 }
 
 ShapeRegression regress_on_shape(const ShapeCovariates& covariates,
-                                 const Eigen::VectorXd& log_force,
-                                 const std::vector<char>& is_used) {
+                                 const Eigen::VectorXd& log_force, const std::vector<char>& is_used,
+                                 const std::vector<LeftOutPoint>& rows, std::int32_t without) {
   using Row = Eigen::RowVector4d;
   const auto& x = covariates.at_point;
   std::vector<Eigen::Index> points;
   for (Eigen::Index p = 0; p < log_force.size(); ++p)
-    if (is_used[static_cast<std::size_t>(p)] != 0) points.push_back(p);
+    if (is_used[static_cast<std::size_t>(p)] != 0 && p != without) points.push_back(p);
   const auto count = static_cast<double>(points.size());
   ShapeRegression out;
   if (points.empty()) return out;
   out.low = x(points, Eigen::all).colwise().minCoeff();
   out.high = x(points, Eigen::all).colwise().maxCoeff();
   out.mean = x(points, Eigen::all).colwise().sum() / count;
-  const double mean_log = log_force(points).sum() / count;
   out.scale =
       ((x(points, Eigen::all).rowwise() - out.mean).colwise().squaredNorm() / count).cwiseSqrt();
   for (double& s : out.scale) s = s > 1e-9 ? 1 / s : 0;
-  Eigen::Matrix4d normal_matrix = kRidge * Eigen::Matrix4d::Identity();
+  Eigen::Matrix4d normal_matrix = Eigen::Matrix4d::Zero();
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
-  for (const Eigen::Index p : points) {
-    const Row z = (x.row(p) - out.mean).cwiseProduct(out.scale);
+  int used = 0;
+  for (const LeftOutPoint& row : rows) {
+    if (row.has(without)) continue;
+    Row z = x.row(row.point);
+    double more = log_force[row.point];
+    for (std::size_t k = 0; k < 3; ++k) {
+      z -= row.weight[static_cast<Eigen::Index>(k)] * x.row(row.corner[k]);
+      more -= row.weight[static_cast<Eigen::Index>(k)] * log_force[row.corner[k]];
+    }
+    z = z.cwiseProduct(out.scale);
     normal_matrix += z.transpose() * z;
-    right += z.transpose() * (log_force[p] - mean_log);
+    right += z.transpose() * more;
+    ++used;
   }
+  if (used == 0) return out;
+  const double ridge = kRidge * normal_matrix.trace() / (4 * used);
+  if (!(ridge > 0)) return out;
+  normal_matrix.diagonal().array() += ridge;
   out.slope = normal_matrix.ldlt().solve(right);
   return out;
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "libfit/core/curves.hpp"
@@ -36,11 +38,23 @@ struct ShapeRegression {
   }
 };
 
-/// Ridge regression of log_force (P) on the covariates, over the points of is_used; none: a trend
-/// of 0.
+/// A test point, and its place as a blend of three others.
+struct LeftOutPoint {
+  std::int32_t point = 0;
+  std::array<std::int32_t, 3> corner{};
+  Vec3 weight = Vec3::Zero();
+  bool has(std::int32_t other) const {
+    return point == other || corner[0] == other || corner[1] == other || corner[2] == other;
+  }
+};
+
+/// Ridge regression of what points have over the blends of others in their places: of log_force (P)
+/// on the covariates. What changes slowly over the body, such as its thickness, is in neither; over
+/// values it would drown the curvature. Rows of `without` are not used. is_used: points whose
+/// covariates bound and scale it. No row: a trend of 0.
 ShapeRegression regress_on_shape(const ShapeCovariates& covariates,
-                                 const Eigen::VectorXd& log_force,
-                                 const std::vector<char>& is_used);
+                                 const Eigen::VectorXd& log_force, const std::vector<char>& is_used,
+                                 const std::vector<LeftOutPoint>& rows, std::int32_t without = -1);
 
 ShapeTrend trend_over(const ShapeCovariates& covariates, const ShapeRegression& regression);
 

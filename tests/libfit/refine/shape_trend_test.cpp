@@ -155,7 +155,9 @@ TEST(ShapeTrend, is_never_extrapolated_past_the_shapes_that_were_felt) {
   shape.at_vertex(0, 0) = 30;
   shape.at_vertex(1, 0) = 3000;
   const ShapeTrend trend = trend_over(
-      shape, regress_on_shape(shape, Eigen::Vector4d(0, 0.1, 0.2, 0.3), std::vector<char>(4, 1)));
+      shape,
+      regress_on_shape(shape, Eigen::Vector4d(0, 0.1, 0.2, 0.3), std::vector<char>(4, 1),
+                       {{1, {0, 0, 2}, {0.25, 0.25, 0.5}}, {2, {1, 1, 0}, {0.5, 0.25, 0.25}}}));
   EXPECT_GT(trend.at_vertex[0], 0.05);
   EXPECT_EQ(trend.at_vertex[1], trend.at_vertex[0]);
 }

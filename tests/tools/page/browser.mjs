@@ -164,7 +164,10 @@ const claims = {
     await until("#poke-dent", (s) => Number.parseFloat(s) === 0);
     await page.mouse.down();
     await until("#poke-dent", (s) => Number.parseFloat(s) > 1);
-    const [moved, pressed] = (await settled("#poke-dent", "#poke-depth-now")).map(Number.parseFloat);
+    // The dent follows the depth by as many frames as a busy machine takes.
+    let [moved, pressed] = [0, 1];
+    for (let i = 0; i < 10 && !(moved > 0.6 * pressed && moved < 1.3 * pressed); ++i)
+      [moved, pressed] = (await settled("#poke-dent", "#poke-depth-now")).map(Number.parseFloat);
     const away = await page.locator("#poke-dent").getAttribute("data-from_tip_m");
     assert.ok(moved > 0.6 * pressed && moved < 1.3 * pressed, `${moved} mm of ${pressed}`);
     // The vertex that moves most is one under the tool: no farther from the tip than a cell of this mesh.
