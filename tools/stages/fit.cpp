@@ -166,6 +166,9 @@ FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs
   const Samples samples =
       of_kinds(all, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
   FitOptions options = fit_options(samples, section, jobs);
+  const Samples others = of_kinds(all, {ExperimentKind::other});
+  // What another radius changes is known of rings alone (docs/method-tools.md, section 30).
+  if (section.family == "auto" && others.rows() > 0) options.family = CurveFamily::rings;
   options.warm_start = warm.curves;
   options.warm_cache = warm.cache;
   options.estimates = nuisances.estimates;
@@ -180,8 +183,7 @@ FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs
   curves.probe = samples.probe;
   if (const Samples cycles = of_kinds(all, {ExperimentKind::cycle}); cycles.rows() > 0)
     add_damage(curves, cycles, all.recordings.size() > 0);
-  if (const Samples others = of_kinds(all, {ExperimentKind::other}); others.rows() > 0)
-    add_radius_effect(curves, others);
+  if (others.rows() > 0) add_radius_effect(curves, others);
   return curves;
 }
 

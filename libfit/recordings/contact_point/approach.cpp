@@ -20,12 +20,14 @@ constexpr double kSeenInNoise = 5;  // a rise below this is no contact
 constexpr double kEndShare = 0.1;   // of the travel, within which the largest force ends the way in
 constexpr Eigen::Index kMinRows = 8;
 constexpr std::array kFreeDepths{40., 40., 12.};  // free travel that a pass keeps, over the depth
-constexpr double kLeastExplained = 0.5;   // beside long free travel, whose waves look like a toe
-constexpr double kFewestMeans = 3;        // of a press that has a contact point
-constexpr double kSmallPress = 0.2;       // of the travel
-constexpr double kWorthIt = 0.2;          // of the travel, to leave out
-constexpr Eigen::Index kFewestNear = 40;  // rows that stay
-constexpr double kGoneOut = 0.5;          // of the way in: a recording that begins with a way out
+constexpr double kLeastExplained = 0.5;    // beside long free travel, whose waves look like a toe
+constexpr double kFewestMeans = 3;         // of a press that has a contact point
+constexpr double kSmallPress = 0.2;        // of the travel
+constexpr double kWorthIt = 0.2;           // of the travel, to leave out
+constexpr Eigen::Index kFewestNear = 40;   // rows that stay
+constexpr double kGoneOut = 0.5;           // of the way in: a recording that begins with a way out
+constexpr double kTurnsOfNoise = 0.005;    // of the travel's range: noise above it turns the tip
+constexpr Eigen::Index kRowsOfNoise = 40;  // with fewer a bend may be a turn
 constexpr double kPressMean = 0.45;  // mean push over largest: a press has 0.4 (ball) or less, a
                                      // punch 0.5 at most; mirrored, they have 0.6 and 0.5 or more
 
@@ -117,7 +119,16 @@ void focus_on_contact(const Signal& signal, double exponent, Approach& approach)
 }
 
 void check_contact(const Signal& signal, const Approach& approach, const std::string& file) {
-  if (approach.curve.push_N.size() < 5)
+  const bool is_short = approach.curve.push_N.size() < 5;
+  const Eigen::VectorXd travel_m = signal.travel_m();
+  const double range_m = travel_m.maxCoeff() - travel_m.minCoeff(),
+               scatter_m = travel_m.size() < kRowsOfNoise ? 0 : neighbour_scatter(travel_m);
+  if (is_short && scatter_m > kTurnsOfNoise * range_m)
+    throw Error(place(file, signal, approach.range.begin),
+                "the position scatters by " + millimetres(scatter_m) +
+                    " from one reading to the next: no way in is seen",
+                "Say smooth = \"0.1 s\", or longer; or record a position with less noise.");
+  if (is_short)
     throw Error(place(file, signal, approach.range.begin),
                 fmt::format("the tip goes in over {} rows alone", approach.curve.push_N.size()),
                 "Record at least 5 rows on the way in; is the depth's sign right?");

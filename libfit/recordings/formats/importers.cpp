@@ -14,6 +14,8 @@ constexpr std::array<Importer, 13> kImporters{{
     {"jpk", "JPK force curve or map: .jpk-force, .jpk-force-map, .jpk-qi-data", begins_zip,
      read_jpk},
     {"igor", "Igor binary wave of an Asylum Research microscope: .ibw", begins_igor, read_igor},
+    {"nanoscope", "NanoScope force curve of a Bruker microscope: .spm, .000", begins_nanoscope,
+     read_nanoscope},
     {"afmformats", "force curve as afmformats exports it: .tab", begins_afmformats,
      read_afmformats},
     {"afmformats-hdf5", "force curves as afmformats exports them: .h5", nullptr,
@@ -32,8 +34,6 @@ constexpr std::array<Importer, 13> kImporters{{
      nullptr, read_robot_palpation},
     {"csv", "delimited text with the columns that the manifest or their own names tell",
      begins_named_columns, read_columns_csv},
-    {"nanoscope", "NanoScope force curve of a Bruker microscope: .spm, .000", begins_nanoscope,
-     read_nanoscope},
 }};
 
 constexpr std::size_t kHeadBytes = 4096;  // what the formats look at

@@ -17,7 +17,7 @@
 namespace palpate::importers {
 namespace {
 
-constexpr std::string_view kBegin = "\\*Force file list", kEnd = "\\*File list end";
+constexpr std::string_view kFirstLine = "\\*Force file list", kHeaderEnd = "\\*File list end";
 constexpr std::size_t kLargestHeader = std::size_t{1} << 20;
 constexpr std::int16_t kNotWritten = -32768;  // of rows beyond the end of a ramp
 
@@ -49,7 +49,7 @@ std::vector<HeaderSection> sections_of(std::string_view bytes, const FailCantile
     const std::size_t end = std::min(rest.find_first_of("\r\n"), rest.size());
     const std::string_view line = rest.substr(0, end);
     rest.remove_prefix(std::min(end + 1, rest.size()));
-    if (line == kEnd) return sections;
+    if (line == kHeaderEnd) return sections;
     if (line.starts_with("\\*")) {
       sections.push_back({std::string(line.substr(2)), {}});
     } else if (line.starts_with('\\') && !sections.empty()) {
@@ -216,7 +216,7 @@ std::optional<double> in_metres(const std::string& text) {
 
 }  // namespace
 
-bool begins_nanoscope(std::string_view head) { return head.starts_with(kBegin); }
+bool begins_nanoscope(std::string_view head) { return head.starts_with(kFirstLine); }
 
 std::vector<RawRecording> read_nanoscope(const std::filesystem::path& path, std::string_view bytes,
                                          const ReadSettings& settings) {

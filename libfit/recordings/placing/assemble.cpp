@@ -76,6 +76,20 @@ std::vector<UsedTip> tips_of(const std::vector<BatchItem>& items,
   return out;
 }
 
+// Candidates of each point, those of each tip by themselves: they have one curve.
+std::vector<std::vector<std::size_t>> by_tip(const std::vector<std::vector<std::size_t>>& points,
+                                             const std::vector<UsedTip>& tips,
+                                             const std::vector<BatchItem>& items,
+                                             const std::vector<Candidate>& candidates) {
+  std::vector<std::vector<std::size_t>> out;
+  for (const auto& members : points) {
+    std::map<std::int32_t, std::vector<std::size_t>> of_tip;
+    for (const std::size_t m : members) of_tip[tip_number(tips, items, candidates[m])].push_back(m);
+    for (auto& [number, of_one] : of_tip) out.push_back(std::move(of_one));
+  }
+  return out;
+}
+
 void reserve_rows(const std::vector<std::vector<Pooled>>& experiments, Samples& samples) {
   std::size_t rows = 0;
   for (const auto& of_point : experiments)
@@ -90,12 +104,18 @@ void append_rows(const Pooled& pooled, std::int32_t point, std::int32_t experime
   for (Eigen::Index i = 0; i < pooled.force_N.rows(); ++i) {
     samples.point.push_back(point);
     samples.experiment.push_back(experiment);
-    samples.kind.push_back(probe > 0 ? ExperimentKind::other : kind);
+    samples.kind.push_back(kind);
     samples.probe_number.push_back(probe);
     samples.step.push_back(static_cast<std::int32_t>(i));
     samples.status.push_back(pooled.status[static_cast<std::size_t>(i)]);
   }
   parts.push_back(&pooled);
+}
+
+// Rows of every tip but the first are of the kind `other`, once it does not matter that they press.
+void name_others(Samples& samples) {
+  for (std::size_t i = 0; i < samples.probe_number.size(); ++i)
+    if (samples.probe_number[i] > 0) samples.kind[i] = ExperimentKind::other;
 }
 
 void fill_numbers(const std::vector<const Pooled*>& parts, Samples& samples) {
@@ -168,15 +188,16 @@ std::string sideways_note(const Samples& samples, const std::vector<std::int32_t
          listed(points);
 }
 
-// Every recording an experiment of its own, in time, contacts of a point aligned; nothing where one
-// has no clock.
+// Every recording an experiment of its own, in time, contacts of what is alike aligned; nothing
+// where one has no clock.
 std::optional<std::vector<std::vector<Pooled>>> experiments_in_time(
     std::vector<Candidate>& candidates, const std::vector<std::vector<std::size_t>>& points,
-    const std::vector<BatchItem>& items, const RelaxationFit& body) {
+    const std::vector<std::vector<std::size_t>>& alike, const std::vector<BatchItem>& items,
+    const RelaxationFit& body) {
   for (const auto& members : points)
     for (const std::size_t m : members)
       if (!in_time(candidates, m)) return std::nullopt;
-  align_points(candidates, points, items, body);
+  align_points(candidates, alike, items, body);
   std::vector<std::vector<Pooled>> experiments;
   for (const auto& members : points) {
     experiments.emplace_back();
@@ -222,10 +243,8 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   out.registration = place_on_body(items, options, candidates);
   const auto points = group_by_point(items, options, candidates);
   out.tips = tips_of(items, candidates);
-  const auto number_of = [&](const Candidate& c) {
-    const auto at = std::ranges::find(out.tips, tip_of(items, c));
-    return at == out.tips.end() ? 0 : static_cast<std::int32_t>(at - out.tips.begin());
-  };
+  const auto alike = by_tip(points, out.tips, items, candidates);
+  const auto number_of = [&](const Candidate& c) { return tip_number(out.tips, items, c); };
 
   Samples& samples = out.samples;
   samples.point_position.resize(static_cast<Eigen::Index>(points.size()), 3);
@@ -234,7 +253,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   for (const auto& members : points)
     experiments.push_back(pool(candidates, members, items, options.pools_repeats));
   if (options.relaxation != RelaxationUse::none) {
-    const TimedPoints timed = presses_in_time(candidates, points, items);
+    const TimedPoints timed = presses_in_time(candidates, alike, items);
     if (!timed.member.empty()) out.relaxation = relaxation_of(candidates, timed, items);
   }
   const bool relaxes =
@@ -243,7 +262,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   if (relaxes) {
     out.relaxation->is_applied = true;
     samples.relaxation = out.relaxation->fit.relaxation;
-    if (auto timed = experiments_in_time(candidates, points, items, out.relaxation->fit))
+    if (auto timed = experiments_in_time(candidates, points, alike, items, out.relaxation->fit))
       experiments = std::move(*timed);
     else
       out.notes.push_back(kNoClock);
@@ -277,9 +296,12 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   }
   fill_numbers(parts, samples);
   leave_out_what_says_nothing(samples);
-  samples = joined(samples, cycles_of(candidates));
+  samples = joined(samples, cycles_of(candidates, [&](const Candidate& c) {
+                     return number_of(c) == 0;  // damage is of the first tip's curves
+                   }));
   if (const auto sideways = straighten_presses(samples); !sideways.empty())
     out.notes.push_back(sideways_note(samples, sideways));
+  name_others(samples);
   samples.recordings = provenance(items, results, candidates);
   out.outcomes = outcomes_of(items, results, candidates);
   return out;

@@ -18,12 +18,13 @@ std::string break_note(const std::vector<Candidate>& candidates) {
          "; deeper rows are no curve of the body and were left out";
 }
 
-Samples cycles_of(const std::vector<Candidate>& candidates) {
+Samples cycles_of(const std::vector<Candidate>& candidates,
+                  const std::function<bool(const Candidate&)>& is_wanted) {
   Samples out;
   Eigen::Index rows = 0;
   std::vector<const Candidate*> used;
   for (const Candidate& c : candidates)
-    if (c.experiment >= 0 && !c.aligned && c.recording->cycles.depth_m.size() > 0) {
+    if (c.experiment >= 0 && !c.aligned && c.recording->cycles.depth_m.size() > 0 && is_wanted(c)) {
       used.push_back(&c);
       rows += c.recording->cycles.depth_m.size();
     }

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <functional>
+
 #include "libfit/recordings/placing/assemble.hpp"
 
 // Steps of `assemble`, for this layer alone.
@@ -23,6 +26,13 @@ struct Candidate {
 inline UsedTip tip_of(const std::vector<BatchItem>& items, const Candidate& c) {
   const SignalSettings& s = items[c.item].signal;
   return {s.tip, c.recording->source.tip_radius_m, s.half_angle_rad};
+}
+
+/// Which of the tips made a recording; 0 where it does not say.
+inline std::int32_t tip_number(const std::vector<UsedTip>& tips,
+                               const std::vector<BatchItem>& items, const Candidate& c) {
+  const auto at = std::ranges::find(tips, tip_of(items, c));
+  return at == tips.end() ? 0 : static_cast<std::int32_t>(at - tips.begin());
 }
 
 /// Finds place and inward normal of each candidate; refuses those that have none or lie elsewhere.
@@ -55,8 +65,10 @@ std::vector<std::string> compare_rates(const std::string& point,
 /// A sentence on recordings in which the tool broke in; empty where it did in none.
 std::string break_note(const std::vector<Candidate>& candidates);
 
-/// Presses in cycles, without the places that they are at; no rows where there are none.
-Samples cycles_of(const std::vector<Candidate>& candidates);
+/// Presses in cycles of the candidates that are wanted, without the places that they are at; no
+/// rows where there are none.
+Samples cycles_of(const std::vector<Candidate>& candidates,
+                  const std::function<bool(const Candidate&)>& is_wanted);
 
 /// "file.csv" or "file.csv#name".
 std::string shown(const std::vector<BatchItem>& items, const Candidate& candidate);

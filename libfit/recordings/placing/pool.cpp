@@ -188,6 +188,9 @@ std::vector<std::string> compare_rates(const std::string& point,
     if (items[candidates[p.member[0]].item].signal.kind != ExperimentKind::press ||
         std::isnan(p.speed_m_s))
       continue;
+    if (slow &&
+        !(tip_of(items, candidates[p.member[0]]) == tip_of(items, candidates[slow->member[0]])))
+      continue;
     if (!slow || p.speed_m_s < slow->speed_m_s) slow = &p;
     if (!fast || p.speed_m_s > fast->speed_m_s) fast = &p;
   }

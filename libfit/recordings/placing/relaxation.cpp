@@ -22,10 +22,11 @@ constexpr std::size_t kMaxUsed = 12;  // recordings of one search
 constexpr Eigen::Index kMinRows = 20;
 constexpr int kMeans = 200;  // of ways in together
 constexpr Eigen::Index kMinMeans = 10;
-constexpr double kMuchDrift = 0.2;  // of the force lost in a hold
-constexpr double kApart = 2;        // standard errors by which points differ
-constexpr double kSurelyApart = 3;  // the same, where it decides
-constexpr double kFelt = 0.07;      // of a stiffness, that a person notices
+constexpr double kTellsContact = 0.2;  // of the depth: deviation of a contact that is worth moving
+constexpr double kMuchDrift = 0.2;     // of the force lost in a hold
+constexpr double kApart = 2;           // standard errors by which points differ
+constexpr double kSurelyApart = 3;     // the same, where it decides
+constexpr double kFelt = 0.07;         // of a stiffness, that a person notices
 
 bool is_press_in_time(const Candidate& c, const std::vector<BatchItem>& items, Grade worst) {
   return !c.failure && items[c.item].signal.kind == ExperimentKind::press &&
@@ -58,7 +59,8 @@ void find_common_contact(const std::vector<RelaxingPress>& presses, const Signal
   curve.noise_N = std::sqrt(variance / static_cast<double>(n) / curve.count.mean());
   const ContactEstimate found =
       contact_estimator_named(settings.contact)->estimate(curve, settings);
-  if (found.begins_in_contact || !std::isfinite(found.deviation_m)) return;
+  // Few rows at a shallow contact may tell nothing: the recordings' own is nearer then.
+  if (found.begins_in_contact || !(found.deviation_m < kTellsContact * x.maxCoeff())) return;
   for (ContactShift& one : aligned.contact) {
     one.moved_m += found.travel_m;
     one.deviation_m = std::hypot(one.shift_deviation_m, found.deviation_m);

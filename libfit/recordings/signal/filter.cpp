@@ -129,10 +129,9 @@ void smooth(Signal& signal, double sigma_s) {
 
 namespace {
 
-constexpr double kMedianOfNormal = 0.6745;  // of absolute values, in deviations
-constexpr double kSame = 1e-9;              // of the range
-constexpr double kRepeats = 0.4;            // of the readings, noise of one step repeats 0.27
-constexpr double kOutlier = 5;              // deviations; a normal one is so large in 2 million
+constexpr double kSame = 1e-9;    // of the range
+constexpr double kRepeats = 0.4;  // of the readings, noise of one step repeats 0.27
+constexpr double kOutlier = 5;    // deviations; a normal one is so large in 2 million
 constexpr std::size_t kMinTrimmed = 8;
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libfit/core/statistics.hpp"
 #include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
@@ -11,6 +12,7 @@ constexpr double kDeeper = 0.05;       // of the travel's range: a cycle that go
 constexpr double kPressed = 0.1;       // of the largest push: below it a way in touches nothing
 constexpr double kDropShare = 0.2;     // of the push so far
 constexpr double kDropInNoise = 8;     // deviations
+constexpr double kWaveShare = 0.05;    // of the rows that press, on either side of a mean
 constexpr double kPeakInNoise = 10;    // deviations: below it nothing breaks
 constexpr double kDropTravel = 0.05;   // of the way in since push began to rise, within which
 constexpr Eigen::Index kDropRows = 6;  // or within so many rows, where they are far apart
@@ -18,6 +20,22 @@ constexpr double kBreakShare = 0.2;    // of the largest push
 constexpr double kGoesOn = 0.3;        // of the mean stride
 constexpr double kBeyond = 0.1;        // of the way in
 constexpr Eigen::Index kFewestBefore = 8;
+
+// Deviation of push from the mean of its neighbours where it is above least_N: a cantilever's
+// light, a motor or a body that is rough, none of which breaks. By the median, which one break
+// leaves.
+double waves_N(const Eigen::VectorXd& push, double least_N) {
+  const auto pressed = static_cast<double>((push.array() > least_N).count());
+  const auto reach = std::max<Eigen::Index>(2, static_cast<Eigen::Index>(kWaveShare * pressed));
+  const Eigen::Index window = 2 * reach + 1;
+  std::vector<double> off_N;
+  double sum_N = push.head(std::min(window, push.size())).sum();
+  for (Eigen::Index i = reach; i + reach < push.size(); ++i) {
+    if (i > reach) sum_N += push[i + reach] - push[i - reach - 1];
+    if (push[i] > least_N) off_N.push_back(std::abs(push[i] - sum_N / static_cast<double>(window)));
+  }
+  return off_N.empty() ? 0 : median(std::move(off_N)) / kMedianOfNormal;
+}
 
 }  // namespace
 
@@ -50,7 +68,9 @@ std::optional<Eigen::Index> break_in_row(const Signal& signal, const RowRange& r
                noise_N =
                    std::max(neighbour_scatter(push),
                             std::sqrt((push.head(kFewestBefore).array() - free_N).square().mean())),
-               least_N = std::max(kBreakShare * (push.maxCoeff() - free_N), kPeakInNoise * noise_N);
+               least_N = std::max(kBreakShare * (push.maxCoeff() - free_N), kPeakInNoise * noise_N),
+               pressed_N = free_N + kPressed * (push.maxCoeff() - free_N),
+               seen_N = kDropInNoise * std::max(noise_N, waves_N(push, pressed_N));
   Eigen::Index top = 0;
   for (Eigen::Index i = kFewestBefore; i + 1 < rows; ++i) {
     if (push[i] > push[top] || top == 0) top = i;
@@ -64,7 +84,7 @@ std::optional<Eigen::Index> break_in_row(const Signal& signal, const RowRange& r
     const auto at = [&](Eigen::Index k) { return static_cast<std::size_t>(range.begin + k); };
     if (!is_near || i == top || signal.is_saturated[at(top)] || signal.is_spike[at(i)]) continue;
     // The next reading says that it is no single one, and the tool goes on inward.
-    if (drop_N > kDropShare * (push[top] - free_N) && drop_N > kDropInNoise * noise_N &&
+    if (drop_N > kDropShare * (push[top] - free_N) && drop_N > seen_N &&
         push[top] - push[i + 1] > kDropShare * (push[top] - free_N) && travel[i + 1] >= travel[top])
       return range.begin + top;
   }

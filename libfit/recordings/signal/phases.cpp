@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/statistics.hpp"
+
 namespace palpate::recordings {
 namespace {
 
@@ -10,6 +12,7 @@ constexpr double kTurnShare = 0.02;    // of the travel's range: less is noise o
 constexpr double kWindowShare = 0.02;  // of the rows, over which the speed is taken
 constexpr double kCycleSlack = 0.1;    // of the travel, by which cycles may differ
 constexpr double kHoldShare = 0.1;     // of the mean speed
+constexpr double kSideInNoise = 5;     // deviations of an axis: 4 of a million windows of noise
 
 // Rows where the travel turns, by the usual zigzag rule; first and last row included.
 std::vector<Eigen::Index> turning_rows(const Eigen::VectorXd& travel, double min_m) {
@@ -59,6 +62,38 @@ RowRange rising_part(const Eigen::VectorXd& travel, const RowRange& run) {
   return {run.begin + low, run.begin + high + 1};
 }
 
+// How the tip stands beside its way in, as means of neighbours, so that an encoder's noise is no
+// way.
+class SidewaysMotion {
+ public:
+  // reach: rows on either side in a mean.
+  SidewaysMotion(const Points& sideways, Eigen::Index reach) : mean_(sideways) {
+    const Eigen::Index rows = sideways.rows();
+    for (Eigen::Index i = 0; reach > 0 && i < rows; ++i) {
+      const Eigen::Index first = std::max<Eigen::Index>(0, i - reach),
+                         end = std::min(rows, i + reach + 1);
+      mean_.row(i) = sideways.middleRows(first, end - first).colwise().mean();
+    }
+    if (rows < 3) return;
+    const Points bend = sideways.topRows(rows - 2) - 2 * sideways.middleRows(1, rows - 2) +
+                        sideways.bottomRows(rows - 2);
+    const Eigen::VectorXd size = bend.rowwise().norm();
+    // Of white noise on two axes, whose second differences have six times its variance.
+    const double noise_m = median({size.begin(), size.end()}) / std::sqrt(6 * 2 * std::log(2.));
+    unseen_m_ = kSideInNoise * noise_m * std::sqrt(2. / static_cast<double>(2 * reach + 1));
+  }
+
+  // Beyond the noise, from one row to another.
+  double way_m(Eigen::Index from, Eigen::Index to) const {
+    const double way_m = (mean_.row(to) - mean_.row(from)).norm();
+    return way_m > unseen_m_ ? way_m : 0;
+  }
+
+ private:
+  Points mean_;
+  double unseen_m_ = 0;
+};
+
 }  // namespace
 
 std::vector<Phase> find_phases(const Signal& signal) {
@@ -75,16 +110,15 @@ std::vector<Phase> find_phases(const Signal& signal) {
               is_in ? Phase::approach : Phase::retract);
   }
   if (signal.retract_begins || rows < 20) return phases;
-  const Points sideways = signal.position_m - travel * signal.inward.transpose();
   const auto half = std::max<Eigen::Index>(
       1, static_cast<Eigen::Index>(kWindowShare * static_cast<double>(rows) / 2));
+  const SidewaysMotion sideways(signal.position_m - travel * signal.inward.transpose(), half / 2);
   double path_m = 0;
   for (Eigen::Index i = half; i < rows; i += half)
-    path_m += (signal.position_m.row(i) - signal.position_m.row(i - half)).norm();
+    path_m += std::hypot(travel[i] - travel[i - half], sideways.way_m(i - half, i));
   for (Eigen::Index i = 0; i < rows; ++i) {
     const Eigen::Index a = std::max<Eigen::Index>(0, i - half), b = std::min(rows - 1, i + half);
-    const double in_m = std::abs(travel[b] - travel[a]),
-                 side_m = (sideways.row(b) - sideways.row(a)).norm();
+    const double in_m = std::abs(travel[b] - travel[a]), side_m = sideways.way_m(a, b);
     const double mean_m = path_m * static_cast<double>(b - a) / static_cast<double>(rows);
     if (side_m > in_m && side_m > kHoldShare * mean_m)
       phases[static_cast<std::size_t>(i)] = Phase::slide;

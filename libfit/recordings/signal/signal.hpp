@@ -52,6 +52,9 @@ std::size_t replace_spikes(Signal& signal);
 /// local regression.
 void smooth(Signal& signal, double sigma_s);
 
+/// Median of a normal variable's size, in deviations.
+inline constexpr double kMedianOfNormal = 0.6745;
+
 /// Standard deviation of neighbouring values about straight lines through three of them: the noise
 /// of a signal that bends slowly. 0 below three values.
 double neighbour_scatter(const Eigen::VectorXd& values);
@@ -103,8 +106,8 @@ std::vector<RowRange> approaches(const Signal& signal, const std::vector<Phase>&
 /// loading of a body that presses soften. Empty where there are no two such ways in.
 std::vector<RowRange> first_loadings(const Signal& signal, const std::vector<Phase>& phases);
 
-/// The row of a way in behind which the push falls at once, by a fifth and out of its noise, while
-/// the tool goes on: there it breaks in. Nothing where it does not.
+/// The row of a way in behind which the push falls at once, by a fifth and out of noise and waves,
+/// as the tool goes on: there it breaks in. Nothing where it does not.
 std::optional<Eigen::Index> break_in_row(const Signal& signal, const RowRange& range);
 
 /// The way back after it, to where the next approach begins; empty when there is none.

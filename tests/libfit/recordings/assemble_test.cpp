@@ -156,6 +156,29 @@ TEST(placing, a_press_of_three_axes_has_the_rows_of_one_axis) {
   }
 }
 
+// Their rows tell how curves change with the radius, and a row beside the normal told nothing.
+TEST(placing, presses_of_a_second_indenter_are_straight_too) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const double lean = std::tan(0.5 * seed * 3.14159265 / 180);  // to 10 degrees
+    std::vector<Conditioned> presses{robot_press(lean, 0.05, 1e-6, seed),
+                                     robot_press(-lean, 0.02, 1e-4, seed + 100),
+                                     robot_press(lean, 0.05, 1e-7, seed + 200)};
+    presses[0].source.tip_radius_m = presses[1].source.tip_radius_m = 5e-3;
+    presses[2].source.tip_radius_m = 2e-3;
+    const Assembled out = assembled(presses);
+    ASSERT_EQ(out.tips.size(), 2u);
+    EXPECT_EQ(out.tips[0].radius_m, 5e-3) << "most recordings are of it";
+    ASSERT_EQ(out.samples.rows(), 40) << "two are repeats of each other, the third is not";
+    for (Eigen::Index i = 0; i < 40; ++i) {
+      const auto row = static_cast<std::size_t>(i);
+      const bool is_second = out.samples.probe_number[row] == 1;
+      EXPECT_EQ(out.samples.kind[row], is_second ? ExperimentKind::other : ExperimentKind::press);
+      EXPECT_EQ(out.samples.deflection.row(i).head(2).cwiseAbs().maxCoeff(), 0) << "seed " << seed;
+    }
+    EXPECT_EQ(std::ranges::count(out.samples.probe_number, 1), 20);
+  }
+}
+
 TEST(placing, a_press_that_slides_sideways_is_named_and_stays) {
   const Assembled out = assembled({robot_press(0.8, 0.3, 0, 1)});
   EXPECT_GT(out.samples.deflection.col(0).maxCoeff(), 1e-3);

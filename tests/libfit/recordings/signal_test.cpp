@@ -194,11 +194,19 @@ TEST(signal, approach_hold_slide_and_retract_are_told_apart) {
   signal.position_m.resize(400, 3);
   signal.force_N = Points::Zero(400, 3);
   for (int i = 0; i < 400; ++i) signal.position_m.row(i) = way[static_cast<std::size_t>(i)];
-  const auto phases = find_phases(signal);
-  EXPECT_EQ(phases[50], Phase::approach);
-  EXPECT_EQ(phases[150], Phase::hold);
-  EXPECT_EQ(phases[250], Phase::slide);
-  EXPECT_EQ(phases[350], Phase::retract);
+  for (const double jitter_m : {0., 1e-7, 1e-6, 5e-6})
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      std::mt19937 random(seed);
+      std::normal_distribution<double> draw(0, 1);
+      for (std::size_t i = 0; i < way.size(); ++i)
+        signal.position_m.row(static_cast<Eigen::Index>(i)) << way[i].x() + jitter_m * draw(random),
+            way[i].y() + jitter_m * draw(random), way[i].z();
+      const auto phases = find_phases(signal);
+      EXPECT_EQ(phases[50], Phase::approach) << jitter_m << " m, seed " << seed;
+      EXPECT_EQ(phases[150], Phase::hold) << jitter_m << " m, seed " << seed;
+      EXPECT_EQ(phases[250], Phase::slide) << jitter_m << " m, seed " << seed;
+      EXPECT_EQ(phases[350], Phase::retract) << jitter_m << " m, seed " << seed;
+    }
 }
 
 TEST(signal, a_robots_row_per_depth_is_taken_from_its_own_contact_point) {
@@ -270,6 +278,46 @@ TEST(signal, the_work_that_is_lost_is_the_hysteresis) {
   }
 }
 
+// Once 0.1 mm of noise beside 10 um of way a reading was a slide: "the tip goes in over 4 rows".
+TEST(signal, an_encoders_noise_beside_the_way_ends_no_press) {
+  const Vec3 inward(0, 0, -1);
+  for (const int readings : {50, 250, 1000})
+    for (const double jitter_m : {1e-7, 1e-6, 1e-5, 1e-4, 3e-4})
+      for (unsigned seed = 1; seed <= 5; ++seed) {
+        const auto axis = elastic_press(readings, 0.3, 1e-3, seed);
+        importers::RawRecording robot = axis;
+        std::mt19937 random(seed);
+        std::normal_distribution<double> draw;
+        robot.travel_m.clear(), robot.push_N.clear();
+        robot.position_m.resize(readings, 3), robot.force_N.resize(readings, 3);
+        const double lean = std::tan(2.0 * seed * 3.14159265 / 180);  // to 10 degrees
+        for (int i = 0; i < readings; ++i) {
+          const auto at = static_cast<std::size_t>(i);
+          const double travel_m = axis.travel_m[at], push_N = axis.push_N[at];
+          robot.position_m.row(i) << lean * travel_m + jitter_m * draw(random),
+              jitter_m * draw(random), -travel_m;
+          robot.force_N.row(i) << 0.05 * push_N, 0, -push_N;
+        }
+        const Conditioned one = condition(axis, {}, {}, "axis.csv", false),
+                          three = condition(robot, {}, inward, "robot.csv", false);
+        const auto where = testing::Message()
+                           << readings << " readings, " << jitter_m << " m, seed " << seed;
+        EXPECT_NEAR(three.contact.travel_m, one.contact.travel_m, 1e-6) << where;
+        ASSERT_EQ(three.deflection_m.rows(), one.deflection_m.rows()) << where;
+        // A reading at the turn may count in one alone: rows then have other readings, with a noise
+        // of 1 mN each, and move along the curve.
+        const auto hertz_N = [](double depth_m) {
+          return 4.0 / 3 * 1e4 / 0.75 * std::sqrt(5e-3) * std::pow(depth_m, 1.5);
+        };
+        for (Eigen::Index i = 0; i < one.deflection_m.rows(); ++i) {
+          const double depth_m = three.deflection_m.row(i) * inward,
+                       push_N = three.force_N.row(i) * inward,
+                       of_axis_N = one.force_N(i, 0) - hertz_N(one.deflection_m(i, 0));
+          EXPECT_NEAR(push_N - hertz_N(depth_m), of_axis_N, 3e-3) << where << ", row " << i;
+        }
+      }
+}
+
 std::string refusal_of(const importers::RawRecording& raw, const std::optional<Vec3>& inward) {
   try {
     condition(raw, {}, inward, "a.csv", false);
@@ -277,6 +325,45 @@ std::string refusal_of(const importers::RawRecording& raw, const std::optional<V
     return error.what();
   }
   return "";
+}
+
+// Once a light that waved while a pyramid was pressed in 0.2 um was "the tool breaks in", and 16
+// presses of a force map ended at a sixth of their depth.
+TEST(signal, push_that_waves_while_the_tip_goes_in_is_no_break) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    auto raw = elastic_press(1000, 0.3, 1e-4, seed);
+    std::mt19937 random(seed);
+    std::normal_distribution<double> draw;
+    double wave = 0, before = 0;
+    for (double& push_N : raw.push_N) {
+      wave = 0.7 * wave + draw(random);
+      if (push_N > 0.01) push_N += 0.008 * (wave + before) / 2;
+      before = wave;
+    }
+    const Conditioned r = condition(raw, {}, {}, "a.csv", false);
+    EXPECT_FALSE(r.breaks) << "seed " << seed;
+    EXPECT_GT(r.deflection_m.col(0).maxCoeff(), 2.5e-3) << "seed " << seed;
+  }
+}
+
+TEST(signal, a_position_that_scatters_asks_for_a_filter) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    auto raw = elastic_press(1000, 0.3, 1e-3, seed);
+    std::mt19937 random(seed);
+    std::normal_distribution<double> scatter_m(0, 1e-4);
+    for (double& travel_m : raw.travel_m) travel_m += scatter_m(random);
+    EXPECT_NE(refusal_of(raw, {}).find("the position scatters by 0."), std::string::npos)
+        << "seed " << seed << ": " << refusal_of(raw, {});
+    EXPECT_NE(refusal_of(raw, {}).find("smooth = "), std::string::npos);
+    SignalSettings settings;
+    settings.smooth_s = 0.2, settings.radius_m = 5e-3;
+    const Conditioned r = condition(raw, settings, {}, "a.csv", false);
+    const Eigen::Index last = r.force_N.rows() - 1;
+    const double depth_m = r.deflection_m(last, 0);
+    EXPECT_NEAR(r.force_N(last, 0), 4.0 / 3 * 1e4 / 0.75 * std::sqrt(5e-3) * std::pow(depth_m, 1.5),
+                0.1 * r.force_N(last, 0))
+        << "seed " << seed;
+  }
 }
 
 // Once the way back was taken for the way in: 17 to 27 kPa for 10, "fair".
