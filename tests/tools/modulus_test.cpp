@@ -129,6 +129,16 @@ std::string with(std::string text, const std::string& from, const std::string& t
   return text.replace(text.find(from), from.size(), to);
 }
 
+// Once a ball pressed 400 radii deep was "fair".
+TEST(modulus, a_ball_that_went_in_by_many_radii_is_poor) {
+  const Folder folder;
+  folder.write("a.csv", press(1e4)), folder.write("b.csv", press(2e4));
+  folder.write("manifest.toml", with(kManifest, "5 mm", "10 um"));
+  const Answer got = answer(folder);
+  EXPECT_EQ(field(got.table, "soft", 16), "poor") << got.table;
+  EXPECT_NE(got.table.find("of its radii: is `probe` right?"), std::string::npos) << got.table;
+}
+
 // Once mN taken for N were 10 MPa and mm taken for um 300 MPa, both "good"; `import` refused them.
 TEST(modulus, a_unit_that_is_wrong_by_a_prefix_is_refused_as_import_refuses_it) {
   struct Slip {

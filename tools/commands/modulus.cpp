@@ -25,6 +25,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFairDeviation = 0.1, kPoorDeviation = 0.3;  // of the modulus
 constexpr double kMuchBetter = 10;  // bic by which a free exponent beats the tip's models
 constexpr double kContactsApart = 3, kContactShare = 0.02;   // deviations, and of the depth
+constexpr double kRadiiOfBall = 1;                           // deep: fair; by the whole ball: poor
 constexpr double kOtherExponent = 0.2, kNoSuchExponent = 1;  // off the tip's own
 constexpr std::array<const char*, 3> kGrades{"good", "fair", "poor"};
 constexpr std::array<std::string_view, 19> kColumns{"file",       "point",
@@ -228,6 +229,10 @@ class Modulus final : public Command {
     if (deviation > kFairDeviation)
       note(deviation > kPoorDeviation ? 2 : 1, "the modulus is uncertain by " + percent(deviation));
     if (fit.contact_m < row.travel_m.minCoeff()) note(1, "begins in contact");
+    if (const double radii = fit.depth_m / row.press.radius_m;
+        row.press.tip == Tip::sphere && radii > kRadiiOfBall)
+      note(radii > 2 * kRadiiOfBall ? 2 : 1,
+           fmt::format("the ball went in by {:.3g} of its radii: is `probe` right?", radii));
     const double apart_m = std::abs(fit.contact_m - row.contact.travel_m),
                  either_m = std::hypot(fit.contact_deviation_m, row.contact.deviation_m);
     if (apart_m > kContactsApart * either_m && apart_m > kContactShare * fit.depth_m)
