@@ -55,7 +55,7 @@ class Export final : public Command {
       throw Error("--depth", format + " has every depth", "Leave it out, or export glb or ply.");
     if (std::error_code none; !engine_.empty() && std::filesystem::exists(engine_, none) &&
                               !std::filesystem::is_directory(engine_, none))
-      throw Error("--engine DIR", engine_ + " is a file", "Name a folder.");
+      throw Error("--engine", engine_ + " is a file", "Name a folder.");
     request.fingerprint = asset_fingerprint(request.settings, model_);
     request.map_depth_m = depth_m();
     request.engine = engine_;

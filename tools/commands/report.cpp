@@ -37,7 +37,7 @@ class Report final : public Command {
                   "Give --output report.html, --figures FOLDER, or both.");
     if (std::error_code none;
         !figures_.empty() && fs::exists(figures_, none) && !fs::is_directory(figures_, none))
-      throw Error("--figures DIR", figures_ + " is a file", "Name a folder.");
+      throw Error("--figures", figures_ + " is a file", "Name a folder.");
     const std::string contents = contents_of_folders(folders_);
     reply.json = nlohmann::ordered_json{{"folders", folders_}};
     if (!output_.empty()) {
