@@ -34,6 +34,9 @@ constexpr double kLeastRadius = 0.4, kMostRadius = 2;  ///< of indenters, over k
 /// where one is pressed and its neighbour lifted.
 constexpr double kMostJump = 3, kMostCoupledJump = kMostJump / (1 - runtime::kMostCoupling);
 
+/// Of the largest motion so far, in a tick of a body that relaxes: slower than its first branch.
+constexpr double kForgets = 0.98;
+
 /// A tool that stands moves by rounding alone, while its body relaxes.
 constexpr double kRounding_m = 1e-9;
 
@@ -303,9 +306,12 @@ class Walk {
       sums_.together += touching > 1;
       const bool has_damper =
           tool_[0].shape.has_damper() || tool_[1].shape.has_damper() || tool_[2].shape.has_damper();
+      // What a body that relaxes was pressed with goes on to fall while the tool stands.
+      const bool relaxes = body_.asset.curves.relaxation.branches > 0;
+      recent_m_ = std::max(moved_m, relaxes ? kForgets * recent_m_ : 0);
       if (moved_m > kRounding_m && !has_damper) {
         double& jump = sums_.jump[body_.asset.coupling != nullptr];
-        jump = std::max(jump, changed_N / (body_.stiffest_N_m * moved_m));
+        jump = std::max(jump, changed_N / (body_.stiffest_N_m * recent_m_));
         sums_.jump_10um_N = std::max(sums_.jump_10um_N, changed_N * std::min(1.0, 1e-5 / moved_m));
       }
     }
@@ -326,7 +332,7 @@ class Walk {
   Vec3d home_[3], at_[3], turn_[3], force_[3] = {}, torque_[3] = {};
   runtime::Frame before_[3];
   bool has_before_ = false;
-  double dt_s_ = 1e-3, work_J_ = 0, in_J_ = 0, lost_J_ = 0, peak_J_ = 0;
+  double dt_s_ = 1e-3, recent_m_ = 0, work_J_ = 0, in_J_ = 0, lost_J_ = 0, peak_J_ = 0;
 };
 
 /// Bit 0: sways, 1: relaxes, 2: softens, 3: couples.
