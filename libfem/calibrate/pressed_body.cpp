@@ -25,6 +25,10 @@ double sum_of_moduli(const MaterialParameters& material) {
   return sum;
 }
 
+bool is_press(ExperimentKind kind) {
+  return kind == ExperimentKind::press || kind == ExperimentKind::other;
+}
+
 // Force at a depth from forces at equal steps from 0: a power law to the first step, cubic in
 // force over that power beyond.
 double force_at(double depth, double step, const std::vector<double>& force) {
@@ -59,24 +63,29 @@ PressedBody::PressedBody(SimulationSetup setup, const Samples& samples, const st
     : setup_(std::move(setup)), jobs_(jobs) {
   setup_.keeps_surface = false;
   std::vector<double> value, deviation;
-  for (std::int32_t p = 0; p < samples.points(); ++p) {
-    Point point{samples.point_position.row(p), samples.point_normal.row(p), {}, {}};
-    std::set<long> depths;
-    for (Eigen::Index i = 0; i < samples.rows(); ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      const double depth = samples.deflection.row(i).dot(point.normal);
-      if (samples.point[at] != p || samples.kind[at] != ExperimentKind::press ||
-          samples.status[at] != RowStatus::good || !(depth > 0))
-        continue;
-      point.rows.emplace_back(depth, static_cast<Eigen::Index>(value.size()));
-      point.press.depth_m = point.rows.size() == 1 ? depth : std::max(point.press.depth_m, depth);
-      depths.insert(std::lround(depth * 1e8));
-      value.push_back(samples.force.row(i).dot(point.normal));
-      deviation.push_back(samples.force_error[i]);
-      observed_.group.push_back(samples.experiment[at]);
-    }
-    if (point.rows.empty()) continue;
-    const int count = static_cast<int>(depths.size());
+  std::map<std::pair<std::int32_t, std::int32_t>, Point> presses;  // of a point, by a probe
+  std::map<std::pair<std::int32_t, std::int32_t>, std::set<long>> depths;
+  for (Eigen::Index i = 0; i < samples.rows(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const std::int32_t p = samples.point[at];
+    const Vec3 normal = samples.point_normal.row(p);
+    const double depth = samples.deflection.row(i).dot(normal);
+    if (!is_press(samples.kind[at]) || samples.status[at] != RowStatus::good || !(depth > 0))
+      continue;
+    const std::pair by(p, samples.probe_number.empty() ? 0 : samples.probe_number[at]);
+    Point& point = presses[by];
+    point.position = samples.point_position.row(p);
+    point.normal = normal;
+    if (by.second > 0) point.probe = samples.other_probes[static_cast<std::size_t>(by.second - 1)];
+    point.rows.emplace_back(depth, static_cast<Eigen::Index>(value.size()));
+    point.press.depth_m = point.rows.size() == 1 ? depth : std::max(point.press.depth_m, depth);
+    depths[by].insert(std::lround(depth * 1e8));
+    value.push_back(samples.force.row(i).dot(normal));
+    deviation.push_back(samples.force_error[i]);
+    observed_.group.push_back(samples.experiment[at]);
+  }
+  for (auto& [by, point] : presses) {
+    const int count = static_cast<int>(depths[by].size());
     point.press.press_steps = count >= 4 && count <= kMaxSteps ? count : kSteps;
     points_.push_back(std::move(point));
   }
@@ -125,8 +134,9 @@ void PressedBody::simulate(const std::vector<MaterialParameters>& materials, Pre
             const auto [m, p] = missing[i];
             SimulationSetup setup = setup_;
             setup.materials.front() = materials[m];
-            const Simulator simulator(std::move(setup));
             const Point& point = points_[p];
+            if (point.probe) setup.probe = *point.probe;
+            const Simulator simulator(std::move(setup));
             const PointRows result =
                 mesh == PressMesh::coarse
                     ? simulator.press_quickly(point.position, point.normal, point.press, progress)

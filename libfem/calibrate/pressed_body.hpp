@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,8 @@ enum class PressMesh { coarse, scene };
 /// (M43a).
 class PressedBody {
  public:
-  /// samples: good press rows along the inward normal are used; their points lie on the surface.
+  /// samples: good press rows along the inward normal are used, each simulated with the probe that
+  /// made it; their points lie on the surface.
   /// Throws Error at `where` when there is none.
   PressedBody(SimulationSetup setup, const Samples& samples, const std::string& where, int jobs);
 
@@ -51,6 +53,7 @@ class PressedBody {
  private:
   struct Point {
     Vec3 position, normal;
+    std::optional<ProbeSpec> probe = std::nullopt;  ///< none: the setup's
     Experiments press;
     std::vector<std::pair<double, Eigen::Index>> rows;  ///< depth [m], number of the row
   };

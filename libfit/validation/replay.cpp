@@ -107,8 +107,15 @@ std::vector<ComparedRow> compare_torques(const Samples& reference, const Replaye
 double time_ticks_ns(const runtime::AssetView& asset, const Samples& paths, double depth_m,
                      const PlayedAs& played_as) {
   Follower follower(asset);
-  follower.follow(paths, depth_m, played_as);  // tables are made when tools are made
-  return tick_ns([&] { return follower.follow(paths, depth_m, played_as).ticks; });
+  std::vector<PlayedTool> tools;  // made once, as a simulator does
+  for (Eigen::Index row = 0; played_as && row < paths.rows(); ++row)
+    tools.push_back(played_as(row));
+  const PlayedAs made = [&](Eigen::Index row) { return tools[static_cast<std::size_t>(row)]; };
+  const auto play = [&] {
+    return follower.follow(paths, depth_m, played_as ? made : nullptr).ticks;
+  };
+  play();  // tables are made when tools are made
+  return tick_ns(play);
 }
 
 }  // namespace palpate::validation

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "libfem/solve/experiments/simulate.hpp"
+#include "libfit/core/join_samples.hpp"
 #include "tests/libfem/solve/block.hpp"
 
 namespace palpate::fem {
@@ -43,6 +44,25 @@ TEST(PressedBody, needs_one_simulation_of_a_press_for_a_law_of_one_modulus) {
   EXPECT_EQ(body.simulated, 1u);
   EXPECT_TRUE(found.is_converged);
   EXPECT_NEAR(found.material.values[0], 7.3e3, 1e-3 * 7.3e3);
+}
+
+TEST(PressedBody, simulates_a_press_with_the_ball_that_made_it) {
+  const MaterialParameters truth{"neo-hookean", {7.3e3, 0.45}}, start{"neo-hookean", {20e3, 0.45}};
+  SimulationSetup narrow = setup_of(truth);
+  narrow.probe = sphere_spec(0.005, narrow.probe.friction);
+  Samples samples = joined(pressed(setup_of(truth), 4), pressed(narrow, 4));
+  ASSERT_EQ(samples.points(), 2);
+  samples.probe_number.assign(static_cast<std::size_t>(samples.rows()), 0);
+  samples.other_probes = {narrow.probe};
+  for (std::size_t row = 4; row < 8; ++row) {
+    samples.kind[row] = ExperimentKind::other;
+    samples.probe_number[row] = 1;
+  }
+  PressedBody body(setup_of(start), samples, "test", 1);
+  EXPECT_EQ(body.observed().value.size(), 8);
+  const Identification found = identify(body, start, {.free = {0}});
+  EXPECT_NEAR(found.material.values[0], 7.3e3, 1e-3 * 7.3e3);
+  EXPECT_EQ(body.simulated, 2u) << "one of each ball";
 }
 
 // The rows need not lie at the depths that are simulated.

@@ -81,16 +81,42 @@ ExperimentList draw_cycles(const Drawing& drawing) {
 int pairs(const Scene& scene, Purpose purpose) {
   return purpose == Purpose::identify ? scene.experiments.pairs : scene.validate.pairs;
 }
+// What presses in pairs: to identify, the narrowest ball, which comes nearest to another one; null:
+// the probe.
+const ToolSection* pair_tool(const Scene& scene, Purpose purpose) {
+  const ToolSection* narrowest = nullptr;
+  if (purpose == Purpose::hold_out) return narrowest;
+  double radius_m = ball_radius_m(scene.probe.spec);
+  for (const ToolSection& tool : scene.pressed) {
+    if (tool.probe.spec.shape != "sphere" || ball_radius_m(tool.probe.spec) >= radius_m) continue;
+    radius_m = ball_radius_m(tool.probe.spec);
+    narrowest = &tool;
+  }
+  return narrowest;
+}
+Scene of_pair(const Scene& scene, Purpose purpose, std::int32_t) {
+  const ToolSection* tool = pair_tool(scene, purpose);
+  return tool == nullptr ? scene : with_tool(scene, *tool);
+}
 ExperimentList draw_pairs(const Drawing& drawing) {
-  // Distances over the ball's radius: from side by side to where tools hardly feel each other.
+  // Distances over the radius: from side by side to where tools of the probe's hardly interact.
   constexpr double kMin = 2.1, kMax = 7;
   constexpr std::uint64_t kSeed = 0x7077;
-  const Reachable reachable(drawing);
-  const double radius_m = ball_radius_m(drawing.scene.probe.spec);
-  const HeldOut out = draw_two_tools(
-      drawing.body, reachable.range(), pairs(drawing.scene, drawing.purpose), kMin * radius_m,
-      kMax * radius_m, drawing.purpose == Purpose::hold_out, drawing.seed(kSeed));
+  const Scene scene = of_pair(drawing.scene, drawing.purpose, 0);
+  const Reachable reachable({scene, drawing.body, drawing.points, drawing.purpose});
+  HeldOutRange range = reachable.range();
+  if (const ToolSection* tool = pair_tool(drawing.scene, drawing.purpose))
+    range.depth_m = known_depth_m(drawing.scene, *tool);
+  const HeldOut out = draw_two_tools(drawing.body, range, pairs(drawing.scene, drawing.purpose),
+                                     kMin * ball_radius_m(scene.probe.spec),
+                                     kMax * ball_radius_m(drawing.scene.probe.spec),
+                                     drawing.purpose == Purpose::hold_out, drawing.seed(kSeed));
   return paths_at(out.points, out.paths, ExperimentKind::pair);
+}
+PlayedTool pair_played_as(const Scene& scene, Purpose purpose, ToolShapes& shapes,
+                          const Samples& samples, Eigen::Index row) {
+  const ToolSection* tool = pair_tool(scene, purpose);
+  return tool == nullptr ? PlayedTool() : played_as_tool(scene, *tool, shapes, samples, row);
 }
 
 PlayedTool tool_played_as(const Scene& scene, Purpose, ToolShapes& shapes, const Samples& samples,
@@ -238,7 +264,7 @@ const std::vector<ExperimentRow> kExperimentRows{
     {ExperimentKind::path, same, paths, draw_paths, nullptr},
     {ExperimentKind::press, same, presses, draw_presses, nullptr},
     {ExperimentKind::cycle, same, cycles, draw_cycles, nullptr},
-    {ExperimentKind::pair, same, pairs, draw_pairs, nullptr},
+    {ExperimentKind::pair, of_pair, pairs, draw_pairs, pair_played_as},
     {ExperimentKind::tool, of_tool, tools, draw_tools, tool_played_as},
     {ExperimentKind::other, of_other, others, draw_others, other_played_as},
     {ExperimentKind::hold, same, holds, draw_holds, nullptr},
