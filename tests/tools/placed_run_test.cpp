@@ -34,8 +34,11 @@ TEST_F(PlacedRun, automatic_points_are_added_to_and_never_simulated_again) {
   const Outcome again = run("out");
   EXPECT_NE(again.err.find("nothing to do"), std::string::npos) << again.err;
 
-  folder.write("scene.toml", automatic_scene(18));
+  folder.write("scene.toml", automatic_scene(18) +
+                                 "[[validate.tool]]\nshape = \"sphere\"\n"
+                                 "radius = \"5 mm\"\npoints = 1\n");
   const Outcome more = run("out", "--jobs 1");
+  EXPECT_NE(more.err.find("and the other 1 tool by theory alone"), std::string::npos) << more.err;
   ASSERT_EQ(more.status, 0) << more.err;
   EXPECT_NE(more.err.find("16 points predict 2 new ones"), std::string::npos) << more.err;
   EXPECT_NE(more.err.find("simulate 18/18"), std::string::npos) << more.err;

@@ -152,8 +152,8 @@ void visit(SectionOf<Experiments> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ExperimentsSection> auto& section, Visitor& f) {
-  auto& [test_points, placement, points_file, region, each, force_tolerance, surface, cycles,
-         pairs] = section;
+  auto& [test_points, placement, points_file, region, each, force_tolerance, surface, cycles, pairs,
+         memory_GB] = section;
   f(Stage::prepare, "test_points", test_points, PointCount{});
   f(Stage::place, "", placement, PointCount{});
   f(Stage::prepare, "points_file", points_file, PointCount{});
@@ -163,6 +163,7 @@ void visit(SectionOf<ExperimentsSection> auto& section, Visitor& f) {
   f(Stage::surface, "surface", surface, Any{});
   f(Stage::fit, "cycles", cycles, Whole{1, 1000});
   f(Stage::fit, "pairs", pairs, Whole{0, 1000});
+  f(Stage::none, "memory_GB", memory_GB, Number{0.01, 1e4});
 }
 
 template <class Visitor>

@@ -16,8 +16,8 @@
 namespace palpate::tools {
 
 /// What a setting changes first: the stage whose fingerprint it belongs to. Later stages see it
-/// through the files before them.
-enum class Stage { prepare, simulate, surface, place, fit, export_, validate };
+/// through the files before them. none: it changes no result.
+enum class Stage { prepare, simulate, surface, place, fit, export_, validate, none };
 
 // A scene.toml with its defaults filled in, SI throughout (docs/formats.md has every key).
 
@@ -73,7 +73,8 @@ struct ExperimentsSection {
   double force_tolerance = 0;  ///< force error asked of a simulated row, relative; 0: as it comes
   bool surface = true;         ///< keep how the whole surface moves, so that the asset deforms
   int cycles = 4;              ///< of a body that softens: test points pressed in and out
-  int pairs = 0;  ///< of two tools pressed side by side, which tell how they feel each other
+  int pairs = 0;         ///< of two tools pressed side by side, which tell how they feel each other
+  double memory_GB = 2;  ///< most that the factor of one experiment's mesh may take
 };
 
 struct FitSection {

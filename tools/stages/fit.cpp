@@ -116,7 +116,7 @@ void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent) {
 }
 
 // How curves change with the indenter's radius, into the curves.
-void add_radius_effect(FittedCurves& curves, const Samples& others) {
+fit::RadiusReport add_radius_effect(FittedCurves& curves, const Samples& others) {
   std::vector<Indenter> ends;
   for (const ProbeSpec& spec : others.other_probes) {
     const auto end = fem::round_end(fem::make_probe(spec, "[[experiments.probe]]"));
@@ -127,10 +127,12 @@ void add_radius_effect(FittedCurves& curves, const Samples& others) {
   }
   fit::RadiusReport report;
   fit::identify_radius_effect(curves, others, ends, &report);
-  if (curves.curves.family != CurveFamily::rings)
-    return say("  radius   what it changes is known of rings alone, and the law is {}",
-               name_of(curves.curves.family));
-  if (report.points == 0) return say("  radius   no press of another tool can be used");
+  if (curves.curves.family != CurveFamily::rings || report.points == 0) {
+    say("  radius   {}", curves.curves.family == CurveFamily::rings
+                             ? "no press of another tool can be used"
+                             : "what it changes is known of rings alone, and the law is another");
+    return report;
+  }
   const auto words = [](const fit::RadiusReport::PressErrors& e) {
     return fmt::format("{:.1f} and {:.1f} %", 100 * e.median, 100 * e.p95);
   };
@@ -139,6 +141,7 @@ void add_radius_effect(FittedCurves& curves, const Samples& others) {
       "theory alone {}, of left out points {} ({}), as fitted {}",
       report.rows, report.points, words(report.as_own_ball), words(report.theory),
       words(report.left_out), report.chosen, words(report.fitted));
+  return report;
 }
 
 }  // namespace
@@ -162,7 +165,8 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
 }
 
 FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs,
-                         const WarmStart& warm, const NuisanceChoice& nuisances, FitCache* cache) {
+                         const WarmStart& warm, const NuisanceChoice& nuisances, FitCache* cache,
+                         fit::RadiusReport* radius) {
   const Samples samples =
       of_kinds(all, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
   FitOptions options = fit_options(samples, section, jobs);
@@ -183,7 +187,10 @@ FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs
   curves.probe = samples.probe;
   if (const Samples cycles = of_kinds(all, {ExperimentKind::cycle}); cycles.rows() > 0)
     add_damage(curves, cycles, all.recordings.size() > 0);
-  if (others.rows() > 0) add_radius_effect(curves, others);
+  if (others.rows() > 0) {
+    const fit::RadiusReport effect = add_radius_effect(curves, others);
+    if (radius != nullptr) *radius = effect;
+  }
   return curves;
 }
 

@@ -7,6 +7,7 @@
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/fit/fit_curves.hpp"
+#include "libfit/fit/radius_effect.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
@@ -32,11 +33,11 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
 
 /// Curves at the test points, with basis, residuals and worst points said on stderr, and how the
 /// body softens where there are cycles. They carry the probe of the samples.
-/// cache: filled for a later warm start, where wanted.
-/// Throws Interrupted when the user stopped it: nothing half-fitted is kept.
+/// cache, radius: filled where wanted, for a later warm start and with how presses of other
+/// indenters come out. Throws Interrupted when the user stopped it: nothing half-fitted is kept.
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
                          const WarmStart& warm = {}, const NuisanceChoice& nuisances = {},
-                         FitCache* cache = nullptr);
+                         FitCache* cache = nullptr, fit::RadiusReport* radius = nullptr);
 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a
 /// screenful. Returns how many there are: exit status 3 rather than 0. `poor` ones are fitted.

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "libfit/assets/exporters.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
@@ -109,8 +110,29 @@ class StageRun {
     const std::string wanted = curves_fingerprint(scene_.fit, samples);
     if (!is_stale("fit", output, stored_in_hdf5(output), wanted)) return;
     const Body body = read_body(placed_body());
-    const FittedCurves curves = fit_samples(read_samples(samples), scene_.fit, request_.jobs);
+    fit::RadiusReport radius;
+    const FittedCurves curves =
+        fit_samples(read_samples(samples), scene_.fit, request_.jobs, {}, {}, nullptr, &radius);
+    say_worth(radius);
     write_curves(output, curves, {{kInputsAttribute, wanted}});
+  }
+
+  // Where points placed themselves: whether a press of another tool buys more than one more point.
+  void say_worth(const fit::RadiusReport& radius) const {
+    if (!scene_.experiments.placement || (scene_.stated.empty() && radius.points == 0)) return;
+    const double point_p95 = last_predicted_p95(file("placement.csv"));
+    if (radius.points == 0)
+      return say(
+          "  worth    points are predicted to {} (p95), and the other {} by theory alone: a "
+          "few presses of one ([[experiments.probe]]) show how far it holds",
+          percent(point_p95),
+          counted(static_cast<std::int64_t>(scene_.stated.size()), "tool", "tools"));
+    const bool is_tool = radius.left_out.p95 > point_p95;
+    say("  worth    points are predicted to {} (p95), presses of another tool at points where it "
+        "was not pressed to {}: {}",
+        percent(point_p95), percent(radius.left_out.p95),
+        is_tool ? "more points = in [[experiments.probe]] buy more than more test points"
+                : "more test points buy more than more presses of the other tool");
   }
 
   void refine() {

@@ -119,6 +119,12 @@ auto panel_starts(const Elimination& plan) {
   return out;
 }
 
+/// Numbers that a supernode leaves to its parent.
+std::size_t left_by(const Elimination& plan, int s) {
+  const std::size_t under = 3 * static_cast<std::size_t>(plan.height(s) - plan.columns(s));
+  return under * under;
+}
+
 /// The blocks of K by the place at which they are taken up: node and index of each.
 struct BlockList {
   std::vector<std::int32_t> start, node, block;
@@ -145,6 +151,26 @@ BlockList blocks_by_place(const SymmetricBlockMatrix& K, const Elimination& plan
 }
 
 }  // namespace
+
+double elimination_bytes(const Elimination& plan) {
+  const std::size_t dense = 3 * plan.last_nodes.size();
+  std::size_t stack = 0, most = 0, front = 0;
+  std::vector<int> waiting;
+  for (int s = 0; s < plan.supernodes(); ++s) {
+    const std::size_t size = 3 * static_cast<std::size_t>(plan.height(s));
+    front = std::max(front, size * size);
+    for (; !waiting.empty() && plan.parent[waiting.back()] == s; waiting.pop_back())
+      stack -= left_by(plan, waiting.back());
+    most = std::max(most, stack + left_by(plan, s));
+    if (plan.parent[s] < 0) continue;
+    stack += left_by(plan, s);
+    waiting.push_back(s);
+  }
+  // The dense block in single and in double precision, and its inverse.
+  const double numbers = static_cast<double>(panel_starts(plan).back() + front + most) +
+                         4.0 * static_cast<double>(dense * dense);
+  return sizeof(float) * numbers;
+}
 
 template <class Real>
 bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFactor& out) {

@@ -16,6 +16,9 @@ struct FrontalFactor {
   Eigen::MatrixXd schur;
 };
 
+/// What eliminate() takes at its largest, and what it leaves [bytes], in single precision.
+double elimination_bytes(const Elimination& plan);
+
 /// Eliminates K as planned, supernode by supernode, each in a small dense matrix that takes up what
 /// its children leave (Duff and Reid 1983, doi:10.1145/356044.356047). Real: precision of the
 /// arithmetic. False when a pivot before the dense block is not positive; S may be indefinite.

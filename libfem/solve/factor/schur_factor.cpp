@@ -1,10 +1,14 @@
 #include "libfem/solve/factor/schur_factor.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
+#include <atomic>
 
 #include "libfem/solve/factor/blas.hpp"
 #include "libfem/solve/factor/multifrontal.hpp"
 #include "libfem/solve/factor/panel_kernels.hpp"
+#include "libfit/core/error.hpp"
 
 extern "C" {
 // BLAS and LAPACK, Fortran interface.
@@ -17,7 +21,23 @@ namespace {
 
 constexpr double kMaxSprings = 1e6;  // in the largest stiffness of a contact node
 
+std::atomic<double> max_bytes = 2e9;
+
+void check_memory(const Elimination& plan) {
+  const double bytes = elimination_bytes(plan);
+  if (bytes <= max_bytes) return;
+  throw Error("the mesh of an experiment",
+              fmt::format("has {} nodes, and its factor takes {:.2g} GB of the {:.2g} GB that are "
+                          "allowed",
+                          plan.order.size(), bytes / 1e9, max_bytes / 1e9),
+              fmt::format("Set a larger mesh_size in [body], leave parts far from the region out "
+                          "of the surface, or allow it: memory_GB = {:.2g} in [experiments].",
+                          1.1 * bytes / 1e9));
+}
+
 }  // namespace
+
+void bound_factor_memory(double bytes) { max_bytes = bytes; }
 
 struct SchurFactor::State {
   std::vector<std::int32_t> node_order;  // of the pattern, whatever the contact nodes
@@ -32,6 +52,7 @@ struct SchurFactor::State {
   void analyse(const SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes) {
     if (node_order.empty()) node_order = dissect(K);
     plan = analyse_elimination(K, node_order, contact_nodes);
+    check_memory(plan);
     x.resize(K.size());
     std::size_t most = 0;
     for (int s = 0; s < plan.supernodes(); ++s)

@@ -8,6 +8,10 @@
 
 namespace palpate::fem {
 
+/// No factor of this process may take more [bytes], 2e9 if nothing is said: SchurFactor::factor()
+/// throws Error before it does. No result depends on it.
+void bound_factor_memory(double bytes);
+
 /// Cholesky factor of an elastic stiffness K whose contact nodes are eliminated last, so that what
 /// the body looks like to the probe is one dense matrix S (the Schur complement), or its inverse,
 /// the flexibility. Contact is then solved on the nodes that touch alone.
@@ -27,7 +31,7 @@ class SchurFactor {
   /// Factors K, always of the same pattern, with `contact_nodes` last. False when K is not positive
   /// definite even with the contact nodes held; there is no factor then. A body under high pressure
   /// may be held up by the probe alone: S is then indefinite, and the flexibility that of the body
-  /// with springs on the contact nodes.
+  /// with springs on the contact nodes. Throws Error where memory is bounded below what it takes.
   bool factor(const SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes);
   bool is_factored() const;
 

@@ -2,6 +2,7 @@
 #include "libfem/solve/equilibrium/anderson.hpp"
 #include "libfem/solve/equilibrium/condensed_tangent.hpp"
 #include "libfem/solve/factor/multifrontal.hpp"
+#include "libfit/core/error.hpp"
 
 #include <gtest/gtest.h>
 
@@ -223,6 +224,24 @@ TEST(AndersonMixing, ends_a_linear_iteration_after_as_many_steps_as_its_operator
     mixing.took(d);
   }
   EXPECT_LT((true_K.cwiseProduct(u) - load).norm(), 1e-6 * load.norm());
+}
+
+TEST(SchurFactor, refuses_what_takes_more_memory_than_is_allowed_before_it_takes_it) {
+  const SymmetricBlockMatrix K = grid();
+  const Elimination plan = analyse_elimination(K, dissect(K), first_nodes(20));
+  const double bytes = elimination_bytes(plan);
+  EXPECT_GT(bytes, sizeof(float) * static_cast<double>(plan.entries));
+  SchurFactor factor;
+  bound_factor_memory(0.9 * bytes);
+  try {
+    factor.factor(K, first_nodes(20));
+    ADD_FAILURE() << "was not refused";
+  } catch (const Error& error) {
+    EXPECT_NE(error.remedy().find("memory_GB"), std::string::npos) << error.what();
+  }
+  bound_factor_memory(1.1 * bytes);
+  EXPECT_TRUE(factor.factor(K, first_nodes(20)));
+  bound_factor_memory(2e9);
 }
 
 }  // namespace

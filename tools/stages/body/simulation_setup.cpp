@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "libfem/solve/factor/blas.hpp"
+#include "libfem/solve/factor/schur_factor.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
@@ -24,6 +25,7 @@ void warn_of_foreign_blas() {
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   static std::once_flag said;
   std::call_once(said, warn_of_foreign_blas);
+  fem::bound_factor_memory(1e9 * scene.experiments.memory_GB);
   fem::SimulationSetup setup;
   setup.volume = body.volume;
   setup.is_held = body.is_held;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 
 #include "libfem/solve/experiments/quick_press.hpp"
@@ -279,6 +280,12 @@ void write_rounds(const std::filesystem::path& path, const std::vector<Placement
         .end_row();
   }
   csv.commit();
+}
+
+double last_predicted_p95(const std::filesystem::path& placement_csv) {
+  static constexpr CsvColumnRule kRules[] = {{"p95_rel"}};
+  const std::vector<double> p95 = read_csv(placement_csv, kRules).number("p95_rel");
+  return p95.empty() ? std::numeric_limits<double>::quiet_NaN() : p95.back();
 }
 
 }  // namespace palpate::tools

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <vector>
 
@@ -30,6 +31,9 @@ struct PlacementRound {
 PlacementRound judge_round(const Samples& samples, const Model& model,
                            const std::vector<std::int32_t>& vertices,
                            const std::vector<FitStatus>& fits);
+
+/// p95_rel of the last round in a placement.csv; not a number where it has none.
+double last_predicted_p95(const std::filesystem::path& placement_csv);
 
 struct Placement {
   TestPoints points;           ///< the body's first points, then those added, triangulated
