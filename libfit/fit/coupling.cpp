@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "libfit/runtime/asset/check_blocks.hpp"
+#include "libfit/runtime/asset/view.hpp"
 
 namespace palpate {
 namespace {
@@ -13,7 +14,9 @@ constexpr int kMaxSteps = 12, kMaxHalvings = 6;
 constexpr double kProbed = 0.02;  // of that limit: a derivative by differences
 constexpr double kRidge = 1e-6;   // of the largest entry of the Gram matrix
 constexpr double kLimitSpring = 1e3;
-constexpr double kLimit = 0.99;  // of what coupling may be
+// Of what the softest place of the body allows a probe: beyond it all contacts have their bound
+// (coupling_share), but those of balls that are narrower.
+constexpr double kLimit = 3;
 constexpr double kWorth = 0.9;
 
 using Unknowns = Eigen::Vector<double, kUnknowns>;
@@ -62,6 +65,19 @@ Unknowns limited_minimum(Gram gram, Unknowns right, const Unknowns& least,
   return x;
 }
 
+// Of the vertex whose contact is the softest.
+double least_excess(const runtime::AssetView& asset, const runtime::CouplingView& coupling) {
+  double least = std::numeric_limits<double>::infinity();
+  constexpr double kCorner[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  for (int t = 0; t < asset.triangles; ++t)
+    for (int k = 0; k < 3; ++k) {
+      if (asset.covered[asset.corner(t, k)] == 0) continue;
+      const runtime::ContactStiffness at = runtime::stiffness_at_end(asset, t, kCorner[k]);
+      least = std::min(least, runtime::coupling_excess(coupling, at.along_N_m, at.across_N_m));
+    }
+  return least;
+}
+
 // Of the balls about their middle, and of what the largest one's own surface adds.
 double lever_m(const runtime::ToolShape& shape) {
   const auto centre = [&](int i) { return Eigen::Map<const Vec3>(shape.ball[i].centre_m); };
@@ -78,15 +94,13 @@ double lever_m(const runtime::ToolShape& shape) {
 }  // namespace
 
 runtime::CouplingView identify_coupling(const runtime::AssetView& asset,
-                                        const CouplingResidual& residual_of, double length_m,
-                                        double* scaled) {
-  if (scaled != nullptr) *scaled = 1;
+                                        const CouplingResidual& residual_of, double length_m) {
   Unknowns x = Unknowns::Zero();
   const auto left = [&](const Unknowns& at) { return residual_of(coupling_of(length_m, at)); };
   // What sums of compliances may be: all of the a_k, and with them all of the b_k.
   constexpr int kScales = runtime::kCouplingScales;
   const auto most = [&](int k) {
-    return 1 / runtime::coupling_excess(asset, coupling_of(length_m, Unknowns::Unit(k)));
+    return 1 / least_excess(asset, coupling_of(length_m, Unknowns::Unit(k)));
   };
   const double own_m_N = most(0);
   const Eigen::Vector2d limit(kLimit, kLimit * most(kScales) / own_m_N);
@@ -117,12 +131,6 @@ runtime::CouplingView identify_coupling(const runtime::AssetView& asset,
       residual = there;
     }
     if (!is_better) break;
-  }
-  const double excess = runtime::coupling_excess(asset, coupling_of(length_m, x));
-  if (excess > 1) {
-    if (scaled != nullptr) *scaled = 1 / excess;
-    x /= excess;
-    residual = left(x);
   }
   return residual.norm() < kWorth * alone ? coupling_of(length_m, x) : runtime::CouplingView();
 }

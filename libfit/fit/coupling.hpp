@@ -21,10 +21,8 @@ CouplingResidual coupling_residual(const runtime::AssetView& asset, const Sample
 /// of the residual over the a_k and b_k of scales
 /// length_m 2^k, none negative, with the engine in the loop. On a body that sways contacts
 /// also sway together (M62a), which may be all. None where it does not take a tenth off the
-/// residual without. scaled (may be null): what all of it was multiplied by to stay below the
-/// contacts' own compliance.
+/// residual without.
 runtime::CouplingView identify_coupling(const runtime::AssetView& asset,
-                                        const CouplingResidual& residual, double length_m,
-                                        double* scaled = nullptr);
+                                        const CouplingResidual& residual, double length_m);
 
 }  // namespace palpate

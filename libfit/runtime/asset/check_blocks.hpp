@@ -57,15 +57,11 @@ inline bool is_side_borne(const SplineView& normal, const float* curve, const fl
   return d * d * (2 * length(side2) + 3 * length(side3) * d) <= kSideSlack * most_N;
 }
 
-constexpr double kCouplingSlack = 1.001;  ///< what was made small enough before it was rounded is
-
 /// Numbers that coupling can follow, on rings.
-inline Status check_block(const AssetView& view, const Header& h,
-                          const CouplingBlock& block) noexcept {
+inline Status check_block(const AssetView&, const Header& h, const CouplingBlock& block) noexcept {
   for (const double reserved : block.reserved)
     if (reserved != 0) return Status::block_wrong;
-  const bool is_good = h.family == static_cast<int>(Family::rings) && is_possible(block.coupling) &&
-                       coupling_excess(view, block.coupling) <= kCouplingSlack;
+  const bool is_good = h.family == static_cast<int>(Family::rings) && is_possible(block.coupling);
   return is_good ? Status::ok : Status::block_wrong;
 }
 

@@ -171,20 +171,34 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   return view;
 }
 
-/// By how much coupling is too strong for the stiffest vertex; 1 or less: it is not (M62).
-inline double coupling_excess(const AssetView& view, const CouplingView& coupling) noexcept {
-  double most = 0;
-  for (int v = 0; v < view.vertices; ++v) {
-    if (view.covered[v] == 0) continue;
-    const float* node = view.node(v);
-    const SplineView& spline = view.curves.view[kNormal];
-    const double along =
-        curve_slope(spline, node + view.control_offset[kNormal], spline.knots[spline.pieces]);
-    const double excess =
-        coupling_excess(coupling, along, along * double(node[view.control_offset[kLambda]]));
-    most = excess > most ? excess : most;
+/// Stiffness of a contact at the end of its normal curve, along the normal and across it [N/m], at
+/// a place of a triangle.
+struct ContactStiffness {
+  double along_N_m = 0, across_N_m = 0;
+};
+inline ContactStiffness stiffness_at_end(const AssetView& view, int triangle,
+                                         const double weight[3]) noexcept {
+  const SplineView& spline = view.curves.view[kNormal];
+  const double end = spline.knots[spline.pieces];
+  const auto at_end = spline_weights(spline, find_piece(spline, end), end);
+  double along = 0, lambda = 0;
+  for (int k = 0; k < 3; ++k) {
+    const float* node = view.node(view.corner(triangle, k));
+    along +=
+        weight[k] * dot(spline, at_end.slope, node + view.control_offset[kNormal], at_end.first);
+    lambda += weight[k] * double(node[view.control_offset[kLambda]]);
   }
-  return most;
+  return {along, along * lambda};
 }
+
+/// s of (M62): how much of the body's coupling a contact there bears; below 1 where it is so stiff
+/// that the energy of several would not stay convex. view: as the tool meets it.
+inline double coupling_share(const AssetView& view, const CouplingView& coupling, int triangle,
+                             const double weight[3]) noexcept {
+  const ContactStiffness k = stiffness_at_end(view, triangle, weight);
+  const double excess = coupling_excess(coupling, k.along_N_m, k.across_N_m);
+  return excess > 1 ? 1 / std::sqrt(excess) : 1;
+}
+
 }  // namespace runtime
 }  // namespace palpate

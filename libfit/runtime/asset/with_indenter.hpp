@@ -406,10 +406,6 @@ inline AssetView with_indenter(const AssetView& asset, const Indenter& tool,
   out.curves.indenter = &view;
   out.max_fitted_m = table.measured_m();
   out.probe_radius_m = tool.round_end_m;
-  if (asset.coupling != nullptr) {
-    const double excess = coupling_excess(out, *asset.coupling);
-    view.coupled = excess > 1 ? 1 / std::sqrt(excess) : 1;
-  }
   out.checksum ^= mark_of(tool);
   out.is_rough = asset.curves.family != int(Family::rings) || asset.damage.softens();
   return out;

@@ -4,9 +4,10 @@
 // How a force on one place of a body moves another (docs/method-tools.md, section 28): a compliance
 // that falls with the distance r between two contacts, and is positive definite over any places,
 //
-//     C_ij = a(r) 1 + b(r) P_i P_j        a(r) = sum_k a_k / (1 + r^2 / (2^k l)^2)^2        (M62)
+//     C_ij = s_i s_j (a(r) 1 + b(r) P_i P_j)    a(r) = sum_k a_k / (1 + r^2 / (2^k l)^2)^2  (M62)
 //
-// with P = 1 - u u^T at each of them, b likewise.
+// with P = 1 - u u^T at each of them, b likewise, and s the share that a stiff contact bears
+// (coupling_share).
 
 #include "../base/scalar.hpp"
 
@@ -15,8 +16,8 @@ namespace runtime {
 
 constexpr int kCouplingScales = 6;
 constexpr double kMaxCouplingLength_m = 1e3, kMaxCoupling_m_N = 1e6;
-/// Most of a contact's own compliance that coupling may be where contacts meet: below 1 the joint
-/// energy of any number of tools stays convex.
+/// Most of a contact's own compliance that s^2 a(0) may be: below 1 the joint energy of any number
+/// of tools stays convex.
 constexpr double kMostCoupling = 0.8;
 
 /// Of a body; length_m 0: tools do not feel each other.
@@ -66,8 +67,8 @@ inline bool is_possible(const CouplingView& view) noexcept {
   return true;
 }
 
-/// By how much all of it has to be made smaller where a contact is as stiff as that along its
-/// normal and across it [N/m]; 1 or less: it need not.
+/// a(0), or a(0) + b(0) across, over what it may be where a contact is as stiff as that along its
+/// normal and across it [N/m].
 inline double coupling_excess(const CouplingView& view, double normal_N_m,
                               double across_N_m) noexcept {
   const Coupling most = coupling_at(view, 0);

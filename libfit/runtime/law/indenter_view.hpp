@@ -26,7 +26,6 @@ struct IndenterView {
   double farther_m = 0;  ///< R - R_0: how much farther out the surface of its centres lies
   /// mu(d) = mu_0 + mu_1 (steep_m + steeper d): a ball that ploughs has R_0 / R alone (M84).
   double steep_m = 0, steeper = 1;
-  double coupled = 1;                    ///< of (M62): a stiffer contact bears less of it
   double side[2][2] = {{1, 0}, {0, 1}};  ///< g_2 and g_3 out of those of a node (M85)
 };
 

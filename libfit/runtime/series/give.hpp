@@ -15,14 +15,14 @@ namespace runtime {
 /// A place where contacts move each other.
 struct CouplingPlace {
   Vec3d point, normal;  ///< relative to the asset's origin; inward unit
-  double share;         ///< of (M62) that its indenter bears
+  double share;         ///< s of (M62)
   ComplianceRoot root;  ///< of the sway
 };
 
-/// asset: as the ball meets it.
+/// asset: as the ball meets it; one with coupling.
 inline CouplingPlace coupling_place(const AssetView& asset, const ContactPoint& at) noexcept {
   CouplingPlace out;
-  out.share = asset.curves.indenter != nullptr ? asset.curves.indenter->coupled : 1;
+  out.share = coupling_share(asset, *asset.coupling, at.triangle, at.weight);
   out.point = {0, 0, 0};
   for (int k = 0; k < 3; ++k)
     out.point = out.point + asset.vertex_at(asset.corner(at.triangle, k)) * at.weight[k];

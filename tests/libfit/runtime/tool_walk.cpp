@@ -106,7 +106,10 @@ struct Body {
       coupling.give_m_N[k] = 1.0 / (1 << k);
       coupling.across_m_N[k] = 0.2 / (1 << k);
     }
-    const double excess = runtime::coupling_excess(asset, coupling);
+    // As much as the first corner bears: stiffer places bear a share, softer ones all of it.
+    const double corner[3] = {1, 0, 0};
+    const runtime::ContactStiffness at = runtime::stiffness_at_end(asset, 0, corner);
+    const double excess = runtime::coupling_excess(coupling, at.along_N_m, at.across_N_m);
     for (int k = 0; k < runtime::kCouplingScales; ++k) {
       coupling.give_m_N[k] /= excess;
       coupling.across_m_N[k] /= excess;

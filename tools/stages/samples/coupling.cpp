@@ -44,17 +44,14 @@ void add_coupling(Model& model, const Scene& scene, const Samples& samples) {
   const AssetBytes bytes = make_asset_bytes(model, {});
   runtime::Status status;
   const auto asset = runtime::Asset::open(bytes.data(), bytes.size(), &status);
-  double scaled = 1;
   runtime::CouplingView& coupling = model.curves.coupling;
   coupling = identify_coupling(asset,
                                coupling_residual(asset, rows, scene.experiments.each.depth_m,
                                                  played_as(scene, Purpose::identify, rows)),
-                               kShortest * ball_radius_m(scene.probe.spec), &scaled);
+                               kShortest * ball_radius_m(scene.probe.spec));
   say_kind(asset, coupling, scene, rows, ExperimentKind::pair, "two tools");
   say_kind(asset, coupling, scene, rows, ExperimentKind::tool, "tool");
   if (!coupling.is_any()) say("  coupling: that is no gain, there is none");
-  if (scaled < 1)
-    say("  coupling was made smaller by {:.2g}, to stay below what contacts give", scaled);
 }
 
 }  // namespace palpate::tools
