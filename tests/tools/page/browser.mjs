@@ -266,6 +266,9 @@ const claims = {
     await until("#poke-lateral-now", (s) => Number.parseFloat(s) > 0);
     await page.keyboard.press("Escape");
     await until("#poke-state", isOver);
+    const first = await canvas.screenshot();
+    await page.keyboard.press("+");
+    await changed(first);
     const turned = await canvas.screenshot();
     await page.keyboard.press("v");
     assert.equal(await page.locator("#turn-only").getAttribute("aria-pressed"), "true");

@@ -246,7 +246,7 @@ class BodySection {
       this.points?.choose(point, this.view.curveAt(place.position));
     });
     canvas.addEventListener("keydown", (event) => {
-      if (this.poke?.isPoking) return;
+      if (this.poke?.isPoking && event.key.startsWith("Arrow")) return; // they move the tool
       const step = 0.12;
       const turns: Record<string, () => void> = {
         ArrowLeft: () => this.view.turn(-step, 0),
@@ -255,7 +255,7 @@ class BodySection {
         ArrowDown: () => this.view.turn(0, -step),
         "+": () => this.view.turn(0, 0, 0.9),
         "-": () => this.view.turn(0, 0, 1.1),
-        Home: () => this.view.home(),
+        Home: () => this.resetView(),
       };
       const turn = turns[event.key];
       if (!turn) return;

@@ -61,6 +61,7 @@ export class Poke implements Tool {
   /** Of each finger: where it presses, and whether it does. */
   private readonly places: (Place | undefined)[] = [undefined, undefined];
   private readonly pressed = [false, false];
+  private touched: Place | undefined;
   /** A batch that no frame has shown yet. */
   private latest: Batch | undefined;
   /** Of what the picture shows. */
@@ -276,11 +277,12 @@ export class Poke implements Tool {
 
   /** Where the first tool presses, or pressed last. */
   get place(): Place | undefined {
-    return this.places[0];
+    return this.touched;
   }
 
   lookFromSide(isCut: boolean): void {
     this.view.lookFromSide(isCut ? this.places[0] : undefined);
+    if (isCut && !this.places[0]) this.message.textContent = "Press somewhere first: the cut goes through the tool.";
     this.sideButton.setAttribute("aria-pressed", String(this.view.isCut));
   }
 
@@ -336,6 +338,7 @@ export class Poke implements Tool {
 
   private follow(): void {
     this.showDepth();
+    if (this.isPressed) this.touched = this.places[0];
     this.pressed.forEach((isPressed, finger) => {
       if (isPressed) this.order({ order: "move", finger, to: this.at(finger, this.depth_m), turn: this.wxyz });
     });
@@ -344,7 +347,10 @@ export class Poke implements Tool {
   press(place: Place, finger = 0): void {
     this.places[finger] = place;
     this.pressed[finger] = true;
-    if (finger === 0) this.view.cutThrough(place.position);
+    if (finger === 0) {
+      this.touched = place;
+      this.view.cutThrough(place.position);
+    }
     this.pressButton.textContent = this.isPressed ? "Lift" : "Press";
     this.isBlended = this.blendBox.checked || this.blendBox.disabled;
     this.order({
