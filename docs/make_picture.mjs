@@ -1,7 +1,7 @@
 // Pictures of pages in headless Chromium: the README's, a report's body, poked, or a part of a page
 // by its CSS selector, as the tutorial has them.
 //   node docs/make_picture.mjs build/release/tools/page out/liver/report.html docs/liver.png
-//   node docs/make_picture.mjs build/release/tools/page out/report.html docs/tutorial/error.png '#error .charts'
+//   node docs/make_picture.mjs build/release/tools/page out/report.html docs/tutorial/error.png '#error .figures'
 //   node docs/make_picture.mjs build/release/tools/page out/liver/report.html docs/page photographs
 // The last makes light.png, dark.png and phone.png of the page. The first folder is where the page was built, with npm's packages.
 import { createRequire } from "node:module";
@@ -18,23 +18,32 @@ const page = await browser.newPage({ viewport: { width: part ? 900 : 1200, heigh
 await page.goto(`file://${report}`);
 if (part === "photographs") {
   for (const [name, width, height, colorScheme, place] of [
-    ["light", 1100, 1150, "light", "header"],
-    ["dark", 800, 700, "dark", "#body"],
-    ["phone", 390, 844, "light", "#body"],
+    ["light", 1200, 900, "light", "header"],
+    ["dark", 1000, 800, "dark", "header"],
+    ["phone", 390, 844, "light", "header"],
   ]) {
     await page.setViewportSize({ width, height });
     await page.emulateMedia({ colorScheme });
     await page.goto(`file://${report}`);
     await page.locator(".panel[data-ready]").waitFor();
-    await page.click("#poke-press");
+    if (name === "light") await page.click("#poke-press");
+    if (name === "dark") {
+      await page.evaluate(() => (document.querySelector("#map-choice").closest("details").open = true));
+      await page.selectOption("#map-choice", "stiffness_N_m");
+      await page.click("#poke-press");
+      await page.click("#side-view");
+    }
     await page.evaluate((selector) => document.querySelector(selector).scrollIntoView(), place);
-    await page.waitForTimeout(3000);
+    await page.waitForTimeout(5000);
     await page.screenshot({ path: path.join(output, `${name}.png`) });
   }
   await browser.close();
   process.exit();
 }
 if (part) {
+  await page.evaluate(() => {
+    for (const folded of document.querySelectorAll("details")) folded.open = true;
+  });
   await page.locator(part).first().scrollIntoViewIfNeeded();
   await page.waitForTimeout(2000);
   await page.locator(part).first().screenshot({ path: output });
@@ -42,31 +51,29 @@ if (part) {
   process.exit();
 }
 await page.locator(".panel[data-ready]").waitFor();
-await page.focus("#body-view");
-for (let i = 0; i < 2; ++i) await page.keyboard.press("ArrowDown");
-await page.check("#poke-on");
 await page.evaluate(() => {
   document.activeElement.blur();
-  document.querySelector("#body").scrollIntoView();
+  document.querySelector(".bench").scrollIntoView();
 });
 await page.waitForTimeout(500);
 const clip = await page.locator(".bench").boundingBox();
-// Presses, then slides to and fro beside the tumour, moving still when the picture is taken.
+// Presses, then slides to and fro beside the tumour, and holds until all is drawn in full.
 await page.evaluate(() => {
   const canvas = document.querySelector("#body-view");
   const box = canvas.getBoundingClientRect();
   canvas.setPointerCapture = () => {}; // a made-up pointer cannot be captured
   const started = performance.now();
   let type = "pointerdown";
-  setInterval(() => {
+  const moving = setInterval(() => {
     const s = Math.max(0, performance.now() - started - 700) * 0.55e-3;
     const x = 0.34 + 0.13 * (1 - Math.cos(2.2 * s));
     const y = 0.42 - 0.07 * Math.sin(2 * s);
     const at = { clientX: box.left + x * box.width, clientY: box.top + y * box.height };
     canvas.dispatchEvent(new PointerEvent(type, { ...at, pointerId: 1, button: 0, bubbles: true }));
     type = "pointermove";
+    if (s > 1) clearInterval(moving);
   }, 8);
 });
-await page.waitForTimeout(2800);
+await page.waitForTimeout(7000);
 await page.screenshot({ path: output, clip });
 await browser.close();

@@ -3,12 +3,15 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <future>
 #include <mutex>
 #include <thread>
@@ -16,6 +19,7 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
+#include "tools/run_log.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -26,11 +30,35 @@ void on_signal(int) { interrupted.store(true); }
 
 Loudness loudness = Loudness::normal;
 std::array<std::vector<std::string>, 3> lines_said;
+
+// What a RunLog takes: lines that wait for its file, then the file.
+struct Log {
+  bool is_there = false;
+  std::string waiting;
+  std::FILE* file = nullptr;
+
+  void add(const std::string& line) {
+    if (file == nullptr) {
+      waiting += line + '\n';
+    } else {
+      std::fprintf(file, "%s\n", line.c_str());
+      std::fflush(file);
+    }
+  }
+} run_log;
+std::mutex saying;  // of lines, the log's too
 const double kStart_s = wall_seconds();
 
 constexpr double kTerminalInterval_s = 0.2;
 constexpr double kPlainInterval_s = 10;
 constexpr int kBarWidth = 28;
+
+// Whatever the loudness, or where it is not quiet.
+void show_line(const std::string& line, bool is_always) {
+  if (loudness == Loudness::quiet && !is_always) return;
+  if (loudness == Loudness::verbose) to_stderr("[{:8.1f} s] ", wall_seconds() - kStart_s);
+  to_stderr("{}\n", line);
+}
 
 }  // namespace
 
@@ -38,12 +66,39 @@ void set_loudness(Loudness wanted) { loudness = wanted; }
 bool is_verbose() { return loudness == Loudness::verbose; }
 
 void say_line(Tone tone, const std::string& line) {
-  static std::mutex mutex;
-  const std::lock_guard<std::mutex> lock(mutex);
-  if (tone != Tone::note) lines_said[static_cast<std::size_t>(tone)].push_back(line);
-  if (loudness == Loudness::quiet && tone != Tone::failed) return;
-  if (loudness == Loudness::verbose) to_stderr("[{:8.1f} s] ", wall_seconds() - kStart_s);
-  to_stderr("{}{}\n", tone == Tone::warning ? "  warning: " : "", line);
+  const std::lock_guard<std::mutex> lock(saying);
+  std::vector<std::string>& before = lines_said[static_cast<std::size_t>(tone)];
+  const bool is_known =
+      tone == Tone::warning && std::find(before.begin(), before.end(), line) != before.end();
+  if (tone != Tone::note) before.push_back(line);
+  const std::string shown = (tone == Tone::warning ? "  warning: " : "") + line;
+  if (run_log.is_there) run_log.add(shown);
+  if (run_log.is_there && loudness != Loudness::verbose && (tone == Tone::note || is_known)) return;
+  show_line(shown, tone == Tone::failed);
+}
+
+RunLog::RunLog() { run_log.is_there = true; }
+
+RunLog::~RunLog() {
+  if (run_log.file != nullptr) std::fclose(run_log.file);
+  run_log = {};
+}
+
+void RunLog::say_summary(const std::string& line) {
+  const std::lock_guard<std::mutex> lock(saying);
+  run_log.add(line);
+  show_line(line, false);
+}
+
+void RunLog::open(const std::filesystem::path& file, const std::string& title) {
+  const std::lock_guard<std::mutex> lock(saying);
+  run_log.file = std::fopen(file.c_str(), "a");
+  if (run_log.file == nullptr)
+    throw Error(file.string(), fmt::format("cannot be written: {}", std::strerror(errno)),
+                "Make its folder writable.");
+  const std::string waiting = std::exchange(run_log.waiting, "");
+  run_log.add(title);
+  if (!waiting.empty()) run_log.add(waiting.substr(0, waiting.size() - 1));
 }
 
 const std::vector<std::string>& said(Tone tone) {
@@ -100,6 +155,7 @@ double wall_seconds() {
 }
 
 std::string in_words(double seconds) {
+  if (seconds < 0.05) return "no time";
   if (seconds < 10) return fmt::format("{:.1f} s", seconds);
   if (seconds < 60) return fmt::format("{:.0f} s", seconds);
   const long whole = std::lround(seconds);
@@ -131,7 +187,8 @@ ConsoleProgress::ConsoleProgress(std::string what) : state_(std::make_unique<Sta
 }
 
 ConsoleProgress::~ConsoleProgress() {
-  if (state_->has_bar) to_stderr("\n");
+  // Beside a log the bar was for the meantime.
+  if (state_->has_bar) to_stderr("{}", run_log.is_there ? "\r\033[K" : "\n");
 }
 
 Progress ConsoleProgress::progress() {
@@ -162,6 +219,10 @@ void ConsoleProgress::show(std::size_t done, std::size_t total, const std::strin
   const std::string time = is_last     ? in_words(elapsed)
                            : fresh > 0 ? "about " + in_words(left) + " left"
                                        : "";
+  if (run_log.is_there) {
+    const std::lock_guard<std::mutex> saying_lock(saying);
+    run_log.add(fmt::format("{} {}/{} {} {}", state_->what, done, total, time, latest));
+  }
   if (state_->is_terminal) {
     const int filled = total ? static_cast<int>(kBarWidth * done / total) : 0;
     to_stderr("\r\033[K{} [{}{}] {}/{} {} {}", state_->what,
@@ -169,7 +230,7 @@ void ConsoleProgress::show(std::size_t done, std::size_t total, const std::strin
               std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), done, total, time,
               latest);
     state_->has_bar = true;
-  } else {
+  } else if (!run_log.is_there || loudness == Loudness::verbose) {
     to_stderr("{} {}/{} {} {}\n", state_->what, done, total, time, latest);
   }
   std::fflush(stderr);

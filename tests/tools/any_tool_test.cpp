@@ -51,7 +51,7 @@ class AnyTool : public testing::Test {
                                             "length = \"20 mm\"\norientation = \"lying\"\n"));
     const Outcome run = in_folder(*folder_, "run scene.toml -o out");
     ASSERT_EQ(run.status, 0) << run.err;
-    ASSERT_NE(run.err.find("  radius   "), std::string::npos) << run.err;
+    ASSERT_NE(run.said().find("  radius   "), std::string::npos) << run.err;
   }
   static void TearDownTestSuite() { delete folder_; }
   static double p95_of(const nlohmann::json& lines, const std::string& name) {
@@ -78,7 +78,7 @@ TEST_F(AnyTool, validate_states_another_probe_of_the_scene) {
   const Outcome own = in_folder(*folder_, "validate --json out/asset.palp scene.toml");
   const Outcome small = in_folder(*folder_, "validate --json out/asset.palp small.toml");
   ASSERT_EQ(small.status, 0) << small.err;
-  EXPECT_NE(small.err.find("was measured with another probe"), std::string::npos) << small.err;
+  EXPECT_NE(small.said().find("was measured with another probe"), std::string::npos) << small.err;
   const auto json = nlohmann::json::parse(small.out);
   EXPECT_GT(p95_of(json.at("baselines"), "as_the_assets_ball"), 0.2);
   EXPECT_LT(p95_of(json.at("baselines"), "times_root_of_radius"),
@@ -103,7 +103,7 @@ TEST_F(AnyTool, replay_plays_the_round_end_of_a_scenes_probe) {
   const Outcome lying =
       in_folder(*folder_, "replay out/asset.palp path.csv -o f.csv --tool lying.toml");
   EXPECT_EQ(lying.status, 1);
-  EXPECT_NE(lying.err.find("not round along its press"), std::string::npos) << lying.err;
+  EXPECT_NE(lying.said().find("not round along its press"), std::string::npos) << lying.err;
 }
 
 TEST_F(AnyTool, check_certifies_and_inspect_describes_it) {
@@ -126,14 +126,14 @@ TEST_F(AnyTool, of_a_scene_without_a_ball_is_refused) {
                                          "[[validate.tool]]\nradius = \"5 mm\"\n"));
   const Outcome flat = in_folder(*folder_, "run flat.toml -o out_of_flat");
   EXPECT_EQ(flat.status, 1);
-  EXPECT_NE(flat.err.find("is played by what a ball identifies"), std::string::npos) << flat.err;
+  EXPECT_NE(flat.said().find("is played by what a ball identifies"), std::string::npos) << flat.err;
   folder_->write("round.toml", scene_with("radius = \"8 mm\"\n",
                                           "[[validate.tool]]\nshape = \"capsule\"\nradius = "
                                           "\"4 mm\"\nlength = \"20 mm\"\norientation = "
                                           "\"lying\"\n"));
   const Outcome round = in_folder(*folder_, "run round.toml -o out_of_round");
   EXPECT_EQ(round.status, 1);
-  EXPECT_NE(round.err.find("Say what it is played as"), std::string::npos) << round.err;
+  EXPECT_NE(round.said().find("Say what it is played as"), std::string::npos) << round.err;
 }
 
 }  // namespace

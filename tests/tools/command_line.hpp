@@ -49,6 +49,9 @@ inline std::string content_of(const fs::path& path) {
 struct Outcome {
   int status = -1;
   std::string out, err;
+  std::string log = {};  ///< what a run added to its run.log
+
+  std::string said() const { return err + log; }
 };
 
 /// Runs a line of shell and collects what it printed.
@@ -59,9 +62,21 @@ inline Outcome shell(const Folder& folder, const std::string& line) {
           content_of(err)};
 }
 
-/// Runs the program with the arguments (quoted by the caller) and collects what it printed.
+/// The log of a run with these arguments; empty for other commands.
+inline fs::path log_of(const std::string& arguments) {
+  const std::size_t at = arguments.find(" -o ");
+  if (!arguments.starts_with("run ") || at == std::string::npos) return {};
+  const std::string folder = arguments.substr(at + 4);
+  return fs::path(folder.substr(0, folder.find(' '))) / "run.log";
+}
+
+/// Runs the program with the arguments (quoted by the caller) and collects what it said.
 inline Outcome palpate(const Folder& folder, const std::string& arguments) {
-  return shell(folder, std::string(PALPATE_PROGRAM) + " " + arguments);
+  const fs::path log = log_of(arguments);
+  const std::size_t before = content_of(log).size();
+  Outcome outcome = shell(folder, std::string(PALPATE_PROGRAM) + " " + arguments);
+  outcome.log = content_of(log).substr(before);
+  return outcome;
 }
 
 /// The same in the folder, so that names are as the user gives them. to: where stdout goes.

@@ -56,7 +56,8 @@ const std::vector<Row> kLayers{
 
 const std::vector<Row> kRooms{
     {"tools/build_identity", {}},
-    {"tools/console", {}},
+    {"tools/run_log", {}},
+    {"tools/console", {"tools/run_log"}},
     {"tools/outputs", {}},
     {"tools/scene", {}},
     {"tools/command_pages", {}},
@@ -70,7 +71,7 @@ const std::vector<Row> kRooms{
      {"tools/console", "tools/outputs", "tools/scene", "tools/stages/fingerprint",
       "tools/stages/fit", "tools/stages/body"}},
     {"tools/stages",
-     {"tools/console", "tools/outputs", "tools/scene", "tools/stages/fingerprint",
+     {"tools/run_log", "tools/console", "tools/outputs", "tools/scene", "tools/stages/fingerprint",
       "tools/stages/fit", "tools/stages/body", "tools/stages/samples"}},
     {"tools/setup", {"tools/console", "tools/scene", "tools/stages/body", "tools/stages/samples"}},
     {"tools/study",
@@ -83,10 +84,10 @@ const std::vector<Row> kRooms{
     {"tools/page", {"tools/bench"}},
     {"tools/python", {}},
     {"tools/commands",
-     {"tools/command", "tools/console", "tools/scene", "tools/manifest", "tools/certify",
-      "tools/stages/fingerprint", "tools/stages/fit", "tools/stages/body", "tools/stages/samples",
-      "tools/stages", "tools/setup", "tools/study", "tools/realtime", "tools/report",
-      "tools/outputs"}},
+     {"tools/run_log", "tools/command", "tools/console", "tools/scene", "tools/manifest",
+      "tools/certify", "tools/stages/fingerprint", "tools/stages/fit", "tools/stages/body",
+      "tools/stages/samples", "tools/stages", "tools/setup", "tools/study", "tools/realtime",
+      "tools/report", "tools/outputs"}},
     {"tools/main", {"tools/command"}},
 
     {"libfit/runtime/base", {}},

@@ -126,6 +126,7 @@ struct Stranger {
 };
 constexpr Stranger kStrangers[] = {
     {"out/report.html", "run none.toml -o out", true},
+    {"out/run.log", "run none.toml -o out", true},
     {"out/statement.json", "run none.toml -o out", true},
     {"out/stiffness.vtu", "run none.toml -o out", true},
     {"s.import.json", "import none.toml -o s.h5", true},

@@ -29,10 +29,10 @@ TEST_F(PlacedRun, automatic_points_are_added_to_and_never_simulated_again) {
   folder.write("scene.toml", automatic_scene(16));
   const Outcome sixteen = run("out", "--jobs 1");
   ASSERT_EQ(sixteen.status, 0) << sixteen.err;
-  EXPECT_NE(sixteen.err.find("12 points predict 4 new ones"), std::string::npos) << sixteen.err;
-  EXPECT_NE(sixteen.err.find("new points are pressed so"), std::string::npos) << sixteen.err;
+  EXPECT_NE(sixteen.said().find("12 points predict 4 new ones"), std::string::npos) << sixteen.err;
+  EXPECT_NE(sixteen.said().find("new points are pressed so"), std::string::npos) << sixteen.err;
   const Outcome again = run("out");
-  EXPECT_NE(again.err.find("nothing to do"), std::string::npos) << again.err;
+  EXPECT_NE(again.said().find("nothing to do"), std::string::npos) << again.err;
 
   folder.write("scene.toml", automatic_scene(18) +
                                  "[[validate.tool]]\nshape = \"sphere\"\n"
@@ -40,9 +40,9 @@ TEST_F(PlacedRun, automatic_points_are_added_to_and_never_simulated_again) {
   const Outcome more = run("out", "--jobs 1");
   EXPECT_NE(more.err.find("and the other 1 tool by theory alone"), std::string::npos) << more.err;
   ASSERT_EQ(more.status, 0) << more.err;
-  EXPECT_NE(more.err.find("16 points predict 2 new ones"), std::string::npos) << more.err;
-  EXPECT_NE(more.err.find("simulate 18/18"), std::string::npos) << more.err;
-  EXPECT_EQ(more.err.find("simulate 16/"), std::string::npos) << "simulated again: " << more.err;
+  EXPECT_NE(more.said().find("16 points predict 2 new ones"), std::string::npos) << more.err;
+  EXPECT_NE(more.said().find("simulate 18/18"), std::string::npos) << more.err;
+  EXPECT_EQ(more.said().find("simulate 16/"), std::string::npos) << "simulated again: " << more.err;
 
   const Outcome at_once = run("fresh", "--jobs 2");
   ASSERT_EQ(at_once.status, 0) << at_once.err;
@@ -109,7 +109,7 @@ TEST_F(PlacedRun, the_asset_carries_the_statement_and_what_it_is_made_of) {
   const Outcome own = palpate(folder, "predict " + out + "/model.h5 " + out +
                                           "/samples.h5 --without " + out + "/curves.h5");
   EXPECT_EQ(own.status, 1);
-  EXPECT_NE(own.err.find("none of its points can be predicted"), std::string::npos) << own.err;
+  EXPECT_NE(own.said().find("none of its points can be predicted"), std::string::npos) << own.err;
 }
 
 }  // namespace

@@ -296,6 +296,44 @@ TEST_F(Report, the_sound_switch_plays_what_the_tool_feels) {
   expect_in_chromium("the_sound_switch_plays_what_the_tool_feels", "-");
 }
 
+TEST_F(Report, the_window_is_pressed_at_once_and_all_else_turns_the_body) {
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("the_window_is_pressed_at_once_and_all_else_turns_the_body", "-");
+}
+
+TEST_F(Report, grey_says_that_it_is_not_measured) {
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("grey_says_that_it_is_not_measured", "-");
+}
+
+TEST_F(Report, the_body_is_seen_cut_from_the_side) {
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("the_body_is_seen_cut_from_the_side", "-");
+}
+
+// The block's page, as if a stiff ball lay in its middle.
+TEST_F(Report, a_hidden_lump_is_marked_and_revealed) {
+  SKIP_WITHOUT_CHROMIUM();
+  ASSERT_EQ(report(path("out") + " -o " + path("plain.html")).status, 0);
+  std::string page = content_of(path("plain.html"));
+  const std::string settings = "\"settings\":{";
+  const std::size_t at = page.find(settings);
+  ASSERT_NE(at, std::string::npos);
+  page.insert(at + settings.size(),
+              "\"inclusion/0/material/young\":{\"numbers\":[90000],\"unit\":\"Pa\"},"
+              "\"inclusion/0/sphere/center\":{\"numbers\":[0.04,0.04,0.02],\"unit\":\"m\"},"
+              "\"inclusion/0/sphere/radius\":{\"numbers\":[0.008],\"unit\":\"m\"},");
+  folder_->write("lump.html", page);
+  const Outcome seen =
+      node("browser.mjs", "a_hidden_lump_is_marked_and_revealed " + path("lump.html") + " -");
+  EXPECT_EQ(seen.status, 0) << seen.out;
+}
+
+TEST_F(Report, axe_finds_nothing) {
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("axe_finds_nothing", "-");
+}
+
 TEST_F(Report, keys_alone_reach_everything) {
   SKIP_WITHOUT_CHROMIUM();
   expect_in_chromium("keys_alone_reach_everything", "-");

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <thread>
 
 #include "libfit/assets/asset_file.hpp"
@@ -29,15 +30,15 @@ TEST_F(Run, makes_everything_once_then_only_what_changed) {
   const Outcome first = run("out");
   ASSERT_EQ(first.status, 0) << first.err;
   for (const char* file : kFiles) EXPECT_TRUE(fs::exists(folder / "out" / file)) << file;
-  EXPECT_NE(first.out.find("force error at 2 held-out contact points"), std::string::npos)
-      << first.out;
+  EXPECT_NE(first.log.find("force error at 2 held-out contact points"), std::string::npos)
+      << first.log;
   const auto statement = nlohmann::json::parse(content_of(folder / "out" / "statement.json"));
   EXPECT_LT(statement.at("force_error").at("median_rel").get<double>(), 0.25);
   EXPECT_GT(statement.at("asset_bytes").get<double>(), 1000);
 
   const Outcome second = run("out");
   EXPECT_EQ(second.status, 0) << second.err;
-  EXPECT_NE(second.err.find("nothing to do"), std::string::npos) << second.err;
+  EXPECT_NE(second.said().find("nothing to do"), std::string::npos) << second.err;
   EXPECT_EQ(second.out, first.out);
 
   std::string changed = kScene;
@@ -45,8 +46,40 @@ TEST_F(Run, makes_everything_once_then_only_what_changed) {
   folder.write("scene.toml", changed);
   const Outcome third = run("out");
   EXPECT_EQ(third.status, 0) << third.err;
-  EXPECT_NE(third.err.find("samples.h5 is up to date"), std::string::npos) << third.err;
-  EXPECT_EQ(third.err.find("curves.h5 is up to date"), std::string::npos) << third.err;
+  EXPECT_NE(third.said().find("samples.h5 is up to date"), std::string::npos) << third.err;
+  EXPECT_EQ(third.said().find("curves.h5 is up to date"), std::string::npos) << third.err;
+}
+
+// It printed ninety lines.
+TEST_F(Run, says_six_lines_and_keeps_the_rest_in_its_log) {
+  const Outcome first = run("out");
+  ASSERT_EQ(first.status, 0) << first.err;
+  EXPECT_TRUE(std::regex_match(first.err, std::regex("prepare +[^\\n]+ s\\n"
+                                                     "simulate +[^\\n]+ s\\n"
+                                                     "fit, refine, export +[^\\n]+ s\\n"
+                                                     "validate +[^\\n]+ s\\n")))
+      << first.err;
+  EXPECT_TRUE(std::regex_match(
+      first.out, std::regex("(Good|Fair|Poor): [^\\n]+\\nnext: [^\\n]*report[^\\n]*\\n")))
+      << first.out;
+  EXPECT_TRUE(first.log.starts_with("palpate run ")) << first.log;
+  for (const char* note : {"held: ", "  family ", "  residual: ", "within the force just"})
+    EXPECT_NE(first.log.find(note), std::string::npos) << note;
+  const Outcome second = run("out", "-v");
+  EXPECT_NE(second.err.find("nothing to do"), std::string::npos) << second.err;
+  EXPECT_NE(second.log.find("nothing to do"), std::string::npos) << "is added: " << second.log;
+}
+
+TEST_F(Run, a_warning_is_on_stderr_and_in_the_log) {
+  std::string doubtful = kScene;
+  doubtful.replace(doubtful.find("10 kPa"), 6, "10 GPa");
+  folder.write("scene.toml", doubtful);
+  const Outcome outcome = run("out");
+  const std::size_t at = outcome.err.find("  warning: ");
+  ASSERT_NE(at, std::string::npos) << outcome.err;
+  const std::string warning = outcome.err.substr(at, outcome.err.find('\n', at) - at);
+  EXPECT_NE(outcome.log.find(warning), std::string::npos) << outcome.log;
+  EXPECT_EQ(outcome.err.find(warning, at + 1), std::string::npos) << "once: " << outcome.err;
 }
 
 // Of a body whose forces no hand feels it said 0.0 / 0.0 / 0.0 %, 100 % of rows within JND.
@@ -63,9 +96,10 @@ TEST_F(Run, a_body_too_soft_to_be_felt_has_an_error_and_no_share_within_jnd) {
   EXPECT_GT(statement.at("rows_above_floor").get<int>(), 3);
   for (const auto& [name, figures] : statement.at("by_path").items())
     EXPECT_NE(figures.at("p95_rel"), 0.0) << name;
-  EXPECT_EQ(outcome.out.find(" 0.0 %"), std::string::npos) << outcome.out;
-  EXPECT_NE(outcome.out.find("no force reaches 40 mN"), std::string::npos) << outcome.out;
-  EXPECT_NE(outcome.out.find("on this machine"), std::string::npos) << outcome.out;
+  const std::string table = outcome.log.substr(outcome.log.find("force error at"));
+  EXPECT_EQ(table.find(" 0.0 %"), std::string::npos) << table;
+  EXPECT_NE(table.find("no force reaches 40 mN"), std::string::npos) << table;
+  EXPECT_NE(table.find("on this machine"), std::string::npos) << table;
 }
 
 TEST_F(Run, a_comment_or_another_spelling_changes_nothing) {
@@ -73,7 +107,7 @@ TEST_F(Run, a_comment_or_another_spelling_changes_nothing) {
   std::string changed = "# said differently\n" + kScene;
   changed.replace(changed.find("\"10 kPa\""), 8, "10000.0");
   folder.write("scene.toml", changed);
-  EXPECT_NE(run("out").err.find("nothing to do"), std::string::npos);
+  EXPECT_NE(run("out").said().find("nothing to do"), std::string::npos);
 }
 
 TEST_F(Run, one_and_two_threads_make_the_same_bytes) {
@@ -119,7 +153,7 @@ TEST_F(Run, an_interrupted_simulate_keeps_what_is_done_and_resumes_to_the_same_b
   EXPECT_FALSE(fs::exists(cut));
   const Outcome resumed = palpate(folder, command + cut + " --resume");
   EXPECT_EQ(resumed.status, 0) << resumed.err;
-  EXPECT_NE(resumed.err.find("resuming"), std::string::npos) << resumed.err;
+  EXPECT_NE(resumed.said().find("resuming"), std::string::npos) << resumed.err;
   EXPECT_TRUE(content_of(cut) == content_of(folder / "whole.h5"));
   EXPECT_TRUE(content_of(folder / "cut.surface.h5") == content_of(folder / "whole.surface.h5"));
   EXPECT_FALSE(fs::exists(partial));
@@ -143,7 +177,7 @@ TEST_F(Run, holds_of_a_given_force_are_held_out_and_known_again) {
   const Outcome second = run("out", "--jobs 2"), whole = run("whole");
   ASSERT_EQ(second.status, 0) << second.err;
   ASSERT_EQ(whole.status, 0) << whole.err;
-  EXPECT_NE(second.err.find("need not be simulated again"), std::string::npos) << second.err;
+  EXPECT_NE(second.said().find("need not be simulated again"), std::string::npos) << second.err;
   for (const char* file : {"reference.h5", "reference.surface.h5"})
     EXPECT_TRUE(content_of(folder / "out" / file) == content_of(folder / "whole" / file)) << file;
 

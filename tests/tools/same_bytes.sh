@@ -38,7 +38,7 @@ same() {
   for file in "$folder/$2"/*; do
     local base=${file##*/}
     [ -f "$file" ] && [ -f "$folder/run/$base" ] || continue
-    case $base in report.html) continue ;; esac
+    case $base in report.html | run.log) continue ;; esac
     if [ "$base" = statement.json ]; then
       cmp -s <(sed -E 's/("tick_ns": )[0-9.e+-]+/\1/' "$folder/run/$base") <(sed -E 's/("tick_ns": )[0-9.e+-]+/\1/' "$file") ||
         { echo "$name: $1: $base differs"; failed=1; }

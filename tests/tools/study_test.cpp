@@ -172,7 +172,7 @@ TEST_F(StudyOfBlocks, a_study_runs_here_and_again_does_nothing) {
   const Outcome first = palpate(folder, "study " + in("study.toml") + " -o " + in("out"));
   EXPECT_EQ(first.status, 0) << first.err;
   EXPECT_NE(first.out.find("2 cases: 2 done"), std::string::npos) << first.out;
-  EXPECT_NE(first.err.find("forces of case 1 times 2"), std::string::npos) << first.err;
+  EXPECT_NE(first.said().find("forces of case 1 times 2"), std::string::npos) << first.err;
   const std::string table = content_of(folder / "out" / "results.csv");
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 3);
   EXPECT_NE(table.find("stiffness_N_m"), std::string::npos);
@@ -181,7 +181,7 @@ TEST_F(StudyOfBlocks, a_study_runs_here_and_again_does_nothing) {
       2);
   const Outcome again = palpate(folder, "study resume " + in("out"));
   EXPECT_EQ(again.status, 0) << again.err;
-  EXPECT_EQ(again.err.find("simulate"), std::string::npos) << again.err;
+  EXPECT_EQ(again.said().find("simulate"), std::string::npos) << again.err;
   EXPECT_EQ(content_of(folder / "out" / "results.csv"), table);
   const Outcome report = palpate(folder, "report " + in("out") + " -o " + in("out/report.html"));
   if (report.status == 0) {  // the page is built
@@ -189,13 +189,13 @@ TEST_F(StudyOfBlocks, a_study_runs_here_and_again_does_nothing) {
     EXPECT_NE(page.find("\"stiffness_N_m\":"), std::string::npos);
     EXPECT_NE(page.find("\"name\":\"10 kPa\""), std::string::npos) << "cases go by their inputs";
   } else {
-    EXPECT_NE(report.err.find("page"), std::string::npos) << report.err;
+    EXPECT_NE(report.said().find("page"), std::string::npos) << report.err;
   }
   // What `run` would say of a case's folder.
   for (const auto& entry : fs::directory_iterator(folder / "out" / "cases")) {
     const Outcome run = palpate(
         folder, "run " + (entry.path() / "scene.toml").string() + " -o " + entry.path().string());
-    EXPECT_NE(run.err.find("nothing to do"), std::string::npos) << run.err;
+    EXPECT_NE(run.said().find("nothing to do"), std::string::npos) << run.err;
   }
 }
 
@@ -205,7 +205,7 @@ TEST_F(StudyOfBlocks, a_case_that_fails_is_told_and_the_others_are_done) {
   const Outcome outcome = palpate(folder, "study " + in("study.toml") + " -o " + in("out"));
   EXPECT_EQ(outcome.status, 3) << outcome.err;
   EXPECT_NE(outcome.out.find("1 done, 1 failed"), std::string::npos) << outcome.out;
-  EXPECT_NE(outcome.err.find("case 1 (400 mm)"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.said().find("case 1 (400 mm)"), std::string::npos) << outcome.err;
 }
 
 TEST_F(StudyOfBlocks, without_slurm_a_script_and_this_machine_remain) {
@@ -219,8 +219,8 @@ TEST_F(StudyOfBlocks, without_slurm_a_script_and_this_machine_remain) {
     return Outcome{WEXITSTATUS(raw), "", content_of(folder / "err")};
   }();
   EXPECT_EQ(none.status, 1);
-  EXPECT_NE(none.err.find("this machine has no Slurm"), std::string::npos) << none.err;
-  EXPECT_NE(none.err.find("--on script"), std::string::npos) << none.err;
+  EXPECT_NE(none.said().find("this machine has no Slurm"), std::string::npos) << none.err;
+  EXPECT_NE(none.said().find("--on script"), std::string::npos) << none.err;
   const Outcome script = palpate(folder, "study " + study + " --on script");
   ASSERT_EQ(script.status, 0) << script.err;
   EXPECT_NE(script.out.find("# simulate: 4 tasks"), std::string::npos) << script.out;

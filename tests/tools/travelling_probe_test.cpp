@@ -86,7 +86,8 @@ TEST_F(TravellingProbe, stage_by_stage_from_files_alone_gives_the_bytes_of_run) 
     EXPECT_EQ(meta.at("probe").at("mesh_triangles"), 8);
   }
   EXPECT_NE(palpate(folder, "fit " + at("step/samples.h5") + " -o " + at("again.h5"))
-                .err.find("the limit 0.8 of the normal force"),
+                .said()
+                .find("the limit 0.8 of the normal force"),
             std::string::npos);
 }
 
@@ -97,8 +98,8 @@ TEST_F(TravellingProbe, another_setting_of_experiments_leaves_the_body_and_reach
   folder.write("scene.toml", changed);
   const Outcome again = run("out");
   ASSERT_EQ(again.status, 0) << again.err;
-  EXPECT_NE(again.err.find("body.h5 is up to date"), std::string::npos) << again.err;
-  EXPECT_EQ(again.err.find("samples.h5 is up to date"), std::string::npos) << again.err;
+  EXPECT_NE(again.said().find("body.h5 is up to date"), std::string::npos) << again.err;
+  EXPECT_EQ(again.said().find("samples.h5 is up to date"), std::string::npos) << again.err;
   do_command("simulate " + at("out/body.h5") + " -o " + at("samples.h5"));
   EXPECT_TRUE(content_of(folder / "samples.h5") == content_of(folder / "out" / "samples.h5"));
 }
@@ -113,13 +114,13 @@ TEST_F(TravellingProbe, of_another_probe_than_the_assets_validate_says_so) {
                     options = " --points 1 --no-causes --json";
   const Outcome own = palpate(folder, validate + scene.string() + options);
   ASSERT_EQ(own.status, 0) << own.err;
-  EXPECT_EQ(own.err.find("probe"), std::string::npos) << own.err;
+  EXPECT_EQ(own.said().find("probe"), std::string::npos) << own.err;
   const Outcome other = palpate(folder, validate + at("other.toml") + options);
   ASSERT_EQ(other.status, 0) << other.err;
   const std::string said =
       "was measured with another probe (sphere, friction 0.3, radius_m 0.008) than the scene's "
       "(sphere, friction 0.3, radius_m 0.006)";
-  EXPECT_NE(other.err.find(said), std::string::npos) << other.err;
+  EXPECT_NE(other.said().find(said), std::string::npos) << other.err;
   EXPECT_NE(nlohmann::json::parse(other.out).at("warnings").dump().find(said), std::string::npos)
       << other.out;
 }
@@ -152,7 +153,8 @@ TEST_F(TravellingProbe, recordings_of_a_2_mm_ball_make_an_asset_that_says_so) {
       recordings_of("probe = { shape = \"sphere\", radius = \"2 mm\", friction = 0.6 }\n"));
   do_command("import " + at("manifest.toml") + " -o " + at("samples.h5"));
   const Outcome fitted = palpate(folder, "fit " + at("samples.h5") + " -o " + at("curves.h5"));
-  EXPECT_NE(fitted.err.find("the limit 0.6 of the normal force"), std::string::npos) << fitted.err;
+  EXPECT_NE(fitted.said().find("the limit 0.6 of the normal force"), std::string::npos)
+      << fitted.err;
   // The scene of the body says 8 mm and 0.3, which is none of the recordings' business.
   do_command("prepare --surface-only " + scene.string() + " -o " + at("body.h5"));
   do_command("refine " + at("curves.h5") + " --body " + at("body.h5") + " -o " + at("model.h5"));

@@ -5,6 +5,7 @@
 #include "tools/console.hpp"
 #include "tools/report/contents.hpp"
 #include "tools/report/page.hpp"
+#include "tools/run_log.hpp"
 #include "tools/stages/run.hpp"
 
 namespace palpate::tools {
@@ -25,6 +26,7 @@ constexpr NamedOutput kFiles[] = {
     {"validation.csv", "point,path,step"},
     {"statement.json", "{\"force_error\":"},
     {"report.html", kPageKind},
+    {kRunLog, "palpate run "},
 };
 
 class Run final : public Command {
@@ -45,9 +47,13 @@ class Run final : public Command {
   }
 
   int run(Reply& reply) override {
-    const RunResult result = run_stages(request_);
-    report();
-    reply.text = validation::in_words(result.statement);
+    RunLog log;
+    const RunResult result = run_stages(request_, &log);
+    say("{}", validation::in_words(result.statement));
+    reply.text = validation::verdict(result.statement);
+    for (const std::string& sentence : validation::advice(result.statement))
+      reply.text += '\n' + sentence;
+    reply.text += "\nnext: " + report();
     reply.json = nlohmann::ordered_json{
         {"folder", request_.folder},
         {"stages_done", result.stages_done},
@@ -57,16 +63,16 @@ class Run final : public Command {
   }
 
  private:
-  // The page to look at, where it is installed.
-  void report() {
+  // The page to look at, where it is installed; says what to do next.
+  std::string report() {
     const std::filesystem::path output = std::filesystem::path(request_.folder) / "report.html";
     if (find_page()) {
       write_page(output, contents_of_folders({request_.folder}));
-      say("open {} in a browser: errors, curves, and the body to poke", output.string());
-    } else {
-      say("`palpate report {} -o report.html` makes a page of it, once the page is built",
-          request_.folder);
+      return fmt::format("open {} in a browser and press the body", output.string());
     }
+    return fmt::format(
+        "`palpate report {} -o report.html` makes a page of it, once the page is built",
+        request_.folder);
   }
 
   RunRequest request_;

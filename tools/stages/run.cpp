@@ -9,6 +9,7 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
+#include "tools/run_log.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
@@ -31,23 +32,40 @@ namespace fs = std::filesystem;
 
 class StageRun {
  public:
-  explicit StageRun(const RunRequest& request) : request_(request), output_(request.folder) {}
+  StageRun(const RunRequest& request, RunLog* log)
+      : request_(request), output_(request.folder), log_(log) {}
 
   RunResult run() {
-    scene_ = open_scene(request_.scene);
-    if (request_.quick) make_quick(scene_);
-    check_choices(scene_);
-    prepare();
-    simulate();
-    fit();
-    refine();
-    export_asset();
-    validate();
+    timed("prepare", [&] {
+      scene_ = open_scene(request_.scene);
+      if (request_.quick) make_quick(scene_);
+      check_choices(scene_);
+      prepare();
+    });
+    timed("simulate", [&] { simulate(); });
+    timed("fit, refine, export", [&] {
+      fit();
+      refine();
+      export_asset();
+    });
+    timed("validate", [&] { validate(); });
     return result();
   }
 
  private:
   fs::path file(const char* name) const { return fs::path(request_.folder) / name; }
+
+  // A line beside the log: how long stages took, or that there was nothing to do.
+  template <class Work>
+  void timed(const char* stages, Work&& work) {
+    const int done = result_.stages_done;
+    const double began_s = wall_seconds();
+    work();
+    if (log_ != nullptr)
+      log_->say_summary(fmt::format(
+          "{:<21}{}", stages,
+          result_.stages_done == done ? "up to date" : in_words(wall_seconds() - began_s)));
+  }
 
   // Whether a stage must be done; says so either way.
   bool is_stale(const char* stage, const fs::path& output, const std::optional<std::string>& stored,
@@ -69,6 +87,7 @@ class StageRun {
     body_ = is_new ? prepare_body(scene_, false) : read_body(output);
     check_experiments(scene_, body_);
     output_.claim();
+    if (log_) log_->open(file(kRunLog), "palpate run " + request_.scene);
     // A body that is up to date still says how experiments are made on it now.
     const Settings settings = settings_of(scene_);
     const ProbeSpec& probe = scene_.probe.spec;
@@ -192,6 +211,7 @@ class StageRun {
 
   RunRequest request_;
   OutputFolder output_;
+  RunLog* log_;
   Scene scene_;
   Body body_;
   RunResult result_;
@@ -200,6 +220,8 @@ class StageRun {
 
 }  // namespace
 
-RunResult run_stages(const RunRequest& request) { return StageRun(request).run(); }
+RunResult run_stages(const RunRequest& request, RunLog* log) {
+  return StageRun(request, log).run();
+}
 
 }  // namespace palpate::tools

@@ -6,12 +6,16 @@
 
 namespace palpate::tools {
 
+class RunLog;
+
 /// What `palpate run` is asked for. jobs: threads, 0 for all cores.
 struct RunRequest {
   std::string scene, folder;
   int jobs = 0;
   bool force = false, quick = false;
 };
+
+inline constexpr const char* kRunLog = "run.log";
 
 struct RunResult {
   int stages_done = 0;
@@ -20,7 +24,8 @@ struct RunResult {
 };
 
 /// All stages from a scene to an asset and its statement, those that are up to date left out
-/// (docs/formats.md, "Folder of a run"). Keeps a second run out of the folder.
-RunResult run_stages(const RunRequest& request);
+/// (docs/formats.md, "Folder of a run"). Keeps a second run out of the folder. log: opened in the
+/// folder as kRunLog; a line a stage stays on stderr.
+RunResult run_stages(const RunRequest& request, RunLog* log = nullptr);
 
 }  // namespace palpate::tools

@@ -194,7 +194,7 @@ constexpr SectionRow kSections[] = {
     {"by_speed", "by speed", by_speed},
     {"by_cycle", "by cycle", by_cycle},
     {"causes", "by cause", by_cause},
-    {"baselines", "of what is simpler", by_baseline},
+    {"baselines", "baselines", by_baseline},
     {"two_tools", "two tools on the body", of_pairs},
     {"tool", "the tool, as balls", of_tool},
     {"holds", "a force held, body creeping", of_holds},

@@ -1,15 +1,18 @@
 // The section of the body: its view and controls, the tool, the curves of the point chosen.
 
 import { BodyView, type MarkerMode } from "./body";
-import { css, kSetUpColours, kUncovered, viridis, viridisGradient } from "./colours";
+import { css, kSetUpColours, kUncovered, kUncoveredTissue, viridis, viridisGradient } from "./colours";
 import { type Contents, floats, nearest, vector } from "./contents";
 import type { PointSection } from "./curves";
-import { choice, html, section, swatch } from "./dom";
+import { choice, details, html, section, swatch } from "./dom";
 import { Poke } from "./poke";
 import type { MapName } from "./surface";
+import { Task } from "./task";
+import { ask } from "./terms";
 import { millimetres, percent, quantity } from "./words";
 
-const kMaps: [MapName, string, string][] = [
+const kMaps: [MapName | "tissue", string, string][] = [
+  ["tissue", "tissue", ""],
   ["stiffness_N_m", "normal stiffness", "N/m"],
   ["force_N", "normal force", "N"],
   ["friction", "friction", ""],
@@ -54,10 +57,10 @@ class BodySection {
   private readonly depthText = html("output", {});
   private readonly bar = html("div", {});
   private readonly hint = html("p", { class: "small hint" });
-  private map: MapName = "stiffness_N_m";
-  private markerMode: MarkerMode = "points";
+  private readonly maps: HTMLSelectElement;
+  private markerMode: MarkerMode;
   private poke: Poke | undefined;
-  private setUpBox: HTMLInputElement | undefined;
+  private readonly setUpBox: HTMLInputElement;
   readonly element: HTMLElement;
 
   constructor(
@@ -71,7 +74,8 @@ class BodySection {
       id: "body-view",
       tabindex: 0,
       role: "application",
-      "aria-label": "The body. Arrow keys turn it, plus and minus come nearer and go away, Home looks as at first.",
+      "aria-label":
+        "The body. Space presses and lifts, arrow keys move the tool; V switches to turning with the arrow keys; plus and minus come nearer and go away, Home resets the view.",
     });
     this.view = new BodyView(contents, canvas);
     const range = contents.maps?.depths_m.at(-1) ?? 0;
@@ -84,64 +88,100 @@ class BodySection {
       value: 0.6 * range,
       input: () => this.colour(),
     });
+    const maps = choice(
+      "Colour",
+      kMaps.filter(([name]) => contents.maps || name === "tissue").map(([name, text]) => [name, text]),
+      () => this.colour(),
+    );
+    this.maps = maps.select;
+    this.maps.id = "map-choice";
+    const modes: [MarkerMode, string][] = [["none", "none"]];
+    modes.push(["points", "test points"]);
+    if (this.heldOut.error.length) modes.push(["held_out", "held-out errors"]);
+    const marks = choice("Marks", modes, (value) => {
+      this.markerMode = value as MarkerMode;
+      this.mark();
+      this.colour();
+    });
+    marks.select.id = "mark-choice";
+    // Of what can be poked the body itself is seen first, of a set-up what was set up.
+    this.markerMode = contents.asset ? "none" : "points";
+    marks.select.value = this.markerMode;
+    this.setUpBox = html("input", {
+      type: "checkbox",
+      id: "show-set-up",
+      checked: !contents.asset && !!contents.set_up,
+      change: () => this.showSetUp(),
+    });
     const controls = html("div", { class: "controls" });
     if (contents.maps)
       controls.append(
-        choice(
-          "Colour",
-          kMaps.map(([name, text]) => [name, text]),
-          (value) => {
-            this.map = value as MapName;
-            this.colour();
-          },
-        ).element,
+        html("span", {}, maps.element, " ", ask("stiffness")),
         html("label", {}, "at depth ", this.depth, " ", this.depthText),
       );
-    const modes: [MarkerMode, string][] = [["points", "test points"]];
-    if (this.heldOut.error.length) modes.push(["held_out", "held-out errors"]);
-    modes.push(["none", "none"]);
     controls.append(
-      choice("Marks", modes, (value) => {
-        this.markerMode = value as MarkerMode;
-        this.mark();
-        this.colour();
-      }).element,
+      html("span", {}, marks.element, " ", ask(this.heldOut.error.length ? "held-out points" : "test points")),
     );
-    if (contents.set_up) {
-      const box = html("input", {
-        type: "checkbox",
-        id: "show-set-up",
-        change: () => {
-          this.view.showSetUp(box.checked);
-          this.colour();
-        },
-      });
-      this.setUpBox = box;
-      controls.append(html("label", {}, box, " set-up: held nodes, base mesh, window, inclusions"));
-      if (!contents.maps) {
-        box.checked = true;
-        this.view.showSetUp(true);
-      }
-    }
-    controls.append(html("button", { type: "button", click: () => this.view.home() }, "Look as at first"));
-    const stage = html("div", { class: "stage" }, canvas, html("div", { class: "overlay" }, this.bar));
-    this.element = section("body", "The body", controls, html("div", { class: "bench" }, stage), this.hint);
+    if (contents.set_up)
+      controls.append(html("span", {}, html("label", {}, this.setUpBox, " set-up"), " ", ask("set-up")));
+    const buttons = html(
+      "div",
+      { class: "on-picture buttons" },
+      html("button", { type: "button", id: "reset-view", click: () => this.resetView() }, "Reset view"),
+    );
+    const stage = html("div", { class: "stage" }, canvas, buttons, html("div", { class: "overlay" }, this.bar));
+    const bench = html("div", { class: "bench" }, stage);
+    this.element = section("body", "Body", bench);
     this.listen(canvas);
     if (contents.asset) {
-      this.poke = new Poke(contents, engine, this.view);
-      this.element.querySelector(".bench")?.append(this.poke.panel);
-      this.element.append(this.poke.help);
+      const poke = new Poke(contents, engine, this.view);
+      this.poke = poke;
+      buttons.prepend(poke.turnButton, poke.sideButton);
+      stage.append(poke.unmeasured);
+      bench.append(poke.panel);
+      const task = Task.of(
+        contents,
+        this.view,
+        () => poke.place,
+        (isShown) => this.reveal(isShown),
+      );
+      if (task) {
+        poke.felt = (depth_m) => task.felt(depth_m);
+        bench.append(task.element);
+      }
     }
-    this.colour();
+    this.element.append(
+      details("Colours, marks and help", controls, this.hint, ...(this.poke ? [this.poke.help] : [])),
+    );
+    this.showSetUp();
     this.mark();
     if (points) points.chosen = (point) => this.select(point);
+  }
+
+  private resetView(): void {
+    this.view.home();
+    this.poke?.lookFromSide(false);
+  }
+
+  private showSetUp(): void {
+    this.view.showSetUp(this.setUpBox.checked ? "all" : "nothing");
+    this.colour();
+  }
+
+  /** Of the task: the inclusions beneath a body that is seen through, or tissue that hides them. */
+  private reveal(isShown: boolean): void {
+    this.setUpBox.checked = false;
+    if (!isShown) this.maps.value = "tissue";
+    this.view.showSetUp(isShown ? "inclusions" : "nothing");
+    this.colour();
   }
 
   private colour(): void {
     const depth = Number(this.depth.value);
     this.depthText.textContent = millimetres(depth);
-    const ends = this.view.colour(this.map, depth);
-    const [, name, unit] = kMaps.find(([key]) => key === this.map) ?? kMaps[0];
+    const [map, name, unit] = kMaps.find(([key]) => key === this.maps.value) ?? kMaps[0];
+    const ends = this.view.colour(map === "tissue" ? undefined : map, depth);
+    this.depth.disabled = map === "tissue";
     const text = (v: number) => (unit ? quantity(v, unit) : v.toPrecision(2));
     this.bar.replaceChildren();
     if (ends)
@@ -150,8 +190,10 @@ class BodySection {
         html("div", { class: "gradient", style: `background: ${viridisGradient}` }),
         html("div", { class: "ends" }, html("span", {}, text(ends[0])), html("span", {}, text(ends[1]))),
       );
-    const patches = this.contents.maps ? [swatch("not measured", css(kUncovered))] : [];
-    if (this.setUpBox?.checked) {
+    const patches = this.contents.maps
+      ? [swatch("not measured", css(map === "tissue" ? kUncoveredTissue : kUncovered))]
+      : [];
+    if (this.setUpBox.checked) {
       const keys = Object.keys(this.contents.set_up?.settings ?? {});
       patches.push(swatch("held nodes", kSetUpColours.held));
       if (keys.some((key) => key.startsWith("experiments/region")))
@@ -169,7 +211,7 @@ class BodySection {
   private mark(): void {
     const { jnd, maps, points } = this.contents;
     let [places, colours]: [Float32Array, [number, number, number][]] = [new Float32Array(0), []];
-    this.hint.textContent = `Drag to turn, wheel or two fingers to come nearer${points ? "; click a test point for its curves" : ""}.${maps ? " Grey is not measured: the body answers with its mean there, or not at all." : ""}`;
+    this.hint.textContent = `Wheel or two fingers come nearer.${points ? " A click chooses the point whose curves are below." : ""}${maps ? " Grey is not measured: the body answers with its mean there, or not at all." : ""}`;
     if (this.markerMode === "points") {
       places = this.positions;
       colours = Array.from({ length: places.length / 3 }, (_, i) => kStatusColours[points?.status[i] ?? "good"]);
@@ -184,7 +226,7 @@ class BodySection {
 
   private select(point: number): void {
     const place = vector(this.positions, point);
-    this.view.select(place);
+    if (this.markerMode !== "none") this.view.select(place);
     const [x, y, z] = vector(floats(this.contents.points?.inward_normal), point);
     this.poke?.aim(place, [-x, -y, -z]);
   }
@@ -197,14 +239,14 @@ class BodySection {
     canvas.addEventListener("pointerup", (event) => {
       const isClick = pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4;
       pressed = undefined;
-      if (!isClick || this.poke?.isPoking) return;
+      if (!isClick || event.button !== 0) return;
       const place = this.view.under(event.clientX, event.clientY);
       if (!place) return;
       const point = nearest(this.positions, place.position.toArray());
       this.points?.choose(point, this.view.curveAt(place.position));
     });
     canvas.addEventListener("keydown", (event) => {
-      if (this.poke?.isPoking) return;
+      if (this.poke?.isPoking && event.key.startsWith("Arrow")) return; // they move the tool
       const step = 0.12;
       const turns: Record<string, () => void> = {
         ArrowLeft: () => this.view.turn(-step, 0),
@@ -213,7 +255,7 @@ class BodySection {
         ArrowDown: () => this.view.turn(0, -step),
         "+": () => this.view.turn(0, 0, 0.9),
         "-": () => this.view.turn(0, 0, 1.1),
-        Home: () => this.view.home(),
+        Home: () => this.resetView(),
       };
       const turn = turns[event.key];
       if (!turn) return;
@@ -230,6 +272,6 @@ export function bodySection(contents: Contents, engine: string, points: PointSec
   } catch (failure) {
     // Without WebGL the rest of the page still tells what it can.
     const sentence = `It cannot be drawn here: ${failure instanceof Error ? failure.message : failure}`;
-    return section("body", "The body", html("p", { class: "warning" }, sentence));
+    return section("body", "Body", html("p", { class: "warning" }, sentence));
   }
 }

@@ -1,13 +1,14 @@
 // The body in three dimensions: its surface, markers, the tool that touches it, and the look at them.
 
 import {
-  AmbientLight,
   Box3,
   DirectionalLight,
-  type Group,
+  Group,
+  HemisphereLight,
   InstancedMesh,
   Mesh,
   MeshBasicMaterial,
+  MOUSE,
   Object3D,
   PerspectiveCamera,
   Ray,
@@ -21,12 +22,16 @@ import {
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { type Contents, floats, nearest, vector } from "./contents";
 import type { PlaceCurve } from "./curves";
-import { type SeenTool, setUpGroup, ToolGlyph } from "./glyphs";
+import { type SeenTool, type SetUpPart, setUpGroups, ToolGlyph } from "./glyphs";
 import { BodySurface, linear, type MapName, type Place } from "./surface";
 
 export type MarkerMode = "points" | "held_out" | "none";
 
 const kMarkerShare = 0.01; // of the view's radius
+const kSlow_ms = 60; // a frame that takes longer is drawn in fewer pixels, until nothing moves
+const kCoarsest = 0.6; // pixels of a slow frame, along an edge, of those of the screen
+const kRest_ms = 400;
+const kSideLift = 0.3; // rad: from the side one looks down a little on what is pressed
 
 export class BodyView {
   readonly radius: number;
@@ -41,9 +46,18 @@ export class BodyView {
   private readonly surface: BodySurface;
   private markers: InstancedMesh | undefined;
   private readonly selection: Mesh;
-  private readonly setUp: Group;
+  private readonly marks = new Group();
+  private readonly setUp: ReturnType<typeof setUpGroups>;
   private readonly tools: ToolGlyph[];
+  private readonly shadows: SeenTool["balls"][] = [[], []];
+  /** A plane through the tool, what lies beyond it is not drawn; and the look before. */
+  private cut: { normal: Vector3; through: Vector3; eye: Vector3; target: Vector3 } | undefined;
   private isDue = false;
+  private isChanged = false;
+  /** Share of the screen's pixels along an edge; how long a frame takes, on average. */
+  private detail = 1;
+  private slowness_ms = 0;
+  private resting: ReturnType<typeof setTimeout> | undefined;
   private before: (() => void) | undefined;
 
   constructor(
@@ -55,19 +69,24 @@ export class BodyView {
     this.radius = this.frame(this.surface.vertices);
     this.camera = new PerspectiveCamera(35, 1, this.radius / 50, this.radius * 50);
     this.camera.up.set(0, 0, 1);
-    const light = new DirectionalLight(0xffffff, 2.4);
-    light.position.set(-0.5, 0.8, 1);
-    this.camera.add(light);
-    this.scene.add(new AmbientLight(0xffffff, 1.1), this.camera, this.surface.mesh);
+    const key = new DirectionalLight(0xfff4e8, 2.6);
+    key.position.set(-0.7, 1, 0.6);
+    const rim = new DirectionalLight(0xcfe0ff, 1.1);
+    rim.position.set(1.2, 0.5, -0.6);
+    this.camera.add(key, rim);
+    const sky = new HemisphereLight(0xffffff, 0x8a6a60, 1.5);
+    sky.position.set(0, 0, 1);
+    this.scene.add(sky, this.camera, this.surface.mesh);
     this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.PAN, RIGHT: MOUSE.ROTATE };
     this.controls.addEventListener("change", () => this.draw());
     const size = kMarkerShare * this.radius;
     this.selection = new Mesh(new SphereGeometry(1.9 * size, 24, 16), new MeshBasicMaterial({ color: 0xd55e00 }));
     this.selection.visible = false;
-    this.setUp = setUpGroup(contents);
+    this.setUp = setUpGroups(contents);
     this.tools = [0, 1].map(() => new ToolGlyph(this.radius, 2 * size));
-    this.scene.add(this.setUp, ...this.tools.map(({ group }) => group));
-    this.scene.add(this.selection);
+    this.marks.add(this.selection);
+    this.scene.add(this.setUp.others, this.setUp.inclusions, this.marks, ...this.tools.map(({ group }) => group));
     this.home();
     new ResizeObserver(() => this.resize()).observe(canvas);
   }
@@ -101,8 +120,10 @@ export class BodyView {
     return Int32Array.from({ length: points.length / 3 }, (_, p) => nearest(vertices, vector(points, p)));
   }
 
-  showSetUp(isShown: boolean): void {
-    this.setUp.visible = isShown;
+  showSetUp(part: SetUpPart): void {
+    const isShown = part !== "nothing";
+    this.setUp.inclusions.visible = isShown;
+    this.setUp.others.visible = part === "all";
     this.surface.mesh.material.transparent = isShown;
     this.surface.mesh.material.opacity = isShown ? 0.45 : 1;
     this.surface.mesh.material.depthWrite = !isShown;
@@ -112,9 +133,52 @@ export class BodyView {
 
   /** Back to the first look. */
   home(): void {
+    this.cut = undefined;
+    this.surface.mesh.material.setCut(undefined);
     this.controls.target.copy(this.focus);
     this.camera.position.copy(this.focus).addScaledVector(this.facing.clone().normalize(), this.distance);
     this.controls.update();
+    this.draw();
+  }
+
+  get isCut(): boolean {
+    return this.cut !== undefined;
+  }
+
+  /** From the side, the body cut through a place; none: whole and as it was looked at before. */
+  lookFromSide(place: Place | undefined): void {
+    if (place) {
+      const { outward, position } = place;
+      const towards = this.camera.position.clone().sub(this.controls.target);
+      const normal = towards.clone().addScaledVector(outward, -towards.dot(outward));
+      if (normal.length() < 0.05 * towards.length()) normal.set(0, -1, 0).addScaledVector(outward, outward.y);
+      normal.normalize();
+      this.cut ??= {
+        normal,
+        through: position,
+        eye: this.camera.position.clone(),
+        target: this.controls.target.clone(),
+      };
+      this.cut.normal.copy(normal);
+      const from = normal.clone().multiplyScalar(Math.cos(kSideLift)).addScaledVector(outward, Math.sin(kSideLift));
+      this.controls.target.copy(position);
+      this.camera.position.copy(position).addScaledVector(from, 0.42 * this.distance);
+      this.cutThrough(position);
+    } else if (this.cut) {
+      this.camera.position.copy(this.cut.eye);
+      this.controls.target.copy(this.cut.target);
+      this.cut = undefined;
+      this.surface.mesh.material.setCut(undefined);
+    }
+    this.controls.update();
+    this.draw();
+  }
+
+  /** Where the body is cut, the cut goes through another place. */
+  cutThrough(place: Vector3): void {
+    if (!this.cut) return;
+    this.cut.through = place.clone();
+    this.surface.mesh.material.setCut(this.cut);
     this.draw();
   }
 
@@ -141,7 +205,7 @@ export class BodyView {
   }
 
   /** Colours the surface; returns the values at the two ends of the colour bar. */
-  colour(name: MapName, depth_m: number): [number, number] | undefined {
+  colour(name: MapName | undefined, depth_m: number): [number, number] | undefined {
     const ends = this.surface.colour(name, depth_m);
     this.draw();
     return ends;
@@ -156,7 +220,7 @@ export class BodyView {
 
   /** Balls at places [m], coloured each. */
   mark(places: Float32Array, colours: [number, number, number][]): void {
-    if (this.markers) this.scene.remove(this.markers);
+    if (this.markers) this.marks.remove(this.markers);
     this.markers?.dispose();
     const size = kMarkerShare * this.radius;
     const count = places.length / 3;
@@ -168,7 +232,7 @@ export class BodyView {
       this.markers.setMatrixAt(i, at.matrix);
       this.markers.setColorAt(i, linear(colours[i]));
     }
-    this.scene.add(this.markers);
+    this.marks.add(this.markers);
     this.draw();
   }
 
@@ -186,7 +250,14 @@ export class BodyView {
       new Vector2((2 * (clientX - box.left)) / box.width - 1, 1 - (2 * (clientY - box.top)) / box.height),
       this.camera,
     );
-    return this.surface.hit(caster.ray);
+    const { ray } = caster;
+    if (this.cut) {
+      const speed = ray.direction.dot(this.cut.normal);
+      const ahead = this.cut.through.clone().sub(ray.origin).dot(this.cut.normal) / speed;
+      if (speed < 0 && ahead > 0) ray.origin.addScaledVector(ray.direction, ahead);
+    }
+    const place = this.surface.hit(ray);
+    return place && place.outward.dot(ray.direction) < 0 ? place : undefined;
   }
 
   /** Where a ray against an outward normal, through a point [m] near the surface, meets it from outside. */
@@ -204,16 +275,19 @@ export class BodyView {
     return [right, up];
   }
 
-  /** Draws one of the tools and the force on it as an arrow; none hides it. */
+  /** Draws one of the tools, its shadow and the force on it as an arrow; none hides it. Marks make way for it. */
   showTool(finger: number, tool: SeenTool | undefined, fullForce_N: number): void {
-    this.tools[finger].show(tool, fullForce_N);
+    this.shadows[finger] = this.tools[finger].show(tool, fullForce_N);
+    const all = this.shadows.flat();
+    this.surface.mesh.material.setShadows(all);
+    this.marks.visible = all.length === 0;
     this.draw();
   }
 
   private resize(): void {
     const { clientWidth, clientHeight } = this.canvas;
     if (!clientWidth || !clientHeight) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * this.detail);
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / clientHeight;
     // Narrow windows see as much across as wide ones see upward.
@@ -225,21 +299,47 @@ export class BodyView {
     this.draw();
   }
 
-  /** Does something in the next frame before it is drawn; of several asked for, the latest. */
+  /** Does something in the next frame, which is drawn if that asks for it; of several asked for, the latest. */
   inFrame(act: () => void): void {
     this.before = act;
-    this.draw();
+    this.schedule();
+  }
+
+  /** Pixels a CSS pixel. */
+  private setDetail(share: number): void {
+    if (share === this.detail) return;
+    this.detail = share;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * share);
   }
 
   /** Once in the next frame. */
   draw(): void {
+    this.isChanged = true;
+    this.schedule();
+  }
+
+  private schedule(): void {
     if (this.isDue) return;
     this.isDue = true;
+    const asked_ms = performance.now();
     requestAnimationFrame(() => {
       this.before?.();
       this.before = undefined;
       this.isDue = false;
+      if (!this.isChanged) return;
+      this.isChanged = false;
+      this.slowness_ms += 0.3 * (performance.now() - asked_ms - this.slowness_ms);
+      if (this.slowness_ms > kSlow_ms) this.setDetail(kCoarsest);
       this.renderer.render(this.scene, this.camera);
+      clearTimeout(this.resting);
+      this.resting = setTimeout(() => this.rest(), kRest_ms);
     });
+  }
+
+  /** Nothing has moved for a while: all pixels, once. */
+  private rest(): void {
+    if (this.detail === 1) return;
+    this.setDetail(1);
+    this.renderer.render(this.scene, this.camera);
   }
 }

@@ -28,5 +28,8 @@ export function viridis(share: number): [number, number, number] {
 
 /** What no test point answers for: never a colour of the bar. */
 export const kUncovered: [number, number, number] = [0.62, 0.62, 0.62];
+/** The same beside tissue, and tissue. */
+export const kUncoveredTissue: [number, number, number] = [0.63, 0.54, 0.51];
+export const kTissue: [number, number, number] = [0.54, 0.2, 0.17];
 
 export const viridisGradient = `linear-gradient(to right, ${anchors.map((c) => `rgb(${c.join(" ")})`).join(", ")})`;

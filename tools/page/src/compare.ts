@@ -112,7 +112,7 @@ const kMaxBeside = 12; // runs that a table and bars can show
 export function compareSection(contents: Contents): HTMLElement | undefined {
   const runs = contents.compared;
   if (!runs) return undefined;
-  const out = section("compare", "Beside the others");
+  const out = section("compare", "Comparison");
   const stated = runs.flatMap((run) => (run.statement ? [{ ...run, statement: run.statement }] : []));
   const parameters = overParameters(runs);
   if (parameters.length) out.append(html("div", { class: "figures" }, ...parameters));
@@ -152,8 +152,9 @@ export function compareSection(contents: Contents): HTMLElement | undefined {
       html("p", { class: "legend" }, ...costs.map((run, k) => swatch(run.name, seriesColour(k)))),
     );
   }
-  out.append(table(["", ...runs.map((run) => run.name)], figures(runs)));
+  out.append(table(["figure", ...runs.map((run) => run.name)], figures(runs)));
   const other = differences(runs);
-  if (other.length) out.append(html("h3", {}, "Set otherwise"), table(["key", ...runs.map((run) => run.name)], other));
+  if (other.length)
+    out.append(html("h3", {}, "Different settings"), table(["key", ...runs.map((run) => run.name)], other));
   return out;
 }

@@ -251,7 +251,7 @@ export class PointSection {
   private readonly detail = html("div", { id: "point-detail", "aria-live": "polite" });
   private readonly list: HTMLSelectElement;
 
-  constructor(contents: Contents) {
+  constructor(private readonly contents: Contents) {
     this.curves = new Curves(contents);
     const names = contents.points?.name ?? [];
     const { element, select } = choice(
@@ -261,7 +261,7 @@ export class PointSection {
     );
     select.id = "point-choice";
     this.list = select;
-    this.element = section("curves", "Curves of a point", html("p", {}, element), this.detail);
+    this.element = section("curves", "Point curves", html("p", {}, element), this.detail);
   }
 
   choose(point: number, between?: PlaceCurve): void {
@@ -270,9 +270,15 @@ export class PointSection {
     this.chosen(point);
   }
 
-  /** A point that was dragged, or simply the first. */
+  /** A point that was dragged, or any, near the middle of all. */
   chooseFirst(): void {
-    const dragged = Array.from(this.list.options).findIndex((_, i) => this.curves.hasDrags(i));
-    this.choose(Math.max(dragged, 0));
+    const places = floats(this.contents.points?.position_m);
+    const count = places.length / 3;
+    const middle = [0, 1, 2].map((k) => places.reduce((sum, v, i) => (i % 3 === k ? sum + v / count : sum), 0));
+    const away = (i: number) => Math.hypot(...vector(places, i).map((v, k) => v - middle[k]));
+    const all = Array.from({ length: count }, (_, i) => i);
+    const dragged = all.filter((i) => this.curves.hasDrags(i));
+    const sorted = (dragged.length ? dragged : all).sort((a, b) => away(a) - away(b));
+    this.choose(sorted[Math.floor(sorted.length / 4)]);
   }
 }

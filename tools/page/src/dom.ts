@@ -79,3 +79,8 @@ export function figure(caption: string, ...children: Child[]): HTMLElement {
 export function swatch(text: string, colour: string, look = ""): HTMLElement {
   return html("span", {}, html("i", { class: `swatch ${look}`, style: colour ? `--c: ${colour}` : false }), text);
 }
+
+/** What is behind a heading until it is asked for. */
+export function details(title: string, ...children: Child[]): HTMLElement {
+  return html("details", {}, html("summary", {}, title), ...children);
+}

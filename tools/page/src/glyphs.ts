@@ -12,6 +12,7 @@ import {
   Mesh,
   MeshBasicMaterial,
   MeshLambertMaterial,
+  MeshPhongMaterial,
   Points,
   PointsMaterial,
   SphereGeometry,
@@ -20,12 +21,15 @@ import {
 import { kSetUpColours } from "./colours";
 import { type Contents, floats, integers, type Setting } from "./contents";
 
-/** Held nodes, the base mesh, the window and the inclusions; not visible yet. */
-export function setUpGroup(contents: Contents): Group {
-  const group = new Group();
-  group.visible = false;
+/** What is shown of a set-up. */
+export type SetUpPart = "nothing" | "inclusions" | "all";
+
+/** Held nodes, the base mesh and the window; and the inclusions. Not visible yet. */
+export function setUpGroups(contents: Contents): { others: Group; inclusions: Group } {
+  const [others, inclusions] = [new Group(), new Group()];
+  others.visible = inclusions.visible = false;
   const set_up = contents.set_up;
-  if (!set_up) return group;
+  if (!set_up) return { others, inclusions };
   const held = new BufferGeometry();
   held.setAttribute("position", new BufferAttribute(floats(set_up.held_m), 3));
   const volume = new BufferGeometry();
@@ -33,7 +37,7 @@ export function setUpGroup(contents: Contents): Group {
   volume.setIndex(new BufferAttribute(new Uint32Array(integers(set_up.boundary).buffer), 1));
   const wire = (color: string, opacity: number, depthTest: boolean) =>
     new MeshBasicMaterial({ color, wireframe: true, transparent: true, opacity, depthTest });
-  group.add(
+  others.add(
     new Points(held, new PointsMaterial({ color: kSetUpColours.held, size: 6, sizeAttenuation: false })),
     new Mesh(volume, wire("#808080", 0.35, false)),
   );
@@ -46,21 +50,23 @@ export function setUpGroup(contents: Contents): Group {
     const found = /^(experiments\/region|inclusion\/\d+)\/(sphere\/radius|box\/low|inside\/vertices)$/.exec(key);
     if (!found) continue;
     const [, owner, shape] = found;
-    const colour = kSetUpColours[owner.startsWith("inclusion") ? "inclusion" : "window"];
+    const isInclusion = owner.startsWith("inclusion");
+    const group = isInclusion ? inclusions : others;
+    const colour = kSetUpColours[isInclusion ? "inclusion" : "window"];
     if (shape === "box/low") {
       group.add(new Box3Helper(new Box3(place(key), place(`${owner}/box/high`)), new Color(colour)));
     } else if (shape === "inside/vertices") {
       const solid = new BufferGeometry();
       solid.setAttribute("position", new BufferAttribute(new Float32Array(numbers(key)), 3));
       solid.setIndex(numbers(`${owner}/inside/triangles`));
-      group.add(new Mesh(solid, wire(colour, 0.22, true)));
+      group.add(new Mesh(solid, wire(colour, isInclusion ? 0.5 : 0.22, true)));
     } else {
-      const ball = new Mesh(new SphereGeometry(numbers(key)[0], 20, 12), wire(colour, 0.22, true));
+      const ball = new Mesh(new SphereGeometry(numbers(key)[0], 20, 12), wire(colour, isInclusion ? 0.5 : 0.22, true));
       ball.position.copy(place(`${owner}/sphere/center`));
       group.add(ball);
     }
   }
-  return group;
+  return { others, inclusions };
 }
 
 /** A tool as it is seen: its balls, and the force on it, which acts at a place. */
@@ -76,10 +82,11 @@ export class ToolGlyph {
   private readonly balls = new Group();
   private readonly arrow = new Group();
   private readonly ball = new SphereGeometry(1, 40, 28);
-  private readonly glass = new MeshLambertMaterial({
-    color: 0xffffff,
+  private readonly glass = new MeshPhongMaterial({
+    color: 0xe8eef4,
+    shininess: 90,
     transparent: true,
-    opacity: 0.55,
+    opacity: 0.5,
     depthWrite: false,
   });
 
@@ -99,23 +106,27 @@ export class ToolGlyph {
     this.group.visible = false;
   }
 
-  show(tool: SeenTool | undefined, fullForce_N: number): void {
+  /** Returns the balls as they are drawn. */
+  show(tool: SeenTool | undefined, fullForce_N: number): SeenTool["balls"] {
     this.group.visible = tool !== undefined;
-    if (!tool) return;
+    if (!tool) return [];
     while (this.balls.children.length < tool.balls.length) this.balls.add(new Mesh(this.ball, this.glass));
-    tool.balls.forEach(({ at, radius_m }, i) => {
-      const ball = this.balls.children[i];
-      ball.position.copy(at);
-      ball.scale.setScalar(radius_m > 0 ? radius_m : this.tip_m);
+    const drawn = tool.balls.map(({ at, radius_m }) => ({ at, radius_m: radius_m > 0 ? radius_m : this.tip_m }));
+    this.balls.children.forEach((ball, i) => {
+      ball.visible = i < drawn.length;
+      if (!ball.visible) return;
+      ball.position.copy(drawn[i].at);
+      ball.scale.setScalar(drawn[i].radius_m);
     });
     const strength = tool.force.length();
     this.arrow.visible = strength > 0;
-    if (strength === 0) return;
+    if (strength === 0) return drawn;
     const length = Math.min((strength / fullForce_N) * 0.7, 1) * this.radius;
     const [shaft, head] = this.arrow.children;
     shaft.scale.set(1, Math.max(length, 1e-9), 1);
     head.position.set(0, length, 0);
     this.arrow.position.copy(tool.acts_at);
     this.arrow.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), tool.force.clone().normalize());
+    return drawn;
   }
 }

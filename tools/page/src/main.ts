@@ -18,18 +18,17 @@ function build(contents: Contents): void {
   const main = html("main", {});
   const header = html("header", {}, html("h1", {}, contents.name), html("p", { class: "verdict" }, verdict(contents)));
   const points = contents.points?.name.length ? new PointSection(contents) : undefined;
+  const body = contents.surface ? bodySection(contents, read("engine"), points) : undefined;
   const sections = [
     contents.statement || contents.points ? statementSection(contents) : undefined,
     compareSection(contents),
     warningsSection(contents),
-    contents.surface ? bodySection(contents, read("engine"), points) : undefined,
     points?.element,
     recordingsSection(contents),
     provenanceSection(contents),
   ].filter((s) => s !== undefined);
   const links = sections.map((s) => html("a", { href: `#${s.id}` }, s.querySelector("h2")?.textContent ?? ""));
-  header.append(html("nav", { "aria-label": "Sections" }, ...links));
-  main.append(header, ...sections);
+  main.append(header, ...(body ? [body] : []), html("nav", { "aria-label": "Sections" }, ...links), ...sections);
   document.body.append(main);
   points?.chooseFirst();
 }

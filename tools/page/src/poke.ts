@@ -5,31 +5,34 @@ import workerSource from "worker-source";
 import type { BodyView } from "./body";
 import { seriesColour } from "./colours";
 import { bytes, type Contents, floats, largest } from "./contents";
-import { choice, html, swatch } from "./dom";
+import { choice, details, html, swatch } from "./dom";
 import { Answer, type Ball, kTip } from "./engine";
 import { ForceGraph } from "./force-graph";
 import { listenForGamepad } from "./gamepad";
 import type { SeenTool } from "./glyphs";
 import { ForceSound } from "./sound";
 import type { Place } from "./surface";
+import { ask, type Term } from "./terms";
 import { kKeyStep, listenForTool, type Tool } from "./tool-input";
 import type { Batch, News, Order, Turn, Vector } from "./worker";
 import { millimetres, quantity } from "./words";
 
 const kStates = ["in the air", "sticks", "slides", "touches"];
 const kHelp =
-  "Poke: hold the button, pen or finger on the covered body to press, and move to drag. Wheel or pen pressure sets the depth; a second finger on a touch screen is a second tool. " +
-  "With keys, on the body: Space presses and lifts, arrows move the tool, Page Up and Page Down set the depth. A gamepad works, too. ";
+  "Hold the button, pen or finger on the coloured window to press, and move to drag; beside it, or with the right button, you turn the body. Wheel or pen pressure sets the depth; a second finger on a touch screen is a second tool. " +
+  "With keys, on the body: Space presses and lifts, arrows move the tool, Page Up and Page Down set the depth, V switches to turning. A gamepad works, too. ";
+const kUnmeasured = "Not measured here";
 const kTurns = "Q and E turn the tool, arrows with Shift lean it. ";
-const kDeforms = "The surface moves as the engine shows it; its error is stated above.";
+const kDeforms = "The surface moves as the engine shows it; its error is among those of the accuracy.";
 const kRemembers = " The body remembers what was done to it, from touch to touch, until it is healed.";
 const kAlone = " The scene's tool has balls that this asset does not know to feel each other: a single one presses.";
+const kOutside = 64; // PALPATE_FLAG_OUTSIDE
 const kKeyTurn = Math.PI / 36; // a key
 const kAtRest = "This asset does not say how its surface moves: the body is drawn at rest.";
 
 /** What can be taken in hand: the probe as a tip, and the scene's tools. */
 function toolsOf(contents: Contents): { name: string; balls: readonly Ball[] }[] {
-  const own = { name: "the probe that was measured with", balls: kTip };
+  const own = { name: "the measuring probe", balls: kTip };
   const others = (contents.tools ?? []).map(({ name, balls, radius_m, profile }) => ({
     name,
     balls: balls.map((centre_m, i) => ({ centre_m, radius_m: radius_m[i], profile })),
@@ -40,7 +43,13 @@ function toolsOf(contents: Contents): { name: string; balls: readonly Ball[] }[]
 export class Poke implements Tool {
   readonly panel: HTMLElement;
   readonly help = html("p", { class: "small hint" });
-  isPoking = false;
+  /** On the picture: the switch between pressing and turning, the look from the side, what is not measured. */
+  readonly turnButton: HTMLButtonElement;
+  readonly sideButton: HTMLButtonElement;
+  readonly unmeasured = html("p", { class: "unmeasured", id: "poke-where", role: "status", hidden: true }, kUnmeasured);
+  /** Told how deep the deepest tool is in the body. */
+  felt: (depth_m: number) => void = () => {};
+  isPoking = true;
   private worker: Worker | undefined;
   readonly range_m: number;
   private readonly ball_m: number;
@@ -52,8 +61,11 @@ export class Poke implements Tool {
   /** Of each finger: where it presses, and whether it does. */
   private readonly places: (Place | undefined)[] = [undefined, undefined];
   private readonly pressed = [false, false];
+  private touched: Place | undefined;
   /** A batch that no frame has shown yet. */
   private latest: Batch | undefined;
+  /** Of what the picture shows. */
+  private shownState = "";
   /** Of the last touch. */
   private isBlended = true;
   private readonly depth: HTMLInputElement;
@@ -64,7 +76,6 @@ export class Poke implements Tool {
   private readonly message = html("p", { class: "small", id: "tool-message", "aria-live": "polite" });
   private readonly pressButton: HTMLButtonElement;
   private readonly healButton: HTMLButtonElement;
-  private readonly pokeBox: HTMLInputElement;
   private readonly blendBox: HTMLInputElement;
 
   constructor(
@@ -90,7 +101,16 @@ export class Poke implements Tool {
       value: 0.6 * this.range_m,
       input: () => this.follow(),
     });
-    this.pokeBox = html("input", { type: "checkbox", id: "poke-on", change: () => this.set(this.pokeBox.checked) });
+    this.turnButton = html(
+      "button",
+      { type: "button", id: "turn-only", "aria-pressed": "false", click: () => this.set(!this.isPoking) },
+      "Turn",
+    );
+    this.sideButton = html(
+      "button",
+      { type: "button", id: "side-view", "aria-pressed": "false", click: () => this.lookFromSide(!this.view.isCut) },
+      "Cut",
+    );
     this.blendBox = html("input", { type: "checkbox", id: "poke-blend", checked: true, change: () => this.lift() });
     this.pressButton = html(
       "button",
@@ -102,46 +122,51 @@ export class Poke implements Tool {
       { type: "button", id: "poke-heal", hidden: true, click: () => this.heal() },
       "Heal the body",
     );
-    const row = (key: string, label: string) => {
-      const value = html("dd", { id: `poke-${key}` }, "0");
+    const row = (key: string, label: string, term: Term, first = "0") => {
+      const value = html("dd", { id: `poke-${key}` }, first);
       this.values.set(key, value);
-      return [html("dt", {}, label), value];
+      return html("div", {}, html("dt", {}, label, " ", ask(term)), value);
     };
     this.panel = html(
       "div",
       { class: "panel", role: "group", "aria-label": "The tool" },
-      html("label", { class: "switch" }, this.pokeBox, " Poke: the pointer is the tool"),
-      ...this.toolChoice(first),
-      html("label", {}, "Depth ", this.depth, " ", this.depthText),
-      html("label", {}, this.blendBox, " interpolate (off: each facet by itself, which clicks)"),
-      this.sound.element,
-      this.graph.canvas,
-      html("p", { class: "legend" }, swatch("normal", seriesColour(0)), swatch("lateral force [N]", seriesColour(1))),
       html(
         "dl",
-        {},
-        ...row("state", "contact"),
-        ...row("force", "force"),
-        ...row("normal", "normal, lateral"),
-        ...row("depth-now", "deflections"),
-        ...row("dent", "surface moved"),
-        ...row("stored", "stored"),
-        ...row("dissipated", "dissipated"),
-        ...row("rate", "ticks per second"),
+        { class: "big" },
+        row("force", "Force", "force", "0 N"),
+        row("depth-now", "Depth", "depth", millimetres(0)),
+        row("state", "Contact", "contact", kStates[0]),
       ),
-      html(
-        "p",
-        { class: "buttons" },
-        this.pressButton,
-        this.healButton,
-        html(
-          "button",
-          { type: "button", id: "poke-save", click: () => this.order({ order: "record" }) },
-          "Save path and forces",
-        ),
-        html("button", { type: "button", id: "poke-measure", click: () => this.measure() }, "Measure speed"),
-      ),
+      html("p", { class: "buttons" }, this.pressButton, html("label", {}, "to ", this.depth, " ", this.depthText)),
+      ...this.toolChoice(first),
+      this.healButton,
+      this.graph.canvas,
+      html("p", { class: "legend" }, swatch("normal", seriesColour(0)), swatch("lateral force", seriesColour(1))),
       this.message,
+      details(
+        "More numbers and settings",
+        html(
+          "dl",
+          {},
+          row("normal", "normal, lateral", "lateral"),
+          row("lateral-now", "lateral deflection", "lateral"),
+          row("dent", "surface moved", "moved"),
+          row("energy", "stored, dissipated", "energy"),
+          row("rate", "ticks per second", "ticks"),
+        ),
+        html("p", {}, html("label", {}, this.blendBox, " interpolation"), " ", ask("interpolation")),
+        html("p", {}, this.sound.element),
+        html(
+          "p",
+          { class: "buttons" },
+          html(
+            "button",
+            { type: "button", id: "poke-save", click: () => this.order({ order: "record" }) },
+            "Save path and forces",
+          ),
+          html("button", { type: "button", id: "poke-measure", click: () => this.measure() }, "Measure speed"),
+        ),
+      ),
     );
     this.help.textContent = kHelp;
     this.showDepth();
@@ -189,7 +214,8 @@ export class Poke implements Tool {
   private disable(sentence: string): void {
     this.message.textContent = sentence;
     this.message.className = "warning";
-    for (const control of this.panel.querySelectorAll("input, button")) control.setAttribute("disabled", "");
+    for (const control of this.panel.querySelectorAll("input, select, button:not(.ask)"))
+      control.setAttribute("disabled", "");
   }
 
   private hear(news: News): void {
@@ -238,11 +264,28 @@ export class Poke implements Tool {
       : `Saved ${ticks} ticks without interpolation.`;
   }
 
-  private set(isOn: boolean): void {
-    this.isPoking = isOn;
-    this.view.canvas.classList.toggle("poking", isOn);
-    if (!isOn) this.liftAll();
+  /** The pointer and the arrow keys press, or turn the body. */
+  set(isPoking: boolean): void {
+    this.isPoking = isPoking;
+    this.turnButton.setAttribute("aria-pressed", String(!isPoking));
+    if (!isPoking) this.liftAll();
   }
+
+  note(isMeasured: boolean): void {
+    this.unmeasured.hidden = isMeasured;
+  }
+
+  /** Where the first tool presses, or pressed last. */
+  get place(): Place | undefined {
+    return this.touched;
+  }
+
+  lookFromSide(isCut: boolean): void {
+    this.view.lookFromSide(isCut ? this.places[0] : undefined);
+    if (isCut && !this.places[0]) this.message.textContent = "Press somewhere first: the cut goes through the tool.";
+    this.sideButton.setAttribute("aria-pressed", String(this.view.isCut));
+  }
+
   private liftAll(): void {
     for (let finger = 0; finger < this.fingers; ++finger) this.lift(finger);
   }
@@ -255,7 +298,7 @@ export class Poke implements Tool {
   /** Where Press and the keys press: a test point, with its outward normal. */
   aim(position: Vector, outward: Vector): void {
     if (this.isPressed) return;
-    this.places[0] = { position: new Vector3(...position), outward: new Vector3(...outward) };
+    this.places[0] = { position: new Vector3(...position), outward: new Vector3(...outward), isMeasured: true };
   }
 
   /** How far the tool reaches from its origin into a surface with that outward normal. */
@@ -295,6 +338,7 @@ export class Poke implements Tool {
 
   private follow(): void {
     this.showDepth();
+    if (this.isPressed) this.touched = this.places[0];
     this.pressed.forEach((isPressed, finger) => {
       if (isPressed) this.order({ order: "move", finger, to: this.at(finger, this.depth_m), turn: this.wxyz });
     });
@@ -303,6 +347,10 @@ export class Poke implements Tool {
   press(place: Place, finger = 0): void {
     this.places[finger] = place;
     this.pressed[finger] = true;
+    if (finger === 0) {
+      this.touched = place;
+      this.view.cutThrough(place.position);
+    }
     this.pressButton.textContent = this.isPressed ? "Lift" : "Press";
     this.isBlended = this.blendBox.checked || this.blendBox.disabled;
     this.order({
@@ -320,7 +368,6 @@ export class Poke implements Tool {
       this.message.textContent = "Choose a test point first.";
       return;
     }
-    this.pokeBox.checked = true;
     this.set(true);
     this.press(this.places[0]);
   }
@@ -353,6 +400,7 @@ export class Poke implements Tool {
     const next = this.view.beside(to, place.outward);
     if (!next) return;
     this.places[0] = next;
+    this.view.cutThrough(next.position);
     this.hover();
   }
 
@@ -404,6 +452,10 @@ export class Poke implements Tool {
     this.write(batch);
     const isAway = batch.at.map((at, finger) => this.isAway(batch, new Vector3(...at), finger));
     const isOver = isAway.every((away) => away);
+    const state = [batch.at, batch.turn, ...batch.answer].join();
+    const isStill = state === this.shownState && !batch.displacement && !isOver;
+    this.shownState = state;
+    if (isStill) return; // the picture is as it was
     if (batch.displacement || isOver) {
       const most = this.view.deform(isOver ? undefined : batch.displacement);
       const dent = this.values.get("dent");
@@ -445,17 +497,17 @@ export class Poke implements Tool {
     const last = batch.pressing_N.length - 1;
     const each = (of: (a: Float64Array) => string) => all.map(of).join(" and ");
     const sum = (key: number) => batch.answer.reduce((total, a) => total + a[key], 0);
+    const deepest_m = Math.max(...touching.map((a) => a[Answer.normal_m]), 0);
+    this.felt(deepest_m);
+    if (touching.length) this.note(touching.every((a) => (a[Answer.flags] & kOutside) === 0));
+    const length = (key: number) => each((a) => (touching.length ? millimetres(a[key]) : millimetres(0)));
     const text: Record<string, string> = {
       state: each((a) => kStates[a[Answer.state] === 1 && batch.slid ? 2 : a[Answer.state]] ?? ""),
       force: each((a) => quantity(new Vector3().fromArray(a, Answer.force_N).length(), "N")),
+      "depth-now": length(Answer.normal_m),
       normal: `${quantity(batch.pressing_N[last], "N")}, ${quantity(batch.sliding_N[last], "N")}`,
-      "depth-now": each((a) =>
-        Number.isFinite(a[Answer.normal_m])
-          ? `${millimetres(a[Answer.normal_m])}, ${millimetres(a[Answer.lateral_m])}`
-          : "unknown",
-      ),
-      stored: quantity(sum(Answer.stored_J), "J"),
-      dissipated: quantity(batch.answer[0][Answer.dissipated_J], "J"),
+      "lateral-now": length(Answer.lateral_m),
+      energy: `${quantity(sum(Answer.stored_J), "J")}, ${quantity(batch.answer[0][Answer.dissipated_J], "J")}`,
       rate: batch.ticks_per_s.toFixed(0),
     };
     for (const [key, value] of Object.entries(text)) {

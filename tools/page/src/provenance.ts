@@ -1,7 +1,7 @@
 // Where the numbers come from: warnings, scene, files, versions, timings.
 
 import { type Contents, codes, floats, type Setting } from "./contents";
-import { html, section, table } from "./dom";
+import { details, html, section, table } from "./dom";
 import { digits, plain, quantity, tick } from "./words";
 
 const kShownNumbers = 24;
@@ -46,11 +46,11 @@ function counts(contents: Contents): string[] {
 export function warningsSection(contents: Contents): HTMLElement | undefined {
   const all = [...counts(contents), ...contents.warnings];
   if (!all.length) return undefined;
-  return section("warnings", "To be known", html("ul", {}, ...all.map((text) => html("li", {}, text))));
+  return section("warnings", "Warnings", html("ul", {}, ...all.map((text) => html("li", {}, text))));
 }
 
 export function provenanceSection(contents: Contents): HTMLElement {
-  const out = section("provenance", "Where it comes from");
+  const out = section("provenance", "Provenance");
   const facts: string[][] = [["page written by", contents.program]];
   if (contents.asset?.program) facts.push(["asset written by", contents.asset.program]);
   if (contents.family) facts.push(["law of the curves", contents.family]);
@@ -70,11 +70,10 @@ export function provenanceSection(contents: Contents): HTMLElement {
     facts.push(["a tick of the engine, on the machine that ran this", tick(contents.statement.tick_ns)]);
     facts.push(["size of the asset", `${(contents.statement.asset_bytes / 1e3).toFixed(0)} kB`]);
   }
-  out.append(table(["", ""], facts));
-  const folded = (title: string, content: Node) => html("details", {}, html("summary", {}, title), content);
+  out.append(table(["fact", "value"], facts));
   if (contents.files?.length)
     out.append(
-      folded(
+      details(
         "Files",
         table(
           ["file", "bytes", "made from"],
@@ -85,7 +84,7 @@ export function provenanceSection(contents: Contents): HTMLElement {
   const settings = Object.entries(contents.set_up?.settings ?? {});
   if (settings.length)
     out.append(
-      folded(
+      details(
         "Scene",
         table(
           ["key", "value"],
@@ -96,7 +95,7 @@ export function provenanceSection(contents: Contents): HTMLElement {
   if (points) {
     const [rms, max] = [floats(points.rms_residual_N), floats(points.max_residual_N)];
     out.append(
-      folded(
+      details(
         "Test points",
         table(
           ["point", "status", "residual", "at most", "remark"],
@@ -116,7 +115,7 @@ export function provenanceSection(contents: Contents): HTMLElement {
     const noise = floats(recordings.noise_N);
     const young = floats(recordings.young_Pa);
     out.append(
-      folded(
+      details(
         "Recordings",
         table(
           ["file", "grade", "contact by", "noise", "apparent modulus", "why"],

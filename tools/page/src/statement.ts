@@ -10,28 +10,24 @@ import {
   type TorqueFigures,
   vector,
 } from "./contents";
-import { figure, html, section, swatch, table } from "./dom";
+import { details, figure, html, section, swatch, table } from "./dom";
 import { type Bar, bars, errorPlot, plot, type Series } from "./plot";
+import { ask } from "./terms";
 import { counted, percent, plain, quantity, tick } from "./words";
 
+/** One line on how wrong it is. */
 export function verdict(contents: Contents): string {
-  const s = contents.statement;
+  if (contents.statement) return contents.statement.verdict;
   if (contents.pictures && !contents.files) return "Recordings, and what a contact model says of each.";
   if (!contents.files) return "A set-up to look at: nothing has been simulated yet.";
-  if (!s) return "This folder holds no error statement: how wrong these curves are is not known.";
-  if (s.force_error.p95_rel === null) return s.verdict;
-  return (
-    `The force is off by ${percent(s.force_error.median_rel)} in the median and ` +
-    `${percent(s.force_error.p95_rel)} at the 95th percentile, at places and on paths that no fit saw.`
-  );
+  return "This folder holds no error statement: how wrong these curves are is not known.";
 }
 
 function sentences(s: Statement, contents: Contents): string[] {
   const e = s.force_error;
   const jnd = `max(${quantity(contents.jnd.floor_N, "N", 2)}, ${percent(contents.jnd.share, 0)})`;
-  if (s.rows === 0) return [s.verdict];
+  if (s.rows === 0) return s.advice;
   const out = [
-    s.verdict,
     ...s.advice,
     `Compared at ${counted(s.probes, "held-out contact point", "held-out contact points")} in ` +
       `${counted(s.rows, "row", "rows")}; shares of the force are of the ${s.rows_above_floor} above ${quantity(s.floor_N, "N", 2)}.`,
@@ -162,48 +158,58 @@ function torqueTable(s: Statement): HTMLElement[] {
 }
 
 export function statementSection(contents: Contents): HTMLElement {
-  const out = section("error", "How wrong it is");
+  const line = html("p", {}, verdict(contents), " ", ask("accuracy"));
+  const out = section("error", "Accuracy", line);
   const s = contents.statement;
   if (!s) {
-    out.append(html("p", {}, "No statement: palpate run, or palpate validate, makes one from fresh experiments."));
+    out.append(html("p", {}, "`palpate run`, or `palpate validate`, makes one from fresh experiments."));
     return out;
   }
-  out.append(html("ul", {}, ...sentences(s, contents).map((text) => html("li", {}, text))));
   const pictures = html("div", { class: "figures" });
   for (const picture of [scatter(contents), costPlot(contents)]) if (picture) pictures.append(picture);
   const sections = s.sections
-    .map(({ name, title }) => ({ title: title.charAt(0).toUpperCase() + title.slice(1), lines: linesOf(s, name) }))
+    .map(({ name, title }) => ({
+      name,
+      title: title.charAt(0).toUpperCase() + title.slice(1),
+      lines: linesOf(s, name),
+    }))
     .filter(({ lines }) => lines.length > 0);
   for (const { title, lines } of sections)
     pictures.append(figure(title, bars(title, bars_of(lines), contents.jnd.share)));
   out.append(
-    pictures,
-    html(
-      "p",
-      { class: "legend" },
-      swatch("median", seriesColour(0)),
-      swatch("95th percentile of the error as a share of the force", seriesColour(0), "p95"),
-      swatch(`just noticeable, ${percent(contents.jnd.share, 0)}`, "", "jnd"),
-    ),
-    html(
-      "details",
-      {},
-      html("summary", {}, "The same in numbers"),
-      table(
-        ["", "rows", "median", "95th percentile", "median", "95th percentile", "a tick"],
-        sections.flatMap(({ title, lines }) =>
-          lines.map(([name, e]) => [
-            `${title}: ${plain(name)}`,
-            String(e.rows),
-            percent(e.median_rel),
-            percent(e.p95_rel),
-            quantity(e.median_N, "N"),
-            quantity(e.p95_N, "N"),
-            e.tick_ns ? tick(e.tick_ns) : "",
-          ]),
-        ),
+    details(
+      "Rows, paths, causes and baselines",
+      html("ul", {}, ...sentences(s, contents).map((text) => html("li", {}, text))),
+      pictures,
+      html(
+        "p",
+        { class: "legend" },
+        swatch("median", seriesColour(0)),
+        swatch("95th percentile of the error as a share of the force", seriesColour(0), "p95"),
+        swatch(`just noticeable, ${percent(contents.jnd.share, 0)}`, "", "jnd"),
+        ask("just noticeable"),
+        ...(sections.some(({ name }) => name === "baselines")
+          ? [html("span", {}, "baselines "), ask("baselines")]
+          : []),
       ),
-      ...torqueTable(s),
+      details(
+        "Numbers",
+        table(
+          ["of", "rows", "median", "95th percentile", "median", "95th percentile", "a tick"],
+          sections.flatMap(({ title, lines }) =>
+            lines.map(([name, e]) => [
+              `${title}: ${plain(name)}`,
+              String(e.rows),
+              percent(e.median_rel),
+              percent(e.p95_rel),
+              quantity(e.median_N, "N"),
+              quantity(e.p95_N, "N"),
+              e.tick_ns ? tick(e.tick_ns) : "",
+            ]),
+          ),
+        ),
+        ...torqueTable(s),
+      ),
     ),
   );
   return out;

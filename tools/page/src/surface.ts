@@ -4,22 +4,17 @@ import {
   BufferAttribute,
   BufferGeometry,
   Color,
-  DoubleSide,
   DynamicDrawUsage,
   Mesh,
-  MeshBasicMaterial,
-  MeshLambertMaterial,
   type Ray,
   SRGBColorSpace,
   Vector3,
 } from "three";
-import { kUncovered, viridis } from "./colours";
+import { kTissue, kUncovered, kUncoveredTissue, viridis } from "./colours";
 import { type Contents, floats, integers, nearest } from "./contents";
 import type { PlaceCurve } from "./curves";
 import { fillNormals, Picker } from "./picking";
-
-/** Edges of finer surfaces than this lie so close that they only darken them. */
-const kWired = 30000;
+import { TissueMaterial } from "./tissue";
 
 export type MapName = "stiffness_N_m" | "force_N" | "friction";
 
@@ -28,6 +23,8 @@ export interface Place {
   position: Vector3;
   /** Outward, unit, blended over the triangle. */
   outward: Vector3;
+  /** The curves answer here; of a body without a map, everywhere. */
+  isMeasured: boolean;
 }
 
 export function linear(rgb: [number, number, number]): Color {
@@ -36,18 +33,18 @@ export function linear(rgb: [number, number, number]): Color {
 
 export class BodySurface {
   /** What is drawn. */
-  readonly mesh: Mesh<BufferGeometry, MeshLambertMaterial>;
+  readonly mesh: Mesh<BufferGeometry, TissueMaterial>;
   /** Of each vertex: outward. */
   readonly normals: Float32Array;
   readonly covered: Int32Array;
-  /** Its edges, which show how it bends; seen while it is moved, unless they are too many. */
-  private readonly wires: Mesh<BufferGeometry, MeshBasicMaterial>;
   /** At rest [m], three numbers a vertex: what rays meet, whatever a tool does to the body. */
   readonly vertices: Float32Array;
   private readonly index: Uint32Array<ArrayBuffer>;
   private readonly picker: Picker;
   /** As `Contents.maps` has them, read once. */
   private readonly maps: Record<MapName, Float32Array>;
+  /** Of each vertex. */
+  private readonly isCovered: Uint8Array;
 
   constructor(private readonly contents: Contents) {
     const surface = contents.surface;
@@ -66,23 +63,12 @@ export class BodySurface {
       ? floats(surface.inward_normal).map((v) => -v)
       : (geometry.getAttribute("normal").array as Float32Array).slice();
     geometry.setAttribute("color", new BufferAttribute(new Float32Array(this.vertices.length), 3));
-    this.mesh = new Mesh(
-      geometry,
-      new MeshLambertMaterial({
-        vertexColors: true,
-        side: DoubleSide,
-        polygonOffset: true,
-        polygonOffsetFactor: 1,
-        polygonOffsetUnits: 1,
-      }),
-    );
-    this.wires = new Mesh(
-      geometry,
-      new MeshBasicMaterial({ color: 0x000000, wireframe: true, transparent: true, opacity: 0.1, depthWrite: false }),
-    );
-    this.wires.visible = false;
-    this.mesh.add(this.wires);
+    geometry.setAttribute("rest", new BufferAttribute(this.vertices, 3));
+    const range_m = contents.asset?.range_m ?? contents.maps?.depths_m.at(-1) ?? 1;
+    this.mesh = new Mesh(geometry, new TissueMaterial(geometry.boundingSphere?.radius ?? 1, range_m));
     this.covered = integers(contents.maps?.vertices);
+    this.isCovered = new Uint8Array(this.vertices.length / 3).fill(contents.maps ? 0 : 1);
+    for (const v of this.covered) this.isCovered[v] = 1;
     this.maps = {
       stiffness_N_m: floats(contents.maps?.stiffness_N_m),
       force_N: floats(contents.maps?.force_N),
@@ -113,7 +99,6 @@ export class BodySurface {
         }
       }
     else at.set(rest);
-    this.wires.visible = displacement !== undefined && this.index.length <= 3 * kWired;
     fillNormals(at, this.index, normal.array as Float32Array);
     position.needsUpdate = true;
     normal.needsUpdate = true;
@@ -125,12 +110,13 @@ export class BodySurface {
     const hit = this.picker.hit(ray);
     if (!hit) return undefined;
     const outward = new Vector3();
-    for (let k = 0; k < 3; ++k)
-      outward.addScaledVector(
-        new Vector3().fromArray(this.normals, 3 * this.index[3 * hit.triangle + k]),
-        hit.weights.getComponent(k),
-      );
-    return { position: hit.position, outward: outward.normalize() };
+    let isMeasured = true;
+    for (let k = 0; k < 3; ++k) {
+      const [v, weight] = [this.index[3 * hit.triangle + k], hit.weights.getComponent(k)];
+      outward.addScaledVector(new Vector3().fromArray(this.normals, 3 * v), weight);
+      isMeasured &&= this.isCovered[v] === 1;
+    }
+    return { position: hit.position, outward: outward.normalize(), isMeasured };
   }
 
   /** Values of a map at each covered vertex, between the depths that are stored. */
@@ -163,24 +149,25 @@ export class BodySurface {
     };
   }
 
-  /** Colours the surface; returns the values at the two ends of the colour bar. */
-  colour(name: MapName, depth_m: number): [number, number] | undefined {
+  /** Colours the surface, without a map as tissue; returns the values at the two ends of the colour bar. */
+  colour(name: MapName | undefined, depth_m: number): [number, number] | undefined {
+    this.mesh.material.setWet(name === undefined);
     const attribute = this.mesh.geometry.getAttribute("color") as BufferAttribute;
-    const grey = linear(kUncovered);
-    for (let v = 0; v < attribute.count; ++v) attribute.setXYZ(v, grey.r, grey.g, grey.b);
-    const values = this.values(name, depth_m);
-    let ends: [number, number] | undefined;
-    if (values?.some(Number.isFinite)) {
-      const finite = Array.from(values.filter((v) => Number.isFinite(v) && v !== 0)).sort((a, b) => a - b);
-      ends = [finite[0] ?? 0, finite[finite.length - 1] ?? 1];
-      const [low, high] = ends;
-      this.covered.forEach((v, i) => {
-        if (!Number.isFinite(values[i])) return;
-        const c = linear(viridis(high > low ? (values[i] - low) / (high - low) : 0.5));
-        attribute.setXYZ(v, c.r, c.g, c.b);
-      });
+    const [own, grey] = (name ? [kUncovered, kUncovered] : [kTissue, kUncoveredTissue]).map(linear);
+    for (let v = 0; v < attribute.count; ++v) {
+      const c = this.isCovered[v] ? own : grey;
+      attribute.setXYZ(v, c.r, c.g, c.b);
     }
     attribute.needsUpdate = true;
-    return ends;
+    const values = name && this.values(name, depth_m);
+    if (!values?.some(Number.isFinite)) return undefined;
+    const finite = Array.from(values.filter((v) => Number.isFinite(v) && v !== 0)).sort((a, b) => a - b);
+    const [low, high] = [finite[0] ?? 0, finite[finite.length - 1] ?? 1];
+    this.covered.forEach((v, i) => {
+      if (!Number.isFinite(values[i])) return;
+      const c = linear(viridis(high > low ? (values[i] - low) / (high - low) : 0.5));
+      attribute.setXYZ(v, c.r, c.g, c.b);
+    });
+    return [low, high];
   }
 }

@@ -11,6 +11,10 @@ export interface Tool {
   readonly isPressed: boolean;
   readonly range_m: number;
   readonly depth_m: number;
+  /** The pointer and the arrow keys press, or turn the body. */
+  set(isPoking: boolean): void;
+  /** The pointer comes down where nothing was measured, or where something was. */
+  note(isMeasured: boolean): void;
   /** How many tools there are, for as many fingers on a screen. */
   readonly fingers: number;
   press(place: Place, finger?: number): void;
@@ -27,14 +31,16 @@ export interface Tool {
 export function listenForTool(view: BodyView, tool: Tool): void {
   const canvas = view.canvas;
   const held: (number | undefined)[] = []; // the pointer that holds each tool
-  // Before the view's own listeners: a pointer that presses does not turn the body.
+  // Before the view's own listeners: a pointer that presses does not turn the body. One beside the
+  // window does, and so does the right button.
   canvas.addEventListener(
     "pointerdown",
     (event) => {
       if (!tool.isPoking || event.button !== 0) return;
       const place = view.under(event.clientX, event.clientY);
+      if (place) tool.note(place.isMeasured);
       const free = Array.from({ length: tool.fingers }, (_, i) => held[i]).indexOf(undefined);
-      if (!place || free < 0) return;
+      if (!place?.isMeasured || free < 0) return;
       view.setOrbit(false);
       canvas.setPointerCapture(event.pointerId);
       held[free] = event.pointerId;
@@ -44,6 +50,8 @@ export function listenForTool(view: BodyView, tool: Tool): void {
   );
   canvas.addEventListener("pointermove", (event) => {
     const finger = held.indexOf(event.pointerId);
+    if (finger < 0 && event.buttons === 0)
+      canvas.classList.toggle("pressable", tool.isPoking && !!view.under(event.clientX, event.clientY)?.isMeasured);
     if (finger < 0) return;
     if (event.pointerType === "pen" && event.pressure > 0) tool.setDepth(event.pressure * tool.range_m);
     tool.drag(view.under(event.clientX, event.clientY), finger);
@@ -68,6 +76,7 @@ export function listenForTool(view: BodyView, tool: Tool): void {
     { capture: true, passive: false },
   );
   canvas.addEventListener("keydown", (event) => {
+    if (event.key.toLowerCase() === "v" && !event.ctrlKey && !event.metaKey) tool.set(!tool.isPoking);
     if (!tool.isPoking || event.ctrlKey || event.metaKey || event.altKey) return;
     const arrow = (right: number, up: number) => (event.shiftKey ? tool.turnBy(-up, right, 0) : tool.moveBy(right, up));
     const keys: Record<string, () => void> = {

@@ -284,11 +284,13 @@ void leave_out_of_reach(const Scene& scene, Body& body) {
     say("  left out: {} at {}, where the tool would cut {:.2g} mm into the body at first touch",
         points.name[static_cast<std::size_t>(p)], in_mm(points.position.row(p)), 1e3 * overlap_m);
   }
-  if (static_cast<Eigen::Index>(kept.size()) == points.position.rows()) return;
+  const auto left_out = points.position.rows() - static_cast<Eigen::Index>(kept.size());
+  if (left_out == 0) return;
   if (kept.empty())
     throw Error(scene.path.string() + ": [experiments] test_points",
                 "the tool can touch at none of the test points",
                 "Take a smaller tool, or other points.");
+  warn("{} test points are left out: the tool would cut into the body there", left_out);
   points.position = Points(points.position(kept, Eigen::all));
   points.normal = Points(points.normal(kept, Eigen::all));
   std::vector<std::string> names;

@@ -1,0 +1,131 @@
+// A task for who pokes a body with an inclusion: find it by touch alone, mark it, see it.
+
+import { Vector3 } from "three";
+import type { BodyView } from "./body";
+import type { Contents } from "./contents";
+import { html } from "./dom";
+import type { Place } from "./surface";
+import { millimetres } from "./words";
+
+interface Lump {
+  centre: Vector3;
+  radius_m: number;
+  isStiff: boolean;
+}
+
+/** The inclusions of the scene, each as the ball about as large. */
+function lumpsOf(contents: Contents): Lump[] {
+  const settings = contents.set_up?.settings ?? {};
+  const numbers = (key: string): number[] => {
+    const setting = settings[key];
+    return setting && "numbers" in setting ? setting.numbers : [];
+  };
+  const triple = (values: number[], at = 0) => new Vector3().fromArray(values, at);
+  return Object.keys(settings).flatMap((key): Lump[] => {
+    const found = /^(inclusion\/\d+)\/(sphere\/radius|box\/low|inside\/vertices)$/.exec(key);
+    if (!found) return [];
+    const [, owner, shape] = found;
+    const isStiff = numbers(`${owner}/material/young`)[0] > numbers("material/young")[0];
+    if (shape === "sphere/radius")
+      return [{ centre: triple(numbers(`${owner}/sphere/center`)), radius_m: numbers(key)[0], isStiff }];
+    const corners = shape === "box/low" ? [...numbers(key), ...numbers(`${owner}/box/high`)] : numbers(key);
+    const low = new Vector3(Infinity, Infinity, Infinity);
+    const high = low.clone().negate();
+    for (let i = 0; i < corners.length; i += 3) {
+      low.min(triple(corners, i));
+      high.max(triple(corners, i));
+    }
+    const size = high.clone().sub(low);
+    return [{ centre: low.add(high).multiplyScalar(0.5), radius_m: (size.x + size.y + size.z) / 6, isStiff }];
+  });
+}
+
+/** How far beside the middle of a lump a finger passes that presses straight in. */
+function passes_m({ position, outward }: Place, lump: Lump): number {
+  const to = lump.centre.clone().sub(position);
+  return to.addScaledVector(outward, -to.dot(outward)).length();
+}
+
+export class Task {
+  readonly element: HTMLElement;
+  private readonly lumps: Lump[];
+  private readonly said = html("p", { id: "task-said", role: "status" });
+  private readonly revealButton: HTMLButtonElement;
+  private began_ms: number | undefined;
+  private deepest_m = 0;
+  private result: { place: Place; seconds: number; deepest_m: number } | undefined;
+
+  /** place: where the tool presses or pressed. reveal: shows the inclusions, or hides them and the map. */
+  constructor(
+    contents: Contents,
+    private readonly view: BodyView,
+    private readonly place: () => Place | undefined,
+    private readonly reveal: (isShown: boolean) => void,
+  ) {
+    this.lumps = lumpsOf(contents);
+    this.revealButton = html("button", { type: "button", id: "task-reveal", click: () => this.end() }, "Reveal");
+    this.element = html(
+      "div",
+      { class: "task", id: "task" },
+      this.said,
+      html("button", { type: "button", id: "task-mark", click: () => this.mark() }, "Mark here"),
+      this.revealButton,
+      html("button", { type: "button", id: "task-again", click: () => this.begin() }, "Start again"),
+    );
+    this.ask();
+  }
+
+  /** Nothing is hidden in a body without inclusions. */
+  static of(...given: ConstructorParameters<typeof Task>): Task | undefined {
+    return lumpsOf(given[0]).length ? new Task(...given) : undefined;
+  }
+
+  private ask(): void {
+    const thing = this.lumps.every(({ isStiff }) => isStiff) ? "tumour, stiffer than what is around it," : "lump";
+    this.said.textContent = `A ${thing} is hidden under the window. Find it: press, feel where the force grows, mark the place.`;
+  }
+
+  private begin(): void {
+    this.began_ms = undefined;
+    this.result = undefined;
+    this.deepest_m = 0;
+    this.view.select(undefined);
+    this.reveal(false);
+    this.ask();
+  }
+
+  /** What the tool feels: time runs from the first touch on. */
+  felt(depth_m: number): void {
+    if (this.result || !(depth_m > 0)) return;
+    this.began_ms ??= performance.now();
+    this.deepest_m = Math.max(this.deepest_m, depth_m);
+  }
+
+  private mark(): void {
+    const place = this.place();
+    if (!place || this.began_ms === undefined) {
+      this.said.textContent = "Press somewhere first: the mark is where the tool is, or was last.";
+      return;
+    }
+    const seconds = (performance.now() - this.began_ms) / 1e3;
+    this.result = { place, seconds, deepest_m: this.deepest_m };
+    this.view.select(place.position.toArray());
+    this.said.textContent = `Marked after ${seconds.toFixed(0)} s. Reveal shows whether it is there.`;
+  }
+
+  private end(): void {
+    this.reveal(true);
+    if (!this.result) {
+      this.said.textContent = "There it is. Start again hides it.";
+      return;
+    }
+    const { place, seconds, deepest_m } = this.result;
+    const off = this.lumps
+      .map((lump) => ({ by_m: passes_m(place, lump), lump }))
+      .sort((a, b) => a.by_m - a.lump.radius_m - (b.by_m - b.lump.radius_m))[0];
+    const isFound = off.by_m <= off.lump.radius_m;
+    this.said.textContent =
+      `${isFound ? "Found" : "Missed"}: your mark is ${millimetres(off.by_m)} beside its middle, its radius is ` +
+      `${millimetres(off.lump.radius_m)}. It took ${seconds.toFixed(0)} s; the deepest press was ${millimetres(deepest_m)}.`;
+  }
+}
