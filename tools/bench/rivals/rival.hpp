@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libfit/assets/asset_file.hpp"
+#include "libfit/core/body.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/experiments/walk.hpp"
+#include "tools/scene/scene.hpp"
+
+namespace palpate::tools {
+
+/// What all rivals are given: a run of a scene whose probe is a ball. They are tuned on `samples`,
+/// which Palpate is fitted to; none sees `paths`.
+struct RivalBody {
+  Scene scene;
+  Body body;
+  Samples samples;  ///< presses and drags at test points
+  Samples paths;    ///< held out; point: number of the path, PathKind by turns
+  AssetFile asset;  ///< Palpate's; of rivals its surface alone
+  double depth_m = 0, radius_m = 0;
+  double dragged_cpu_s = 0, pressed_cpu_s = 0;  ///< of simulating one test point
+};
+
+/// A method with its settings, ready to be touched.
+struct Rival {
+  std::string name, settings;
+  double size = 0;  ///< nodes or points, where there are several sizes of the method
+  std::size_t bytes = 0;
+  double preparation_cpu_s = 0;
+  double step_m = kWalkTick_m;                     ///< way of the tool in a tick
+  std::function<void(const Vec3& inward)> start;   ///< a tool outside that presses along `inward`
+  std::function<Vec3(const Vec3& point_m)> force;  ///< ON THE BODY [N], at the ball's lowest point
+};
+
+/// A row of the table of rivals. prepare: one rival of each size; none where a package is missing.
+struct RivalRow {
+  std::string_view name, summary;
+  std::vector<Rival> (*prepare)(const RivalBody& body);
+};
+
+std::vector<Rival> prepare_proxy(const RivalBody& body);
+std::vector<Rival> prepare_proxy_on_curves(const RivalBody& body);
+std::vector<Rival> prepare_separable(const RivalBody& body);
+std::vector<Rival> prepare_palpate(const RivalBody& body);
+
+/// Samples at some of their points alone.
+Samples at_points(const Samples& samples, const std::vector<Eigen::Index>& points);
+/// CPU of simulating the rows of samples, by what one dragged and one pressed point took.
+double simulation_cpu_s(const RivalBody& body, const Samples& samples);
+
+}  // namespace palpate::tools

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "tools/bench/rivals/measure.hpp"
+#include "tools/bench/rivals/rival.hpp"
+
+namespace palpate::tools {
+
+/// Every rival there is, Palpate last.
+inline constexpr RivalRow kRivals[] = {
+    {"proxy", "a point on the surface, one spring, a friction cone", prepare_proxy},
+    {"proxy-curves", "the same with the press of the nearest test point", prepare_proxy_on_curves},
+    {"separable", "the paper's separable law", prepare_separable},
+    {"palpate", "Palpate by number of test points", prepare_palpate},
+};
+
+}  // namespace palpate::tools
