@@ -18,7 +18,7 @@
 namespace palpate::tools {
 namespace {
 
-constexpr Eigen::Index kPoints[] = {12, 20, 40, 135};
+constexpr Eigen::Index kPointCounts[] = {12, 20, 40, 135};
 
 // An opened asset and the tool on it.
 struct Played {
@@ -97,7 +97,7 @@ std::vector<Rival> prepare_separable(const RivalBody& body) {
 std::vector<Rival> prepare_palpate(const RivalBody& body) {
   std::vector<Rival> out;
   const Eigen::Index all = body.samples.points();
-  for (const Eigen::Index wanted : kPoints) {
+  for (const Eigen::Index wanted : kPointCounts) {
     if (!out.empty() && out.back().size == static_cast<double>(all)) break;
     std::vector<Eigen::Index> points(static_cast<std::size_t>(std::min(wanted, all)));
     std::iota(points.begin(), points.end(), Eigen::Index{0});

@@ -13,7 +13,8 @@ struct Performance {
   std::vector<validation::StatedError> by_path;  ///< of each kind of path
   std::size_t paths = 0;                         ///< of them before its time was over
   double tick_median_us = 0, tick_p999_us = 0;   ///< of ticks in contact
-  double jump_N = 0;                             ///< largest change of force over 10 um of a slide
+  double jump_N = validation::kNoNumber;  ///< largest change of force over 10 um of a slide; none
+                                          ///< where its time was over before
   double created_share = 0;  ///< most that a closed loop gave back beyond what was put into it, of
                              ///< the most that was in it
 };

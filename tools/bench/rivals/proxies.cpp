@@ -66,8 +66,27 @@ double best_stiffness_N_m(const std::vector<PressCurve>& curves, double floor_N)
   return best;
 }
 
-// Side force over normal force where a drag has come to its end: that of the tool's interface, and
-// of a sunken ball that ploughs.
+Vec3 vec3(const runtime::Vec3d& v) { return {v.x, v.y, v.z}; }
+
+// A proxy of which a new one is made for each path.
+struct Proxy {
+  const runtime::AssetView& surface;
+  double stiffness_N_m, friction;
+  std::optional<FingerProxy> now = std::nullopt;
+};
+
+Rival proxy_rival(const RivalBody& body, const std::shared_ptr<Proxy>& proxy) {
+  Rival rival;
+  rival.bytes = surface_bytes(proxy->surface);
+  rival.preparation_cpu_s = static_cast<double>(body.samples.points()) * body.pressed_cpu_s;
+  rival.start = [proxy](const Vec3&) {
+    proxy->now.emplace(proxy->surface, proxy->stiffness_N_m, proxy->friction);
+  };
+  return rival;
+}
+
+}  // namespace
+
 double drag_ratio(const Samples& samples) {
   std::vector<double> ratio;
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
@@ -83,31 +102,10 @@ double drag_ratio(const Samples& samples) {
   return median(std::move(ratio));
 }
 
-Vec3 vec3(const runtime::Vec3d& v) { return {v.x, v.y, v.z}; }
-
-// A proxy of which a new one is made for each path.
-struct Proxy {
-  const runtime::AssetView& surface;
-  double stiffness_N_m, friction;
-  std::optional<FingerProxy> now = std::nullopt;
-};
-
 std::size_t surface_bytes(const runtime::AssetView& asset) {
   return static_cast<std::size_t>(asset.vertices) * 3 * sizeof(float) +
          static_cast<std::size_t>(asset.triangles) * 6 * sizeof(std::int32_t);
 }
-
-Rival proxy_rival(const RivalBody& body, const std::shared_ptr<Proxy>& proxy) {
-  Rival rival;
-  rival.bytes = surface_bytes(proxy->surface);
-  rival.preparation_cpu_s = static_cast<double>(body.samples.points()) * body.pressed_cpu_s;
-  rival.start = [proxy](const Vec3&) {
-    proxy->now.emplace(proxy->surface, proxy->stiffness_N_m, proxy->friction);
-  };
-  return rival;
-}
-
-}  // namespace
 
 std::vector<Rival> prepare_proxy(const RivalBody& body) {
   const double floor_N = relative_floor_N(body.samples);

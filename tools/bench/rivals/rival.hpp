@@ -48,6 +48,12 @@ std::vector<Rival> prepare_proxy_on_curves(const RivalBody& body);
 std::vector<Rival> prepare_separable(const RivalBody& body);
 std::vector<Rival> prepare_palpate(const RivalBody& body);
 
+/// Side force over normal force where a drag has come to its end, the median of all drags: friction
+/// of the tool's interface, and of a sunken ball that ploughs.
+double drag_ratio(const Samples& samples);
+/// Of the triangles that a proxy walks on.
+std::size_t surface_bytes(const runtime::AssetView& asset);
+
 /// Samples at some of their points alone.
 Samples at_points(const Samples& samples, const std::vector<Eigen::Index>& points);
 /// CPU of simulating the rows of samples, by what one dragged and one pressed point took.

@@ -5,16 +5,19 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/join_samples.hpp"
 #include "libfit/core/stated_error.hpp"
+#include "libfit/core/statistics.hpp"
 #include "libfit/experiments/draw.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/bench/bench.hpp"
 #include "tools/bench/machine.hpp"
+#include "tools/bench/rivals/figure.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/stages/body/simulation_setup.hpp"
@@ -22,7 +25,7 @@
 namespace palpate::tools {
 namespace {
 
-constexpr double kBudget_s = 30, kQuickBudget_s = 1;
+constexpr double kBudget_s = 12, kQuickBudget_s = 1;
 
 // CPU of one point by the simulator, as the run's samples were made.
 double point_cpu_s(const RivalBody& body, bool is_dragged) {
@@ -75,6 +78,12 @@ std::string known_rivals() {
   std::string names;
   for (const RivalRow& row : kRivals) names += (names.empty() ? "" : ", ") + std::string(row.name);
   return "Use one of: " + names + ".";
+}
+
+// The last part of its folder's name.
+std::string name_of_run(const std::filesystem::path& run) {
+  const std::filesystem::path whole = std::filesystem::absolute(run).lexically_normal();
+  return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
 }
 
 struct Line {
@@ -148,8 +157,46 @@ nlohmann::ordered_json json_of(const Line& line) {
           {"tick_p999_us", did.tick_p999_us},
           {"bytes", rival.bytes},
           {"preparation_cpu_s", rival.preparation_cpu_s},
-          {"jump_per_10um_N", did.jump_N},
+          {"jump_per_10um_N", number_or_null(did.jump_N)},
           {"energy_created_rel", did.created_share}};
+}
+
+// A series of each name, its x by the line.
+std::vector<FigureSeries> series_of(const std::vector<Line>& lines,
+                                    const std::function<double(const Line&)>& x) {
+  std::vector<FigureSeries> out;
+  for (const Line& line : lines) {
+    if (out.empty() || out.back().name != line.rival.name)
+      out.push_back({.name = line.rival.name, .x = {}, .median = {}, .p95 = {}});
+    out.back().x.push_back(x(line));
+    out.back().median.push_back(line.performance.statement.all.force.median_rel);
+    out.back().p95.push_back(line.performance.statement.all.force.p95_rel);
+  }
+  return out;
+}
+
+void write_figures(const std::filesystem::path& folder, const std::string& stem,
+                   const std::string& body, const std::vector<Line>& lines) {
+  const FigureLine jnd{kForceJnd, "JND 7 %"};
+  const LogFigure by_tick{
+      .title = "Force error against time of a tick: " + body,
+      .x_label = "median time of a tick in contact [us]",
+      .y_label = "force error: median, thin line to p95",
+      .series = series_of(lines, [](const Line& line) { return line.performance.tick_median_us; }),
+      .upright = {{1000, "1 kHz"}},
+      .level = {jnd}};
+  const LogFigure by_preparation{
+      .title = "Force error against preparation: " + body,
+      .x_label = "CPU of preparation [s]",
+      .y_label = "force error: median, thin line to p95",
+      .series = series_of(lines, [](const Line& line) { return line.rival.preparation_cpu_s; }),
+      .upright = {},
+      .level = {jnd}};
+  for (const bool is_dark : {false, true}) {
+    const std::string end = is_dark ? "_dark.svg" : ".svg";
+    write_file_atomically(folder / (stem + "_tick" + end), draw(by_tick, is_dark));
+    write_file_atomically(folder / (stem + "_preparation" + end), draw(by_preparation, is_dark));
+  }
 }
 
 }  // namespace
@@ -189,8 +236,7 @@ void bench_rivals(const BenchRequest& request) {
   }
   if (lines.empty())
     throw Error("bench rivals", "there is no rival called " + request.part, known_rivals());
-  const std::string stem =
-      "rivals_" + std::filesystem::absolute(request.run).lexically_normal().filename().string();
+  const std::string name = name_of_run(request.run), stem = "rivals_" + name;
   write_csv(request.folder / (stem + ".csv"), lines);
   write_file_atomically(request.folder / (stem + ".json"),
                         nlohmann::ordered_json{{"machine", machine()},
@@ -199,6 +245,7 @@ void bench_rivals(const BenchRequest& request) {
                                                {"left_out", left_out}}
                                 .dump(1) +
                             "\n");
+  write_figures(request.folder, stem, name, lines);
 }
 
 }  // namespace palpate::tools

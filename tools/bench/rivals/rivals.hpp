@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tools/bench/rivals/green.hpp"
 #include "tools/bench/rivals/measure.hpp"
 #include "tools/bench/rivals/rival.hpp"
 
@@ -10,6 +11,7 @@ inline constexpr RivalRow kRivals[] = {
     {"proxy", "a point on the surface, one spring, a friction cone", prepare_proxy},
     {"proxy-curves", "the same with the press of the nearest test point", prepare_proxy_on_curves},
     {"separable", "the paper's separable law", prepare_separable},
+    {"green", "Green's functions of the surface's nodes, a ball by complementarity", prepare_green},
     {"palpate", "Palpate by number of test points", prepare_palpate},
 };
 
