@@ -142,6 +142,97 @@ TEST(Green, a_dragged_ball_is_held_by_friction_and_no_more) {
   EXPECT_LT(force.x(), 0.5 * -force.z());  // a sunken ball ploughs, too
 }
 
+CoarseBody coarse_block(const Mat3& turn, const std::array<int, 3>& cells) {
+  const TetMesh mesh = fem::structured_block({0.06, 0.06, 0.03}, cells);
+  const Points turned = mesh.nodes * turn.transpose();
+  CoarseBody body{turned, mesh.tets, {}, {}, {}, {}};
+  for (const auto& node : mesh.nodes.rowwise()) body.is_held.push_back(node[2] < 1e-6);
+  body.young_Pa = Eigen::VectorXd::Constant(mesh.tets.rows(), fem::kYoung_Pa);
+  body.poisson = Eigen::VectorXd::Constant(mesh.tets.rows(), fem::kPoisson);
+  const TetMesh fine = fem::structured_block({0.06, 0.06, 0.03}, {30, 30, 2});
+  const Points middle = (turn * fem::block_top()).transpose();
+  body.carried = carried_points(turned, mesh.tets,
+                                {fine.nodes * turn.transpose(), fem::boundary_triangles(fine.tets)},
+                                middle, 0.018);
+  return body;
+}
+
+constexpr CorotationalBody::Settings kBall{
+    .radius_m = 8e-3, .friction = 0.3, .penalty_Pa_m = 20e3 * fem::kYoung_Pa};
+
+// Pressed by 2 mm in steps of 40 um, then dragged along x.
+Vec3 press_and_drag(CorotationalBody& body, const Mat3& turn, double drag_m) {
+  const Vec3 above = fem::block_top() + kBall.radius_m * Vec3::UnitZ();
+  Vec3 force = Vec3::Zero();
+  for (int k = 0; k <= 50; ++k) force = body.force(turn * (above - 4e-5 * k * Vec3::UnitZ()));
+  for (int k = 1; k <= 50; ++k)
+    force = body.force(turn * (above - 2e-3 * Vec3::UnitZ() + drag_m * k / 50 * Vec3::UnitX()));
+  return force;
+}
+
+TEST(Corotational, comes_down_to_the_simulator_as_its_mesh_gets_finer) {
+  fem::SimulationSetup setup = fem::block_setup(0.3);
+  fem::Experiments experiments = fem::press_only(1);
+  experiments.depth_m = 2e-3;
+  setup.options.growth = 0.6;
+  setup.options.coarse_ratio = 1.6;
+  const fem::PointRows rows =
+      fem::Simulator(setup).press_and_drag(fem::block_top(), -Vec3::UnitZ(), experiments);
+  ASSERT_EQ(rows.rows.at(0).status, RowStatus::good);
+  double before = 10;
+  for (const int cells : {6, 12, 20}) {
+    CorotationalBody body(coarse_block(Mat3::Identity(), {cells, cells, cells / 2}), kBall);
+    const double ratio = press_and_drag(body, Mat3::Identity(), 0).z() / rows.rows[0].force.z();
+    EXPECT_LT(ratio, before) << cells;
+    EXPECT_GT(ratio, 0.95) << cells;
+    before = ratio;
+  }
+  EXPECT_LT(before, 1.4);  // linear tets lock
+}
+
+TEST(Corotational, answers_alike_however_it_is_turned) {
+  const Mat3 turn = Eigen::AngleAxisd(1.1, Vec3(1, 2, -0.5).normalized()).matrix();
+  CorotationalBody upright(coarse_block(Mat3::Identity(), {6, 6, 3}), kBall),
+      turned(coarse_block(turn, {6, 6, 3}), kBall);
+  const Vec3 a = press_and_drag(upright, Mat3::Identity(), 1e-3),
+             b = press_and_drag(turned, turn, 1e-3);
+  EXPECT_LT((turn * a - b).norm(), 1e-3 * a.norm()) << a.transpose();
+  EXPECT_GT(a.x(), 0.1 * -a.z());
+  EXPECT_LT(a.x(), 0.5 * -a.z());
+  upright.start();
+  EXPECT_TRUE(upright.force(Vec3(0.03, 0.03, 0.1)).isZero());
+}
+
+TEST(SmallNetworkOf, gradient_is_the_difference_of_its_loss) {
+  SmallNetwork network(6, 5, 3, 7);
+  std::srand(3);
+  const Eigen::MatrixXd input = Eigen::MatrixXd::Random(6, 9),
+                        target = Eigen::MatrixXd::Random(3, 9);
+  const Eigen::VectorXd weight = Eigen::VectorXd::Random(9).array().abs();
+  std::vector<Eigen::MatrixXd> gradient, unused;
+  network.loss(input, target, weight, gradient);
+  constexpr double kStep = 1e-6;
+  for (std::size_t k = 0; k < gradient.size(); ++k)
+    for (Eigen::Index i = 0; i < gradient[k].size(); i += 3) {
+      double& number = network.parameters()[k].data()[i];
+      const double at = number;
+      number = at + kStep;
+      const double up = network.loss(input, target, weight, unused);
+      number = at - kStep;
+      const double down = network.loss(input, target, weight, unused);
+      number = at;
+      EXPECT_NEAR(gradient[k].data()[i], (up - down) / (2 * kStep), 1e-7) << k << ' ' << i;
+    }
+}
+
+TEST_F(Proxies, a_network_learns_the_spring_of_the_samples) {
+  body_.depth_m = 4e-3;
+  for (const Rival& rival : prepare_neural(body_)) {
+    const Vec3 force = press_and_slide(rival, 0);
+    EXPECT_NEAR(force.z(), -2e-3 * kStiffness_N_m, 0.05 * 2e-3 * kStiffness_N_m) << rival.settings;
+  }
+}
+
 TEST(LogFigure, has_a_mark_of_each_size_on_white_and_on_black) {
   const LogFigure figure{
       .title = "t",

@@ -15,7 +15,11 @@ namespace palpate::tools {
 namespace {
 
 constexpr double kJumpWay_m = 10e-6;
-constexpr double kLong_ns = 20e3;
+// A tick after one this long is timed by the thread's own processor time, which is told less
+// finely; shorter ones by the clock, and those of a row during which the processor was taken away
+// are left out.
+constexpr double kLong_ns = 100e3;
+constexpr validation::ProcessorClock::time_point kNever{};
 
 // A rival along a path, tick by tick.
 class RivalWalk {
@@ -29,10 +33,13 @@ class RivalWalk {
   void go(const Vec3& to, double step_m) {
     const Vec3 from = at_m_;
     const int steps = std::max(1, static_cast<int>(std::ceil((to - from).norm() / step_m)));
+    const std::size_t timed = contact_ns_.size();
+    watch_.was_switched();
     for (int k = 1; k <= steps; ++k) {
       at_m_ = from + (to - from) * (double(k) / steps);
       tick();
     }
+    if (watch_.was_switched() && !is_long_) contact_ns_.resize(timed);
   }
 
   const Vec3& force_N() const { return force_N_; }
@@ -44,14 +51,13 @@ class RivalWalk {
  private:
   void tick() {
     const Vec3 before_N = force_N_;
-    const auto began = validation::ProcessorClock::now();
+    const auto began = is_long_ ? validation::ProcessorClock::now() : kNever;
     const double started = now_ns();
     force_N_ = rival_.force(at_m_);
-    const double ns = now_ns() - started;
-    // A long one may have been interrupted: its share of the processor counts, which is told less
-    // finely.
-    const double own_ns = static_cast<double>((validation::ProcessorClock::now() - began).count());
-    if (!force_N_.isZero()) contact_ns_.push_back(ns < kLong_ns ? ns : std::min(ns, own_ns));
+    double ns = now_ns() - started;
+    if (is_long_) ns = static_cast<double>((validation::ProcessorClock::now() - began).count());
+    is_long_ = ns > kLong_ns;
+    if (!force_N_.isZero()) contact_ns_.push_back(ns);
     largest_change_N_ = std::max(largest_change_N_, (force_N_ - before_N).norm());
     account_.add(at_m_, force_N_);
   }
@@ -61,6 +67,8 @@ class RivalWalk {
   WorkAccount account_;
   std::vector<double> contact_ns_;
   double largest_change_N_ = 0;
+  bool is_long_ = false;
+  SwitchWatch watch_;
 };
 
 struct PathPlace {
