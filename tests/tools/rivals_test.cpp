@@ -93,6 +93,15 @@ TEST_F(Proxies, a_loop_that_sticks_gives_back_what_was_put_in) {
   EXPECT_NEAR(account.work_J(), 0, 1e-9);
 }
 
+TEST_F(Proxies, a_body_too_stiff_gets_the_modulus_of_the_presses) {
+  body_.depth_m = 4e-3;
+  Rival stiff = prepare_proxy(body_).front();
+  stiff.force = [force = stiff.force](const Vec3& tip) -> Vec3 { return 2.5 * force(tip); };
+  const Rival fitted = with_fitted_modulus(stiff, body_);
+  EXPECT_NEAR(press_and_slide(fitted, 0).z(), -2e-3 * kStiffness_N_m, 1e-6) << fitted.settings;
+  EXPECT_NE(fitted.settings.find("modulus x 0.4,"), std::string::npos) << fitted.settings;
+}
+
 TEST(WorkAccountOf, a_spring_that_softens_on_the_way_out_creates_energy) {
   WorkAccount account;
   for (int k = 0; k <= 20; ++k) {

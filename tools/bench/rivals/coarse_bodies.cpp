@@ -99,8 +99,9 @@ std::vector<Rival> prepare_corotational(const RivalBody& body) {
   std::vector<Rival> out;
   const auto add = [&](const auto& make, const std::string& mesh) {
     const double began_s = cpu_seconds();
-    out.push_back(rival_of(body, make(), mesh));
-    out.back().preparation_cpu_s = cpu_seconds() - began_s;
+    Rival rival = rival_of(body, make(), mesh);
+    rival.preparation_cpu_s = cpu_seconds() - began_s;
+    out.push_back(with_fitted_modulus(std::move(rival), body));
   };
   add(
       [&] {

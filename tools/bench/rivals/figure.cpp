@@ -43,7 +43,7 @@ struct Decades {
   }
 };
 
-struct Drawing {
+struct FigureDrawing {
   const LogFigure& figure;
   std::string_view ink, faint, paper;
   Decades x = {}, y = {};
@@ -65,7 +65,7 @@ struct Drawing {
   }
 };
 
-void draw_axes(Drawing& d) {
+void draw_axes(FigureDrawing& d) {
   const double half = 0.999;
   for (double at = d.x.low; at * half < d.x.high; at *= 10) {
     d.line(d.px(at), kTop, d.px(at), kBottom, d.faint);
@@ -89,7 +89,7 @@ void draw_axes(Drawing& d) {
   }
 }
 
-void draw_series(Drawing& d, std::size_t k) {
+void draw_series(FigureDrawing& d, std::size_t k) {
   const FigureSeries& series = d.figure.series[k];
   const std::string_view colour = kColours[k % std::size(kColours)];
   const std::string_view mark = kMarks[k % std::size(kMarks)];
@@ -116,8 +116,8 @@ void draw_series(Drawing& d, std::size_t k) {
 }  // namespace
 
 std::string draw(const LogFigure& figure, bool is_dark) {
-  Drawing d{figure, is_dark ? "#e6e6e6" : "#1a1a1a", is_dark ? "#3a3a3a" : "#dddddd",
-            is_dark ? "#0d1117" : "#ffffff"};
+  FigureDrawing d{figure, is_dark ? "#e6e6e6" : "#1a1a1a", is_dark ? "#3a3a3a" : "#dddddd",
+                  is_dark ? "#0d1117" : "#ffffff"};
   for (const FigureSeries& series : figure.series)
     for (std::size_t i = 0; i < series.x.size(); ++i)
       d.x.take(series.x[i]), d.y.take(series.median[i]), d.y.take(series.p95[i]);

@@ -200,7 +200,7 @@ std::vector<Rival> prepare_green(const RivalBody& body) {
     rival.force = [surface, contact, inward, radius_m = body.radius_m](const Vec3& point) {
       return contact->force(point - radius_m * *inward);
     };
-    out.push_back(std::move(rival));
+    out.push_back(with_fitted_modulus(std::move(rival), body));
   }
   return out;
 }

@@ -16,7 +16,7 @@ namespace palpate::tools {
 namespace {
 
 // Normal force of a press at a test point, straight between its rows.
-struct PressCurve {
+struct PressTable {
   Vec3 position;
   std::vector<double> depth_m{0}, force_N{0};
 
@@ -29,36 +29,36 @@ struct PressCurve {
   }
 };
 
-std::vector<PressCurve> press_curves(const Samples& samples) {
-  std::vector<PressCurve> out(static_cast<std::size_t>(samples.points()));
+std::vector<PressTable> press_curves(const Samples& samples) {
+  std::vector<PressTable> out(static_cast<std::size_t>(samples.points()));
   for (Eigen::Index p = 0; p < samples.points(); ++p)
     out[static_cast<std::size_t>(p)].position = samples.point_position.row(p);
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
     const auto r = static_cast<std::size_t>(row);
     if (samples.kind[r] != ExperimentKind::press || samples.status[r] != RowStatus::good) continue;
-    PressCurve& curve = out[static_cast<std::size_t>(samples.point[r])];
+    PressTable& curve = out[static_cast<std::size_t>(samples.point[r])];
     const Vec3 inward = samples.point_normal.row(samples.point[r]);
     const double depth_m = Vec3(samples.deflection.row(row)).dot(inward);
     if (!(depth_m > curve.depth_m.back())) continue;
     curve.depth_m.push_back(depth_m);
     curve.force_N.push_back(Vec3(samples.force.row(row)).dot(inward));
   }
-  std::erase_if(out, [](const PressCurve& curve) { return curve.depth_m.size() < 2; });
+  std::erase_if(out, [](const PressTable& curve) { return curve.depth_m.size() < 2; });
   return out;
 }
 
 // The stiffness whose relative errors over all rows of the presses have the least sum.
-double best_stiffness_N_m(const std::vector<PressCurve>& curves, double floor_N) {
+double best_stiffness_N_m(const std::vector<PressTable>& curves, double floor_N) {
   const auto sum_of_errors = [&](double stiffness) {
     double sum = 0;
-    for (const PressCurve& curve : curves)
+    for (const PressTable& curve : curves)
       for (std::size_t i = 1; i < curve.depth_m.size(); ++i)
         if (curve.force_N[i] > floor_N)
           sum += std::abs(stiffness * curve.depth_m[i] - curve.force_N[i]) / curve.force_N[i];
     return sum;
   };
   double best = 0, least = std::numeric_limits<double>::infinity();
-  for (const PressCurve& curve : curves)
+  for (const PressTable& curve : curves)
     for (std::size_t i = 1; i < curve.depth_m.size(); ++i) {
       const double stiffness = curve.force_N[i] / curve.depth_m[i];
       if (const double sum = sum_of_errors(stiffness); sum < least) least = sum, best = stiffness;
@@ -124,21 +124,21 @@ std::vector<Rival> prepare_proxy(const RivalBody& body) {
 std::vector<Rival> prepare_proxy_on_curves(const RivalBody& body) {
   const auto proxy =
       std::make_shared<Proxy>(Proxy{body.asset.asset(), 1, drag_ratio(body.samples)});
-  const auto curves = std::make_shared<std::vector<PressCurve>>(press_curves(body.samples));
+  const auto curves = std::make_shared<std::vector<PressTable>>(press_curves(body.samples));
   Rival rival = proxy_rival(body, proxy);
   rival.name = "proxy, nearest curve";
   rival.settings = fmt::format("{} presses, straight between rows; cone {:.2f}", curves->size(),
                                proxy->friction);
-  for (const PressCurve& curve : *curves)
+  for (const PressTable& curve : *curves)
     rival.bytes += (3 + 2 * curve.depth_m.size()) * sizeof(double);
   rival.force = [proxy, curves](const Vec3& tip) -> Vec3 {
     const Vec3 delta = vec3(proxy->now->deflection(tip.data()));
     const double length_m = delta.norm();
     if (!(length_m > 0)) return Vec3::Zero();
     const Vec3 place = vec3(proxy->now->place());
-    const PressCurve& nearest = *std::ranges::min_element(
+    const PressTable& nearest = *std::ranges::min_element(
         *curves, {},
-        [&](const PressCurve& curve) { return (curve.position - place).squaredNorm(); });
+        [&](const PressTable& curve) { return (curve.position - place).squaredNorm(); });
     return nearest(length_m) / length_m * delta;
   };
   return {rival};

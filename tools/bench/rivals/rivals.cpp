@@ -25,7 +25,7 @@
 namespace palpate::tools {
 namespace {
 
-constexpr double kBudget_s = 12, kQuickBudget_s = 1;
+constexpr double kBudget_s = 8, kQuickBudget_s = 1;
 
 // CPU of one point by the simulator, as the run's samples were made.
 double point_cpu_s(const RivalBody& body, bool is_dragged) {
@@ -74,10 +74,14 @@ double own_error(const Samples& paths) {
   return stated_quantile(stated_errors(rows), 0.95);
 }
 
-std::string known_rivals() {
+// Refuses a name that no rival has; empty: all of them.
+void check_part(const std::string& part) {
   std::string names;
-  for (const RivalRow& row : kRivals) names += (names.empty() ? "" : ", ") + std::string(row.name);
-  return "Use one of: " + names + ".";
+  for (const RivalRow& row : kRivals) {
+    if (part.empty() || row.name == part) return;
+    names += (names.empty() ? "" : ", ") + std::string(row.name);
+  }
+  throw Error("bench rivals", "there is no rival called " + part, "Use one of: " + names + ".");
 }
 
 // The last part of its folder's name.
@@ -86,7 +90,7 @@ std::string name_of_run(const std::filesystem::path& run) {
   return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
 }
 
-struct Line {
+struct RivalLine {
   Rival rival;
   Performance performance;
 };
@@ -111,7 +115,7 @@ std::vector<std::string_view> header() {
   return names;
 }
 
-void write_csv(const std::filesystem::path& path, const std::vector<Line>& lines) {
+void write_csv(const std::filesystem::path& path, const std::vector<RivalLine>& lines) {
   CsvWriter csv(path, header());
   const auto put = [&](double number) {
     std::isfinite(number) ? csv.number(number) : csv.text("");
@@ -136,7 +140,7 @@ nlohmann::ordered_json number_or_null(double number) {
   return std::isfinite(number) ? nlohmann::ordered_json(number) : nlohmann::ordered_json();
 }
 
-nlohmann::ordered_json json_of(const Line& line) {
+nlohmann::ordered_json json_of(const RivalLine& line) {
   const auto& [rival, did] = line;
   nlohmann::ordered_json by_path;
   for (const validation::StatedError& kind : did.by_path)
@@ -162,10 +166,10 @@ nlohmann::ordered_json json_of(const Line& line) {
 }
 
 // A series of each name, its x by the line.
-std::vector<FigureSeries> series_of(const std::vector<Line>& lines,
-                                    const std::function<double(const Line&)>& x) {
+std::vector<FigureSeries> series_of(const std::vector<RivalLine>& lines,
+                                    const std::function<double(const RivalLine&)>& x) {
   std::vector<FigureSeries> out;
-  for (const Line& line : lines) {
+  for (const RivalLine& line : lines) {
     if (out.empty() || out.back().name != line.rival.name)
       out.push_back({.name = line.rival.name, .x = {}, .median = {}, .p95 = {}});
     out.back().x.push_back(x(line));
@@ -176,20 +180,22 @@ std::vector<FigureSeries> series_of(const std::vector<Line>& lines,
 }
 
 void write_figures(const std::filesystem::path& folder, const std::string& stem,
-                   const std::string& body, const std::vector<Line>& lines) {
+                   const std::string& body, const std::vector<RivalLine>& lines) {
   const FigureLine jnd{kForceJnd, "JND 7 %"};
   const LogFigure by_tick{
       .title = "Force error against time of a tick: " + body,
       .x_label = "median time of a tick in contact [us]",
       .y_label = "force error: median, thin line to p95",
-      .series = series_of(lines, [](const Line& line) { return line.performance.tick_median_us; }),
+      .series =
+          series_of(lines, [](const RivalLine& line) { return line.performance.tick_median_us; }),
       .upright = {{1000, "1 kHz"}},
       .level = {jnd}};
   const LogFigure by_preparation{
       .title = "Force error against preparation: " + body,
       .x_label = "CPU of preparation [s]",
       .y_label = "force error: median, thin line to p95",
-      .series = series_of(lines, [](const Line& line) { return line.rival.preparation_cpu_s; }),
+      .series =
+          series_of(lines, [](const RivalLine& line) { return line.rival.preparation_cpu_s; }),
       .upright = {},
       .level = {jnd}};
   for (const bool is_dark : {false, true}) {
@@ -202,6 +208,7 @@ void write_figures(const std::filesystem::path& folder, const std::string& stem,
 }  // namespace
 
 void bench_rivals(const BenchRequest& request) {
+  check_part(request.part);
   RivalBody body = read_run(request.run);
   body.dragged_cpu_s = point_cpu_s(body, true);
   body.pressed_cpu_s =
@@ -211,7 +218,7 @@ void bench_rivals(const BenchRequest& request) {
       "with drags, {:.2g} s pressed alone",
       body.paths.points(), body.paths.rows(), 100 * own_p95, body.dragged_cpu_s,
       body.pressed_cpu_s);
-  std::vector<Line> lines;
+  std::vector<RivalLine> lines;
   nlohmann::ordered_json rivals = nlohmann::ordered_json::array(),
                          left_out = nlohmann::ordered_json::array();
   for (const RivalRow& row : kRivals) {
@@ -234,8 +241,6 @@ void bench_rivals(const BenchRequest& request) {
       rivals.push_back(json_of(lines.back()));
     }
   }
-  if (lines.empty())
-    throw Error("bench rivals", "there is no rival called " + request.part, known_rivals());
   const std::string name = name_of_run(request.run), stem = "rivals_" + name;
   write_csv(request.folder / (stem + ".csv"), lines);
   write_file_atomically(request.folder / (stem + ".json"),
