@@ -10,20 +10,24 @@
 namespace palpate::tools {
 namespace {
 
-constexpr double kWide = 760, kHigh = 440, kLeft = 64, kRight = 560, kTop = 44, kBottom = 384;
+constexpr double kWide = 760, kHigh = 440, kLeft = 80, kRight = 560, kTop = 44, kBottom = 384;
 
-// Okabe and Ito's colours, told apart by people who see red and green alike; on black the dark blue
-// is a lighter one.
-constexpr std::string_view kColours[] = {"#0072b2", "#e69f00", "#009e73", "#d55e00",
-                                         "#cc79a7", "#56b4e9", "#8c8c8c", "#a6761d"};
-constexpr std::string_view kMarks[] = {"M-5 0a5 5 0 1 0 10 0a5 5 0 1 0-10 0z",
+// Okabe and Ito's colours, told apart by people who see red and green alike; the darker blue is the
+// seventh, of Palpate.
+constexpr std::string_view kColours[] = {"#8c8c8c", "#e69f00", "#009e73", "#d55e00",
+                                         "#cc79a7", "#56b4e9", "#0072b2", "#a6761d"};
+constexpr std::string_view kMarks[] = {"M-5-5l5 3 5-3-3 5 3 5-5-3-5 3 3-5z",
                                        "M-4.5-4.5h9v9h-9z",
                                        "M0-5.5l5 9.5h-10z",
                                        "M0-6l6 6-6 6-6-6z",
                                        "M0 5.5l5-9.5h-10z",
                                        "M-5-2h3v-3h4v3h3v4h-3v3h-4v-3h-3z",
-                                       "M-5-5l5 3 5-3-3 5 3 5-5-3-5 3 3-5z",
+                                       "M-5 0a5 5 0 1 0 10 0a5 5 0 1 0-10 0z",
                                        "M-3-5h6l3 5-3 5h-6l-3-5z"};
+
+std::string decade_label(double at) {
+  return at < 1 ? fmt::format("{:g}", at) : fmt::format("{:.0f}", at);
+}
 
 struct Decades {
   double low = std::numeric_limits<double>::infinity(), high = 0;
@@ -69,16 +73,16 @@ void draw_axes(FigureDrawing& d) {
   const double half = 0.999;
   for (double at = d.x.low; at * half < d.x.high; at *= 10) {
     d.line(d.px(at), kTop, d.px(at), kBottom, d.faint);
-    d.text(d.px(at), kBottom + 18, fmt::format("{:g}", at), "middle", d.ink);
+    d.text(d.px(at), kBottom + 18, decade_label(at), "middle", d.ink);
   }
   for (double at = d.y.low; at * half < d.y.high; at *= 10) {
     d.line(kLeft, d.py(at), kRight, d.py(at), d.faint);
-    d.text(kLeft - 8, d.py(at) + 4, fmt::format("{:g} %", 100 * at), "end", d.ink);
+    d.text(kLeft - 8, d.py(at) + 4, decade_label(100 * at) + " %", "end", d.ink);
   }
   d.text(kLeft, kTop - 20, d.figure.title, "start", d.ink, " font-weight=\"bold\"");
   d.text((kLeft + kRight) / 2, kBottom + 42, d.figure.x_label, "middle", d.ink);
-  d.text(18, (kTop + kBottom) / 2, d.figure.y_label, "middle", d.ink,
-         fmt::format(" transform=\"rotate(-90 18 {:.0f})\"", (kTop + kBottom) / 2));
+  d.text(14, (kTop + kBottom) / 2, d.figure.y_label, "middle", d.ink,
+         fmt::format(" transform=\"rotate(-90 14 {:.0f})\"", (kTop + kBottom) / 2));
   for (const FigureLine& each : d.figure.upright) {
     d.line(d.px(each.at), kTop, d.px(each.at), kBottom, d.ink, " stroke-dasharray=\"5 4\"");
     d.text(d.px(each.at) - 5, kTop + 14, each.word, "end", d.ink);

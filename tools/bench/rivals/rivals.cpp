@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "libfit/core/error.hpp"
@@ -25,6 +24,7 @@
 namespace palpate::tools {
 namespace {
 
+constexpr std::string_view kFigures = "figures";  // the part that draws what was measured
 constexpr double kBudget_s = 8, kQuickBudget_s = 1;
 
 // CPU of one point by the simulator, as the run's samples were made.
@@ -74,12 +74,12 @@ double own_error(const Samples& paths) {
   return stated_quantile(stated_errors(rows), 0.95);
 }
 
-// Refuses a name that no rival has; empty: all of them.
+// Refuses a name that no rival has; empty: all of them, and the figures.
 void check_part(const std::string& part) {
-  std::string names;
+  std::string names(kFigures);
   for (const RivalRow& row : kRivals) {
     if (part.empty() || row.name == part) return;
-    names += (names.empty() ? "" : ", ") + std::string(row.name);
+    names += ", " + std::string(row.name);
   }
   throw Error("bench rivals", "there is no rival called " + part, "Use one of: " + names + ".");
 }
@@ -165,39 +165,41 @@ nlohmann::ordered_json json_of(const RivalLine& line) {
           {"energy_created_rel", did.created_share}};
 }
 
-// A series of each name, its x by the line.
-std::vector<FigureSeries> series_of(const std::vector<RivalLine>& lines,
-                                    const std::function<double(const RivalLine&)>& x) {
+// A series of each name, its x by the key.
+std::vector<FigureSeries> series_of(const nlohmann::json& rivals, const char* x) {
   std::vector<FigureSeries> out;
-  for (const RivalLine& line : lines) {
-    if (out.empty() || out.back().name != line.rival.name)
-      out.push_back({.name = line.rival.name, .x = {}, .median = {}, .p95 = {}});
-    out.back().x.push_back(x(line));
-    out.back().median.push_back(line.performance.statement.all.force.median_rel);
-    out.back().p95.push_back(line.performance.statement.all.force.p95_rel);
+  const auto number = [](const nlohmann::json& value) {
+    return value.is_number() ? value.get<double>() : validation::kNoNumber;
+  };
+  for (const nlohmann::json& rival : rivals) {
+    const std::string name = rival.at("rival");
+    if (out.empty() || out.back().name != name)
+      out.push_back({.name = name, .x = {}, .median = {}, .p95 = {}});
+    out.back().x.push_back(number(rival.at(x)));
+    out.back().median.push_back(number(rival.at("median_rel")));
+    out.back().p95.push_back(number(rival.at("p95_rel")));
   }
   return out;
 }
 
+// Of a JSON that was written, now or earlier.
 void write_figures(const std::filesystem::path& folder, const std::string& stem,
-                   const std::string& body, const std::vector<RivalLine>& lines) {
+                   const std::string& body) {
+  const nlohmann::json rivals =
+      nlohmann::json::parse(read_whole_file(folder / (stem + ".json"))).at("rivals");
   const FigureLine jnd{kForceJnd, "JND 7 %"};
-  const LogFigure by_tick{
-      .title = "Force error against time of a tick: " + body,
-      .x_label = "median time of a tick in contact [us]",
-      .y_label = "force error: median, thin line to p95",
-      .series =
-          series_of(lines, [](const RivalLine& line) { return line.performance.tick_median_us; }),
-      .upright = {{1000, "1 kHz"}},
-      .level = {jnd}};
-  const LogFigure by_preparation{
-      .title = "Force error against preparation: " + body,
-      .x_label = "CPU of preparation [s]",
-      .y_label = "force error: median, thin line to p95",
-      .series =
-          series_of(lines, [](const RivalLine& line) { return line.rival.preparation_cpu_s; }),
-      .upright = {},
-      .level = {jnd}};
+  const LogFigure by_tick{.title = "Force error against time of a tick: " + body,
+                          .x_label = "median time of a tick in contact [us]",
+                          .y_label = "force error: median, thin line to p95",
+                          .series = series_of(rivals, "tick_median_us"),
+                          .upright = {{1000, "1 kHz"}},
+                          .level = {jnd}};
+  const LogFigure by_preparation{.title = "Force error against preparation: " + body,
+                                 .x_label = "CPU of preparation [s]",
+                                 .y_label = "force error: median, thin line to p95",
+                                 .series = series_of(rivals, "preparation_cpu_s"),
+                                 .upright = {},
+                                 .level = {jnd}};
   for (const bool is_dark : {false, true}) {
     const std::string end = is_dark ? "_dark.svg" : ".svg";
     write_file_atomically(folder / (stem + "_tick" + end), draw(by_tick, is_dark));
@@ -208,6 +210,8 @@ void write_figures(const std::filesystem::path& folder, const std::string& stem,
 }  // namespace
 
 void bench_rivals(const BenchRequest& request) {
+  const std::string name = name_of_run(request.run), stem = "rivals_" + name;
+  if (request.part == kFigures) return write_figures(request.folder, stem, name);
   check_part(request.part);
   RivalBody body = read_run(request.run);
   body.dragged_cpu_s = point_cpu_s(body, true);
@@ -232,8 +236,7 @@ void bench_rivals(const BenchRequest& request) {
       lines.push_back({rival, measure(rival, body, request.is_quick ? kQuickBudget_s : kBudget_s)});
       const Performance& did = lines.back().performance;
       say("{:<22} {:>6.0f}  {:>6} median, {:>6} p95, tick {:.3g} us, p99.9 {:.3g}; {} bytes, "
-          "{:.3g} "
-          "s; {:.2g} mN per 10 um; loop {:+.2g} %; {} paths: {}",
+          "{:.3g} s; {:.2g} mN per 10 um; loop {:+.2g} %; {} paths: {}",
           rival.name, rival.size, stated_percent(did.statement.all.force.median_rel),
           stated_percent(did.statement.all.force.p95_rel), did.tick_median_us, did.tick_p999_us,
           rival.bytes, rival.preparation_cpu_s, 1e3 * did.jump_N, 100 * did.created_share,
@@ -241,7 +244,6 @@ void bench_rivals(const BenchRequest& request) {
       rivals.push_back(json_of(lines.back()));
     }
   }
-  const std::string name = name_of_run(request.run), stem = "rivals_" + name;
   write_csv(request.folder / (stem + ".csv"), lines);
   write_file_atomically(request.folder / (stem + ".json"),
                         nlohmann::ordered_json{{"machine", machine()},
@@ -250,7 +252,7 @@ void bench_rivals(const BenchRequest& request) {
                                                {"left_out", left_out}}
                                 .dump(1) +
                             "\n");
-  write_figures(request.folder, stem, name, lines);
+  write_figures(request.folder, stem, name);
 }
 
 }  // namespace palpate::tools
