@@ -41,6 +41,19 @@ TEST(bench_curves, wants_samples_and_says_how) {
   EXPECT_NE(outcome.err.find("--samples samples.h5"), std::string::npos) << outcome.err;
 }
 
+TEST(bench_rivals, wants_a_run_and_a_rival_that_there_is) {
+  const Folder folder;
+  const std::string output = " -o " + folder.path().string();
+  const Outcome no_run = palpate(folder, "bench rivals" + output);
+  EXPECT_EQ(no_run.status, 1);
+  EXPECT_NE(no_run.err.find("there is no body.h5"), std::string::npos) << no_run.err;
+  EXPECT_NE(no_run.err.find("give --run DIR"), std::string::npos) << no_run.err;
+  const Outcome no_rival = palpate(folder, "bench rivals --part magic" + output);
+  EXPECT_EQ(no_rival.status, 1);
+  EXPECT_NE(no_rival.err.find("there is no rival called magic"), std::string::npos);
+  EXPECT_NE(no_rival.err.find("corotational"), std::string::npos) << no_rival.err;
+}
+
 TEST(bench, hands_its_arguments_and_the_exit_status_through) {
   const Folder folder;
   const Outcome help = palpate(folder, "bench fem --help");

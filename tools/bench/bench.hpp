@@ -11,6 +11,7 @@ struct BenchRequest {
   int jobs = 0;
   std::string part = {};               ///< of a benchmark that has parts; empty: all of them
   std::filesystem::path samples = {};  ///< of a benchmark that fits some
+  std::filesystem::path run = {};      ///< folder of a run, of a benchmark that compares with one
   bool is_quick = false;  ///< a shorter version for tests: the same code, smaller sizes
 };
 
@@ -25,6 +26,7 @@ void bench_refine(const BenchRequest& request);
 void bench_fit(const BenchRequest& request);
 void bench_curves(const BenchRequest& request);
 void bench_deform(const BenchRequest& request);
+void bench_rivals(const BenchRequest& request);
 void bench_laws(const BenchRequest& request);
 
 }  // namespace palpate::tools

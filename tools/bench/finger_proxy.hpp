@@ -16,7 +16,15 @@ class FingerProxy {
       : asset_(asset), stiffness_N_m_(stiffness_N_m), friction_(friction) {}
 
   /// Force on the body at a tip [m]; zero in the air.
-  runtime::Vec3d tick(const double tip_m[3]) noexcept {
+  runtime::Vec3d tick(const double tip_m[3]) noexcept { return deflection(tip_m) * stiffness_N_m_; }
+
+  /// Where the proxy is [m], of the latest tick in contact.
+  runtime::Vec3d place() const noexcept {
+    return proxy_ + runtime::make_vec3<double>(asset_.origin_m);
+  }
+
+  /// From the proxy to the tip [m]; zero in the air.
+  runtime::Vec3d deflection(const double tip_m[3]) noexcept {
     using namespace runtime;
     const Vec3d x = make_vec3<double>(tip_m) - make_vec3<double>(asset_.origin_m);
     const Vec3d before = has_tip_ ? before_ : x;
@@ -35,7 +43,7 @@ class FingerProxy {
       triangle_ = -1;
       return {0, 0, 0};
     }
-    return (x - proxy_) * stiffness_N_m_;
+    return x - proxy_;
   }
 
  private:

@@ -18,19 +18,21 @@ class Benchmark final : public Command {
                      "Number of threads of benchmarks that use several; 0 uses all cores");
     arguments.option("--part NAME", request_.part, "Part of the benchmark to run alone");
     arguments.option("--samples", samples_, "samples.h5 that curves fits, reference.h5 of laws");
+    arguments.option("--run", run_, "Folder of `palpate run`, of rivals");
     arguments.flag("--quick", request_.is_quick, "Use smaller sizes");
   }
 
   int run(Reply&) override {
     request_.folder = folder_;
     request_.samples = samples_;
+    request_.run = run_;
     std::filesystem::create_directories(folder_);
     kRun(request_);
     return kDone;
   }
 
  private:
-  std::string folder_ = "docs/bench", samples_;
+  std::string folder_ = "docs/bench", samples_, run_;
   BenchRequest request_;
 };
 
@@ -53,6 +55,8 @@ constexpr CommandRow kBenchmarks[] = {
      declare<bench_curves>},
     {"deform", "Time to move the surface's vertices, by their number and that of fields",
      declare<bench_deform>},
+    {"rivals", "Force error against time of a tick: Palpate, proxies, linear and coarse bodies",
+     declare<bench_rivals>},
     {"laws", "Each contact law at a test point, by kind of path", declare<bench_laws>},
 };
 

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libfit/assets/asset_file.hpp"
+#include "libfit/core/body.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/experiments/walk.hpp"
+#include "tools/scene/scene.hpp"
+
+namespace palpate::tools {
+
+/// What all rivals are given: a run of a scene whose probe is a ball. They are tuned on `samples`,
+/// which Palpate is fitted to; none sees `paths`.
+struct RivalBody {
+  Scene scene;
+  Body body;
+  Samples samples;  ///< presses and drags at test points
+  Samples paths;    ///< held out; point: number of the path, PathKind by turns
+  AssetFile asset;  ///< Palpate's; of rivals its surface alone
+  double depth_m = 0, radius_m = 0;
+  double dragged_cpu_s = 0, pressed_cpu_s = 0;  ///< of simulating one test point
+};
+
+/// A method with its settings, ready to be touched.
+struct Rival {
+  std::string name, settings;
+  double size = 0;  ///< nodes or points, where there are several sizes of the method
+  std::size_t bytes = 0;
+  double preparation_cpu_s = 0;
+  double step_m = kWalkTick_m;                     ///< way of the tool in a tick
+  std::function<void(const Vec3& inward)> start;   ///< a tool outside that presses along `inward`
+  std::function<Vec3(const Vec3& point_m)> force;  ///< ON THE BODY [N], at the ball's lowest point
+};
+
+/// A row of the table of rivals. prepare: one rival of each size; none where a package is missing.
+struct RivalRow {
+  std::string_view name, summary;
+  std::vector<Rival> (*prepare)(const RivalBody& body);
+};
+
+std::vector<Rival> prepare_proxy(const RivalBody& body);
+std::vector<Rival> prepare_proxy_on_curves(const RivalBody& body);
+std::vector<Rival> prepare_separable(const RivalBody& body);
+std::vector<Rival> prepare_palpate(const RivalBody& body);
+
+/// Side force over normal force where a drag has come to its end, the median of all drags: friction
+/// of the tool's interface, and of a sunken ball that ploughs.
+double drag_ratio(const Samples& samples);
+/// The same with its forces times a factor, as with a modulus times it: the one with which the
+/// forces of up to eight presses at test points have the least sum of relative errors. What walking
+/// them takes is preparation.
+Rival with_fitted_modulus(Rival rival, const RivalBody& body);
+/// Of the triangles that a proxy walks on.
+std::size_t surface_bytes(const runtime::AssetView& asset);
+
+/// Samples at some of their points alone.
+Samples at_points(const Samples& samples, const std::vector<Eigen::Index>& points);
+/// CPU of simulating the rows of samples, by what one dragged and one pressed point took.
+double simulation_cpu_s(const RivalBody& body, const Samples& samples);
+
+}  // namespace palpate::tools

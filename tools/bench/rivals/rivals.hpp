@@ -1,0 +1,23 @@
+#pragma once
+
+#include "tools/bench/rivals/corotational.hpp"
+#include "tools/bench/rivals/green.hpp"
+#include "tools/bench/rivals/measure.hpp"
+#include "tools/bench/rivals/neural.hpp"
+#include "tools/bench/rivals/rival.hpp"
+
+namespace palpate::tools {
+
+/// Every rival there is, Palpate last.
+inline constexpr RivalRow kRivals[] = {
+    {"proxy", "a point on the surface, one spring, a friction cone", prepare_proxy},
+    {"proxy-curves", "the same with the press of the nearest test point", prepare_proxy_on_curves},
+    {"separable", "the paper's separable law", prepare_separable},
+    {"green", "Green's functions of the surface's nodes, a ball by complementarity", prepare_green},
+    {"corotational", "coarse bodies of linear tetrahedra, solved at every tick",
+     prepare_corotational},
+    {"neural", "a small neural network behind a proxy", prepare_neural},
+    {"palpate", "Palpate by number of test points", prepare_palpate},
+};
+
+}  // namespace palpate::tools
