@@ -38,7 +38,8 @@ TEST_F(PlacedRun, automatic_points_are_added_to_and_never_simulated_again) {
                                  "[[validate.tool]]\nshape = \"sphere\"\n"
                                  "radius = \"5 mm\"\npoints = 1\n");
   const Outcome more = run("out", "--jobs 1");
-  EXPECT_NE(more.err.find("and the other 1 tool by theory alone"), std::string::npos) << more.err;
+  EXPECT_NE(more.said().find("and the other 1 tool by theory alone"), std::string::npos)
+      << more.said();
   ASSERT_EQ(more.status, 0) << more.err;
   EXPECT_NE(more.said().find("16 points predict 2 new ones"), std::string::npos) << more.err;
   EXPECT_NE(more.said().find("simulate 18/18"), std::string::npos) << more.err;
