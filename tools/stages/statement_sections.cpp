@@ -190,14 +190,10 @@ struct SectionRow {
   Lines (*lines)(const StatedAsset&);
 };
 constexpr SectionRow kSections[] = {
-    {"by_path", "by path", by_path},
-    {"by_speed", "by speed", by_speed},
-    {"by_cycle", "by cycle", by_cycle},
-    {"causes", "by cause", by_cause},
-    {"baselines", "baselines", by_baseline},
-    {"two_tools", "two tools on the body", of_pairs},
-    {"tool", "the tool, as balls", of_tool},
-    {"holds", "a force held, body creeping", of_holds},
+    {"by_path", "by path", by_path},         {"by_speed", "by speed", by_speed},
+    {"by_cycle", "by cycle", by_cycle},      {"causes", "by cause", by_cause},
+    {"baselines", "baselines", by_baseline}, {"two_tools", "two tools on the body", of_pairs},
+    {"tool", "the tool, as balls", of_tool}, {"holds", "a force held, body creeping", of_holds},
 };
 
 }  // namespace

@@ -276,9 +276,8 @@ const claims = {
     await page.keyboard.press("ArrowLeft");
     await changed(turned);
     await page.locator("#point-choice").focus();
-    const before = await text("#point-detail p");
-    await page.keyboard.press("End");
     await page.keyboard.press("Home");
+    const before = await text("#point-detail p");
     await page.keyboard.press("ArrowDown");
     assert.notEqual(await text("#point-detail p"), before);
     assert.deepEqual(errors, []);
