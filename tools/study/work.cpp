@@ -226,10 +226,10 @@ int StudyFolder::rounds() const {
   return rounds;
 }
 
-// Points that the case's round simulates.
+// Points, or experiments of a later round, that the case simulates next.
 int StudyFolder::round_points(int number) const {
   const fs::path round = case_folder(number) / "round.json";
-  if (fs::exists(round)) return static_cast<int>(read_json(round).at("points").size());
+  if (fs::exists(round)) return static_cast<int>(read_json(round).at("experiments").size());
   const int known = points_[static_cast<std::size_t>(number)];
   return std::max(1, known > 0 ? known : cost_.points);
 }
