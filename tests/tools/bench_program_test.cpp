@@ -46,7 +46,7 @@ TEST(bench_rivals, wants_a_run_and_a_rival_that_there_is) {
   const std::string output = " -o " + folder.path().string();
   const Outcome no_run = palpate(folder, "bench rivals" + output);
   EXPECT_EQ(no_run.status, 1);
-  EXPECT_NE(no_run.err.find("there is no body.h5"), std::string::npos) << no_run.err;
+  EXPECT_NE(no_run.err.find("there is no run to compare on"), std::string::npos) << no_run.err;
   EXPECT_NE(no_run.err.find("give --run DIR"), std::string::npos) << no_run.err;
   const Outcome no_rival = palpate(folder, "bench rivals --part magic" + output);
   EXPECT_EQ(no_rival.status, 1);

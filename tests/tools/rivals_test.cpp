@@ -166,7 +166,7 @@ CoarseBody coarse_block(const Mat3& turn, const std::array<int, 3>& cells) {
   return body;
 }
 
-constexpr CorotationalBody::Settings kBall{
+constexpr CorotationalSettings kBall{
     .radius_m = 8e-3, .friction = 0.3, .penalty_Pa_m = 20e3 * fem::kYoung_Pa};
 
 // Pressed by 2 mm in steps of 40 um, then dragged along x.

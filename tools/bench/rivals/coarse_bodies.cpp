@@ -66,9 +66,9 @@ Rival rival_of(const RivalBody& body, CoarseBody coarse, const std::string& mesh
       carried_points(coarse.nodes, coarse.tets, body.body.surface,
                      window_cover(body.body, body.radius_m), kCarriedRadii * body.radius_m);
   const bool is_large = nodes > kManyNodes;
-  CorotationalBody::Settings settings{.radius_m = body.radius_m,
-                                      .friction = body.body.probe->friction,
-                                      .penalty_Pa_m = kPenalty_E_m * coarse.young_Pa.minCoeff()};
+  CorotationalSettings settings{.radius_m = body.radius_m,
+                                .friction = body.body.probe->friction,
+                                .penalty_Pa_m = kPenalty_E_m * coarse.young_Pa.minCoeff()};
   settings.newton = is_large ? 4 : 1;
   const auto solved = std::make_shared<CorotationalBody>(std::move(coarse), settings);
   Rival rival;

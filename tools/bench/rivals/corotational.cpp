@@ -97,7 +97,7 @@ std::vector<CarriedPoint> carried_points(const Points& nodes, const Tets& tets,
   return out;
 }
 
-CorotationalBody::CorotationalBody(CoarseBody body, const Settings& settings)
+CorotationalBody::CorotationalBody(CoarseBody body, const CorotationalSettings& settings)
     : body_(std::move(body)), settings_(settings) {
   for (Eigen::Index t = 0; t < body_.tets.rows(); ++t) {
     const Mat3 edges = edges_of(body_.nodes, body_.tets, t);
@@ -185,7 +185,7 @@ bool CorotationalBody::add_touch(std::size_t point, const Vec3& centre_m, const 
                                  Points& force) {
   const CarriedPoint& carried = body_.carried[point];
   const auto tet = body_.tets.row(carried.tet);
-  Touch& touch = touch_[point];
+  CarriedTouch& touch = touch_[point];
   const Vec3 place = place_of(point), from_centre = place - centre_m;
   const double overlap_m = settings_.radius_m - from_centre.norm();
   const double spring_N_m = settings_.penalty_Pa_m * carried.area_m2;
@@ -222,7 +222,7 @@ bool CorotationalBody::add_contact(const Vec3& centre_m, const Vec3& moved_m, Po
 
 void CorotationalBody::remember_touches(const Vec3& centre_m) {
   for (const std::size_t point : near_) {
-    Touch& touch = touch_[point];
+    CarriedTouch& touch = touch_[point];
     touch.place_before_m = place_of(point);
     touch.side_before_N = touch.side_N;
     touch.is_pressed = (touch.place_before_m - centre_m).norm() < settings_.radius_m;

@@ -30,6 +30,14 @@ std::vector<CarriedPoint> carried_points(const Points& nodes, const Tets& tets,
                                          const Surface& surface, const Points& places,
                                          double within_m);
 
+/// How a ball is solved for on a corotational body.
+struct CorotationalSettings {
+  double radius_m = 0, friction = 0;
+  double penalty_Pa_m = 0;       ///< pressure over depth of overlap
+  int newton = 2, solver = 100;  ///< steps of a tick, iterations of each at most
+  double tolerance = 1e-3;       ///< residual of an iteration, of its right-hand side
+};
+
 /// A corotational body (Mueller and Gross 2004, doi:10.5555/1006058.1006087) at rest under a rigid
 /// ball at every tick: linear elements turned with their rotation (Mueller et al. 2016,
 /// doi:10.1145/2994258.2994269), a penalty on the points that it carries, Coulomb friction by a
@@ -38,13 +46,7 @@ std::vector<CarriedPoint> carried_points(const Points& nodes, const Tets& tets,
 /// add to the force of a slow tool.
 class CorotationalBody {
  public:
-  struct Settings {
-    double radius_m = 0, friction = 0;
-    double penalty_Pa_m = 0;       ///< pressure over depth of overlap
-    int newton = 2, solver = 100;  ///< steps of a tick, iterations of each at most
-    double tolerance = 1e-3;       ///< residual of an iteration, of its right-hand side
-  };
-  CorotationalBody(CoarseBody body, const Settings& settings);
+  CorotationalBody(CoarseBody body, const CorotationalSettings& settings);
 
   void start();
   /// Force ON THE BODY [N] of the ball about centre_m.
@@ -56,7 +58,7 @@ class CorotationalBody {
   using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   using Stiffness = Eigen::Matrix<double, 12, 12>;
   // What a carried point did: its side force, and where it was at the last tick.
-  struct Touch {
+  struct CarriedTouch {
     Vec3 side_N = Vec3::Zero(), side_before_N = Vec3::Zero(), place_before_m = Vec3::Zero();
     bool is_pressed = false;
   };
@@ -72,14 +74,14 @@ class CorotationalBody {
   Block& block(int row, int column);
 
   CoarseBody body_;
-  Settings settings_;
+  CorotationalSettings settings_;
   std::vector<Stiffness> stiffness_;  // of each tet at rest
   std::vector<Mat3> inverse_;         // of its edges
   std::vector<Eigen::Quaterniond> turn_;
   std::vector<int> row_start_, column_;
   std::vector<Block> blocks_;
-  std::vector<Touch> touch_;       // of each carried point
-  std::vector<std::size_t> near_;  // of them, about the ball
+  std::vector<CarriedTouch> touch_;  // of each carried point
+  std::vector<std::size_t> near_;    // of them, about the ball
   Points u_;
   bool has_centre_ = false;
   Vec3 centre_m_ = Vec3::Zero();

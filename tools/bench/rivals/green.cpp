@@ -90,7 +90,7 @@ GreenSurface make_green_surface(const fem::SimulationSetup& setup, const Points&
   return out;
 }
 
-GreenContact::GreenContact(const GreenSurface& surface, const Settings& settings)
+GreenContact::GreenContact(const GreenSurface& surface, const GreenSettings& settings)
     : surface_(surface), settings_(settings) {
   start();
 }
@@ -177,8 +177,7 @@ std::vector<Rival> prepare_green(const RivalBody& body) {
     const Points window = window_cover(body.body, size_m);
     const auto surface = std::make_shared<GreenSurface>(
         make_green_surface(setup, window, size_m, size_m + body.radius_m));
-    const GreenContact::Settings settings{.radius_m = body.radius_m,
-                                          .friction = body.body.probe->friction};
+    const GreenSettings settings{.radius_m = body.radius_m, .friction = body.body.probe->friction};
     const auto contact = std::make_shared<GreenContact>(*surface, settings);
     Rival rival;
     rival.preparation_cpu_s = cpu_seconds() - began_s;

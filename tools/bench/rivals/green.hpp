@@ -28,18 +28,20 @@ fem::QuadraticMesh window_mesh(const fem::SimulationSetup& setup, const Points& 
 GreenSurface make_green_surface(const fem::SimulationSetup& setup, const Points& window,
                                 double size_m, double reach_m);
 
+/// How a ball is solved for on Green's functions.
+struct GreenSettings {
+  double radius_m = 0, friction = 0;
+  int max_sweeps = 100;
+  double tolerance = 2e-4;  ///< change of force of a sweep, of the force of all nodes
+};
+
 /// A rigid ball on Green's functions. At each tick the nodes about the ball do not overlap it, are
 /// not pulled, and stick or slip by Coulomb's law against where they were at the last tick:
 /// projected Gauss-Seidel from the last tick's forces (Duriez et al. 2006,
 /// doi:10.1109/TVCG.2006.13).
 class GreenContact {
  public:
-  struct Settings {
-    double radius_m = 0, friction = 0;
-    int max_sweeps = 100;
-    double tolerance = 2e-4;  ///< change of force of a sweep, of the force of all nodes
-  };
-  GreenContact(const GreenSurface& surface, const Settings& settings);
+  GreenContact(const GreenSurface& surface, const GreenSettings& settings);
 
   /// The ball is free again.
   void start();
@@ -51,7 +53,7 @@ class GreenContact {
   double sweep(const Vec3& centre_m, const Vec3& moved_m);
 
   const GreenSurface& surface_;
-  Settings settings_;
+  GreenSettings settings_;
   bool has_centre_ = false;
   Vec3 centre_m_ = Vec3::Zero();
   std::vector<int> active_;         // nodes about the ball

@@ -210,9 +210,12 @@ void write_figures(const std::filesystem::path& folder, const std::string& stem,
 }  // namespace
 
 void bench_rivals(const BenchRequest& request) {
+  if (request.part != kFigures) check_part(request.part);
+  if (request.run.empty())
+    throw Error("bench rivals", "there is no run to compare on",
+                "Make one with `palpate run SCENE -o DIR` and give --run DIR.");
   const std::string name = name_of_run(request.run), stem = "rivals_" + name;
   if (request.part == kFigures) return write_figures(request.folder, stem, name);
-  check_part(request.part);
   RivalBody body = read_run(request.run);
   body.dragged_cpu_s = point_cpu_s(body, true);
   body.pressed_cpu_s =
