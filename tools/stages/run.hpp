@@ -23,4 +23,8 @@ struct RunResult {
 /// (docs/formats.md, "Folder of a run"). Keeps a second run out of the folder.
 RunResult run_stages(const RunRequest& request);
 
+/// The same from a manifest of recordings: import, body, fit, refine, export and the statement of
+/// what was held out. request.scene is the manifest; request.quick says nothing here.
+RunResult run_recordings(const RunRequest& request);
+
 }  // namespace palpate::tools
