@@ -50,7 +50,7 @@ bool is_robot(const std::vector<std::string>& header) {
 }
 
 // A way to read a file, and the words of the manifest for it.
-struct Way {
+struct FileWay {
   importers::ReadSettings read;
   ExperimentKind kind = ExperimentKind::press;
   std::vector<std::string> lines;  // of the manifest
@@ -90,7 +90,7 @@ bool is_whole(const importers::ColumnNames& c) {
 constexpr std::array kUnits{std::pair{"mm", "N"}, std::pair{"m", "N"}, std::pair{"mm", "mN"},
                             std::pair{"um", "mN"}, std::pair{"um", "uN"}};
 
-Way with_units(Way way, const char* length, const char* force) {
+FileWay with_units(FileWay way, const char* length, const char* force) {
   way.read.units.time = "s";
   way.read.units.position = length;
   way.read.units.force = force;
@@ -101,11 +101,11 @@ Way with_units(Way way, const char* length, const char* force) {
 }
 
 // Columns by names that say quantity and unit, else by those that say the quantity alone.
-std::vector<Way> ways_of_columns(const std::vector<std::string>& header) {
-  std::vector<Way> out;
+std::vector<FileWay> ways_of_columns(const std::vector<std::string>& header) {
+  std::vector<FileWay> out;
   if (const auto named = importers::columns_named(header);
       named.problem.empty() && is_whole(named.columns)) {
-    Way way;
+    FileWay way;
     way.read.columns = named.columns;
     way.lines.push_back(columns_line(named.columns));
     return {std::move(way)};
@@ -124,7 +124,7 @@ std::vector<Way> ways_of_columns(const std::vector<std::string>& header) {
       if (!name->empty()) *name = as_written[*name];
     for (auto* names : {&columns.position, &columns.force, &columns.torque})
       for (std::string& name : *names) name = as_written[name];
-    Way way;
+    FileWay way;
     way.read.columns = columns;
     way.lines.push_back(columns_line(columns));
     out.push_back(with_units(std::move(way), length, force));
@@ -132,9 +132,9 @@ std::vector<Way> ways_of_columns(const std::vector<std::string>& header) {
   return out;
 }
 
-std::vector<Way> ways_of_robot(const std::vector<std::string>& header) {
-  std::vector<Way> out;
-  Way way;
+std::vector<FileWay> ways_of_robot(const std::vector<std::string>& header) {
+  std::vector<FileWay> out;
+  FileWay way;
   way.read.format = "robot-palpation";
   way.lines.push_back("format = \"robot-palpation\"");
   const bool says_units = std::ranges::none_of(
@@ -145,15 +145,15 @@ std::vector<Way> ways_of_robot(const std::vector<std::string>& header) {
 }
 
 // Every way in which a file may be meant, the likeliest first.
-std::vector<Way> ways_of(const fs::path& path, const std::string& bytes) {
-  std::vector<Way> out{Way{}};
+std::vector<FileWay> ways_of(const fs::path& path, const std::string& bytes) {
+  std::vector<FileWay> out{FileWay{}};
   const std::vector<std::string> header = header_of(path, bytes);
   const bool is_of_robot = is_robot(header);
-  for (const Way& way : is_of_robot ? ways_of_robot(header) : ways_of_columns(header))
+  for (const FileWay& way : is_of_robot ? ways_of_robot(header) : ways_of_columns(header))
     for (const bool is_on_tool : {true, false})
       for (const bool is_outward : {false, true}) {
         if (is_outward && !is_of_robot) continue;
-        Way signs = way;
+        FileWay signs = way;
         signs.read.is_force_on_tool = is_on_tool;
         signs.read.is_normal_outward = is_outward;
         signs.lines.push_back(fmt::format("force_on = \"{}\"", is_on_tool ? "tool" : "body"));
@@ -164,17 +164,17 @@ std::vector<Way> ways_of(const fs::path& path, const std::string& bytes) {
   return out;
 }
 
-struct Tried {
-  Way way;
+struct TriedWay {
+  FileWay way;
   ItemResult result;
 };
 
 std::size_t read_ones(const ItemResult& result) { return result.recordings.size(); }
 
 // The way that makes most recordings of a file; of equals the first.
-Tried best_way(const fs::path& path, std::vector<Way> ways) {
+TriedWay best_way(const fs::path& path, std::vector<FileWay> ways) {
   std::vector<BatchItem> items;
-  for (const Way& way : ways) {
+  for (const FileWay& way : ways) {
     BatchItem item;
     item.file = path, item.shown = path.filename().string();
     item.read = way.read;
@@ -203,12 +203,12 @@ bool goes_sideways(const ItemResult& result) {
 }
 
 // Files that are read alike: of one folder, ending and header.
-struct Group {
+struct FilesAlike {
   std::vector<fs::path> files;
 };
 
-std::map<std::string, Group> groups_in(const fs::path& folder, std::vector<fs::path>& meshes) {
-  std::map<std::string, Group> out;
+std::map<std::string, FilesAlike> groups_in(const fs::path& folder, std::vector<fs::path>& meshes) {
+  std::map<std::string, FilesAlike> out;
   std::vector<fs::path> all;
   std::error_code failure;
   for (fs::recursive_directory_iterator it(folder, failure), end; !failure && it != end;
@@ -239,7 +239,7 @@ std::map<std::string, Group> groups_in(const fs::path& folder, std::vector<fs::p
 }
 
 // "run3/*.csv" where that is all of the files with this ending in their folder; else empty.
-std::string pattern_of(const Group& group) {
+std::string pattern_of(const FilesAlike& group) {
   const fs::path& first = group.files.front();
   std::size_t alike = 0;
   for (const auto& entry : fs::directory_iterator(first.parent_path()))
@@ -255,10 +255,10 @@ constexpr const char* kHead =
     "# Every key: docs/formats.md, \"manifest.toml\".\n\n";
 
 // The entries of a group, and what is said of it.
-void add_group(const Group& group, const fs::path& base, ProposedManifest& out) {
+void add_group(const FilesAlike& group, const fs::path& base, ProposedManifest& out) {
   const fs::path& first = group.files.front();
   const std::string shown = fs::proximate(first, base).string();
-  Tried best = best_way(first, ways_of(first, importers::read_bytes(first, kMaxBytes)));
+  TriedWay best = best_way(first, ways_of(first, importers::read_bytes(first, kMaxBytes)));
   if (read_ones(best.result) == 0) {
     const Failure failure = best.result.failure           ? *best.result.failure
                             : best.result.refused.empty() ? Failure{shown, "holds nothing", ""}
@@ -271,7 +271,7 @@ void add_group(const Group& group, const fs::path& base, ProposedManifest& out) 
   }
   if (goes_sideways(best.result)) {
     best.way.kind = ExperimentKind::drag;
-    Tried drag = best_way(first, {best.way});
+    TriedWay drag = best_way(first, {best.way});
     if (read_ones(drag.result) > 0) {
       best = std::move(drag);
       best.way.lines.push_back("kind = \"drag\"");

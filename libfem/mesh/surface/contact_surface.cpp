@@ -33,10 +33,10 @@ constexpr double kGrid = 0.5, kApart = 0.25, kNearby = 0.75, kBeyond = 2,
                  kLongest = 2;  // in spacings
 
 // Place and axes of a local height: rows u, v and inward.
-struct Frame {
+struct HeightAxes {
   Vec3 origin;
   Mat3 axes;
-  Frame(const Vec3& at, const Vec3& inward) : origin(at) {
+  HeightAxes(const Vec3& at, const Vec3& inward) : origin(at) {
     const Vec3 u = inward.unitOrthogonal();
     axes << u.transpose(), inward.cross(u).transpose(), inward.transpose();
   }
@@ -49,7 +49,8 @@ struct Quadrics {
   bool uses_normals = false;
 
   // Contacts nearest to a place that face as its frame does, without one.
-  std::vector<Eigen::Index> near(const Frame& frame, const Vec3& at, Eigen::Index without) const {
+  std::vector<Eigen::Index> near(const HeightAxes& frame, const Vec3& at,
+                                 Eigen::Index without) const {
     std::vector<Eigen::Index> all;
     for (Eigen::Index i = 0; i < contacts.position.rows(); ++i)
       if (i != without && frame.axes.row(2).dot(contacts.normal.row(i)) > kFacesAlike)
@@ -67,8 +68,8 @@ struct Quadrics {
   }
 
   // Height along the frame's inward axis at (u, v); nothing where too few contacts are near.
-  std::optional<double> height(const Frame& frame, double u, double v, Eigen::Index without = -1,
-                               double damping = kRidge) const {
+  std::optional<double> height(const HeightAxes& frame, double u, double v,
+                               Eigen::Index without = -1, double damping = kRidge) const {
     const Vec3 at = frame.origin + frame.axes.transpose() * Vec3(u, v, 0);
     const auto used = near(frame, at, without);
     if (static_cast<Eigen::Index>(used.size()) < kMinContacts) return std::nullopt;
@@ -102,7 +103,7 @@ struct Quadrics {
     const Eigen::Index count = contacts.position.rows();
     Eigen::VectorXd out(count);
     for (Eigen::Index i = 0; i < count; ++i)
-      out[i] = height(Frame(contacts.position.row(i), contacts.normal.row(i)), 0, 0, i)
+      out[i] = height(HeightAxes(contacts.position.row(i), contacts.normal.row(i)), 0, 0, i)
                    .value_or(std::numeric_limits<double>::quiet_NaN());
     return out;
   }
@@ -178,10 +179,10 @@ Quadrics chosen_quadrics(const Contacts& contacts, double spacing_m) {
 }
 
 // Along the mean normal; nothing where contacts face too far from it or lie above one another.
-std::optional<Frame> height_frame(const Contacts& contacts, double spacing_m) {
+std::optional<HeightAxes> height_frame(const Contacts& contacts, double spacing_m) {
   const Vec3 mean = contacts.normal.colwise().mean().transpose();
   if (!(mean.norm() > kHeightField)) return std::nullopt;
-  const Frame frame(contacts.position.colwise().mean().transpose(), mean.normalized());
+  const HeightAxes frame(contacts.position.colwise().mean().transpose(), mean.normalized());
   if (!((contacts.normal * mean.normalized()).minCoeff() > kHeightField)) return std::nullopt;
   for (Eigen::Index i = 0; i < contacts.position.rows(); ++i)
     for (Eigen::Index j = 0; j < i; ++j) {
@@ -194,7 +195,7 @@ std::optional<Frame> height_frame(const Contacts& contacts, double spacing_m) {
 }
 
 // Nodes of a grid near contacts, but not at them, with their heights.
-std::vector<Vec3> grid_between(const Quadrics& quadrics, const Frame& frame) {
+std::vector<Vec3> grid_between(const Quadrics& quadrics, const HeightAxes& frame) {
   const Points& position = quadrics.contacts.position;
   const double step_m = kGrid * quadrics.spacing_m, around_m = kBeyond * quadrics.spacing_m;
   std::vector<Vec3> contact;
@@ -244,7 +245,7 @@ Surface compact(const Points& vertices, const std::vector<std::array<std::int32_
   return out;
 }
 
-Surface height_field(const Quadrics& quadrics, const Frame& frame) {
+Surface height_field(const Quadrics& quadrics, const HeightAxes& frame) {
   const std::vector<Vec3> grid = grid_between(quadrics, frame);
   const Points& position = quadrics.contacts.position;
   Points vertices(position.rows() + static_cast<Eigen::Index>(grid.size()), 3);
