@@ -83,6 +83,7 @@ std::unique_ptr<Command> declare_prepare(Arguments& arguments);
 std::unique_ptr<Command> declare_simulate(Arguments& arguments);
 std::unique_ptr<Command> declare_merge(Arguments& arguments);
 std::unique_ptr<Command> declare_import(Arguments& arguments);
+std::unique_ptr<Command> declare_surface(Arguments& arguments);
 std::unique_ptr<Command> declare_calibrate(Arguments& arguments);
 std::unique_ptr<Command> declare_modulus(Arguments& arguments);
 std::unique_ptr<Command> declare_fit(Arguments& arguments);

@@ -9,7 +9,8 @@ constexpr CommandRow kCommands[] = {
     {"check", "Say all that is wrong with a scene, try one point, and say what a run will cost",
      declare_check, "Start", "check organ.toml"},
     {"run",
-     "Run all stages, or those still missing, from a scene to an asset and its error statement",
+     "Run all stages, or those still missing, from a scene or recordings to an asset and its error "
+     "statement",
      declare_run, "Start", "run organ.toml -o out --quick"},
     {"report", "Write a page to look at: errors, the body, its curves, and the body to poke",
      declare_report, "Start", "report out"},
@@ -29,6 +30,8 @@ constexpr CommandRow kCommands[] = {
      "Stages of a run", "validate asset.palp organ.toml"},
     {"import", "Turn the recordings that a manifest names into samples", declare_import,
      "Recordings", "import manifest.toml -o samples.h5"},
+    {"surface", "Make a surface from where recordings touched the body", declare_surface,
+     "Recordings", "surface samples.h5 -o body.obj"},
     {"calibrate", "Identify a material from presses on a body or from tests of specimens",
      declare_calibrate, "Recordings",
      "calibrate organ.toml --samples samples.h5 -o calibrated.toml"},

@@ -82,17 +82,14 @@ std::optional<BlendPoints> without(const FittedCurves& curves,
   return best;
 }
 
-// Mean relative errors of a point left out: with shares of slopes, and with the trend last.
-std::array<double, kShares + 2> errors_at(const FittedCurves& curves, const LeftOutPoint& row,
-                                          const Controls& slopes, const ShapeCovariates& shape,
-                                          const ShapeRegression& trend) {
+// Of a point left out, the normal curve that is true, that is predicted from the neighbours, what
+// slopes add, what the trend predicts.
+Controls normal_controls(const FittedCurves& curves, const LeftOutPoint& row,
+                         const Controls& slopes, const ShapeCovariates& shape,
+                         const ShapeRegression& trend) {
   const Eigen::Index n = curves.curves.control[0].cols();
   const std::int32_t p = row.point;
-  CurveSet rows(curves.curves.family);
-  rows.basis = curves.curves.basis;
-  // What is true, what is predicted from the neighbours, what slopes add, what the trend predicts.
-  rows.control[0] = Controls::Zero(4, n);
-  Controls& control = rows.control[0];
+  Controls control = Controls::Zero(4, n);
   control.row(0) = curves.curves.control[0].row(p);
   for (int k = 0; k < 3; ++k) {
     const std::int32_t l = row.corner[static_cast<std::size_t>(k)];
@@ -104,6 +101,14 @@ std::array<double, kShares + 2> errors_at(const FittedCurves& curves, const Left
     control.row(3) +=
         std::exp(trend.at(shape.at_point.row(p)) - trend.at(shape.at_point.row(l))) * part;
   }
+  return control;
+}
+
+// Mean relative errors of a point left out: with shares of slopes, and with the trend last.
+std::array<double, kShares + 2> errors_of(const FittedCurves& curves, const Controls& control) {
+  CurveSet rows(curves.curves.family);
+  rows.basis = curves.curves.basis;
+  rows.control[0] = control;
   const NodeForces forces(rows);
   const double range_m = curves.curves.basis[0].knots_m.back();
   std::array<double, kShares + 2> error{};
@@ -161,10 +166,17 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
   std::array<double, kShares + 2> error{};
   const std::vector<LeftOutPoint> rows = left_out_points(curves, triangles, is_used);
   out.trend = regress_on_shape(shape, log_force, is_used, rows);
+  for (Controls* kept : {&out.plain_normal, &out.slope_normal, &out.shape_normal})
+    kept->resize(static_cast<Eigen::Index>(rows.size()), curves.curves.control[0].cols());
   for (const LeftOutPoint& row : rows) {
-    ++out.points;
     const ShapeRegression trend = regress_on_shape(shape, log_force, is_used, rows, row.point);
-    const auto at_point = errors_at(curves, row, slopes, shape, trend);
+    const Controls control = normal_controls(curves, row, slopes, shape, trend);
+    out.plain_normal.row(out.points) = control.row(1);
+    out.slope_normal.row(out.points) = control.row(2);
+    out.shape_normal.row(out.points) = control.row(3);
+    out.left_out.push_back(row.point);
+    ++out.points;
+    const auto at_point = errors_of(curves, control);
     for (std::size_t k = 0; k < error.size(); ++k) error[k] += at_point[k];
   }
   if (out.points == 0) return out;

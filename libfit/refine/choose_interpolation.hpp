@@ -16,6 +16,11 @@ struct InterpolationChoice {
   ShapeRegression trend;       ///< of all points that count, whether it is used or not
   int points = 0;              ///< that could be left out
   double error = 0, plain_error = 0, slope_error = 0, shape_error = 0;
+  std::vector<std::int32_t> left_out;  ///< the points that were left out, one by one
+  /// Their normal curves as the neighbours have them: without anything, what the whole of the
+  /// slopes adds, with the trend. A row of control values for each [N].
+  Controls plain_normal, slope_normal, shape_normal;
+  Controls left_out_normal;  ///< the same as the model interpolates; by refine()
 };
 
 /// Leaves out one test point at a time and predicts it from its neighbours, at four depths; the

@@ -123,6 +123,18 @@ Model model_of(const FittedCurves& curves, const Surface& fine, const Points& ou
   return model;
 }
 
+// Normal curves of points left out, as the model interpolates.
+Controls left_out_normal(const InterpolationChoice& chosen) {
+  Controls out = chosen.follows_shape
+                     ? chosen.shape_normal
+                     : Controls(chosen.plain_normal + chosen.slope_share * chosen.slope_normal);
+  for (Eigen::Index row = 0; row < out.rows(); ++row) {
+    out(row, 0) = 0;
+    clamp_rising(out.row(row));
+  }
+  return out;
+}
+
 // What a tool feels of the surface's shape: its own size, or the depth it goes to.
 double patch_radius_m(const FittedCurves& curves) {
   return std::max(ball_radius_m(curves.probe), curves.curves.basis[0].knots_m.back());
@@ -171,6 +183,7 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
   Model model = model_of(curves, fine, outward_normal, std::move(blend), slopes, chosen.slope_share,
                          found.trend);
   if (chosen.slope_share > 0 || chosen.follows_shape) meet_slope(model);
+  chosen.left_out_normal = left_out_normal(chosen);
   for (std::size_t v = 0; v < is_reachable.size(); ++v)
     if (is_reachable[v] && !model.is_covered[v])
       found.uncovered.push_back(static_cast<std::int32_t>(v));

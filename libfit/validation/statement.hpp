@@ -77,6 +77,9 @@ struct Statement {
   std::size_t asset_bytes = 0;
   std::vector<StatementSection> sections = {};
   ShapeError shape = {};  ///< of the surface that is shown; no rows where none is
+  /// The reference is recordings held out of the fit; else it is simulated.
+  bool is_recorded = false;
+  std::size_t beyond = 0;  ///< held-out points that the asset has no curves of its own for
 
   /// Lines of a section; none where there is no such section.
   const std::vector<StatedError>& lines_of(std::string_view section) const;

@@ -35,10 +35,13 @@ constexpr std::pair<std::string_view, std::size_t Statement::*> kCounts[] = {
     {"probes", &Statement::probes},
     {"rows_above_floor", &Statement::rows_above_floor},
     {"reference_failures", &Statement::reference_failures},
+    {"beyond", &Statement::beyond},
     {"asset_bytes", &Statement::asset_bytes}};
 constexpr Numbers<Statement> kNumbers[] = {{"floor_N", &Statement::floor_N},
                                            {"reference_p95_rel", &Statement::reference_p95_rel},
                                            {"within_reference", &Statement::within_reference}};
+
+constexpr const char *kSimulated = "simulated", *kRecorded = "recorded";
 
 // A number, or null: no number.
 double number_in(const Json& json, std::string_view name) {
@@ -108,6 +111,7 @@ Json json_of(const Statement& statement) {
   json["force_error"]["within_jnd"] = statement.within_jnd;
   json["verdict"] = verdict(statement);
   json["advice"] = advice(statement);
+  json["reference"] = statement.is_recorded ? kRecorded : kSimulated;
   json["rows"] = statement.all.rows;
   for (const auto& [name, member] : kCounts) json[std::string(name)] = statement.*member;
   for (const auto& [name, member] : kNumbers) json[std::string(name)] = statement.*member;
@@ -148,6 +152,7 @@ Statement parse_statement(const std::string& text, const std::string& where) {
     const Json json = Json::parse(text);
     s.all.force = figures_of(json.at("force_error"), "N");
     s.within_jnd = number_in(json.at("force_error"), "within_jnd");
+    s.is_recorded = json.at("reference") == kRecorded;
     s.all.rows = json.at("rows");
     for (const auto& [name, member] : kCounts) s.*member = json.at(std::string(name));
     for (const auto& [name, member] : kNumbers) s.*member = number_in(json, name);

@@ -15,6 +15,8 @@ namespace palpate::validation {
 namespace {
 
 constexpr std::size_t kColumns = 80;
+// Of the error of recordings: a part of it worth a word; another answer that is clearly better.
+constexpr double kHalf = 0.5, kClearly = 0.9;
 
 struct Remedy {
   std::string_view cause, sentence;
@@ -106,7 +108,8 @@ std::string tables(const Statement& s) {
   const Unit unit = force_unit(s);
   StatedError all = s.all;
   all.tick_ns = kNoNumber;  // told at the end
-  std::string words = table({"all", "all paths", {all}}, unit);
+  std::string words =
+      all.rows > 0 ? table({"all", s.is_recorded ? "all held out" : "all paths", {all}}, unit) : "";
   for (const StatementSection& section : s.sections) words += table(section, unit);
   return words;
 }
@@ -115,7 +118,10 @@ std::string of_reference(const Statement& s) {
   std::string words;
   if (!std::isnan(s.reference_p95_rel))
     words =
-        fmt::format("the reference's own estimated error: p95 {}\n", percent(s.reference_p95_rel));
+        fmt::format("the {} own estimated error: p95 {}\n",
+                    s.is_recorded ? "recordings'" : "reference's", percent(s.reference_p95_rel));
+  if (s.is_recorded)
+    return words + fmt::format("held-out rows that import rejected: {}\n", s.reference_failures);
   words += fmt::format("rows that the reference could not solve: {}\n", s.reference_failures);
   if (s.reference_p95_rel > kToldReference * s.all.force.p95_rel)
     words += fmt::format(
@@ -144,7 +150,9 @@ std::string of_shape(const ShapeError& shape) {
 
 std::string verdict(const Statement& s) {
   const double p95_rel = s.all.force.p95_rel;
-  if (s.all.rows == 0) return "No verdict: no row could be compared.";
+  if (s.all.rows == 0)
+    return s.is_recorded ? "No verdict: no recording within the fitted points was held out."
+                         : "No verdict: no row could be compared.";
   if (std::isnan(p95_rel)) return fmt::format("No verdict: no row above {}.", newtons(s.floor_N));
   const bool can_be_felt = !std::isnan(s.within_jnd);
   const auto grade = [&] {
@@ -160,10 +168,34 @@ std::string verdict(const Statement& s) {
                              p95_rel > kForceJnd ? "more" : "no more", percent(kForceJnd, 0));
 }
 
+namespace {
+
+// Of recordings: what stands beside them says where the error comes from.
+std::vector<std::string> recorded_advice(const Statement& s) {
+  std::vector<std::string> out;
+  const double p95_rel = s.all.force.p95_rel;
+  const StatedError* fitted = worst(s.lines_of("fitted"));
+  if (fitted && fitted->force.p95_rel > kHalf * p95_rel)
+    out.push_back(fmt::format(
+        "The curves miss the recordings that they were fitted to by {} (p95): see the worst points "
+        "of `fit`, and the grades and notes of `import`.",
+        percent(fitted->force.p95_rel)));
+  for (const StatedError& simpler : s.lines_of("baselines"))
+    if (simpler.force.p95_rel < kClearly * p95_rel)
+      out.push_back(fmt::format(
+          "{} is off by less, {}: the surface or its normals may not be where the tool touched.",
+          simpler.name, percent(simpler.force.p95_rel)));
+  if (out.empty()) out.emplace_back("Most of it lies between the points: press more of them.");
+  return out;
+}
+
+}  // namespace
+
 std::vector<std::string> advice(const Statement& s) {
   std::vector<std::string> out;
   const double p95_rel = s.all.force.p95_rel;
   if (!(p95_rel > kPoor)) return out;
+  if (s.is_recorded) return recorded_advice(s);
   if (s.reference_p95_rel > kToldReference * s.all.force.p95_rel)
     out.push_back(
         fmt::format("The reference itself is uncertain by {}: ask for a finer one with "
@@ -184,23 +216,27 @@ std::vector<std::string> advice(const Statement& s) {
 }
 
 std::string in_words(const Statement& s) {
-  std::string words =
-      fmt::format("force error at {} held-out contact points, {} rows\n", s.probes, s.all.rows);
-  if (s.all.rows > 0) {
-    const std::string table = tables(s), floor = newtons(s.floor_N);
+  std::string words = fmt::format(
+      "force error at {} held-out {}, {} rows{}\n", s.probes,
+      s.is_recorded ? "recorded points" : "contact points", s.all.rows,
+      s.beyond > 0 ? fmt::format("; {} more lie beyond the fitted ones", s.beyond) : "");
+  if (s.all.rows > 0 || s.is_recorded) {
+    const std::string table = tables(s);
+    const std::string floor = newtons(s.floor_N);
     const bool has_gap = table.find(" - ") != std::string::npos;
     words +=
         wrapped(fmt::format("shares of the force are of the {} above {}{}",
                             counted(static_cast<std::int64_t>(s.rows_above_floor), "row", "rows"),
                             floor, has_gap ? fmt::format(" (-: no row above {})", floor) : ""));
     words += table;
-    words += std::isnan(s.within_jnd)
-                 ? fmt::format("no force reaches {}, the least that a person feels\n",
-                               newtons(kForceFloor_N))
-                 : fmt::format(
-                       "within the force just noticeable to a person, max(0.04 N, 7 %): {} of "
-                       "rows\n",
-                       percent(s.within_jnd, 0));
+    if (s.all.rows > 0)
+      words += std::isnan(s.within_jnd)
+                   ? fmt::format("no force reaches {}, the least that a person feels\n",
+                                 newtons(kForceFloor_N))
+                   : fmt::format(
+                         "within the force just noticeable to a person, max(0.04 N, 7 %): {} of "
+                         "rows\n",
+                         percent(s.within_jnd, 0));
   }
   words += of_reference(s) + of_shape(s.shape);
   if (!std::isnan(s.all.tick_ns))

@@ -73,6 +73,7 @@ class Answers : public testing::Test {
         {"import", f("manifest.toml") + " -o" + f("i.h5")},
         {"calibrate", f("scene.toml") + " --samples" + f("out/samples.h5") + " -o" +
                           f("calibrated.toml") + " --points 1"},
+        {"surface", f("out/samples.h5") + " -o" + f("surface.obj")},
         {"modulus", f("manifest.toml") + " -o" + f("moduli.csv")},
         {"fit", f("out/samples.h5") + " -o" + f("c.h5")},
         {"refine", f("out/curves.h5") + " --body" + f("out/body.h5") + " -o" + f("m.h5")},

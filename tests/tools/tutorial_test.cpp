@@ -102,7 +102,9 @@ TEST(Tutorial, runs_as_it_stands) {
   const Folder folder;
   folder.write("organ.off", block_off(6));
   folder.write("phantom.off", block_off(8));
-  for (const char* name : {"p1.csv", "p2.csv", "p3.csv", "p4.csv"}) folder.write(name, recording());
+  fs::create_directory(folder / "rig");
+  for (const char* name : {"rig/p1.csv", "rig/p2.csv", "rig/p3.csv", "rig/p4.csv"})
+    folder.write(name, recording());
   const std::string program = fs::path(PALPATE_PROGRAM).parent_path();
   int commands = 0;
   for (const Block& block : blocks_of(kDocs / "tutorial.md")) {

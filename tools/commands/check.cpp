@@ -8,8 +8,10 @@
 #include "tools/certify/certify.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/manifest/manifest.hpp"
 #include "tools/report/contents.hpp"
 #include "tools/report/page.hpp"
+#include "tools/setup/check_manifest.hpp"
 #include "tools/setup/doubts.hpp"
 #include "tools/setup/trial.hpp"
 #include "tools/stages/body/open_scene.hpp"
@@ -46,8 +48,10 @@ void write_set_up(const std::string& path, const Scene& scene, const Body& body)
 class Check final : public Command {
  public:
   explicit Check(Arguments& arguments) {
-    arguments.positional("file", scene_path_,
-                         "Scene to check, scene.toml, or asset to certify, asset.palp");
+    arguments.positional(
+        "file", scene_path_,
+        "Scene to check, scene.toml; recordings to look at, manifest.toml; or asset to "
+        "certify, asset.palp");
     arguments.output("--vtu", vtu_,
                      "Picture to write: of a scene what is held, window, points; of an asset the "
                      "certificate by triangle",
@@ -68,6 +72,11 @@ class Check final : public Command {
         AssetAnswer answer = check_asset({scene_path_, vtu_, devices_, tool_, jobs_});
         reply = {std::move(answer.text), answer.json};
         return answer.is_certified ? kDone : kSomeFailed;
+      }
+      if (is_manifest(scene_path_)) {
+        CheckedManifest checked = check_manifest(scene_path_, jobs_);
+        reply = {std::move(checked.text), checked.json};
+        return checked.refused > 0 ? kSomeFailed : kDone;
       }
       inspect();
     } catch (const Error& e) {

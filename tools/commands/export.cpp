@@ -11,6 +11,7 @@
 #include "tools/console.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/refine.hpp"
 #include "tools/stages/samples/compound.hpp"
 
 namespace palpate::tools {
@@ -57,6 +58,7 @@ class Export final : public Command {
                               !std::filesystem::is_directory(engine_, none))
       throw Error("--engine", engine_ + " is a file", "Name a folder.");
     request.fingerprint = asset_fingerprint(request.settings, model_);
+    request.guessed_points = stored_in_hdf5(model_, kGuessedAttribute).value_or("");
     request.map_depth_m = depth_m();
     request.engine = engine_;
     const ExportReport report = export_model(read_model(model_), output_, format, request);

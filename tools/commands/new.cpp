@@ -15,6 +15,7 @@
 #include "tools/scene/scene.hpp"
 #include "tools/setup/divide.hpp"
 #include "tools/setup/propose.hpp"
+#include "tools/setup/propose_manifest.hpp"
 #include "tools/setup/propose_path.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
@@ -40,7 +41,7 @@ class New final : public Command {
   explicit New(Arguments& arguments) {
     arguments.positional("mesh", mesh_,
                          "Surface mesh: OBJ, STL, PLY, OFF, VTK or VTP; with --path the asset to "
-                         "play on, asset.palp");
+                         "play on, asset.palp; with --recordings the folder of a rig's files");
     // Nothing is replaced: it may have been changed by hand.
     arguments.output("-o,--output", output_,
                      "Scene to write, scene.toml, or with --path PATH.csv; must not exist", {});
@@ -54,9 +55,12 @@ class New final : public Command {
     arguments.flag("--path", is_path_,
                    "Write a path for `replay` instead: down on the middle of the asset's window, a "
                    "press, a slide, a lift");
+    arguments.flag("--recordings", is_recordings_,
+                   "Write a manifest instead: how the recordings in a folder are read");
   }
 
   int run(Reply& reply) override {
+    if (is_recordings_) return write_manifest(reply);
     if (is_path_) return write_path(reply);
     const Surface surface = read_surface(mesh_, 1);
     ask(choices_.unit, "Length unit of the mesh?", likely_unit(extent_m(surface.vertices)));
@@ -93,6 +97,17 @@ class New final : public Command {
   }
 
  private:
+  int write_manifest(Reply& reply) const {
+    const ProposedManifest proposed = propose_manifest(mesh_, output_);
+    for (const std::string& note : proposed.notes) say("  {}", note);
+    for (const std::string& doubt : proposed.warnings) warn("{}", doubt);
+    write_file_atomically(output_, proposed.text);
+    say("wrote {}; next: palpate check {}", output_, output_);
+    reply.json = nlohmann::ordered_json{
+        {"files", proposed.files}, {"notes", proposed.notes}, {"doubts", proposed.warnings}};
+    return kDone;
+  }
+
   int write_path(Reply& reply) const {
     if (!is_asset_file(mesh_))
       throw Error(mesh_, "is no asset, and --path makes a path for one",
@@ -126,7 +141,7 @@ class New final : public Command {
     }
   }
 
-  bool is_path_ = false;
+  bool is_path_ = false, is_recordings_ = false;
   std::string mesh_, output_, tissue_;
   SceneChoices choices_;
 };

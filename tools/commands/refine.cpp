@@ -40,10 +40,11 @@ class Refine final : public Command {
     const Body body = read_body(body_);
     const bool is_of_scene = !body.settings.empty();
     const Scene scene = is_of_scene ? scene_of(body, body_) : Scene();
-    const Model model = refine_body(read_curves(curves_), body, options,
-                                    samples_.empty() ? Samples() : read_known(samples_),
-                                    is_of_scene ? &scene : nullptr);
-    write_model(output_, model, {{kInputsAttribute, made_from}});
+    const FittedCurves curves = read_curves(curves_);
+    const Model model =
+        refine_body(curves, body, options, samples_.empty() ? Samples() : read_known(samples_),
+                    is_of_scene ? &scene : nullptr);
+    write_model(output_, model, model_attributes(curves, made_from));
     say("wrote {}", output_);
     const auto covered = std::count(model.is_covered.begin(), model.is_covered.end(), 1);
     reply.json =

@@ -1,8 +1,10 @@
 #include <nlohmann/json.hpp>
 
 #include "libfit/io/files/files.hpp"
+#include "libfit/io/files/signals_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/manifest/manifest.hpp"
 #include "tools/report/contents.hpp"
 #include "tools/report/page.hpp"
 #include "tools/run_log.hpp"
@@ -18,6 +20,13 @@ constexpr NamedOutput kFiles[] = {
     {"placement.csv", "points,new_points"},
     {"samples.h5", kSamplesSchema.name},
     {"samples.surface.h5", kSurfaceSchema.name},
+    {"samples.signals.h5", kSignalsSchema.name},
+    {"samples.held_out.h5", kSamplesSchema.name},
+    {"samples.import.csv", "file,line,recording"},
+    {"samples.import.json", "{\"files\":"},
+    {"samples.import.journal", "palpate-journal"},
+    {"samples.relaxation.import.csv", "file,point,time_s"},
+    {"body.obj", "# palpate surface"},
     {"curves.h5", kCurvesSchema.name},
     {"model.h5", kModelSchema.name},
     {"asset.palp", "palp"},
@@ -32,7 +41,8 @@ constexpr NamedOutput kFiles[] = {
 class Run final : public Command {
  public:
   explicit Run(Arguments& arguments) {
-    arguments.positional("scene", request_.scene, "Scene to read, scene.toml");
+    arguments.positional("scene", request_.scene,
+                         "Scene to read, scene.toml, or manifest of recordings, manifest.toml");
     arguments.option("-o,--output DIR", request_.folder, "Folder for all files of the run", true);
     arguments.option("--jobs", request_.jobs,
                      "Number of threads; 0 uses all cores; results do not depend on it");
@@ -48,7 +58,8 @@ class Run final : public Command {
 
   int run(Reply& reply) override {
     RunLog log;
-    const RunResult result = run_stages(request_, &log);
+    const RunResult result =
+        is_manifest(request_.scene) ? run_recordings(request_, &log) : run_stages(request_, &log);
     say("{}", validation::in_words(result.statement));
     reply.text = validation::verdict(result.statement);
     for (const std::string& sentence : validation::advice(result.statement))

@@ -20,7 +20,9 @@ class Validate final : public Command {
  public:
   explicit Validate(Arguments& arguments) {
     arguments.positional("asset", asset_, "Asset to validate, asset.palp");
-    arguments.positional("scene", scene_, "Scene that the reference simulates, scene.toml");
+    arguments.positional("scene", scene_,
+                         "Scene that the reference simulates, scene.toml; or samples.h5 of "
+                         "recordings, some of which were held out of the fit");
     arguments.option("--points", points_,
                      "Number of held-out contact points; 0: as the scene's [validate] has it");
     arguments.option("--seed", seed_,
@@ -35,7 +37,10 @@ class Validate final : public Command {
         "--curves", curves_,
         "curves.h5 that the asset was made from; with --model, adds the comparison without "
         "interpolation");
-    arguments.option("--model", model_, "model.h5 that the asset was made from; needs --curves");
+    arguments.option(
+        "--model", model_,
+        "model.h5 that the asset was made from; needs --curves, or recordings, whose points "
+        "left out it knows");
     arguments.option("--reference DIR", reference_,
                      "Folder that keeps the simulated rows for the next validation");
     arguments.named_outputs(reference_, kReference);
@@ -44,11 +49,12 @@ class Validate final : public Command {
         "Do not split the error by cause, which needs simulations at the contact points");
     arguments.output("--statement", statement_,
                      "statement.json to write; the asset carries the statement from then on, as "
-                     "after run; needs --body",
+                     "after run; of a scene it needs --body",
                      {"{\"force_error\":"}, false);
   }
 
   int run(Reply& reply) override {
+    if (kind_of_file(scene_) == kSamplesSchema.name) return compare_recordings(reply);
     if (points_ < 0)
       throw Error("--points", "there must be at least one contact point",
                   "Give a positive number.");
@@ -85,6 +91,34 @@ class Validate final : public Command {
   }
 
  private:
+  int compare_recordings(Reply& reply) {
+    const std::pair<const char*, bool> of_scenes[] = {{"--points", points_ != 0},
+                                                      {"--seed", seed_ != 0},
+                                                      {"--model", !model_.empty()},
+                                                      {"--reference", !reference_.empty()},
+                                                      {"--no-causes", no_causes_}};
+    for (const auto& [option, is_given] : of_scenes)
+      if (is_given)
+        throw Error(option, "is of a simulated reference, and " + scene_ + " holds recordings",
+                    "Leave it out.");
+    if (curves_.empty() != body_.empty())
+      throw Error(curves_.empty() ? "--curves" : "--body", "is missing beside the other one",
+                  "Give both, for what points left out show, or none.");
+    FittedCurves curves;
+    Body body;
+    if (!curves_.empty()) {
+      request_.curves = &(curves = read_curves(curves_));
+      body = read_body(body_);
+    }
+    const Body* known = curves_.empty() ? nullptr : &body;
+    request_.rows_csv = rows_;
+    const Statement statement =
+        statement_.empty() ? validate_recordings(asset_, read_recorded(scene_), request_, known)
+                           : state_recordings(asset_, scene_, request_, known, statement_);
+    reply = {in_words(statement), nlohmann::ordered_json::parse(to_json(statement))};
+    return statement.all.rows == 0 ? kSomeFailed : kDone;
+  }
+
   std::string asset_, scene_, body_, rows_, curves_, model_, reference_, statement_;
   int points_ = 0, seed_ = 0;
   ValidateRequest request_;

@@ -1,8 +1,10 @@
 #include "tools/manifest/manifest.hpp"
 
 #include <fmt/core.h>
+#include <fnmatch.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 
 #include "libfit/io/atomic_file.hpp"
 #include "tools/manifest/keys.hpp"
@@ -46,6 +48,23 @@ void read_registration(SceneTable table, Manifest& manifest) {
     fail(table, "icp", "icp needs a surface", "Say `surface` and `length_unit`.");
 }
 
+void read_hold_out(SceneTable table, HoldOut& hold_out) {
+  const toml::node* node = table.node("hold_out");
+  if (node != nullptr && node->is_array())
+    for (const toml::node& name : *node->as_array()) {
+      const auto text = name.value<std::string>();
+      if (!text)
+        fail(table, "hold_out", "hold_out lists what is no name", "Write [\"p003\", \"rim_*\"].");
+      hold_out.names.push_back(*text);
+    }
+  else if (node != nullptr)
+    hold_out.every = static_cast<int>(table.integer("hold_out", kHeldOutEvery, 0, 100000));
+  if (hold_out.every == 1)
+    fail(table, "hold_out", "hold_out = 1 leaves nothing to fit",
+         "Hold out every 5th point, or 0 for none.");
+  table.finish();
+}
+
 // The tip of a recording in the words of a scene's probe.
 ProbeSpec probe_of(const recordings::UsedTip& used, double friction) {
   ProbeSpec probe = sphere_spec(used.radius_m, friction);
@@ -68,6 +87,47 @@ std::vector<ProbeSpec> probes_of(const Manifest& manifest,
   unknown.shape = "point";
   unknown.friction = manifest.friction;
   return {unknown};
+}
+
+bool is_manifest(const fs::path& path) {
+  try {
+    const toml::table document = parse_toml(read_whole_file(path), path.string(), "");
+    return document.contains("recording") && !document.contains("body");
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+std::vector<char> held_out_points(const Manifest& manifest, const Samples& samples,
+                                  bool by_default) {
+  const auto points = static_cast<std::size_t>(samples.points());
+  const HoldOut& wanted = manifest.hold_out;
+  std::vector<char> is_held_out(points, 0);
+  if (points == 0) return is_held_out;
+  const bool is_default = by_default && points >= kHeldOutFrom && wanted.names.empty();
+  const auto every =
+      static_cast<std::size_t>(wanted.every.value_or(is_default ? kHeldOutEvery : 0));
+  for (std::size_t block = 0; every > 0 && (block + 1) * every <= points; ++block)
+    is_held_out[block * every + (2 * block + every / 2) % every] = 1;
+  for (const std::string& name : wanted.names) {
+    bool is_known = false;
+    for (std::size_t p = 0; p < points; ++p)
+      if (fnmatch(name.c_str(), samples.point_name[p].c_str(), 0) == 0) {
+        is_held_out[p] = 1;
+        is_known = true;
+      }
+    if (!is_known)
+      throw Error(manifest.path.string(),
+                  "hold_out names \"" + name + "\", and no point is so called",
+                  "Points have the names that `point` says, or their files'.");
+  }
+  const auto held_out = std::ranges::count(is_held_out, 1);
+  if (held_out > 0 && static_cast<std::size_t>(held_out) + 3 > points)
+    throw Error(manifest.path.string(),
+                fmt::format("hold_out leaves {} of {} points to fit",
+                            points - static_cast<std::size_t>(held_out), points),
+                "Hold out fewer, or none: hold_out = 0 in [validate].");
+  return is_held_out;
 }
 
 double poisson_of(const Manifest& manifest) { return manifest.items.front().signal.poisson; }
@@ -93,6 +153,7 @@ Manifest read_manifest(const fs::path& path) {
                         : relaxation == "apply" ? recordings::RelaxationUse::always
                                                 : recordings::RelaxationUse::where_sure;
   read_registration(root.table("registration", "[registration]"), manifest);
+  read_hold_out(root.table("validate", "[validate]"), manifest.hold_out);
   ManifestEntry defaults;
   std::optional<double> friction;
   SceneTable defaults_table = root.table("defaults", "[defaults]");

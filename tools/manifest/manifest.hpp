@@ -6,11 +6,19 @@
 #include <vector>
 
 #include "libfit/core/probe.hpp"
+#include "libfit/core/samples.hpp"
 #include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "libfit/recordings/placing/registration.hpp"
 
 namespace palpate::tools {
+
+/// Which points the error statement is of ([validate] of a manifest): every so many-th, or named.
+struct HoldOut {
+  std::optional<int> every;        ///< 0: none; not said: as whoever reads the manifest has it
+  std::vector<std::string> names;  ///< of points; `*` and `?` are allowed
+};
+inline constexpr int kHeldOutEvery = 5, kHeldOutFrom = 10;  // fewer points are all needed
 
 /// What a manifest.toml says (docs/formats.md).
 struct Manifest {
@@ -26,7 +34,20 @@ struct Manifest {
   bool pools_repeats = recordings::AssembleOptions{}.pools_repeats;
   recordings::RelaxationUse relaxation = recordings::AssembleOptions{}.relaxation;
   double friction = kDefaultFriction;  ///< of the probe
+  HoldOut hold_out;
 };
+
+/// Whether a TOML file says that it is a manifest: it has recordings, no body. False where it
+/// cannot be read or parsed.
+bool is_manifest(const std::filesystem::path& path);
+
+/// Which points are held out of the fit, in the order of the samples: one of every so many, each
+/// time another one, so that no column of a raster goes as a whole; or those named. Throws Error
+/// where a name fits no point, and where fewer than three are left.
+/// by_default: one of kHeldOutEvery of kHeldOutFrom points or more where the manifest says nothing;
+/// else none.
+std::vector<char> held_out_points(const Manifest& manifest, const Samples& samples,
+                                  bool by_default);
 
 /// The probes of all recordings, as the manifest or their files say, in the order of the tips; a
 /// "point" where nobody knows one.

@@ -9,6 +9,7 @@
 #include "libfit/io/atomic_file.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/refine.hpp"
 
 namespace palpate::tools {
 
@@ -56,6 +57,11 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   nlohmann::ordered_json meta{{"program", "palpate " PALPATE_VERSION}};
   if (!request.fingerprint.empty()) meta[kInputsAttribute] = request.fingerprint;
   if (model.probe) meta["probe"] = probe_json(*model.probe);
+  if (!request.guessed_points.empty()) {
+    meta[kGuessedAttribute] = request.guessed_points;
+    warn("test points without curves of their own: {}; `fit` says what was assumed of each",
+         request.guessed_points);
+  }
   for (const NamedTool& tool : request.tools) meta["tools"].push_back(tool_json(tool));
   ExportOptions options;
   options.has_guard = request.settings.guard;

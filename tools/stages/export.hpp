@@ -16,6 +16,8 @@ struct ExportRequest {
   double map_depth_m = 0;             ///< of a coloured surface; 0: half of the curves' range
   std::filesystem::path engine;       ///< folder to copy the engine into; empty for none
   std::vector<NamedTool> tools = {};  ///< of the scene, put into the asset's meta
+  /// kGuessedAttribute of the model: warned of, and put into the asset's meta; empty for none.
+  std::string guessed_points = {};
 };
 
 /// Writes the model in one of the export formats; says what and how large.

@@ -118,6 +118,22 @@ std::string statement_fingerprint(const Scene& scene, const std::string& asset_f
   return hash.add(asset_fingerprint).add_file(body).hex();
 }
 
+std::string recorded_body_fingerprint(const std::filesystem::path& samples,
+                                      const std::optional<std::filesystem::path>& surface) {
+  ContentHash hash = stage_hash("body").add_file(samples);
+  if (surface) hash.add_file(*surface);
+  return hash.hex();
+}
+
+std::string recorded_statement_fingerprint(const std::string& asset_fingerprint,
+                                           const std::filesystem::path& samples) {
+  ContentHash hash = stage_hash("statement").add(asset_fingerprint).add_file(samples);
+  const std::filesystem::path held_out =
+      std::filesystem::path(samples).replace_extension(".held_out.h5");
+  if (std::filesystem::exists(held_out)) hash.add_file(held_out);
+  return hash.hex();
+}
+
 std::optional<std::string> stored_in_hdf5(const std::filesystem::path& path,
                                           const char* attribute) {
   try {

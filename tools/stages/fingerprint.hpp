@@ -36,6 +36,13 @@ std::string asset_fingerprint(const ExportSection& section, const std::filesyste
 std::string statement_fingerprint(const Scene& scene, const std::string& asset_fingerprint,
                                   const std::filesystem::path& body);
 
+/// Of the body that recordings were made on. surface: of the manifest, if it names one.
+std::string recorded_body_fingerprint(const std::filesystem::path& samples,
+                                      const std::optional<std::filesystem::path>& surface);
+/// Of an asset that recordings are compared with.
+std::string recorded_statement_fingerprint(const std::string& asset_fingerprint,
+                                           const std::filesystem::path& samples);
+
 /// Fingerprint stored in a file; nothing when the file is missing, damaged or has none.
 std::optional<std::string> stored_in_hdf5(const std::filesystem::path& path,
                                           const char* attribute = kInputsAttribute);

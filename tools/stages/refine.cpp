@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 
 #include "libfit/core/error.hpp"
@@ -61,6 +62,16 @@ Model refine_body(const FittedCurves& curves, const Body& body, const RefineOpti
     add_shape(model, of_kinds(samples, {ExperimentKind::press, ExperimentKind::drag}));
   if (scene != nullptr) add_coupling(model, *scene, samples);
   return model;
+}
+
+Attributes model_attributes(const FittedCurves& curves, const std::string& made_from) {
+  Attributes out{{kInputsAttribute, made_from}};
+  const auto guessed = std::ranges::count(curves.status, FitStatus::underdetermined);
+  const auto failed = std::ranges::count(curves.status, FitStatus::failed);
+  if (guessed + failed > 0)
+    out[kGuessedAttribute] = fmt::format("{} of {}: {} underdetermined, {} failed",
+                                         guessed + failed, curves.status.size(), guessed, failed);
+  return out;
 }
 
 std::optional<double> slope_share_choice(const std::string& text) {

@@ -7,6 +7,7 @@
 #include "libfit/core/body.hpp"
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/io/files/files.hpp"
 #include "libfit/refine/refine.hpp"
 #include "tools/scene/scene.hpp"
 
@@ -20,6 +21,13 @@ Samples read_known(const std::filesystem::path& samples);
 /// pairs or a [tool], how contacts feel each other. scene: null where it is not known.
 Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options = {},
                   const Samples& samples = {}, const Scene* scene = nullptr);
+
+/// The attribute of model.h5 that says how many test points have no curves of their own, in words.
+inline constexpr const char* kGuessedAttribute = "points_without_curves_of_their_own";
+
+/// Attributes of a model.h5 of these curves: what it was made from, and kGuessedAttribute where
+/// some points are underdetermined or failed.
+Attributes model_attributes(const FittedCurves& curves, const std::string& made_from);
 
 /// RefineOptions::slope_share from text: auto or a number.
 std::optional<double> slope_share_choice(const std::string& text);

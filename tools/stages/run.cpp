@@ -17,6 +17,8 @@
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
+#include "tools/stages/import.hpp"
+#include "tools/stages/recorded_body.hpp"
 #include "tools/stages/refine.hpp"
 #include "tools/stages/samples/compound.hpp"
 #include "tools/stages/samples/placement.hpp"
@@ -30,29 +32,12 @@ using namespace validation;
 
 namespace fs = std::filesystem;
 
-class StageRun {
- public:
-  StageRun(const RunRequest& request, RunLog* log)
+// A folder with the files of stages.
+class FolderRun {
+ protected:
+  FolderRun(const RunRequest& request, RunLog* log)
       : request_(request), output_(request.folder), log_(log) {}
 
-  RunResult run() {
-    timed("prepare", [&] {
-      scene_ = open_scene(request_.scene);
-      if (request_.quick) make_quick(scene_);
-      check_choices(scene_);
-      prepare();
-    });
-    timed("simulate", [&] { simulate(); });
-    timed("fit, refine, export", [&] {
-      fit();
-      refine();
-      export_asset();
-    });
-    timed("validate", [&] { validate(); });
-    return result();
-  }
-
- private:
   fs::path file(const char* name) const { return fs::path(request_.folder) / name; }
 
   // A line beside the log: how long stages took, or that there was nothing to do.
@@ -80,6 +65,64 @@ class StageRun {
     return !is_fresh;
   }
 
+  void refine_and_write(const Body& body, const Samples& samples, const Scene* scene,
+                        const std::string& wanted) {
+    const FittedCurves curves = read_curves(file("curves.h5"));
+    const Model model = refine_body(curves, body, {}, samples, scene);
+    write_model(file("model.h5"), model, model_attributes(curves, wanted));
+  }
+
+  // tools: of the scene, put into the asset.
+  void export_asset(const ExportSection& settings, std::vector<NamedTool> tools) {
+    const fs::path output = file("asset.palp"), picture = file("stiffness.vtu");
+    const std::string wanted = asset_fingerprint(settings, file("model.h5"));
+    const auto stored = fs::exists(picture) && fs::is_directory(file("engine"))
+                            ? stored_in_asset(output)
+                            : std::nullopt;
+    if (!is_stale("export", output, stored, wanted)) return;
+    const Model model = read_model(file("model.h5"));
+    export_model(model, picture, "vtu", {});
+    ExportRequest request{.settings = settings, .fingerprint = wanted, .engine = file("engine")};
+    request.guessed_points = stored_in_hdf5(file("model.h5"), kGuessedAttribute).value_or("");
+    request.tools = std::move(tools);
+    export_model(model, output, "palp", request);
+  }
+
+  void read_result() {
+    if (result_.stages_done == 0)
+      say("nothing to do: everything in {} is up to date", request_.folder);
+    const fs::path output = file("statement.json");
+    result_.statement = parse_statement(read_whole_file(output), output.string());
+  }
+
+  RunRequest request_;
+  OutputFolder output_;
+  RunLog* log_;
+  RunResult result_;
+};
+
+class StageRun : FolderRun {
+ public:
+  StageRun(const RunRequest& request, RunLog* log) : FolderRun(request, log) {}
+
+  RunResult run() {
+    timed("prepare", [&] {
+      scene_ = open_scene(request_.scene);
+      if (request_.quick) make_quick(scene_);
+      check_choices(scene_);
+      prepare();
+    });
+    timed("simulate", [&] { simulate(); });
+    timed("fit, refine, export", [&] {
+      fit();
+      refine();
+      export_asset(scene_.export_, played_tools(scene_));
+    });
+    timed("validate", [&] { validate(); });
+    return result();
+  }
+
+ private:
   void prepare() {
     const fs::path output = file("body.h5");
     const std::string wanted = body_fingerprint(scene_);
@@ -158,24 +201,7 @@ class StageRun {
     const fs::path output = file("model.h5"), samples = file("samples.h5");
     const std::string wanted = model_fingerprint(file("curves.h5"), placed_body(), samples);
     if (!is_stale("refine", output, stored_in_hdf5(output), wanted)) return;
-    const Model model = refine_body(read_curves(file("curves.h5")), read_body(placed_body()), {},
-                                    read_known(samples), &scene_);
-    write_model(output, model, {{kInputsAttribute, wanted}});
-  }
-
-  void export_asset() {
-    const fs::path output = file("asset.palp"), picture = file("stiffness.vtu");
-    const std::string wanted = asset_fingerprint(scene_.export_, file("model.h5"));
-    const auto stored = fs::exists(picture) && fs::is_directory(file("engine"))
-                            ? stored_in_asset(output)
-                            : std::nullopt;
-    if (!is_stale("export", output, stored, wanted)) return;
-    const Model model = read_model(file("model.h5"));
-    export_model(model, picture, "vtu", {});
-    ExportRequest request{
-        .settings = scene_.export_, .fingerprint = wanted, .engine = file("engine")};
-    request.tools = played_tools(scene_);
-    export_model(model, output, "palp", request);
+    refine_and_write(read_body(placed_body()), read_known(samples), &scene_, wanted);
   }
 
   void validate() {
@@ -198,10 +224,7 @@ class StageRun {
   }
 
   RunResult result() {
-    if (result_.stages_done == 0)
-      say("nothing to do: everything in {} is up to date", request_.folder);
-    const fs::path output = file("statement.json");
-    result_.statement = parse_statement(read_whole_file(output), output.string());
+    read_result();
     if (!bad_experiments_)
       bad_experiments_ = list_bad_experiments(read_samples(file("samples.h5")));
     result_.items_failed = *bad_experiments_ + result_.statement.reference_failures +
@@ -209,19 +232,96 @@ class StageRun {
     return result_;
   }
 
-  RunRequest request_;
-  OutputFolder output_;
-  RunLog* log_;
   Scene scene_;
   Body body_;
-  RunResult result_;
   std::optional<std::size_t> bad_experiments_;  // listed already, while simulating
+};
+
+class RecordingsRun : FolderRun {
+ public:
+  RecordingsRun(const RunRequest& request, RunLog* log) : FolderRun(request, log) {}
+
+  RunResult run() {
+    read_manifest(request_.scene);  // what is wrong with it is said before the folder is made
+    output_.claim();
+    if (log_) log_->open(file(kRunLog), "palpate run " + request_.scene);
+    timed("import", [&] { import(); });
+    timed("prepare", [&] { prepare(); });
+    timed("fit, refine, export", [&] {
+      fit();
+      refine();
+      export_asset({}, {});
+    });
+    timed("validate", [&] { validate(); });
+    read_result();
+    result_.items_failed = refused_ + list_bad_points(read_curves(file("curves.h5")));
+    return result_;
+  }
+
+ private:
+  void import() {
+    const ImportRequest request{.manifest = request_.scene,
+                                .output = file("samples.h5"),
+                                .jobs = request_.jobs,
+                                .force = request_.force,
+                                .holds_out = true};
+    const ReadRecordings read = read_recordings(request);
+    refused_ = read.assembled.failed();
+    const std::string wanted = recorded_samples_fingerprint(read);
+    if (is_stale("import", request.output, stored_in_hdf5(request.output), wanted))
+      write_recordings(request, read);
+  }
+
+  void prepare() {
+    const fs::path output = file("body.h5");
+    const Manifest manifest = read_manifest(request_.scene);
+    const std::string wanted = recorded_body_fingerprint(file("samples.h5"), manifest.surface);
+    if (!is_stale("prepare", output, stored_in_hdf5(output), wanted)) return;
+    const Body body = body_of_recordings(manifest, read_samples(file("samples.h5")));
+    if (!manifest.surface) write_file_atomically(file("body.obj"), obj_text(body.surface));
+    write_body(output, body, {{kInputsAttribute, wanted}});
+  }
+
+  void fit() {
+    const fs::path output = file("curves.h5"), samples = file("samples.h5");
+    const std::string wanted = curves_fingerprint({}, samples);
+    if (!is_stale("fit", output, stored_in_hdf5(output), wanted)) return;
+    write_curves(output, fit_samples(read_samples(samples), {}, request_.jobs),
+                 {{kInputsAttribute, wanted}});
+  }
+
+  void refine() {
+    const fs::path output = file("model.h5");
+    const std::string wanted = model_fingerprint(file("curves.h5"), file("body.h5"), {});
+    if (is_stale("refine", output, stored_in_hdf5(output), wanted))
+      refine_and_write(read_body(file("body.h5")), {}, nullptr, wanted);
+  }
+
+  void validate() {
+    const fs::path output = file("statement.json"), asset = file("asset.palp");
+    const std::string wanted =
+        recorded_statement_fingerprint(asset_fingerprint({}, file("model.h5")), file("samples.h5"));
+    const auto stored = has_statement(asset) ? stored_in_json(output) : std::nullopt;
+    if (!is_stale("validate", output, stored, wanted)) return;
+    const FittedCurves curves = read_curves(file("curves.h5"));
+    const Body body = read_body(file("body.h5"));
+    ValidateRequest request;
+    request.jobs = request_.jobs;
+    request.rows_csv = file("validation.csv");
+    request.curves = &curves;
+    state_recordings(asset, file("samples.h5"), request, &body, output);
+  }
+
+  std::size_t refused_ = 0;
 };
 
 }  // namespace
 
 RunResult run_stages(const RunRequest& request, RunLog* log) {
   return StageRun(request, log).run();
+}
+RunResult run_recordings(const RunRequest& request, RunLog* log) {
+  return RecordingsRun(request, log).run();
 }
 
 }  // namespace palpate::tools

@@ -28,4 +28,8 @@ struct RunResult {
 /// folder as kRunLog; a line a stage stays on stderr.
 RunResult run_stages(const RunRequest& request, RunLog* log = nullptr);
 
+/// The same from a manifest of recordings: import, body, fit, refine, export and the statement of
+/// what was held out. request.scene is the manifest; request.quick says nothing here.
+RunResult run_recordings(const RunRequest& request, RunLog* log = nullptr);
+
 }  // namespace palpate::tools

@@ -10,6 +10,8 @@
 #include "libfit/core/experiments.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/validation/causes.hpp"
+#include "libfit/validation/recorded.hpp"
+#include "libfit/validation/substitute.hpp"
 #include "tools/stages/samples/compound.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/simulate.hpp"
@@ -19,8 +21,6 @@ namespace {
 
 using namespace validation;
 using Lines = std::vector<StatedError>;
-
-double depth_m(const StatedAsset& of) { return of.scene.experiments.each.depth_m; }
 
 // The paths' rows in groups. group: of a row of reference.paths.
 Lines grouped(const StatedAsset& of, std::span<const std::string_view> names,
@@ -71,14 +71,14 @@ Lines by_cycle(const StatedAsset& of) {
 
 Lines by_cause(const StatedAsset& of) {
   if (!of.request.settings.causes || is_other_tool(of)) return {};
-  return error_causes(of.asset, of.reference, of.engine, depth_m(of), of.request.jobs);
+  return error_causes(of.asset, of.reference, of.engine, of.depth_m, of.request.jobs);
 }
 
 // Another tool's rows by what the asset's own ball would feel, and by that times sqrt(R / R_0), as
 // of two balls on a half-space (Hertz 1882); end_m: 0 of a tool that is no ball.
 Lines as_own_ball(const StatedAsset& of, const Samples& rows, const ProbeSpec& tool, double end_m,
                   const ErrorFloors& floors) {
-  Replayed own = replay(of.asset, rows, depth_m(of));
+  Replayed own = replay(of.asset, rows, of.depth_m);
   Lines lines{stated_error("as_the_assets_ball", compare(rows, own), floors)};
   if (tool.shape != "sphere" || !(end_m > 0)) return lines;
   own.force_N *= std::sqrt(end_m / of.asset.probe_radius_m);
@@ -89,8 +89,8 @@ Lines as_own_ball(const StatedAsset& of, const Samples& rows, const ProbeSpec& t
 Lines by_baseline(const StatedAsset& of) {
   if (is_other_tool(of))
     return as_own_ball(of, of.reference.paths, of.scene.probe.spec, of.radius_m, of.floors);
-  return baseline_errors(of.asset, of.reference, depth_m(of),
-                         depth_m(of) / of.scene.experiments.each.press_steps, of.request.curves,
+  return baseline_errors(of.asset, of.reference, of.depth_m,
+                         of.depth_m / of.scene.experiments.each.press_steps, of.request.curves,
                          of.request.model);
 }
 
@@ -127,10 +127,10 @@ Lines of_kind(const StatedAsset& of, ExperimentKind kind, double radius_m,
         answer.played_as == nullptr
             ? played_as(of.scene, Purpose::hold_out, rows)
             : PlayedAs([&](Eigen::Index row) { return answer.played_as(of.scene, rows, row); });
-    const auto compared = compare_torques(rows, replay(view, rows, depth_m(of), as), radius_m);
+    const auto compared = compare_torques(rows, replay(view, rows, of.depth_m, as), radius_m);
     lines.push_back(
         stated_error(answer.name, compared, {of.floors.force_N, floors_of(compared).torque_Nm}));
-    if (lines.size() == 1) lines[0].tick_ns = time_ticks_ns(view, rows, depth_m(of), as);
+    if (lines.size() == 1) lines[0].tick_ns = time_ticks_ns(view, rows, of.depth_m, as);
   }
   return lines;
 }
@@ -162,13 +162,13 @@ std::vector<StatementSection> of_stated_tools(const StatedAsset& of) {
     const Samples rows = of_probe(all, static_cast<std::int32_t>(i + 1));
     if (rows.rows() == 0) continue;
     const PlayedAs as = played_as(of.scene, Purpose::hold_out, rows);
-    const Replayed answer = replay(of.asset, rows, depth_m(of), as);
+    const Replayed answer = replay(of.asset, rows, of.depth_m, as);
     const double radius_m =
         fem::round_end_m(fem::make_probe(tools[i].probe.spec, of.scene.path.string()));
     const auto compared = compare_torques(rows, answer, radius_m);
     const ErrorFloors floors{of.floors.force_N, floors_of(compared).torque_Nm};
     Lines lines{stated_error("all", compared, floors)};
-    lines[0].tick_ns = time_ticks_ns(of.asset, rows, depth_m(of), as);
+    lines[0].tick_ns = time_ticks_ns(of.asset, rows, of.depth_m, as);
     if (!tools[i].has_balls()) {
       // Paths of a tool take turns in their kinds (draw_held_out).
       const std::map<std::int32_t, std::size_t> order = order_of(rows.experiment);
@@ -185,22 +185,113 @@ std::vector<StatementSection> of_stated_tools(const StatedAsset& of) {
   return sections;
 }
 
+// Recordings have no torque where the rig has no sensor of it: forces alone are compared. Nothing
+// where no row was answered.
+void add_recorded(Lines& lines, const char* name, const StatedAsset& of, const Samples& rows,
+                  const Replayed& answer) {
+  const std::vector<ComparedRow> compared = compare(rows, answer);
+  if (!compared.empty()) lines.push_back(stated_error(name, compared, of.floors));
+}
+
+Lines by_kind(const StatedAsset& of) {
+  Lines lines;
+  for (const ExperimentKind kind :
+       {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path}) {
+    const auto rows = compare(of.reference.paths, of.engine.force_N, [&](Eigen::Index row) {
+      return of.reference.paths.kind[static_cast<std::size_t>(row)] == kind;
+    });
+    const std::string_view name = kExperimentKindNames[static_cast<std::size_t>(kind)];
+    if (!rows.empty()) lines.push_back(stated_error(std::string(name), rows, of.floors));
+  }
+  return lines.size() > 1 ? lines : Lines();
+}
+
+constexpr int kNeighbours = 8;  // of inverse distance
+
+// The recorded presses of points near a place, in place of the asset.
+Lines by_recorded_baseline(const StatedAsset& of) {
+  Lines lines;
+  const auto add = [&](const char* name, const Replayed& answer) {
+    add_recorded(lines, name, of, of.reference.paths, answer);
+  };
+  const Samples &fitted = of.recorded->fitted, &asked = of.reference.paths;
+  add("nearest_point", neighbouring_presses(fitted, asked, 1));
+  add("inverse_distance", neighbouring_presses(fitted, asked, kNeighbours));
+  add("one_response",
+      replay(SubstitutedAsset::with_mean_response(of.asset).view(), asked, of.depth_m));
+  return lines;
+}
+
+// Rows of fitted points that neighbours surround, each point left out in turn.
+Lines of_left_out(const StatedAsset& of) {
+  Lines lines;
+  if (of.recorded->left_out == nullptr) return lines;
+  const Samples& fitted = of.recorded->fitted;
+  const Replayed interpolated =
+      left_out_presses(*of.request.curves, *of.recorded->left_out, fitted);
+  const auto add = [&](const char* name, Replayed answer) {
+    for (std::size_t row = 0; row < answer.is_answered.size(); ++row)
+      answer.is_answered[row] &= interpolated.is_answered[row];
+    add_recorded(lines, name, of, fitted, answer);
+  };
+  add("interpolated", interpolated);
+  add("nearest_point", neighbouring_presses(fitted, fitted, 1));
+  add("inverse_distance", neighbouring_presses(fitted, fitted, kNeighbours));
+  return lines;
+}
+
+// Recordings that the asset was made of.
+Lines of_fitted(const StatedAsset& of) {
+  Lines lines;
+  const Samples& fitted = of.recorded->fitted;
+  add_recorded(lines, "fitted", of, fitted, replay(of.asset, fitted, of.depth_m));
+  return lines;
+}
+
+Lines of_places(const StatedAsset& of) {
+  Lines lines;
+  const Samples& rows = of.recorded->as_placed;
+  add_recorded(lines, "as_placed", of, rows, replay(of.asset, rows, of.depth_m));
+  return lines;
+}
+
+Lines of_beyond(const StatedAsset& of) {
+  Lines lines;
+  const Samples& beyond = of.recorded->beyond;
+  add_recorded(lines, "outside", of, beyond, replay(of.asset, beyond, of.depth_m));
+  return lines;
+}
+
 struct SectionRow {
   const char *name, *title;
   Lines (*lines)(const StatedAsset&);
+  bool is_of_recordings = false;  // else of a simulated reference
 };
 constexpr SectionRow kSections[] = {
-    {"by_path", "by path", by_path},         {"by_speed", "by speed", by_speed},
-    {"by_cycle", "by cycle", by_cycle},      {"causes", "by cause", by_cause},
-    {"baselines", "baselines", by_baseline}, {"two_tools", "two tools on the body", of_pairs},
-    {"tool", "the tool, as balls", of_tool}, {"holds", "a force held, body creeping", of_holds},
+    {"by_path", "by path", by_path},
+    {"by_speed", "by speed", by_speed},
+    {"by_cycle", "by cycle", by_cycle},
+    {"causes", "by cause", by_cause},
+    {"baselines", "baselines", by_baseline},
+    {"two_tools", "two tools on the body", of_pairs},
+    {"tool", "the tool, as balls", of_tool},
+    {"holds", "a force held, body creeping", of_holds},
+    {"by_kind", "by kind", by_kind, true},
+    {"baselines", "baselines", by_recorded_baseline, true},
+    {"left_out", "points left out", of_left_out, true},
+    {"fitted", "what it was fitted to", of_fitted, true},
+    {"as_placed", "where the tool was", of_places, true},
+    {"outside", "beyond fitted points", of_beyond, true},
 };
 
 }  // namespace
 
 std::vector<StatementSection> statement_sections(const StatedAsset& of) {
   std::vector<StatementSection> sections;
-  for (const SectionRow& row : kSections) sections.push_back({row.name, row.title, row.lines(of)});
+  for (const SectionRow& row : kSections)
+    if (row.is_of_recordings == (of.recorded != nullptr))
+      sections.push_back({row.name, row.title, row.lines(of)});
+  if (of.recorded != nullptr) return sections;
   for (StatementSection& section : of_stated_tools(of)) sections.push_back(std::move(section));
   return sections;
 }
@@ -233,13 +324,17 @@ void write_compared_rows(const std::filesystem::path& path, const StatedAsset& o
     }
   };
   write(of.reference.paths, of.engine, [&](Eigen::Index row) {
+    if (of.recorded != nullptr)
+      return std::string(kExperimentKindNames[static_cast<std::size_t>(
+          of.reference.paths.kind[static_cast<std::size_t>(row)])]);
     return std::string(
         kPathKindNames[static_cast<std::size_t>(of.reference.held_out.kind[path_of(of, row)])]);
   });
+  if (of.recorded != nullptr) return csv.commit();
   for (const ExperimentKind kind :
        {ExperimentKind::pair, ExperimentKind::tool, ExperimentKind::hold, ExperimentKind::other}) {
     const Samples rows = of_kinds(of.reference.all, {kind});
-    write(rows, replay(of.asset, rows, depth_m(of), played_as(of.scene, Purpose::hold_out, rows)),
+    write(rows, replay(of.asset, rows, of.depth_m, played_as(of.scene, Purpose::hold_out, rows)),
           [&](Eigen::Index) {
             return std::string(kExperimentKindNames[static_cast<std::size_t>(kind)]);
           });

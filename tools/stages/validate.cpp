@@ -113,7 +113,8 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   statement.probes = reference.held_out.paths.size();
   statement.reference_failures = static_cast<std::size_t>(reference.paths.rows()) - rows.size();
   statement.all.tick_ns = time_ticks_ns(met, reference.paths, depth_m);
-  const StatedAsset of{asset, met, scene, reference, engine, radius_m, floors_of(rows), request};
+  const StatedAsset of{asset,           met,     scene,  reference, engine, radius_m,
+                       floors_of(rows), request, depth_m};
   if (!request.rows_csv.empty()) write_compared_rows(request.rows_csv, of);
   statement.sections = statement_sections(of);
   if (asset.shape.points > 0 && reference.paths.surface.cols() == 3 * asset.vertices)

@@ -34,6 +34,31 @@ validation::Statement state_asset(const std::filesystem::path& asset, const Scen
                                   const std::filesystem::path& body_file,
                                   const std::filesystem::path& statement_json);
 
+/// Recordings of a body: those that were fitted, and those held out of the fit, at other points.
+struct RecordedSamples {
+  Samples fitted, held_out;
+};
+/// Where held-out ones are kept beside samples: samples.h5, samples.held_out.h5.
+std::filesystem::path held_out_path(std::filesystem::path samples_path);
+/// Of a samples.h5 and the file beside it, where there is one.
+RecordedSamples read_recorded(const std::filesystem::path& samples_path);
+
+/// An asset that was made of recordings against those held out of the fit (docs/measured-data.md,
+/// "Error statement"): the engine follows them from the asset's bytes. Beside it what the recorded
+/// presses nearby say, what the fitted points say of each other (where the request has the curves,
+/// and `body`), and what the asset was fitted to. Throws Error where the asset has another probe
+/// than the samples.
+validation::Statement validate_recordings(const std::filesystem::path& asset,
+                                          const RecordedSamples& samples,
+                                          const ValidateRequest& request,
+                                          const Body* body = nullptr);
+
+/// The same, written as state_asset() does. samples_file: samples.h5.
+validation::Statement state_recordings(const std::filesystem::path& asset,
+                                       const std::filesystem::path& samples_file,
+                                       const ValidateRequest& request, const Body* body,
+                                       const std::filesystem::path& statement_json);
+
 struct ReferenceRequest {
   ValidateSection settings;
   int jobs = 0;

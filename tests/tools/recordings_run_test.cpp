@@ -1,0 +1,169 @@
+// From the folder of a rig to an asset and its error statement, as a user runs it.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+using Json = nlohmann::json;
+
+// A robot's file: a ball pressed 2.5 mm into a bump at 7 x 7 places, stiffer to one side; normals
+// outward, forces on the tool, no unit in the header, and one probe that failed.
+std::string robot_file() {
+  std::string text;
+  for (const char* name : {"contact", "normal", "force", "desired", "current"})
+    for (const char axis : {'x', 'y', 'z'})
+      text += std::string(name) + "_" + axis +
+              (name[0] == 'c' && name[1] == 'u' && axis == 'z' ? "\n" : ",");
+  const auto row = [&](const double(&c)[3], const double(&n)[3], double force_N, double depth_mm) {
+    char line[512];
+    const auto at = [&](int k) { return c[k] - depth_mm * n[k]; };
+    std::snprintf(line, sizeof line,
+                  "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n",
+                  c[0], c[1], c[2], n[0], n[1], n[2], force_N * n[0], force_N * n[1],
+                  force_N * n[2], at(0), at(1), at(2), at(0), at(1), at(2));
+    text += line;
+  };
+  for (int k = 0; k < 49; ++k) {
+    const double x = 5.0 * (k % 7) - 15, y = 5.0 * (k / 7) - 15;
+    const double c[3] = {x, y, 20 - 0.01 * (x * x + y * y)};
+    const double length = std::hypot(0.02 * x, 0.02 * y, 1.0);
+    const double n[3] = {0.02 * x / length, 0.02 * y / length, 1 / length};
+    for (int i = 0; i < 40; ++i) {
+      const double depth_mm = -1.0 + 3.5 * i / 39, in_mm = std::max(0.0, depth_mm);
+      row(c, n, (0.3 + 0.004 * x) * in_mm * std::sqrt(in_mm) + 1e-4 * (i % 3), depth_mm);
+    }
+  }
+  const double c[3] = {100, 100, 0}, none[3] = {0, 0, 0};
+  row(c, none, 0, 0);
+  return text;
+}
+
+class RecordingsRun : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    shared = std::make_unique<Folder>();
+    fs::create_directory(*shared / "rig");
+    shared->write("rig/probes.csv", robot_file());
+    proposed = palpate(*shared, "new --recordings " + path("rig") + " -o " + path("manifest.toml"));
+    ran = palpate(*shared, "run " + path("manifest.toml") + " -o " + path("out"));
+  }
+  static void TearDownTestSuite() { shared.reset(); }
+  static std::string path(const std::string& name) { return (*shared / name).string(); }
+  static Json statement() { return Json::parse(content_of(*shared / "out/statement.json")); }
+
+  static std::unique_ptr<Folder> shared;
+  static Outcome proposed, ran;
+};
+std::unique_ptr<Folder> RecordingsRun::shared;
+Outcome RecordingsRun::proposed, RecordingsRun::ran;
+
+TEST_F(RecordingsRun, new_finds_format_signs_and_guesses_units_aloud) {
+  ASSERT_EQ(proposed.status, 0) << proposed.err;
+  const std::string text = content_of(*shared / "manifest.toml");
+  for (const char* line : {"format = \"robot-palpation\"", "position = \"mm\", force = \"N\"",
+                           "force_on = \"tool\"", "normals = \"outward\""})
+    EXPECT_NE(text.find(line), std::string::npos) << line << "\n" << text;
+  EXPECT_NE(proposed.err.find("units mm and N, which no header says"), std::string::npos)
+      << proposed.err;
+}
+
+TEST_F(RecordingsRun, check_says_what_each_recording_is_and_what_is_wrong) {
+  const Outcome checked = palpate(*shared, "check " + path("manifest.toml"));
+  EXPECT_EQ(checked.status, 3);  // a probe failed
+  EXPECT_NE(checked.err.find("the surface normal has no direction"), std::string::npos);
+  EXPECT_NE(checked.out.find("rig/probes.csv#contact1: robot-palpation, press, "),
+            std::string::npos)
+      << checked.out;
+  EXPECT_NE(checked.out.find("49 points, 9 of them held out"), std::string::npos) << checked.out;
+}
+
+TEST_F(RecordingsRun, ends_with_an_asset_and_a_statement_of_what_was_held_out) {
+  ASSERT_EQ(ran.status, 3) << ran.err;  // a probe failed
+  const Json s = statement();
+  EXPECT_EQ(s["reference"], "recorded");
+  EXPECT_EQ(s["probes"].get<int>() + s["beyond"].get<int>(), 9);
+  EXPECT_GT(s["rows"], 100);
+  // The field is linear along x: interpolation is far better than the nearest press.
+  const double own = s["force_error"]["p95_rel"],
+               nearest = s["baselines"]["nearest_point"]["p95_rel"];
+  EXPECT_LT(own, 0.07);
+  EXPECT_LT(2 * own, nearest);
+  EXPECT_TRUE(s["baselines"].contains("inverse_distance"));
+  EXPECT_LT(s["left_out"]["interpolated"]["p95_rel"].get<double>(),
+            s["left_out"]["nearest_point"]["p95_rel"].get<double>());
+  EXPECT_LT(s["fitted"]["fitted"]["p95_rel"], own + 0.02);
+  EXPECT_NE(ran.out.find("held-out recorded points"), std::string::npos) << ran.out;
+  EXPECT_NE(content_of(*shared / "out/asset.palp").find("\"reference\":\"recorded\""),
+            std::string::npos);
+}
+
+TEST_F(RecordingsRun, is_done_once) {
+  const Outcome again = palpate(*shared, "run " + path("manifest.toml") + " -o " + path("out"));
+  EXPECT_EQ(again.status, 3);
+  EXPECT_NE(again.err.find("nothing to do"), std::string::npos) << again.err;
+}
+
+TEST_F(RecordingsRun, validate_states_what_run_stated) {
+  const Outcome stated = palpate(
+      *shared, "validate " + path("out/asset.palp") + " " + path("out/samples.h5") + " --curves " +
+                   path("out/curves.h5") + " --body " + path("out/body.h5") + " --json");
+  ASSERT_EQ(stated.status, 0) << stated.err;
+  const Json told = Json::parse(stated.out), own = statement();
+  for (const char* part : {"force_error", "baselines", "left_out", "fitted", "verdict"}) {
+    Json a = told[part], b = own[part];
+    EXPECT_EQ(a, b) << part;
+  }
+}
+
+TEST_F(RecordingsRun, points_are_held_out_by_name) {
+  std::string text = content_of(*shared / "manifest.toml");
+  text += "\n[validate]\nhold_out = [\"*#contact2*\"]\n";
+  shared->write("named.toml", text);
+  const Outcome imported =
+      palpate(*shared, "import " + path("named.toml") + " -o " + path("named.h5"));
+  EXPECT_EQ(imported.status, 3) << imported.err;
+  EXPECT_NE(imported.err.find("at 11 points, held out of the fit"), std::string::npos)
+      << imported.err;
+  shared->write("typo.toml", text.replace(text.find("#contact2*"), 10, "#contakt2*"));
+  const Outcome refused =
+      palpate(*shared, "import " + path("typo.toml") + " -o " + path("typo.h5"));
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_NE(refused.err.find("hold_out names \"*#contakt2*\", and no point is so called"),
+            std::string::npos)
+      << refused.err;
+}
+
+TEST_F(RecordingsRun, surface_passes_through_the_contacts_and_says_how_far_others_lie_off) {
+  const Outcome made =
+      palpate(*shared, "surface " + path("out/samples.h5") + " -o " + path("s.obj") + " --json");
+  ASSERT_EQ(made.status, 0) << made.err;
+  const Json json = Json::parse(made.out);
+  EXPECT_EQ(json["contacts"], 40);
+  EXPECT_EQ(json["is_height_field"], true);
+  EXPECT_LT(json["left_out"]["median_m"], 1e-4);
+  EXPECT_EQ(content_of(*shared / "s.obj").rfind("# palpate surface, length_unit = \"mm\"", 0), 0u);
+}
+
+TEST_F(RecordingsRun, a_folder_without_a_recording_is_refused) {
+  fs::create_directory(*shared / "empty");
+  shared->write("empty/notes.txt", "pressed on Monday\n");
+  const Outcome refused =
+      palpate(*shared, "new --recordings " + path("empty") + " -o " + path("none.toml"));
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_NE(refused.err.find("holds no file that a recording could be read from"),
+            std::string::npos)
+      << refused.err;
+  EXPECT_FALSE(fs::exists(*shared / "none.toml"));
+}
+
+}  // namespace
+}  // namespace palpate::tools

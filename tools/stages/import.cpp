@@ -1,0 +1,217 @@
+#include "tools/stages/import.hpp"
+
+#include <malloc.h>
+
+#include <filesystem>
+#include <map>
+
+#include "libfem/mesh/read/read.hpp"
+#include "libfem/mesh/repair/mend.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/core/join_samples.hpp"
+#include "libfit/core/text.hpp"
+#include "libfit/io/content_hash.hpp"
+#include "libfit/io/files/files.hpp"
+#include "libfit/io/files/signals_file.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
+#include "tools/console.hpp"
+#include "tools/manifest/manifest.hpp"
+#include "tools/stages/fingerprint.hpp"
+#include "tools/stages/validate.hpp"
+
+namespace palpate::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace recordings;
+
+constexpr std::size_t kListed = 20;  // failures on the screen; all are in the summary
+
+// "out/samples.h5" -> "out/samples.import.csv"
+fs::path beside(const fs::path& output, const char* extension) {
+  return output.parent_path() / (output.stem().string() + ".import" + extension);
+}
+
+AssembleOptions place_options(const Manifest& manifest, const std::optional<Surface>& surface) {
+  AssembleOptions options;
+  options.surface = surface ? &*surface : nullptr;
+  options.motion = manifest.motion;
+  if (manifest.rig_landmarks_m.rows() > 0) {
+    const Registration landmarks =
+        register_landmarks(manifest.rig_landmarks_m, manifest.body_landmarks_m);
+    say("landmarks: {} pairs, residual {:.3g} mm rms, {:.3g} mm at most",
+        manifest.rig_landmarks_m.rows(), 1e3 * landmarks.rms_m, 1e3 * landmarks.largest_m);
+    options.motion = landmarks.motion;
+  }
+  options.fits_to_surface = manifest.fits_to_surface;
+  options.place_tolerance_m = manifest.place_tolerance_m;
+  options.pools_repeats = manifest.pools_repeats;
+  options.relaxation = manifest.relaxation;
+  return options;
+}
+
+std::vector<ItemResult> read_all(const ImportRequest& request, const Manifest& manifest,
+                                 const AssembleOptions& options) {
+  const fs::path journal = request.output.empty() ? fs::path() : beside(request.output, ".journal");
+  if (std::error_code ignored; request.force && !journal.empty()) fs::remove(journal, ignored);
+  ConsoleProgress progress("import");
+  BatchOptions batch{
+      .jobs = job_count(request.jobs), .journal = journal, .program = import_fingerprint()};
+  if (options.motion) batch.body_from_rig = options.motion->rotation;
+  const auto results = run_batch(manifest.items, batch, progress.progress());
+  const auto done = static_cast<std::size_t>(
+      std::count_if(results.begin(), results.end(), [](const ItemResult& r) { return r.is_done; }));
+  if (done < results.size())
+    throw Interrupted(
+        fmt::format("{} of {} recordings are kept in {}; the same command goes on from there", done,
+                    results.size(), journal.string()));
+  return results;
+}
+
+Samples rows_at(const Samples& samples, const std::vector<char>& is_held_out, bool wanted) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row)
+    if ((is_held_out[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(row)])] !=
+         0) == wanted)
+      rows.push_back(row);
+  return rows_of(samples, rows);
+}
+
+// What the files were recognised as; with --verbose what was taken from each.
+void report_formats(const Manifest& manifest, const std::vector<ItemResult>& results) {
+  std::map<std::string, int> formats;
+  for (std::size_t i = 0; i < results.size(); ++i)
+    for (const Conditioned& r : results[i].recordings) {
+      ++formats[r.source.format];
+      if (is_verbose())
+        say("{}{}: {}; {}", manifest.items[i].shown, r.name.empty() ? "" : "#" + r.name,
+            r.source.format, listed(r.source.taken, "; "));
+    }
+  for (const auto& [format, count] : formats)
+    say("{} read as {}", counted(count, "recording", "recordings"), format);
+}
+
+void report_distance(const Assembled& assembled) {
+  double squares = 0, largest = 0;
+  std::size_t n = 0;
+  for (const Outcome& outcome : assembled.outcomes)
+    if (!outcome.failure && outcome.surface_distance_m >= 0) {
+      squares += outcome.surface_distance_m * outcome.surface_distance_m;
+      largest = std::max(largest, outcome.surface_distance_m);
+      ++n;
+    }
+  if (n > 0)
+    say("{} recordings lie {:.3g} mm rms from the surface, {:.3g} mm at most", n,
+        1e3 * std::sqrt(squares / static_cast<double>(n)), 1e3 * largest);
+}
+
+void report_grades(const Assembled& assembled) {
+  const auto& grades = assembled.samples.recordings.grade;
+  const auto count = [&](int grade) { return std::count(grades.begin(), grades.end(), grade); };
+  say("{} recordings: {} good, {} fair, {} poor", grades.size(), count(0), count(1), count(2));
+}
+
+void report(const ImportRequest& request, const Manifest& manifest,
+            const std::vector<ItemResult>& results, const Assembled& assembled) {
+  const auto reused = std::count_if(results.begin(), results.end(),
+                                    [](const ItemResult& r) { return r.is_reused; });
+  if (reused > 0)
+    say("{} of {} files are unchanged and were not read again", reused, results.size());
+  if (assembled.registration)
+    say("surface: residual {:.3g} mm rms, {:.3g} mm at most, after {} steps",
+        1e3 * assembled.registration->rms_m, 1e3 * assembled.registration->largest_m,
+        assembled.registration->iterations);
+  report_formats(manifest, results);
+  report_distance(assembled);
+  for (std::size_t i = 0; i < assembled.notes.size() && i < kListed; ++i)
+    say("note: {}", assembled.notes[i]);
+  std::size_t listed = 0;
+  for (const Outcome& outcome : assembled.outcomes)
+    if (outcome.failure && ++listed <= kListed)
+      say_failed("refused: {}: {}\n  {}", outcome.failure->where, outcome.failure->what,
+                 outcome.failure->remedy);
+  if (listed > kListed) say("and {} more", listed - kListed);
+  if (listed > 0)
+    say("{} of {} recordings were refused{}", listed, assembled.outcomes.size(),
+        request.output.empty() ? ""
+                               : "; " + beside(request.output, ".csv").string() + " lists all");
+  report_grades(assembled);
+}
+
+}  // namespace
+
+std::optional<Surface> surface_of(const Manifest& manifest) {
+  if (!manifest.surface) return std::nullopt;
+  // Mended as `prepare` does, so that normals point where the body's do.
+  MendOptions options;
+  options.allow_open = true;
+  Mended mended = mend_surface(read_surface(*manifest.surface, manifest.length_unit_m), options,
+                               manifest.surface->string());
+  for (const std::string& change : mended.changes) say("  mended: {}", change);
+  return std::move(mended.surface);
+}
+
+std::string recorded_samples_fingerprint(const ReadRecordings& read) {
+  ContentHash hash;
+  hash.add(import_fingerprint()).add_file(read.manifest.path);
+  if (read.manifest.surface) hash.add_file(*read.manifest.surface);
+  for (const ItemResult& result : read.results) hash.add(result.hash);
+  hash.add({read.is_held_out.data(), read.is_held_out.size()});
+  return hash.hex();
+}
+
+ReadRecordings read_recordings(const ImportRequest& request) {
+  // Arrays come and go by the megabyte: what is freed is used again instead of handed back.
+  ::mallopt(M_MMAP_THRESHOLD, 1 << 30), ::mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  ::mallopt(M_TOP_PAD, 1 << 26);
+  ReadRecordings out{read_manifest(request.manifest), {}, {}, {}};
+  for (BatchItem& item : out.manifest.items) item.read.drop_invalid |= request.drop_invalid;
+  const auto surface = surface_of(out.manifest);
+  const AssembleOptions options = place_options(out.manifest, surface);
+  out.results = read_all(request, out.manifest, options);
+  out.assembled = assemble(out.manifest.items, out.results, options);
+  Samples& samples = out.assembled.samples;
+  std::vector<ProbeSpec> probes = probes_of(out.manifest, out.assembled.tips);
+  samples.probe = probes.front();
+  samples.other_probes.assign(probes.begin() + 1, probes.end());
+  samples.poisson = poisson_of(out.manifest);
+  out.is_held_out = held_out_points(out.manifest, samples, request.holds_out);
+  report(request, out.manifest, out.results, out.assembled);
+  return out;
+}
+
+ImportResult write_recordings(const ImportRequest& request, const ReadRecordings& read) {
+  const Assembled& assembled = read.assembled;
+  const auto& items = read.manifest.items;
+  write_summary(beside(request.output, ".csv"), beside(request.output, ".json"), items,
+                read.results, assembled);
+  if (assembled.relaxation)
+    write_relaxation(fs::path(request.output).replace_extension(".relaxation.import.csv"),
+                     *assembled.relaxation);
+  if (assembled.samples.rows() == 0)
+    throw Error(request.manifest.string(),
+                "none of its " + std::to_string(assembled.outcomes.size()) +
+                    " recordings could be imported; " + request.output.string() +
+                    " was not written",
+                "See the list above, or " + beside(request.output, ".csv").string() + ".");
+  const Attributes fingerprint{{kInputsAttribute, recorded_samples_fingerprint(read)}};
+  const Samples held_out = rows_at(assembled.samples, read.is_held_out, true),
+                fitted = held_out.rows() == 0 ? assembled.samples
+                                              : rows_at(assembled.samples, read.is_held_out, false);
+  write_samples(request.output, fitted, fingerprint);
+  const fs::path beside_it = held_out_path(request.output);
+  if (held_out.rows() > 0)
+    write_samples(beside_it, held_out, fingerprint);
+  else
+    fs::remove(beside_it);
+  write_signals(signals_path(request.output), signals_of(items, read.results, assembled),
+                fingerprint);
+  say("wrote {}: {} rows at {} points", request.output.string(), fitted.rows(), fitted.points());
+  if (held_out.rows() > 0)
+    say("wrote {}: {} rows at {} points, held out of the fit for the error statement",
+        beside_it.string(), held_out.rows(), held_out.points());
+  return {nlohmann::ordered_json::parse(summary_json(items, read.results, assembled)),
+          assembled.failed()};
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "libfit/recordings/placing/assemble.hpp"
+#include "tools/manifest/manifest.hpp"
+
+namespace palpate::tools {
+
+/// What `palpate import` is asked for. output: samples.h5; its journal and tables lie beside it.
+/// Empty: nothing is written, and every file is read.
+struct ImportRequest {
+  std::filesystem::path manifest, output;
+  int jobs = 0;               ///< threads, 0 for all cores
+  bool drop_invalid = false;  ///< leave out rows that are not numbers or go back in time
+  bool force = false;         ///< read every recording again
+  /// Hold points out of the fit also where the manifest says nothing (held_out_points).
+  bool holds_out = false;
+};
+
+/// Recordings of a manifest, read, conditioned and placed on the body; results: one per item.
+struct ReadRecordings {
+  Manifest manifest;
+  std::vector<recordings::ItemResult> results;
+  recordings::Assembled assembled;
+  std::vector<char> is_held_out;  ///< of the assembled samples' points, from the fit
+};
+
+/// Says on stderr what was found. Throws Error on a bad manifest or surface, Interrupted when the
+/// user stopped it.
+ReadRecordings read_recordings(const ImportRequest& request);
+
+struct ImportResult {
+  nlohmann::ordered_json json;  ///< totals, notes, refusals
+  std::size_t refused = 0;
+};
+
+/// Writes them: samples.h5, without points that are held out, and what lies beside it
+/// (docs/formats.md). Throws Error when nothing could be imported.
+ImportResult write_recordings(const ImportRequest& request, const ReadRecordings& read);
+
+/// Of the manifest's `surface`, mended as `prepare` does; nothing where it names none.
+std::optional<Surface> surface_of(const Manifest& manifest);
+
+/// What samples.h5 of a manifest was made from: manifest, surface, recordings' files and program.
+std::string recorded_samples_fingerprint(const ReadRecordings& read);
+
+}  // namespace palpate::tools
