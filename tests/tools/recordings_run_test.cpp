@@ -101,7 +101,7 @@ TEST_F(RecordingsRun, ends_with_an_asset_and_a_statement_of_what_was_held_out) {
   EXPECT_LT(s["left_out"]["interpolated"]["p95_rel"].get<double>(),
             s["left_out"]["nearest_point"]["p95_rel"].get<double>());
   EXPECT_LT(s["fitted"]["fitted"]["p95_rel"], own + 0.02);
-  EXPECT_NE(ran.out.find("held-out recorded points"), std::string::npos) << ran.out;
+  EXPECT_NE(ran.said().find("held-out recorded points"), std::string::npos) << ran.said();
   EXPECT_NE(content_of(*shared / "out/asset.palp").find("\"reference\":\"recorded\""),
             std::string::npos);
 }
@@ -109,7 +109,7 @@ TEST_F(RecordingsRun, ends_with_an_asset_and_a_statement_of_what_was_held_out) {
 TEST_F(RecordingsRun, is_done_once) {
   const Outcome again = palpate(*shared, "run " + path("manifest.toml") + " -o " + path("out"));
   EXPECT_EQ(again.status, 3);
-  EXPECT_NE(again.err.find("nothing to do"), std::string::npos) << again.err;
+  EXPECT_NE(again.said().find("nothing to do"), std::string::npos) << again.said();
 }
 
 TEST_F(RecordingsRun, validate_states_what_run_stated) {
