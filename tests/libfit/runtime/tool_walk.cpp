@@ -106,10 +106,14 @@ struct Body {
       coupling.give_m_N[k] = 1.0 / (1 << k);
       coupling.across_m_N[k] = 0.2 / (1 << k);
     }
-    // As much as the first corner bears: stiffer places bear a share, softer ones all of it.
+    // Up to three times what the stiffest place bears: stiff ones have a share, others all of it.
     const double corner[3] = {1, 0, 0};
-    const runtime::ContactStiffness at = runtime::stiffness_at_end(asset, 0, corner);
-    const double excess = runtime::coupling_excess(coupling, at.along_N_m, at.across_N_m);
+    double excess = 0;
+    for (int t = 0; t < asset.triangles; ++t) {
+      const runtime::ContactStiffness at = runtime::stiffness_at_end(asset, t, corner);
+      excess = std::max(excess, runtime::coupling_excess(coupling, at.along_N_m, at.across_N_m));
+    }
+    excess /= 1 + 2 * drawn.unit();
     for (int k = 0; k < runtime::kCouplingScales; ++k) {
       coupling.give_m_N[k] /= excess;
       coupling.across_m_N[k] /= excess;
