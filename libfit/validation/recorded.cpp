@@ -25,7 +25,7 @@ double along(const Points& vectors, Eigen::Index row, const Samples& samples) {
 }
 
 // The way in of a press: depth and force along the normal, from first touch on, ever deeper.
-struct PressTable {
+struct RecordedPress {
   std::vector<double> depth_m{0}, push_N{0};
 
   double at(double depth) const {
@@ -38,27 +38,27 @@ struct PressTable {
 };
 
 // The presses of each point that has any.
-std::map<std::int32_t, std::vector<PressTable>> presses_of(const Samples& samples) {
-  std::map<std::int32_t, std::map<std::int32_t, PressTable>> found;
+std::map<std::int32_t, std::vector<RecordedPress>> presses_of(const Samples& samples) {
+  std::map<std::int32_t, std::map<std::int32_t, RecordedPress>> found;
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
     if (!is_good_press(samples, row)) continue;
     const auto r = static_cast<std::size_t>(row);
-    PressTable& press = found[samples.point[r]][samples.experiment[r]];
+    RecordedPress& press = found[samples.point[r]][samples.experiment[r]];
     const double depth_m = along(samples.deflection, row, samples);
     if (!(depth_m > press.depth_m.back())) continue;
     press.depth_m.push_back(depth_m);
     press.push_N.push_back(along(samples.force, row, samples));
   }
-  std::map<std::int32_t, std::vector<PressTable>> out;
+  std::map<std::int32_t, std::vector<RecordedPress>> out;
   for (auto& [point, experiments] : found)
     for (auto& [experiment, press] : experiments)
       if (press.depth_m.size() > 1) out[point].push_back(std::move(press));
   return out;
 }
 
-double mean_push_N(const std::vector<PressTable>& presses, double depth_m) {
+double mean_push_N(const std::vector<RecordedPress>& presses, double depth_m) {
   double sum_N = 0;
-  for (const PressTable& press : presses) sum_N += press.at(depth_m);
+  for (const RecordedPress& press : presses) sum_N += press.at(depth_m);
   return sum_N / static_cast<double>(presses.size());
 }
 
