@@ -54,6 +54,14 @@ class Answers : public testing::Test {
                                    f("points.csv") + " -o " + f("shards"))
                   .status,
               0);
+    std::string six = "x_m,y_m,z_m\n";
+    for (const char* x : {"0.034", "0.04", "0.046"})
+      for (const char* y : {"0.036", "0.044"}) six += std::string(x) + "," + y + ",0.03\n";
+    shared->write("six.csv", six);
+    ASSERT_EQ(palpate(*shared, "simulate " + f("out/body.h5") + " --points " + f("six.csv") +
+                                   " -o " + f("six.h5"))
+                  .status,
+              0);
   }
   static void TearDownTestSuite() { shared.reset(); }
   static Outcome run(const std::string& out, const std::string& options = "") {
@@ -73,7 +81,7 @@ class Answers : public testing::Test {
         {"import", f("manifest.toml") + " -o" + f("i.h5")},
         {"calibrate", f("scene.toml") + " --samples" + f("out/samples.h5") + " -o" +
                           f("calibrated.toml") + " --points 1"},
-        {"surface", f("out/samples.h5") + " -o" + f("surface.obj")},
+        {"surface", f("six.h5") + " -o" + f("surface.obj")},
         {"modulus", f("manifest.toml") + " -o" + f("moduli.csv")},
         {"fit", f("out/samples.h5") + " -o" + f("c.h5")},
         {"refine", f("out/curves.h5") + " --body" + f("out/body.h5") + " -o" + f("m.h5")},

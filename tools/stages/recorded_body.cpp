@@ -38,11 +38,15 @@ ContactSurface surface_of_contacts(const Samples& samples) {
   say("  {} through {} contacts, {:.3g} mm apart (median): {} triangles",
       made.is_height_field ? "height field" : "surface around the body", made.left_out_m.size(),
       1e3 * made.spacing_m, made.surface.triangles.rows());
-  say("  contacts left out lie {:.3g} mm off the surface of the others (median), {:.3g} mm (p95), "
-      "{:.3g} mm at most; quadrics reach {:g} spacings{}",
-      1e3 * stated_quantile(off_m, 0.5), 1e3 * stated_quantile(off_m, 0.95),
-      1e3 * stated_quantile(off_m, 1), made.reach,
-      made.uses_normals ? ", normals count" : ", normals do not count");
+  if (off_m.empty())
+    say("  contacts are too few to leave any out: how well the surface fits is not known");
+  else
+    say("  contacts left out lie {:.3g} mm off the surface of the others (median), {:.3g} mm "
+        "(p95), "
+        "{:.3g} mm at most; quadrics reach {:g} spacings{}",
+        1e3 * stated_quantile(off_m, 0.5), 1e3 * stated_quantile(off_m, 0.95),
+        1e3 * stated_quantile(off_m, 1), made.reach,
+        made.uses_normals ? ", normals count" : ", normals do not count");
   return made;
 }
 
