@@ -25,8 +25,15 @@ double sum_of_moduli(const MaterialParameters& material) {
   return sum;
 }
 
-bool is_press(ExperimentKind kind) {
-  return kind == ExperimentKind::press || kind == ExperimentKind::other;
+constexpr double kAside = 0.1;  // of the depth: rows of another probe may be those of a path
+
+bool is_press(const Samples& samples, Eigen::Index row, const Vec3& inward) {
+  const ExperimentKind kind = samples.kind[static_cast<std::size_t>(row)];
+  const Vec3 deflection = samples.deflection.row(row);
+  const double depth = deflection.dot(inward);
+  return depth > 0 &&
+         (kind == ExperimentKind::press ||
+          (kind == ExperimentKind::other && (deflection - depth * inward).norm() < kAside * depth));
 }
 
 // Force at a depth from forces at equal steps from 0: a power law to the first step, cubic in
@@ -70,8 +77,7 @@ PressedBody::PressedBody(SimulationSetup setup, const Samples& samples, const st
     const std::int32_t p = samples.point[at];
     const Vec3 normal = samples.point_normal.row(p);
     const double depth = samples.deflection.row(i).dot(normal);
-    if (!is_press(samples.kind[at]) || samples.status[at] != RowStatus::good || !(depth > 0))
-      continue;
+    if (!is_press(samples, i, normal) || samples.status[at] != RowStatus::good) continue;
     const std::pair by(p, samples.probe_number.empty() ? 0 : samples.probe_number[at]);
     Point& point = presses[by];
     point.position = samples.point_position.row(p);

@@ -24,41 +24,9 @@ double along(const Points& vectors, Eigen::Index row, const Samples& samples) {
       samples.point_normal.row(samples.point[static_cast<std::size_t>(row)]));
 }
 
-// The way in of a press: depth and force along the normal, from first touch on, ever deeper.
-struct RecordedPress {
-  std::vector<double> depth_m{0}, push_N{0};
-
-  double at(double depth) const {
-    const auto after = std::upper_bound(depth_m.begin() + 1, depth_m.end(), depth);
-    const auto i = std::min<std::size_t>(static_cast<std::size_t>(after - depth_m.begin()),
-                                         depth_m.size() - 1);
-    const double share = (depth - depth_m[i - 1]) / (depth_m[i] - depth_m[i - 1]);
-    return push_N[i - 1] + share * (push_N[i] - push_N[i - 1]);
-  }
-};
-
-// The presses of each point that has any.
-std::map<std::int32_t, std::vector<RecordedPress>> presses_of(const Samples& samples) {
-  std::map<std::int32_t, std::map<std::int32_t, RecordedPress>> found;
-  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
-    if (!is_good_press(samples, row)) continue;
-    const auto r = static_cast<std::size_t>(row);
-    RecordedPress& press = found[samples.point[r]][samples.experiment[r]];
-    const double depth_m = along(samples.deflection, row, samples);
-    if (!(depth_m > press.depth_m.back())) continue;
-    press.depth_m.push_back(depth_m);
-    press.push_N.push_back(along(samples.force, row, samples));
-  }
-  std::map<std::int32_t, std::vector<RecordedPress>> out;
-  for (auto& [point, experiments] : found)
-    for (auto& [experiment, press] : experiments)
-      if (press.depth_m.size() > 1) out[point].push_back(std::move(press));
-  return out;
-}
-
-double mean_push_N(const std::vector<RecordedPress>& presses, double depth_m) {
+double mean_push_N(const std::vector<PressTable>& presses, double depth_m) {
   double sum_N = 0;
-  for (const RecordedPress& press : presses) sum_N += press.at(depth_m);
+  for (const PressTable& press : presses) sum_N += press.at(depth_m);
   return sum_N / static_cast<double>(presses.size());
 }
 
@@ -69,6 +37,32 @@ void answer(const Samples& asked, Eigen::Index row, double push_N, Replayed& rep
 }
 
 }  // namespace
+
+double PressTable::at(double depth) const {
+  const auto after = std::upper_bound(depth_m.begin() + 1, depth_m.end(), depth);
+  const auto i =
+      std::min<std::size_t>(static_cast<std::size_t>(after - depth_m.begin()), depth_m.size() - 1);
+  const double share = (depth - depth_m[i - 1]) / (depth_m[i] - depth_m[i - 1]);
+  return push_N[i - 1] + share * (push_N[i] - push_N[i - 1]);
+}
+
+std::map<std::int32_t, std::vector<PressTable>> presses_of(const Samples& samples) {
+  std::map<std::int32_t, std::map<std::int32_t, PressTable>> found;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
+    if (!is_good_press(samples, row)) continue;
+    const auto r = static_cast<std::size_t>(row);
+    PressTable& press = found[samples.point[r]][samples.experiment[r]];
+    const double depth_m = along(samples.deflection, row, samples);
+    if (!(depth_m > press.depth_m.back())) continue;
+    press.depth_m.push_back(depth_m);
+    press.push_N.push_back(along(samples.force, row, samples));
+  }
+  std::map<std::int32_t, std::vector<PressTable>> out;
+  for (auto& [point, experiments] : found)
+    for (auto& [experiment, press] : experiments)
+      if (press.depth_m.size() > 1) out[point].push_back(std::move(press));
+  return out;
+}
 
 Replayed neighbouring_presses(const Samples& fitted, const Samples& asked, int neighbours) {
   Replayed out(asked);

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <map>
+#include <vector>
+
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/refine/choose_interpolation.hpp"
@@ -10,6 +14,17 @@
 // answers at all.
 
 namespace palpate::validation {
+
+/// The way in of a press, ever deeper from first touch on: depths [m] and forces along the inward
+/// normal [N].
+struct PressTable {
+  std::vector<double> depth_m{0}, push_N{0};
+
+  /// Straight between rows, and beyond the last as between the last two; of two rows or more.
+  double at(double depth_m) const;
+};
+/// The presses of the good rows of samples, by the points that have any.
+std::map<std::int32_t, std::vector<PressTable>> presses_of(const Samples& samples);
 
 /// Answers to the good rows of presses in `asked`: what the presses of the nearest `neighbours`
 /// points of `fitted` felt at that depth, weighted with distance to the power -2 (Shepard 1968),

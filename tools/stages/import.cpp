@@ -68,15 +68,6 @@ std::vector<ItemResult> read_all(const ImportRequest& request, const Manifest& m
   return results;
 }
 
-Samples rows_at(const Samples& samples, const std::vector<char>& is_held_out, bool wanted) {
-  std::vector<Eigen::Index> rows;
-  for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    if ((is_held_out[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(row)])] !=
-         0) == wanted)
-      rows.push_back(row);
-  return rows_of(samples, rows);
-}
-
 // What the files were recognised as; with --verbose what was taken from each.
 void report_formats(const Manifest& manifest, const std::vector<ItemResult>& results) {
   std::map<std::string, int> formats;
@@ -139,6 +130,15 @@ void report(const ImportRequest& request, const Manifest& manifest,
 }
 
 }  // namespace
+
+Samples rows_at(const Samples& samples, const std::vector<char>& is_marked, bool wanted) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row)
+    if ((is_marked[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(row)])] != 0) ==
+        wanted)
+      rows.push_back(row);
+  return rows_of(samples, rows);
+}
 
 std::optional<Surface> surface_of(const Manifest& manifest) {
   if (!manifest.surface) return std::nullopt;

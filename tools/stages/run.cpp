@@ -193,8 +193,9 @@ class StageRun : FolderRun {
     say("  worth    points are predicted to {} (p95), presses of another tool at points where it "
         "was not pressed to {}: {}",
         percent(point_p95), percent(radius.left_out.p95),
-        is_tool ? "more points = in [[experiments.probe]] buy more than more test points"
-                : "more test points buy more than more presses of the other tool");
+        is_tool
+            ? "a larger `points` of [[experiments.probe]] lowers the error more than test points"
+            : "more test points lower the error more than presses of the other tool");
   }
 
   void refine() {

@@ -240,27 +240,15 @@ Lines of_left_out(const StatedAsset& of) {
   return lines;
 }
 
+Lines followed(const char* name, const StatedAsset& of, const Samples& rows) {
+  Lines lines;
+  add_recorded(lines, name, of, rows, replay(of.asset, rows, of.depth_m));
+  return lines;
+}
 // Recordings that the asset was made of.
-Lines of_fitted(const StatedAsset& of) {
-  Lines lines;
-  const Samples& fitted = of.recorded->fitted;
-  add_recorded(lines, "fitted", of, fitted, replay(of.asset, fitted, of.depth_m));
-  return lines;
-}
-
-Lines of_places(const StatedAsset& of) {
-  Lines lines;
-  const Samples& rows = of.recorded->as_placed;
-  add_recorded(lines, "as_placed", of, rows, replay(of.asset, rows, of.depth_m));
-  return lines;
-}
-
-Lines of_beyond(const StatedAsset& of) {
-  Lines lines;
-  const Samples& beyond = of.recorded->beyond;
-  add_recorded(lines, "outside", of, beyond, replay(of.asset, beyond, of.depth_m));
-  return lines;
-}
+Lines of_fitted(const StatedAsset& of) { return followed("fitted", of, of.recorded->fitted); }
+Lines of_places(const StatedAsset& of) { return followed("as_placed", of, of.recorded->as_placed); }
+Lines of_beyond(const StatedAsset& of) { return followed("outside", of, of.recorded->beyond); }
 
 struct SectionRow {
   const char *name, *title;

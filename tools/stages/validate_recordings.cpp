@@ -13,6 +13,7 @@
 #include "libfit/validation/recorded.hpp"
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/import.hpp"
 #include "tools/stages/statement_sections.hpp"
 #include "tools/stages/validate.hpp"
 
@@ -32,16 +33,6 @@ double deepest_m(const Samples& samples) {
     deepest_m = std::max(deepest_m, samples.deflection.row(row).dot(samples.point_normal.row(
                                         samples.point[static_cast<std::size_t>(row)])));
   return deepest_m;
-}
-
-// Rows at points that the asset has curves for, or at the others.
-Samples covered_rows(const Samples& samples, const std::vector<char>& is_covered, bool wanted) {
-  std::vector<Eigen::Index> rows;
-  for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    if ((is_covered[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(row)])] != 0) ==
-        wanted)
-      rows.push_back(row);
-  return rows_of(samples, rows);
 }
 
 void check_probe(const std::filesystem::path& path, const AssetFile& file, const Samples& samples) {
@@ -72,17 +63,17 @@ Statement validate_recordings(const std::filesystem::path& path, const RecordedS
   // Depths count from the surface, as import has it of a surface that the manifest names.
   Samples held_out = followed(samples.held_out);
   const PlacedPoints places = placed_points(asset, held_out);
-  const Samples as_placed = covered_rows(held_out, places.is_covered, true);
+  const Samples as_placed = rows_at(held_out, places.is_covered, true);
   held_out.point_position = places.position;
-  RecordedReference recorded{followed(samples.fitted),
-                             covered_rows(held_out, places.is_covered, false), as_placed};
+  RecordedReference recorded{followed(samples.fitted), rows_at(held_out, places.is_covered, false),
+                             as_placed};
   RefineReport refined;
   if (request.curves != nullptr && body != nullptr) {
     refine(*request.curves, *body, {}, &refined);
     recorded.left_out = &refined.interpolation;
   }
   SimulatedReference reference;
-  reference.paths = covered_rows(held_out, places.is_covered, true);
+  reference.paths = rows_at(held_out, places.is_covered, true);
   const double depth_m = std::max(deepest_m(recorded.fitted), deepest_m(held_out));
   const Replayed engine = replay(asset, reference.paths, depth_m);
   const std::vector<ComparedRow> rows = compare(reference.paths, engine);

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "libfit/core/painted_part.hpp"
+#include "libfem/mesh/read/painted_part.hpp"
 
 namespace palpate {
 

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/statistics.hpp"
 
 namespace palpate {
 namespace {
@@ -109,13 +110,6 @@ struct Quadrics {
   }
 };
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::infinity();
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double spacing_of(const Points& position) {
   std::vector<double> nearest;
   for (Eigen::Index i = 0; i < position.rows(); ++i) {
@@ -124,7 +118,7 @@ double spacing_of(const Points& position) {
       if (j != i) best = std::min(best, (position.row(j) - position.row(i)).norm());
     nearest.push_back(best);
   }
-  return median_of(std::move(nearest));
+  return upper_median(std::move(nearest));
 }
 
 // Contacts at one place are one; deviations that are not known are as the others'.
@@ -148,7 +142,7 @@ Contacts checked(const Contacts& given) {
   std::vector<double> known;
   for (const double m : out.deviation_m)
     if (m > 0) known.push_back(m);
-  const double typical_m = known.empty() ? 1 : median_of(known);
+  const double typical_m = known.empty() ? 1 : upper_median(known);
   for (double& m : out.deviation_m) m = m > 0 ? std::max(m, 0.1 * typical_m) : typical_m;
   const Points centred = out.position.rowwise() - out.position.colwise().mean();
   const Eigen::Vector3d spread = centred.jacobiSvd().singularValues();
@@ -170,8 +164,8 @@ Quadrics chosen_quadrics(const Contacts& contacts, double spacing_m) {
       std::vector<double> off;
       for (const double m : tried.left_out_m())
         if (std::isfinite(m)) off.push_back(std::abs(m));
-      if (const double median = median_of(off); median < least) {
-        least = median;
+      if (const double middle = upper_median(off); !off.empty() && middle < least) {
+        least = middle;
         best.reach = reach, best.uses_normals = uses_normals;
       }
     }

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "libfem/mesh/closest_tet.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
-#include "libfit/core/closest_tet.hpp"
 
 namespace palpate::fem {
 

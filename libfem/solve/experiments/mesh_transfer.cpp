@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "libfit/core/closest_tet.hpp"
+#include "libfem/mesh/closest_tet.hpp"
 
 namespace palpate::fem {
 namespace {

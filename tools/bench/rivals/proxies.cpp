@@ -9,58 +9,40 @@
 
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
+#include "libfit/validation/recorded.hpp"
 #include "tools/bench/finger_proxy.hpp"
 #include "tools/bench/rivals/rival.hpp"
 
 namespace palpate::tools {
 namespace {
 
-// Normal force of a press at a test point, straight between its rows.
-struct PressTable {
+struct PlacedPress {
   Vec3 position;
-  std::vector<double> depth_m{0}, force_N{0};
-
-  double operator()(double depth) const {
-    const std::size_t last = depth_m.size() - 1;
-    std::size_t i = 1;
-    while (i < last && depth_m[i] < depth) ++i;
-    const double share = (depth - depth_m[i - 1]) / (depth_m[i] - depth_m[i - 1]);
-    return force_N[i - 1] + share * (force_N[i] - force_N[i - 1]);
-  }
+  validation::PressTable table;
 };
 
-std::vector<PressTable> press_curves(const Samples& samples) {
-  std::vector<PressTable> out(static_cast<std::size_t>(samples.points()));
-  for (Eigen::Index p = 0; p < samples.points(); ++p)
-    out[static_cast<std::size_t>(p)].position = samples.point_position.row(p);
-  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    if (samples.kind[r] != ExperimentKind::press || samples.status[r] != RowStatus::good) continue;
-    PressTable& curve = out[static_cast<std::size_t>(samples.point[r])];
-    const Vec3 inward = samples.point_normal.row(samples.point[r]);
-    const double depth_m = Vec3(samples.deflection.row(row)).dot(inward);
-    if (!(depth_m > curve.depth_m.back())) continue;
-    curve.depth_m.push_back(depth_m);
-    curve.force_N.push_back(Vec3(samples.force.row(row)).dot(inward));
-  }
-  std::erase_if(out, [](const PressTable& curve) { return curve.depth_m.size() < 2; });
+// One of each test point.
+std::vector<PlacedPress> placed_presses(const Samples& samples) {
+  std::vector<PlacedPress> out;
+  for (auto& [point, presses] : validation::presses_of(samples))
+    out.push_back({samples.point_position.row(point), presses.front()});
   return out;
 }
 
 // The stiffness whose relative errors over all rows of the presses have the least sum.
-double best_stiffness_N_m(const std::vector<PressTable>& curves, double floor_N) {
+double best_stiffness_N_m(const std::vector<PlacedPress>& presses, double floor_N) {
   const auto sum_of_errors = [&](double stiffness) {
     double sum = 0;
-    for (const PressTable& curve : curves)
-      for (std::size_t i = 1; i < curve.depth_m.size(); ++i)
-        if (curve.force_N[i] > floor_N)
-          sum += std::abs(stiffness * curve.depth_m[i] - curve.force_N[i]) / curve.force_N[i];
+    for (const auto& [position, press] : presses)
+      for (std::size_t i = 1; i < press.depth_m.size(); ++i)
+        if (press.push_N[i] > floor_N)
+          sum += std::abs(stiffness * press.depth_m[i] - press.push_N[i]) / press.push_N[i];
     return sum;
   };
   double best = 0, least = std::numeric_limits<double>::infinity();
-  for (const PressTable& curve : curves)
-    for (std::size_t i = 1; i < curve.depth_m.size(); ++i) {
-      const double stiffness = curve.force_N[i] / curve.depth_m[i];
+  for (const auto& [position, press] : presses)
+    for (std::size_t i = 1; i < press.depth_m.size(); ++i) {
+      const double stiffness = press.push_N[i] / press.depth_m[i];
       if (const double sum = sum_of_errors(stiffness); sum < least) least = sum, best = stiffness;
     }
   return best;
@@ -109,7 +91,7 @@ std::size_t surface_bytes(const runtime::AssetView& asset) {
 
 std::vector<Rival> prepare_proxy(const RivalBody& body) {
   const double floor_N = relative_floor_N(body.samples);
-  const double stiffness = best_stiffness_N_m(press_curves(body.samples), floor_N);
+  const double stiffness = best_stiffness_N_m(placed_presses(body.samples), floor_N);
   const auto proxy =
       std::make_shared<Proxy>(Proxy{body.asset.asset(), stiffness, drag_ratio(body.samples)});
   Rival rival = proxy_rival(body, proxy);
@@ -124,22 +106,22 @@ std::vector<Rival> prepare_proxy(const RivalBody& body) {
 std::vector<Rival> prepare_proxy_on_curves(const RivalBody& body) {
   const auto proxy =
       std::make_shared<Proxy>(Proxy{body.asset.asset(), 1, drag_ratio(body.samples)});
-  const auto curves = std::make_shared<std::vector<PressTable>>(press_curves(body.samples));
+  const auto presses = std::make_shared<std::vector<PlacedPress>>(placed_presses(body.samples));
   Rival rival = proxy_rival(body, proxy);
   rival.name = "proxy, nearest curve";
-  rival.settings = fmt::format("{} presses, straight between rows; cone {:.2f}", curves->size(),
+  rival.settings = fmt::format("{} presses, straight between rows; cone {:.2f}", presses->size(),
                                proxy->friction);
-  for (const PressTable& curve : *curves)
-    rival.bytes += (3 + 2 * curve.depth_m.size()) * sizeof(double);
-  rival.force = [proxy, curves](const Vec3& tip) -> Vec3 {
+  for (const PlacedPress& press : *presses)
+    rival.bytes += (3 + 2 * press.table.depth_m.size()) * sizeof(double);
+  rival.force = [proxy, presses](const Vec3& tip) -> Vec3 {
     const Vec3 delta = vec3(proxy->now->deflection(tip.data()));
     const double length_m = delta.norm();
     if (!(length_m > 0)) return Vec3::Zero();
     const Vec3 place = vec3(proxy->now->place());
-    const PressTable& nearest = *std::ranges::min_element(
-        *curves, {},
-        [&](const PressTable& curve) { return (curve.position - place).squaredNorm(); });
-    return nearest(length_m) / length_m * delta;
+    const PlacedPress& nearest = *std::ranges::min_element(
+        *presses, {},
+        [&](const PlacedPress& press) { return (press.position - place).squaredNorm(); });
+    return nearest.table.at(length_m) / length_m * delta;
   };
   return {rival};
 }

@@ -2,9 +2,9 @@
 
 #include <vector>
 
+#include "libfem/mesh/closest_tet.hpp"
 #include "libfit/core/box_tree.hpp"
 #include "libfit/core/closest_point.hpp"
-#include "libfit/core/closest_tet.hpp"
 #include "libfit/core/geometry.hpp"
 
 namespace palpate {

@@ -1,4 +1,4 @@
-#include "libfit/core/painted_part.hpp"
+#include "libfem/mesh/read/painted_part.hpp"
 
 #include <limits>
 #include <utility>

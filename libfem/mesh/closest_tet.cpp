@@ -1,4 +1,4 @@
-#include "libfit/core/closest_tet.hpp"
+#include "libfem/mesh/closest_tet.hpp"
 
 #include <Eigen/LU>
 #include <array>
