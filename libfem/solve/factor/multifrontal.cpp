@@ -46,14 +46,11 @@ struct Front {
   const std::vector<std::int32_t>* position;  // of a place among its nodes
 };
 
-/// In room that grows as it must.
 template <class Real>
-Front<Real> empty_front(std::vector<Real>& room, std::size_t size,
-                        const std::vector<std::int32_t>& position) {
-  room.resize(std::max(room.size(), size * size));
+Front<Real> empty_front(Real* room, std::size_t size, const std::vector<std::int32_t>& position) {
   for (std::size_t c = 0; c < size; ++c)
-    std::fill(room.begin() + size * c + c, room.begin() + size * (c + 1), Real{0});
-  return {room.data(), size, &position};
+    std::fill(room + size * c + c, room + size * (c + 1), Real{0});
+  return {room, size, &position};
 }
 
 /// Adds the block (row node, column node) of K to a front.
@@ -125,6 +122,28 @@ std::size_t left_by(const Elimination& plan, int s) {
   return under * under;
 }
 
+/// Numbers in the largest front, and the most that is left to supernodes above at any time.
+struct RoomSize {
+  std::size_t front = 0, left = 0;
+};
+
+RoomSize room_of(const Elimination& plan) {
+  RoomSize out;
+  std::size_t left = 0;
+  std::vector<int> waiting;
+  for (int s = 0; s < plan.supernodes(); ++s) {
+    const std::size_t size = 3 * static_cast<std::size_t>(plan.height(s));
+    out.front = std::max(out.front, size * size);
+    for (; !waiting.empty() && plan.parent[waiting.back()] == s; waiting.pop_back())
+      left -= left_by(plan, waiting.back());
+    out.left = std::max(out.left, left + left_by(plan, s));
+    if (plan.parent[s] < 0) continue;
+    left += left_by(plan, s);
+    waiting.push_back(s);
+  }
+  return out;
+}
+
 /// The blocks of K by the place at which they are taken up: node and index of each.
 struct BlockList {
   std::vector<std::int32_t> start, node, block;
@@ -153,27 +172,17 @@ BlockList blocks_by_place(const SymmetricBlockMatrix& K, const Elimination& plan
 }  // namespace
 
 double elimination_bytes(const Elimination& plan) {
-  const std::size_t dense = 3 * plan.last_nodes.size();
-  std::size_t stack = 0, most = 0, front = 0;
-  std::vector<int> waiting;
-  for (int s = 0; s < plan.supernodes(); ++s) {
-    const std::size_t size = 3 * static_cast<std::size_t>(plan.height(s));
-    front = std::max(front, size * size);
-    for (; !waiting.empty() && plan.parent[waiting.back()] == s; waiting.pop_back())
-      stack -= left_by(plan, waiting.back());
-    most = std::max(most, stack + left_by(plan, s));
-    if (plan.parent[s] < 0) continue;
-    stack += left_by(plan, s);
-    waiting.push_back(s);
-  }
   // The dense block in single and in double precision, and its inverse.
-  const double numbers = static_cast<double>(panel_starts(plan).back() + front + most) +
+  const std::size_t dense = 3 * plan.last_nodes.size();
+  const RoomSize room = room_of(plan);
+  const double numbers = static_cast<double>(panel_starts(plan).back() + room.front + room.left) +
                          4.0 * static_cast<double>(dense * dense);
   return sizeof(float) * numbers;
 }
 
 template <class Real>
-bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFactor& out) {
+bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, EliminationRoom<Real>& room,
+               FrontalFactor& out) {
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
   const BlockList blocks = blocks_by_place(K, plan);
   std::vector<std::int32_t> position(plan.order.size());
@@ -192,7 +201,9 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFa
   out.panels.resize(out.panel_start.back() + kPanelPadding);
   // What supernodes leave waits on a stack for their parent: a post-order finds its children on
   // top.
-  std::vector<Real> stack, work;
+  const RoomSize size = room_of(plan);
+  Real *const work = room.front.at_least(size.front), *const stack = room.left.at_least(size.left);
+  std::size_t end = 0;                               // of the stack
   std::vector<std::pair<int, std::size_t>> waiting;  // supernode, begin on the stack
   for (int s = 0; s < plan.supernodes(); ++s) {
     const std::int32_t* rows = plan.rows.data() + plan.row_start[s];
@@ -202,28 +213,27 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFa
     for (int c = 0; c < plan.columns(s); ++c) take_up(rows[c], front);
     while (!waiting.empty() && plan.parent[waiting.back().first] == s) {
       const auto [child, begin] = waiting.back();
-      extend_add(stack.data() + begin,
-                 plan.rows.data() + plan.row_start[child] + plan.columns(child),
+      extend_add(stack + begin, plan.rows.data() + plan.row_start[child] + plan.columns(child),
                  plan.height(child) - plan.columns(child), front);
-      stack.resize(begin);
+      end = begin;
       waiting.pop_back();
     }
-    if (!factor_columns(work.data(), n, own)) return false;
+    if (!factor_columns(work, n, own)) return false;
     float* panel = out.panels.data() + out.panel_start[s];
     if (under > 0) {
-      const Real* tail = work.data() + std::size_t(n) * own + own;
-      const std::size_t begin = stack.size(), u = static_cast<std::size_t>(under);
-      stack.resize(begin + u * u);
+      const Real* tail = work + std::size_t(n) * own + own;
+      const std::size_t u = static_cast<std::size_t>(under);
+      Real* const left = stack + end;
       for (std::size_t j = 0; j < u; ++j)
-        std::copy(tail + n * j + j, tail + n * j + u, stack.data() + begin + u * j + j);
+        std::copy(tail + n * j + j, tail + n * j + u, left + u * j + j);
       if (plan.parent[s] >= 0) {
-        waiting.emplace_back(s, begin);
+        waiting.emplace_back(s, end);
+        end += u * u;
       } else {
-        extend_add(stack.data() + begin, rows + plan.columns(s), under / 3, last);
-        stack.resize(begin);
+        extend_add(left, rows + plan.columns(s), under / 3, last);
       }
     }
-    pack_panel(work.data(), own, under, panel);
+    pack_panel(work, own, under, panel);
   }
   for (std::size_t k = plan.inner; k < plan.order.size(); ++k)
     take_up(static_cast<std::int32_t>(k), last);
@@ -232,7 +242,9 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFa
   return true;
 }
 
-template bool eliminate<float>(const Elimination&, const SymmetricBlockMatrix&, FrontalFactor&);
-template bool eliminate<double>(const Elimination&, const SymmetricBlockMatrix&, FrontalFactor&);
+template bool eliminate<float>(const Elimination&, const SymmetricBlockMatrix&,
+                               EliminationRoom<float>&, FrontalFactor&);
+template bool eliminate<double>(const Elimination&, const SymmetricBlockMatrix&,
+                                EliminationRoom<double>&, FrontalFactor&);
 
 }  // namespace palpate::fem

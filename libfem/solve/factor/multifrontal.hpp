@@ -1,11 +1,36 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "libfem/solve/factor/elimination.hpp"
 
 namespace palpate::fem {
+
+/// Numbers without a value until they are written, in room that stays: factors of one mesh follow
+/// each other, and to clear or to ask for memory again costs a quarter of their time.
+template <class Real>
+class Room {
+ public:
+  Real* at_least(std::size_t size) {
+    if (size > size_) {
+      values_.reset(new Real[size]);
+      size_ = size;
+    }
+    return values_.get();
+  }
+
+ private:
+  std::unique_ptr<Real[]> values_;
+  std::size_t size_ = 0;
+};
+
+/// The front that is eliminated, and what supernodes leave to those above them.
+template <class Real>
+struct EliminationRoom {
+  Room<Real> front, left;
+};
 
 /// Factor of K up to the dense block of its last nodes, in single precision.
 /// panels: of each supernode, at panel_start: see panel_kernels.hpp.
@@ -24,11 +49,12 @@ double elimination_bytes(const Elimination& plan);
 /// arithmetic. False when a pivot before the dense block is not positive; S may be indefinite.
 /// K must have the pattern of the plan.
 template <class Real>
-bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFactor& out);
+bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, EliminationRoom<Real>& room,
+               FrontalFactor& out);
 
 extern template bool eliminate<float>(const Elimination&, const SymmetricBlockMatrix&,
-                                      FrontalFactor&);
+                                      EliminationRoom<float>&, FrontalFactor&);
 extern template bool eliminate<double>(const Elimination&, const SymmetricBlockMatrix&,
-                                       FrontalFactor&);
+                                       EliminationRoom<double>&, FrontalFactor&);
 
 }  // namespace palpate::fem

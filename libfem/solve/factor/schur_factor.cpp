@@ -43,6 +43,8 @@ struct SchurFactor::State {
   std::vector<std::int32_t> node_order;  // of the pattern, whatever the contact nodes
   Elimination plan;
   FrontalFactor frontal;
+  EliminationRoom<float> room;
+  EliminationRoom<double> double_room;
   Eigen::MatrixXf flexibility;
   bool is_factored = false;
   bool needs_double = false;  // single precision has failed where double has not
@@ -62,8 +64,8 @@ struct SchurFactor::State {
   }
 
   bool factor(const SymmetricBlockMatrix& K) {
-    if (needs_double || !eliminate<float>(plan, K, frontal)) {
-      if (!eliminate<double>(plan, K, frontal)) return false;
+    if (needs_double || !eliminate(plan, K, room, frontal)) {
+      if (!eliminate(plan, K, double_room, frontal)) return false;
       needs_double = true;
     }
     // Without the probe the body may not be stable: springs then stand in for it.

@@ -98,8 +98,10 @@ TEST(SchurFactor, both_precisions_leave_the_same_on_the_contact_nodes) {
   const SymmetricBlockMatrix K = grid();
   const Elimination plan = analyse_elimination(K, dissect(K), first_nodes(17));
   FrontalFactor single, twice;
-  ASSERT_TRUE(eliminate<float>(plan, K, single));
-  ASSERT_TRUE(eliminate<double>(plan, K, twice));
+  EliminationRoom<float> single_room;
+  EliminationRoom<double> double_room;
+  ASSERT_TRUE(eliminate(plan, K, single_room, single));
+  ASSERT_TRUE(eliminate(plan, K, double_room, twice));
   ASSERT_EQ(single.panels.size(), twice.panels.size());
   EXPECT_NE(single.schur, twice.schur);
   EXPECT_LT((single.schur - twice.schur).norm(), kSingle * twice.schur.norm());
