@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <vector>
 
 namespace palpate {
@@ -32,6 +33,24 @@ inline double lower_quantile(std::vector<double> values, double share) {
 
 /// The middle value, of an even number the lower of the two; 0 without values.
 inline double median(std::vector<double> values) { return lower_quantile(std::move(values), 0.5); }
+
+/// The least value up to which at least half of all weight lies; 0 without values. weights: of each
+/// value, not negative. Of equal weights it is `median`.
+inline double weighted_median(const std::vector<double>& values,
+                              const std::vector<double>& weights) {
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
+  const double half = std::accumulate(weights.begin(), weights.end(), 0.0) / 2;
+  double so_far = 0;
+  for (const std::size_t i : order) {
+    so_far += weights[i];
+    // A hair below the half, so that rounding does not take the upper one of an even number.
+    if (so_far >= half * (1 - 1e-12)) return values[i];
+  }
+  return 0;
+}
 
 /// The middle value, of an even number the upper of the two; 0 without values. Of a signal whose
 /// readings repeat it is the last to be 0.

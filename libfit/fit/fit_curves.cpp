@@ -27,8 +27,6 @@ namespace {
 using fit::BodyBases;
 using fit::PointResult;
 
-// By how much rings of a body's points differ from their median (docs/method.md, section 17).
-constexpr double kUsualLambda = 0.2, kUsualFriction = 0.03, kUsualFrictionSlope_1_m = 5;
 constexpr double kLeastSway = 0.05;
 constexpr int kTimeRounds = 3;
 constexpr int kNuisanceRounds = 2;  // a second round moves contact points by less than their errors
@@ -128,25 +126,22 @@ void settle_rings(const Samples& samples, const fit::BodyData& body,
       deviation = square.diagonal().cwiseMax(0).cwiseSqrt();
     found[p] = Found{std::move(curves), std::move(deviation)};
   });
-  std::vector<double> x;
-  std::array<std::vector<double>, 3> y, error;
+  std::vector<fit::RingPoint> points;
   for (const auto& each : found) {
     if (!each) continue;
-    const Eigen::VectorXd& more = each->curves.more;
-    x.push_back(each->curves.log_force);
-    y[0].push_back(std::log(more[0]));
-    error[0].push_back(each->deviation[0] / more[0]);
-    for (int k = 1; k < 3; ++k) {
-      y[static_cast<std::size_t>(k)].push_back(more[k]);
-      error[static_cast<std::size_t>(k)].push_back(each->deviation[k]);
+    fit::RingPoint& point = points.emplace_back();
+    point.log_force = each->curves.log_force;
+    for (int k = 0; k < 3; ++k) {
+      point.constant[static_cast<std::size_t>(k)] = each->curves.more[k];
+      point.error[static_cast<std::size_t>(k)] = each->deviation[k];
     }
+    point.error[0] /= point.constant[0];  // of the logarithm
+    point.constant[0] = std::log(point.constant[0]);
   }
-  if (x.empty()) return;
-  std::optional<fit::RingKnowledge> known;
-  if (samples.probe)
-    known = {bases.rings.constant, {median(error[0]), median(error[1]), median(error[2])}};
+  if (points.empty()) return;
   bases.rings = fit::ring_lines(
-      x, y, {kUsualLambda, kUsualFriction, kUsualFrictionSlope_1_m * body.length_m}, known);
+      points, fit::kUsualRings,
+      samples.probe ? std::optional(bases.rings.constant) : std::optional<std::array<double, 3>>());
 }
 
 // earlier: of each point, its place in the earlier fit, or -1.

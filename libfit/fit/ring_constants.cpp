@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <numeric>
 #include <tuple>
 
 #include "libfit/core/node_forces.hpp"
@@ -80,31 +81,34 @@ void find_uneven(const std::vector<std::size_t>& dragged, FittedCurves& fitted,
 
 }  // namespace
 
-RingPrior ring_lines(const std::vector<double>& log_force,
-                     const std::array<std::vector<double>, 3>& constant,
-                     const std::array<double, 3>& deviation,
-                     const std::optional<RingKnowledge>& known) {
+RingPrior ring_lines(const std::vector<RingPoint>& points, const std::array<double, 3>& deviation,
+                     const std::optional<std::array<double, 3>>& theory) {
   RingPrior out;
   out.is_of_drags = true;
   out.deviation = deviation;
+  std::vector<double> log_force;
+  for (const RingPoint& point : points) log_force.push_back(point.log_force);
   out.log_force = median(log_force);
-  double square = 0;
-  for (const double x : log_force) square += (x - out.log_force) * (x - out.log_force);
   for (std::size_t k = 0; k < 3; ++k) {
-    std::vector<double> slopes, level;
-    for (std::size_t i = 0; i < log_force.size(); ++i)
+    // Weights in those of a point without error; over a point's variance.
+    std::vector<double> weight, level, slopes, pair_weight;
+    double square = 0;
+    for (const RingPoint& point : points) {
+      weight.push_back(1 / (1 + std::pow(point.error[k] / deviation[k], 2)));
+      square += weight.back() * std::pow(point.log_force - out.log_force, 2);
+    }
+    for (std::size_t i = 0; i < points.size(); ++i)
       for (std::size_t j = 0; j < i; ++j)
-        if (const double apart = log_force[i] - log_force[j]; std::abs(apart) > kApart)
-          slopes.push_back((constant[k][i] - constant[k][j]) / apart);
-    // Variance of a point's constant, over that of points about their line.
-    const double noise = known ? 1 + std::pow(known->error[k] / deviation[k], 2) : 1;
-    if (!slopes.empty()) out.slope[k] = median(slopes) * square / (square + kSpread * noise);
-    for (std::size_t i = 0; i < log_force.size(); ++i)
-      level.push_back(constant[k][i] - out.slope[k] * (log_force[i] - out.log_force));
-    out.constant[k] = median(level);
-    if (known)
-      out.constant[k] += noise / (noise + static_cast<double>(log_force.size())) *
-                         (known->theory[k] - out.constant[k]);
+        if (const double apart = log_force[i] - log_force[j]; std::abs(apart) > kApart) {
+          slopes.push_back((points[i].constant[k] - points[j].constant[k]) / apart);
+          pair_weight.push_back(1 / (1 / weight[i] + 1 / weight[j]));
+        }
+    out.slope[k] = weighted_median(slopes, pair_weight) * square / (square + kSpread);
+    for (const RingPoint& point : points)
+      level.push_back(point.constant[k] - out.slope[k] * (point.log_force - out.log_force));
+    out.constant[k] = weighted_median(level, weight);
+    const double known = std::accumulate(weight.begin(), weight.end(), 0.0);
+    if (theory) out.constant[k] += ((*theory)[k] - out.constant[k]) / (1 + known);
   }
   return out;
 }
@@ -117,28 +121,33 @@ RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& ro
   const NodeForces forces(fitted.curves);
   const double depth_m = fitted.curves.basis[0].knots_m.back();
   std::vector<std::size_t> dragged;
-  std::vector<double> all_log_force, log_force;
-  std::array<std::vector<double>, 3> values;
+  std::vector<double> all_log_force;
+  std::vector<RingPoint> points;
   std::array<std::vector<double>, 4> deviations;
   for (std::size_t p = 0; p < rows.size(); ++p) {
     if (fitted.status[p] == FitStatus::failed) continue;
     all_log_force.push_back(std::log(forces.normal_N(static_cast<Eigen::Index>(p), depth_m)));
     if (rows[p].drags == 0) continue;
     dragged.push_back(p);
-    log_force.push_back(all_log_force.back());
-    values[0].push_back(std::log(constant_of(fitted, runtime::kLambda, p)));
-    values[1].push_back(constant_of(fitted, runtime::kFriction, p));
-    values[2].push_back(constant_of(fitted, runtime::kFrictionSlope, p));
-    for (int k = 0; k < 3; ++k)
-      deviations[static_cast<std::size_t>(k)].push_back(
-          deviation_of(fitted, runtime::kLambda + k, p));
+    RingPoint& point = points.emplace_back();
+    point.log_force = all_log_force.back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int part = runtime::kLambda + static_cast<int>(k);
+      point.constant[k] = constant_of(fitted, part, p);
+      deviations[k].push_back(deviation_of(fitted, part, p));
+      point.error[k] = deviations[k].back();
+    }
+    point.error[0] /= point.constant[0];  // of the logarithm
+    point.constant[0] = std::log(point.constant[0]);
     deviations[3].push_back(deviation_of(fitted, runtime::kSide2, p) * depth_m * depth_m /
                             std::exp(all_log_force.back()));
   }
   report.points = static_cast<int>(dragged.size());
   if (dragged.empty()) return report;
+  std::array<double, 3> usual = kUsualRings;
+  usual[2] /= depth_m;
   std::tie(report.lambda, report.friction, report.friction_slope_1_m) =
-      std::tuple_cat(ring_lines(log_force, values, {}).at(median(all_log_force)));
+      std::tuple_cat(ring_lines(points, usual).at(median(all_log_force)));
   report.lambda_deviation = median(deviations[0]);
   report.friction_deviation = median(deviations[1]);
   report.friction_slope_deviation_1_m = median(deviations[2]);

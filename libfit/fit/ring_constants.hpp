@@ -10,22 +10,25 @@
 
 namespace palpate::fit {
 
-/// What is known of a body's rings besides its drags: the constants of theory, and the standard
-/// errors (medians) of the constants of dragged points.
-struct RingKnowledge {
-  std::array<double, 3> theory, error;
+/// By how much ln lambda, mu_0 and mu_1 D of a body's points differ from their lines, D the depth
+/// of its deepest row: friction by as much there as at first touch.
+inline constexpr std::array<double, 3> kUsualRings{0.2, 0.03, 0.03};
+
+/// Constants of a point's rings, as its drags tell them: ln lambda, mu_0, mu_1. error: standard
+/// errors of these. log_force: of its press [ln N], see RingPrior.
+struct RingPoint {
+  double log_force = 0;
+  std::array<double, 3> constant{}, error{};
 };
 
 /// Lines through the constants of a body's dragged points over the force of their presses
-/// (RingPrior). log_force: one per point; constant: ln lambda, mu_0, mu_1 of each. deviation: of
-/// a point's constants about the lines. Slopes are medians over pairs of points (Theil 1950, Sen
-/// 1968, doi:10.1080/01621459.1968.10480934), drawn to 0 where the points' forces hardly differ; a
-/// third of the points may be anything. With `known`, few or uncertain points leave the lines near
-/// theory, from which bodies deviate as points do from their line. Not for no point.
-RingPrior ring_lines(const std::vector<double>& log_force,
-                     const std::array<std::vector<double>, 3>& constant,
-                     const std::array<double, 3>& deviation,
-                     const std::optional<RingKnowledge>& known = {});
+/// (RingPrior). deviation: of a point's constants about the lines, above 0. A point weighs
+/// 1/(deviation^2 + error^2). Slopes are weighted medians over pairs of points (Theil 1950, Sen
+/// 1968, doi:10.1080/01621459.1968.10480934), drawn to 0 where the points' forces hardly differ;
+/// of points alike in error a third may be anything. theory, where it is known, counts as one
+/// point that its error leaves exact. Not for no point.
+RingPrior ring_lines(const std::vector<RingPoint>& points, const std::array<double, 3>& deviation,
+                     const std::optional<std::array<double, 3>>& theory = {});
 
 /// Compares the constants of a body's rings with what theory has them be (docs/method.md, section
 /// 5): lambda = 2 (1 - nu) / (2 - nu), mu0 = 0.95 mu, mu1 = mu0 / 2R. Only points that were dragged

@@ -31,7 +31,7 @@ struct PathWindow {
 };
 
 PathWindow window_of(const runtime::AssetView& asset) {
-  PathWindow out{surface_of(asset), {}, {}};
+  PathWindow out{palpate::surface_of(asset), {}, {}};
   out.boxes = triangle_boxes(out.surface);
   for (int t = 0; t < asset.triangles; ++t) {
     bool is_measured = asset.is_solid(t);

@@ -11,7 +11,7 @@
 #include "libfem/probes/probes.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/samples/placement.hpp"
+#include "tools/stages/samples/first_points.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
@@ -118,7 +118,7 @@ double cpu_of_run_s(const Scene& scene, const Body& body, const Trial& trial) {
   if (!placement || placement->drag_points != "few" || trial.rows == 0) return points * trial.cpu_s;
   const double press = static_cast<double>(trial.pressed) / static_cast<double>(trial.rows);
   const int placed = placed_points(scene, body);
-  const double full = points - placed + kFirstPoints * press + kFirstDrags * (1 - press);
+  const double full = points - placed + kFirstDrags + kFirstCompared * press;
   return full * trial.cpu_s + placed * trial.quick_s;
 }
 

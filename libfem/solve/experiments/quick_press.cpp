@@ -38,7 +38,7 @@ struct PairedRow {
 
 using RowsByStep = std::map<std::int32_t, std::vector<PairedRow>>;
 
-RowsByStep paired(const Samples& two_meshes, const Samples& one_mesh) {
+RowsByStep paired(const Samples& two_meshes, const Samples& one_mesh, double max_error) {
   const auto quick = pressed(one_mesh), full = pressed(two_meshes);
   std::map<std::int32_t, double> largest_N;  // by point
   for (const auto& [key, row] : full)
@@ -49,6 +49,7 @@ RowsByStep paired(const Samples& two_meshes, const Samples& one_mesh) {
     if (found == quick.end()) continue;
     const Vec3 force = two_meshes.force.row(row), other = one_mesh.force.row(found->second);
     if (!(force.squaredNorm() > 0 && other.dot(force) > 0)) continue;
+    if (two_meshes.force_error[row] > max_error * force.norm()) continue;
     out[key.second].push_back({key.first, force.squaredNorm() / other.dot(force), other.norm(),
                                two_meshes.force_error[row] / force.norm(), force.norm(),
                                largest_N[key.first]});
@@ -107,13 +108,17 @@ double left_by(const QuickScale& quick, std::int32_t step, const PairedRow& row)
   return std::abs(quick.factor(step, row.quick_N) / row.ratio - 1);
 }
 
+std::set<std::int32_t> points_of(const RowsByStep& steps) {
+  std::set<std::int32_t> out;
+  for (const auto& [step, rows] : steps)
+    for (const PairedRow& row : rows) out.insert(row.point);
+  return out;
+}
+
 // What is left in each row by factors that the other points tell; none of a point that is alone.
 std::map<std::int32_t, std::vector<double>> left_out(const RowsByStep& steps, bool is_line) {
-  std::set<std::int32_t> points;
-  for (const auto& [step, rows] : steps)
-    for (const PairedRow& row : rows) points.insert(row.point);
   std::map<std::int32_t, std::vector<double>> out;
-  for (const std::int32_t point : points) {
+  for (const std::int32_t point : points_of(steps)) {
     const QuickScale others = factors_of(without(steps, point), is_line);
     if (!others) continue;
     for (const auto& [step, rows] : steps)
@@ -143,11 +148,12 @@ double QuickScale::factor(std::int32_t number, double force_N) const {
          slope * (std::clamp(std::log(force_N), here.lowest, here.highest) - here.log_force);
 }
 
-QuickScale compare_quick(const Samples& two_meshes, const Samples& one_mesh) {
-  const RowsByStep steps = paired(two_meshes, one_mesh);
+QuickScale compare_quick(const Samples& two_meshes, const Samples& one_mesh, double max_error) {
+  const RowsByStep steps = paired(two_meshes, one_mesh, max_error);
   auto left = left_out(steps, true);
   const bool is_line = sum(left) < sum(left_out(steps, false));
   QuickScale out = factors_of(steps, is_line);
+  out.points = static_cast<int>(points_of(steps).size());
   std::vector<double> all_left;
   for (const auto& [step, rows] : steps) {
     std::vector<double>& here = left[step];  // of points in rising order, as rows

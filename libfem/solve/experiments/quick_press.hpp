@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "libfit/core/samples.hpp"
@@ -23,6 +24,7 @@ struct QuickScale {
   std::vector<QuickStep> steps;
   double slope = 0;
   double p95 = 0;
+  int points = 0;  ///< that told it
 
   explicit operator bool() const { return !steps.empty(); }
   /// A step that no point reached on both meshes has what the one before it has.
@@ -35,7 +37,9 @@ struct QuickScale {
 
 /// two_meshes, one_mesh: rows of the same points in the same order; the latter with scale 1.
 /// There is a slope where lines predict points left out better than factors do; what is left is
-/// then what is left in points left out.
-QuickScale compare_quick(const Samples& two_meshes, const Samples& one_mesh);
+/// then what is left in points left out. max_error: rows on two meshes that state more of
+/// themselves [relative] tell nothing.
+QuickScale compare_quick(const Samples& two_meshes, const Samples& one_mesh,
+                         double max_error = std::numeric_limits<double>::infinity());
 
 }  // namespace palpate::fem

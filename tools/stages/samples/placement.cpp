@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "libfem/solve/experiments/quick_press.hpp"
 #include "libfit/core/stated_error.hpp"
@@ -19,6 +20,7 @@
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
+#include "tools/stages/samples/first_points.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
@@ -27,11 +29,12 @@ namespace {
 using namespace validation;
 
 // A round adds a quarter of what there is: few enough to learn from, enough to keep threads busy.
-// Where presses are quick, fits are what takes time, and it adds half; there the tolerance has to
-// be met twice, because the few points of one round may all lie where a body is even.
+// Where presses are quick, fits are what takes time, and it adds half. The tolerance has to be met
+// by rounds in a row of kJudged new points: a few may all lie where a body is even.
 constexpr int kMinBatch = 4, kMaxBatch = 64;
 constexpr double kShare = 0.25, kQuickShare = 0.5;
-constexpr int kQuickRounds = 2;
+constexpr int kJudged = 12;
+constexpr int kMinCompared = 4;   // points that tell what presses on one mesh lack
 constexpr int kMostDragged = 48;  // points, where all have to be dragged: ten times the time
 
 // Curves of the points so far. Later rounds keep the first round's bases and fit what is new.
@@ -78,52 +81,25 @@ std::vector<std::int32_t> choose(const Body& body, const TestPoints& points, con
   return next_points(body.surface, is_candidate, seeds, expected_error, options);
 }
 
-// Compares presses on one mesh with those on two, at points that have these (M13e). No scale where
-// they are further off than wanted.
+// Compares presses on one mesh with those on two at some points (M13e). No scale where they are
+// further off than wanted.
 fem::QuickScale try_quick(const fem::SimulatorOf& simulator, const TestPoints& points,
-                          const fem::Experiments& experiments, const Samples& two_meshes,
-                          double wanted, SampleCache& known) {
-  const std::vector<Effort> one_mesh(static_cast<std::size_t>(points.position.rows()), {false, 1});
-  fem::QuickScale quick = fem::compare_quick(
-      two_meshes,
-      known.at(simulator, experiments_at(points, one_mesh), experiments, "press on one mesh"));
+                          const std::vector<Effort>& effort, const std::vector<std::size_t>& which,
+                          const fem::Experiments& experiments, double wanted, SampleCache& known) {
+  const std::vector<Effort> one_mesh(effort.size(), {false, 1});
+  const auto at = [&](const std::vector<Effort>& of, const char* what) {
+    return known.at(simulator, taken(experiments_at(points, of), which), experiments, what);
+  };
+  const Samples two_meshes = at(effort, "simulate");
+  fem::QuickScale quick = fem::compare_quick(two_meshes, at(one_mesh, "press on one mesh"), wanted);
   if (!quick) return quick;
-  say("  presses on one mesh: times {:.3f} they are {:.1f} % (p95) off those on two: {}",
-      quick.number(), 100 * quick.p95,
-      quick.p95 <= wanted ? "new points are pressed so" : "too far");
-  if (quick.p95 > wanted) quick = {};
+  const bool is_good = quick.p95 <= wanted && quick.points >= kMinCompared;
+  say("  presses on one mesh: times {:.3f} they are {:.1f} % (p95) off those on two, at {} points "
+      "that state less than {:.3g} % themselves: {}",
+      quick.number(), 100 * quick.p95, quick.points, 100 * wanted,
+      is_good ? "others are pressed so" : "too far, or too few");
+  if (!is_good) quick = {};
   return quick;
-}
-
-// kFirstDrags points, if there are that many of those whose presses came to their end, by the force
-// of their deepest row: how the constants of a body's rings go with the force is a line. The
-// greatest force is a lump's; the least belongs to a fold or an edge as often as not.
-std::vector<Effort> first_drags(const Samples& samples) {
-  std::vector<double> force_N(static_cast<std::size_t>(samples.points()), 0);
-  std::vector<char> is_cut(force_N.size(), 0);
-  std::vector<std::size_t> order;
-  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    const auto point = static_cast<std::size_t>(samples.point[r]);
-    if (samples.status[r] != RowStatus::good) is_cut[point] = 1;
-    double& most = force_N[point];
-    most = std::max(most, samples.force.row(row).norm());
-  }
-  for (const bool any_will_do : {false, true})
-    if (order.size() < kFirstDrags) {
-      order.clear();
-      for (std::size_t p = 0; p < force_N.size(); ++p)
-        if (force_N[p] > 0 && (any_will_do || !is_cut[p])) order.push_back(p);
-    }
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return force_N[a] < force_N[b]; });
-  std::vector<Effort> effort(force_N.size());
-  if (order.empty()) return effort;
-  const std::size_t from_end = order.size() / 8;
-  for (std::size_t k = 0; k < kFirstDrags; ++k)
-    effort[order[from_end + (order.size() - 1 - from_end) * k / (kFirstDrags - 1)]].is_dragged =
-        true;
-  return effort;
 }
 
 }  // namespace
@@ -167,28 +143,39 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
     placement.samples =
         known.at(simulator, experiments_at(points, effort), experiments, "simulate", quick);
   };
-  simulate(placement.points);
+  const int first = static_cast<int>(placement.points.position.rows());
+  const double quick_error = scene.experiments.force_tolerance > 0
+                                 ? scene.experiments.force_tolerance
+                             : wanted.tolerance > 0 ? wanted.tolerance
+                                                    : PlacementSection{}.tolerance;
+  std::vector<std::size_t> on_two_meshes(effort.size());
+  std::iota(on_two_meshes.begin(), on_two_meshes.end(), std::size_t{0});
   if (are_few) {
-    effort = first_drags(placement.samples);
-    simulate(placement.points);
+    const FirstPoints chosen = choose_first_points(known.at(
+        simulator, experiments_at(placement.points, std::vector<Effort>(effort.size(), {false, 1})),
+        experiments, "press on one mesh"));
+    for (const std::size_t p : chosen.dragged) effort[p].is_dragged = true;
+    on_two_meshes = chosen.on_two_meshes;
   }
+  if ((are_few || !has_drags) && wanted.budget > first) {
+    quick = try_quick(simulator, placement.points, effort, on_two_meshes, experiments, quick_error,
+                      known);
+    for (std::size_t p = 0; p < effort.size(); ++p)
+      if (!std::ranges::binary_search(on_two_meshes, p)) effort[p].scale = quick.number();
+  }
+  simulate(placement.points);
   FitCache cache;
   FittedCurves curves = fit_so_far(scene, placement.samples, jobs, nullptr, cache);
   const auto are_rings = [&] { return curves.curves.family == CurveFamily::rings; };
   if (are_few && !are_rings()) {  // other families are not told by a few drags
+    quick = {};
     std::fill(effort.begin(), effort.end(), Effort{true, 0});
     simulate(placement.points);
     curves = fit_so_far(scene, placement.samples, jobs, nullptr, cache);
   }
   const bool press_alone = !has_drags || (are_few && are_rings());
   const int budget = press_alone ? wanted.budget : std::min(wanted.budget, kMostDragged);
-  if (press_alone && budget > placement.points.position.rows())
-    quick = try_quick(simulator, placement.points, experiments, placement.samples,
-                      scene.experiments.force_tolerance > 0 ? scene.experiments.force_tolerance
-                      : wanted.tolerance > 0                ? wanted.tolerance
-                                                            : PlacementSection{}.tolerance,
-                      known);
-  int rounds_within = 0;
+  int within = 0;  // new points of the last rounds in a row that met the tolerance
   while (placement.ended.empty()) {
     const auto count = static_cast<int>(placement.points.position.rows());
     const double share = quick ? kQuickShare : kShare;
@@ -223,8 +210,8 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
         round.points, round.new_points, stated_percent(round.median_rel),
         stated_percent(round.p95_rel), stated_percent(round.max_rel), round.dragged,
         round.poor > 0 ? fmt::format("; {} poor ones do not count", round.poor) : "");
-    rounds_within = round.p95_rel <= wanted.tolerance ? rounds_within + 1 : 0;
-    if (rounds_within == (quick ? kQuickRounds : 1))
+    within = round.p95_rel <= wanted.tolerance ? within + round.new_points - round.poor : 0;
+    if (within >= kJudged)
       placement.ended = fmt::format("the tolerance of {:.3g} % is met", 100 * wanted.tolerance);
   }
   say("  {} test points: {}", placement.points.position.rows(), placement.ended);
