@@ -99,8 +99,9 @@ BenchTable fem_rates(const BenchRequest& request) {
     const double solve_s = min_s(7, [&] { factor.solve(b, x); });
     const double bytes = 4.0 * static_cast<double>(plan.entries);
     FrontalFactor exact;
-    eliminate<double>(plan, K, exact);
-    const double double_s = min_s(1, [&] { eliminate<double>(plan, K, exact); });
+    EliminationRoom<double> room;
+    eliminate(plan, K, room, exact);
+    const double double_s = min_s(1, [&] { eliminate(plan, K, room, exact); });
     const double dgemm = gemm_GF_s<double>(dgemm_), sgemm = gemm_GF_s<float>(sgemm_);
     const double read = streaming_read_GB_s(
         std::max<std::size_t>(static_cast<std::size_t>(bytes), std::size_t{1} << 20));
