@@ -34,39 +34,36 @@ Samples presses_of(const std::vector<std::pair<double, double>>& force_and_lean)
 }
 
 TEST(FirstPoints, are_dragged_where_forces_stand_upright_and_over_their_range) {
-  // A ridge is the softest and a fold the stiffest; forces of both lean.
-  const Samples presses = presses_of({{0.1, 0.3},
-                                      {0.2, 0.01},
-                                      {0.3, 0.02},
-                                      {0.4, 0.03},
-                                      {0.5, 0.02},
-                                      {0.6, 0.01},
-                                      {0.7, 0.04},
-                                      {0.9, 0.4},
-                                      {0.35, 0.2},
-                                      {0.45, 0.21},
+  const Samples presses = presses_of({{0.10, 0.30},
+                                      {0.90, 0.30},
+                                      {0.20, 0.20},
+                                      {0.30, 0.02},
+                                      {0.35, 0.20},
+                                      {0.40, 0.03},
+                                      {0.45, 0.01},
+                                      {0.50, 0.02},
                                       {0.55, 0.22},
-                                      {0.65, 0.23}});
-  const FirstPoints chosen = choose_first_points(presses);
-  EXPECT_EQ(chosen.dragged, (std::vector<std::size_t>{1, 2, 4, 6}));
-  EXPECT_EQ(chosen.on_two_meshes, (std::vector<std::size_t>{0, 1, 2, 4, 6, 7}));
+                                      {0.60, 0.23},
+                                      {0.25, 0.21},
+                                      {0.70, 0.04}});
+  EXPECT_EQ(points_to_drag(presses), (std::vector<std::size_t>{1, 2, 3, 5, 6, 8}));
 }
 
 TEST(FirstPoints, are_those_whose_press_came_to_its_end_as_long_as_there_are_enough) {
-  Samples presses =
-      presses_of({{0.2, 0}, {0.3, 0}, {0.4, 0.1}, {0.5, 0.1}, {0.6, 0.1}, {0.7, 0.1}});
-  presses.status[2] = RowStatus::not_converged;
-  presses.status[5] = RowStatus::not_converged;
-  EXPECT_EQ(choose_first_points(presses).dragged, (std::vector<std::size_t>{2, 3, 4, 5}));
-  std::fill(presses.status.begin(), presses.status.end(), RowStatus::no_contact);
+  std::vector<std::pair<double, double>> points;
+  for (int p = 0; p < 12; ++p) points.push_back({0.1 + 0.01 * p, 0.1});
+  Samples presses = presses_of(points);
+  for (const std::size_t point : {0, 11}) presses.status[3 * point + 2] = RowStatus::not_converged;
+  EXPECT_EQ(points_to_drag(presses), (std::vector<std::size_t>{1, 2, 4, 6, 8, 10}));
+  for (const std::size_t point : {4, 5}) presses.status[3 * point + 2] = RowStatus::not_converged;
+  EXPECT_EQ(points_to_drag(presses), (std::vector<std::size_t>{1, 2, 4, 6, 8, 10}));
   presses.force.setZero();
-  EXPECT_TRUE(choose_first_points(presses).dragged.empty());
+  EXPECT_TRUE(points_to_drag(presses).empty());
 }
 
 TEST(FirstPoints, are_all_where_there_are_few) {
-  const FirstPoints chosen = choose_first_points(presses_of({{0.2, 0}, {0.3, 0.5}, {0.1, 0.1}}));
-  EXPECT_EQ(chosen.dragged, (std::vector<std::size_t>{0, 1, 2}));
-  EXPECT_EQ(chosen.on_two_meshes, chosen.dragged);
+  EXPECT_EQ(points_to_drag(presses_of({{0.2, 0}, {0.3, 0.5}, {0.1, 0.1}})),
+            (std::vector<std::size_t>{0, 1, 2}));
 }
 
 }  // namespace

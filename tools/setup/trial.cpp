@@ -116,9 +116,8 @@ double cpu_of_run_s(const Scene& scene, const Body& body, const Trial& trial) {
   const int points = points_of_run(scene, body);
   const auto& placement = scene.experiments.placement;
   if (!placement || placement->drag_points != "few" || trial.rows == 0) return points * trial.cpu_s;
-  const double press = static_cast<double>(trial.pressed) / static_cast<double>(trial.rows);
   const int placed = placed_points(scene, body);
-  const double full = points - placed + kFirstDrags + kFirstCompared * press;
+  const double full = points - placed + static_cast<double>(kFirstDrags);
   return full * trial.cpu_s + placed * trial.quick_s;
 }
 

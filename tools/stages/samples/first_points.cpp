@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace palpate::tools {
 namespace {
@@ -31,31 +32,23 @@ std::vector<Pressed> deepest_rows(const Samples& presses) {
   return out;
 }
 
-// `count` of the points, evenly from the least to the greatest force.
-std::vector<std::size_t> spread_by_force(std::vector<Pressed> points, std::size_t count) {
-  std::ranges::stable_sort(points, {}, &Pressed::force_N);
-  count = std::min(count, points.size());
-  std::vector<std::size_t> out;
-  for (std::size_t k = 0; k < count; ++k)
-    out.push_back(points[count > 1 ? (points.size() - 1) * k / (count - 1) : 0].point);
-  return out;
-}
-
 }  // namespace
 
-FirstPoints choose_first_points(const Samples& presses) {
+std::vector<std::size_t> points_to_drag(const Samples& presses) {
   std::vector<Pressed> points = deepest_rows(presses);
-  std::ranges::stable_sort(points, {}, [](const Pressed& point) {
-    return point.is_whole ? point.lean : std::numeric_limits<double>::infinity();
-  });
-  const auto clean = static_cast<std::ptrdiff_t>(
-      std::min(points.size(), std::max(kFirstDrags, points.size() / 2)));
-  FirstPoints out;
-  out.dragged = spread_by_force({points.begin(), points.begin() + clean}, kFirstDrags);
-  out.on_two_meshes = spread_by_force({points.begin() + clean, points.end()}, kFirstCompared);
-  out.on_two_meshes.insert(out.on_two_meshes.end(), out.dragged.begin(), out.dragged.end());
-  std::ranges::sort(out.dragged);
-  std::ranges::sort(out.on_two_meshes);
+  std::ranges::stable_sort(points, {}, &Pressed::force_N);
+  const std::size_t groups = std::min(kFirstDrags, points.size());
+  std::vector<std::size_t> out;
+  for (std::size_t k = 0; k < groups; ++k) {
+    const auto at = [&](std::size_t group) {
+      return points.begin() + static_cast<std::ptrdiff_t>(group * points.size() / groups);
+    };
+    const auto rank = [&](const Pressed& point) {
+      return std::pair(!point.is_whole, k + 1 < groups ? point.lean : -point.force_N);
+    };
+    out.push_back(std::ranges::min_element(at(k), at(k + 1), {}, rank)->point);
+  }
+  std::ranges::sort(out);
   return out;
 }
 

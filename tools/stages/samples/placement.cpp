@@ -30,10 +30,10 @@ using namespace validation;
 
 // A round adds a quarter of what there is: few enough to learn from, enough to keep threads busy.
 // Where presses are quick, fits are what takes time, and it adds half. The tolerance has to be met
-// by rounds in a row of kJudged new points: a few may all lie where a body is even.
+// by two rounds in a row or more, of kJudged new points: a few may all lie where a body is even.
 constexpr int kMinBatch = 4, kMaxBatch = 64;
 constexpr double kShare = 0.25, kQuickShare = 0.5;
-constexpr int kJudged = 12;
+constexpr int kJudged = 12, kJudgedRounds = 2;
 constexpr int kMinCompared = 4;   // points that tell what presses on one mesh lack
 constexpr int kMostDragged = 48;  // points, where all have to be dragged: ten times the time
 
@@ -151,11 +151,10 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
   std::vector<std::size_t> on_two_meshes(effort.size());
   std::iota(on_two_meshes.begin(), on_two_meshes.end(), std::size_t{0});
   if (are_few) {
-    const FirstPoints chosen = choose_first_points(known.at(
+    on_two_meshes = points_to_drag(known.at(
         simulator, experiments_at(placement.points, std::vector<Effort>(effort.size(), {false, 1})),
         experiments, "press on one mesh"));
-    for (const std::size_t p : chosen.dragged) effort[p].is_dragged = true;
-    on_two_meshes = chosen.on_two_meshes;
+    for (const std::size_t p : on_two_meshes) effort[p].is_dragged = true;
   }
   if ((are_few || !has_drags) && wanted.budget > first) {
     quick = try_quick(simulator, placement.points, effort, on_two_meshes, experiments, quick_error,
@@ -175,7 +174,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
   }
   const bool press_alone = !has_drags || (are_few && are_rings());
   const int budget = press_alone ? wanted.budget : std::min(wanted.budget, kMostDragged);
-  int within = 0;  // new points of the last rounds in a row that met the tolerance
+  int rounds_within = 0, within = 0;  // the last ones that met the tolerance, and their new points
   while (placement.ended.empty()) {
     const auto count = static_cast<int>(placement.points.position.rows());
     const double share = quick ? kQuickShare : kShare;
@@ -210,8 +209,10 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
         round.points, round.new_points, stated_percent(round.median_rel),
         stated_percent(round.p95_rel), stated_percent(round.max_rel), round.dragged,
         round.poor > 0 ? fmt::format("; {} poor ones do not count", round.poor) : "");
-    within = round.p95_rel <= wanted.tolerance ? within + round.new_points - round.poor : 0;
-    if (within >= kJudged)
+    const bool is_within = round.p95_rel <= wanted.tolerance;
+    rounds_within = is_within ? rounds_within + 1 : 0;
+    within = is_within ? within + round.new_points - round.poor : 0;
+    if (rounds_within >= kJudgedRounds && within >= kJudged)
       placement.ended = fmt::format("the tolerance of {:.3g} % is met", 100 * wanted.tolerance);
   }
   say("  {} test points: {}", placement.points.position.rows(), placement.ended);

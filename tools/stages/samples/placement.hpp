@@ -43,12 +43,12 @@ struct Placement {
 
 /// Adds test points where interpolation fails (docs/method.md, section 7): from the body's own
 /// points on, each round predicts the experiments at places that promise the largest error,
-/// simulates there and adds them, until rounds in a row that have twelve new points were predicted
-/// within the tolerance (p95 of force errors at points whose own fit is not poor) or the budget is
-/// spent. Says the error of each round. With rings a few of the first points are dragged and all
-/// others pressed alone, on one mesh where that is good enough (M13e). No experiment is simulated
-/// twice, in this run or a resumed one; the same scene gives the same points whatever the number of
-/// threads.
+/// simulates there and adds them, until two rounds or more in a row, of twelve new points, were
+/// predicted within the tolerance (p95 of force errors at points whose own fit is not poor) or the
+/// budget is spent. Says the error of each round. With rings a few of the first points are dragged
+/// and all others pressed alone, on one mesh where that is good enough (M13e). No experiment is
+/// simulated twice, in this run or a resumed one; the same scene gives the same points whatever the
+/// number of threads.
 Placement place_and_simulate(const Scene& scene, const Body& body,
                              const fem::SimulatorOf& simulator, int jobs, SampleCache& known);
 
