@@ -25,7 +25,8 @@ export class RivalChoice {
       this.choose(value ? rivals[Number(value)] : undefined);
     });
     select.id = "poke-rival";
-    element.append(" ", ask("method"));
+    element.insertBefore(ask("method"), select);
+    select.before(" ");
     this.select = select;
     this.elements = rivals.length ? [element, this.line] : [];
   }
