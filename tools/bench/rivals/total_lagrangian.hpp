@@ -10,7 +10,7 @@ namespace palpate::tools {
 struct ExplicitSettings {
   BallContact ball;
   double density_kg_m3 = 1000;
-  double damping_Hz = 100;      ///< force of the damping on a node, of its momentum
+  double damping_Hz = 300;      ///< force of the damping on a node, of its momentum
   double tick_s = 1e-3;         ///< of real time
   double step_of_stable = 0.6;  ///< of the longest stable step at rest: elements shorten
 };
