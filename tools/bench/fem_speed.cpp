@@ -63,8 +63,9 @@ BenchTable fem_speed(const BenchRequest& request) {
     for (const double size : kSizes) {
       if (request.is_quick && size < 1) continue;
       fem::SolverOptions options = shipped;
-      options.element_size = options.growth = size;
+      options.element_size = size;
       options.coarse_ratio = each.coarse_ratio;
+      options.growth = std::min(size, 1 / std::max(1.0, each.coarse_ratio));
       options.equilibrium.element = each.element;
       speed.add(each.name, options);
     }
