@@ -35,14 +35,14 @@ void ExplicitBody::start() {
 }
 
 std::size_t ExplicitBody::bytes() const {
-  return element_.size() * (sizeof(Element) + 4 * sizeof(std::int32_t)) +
+  return element_.size() * (sizeof(ExplicitElement) + 4 * sizeof(std::int32_t)) +
          static_cast<std::size_t>(body_.nodes.rows()) * 13 * sizeof(double);
 }
 
 // What the elements pull their nodes with: S = mu J^(-2/3) (I - I1/3 C^-1) + K J (J - 1) C^-1.
 void ExplicitBody::add_elements(const Points& u, Points& force) const {
   for (std::size_t t = 0; t < element_.size(); ++t) {
-    const Element& element = element_[t];
+    const ExplicitElement& element = element_[t];
     const auto tet = body_.tets.row(static_cast<Eigen::Index>(t));
     Mat3 F = Mat3::Identity();
     for (int a = 0; a < 4; ++a) F += u.row(tet[a]).transpose() * element.gradient.row(a);

@@ -34,7 +34,7 @@ class ExplicitBody {
   const Points& displacement() const { return u_; }
 
  private:
-  struct Element {
+  struct ExplicitElement {
     Eigen::Matrix<double, 4, 3> gradient;
     double volume_m3, shear_Pa, bulk_Pa;
   };
@@ -44,7 +44,7 @@ class ExplicitBody {
 
   CoarseBody body_;
   ExplicitSettings settings_;
-  std::vector<Element> element_;
+  std::vector<ExplicitElement> element_;
   Eigen::VectorXd mass_kg_;
   CarriedContact contact_;
   Points u_, before_;
