@@ -27,9 +27,9 @@ TEST(bench_fem, writes_the_table_that_it_prints) {
 
 TEST(bench_fem, an_unknown_part_is_named_with_those_there_are) {
   const Folder folder;
-  const Outcome outcome = palpate(folder, "bench fem --part speed -o " + folder.path().string());
+  const Outcome outcome = palpate(folder, "bench fem --part haste -o " + folder.path().string());
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_NE(outcome.err.find("there is no part called speed"), std::string::npos);
+  EXPECT_NE(outcome.err.find("there is no part called haste"), std::string::npos);
   EXPECT_NE(outcome.err.find("ripple"), std::string::npos);
 }
 

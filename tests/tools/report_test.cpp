@@ -296,6 +296,29 @@ TEST_F(Report, the_sound_switch_plays_what_the_tool_feels) {
   expect_in_chromium("the_sound_switch_plays_what_the_tool_feels", "-");
 }
 
+// The methods that the benchmark compares, in its own numbers.
+TEST_F(Report, other_methods_can_be_felt) {
+  SKIP_WITHOUT_ENGINE();
+  const Outcome prepared = palpate(*folder_, "bench rivals --part felt --run " + path("out") +
+                                                 " -o " + folder_->path().string());
+  ASSERT_EQ(prepared.status, 0) << prepared.err;
+  const Outcome played =
+      node("rivals.mjs", PALPATE_SOURCE_DIR "/tools/page/src " + path("out/asset.palp") + " " +
+                             path("out/rivals.json"));
+  EXPECT_EQ(played.status, 0) << played.out;
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("other_methods_can_be_felt", "-");
+  // Those of another asset are not offered.
+  auto felt = nlohmann::json::parse(content_of(path("out/rivals.json")));
+  felt["asset"] = "0";
+  folder_->write("out/rivals.json", felt.dump());
+  ASSERT_EQ(report(path("out") + " -o " + path("other.html")).status, 0);
+  EXPECT_FALSE(contents_of(path("other.html")).contains("rivals"));
+  EXPECT_NE(contents_of(path("other.html")).at("warnings").dump().find("rivals.json"),
+            std::string::npos);
+  fs::remove(path("out/rivals.json"));
+}
+
 TEST_F(Report, the_window_is_pressed_at_once_and_all_else_turns_the_body) {
   SKIP_WITHOUT_CHROMIUM();
   expect_in_chromium("the_window_is_pressed_at_once_and_all_else_turns_the_body", "-");

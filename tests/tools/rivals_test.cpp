@@ -3,13 +3,20 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 
 #include "libfem/mesh/boundary.hpp"
 #include "libfit/assets/exporters.hpp"
 #include "tests/libfem/solve/block.hpp"
 #include "tests/libfit/runtime/models.hpp"
-#include "tools/bench/rivals/figure.hpp"
-#include "tools/bench/rivals/rivals.hpp"
+#include "tools/bench/figure.hpp"
+#include "tools/bench/rivals/bullet_body.hpp"
+#include "tools/bench/rivals/corotational.hpp"
+#include "tools/bench/rivals/green.hpp"
+#include "tools/bench/rivals/measure.hpp"
+#include "tools/bench/rivals/mujoco.hpp"
+#include "tools/bench/rivals/neural.hpp"
+#include "tools/bench/rivals/total_lagrangian.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -126,7 +133,8 @@ TEST(Green, is_our_linear_body_at_small_depth) {
       fem::Simulator(setup).press_and_drag(top, -Vec3::UnitZ(), experiments);
   ASSERT_EQ(rows.rows.at(0).status, RowStatus::good);
   const Points window = top.transpose();
-  const GreenSurface surface = make_green_surface(setup, window, 1.2e-3, 5e-3);
+  const auto surface =
+      std::make_shared<GreenSurface>(make_green_surface(setup, window, 1.2e-3, 5e-3));
   GreenContact contact(
       surface, {.radius_m = kRadius_m, .friction = 0.3, .max_sweeps = 500, .tolerance = 1e-5});
   Vec3 force = Vec3::Zero();
@@ -141,7 +149,8 @@ TEST(Green, a_dragged_ball_is_held_by_friction_and_no_more) {
   const fem::SimulationSetup setup = fem::block_setup(0.3);
   const Vec3 top = fem::block_top();
   const Points window = top.transpose();
-  const GreenSurface surface = make_green_surface(setup, window, 2e-3, 8e-3);
+  const auto surface =
+      std::make_shared<GreenSurface>(make_green_surface(setup, window, 2e-3, 8e-3));
   GreenContact contact(surface, {.radius_m = 8e-3, .friction = 0.3});
   const Vec3 down = top + 7e-3 * Vec3::UnitZ();
   for (int k = 0; k <= 50; ++k) contact.force(down + 1e-3 * (50 - k) / 50 * Vec3::UnitZ());
@@ -166,11 +175,12 @@ CoarseBody coarse_block(const Mat3& turn, const std::array<int, 3>& cells) {
   return body;
 }
 
-constexpr CorotationalSettings kBall{
+constexpr BallContact kBall{
     .radius_m = 8e-3, .friction = 0.3, .penalty_Pa_m = 20e3 * fem::kYoung_Pa};
 
 // Pressed by 2 mm in steps of 40 um, then dragged along x.
-Vec3 press_and_drag(CorotationalBody& body, const Mat3& turn, double drag_m) {
+template <class Body>
+Vec3 press_and_drag(Body& body, const Mat3& turn, double drag_m) {
   const Vec3 above = fem::block_top() + kBall.radius_m * Vec3::UnitZ();
   Vec3 force = Vec3::Zero();
   for (int k = 0; k <= 50; ++k) force = body.force(turn * (above - 4e-5 * k * Vec3::UnitZ()));
@@ -179,7 +189,8 @@ Vec3 press_and_drag(CorotationalBody& body, const Mat3& turn, double drag_m) {
   return force;
 }
 
-TEST(Corotational, comes_down_to_the_simulator_as_its_mesh_gets_finer) {
+// The simulator's force [N] 2 mm deep.
+double simulated_press_N() {
   fem::SimulationSetup setup = fem::block_setup(0.3);
   fem::Experiments experiments = fem::press_only(1);
   experiments.depth_m = 2e-3;
@@ -187,11 +198,26 @@ TEST(Corotational, comes_down_to_the_simulator_as_its_mesh_gets_finer) {
   setup.options.coarse_ratio = 1.6;
   const fem::PointRows rows =
       fem::Simulator(setup).press_and_drag(fem::block_top(), -Vec3::UnitZ(), experiments);
-  ASSERT_EQ(rows.rows.at(0).status, RowStatus::good);
+  EXPECT_EQ(rows.rows.at(0).status, RowStatus::good);
+  return rows.rows.at(0).force.z();
+}
+
+// Stays where the drag of 0 mm ends.
+template <class Body>
+Vec3 rest_pressed(Body& body, int ticks) {
+  Vec3 force = press_and_drag(body, Mat3::Identity(), 0);
+  for (int k = 0; k < ticks; ++k)
+    force = body.force(fem::block_top() + (kBall.radius_m - 2e-3) * Vec3::UnitZ());
+  return force;
+}
+
+TEST(Corotational, comes_down_to_the_simulator_as_its_mesh_gets_finer) {
+  const double simulated_N = simulated_press_N();
   double before = 10;
   for (const int cells : {6, 12, 20}) {
-    CorotationalBody body(coarse_block(Mat3::Identity(), {cells, cells, cells / 2}), kBall);
-    const double ratio = press_and_drag(body, Mat3::Identity(), 0).z() / rows.rows[0].force.z();
+    CorotationalBody body(coarse_block(Mat3::Identity(), {cells, cells, cells / 2}),
+                          {.ball = kBall});
+    const double ratio = press_and_drag(body, Mat3::Identity(), 0).z() / simulated_N;
     EXPECT_LT(ratio, before) << cells;
     EXPECT_GT(ratio, 0.95) << cells;
     before = ratio;
@@ -201,8 +227,8 @@ TEST(Corotational, comes_down_to_the_simulator_as_its_mesh_gets_finer) {
 
 TEST(Corotational, answers_alike_however_it_is_turned) {
   const Mat3 turn = Eigen::AngleAxisd(1.1, Vec3(1, 2, -0.5).normalized()).matrix();
-  CorotationalBody upright(coarse_block(Mat3::Identity(), {6, 6, 3}), kBall),
-      turned(coarse_block(turn, {6, 6, 3}), kBall);
+  CorotationalBody upright(coarse_block(Mat3::Identity(), {6, 6, 3}), {.ball = kBall}),
+      turned(coarse_block(turn, {6, 6, 3}), {.ball = kBall});
   const Vec3 a = press_and_drag(upright, Mat3::Identity(), 1e-3),
              b = press_and_drag(turned, turn, 1e-3);
   EXPECT_LT((turn * a - b).norm(), 1e-3 * a.norm()) << a.transpose();
@@ -210,6 +236,70 @@ TEST(Corotational, answers_alike_however_it_is_turned) {
   EXPECT_LT(a.x(), 0.5 * -a.z());
   upright.start();
   EXPECT_TRUE(upright.force(Vec3(0.03, 0.03, 0.1)).isZero());
+}
+
+TEST(Explicit, comes_to_rest_near_the_simulator_as_its_mesh_gets_finer) {
+  const double simulated_N = simulated_press_N();
+  double before = 10;
+  for (const int cells : {6, 12, 20}) {
+    ExplicitBody body(coarse_block(Mat3::Identity(), {cells, cells, cells / 2}), {.ball = kBall});
+    const double ratio = rest_pressed(body, 400).z() / simulated_N;
+    EXPECT_LT(ratio, before) << cells;
+    EXPECT_GT(ratio, 0.95) << cells;
+    before = ratio;
+  }
+  EXPECT_LT(before, 1.4);  // linear tets lock
+}
+
+TEST(Explicit, six_times_the_stable_step_is_not_stable) {
+  ExplicitSettings settings{.ball = kBall};
+  ExplicitBody stable(coarse_block(Mat3::Identity(), {6, 6, 3}), settings);
+  EXPECT_LT(rest_pressed(stable, 50).norm(), 10);
+  settings.step_of_stable = 6;
+  settings.tick_s = 100 * stable.stable_step_s();  // so that steps are about six times it
+  ExplicitBody unstable(coarse_block(Mat3::Identity(), {6, 6, 3}), settings);
+  rest_pressed(unstable, 50);
+  EXPECT_FALSE(unstable.displacement().norm() < 1);
+}
+
+#if PALPATE_BULLET
+TEST(Bullet, comes_to_rest_near_the_simulator_as_its_mesh_gets_finer) {
+  const double simulated_N = simulated_press_N();
+  double before = 10;
+  for (const int cells : {4, 8}) {
+    BulletBody body(coarse_block(Mat3::Identity(), {cells, cells, cells / 2}),
+                    {.ball = kBall, .density_kg_m3 = 6000});
+    const double ratio = rest_pressed(body, 200).z() / simulated_N;
+    EXPECT_LT(ratio, before) << cells;
+    EXPECT_GT(ratio, 0.8) << cells;
+    before = ratio;
+  }
+  EXPECT_LT(before, 2.5);
+}
+#endif
+
+// Where PALPATE_PACKAGES names a folder with npm's @mujoco/mujoco.
+TEST(Mujoco, comes_to_rest_near_the_simulator_as_its_mesh_gets_finer) {
+  const char* folder = std::getenv("PALPATE_PACKAGES");
+  if (folder == nullptr) GTEST_SKIP() << "PALPATE_PACKAGES is not set";
+  ASSERT_TRUE(has_mujoco(folder)) << folder;
+  const double simulated_N = simulated_press_N();
+  double before = 10;
+  for (const int cells : {6, 12}) {
+    MujocoBody body(coarse_block(Mat3::Identity(), {cells, cells, cells / 2}), {.ball = kBall},
+                    folder);
+    const double ratio = rest_pressed(body, 60).z() / simulated_N;
+    EXPECT_LT(ratio, before) << cells;
+    EXPECT_GT(ratio, 0.8) << cells;
+    before = ratio;
+  }
+  EXPECT_LT(before, 2.5);
+}
+
+TEST(Mujoco, is_left_out_without_its_package) {
+  EXPECT_FALSE(has_mujoco({}));
+  EXPECT_FALSE(has_mujoco(testing::TempDir()));
+  EXPECT_TRUE(prepare_mujoco({}).empty());
 }
 
 TEST(SmallNetworkOf, gradient_is_the_difference_of_its_loss) {

@@ -9,9 +9,10 @@ namespace palpate::tools {
 struct BenchRequest {
   std::filesystem::path folder = {};  ///< where its tables and pictures go
   int jobs = 0;
-  std::string part = {};               ///< of a benchmark that has parts; empty: all of them
-  std::filesystem::path samples = {};  ///< of a benchmark that fits some
-  std::filesystem::path run = {};      ///< folder of a run, of a benchmark that compares with one
+  std::string part = {};                ///< of a benchmark that has parts; empty: all of them
+  std::filesystem::path samples = {};   ///< of a benchmark that fits some
+  std::filesystem::path run = {};       ///< folder of a run, of a benchmark that compares with one
+  std::filesystem::path packages = {};  ///< folder of node_modules, of rivals
   bool is_quick = false;  ///< a shorter version for tests: the same code, smaller sizes
 };
 

@@ -20,6 +20,8 @@ constexpr FemBench kParts[] = {
     {"uniform", "graded against uniform mesh of equal contact element size", fem_uniform},
     {"accuracy", "force error and time of a press by element, size and Poisson's ratio",
      fem_accuracy},
+    {"speed", "force error against time of a press by mesh share, element and tolerance",
+     fem_speed},
     {"bodies", "press and whole test point on block, cylinder and liver", fem_bodies},
     {"ripple", "force over 0.1 mm steps against a smooth curve", fem_ripple},
     {"threads", "cost by number of test points, one and two threads", fem_threads},

@@ -25,6 +25,7 @@ BenchTable fem_accuracy(const BenchRequest& request);
 BenchTable fem_bodies(const BenchRequest& request);
 BenchTable fem_ripple(const BenchRequest& request);
 BenchTable fem_threads(const BenchRequest& request);
+BenchTable fem_speed(const BenchRequest& request);
 BenchTable fem_rates(const BenchRequest& request);
 
 /// A body, where it is pressed, and what with.

@@ -19,6 +19,8 @@ class Benchmark final : public Command {
     arguments.option("--part NAME", request_.part, "Part of the benchmark to run alone");
     arguments.option("--samples", samples_, "samples.h5 that curves fits, reference.h5 of laws");
     arguments.option("--run", run_, "Folder of `palpate run`, of rivals");
+    arguments.option("--packages", packages_,
+                     "Folder whose node_modules has @mujoco/mujoco, of rivals");
     arguments.flag("--quick", request_.is_quick, "Use smaller sizes");
   }
 
@@ -26,13 +28,14 @@ class Benchmark final : public Command {
     request_.folder = folder_;
     request_.samples = samples_;
     request_.run = run_;
+    request_.packages = packages_;
     std::filesystem::create_directories(folder_);
     kRun(request_);
     return kDone;
   }
 
  private:
-  std::string folder_ = "docs/bench", samples_, run_;
+  std::string folder_ = "docs/bench", samples_, run_, packages_;
   BenchRequest request_;
 };
 

@@ -94,6 +94,18 @@ void add_pictures(Json& json, const fs::path& folder) {
   json["pictures"] = pictures_json(pictures);
 }
 
+// What `palpate bench rivals --part felt` left for this asset.
+void add_rivals(Json& json, const fs::path& folder) {
+  const Json felt = Json::parse(read_whole_file(folder / "rivals.json"), nullptr, false);
+  if (felt.is_object() &&
+      felt.value("asset", "") == ContentHash().add_file(folder / "asset.palp").hex())
+    json["rivals"] = felt.at("rivals");
+  else
+    json["warnings"].push_back(
+        "rivals.json is of another asset than asset.palp, so no other method can be felt: run "
+        "`palpate bench rivals --part felt` again.");
+}
+
 Json contents_of(const fs::path& folder) {
   const auto has = [&](const char* name) { return fs::exists(folder / name); };
   Json json = begin(folder_name(folder));
@@ -112,6 +124,7 @@ Json contents_of(const fs::path& folder) {
   if (has("validation.csv")) add_held_out(json, folder / "validation.csv");
   if (has("placement.csv")) add_placement(json, folder / "placement.csv");
   if (has("asset.palp")) add_asset(json, folder / "asset.palp");
+  if (has("asset.palp") && has("rivals.json")) add_rivals(json, folder);
   return json;
 }
 

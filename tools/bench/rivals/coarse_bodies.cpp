@@ -1,4 +1,5 @@
-// Meshes of (g): from a few nodes for the whole body to fine ones where the ball goes.
+// Coarse bodies: meshes from a few nodes for the whole body to fine ones where the ball goes, and
+// the two of (g) on them.
 
 #include <fmt/format.h>
 
@@ -10,18 +11,21 @@
 #include "tools/bench/machine.hpp"
 #include "tools/bench/rivals/corotational.hpp"
 #include "tools/bench/rivals/green.hpp"
+#include "tools/bench/rivals/total_lagrangian.hpp"
 #include "tools/stages/body/body_meshes.hpp"
 #include "tools/stages/body/simulation_setup.hpp"
 
 namespace palpate::tools {
 namespace {
 
-constexpr double kCoarserBase = 2;                  // edge of the coarsest mesh, in base edges
-constexpr double kGradedSizes[] = {2.5, 1.5, 1.0};  // in the window, in radii of the ball
+constexpr double kCoarserBase = 2;                     // edge of the coarsest mesh, in base edges
+constexpr double kGradedSizes[] = {4, 2.5, 1.5, 1.0};  // in the window, in radii of the ball
+constexpr double kFinerThanEven = 3;   // graded sizes that are, in radii of the ball
 constexpr double kPenalty_E_m = 20e3;  // pressure by overlap, in moduli: 20 E/mm, 1 % of bias
 constexpr double kCarriedRadii = 3;    // how far around the window points touch, in radii
 constexpr int kManyNodes = 1000;       // from here on a tick takes larger steps
 constexpr double kLargeStep_m = 0.5e-3;
+constexpr int kExplicitRest = 50;  // ticks; the block is then within 0.5 % of its end
 
 // Linear tets of the corners of a mesh, with the constants of small strain in each.
 CoarseBody coarse_body(const fem::SimulationSetup& setup, Points nodes, Tets tets,
@@ -60,62 +64,96 @@ CoarseBody graded_body(const fem::SimulationSetup& setup, const Points& window, 
                      {mesh.is_held.begin(), mesh.is_held.begin() + count});
 }
 
-Rival rival_of(const RivalBody& body, CoarseBody coarse, const std::string& mesh) {
-  const Eigen::Index nodes = coarse.nodes.rows();
+// The points that the body carries beneath the window.
+CoarseBody carrying(CoarseBody coarse, const RivalBody& body) {
   coarse.carried =
       carried_points(coarse.nodes, coarse.tets, body.body.surface,
                      window_cover(body.body, body.radius_m), kCarriedRadii * body.radius_m);
+  return coarse;
+}
+
+BallContact ball_on(const RivalBody& body, const CoarseBody& coarse) {
+  return {.radius_m = body.radius_m,
+          .friction = body.body.probe->friction,
+          .penalty_Pa_m = kPenalty_E_m * coarse.young_Pa.minCoeff()};
+}
+
+Rival corotational_of(const RivalBody& body, CoarseBody coarse, const std::string& mesh) {
+  const Eigen::Index nodes = coarse.nodes.rows();
   const bool is_large = nodes > kManyNodes;
-  CorotationalSettings settings{.radius_m = body.radius_m,
-                                .friction = body.body.probe->friction,
-                                .penalty_Pa_m = kPenalty_E_m * coarse.young_Pa.minCoeff()};
+  CorotationalSettings settings{.ball = ball_on(body, coarse)};
   settings.newton = is_large ? 4 : 1;
-  const auto solved = std::make_shared<CorotationalBody>(std::move(coarse), settings);
-  Rival rival;
+  const auto solved =
+      std::make_shared<CorotationalBody>(carrying(std::move(coarse), body), settings);
+  Rival rival = solved_rival(solved, body.radius_m);
   rival.name = "corotational FEM";
   rival.size = static_cast<double>(nodes);
-  rival.bytes = solved->bytes();
   if (is_large) rival.step_m = kLargeStep_m;
   rival.settings = fmt::format(
       "{} nodes, {}; linear tets that carry the fine surface, no inertia, {} Newton steps a tick, "
       "at most {} CG iterations to "
       "{:.0e}, penalty 20 E/mm, friction {}",
-      nodes, mesh, settings.newton, settings.solver, settings.tolerance, settings.friction);
-  const auto inward = std::make_shared<Vec3>(Vec3::Zero());
-  rival.start = [solved, inward](const Vec3& u) {
-    solved->start();
-    *inward = u;
-  };
-  rival.force = [solved, inward, radius_m = body.radius_m](const Vec3& point) {
-    return solved->force(point - radius_m * *inward);
-  };
+      nodes, mesh, settings.newton, settings.solver, settings.tolerance, settings.ball.friction);
   return rival;
+}
+
+Rival explicit_of(const RivalBody& body, CoarseBody coarse, const std::string& mesh) {
+  const Eigen::Index nodes = coarse.nodes.rows();
+  ExplicitSettings settings{.ball = ball_on(body, coarse)};
+  const auto stepped = std::make_shared<ExplicitBody>(carrying(std::move(coarse), body), settings);
+  Rival rival = solved_rival(stepped, body.radius_m);
+  rival.name = "total-Lagrangian explicit";
+  rival.size = static_cast<double>(nodes);
+  rival.rest_ticks = kExplicitRest;
+  rival.settings = fmt::format(
+      "{} nodes, {}; linear tets that carry the fine surface, neo-Hookean, {} steps of {:.2g} us "
+      "in "
+      "a tick of 1 ms ({} of the longest stable one), {} kg/m3, damping {}/s, penalty 20 E/mm, "
+      "friction {}, {} ticks of rest before a row",
+      nodes, mesh, stepped->steps(), 1e6 * settings.tick_s / stepped->steps(),
+      settings.step_of_stable, settings.density_kg_m3, settings.damping_Hz, settings.ball.friction,
+      rival.rest_ticks);
+  return rival;
+}
+
+template <class Make>
+std::vector<Rival> on_each_mesh(const RivalBody& body, const Make& make, bool with_even) {
+  std::vector<Rival> out;
+  for (CoarseMesh& mesh : coarse_meshes(body, with_even)) {
+    const double began_s = cpu_seconds();
+    Rival rival = make(body, std::move(mesh.body), mesh.words);
+    rival.preparation_cpu_s = mesh.cpu_s + cpu_seconds() - began_s;
+    out.push_back(with_fitted_modulus(std::move(rival), body));
+  }
+  return out;
 }
 
 }  // namespace
 
-std::vector<Rival> prepare_corotational(const RivalBody& body) {
+std::vector<CoarseMesh> coarse_meshes(const RivalBody& body, bool with_even) {
   const fem::SimulationSetup setup = make_setup(body.scene, body.body);
-  std::vector<Rival> out;
-  const auto add = [&](const auto& make, const std::string& mesh) {
+  std::vector<CoarseMesh> out;
+  const auto add = [&](const auto& make, const std::string& words) {
     const double began_s = cpu_seconds();
-    Rival rival = rival_of(body, make(), mesh);
-    rival.preparation_cpu_s = cpu_seconds() - began_s;
-    out.push_back(with_fitted_modulus(std::move(rival), body));
+    CoarseBody made = make();
+    out.push_back({std::move(made), words, cpu_seconds() - began_s});
   };
-  add(
-      [&] {
-        Scene scene = body.scene;
-        Body coarser = body.body;
-        scene.body.mesh_size_m =
-            kCoarserBase * base_edge_m(body.scene, volume_m3(body.body.surface));
-        fill_with_tets(scene, coarser);
-        return whole_body(setup, coarser.volume);
-      },
-      "even");
-  add([&] { return whole_body(setup, setup.volume); }, "even");
+  if (with_even) {
+    add(
+        [&] {
+          Scene scene = body.scene;
+          Body coarser = body.body;
+          scene.body.mesh_size_m =
+              kCoarserBase * base_edge_m(body.scene, volume_m3(body.body.surface));
+          fill_with_tets(scene, coarser);
+          return whole_body(setup, coarser.volume);
+        },
+        "even");
+    add([&] { return whole_body(setup, setup.volume); }, "even");
+  }
   for (const double size : kGradedSizes) {
     const double size_m = size * body.radius_m;
+    if (with_even && size > kFinerThanEven) continue;
     add(
         [&] {
           return graded_body(setup, window_cover(body.body, size_m), size_m,
@@ -124,6 +162,15 @@ std::vector<Rival> prepare_corotational(const RivalBody& body) {
         fmt::format("{:.0f} mm in the window", 1e3 * size_m));
   }
   return out;
+}
+
+std::vector<Rival> prepare_corotational(const RivalBody& body) {
+  return on_each_mesh(body, corotational_of, true);
+}
+
+// Flat tets of the even meshes would set its step.
+std::vector<Rival> prepare_explicit(const RivalBody& body) {
+  return on_each_mesh(body, explicit_of, false);
 }
 
 }  // namespace palpate::tools

@@ -13,6 +13,7 @@
 #include "tools/bench/bodies.hpp"
 #include "tools/bench/machine.hpp"
 #include "tools/bench/rivals/rival.hpp"
+#include "tools/report/packed.hpp"
 #include "tools/stages/fit.hpp"
 
 namespace palpate::tools {
@@ -50,6 +51,10 @@ Rival curves_rival(const RivalBody& body, const Samples& samples, const FitSecti
   Rival rival = played(on);
   rival.preparation_cpu_s = cpu_seconds() - began_s + simulation_cpu_s(body, samples);
   rival.size = static_cast<double>(samples.points());
+  rival.felt = Json{{"kind", "asset"},
+                    {"bytes", base64({reinterpret_cast<const char*>(on->asset.bytes.data()),
+                                      on->asset.bytes.size()})}}
+                   .dump();
   rival.settings = fmt::format("{} test points, family {}, degree {}", samples.points(),
                                name_of(curves.curves.family), curves.curves.basis.front().degree);
   return rival;
@@ -103,6 +108,7 @@ std::vector<Rival> prepare_palpate(const RivalBody& body) {
     std::iota(points.begin(), points.end(), Eigen::Index{0});
     out.push_back(curves_rival(body, at_points(body.samples, points), body.scene.fit, {}));
     out.back().name = "Palpate";
+    out.back().felt.clear();  // the page's own
   }
   return out;
 }

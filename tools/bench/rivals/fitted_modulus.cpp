@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -15,6 +16,7 @@ namespace {
 
 constexpr std::int32_t kFittedPresses = 8;
 constexpr int kTicksOfPress = 40;
+constexpr double kFitBudget_s = 4;
 
 struct PressedPair {
   double wanted_N, answered_N;
@@ -28,12 +30,14 @@ std::vector<PressedPair> press_with(const Rival& rival, const RivalBody& body) {
       std::max<std::int32_t>(1, static_cast<std::int32_t>(samples.points()) / kFittedPresses);
   std::vector<PressedPair> out;
   double at_m = 0;
+  const double began_s = spent_s(rival);
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
     const auto r = static_cast<std::size_t>(row);
     if (samples.kind[r] != ExperimentKind::press || samples.point[r] % every != 0) continue;
     const Vec3 position = samples.point_position.row(samples.point[r]),
                inward = samples.point_normal.row(samples.point[r]);
     if (row == 0 || samples.experiment[r] != samples.experiment[r - 1]) {
+      if (!out.empty() && spent_s(rival) - began_s > kFitBudget_s) break;
       rival.start(inward);
       at_m = -kApproachRatio * body.depth_m;
     }
@@ -43,11 +47,17 @@ std::vector<PressedPair> press_with(const Rival& rival, const RivalBody& body) {
       at_m = std::min(depth_m, at_m + tick_m);
       force = rival.force(position + at_m * inward);
     }
+    for (int k = 0; k < rival.rest_ticks; ++k) force = rival.force(position + at_m * inward);
     const double wanted_N = Vec3(samples.force.row(row)).dot(inward);
     if (samples.status[r] == RowStatus::good && wanted_N > floor_N && force.dot(inward) > 0)
       out.push_back({wanted_N, force.dot(inward)});
   }
   return out;
+}
+
+double clock_s() {
+  using namespace std::chrono;
+  return duration<double>(steady_clock::now().time_since_epoch()).count();
 }
 
 double best_factor(const std::vector<PressedPair>& pairs) {
@@ -64,11 +74,14 @@ double best_factor(const std::vector<PressedPair>& pairs) {
 
 }  // namespace
 
+double spent_s(const Rival& rival) { return rival.own_ns ? clock_s() : cpu_seconds(); }
+
 Rival with_fitted_modulus(Rival rival, const RivalBody& body) {
-  const double began_s = cpu_seconds();
+  const double began_s = spent_s(rival);
   const double factor = best_factor(press_with(rival, body));
-  rival.preparation_cpu_s += cpu_seconds() - began_s + kFittedPresses * body.pressed_cpu_s;
+  rival.preparation_cpu_s += spent_s(rival) - began_s + kFittedPresses * body.pressed_cpu_s;
   rival.settings += fmt::format("; modulus x {:.3g}, of {} presses", factor, kFittedPresses);
+  rival.modulus = factor;
   rival.force = [force = std::move(rival.force), factor](const Vec3& point) -> Vec3 {
     return factor * force(point);
   };

@@ -13,16 +13,38 @@
 #include "libfem/solve/factor/schur_factor.hpp"
 #include "libfit/core/error.hpp"
 #include "tools/bench/machine.hpp"
+#include "tools/report/packed.hpp"
 #include "tools/stages/body/simulation_setup.hpp"
 
 namespace palpate::tools {
 namespace {
 
 constexpr double kWindowSizes[] = {1.5, 1, 0.6};  // of the mesh in the window, in radii of the ball
+constexpr Eigen::Index kFeltNodes = 400;          // that a page holds: 2.9 MB
 constexpr double kTouchMargin = 0.15;  // nodes this far from the ball may be touched, in radii
 
 double nearest_m(const Points& places, const Vec3& to) {
   return std::sqrt((places.rowwise() - to.transpose()).rowwise().squaredNorm().minCoeff());
+}
+
+// The lower triangle alone: it is symmetric.
+std::string felt_green(const GreenSurface& surface, const GreenSettings& settings, double modulus) {
+  std::vector<float> node, lower;
+  for (const double x : surface.node.reshaped<Eigen::RowMajor>())
+    node.push_back(static_cast<float>(x));
+  for (Eigen::Index row = 0; row < surface.compliance.rows(); ++row)
+    for (Eigen::Index column = 0; column <= row; ++column)
+      lower.push_back(surface.compliance(row, column));
+  return Json{{"kind", "green"},
+              {"radius_m", settings.radius_m},
+              {"friction", settings.friction},
+              {"sweeps", settings.max_sweeps},
+              {"tolerance", settings.tolerance},
+              {"margin", kTouchMargin},
+              {"modulus", modulus},
+              {"node_m", packed(node)},
+              {"compliance_m_N", packed(lower)}}
+      .dump();
 }
 
 }  // namespace
@@ -90,9 +112,15 @@ GreenSurface make_green_surface(const fem::SimulationSetup& setup, const Points&
   return out;
 }
 
-GreenContact::GreenContact(const GreenSurface& surface, const GreenSettings& settings)
-    : surface_(surface), settings_(settings) {
+GreenContact::GreenContact(std::shared_ptr<const GreenSurface> surface,
+                           const GreenSettings& settings)
+    : held_(std::move(surface)), surface_(*held_), settings_(settings) {
   start();
+}
+
+std::size_t GreenContact::bytes() const {
+  return static_cast<std::size_t>(surface_.compliance.size()) * sizeof(float) +
+         static_cast<std::size_t>(surface_.node.size()) * sizeof(double);
 }
 
 void GreenContact::start() {
@@ -178,28 +206,20 @@ std::vector<Rival> prepare_green(const RivalBody& body) {
     const auto surface = std::make_shared<GreenSurface>(
         make_green_surface(setup, window, size_m, size_m + body.radius_m));
     const GreenSettings settings{.radius_m = body.radius_m, .friction = body.body.probe->friction};
-    const auto contact = std::make_shared<GreenContact>(*surface, settings);
-    Rival rival;
+    const auto contact = std::make_shared<GreenContact>(surface, settings);
+    Rival rival = solved_rival(contact, body.radius_m);
     rival.preparation_cpu_s = cpu_seconds() - began_s;
     rival.name = "Green's functions";
     rival.size = static_cast<double>(surface->node.rows());
-    rival.bytes = static_cast<std::size_t>(surface->compliance.size()) * sizeof(float) +
-                  static_cast<std::size_t>(surface->node.size()) * sizeof(double);
     rival.settings = fmt::format(
         "{} surface nodes of {} (tet10, {:.1f} mm in the window), friction {}, at most {} sweeps "
         "to "
         "{:.0e}",
         surface->node.rows(), surface->mesh_nodes, 1e3 * size_m, settings.friction,
         settings.max_sweeps, settings.tolerance);
-    const auto inward = std::make_shared<Vec3>(Vec3::Zero());
-    rival.start = [contact, inward](const Vec3& u) {
-      contact->start();
-      *inward = u;
-    };
-    rival.force = [surface, contact, inward, radius_m = body.radius_m](const Vec3& point) {
-      return contact->force(point - radius_m * *inward);
-    };
     out.push_back(with_fitted_modulus(std::move(rival), body));
+    if (surface->node.rows() <= kFeltNodes)
+      out.back().felt = felt_green(*surface, settings, out.back().modulus);
   }
   return out;
 }

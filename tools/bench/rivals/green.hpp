@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "libfem/solve/experiments/simulator.hpp"
@@ -41,17 +42,19 @@ struct GreenSettings {
 /// doi:10.1109/TVCG.2006.13).
 class GreenContact {
  public:
-  GreenContact(const GreenSurface& surface, const GreenSettings& settings);
+  GreenContact(std::shared_ptr<const GreenSurface> surface, const GreenSettings& settings);
 
   /// The ball is free again.
   void start();
   /// Force ON THE BODY [N] of the ball about centre_m.
   Vec3 force(const Vec3& centre_m);
+  std::size_t bytes() const;
 
  private:
   bool gather(const Vec3& centre_m);
   double sweep(const Vec3& centre_m, const Vec3& moved_m);
 
+  std::shared_ptr<const GreenSurface> held_;
   const GreenSurface& surface_;
   GreenSettings settings_;
   bool has_centre_ = false;
@@ -61,7 +64,5 @@ class GreenContact {
   Eigen::VectorXf force_, all_;     // on these [N]; on all nodes
   Eigen::VectorXf moved_, before_;  // of these [m]; at the last tick
 };
-
-std::vector<Rival> prepare_green(const RivalBody& body);
 
 }  // namespace palpate::tools

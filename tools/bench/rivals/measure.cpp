@@ -8,7 +8,6 @@
 #include "libfit/experiments/draw.hpp"
 #include "libfit/validation/replay.hpp"
 #include "libfit/validation/tick_time.hpp"
-#include "tools/bench/machine.hpp"
 #include "tools/bench/tick_timing.hpp"
 
 namespace palpate::tools {
@@ -42,6 +41,11 @@ class RivalWalk {
     if (watch_.was_switched() && !is_long_) contact_ns_.resize(timed);
   }
 
+  // Stays for so many ticks, whose time counts as that of all.
+  void rest(int ticks) {
+    for (int k = 0; k < ticks; ++k) tick();
+  }
+
   const Vec3& force_N() const { return force_N_; }
   const WorkAccount& account() const { return account_; }
   const std::vector<double>& contact_ns() const { return contact_ns_; }
@@ -55,8 +59,11 @@ class RivalWalk {
     const double started = now_ns();
     force_N_ = rival_.force(at_m_);
     double ns = now_ns() - started;
-    if (is_long_) ns = static_cast<double>((validation::ProcessorClock::now() - began).count());
-    is_long_ = ns > kLong_ns;
+    if (rival_.own_ns)
+      ns = rival_.own_ns();
+    else if (is_long_)
+      ns = static_cast<double>((validation::ProcessorClock::now() - began).count());
+    is_long_ = rival_.own_ns || ns > kLong_ns;
     if (!force_N_.isZero()) contact_ns_.push_back(ns);
     largest_change_N_ = std::max(largest_change_N_, (force_N_ - before_N).norm());
     account_.add(at_m_, force_N_);
@@ -102,6 +109,7 @@ void follow_path(const Rival& rival, const RivalBody& body, const PathPlace& pat
   RivalWalk walk(rival, path.inward, path.outside(body.depth_m));
   for (Eigen::Index step = 0; step < path.count; ++step) {
     walk.go(place_of(body.paths, path, step), rival.step_m);
+    walk.rest(rival.rest_ticks);
     replayed.force_N.row(path.first + step) = walk.force_N();
     replayed.is_answered[static_cast<std::size_t>(path.first + step)] = 1;
   }
@@ -146,9 +154,9 @@ Performance measure(const Rival& rival, const RivalBody& body, double budget_s) 
   validation::Replayed replayed(body.paths);
   std::vector<double> contact_ns;
   const std::vector<PathPlace> paths = paths_of(body.paths);
-  const double began_s = cpu_seconds();
+  const double began_s = spent_s(rival);
   for (const PathPlace& path : paths) {
-    if (out.paths > 0 && cpu_seconds() - began_s > budget_s) break;
+    if (out.paths > 0 && spent_s(rival) - began_s > budget_s) break;
     follow_path(rival, body, path, replayed, contact_ns, out);
     ++out.paths;
   }
@@ -170,11 +178,12 @@ Performance measure(const Rival& rival, const RivalBody& body, double budget_s) 
   const double clock = clock_ns();
   out.tick_median_us = 1e-3 * std::max(0.0, quantile(contact_ns, 0.5) - clock);
   out.tick_p999_us = 1e-3 * std::max(0.0, quantile(contact_ns, 0.999) - clock);
-  const double slides_from_s = cpu_seconds();
-  const auto is_over = [&] { return cpu_seconds() - slides_from_s > budget_s / 3; };
+  const double slides_from_s = spent_s(rival);
+  const auto is_over = [&] { return spent_s(rival) - slides_from_s > budget_s / 3; };
   for (const PathPlace& path : paths)
     if (kind_of(body.paths, path.first) == PathKind::sliding && !is_over())
       slide_finely(rival, body, path, is_over, out);
+  if (rival.is_force_at_rest) out.jump_N = out.created_share = validation::kNoNumber;
   return out;
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,9 +21,10 @@ namespace palpate::tools {
 struct RivalBody {
   Scene scene;
   Body body;
-  Samples samples;  ///< presses and drags at test points
-  Samples paths;    ///< held out; point: number of the path, PathKind by turns
-  AssetFile asset;  ///< Palpate's; of rivals its surface alone
+  Samples samples;                 ///< presses and drags at test points
+  Samples paths;                   ///< held out; point: number of the path, PathKind by turns
+  AssetFile asset;                 ///< Palpate's; of rivals its surface alone
+  std::filesystem::path packages;  ///< folder of node_modules, of a rival in Node; empty: none
   double depth_m = 0, radius_m = 0;
   double dragged_cpu_s = 0, pressed_cpu_s = 0;  ///< of simulating one test point
 };
@@ -32,7 +35,12 @@ struct Rival {
   double size = 0;  ///< nodes or points, where there are several sizes of the method
   std::size_t bytes = 0;
   double preparation_cpu_s = 0;
-  double step_m = kWalkTick_m;                     ///< way of the tool in a tick
+  double modulus = 1;           ///< factor on its forces, where it was fitted
+  double step_m = kWalkTick_m;  ///< way of the tool in a tick
+  int rest_ticks = 0;  ///< that the tool stays before its force counts, of a body with inertia
+  bool is_force_at_rest = false;  ///< its force is the tool's only where all rests
+  std::string felt;  ///< JSON of what a page needs to answer alike (felt.hpp); empty: no page can
+  std::function<double()> own_ns;  ///< where it times its last tick itself, in another process
   std::function<void(const Vec3& inward)> start;   ///< a tool outside that presses along `inward`
   std::function<Vec3(const Vec3& point_m)> force;  ///< ON THE BODY [N], at the ball's lowest point
 };
@@ -46,14 +54,38 @@ struct RivalRow {
 std::vector<Rival> prepare_proxy(const RivalBody& body);
 std::vector<Rival> prepare_proxy_on_curves(const RivalBody& body);
 std::vector<Rival> prepare_separable(const RivalBody& body);
+std::vector<Rival> prepare_green(const RivalBody& body);
 std::vector<Rival> prepare_palpate(const RivalBody& body);
+std::vector<Rival> prepare_corotational(const RivalBody& body);
+std::vector<Rival> prepare_explicit(const RivalBody& body);
+std::vector<Rival> prepare_bullet(const RivalBody& body);
+std::vector<Rival> prepare_mujoco(const RivalBody& body);
+
+/// A body that is solved for at every tick: `start()`, `force(centre_m)` and `bytes()`.
+template <class Solved>
+Rival solved_rival(const std::shared_ptr<Solved>& solved, double radius_m) {
+  Rival rival;
+  const auto inward = std::make_shared<Vec3>(Vec3::Zero());
+  rival.bytes = solved->bytes();
+  rival.start = [solved, inward](const Vec3& u) {
+    solved->start();
+    *inward = u;
+  };
+  rival.force = [solved, inward, radius_m](const Vec3& point) -> Vec3 {
+    return solved->force(point - radius_m * *inward);
+  };
+  return rival;
+}
 
 /// Side force over normal force where a drag has come to its end, the median of all drags: friction
 /// of the tool's interface, and of a sunken ball that ploughs.
 double drag_ratio(const Samples& samples);
+/// Seconds that its ticks take, as a budget counts them: of CPU, or of the clock for another
+/// process.
+double spent_s(const Rival& rival);
 /// The same with its forces times a factor, as with a modulus times it: the one with which the
-/// forces of up to eight presses at test points have the least sum of relative errors. What walking
-/// them takes is preparation.
+/// forces of up to eight presses at test points have the least sum of relative errors, as many as
+/// begin within four seconds. What walking them takes is preparation.
 Rival with_fitted_modulus(Rival rival, const RivalBody& body);
 /// Of the triangles that a proxy walks on.
 std::size_t surface_bytes(const runtime::AssetView& asset);

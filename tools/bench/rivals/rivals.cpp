@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -15,8 +16,10 @@
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/bench/bench.hpp"
+#include "tools/bench/figure.hpp"
 #include "tools/bench/machine.hpp"
-#include "tools/bench/rivals/figure.hpp"
+#include "tools/bench/rivals/felt.hpp"
+#include "tools/bench/rivals/measure.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/stages/body/simulation_setup.hpp"
@@ -25,7 +28,23 @@ namespace palpate::tools {
 namespace {
 
 constexpr std::string_view kFigures = "figures";  // the part that draws what was measured
-constexpr double kBudget_s = 8, kQuickBudget_s = 1;
+constexpr std::string_view kFelt = "felt";  // the part that prepares what a page can answer alike
+// Rows of the table that a page can.
+constexpr std::string_view kFeltRows[] = {"proxy", "proxy-curves", "separable", "green"};
+// Of ten steps on the block, refined and corrected: recorded, as FEBio is in no registry.
+constexpr double kFebioCpu_s = 69, kFebioError[] = {0.01, 0.017};
+constexpr CsvColumnRule kPeerColumns[] = {{"calculix_error_percent", true, true},
+                                          {"calculix_CPU_s", true, true},
+                                          {"ours_error_percent", true, true},
+                                          {"ours_CPU_s", true, true}};
+struct PeerSeries {
+  const char *name, *error, *cpu;
+};
+constexpr PeerSeries kPeerSeries[] = {
+    {"one press: CalculiX 2.20", "calculix_error_percent", "calculix_CPU_s"},
+    {"one press: our simulator", "ours_error_percent", "ours_CPU_s"},
+};
+constexpr double kBudget_s = 3, kQuickBudget_s = 1;
 
 // CPU of one point by the simulator, as the run's samples were made.
 double point_cpu_s(const RivalBody& body, bool is_dragged) {
@@ -76,7 +95,7 @@ double own_error(const Samples& paths) {
 
 // Refuses a name that no rival has; empty: all of them, and the figures.
 void check_part(const std::string& part) {
-  std::string names(kFigures);
+  std::string names = fmt::format("{}, {}", kFigures, kFelt);
   for (const RivalRow& row : kRivals) {
     if (part.empty() || row.name == part) return;
     names += ", " + std::string(row.name);
@@ -162,7 +181,7 @@ nlohmann::ordered_json json_of(const RivalLine& line) {
           {"bytes", rival.bytes},
           {"preparation_cpu_s", rival.preparation_cpu_s},
           {"jump_per_10um_N", number_or_null(did.jump_N)},
-          {"energy_created_rel", did.created_share}};
+          {"energy_created_rel", number_or_null(did.created_share)}};
 }
 
 // A series of each name, its x by the key.
@@ -174,11 +193,37 @@ std::vector<FigureSeries> series_of(const nlohmann::json& rivals, const char* x)
   for (const nlohmann::json& rival : rivals) {
     const std::string name = rival.at("rival");
     if (out.empty() || out.back().name != name)
-      out.push_back({.name = name, .x = {}, .median = {}, .p95 = {}});
+      out.push_back({.name = name, .x = {}, .median = {}, .p95 = {}, .is_ours = name == "Palpate"});
     out.back().x.push_back(number(rival.at(x)));
     out.back().median.push_back(number(rival.at("median_rel")));
     out.back().p95.push_back(number(rival.at("p95_rel")));
   }
+  return out;
+}
+
+// One press by solvers that others use for references: CalculiX as `palpate bench peers` measured
+// it here, FEBio as it was recorded on the same block.
+std::vector<FigureSeries> single_presses(const std::filesystem::path& folder) {
+  std::vector<FigureSeries> out;
+  const std::filesystem::path peers = folder / "fem_peers.csv";
+  if (std::filesystem::exists(peers)) {
+    const CsvTable table = read_csv(peers, kPeerColumns);
+    for (const auto& [name, error, cpu] : kPeerSeries) {
+      FigureSeries one{.name = name, .x = {}, .median = {}, .p95 = {}};
+      std::vector<double> errors;
+      for (const std::string& percent : table.text(error))
+        if (percent != "-") errors.push_back(std::abs(std::atof(percent.c_str())) / 100);
+      if (errors.empty()) continue;
+      one.x = {std::atof(table.text(cpu).front().c_str())};
+      one.median = {quantile(errors, 0.5)};
+      one.p95 = {quantile(errors, 0.95)};
+      out.push_back(std::move(one));
+    }
+  }
+  out.push_back({.name = "one press: FEBio 4.11",
+                 .x = {kFebioCpu_s},
+                 .median = {kFebioError[0]},
+                 .p95 = {kFebioError[1]}});
   return out;
 }
 
@@ -194,10 +239,12 @@ void write_figures(const std::filesystem::path& folder, const std::string& stem,
                           .series = series_of(rivals, "tick_median_us"),
                           .upright = {{1000, "1 kHz"}},
                           .level = {jnd}};
+  std::vector<FigureSeries> prepared = series_of(rivals, "preparation_cpu_s");
+  for (FigureSeries& press : single_presses(folder)) prepared.push_back(std::move(press));
   const LogFigure by_preparation{.title = "Force error against preparation: " + body,
                                  .x_label = "CPU of preparation [s]",
                                  .y_label = "force error: median, thin line to p95",
-                                 .series = series_of(rivals, "preparation_cpu_s"),
+                                 .series = std::move(prepared),
                                  .upright = {},
                                  .level = {jnd}};
   for (const bool is_dark : {false, true}) {
@@ -207,16 +254,28 @@ void write_figures(const std::filesystem::path& folder, const std::string& stem,
   }
 }
 
+std::vector<Rival> felt_rivals(const RivalBody& body) {
+  std::vector<Rival> out;
+  for (const RivalRow& row : kRivals) {
+    if (std::ranges::find(kFeltRows, row.name) == std::end(kFeltRows)) continue;
+    std::vector<Rival> sizes = row.prepare(body);
+    out.insert(out.end(), sizes.begin(), sizes.begin() + 1);  // the smallest
+  }
+  return out;
+}
+
 }  // namespace
 
 void bench_rivals(const BenchRequest& request) {
-  if (request.part != kFigures) check_part(request.part);
+  if (request.part != kFigures && request.part != kFelt) check_part(request.part);
   if (request.run.empty())
     throw Error("bench rivals", "there is no run to compare on",
                 "Make one with `palpate run SCENE -o DIR` and give --run DIR.");
   const std::string name = name_of_run(request.run), stem = "rivals_" + name;
   if (request.part == kFigures) return write_figures(request.folder, stem, name);
   RivalBody body = read_run(request.run);
+  body.packages = request.packages;
+  if (request.part == kFelt) return write_felt(request.run, felt_rivals(body), body);
   body.dragged_cpu_s = point_cpu_s(body, true);
   body.pressed_cpu_s =
       body.samples.point_scale.size() > 0 ? point_cpu_s(body, false) : body.dragged_cpu_s;

@@ -1,8 +1,5 @@
 #pragma once
 
-#include "tools/bench/rivals/corotational.hpp"
-#include "tools/bench/rivals/green.hpp"
-#include "tools/bench/rivals/measure.hpp"
 #include "tools/bench/rivals/neural.hpp"
 #include "tools/bench/rivals/rival.hpp"
 
@@ -16,6 +13,10 @@ inline constexpr RivalRow kRivals[] = {
     {"green", "Green's functions of the surface's nodes, a ball by complementarity", prepare_green},
     {"corotational", "coarse bodies of linear tetrahedra, solved at every tick",
      prepare_corotational},
+    {"explicit", "the same meshes, total-Lagrangian with central differences", prepare_explicit},
+    {"bullet", "Bullet's deformable bodies (Debian: libbullet-dev, when configured)",
+     prepare_bullet},
+    {"mujoco", "MuJoCo's flex in Node (npm: @mujoco/mujoco; --packages DIR)", prepare_mujoco},
     {"neural", "a small neural network behind a proxy", prepare_neural},
     {"palpate", "Palpate by number of test points", prepare_palpate},
 };

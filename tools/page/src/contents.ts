@@ -1,5 +1,6 @@
 // What `palpate report` wrote into the page: docs/formats.md describes it.
 import type { Profile } from "./engine";
+import type { FeltRival } from "./rivals";
 
 export interface Packed {
   type: "f32" | "i32" | "u8";
@@ -201,6 +202,8 @@ export interface Contents {
     rows?: number;
     stiffness_N_m?: number;
   }[];
+  /** Other methods that can be felt. */
+  rivals?: FeltRival[];
   asset?: { bytes: string; range_m: number; program?: string };
 }
 

@@ -1,4 +1,4 @@
-#include "tools/bench/rivals/figure.hpp"
+#include "tools/bench/figure.hpp"
 
 #include <fmt/format.h>
 
@@ -12,17 +12,18 @@ namespace {
 
 constexpr double kWide = 760, kHigh = 440, kLeft = 80, kRight = 560, kTop = 44, kBottom = 384;
 
-// Okabe and Ito's colours, told apart by people who see red and green alike; the darker blue is the
-// seventh, of Palpate.
+// Okabe and Ito's colours, told apart by people who see red and green alike; the darker blue is
+// ours. From the eighth series on a colour comes with another mark.
+constexpr std::string_view kOurColour = "#0072b2",
+                           kOurMark = "M-6 0a6 6 0 1 0 12 0a6 6 0 1 0-12 0z";
 constexpr std::string_view kColours[] = {"#8c8c8c", "#e69f00", "#009e73", "#d55e00",
-                                         "#cc79a7", "#56b4e9", "#0072b2", "#a6761d"};
+                                         "#cc79a7", "#56b4e9", "#a6761d"};
 constexpr std::string_view kMarks[] = {"M-5-5l5 3 5-3-3 5 3 5-5-3-5 3 3-5z",
                                        "M-4.5-4.5h9v9h-9z",
                                        "M0-5.5l5 9.5h-10z",
                                        "M0-6l6 6-6 6-6-6z",
                                        "M0 5.5l5-9.5h-10z",
                                        "M-5-2h3v-3h4v3h3v4h-3v3h-4v-3h-3z",
-                                       "M-5 0a5 5 0 1 0 10 0a5 5 0 1 0-10 0z",
                                        "M-3-5h6l3 5-3 5h-6l-3-5z"};
 
 std::string decade_label(double at) {
@@ -95,8 +96,10 @@ void draw_axes(FigureDrawing& d) {
 
 void draw_series(FigureDrawing& d, std::size_t k) {
   const FigureSeries& series = d.figure.series[k];
-  const std::string_view colour = kColours[k % std::size(kColours)];
-  const std::string_view mark = kMarks[k % std::size(kMarks)];
+  const std::size_t round = k / std::size(kColours);
+  const std::string_view colour = series.is_ours ? kOurColour : kColours[k % std::size(kColours)];
+  const std::string_view mark =
+      series.is_ours ? kOurMark : kMarks[(k + 2 * round) % std::size(kMarks)];
   std::string way;
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     if (!(series.x[i] > 0) || !(series.median[i] > 0)) continue;

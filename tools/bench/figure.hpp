@@ -9,6 +9,7 @@ namespace palpate::tools {
 struct FigureSeries {
   std::string name;
   std::vector<double> x, median, p95;  ///< p95: ends of the thin lines above the marks
+  bool is_ours = false;                ///< drawn in a colour of its own, larger
 };
 
 /// A line across a figure, with its word.
