@@ -247,7 +247,7 @@ Reading settle_reading(const Samples& samples, const FitOptions& options) {
       std::ranges::find(plain.family.evidence, plain.family.family, &FamilyEvidence::family);
   const FamilyEvidence& found = local.family.evidence.front();
   const std::string words = "; " + fit::in_words(found);
-  if (!found.sways || !fit::is_worth_it(*of_chosen, found)) {
+  if (!found.sways || !fit::is_worth_its_sway(*of_chosen, found)) {
     plain.family.reason += words;
     return plain;
   }

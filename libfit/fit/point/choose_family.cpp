@@ -105,6 +105,11 @@ bool is_worth_it(const FamilyEvidence& first, const FamilyEvidence& second) {
   return second.p95_error < kWorthIt * first.p95_error && second.median_error <= first.median_error;
 }
 
+bool is_worth_its_sway(const FamilyEvidence& without, const FamilyEvidence& with) {
+  return is_worth_it(without, with) || (with.median_error < kWorthIt * without.median_error &&
+                                        kWorthIt * with.p95_error <= without.p95_error);
+}
+
 std::string in_words(const FamilyEvidence& evidence) {
   return std::string(name_of(evidence.family)) + (evidence.sways ? " on a body that sways " : " ") +
          percent(evidence.median_error) + ", " + percent(evidence.p95_error);
