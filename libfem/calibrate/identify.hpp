@@ -13,9 +13,11 @@ namespace palpate::fem {
 
 /// What a material is identified from. value: N [N or Pa]. deviation: N, stated standard deviations
 /// of one unit with value; NaN where none is stated, taken from those that are. group: N, the
-/// experiment of each, whose rows follow one another.
+/// experiment of each, whose rows follow one another. shared: N, how much one standard deviation of
+/// an error that the rows of an experiment share, such as that of its contact, moves each; empty or
+/// 0: nothing.
 struct Observations {
-  Eigen::VectorXd value, deviation;
+  Eigen::VectorXd value, deviation, shared = {};
   std::vector<int> group;
 };
 
@@ -54,7 +56,10 @@ struct Identification {
   double misfit = 0;      ///< root of the mean weighted square of residuals: 1 as stated
   double rows_each = 1;   ///< rows that go together as one, where residuals are larger than stated
   double sum_of_squares = 0;  ///< of residuals, unweighted
-  Eigen::VectorXd response;   ///< N
+  /// Of each experiment that has a shared error, in the order of its rows: its size in its standard
+  /// deviations.
+  std::vector<double> shared_error;
+  Eigen::VectorXd response;  ///< N
   /// Empty where every parameter is determined to half of itself; else the combinations that are.
   std::vector<DeterminedCombination> determined;
   bool are_told_apart = true;

@@ -32,10 +32,38 @@ MaterialSearch::MaterialSearch(MaterialParameters start, const Observations& obs
   deviation = observed.deviation.unaryExpr([&](double s) {
     return std::hypot(s > 0 && std::isfinite(s) ? s : usual, is_stated ? kScatter * largest : 0);
   });
+  for (Index first = 0, end = 0; first < observed.shared.size(); first = end) {
+    const auto group_of = [&](Index row) { return observed.group[static_cast<std::size_t>(row)]; };
+    for (end = first; end < observed.shared.size() && group_of(end) == group_of(first);) ++end;
+    VectorXd weight = observed.shared.segment(first, end - first)
+                          .cwiseQuotient(deviation.segment(first, end - first));
+    if (weight.norm() > 0) shared_.push_back({first, end - first, std::move(weight)});
+  }
   find_scaling();
   make_coordinates();
   set_num_residuals(static_cast<int>(value_.size()));
   mutable_parameter_block_sizes()->push_back(static_cast<int>(coordinates.size()));
+}
+
+// The inverse root of 1 + w wT is 1 - (1 - 1 / sqrt(1 + |w|^2)) w wT / |w|^2.
+MatrixXd MaterialSearch::whitened(const MatrixXd& rows) const {
+  MatrixXd out = deviation.cwiseInverse().asDiagonal() * rows;
+  for (const SharedError& of : shared_) {
+    const double squares = of.weight.squaredNorm();
+    auto part = out.middleRows(of.first, of.rows);
+    part -= ((1 - 1 / std::sqrt(1 + squares)) / squares * of.weight) *
+            (of.weight.transpose() * part).eval();
+  }
+  return out;
+}
+
+std::vector<double> MaterialSearch::shared_error(const VectorXd& residual) const {
+  std::vector<double> out;
+  for (const SharedError& of : shared_)
+    out.push_back(of.weight.dot(residual.segment(of.first, of.rows)
+                                    .cwiseQuotient(deviation.segment(of.first, of.rows))) /
+                  (1 + of.weight.squaredNorm()));
+  return out;
 }
 
 MaterialParameters MaterialSearch::at(const double* y) const {
@@ -115,19 +143,19 @@ bool MaterialSearch::Evaluate(double const* const* parameters, double* residuals
   if (options_.progress.stopped() || is_refused(material)) return false;
   const VectorXd response = responses_({material}).front();
   if (response.size() == 0 || !response.allFinite()) return false;
-  Eigen::Map<VectorXd>(residuals, value_.size()) = (response - value_).cwiseQuotient(deviation);
+  Eigen::Map<VectorXd>(residuals, value_.size()) = whitened(response - value_);
   if (!jacobians || !jacobians[0]) return true;
   const std::optional<MatrixXd> J = sensitivities(y, response);
   if (!J) return false;
   Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
-      jacobians[0], value_.size(), k) = deviation.cwiseInverse().asDiagonal() * *J;
+      jacobians[0], value_.size(), k) = whitened(*J);
   return true;
 }
 
 MaterialParameters MaterialSearch::scaled_to_fit(MaterialParameters material,
                                                  const VectorXd& response) const {
-  const VectorXd model = response.cwiseQuotient(deviation);
-  const double factor = model.dot(value_.cwiseQuotient(deviation)) / model.squaredNorm();
+  const VectorXd model = whitened(response);
+  const double factor = model.dot(whitened(value_).col(0)) / model.squaredNorm();
   if (scales && factor > 0)
     for (const std::size_t m : moduli_) material.values[m] *= factor;
   return material;

@@ -48,6 +48,11 @@ class MaterialSearch final : public ceres::CostFunction {
   /// The size at which a parameter counts: its own, or where it is nearly 0 a share of all moduli.
   double size_of(const MaterialParameters& material, std::size_t k) const;
   bool is_modulus(std::size_t index) const;
+  /// Rows over their deviations as independent ones (M43c): what errors shared by an experiment
+  /// make alike is taken out. rows: N x anything.
+  Eigen::MatrixXd whitened(const Eigen::MatrixXd& rows) const;
+  /// Identification::shared_error of residuals N [N or Pa].
+  std::vector<double> shared_error(const Eigen::VectorXd& residual) const;
 
   std::vector<Coordinate> coordinates;
   Eigen::VectorXd deviation;  ///< N, of the rows [N or Pa]
@@ -62,6 +67,11 @@ class MaterialSearch final : public ceres::CostFunction {
   const LawRow& law_;
   MaterialParameters start_;
   Eigen::VectorXd value_;
+  struct SharedError {
+    Eigen::Index first, rows;
+    Eigen::VectorXd weight;  // of the rows, over their deviations
+  };
+  std::vector<SharedError> shared_;
   const MaterialResponses& responses_;
   const IdentifyOptions& options_;
   std::vector<std::size_t> moduli_;

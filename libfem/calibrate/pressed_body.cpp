@@ -63,13 +63,43 @@ double force_at(double depth, double step, const std::vector<double>& force) {
   return std::pow(x, power) * sum;
 }
 
+// Of each experiment the deviation of its contact [m]: of repeats that were pooled, of their mean.
+std::map<std::int32_t, double> contact_deviations_m(const MeasuredRecordings& recordings) {
+  std::map<std::int32_t, std::pair<double, int>> squares;
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    auto& [sum, count] = squares[recordings.experiment[r]];
+    const double deviation_m = recordings.contact_deviation_m[static_cast<Eigen::Index>(r)];
+    if (deviation_m > 0) sum += deviation_m * deviation_m;
+    ++count;
+  }
+  std::map<std::int32_t, double> out;
+  for (const auto& [experiment, of] : squares) out[experiment] = std::sqrt(of.first) / of.second;
+  return out;
+}
+
+// Slope of the force over depth at each row of an experiment: of the line through the rows within a
+// fifth of the largest depth.
+Eigen::VectorXd slopes_of(const Eigen::VectorXd& depth, const Eigen::VectorXd& force) {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(depth.size());
+  for (Eigen::Index i = 0; i < depth.size(); ++i) {
+    const Eigen::VectorXd near =
+        ((depth.array() - depth[i]).abs() <= 0.2 * depth.maxCoeff()).cast<double>();
+    const double count = near.sum(), middle = near.dot(depth) / count,
+                 level = near.dot(force) / count;
+    const Eigen::VectorXd off = near.array() * (depth.array() - middle);
+    if (off.squaredNorm() > 0)
+      out[i] = off.dot((force.array() - level).matrix()) / off.squaredNorm();
+  }
+  return out.cwiseMax(0);
+}
+
 }  // namespace
 
 PressedBody::PressedBody(SimulationSetup setup, const Samples& samples, const std::string& where,
                          int jobs)
     : setup_(std::move(setup)), jobs_(jobs) {
   setup_.keeps_surface = false;
-  std::vector<double> value, deviation;
+  std::vector<double> value, deviation, depth_of_row;
   std::map<std::pair<std::int32_t, std::int32_t>, Point> presses;  // of a point, by a probe
   std::map<std::pair<std::int32_t, std::int32_t>, std::set<long>> depths;
   for (Eigen::Index i = 0; i < samples.rows(); ++i) {
@@ -87,6 +117,7 @@ PressedBody::PressedBody(SimulationSetup setup, const Samples& samples, const st
     point.press.depth_m = point.rows.size() == 1 ? depth : std::max(point.press.depth_m, depth);
     depths[by].insert(std::lround(depth * 1e8));
     value.push_back(samples.force.row(i).dot(normal));
+    depth_of_row.push_back(depth);
     deviation.push_back(samples.force_error[i]);
     observed_.group.push_back(samples.experiment[at]);
   }
@@ -101,6 +132,20 @@ PressedBody::PressedBody(SimulationSetup setup, const Samples& samples, const st
   const auto n = static_cast<Eigen::Index>(value.size());
   observed_.value = Eigen::Map<Eigen::VectorXd>(value.data(), n);
   observed_.deviation = Eigen::Map<Eigen::VectorXd>(deviation.data(), n);
+  observed_.shared.setZero(n);
+  const auto contacts_m = contact_deviations_m(samples.recordings);
+  const Eigen::VectorXd depth_m = Eigen::Map<Eigen::VectorXd>(depth_of_row.data(), n);
+  for (Eigen::Index first = 0, end = 0; first < n; first = end) {
+    const auto group_of = [&](Eigen::Index i) {
+      return observed_.group[static_cast<std::size_t>(i)];
+    };
+    for (end = first; end < n && group_of(end) == group_of(first);) ++end;
+    const auto contact = contacts_m.find(group_of(first));
+    if (contact == contacts_m.end() || end - first < 3) continue;
+    observed_.shared.segment(first, end - first) =
+        contact->second *
+        slopes_of(depth_m.segment(first, end - first), observed_.value.segment(first, end - first));
+  }
 }
 
 std::string PressedBody::name_of(const MaterialParameters& material, std::size_t point,

@@ -85,13 +85,14 @@ void state_errors(const MaterialSearch& search, const Observations& observed, co
     return;
   }
   VectorXd size(k);
-  MatrixXd weighted = search.deviation.cwiseInverse().asDiagonal() * *J;
+  MatrixXd weighted = search.whitened(*J);
   for (Index j = 0; j < k; ++j) {
     const auto at = static_cast<std::size_t>(j);
     size[j] = search.size_of(out.material, at);
     weighted.col(j) *= size[j] / search.coordinates[at].slope(y[j]);
   }
-  const VectorXd r = (out.response - observed.value).cwiseQuotient(search.deviation);
+  const VectorXd r = search.whitened(out.response - observed.value);
+  out.shared_error = search.shared_error(observed.value - out.response);
   const auto n = static_cast<double>(r.size());
   const double per_freedom = r.squaredNorm() / std::max(1.0, n - static_cast<double>(k));
   out.misfit = std::sqrt(per_freedom);
@@ -112,7 +113,7 @@ void state_errors(const MaterialSearch& search, const Observations& observed, co
   const MatrixXd V = svd.matrixV();
   const MatrixXd inverse =
       inflation * V * singular.cwiseAbs2().cwiseInverse().asDiagonal() * V.transpose();
-  const VectorXd weighted_response = out.response.cwiseQuotient(search.deviation);
+  const VectorXd weighted_response = search.whitened(out.response);
   const VectorXd shared =
       common_error / inflation * inverse * (weighted.transpose() * weighted_response);
   const MatrixXd relative = inverse + shared * shared.transpose();

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/geometry.hpp"
 #include "libfit/refine/blend.hpp"
+#include "libfit/refine/kriging.hpp"
 #include "libfit/refine/points_on_surface.hpp"
 #include "libfit/refine/side_force.hpp"
 #include "libfit/refine/slopes.hpp"
@@ -59,6 +62,55 @@ std::vector<EdgePathSeeds> seeds_of(const std::vector<char>& is_usable,
   return kept;
 }
 
+constexpr double kFacesAlike = 0.5;  // cosine of 60 degrees
+constexpr std::size_t kMinKriged = 10, kMaxKriged = 2000;
+
+// Forces and normals of measured points that have a force, and what is made of them elsewhere.
+struct KrigedPoints {
+  std::vector<std::int32_t> point;
+  Eigen::VectorXd log_force;  // P
+  std::optional<Kriging> force, normal[3];
+  MeasuredPoints left_out;
+};
+
+KrigedPoints kriged_points(const FittedCurves& curves, std::vector<char> is_usable) {
+  KrigedPoints out;
+  out.log_force = log_forces(curves, is_usable);
+  for (std::size_t p = 0; p < is_usable.size(); ++p)
+    if (is_usable[p]) out.point.push_back(static_cast<std::int32_t>(p));
+  if (out.point.size() < kMinKriged || out.point.size() > kMaxKriged) return out;
+  const Points position = curves.position(out.point, Eigen::all),
+               normal = curves.normal(out.point, Eigen::all);
+  out.force.emplace(position, normal, out.log_force(out.point));
+  out.left_out = {out.log_force, curves.normal};
+  out.left_out.force(out.point) = out.force->left_out();
+  for (int k = 0; k < 3; ++k) {
+    out.normal[k].emplace(position, Points(0, 3), normal.col(k));
+    out.left_out.normal(out.point, k) = out.normal[k]->left_out();
+  }
+  return out;
+}
+
+ShapeTrend kriged_trend(const KrigedPoints& kriged, const FittedCurves& curves, const Surface& fine,
+                        const Points& inward_normal) {
+  ShapeTrend out{kriged.force->at(curves.position, curves.normal),
+                 kriged.force->at(fine.vertices, inward_normal), true};
+  out.at_point(kriged.point) = kriged.log_force(kriged.point);
+  return out;
+}
+
+// Normals kriged from the points' own, but where they face away from the surface.
+Points kriged_normals(const KrigedPoints& kriged, const Surface& fine, Points inward_normal) {
+  Points found(fine.vertices.rows(), 3);
+  for (int k = 0; k < 3; ++k) found.col(k) = kriged.normal[k]->at(fine.vertices, Points(0, 3));
+  for (Eigen::Index v = 0; v < found.rows(); ++v) {
+    const double length = found.row(v).norm();
+    if (found.row(v).dot(inward_normal.row(v)) > kFacesAlike * std::max(length, kFacesAlike))
+      inward_normal.row(v) = found.row(v) / length;
+  }
+  return inward_normal;
+}
+
 // Sums in the fixed order of corners: monotone in each control value, so rows stay monotone.
 // Numbers that go with `force`, a power, are blended over their trend (M12d); at a test point they
 // are its own.
@@ -70,7 +122,7 @@ Controls blend_controls(const Controls& control, const Blend& blend, const Shape
       double weight = blend.weight(v, k);
       if (!(weight > 0)) continue;  // a corner without weight may hold anything
       const std::int32_t l = blend.point(v, k);
-      if (trend.is_used() && force != 0 && weight < 1)
+      if (trend.is_used() && force != 0 && (weight < 1 || trend.smooths))
         weight *= std::exp(force * (trend.at_vertex[v] - trend.at_point[l]));
       fine.row(v) += weight * control.row(l);
     }
@@ -97,12 +149,12 @@ void add_slopes(const FittedCurves& curves, const Surface& fine, const Blend& bl
   normal = rounded_to_float(normal);
 }
 
-Model model_of(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
-               Blend blend, const Controls& slopes, double slope_share, const ShapeTrend& trend) {
+Model model_of(const FittedCurves& curves, const Surface& fine, Points inward_normal, Blend blend,
+               const Controls& slopes, double slope_share, const ShapeTrend& trend) {
   Model model;
   model.surface = fine;
   model.probe = curves.probe;
-  model.inward_normal = -outward_normal;
+  model.inward_normal = std::move(inward_normal);
   model.curves = CurveSet(curves.curves.family);
   model.curves.basis = curves.curves.basis;
   model.curves.relaxation = curves.curves.relaxation;
@@ -125,7 +177,8 @@ Model model_of(const FittedCurves& curves, const Surface& fine, const Points& ou
 
 // Normal curves of points left out, as the model interpolates.
 Controls left_out_normal(const InterpolationChoice& chosen) {
-  Controls out = chosen.follows_shape
+  Controls out = chosen.is_kriged ? chosen.kriged_normal
+                 : chosen.follows_shape
                      ? chosen.shape_normal
                      : Controls(chosen.plain_normal + chosen.slope_share * chosen.slope_normal);
   for (Eigen::Index row = 0; row < out.rows(); ++row) {
@@ -172,17 +225,24 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
       fine, outward_normal, is_reachable, seeds_of(is_usable, seeds), patch_radius_m(curves));
   InterpolationChoice& chosen = found.interpolation;
   std::vector<char> is_trusted = trusted_points(curves, is_usable);
-  chosen = choose_interpolation(curves, found.triangles, is_trusted, slopes, shape);
+  const KrigedPoints kriged = options.is_measured && !options.slope_share && !options.follows_shape
+                                  ? kriged_points(curves, is_usable)
+                                  : KrigedPoints();
+  chosen =
+      choose_interpolation(curves, found.triangles, is_trusted, slopes, shape, kriged.left_out);
   if (options.slope_share) chosen.slope_share = slopes.cols() > 0 ? *options.slope_share : 0;
   chosen.follows_shape =
       options.follows_shape.value_or(chosen.follows_shape && !options.slope_share);
+  const Points inward_normal = chosen.kriges_normals ? kriged_normals(kriged, fine, -outward_normal)
+                                                     : Points(-outward_normal);
+  if (chosen.is_kriged) found.trend = kriged_trend(kriged, curves, fine, inward_normal);
   if (chosen.follows_shape) {
     chosen.slope_share = 0;
     found.trend = trend_over(shape, chosen.trend);
   }
-  Model model = model_of(curves, fine, outward_normal, std::move(blend), slopes, chosen.slope_share,
+  Model model = model_of(curves, fine, inward_normal, std::move(blend), slopes, chosen.slope_share,
                          found.trend);
-  if (chosen.slope_share > 0 || chosen.follows_shape) meet_slope(model);
+  if (chosen.slope_share > 0 || found.trend.is_used()) meet_slope(model);
   chosen.left_out_normal = left_out_normal(chosen);
   for (std::size_t v = 0; v < is_reachable.size(); ++v)
     if (is_reachable[v] && !model.is_covered[v])

@@ -24,10 +24,14 @@ struct RefineOptions {
   /// Of a test point from the surface, in body diagonals; points beyond are left out.
   double largest_stray_diagonals = 0.05;
   /// Of the slopes of test points, what they pass on (B4), 0 to 1/2; none: by leaving one out.
-  std::optional<double> slope_share;
+  std::optional<double> slope_share = {};
   /// Whether forces follow the surface's shape (M12d); none: by leaving one out, or not where a
   /// share of slopes is given.
-  std::optional<bool> follows_shape;
+  std::optional<bool> follows_shape = {};
+  /// Points were measured: neighbours differ by more than the body does, and the surface by more
+  /// than its normals tell. Where leaving one out says so, forces are kriged (M12f) and normals are
+  /// blends of the points' own.
+  bool is_measured = false;
 };
 
 /// What refinement did, for the report.
@@ -38,7 +42,7 @@ struct RefineReport {
   std::vector<std::int32_t> uncovered;  ///< reachable vertices that no test point answers for
   double largest_projection_m = 0;      ///< from a covered vertex to its triangle
   InterpolationChoice interpolation;    ///< what it makes use of, and why
-  ShapeTrend trend;                     ///< of the surface's shape, where that is used
+  ShapeTrend trend;                     ///< of the surface's shape or kriged, where one is used
 };
 
 /// Curves on every vertex of the fine surface by area interpolation (docs/method.md, section 7;

@@ -15,6 +15,7 @@ namespace palpate {
 struct ShapeTrend {
   Eigen::VectorXd at_point;   ///< P: log of the force, but for a constant
   Eigen::VectorXd at_vertex;  ///< V
+  bool smooths = false;       ///< vertices at test points, too (M12f)
   bool is_used() const { return at_point.size() > 0; }
 };
 

@@ -12,6 +12,7 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace palpate::testing_support {
@@ -257,6 +258,85 @@ inline std::string afmformats_table() {
     text += row;
   }
   return text;
+}
+
+/// How tdms_file() is written.
+struct TdmsLayout {
+  bool is_interleaved = false, is_big = false;
+  int segments = 1;        ///< the later ones without meta data
+  bool has_scale = false;  ///< force as 16-bit integers, with a linear scale
+  int groups = 1;          ///< "press 1", "press 2", ...
+};
+
+/// A TDMS file: channels `depth` (mm, f64) and `force` (N, f32 or i16 of 1e-10 N) every 2.5 ms.
+inline std::string tdms_file(const TdmsLayout& layout = {}) {
+  std::string out, meta;
+  const auto put = [&](std::string& to, auto value) {
+    char bytes[sizeof value];
+    std::memcpy(bytes, &value, sizeof value);
+    if (layout.is_big) std::reverse(bytes, bytes + sizeof value);
+    to.append(bytes, sizeof value);
+  };
+  const auto put_text = [&](std::string& to, const std::string& text) {
+    put(to, static_cast<std::uint32_t>(text.size()));
+    to += text;
+  };
+  const auto put_property = [&](const std::string& name, std::uint32_t type, auto value) {
+    put_text(meta, name), put(meta, type);
+    if constexpr (std::is_arithmetic_v<decltype(value)>)
+      put(meta, value);
+    else
+      put_text(meta, value);
+  };
+  const int rows = 2 * kWayRows / layout.segments;
+  put(meta, static_cast<std::uint32_t>(1 + 3 * layout.groups));
+  put_text(meta, "/"), put(meta, 0xffffffffu), put(meta, 1u);
+  put_property("author", 0x20, std::string("a test"));
+  for (int g = 1; g <= layout.groups; ++g) {
+    const std::string group = "/'press " + std::to_string(g) + "'";
+    put_text(meta, group), put(meta, 0xffffffffu), put(meta, 0u);
+    for (const bool is_force : {false, true}) {
+      const bool has_scale = is_force && layout.has_scale;
+      put_text(meta, group + (is_force ? "/'force'" : "/'depth'"));
+      put(meta, 20u), put(meta, !is_force ? 10u : has_scale ? 2u : 9u), put(meta, 1u);
+      put(meta, static_cast<std::uint64_t>(rows)), put(meta, has_scale ? 7u : 2u);
+      put_property("wf_increment", 10, 0.0025);
+      put_property("unit_string", 0x20, std::string(is_force ? "N" : "mm"));
+      if (!has_scale) continue;
+      put_property("NI_Scaling_Status", 0x20, std::string("unscaled"));
+      put_property("NI_Number_Of_Scales", 7, 1u);
+      put_property("NI_Scale[0]_Scale_Type", 0x20, std::string("Linear"));
+      put_property("NI_Scale[0]_Linear_Slope", 10, 1e-10);
+      put_property("NI_Scale[0]_Linear_Y_Intercept", 10, 0.0);
+    }
+  }
+  for (int s = 0; s < layout.segments; ++s) {
+    std::string raw;
+    const auto depth = [&](int i) { put(raw, 1e3 * press_travel_m(s * rows + i)); };
+    const auto force = [&](int i) {
+      const double force_N = press_force_N(s * rows + i);
+      if (layout.has_scale)
+        put(raw, static_cast<std::int16_t>(std::lround(1e10 * force_N)));
+      else
+        put(raw, static_cast<float>(force_N));
+    };
+    for (int g = 0; g < layout.groups && !layout.is_interleaved; ++g) {
+      for (int i = 0; i < rows; ++i) depth(i);
+      for (int i = 0; i < rows; ++i) force(i);
+    }
+    for (int i = 0; i < rows && layout.is_interleaved; ++i)
+      for (int g = 0; g < layout.groups; ++g) depth(i), force(i);
+    const std::uint32_t contents = 8u | (s == 0 ? 2u | 4u : 0u) |
+                                   (layout.is_interleaved ? 32u : 0u) | (layout.is_big ? 64u : 0u);
+    const std::string own = s == 0 ? meta : std::string();
+    out += "TDSm";
+    out.append(reinterpret_cast<const char*>(&contents), 4);  // little-endian always
+    put(out, 4713u);
+    put(out, static_cast<std::uint64_t>(own.size() + raw.size()));
+    put(out, static_cast<std::uint64_t>(own.size()));
+    out += own + raw;
+  }
+  return out;
 }
 
 /// A MATLAB file of version 5: time `t_s` and matrix `M` of depth in mm and force in N (on the

@@ -238,6 +238,15 @@ class Calibrate final : public Command {
     reply.json["presses"] = pressed.presses();
     reply.json["simulated"] = pressed.simulated;
     reply.text = fmt::format("{} presses, {} simulated\n", pressed.presses(), pressed.simulated);
+    if (!found.shared_error.empty()) {
+      double largest = 0;
+      for (const double error : found.shared_error) largest = std::max(largest, std::abs(error));
+      reply.json["contacts"] = found.shared_error;
+      reply.text += fmt::format(
+          "contacts of {} are free within their deviations; the one that moves farthest moves by "
+          "{:.2g} of its own\n",
+          counted(std::ssize(found.shared_error), "press", "presses"), largest);
+    }
     const int status = finish(answer, found, whole, reply);
     cache.remove();
     return status;

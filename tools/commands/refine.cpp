@@ -41,6 +41,7 @@ class Refine final : public Command {
     const bool is_of_scene = !body.settings.empty();
     const Scene scene = is_of_scene ? scene_of(body, body_) : Scene();
     const FittedCurves curves = read_curves(curves_);
+    options.is_measured = !is_of_scene;
     const Model model =
         refine_body(curves, body, options, samples_.empty() ? Samples() : read_known(samples_),
                     is_of_scene ? &scene : nullptr);

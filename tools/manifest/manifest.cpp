@@ -8,6 +8,7 @@
 
 #include "libfit/io/atomic_file.hpp"
 #include "tools/manifest/keys.hpp"
+#include "tools/scene/sections.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -154,6 +155,8 @@ Manifest read_manifest(const fs::path& path) {
                                                 : recordings::RelaxationUse::where_sure;
   read_registration(root.table("registration", "[registration]"), manifest);
   read_hold_out(root.table("validate", "[validate]"), manifest.hold_out);
+  manifest.fit = read_fit(root.table("fit", "[fit]"), path);
+  manifest.export_ = read_export(root.table("export", "[export]"), path);
   ManifestEntry defaults;
   std::optional<double> friction;
   SceneTable defaults_table = root.table("defaults", "[defaults]");

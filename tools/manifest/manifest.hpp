@@ -10,6 +10,7 @@
 #include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "libfit/recordings/placing/registration.hpp"
+#include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
 
@@ -35,6 +36,8 @@ struct Manifest {
   recordings::RelaxationUse relaxation = recordings::AssembleOptions{}.relaxation;
   double friction = kDefaultFriction;  ///< of the probe
   HoldOut hold_out;
+  FitSection fit;         ///< as in a scene, for `run`
+  ExportSection export_;  ///< likewise
 };
 
 /// Whether a TOML file says that it is a manifest: it has recordings, no body. False where it

@@ -1,4 +1,5 @@
 #include "tools/scene/scene.hpp"
+#include "tools/scene/sections.hpp"
 
 #include <fmt/core.h>
 
@@ -210,6 +211,14 @@ ExperimentsSection read_experiments(SceneTable table, const std::filesystem::pat
 
 }  // namespace
 
+FitSection read_fit(SceneTable table, const std::filesystem::path& path) {
+  return read_section<FitSection>(std::move(table), path);
+}
+
+ExportSection read_export(SceneTable table, const std::filesystem::path& path) {
+  return read_section<ExportSection>(std::move(table), path);
+}
+
 Scene parse_scene(const std::string& text, const std::filesystem::path& path,
                   std::vector<Error>* errors) {
   if (text.find('\0') != std::string::npos)  // no text has one; assets and HDF5 files do
@@ -263,9 +272,8 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
     scene.pressed = read_pressed(experiments, path.parent_path(), scene.probe.spec.friction);
     scene.experiments = read_experiments(std::move(experiments), path);
   });
-  section([&] { scene.fit = read_section<FitSection>(root.table("fit", "[fit]"), path); });
-  section(
-      [&] { scene.export_ = read_section<ExportSection>(root.table("export", "[export]"), path); });
+  section([&] { scene.fit = read_fit(root.table("fit", "[fit]"), path); });
+  section([&] { scene.export_ = read_export(root.table("export", "[export]"), path); });
   section([&] {
     SceneTable validate = root.table("validate", "[validate]");
     scene.stated = read_stated(validate, path.parent_path(), scene.probe.spec.friction);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <numbers>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/experiments.hpp"
@@ -39,11 +40,19 @@ Model refine_body(const FittedCurves& curves, const Body& body, const RefineOpti
       1e3 * report.largest_projection_m);
   if (const InterpolationChoice& chosen = report.interpolation; chosen.points > 0)
     say("  {} test points left out are predicted to {:.1f} % (mean) by area alone, {:.1f} % with "
-        "the slopes of side forces, {:.1f} % with the shape of the surface: {}",
+        "the slopes of side forces, {:.1f} % with the shape of the surface{}: {}",
         chosen.points, 100 * chosen.plain_error, 100 * chosen.slope_error, 100 * chosen.shape_error,
-        chosen.follows_shape     ? "forces follow the shape"
+        chosen.kriged_error > 0 ? fmt::format(", {:.1f} % kriged", 100 * chosen.kriged_error) : "",
+        chosen.is_kriged         ? "forces are kriged"
+        : chosen.follows_shape   ? "forces follow the shape"
         : chosen.slope_share > 0 ? fmt::format("{:.3g} of the slopes count", chosen.slope_share)
                                  : "area alone");
+  if (report.interpolation.kriges_normals)
+    say("  normals are kriged from the points' own ({:.1f} degrees off at points left out, the "
+        "surface's "
+        "{:.1f})",
+        report.interpolation.kriged_normal_rad * 180 / std::numbers::pi,
+        report.interpolation.surface_normal_rad * 180 / std::numbers::pi);
   if (curves.curves.family == CurveFamily::rings) {
     const SideMismatch off = side_mismatch(model);
     say("  side force off the slope of the normal energy by {:.2g} % of the normal force (median), "

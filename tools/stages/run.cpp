@@ -68,7 +68,8 @@ class FolderRun {
   void refine_and_write(const Body& body, const Samples& samples, const Scene* scene,
                         const std::string& wanted) {
     const FittedCurves curves = read_curves(file("curves.h5"));
-    const Model model = refine_body(curves, body, {}, samples, scene);
+    const Model model =
+        refine_body(curves, body, {.is_measured = scene == nullptr}, samples, scene);
     write_model(file("model.h5"), model, model_attributes(curves, wanted));
   }
 
@@ -243,7 +244,8 @@ class RecordingsRun : FolderRun {
   RecordingsRun(const RunRequest& request, RunLog* log) : FolderRun(request, log) {}
 
   RunResult run() {
-    read_manifest(request_.scene);  // what is wrong with it is said before the folder is made
+    manifest_ =
+        read_manifest(request_.scene);  // what is wrong with it is said before the folder is made
     output_.claim();
     if (log_) log_->open(file(kRunLog), "palpate run " + request_.scene);
     timed("import", [&] { import(); });
@@ -251,7 +253,7 @@ class RecordingsRun : FolderRun {
     timed("fit, refine, export", [&] {
       fit();
       refine();
-      export_asset({}, {});
+      export_asset(manifest_.export_, {});
     });
     timed("validate", [&] { validate(); });
     read_result();
@@ -275,19 +277,18 @@ class RecordingsRun : FolderRun {
 
   void prepare() {
     const fs::path output = file("body.h5");
-    const Manifest manifest = read_manifest(request_.scene);
-    const std::string wanted = recorded_body_fingerprint(file("samples.h5"), manifest.surface);
+    const std::string wanted = recorded_body_fingerprint(file("samples.h5"), manifest_.surface);
     if (!is_stale("prepare", output, stored_in_hdf5(output), wanted)) return;
-    const Body body = body_of_recordings(manifest, read_samples(file("samples.h5")));
-    if (!manifest.surface) write_file_atomically(file("body.obj"), obj_text(body.surface));
+    const Body body = body_of_recordings(manifest_, read_samples(file("samples.h5")));
+    if (!manifest_.surface) write_file_atomically(file("body.obj"), obj_text(body.surface));
     write_body(output, body, {{kInputsAttribute, wanted}});
   }
 
   void fit() {
     const fs::path output = file("curves.h5"), samples = file("samples.h5");
-    const std::string wanted = curves_fingerprint({}, samples);
+    const std::string wanted = curves_fingerprint(manifest_.fit, samples);
     if (!is_stale("fit", output, stored_in_hdf5(output), wanted)) return;
-    write_curves(output, fit_samples(read_samples(samples), {}, request_.jobs),
+    write_curves(output, fit_samples(read_samples(samples), manifest_.fit, request_.jobs),
                  {{kInputsAttribute, wanted}});
   }
 
@@ -300,8 +301,8 @@ class RecordingsRun : FolderRun {
 
   void validate() {
     const fs::path output = file("statement.json"), asset = file("asset.palp");
-    const std::string wanted =
-        recorded_statement_fingerprint(asset_fingerprint({}, file("model.h5")), file("samples.h5"));
+    const std::string wanted = recorded_statement_fingerprint(
+        asset_fingerprint(manifest_.export_, file("model.h5")), file("samples.h5"));
     const auto stored = has_statement(asset) ? stored_in_json(output) : std::nullopt;
     if (!is_stale("validate", output, stored, wanted)) return;
     const FittedCurves curves = read_curves(file("curves.h5"));
@@ -313,6 +314,7 @@ class RecordingsRun : FolderRun {
     state_recordings(asset, file("samples.h5"), request, &body, output);
   }
 
+  Manifest manifest_;
   std::size_t refused_ = 0;
 };
 

@@ -69,7 +69,7 @@ Statement validate_recordings(const std::filesystem::path& path, const RecordedS
                              as_placed};
   RefineReport refined;
   if (request.curves != nullptr && body != nullptr) {
-    refine(*request.curves, *body, {}, &refined);
+    refine(*request.curves, *body, {.is_measured = true}, &refined);
     recorded.left_out = &refined.interpolation;
   }
   SimulatedReference reference;

@@ -10,7 +10,7 @@
 namespace palpate::importers {
 namespace {
 
-constexpr std::array<Importer, 13> kImporters{{
+constexpr std::array<Importer, 14> kImporters{{
     {"jpk", "JPK force curve or map: .jpk-force, .jpk-force-map, .jpk-qi-data", begins_zip,
      read_jpk},
     {"igor", "Igor binary wave of an Asylum Research microscope: .ibw", begins_igor, read_igor},
@@ -23,6 +23,8 @@ constexpr std::array<Importer, 13> kImporters{{
     {"matlab", "variables of a .mat file (5 to 7.3), named in the manifest", begins_matlab,
      read_matlab},
     {"hdf5", "data sets of an HDF5 file, named in the manifest", begins_hdf5, read_columns_hdf5},
+    {"tdms", "channels of a LabVIEW file (TDMS), a recording for each group", begins_tdms,
+     read_tdms},
     {"chiaro", "nanoindenter of Optics11 (Chiaro, Piuma), text export", begins_chiaro, read_chiaro},
     {"afm-workshop", "AFMWorkshop force-distance curve, extend and retract side by side",
      begins_afm_workshop, read_afm_workshop},
@@ -51,7 +53,7 @@ const Importer& recognise(const std::filesystem::path& path, std::string_view by
       bytes.find("imaging mode") != std::string_view::npos)
     return *importer_named("afmformats-hdf5");
   const bool is_binary = begins_hdf5(head) || begins_zip(head) || begins_igor(head) ||
-                         begins_matlab(head) || begins_nanoscope(head);
+                         begins_matlab(head) || begins_nanoscope(head) || begins_tdms(head);
   if (has_columns(settings.columns) && !is_binary) return *importer_named("csv");
   for (const Importer& row : kImporters)
     if (row.begins && row.begins(head)) return row;

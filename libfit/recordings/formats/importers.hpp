@@ -79,6 +79,9 @@ std::vector<RawRecording> read_afmformats_hdf5(const std::filesystem::path&, std
                                                const ReadSettings&);
 std::vector<RawRecording> read_matlab(const std::filesystem::path&, std::string_view,
                                       const ReadSettings&);
+std::vector<RawRecording> read_tdms(const std::filesystem::path&, std::string_view,
+                                    const ReadSettings&);
+bool begins_tdms(std::string_view head);
 bool begins_igor(std::string_view head);
 bool begins_afmformats(std::string_view head);
 bool begins_matlab(std::string_view head);

@@ -1,0 +1,142 @@
+// Measured points: forces that scatter, and a surface whose normals are not those of the presses.
+
+#include "libfit/refine/kriging.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/libfit/refine/blending.hpp"
+
+namespace palpate::testing_refine {
+namespace {
+
+constexpr double kSide_m = 0.04;
+
+Points scattered(int count, std::mt19937& random) {
+  std::uniform_real_distribution<double> along(0, kSide_m);
+  Points out(count, 3);
+  for (Eigen::Index i = 0; i < count; ++i) out.row(i) << along(random), along(random), 0;
+  return out;
+}
+
+Points downwards(Eigen::Index count) {
+  return Points(-Vec3::UnitZ().transpose().replicate(count, 1));
+}
+
+// In units of the waves' length, some spacings.
+double smooth(const Eigen::RowVector3d& p) { return std::sin(150 * p.x()) + std::cos(120 * p.y()); }
+
+Eigen::VectorXd values(const Points& at, double noise, std::mt19937& random) {
+  std::normal_distribution<double> error(0, noise);
+  Eigen::VectorXd out(at.rows());
+  for (Eigen::Index i = 0; i < out.size(); ++i) out[i] = smooth(at.row(i)) + error(random);
+  return out;
+}
+
+TEST(Kriging, foretells_a_smooth_field_and_averages_noise) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    std::mt19937 random(seed);
+    const Points known = scattered(120, random),
+                 asked = scattered(80, random).array() * 0.8 + 0.004;
+    Points flat = asked;
+    flat.col(2).setZero();
+    for (const double noise : {0.0, 0.3}) {
+      const Kriging kriging(known, downwards(120), values(known, noise, random));
+      const Eigen::VectorXd found = kriging.at(flat, downwards(80));
+      double squares = 0;
+      for (Eigen::Index i = 0; i < 80; ++i) squares += std::pow(found[i] - smooth(flat.row(i)), 2);
+      EXPECT_LT(std::sqrt(squares / 80), noise == 0 ? 0.06 : 0.8 * noise) << "seed " << seed;
+    }
+  }
+}
+
+TEST(Kriging, a_point_left_out_is_what_the_others_make_of_its_place) {
+  for (const unsigned seed : {1U, 2U}) {
+    std::mt19937 random(seed);
+    const Points known = scattered(60, random);
+    const Eigen::VectorXd value = values(known, 0.2, random);
+    const Eigen::VectorXd left_out = Kriging(known, downwards(60), value).left_out();
+    for (Eigen::Index p = 0; p < 60; p += 11) {
+      std::vector<Eigen::Index> others;
+      for (Eigen::Index q = 0; q < 60; ++q)
+        if (q != p) others.push_back(q);
+      const Kriging without(known(others, Eigen::all), downwards(59), value(others));
+      // Likelihoods and the spacing hardly change with one point.
+      EXPECT_NEAR(left_out[p], without.at(known.row(p), downwards(1))[0], 0.1) << "seed " << seed;
+    }
+  }
+}
+
+TEST(Kriging, the_other_side_of_a_thin_plate_says_nothing) {
+  std::mt19937 random(5);
+  Points both(120, 3), normal(120, 3);
+  both.topRows(60) = both.bottomRows(60) = scattered(60, random);
+  both.bottomRows(60).col(2).setConstant(-1e-4);
+  normal.topRows(60) = downwards(60);
+  normal.bottomRows(60) = -downwards(60);
+  Eigen::VectorXd value(120);
+  value << Eigen::VectorXd::Constant(60, 1) + 0.1 * values(both.topRows(60), 0, random),
+      Eigen::VectorXd::Constant(60, 3);
+  const Eigen::VectorXd found = Kriging(both, normal, value).at(both, normal);
+  EXPECT_LT((found - value).cwiseAbs().maxCoeff(), 0.2);
+}
+
+TEST(Kriging, equal_values_stay_and_many_points_are_judged_by_a_share_of_them) {
+  std::mt19937 random(6);
+  const Points known = scattered(700, random);
+  const Kriging even(known, downwards(700), Eigen::VectorXd::Constant(700, 2.5));
+  EXPECT_NEAR(even.at(known.topRows(3), downwards(3)).maxCoeff(), 2.5, 1e-9);
+  const Kriging noisy(known, downwards(700), values(known, 0.3, random));
+  double squares = 0;
+  const Eigen::VectorXd found = noisy.at(known, downwards(700));
+  for (Eigen::Index i = 0; i < 700; ++i) squares += std::pow(found[i] - smooth(known.row(i)), 2);
+  EXPECT_LT(std::sqrt(squares / 700), 0.15);
+}
+
+TEST(Refine, measured_forces_that_scatter_are_kriged_and_exact_ones_kept) {
+  const Surface fine = plate(40, 40, kSide_m, kSide_m), coarse = plate(10, 10, kSide_m, kSide_m);
+  const Field truth = [](const Vec3& p) { return 3 + 20 * p.x() + 30 * p.y(); };
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> scatter(0, 0.2);
+    const FittedCurves noisy =
+        curves_at(coarse, [&](const Vec3& p) { return truth(p) * std::exp(scatter(random)); });
+    RefineReport report;
+    const FieldError area = field_error(refine(noisy, fine, all(fine), coarse.triangles), truth);
+    const Model model =
+        refine(noisy, fine, all(fine), coarse.triangles, {.is_measured = true}, &report);
+    EXPECT_TRUE(report.interpolation.is_kriged) << "seed " << seed;
+    EXPECT_LT(2 * field_error(model, truth).rms, area.rms) << "seed " << seed;
+    EXPECT_LT(report.interpolation.kriged_error, 0.95 * report.interpolation.plain_error);
+  }
+  // At the rim kriging foretells exact forces better than the line beside them does, and keeps
+  // them.
+  const FittedCurves exact = curves_at(coarse, truth);
+  const Model model = refine(exact, fine, all(fine), coarse.triangles, {.is_measured = true});
+  EXPECT_LT(field_error(model, truth).most, 0.02);
+}
+
+// A surface through contacts that are 0.1 mm off is rough by 5 degrees and more; presses go along
+// normals that a rig knows better.
+TEST(Refine, normals_are_those_of_the_presses_where_the_surface_is_rough) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> height(0, 2e-4);
+  Surface fine = plate(20, 20, kSide_m, kSide_m);
+  for (double& z : fine.vertices.col(2)) z = height(random);
+  FittedCurves curves = curves_at(plate(10, 10, kSide_m, kSide_m), [](const Vec3&) { return 2; });
+  RefineReport report;
+  const Model model = refine(curves, fine, all(fine), {}, {.is_measured = true}, &report);
+  EXPECT_TRUE(report.interpolation.kriges_normals);
+  EXPECT_GT(report.interpolation.surface_normal_rad, 0.05);
+  for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v)
+    if (model.is_covered[static_cast<std::size_t>(v)]) {
+      EXPECT_NEAR(model.inward_normal.row(v).dot(-Vec3::UnitZ()), 1, 1e-12) << v;
+    }
+  const Model simulated = refine(curves, fine, all(fine), {});
+  EXPECT_EQ(simulated.inward_normal, -vertex_normals(fine));
+}
+
+}  // namespace
+}  // namespace palpate::testing_refine
