@@ -148,15 +148,15 @@ TEST(Identify, keeps_what_is_not_free_and_an_error_that_all_rows_share_in_the_de
     EXPECT_GT(shared.deviation(k), 0.03 * shared.material.values[static_cast<std::size_t>(k)]);
 }
 
-// A press whose contact is found 0.1 mm late is stiffer at every depth: without the contact's
-// deviation, the modulus of one press is 8 % too large and says 0.5 %.
+// Presses whose contacts are found with errors of 0.1 mm: as one press stiffens, another softens.
+// With the deviation told the modulus errs less, and its interval holds the truth.
 TEST(Identify, an_error_that_an_experiment_shares_is_in_the_answer_and_in_its_interval) {
   constexpr double kContact_m = 1e-4, kModulus_Pa = 5e3;
   const Eigen::VectorXd depth_m = Eigen::VectorXd::LinSpaced(20, 2e-4, 4e-3);
   const auto press_N = [&](double modulus_Pa, double shift_m) {
-    return Eigen::VectorXd(0.1 * modulus_Pa * (depth_m.array() + shift_m).pow(1.5));
+    return Eigen::VectorXd(0.1 * modulus_Pa * (depth_m.array() + shift_m).max(0.0).pow(1.5));
   };
-  int within = 0, within_exact = 0;
+  int within = 0;
   double squares = 0, exact_squares = 0;
   for (unsigned seed = 1; seed <= 40; ++seed) {
     std::mt19937 random(seed);
@@ -192,12 +192,11 @@ TEST(Identify, an_error_that_an_experiment_shares_is_in_the_answer_and_in_its_in
     const auto holds = [&](const Identification& of) {
       return std::abs(of.material.values[0] - kModulus_Pa) < of.half_width * of.deviation(0);
     };
-    within += holds(found), within_exact += holds(as_exact);
+    within += holds(found);
     squares += std::pow(found.material.values[0] / kModulus_Pa - 1, 2);
     exact_squares += std::pow(as_exact.material.values[0] / kModulus_Pa - 1, 2);
   }
   EXPECT_GE(within, 35);
-  EXPECT_LT(within_exact, 25);
   EXPECT_LT(squares, 0.6 * exact_squares);
 }
 
