@@ -11,7 +11,7 @@ namespace palpate::fem {
 /// Numbers without a value until they are written, in room that stays: factors of one mesh follow
 /// each other, and to clear or to ask for memory again costs a quarter of their time.
 template <class Real>
-class Room {
+class ReusedNumbers {
  public:
   Real* at_least(std::size_t size) {
     if (size > size_) {
@@ -29,7 +29,7 @@ class Room {
 /// The front that is eliminated, and what supernodes leave to those above them.
 template <class Real>
 struct EliminationRoom {
-  Room<Real> front, left;
+  ReusedNumbers<Real> front, left;
 };
 
 /// Factor of K up to the dense block of its last nodes, in single precision.
