@@ -9,7 +9,7 @@
 namespace palpate::fem {
 
 /// Numbers without a value until they are written, in room that stays: factors of one mesh follow
-/// each other, and to clear or to ask for memory again costs a quarter of their time.
+/// each other. To clear it and to ask for memory again takes 7 % of a press with drags.
 template <class Real>
 class ReusedNumbers {
  public:

@@ -46,8 +46,9 @@ struct Placement {
 /// simulates there and adds them, until two rounds or more in a row, of twelve new points, were
 /// predicted within the tolerance (p95 of force errors at points whose own fit is not poor) or the
 /// budget is spent. Says the error of each round. With rings a few of the first points are dragged
-/// and all others pressed alone, on one mesh where that is good enough (M13e). No experiment is
-/// simulated twice, in this run or a resumed one; the same scene gives the same points whatever the
+/// and all others pressed alone, on one mesh where that is good enough (M13e). A first
+/// point that is pressed on one mesh is pressed once more when its factor is known; nothing else is
+/// simulated twice, in this run or a resumed one. The same scene gives the same points whatever the
 /// number of threads.
 Placement place_and_simulate(const Scene& scene, const Body& body,
                              const fem::SimulatorOf& simulator, int jobs, SampleCache& known);
