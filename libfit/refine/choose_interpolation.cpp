@@ -11,18 +11,20 @@
 
 #include "libfit/core/node_forces.hpp"
 #include "libfit/refine/edge_paths.hpp"
+#include "libfit/refine/shape_trend.hpp"
+#include "libfit/refine/slopes.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr int kDepths = 4;
+constexpr int kDepths = kComparedDepths;
 constexpr int kShares = 4;  // eighths up to a half
-// Fewer points agree by chance, with the trend's four numbers more than with one.
-constexpr int kMinPoints = 4, kMinShapePoints = 6;
+// Fewer points agree by chance.
+constexpr int kMinPoints = 4, kMinKrigedPoints = 6;
 constexpr int kMaxPoints = 500;      // evenly taken: more tell nothing new
 constexpr double kFacesAlike = 0.3;  // cosine: not the other side of a thin body
 // Of the error without.
-constexpr double kSlopesPay = 0.95, kShapePays = 0.9, kKrigingPays = 0.95;
+constexpr double kSlopesPay = 0.95, kGapPays = 1.02, kMeasuredGapPays = 0.95, kKrigingPays = 0.95;
 
 // Usable points within two edges of a point that face as it does.
 std::vector<std::int32_t> points_around(const FittedCurves& curves, const Neighbours& neighbours,
@@ -39,6 +41,13 @@ std::vector<std::int32_t> points_around(const FittedCurves& curves, const Neighb
   });
   return {found.begin(), found.end()};
 }
+
+// A test point, and its place as a blend of three others.
+struct LeftOutPoint {
+  std::int32_t point = 0;
+  std::array<std::int32_t, 3> corner{};
+  Vec3 weight = Vec3::Zero();
+};
 
 struct BlendPoints {
   std::array<std::int32_t, 3> point{};
@@ -103,50 +112,65 @@ std::optional<BlendPoints> beside(const FittedCurves& curves, const std::vector<
   return best;
 }
 
-// Of a point left out, the normal curve that is true, that is predicted from the neighbours, what
-// slopes add, what the trend predicts, what kriging does.
-Controls normal_controls(const FittedCurves& curves, const LeftOutPoint& row,
-                         const Controls& slopes, const ShapeCovariates& shape,
-                         const ShapeRegression& trend, const Eigen::VectorXd& log_force,
-                         const Eigen::VectorXd& kriged) {
-  const Eigen::Index n = curves.curves.control[0].cols();
+// Of a point left out, the normal curve that is true, and what stands for it.
+enum Prediction : int { truth, plain, slope, over_gap, kriged, kPredictions };
+
+struct Evidence {
+  const FittedCurves& curves;
+  const Controls& slopes;
+  const GapForces& gap;
+  const Eigen::VectorXd& log_force;
+  const Eigen::VectorXd& kriged_force;
+};
+
+Controls normal_controls(const Evidence& of, const LeftOutPoint& row) {
+  const Controls& normal = of.curves.curves.control[0];
   const std::int32_t p = row.point;
-  Controls control = Controls::Zero(5, n);
-  control.row(0) = curves.curves.control[0].row(p);
+  Controls control = Controls::Zero(kPredictions, normal.cols());
+  control.row(truth) = normal.row(p);
   for (int k = 0; k < 3; ++k) {
     const std::int32_t l = row.corner[static_cast<std::size_t>(k)];
-    const Eigen::RowVectorXd part = row.weight[k] * curves.curves.control[0].row(l);
-    const Vec3 way = (curves.position.row(p) - curves.position.row(l)).transpose();
-    control.row(1) += part;
-    for (Eigen::Index j = 0; j < n && slopes.cols() > 0; ++j)
-      control(2, j) += row.weight[k] * slopes.row(l).segment<3>(3 * j).dot(way.transpose());
-    control.row(3) +=
-        std::exp(trend.at(shape.at_point.row(p)) - trend.at(shape.at_point.row(l))) * part;
-    if (kriged.size() > 0) control.row(4) += std::exp(kriged[p] - log_force[l]) * part;
+    const Eigen::RowVectorXd part = row.weight[k] * normal.row(l);
+    const Vec3 way = (of.curves.position.row(p) - of.curves.position.row(l)).transpose();
+    control.row(plain) += part;
+    for (Eigen::Index j = 0; j < normal.cols() && of.slopes.cols() > 0; ++j)
+      control(slope, j) += row.weight[k] * of.slopes.row(l).segment<3>(3 * j).dot(way.transpose());
+    if (of.gap.is_known())
+      control.row(over_gap).array() +=
+          part.array() * at_controls(of.curves.curves.basis[0],
+                                     kGapShare * (of.gap.at_point.row(p) - of.gap.at_point.row(l)))
+                             .array()
+                             .exp();
+    if (of.kriged_force.size() > 0)
+      control.row(kriged) += std::exp(of.kriged_force[p] - of.log_force[l]) * part;
   }
+  clamp_rising(control.row(over_gap));
   return control;
 }
 
-// Mean relative errors of a point left out: with shares of slopes, and with the trend last.
-std::array<double, kShares + 3> errors_of(const FittedCurves& curves, const Controls& control) {
+// Mean relative errors of a point left out: with shares of slopes, then as predicted.
+struct Errors {
+  std::array<double, kShares + 1> share{};
+  std::array<double, kPredictions> as{};
+};
+void add_errors(const FittedCurves& curves, const Controls& control, Errors& errors) {
   CurveSet rows(curves.curves.family);
   rows.basis = curves.curves.basis;
   rows.control[0] = control;
   const NodeForces forces(rows);
   const double range_m = curves.curves.basis[0].knots_m.back();
-  std::array<double, kShares + 3> error{};
   for (int step = 1; step <= kDepths; ++step) {
-    const double depth_m = range_m * step / kDepths, truth = forces.normal_N(0, depth_m);
-    if (!(truth > 0)) continue;
-    const double plain = forces.normal_N(1, depth_m), more = forces.normal_N(2, depth_m);
+    const double depth_m = range_m * step / kDepths, true_N = forces.normal_N(truth, depth_m);
+    if (!(true_N > 0)) continue;
+    const double plain_N = forces.normal_N(plain, depth_m),
+                 more_N = forces.normal_N(slope, depth_m);
     for (int share = 0; share <= kShares; ++share)
-      error[static_cast<std::size_t>(share)] +=
-          std::abs(plain + 0.125 * share * more - truth) / truth / kDepths;
-    for (const int more_row : {3, 4})
-      error[static_cast<std::size_t>(kShares - 2 + more_row)] +=
-          std::abs(forces.normal_N(more_row, depth_m) - truth) / truth / kDepths;
+      errors.share[static_cast<std::size_t>(share)] +=
+          std::abs(plain_N + 0.125 * share * more_N - true_N) / true_N / kDepths;
+    for (const int as : {over_gap, kriged})
+      errors.as[static_cast<std::size_t>(as)] +=
+          std::abs(forces.normal_N(as, depth_m) - true_N) / true_N / kDepths;
   }
-  return error;
 }
 
 // Points, at most kMaxPoints, that neighbours surround; and those at the rim, if wanted.
@@ -186,62 +210,60 @@ Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usa
 
 InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
                                          const std::vector<char>& is_usable, const Controls& slopes,
-                                         const ShapeCovariates& shape,
-                                         const MeasuredPoints& measured) {
+                                         const GapForces& gap, const MeasuredPoints& measured) {
   InterpolationChoice out;
   std::vector<char> is_used = is_usable;
   const Eigen::VectorXd log_force = log_forces(curves, is_used);
-  std::array<double, kShares + 3> error{};
+  const Evidence evidence{curves, slopes, gap, log_force, measured.force};
+  Errors errors;
   const std::vector<LeftOutPoint> rows =
       left_out_points(curves, triangles, is_used, measured.is_there());
-  out.trend = regress_on_shape(shape, log_force, is_used, rows);
-  for (Controls* kept :
-       {&out.plain_normal, &out.slope_normal, &out.shape_normal, &out.kriged_normal})
-    kept->resize(static_cast<Eigen::Index>(rows.size()), curves.curves.control[0].cols());
+  const std::array<Controls*, kPredictions> kept{nullptr, &out.plain_normal, &out.slope_normal,
+                                                 &out.gap_normal, &out.kriged_normal};
+  for (int as = plain; as < kPredictions; ++as)
+    kept[static_cast<std::size_t>(as)]->resize(static_cast<Eigen::Index>(rows.size()),
+                                               curves.curves.control[0].cols());
   for (const LeftOutPoint& row : rows) {
-    const ShapeRegression trend = regress_on_shape(shape, log_force, is_used, rows, row.point);
-    const Controls control =
-        normal_controls(curves, row, slopes, shape, trend, log_force, measured.force);
-    out.plain_normal.row(out.points) = control.row(1);
-    out.slope_normal.row(out.points) = control.row(2);
-    out.shape_normal.row(out.points) = control.row(3);
-    out.kriged_normal.row(out.points) = control.row(4);
+    const Controls control = normal_controls(evidence, row);
+    for (int as = plain; as < kPredictions; ++as)
+      kept[static_cast<std::size_t>(as)]->row(out.points) = control.row(as);
     if (measured.is_there()) {
       const Vec3 own = curves.normal.row(row.point);
-      out.surface_normal_rad += angle(shape.at_point.row(row.point).tail<3>(), own);
+      out.surface_normal_rad += angle(measured.surface_normal.row(row.point), own);
       out.kriged_normal_rad += angle(measured.normal.row(row.point), own);
     }
     out.left_out.push_back(row.point);
     ++out.points;
-    const auto at_point = errors_of(curves, control);
-    for (std::size_t k = 0; k < error.size(); ++k) error[k] += at_point[k];
+    add_errors(curves, control, errors);
   }
+  out.follows_shape = gap.is_known() && !measured.is_there();
   if (out.points == 0) return out;
-  for (double& e : error) e /= out.points;
+  for (double& e : errors.share) e /= out.points;
+  for (double& e : errors.as) e /= out.points;
   out.surface_normal_rad /= out.points;
   out.kriged_normal_rad /= out.points;
   out.kriges_normals =
-      out.points >= kMinShapePoints && out.kriged_normal_rad < out.surface_normal_rad;
-  const auto best = std::min_element(error.begin(), error.begin() + kShares + 1);
-  out.error = out.plain_error = error[0];
+      out.points >= kMinKrigedPoints && out.kriged_normal_rad < out.surface_normal_rad;
+  const auto best = std::min_element(errors.share.begin(), errors.share.end());
+  out.error = out.plain_error = errors.share[0];
   out.slope_error = *best;
-  out.shape_error = error[kShares + 1];
-  if (measured.is_there()) out.kriged_error = error[kShares + 2];
+  if (gap.is_known()) out.gap_error = errors.as[over_gap];
+  if (measured.is_there()) out.kriged_error = errors.as[kriged];
   if (out.points >= kMinPoints && out.slope_error < kSlopesPay * out.plain_error) {
-    out.slope_share = 0.125 * static_cast<double>(best - error.begin());
+    out.slope_share = 0.125 * static_cast<double>(best - errors.share.begin());
     out.error = out.slope_error;
   }
-  if (out.points >= kMinShapePoints && out.shape_error < kShapePays * out.error) {
-    out.follows_shape = true;
-    out.error = out.shape_error;
-  }
-  if (measured.is_there() && out.points >= kMinShapePoints &&
+  out.follows_shape =
+      gap.is_known() &&
+      out.gap_error < (measured.is_there() ? kMeasuredGapPays : kGapPays) * out.error;
+  if (out.follows_shape) out.error = out.gap_error;
+  if (measured.is_there() && out.points >= kMinKrigedPoints &&
       out.kriged_error < kKrigingPays * out.error) {
     out.is_kriged = true;
     out.follows_shape = false;
-    out.slope_share = 0;
     out.error = out.kriged_error;
   }
+  if (out.follows_shape || out.is_kriged) out.slope_share = 0;
   return out;
 }
 

@@ -3,29 +3,28 @@
 #include <vector>
 
 #include "libfit/core/curves.hpp"
-#include "libfit/refine/shape_trend.hpp"
+#include "libfit/refine/gap_force.hpp"
 
 namespace palpate {
 
 /// What interpolation between test points makes use of, and the evidence: mean error of the normal
 /// force at test points left out, relative: as chosen, without anything, with the best share of
-/// slopes, with the trend of the surface's shape, kriged. Errors are 0 where no point could be left
-/// out.
+/// slopes, over the gap's force, over the trend of tilt as well, kriged. Errors are 0 where no
+/// point could be left out.
 struct InterpolationChoice {
   double slope_share = 0;      ///< of the slopes of test points (B4), 0 to 1/2
-  bool follows_shape = false;  ///< the trend of shape (M12d); refine() then counts no slopes
+  bool follows_shape = false;  ///< the gap's force (M12d); refine() then counts no slopes
   bool is_kriged = false;      ///< forces are those of (M12f); then nothing else is made use of
   /// Inward normals of vertices are kriged from the points' own: the surface's foretell those of
   /// points left out worse.
   bool kriges_normals = false;
-  ShapeRegression trend;  ///< of all points that count, whether it is used or not
-  int points = 0;         ///< that could be left out
-  double error = 0, plain_error = 0, slope_error = 0, shape_error = 0, kriged_error = 0;
+  int points = 0;  ///< that could be left out
+  double error = 0, plain_error = 0, slope_error = 0, gap_error = 0, kriged_error = 0;
   double surface_normal_rad = 0, kriged_normal_rad = 0;  ///< mean angles to points' own normals
   std::vector<std::int32_t> left_out;  ///< the points that were left out, one by one
   /// Their normal curves as the neighbours have them: without anything, what the whole of the
-  /// slopes adds, with the trend, kriged. A row of control values for each [N].
-  Controls plain_normal, slope_normal, shape_normal, kriged_normal;
+  /// slopes adds, over the gap's force, kriged. A row of control values for each [N].
+  Controls plain_normal, slope_normal, gap_normal, kriged_normal;
   Controls left_out_normal;  ///< the same as the model interpolates; by refine()
 };
 
@@ -38,18 +37,19 @@ Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usa
 struct MeasuredPoints {
   Eigen::VectorXd force;
   Points normal{0, 3};
+  Points surface_normal{0, 3};  ///< the surface's there
   bool is_there() const { return force.size() > 0; }
 };
 
-/// Leaves out one test point at a time and predicts it from its neighbours, at four depths; the
-/// trend is that of rows that know nothing of it. Nothing is chosen where fewer than four points
-/// (six for the trend) have neighbours all around, or where it takes off less than a twentieth (a
-/// tenth; measured: a twentieth of the rest, for forces). Measured points are left out at the rim,
-/// too, where the nearest line between two others answers. is_usable: points that count; the others
-/// are neither left out nor predict. slopes: slopes_of(curves).
+/// Leaves out one test point at a time and predicts it from its neighbours, at four depths. The
+/// gap's force is made use of unless it errs more than what else there is. Measured points ask more
+/// of it, because their surface is less sure: it has to take off a twentieth. Slopes and kriging
+/// have to do so everywhere. Slopes need four points that neighbours surround, kriging six.
+/// Measured points are left out at the rim, too, where the nearest line between two others answers.
+/// is_usable: points that count; the others are neither left out nor predict. slopes:
+/// slopes_of(curves).
 InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
                                          const std::vector<char>& is_usable, const Controls& slopes,
-                                         const ShapeCovariates& shape,
-                                         const MeasuredPoints& measured = {});
+                                         const GapForces& gap, const MeasuredPoints& measured = {});
 
 }  // namespace palpate

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kDepths = 4;
+constexpr int kDepths = kComparedDepths;
 constexpr int kFeatures = 2 * kDepths;  // normal force, then limit force
 // Of twice the share of slopes, by which the second difference falls: what is left of it shows
 // features that lie between test points, where slopes agree by chance.
@@ -141,8 +141,10 @@ std::vector<double> expected_errors(const FittedCurves& curves, const Model& mod
   const Triangles& triangles = refined.triangles;
   FeatureTable at_points = features_of(curves.curves), at_vertices = features_of(model.curves);
   if (refined.trend.is_used()) {  // what is interpolated is the force over its trend
-    at_points.array().colwise() *= (-refined.trend.at_point).array().exp();
-    at_vertices.array().colwise() *= (-refined.trend.at_vertex).array().exp();
+    for (int f = 0; f < kFeatures; ++f) {
+      at_points.col(f).array() *= (-refined.trend.at_point.col(f % kDepths)).array().exp();
+      at_vertices.col(f).array() *= (-refined.trend.at_vertex.col(f % kDepths)).array().exp();
+    }
   }
   const auto gradients = gradients_of(curves, at_points, triangles);
   const auto slopes = slope_share > 0 ? side_gradients_of(curves, at_points) : gradients;

@@ -63,6 +63,7 @@ std::vector<EdgePathSeeds> seeds_of(const std::vector<char>& is_usable,
 }
 
 constexpr double kFacesAlike = 0.5;  // cosine of 60 degrees
+constexpr double kVeryNear_m = 1e-12;
 constexpr std::size_t kMinKriged = 10, kMaxKriged = 2000;
 
 // Forces and normals of measured points that have a force, and what is made of them elsewhere.
@@ -73,7 +74,18 @@ struct KrigedPoints {
   MeasuredPoints left_out;
 };
 
-KrigedPoints kriged_points(const FittedCurves& curves, std::vector<char> is_usable) {
+// The surface's inward normals where points lie, between vertices: nearer ones count more.
+Points surface_normals(const std::vector<EdgePathSeeds>& seeds, const Points& outward_normal) {
+  Points out = Points::Zero(static_cast<Eigen::Index>(seeds.size()), 3);
+  for (std::size_t p = 0; p < seeds.size(); ++p)
+    for (const EdgePathSeed& seed : seeds[p])
+      out.row(static_cast<Eigen::Index>(p)) -=
+          outward_normal.row(seed.vertex) / (seed.distance_m + kVeryNear_m);
+  return out;
+}
+
+KrigedPoints kriged_points(const FittedCurves& curves, std::vector<char> is_usable,
+                           const std::vector<EdgePathSeeds>& seeds, const Points& outward_normal) {
   KrigedPoints out;
   out.log_force = log_forces(curves, is_usable);
   for (std::size_t p = 0; p < is_usable.size(); ++p)
@@ -82,7 +94,7 @@ KrigedPoints kriged_points(const FittedCurves& curves, std::vector<char> is_usab
   const Points position = curves.position(out.point, Eigen::all),
                normal = curves.normal(out.point, Eigen::all);
   out.force.emplace(position, normal, out.log_force(out.point));
-  out.left_out = {out.log_force, curves.normal};
+  out.left_out = {out.log_force, curves.normal, surface_normals(seeds, outward_normal)};
   out.left_out.force(out.point) = out.force->left_out();
   for (int k = 0; k < 3; ++k) {
     out.normal[k].emplace(position, Points(0, 3), normal.col(k));
@@ -93,10 +105,10 @@ KrigedPoints kriged_points(const FittedCurves& curves, std::vector<char> is_usab
 
 ShapeTrend kriged_trend(const KrigedPoints& kriged, const FittedCurves& curves, const Surface& fine,
                         const Points& inward_normal) {
-  ShapeTrend out{kriged.force->at(curves.position, curves.normal),
-                 kriged.force->at(fine.vertices, inward_normal), true};
-  out.at_point(kriged.point) = kriged.log_force(kriged.point);
-  return out;
+  Eigen::VectorXd at_point = kriged.force->at(curves.position, curves.normal);
+  at_point(kriged.point) = kriged.log_force(kriged.point);
+  return {at_point.replicate(1, kComparedDepths),
+          kriged.force->at(fine.vertices, inward_normal).replicate(1, kComparedDepths), true};
 }
 
 // Normals kriged from the points' own, but where they face away from the surface.
@@ -112,20 +124,30 @@ Points kriged_normals(const KrigedPoints& kriged, const Surface& fine, Points in
 }
 
 // Sums in the fixed order of corners: monotone in each control value, so rows stay monotone.
-// Numbers that go with `force`, a power, are blended over their trend (M12d); at a test point they
-// are its own.
+// Numbers that go with a power of the force are blended over their trend (M12d), curves by depth;
+// at a test point they are its own.
 Controls blend_controls(const Controls& control, const Blend& blend, const ShapeTrend& trend,
-                        int force) {
+                        const runtime::Part& part, const CurveBasis* basis) {
+  const int force = part.known == runtime::Known::sway ? 0 : part.force;
   Controls fine = Controls::Zero(blend.point.rows(), control.cols());
-  for (Eigen::Index v = 0; v < fine.rows(); ++v)
+  for (Eigen::Index v = 0; v < fine.rows(); ++v) {
     for (int k = 0; k < 3; ++k) {
-      double weight = blend.weight(v, k);
+      const double weight = blend.weight(v, k);
       if (!(weight > 0)) continue;  // a corner without weight may hold anything
       const std::int32_t l = blend.point(v, k);
-      if (trend.is_used() && force != 0 && (weight < 1 || trend.smooths))
-        weight *= std::exp(force * (trend.at_vertex[v] - trend.at_point[l]));
-      fine.row(v) += weight * control.row(l);
+      if (!trend.is_used() || force == 0 || !(weight < 1 || trend.smooths)) {
+        fine.row(v) += weight * control.row(l);
+        continue;
+      }
+      const Eigen::RowVectorXd more = force * (trend.at_vertex.row(v) - trend.at_point.row(l));
+      if (basis != nullptr)
+        fine.row(v).array() +=
+            weight * at_controls(*basis, more).array().exp() * control.row(l).array();
+      else
+        fine.row(v) += weight * std::exp(more.mean()) * control.row(l);
     }
+    if (part.rises && trend.is_used()) clamp_rising(fine.row(v));
+  }
   return rounded_to_float(fine);
 }
 
@@ -163,8 +185,9 @@ Model model_of(const FittedCurves& curves, const Surface& fine, Points inward_no
   model.curves.first_row_m = curves.curves.first_row_m;
   for (std::size_t part = 0; part < model.curves.control.size(); ++part) {
     const runtime::Part& of = parts_of(model.curves.family)[part];
-    model.curves.control[part] = blend_controls(curves.curves.control[part], blend, trend,
-                                                of.known == runtime::Known::sway ? 0 : of.force);
+    model.curves.control[part] =
+        blend_controls(curves.curves.control[part], blend, trend, of,
+                       of.is_curve() ? &curves.curves.basis[part] : nullptr);
   }
   if (slope_share > 0)
     add_slopes(curves, fine, blend, slopes, slope_share, model.curves.control[0]);
@@ -179,7 +202,7 @@ Model model_of(const FittedCurves& curves, const Surface& fine, Points inward_no
 Controls left_out_normal(const InterpolationChoice& chosen) {
   Controls out = chosen.is_kriged ? chosen.kriged_normal
                  : chosen.follows_shape
-                     ? chosen.shape_normal
+                     ? chosen.gap_normal
                      : Controls(chosen.plain_normal + chosen.slope_share * chosen.slope_normal);
   for (Eigen::Index row = 0; row < out.rows(); ++row) {
     out(row, 0) = 0;
@@ -188,9 +211,11 @@ Controls left_out_normal(const InterpolationChoice& chosen) {
   return out;
 }
 
-// What a tool feels of the surface's shape: its own size, or the depth it goes to.
-double patch_radius_m(const FittedCurves& curves) {
-  return std::max(ball_radius_m(curves.probe), curves.curves.basis[0].knots_m.back());
+// The tool of the presses; of no size where it is not known.
+std::optional<Indenter> round_tool(const FittedCurves& curves, const RefineOptions& options) {
+  if (options.tool) return options.tool;
+  const double ball_m = ball_radius_m(curves.probe);
+  return ball_m > 0 ? std::optional(runtime::ball_indenter(ball_m)) : std::nullopt;
 }
 
 }  // namespace
@@ -221,24 +246,26 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
                                     is_usable, seeds, options);
   found.largest_projection_m = blend.largest_projection_m;
   const Controls slopes = slopes_of(curves);
-  const ShapeCovariates shape = shape_covariates(
-      fine, outward_normal, is_reachable, seeds_of(is_usable, seeds), patch_radius_m(curves));
+  const std::optional<Indenter> tool = round_tool(curves, options);
+  const GapForces gap = tool && options.follows_shape.value_or(true)
+                            ? gap_forces(curves, fine, outward_normal, is_reachable,
+                                         seeds_of(is_usable, seeds), *tool)
+                            : GapForces();
   InterpolationChoice& chosen = found.interpolation;
   std::vector<char> is_trusted = trusted_points(curves, is_usable);
   const KrigedPoints kriged = options.is_measured && !options.slope_share && !options.follows_shape
-                                  ? kriged_points(curves, is_usable)
+                                  ? kriged_points(curves, is_usable, seeds, outward_normal)
                                   : KrigedPoints();
-  chosen =
-      choose_interpolation(curves, found.triangles, is_trusted, slopes, shape, kriged.left_out);
+  chosen = choose_interpolation(curves, found.triangles, is_trusted, slopes, gap, kriged.left_out);
   if (options.slope_share) chosen.slope_share = slopes.cols() > 0 ? *options.slope_share : 0;
-  chosen.follows_shape =
-      options.follows_shape.value_or(chosen.follows_shape && !options.slope_share);
+  chosen.follows_shape = gap.is_known() && options.follows_shape.value_or(chosen.follows_shape &&
+                                                                          !options.slope_share);
   const Points inward_normal = chosen.kriges_normals ? kriged_normals(kriged, fine, -outward_normal)
                                                      : Points(-outward_normal);
   if (chosen.is_kriged) found.trend = kriged_trend(kriged, curves, fine, inward_normal);
   if (chosen.follows_shape) {
     chosen.slope_share = 0;
-    found.trend = trend_over(shape, chosen.trend);
+    found.trend = {kGapShare * gap.at_point, kGapShare * gap.at_vertex};
   }
   Model model = model_of(curves, fine, inward_normal, std::move(blend), slopes, chosen.slope_share,
                          found.trend);

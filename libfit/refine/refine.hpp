@@ -6,6 +6,7 @@
 #include "libfit/core/body.hpp"
 #include "libfit/core/curves.hpp"
 #include "libfit/refine/choose_interpolation.hpp"
+#include "libfit/refine/shape_trend.hpp"
 
 namespace palpate {
 
@@ -28,6 +29,8 @@ struct RefineOptions {
   /// Whether forces follow the surface's shape (M12d); none: by leaving one out, or not where a
   /// share of slopes is given.
   std::optional<bool> follows_shape = {};
+  /// The round end of the tool that was pressed; none: the curves' probe, if it is a ball.
+  std::optional<Indenter> tool = {};
   /// Points were measured: neighbours differ by more than the body does, and the surface by more
   /// than its normals tell. Where leaving one out says so, forces are kriged (M12f) and normals are
   /// blends of the points' own.

@@ -40,11 +40,11 @@ Model refine_body(const FittedCurves& curves, const Body& body, const RefineOpti
       1e3 * report.largest_projection_m);
   if (const InterpolationChoice& chosen = report.interpolation; chosen.points > 0)
     say("  {} test points left out are predicted to {:.1f} % (mean) by area alone, {:.1f} % with "
-        "the slopes of side forces, {:.1f} % with the shape of the surface{}: {}",
-        chosen.points, 100 * chosen.plain_error, 100 * chosen.slope_error, 100 * chosen.shape_error,
+        "the slopes of side forces, {:.1f} % over the force of the gap under the tool{}: {}",
+        chosen.points, 100 * chosen.plain_error, 100 * chosen.slope_error, 100 * chosen.gap_error,
         chosen.kriged_error > 0 ? fmt::format(", {:.1f} % kriged", 100 * chosen.kriged_error) : "",
         chosen.is_kriged         ? "forces are kriged"
-        : chosen.follows_shape   ? "forces follow the shape"
+        : chosen.follows_shape   ? "forces follow the gap"
         : chosen.slope_share > 0 ? fmt::format("{:.3g} of the slopes count", chosen.slope_share)
                                  : "area alone");
   if (report.interpolation.kriges_normals)

@@ -26,47 +26,83 @@ Surface wavy(int cells) {
     return p;
   });
 }
-/// Mean curvature where waves are flat: minus half of the Laplacian of the height.
-double curvature_1_m(const Vec3& p) { return kWave_1_m * kWave_1_m * height_m(p); }
+constexpr double kBall_m = 0.008;
 
-ShapeCovariates covariates(const Surface& surface, double radius_m) {
-  return shape_covariates(surface, vertex_normals(surface), all(surface), {}, radius_m);
-}
-
-TEST(ShapeCovariates, of_a_ball_are_its_curvature_and_inward_normals) {
-  const Surface ball = icosphere(4, 0.03);
-  const ShapeCovariates shape = covariates(ball, 0.008);
-  for (Eigen::Index v = 0; v < ball.vertices.rows(); ++v) {
-    EXPECT_NEAR(shape.at_vertex(v, 0) * 0.03, 1, 0.03) << "vertex " << v;
-    EXPECT_LT((shape.at_vertex.row(v).tail<3>() * 0.03 + ball.vertices.row(v)).norm(), 3e-4);
+// Curves at the coarse sheet's vertices that follow the gap under a ball at each compared depth,
+// and what they are at all vertices at the first of them.
+struct Followed {
+  Surface fine = wavy(60), coarse = wavy(10);
+  FittedCurves curves;
+  Field force;
+  explicit Followed(double share = kGapShare) {
+    const FittedCurves on_fine = curves_at(fine, [](const Vec3&) { return 1; });
+    const Controls gap = gap_forces(on_fine, fine, vertex_normals(fine), all(fine), {},
+                                    runtime::ball_indenter(kBall_m))
+                             .at_vertex;
+    const auto force_at = [=, most = gap.maxCoeff()](Eigen::Index v, int depth) {
+      return 3 * std::exp(share * (gap(v, depth) - most));
+    };
+    force = [=](const Vec3& p) {
+      const auto i = std::lround(60 * p.x() / kSide_m), j = std::lround(60 * p.y() / kSide_m);
+      return force_at(61 * i + j, 0);
+    };
+    curves = curves_at(coarse, force);
+    curves.probe = sphere_spec(kBall_m);
+    const double range_m = curves.curves.basis[0].knots_m.back();
+    for (const auto kind : {CurveKind::normal, CurveKind::limit}) {
+      CurveBasis& basis = curves.curves.basis[static_cast<std::size_t>(kind)];
+      Controls& control = curves.curves.control[static_cast<std::size_t>(kind)];
+      basis = {1, {0}};
+      control.setZero(121, kComparedDepths + 1);
+      for (int k = 1; k <= kComparedDepths; ++k) {
+        basis.knots_m.push_back(range_m * k / kComparedDepths);
+        for (int i = 0; i <= 10; ++i)
+          for (int j = 0; j <= 10; ++j)
+            control(11 * i + j, k) = force_at(6 * i * 61 + 6 * j, k - 1);
+      }
+    }
+    for (int i = 0; i <= 10; ++i)  // pressed along the normals of what is pressed
+      for (int j = 0; j <= 10; ++j)
+        curves.normal.row(11 * i + j) = on_fine.normal.row(6 * i * 61 + 6 * j);
   }
-}
+};
 
-TEST(ShapeCovariates, of_a_saddle_are_flat_and_on_a_coarse_mesh_no_worse_than_its_ring) {
-  const Surface saddle = sheet(40, 40, [](double u, double v) {
-    const double x = 0.06 * (u - 0.5), y = 0.06 * (v - 0.5);
-    return Vec3(x, y, (x * x - y * y) / 0.2);
-  });
-  const Eigen::Index middle = 20 * 41 + 20;
-  EXPECT_NEAR(covariates(saddle, 0.008).at_vertex(middle, 0), 0, 0.05);
-  const Surface ball = icosphere(2, 0.03);  // edges of 9 mm
-  EXPECT_NEAR(covariates(ball, 0.001).at_vertex.col(0).mean() * 0.03, 1, 0.1);
-}
-
-TEST(ShapeTrend, a_force_that_follows_curvature_is_interpolated_three_times_better) {
-  const Surface fine = wavy(60), coarse = wavy(10);
-  const Field force = [](const Vec3& p) { return 3 * std::exp(-0.01 * curvature_1_m(p)); };
-  const FittedCurves curves = curves_at(coarse, force);
+TEST(ShapeTrend, a_force_that_follows_the_gap_is_interpolated_ten_times_better) {
+  const Followed of;
   RefineReport report;
-  const FieldError with =
-      field_error(refine(curves, fine, all(fine), coarse.triangles, {}, &report), force);
+  const FieldError with = field_error(
+      refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, {}, &report), of.force);
   EXPECT_TRUE(report.interpolation.follows_shape) << "chosen by leaving points out";
-  EXPECT_LT(report.interpolation.shape_error, 0.5 * report.interpolation.plain_error);
+  EXPECT_LT(report.interpolation.gap_error, 0.1 * report.interpolation.plain_error);
   RefineOptions off;
   off.follows_shape = false;
   const FieldError without =
-      field_error(refine(curves, fine, all(fine), coarse.triangles, off), force);
-  EXPECT_LT(3 * with.rms, without.rms);
+      field_error(refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, off), of.force);
+  EXPECT_LT(10 * with.rms, without.rms);
+}
+
+TEST(ShapeTrend, is_used_where_too_few_points_could_be_left_out_to_tell) {
+  const Followed of;
+  RefineReport report;
+  const Surface three = wavy(1);
+  FittedCurves curves = curves_at(three, of.force);
+  curves.probe = sphere_spec(kBall_m);
+  refine(curves, of.fine, all(of.fine), three.triangles, {}, &report);
+  EXPECT_EQ(report.interpolation.points, 0);
+  EXPECT_TRUE(report.interpolation.follows_shape);
+}
+
+TEST(ShapeTrend, measured_points_have_to_show_it) {
+  const Followed follows;
+  RefineOptions options;
+  options.is_measured = true;
+  RefineReport report;
+  refine(follows.curves, follows.fine, all(follows.fine), follows.coarse.triangles, options,
+         &report);
+  EXPECT_TRUE(report.interpolation.follows_shape);
+  const Followed flat(0);
+  refine(flat.curves, flat.fine, all(flat.fine), flat.coarse.triangles, options, &report);
+  EXPECT_FALSE(report.interpolation.follows_shape);
 }
 
 TEST(ShapeTrend, a_force_that_does_not_follow_shape_is_left_alone_to_the_bit) {
@@ -78,7 +114,8 @@ TEST(ShapeTrend, a_force_that_does_not_follow_shape_is_left_alone_to_the_bit) {
     const Field force = [=](const Vec3& p) {
       return 3 + std::sin(40 * p.x() + a) + std::cos(35 * p.y() + b);
     };
-    const FittedCurves curves = curves_at(coarse, force);
+    FittedCurves curves = curves_at(coarse, force);
+    curves.probe = sphere_spec(kBall_m);
     RefineReport report;
     const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &report);
     EXPECT_FALSE(report.interpolation.follows_shape) << "seed " << seed;
@@ -89,33 +126,30 @@ TEST(ShapeTrend, a_force_that_does_not_follow_shape_is_left_alone_to_the_bit) {
   }
 }
 
-TEST(ShapeTrend, placement_expects_what_is_left_of_the_force_over_its_trend) {
-  const Surface fine = wavy(60), coarse = wavy(10);
-  const FittedCurves curves =
-      curves_at(coarse, [](const Vec3& p) { return 3 * std::exp(-0.01 * curvature_1_m(p)); });
+TEST(ShapeTrend, placement_expects_what_is_left_of_the_force_over_the_gaps) {
+  const Followed of;
   const auto expected_sum = [&](bool follows_shape) {
     RefineOptions options;
     options.follows_shape = follows_shape;
     RefineReport refined;
-    const Model model = refine(curves, fine, all(fine), coarse.triangles, options, &refined);
+    const Model model =
+        refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, options, &refined);
     EXPECT_EQ(refined.interpolation.follows_shape, follows_shape);
-    const auto errors = expected_errors(curves, model, refined, 1e-9);
+    const auto errors = expected_errors(of.curves, model, refined, 1e-9);
     return std::accumulate(errors.begin(), errors.end(), 0.0);
   };
   EXPECT_LT(2 * expected_sum(true), expected_sum(false));
 }
 
-// One press in a groove would bend the trend of a whole body.
+// One press in a groove must not decide for a whole body.
 TEST(ShapeTrend, a_poor_point_speaks_for_its_own_place_alone) {
-  const Surface fine = wavy(60), coarse = wavy(10);
-  const Field force = [](const Vec3& p) { return 3 * std::exp(-0.01 * curvature_1_m(p)); };
   constexpr Eigen::Index kPoor = 5 * 11 + 5, kItsVertex = 6 * 5 * 61 + 6 * 5;
   const auto refined = [&](float factor, FitStatus status) {
-    FittedCurves curves = curves_at(coarse, force);
-    curves.curves.control[0](kPoor, 1) *= factor;
-    curves.status[kPoor] = status;
+    Followed of;
+    of.curves.curves.control[0].row(kPoor) *= factor;
+    of.curves.status[kPoor] = status;
     RefineReport report;
-    const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &report);
+    const Model model = refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, {}, &report);
     return std::pair(model.curves.control[0](kItsVertex, 1), report);
   };
   const auto [trusted_N, misled] = refined(16, FitStatus::good);
@@ -123,23 +157,20 @@ TEST(ShapeTrend, a_poor_point_speaks_for_its_own_place_alone) {
   const auto [sound_N, without] = refined(1, FitStatus::poor);
   EXPECT_TRUE(report.interpolation.follows_shape);
   EXPECT_EQ(report.interpolation.points, misled.interpolation.points - 1);
-  EXPECT_NE(misled.trend.at_vertex, without.trend.at_vertex) << "else this test says nothing";
-  EXPECT_EQ(report.interpolation.shape_error, without.interpolation.shape_error);
-  EXPECT_EQ(report.trend.at_vertex, without.trend.at_vertex) << "whatever its curve is";
+  EXPECT_GT(misled.interpolation.gap_error, 10 * without.interpolation.gap_error);
+  EXPECT_EQ(report.interpolation.gap_error, without.interpolation.gap_error);
   EXPECT_EQ(kept_N, trusted_N) << "it stays in the model";
   EXPECT_EQ(kept_N, 16 * sound_N);
 }
 
 TEST(ShapeTrend, keeps_curves_at_test_points_and_curves_that_rise) {
-  const Surface fine = wavy(60), coarse = wavy(10);
-  const FittedCurves curves =
-      curves_at(coarse, [](const Vec3& p) { return 3 * std::exp(-0.01 * curvature_1_m(p)); });
+  Followed of;
   RefineOptions on;
   on.follows_shape = true;
-  const Model model = refine(curves, fine, all(fine), coarse.triangles, on);
+  const Model model = refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, on);
   for (int i = 0; i <= 10; ++i)
     for (int j = 0; j <= 10; ++j) {
-      const Eigen::RowVectorXd own = curves.curves.control[0].row(i * 11 + j),
+      const Eigen::RowVectorXd own = of.curves.curves.control[0].row(i * 11 + j),
                                found = model.curves.control[0].row(6 * i * 61 + 6 * j);
       EXPECT_LT((own - found).norm(), 1e-6 * own.norm()) << "point " << i << ", " << j;
     }
@@ -147,19 +178,16 @@ TEST(ShapeTrend, keeps_curves_at_test_points_and_curves_that_rise) {
     for (Eigen::Index k = 1; k < row.size(); ++k) EXPECT_GE(row[k], row[k - 1]);
 }
 
-TEST(ShapeTrend, is_never_extrapolated_past_the_shapes_that_were_felt) {
-  ShapeCovariates shape;
-  shape.at_point.setZero(4, 4);
-  shape.at_point.col(0) << 0, 10, 20, 30;
-  shape.at_vertex.setZero(2, 4);
-  shape.at_vertex(0, 0) = 30;
-  shape.at_vertex(1, 0) = 3000;
-  const ShapeTrend trend = trend_over(
-      shape,
-      regress_on_shape(shape, Eigen::Vector4d(0, 0.1, 0.2, 0.3), std::vector<char>(4, 1),
-                       {{1, {0, 0, 2}, {0.25, 0.25, 0.5}}, {2, {1, 1, 0}, {0.5, 0.25, 0.25}}}));
-  EXPECT_GT(trend.at_vertex[0], 0.05);
-  EXPECT_EQ(trend.at_vertex[1], trend.at_vertex[0]);
+TEST(ShapeTrend, at_the_controls_of_a_curve_is_at_their_depths) {
+  const CurveBasis cubic{3, {0, 0.003, 0.01}};  // Greville: 0, 1, 13/3, 23/3, 10 mm
+  const Eigen::RowVector4d trend(1, 2, 4, 8);   // at 2.5, 5, 7.5 and 10 mm
+  const Eigen::RowVectorXd found = at_controls(cubic, trend);
+  ASSERT_EQ(found.size(), 5);
+  EXPECT_DOUBLE_EQ(found[0], 1) << "the first, below it";
+  EXPECT_DOUBLE_EQ(found[1], 1);
+  EXPECT_NEAR(found[2], 1 + (13.0 / 3 - 2.5) / 2.5, 1e-12);
+  EXPECT_NEAR(found[3], 4 + 4 * (23.0 / 3 - 7.5) / 2.5, 1e-12);
+  EXPECT_DOUBLE_EQ(found[4], 8);
 }
 
 }  // namespace
