@@ -101,4 +101,9 @@ std::optional<Indenter> round_end(const Probe& probe) {
   return out;
 }
 
+std::optional<Indenter> round_end(const std::optional<ProbeSpec>& probe) {
+  if (!probe || probe->shape == "point") return std::nullopt;
+  return round_end(make_probe(*probe, "the probe of the data"));
+}
+
 }  // namespace palpate::fem

@@ -12,5 +12,7 @@ namespace palpate::fem {
 /// capsule, a mesh that is not) or not convex there. What is steeper than 84 degrees counts as a
 /// wall.
 std::optional<Indenter> round_end(const Probe& probe);
+/// The same of what travels with data; nothing of no probe and of a point.
+std::optional<Indenter> round_end(const std::optional<ProbeSpec>& probe);
 
 }  // namespace palpate::fem

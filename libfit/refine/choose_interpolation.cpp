@@ -24,7 +24,7 @@ constexpr int kMinPoints = 4, kMinKrigedPoints = 6;
 constexpr int kMaxPoints = 500;      // evenly taken: more tell nothing new
 constexpr double kFacesAlike = 0.3;  // cosine: not the other side of a thin body
 // Of the error without.
-constexpr double kSlopesPay = 0.95, kGapPays = 1.02, kMeasuredGapPays = 0.95, kKrigingPays = 0.95;
+constexpr double kSlopesPay = 0.95, kMeasuredGapPays = 0.95, kKrigingPays = 0.95;
 
 // Usable points within two edges of a point that face as it does.
 std::vector<std::int32_t> points_around(const FittedCurves& curves, const Neighbours& neighbours,
@@ -253,9 +253,9 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
     out.slope_share = 0.125 * static_cast<double>(best - errors.share.begin());
     out.error = out.slope_error;
   }
-  out.follows_shape =
-      gap.is_known() &&
-      out.gap_error < (measured.is_there() ? kMeasuredGapPays : kGapPays) * out.error;
+  const double gap_pays =
+      measured.is_there() ? kMeasuredGapPays : 1 + 1 / std::sqrt(static_cast<double>(out.points));
+  out.follows_shape = gap.is_known() && out.gap_error < gap_pays * out.error;
   if (out.follows_shape) out.error = out.gap_error;
   if (measured.is_there() && out.points >= kMinKrigedPoints &&
       out.kriged_error < kKrigingPays * out.error) {

@@ -42,12 +42,12 @@ struct MeasuredPoints {
 };
 
 /// Leaves out one test point at a time and predicts it from its neighbours, at four depths. The
-/// gap's force is made use of unless it errs more than what else there is. Measured points ask more
-/// of it, because their surface is less sure: it has to take off a twentieth. Slopes and kriging
-/// have to do so everywhere. Slopes need four points that neighbours surround, kriging six.
-/// Measured points are left out at the rim, too, where the nearest line between two others answers.
-/// is_usable: points that count; the others are neither left out nor predict. slopes:
-/// slopes_of(curves).
+/// gap's force is made use of unless it errs more, beyond chance (by 1 / sqrt(points)), than what
+/// else there is. Measured points ask more of it, because their surface is less sure: it has to
+/// take off a twentieth. Slopes and kriging have to do so everywhere. Slopes need four points that
+/// neighbours surround, kriging six. Measured points are left out at the rim, too, where the
+/// nearest line between two others answers. is_usable: points that count; the others are neither
+/// left out nor predict. slopes: slopes_of(curves).
 InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
                                          const std::vector<char>& is_usable, const Controls& slopes,
                                          const GapForces& gap, const MeasuredPoints& measured = {});

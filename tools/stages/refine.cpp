@@ -6,6 +6,7 @@
 #include <charconv>
 #include <numbers>
 
+#include "libfem/probes/round_end.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/experiments.hpp"
 #include "libfit/io/files/files.hpp"
@@ -26,7 +27,9 @@ Samples read_known(const std::filesystem::path& samples) {
 Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options,
                   const Samples& samples, const Scene* scene) {
   RefineReport report;
-  Model model = refine(curves, body, options, &report);
+  RefineOptions with_tool = options;
+  with_tool.tool = fem::round_end(curves.probe);
+  Model model = refine(curves, body, with_tool, &report);
   if (static_cast<Eigen::Index>(report.left_out.size()) == curves.position.rows())
     throw Error("curves",
                 fmt::format("none of the {} test points lies on this body with curves of its own",

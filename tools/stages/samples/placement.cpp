@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "libfem/probes/round_end.hpp"
 #include "libfem/solve/experiments/quick_press.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/fit/fit_curves.hpp"
@@ -185,8 +186,8 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
       break;
     }
     RefineReport refined;
-    const Model model =
-        refine(curves, body.surface, body.in_region, placement.points.triangles, {}, &refined);
+    const Model model = refine(curves, body.surface, body.in_region, placement.points.triangles,
+                               {.tool = fem::round_end(curves.probe)}, &refined);
     const std::vector<double> expected =
         expected_errors(curves, model, refined, relative_floor_N(placement.samples));
     const Grown grown =
