@@ -13,7 +13,7 @@ namespace palpate {
 /// point could be left out.
 struct InterpolationChoice {
   double slope_share = 0;      ///< of the slopes of test points (B4), 0 to 1/2
-  bool follows_shape = false;  ///< the gap's force (M12d); refine() then counts no slopes
+  bool follows_shape = false;  ///< the gap's force (M12g); refine() then counts no slopes
   bool is_kriged = false;      ///< forces are those of (M12f); then nothing else is made use of
   /// Inward normals of vertices are kriged from the points' own: the surface's foretell those of
   /// points left out worse.

@@ -124,7 +124,7 @@ Points kriged_normals(const KrigedPoints& kriged, const Surface& fine, Points in
 }
 
 // Sums in the fixed order of corners: monotone in each control value, so rows stay monotone.
-// Numbers that go with a power of the force are blended over their trend (M12d), curves by depth;
+// Numbers that go with a power of the force are blended over their trend (M12g), curves by depth;
 // at a test point they are its own.
 Controls blend_controls(const Controls& control, const Blend& blend, const ShapeTrend& trend,
                         const runtime::Part& part, const CurveBasis* basis) {

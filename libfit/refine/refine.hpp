@@ -26,7 +26,7 @@ struct RefineOptions {
   double largest_stray_diagonals = 0.05;
   /// Of the slopes of test points, what they pass on (B4), 0 to 1/2; none: by leaving one out.
   std::optional<double> slope_share = {};
-  /// Whether forces follow the surface's shape (M12d); none: by leaving one out, or not where a
+  /// Whether forces follow the gap under the tool (M12g); none: by leaving one out, or not where a
   /// share of slopes is given.
   std::optional<bool> follows_shape = {};
   /// The round end of the tool that was pressed; none: the curves' probe, if it is a ball.

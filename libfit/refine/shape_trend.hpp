@@ -5,7 +5,7 @@
 
 namespace palpate {
 
-/// Logarithms of what forces at a place are blended over (M12d, M12f), at compared depths, but for
+/// Logarithms of what forces at a place are blended over (M12g, M12f), at compared depths, but for
 /// a constant. Empty where forces are blended as they are.
 struct ShapeTrend {
   Controls at_point;     ///< P x kComparedDepths

@@ -1,4 +1,4 @@
-// Forces that follow the shape of the surface (M12d).
+// Forces that follow the gap under the tool (M12g).
 
 #include "libfit/refine/shape_trend.hpp"
 

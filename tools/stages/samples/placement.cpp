@@ -187,7 +187,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
     }
     RefineReport refined;
     const Model model = refine(curves, body.surface, body.in_region, placement.points.triangles,
-                               {.tool = fem::round_end(curves.probe)}, &refined);
+                               {.tool = fem::round_end(std::optional(scene.probe.spec))}, &refined);
     const std::vector<double> expected =
         expected_errors(curves, model, refined, relative_floor_N(placement.samples));
     const Grown grown =
