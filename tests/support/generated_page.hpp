@@ -72,12 +72,17 @@ inline std::string table_text(const PageTable& table, const std::vector<std::str
   return text;
 }
 
+/// Of docs/, by its name there.
+inline std::string content_of_page(const std::string& document) {
+  std::ifstream stream(std::filesystem::path(PALPATE_SOURCE_DIR) / "docs" / document);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
 /// Expects these tables, and no others, in a document. PALPATE_WRITE_DOCS=1 writes them.
 inline void expect_tables(const std::string& document,
                           const std::map<std::string, PageTable>& tables) {
   const auto path = std::filesystem::path(PALPATE_SOURCE_DIR) / "docs" / document;
-  std::ifstream stream(path);
-  const std::string page{std::istreambuf_iterator<char>(stream), {}};
+  const std::string page = content_of_page(document);
   const std::string mark = "<!-- table: ";
   std::istringstream lines(page);
   std::string wanted, line;

@@ -7,6 +7,7 @@
 #include <functional>
 #include <regex>
 
+#include "libfit/io/csv/tables.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/io/files/signals_file.hpp"
 #include "tests/libfit/io/examples.hpp"
@@ -16,6 +17,7 @@
 namespace palpate::testing_io {
 namespace {
 
+using testing_support::content_of_page;
 using testing_support::expect_tables;
 using testing_support::PageTable;
 
@@ -135,6 +137,28 @@ TEST_F(Documents, name_every_data_set_of_a_model) {
   model.shape = example_shape();
   write_model(at("m.h5"), model);
   expect_tables("formats/model.md", {{"model", data_sets(at("m.h5"), of_curves)}});
+}
+
+TEST_F(Documents, show_the_headers_of_tables) {
+  write_forces(at("forces.csv"), {});
+  write_tip_path(at("path.csv"), {});
+  CurveTableRow row;
+  write_curve_rows(at("curves.csv"), {row});
+  row.deviation_N = 0;
+  write_curve_rows(at("bands.csv"), {row});
+  const std::string page = content_of_page("formats/csv.md");
+  const auto header = [&](const char* file) {
+    std::ifstream stream(at(file));
+    std::string line;
+    std::getline(stream, line);
+    return line;
+  };
+  const std::string curves = header("curves.csv"), bands = header("bands.csv");
+  ASSERT_TRUE(bands.starts_with(curves + ",")) << bands;
+  for (const std::string& shown :
+       {"\n`" + header("forces.csv") + "`\n", "`" + header("path.csv") + "[",
+        "`" + curves + "[" + bands.substr(curves.size()) + "]`"})
+    EXPECT_NE(page.find(shown), std::string::npos) << shown;
 }
 
 TEST_F(Documents, name_every_data_set_of_a_probe) {

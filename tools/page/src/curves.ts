@@ -224,8 +224,7 @@ class Curves {
     ];
     if (this.hasDrags(point))
       pictures.push(figure("Dragging: rows, and lines of the fitted law", this.dragPlot(point)));
-    if (hasRows)
-      pictures.push(figure("Residuals: those in the shaded area cannot be felt", this.residualPlot(point)));
+    if (hasRows) pictures.push(figure("Residuals: those in the shaded area cannot be felt", this.residualPlot(point)));
     this.curve.forEach((c, kind) => {
       if (kind > 0)
         pictures.push(
