@@ -1,9 +1,11 @@
 // Pictures of pages in headless Chromium: the README's, a report's body, poked, or a part of a page
-// by its CSS selector, as the tutorial has them.
+// by its CSS selector (its first pixels from the top), as the tutorial has them.
 //   node docs/make_picture.mjs build/release/tools/page out/liver/report.html docs/liver.png
 //   node docs/make_picture.mjs build/release/tools/page out/report.html docs/tutorial/error.png '#error .figures'
+//   node docs/make_picture.mjs build/release/tools/page out/report.html docs/tutorial/recordings.png '#recordings' 640
 //   node docs/make_picture.mjs build/release/tools/page out/liver/report.html docs/page photographs
-// The last makes light.png, dark.png and phone.png of the page. The first folder is where the page was built, with npm's packages.
+//   node docs/make_picture.mjs build/release/tools/page out/report.html docs/tutorial/liver.jpg pressed
+// "photographs" makes light.png, dark.png and phone.png of the page. The first folder is where the page was built, with npm's packages.
 import { createRequire } from "node:module";
 import path from "node:path";
 
@@ -40,12 +42,16 @@ if (part === "photographs") {
   await browser.close();
   process.exit();
 }
-if (part) {
+if (part && part !== "pressed") {
   await page.evaluate(() => {
     for (const folded of document.querySelectorAll("details")) folded.open = true;
   });
   await page.locator(part).first().scrollIntoViewIfNeeded();
   await page.waitForTimeout(2000);
+  const height = process.argv[6];
+  await page.locator(part).first().evaluate((element, height) => {
+    if (height) Object.assign(element.style, { maxHeight: `${height}px`, overflow: "hidden" });
+  }, height);
   await page.locator(part).first().screenshot({ path: output });
   await browser.close();
   process.exit();
@@ -57,6 +63,13 @@ await page.evaluate(() => {
 });
 await page.waitForTimeout(500);
 const clip = await page.locator(".bench").boundingBox();
+if (part === "pressed") {
+  await page.click("#poke-press");
+  await page.waitForTimeout(7000);
+  await page.screenshot({ path: output, clip });
+  await browser.close();
+  process.exit();
+}
 // Presses, then slides to and fro beside the tumour, and holds until all is drawn in full.
 await page.evaluate(() => {
   const canvas = document.querySelector("#body-view");

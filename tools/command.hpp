@@ -12,7 +12,7 @@
 
 namespace palpate::tools {
 
-/// Exit statuses, a contract (docs/formats.md).
+/// Exit statuses, a contract (docs/formats/commands.md).
 enum ExitStatus : int {
   kDone = 0,
   kBadInput = 1,

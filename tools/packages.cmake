@@ -1,11 +1,11 @@
 # Debian packages: `cpack -G DEB` in a finished build folder writes palpate (the program, its page,
-# man pages, completion, scenes), libpalpate-engineN (the C library), libpalpate-engine-dev,
+# man pages, completion, scenes, documents), libpalpate-engineN (the C library), libpalpate-engine-dev,
 # libpalpate-dev (the libraries it is made of, static) and, where it was built, python3-palpate.
 get_target_property(abi palpate_engine_shared SOVERSION)
 set(CPACK_PACKAGE_NAME palpate)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
-set(CPACK_PACKAGE_CONTACT "Palpate contributors <palpate@invalid>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own
+set(CPACK_PACKAGE_CONTACT "Palpate contributors")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_COMPONENTS_ALL program engine engine-dev libraries)
@@ -18,7 +18,8 @@ if(TARGET palpate_python)
       "python3 (>= 3.${PALPATE_PYTHON_MINOR}), python3 (<< 3.${next_python}), python3-numpy")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "palpate, python3-h5py, python3-matplotlib")
   set(CPACK_COMPONENT_PYTHON_DESCRIPTION
-      "Palpate's engine over NumPy arrays, its files as arrays, and its commands as functions")
+      "Palpate's haptic engine, files and commands in Python\n\
+The engine runs over NumPy arrays, files are read as arrays, and commands are functions.")
 endif()
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -38,16 +39,25 @@ string(CONCAT CPACK_DEBIAN_LIBRARIES_PACKAGE_DEPENDS "libpalpate-engine-dev (= $
   "libceres-dev, libeigen3-dev, libfmt-dev, libtbb-dev, nlohmann-json3-dev, zlib1g-dev, libzip-dev, libhdf5-dev, "
   "libcgal-dev, libopenmesh-dev, libtet1.5-dev, libsuitesparse-dev, libopenblas-dev, libxxhash-dev")
 set(CPACK_COMPONENT_LIBRARIES_DESCRIPTION
-    "Static libraries and headers that Palpate's program is made of: fitting, files, FEM (C++20)")
+    "libraries that Palpate's program is made of\n\
+Static libraries and headers in C++20: fitting, files, finite elements, calibration.")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
-    "Turns a soft body, simulated or measured, into a haptic asset with a statement of its error")
-set(CPACK_COMPONENT_ENGINE_DESCRIPTION "Replays Palpate's assets in a haptic loop: the C library")
+    "turns a soft body into forces for a 1 kHz haptic loop\n\
+The program makes an asset of a mesh and a material, or of recordings of a rig, and states its\n\
+error. With its page, manual, completion, scenes and documents.")
+set(CPACK_COMPONENT_ENGINE_DESCRIPTION
+    "replays Palpate's assets in a haptic loop\n\
+The C library. It needs no other, allocates nothing in a tick, and is MIT-licensed.")
 set(CPACK_COMPONENT_ENGINE-DEV_DESCRIPTION
-    "Headers, CMake package and pkg-config file of Palpate's engine (C and C++)")
+    "headers of Palpate's haptic engine, for C and C++\n\
+With a CMake package and a pkg-config file.")
 include(CPack)
 
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION share/doc/palpate COMPONENT program)
 install(FILES ${PROJECT_SOURCE_DIR}/libfit/runtime/LICENSE DESTINATION share/doc/libpalpate-engine${abi}
         COMPONENT engine)
+# Messages and help name pages of docs/.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION share/doc/palpate COMPONENT program)
+install(FILES ${PROJECT_SOURCE_DIR}/README.md DESTINATION share/doc/palpate COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scenes ${PROJECT_SOURCE_DIR}/data/bodies
         DESTINATION share/palpate COMPONENT program)

@@ -98,7 +98,7 @@ Statement summarize(const std::vector<ComparedRow>& rows);
 /// one writing to the next (tick_ns, asset_bytes), so that the same scene gives the same bytes.
 std::string to_asset_json(const Statement& statement);
 
-/// The object others read (docs/formats.md); one line.
+/// The object others read (docs/formats/statement.md); one line.
 std::string to_json(const Statement& statement);
 
 /// The same with the hash of what it was made from, as statement.json holds it.

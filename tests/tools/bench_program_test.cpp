@@ -72,6 +72,9 @@ TEST(bench, says_when_the_program_is_not_beside_palpate) {
   const std::string err = content_of(folder / "err");
   EXPECT_NE(err.find("palpate: error: bench: cannot start "), std::string::npos) << err;
   EXPECT_NE(err.find("Build the target palpate_bench"), std::string::npos) << err;
+  const std::string out = (folder / "out").string();
+  EXPECT_EQ(std::system(((folder / "palpate").string() + " bench --help >" + out).c_str()), 0);
+  EXPECT_NE(content_of(out).find("Build the target palpate_bench"), std::string::npos);
 }
 
 }  // namespace

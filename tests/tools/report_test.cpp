@@ -362,6 +362,11 @@ TEST_F(Report, keys_alone_reach_everything) {
   expect_in_chromium("keys_alone_reach_everything", "-");
 }
 
+TEST_F(Report, the_body_is_lit_alike_wherever_it_lies) {
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("the_body_is_lit_alike_wherever_it_lies", "-");
+}
+
 TEST_F(Report, both_schemes_and_narrow_screens_hold_it) {
   SKIP_WITHOUT_CHROMIUM();
   expect_in_chromium("both_schemes_and_narrow_screens_hold_it", folder_->path().string());

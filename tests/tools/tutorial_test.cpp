@@ -145,7 +145,7 @@ TEST(Documents, name_commands_and_options_that_are_there) {
   };
   static const std::regex use(R"re(palpate ([a-z]+)((?: [^`\n|;]*)?))re"), option("--[a-z-]+");
   std::vector<fs::path> pages{fs::path(PALPATE_SOURCE_DIR) / "README.md"};
-  for (const auto& entry : fs::directory_iterator(kDocs))
+  for (const auto& entry : fs::recursive_directory_iterator(kDocs))
     if (entry.path().extension() == ".md" && entry.path().filename() != "bad-inputs.md")
       pages.push_back(entry.path());
   const std::string commands = help_of("");

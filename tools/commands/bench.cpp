@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -18,7 +19,7 @@ class Bench final : public Command {
     arguments.remaining(arguments_, "of palpate_bench; --help lists them");
   }
 
-  int run(Reply&) override {
+  int run(Reply& reply) override {
     std::error_code ignored;
     const auto program =
         std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / "palpate_bench";
@@ -27,11 +28,22 @@ class Bench final : public Command {
     for (std::string& argument : arguments_) line.push_back(argument.data());
     line.push_back(nullptr);
     execv(name.c_str(), line.data());  // returns only when it failed
-    throw Error("bench", "cannot start " + name + ": " + std::strerror(errno),
-                "Build the target palpate_bench, or copy the program beside palpate.");
+    const std::string fact = "cannot start " + name + ": " + std::strerror(errno);
+    const std::string remedy =
+        "Build the target palpate_bench, or copy the program beside palpate.";
+    if (!asks_for_help()) throw Error("bench", fact, remedy);
+    reply.text =
+        "Benchmarks are a program of their own, which lists them: " + fact + ".\n" + remedy;
+    return kDone;
   }
 
  private:
+  bool asks_for_help() const {
+    return std::ranges::any_of(arguments_, [](const std::string& argument) {
+      return argument == "--help" || argument == "-h";
+    });
+  }
+
   std::vector<std::string> arguments_;
 };
 

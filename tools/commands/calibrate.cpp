@@ -82,7 +82,7 @@ class Calibrate final : public Command {
   explicit Calibrate(Arguments& arguments) {
     arguments.positional("input", input_,
                          "Scene whose material is sought, scene.toml; or tests of specimens, "
-                         "tests.toml (docs/formats.md)");
+                         "tests.toml (docs/formats/tests.md)");
     arguments.option("--samples", samples_,
                      "Presses on the scene's body, samples.h5 as import or simulate write it");
     arguments.option("--free NAMES", free_,

@@ -82,7 +82,8 @@ class Run final : public Command {
       return fmt::format("open {} in a browser and press the body", output.string());
     }
     return fmt::format(
-        "`palpate report {} -o report.html` makes a page of it, once the page is built",
+        "build the page (Node.js 18 or newer with npm; target palpate_page), then "
+        "`palpate report {} -o report.html`",
         request_.folder);
   }
 

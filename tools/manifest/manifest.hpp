@@ -21,7 +21,7 @@ struct HoldOut {
 };
 inline constexpr int kHeldOutEvery = 5, kHeldOutFrom = 10;  // fewer points are all needed
 
-/// What a manifest.toml says (docs/formats.md).
+/// What a manifest.toml says (docs/formats/manifest.md).
 struct Manifest {
   std::filesystem::path path;
   std::optional<std::filesystem::path> surface;

@@ -18,7 +18,7 @@ using namespace importers;
 constexpr std::size_t kHeaderLines = 400;
 constexpr std::uintmax_t kLargestFile = std::uintmax_t{256} << 20;
 constexpr const char* kRemedy =
-    "Write [material] and [[test]] as docs/formats.md shows tests of specimens.";
+    "Write [material] and [[test]] as docs/formats/tests.md shows tests of specimens.";
 
 /// A column by its name, or by its number from 1.
 struct Column {

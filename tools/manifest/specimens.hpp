@@ -9,7 +9,7 @@
 namespace palpate::tools {
 
 /// Tests of specimens and the material that a search starts from: what a tests.toml says
-/// (docs/formats.md).
+/// (docs/formats/tests.md).
 struct Specimens {
   fem::MaterialParameters material;
   std::vector<fem::HomogeneousTest> tests;

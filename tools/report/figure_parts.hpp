@@ -11,7 +11,8 @@
 
 namespace palpate::tools {
 
-// What the figures of a report have in common. contents: docs/formats.md, "Contents of a report".
+// What the figures of a report have in common. contents: docs/formats/report.md, "Contents of a
+// report".
 
 /// Force over deflection at three test points: presses, and drags.
 std::string curves_svg(const Json& contents);

@@ -58,7 +58,8 @@ inline constexpr const char* kTypeName<std::int32_t> = "i32";
 template <>
 inline constexpr const char* kTypeName<std::uint8_t> = "u8";
 
-/// Numbers as their bytes, little-endian, row-major: docs/formats.md, "Contents of a report".
+/// Numbers as their bytes, little-endian, row-major: docs/formats/report.md, "Contents of a
+/// report".
 template <class T>
 Json packed(const std::vector<T>& values) {
   return {

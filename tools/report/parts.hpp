@@ -9,7 +9,7 @@
 
 namespace palpate::tools {
 
-// Each adds to a report's object what the page shows of one file of a run (docs/formats.md,
+// Each adds to a report's object what the page shows of one file of a run (docs/formats/report.md,
 // "Contents of a report"); what is to be known goes to `warnings`.
 
 Json settings_json(const Settings& settings);

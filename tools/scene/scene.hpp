@@ -19,7 +19,7 @@ namespace palpate::tools {
 /// through the files before them. none: it changes no result.
 enum class Stage { prepare, simulate, surface, place, fit, export_, validate, none };
 
-// A scene.toml with its defaults filled in, SI throughout (docs/formats.md has every key).
+// A scene.toml with its defaults filled in, SI throughout (docs/formats/scene.md has every key).
 
 struct InclusionSection {
   Region region;

@@ -173,7 +173,7 @@ Site find_site(const Surface& surface, const std::string& mesh, const SceneChoic
           "touched",
           side, choices.held.empty() ? "a window" : "no window"),
       choices.held.empty() ? "Give a closed surface with both its sides, or write a scene by hand "
-                             "with a region that a tool comes to (docs/formats.md)."
+                             "with a region that a tool comes to (docs/formats/scene.md)."
                            : "Give another side, or leave --held out.");
 }
 

@@ -252,7 +252,7 @@ std::string pattern_of(const FilesAlike& group) {
 constexpr const char* kHead =
     "# Proposed by `palpate new --recordings`. Correct it, then: palpate check, palpate run -o "
     "out.\n"
-    "# Every key: docs/formats.md, \"manifest.toml\".\n\n";
+    "# Every key: docs/formats/manifest.md\n\n";
 
 // The entries of a group, and what is said of it.
 void add_group(const FilesAlike& group, const fs::path& base, ProposedManifest& out) {

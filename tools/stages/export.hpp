@@ -24,8 +24,8 @@ struct ExportRequest {
 ExportReport export_model(const Model& model, const std::filesystem::path& output,
                           const std::string& format, const ExportRequest& request);
 
-/// The probe that curves were made with, as an asset's meta says it (docs/formats.md): JSON, in SI;
-/// of a mesh how large it is, not all of it.
+/// The probe that curves were made with, as an asset's meta says it (docs/formats/asset.md): JSON,
+/// in SI; of a mesh how large it is, not all of it.
 std::string probe_meta(const ProbeSpec& probe);
 
 /// Puts a statement of error, a JSON object, into an asset's meta data; nothing else changes.

@@ -39,7 +39,7 @@ struct ImportResult {
 };
 
 /// Writes them: samples.h5, without points that are held out, and what lies beside it
-/// (docs/formats.md). Throws Error when nothing could be imported.
+/// (docs/formats/manifest.md). Throws Error when nothing could be imported.
 ImportResult write_recordings(const ImportRequest& request, const ReadRecordings& read);
 
 /// Rows at the points that are marked (a flag each), or at the others.

@@ -24,7 +24,7 @@ struct RunResult {
 };
 
 /// All stages from a scene to an asset and its statement, those that are up to date left out
-/// (docs/formats.md, "Folder of a run"). Keeps a second run out of the folder. log: opened in the
+/// (docs/formats/run.md). Keeps a second run out of the folder. log: opened in the
 /// folder as kRunLog; a line a stage stays on stderr.
 RunResult run_stages(const RunRequest& request, RunLog* log = nullptr);
 

@@ -24,8 +24,8 @@ struct Axes {
   std::vector<std::string> inputs;  ///< columns: body, material, probe, and the keys varied
 };
 
-/// Reads [bodies.*], [materials.*], [probes.*], [vary] and [sample] of a study (docs/formats.md).
-/// file: as errors name it. Throws Error with the place of what is wrong.
+/// Reads [bodies.*], [materials.*], [probes.*], [vary] and [sample] of a study
+/// (docs/formats/study.md). file: as errors name it. Throws Error with the place of what is wrong.
 Axes read_axes(SceneTable& top, const std::string& file);
 
 }  // namespace palpate::tools

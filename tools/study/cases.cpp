@@ -30,7 +30,7 @@ constexpr std::size_t kNameDigits = 12;
 
 toml::table parse_study(const fs::path& path) {
   return parse_toml(read_whole_file(path), path.string(),
-                    "Write it as docs/formats.md shows a study.");
+                    "Write it as docs/formats/study.md shows a study.");
 }
 
 // Sets a key of a section of a section, "experiments.depth".

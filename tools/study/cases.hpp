@@ -32,7 +32,7 @@ struct ClusterSection {
   std::vector<std::string> options;  ///< further options of sbatch
 };
 
-/// A study.toml with its cases (docs/formats.md).
+/// A study.toml with its cases (docs/formats/study.md).
 struct Study {
   std::filesystem::path path;
   std::vector<std::string> inputs;  ///< columns: body, material, probe, and the keys varied

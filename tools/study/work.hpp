@@ -39,8 +39,9 @@ enum class CaseState { done, failed, partly, waiting };
 inline constexpr std::array<std::string_view, 4> kCaseStateNames{"done", "failed", "partly",
                                                                  "waiting"};
 
-/// The folder of a study (docs/formats.md). What is done is told by the files that are there, each
-/// whole or not at all, so that any number of processes on any number of machines can work in it.
+/// The folder of a study (docs/formats/study.md). What is done is told by the files that are there,
+/// each whole or not at all, so that any number of processes on any number of machines can work in
+/// it.
 class StudyFolder {
  public:
   /// Writes the study's plan and scenes. Results of cases that were there already are kept.

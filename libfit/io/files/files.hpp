@@ -14,7 +14,7 @@
 
 namespace palpate {
 
-/// The body of a body.h5 (docs/formats.md). Throws Error on missing or malformed columns,
+/// The body of a body.h5 (docs/formats/body.md). Throws Error on missing or malformed columns,
 /// indices out of range, numbers that are not finite, normals that are not unit vectors.
 Body read_body(const std::filesystem::path& path);
 
@@ -22,7 +22,7 @@ Body read_body(const std::filesystem::path& path);
 void write_body(const std::filesystem::path& path, const Body& body,
                 const Attributes& attributes = {});
 
-/// Experiments of a samples.h5 (docs/formats.md), simulated, measured or made by others.
+/// Experiments of a samples.h5 (docs/formats/samples.md), simulated, measured or made by others.
 /// Throws Error on anything the contract does not allow: see the page. force and torque may be NaN
 /// in rows whose status is not `good`, force_error anywhere; all else is finite.
 Samples read_samples(const std::filesystem::path& path);
@@ -45,8 +45,8 @@ void write_surface_motion(const std::filesystem::path& path, const Samples& samp
 inline constexpr std::array<std::string_view, 4> kFitStatusNames{"good", "underdetermined", "poor",
                                                                  "failed"};
 
-/// Fitted curves of a curves.h5 (docs/formats.md). Throws Error on missing or malformed columns,
-/// curves that fall, do not start at 0 or are not exact in float32. Residuals may be NaN.
+/// Fitted curves of a curves.h5 (docs/formats/curves.md). Throws Error on missing or malformed
+/// columns, curves that fall, do not start at 0 or are not exact in float32. Residuals may be NaN.
 FittedCurves read_curves(const std::filesystem::path& path);
 
 /// Stores them, whole or not at all. Refuses what read_curves would refuse.
@@ -64,9 +64,10 @@ std::optional<FitCache> read_fit_cache(const std::filesystem::path& curves_path,
 /// Stores it beside curves.h5, which is there already, whole or not at all.
 void write_fit_cache(const std::filesystem::path& curves_path, const FitCache& cache);
 
-/// The refined model of a model.h5 (docs/formats.md). Throws Error on missing or malformed columns,
-/// indices out of range, curves that fall or are not exact in float32, weights that are negative or
-/// do not sum to 1 (0 where not covered) within 1e-12, a probe that is none (probe_group.hpp).
+/// The refined model of a model.h5 (docs/formats/model.md). Throws Error on missing or malformed
+/// columns, indices out of range, curves that fall or are not exact in float32, weights that are
+/// negative or do not sum to 1 (0 where not covered) within 1e-12, a probe that is none
+/// (probe_group.hpp).
 Model read_model(const std::filesystem::path& path);
 
 /// Stores it, whole or not at all. Refuses what read_model would refuse.

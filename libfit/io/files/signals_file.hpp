@@ -14,7 +14,8 @@ inline constexpr FileSchema kSignalsSchema{"palpate-signals",
 /// Where the signals of the recordings behind samples are kept: samples.h5, samples.signals.h5.
 std::filesystem::path signals_path(std::filesystem::path samples_path);
 
-/// Recordings as they came, for pictures (docs/formats.md). Throws Error on a malformed file.
+/// Recordings as they came, for pictures (docs/formats/samples.md). Throws Error on a malformed
+/// file.
 std::vector<RecordedSignal> read_signals(const std::filesystem::path& path);
 
 /// Stores them, whole or not at all. Refuses what read_signals would refuse.

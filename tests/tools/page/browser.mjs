@@ -2,7 +2,7 @@
 // Ends with status 0 where the claim holds. OUTPUT: a file or a folder that the claim writes.
 import assert from "node:assert/strict";
 import { createRequire } from "node:module";
-import { mkdtemp, readFile, rm } from "node:fs/promises";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import path from "node:path";
 
@@ -529,6 +529,44 @@ const claims = {
       await page.screenshot({ path: path.join(output, `recordings-${colorScheme}-${width}.png`), fullPage: true });
     }
     assert.deepEqual(errors, []);
+  },
+
+  // Lights turn with the eye; they shone from the origin, so a body far below it lay in the dark.
+  async the_body_is_lit_alike_wherever_it_lies() {
+    const html = await readFile(report, "utf8");
+    const brightness = async (height_m) => {
+      const moved = html.replace(/(id="contents">)(.*?)(<\/script>)/s, (_, before, json, after) => {
+        const contents = JSON.parse(json);
+        const bytes = Buffer.from(contents.surface.vertices_m.bytes, "base64");
+        for (let i = 8; i < bytes.length; i += 12) bytes.writeFloatLE(bytes.readFloatLE(i) + height_m, i);
+        contents.surface.vertices_m.bytes = bytes.toString("base64");
+        delete contents.asset, delete contents.set_up; // which would make it transparent
+        return before + JSON.stringify(contents).replaceAll("<", "\\u003c") + after;
+      });
+      await writeFile(path.join(profile, "moved.html"), moved);
+      await page.goto(`file://${profile}/moved.html`);
+      const red = () => canvas.evaluate((view) => {
+        const copy = Object.assign(document.createElement("canvas"), { width: view.width, height: view.height });
+        const paper = copy.getContext("2d");
+        paper.drawImage(view, 0, 0);
+        const { data } = paper.getImageData(0, 0, view.width, view.height);
+        let [sum, count] = [0, 0];
+        for (let i = 0; i < data.length; i += 4) if (data[i + 3] === 255) (sum += data[i]), ++count;
+        return sum / count;
+      });
+      let now = await red();
+      for (let i = 0, last = -1; i < 60 && now !== last; ++i) {
+        last = now; // until it is drawn in full
+        await page.waitForTimeout(700);
+        now = await red();
+      }
+      return now;
+    };
+    const here = await brightness(0);
+    for (const height_m of [-3, 3]) {
+      const there = await brightness(height_m);
+      assert.ok(Math.abs(there / here - 1) < 0.05, `red ${here} at the origin, ${there} at ${height_m} m`);
+    }
   },
 
   async both_schemes_and_narrow_screens_hold_it() {

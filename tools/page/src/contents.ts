@@ -1,4 +1,4 @@
-// What `palpate report` wrote into the page: docs/formats.md describes it.
+// What `palpate report` wrote into the page: docs/formats/report.md describes it.
 import type { Profile } from "./engine";
 import type { FeltRival } from "./rivals";
 

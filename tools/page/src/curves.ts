@@ -166,7 +166,7 @@ class Curves {
       });
     return plot(
       "Force along a drag over the way",
-      scaled("way along the drag", "m", flatten(series, "x")),
+      scaled("path along the drag", "m", flatten(series, "x")),
       scaled("force along it", "N", flatten(series, "y")),
       series,
     );
@@ -224,8 +224,7 @@ class Curves {
     ];
     if (this.hasDrags(point))
       pictures.push(figure("Dragging: rows, and lines of the fitted law", this.dragPlot(point)));
-    if (hasRows)
-      pictures.push(figure("Residuals: what lies in the shaded area cannot be felt", this.residualPlot(point)));
+    if (hasRows) pictures.push(figure("Residuals: those in the shaded area cannot be felt", this.residualPlot(point)));
     this.curve.forEach((c, kind) => {
       if (kind > 0)
         pictures.push(

@@ -90,7 +90,7 @@ function scatter(contents: Contents): HTMLElement | undefined {
     s.titles.push(`${held.point[i]}, ${plain(kind)}: ${quantity(norm(f), "N")}, off by ${quantity(error, "N")}`);
   });
   return figure(
-    "Every row: what lies in the shaded area cannot be felt",
+    "Every row: errors in the shaded area cannot be felt",
     errorPlot(
       "Error of each held-out row over its force, with the just noticeable difference",
       "force of the reference",

@@ -6,7 +6,7 @@ import tempfile
 
 import numpy as np
 
-# Units of a samples.h5, a contract (docs/formats.md); all else is without.
+# Units of a samples.h5, a contract (docs/formats/samples.md); all else is without.
 _UNITS = {"points/position": "m", "points/normal_gradient": "1/m", "points/sway": "m/N", "rows/deflection": "m",
           "rows/force": "N", "rows/torque": "N m", "rows/force_error": "N", "rows/time": "s", "rows/held": "N",
           "relaxation/time": "s", "recordings/contact": "m",
@@ -63,7 +63,7 @@ def _text(value):
 def write_samples(path, samples):
     """Writes a samples.h5: of a simulator of your own, or of `read` with something changed.
 
-    samples: arrays by name in SI, as docs/formats.md lists them. Given the others,
+    samples: arrays by name in SI, as docs/formats/samples.md lists them. Given the others,
     rows/{kind,step,torque,force_error,status} and points/name may be left out: presses, counted on,
     without torque, error unknown, good. `palpate fit` checks the rest.
     """
@@ -72,7 +72,7 @@ def write_samples(path, samples):
     for name in ("points/position", "points/normal", "rows/point", "rows/experiment", "rows/deflection",
                  "rows/force"):
         if name not in full:
-            raise Error("samples", f"there is no {name}", "docs/formats.md lists what samples hold.")
+            raise Error("samples", f"there is no {name}", "docs/formats/samples.md lists what samples hold.")
     rows, experiment = len(full["rows/deflection"]), np.asarray(full["rows/experiment"])
     first = np.flatnonzero(np.r_[True, experiment[1:] != experiment[:-1]]) if rows else []
     counted = np.arange(rows) - np.repeat(first, np.diff(np.r_[first, rows]))
