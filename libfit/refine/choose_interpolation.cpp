@@ -10,6 +10,7 @@
 #include <set>
 
 #include "libfit/core/node_forces.hpp"
+#include "libfit/core/statistics.hpp"
 #include "libfit/refine/edge_paths.hpp"
 #include "libfit/refine/shape_trend.hpp"
 #include "libfit/refine/slopes.hpp"
@@ -216,6 +217,7 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
   const Eigen::VectorXd log_force = log_forces(curves, is_used);
   const Evidence evidence{curves, slopes, gap, log_force, measured.force};
   Errors errors;
+  std::vector<double> by_area, by_gap;  // of each point
   const std::vector<LeftOutPoint> rows =
       left_out_points(curves, triangles, is_used, measured.is_there());
   const std::array<Controls*, kPredictions> kept{nullptr, &out.plain_normal, &out.slope_normal,
@@ -234,7 +236,10 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
     }
     out.left_out.push_back(row.point);
     ++out.points;
+    const Errors before = errors;
     add_errors(curves, control, errors);
+    by_area.push_back(errors.share[0] - before.share[0]);
+    by_gap.push_back(errors.as[over_gap] - before.as[over_gap]);
   }
   out.follows_shape = gap.is_known() && !measured.is_there();
   if (out.points == 0) return out;
@@ -253,9 +258,11 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
     out.slope_share = 0.125 * static_cast<double>(best - errors.share.begin());
     out.error = out.slope_error;
   }
+  // Medians: one point beside a fold outweighs all others in a mean.
   const double gap_pays =
       measured.is_there() ? kMeasuredGapPays : 1 + 1 / std::sqrt(static_cast<double>(out.points));
-  out.follows_shape = gap.is_known() && out.gap_error < gap_pays * out.error;
+  out.follows_shape = gap.is_known() && median(by_gap) < gap_pays * median(by_area) &&
+                      !(out.slope_share > 0 && out.slope_error < out.gap_error);
   if (out.follows_shape) out.error = out.gap_error;
   if (measured.is_there() && out.points >= kMinKrigedPoints &&
       out.kriged_error < kKrigingPays * out.error) {

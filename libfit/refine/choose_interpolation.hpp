@@ -41,13 +41,14 @@ struct MeasuredPoints {
   bool is_there() const { return force.size() > 0; }
 };
 
-/// Leaves out one test point at a time and predicts it from its neighbours, at four depths. The
-/// gap's force is made use of unless it errs more, beyond chance (by 1 / sqrt(points)), than what
-/// else there is. Measured points ask more of it, because their surface is less sure: it has to
-/// take off a twentieth. Slopes and kriging have to do so everywhere. Slopes need four points that
-/// neighbours surround, kriging six. Measured points are left out at the rim, too, where the
-/// nearest line between two others answers. is_usable: points that count; the others are neither
-/// left out nor predict. slopes: slopes_of(curves).
+/// Leaves out one test point at a time and predicts it from its neighbours, at four depths. Slopes
+/// and kriging are chosen where they take off a twentieth of the error. The gap's force is made use
+/// of unless slopes err less, or more than half of the points, beyond chance (by two deviations of
+/// a coin), are predicted worse by it than by area. Of measured points, whose surface is less sure,
+/// more than half have to be predicted better so. Slopes need four points that neighbours surround,
+/// kriging six. Measured points are left out at the rim, too, where the nearest line between two
+/// others answers. is_usable: points that count; the others are neither left out nor predict.
+/// slopes: slopes_of(curves).
 InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
                                          const std::vector<char>& is_usable, const Controls& slopes,
                                          const GapForces& gap, const MeasuredPoints& measured = {});

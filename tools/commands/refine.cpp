@@ -25,7 +25,7 @@ class Refine final : public Command {
                      "Share of the test points' slopes that counts between them, 0 to 0.5; auto "
                      "chooses it by leaving points out");
     arguments.option("--follow-shape WHICH", follow_shape_,
-                     "Whether forces between test points follow the shape of the surface: yes, no, "
+                     "Whether forces between test points follow the gap under the tool: yes, no, "
                      "or auto, by leaving points out; yes counts no slopes");
   }
 
