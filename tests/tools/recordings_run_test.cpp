@@ -1,10 +1,12 @@
 // From the folder of a rig to an asset and its error statement, as a user runs it.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "tests/tools/command_line.hpp"
@@ -16,8 +18,9 @@ using namespace testing_support;
 using Json = nlohmann::json;
 
 // A robot's file: a ball pressed 2.5 mm into a bump at 7 x 7 places, stiffer to one side; normals
-// outward, forces on the tool, no unit in the header, and one probe that failed.
-std::string robot_file() {
+// outward, forces on the tool, no unit in the header, and one probe that failed. off_mm: what is
+// written as its position lies so far out of the body.
+std::string robot_file(double off_mm = 0) {
   std::string text;
   for (const char* name : {"contact", "normal", "force", "desired", "current"})
     for (const char axis : {'x', 'y', 'z'})
@@ -25,11 +28,12 @@ std::string robot_file() {
               (name[0] == 'c' && name[1] == 'u' && axis == 'z' ? "\n" : ",");
   const auto row = [&](const double(&c)[3], const double(&n)[3], double force_N, double depth_mm) {
     char line[512];
-    const auto at = [&](int k) { return c[k] - depth_mm * n[k]; };
+    const auto at = [&](int k) { return c[k] + (off_mm - depth_mm) * n[k]; };
     std::snprintf(line, sizeof line,
                   "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n",
-                  c[0], c[1], c[2], n[0], n[1], n[2], force_N * n[0], force_N * n[1],
-                  force_N * n[2], at(0), at(1), at(2), at(0), at(1), at(2));
+                  c[0] + off_mm * n[0], c[1] + off_mm * n[1], c[2] + off_mm * n[2], n[0], n[1],
+                  n[2], force_N * n[0], force_N * n[1], force_N * n[2], at(0), at(1), at(2), at(0),
+                  at(1), at(2));
     text += line;
   };
   for (int k = 0; k < 49; ++k) {
@@ -44,6 +48,23 @@ std::string robot_file() {
   }
   const double c[3] = {100, 100, 0}, none[3] = {0, 0, 0};
   row(c, none, 0, 0);
+  return text;
+}
+
+// The bump of robot_file, in mm.
+std::string bump_off() {
+  constexpr int kCells = 20;
+  std::string text =
+      fmt::format("OFF\n{} {} 0\n", (kCells + 1) * (kCells + 1), 2 * kCells * kCells);
+  for (int k = 0; k < (kCells + 1) * (kCells + 1); ++k) {
+    const double x = 2.0 * (k % (kCells + 1)) - 20, y = 2.0 * (k / (kCells + 1)) - 20;
+    text += fmt::format("{} {} {}\n", x, y, 20 - 0.01 * (x * x + y * y));
+  }
+  for (int i = 0; i < kCells; ++i)
+    for (int j = 0; j < kCells; ++j) {
+      const int a = i + j * (kCells + 1), b = a + 1, c = a + kCells + 1, d = c + 1;
+      text += fmt::format("3 {} {} {}\n3 {} {} {}\n", a, b, d, a, d, c);
+    }
   return text;
 }
 
@@ -74,6 +95,74 @@ TEST_F(RecordingsRun, new_finds_format_signs_and_guesses_units_aloud) {
     EXPECT_NE(text.find(line), std::string::npos) << line << "\n" << text;
   EXPECT_NE(proposed.err.find("units mm and N, which no header says"), std::string::npos)
       << proposed.err;
+}
+
+// Positions of a ball's centre: 4 mm off the body's surface, and off that of the contacts.
+TEST(BallCentres, are_proposed_beside_a_mesh_and_become_places_of_contact) {
+  const Folder folder;
+  for (const double off_mm : {0.0, 4.0}) {
+    const std::string name = off_mm > 0 ? "center" : "contact";
+    fs::create_directory(folder / name);
+    folder.write(name + "/probes.csv", robot_file(off_mm));
+    folder.write(name + "/body.off", bump_off());
+    const std::string manifest = (folder / (name + ".toml")).string();
+    const Outcome proposed =
+        palpate(folder, "new --recordings " + (folder / name).string() + " -o " + manifest);
+    ASSERT_EQ(proposed.status, 0) << proposed.err;
+    const std::string text = content_of(manifest);
+    const bool is_proposed = text.find(
+                                 "\npositions = \"center\"\nprobe = { shape = \"sphere\", "
+                                 "radius = \"4 mm\" }") != std::string::npos;
+    EXPECT_EQ(is_proposed, off_mm > 0) << text;
+    EXPECT_EQ(proposed.err.find("touched 4 mm off the surface") != std::string::npos, off_mm > 0)
+        << proposed.err;
+    EXPECT_EQ(text.find("# positions = \"center\"") != std::string::npos, off_mm == 0) << text;
+    const Outcome checked = palpate(folder, "check " + manifest);
+    EXPECT_EQ(checked.status, 3) << checked.err;  // a probe failed
+    EXPECT_NE(checked.err.find("49 recordings lie 0.0"), std::string::npos) << checked.err;
+  }
+  // Without a mesh the surface of the contacts is the body's, not that of the centres.
+  std::string text = content_of(folder / "center.toml");
+  folder.write("alone.toml", text.substr(text.find("[[recording]]")));
+  const std::string samples = (folder / "alone.h5").string(), body = (folder / "b.obj").string();
+  ASSERT_EQ(palpate(folder, "import " + (folder / "alone.toml").string() + " -o " + samples).status,
+            3);
+  ASSERT_EQ(palpate(folder, "surface " + samples + " -o " + body).status, 0);
+  std::istringstream lines(content_of(body));
+  double worst_mm = 0;
+  int vertices = 0;
+  for (std::string line; std::getline(lines, line);) {
+    double x = 0, y = 0, z = 0;
+    if (std::sscanf(line.c_str(), "v %lf %lf %lf", &x, &y, &z) != 3 ||
+        std::max(std::abs(x), std::abs(y)) > 15)  // no contact lies beyond
+      continue;
+    worst_mm = std::max(worst_mm, std::abs(z - 20 + 0.01 * (x * x + y * y)));
+    ++vertices;
+  }
+  EXPECT_GE(vertices, 49);
+  EXPECT_LT(worst_mm, 0.3);
+}
+
+// A controller holds the force for 20 s while a ball sinks; one place makes no surface.
+TEST(Check, says_that_a_tool_creeps_and_that_one_place_makes_no_surface) {
+  const Folder folder;
+  std::string table = "t_s,d_mm,F_N\n";
+  for (int i = 0; i <= 1200; ++i) {
+    const double t = 0.02 * i, in_mm = std::max(0.0, std::min(t, 3.0) - 1);
+    const double sunk = t > 3 ? 0.3 * (1 - std::exp(-(t - 3) / 4)) : 0;
+    table += fmt::format("{},{:.5f},{:.6f}\n", t, std::min(t, 1.0) + in_mm * (1 + sunk),
+                         0.1 * in_mm * std::sqrt(in_mm) + 5e-4 * (i * 7 % 5 - 2));
+  }
+  folder.write("a.csv", table);
+  folder.write(
+      "m.toml",
+      "[[recording]]\nfile = \"a.csv\"\nforce_on = \"body\"\nprobe = { radius = \"5 mm\" }\n"
+      "position = [\"0 mm\", \"0 mm\", \"0 mm\"]\nnormal = [0, 0, -1]\n");
+  const Outcome checked = palpate(folder, "check " + (folder / "m.toml").string());
+  EXPECT_EQ(checked.status, 0) << checked.err;
+  EXPECT_NE(checked.out.find("a.csv: csv, press with creep (force held), "), std::string::npos)
+      << checked.out;
+  EXPECT_NE(checked.err.find("1 place is too few for a surface"), std::string::npos) << checked.err;
 }
 
 TEST_F(RecordingsRun, check_says_what_each_recording_is_and_what_is_wrong) {

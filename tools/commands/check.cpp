@@ -74,6 +74,7 @@ class Check final : public Command {
         return answer.is_certified ? kDone : kSomeFailed;
       }
       if (is_manifest(scene_path_)) {
+        check_options_of_manifest();
         CheckedManifest checked = check_manifest(scene_path_, jobs_);
         reply = {std::move(checked.text), checked.json};
         return checked.refused > 0 ? kSomeFailed : kDone;
@@ -93,6 +94,18 @@ class Check final : public Command {
   }
 
  private:
+  void check_options_of_manifest() const {
+    const std::pair<const char*, bool> of_others[] = {{"--vtu", !vtu_.empty()},
+                                                      {"--page", !page_.empty()},
+                                                      {"--devices", !devices_.empty()},
+                                                      {"--tool", !tool_.empty()},
+                                                      {"--no-trial", no_trial_}};
+    for (const auto& [option, is_given] : of_others)
+      if (is_given)
+        throw Error(option, "is not of recordings, and " + scene_path_ + " is a manifest of them",
+                    "Leave it out; `palpate run` makes a report with a picture of each.");
+  }
+
   void inspect() {
     report_ = {{"scene", scene_path_}, {"errors", nlohmann::ordered_json::array()}};
     Scene scene = parse_scene(read_whole_file(scene_path_), scene_path_, &errors_);

@@ -60,6 +60,7 @@ class New final : public Command {
   }
 
   int run(Reply& reply) override {
+    if (is_recordings_ || is_path_) check_of_scene_alone();
     if (is_recordings_) return write_manifest(reply);
     if (is_path_) return write_path(reply);
     const Surface surface = read_surface(mesh_, 1);
@@ -97,6 +98,20 @@ class New final : public Command {
   }
 
  private:
+  void check_of_scene_alone() const {
+    if (is_recordings_ && is_path_)
+      throw Error("--path", "makes another file than --recordings", "Give one of them.");
+    const std::pair<const char*, bool> of_scenes[] = {{"--unit", !choices_.unit.empty()},
+                                                      {"--tissue", !tissue_.empty()},
+                                                      {"--held", !choices_.held.empty()}};
+    for (const auto& [option, is_given] : of_scenes)
+      if (is_given)
+        throw Error(option,
+                    fmt::format("is of a scene, and {} makes none",
+                                is_recordings_ ? "--recordings" : "--path"),
+                    "Leave it out.");
+  }
+
   int write_manifest(Reply& reply) const {
     const ProposedManifest proposed = propose_manifest(mesh_, output_);
     for (const std::string& note : proposed.notes) say("  {}", note);

@@ -39,6 +39,7 @@ constexpr std::array kTips{Named{"sphere", Tip::sphere}, Named{"flat", Tip::flat
                            Named{"pyramid-3", Tip::pyramid_3}};
 constexpr std::array kSeparators{Named{"comma", ','}, Named{"semicolon", ';'}, Named{"tab", '\t'},
                                  Named{"blank", ' '}};
+constexpr std::array kPositions{Named{"contact", false}, Named{"center", true}};
 constexpr std::array kNormals{Named{"inward", false}, Named{"outward", true}};
 
 // The value that a key's word names; stays as it is where the table has no such key.
@@ -144,6 +145,7 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   recordings::SignalSettings& s = entry.item.signal;
   read_named(table, "kind", kKinds, s.kind);
   read_contact(table, s);
+  read_named(table, "positions", kPositions, s.is_position_of_center);
   s.contact_range = table.number("contact_range", s.contact_range, 0, 1);
   read_named(table, "drift", kDrifts, s.drift);
   s.smooth_s = table.quantity("smooth", Dimension::time, s.smooth_s, 0, 1e3);
@@ -173,6 +175,9 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
     if (probe.has("friction")) entry.friction = probe.number("friction", 0, 0, 100);
     probe.finish();
   }
+  if (s.is_position_of_center && s.tip != Tip::sphere)
+    fail(table, "positions", "positions are of the center of a tip that is no ball",
+         "Say positions = \"contact\", and the place of the tip's end.");
 }
 
 // Whether the manifest says what the columns are; files of some formats say it themselves.

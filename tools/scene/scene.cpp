@@ -240,7 +240,10 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
   SceneTable root(parsed, "the scene", path.string());
   section([&] {
     if (!root.has("body"))
-      throw Error(path.string(), "the scene has no [body]",
+      throw root.has("recording")
+          ? Error(path.string(), "is a manifest of recordings, and no scene",
+                  "Name a scene.toml; `palpate run` and `check` read both.")
+          : Error(path.string(), "the scene has no [body]",
                   "Add [body] with surface and length_unit.");
     scene.body = read_body(root.table("body", "[body]"), path);
   });

@@ -4,9 +4,12 @@
 
 #include <algorithm>
 
+#include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
+#include "tools/console.hpp"
 #include "tools/stages/import.hpp"
+#include "tools/stages/recorded_body.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -31,11 +34,12 @@ Deepest deepest(const Conditioned& r) {
 
 std::string line_of(const std::string& shown, std::string_view kind, const Conditioned& r) {
   const Deepest at = deepest(r);
-  return fmt::format("{}: {}, {}, {} N at {} mm, contact {} +- {} mm ({}), {}{}{}\n", shown,
-                     r.source.format, kind, number(at.force_N), number(1e3 * at.depth_m),
-                     number(1e3 * r.contact.travel_m), number(1e3 * r.contact.deviation_m, 2),
-                     r.contact.estimator, kGradeNames[static_cast<std::size_t>(r.grade)],
-                     r.reasons.empty() ? "" : ": ", listed(r.reasons, "; "));
+  return fmt::format("{}: {}, {}{}, {} N at {} mm, contact {} +- {} mm ({}), {}{}{}\n", shown,
+                     r.source.format, kind, is_creep(r.history) ? " with creep (force held)" : "",
+                     number(at.force_N), number(1e3 * at.depth_m), number(1e3 * r.contact.travel_m),
+                     number(1e3 * r.contact.deviation_m, 2), r.contact.estimator,
+                     kGradeNames[static_cast<std::size_t>(r.grade)], r.reasons.empty() ? "" : ": ",
+                     listed(r.reasons, "; "));
 }
 
 nlohmann::ordered_json json_of(const std::string& shown, std::string_view kind,
@@ -45,12 +49,25 @@ nlohmann::ordered_json json_of(const std::string& shown, std::string_view kind,
           {"format", r.source.format},
           {"taken", r.source.taken},
           {"kind", kind},
+          {"is_creep", is_creep(r.history)},
           {"depth_m", at.depth_m},
           {"force_N", at.force_N},
           {"contact_m", r.contact.travel_m},
           {"contact_deviation_m", r.contact.deviation_m},
           {"grade", kGradeNames[static_cast<std::size_t>(r.grade)]},
           {"reasons", r.reasons}};
+}
+
+// Where curves are going to lie; says what keeps `run` from making a surface of the contacts.
+std::string surface_in_words(const ReadRecordings& read) {
+  if (read.manifest.surface) return "on the surface " + read.manifest.surface->string();
+  try {
+    surface_of_contacts(rows_at(read.assembled.samples, read.is_held_out, false));
+  } catch (const Error& e) {
+    warn("`run` makes no surface of the contacts: {}; name the body's with `surface`", e.fact());
+    return "without a surface";
+  }
+  return "the surface is made from the contacts of the others";
 }
 
 }  // namespace
@@ -76,14 +93,19 @@ CheckedManifest check_manifest(const std::filesystem::path& manifest, int jobs) 
     }
   if (listed_ones > kListed) out.text += fmt::format("and {} more\n", listed_ones - kListed);
   const Samples& samples = read.assembled.samples;
+  if (samples.rows() == 0)
+    throw Error(
+        manifest.string(),
+        read.assembled.outcomes.size() == 1
+            ? "its recording cannot be used"
+            : fmt::format("none of its {} recordings can be used", read.assembled.outcomes.size()),
+        "Correct what is said of each above.");
   const auto held_out = std::ranges::count(read.is_held_out, 1);
   out.json["points"] = samples.points();
   out.json["held_out_points"] = held_out;
   out.text +=
       fmt::format("{}, {} of them held out for the error statement; {}",
-                  counted(samples.points(), "point", "points"), held_out,
-                  read.manifest.surface ? "on the surface " + read.manifest.surface->string()
-                                        : "the surface is made from their contacts");
+                  counted(samples.points(), "point", "points"), held_out, surface_in_words(read));
   return out;
 }
 

@@ -14,7 +14,8 @@ struct CheckedManifest {
 };
 
 /// Reads and places all recordings as `import` does and writes nothing. Refusals and notes are said
-/// on stderr. Throws Error on what `import` would refuse as a whole.
+/// on stderr. Throws Error on what `import` would refuse as a whole,
+/// and where no recording can be used.
 CheckedManifest check_manifest(const std::filesystem::path& manifest, int jobs);
 
 }  // namespace palpate::tools

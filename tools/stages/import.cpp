@@ -2,6 +2,7 @@
 
 #include <malloc.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 
@@ -160,11 +161,25 @@ std::string recorded_samples_fingerprint(const ReadRecordings& read) {
   return hash.hex();
 }
 
+void check_recordings_exist(const Manifest& manifest) {
+  if (std::ranges::any_of(manifest.items,
+                          [](const BatchItem& item) { return fs::exists(item.file); }))
+    return;
+  const std::string first = manifest.items.front().shown;
+  throw Error(manifest.path.string(),
+              manifest.items.size() == 1
+                  ? "names the recording " + first + ", and there is no such file"
+                  : fmt::format("names {} recordings, of which no file is there, such as {}",
+                                manifest.items.size(), first),
+              "Correct the names in the manifest; they start at its folder.");
+}
+
 ReadRecordings read_recordings(const ImportRequest& request) {
   // Arrays come and go by the megabyte: what is freed is used again instead of handed back.
   ::mallopt(M_MMAP_THRESHOLD, 1 << 30), ::mallopt(M_TRIM_THRESHOLD, 1 << 30);
   ::mallopt(M_TOP_PAD, 1 << 26);
   ReadRecordings out{read_manifest(request.manifest), {}, {}, {}};
+  check_recordings_exist(out.manifest);
   for (BatchItem& item : out.manifest.items) item.read.drop_invalid |= request.drop_invalid;
   const auto surface = surface_of(out.manifest);
   const AssembleOptions options = place_options(out.manifest, surface);

@@ -29,6 +29,10 @@ struct ReadRecordings {
   std::vector<char> is_held_out;  ///< of the assembled samples' points, from the fit
 };
 
+/// Throws Error where no recording that a manifest names is there. Single ones are refused when
+/// they are read.
+void check_recordings_exist(const Manifest& manifest);
+
 /// Says on stderr what was found. Throws Error on a bad manifest or surface, Interrupted when the
 /// user stopped it.
 ReadRecordings read_recordings(const ImportRequest& request);

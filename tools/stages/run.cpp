@@ -244,8 +244,12 @@ class RecordingsRun : FolderRun {
   RecordingsRun(const RunRequest& request, RunLog* log) : FolderRun(request, log) {}
 
   RunResult run() {
-    manifest_ =
-        read_manifest(request_.scene);  // what is wrong with it is said before the folder is made
+    // What is wrong is said before the folder is made.
+    if (request_.quick)
+      throw Error("--quick", "is of scenes, and " + request_.scene + " is a manifest of recordings",
+                  "Leave it out: recordings are not simulated, and a run of them takes a minute.");
+    manifest_ = read_manifest(request_.scene);
+    check_recordings_exist(manifest_);
     output_.claim();
     if (log_) log_->open(file(kRunLog), "palpate run " + request_.scene);
     timed("import", [&] { import(); });

@@ -18,6 +18,7 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/statistics.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate {
 namespace {
@@ -148,8 +149,9 @@ Contacts checked(const Contacts& given) {
   const Eigen::Vector3d spread = centred.jacobiSvd().singularValues();
   if (count < kMinContacts || !(spread[1] > 1e-3 * spread[0]))
     throw Error("contacts",
-                count < kMinContacts ? fmt::format("{} places are too few for a surface", count)
-                                     : std::string("all lie on one line, which is no surface"),
+                count < kMinContacts
+                    ? counted(count, "place is", "places are") + " too few for a surface"
+                    : std::string("all lie on one line, which is no surface"),
                 "Touch the body at six places or more, spread over the part that is wanted.");
   return out;
 }

@@ -352,6 +352,15 @@ void check_rows(const Conditioned& out, const std::string& where) {
                 "Use a sensor with a larger range, or press less deep.");
 }
 
+// Deflections are from the centre's place at first touch: only where that is on the body changes.
+void move_to_surface(const SignalSettings& settings, const std::string& file, Conditioned& out) {
+  if (out.is_axial || !out.contact_m || !out.inward) return;
+  if (!(settings.radius_m > 0))
+    throw Error(file, "has positions of the ball's centre, and its radius is unknown",
+                "Say it in the manifest: probe = { radius = \"5 mm\" }.");
+  *out.contact_m += settings.radius_m * *out.inward;
+}
+
 double young_of(const ContactEstimate& contact, const SignalSettings& settings) {
   if (!(contact.amplitude > 0 && settings.tip == Tip::sphere && settings.radius_m > 0)) return kNan;
   return 0.75 * contact.amplitude / std::sqrt(settings.radius_m) *
@@ -395,6 +404,7 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
   const RowRange used = used_rows(signal, phases, settings, ways, back);
   seen.used = ways.cycles, seen.used.push_back(used);
   take_rows(signal, used, ways.cycles, contact.travel_m, settings, correlation, out);
+  if (settings.is_position_of_center) move_to_surface(settings, file, out);
   check_rows(out, place(file, signal, ways.range.end - 1));
   out.young_Pa = young_of(contact, settings);
   grade(settings, contact, correlation, out);

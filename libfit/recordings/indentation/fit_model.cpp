@@ -11,6 +11,7 @@
 #include <cmath>
 
 #include "libfit/core/text.hpp"
+#include "libfit/recordings/indentation/what_is_left.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -20,8 +21,6 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr Eigen::Index kScanRows = 300;  // that trial contact points are compared on
 constexpr int kScan = 64;
 constexpr double kCloser = 1.25;  // depth of one trial over the next, towards the end
-constexpr double kMaxCorrelation = 0.98;
-constexpr int kParts = 20;        // of the depth, over which misfits are averaged
 constexpr double kMisfit = 0.05;  // of the force: a model that leaves more does not describe it
 constexpr double kLeastExponent = 0.7, kMostExponent = 6;
 constexpr double kSame = 2;  // bic within which models are equals
@@ -148,70 +147,6 @@ std::optional<Unknowns> start_of(const ModelProblem& p) {
   return best;
 }
 
-// Rows per independent one, by how residuals go together: 1 + 2 (r1 + r2 + ...) until the first
-// that is not positive.
-double correlation_time(const Eigen::VectorXd& left) {
-  const double alone = left.squaredNorm();
-  const Eigen::Index n = left.size();
-  double time = 1;
-  for (Eigen::Index lag = 1; alone > 0 && lag < n / 4; ++lag) {
-    const double r = left.head(n - lag).dot(left.tail(n - lag)) / alone;
-    if (r < 2 / std::sqrt(static_cast<double>(n))) break;
-    time += 2 * std::min(r, kMaxCorrelation);
-  }
-  return time;
-}
-
-// Means of what is left over equal parts of a travel.
-struct PartMeans {
-  Eigen::VectorXd mean, count;  // kParts; a mean of none is 0
-
-  double rms() const {
-    const double parts = static_cast<double>((count.array() > 0).count());
-    return parts > 0 ? std::sqrt(mean.squaredNorm() / parts) : 0;
-  }
-  // Of one sign, among the parts that have rows.
-  int runs() const {
-    int runs = 0;
-    double before = 0;
-    for (Eigen::Index k = 0; k < mean.size(); ++k) {
-      if (!(count[k] > 0)) continue;
-      runs += runs == 0 || (mean[k] > 0) != (before > 0);
-      before = mean[k];
-    }
-    return runs;
-  }
-};
-
-PartMeans part_means(const Eigen::VectorXd& x, const Eigen::VectorXd& left, double from,
-                     double to) {
-  PartMeans out{Eigen::VectorXd::Zero(kParts), Eigen::VectorXd::Zero(kParts)};
-  for (Eigen::Index i = 0; i < left.size(); ++i) {
-    const double share = (x[i] - from) / (to - from);
-    if (!(share > 0) || share > 1) continue;
-    const auto part = std::min<Eigen::Index>(kParts - 1, static_cast<Eigen::Index>(share * kParts));
-    out.mean[part] += left[i], out.count[part] += 1;
-  }
-  for (Eigen::Index k = 0; k < kParts; ++k) out.mean[k] /= std::max(1., out.count[k]);
-  return out;
-}
-
-// Variance of one reading's noise, by its neighbours.
-double noise_variance(const Eigen::VectorXd& left) {
-  double sum = 0;
-  for (Eigen::Index i = 1; i < left.size(); ++i) sum += square(left[i] - left[i - 1]);
-  return sum / (2 * static_cast<double>(left.size() - 1));
-}
-
-// Root mean square of means of residuals over parts of the depth, less what noise leaves in them.
-double misfit_of(const PartMeans& parts, double noise) {
-  double squares = 0;
-  int n = 0;
-  for (Eigen::Index k = 0; k < kParts; ++k)
-    if (parts.count[k] > 0) squares += square(parts.mean[k]) - noise / parts.count[k], ++n;
-  return std::sqrt(std::max(0., squares / std::max(1, n)));
-}
-
 // Whether what is left goes with depth: in few runs or by more than noise, and by more than the
 // free part's own waves.
 bool has_pattern(const ModelProblem& p, const PartMeans& pressed, const Eigen::VectorXd& left,
@@ -275,15 +210,17 @@ std::optional<SolvedModel> solve(const ModelProblem& p, const IndentationModel& 
   const double variance =
       out.squares / static_cast<double>(n - out.unknowns) * out.correlation_time;
   const Eigen::MatrixXd covariance =
-      (columns.transpose() * columns)
-          .ldlt()
-          .solve(Eigen::MatrixXd::Identity(out.unknowns, out.unknowns)) *
-      variance;
+                            (columns.transpose() * columns)
+                                .ldlt()
+                                .solve(Eigen::MatrixXd::Identity(out.unknowns, out.unknowns)) *
+                            variance,
+                        drifting = covariance_of(columns, left);
   const auto deviation = [&](Eigen::Index k) {
     const auto place = std::ranges::find(free, k);
     return place == free.end()
                ? 0.
-               : std::sqrt(std::max(0., covariance.diagonal()[place - free.begin()]));
+               : std::sqrt(std::max({0., covariance.diagonal()[place - free.begin()],
+                                     drifting.diagonal()[place - free.begin()]}));
   };
   ModelFit& fit = out.fit;
   fit.model = &model;
@@ -320,6 +257,24 @@ std::optional<SolvedModel> solve(const ModelProblem& p, const IndentationModel& 
   return out;
 }
 
+// Deviations with the choice whether the free part slopes, each counted with its bic.
+void hold_slope(const SolvedModel& tilted, double rows, SolvedModel& flat) {
+  const double readings = std::max(8., rows / tilted.correlation_time);
+  const double better =  // bic
+      readings * std::log(flat.squares / std::max(tilted.squares, 1e-300)) - std::log(readings);
+  const double share = 1 / (1 + std::exp(-better / 2));
+  const auto held = [&](double value, double deviation, double other, double of_other) {
+    return std::max(deviation, std::sqrt((1 - share) * square(deviation) +
+                                         share * (square(of_other) + square(other - value))));
+  };
+  ModelFit& fit = flat.fit;
+  const ModelFit& other = tilted.fit;
+  fit.young_deviation_Pa =
+      held(fit.young_Pa, fit.young_deviation_Pa, other.young_Pa, other.young_deviation_Pa);
+  fit.contact_deviation_m =
+      held(fit.contact_m, fit.contact_deviation_m, other.contact_m, other.contact_deviation_m);
+}
+
 }  // namespace
 
 std::vector<ModelFit> fit_models(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& push_N,
@@ -340,7 +295,6 @@ std::vector<ModelFit> fit_models(const Eigen::VectorXd& travel_m, const Eigen::V
   if (!(p.range_m > 0) || !(p.rise_N > 0)) return {};
   p.x = (travel_m.head(rows).array() - p.first_m) / p.range_m;
   p.y = (push_N.head(rows).array() - p.base_N) / p.rise_N;
-  p.has_slope = options.has_slope;
   if (options.contact_m) p.contact = (*options.contact_m - p.first_m) / p.range_m;
 
   std::vector<SolvedModel> solved;
@@ -355,7 +309,14 @@ std::vector<ModelFit> fit_models(const Eigen::VectorXd& travel_m, const Eigen::V
           p.area_scale = area;
           break;
         }
-    if (auto found = solve(p, model, press)) solved.push_back(std::move(*found));
+    p.has_slope = options.has_slope;
+    auto found = solve(p, model, press);
+    if (!found) continue;
+    p.has_slope = true;
+    if (!options.has_slope && model.law)
+      if (const auto tilted = solve(p, model, press))
+        hold_slope(*tilted, static_cast<double>(rows), *found);
+    solved.push_back(std::move(*found));
   }
   if (solved.empty()) return {};
   const auto best = std::ranges::min_element(solved, {}, &SolvedModel::squares);

@@ -158,7 +158,8 @@ TimedPoints presses_in_time(const std::vector<Candidate>& candidates,
     for (const std::size_t m : members) {
       if (!usable(m)) continue;
       point.member.push_back(m);
-      held = std::max(held, held_share(candidates[m].recording->history));
+      const TimedPress& history = candidates[m].recording->history;
+      held = std::max({held, held_share(history), is_creep(history) ? kMinHeld : 0});
       const double speed = candidates[m].recording->speed_m_s;
       if (speed > 0) slowest = std::min(slowest, speed), fastest = std::max(fastest, speed);
     }
@@ -201,7 +202,9 @@ BodyRelaxation relaxation_of(const std::vector<Candidate>& candidates, const Tim
     bool has_hold = false;
     for (const std::size_t m : timed.member[p]) {
       const Conditioned& r = *candidates[m].recording;
-      has_hold |= held_share(r.history) >= kMinHeld;
+      const bool is_creeping = is_creep(r.history);
+      has_hold |= is_creeping || held_share(r.history) >= kMinHeld;
+      out.creeping += is_creeping;
       out.recordings.push_back({shown(items, candidates[m]), candidates[m].point, drift_share(r)});
     }
     if (has_hold) held.push_back(p);
@@ -249,7 +252,10 @@ std::vector<std::string> relaxation_notes(const BodyRelaxation& found) {
   std::vector<std::string> notes;
   const std::string by =
       counted(static_cast<std::int64_t>(found.recordings.size()), "recording", "recordings") +
-      (found.has_holds ? " with holds" : " at several rates");
+      (found.has_holds ? " with holds" : " at several rates") +
+      (found.creeping > 0
+           ? fmt::format(" (creep: {} whose force is held while the tool sinks)", found.creeping)
+           : "");
   const Eigen::Index branches = fit.relaxation.branches();
   if (branches == 0) {
     notes.push_back(fmt::format(

@@ -14,6 +14,12 @@ constexpr double kShareOfStand = 0.15;
 constexpr double kCornerShare = 0.003;  // of the travel, by which a straight way may bend
 constexpr double kCornerNoise = 4;
 constexpr double kHoldSpeed = 0.1;  // of the mean speed
+// Of a force that is held: rows, share of the time, and shares of the largest force (within which
+// it is, by which it moves) and depth. Loading at a constant speed moves by more, and what yields
+// at one sinks as fast as before.
+constexpr Eigen::Index kMinCreepRows = 6;
+constexpr double kMinCreepTime = 0.1, kNearMost = 0.1, kSameForce = 0.03, kSinks = 0.02;
+constexpr double kCreepSpeed = 0.5;  // of the mean speed before
 
 // Rows where the way of the tool over time bends by more than tolerance_m (Ramer, Douglas and
 // Peucker), first and last included.
@@ -126,6 +132,23 @@ std::vector<Part> parts_of(const Readings& r, double noise_N) {
   return parts;
 }
 
+// Means over the first and the last third of a time, by the readings of each row.
+struct ThirdMeans {
+  double first = 0, last = 0;
+};
+ThirdMeans means_of_thirds(const TimedPress& p, const Eigen::VectorXd& of, Eigen::Index begin,
+                           Eigen::Index end) {
+  const double third_s = (p.time_s[end - 1] - p.time_s[begin]) / 3;
+  const auto mean = [&](double from_s) {
+    double sum = 0, count = 0;
+    for (Eigen::Index i = begin; i < end; ++i)
+      if (p.time_s[i] >= from_s && p.time_s[i] <= from_s + third_s)
+        sum += p.readings[i] * of[i], count += p.readings[i];
+    return sum / count;  // NaN where no row lies
+  };
+  return {mean(p.time_s[begin]), mean(p.time_s[end - 1] - third_s)};
+}
+
 }  // namespace
 
 TimedPress timed_press(const Signal& signal, double contact_travel_m,
@@ -194,6 +217,28 @@ double held_share(const TimedPress& press) {
       held_s += dt;
   }
   return all_s > 0 ? held_s / all_s : 0;
+}
+
+bool is_creep(const TimedPress& press) {
+  if (press.rows() < kMinCreepRows) return false;
+  const double most_N = press.push_N.maxCoeff();
+  const auto is_near = [&](Eigen::Index i) {
+    return press.readings[i] > 0 && press.push_N[i] > (1 - kNearMost) * most_N;
+  };
+  Eigen::Index begin = 0, end = press.rows();
+  while (begin < end && !is_near(begin)) ++begin;
+  while (end > begin && !is_near(end - 1)) --end;
+  if (end - begin < kMinCreepRows) return false;
+  const double all_s = press.time_s[press.rows() - 1] - press.time_s[0];
+  const double held_s = press.time_s[end - 1] - press.time_s[begin],
+               sunk_m = press.depth_m[end - 1] - press.depth_m[begin];
+  if (!(held_s > kMinCreepTime * all_s) ||
+      !(sunk_m * press.time_s[begin] < kCreepSpeed * press.depth_m[begin] * held_s))
+    return false;
+  const ThirdMeans force = means_of_thirds(press, press.push_N, begin, end),
+                   depth = means_of_thirds(press, press.depth_m, begin, end);
+  return std::abs(force.last - force.first) < kSameForce * most_N &&
+         depth.last - depth.first > kSinks * press.depth_m.maxCoeff();
 }
 
 }  // namespace palpate::recordings

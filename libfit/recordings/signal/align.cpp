@@ -14,6 +14,9 @@ constexpr Eigen::Index kStuckRows = 5;  // equal readings in a row that chance d
 constexpr double kCoarse = 2e-3;        // of the force's range: a larger step is a coarse sensor
 constexpr double kExtremeShare = 0.02;  // likewise, within which a reading is the largest
 constexpr double kStuckTravelShare = 0.03;  // of the whole travel, gone while the force stood still
+constexpr double kFreeTravelShare = 0.05;
+constexpr double kMostOfWay = 0.9;
+constexpr double kSinkingSpeed = 0.5;  // as of creep in timed_press.cpp
 
 // Rows whose time is later than that of all rows kept before.
 std::vector<Eigen::Index> rows_in_time(const std::vector<double>& time_s,
@@ -86,12 +89,42 @@ void interpolate(Signal& signal, const std::vector<double>& force_time_s, const 
   if (torque_Nm.rows() > 0) signal.torque_Nm = picked(torque_Nm, kept);
 }
 
+// A twentieth of the rows, or those before the tip has gone a twentieth of its range: before a long
+// hold the free part is shorter.
+Eigen::Index free_rows(const Points& position_m, double range_m) {
+  const Eigen::Index most = std::max<Eigen::Index>(1, position_m.rows() / 20);
+  Eigen::Index rows = 1;
+  while (rows < most &&
+         (position_m.row(rows) - position_m.row(0)).norm() < kFreeTravelShare * range_m)
+    ++rows;
+  return rows;
+}
+
+// Whether the tip goes much slower over these rows, until it has gone most of its way in them, than
+// since the force (times sign) was half of that there: a force that is held, of a body that creeps.
+bool is_sinking(const Signal& signal, const Eigen::VectorXd& force, double half_N, double sign,
+                Eigen::Index first, Eigen::Index last) {
+  if (signal.time_s.empty()) return false;
+  const auto way_m = [&](Eigen::Index a, Eigen::Index b) {
+    return (signal.position_m.row(b) - signal.position_m.row(a)).norm();
+  };
+  const auto speed = [&](Eigen::Index a, Eigen::Index b) {
+    return way_m(a, b) / (signal.time_s[static_cast<std::size_t>(b)] -
+                          signal.time_s[static_cast<std::size_t>(a)]);
+  };
+  double most_m = 0;
+  for (Eigen::Index i = first + 1; i < last; ++i) most_m = std::max(most_m, way_m(first, i));
+  Eigen::Index gone = first + 1, half = first;
+  while (way_m(first, gone) < kMostOfWay * most_m) ++gone;
+  while (half > 0 && sign * force[half] > sign * half_N) --half;
+  return half < first && speed(first, gone) < kSinkingSpeed * speed(half, first);
+}
+
 // Readings stuck at one value, on the far half of what an axis feels, with the tip moving
 // meanwhile: the near half holds the free part. A coarse sensor stands still on the way, too; of it
 // only its largest value counts.
-void mark_stuck(const Eigen::VectorXd& force, const Points& position_m, double range_m,
-                std::vector<char>& is_saturated) {
-  const double first_N = force.head(std::max<Eigen::Index>(1, force.size() / 20)).mean(),
+void mark_stuck(Signal& signal, const Eigen::VectorXd& force, double range_m) {
+  const double first_N = force.head(free_rows(signal.position_m, range_m)).mean(),
                up = force.maxCoeff() - first_N, down = first_N - force.minCoeff();
   const double sign = up >= down ? 1 : -1, max_N = std::max(up, down);
   const double min_N = (quantum_of(force) > kCoarse * max_N ? 1 - kExtremeShare : 0.5) * max_N;
@@ -99,9 +132,11 @@ void mark_stuck(const Eigen::VectorXd& force, const Points& position_m, double r
     for (last = first + 1; last < force.size() && force[last] == force[first]; ++last) {
     }
     if (last - first < kStuckRows || sign * (force[first] - first_N) <= min_N) continue;
-    const auto run = position_m.middleRows(first, last - first);
-    if ((run.colwise().maxCoeff() - run.colwise().minCoeff()).norm() > kStuckTravelShare * range_m)
-      std::fill(is_saturated.begin() + first, is_saturated.begin() + last, 1);
+    const auto run = signal.position_m.middleRows(first, last - first);
+    if ((run.colwise().maxCoeff() - run.colwise().minCoeff()).norm() >
+            kStuckTravelShare * range_m &&
+        !is_sinking(signal, force, (force[first] + first_N) / 2, sign, first, last))
+      std::fill(signal.is_saturated.begin() + first, signal.is_saturated.begin() + last, 1);
   }
 }
 
@@ -111,7 +146,7 @@ void mark_saturated(Signal& signal, double force_limit_N) {
       (signal.position_m.colwise().maxCoeff() - signal.position_m.colwise().minCoeff()).norm();
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::VectorXd force = signal.force_N.col(axis);
-    mark_stuck(force, signal.position_m, range_m, signal.is_saturated);
+    mark_stuck(signal, force, range_m);
     for (Eigen::Index i = 0; i < force.size(); ++i)
       if (std::abs(force[i]) >= force_limit_N) signal.is_saturated[static_cast<std::size_t>(i)] = 1;
   }

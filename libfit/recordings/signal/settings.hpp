@@ -36,7 +36,10 @@ struct SignalSettings {
   double contact_range = 0;  ///< share of the largest force that it fits, 0: as far as it fits well
   Drift drift = Drift::bias;
   Tip tip = Tip::sphere;
-  double radius_m = 0;        ///< of the tip; 0: unknown
+  double radius_m = 0;  ///< of the tip; 0: unknown
+  /// Positions are of the tip's centre: where it touches lies a radius further inward. Of
+  /// recordings with three axes, and tips with a radius alone.
+  bool is_position_of_center = false;
   double half_angle_rad = 0;  ///< of a cone, or between a pyramid's axis and its faces; 0: unknown
   double thickness_m = 0;     ///< of the body, a layer on a rigid ground; 0: deep. Of moduli alone
   double poisson = 0.5;       ///< of the body, for moduli alone

@@ -294,6 +294,62 @@ TEST(Relaxation, its_band_is_the_covariance_carried_to_the_stiffening) {
   }
 }
 
+// In to 2 mm in `in_s`, then deeper as a held force sinks: creep to (1 + share)^{2/3} times that.
+Way creep_way(double share, double time_s, double held_s, double in_s = 0.2) {
+  Way way;
+  way.go(-1e-3, 0), way.go(0, 0.1), way.go(2e-3, in_s);
+  for (double t = 0.05; t < held_s; t += std::max(0.05, 0.1 * t))
+    way.go(2e-3 * std::pow(1 + share - share * std::exp(-t / ((1 + share) * time_s)), 2.0 / 3),
+           std::max(0.05, 0.1 * (t - 0.05)));
+  way.go(-1e-3, 1), way.go(-1e-3, 1);
+  return way;
+}
+
+TEST(TimedPress, tells_a_force_that_is_held_from_a_depth_that_is) {
+  struct Case {
+    std::string name;
+    RelaxingBody body;
+    Way way;
+    bool is_creep;
+  };
+  Way slow = ramp_way(60), yields;
+  yields.go(-1e-3, 0), yields.go(3e-3, 4), yields.go(-1e-3, 4);
+  const RelaxingBody elastic{prony({}, {}), 1};
+  const std::vector<Case> cases{
+      {"creep", {prony({0.5}, {3}), 1}, creep_way(0.5, 3, 30), true},
+      {"creep of a tenth", {prony({0.1}, {5}), 1}, creep_way(0.1, 5, 30), true},
+      {"creep after a slow way in", {prony({0.5}, {20}), 1}, creep_way(0.5, 20, 60, 2), true},
+      {"hold", {prony({0.5}, {3}), 1}, hold_way(), false},
+      {"hold of what does not relax", elastic, hold_way(), false},
+      {"stairs", {prony({0.6, 0.4}, {0.3, 4}), 1}, stairs_way(), false},
+      {"slow way in", elastic, slow, false},
+      {"slow way in, relaxing", {prony({0.5}, {3}), 1}, slow, false}};
+  for (const Case& c : cases)
+    for (unsigned seed = 1; seed <= 10; ++seed)
+      for (const double noise : {0.0, 0.01, 0.02}) {
+        const auto presses =
+            presses_of({c.name, c.body.relaxation, {c.way}, {noise, noise / 2}}, seed, 0.02);
+        EXPECT_EQ(is_creep(presses[0].press), c.is_creep)
+            << c.name << ", noise " << noise << ", seed " << seed;
+      }
+  // What yields while the tool goes on as fast: the force stays, and no controller holds it.
+  TimedPress yielding = presses_of({"", {}, {yields}, {0, 0}}, 1)[0].press;
+  yielding.push_N = yielding.push_N.cwiseMin(0.4 * yielding.push_N.maxCoeff());
+  EXPECT_FALSE(is_creep(yielding));
+}
+
+// A sensor of steps shows one value for seconds while the tool sinks. Once the free part before a
+// long hold was too short to be seen, and what is free was "saturated over 100 %".
+TEST(TimedPress, a_coarse_sensor_s_held_force_is_not_saturated) {
+  std::mt19937 random(3);
+  auto raw = record({prony({0.5}, {3}), 1}, creep_way(0.5, 3, 30), 0.02, 2, {0, 0}, random);
+  const double step_N = 0.02 * *std::ranges::max_element(raw.push_N);
+  for (double& push_N : raw.push_N) push_N = step_N * std::round(push_N / step_N);
+  const auto done = condition(raw, {.radius_m = 5e-3}, std::nullopt, "press.csv", false);
+  EXPECT_TRUE(is_creep(done.history));
+  for (const RowStatus status : done.status) EXPECT_EQ(status, RowStatus::good);
+}
+
 class RelaxationImport : public testing_io::ScratchTest {
  protected:
   // A recording as a file and its entry.
@@ -363,14 +419,9 @@ TEST_F(RelaxationImport, gives_rows_in_time_and_keeps_rates_apart) {
 // The depth creeps as d^{3/2} = 1 + g - g e^{-t/((1 + g) tau)} times that at first.
 TEST_F(RelaxationImport, of_a_press_whose_force_stays_while_it_creeps_finds_the_series) {
   constexpr double kShare = 0.5, kTime_s = 3, kSeconds = 30;
-  Way way;
-  way.go(-1e-3, 0), way.go(0, 0.1), way.go(2e-3, 0.2);
-  for (double t = 0.05; t < kSeconds; t += std::max(0.05, 0.1 * t))
-    way.go(2e-3 * std::pow(1 + kShare - kShare * std::exp(-t / ((1 + kShare) * kTime_s)), 2.0 / 3),
-           std::max(0.05, 0.1 * (t - 0.05)));
-  way.go(-1e-3, 1), way.go(-1e-3, 1);
   std::mt19937 random(7);
-  const auto raw = record({prony({kShare}, {kTime_s}), 1}, way, 0.01, 2, {0.003, 0}, random);
+  const auto raw = record({prony({kShare}, {kTime_s}), 1}, creep_way(kShare, kTime_s, kSeconds),
+                          0.01, 2, {0.003, 0}, random);
   const std::vector<BatchItem> items{item_of(raw, "creep.csv")};
   BatchOptions batch;
   batch.jobs = 1;
@@ -384,6 +435,9 @@ TEST_F(RelaxationImport, of_a_press_whose_force_stays_while_it_creeps_finds_the_
   EXPECT_NEAR(samples.relaxation.time_s[0], kTime_s, 0.5);
   ASSERT_EQ(samples.time_s.size(), samples.rows());
   EXPECT_GT(samples.time_s.maxCoeff(), 20);
+  EXPECT_EQ(found.relaxation->creeping, 1);
+  EXPECT_NE(found.notes.front().find("creep: 1 whose force is held"), std::string::npos)
+      << found.notes.front();
 }
 
 // A body that goes on relaxing where the recordings end, and one whose points differ: rows in time

@@ -1,0 +1,173 @@
+#include "tools/setup/ways_to_read.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <map>
+
+#include "libfit/core/error.hpp"
+#include "libfit/recordings/formats/columns.hpp"
+#include "libfit/recordings/formats/importers.hpp"
+
+namespace palpate::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace recordings;
+
+bool is_robot(const std::vector<std::string>& header) {
+  const auto has = [&](std::string_view stem) {
+    return std::ranges::any_of(
+        header, [&](const std::string& name) { return name.find(stem) != std::string::npos; });
+  };
+  return has("contact_x") && has("normal_x") && has("force_x") && has("current_x") &&
+         has("desired_x");
+}
+
+// What a quantity without a unit is measured in, by its name; empty: none that is known.
+std::string unit_guess(const std::string& name, const char* length, const char* force) {
+  std::string small = name;
+  for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (small == "t" || small.starts_with("time")) return "s";
+  if (small.starts_with("f") || small.find("force") != std::string::npos ||
+      small.starts_with("load") || small.starts_with("push"))
+    return force;
+  return small.starts_with("t") || small.starts_with("m") ? "" : length;
+}
+
+// The lines of the manifest that name columns.
+std::string columns_line(const importers::ColumnNames& c) {
+  std::string text;
+  const auto put = [&](const char* key, const std::vector<std::string>& names) {
+    if (names.empty() || names.front().empty()) return;
+    std::string list;
+    for (const std::string& name : names) list += (list.empty() ? "\"" : ", \"") + name + "\"";
+    text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", key,
+                        names.size() == 1 ? list : "[" + list + "]");
+  };
+  put("time", {c.time}), put("depth", {c.depth}), put("position", c.position);
+  put("force", c.force), put("torque", c.torque);
+  return "columns = { " + text + " }";
+}
+
+bool is_whole(const importers::ColumnNames& c) {
+  return !c.force.empty() && (!c.depth.empty() || !c.position.empty());
+}
+
+constexpr std::array kUnits{std::pair{"mm", "N"}, std::pair{"m", "N"}, std::pair{"mm", "mN"},
+                            std::pair{"um", "mN"}, std::pair{"um", "uN"}};
+
+FileWay with_units(FileWay way, const char* length, const char* force) {
+  way.read.units.time = "s";
+  way.read.units.position = length;
+  way.read.units.force = force;
+  way.lines.push_back(
+      fmt::format("units = {{ time = \"s\", position = \"{}\", force = \"{}\" }}", length, force));
+  way.guesses.push_back(fmt::format("units {} and {}, which no header says", length, force));
+  return way;
+}
+
+// Columns by names that say quantity and unit, else by those that say the quantity alone.
+std::vector<FileWay> ways_of_columns(const std::vector<std::string>& header) {
+  std::vector<FileWay> out;
+  if (const auto named = importers::columns_named(header);
+      named.problem.empty() && is_whole(named.columns)) {
+    FileWay way;
+    way.read.columns = named.columns;
+    way.lines.push_back(columns_line(named.columns));
+    return {std::move(way)};
+  }
+  for (const auto& [length, force] : kUnits) {
+    std::map<std::string, std::string> as_written;
+    std::vector<std::string> told;
+    for (const std::string& name : header) {
+      const std::string unit = unit_guess(name, length, force);
+      told.push_back(unit.empty() ? name : fmt::format("{} ({})", name, unit));
+      as_written[told.back()] = name;
+    }
+    importers::ColumnNames columns = importers::columns_named(told).columns;
+    if (!is_whole(columns)) return out;
+    for (std::string* name : {&columns.time, &columns.depth})
+      if (!name->empty()) *name = as_written[*name];
+    for (auto* names : {&columns.position, &columns.force, &columns.torque})
+      for (std::string& name : *names) name = as_written[name];
+    FileWay way;
+    way.read.columns = columns;
+    way.lines.push_back(columns_line(columns));
+    out.push_back(with_units(std::move(way), length, force));
+  }
+  return out;
+}
+
+std::vector<FileWay> ways_of_robot(const std::vector<std::string>& header) {
+  std::vector<FileWay> out;
+  FileWay way;
+  way.read.format = "robot-palpation";
+  way.lines.push_back("format = \"robot-palpation\"");
+  const bool says_units = std::ranges::none_of(
+      header, [](const std::string& name) { return name == "contact_x" || name == "force_x"; });
+  if (says_units) return {way};
+  for (const auto& [length, force] : kUnits) out.push_back(with_units(way, length, force));
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> header_of(const fs::path& path, const std::string& bytes) {
+  try {
+    const std::string text = importers::is_utf16(bytes) ? importers::utf8_of(path, bytes) : bytes;
+    const importers::TextFile file(path, text, "latin-1");
+    for (std::size_t i = 0; i < file.lines(); ++i) {
+      const std::string_view line = importers::trimmed(file.line(i));
+      if (line.empty() || line.starts_with("#")) continue;
+      std::vector<std::string> names;
+      for (const auto field : importers::split(line, importers::guess_separator(line)))
+        names.emplace_back(field);
+      return names;
+    }
+  } catch (const Error&) {  // binary
+  }
+  return {};
+}
+
+std::vector<FileWay> ways_of(const fs::path& path, const std::string& bytes) {
+  std::vector<FileWay> out{FileWay{}};
+  const std::vector<std::string> header = header_of(path, bytes);
+  const bool is_of_robot = is_robot(header);
+  for (const FileWay& way : is_of_robot ? ways_of_robot(header) : ways_of_columns(header))
+    for (const bool is_on_tool : {true, false})
+      for (const bool is_outward : {false, true}) {
+        if (is_outward && !is_of_robot) continue;
+        FileWay signs = way;
+        signs.read.is_force_on_tool = is_on_tool;
+        signs.read.is_normal_outward = is_outward;
+        signs.lines.push_back(fmt::format("force_on = \"{}\"", is_on_tool ? "tool" : "body"));
+        if (is_of_robot)
+          signs.lines.push_back(fmt::format("normals = \"{}\"", is_outward ? "outward" : "inward"));
+        out.push_back(std::move(signs));
+      }
+  return out;
+}
+
+TriedWay best_way(const fs::path& path, std::vector<FileWay> ways) {
+  std::vector<BatchItem> items;
+  for (const FileWay& way : ways) {
+    BatchItem item;
+    item.file = path, item.shown = path.filename().string();
+    item.read = way.read;
+    item.signal.kind = way.kind;
+    items.push_back(std::move(item));
+  }
+  std::vector<ItemResult> results = run_batch(items, {}, {});
+  const auto best = std::ranges::max_element(results, [](const ItemResult& a, const ItemResult& b) {
+    return a.recordings.size() < b.recordings.size();
+  });
+  auto at = static_cast<std::size_t>(best - results.begin());
+  if (results[at].recordings.empty() && ways.size() > 1)
+    at = 1;  // says more than an unknown format
+  return {std::move(ways[at]), std::move(results[at])};
+}
+
+}  // namespace palpate::tools
