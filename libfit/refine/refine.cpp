@@ -246,20 +246,21 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
                                     is_usable, seeds, options);
   found.largest_projection_m = blend.largest_projection_m;
   const Controls slopes = slopes_of(curves);
-  const std::optional<Indenter> tool = round_tool(curves, options);
-  const GapForces gap = tool && options.follows_shape.value_or(true)
-                            ? gap_forces(curves, fine, outward_normal, is_reachable,
-                                         seeds_of(is_usable, seeds), *tool)
-                            : GapForces();
   InterpolationChoice& chosen = found.interpolation;
   std::vector<char> is_trusted = trusted_points(curves, is_usable);
   const KrigedPoints kriged = options.is_measured && !options.slope_share && !options.follows_shape
                                   ? kriged_points(curves, is_usable, seeds, outward_normal)
                                   : KrigedPoints();
+  const std::optional<Indenter> tool = round_tool(curves, options);
+  // Too few measured points cannot show that their surface is good enough.
+  const bool may_follow = options.follows_shape.value_or(
+      !options.slope_share && (!options.is_measured || kriged.left_out.is_there()));
+  const GapForces gap = tool && may_follow ? gap_forces(curves, fine, outward_normal, is_reachable,
+                                                        seeds_of(is_usable, seeds), *tool)
+                                           : GapForces();
   chosen = choose_interpolation(curves, found.triangles, is_trusted, slopes, gap, kriged.left_out);
   if (options.slope_share) chosen.slope_share = slopes.cols() > 0 ? *options.slope_share : 0;
-  chosen.follows_shape = gap.is_known() && options.follows_shape.value_or(chosen.follows_shape &&
-                                                                          !options.slope_share);
+  chosen.follows_shape = gap.is_known() && options.follows_shape.value_or(chosen.follows_shape);
   const Points inward_normal = chosen.kriges_normals ? kriged_normals(kriged, fine, -outward_normal)
                                                      : Points(-outward_normal);
   if (chosen.is_kriged) found.trend = kriged_trend(kriged, curves, fine, inward_normal);

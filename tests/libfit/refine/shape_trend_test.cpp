@@ -103,6 +103,11 @@ TEST(ShapeTrend, measured_points_have_to_show_it) {
   const Followed flat(0);
   refine(flat.curves, flat.fine, all(flat.fine), flat.coarse.triangles, options, &report);
   EXPECT_FALSE(report.interpolation.follows_shape);
+  const Surface few = wavy(2);  // nine points
+  FittedCurves curves = curves_at(few, follows.force);
+  curves.probe = sphere_spec(kBall_m);
+  refine(curves, follows.fine, all(follows.fine), few.triangles, options, &report);
+  EXPECT_FALSE(report.interpolation.follows_shape);
 }
 
 TEST(ShapeTrend, a_force_that_does_not_follow_shape_is_left_alone_to_the_bit) {
