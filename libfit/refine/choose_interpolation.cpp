@@ -150,11 +150,11 @@ Controls normal_controls(const Evidence& of, const LeftOutPoint& row) {
 }
 
 // Mean relative errors of a point left out: with shares of slopes, then as predicted.
-struct Errors {
+struct LeftOutErrors {
   std::array<double, kShares + 1> share{};
   std::array<double, kPredictions> as{};
 };
-void add_errors(const FittedCurves& curves, const Controls& control, Errors& errors) {
+void add_errors(const FittedCurves& curves, const Controls& control, LeftOutErrors& errors) {
   CurveSet rows(curves.curves.family);
   rows.basis = curves.curves.basis;
   rows.control[0] = control;
@@ -216,7 +216,7 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
   std::vector<char> is_used = is_usable;
   const Eigen::VectorXd log_force = log_forces(curves, is_used);
   const Evidence evidence{curves, slopes, gap, log_force, measured.force};
-  Errors errors;
+  LeftOutErrors errors;
   std::vector<double> by_area, by_gap;  // of each point
   const std::vector<LeftOutPoint> rows =
       left_out_points(curves, triangles, is_used, measured.is_there());
@@ -236,7 +236,7 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
     }
     out.left_out.push_back(row.point);
     ++out.points;
-    const Errors before = errors;
+    const LeftOutErrors before = errors;
     add_errors(curves, control, errors);
     by_area.push_back(errors.share[0] - before.share[0]);
     by_gap.push_back(errors.as[over_gap] - before.as[over_gap]);
