@@ -32,7 +32,7 @@ Springs springs_of(const Indenter& tool, double range_m) {
     out.radius_m[i] = widest_m * i / kCircles;
     out.depth_m[i] = runtime::depth_at(tool, out.radius_m[i]);
   }
-  // h(0) + x int_0^x h'(r) / sqrt(x^2 - r^2) dr of heights that are linear between circles
+  // (M12d): h(0) + x int_0^x h'(r) / sqrt(x^2 - r^2) dr of heights that are linear between circles
   out.share[0][0] = 1;
   for (int i = 1; i <= kCircles; ++i) {
     out.share[i][0] = 1;
@@ -180,7 +180,7 @@ class HeightGrid {
   std::array<double, kSide * kSide> height_{};
 };
 
-// 2 int_0^a max(0, d - g(x)) dx (Popov and Hess): of springs between which g is linear.
+// (M12d), 2 int_0^a max(0, d - g(x)) dx: of springs between which g is linear.
 double spring_sum(const Springs& springs, const std::array<double, kCircles + 1>& gap_m,
                   double depth_m) {
   double sum = 0;

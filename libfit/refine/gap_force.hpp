@@ -21,12 +21,12 @@ struct GapForces {
   bool is_known() const { return at_point.size() > 0; }
 };
 
-/// First order in the surface's heights: the mean height of circles about the press, as a tool's
-/// profile, in Sneddon's solution (1965, doi:10.1016/0020-7225(65)90019-4) as a sum over springs
-/// (Popov and Hess 2015, doi:10.1007/978-3-662-53876-0). Heights are along the press, of what hangs
-/// together with the place and faces the tool; an open surface is taken to go on past its border.
-/// seeds: where points lie (EdgePathSeeds of curves.position). O(V times the triangles under the
-/// tool).
+/// (M12d), first order in the surface's heights: the mean height of circles about the press, as a
+/// tool's profile, in Sneddon's solution (1965, doi:10.1016/0020-7225(65)90019-4) as a sum over
+/// springs (Popov and Hess 2015, doi:10.1007/978-3-662-53876-0). Heights are along the press, of
+/// what hangs together with the place and faces the tool; an open surface is taken to go on past
+/// its border. outward_normal: V x 3, unit. is_wanted: #V. seeds: #P, where points lie on the
+/// surface. tool: of a width above 0. O(V times the triangles under the tool).
 GapForces gap_forces(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
                      const std::vector<char>& is_wanted, const std::vector<EdgePathSeeds>& seeds,
                      const Indenter& tool);
