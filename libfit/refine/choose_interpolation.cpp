@@ -241,7 +241,7 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
     by_area.push_back(errors.share[0] - before.share[0]);
     by_gap.push_back(errors.as[over_gap] - before.as[over_gap]);
   }
-  out.follows_shape = gap.is_known() && !measured.is_there();
+  out.follows_gap = gap.is_known() && !measured.is_there();
   if (out.points == 0) return out;
   for (double& e : errors.share) e /= out.points;
   for (double& e : errors.as) e /= out.points;
@@ -261,16 +261,16 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
   // Medians: one point beside a fold outweighs all others in a mean.
   const double gap_pays =
       measured.is_there() ? kMeasuredGapPays : 1 + 1 / std::sqrt(static_cast<double>(out.points));
-  out.follows_shape = gap.is_known() && median(by_gap) < gap_pays * median(by_area) &&
-                      !(out.slope_share > 0 && out.slope_error < out.gap_error);
-  if (out.follows_shape) out.error = out.gap_error;
+  out.follows_gap = gap.is_known() && median(by_gap) < gap_pays * median(by_area) &&
+                    !(out.slope_share > 0 && out.slope_error < out.gap_error);
+  if (out.follows_gap) out.error = out.gap_error;
   if (measured.is_there() && out.points >= kMinKrigedPoints &&
       out.kriged_error < kKrigingPays * out.error) {
     out.is_kriged = true;
-    out.follows_shape = false;
+    out.follows_gap = false;
     out.error = out.kriged_error;
   }
-  if (out.follows_shape || out.is_kriged) out.slope_share = 0;
+  if (out.follows_gap || out.is_kriged) out.slope_share = 0;
   return out;
 }
 

@@ -12,9 +12,9 @@ namespace palpate {
 /// slopes, over the gap's force, over the trend of tilt as well, kriged. Errors are 0 where no
 /// point could be left out.
 struct InterpolationChoice {
-  double slope_share = 0;      ///< of the slopes of test points (B4), 0 to 1/2
-  bool follows_shape = false;  ///< the gap's force (M12g); refine() then counts no slopes
-  bool is_kriged = false;      ///< forces are those of (M12f); then nothing else is made use of
+  double slope_share = 0;    ///< of the slopes of test points (B4), 0 to 1/2
+  bool follows_gap = false;  ///< the gap's force (M12g); refine() then counts no slopes
+  bool is_kriged = false;    ///< forces are those of (M12f); then nothing else is made use of
   /// Inward normals of vertices are kriged from the points' own: the surface's foretell those of
   /// points left out worse.
   bool kriges_normals = false;

@@ -201,7 +201,7 @@ Model model_of(const FittedCurves& curves, const Surface& fine, Points inward_no
 // Normal curves of points left out, as the model interpolates.
 Controls left_out_normal(const InterpolationChoice& chosen) {
   Controls out = chosen.is_kriged ? chosen.kriged_normal
-                 : chosen.follows_shape
+                 : chosen.follows_gap
                      ? chosen.gap_normal
                      : Controls(chosen.plain_normal + chosen.slope_share * chosen.slope_normal);
   for (Eigen::Index row = 0; row < out.rows(); ++row) {
@@ -248,23 +248,23 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
   const Controls slopes = slopes_of(curves);
   InterpolationChoice& chosen = found.interpolation;
   std::vector<char> is_trusted = trusted_points(curves, is_usable);
-  const KrigedPoints kriged = options.is_measured && !options.slope_share && !options.follows_shape
+  const KrigedPoints kriged = options.is_measured && !options.slope_share && !options.follows_gap
                                   ? kriged_points(curves, is_usable, seeds, outward_normal)
                                   : KrigedPoints();
   const std::optional<Indenter> tool = round_tool(curves, options);
   // Too few measured points cannot show that their surface is good enough.
-  const bool may_follow = options.follows_shape.value_or(
+  const bool may_follow = options.follows_gap.value_or(
       !options.slope_share && (!options.is_measured || kriged.left_out.is_there()));
   const GapForces gap = tool && may_follow ? gap_forces(curves, fine, outward_normal, is_reachable,
                                                         seeds_of(is_usable, seeds), *tool)
                                            : GapForces();
   chosen = choose_interpolation(curves, found.triangles, is_trusted, slopes, gap, kriged.left_out);
   if (options.slope_share) chosen.slope_share = slopes.cols() > 0 ? *options.slope_share : 0;
-  chosen.follows_shape = gap.is_known() && options.follows_shape.value_or(chosen.follows_shape);
+  chosen.follows_gap = gap.is_known() && options.follows_gap.value_or(chosen.follows_gap);
   const Points inward_normal = chosen.kriges_normals ? kriged_normals(kriged, fine, -outward_normal)
                                                      : Points(-outward_normal);
   if (chosen.is_kriged) found.trend = kriged_trend(kriged, curves, fine, inward_normal);
-  if (chosen.follows_shape) {
+  if (chosen.follows_gap) {
     chosen.slope_share = 0;
     found.trend = {kGapShare * gap.at_point, kGapShare * gap.at_vertex};
   }

@@ -28,7 +28,7 @@ struct RefineOptions {
   std::optional<double> slope_share = {};
   /// Whether forces follow the gap under the tool (M12g); none: by leaving one out, or not where a
   /// share of slopes is given.
-  std::optional<bool> follows_shape = {};
+  std::optional<bool> follows_gap = {};
   /// The round end of the tool that was pressed; none: the curves' probe, if it is a ball.
   std::optional<Indenter> tool = {};
   /// Points were measured: neighbours differ by more than the body does, and the surface by more

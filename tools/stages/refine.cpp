@@ -47,7 +47,7 @@ Model refine_body(const FittedCurves& curves, const Body& body, const RefineOpti
         chosen.points, 100 * chosen.plain_error, 100 * chosen.slope_error, 100 * chosen.gap_error,
         chosen.kriged_error > 0 ? fmt::format(", {:.1f} % kriged", 100 * chosen.kriged_error) : "",
         chosen.is_kriged         ? "forces are kriged"
-        : chosen.follows_shape   ? "forces follow the gap"
+        : chosen.follows_gap     ? "forces follow the gap"
         : chosen.slope_share > 0 ? fmt::format("{:.3g} of the slopes count", chosen.slope_share)
                                  : "area alone");
   if (report.interpolation.kriges_normals)
@@ -97,10 +97,10 @@ std::optional<double> slope_share_choice(const std::string& text) {
   return share;
 }
 
-std::optional<bool> follow_shape_choice(const std::string& text) {
+std::optional<bool> follow_gap_choice(const std::string& text) {
   if (text == "auto") return std::nullopt;
   if (text != "yes" && text != "no")
-    throw Error("--follow-shape", "\"" + text + "\" is no choice", "Use auto, yes or no.");
+    throw Error("--follow-gap", "\"" + text + "\" is no choice", "Use auto, yes or no.");
   return text == "yes";
 }
 

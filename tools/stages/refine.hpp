@@ -32,7 +32,7 @@ Attributes model_attributes(const FittedCurves& curves, const std::string& made_
 /// RefineOptions::slope_share from text: auto or a number.
 std::optional<double> slope_share_choice(const std::string& text);
 
-/// RefineOptions::follows_shape from text: auto, yes or no.
-std::optional<bool> follow_shape_choice(const std::string& text);
+/// RefineOptions::follows_gap from text: auto, yes or no.
+std::optional<bool> follow_gap_choice(const std::string& text);
 
 }  // namespace palpate::tools

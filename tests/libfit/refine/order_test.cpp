@@ -12,7 +12,7 @@ namespace {
 // The order is that of area interpolation alone, whatever shapes the points would follow.
 RefineOptions by_area() {
   RefineOptions options;
-  options.follows_shape = false;
+  options.follows_gap = false;
   return options;
 }
 

@@ -72,10 +72,10 @@ TEST(ShapeTrend, a_force_that_follows_the_gap_is_interpolated_ten_times_better) 
   RefineReport report;
   const FieldError with = field_error(
       refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, {}, &report), of.force);
-  EXPECT_TRUE(report.interpolation.follows_shape) << "chosen by leaving points out";
+  EXPECT_TRUE(report.interpolation.follows_gap) << "chosen by leaving points out";
   EXPECT_LT(report.interpolation.gap_error, 0.1 * report.interpolation.plain_error);
   RefineOptions off;
-  off.follows_shape = false;
+  off.follows_gap = false;
   const FieldError without =
       field_error(refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, off), of.force);
   EXPECT_LT(10 * with.rms, without.rms);
@@ -89,7 +89,7 @@ TEST(ShapeTrend, is_used_where_too_few_points_could_be_left_out_to_tell) {
   curves.probe = sphere_spec(kBall_m);
   refine(curves, of.fine, all(of.fine), three.triangles, {}, &report);
   EXPECT_EQ(report.interpolation.points, 0);
-  EXPECT_TRUE(report.interpolation.follows_shape);
+  EXPECT_TRUE(report.interpolation.follows_gap);
 }
 
 TEST(ShapeTrend, measured_points_have_to_show_it) {
@@ -99,18 +99,18 @@ TEST(ShapeTrend, measured_points_have_to_show_it) {
   RefineReport report;
   refine(follows.curves, follows.fine, all(follows.fine), follows.coarse.triangles, options,
          &report);
-  EXPECT_TRUE(report.interpolation.follows_shape);
+  EXPECT_TRUE(report.interpolation.follows_gap);
   const Followed flat(0);
   refine(flat.curves, flat.fine, all(flat.fine), flat.coarse.triangles, options, &report);
-  EXPECT_FALSE(report.interpolation.follows_shape);
+  EXPECT_FALSE(report.interpolation.follows_gap);
   const Surface few = wavy(2);  // nine points
   FittedCurves curves = curves_at(few, follows.force);
   curves.probe = sphere_spec(kBall_m);
   refine(curves, follows.fine, all(follows.fine), few.triangles, options, &report);
-  EXPECT_FALSE(report.interpolation.follows_shape);
+  EXPECT_FALSE(report.interpolation.follows_gap);
 }
 
-TEST(ShapeTrend, a_force_that_does_not_follow_shape_is_left_alone_to_the_bit) {
+TEST(ShapeTrend, a_force_that_does_not_follow_gap_is_left_alone_to_the_bit) {
   const Surface fine = wavy(60), coarse = wavy(10);
   for (const unsigned seed : {1U, 2U, 3U}) {
     std::mt19937 random(seed);
@@ -123,9 +123,9 @@ TEST(ShapeTrend, a_force_that_does_not_follow_shape_is_left_alone_to_the_bit) {
     curves.probe = sphere_spec(kBall_m);
     RefineReport report;
     const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &report);
-    EXPECT_FALSE(report.interpolation.follows_shape) << "seed " << seed;
+    EXPECT_FALSE(report.interpolation.follows_gap) << "seed " << seed;
     RefineOptions off;
-    off.follows_shape = false;
+    off.follows_gap = false;
     EXPECT_EQ(model.curves.control[0],
               refine(curves, fine, all(fine), coarse.triangles, off).curves.control[0]);
   }
@@ -133,13 +133,13 @@ TEST(ShapeTrend, a_force_that_does_not_follow_shape_is_left_alone_to_the_bit) {
 
 TEST(ShapeTrend, placement_expects_what_is_left_of_the_force_over_the_gaps) {
   const Followed of;
-  const auto expected_sum = [&](bool follows_shape) {
+  const auto expected_sum = [&](bool follows_gap) {
     RefineOptions options;
-    options.follows_shape = follows_shape;
+    options.follows_gap = follows_gap;
     RefineReport refined;
     const Model model =
         refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, options, &refined);
-    EXPECT_EQ(refined.interpolation.follows_shape, follows_shape);
+    EXPECT_EQ(refined.interpolation.follows_gap, follows_gap);
     const auto errors = expected_errors(of.curves, model, refined, 1e-9);
     return std::accumulate(errors.begin(), errors.end(), 0.0);
   };
@@ -160,7 +160,7 @@ TEST(ShapeTrend, a_poor_point_speaks_for_its_own_place_alone) {
   const auto [trusted_N, misled] = refined(16, FitStatus::good);
   const auto [kept_N, report] = refined(16, FitStatus::poor);
   const auto [sound_N, without] = refined(1, FitStatus::poor);
-  EXPECT_TRUE(report.interpolation.follows_shape);
+  EXPECT_TRUE(report.interpolation.follows_gap);
   EXPECT_EQ(report.interpolation.points, misled.interpolation.points - 1);
   EXPECT_GT(misled.interpolation.gap_error, 10 * without.interpolation.gap_error);
   EXPECT_EQ(report.interpolation.gap_error, without.interpolation.gap_error);
@@ -171,7 +171,7 @@ TEST(ShapeTrend, a_poor_point_speaks_for_its_own_place_alone) {
 TEST(ShapeTrend, keeps_curves_at_test_points_and_curves_that_rise) {
   Followed of;
   RefineOptions on;
-  on.follows_shape = true;
+  on.follows_gap = true;
   const Model model = refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, on);
   for (int i = 0; i <= 10; ++i)
     for (int j = 0; j <= 10; ++j) {

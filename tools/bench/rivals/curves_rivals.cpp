@@ -92,7 +92,7 @@ double simulation_cpu_s(const RivalBody& body, const Samples& samples) {
 std::vector<Rival> prepare_separable(const RivalBody& body) {
   FitSection fit = body.scene.fit;
   fit.family = "separable";
-  Rival rival = curves_rival(body, body.samples, fit, {.slope_share = 0.0, .follows_shape = false});
+  Rival rival = curves_rival(body, body.samples, fit, {.slope_share = 0.0, .follows_gap = false});
   rival.name = "separable law";
   rival.size = 0;
   rival.settings += "; area interpolation alone, as published";
