@@ -1,0 +1,298 @@
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "libfit/runtime/palpate.h"
+#include "tools/python/arrays.hpp"
+
+// An asset, its contacts, and their ticks over arrays.
+
+namespace palpate::tools {
+
+inline constexpr py::ssize_t kTicksBetweenSignals = 1 << 16;  // some 50 ms
+
+[[noreturn]] inline void refuse_tool_or_bytes(const std::string& where, palpate_status status) {
+  const py::object error = py::module_::import("palpate").attr("Error");
+  PyErr_SetObject(error.ptr(), error(where, palpate_sentence(status), "").ptr());
+  throw py::error_already_set();
+}
+
+// An opened asset with its bytes; contacts share it, so that closing pulls nothing from under them.
+class PyAsset {
+ public:
+  PyAsset(const py::bytes& content, const std::string& where) {
+    char* bytes = nullptr;
+    py::ssize_t size = 0;
+    if (PyBytes_AsStringAndSize(content.ptr(), &bytes, &size) != 0) throw py::error_already_set();
+    const auto count = static_cast<std::uint64_t>(size);
+    palpate_status status;
+    {
+      const py::gil_scoped_release other_threads;
+      room_.resize(count + 63);
+      status = palpate_open(&asset_, palpate_copy_aligned(room_.data(), room_.size(), bytes, count),
+                            count);
+    }
+    if (status != PALPATE_OK) refuse_tool_or_bytes(where, status);
+    palpate_describe(&asset_, &info_);
+    palpate_read_mesh(&asset_, &mesh_);
+  }
+  const palpate_asset* open() const {
+    if (is_closed_) throw py::value_error("the asset is closed");
+    return &asset_;
+  }
+  const palpate_info& info() const { return open(), info_; }
+  const palpate_mesh& mesh() const { return open(), mesh_; }
+  // Its bytes go with the last contact.
+  void close() { is_closed_ = true; }
+  bool is_closed() const { return is_closed_; }
+
+ private:
+  std::vector<char> room_;
+  palpate_asset asset_;
+  palpate_info info_;
+  palpate_mesh mesh_;
+  bool is_closed_ = false;  // under the GIL
+};
+
+inline py::array_t<double> vertices_of(const PyAsset& asset) {
+  const palpate_mesh& mesh = asset.mesh();
+  py::array_t<double> out({mesh.vertices, 3});
+  for (int i = 0; i < 3 * mesh.vertices; ++i)
+    out.mutable_data()[i] = mesh.origin_m[i % 3] + static_cast<double>(mesh.vertex_m[i]);
+  return out;
+}
+
+// The asset as the balls of a tool meet it, where they are others than that of its curves.
+struct MetBalls {
+  std::array<palpate_asset, PALPATE_MAX_BALLS> asset;
+  std::array<std::vector<std::uint64_t>, PALPATE_MAX_BALLS> memory;
+};
+
+// One tool on one asset. A tick holds its mutex: threads take turns.
+class PyContact {
+ public:
+  // end: how a tool of one ball ends that is no ball.
+  PyContact(std::shared_ptr<const PyAsset> asset, const palpate_tool& tool,
+            const std::optional<palpate_indenter>& end = {})
+      : asset_(std::move(asset)), tool_(tool) {
+    asset_->open();
+    meet(end);
+    start();
+  }
+  PyContact(const PyContact& other) : asset_(other.asset_), met_(other.met_), tool_(other.tool_) {
+    const py::gil_scoped_release other_threads;
+    const std::lock_guard lock(other.mutex_);
+    contact_ = other.contact_;
+  }
+  void start() {
+    if (const palpate_status status = locked([&] { return palpate_start(&contact_, &tool_); });
+        status != PALPATE_OK)
+      refuse_tool_or_bytes("tool", status);
+  }
+  void release() {
+    locked([&] { return palpate_release(&contact_); });
+  }
+  const std::shared_ptr<const PyAsset>& asset() const { return asset_; }
+
+ private:
+  friend class Together;
+
+  template <class F>
+  palpate_status locked(F&& work) {
+    const py::gil_scoped_release other_threads;
+    const std::lock_guard lock(mutex_);
+    return work();
+  }
+
+  void meet(const std::optional<palpate_indenter>& end) {
+    const double own_m = asset_->info().probe_radius_m;
+    const std::uint64_t bytes = palpate_indenter_bytes(asset_->open());
+    for (int i = 0; i < tool_.balls && bytes > 0; ++i) {
+      const double radius_m = tool_.radius_m[i];
+      if (!end && (!(radius_m > 0) || radius_m == own_m)) continue;
+      if (!met_) met_ = std::make_shared<MetBalls>();
+      const auto at = static_cast<std::size_t>(i);
+      met_->memory[at].resize(bytes / sizeof(std::uint64_t));
+      const palpate_indenter indenter = end ? *end : palpate_ball_indenter(radius_m);
+      const palpate_status status = palpate_indenter_open(
+          &met_->asset[at], asset_->open(), &indenter, met_->memory[at].data(), bytes);
+      if (status != PALPATE_OK) refuse_tool_or_bytes("tool", status);
+      tool_.met[i] = &met_->asset[at];
+    }
+  }
+
+  std::shared_ptr<const PyAsset> asset_;
+  std::shared_ptr<MetBalls> met_;  // that tool_ points to
+  palpate_tool tool_;
+  palpate_contact contact_{};
+  mutable std::mutex mutex_;
+};
+
+// Tools on one asset for one call: their contacts side by side, as the engine wants them, and back
+// in their places afterwards. Locks are taken in one order everywhere.
+class Together {
+ public:
+  explicit Together(const std::vector<PyContact*>& tools) : tools_(tools), locked_(tools) {
+    if (tools.empty() || tools.size() > PALPATE_MAX_BALLS)
+      throw py::value_error("1 to " + std::to_string(PALPATE_MAX_BALLS) +
+                            " contacts go together, not " + std::to_string(tools.size()));
+    std::sort(locked_.begin(), locked_.end());
+    if (std::adjacent_find(locked_.begin(), locked_.end()) != locked_.end())
+      throw py::value_error("a contact is there twice");
+    for (const PyContact* tool : tools)
+      if (tool->asset_ != tools[0]->asset_)
+        throw py::value_error("contacts that go together are on one asset");
+    asset_ = tools[0]->asset_->open();
+    contacts_.resize(tools.size());
+  }
+
+  const palpate_asset* asset() const { return asset_; }
+  std::int32_t count() const { return static_cast<std::int32_t>(tools_.size()); }
+
+  /// work(contacts), without the GIL.
+  template <class F>
+  palpate_status locked(F&& work) {
+    const py::gil_scoped_release other_threads;
+    for (PyContact* tool : locked_) tool->mutex_.lock();
+    if (tools_.size() == 1) {
+      const palpate_status status = work(&tools_[0]->contact_);
+      tools_[0]->mutex_.unlock();
+      return status;
+    }
+    for (std::size_t k = 0; k < tools_.size(); ++k) contacts_[k] = tools_[k]->contact_;
+    const palpate_status status = work(contacts_.data());
+    for (std::size_t k = 0; k < tools_.size(); ++k) tools_[k]->contact_ = contacts_[k];
+    for (PyContact* tool : locked_) tool->mutex_.unlock();
+    return status;
+  }
+
+ private:
+  std::vector<PyContact*> tools_, locked_;
+  std::vector<palpate_contact> contacts_;
+  const palpate_asset* asset_;
+};
+
+// Rows of one tool at all ticks.
+struct PosedPath {
+  Rows position;
+  PerTick<4> orientation;
+};
+
+// of: what comes for each tool, None for all.
+inline py::object item_of(const py::object& of, std::size_t tool, std::size_t tools,
+                          const char* name) {
+  if (of.is_none()) return of;
+  const auto items = of.cast<py::sequence>();
+  if (items.size() != tools)
+    throw py::value_error(std::string(name) + " has " + std::to_string(items.size()) +
+                          " items for " + std::to_string(tools) + " contacts");
+  return items[tool];
+}
+
+inline std::vector<PosedPath> paths_of(const py::object& position_m, const py::object& orientation,
+                                       std::size_t tools) {
+  std::vector<PosedPath> paths;
+  for (std::size_t k = 0; k < tools; ++k) {
+    Rows position = rows_of("position_m", item_of(position_m, k, tools, "position_m"), 3);
+    if (k > 0 && position.count != paths[0].position.count)
+      throw py::value_error("position_m has " + std::to_string(position.count) +
+                            " rows of contact " + std::to_string(k) + ", " +
+                            std::to_string(paths[0].position.count) + " of contact 0");
+    PerTick<4> turn("orientation", item_of(orientation, k, tools, "orientation"), {1, 0, 0, 0},
+                    position.count);
+    paths.push_back({std::move(position), std::move(turn)});
+  }
+  return paths;
+}
+
+// Ticks of tools together: outputs (tools, ticks), tick by tick of one asset.
+inline py::array_t<palpate_output> tick_all(Together& together, const std::vector<PosedPath>& paths,
+                                            const py::object& body_position_m,
+                                            const py::object& body_orientation, double dt_s,
+                                            bool wants_tangent) {
+  const std::size_t tools = paths.size();
+  const py::ssize_t ticks = paths[0].position.count;
+  const PerTick<3> body("body_position_m", body_position_m, {0, 0, 0}, ticks);
+  const PerTick<4> body_turn("body_orientation", body_orientation, {1, 0, 0, 0}, ticks);
+  py::array_t<palpate_output> out({static_cast<py::ssize_t>(tools), ticks});
+  palpate_output* row = out.mutable_data();
+  std::vector<palpate_input> in(tools, palpate_input_at(0, 0, 0));
+  std::vector<palpate_output> answer(tools);
+  for (palpate_input& each : in) {
+    each.dt_s = dt_s;
+    each.wants_tangent = wants_tangent;
+  }
+  for (py::ssize_t tick = 0; tick < ticks;) {
+    const py::ssize_t end = std::min(ticks, tick + kTicksBetweenSignals);
+    together.locked([&](palpate_contact* contacts) {
+      for (; tick < end; ++tick) {
+        for (std::size_t k = 0; k < tools; ++k) {
+          std::copy_n(paths[k].position.values.data() + 3 * tick, 3, in[k].tool.position_m);
+          paths[k].orientation.copy(tick, in[k].tool.orientation);
+          body.copy(tick, in[k].body.position_m);
+          body_turn.copy(tick, in[k].body.orientation);
+        }
+        palpate_tick(together.asset(), contacts, together.count(), in.data(), answer.data());
+        for (std::size_t k = 0; k < tools; ++k)
+          row[static_cast<py::ssize_t>(k) * ticks + tick] = answer[k];
+      }
+      return PALPATE_OK;
+    });
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+  return out;
+}
+
+inline py::object tick(PyContact& contact, const py::object& position_m,
+                       const py::object& orientation, const py::object& body_position_m,
+                       const py::object& body_orientation, double dt_s, bool wants_tangent) {
+  Together one({&contact});
+  const std::vector<PosedPath> paths =
+      paths_of(py::make_tuple(position_m),
+               orientation.is_none() ? orientation : py::object(py::make_tuple(orientation)), 1);
+  const py::object out =
+      tick_all(one, paths, body_position_m, body_orientation, dt_s, wants_tangent)[py::int_(0)];
+  return paths[0].position.is_single ? py::object(out[py::int_(0)]) : out;
+}
+
+inline py::object tick_together(const std::vector<PyContact*>& contacts,
+                                const py::object& position_m, const py::object& orientation,
+                                const py::object& body_position_m,
+                                const py::object& body_orientation, double dt_s,
+                                bool wants_tangent) {
+  Together together(contacts);
+  const std::vector<PosedPath> paths = paths_of(position_m, orientation, contacts.size());
+  const py::object out =
+      tick_all(together, paths, body_position_m, body_orientation, dt_s, wants_tangent);
+  return paths[0].position.is_single ? py::object(out[py::make_tuple(py::ellipsis(), py::int_(0))])
+                                     : out;
+}
+
+inline py::array_t<float> deform(const std::vector<PyContact*>& contacts, py::ssize_t first,
+                                 const std::optional<py::ssize_t>& count) {
+  Together together(contacts);
+  const py::ssize_t all = contacts[0]->asset()->mesh().vertices;
+  const py::ssize_t wanted = count.value_or(all - first);
+  if (first < 0 || wanted < 0 || first > all || wanted > all - first)
+    throw py::index_error("vertices " + std::to_string(first) + " to " +
+                          std::to_string(first + wanted) + " are not all of " +
+                          std::to_string(all));
+  py::array_t<float> out({wanted, py::ssize_t{3}});
+  float* to = out.mutable_data();
+  const palpate_status status = together.locked([&](const palpate_contact* copies) {
+    return palpate_deform(together.asset(), copies, together.count(),
+                          static_cast<std::int32_t>(first), static_cast<std::int32_t>(wanted), to);
+  });
+  if (status != PALPATE_OK) refuse_tool_or_bytes("deform", status);
+  return out;
+}
+
+}  // namespace palpate::tools
