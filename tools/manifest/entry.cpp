@@ -46,13 +46,12 @@ constexpr std::array kNormals{Named{"inward", false}, Named{"outward", true}};
 template <class Value, std::size_t N>
 void read_named(SceneTable& table, std::string_view key, const std::array<Named<Value>, N>& all,
                 Value& value) {
-  if (!table.has(key)) return;
+  const auto now = std::ranges::find(all, value, &Named<Value>::value);
+  if (now == all.end() && !table.has(key)) return;
   std::vector<std::string_view> names;
   for (const auto& row : all) names.push_back(row.name);
-  const std::string name = table.choice(key, "", names);
-  value = std::find_if(all.begin(), all.end(), [&](const auto& row) {
-            return row.name == name;
-          })->value;
+  const std::string name = table.choice(key, std::string(now == all.end() ? "" : now->name), names);
+  value = std::ranges::find(all, name, &Named<Value>::name)->value;
 }
 
 // A word, or the number of a press.
@@ -124,8 +123,8 @@ void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
 
 // An estimator, "common", or where the contact is.
 void read_contact(SceneTable& table, recordings::SignalSettings& s) {
-  if (!table.has("contact")) return;
   const toml::node* node = table.node("contact");
+  if (!node) return;
   const auto text = node->value<std::string>();
   s.has_common_contact = text == "common";
   s.known_contact.reset();

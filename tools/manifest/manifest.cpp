@@ -133,12 +133,12 @@ std::vector<char> held_out_points(const Manifest& manifest, const Samples& sampl
 
 double poisson_of(const Manifest& manifest) { return manifest.items.front().signal.poisson; }
 
-Manifest read_manifest(const fs::path& path) {
+Manifest read_manifest(const fs::path& path, KeyLog* log) {
   Manifest manifest;
   manifest.path = path;
   const toml::table document =
       parse_toml(read_whole_file(path), path.string(), "Correct the TOML there.");
-  SceneTable root(document, "the manifest", path.string());
+  SceneTable root(document, "the manifest", path.string(), log);
   const fs::path folder = path.parent_path();
   if (root.has("surface")) {
     manifest.surface = folder / root.text("surface", "");

@@ -10,6 +10,7 @@
 #include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "libfit/recordings/placing/registration.hpp"
+#include "tools/scene/key_log.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
@@ -62,7 +63,7 @@ double poisson_of(const Manifest& manifest);
 
 /// Reads and checks a manifest. Throws Error with file:line:column on unknown keys (naming the
 /// nearest known one), wrong types, units or names, and recordings that lack what they need.
-/// Recordings' files are not opened here.
-Manifest read_manifest(const std::filesystem::path& path);
+/// Recordings' files are not opened here. log: the keys that were asked for.
+Manifest read_manifest(const std::filesystem::path& path, KeyLog* log = nullptr);
 
 }  // namespace palpate::tools

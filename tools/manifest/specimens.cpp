@@ -87,9 +87,8 @@ fem::HomogeneousTest read_test(SceneTable& table, const std::filesystem::path& f
   const std::string kind = table.choice("kind", std::string(kinds.front()), kinds);
   for (const auto& row : fem::kHomogeneousTests)
     if (row.name == kind) test.row = &row;
-  const std::string file = table.text("file", "");
-  if (file.empty())
-    throw Error(table.where_table(), "[[test]] names no file", "Add file = \"tension.csv\".");
+  const std::string file =
+      table.required_text("file", "[[test]] names no file", "Add file = \"tension.csv\".");
   name = fmt::format("{} {}", kind, file);
   const bool is_stretch = table.has("stretch");
   if (is_stretch == table.has("strain") || (is_stretch && test.row->is_shear))
@@ -139,9 +138,9 @@ bool has_specimens(const std::string& text, const std::string& file) {
   return parse_toml(text, file, kRemedy).contains("test");
 }
 
-Specimens read_specimens(const std::string& text, const std::filesystem::path& path) {
+Specimens read_specimens(const std::string& text, const std::filesystem::path& path, KeyLog* log) {
   const toml::table parsed = parse_toml(text, path.string(), kRemedy);
-  SceneTable root(parsed, "the file", path.string());
+  SceneTable root(parsed, "the file", path.string(), log);
   if (!root.has("material"))
     throw Error(path.string(), "has no [material]",
                 "Add [material] with its law and the values that the search starts from.");

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "libfem/calibrate/homogeneous_tests.hpp"
+#include "tools/scene/key_log.hpp"
 
 namespace palpate::tools {
 
@@ -20,6 +21,7 @@ struct Specimens {
 bool has_specimens(const std::string& text, const std::string& file);
 
 /// Throws Error with file:line:column of the TOML, or file:line of a table.
-Specimens read_specimens(const std::string& text, const std::filesystem::path& path);
+Specimens read_specimens(const std::string& text, const std::filesystem::path& path,
+                         KeyLog* log = nullptr);
 
 }  // namespace palpate::tools

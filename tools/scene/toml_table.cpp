@@ -1,6 +1,7 @@
 #include "tools/scene/toml_table.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,8 @@ namespace {
 std::string place(const std::string& file, const toml::node& node) {
   return fmt::format("{}:{}:{}", file, node.source().begin.line, node.source().begin.column);
 }
+
+std::string in_quotes(std::string_view text) { return fmt::format("\"{}\"", text); }
 
 std::string kind_of(const toml::node& node) {
   switch (node.type()) {
@@ -35,11 +38,22 @@ std::string kind_of(const toml::node& node) {
 
 }  // namespace
 
-SceneTable::SceneTable(const toml::table& table, std::string name, std::string file)
-    : table_(&table), name_(std::move(name)), file_(std::move(file)) {}
+SceneTable::SceneTable(const toml::table& table, std::string name, std::string file, KeyLog* log)
+    : table_(&table), name_(std::move(name)), file_(std::move(file)), log_(log) {}
+
+// A key may be asked for twice, first whether it is there: the first fallback and the last value.
+void SceneTable::note(std::string_view key, std::string value, std::string fallback) {
+  if (!log_) return;
+  auto at = std::ranges::find_if(
+      *log_, [&](const KeyRead& read) { return read.table == name_ && read.key == key; });
+  if (at == log_->end()) at = log_->insert(at, {name_, std::string(key), "", ""});
+  if (!value.empty()) at->value = std::move(value);
+  if (at->fallback.empty()) at->fallback = std::move(fallback);
+}
 
 const toml::node* SceneTable::node(std::string_view key) {
   asked_.emplace(key);
+  note(key, "", "");
   return table_->get(key);
 }
 
@@ -49,7 +63,10 @@ bool SceneTable::has_only(std::initializer_list<std::string_view> keys) const {
   return true;
 }
 
-bool SceneTable::has(std::string_view key) { return node(key) != nullptr; }
+bool SceneTable::has(std::string_view key) {
+  note(key, "", "none");
+  return node(key) != nullptr;
+}
 
 std::string SceneTable::where(std::string_view key) const {
   const toml::node* value = table_->get(key);
@@ -64,6 +81,7 @@ void SceneTable::fail(const toml::node& value, std::string_view key, const std::
 }
 
 std::string SceneTable::text(std::string_view key, std::string fallback) {
+  note(key, "text", fallback.empty() ? "none" : in_quotes(fallback));
   const toml::node* value = node(key);
   if (!value) return fallback;
   if (!value->is_string())
@@ -71,9 +89,20 @@ std::string SceneTable::text(std::string_view key, std::string fallback) {
   return value->as_string()->get();
 }
 
+std::string SceneTable::required_text(std::string_view key, const std::string& fact,
+                                      const std::string& remedy) {
+  note(key, "text", "required");
+  const std::string value = text(key, "");
+  if (value.empty()) throw Error(where_table(), fact, remedy);
+  return value;
+}
+
 std::string SceneTable::choice(std::string_view key, std::string fallback,
                                const std::vector<std::string_view>& choices) {
   const std::string chosen = text(key, std::move(fallback));
+  std::vector<std::string> quoted;
+  for (const std::string_view name : choices) quoted.push_back(in_quotes(name));
+  note(key, fmt::format("{}", fmt::join(quoted, ", ")), "");
   for (const auto name : choices)
     if (name == chosen) return chosen;
   const toml::node* value = node(key);
@@ -82,6 +111,7 @@ std::string SceneTable::choice(std::string_view key, std::string fallback,
 }
 
 bool SceneTable::boolean(std::string_view key, bool fallback) {
+  note(key, "true, false", fallback ? "true" : "false");
   const toml::node* value = node(key);
   if (!value) return fallback;
   if (!value->is_boolean())
@@ -90,6 +120,7 @@ bool SceneTable::boolean(std::string_view key, bool fallback) {
 }
 
 long SceneTable::integer(std::string_view key, long fallback, long low, long high) {
+  note(key, fmt::format("{} to {}", low, high), fmt::format("{}", fallback));
   const toml::node* value = node(key);
   if (!value) return fallback;
   if (!value->is_integer())
@@ -103,6 +134,7 @@ long SceneTable::integer(std::string_view key, long fallback, long low, long hig
 }
 
 double SceneTable::number(std::string_view key, double fallback, double low, double high) {
+  note(key, fmt::format("{:.7g} to {:.7g}", low, high), fmt::format("{:g}", fallback));
   const toml::node* value = node(key);
   if (!value) return fallback;
   const auto number = value->value<double>();
@@ -147,12 +179,15 @@ double SceneTable::quantity_of(const toml::node& value, std::string_view key, Di
 
 double SceneTable::quantity(std::string_view key, Dimension dimension, double fallback, double low,
                             double high) {
+  note(key, std::string(dimension_name(dimension)),
+       std::isnan(fallback) ? "none" : fmt::format("{:g}", fallback));
   const toml::node* value = node(key);
   return value ? quantity_of(*value, key, dimension, low, high) : fallback;
 }
 
 double SceneTable::required_quantity(std::string_view key, Dimension dimension, double low,
                                      double high) {
+  note(key, std::string(dimension_name(dimension)), "required");
   const toml::node* value = node(key);
   if (!value)
     throw Error(where_table(), fmt::format("{} has no {}", name_, key),
@@ -162,6 +197,7 @@ double SceneTable::required_quantity(std::string_view key, Dimension dimension, 
 
 std::vector<double> SceneTable::quantities(std::string_view key, Dimension dimension, double low,
                                            double high) {
+  note(key, fmt::format("list: {}", dimension_name(dimension)), "none");
   std::vector<double> out;
   const toml::node* value = node(key);
   if (!value) return out;
@@ -263,11 +299,13 @@ Vec3 SceneTable::direction(std::string_view key) {
 }
 
 double SceneTable::length_unit() {
+  note("length_unit", "", "required");
   if (!has("length_unit"))
     throw Error(where_table(), name_ + " has no length_unit",
                 "Mesh files carry no unit. Add length_unit = \"mm\" (or " +
                     known_units(Dimension::length) + ").");
   const std::string unit = text("length_unit", "");
+  note("length_unit", "length unit", "");
   const auto factor = unit_factor(unit, Dimension::length);
   const auto scaled = factor ? factor : parse_quantity(unit, Dimension::length);
   if (!scaled || !(*scaled > 0))
@@ -290,19 +328,21 @@ std::pair<Vec3, Vec3> SceneTable::corners(std::string_view key) {
 SceneTable SceneTable::table(std::string_view key, std::string name) {
   static const toml::table kEmpty;
   const toml::node* value = node(key);
-  if (!value) return SceneTable(kEmpty, std::move(name), file_);
+  note(key, "table", "none");
+  if (!value) return SceneTable(kEmpty, std::move(name), file_, log_);
   if (!value->is_table())
     fail(*value, key, "is " + kind_of(*value) + ", not a table",
          fmt::format("Write {} = {{ ... }} or a section.", key));
-  return SceneTable(*value->as_table(), std::move(name), file_);
+  return SceneTable(*value->as_table(), std::move(name), file_, log_);
 }
 
 std::vector<SceneTable> SceneTable::tables(std::string_view key, std::string name) {
+  note(key, "tables", "none");
   std::vector<SceneTable> out;
   const toml::node* value = node(key);
   if (!value) return out;
   if (value->is_table()) {
-    out.emplace_back(*value->as_table(), std::move(name), file_);
+    out.emplace_back(*value->as_table(), std::move(name), file_, log_);
     return out;
   }
   if (!value->is_array())
@@ -312,7 +352,7 @@ std::vector<SceneTable> SceneTable::tables(std::string_view key, std::string nam
     if (!item.is_table())
       fail(item, key, "holds " + kind_of(item) + ", not a table",
            fmt::format("Write {} = [ {{ ... }} ].", key));
-    out.emplace_back(*item.as_table(), name, file_);
+    out.emplace_back(*item.as_table(), name, file_, log_);
   }
   return out;
 }

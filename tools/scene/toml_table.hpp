@@ -11,6 +11,7 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/units.hpp"
+#include "tools/scene/key_log.hpp"
 
 namespace palpate::tools {
 
@@ -22,13 +23,17 @@ toml::table parse_toml(std::string_view text, const std::string& file, const std
 /// file:line:column of the value.
 class SceneTable {
  public:
-  /// name: as users write it, "[probe]" or "material of [[inclusion]]".
-  SceneTable(const toml::table& table, std::string name, std::string file);
+  /// name: as users write it, "[probe]" or "material of [[inclusion]]". log: filled with the keys
+  /// that are asked for, of tables below this one, too.
+  SceneTable(const toml::table& table, std::string name, std::string file, KeyLog* log = nullptr);
 
   bool has(std::string_view key);
   /// Whether every key of the table is one of these.
   bool has_only(std::initializer_list<std::string_view> keys) const;
   std::string text(std::string_view key, std::string fallback);
+  /// A text that must be there; else an Error at the table, with what is wrong and its remedy.
+  std::string required_text(std::string_view key, const std::string& fact,
+                            const std::string& remedy);
   /// A text that must be one of `choices`.
   std::string choice(std::string_view key, std::string fallback,
                      const std::vector<std::string_view>& choices);
@@ -69,6 +74,7 @@ class SceneTable {
   const std::string& name() const { return name_; }
 
  private:
+  void note(std::string_view key, std::string value, std::string fallback);
   double quantity_of(const toml::node& value, std::string_view key, Dimension dimension, double low,
                      double high) const;
   Vec3 point_of(const toml::node& value, std::string_view key) const;
@@ -77,6 +83,7 @@ class SceneTable {
 
   const toml::table* table_;
   std::string name_, file_;
+  KeyLog* log_;
   std::set<std::string, std::less<>> asked_;
 };
 

@@ -58,18 +58,17 @@ void anchor(toml::table& scene, const fs::path& folder) {
 
 class StudyReader {
  public:
-  explicit StudyReader(const fs::path& path)
-      : path_(fs::absolute(path)), table_(parse_study(path_)) {}
+  StudyReader(const fs::path& path, KeyLog* log)
+      : path_(fs::absolute(path)), table_(parse_study(path_)), log_(log) {}
 
   Study read() {
-    SceneTable top(table_, "the study", path_.string());
+    SceneTable top(table_, "the study", path_.string(), log_);
     Study study;
     study.path = path_;
     read_cluster(top, study.cluster);
-    const fs::path base = path_.parent_path() / top.text("scene", "");
-    if (!top.has("scene"))
-      throw Error(top.where_table(), "names no scene that its cases start from",
-                  "Add scene = \"scene.toml\".");
+    const fs::path base =
+        path_.parent_path() / top.required_text("scene", "names no scene that its cases start from",
+                                                "Add scene = \"scene.toml\".");
     base_ = parse_study(base);
     anchor(base_, base.parent_path());
     may_scale_ = top.boolean("scale", true);
@@ -244,12 +243,13 @@ class StudyReader {
 
   fs::path path_;
   toml::table table_, base_;
+  KeyLog* log_;
   std::vector<Axis> axes_;
   bool may_scale_ = true;
 };
 
 }  // namespace
 
-Study read_study(const fs::path& path) { return StudyReader(path).read(); }
+Study read_study(const fs::path& path, KeyLog* log) { return StudyReader(path, log).read(); }
 
 }  // namespace palpate::tools

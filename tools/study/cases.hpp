@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "tools/scene/key_log.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
@@ -44,6 +45,6 @@ struct Study {
 /// ranges; or ranges sampled together by a Sobol sequence or a Latin hypercube; or the rows of a
 /// table. Every scene is checked as `check` does without its mesh. Throws Error with the place in
 /// the study or, of a case's scene, with the words that name the case.
-Study read_study(const std::filesystem::path& path);
+Study read_study(const std::filesystem::path& path, KeyLog* log = nullptr);
 
 }  // namespace palpate::tools
