@@ -20,12 +20,14 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMaxSaturated = 0.7;   // share of the depth
 constexpr double kManySpikes = 0.01;    // of the rows of a good recording
+constexpr double kUntraced = 0.01;      // of the work: a loss is said in percent
 constexpr double kMinSignal = 20;       // force over noise of a fair recording
 constexpr double kContactShare = 0.02;  // contact deviation over depth of a good recording
 
 // Share of the work below contact that the way from the deepest reading back does not return. Both
 // ways end at that reading, whichever phase it counts to: without it on one side an elastic press
-// of 25 readings loses a third.
+// of 25 readings loses a third. NaN where the way back is not recorded, or ends while more than a
+// percent of the work is still stored.
 double hysteresis_of(const Signal& signal, const RowRange& way_in, const RowRange& back,
                      double contact_m) {
   if (back.rows() < 5) return kNan;
@@ -40,8 +42,12 @@ double hysteresis_of(const Signal& signal, const RowRange& way_in, const RowRang
       sum += (depth_m[i] - depth_m[i - 1]) * (push_N[i] + push_N[i - 1]) / 2;
     return sum;
   };
-  const double in_J = work_J(way_in.begin, deepest);
-  return in_J > 0 ? 1 + work_J(deepest, back.end - 1) / in_J : kNan;
+  const double in_J = work_J(way_in.begin, deepest),
+               out_m = depth_m.segment(deepest, back.end - deepest).minCoeff();
+  Eigen::Index met = way_in.begin;  // where the way in is as deep as the way back ends
+  while (met < deepest && depth_m[met] < out_m) ++met;
+  if (!(in_J > 0) || work_J(way_in.begin, met) > kUntraced * in_J) return kNan;
+  return 1 + work_J(deepest, back.end - 1) / in_J;
 }
 
 // Lowers the grade of a recording to what its rows, noise (neighbours correlate by `correlation`)
