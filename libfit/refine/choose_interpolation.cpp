@@ -25,7 +25,7 @@ constexpr int kMinPoints = 4, kMinKrigedPoints = 6;
 constexpr int kMaxPoints = 500;      // evenly taken: more tell nothing new
 constexpr double kFacesAlike = 0.3;  // cosine: not the other side of a thin body
 // Of the error without.
-constexpr double kSlopesPay = 0.95, kMeasuredGapPays = 0.95, kKrigingPays = 0.95;
+constexpr double kSlopesPay = 0.95, kMeasuredGapPays = 0.95;
 
 // Usable points within two edges of a point that face as it does.
 std::vector<std::int32_t> points_around(const FittedCurves& curves, const Neighbours& neighbours,
@@ -258,14 +258,15 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
     out.slope_share = 0.125 * static_cast<double>(best - errors.share.begin());
     out.error = out.slope_error;
   }
+  // What is expected to be better is left where it errs by more than chance alone has it.
+  const double by_chance = 1 + 1 / std::sqrt(static_cast<double>(out.points));
   // Medians: one point beside a fold outweighs all others in a mean.
-  const double gap_pays =
-      measured.is_there() ? kMeasuredGapPays : 1 + 1 / std::sqrt(static_cast<double>(out.points));
+  const double gap_pays = measured.is_there() ? kMeasuredGapPays : by_chance;
   out.follows_gap = gap.is_known() && median(by_gap) < gap_pays * median(by_area) &&
                     !(out.slope_share > 0 && out.slope_error < out.gap_error);
   if (out.follows_gap) out.error = out.gap_error;
   if (measured.is_there() && out.points >= kMinKrigedPoints &&
-      out.kriged_error < kKrigingPays * out.error) {
+      out.kriged_error < by_chance * out.error) {
     out.is_kriged = true;
     out.follows_gap = false;
     out.error = out.kriged_error;

@@ -56,7 +56,7 @@ struct Conditioned {
   TimedPress history;     ///< of a press with a clock, all of it; else no rows
   double speed_m_s = 0;   ///< NaN without a clock
   double noise_N = 0;     ///< standard deviation of one reading without contact
-  double hysteresis = 0;  ///< share of the work not given back; NaN without a way back
+  double hysteresis = 0;  ///< share of the work not given back; NaN without the whole way back
   CycleMeans cycles;      ///< of a press in cycles that go deeper and deeper; else no rows
   bool breaks = false;    ///< the tool broke in: what lies deeper was left out
   double young_Pa = 0;    ///< apparent, of the contact fit; NaN without radius or fit

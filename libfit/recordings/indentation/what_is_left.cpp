@@ -11,6 +11,12 @@ namespace {
 
 constexpr double kMaxCorrelation = 0.98;
 constexpr Eigen::Index kBlocks = 150;  // of rows, whose covariance is found
+// Of a pattern in what is left: runs of one sign over the parts are 5 or fewer of 20 once in 200
+// presses of white noise, and a share of the force below this moves no modulus by much.
+constexpr int kMostRuns = 5;
+constexpr double kLeastPattern = 0.003;
+constexpr double kAboveNoise = 3;  // squares of parts over those of white noise
+constexpr double kAboveWaves = 2;  // of what is left in parts of the free travel
 
 }  // namespace
 
@@ -88,6 +94,19 @@ double misfit_of(const PartMeans& parts, double noise) {
   for (Eigen::Index k = 0; k < kParts; ++k)
     if (parts.count[k] > 0) squares += parts.mean[k] * parts.mean[k] - noise / parts.count[k], ++n;
   return std::sqrt(std::max(0., squares / std::max(1, n)));
+}
+
+bool has_pattern(const Eigen::VectorXd& x, const Eigen::VectorXd& left, double contact,
+                 double force) {
+  const PartMeans pressed = part_means(x, left, contact, x.maxCoeff());
+  if ((pressed.count.array() > 0).count() < kParts || pressed.rms() < kLeastPattern * force)
+    return false;
+  const double squares = pressed.mean.cwiseAbs2().dot(pressed.count) / kParts;
+  if (pressed.runs() > kMostRuns && squares < kAboveNoise * noise_variance(left)) return false;
+  const double depth = x.maxCoeff() - contact;
+  // As long a part of the free travel as the press is deep, or what there is of it.
+  const PartMeans free = part_means(x, left, std::max(0., contact - depth), contact);
+  return (free.count.array() > 0).count() < kParts / 2 || pressed.rms() > kAboveWaves * free.rms();
 }
 
 }  // namespace palpate::recordings

@@ -32,4 +32,10 @@ PartMeans part_means(const Eigen::VectorXd& x, const Eigen::VectorXd& left, doub
 /// Root mean square of those means, less what noise (a variance) leaves in them.
 double misfit_of(const PartMeans& parts, double noise);
 
+/// Whether what is left goes with depth beyond the contact, and is no noise: in few runs of one
+/// sign or by more than noise, and by more than the free part's own waves. force: at the end of the
+/// travel x (W), as the model has it.
+bool has_pattern(const Eigen::VectorXd& x, const Eigen::VectorXd& left, double contact,
+                 double force);
+
 }  // namespace palpate::recordings

@@ -278,6 +278,32 @@ TEST(signal, the_work_that_is_lost_is_the_hysteresis) {
   }
 }
 
+// Once the work of a file that ends in contact, on the way out or in a hold, was "not given back".
+TEST(signal, a_recording_that_ends_in_contact_says_nothing_of_the_work_given_back) {
+  const auto whole = elastic_press(400, 0, 1e-4, kSeed);  // 400 readings, deepest in the middle
+  const auto hysteresis = [&](int way_out, int hold, double jitter_m) {
+    auto raw = whole;
+    const std::size_t kept = 200 + way_out;
+    raw.travel_m.resize(kept), raw.push_N.resize(kept);
+    std::mt19937 random(kSeed);
+    std::normal_distribution<double> noise(0, 1);
+    for (int i = 0; i < hold; ++i) {
+      raw.travel_m.push_back(raw.travel_m[kept - 1] + jitter_m * noise(random));
+      raw.push_N.push_back(raw.push_N[kept - 1] + 1e-4 * noise(random));
+    }
+    raw.time_s.clear(), raw.line.clear();
+    for (std::size_t i = 0; i < raw.travel_m.size(); ++i)
+      raw.time_s.push_back(0.02 * static_cast<double>(i)), raw.line.push_back(i + 2);
+    return condition(raw, {}, {}, "a.csv", false).hysteresis;
+  };
+  for (const int way_out : {0, 3, 10, 50, 100})
+    EXPECT_TRUE(std::isnan(hysteresis(way_out, 0, 0))) << way_out;
+  for (const double jitter_m : {0.0, 1e-6, 2e-5, 5e-5})
+    EXPECT_TRUE(std::isnan(hysteresis(0, 200, jitter_m))) << jitter_m;
+  for (const int way_out : {140, 150, 200})  // less than a percent of the work is stored, or none
+    EXPECT_NEAR(hysteresis(way_out, 0, 0), 0, 0.015) << way_out;
+}
+
 // Once 0.1 mm of noise beside 10 um of way a reading was a slide: "the tip goes in over 4 rows".
 TEST(signal, an_encoders_noise_beside_the_way_ends_no_press) {
   const Vec3 inward(0, 0, -1);

@@ -1,0 +1,132 @@
+#include "libfit/recordings/batch/find_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "libfit/recordings/contact_point/approach.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr Eigen::Index kMinFreeRows = 8;
+constexpr double kWideShare = 0.5;  // of what a wider view would move the contact point
+
+ContactEstimate contact_of(const Signal& signal, const Approach& approach,
+                           const SignalSettings& settings, const importers::RawRecording& raw,
+                           std::string& estimator) {
+  if (!signal.is_axial && raw.contact_m) {
+    estimator = "given";
+    ContactEstimate given;
+    given.travel_m = raw.contact_m->dot(signal.inward);
+    return given;
+  }
+  if (settings.known_contact) {
+    estimator = settings.has_common_contact ? "common" : "given";
+    ContactEstimate given;
+    given.travel_m = settings.known_contact->travel_m;
+    given.deviation_m = settings.known_contact->deviation_m;
+    return given;
+  }
+  estimator = settings.contact;
+  ContactEstimate found =
+      contact_estimator_named(settings.contact)->estimate(approach.curve, settings);
+  if (!found.by.empty()) estimator += ": " + std::string(found.by);
+  if (approach.wide_contact_m)
+    found.deviation_m =
+        std::hypot(found.deviation_m, kWideShare * (*approach.wide_contact_m - found.travel_m));
+  return found;
+}
+
+// Where the tip was at the contact travel, between two rows of the way in.
+Vec3 contact_position(const Signal& signal, const Approach& approach, double travel_m) {
+  Eigen::Index i = 0;
+  while (i + 1 < approach.travel.size() && approach.travel[i] < travel_m) ++i;
+  const Vec3 here = signal.position_m.row(approach.range.begin + i);
+  return here + (travel_m - approach.travel[i]) * signal.inward;
+}
+
+double speed_of(const Signal& signal, const Approach& approach, double contact_m) {
+  if (signal.time_s.empty()) return kNan;
+  Eigen::Index first = 0;
+  while (first + 2 < approach.travel.size() && approach.travel[first] < contact_m) ++first;
+  const Eigen::Index last = approach.travel.size() - 1;
+  const double dt = signal.time_s[static_cast<std::size_t>(approach.range.begin + last)] -
+                    signal.time_s[static_cast<std::size_t>(approach.range.begin + first)];
+  return dt > 0 ? (approach.travel[last] - approach.travel[first]) / dt : kNan;
+}
+
+// Takes the free push (its mean, or its line over travel) off all rows and axes, and says in `out`
+// how noisy it is. Returns the correlation of neighbours in that noise; 0 where nothing is free.
+double take_off_bias(Signal& signal, const Approach& approach, const ContactEstimate& contact,
+                     const SignalSettings& settings, Conditioned& out) {
+  const double margin_m = std::max(
+      3 * contact.deviation_m, 0.01 * (approach.travel.maxCoeff() - approach.travel.minCoeff()));
+  Eigen::Index free = 0;
+  while (free < approach.travel.size() && approach.travel[free] < contact.travel_m - margin_m)
+    ++free;
+  if (free < kMinFreeRows) {  // less of a margin, before none is left
+    for (free = 0; free < approach.travel.size() && approach.travel[free] < contact.travel_m;
+         ++free) {
+    }
+  }
+  if (free < kMinFreeRows || contact.begins_in_contact) {
+    out.reasons.push_back(
+        out.contact.estimator == "given"
+            ? "the contact point is given and nothing before it; no bias was taken off"
+            : "begins in contact: no free travel from which to take the bias");
+    if (out.contact.estimator != "given") out.grade = std::max(out.grade, Grade::fair);
+    out.noise_N = approach.noise_N;
+    return 0;
+  }
+  const Eigen::VectorXd travel = approach.travel.head(free);
+  const Line line = fit_line(travel, approach.push.head(free));
+  out.noise_N = line.deviation;
+  const double correlation = std::clamp(line.correlation, 0.0, 0.95);
+  if (settings.drift == Drift::none) return correlation;
+  const Eigen::VectorXd all = signal.travel_m();
+  const auto take_off = [&](auto&& axis) {
+    const Eigen::VectorXd before = axis.segment(approach.range.begin, free);
+    const Line drift = fit_line(travel, before);
+    if (settings.drift == Drift::line)
+      axis.array() -= drift.at_0 + drift.slope * all.array();
+    else
+      axis.array() -= before.mean();
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    take_off(signal.force_N.col(axis));
+    if (signal.torque_Nm.rows() > 0) take_off(signal.torque_Nm.col(axis));
+  }
+  return correlation;
+}
+
+}  // namespace
+
+TouchedSignal find_contact(const importers::RawRecording& raw, const SignalSettings& settings,
+                           const std::string& file, const WaysIn& ways, Signal& signal,
+                           SeenSignal& seen, Conditioned& out) {
+  Approach approach = approach_of(signal, ways.range, ways.cycles);
+  check_contact(signal, approach, file);
+  check_sign(signal, approach, file);
+  if (settings.keeps_way_in || (settings.has_common_contact && !settings.known_contact)) {
+    out.way_in.travel_m = signal.travel_m()(approach.rows);
+    out.way_in.push_N = signal.push_N()(approach.rows);
+  }
+  focus_on_contact(signal, exponent_of(settings.tip), approach);
+  ContactEstimate contact = contact_of(signal, approach, settings, raw, out.contact.estimator);
+  seen.approach = ways.range, seen.contact_m = contact.travel_m;
+  seen.bias_N = signal.push_N();
+  const double correlation = take_off_bias(signal, approach, contact, settings, out);
+  seen.bias_N -= signal.push_N();
+  out.contact.travel_m = contact.travel_m;
+  out.contact.deviation_m = contact.deviation_m;
+  out.contact_m = raw.contact_m;
+  if (!signal.is_axial && !raw.contact_m)
+    out.contact_m = contact_position(signal, approach, contact.travel_m);
+  out.speed_m_s = speed_of(signal, approach, contact.travel_m);
+  return {std::move(contact), correlation};
+}
+
+}  // namespace palpate::recordings
