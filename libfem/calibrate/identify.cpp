@@ -15,6 +15,7 @@ using Eigen::Index, Eigen::VectorXd;
 
 constexpr double kEnough = 0.005;  // of the cost, in variances
 constexpr double kScatterOfStarts = 1.5;
+constexpr int kWidenings = 6;
 
 struct SearchEnd {
   VectorXd y;
@@ -84,30 +85,9 @@ MaterialParameters scattered(const MaterialSearch& search, MaterialParameters ma
   return material;
 }
 
-}  // namespace
-
-bool Identification::region_holds(const VectorXd& values) const {
-  VectorXd off(values.size());
-  for (Index j = 0; j < off.size(); ++j)
-    off[j] = (values[j] - material.values[free[static_cast<std::size_t>(j)]]) /
-             std::sqrt(covariance(j, j));
-  return off.dot(correlation.completeOrthogonalDecomposition().solve(off)) <= region;
-}
-
-std::vector<std::size_t> identifiable(const MaterialParameters& material) {
-  std::vector<std::size_t> out;
-  std::size_t at = 0;
-  for (const ParameterRow& row : find_law(material.law, "law").parameters) {
-    if (row.count == 1 && row.name != kPoissonRow.name && row.name != kBulkRow.name &&
-        at < material.values.size() && std::isfinite(material.values[at]))
-      out.push_back(at);
-    at += static_cast<std::size_t>(row.count);
-  }
-  return out;
-}
-
-Identification identify(const MaterialParameters& start, const Observations& observed,
-                        const MaterialResponses& responses, const IdentifyOptions& options) {
+Identification identify_as_stated(const MaterialParameters& start, const Observations& observed,
+                                  const MaterialResponses& responses,
+                                  const IdentifyOptions& options) {
   MaterialSearch search(start, observed, responses, options);
   Identification out;
   out.material = start;
@@ -133,6 +113,45 @@ Identification identify(const MaterialParameters& start, const Observations& obs
   else
     state_errors(search, observed, best.y, options.common_error, out);
   out.is_stopped = options.progress.stopped();
+  return out;
+}
+
+}  // namespace
+
+bool Identification::region_holds(const VectorXd& values) const {
+  VectorXd off(values.size());
+  for (Index j = 0; j < off.size(); ++j)
+    off[j] = (values[j] - material.values[free[static_cast<std::size_t>(j)]]) /
+             std::sqrt(covariance(j, j));
+  return off.dot(correlation.completeOrthogonalDecomposition().solve(off)) <= region;
+}
+
+std::vector<std::size_t> identifiable(const MaterialParameters& material) {
+  std::vector<std::size_t> out;
+  std::size_t at = 0;
+  for (const ParameterRow& row : find_law(material.law, "law").parameters) {
+    if (row.count == 1 && row.name != kPoissonRow.name && row.name != kBulkRow.name &&
+        at < material.values.size() && std::isfinite(material.values[at]))
+      out.push_back(at);
+    at += static_cast<std::size_t>(row.count);
+  }
+  return out;
+}
+
+Identification identify(const MaterialParameters& start, const Observations& observed,
+                        const MaterialResponses& responses, const IdentifyOptions& options) {
+  Identification out = identify_as_stated(start, observed, responses, options);
+  Observations wider = observed;
+  double widened = 1;
+  for (int k = 0; k < kWidenings && !out.is_stopped && !out.shared_error.empty(); ++k) {
+    const Eigen::Map<const VectorXd> moved(out.shared_error.data(), std::ssize(out.shared_error));
+    const double ratio = moved.norm() / std::sqrt(static_cast<double>(moved.size()));
+    if (!(ratio > 1)) break;
+    widened *= ratio;
+    wider.shared *= ratio;
+    out = identify_as_stated(out.material, wider, responses, options);
+  }
+  for (double& error : out.shared_error) error *= widened;
   return out;
 }
 

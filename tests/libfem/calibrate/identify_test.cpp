@@ -200,5 +200,46 @@ TEST(Identify, an_error_that_an_experiment_shares_is_in_the_answer_and_in_its_in
   EXPECT_LT(squares, 0.6 * exact_squares);
 }
 
+// An estimator of contacts that knows a half-space alone states a fifth of its error on a thin
+// body. Contacts that move by more than is stated say so.
+TEST(Identify, errors_that_experiments_share_are_widened_where_they_are_larger_than_stated) {
+  constexpr double kContact_m = 2e-4, kStated_m = 4e-5, kModulus_Pa = 5e3;
+  const Eigen::VectorXd depth_m = Eigen::VectorXd::LinSpaced(20, 2e-4, 4e-3);
+  const auto press_N = [&](double modulus_Pa, double shift_m) {
+    return Eigen::VectorXd(0.1 * modulus_Pa * (depth_m.array() + shift_m).max(0).pow(1.5));
+  };
+  int within = 0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    Observations observed;
+    for (int press = 0; press < 3; ++press) {
+      const Eigen::VectorXd force_N = press_N(kModulus_Pa, kContact_m * (1 + 0.2 * normal(random)));
+      const double noise_N = 0.01 * force_N.maxCoeff();
+      const Eigen::Index before = observed.value.size(), n = depth_m.size();
+      for (Eigen::VectorXd* column : {&observed.value, &observed.deviation, &observed.shared})
+        column->conservativeResize(before + n);
+      observed.value.tail(n) =
+          force_N.unaryExpr([&](double f) { return f + noise_N * normal(random); });
+      observed.deviation.tail(n).setConstant(noise_N);
+      observed.shared.tail(n) = kStated_m * 0.15 * kModulus_Pa * depth_m.cwiseSqrt();
+      observed.group.insert(observed.group.end(), static_cast<std::size_t>(n), press);
+    }
+    const Identification found =
+        identify({"neo-hookean", {1e3, kPoissonRatio}}, observed,
+                 [&](const std::vector<MaterialParameters>& materials) {
+                   std::vector<Eigen::VectorXd> out;
+                   for (const auto& m : materials)
+                     out.push_back(press_N(m.values[0], 0).replicate(3, 1));
+                   return out;
+                 },
+                 {.free = {0}});
+    within +=
+        std::abs(found.material.values[0] - kModulus_Pa) < found.half_width * found.deviation(0);
+    for (const double moved : found.shared_error) EXPECT_GT(moved, 2) << "seed " << seed;
+  }
+  EXPECT_GE(within, 34);
+}
+
 }  // namespace
 }  // namespace palpate::fem
