@@ -15,6 +15,7 @@ using Eigen::Index, Eigen::VectorXd;
 
 constexpr double kEnough = 0.005;  // of the cost, in variances
 constexpr double kScatterOfStarts = 1.5;
+constexpr double kTooSmall = 1.1;  // of shared errors, over what is stated, rms
 constexpr int kWidenings = 6;
 
 struct SearchEnd {
@@ -146,7 +147,7 @@ Identification identify(const MaterialParameters& start, const Observations& obs
   for (int k = 0; k < kWidenings && !out.is_stopped && !out.shared_error.empty(); ++k) {
     const Eigen::Map<const VectorXd> moved(out.shared_error.data(), std::ssize(out.shared_error));
     const double ratio = moved.norm() / std::sqrt(static_cast<double>(moved.size()));
-    if (!(ratio > 1)) break;
+    if (!(ratio > kTooSmall)) break;
     widened *= ratio;
     wider.shared *= ratio;
     out = identify_as_stated(out.material, wider, responses, options);

@@ -57,8 +57,8 @@ struct Identification {
   double rows_each = 1;   ///< rows that go together as one, where residuals are larger than stated
   double sum_of_squares = 0;  ///< of residuals, unweighted
   /// Of each experiment that has a shared error, in the order of its rows: its size in its stated
-  /// standard deviations. Where they are larger than 1 (rms), those were too small: all are widened
-  /// alike until they are not.
+  /// standard deviations. Where they are larger than 1.1 (rms), those were too small: all are
+  /// widened alike until they are not.
   std::vector<double> shared_error;
   Eigen::VectorXd response;  ///< N
   /// Empty where every parameter is determined to half of itself; else the combinations that are.
