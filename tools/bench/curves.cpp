@@ -1,12 +1,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "libfit/core/error.hpp"
 #include "libfit/fit/fit_curves.hpp"
-#include "libfit/fit/point/replay.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/bench/bench.hpp"
@@ -16,37 +14,13 @@ namespace palpate::tools {
 namespace {
 
 constexpr int kPieces[] = {1, 2, 3, 4, 6, 8, 12};
-constexpr int kTicks = 200000;
 
 struct CurveCost {
   int degree = 0, pieces = 0;
   std::size_t bytes = 0;  // of a node
-  double law_ns = 0;      // of a tick of the law, the mesh's part left out
   FamilyEvidence held_out;
   double p95_residual = 0;
 };
-
-// Ticks of a press to full depth and a drag as long, on a plane with the curves of one point.
-double time_law_ns(const CurveSet& curves, Eigen::Index point) {
-  const fit::Bases bases = fit::bases_of(curves);
-  const runtime::Quadric plane = fit::quadric_of(Vec3::UnitZ(), Mat3::Zero());
-  const runtime::ControlPointers<double> controls = fit::controls_at(curves, point);
-  const double depth = curves.basis[0].knots_m.back();
-  Points way = Points::Zero(kTicks, 3);
-  for (int i = 0; i < kTicks; ++i) {
-    const double share = double(i) / kTicks;
-    way.row(i) << depth * std::max(0.0, 2 * share - 1), 0, depth * std::min(1.0, 2 * share);
-  }
-  std::vector<runtime::Vec3d> force(kTicks);
-  std::vector<double> times;
-  for (int repeat = 0; repeat < 5; ++repeat) {
-    const auto begin = std::chrono::steady_clock::now();
-    runtime::replay_drag<double>(bases.views, controls, plane, way.data(), kTicks, force.data());
-    times.push_back(
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-  }
-  return 1e9 * *std::min_element(times.begin(), times.end()) / kTicks;
-}
 
 std::size_t bytes_of_node(const CurveSet& curves) {
   Eigen::Index controls = 0;
@@ -60,30 +34,21 @@ CurveCost measure(const Samples& samples, CurveFamily family, int degree, int pi
   options.jobs = jobs;
   FitReport report;
   const FittedCurves fitted = fit_curves(samples, options, {}, &report);
-  Eigen::Index point = 0;
-  while (point + 1 < fitted.position.rows() &&
-         fitted.status[static_cast<std::size_t>(point)] == FitStatus::failed)
-    ++point;
-  return {degree,
-          pieces,
-          bytes_of_node(fitted.curves),
-          time_law_ns(fitted.curves, point),
-          report.family.evidence.front(),
+  return {degree, pieces, bytes_of_node(fitted.curves), report.family.evidence.front(),
           report.error.p95};
 }
 
 void write_table(const std::filesystem::path& path, const std::string& family,
                  const std::vector<CurveCost>& lines) {
-  static constexpr std::string_view kHeader[] = {"family",         "degree",      "pieces",
-                                                 "bytes_per_node", "law_ns",      "held_out_median",
-                                                 "held_out_p95",   "residual_p95"};
+  static constexpr std::string_view kHeader[] = {
+      "family",          "degree",       "pieces",      "bytes_per_node",
+      "held_out_median", "held_out_p95", "residual_p95"};
   CsvWriter csv(path, kHeader);
   for (const CurveCost& line : lines)
     csv.text(family)
         .integer(line.degree)
         .integer(line.pieces)
         .integer(static_cast<std::int64_t>(line.bytes))
-        .number(std::round(line.law_ns))
         .number(line.held_out.median_error)
         .number(line.held_out.p95_error)
         .number(line.p95_residual)
@@ -158,9 +123,9 @@ void bench_curves(const BenchRequest& request) {
       if (request.is_quick && pieces > 2) break;
       lines.push_back(measure(samples, family, degree, pieces, request.jobs));
       const CurveCost& line = lines.back();
-      say("degree {}, {:2} pieces: {:4} bytes a node, {:4.0f} ns, held out {:.2f} % median, {:.2f} "
+      say("degree {}, {:2} pieces: {:4} bytes a node, held out {:.2f} % median, {:.2f} "
           "% p95; residual p95 {:.2f} %",
-          degree, pieces, line.bytes, line.law_ns, 100 * line.held_out.median_error,
+          degree, pieces, line.bytes, 100 * line.held_out.median_error,
           100 * line.held_out.p95_error, 100 * line.p95_residual);
     }
   const std::string stem =

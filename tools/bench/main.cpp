@@ -54,7 +54,7 @@ constexpr CommandRow kBenchmarks[] = {
      declare<bench_refine>},
     {"fit", "Curves per second by rows and test points, beside plain least squares",
      declare<bench_fit>},
-    {"curves", "Error of held-out rows against pieces, degree, bytes and time",
+    {"curves", "Error of held-out rows against pieces, degree and bytes",
      declare<bench_curves>},
     {"deform", "Time to move the surface's vertices, by their number and that of fields",
      declare<bench_deform>},

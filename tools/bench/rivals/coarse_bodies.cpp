@@ -109,7 +109,7 @@ Rival explicit_of(const RivalBody& body, CoarseBody coarse, const std::string& m
       "{} nodes, {}; linear tets that carry the fine surface, neo-Hookean, {} steps of {:.2g} us "
       "in "
       "a tick of 1 ms ({} of the longest stable one), {} kg/m3, damping {}/s, penalty 20 E/mm, "
-      "friction {}, {} ticks of rest before a row",
+      "friction {}, at most {} ticks of rest",
       nodes, mesh, stepped->steps(), 1e6 * settings.tick_s / stepped->steps(),
       settings.step_of_stable, settings.density_kg_m3, settings.damping_Hz, settings.ball.friction,
       rival.rest_ticks);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -17,13 +16,15 @@ namespace {
 constexpr std::int32_t kFittedPresses = 8;
 constexpr int kTicksOfPress = 40;
 constexpr double kFitBudget_s = 4;
+constexpr double kSteady = 0.005;
+constexpr int kSteadyTicks = 10;
 
 struct PressedPair {
   double wanted_N, answered_N;
 };
 
 // Forces along the presses' rows, wanted and answered.
-std::vector<PressedPair> press_with(const Rival& rival, const RivalBody& body) {
+std::vector<PressedPair> press_with(const Rival& rival, const RivalBody& body, RestCount& rest) {
   const Samples& samples = body.samples;
   const double floor_N = relative_floor_N(samples), tick_m = body.depth_m / kTicksOfPress;
   const auto every =
@@ -47,17 +48,14 @@ std::vector<PressedPair> press_with(const Rival& rival, const RivalBody& body) {
       at_m = std::min(depth_m, at_m + tick_m);
       force = rival.force(position + at_m * inward);
     }
-    for (int k = 0; k < rival.rest_ticks; ++k) force = rival.force(position + at_m * inward);
+    come_to_rest(
+        rival, [&] { return force = rival.force(position + at_m * inward); }, rest);
+    if (rest.rows > 1 && !rest.is_kept() && spent_s(rival) - began_s > kFitBudget_s) break;
     const double wanted_N = Vec3(samples.force.row(row)).dot(inward);
     if (samples.status[r] == RowStatus::good && wanted_N > floor_N && force.dot(inward) > 0)
       out.push_back({wanted_N, force.dot(inward)});
   }
   return out;
-}
-
-double clock_s() {
-  using namespace std::chrono;
-  return duration<double>(steady_clock::now().time_since_epoch()).count();
 }
 
 double best_factor(const std::vector<PressedPair>& pairs) {
@@ -74,11 +72,30 @@ double best_factor(const std::vector<PressedPair>& pairs) {
 
 }  // namespace
 
-double spent_s(const Rival& rival) { return rival.own_ns ? clock_s() : cpu_seconds(); }
+std::string RestCount::words(const char* of, int ticks) const {
+  return fmt::format("{} of the {} rows of its {} came to rest in {} ticks", rested, rows, of,
+                     ticks);
+}
+
+void come_to_rest(const Rival& rival, const std::function<Vec3()>& tick, RestCount& count) {
+  if (rival.rest_ticks == 0) return;
+  Vec3 first = tick();
+  int steady = 0, k = 1;
+  for (; k < rival.rest_ticks && steady < kSteadyTicks; ++k) {
+    const Vec3 force = tick();
+    const bool stays = (force - first).norm() <= kSteady * force.norm();
+    steady = stays ? steady + 1 : 0;
+    if (!stays) first = force;
+  }
+  ++count.rows;
+  count.rested += steady == kSteadyTicks;
+}
+
+double spent_s(const Rival& rival) { return rival.own_cpu_s ? rival.own_cpu_s() : cpu_seconds(); }
 
 Rival with_fitted_modulus(Rival rival, const RivalBody& body) {
   const double began_s = spent_s(rival);
-  const double factor = best_factor(press_with(rival, body));
+  const double factor = best_factor(press_with(rival, body, rival.rest));
   rival.preparation_cpu_s += spent_s(rival) - began_s + kFittedPresses * body.pressed_cpu_s;
   rival.settings += fmt::format("; modulus x {:.3g}, of {} presses", factor, kFittedPresses);
   rival.modulus = factor;

@@ -41,9 +41,10 @@ class RivalWalk {
     if (watch_.was_switched() && !is_long_) contact_ns_.resize(timed);
   }
 
-  // Stays for so many ticks, whose time counts as that of all.
-  void rest(int ticks) {
-    for (int k = 0; k < ticks; ++k) tick();
+  // Its ticks' time counts as that of all.
+  void rest(RestCount& count) {
+    come_to_rest(
+        rival_, [&] { return tick(); }, count);
   }
 
   const Vec3& force_N() const { return force_N_; }
@@ -53,20 +54,22 @@ class RivalWalk {
   void forget_changes() { largest_change_N_ = 0; }
 
  private:
-  void tick() {
+  Vec3 tick() {
     const Vec3 before_N = force_N_;
+    const double own_s = rival_.own_cpu_s ? rival_.own_cpu_s() : 0;
     const auto began = is_long_ ? validation::ProcessorClock::now() : kNever;
     const double started = now_ns();
     force_N_ = rival_.force(at_m_);
     double ns = now_ns() - started;
-    if (rival_.own_ns)
-      ns = rival_.own_ns();
+    if (rival_.own_cpu_s)
+      ns = 1e9 * (rival_.own_cpu_s() - own_s);
     else if (is_long_)
       ns = static_cast<double>((validation::ProcessorClock::now() - began).count());
-    is_long_ = rival_.own_ns || ns > kLong_ns;
+    is_long_ = rival_.own_cpu_s || ns > kLong_ns;
     if (!force_N_.isZero()) contact_ns_.push_back(ns);
     largest_change_N_ = std::max(largest_change_N_, (force_N_ - before_N).norm());
     account_.add(at_m_, force_N_);
+    return force_N_;
   }
 
   const Rival& rival_;
@@ -109,7 +112,7 @@ void follow_path(const Rival& rival, const RivalBody& body, const PathPlace& pat
   RivalWalk walk(rival, path.inward, path.outside(body.depth_m));
   for (Eigen::Index step = 0; step < path.count; ++step) {
     walk.go(place_of(body.paths, path, step), rival.step_m);
-    walk.rest(rival.rest_ticks);
+    walk.rest(out.rest);
     replayed.force_N.row(path.first + step) = walk.force_N();
     replayed.is_answered[static_cast<std::size_t>(path.first + step)] = 1;
   }
@@ -178,12 +181,15 @@ Performance measure(const Rival& rival, const RivalBody& body, double budget_s) 
   const double clock = clock_ns();
   out.tick_median_us = 1e-3 * std::max(0.0, quantile(contact_ns, 0.5) - clock);
   out.tick_p999_us = 1e-3 * std::max(0.0, quantile(contact_ns, 0.999) - clock);
+  if (rival.is_force_at_rest) {
+    out.created_share = validation::kNoNumber;
+    return out;
+  }
   const double slides_from_s = spent_s(rival);
   const auto is_over = [&] { return spent_s(rival) - slides_from_s > budget_s / 3; };
   for (const PathPlace& path : paths)
     if (kind_of(body.paths, path.first) == PathKind::sliding && !is_over())
       slide_finely(rival, body, path, is_over, out);
-  if (rival.is_force_at_rest) out.jump_N = out.created_share = validation::kNoNumber;
   return out;
 }
 

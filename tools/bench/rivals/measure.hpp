@@ -12,6 +12,7 @@ struct Performance {
   validation::Statement statement;               ///< of the rows that it came to
   std::vector<validation::StatedError> by_path;  ///< of each kind of path
   std::size_t paths = 0;                         ///< of them before its time was over
+  RestCount rest;                                ///< at the rows of these
   double tick_median_us = 0, tick_p999_us = 0;   ///< of ticks in contact
   double jump_N = validation::kNoNumber;  ///< largest change of force over 10 um of a slide; none
                                           ///< where its time was over before

@@ -69,13 +69,17 @@ MujocoBody::MujocoBody(const CoarseBody& body, const MujocoSettings& settings,
 }
 
 void MujocoBody::start() {
-  read_answer(node_->ask(fmt::format("start {0} {0} {0}", kOutside_m)), tick_us_);
+  double none = 0;
+  read_answer(node_->ask(fmt::format("start {0} {0} {0}", kOutside_m)), none);
 }
 
 Vec3 MujocoBody::force(const Vec3& centre_m) {
-  return read_answer(
+  double microseconds = 0;
+  const Vec3 force = read_answer(
       node_->ask(fmt::format("{:.9g} {:.9g} {:.9g}", centre_m[0], centre_m[1], centre_m[2])),
-      tick_us_);
+      microseconds);
+  cpu_s_ += 1e-6 * microseconds;
+  return force;
 }
 
 std::vector<Rival> prepare_mujoco(const RivalBody& body) {
@@ -92,10 +96,10 @@ std::vector<Rival> prepare_mujoco(const RivalBody& body) {
     rival.size = static_cast<double>(mesh.body.nodes.rows());
     rival.step_m = kStep_m;
     rival.rest_ticks = kRest;
-    rival.own_ns = [stepped] { return 1e3 * stepped->tick_us(); };
+    rival.own_cpu_s = [stepped] { return stepped->cpu_s(); };
     rival.settings = fmt::format(
         "npm's @mujoco/mujoco in Node; {} nodes, {}; flexcomp, integrator discrete, steps of {} "
-        "ms, {}, {} kg/m3, damping {} s, solref {} 1, friction {}, {} ticks of rest before a row",
+        "ms, {}, {} kg/m3, damping {} s, solref {} 1, friction {}, at most {} ticks of rest",
         mesh.body.nodes.rows(), mesh.words, 1e3 * settings.step_s, settings.solver,
         settings.density_kg_m3, settings.damping_s, 2 * settings.step_s, settings.ball.friction,
         rival.rest_ticks);

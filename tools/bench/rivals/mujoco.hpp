@@ -33,11 +33,11 @@ class MujocoBody {
   /// Force ON THE BODY [N] of the ball about centre_m, after a step with it there.
   Vec3 force(const Vec3& centre_m);
   std::size_t bytes() const { return bytes_; }
-  double tick_us() const { return tick_us_; }  ///< of the last step, as Node saw it
+  double cpu_s() const { return cpu_s_; }  ///< that Node took for all steps so far
 
  private:
   std::unique_ptr<NodeProcess> node_;
-  double tick_us_ = 0;
+  double cpu_s_ = 0;
   std::size_t bytes_ = 0;
 };
 

@@ -29,6 +29,15 @@ struct RivalBody {
   double dragged_cpu_s = 0, pressed_cpu_s = 0;  ///< of simulating one test point
 };
 
+/// How often a body with inertia had come to rest before its force was read.
+struct RestCount {
+  int rows = 0, rested = 0;
+
+  /// Whether it had at half of the rows at least: else its forces are not those of a body at rest.
+  bool is_kept() const { return 2 * rested >= rows; }
+  std::string words(const char* of, int ticks) const;
+};
+
 /// A method with its settings, ready to be touched.
 struct Rival {
   std::string name, settings;
@@ -37,13 +46,18 @@ struct Rival {
   double preparation_cpu_s = 0;
   double modulus = 1;           ///< factor on its forces, where it was fitted
   double step_m = kWalkTick_m;  ///< way of the tool in a tick
-  int rest_ticks = 0;  ///< that the tool stays before its force counts, of a body with inertia
+  int rest_ticks = 0;  ///< most that the tool stays before its force counts, of a body with inertia
+  RestCount rest;      ///< at the presses that its modulus was fitted to
   bool is_force_at_rest = false;  ///< its force is the tool's only where all rests
   std::string felt;  ///< JSON of what a page needs to answer alike (felt.hpp); empty: no page can
-  std::function<double()> own_ns;  ///< where it times its last tick itself, in another process
+  std::function<double()> own_cpu_s;  ///< CPU of its ticks so far, where another process has them
   std::function<void(const Vec3& inward)> start;   ///< a tool outside that presses along `inward`
   std::function<Vec3(const Vec3& point_m)> force;  ///< ON THE BODY [N], at the ball's lowest point
 };
+
+/// Ticks with the tool where it is until the force of ten is within 0.5 % of the first of them, for
+/// rest_ticks at most; counts the row.
+void come_to_rest(const Rival& rival, const std::function<Vec3()>& tick, RestCount& count);
 
 /// A row of the table of rivals. prepare: one rival of each size; none where a package is missing.
 struct RivalRow {
@@ -80,8 +94,7 @@ Rival solved_rival(const std::shared_ptr<Solved>& solved, double radius_m) {
 /// Side force over normal force where a drag has come to its end, the median of all drags: friction
 /// of the tool's interface, and of a sunken ball that ploughs.
 double drag_ratio(const Samples& samples);
-/// Seconds that its ticks take, as a budget counts them: of CPU, or of the clock for another
-/// process.
+/// CPU so far, of this process or of its own.
 double spent_s(const Rival& rival);
 /// The same with its forces times a factor, as with a modulus times it: the one with which the
 /// forces of up to eight presses at test points have the least sum of relative errors, as many as

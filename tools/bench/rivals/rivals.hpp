@@ -2,6 +2,7 @@
 
 #include "tools/bench/rivals/neural.hpp"
 #include "tools/bench/rivals/rival.hpp"
+#include "tools/bench/rivals/rivals_table.hpp"
 
 namespace palpate::tools {
 
@@ -20,5 +21,9 @@ inline constexpr RivalRow kRivals[] = {
     {"neural", "a small neural network behind a proxy", prepare_neural},
     {"palpate", "Palpate by number of test points", prepare_palpate},
 };
+
+/// Prepares a row's rivals, measures each for budget_s and puts it into the table; one that does
+/// not come to rest is left out of it by name.
+void measure_part(const RivalRow& row, const RivalBody& body, double budget_s, RivalsTable& table);
 
 }  // namespace palpate::tools
