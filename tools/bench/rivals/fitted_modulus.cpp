@@ -16,11 +16,24 @@ namespace {
 constexpr std::int32_t kFittedPresses = 8;
 constexpr int kTicksOfPress = 40;
 constexpr double kFitBudget_s = 4;
-constexpr double kSteady = 0.005;
+constexpr double kStill = 0.005, kSlow = 0.05;  // change of a force, of itself
 constexpr int kSteadyTicks = 10;
 
 struct PressedPair {
   double wanted_N, answered_N;
+};
+
+// How many ticks a force has stayed within a share of what it was at the first of them.
+struct SteadyForce {
+  double share;
+  Vec3 first = Vec3::Zero();
+  int ticks = -1;
+
+  void add(const Vec3& force) {
+    const bool stays = ticks >= 0 && (force - first).norm() <= share * force.norm();
+    ticks = stays ? ticks + 1 : 0;
+    if (!stays) first = force;
+  }
 };
 
 // Forces along the presses' rows, wanted and answered.
@@ -79,16 +92,14 @@ std::string RestCount::words(const char* of, int ticks) const {
 
 void come_to_rest(const Rival& rival, const std::function<Vec3()>& tick, RestCount& count) {
   if (rival.rest_ticks == 0) return;
-  Vec3 first = tick();
-  int steady = 0, k = 1;
-  for (; k < rival.rest_ticks && steady < kSteadyTicks; ++k) {
+  SteadyForce still{kStill}, slow{kSlow};
+  for (int k = 0; k < rival.rest_ticks && still.ticks < kSteadyTicks; ++k) {
     const Vec3 force = tick();
-    const bool stays = (force - first).norm() <= kSteady * force.norm();
-    steady = stays ? steady + 1 : 0;
-    if (!stays) first = force;
+    still.add(force);
+    slow.add(force);
   }
   ++count.rows;
-  count.rested += steady == kSteadyTicks;
+  count.rested += slow.ticks >= kSteadyTicks;
 }
 
 double spent_s(const Rival& rival) { return rival.own_cpu_s ? rival.own_cpu_s() : cpu_seconds(); }

@@ -18,7 +18,7 @@ extern const char* const kMujocoScript;  // mujoco.mjs
 namespace {
 
 constexpr double kStep_m = 0.5e-3;
-constexpr int kRest = 40;          // ticks; forces then change by 0.3 %
+constexpr int kRest = 150;         // ticks; the block needs about 40
 constexpr double kOutside_m = 10;  // where the ball is before a path
 
 Vec3 read_answer(const std::string& answer, double& microseconds) {

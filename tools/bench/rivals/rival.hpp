@@ -55,8 +55,8 @@ struct Rival {
   std::function<Vec3(const Vec3& point_m)> force;  ///< ON THE BODY [N], at the ball's lowest point
 };
 
-/// Ticks with the tool where it is until the force of ten is within 0.5 % of the first of them, for
-/// rest_ticks at most; counts the row.
+/// Ticks with the tool where it is until the force of ten is within 0.5 % of what it was before
+/// them, for rest_ticks at most; counts the row, and as rested where it is within 5 %.
 void come_to_rest(const Rival& rival, const std::function<Vec3()>& tick, RestCount& count);
 
 /// A row of the table of rivals. prepare: one rival of each size; none where a package is missing.
