@@ -159,6 +159,18 @@ TEST_F(Run, an_interrupted_simulate_keeps_what_is_done_and_resumes_to_the_same_b
   EXPECT_FALSE(fs::exists(partial));
 }
 
+// Once a reference of another tolerance was taken for what the scene asks for now.
+TEST_F(Run, a_reference_of_another_tolerance_is_simulated_anew) {
+  const auto run_with = [&](const std::string& tolerance) {
+    folder.write("scene.toml", kScene + "force_tolerance = " + tolerance + "\n");
+    return run("out");
+  };
+  ASSERT_EQ(run_with("0.5").status, 0);
+  const Outcome second = run_with("0.4");
+  ASSERT_EQ(second.status, 0) << second.err;
+  EXPECT_EQ(second.said().find("need not be simulated again"), std::string::npos) << second.said();
+}
+
 // Under a force that stays the body creeps; the engine is played along the depths that were found.
 TEST_F(Run, holds_of_a_given_force_are_held_out_and_known_again) {
   constexpr double kForce_N = 0.15;

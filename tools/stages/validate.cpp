@@ -145,12 +145,14 @@ SimulatedReference simulate_reference(const Scene& whole, const Body& body,
   const Simulators simulators(scene, body, Purpose::hold_out);
   const std::filesystem::path output =
       request.folder.empty() ? request.folder : request.folder / "reference.h5";
-  const SimulateRequest simulate{.jobs = request.jobs,
-                                 .output = output,
-                                 .fingerprint = request.fingerprint,
-                                 .tool = tool_fingerprint(scene, scene.stated),
-                                 .resume = request.resume,
-                                 .has_surface = keeps_surface(scene, body)};
+  const std::string asked = fmt::format("{}", scene.validate.force_tolerance);
+  const SimulateRequest simulate{
+      .jobs = request.jobs,
+      .output = output,
+      .fingerprint = ContentHash().add(request.fingerprint).add(asked).hex(),
+      .tool = tool_fingerprint(scene, scene.stated),
+      .resume = request.resume,
+      .has_surface = keeps_surface(scene, body)};
   out.all = SampleCache(simulate).at(
       std::cref(simulators),
       draw_experiments({scene, body, out.held_out.points, Purpose::hold_out}),
