@@ -209,6 +209,7 @@ TEST(Identify, errors_that_experiments_share_are_widened_where_they_are_larger_t
     return Eigen::VectorXd(0.1 * modulus_Pa * (depth_m.array() + shift_m).max(0).pow(1.5));
   };
   int within = 0;
+  double squares = 0, half_width_Pa = 0;
   for (unsigned seed = 1; seed <= 40; ++seed) {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
@@ -234,10 +235,15 @@ TEST(Identify, errors_that_experiments_share_are_widened_where_they_are_larger_t
                    return out;
                  },
                  {.free = {0}});
-    within +=
-        std::abs(found.material.values[0] - kModulus_Pa) < found.half_width * found.deviation(0);
+    const double off_Pa = found.material.values[0] - kModulus_Pa,
+                 band_Pa = found.half_width * found.deviation(0);
+    within += std::abs(off_Pa) < band_Pa;
+    squares += off_Pa * off_Pa;
+    half_width_Pa += band_Pa;
     for (const double moved : found.shared_error) EXPECT_GT(moved, 2) << "seed " << seed;
   }
+  EXPECT_LT(std::sqrt(squares / 40), 0.015 * kModulus_Pa);  // 0.026 as stated
+  EXPECT_LT(half_width_Pa / 40, 0.03 * kModulus_Pa);        // 0.093 as stated
   EXPECT_GE(within, 34);
 }
 
