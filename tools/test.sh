@@ -26,13 +26,11 @@ fi
 cmake --preset "$preset" -DPALPATE_SLOW_TESTS=$slow_tests
 cmake --build --preset "$preset"
 if $sanitize; then
-  tests=(test_runtime test_damage test_several_tools test_assets test_io test_importers test_recordings test_mesh_read)
+  tests=(test_recordings test_runtime test_damage test_several_tools test_assets test_io test_importers test_mesh_read)
   cmake --preset ci-sanitize -DPALPATE_SLOW_TESTS=OFF
   cmake --build --preset ci-sanitize --target "${tests[@]}"
-  for test in "${tests[@]}"; do
-    echo "== $test under sanitizers"
-    "$(find build/ci-sanitize/tests -type f -name "$test")" --gtest_brief=1
-  done
+  printf '%s\n' "${tests[@]}" | xargs -P 2 -I TEST bash -c 'echo "== TEST under sanitizers"
+    "$(find build/ci-sanitize/tests -type f -name TEST)" --gtest_brief=1'
 fi
 
 # ctest's summary comes last; before it, what was skipped and why, read from its report.
