@@ -531,15 +531,22 @@ const claims = {
     assert.deepEqual(errors, []);
   },
 
-  // Lights turn with the eye; they shone from the origin, so a body far below it lay in the dark.
+  // Lights turn with the eye, and the sky is where the window faces. They shone from the origin, so a
+  // body far below it lay in the dark, and a window that faces down lay in the dark.
   async the_body_is_lit_alike_wherever_it_lies() {
     const html = await readFile(report, "utf8");
-    const brightness = async (height_m) => {
+    const changed = (floats, change) => {
+      const bytes = Buffer.from(floats.bytes, "base64");
+      for (let i = 0; i < bytes.length; i += 4) bytes.writeFloatLE(change(bytes.readFloatLE(i), (i / 4) % 3), i);
+      floats.bytes = bytes.toString("base64");
+    };
+    const brightness = async (height_m, isUpsideDown) => {
       const moved = html.replace(/(id="contents">)(.*?)(<\/script>)/s, (_, before, json, after) => {
         const contents = JSON.parse(json);
-        const bytes = Buffer.from(contents.surface.vertices_m.bytes, "base64");
-        for (let i = 8; i < bytes.length; i += 12) bytes.writeFloatLE(bytes.readFloatLE(i) + height_m, i);
-        contents.surface.vertices_m.bytes = bytes.toString("base64");
+        const { vertices_m, inward_normal } = contents.surface;
+        const turned = (value, axis) => (isUpsideDown && axis > 0 ? -value : value); // about x
+        changed(vertices_m, (value, axis) => turned(value, axis) + (axis === 2 ? height_m : 0));
+        if (inward_normal) changed(inward_normal, turned);
         delete contents.asset, delete contents.set_up; // which would make it transparent
         return before + JSON.stringify(contents).replaceAll("<", "\\u003c") + after;
       });
@@ -567,6 +574,8 @@ const claims = {
       const there = await brightness(height_m);
       assert.ok(Math.abs(there / here - 1) < 0.05, `red ${here} at the origin, ${there} at ${height_m} m`);
     }
+    const below = await brightness(0, true);
+    assert.ok(below / here > 0.9, `red ${here} of a window that faces up, ${below} of one that faces down`);
   },
 
   async both_schemes_and_narrow_screens_hold_it() {

@@ -70,12 +70,12 @@ export class BodyView {
     this.camera = new PerspectiveCamera(35, 1, this.radius / 50, this.radius * 50);
     this.camera.up.set(0, 0, 1);
     const key = new DirectionalLight(0xfff4e8, 2.6);
-    key.position.set(-0.6, 0.8, 1);
+    key.position.set(-0.6, this.facing.z < 0 ? -0.8 : 0.8, 1); // from where the window faces
     const rim = new DirectionalLight(0xcfe0ff, 1.1);
     rim.position.set(1.2, 0.5, -0.6);
     this.camera.add(key, key.target, rim, rim.target); // else they shine from the origin
     const sky = new HemisphereLight(0xffffff, 0x8a6a60, 1.5);
-    sky.position.set(0, 0, 1);
+    sky.position.copy(this.facing);
     this.scene.add(sky, this.camera, this.surface.mesh);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.PAN, RIGHT: MOUSE.ROTATE };
