@@ -172,6 +172,116 @@ void conform_to_regions(BisectedMesh& mesh, NodePlacement& placed, const Boundar
   Conforming(mesh, placed, boundary, surface, region_at).run();
 }
 
+namespace {
+
+/// Nodes in the order of their numbers, each moved once.
+class HeldBorder {
+ public:
+  HeldBorder(const BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
+             const SmoothSurface& surface, const HeldAt& held_at)
+      : mesh_(mesh),
+        at_(placed.nodes),
+        off_m_(placed.off_m),
+        boundary_(boundary),
+        surface_(surface),
+        held_at_(held_at),
+        tets_of_(at_.size()),
+        is_border_(at_.size(), 0) {
+    for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
+      for (const std::int32_t n : mesh_.tets[t].node)
+        tets_of_[n].push_back(static_cast<std::int32_t>(t));
+  }
+
+  std::vector<char> run() {
+    const auto count = static_cast<std::int32_t>(at_.size());
+    for (std::int32_t n = 0; n < count; ++n) {
+      const bool is_inside = boundary_.kind[n] == NodeKind::inside;
+      is_held_.push_back(held_at_(at_[n], !is_inside));
+    }
+    for (std::int32_t n = 0; n < count; ++n) snap(n);
+    return is_border_;
+  }
+
+ private:
+  // Whether node n may move along its edge to m.
+  bool is_way(std::int32_t n, std::int32_t m) const {
+    if (boundary_.kind[n] == NodeKind::inside) return true;
+    const std::int32_t edge = boundary_.edge_of.find(n, m);
+    return edge >= 0 &&
+           (boundary_.kind[n] == NodeKind::smooth ||
+            (boundary_.kind[n] == NodeKind::crease && boundary_.edges[edge].is_crease));
+  }
+
+  // Share of the way from n to m where what is held begins or ends, on its held side.
+  double crossing(std::int32_t n, std::int32_t m) const {
+    const bool is_on_boundary = boundary_.kind[n] != NodeKind::inside;
+    double held = is_held_[n] ? 0 : 1, loose = 1 - held;
+    for (int k = 0; k < kHalvings; ++k) {
+      const double middle = (held + loose) / 2;
+      (held_at_(at_[n] + middle * (at_[m] - at_[n]), is_on_boundary) ? held : loose) = middle;
+    }
+    return held;
+  }
+
+  void snap(std::int32_t n) {
+    double nearest = 0.5;
+    std::int32_t towards = -1;
+    for (const std::int32_t t : tets_of_[n])
+      for (const std::int32_t m : mesh_.tets[t].node) {
+        if (is_held_[m] == is_held_[n] || is_border_[m] || !is_way(n, m)) continue;
+        const double share = crossing(n, m);
+        if (share >= nearest) continue;
+        nearest = share;
+        towards = m;
+      }
+    if (towards < 0) return;
+    Vec3 to = at_[n] + nearest * (at_[towards] - at_[n]);
+    if (boundary_.kind[n] != NodeKind::inside) {
+      const auto place = place_on(surface_, to, boundary_.kind[n], boundary_.direction[n],
+                                  (at_[towards] - at_[n]).norm());
+      if (!place) return;
+      to = *place;
+    }
+    if (!move(n, to)) return;
+    off_m_[n] = 0;
+    is_border_[n] = is_held_[n] = 1;
+  }
+
+  double six_volumes(std::int32_t t) const {
+    const auto& n = mesh_.tets[t].node;
+    return (at_[n[1]] - at_[n[0]]).cross(at_[n[2]] - at_[n[0]]).dot(at_[n[3]] - at_[n[0]]);
+  }
+
+  bool move(std::int32_t n, const Vec3& to) {
+    std::vector<double> before;
+    for (const std::int32_t t : tets_of_[n]) before.push_back(six_volumes(t));
+    const Vec3 from = std::exchange(at_[n], to);
+    for (std::size_t k = 0; k < before.size(); ++k)
+      if (six_volumes(tets_of_[n][k]) < kSpoilt * before[k]) {
+        at_[n] = from;
+        return false;
+      }
+    return true;
+  }
+
+  const BisectedMesh& mesh_;
+  std::vector<Vec3>& at_;
+  std::vector<double>& off_m_;
+  const Boundary& boundary_;
+  const SmoothSurface& surface_;
+  const HeldAt& held_at_;
+  std::vector<std::vector<std::int32_t>> tets_of_;
+  std::vector<char> is_border_, is_held_;
+};
+
+}  // namespace
+
+std::vector<char> conform_to_held(const BisectedMesh& mesh, NodePlacement& placed,
+                                  const Boundary& boundary, const SmoothSurface& surface,
+                                  const HeldAt& held_at) {
+  return HeldBorder(mesh, placed, boundary, surface, held_at).run();
+}
+
 void curve_borders(QuadraticMesh& mesh, std::int32_t first, const RegionAt& region_at) {
   // Normal of the border at inner mid-edge nodes: faces weighted by their tets' regions, so that
   // faces between equal regions cancel.

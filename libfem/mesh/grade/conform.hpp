@@ -17,6 +17,14 @@ namespace palpate::fem {
 void conform_to_regions(BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
                         const SmoothSurface& surface, const RegionAt& region_at);
 
+/// Makes the border of what is held a border of elements, as far as nodes can move: of each edge
+/// that crosses it the nearer end is moved onto it, where no tet is spoilt; nodes of the surface go
+/// along its edges, those of creases along creases. No edge is split: what is held does not move,
+/// and elements in it cost and tell nothing. Returns which corner nodes are on the border.
+std::vector<char> conform_to_held(const BisectedMesh& mesh, NodePlacement& placed,
+                                  const Boundary& boundary, const SmoothSurface& surface,
+                                  const HeldAt& held_at);
+
 /// Moves mid-edge nodes from `first` on whose edges lie in the border onto it, where no element is
 /// spoilt.
 void curve_borders(QuadraticMesh& mesh, std::int32_t first, const RegionAt& region_at);

@@ -100,9 +100,10 @@ void list_faces(const BisectedMesh& mesh, const Boundary& boundary, QuadraticMes
 }
 
 // Parts of base faces and base tets that are held at every corner are held throughout, and so are
-// new nodes at held places.
+// new nodes at held places and corner nodes on the border of what is held.
 void hold(const TetMesh& base, const std::vector<char>& is_held, const HeldAt& held_at,
-          const BisectedMesh& mesh, const Boundary& boundary, QuadraticMesh& out) {
+          const std::vector<char>& is_border, const BisectedMesh& mesh, const Boundary& boundary,
+          QuadraticMesh& out) {
   out.is_held.assign(static_cast<std::size_t>(out.nodes.rows()), 0);
   std::copy(is_held.begin(), is_held.end(), out.is_held.begin());
   std::vector<char> is_face_held;
@@ -128,6 +129,15 @@ void hold(const TetMesh& base, const std::vector<char>& is_held, const HeldAt& h
   for (Eigen::Index n = base.nodes.rows(); n < out.nodes.rows(); ++n)
     if (held_at(out.nodes.row(n), is_on_boundary[static_cast<std::size_t>(n)] != 0))
       out.is_held[static_cast<std::size_t>(n)] = 1;
+  for (std::size_t n = 0; n < is_border.size(); ++n) out.is_held[n] |= is_border[n];
+  // Which side of the border a mid-edge node on it is on is a matter of rounding.
+  const auto hold_where_corners_are = [&](const auto& nodes, int corners) {
+    for (int k = 0; k < corners; ++k)
+      if (!out.is_held[static_cast<std::size_t>(nodes[k])]) return;
+    for (const std::int32_t n : nodes) out.is_held[static_cast<std::size_t>(n)] = 1;
+  };
+  for (const auto& tet : out.tets.rowwise()) hold_where_corners_are(tet, 4);
+  for (const auto& face : out.faces.rowwise()) hold_where_corners_are(face, 3);
 }
 
 double distance_m(const Segment& piece, const Vec3& x) {
@@ -194,6 +204,9 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
     if (contact_deviation_m(spread, options) < contact_deviation_m(corners, options))
       corners = std::move(spread);
   }
+  std::vector<char> is_border;
+  if (options.held_at)
+    is_border = conform_to_held(mesh, corners, boundary, surface, options.held_at);
   if (options.region_at) {
     conform_to_regions(mesh, corners, boundary, surface, options.region_at);
     boundary = classify_boundary(base, mesh, surface.crease_angle_rad());
@@ -206,7 +219,7 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
     curve_borders(out, static_cast<std::int32_t>(corners.nodes.size() + middles.nodes.size()),
                   options.region_at);
   list_faces(mesh, boundary, out);
-  hold(base, is_held, options.held_at, mesh, boundary, out);
+  hold(base, is_held, options.held_at, is_border, mesh, boundary, out);
   for (const BisectedTet& tet : mesh.tets) out.base.push_back(tet.base);
   note_deviation(corners, options, out);
   note_deviation(middles, options, out);

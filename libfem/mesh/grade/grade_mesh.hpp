@@ -29,8 +29,8 @@ struct GradeOptions {
   /// size(x), before they are made to end there: as large as others, a lump is seen too coarsely.
   RegionAt region_at = {};
   double interface_share = 1;
-  /// Whether a place is held: new nodes there are, so the border of what is held is as sharp as the
-  /// mesh. Empty: as the base's nodes tell.
+  /// Whether a place is held: new nodes there are, and nodes near the border of what is held are
+  /// moved onto it (conform.hpp). Empty: as the base's nodes tell.
   HeldAt held_at = {};
   std::vector<char> halved = {};      ///< #base tets: parts are at most half as large; empty: none
   std::int32_t max_corners = 200000;  ///< refuses to make more corner nodes than this
