@@ -81,7 +81,8 @@ PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
         by_axis[axis].row(n) = u.segment<3>(3 * i).transpose();
   }
   const Points moved = normal[0] * by_axis[0] + normal[1] * by_axis[1] + normal[2] * by_axis[2];
-  out.compliance_m_N = shares.dot(moved * normal);
+  for (int axis = 0; axis < 3; ++axis)
+    out.compliance_m_N.col(axis) = by_axis[axis].transpose() * shares;
   out.sway_m_N = sway_under(mesh, normal, radius_m, by_axis);
   out.distortion_J_N2.assign(base_tets, 0.0);
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
@@ -97,11 +98,12 @@ PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
 }
 
 BaseRefinement refine_base(
-    const std::function<PatchResponse(const std::vector<char>& halved)>& press, double max_change) {
+    const std::function<PatchResponse(const std::vector<char>& halved)>& press, const Vec3& normal,
+    double max_change) {
   BaseRefinement out;
   const PatchResponse whole = press({});
   const std::vector<double>& distortion = whole.distortion_J_N2;
-  if (!(whole.compliance_m_N > 0)) return out;
+  if (!(whole.compliance_m_N.trace() > 0)) return out;
   std::vector<std::size_t> order(distortion.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
@@ -114,8 +116,10 @@ BaseRefinement refine_base(
     out.halved[t] = 1;
   }
   const PatchResponse finer = press(out.halved);
-  if (!(finer.compliance_m_N > 0)) return {};
-  const double change = std::abs(whole.compliance_m_N / finer.compliance_m_N - 1);
+  if (!(finer.compliance_m_N.trace() > 0)) return {};
+  const Vec3 before_N = whole.compliance_m_N.inverse() * normal,  // a metre
+      after_N = finer.compliance_m_N.inverse() * normal;
+  const double change = (before_N - after_N).norm() / after_N.norm();
   const bool is_worth_it = change > max_change;
   if (!is_worth_it) out.halved.clear();
   out.sway_m_N = finer.sway_m_N;

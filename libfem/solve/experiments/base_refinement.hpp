@@ -10,13 +10,14 @@ namespace palpate::fem {
 
 /// How a body at rest gives way, linearly, to a unit force along `normal` (inward, unit) on a patch
 /// of its surface. The force is spread as Hertz's pressure over faces within `radius_m` of the
-/// origin that look against `normal`; compliance_m_N is the mean of the displacement along it,
-/// weighted alike. distortion_J_N2: #base tets, the deviatoric energy of their parts by the
-/// displacements of corners. sway_m_N: how the body moves as a whole around the patch under a unit
-/// force along each axis (M33), symmetric and nowhere negative; zero where that is not told. Zero
-/// and empty where no face is met or the body has no stiffness.
+/// origin that look against `normal`; compliance_m_N is the mean of the displacement, weighted
+/// alike, under a unit force along each axis (a column each). distortion_J_N2: #base tets, the
+/// deviatoric energy of their parts by the displacements of corners. sway_m_N: how the body moves
+/// as a whole around the patch under a unit force along each axis (M33), symmetric and nowhere
+/// negative; zero where that is not told. Zero and empty where no face is met or the body has no
+/// stiffness.
 struct PatchResponse {
-  double compliance_m_N = 0;
+  Mat3 compliance_m_N = Mat3::Zero();
   std::vector<double> distortion_J_N2;
   Mat3 sway_m_N = Mat3::Zero();
 };
@@ -37,10 +38,11 @@ struct BaseRefinement {
 };
 
 /// Halves the base tets that hold all but a tenth of the distortion under the patch, and
-/// compares compliances (M13d). Where that changes less than `max_change`, relative, all stay
-/// whole. press: the patch response on the mesh graded for the contact, with these base tets
-/// halved.
+/// compares the forces that move the patch along `normal` (M13d). Where they change by less than
+/// `max_change`, relative and sideways too, all stay whole. press: the patch response on the mesh
+/// graded for the contact, with these base tets halved.
 BaseRefinement refine_base(
-    const std::function<PatchResponse(const std::vector<char>& halved)>& press, double max_change);
+    const std::function<PatchResponse(const std::vector<char>& halved)>& press, const Vec3& normal,
+    double max_change);
 
 }  // namespace palpate::fem

@@ -33,7 +33,8 @@ void record_experiment(const std::vector<PathRow>& fine, const std::vector<PathR
     recorded.torque = (1 - limit.excess) * row.torque_Nm;
     if (recorded.second) recorded.second->force = (1 - limit.excess) * row.second_force_N;
     recorded.force_error =
-        limit.error[k] * recorded.force.norm() + row.penalty_error_N + row.solver_error_N;
+        std::hypot(limit.error[k] * recorded.force.norm(),
+                   std::hypot(row.penalty_error_N, row.solver_error_N));  // (M13c)
   }
 }
 

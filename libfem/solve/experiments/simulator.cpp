@@ -85,8 +85,9 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     record_rows(fine.rows, coarse.rows, ratio, min_error, out.rows);
     mark_wedged(normal, out.rows);
     for (PointRow& row : out.rows) {
-      row.force_error += base.error * row.force.norm();
-      if (plan.is_in_time) row.force_error += kStepError * row.force.norm();
+      const double of_step = plan.is_in_time ? kStepError : 0;
+      row.force_error =
+          std::hypot(row.force_error, base.error * row.force.norm(), of_step * row.force.norm());
       row.sway_m_N = base.sway_m_N;
     }
     for (std::size_t row = 0; row < fine.surface.size(); ++row)
@@ -104,10 +105,8 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
   double coarsening = 1;
   for (int finer = 0; finer < kMaxFiner && out.is_complete && ratio > 0; ++finer) {
     // Where the base mesh alone is worse, its grids need not be better than half of what is asked.
-    const double wanted = setup.options.force_tolerance;
-    if (!(wanted > 0 &&
-          achieved_error(out.rows) - base.error > std::max(wanted - base.error, wanted / 2)))
-      break;
+    const double wanted = setup.options.force_tolerance, achieved = achieved_error(out.rows);
+    if (!(wanted > 0 && achieved > std::max(wanted, std::hypot(base.error, wanted / 2)))) break;
     coarse = std::move(fine);
     coarsening /= ratio;
     fine = run_at(coarsening, setup.keeps_surface, &coarse);
@@ -189,7 +188,7 @@ PointRows Simulator::State::quick_press(const ExperimentPlan& plan, const Vec3& 
     if (solved.status != RowStatus::good) continue;
     row.force = solved.force_N;
     row.torque = solved.torque_Nm;
-    row.force_error = solved.penalty_error_N + solved.solver_error_N;
+    row.force_error = std::hypot(solved.penalty_error_N, solved.solver_error_N);
     if (!run.surface.empty()) row.surface = run.surface[i];
   }
   mark_wedged(normal, out.rows);

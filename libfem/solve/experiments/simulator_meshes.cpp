@@ -193,6 +193,7 @@ BaseRefinement Simulator::State::base_at(const ExperimentPlan& plan, const Vec3&
         return patch_at(mesh_at(position, normal, plan, {options.coarse_ratio, halved}), plan,
                         position, normal);
       },
+      normal,
       options.force_tolerance > 0
           ? std::min(options.max_base_change, kBaseShare * options.force_tolerance)
           : options.max_base_change);

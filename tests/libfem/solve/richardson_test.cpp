@@ -18,24 +18,34 @@ std::vector<Vec3> press(double excess, double h = 1) {
 }
 
 TEST(Richardson, an_error_of_second_order_is_taken_off_and_stays_within_the_bound) {
-  const std::vector<Vec3> exact = press(0), fine = press(0.012), coarse = press(0.012, kRatio);
+  const std::vector<Vec3> exact = press(0), fine = press(0.03), coarse = press(0.03, kRatio);
   const Richardson limit = richardson(fine, coarse, kRatio);
   for (std::size_t i = 0; i < exact.size(); ++i) {
     const Vec3 corrected = (1 - limit.excess) * fine[i];
-    EXPECT_LT((corrected - exact[i]).norm(), 1e-3 * exact[i].norm());
-    EXPECT_GT(limit.error[i], 0.8 * 0.012);
-    EXPECT_LT(limit.error[i], 1.2 * 0.012);
+    EXPECT_LT((corrected - exact[i]).norm(), 3e-3 * exact[i].norm());
+    EXPECT_GT(limit.error[i], 0.8 * 0.015) << "half of what was taken off";
+    EXPECT_LT(limit.error[i], 1.2 * 0.015);
   }
 }
 
 TEST(Richardson, a_row_that_differs_more_than_the_others_says_so_and_leaves_them_alone) {
-  const std::vector<Vec3> fine = press(0.01);
-  std::vector<Vec3> coarse = press(0.01, kRatio);
+  const std::vector<Vec3> fine = press(0.03);
+  std::vector<Vec3> coarse = press(0.03, kRatio);
   const Richardson even = richardson(fine, coarse, kRatio);
   coarse[0] *= 1.06;
   const Richardson odd = richardson(fine, coarse, kRatio);
   EXPECT_GT(odd.error[0], 2 * even.error[0]);
-  EXPECT_NEAR(odd.error[5] / even.error[5], 1, 0.35);  // the mean moved by a twelfth
+  EXPECT_NEAR(odd.error[5] / even.error[5], 1, 0.2);  // the mean moved by a twelfth of 6 %
+}
+
+// Once the rows of a drag stated what the two meshes differ by along the force alone.
+TEST(Richardson, a_row_that_differs_sideways_says_so) {
+  const std::vector<Vec3> fine = press(0.01);
+  std::vector<Vec3> coarse = press(0.01, kRatio);
+  coarse[2].y() += 0.04 * coarse[2].norm();
+  const Richardson limit = richardson(fine, coarse, kRatio);
+  EXPECT_GT(limit.error[2], 0.02);
+  EXPECT_EQ(limit.error[3], kMinError);
 }
 
 TEST(Richardson, meshes_too_far_apart_are_not_extrapolated_but_owned_up_to) {
