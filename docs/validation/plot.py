@@ -3,7 +3,7 @@
     PALPATE_VALIDATION_CURVES=curves.csv bash tools/test.sh --all
     python3 docs/validation/plot.py curves.csv docs/validation
 
-Needs python3-matplotlib. Bands are each row's own error bound; crosses are the reference: for AXI an
+Needs python3-matplotlib. Bands are each row's stated error; crosses are the reference: for AXI an
 independent solution, else ours on a mesh 1.6 times finer.
 """
 import collections
@@ -26,7 +26,7 @@ def draw(case, curves, folder):
         x, force, error, reference = zip(*sorted(rows))
         axis.fill_between(x, [f - e for f, e in zip(force, error)],
                           [f + e for f, e in zip(force, error)], alpha=0.3, lw=0)
-        axis.plot(x, force, label="Palpate, its error bound")
+        axis.plot(x, force, label="Palpate, its stated error")
         known = [(a, r) for a, r in zip(x, reference) if not math.isnan(r)]
         if known:
             axis.plot(*zip(*known), "kx", ms=4, label="reference")
