@@ -255,6 +255,9 @@ SimulationSetup arch() {
     setup.is_held.push_back(std::abs(along) > 1 - 1e-9 && z < 1e-9);
     setup.volume.nodes(n, 2) += kRise_m * (1 - along * along);
   }
+  setup.held_at = [](const Vec3& x, bool) {  // the whole edge is a hinge, whatever its nodes
+    return std::abs(2 * x.x() / kSpan_m - 1) > 1 - 1e-9 && x.z() < 1e-9;
+  };
   setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};
   setup.materials = {{"neo-hookean", {100e3, 0.4}}};
   setup.options = SolverOptions();
