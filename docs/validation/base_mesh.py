@@ -4,10 +4,10 @@
     python3 docs/validation/base_mesh.py PALPATE SCENE...
 
 Presses four test points of each scene in four steps and drags there as is the default, as the scene
-is and with mesh_size a 2.5th of its base's edges (0.28 times the cube root of the volume). Prints a row of docs/validation.md's
-table of thin bodies for each: the base's edge, the difference of the forces over the finer one
-(median and largest, in percent), what the rows state (median), and how many differ by at most what
-both state. Needs h5py and numpy.
+is and with mesh_size a 2.5th of its base's edges (0.28 times the cube root of the volume). Prints a
+row of docs/validation.md's table of thin bodies for each: the base's edge, the difference of the
+forces over the finer one (median and largest, in percent), what the rows state (median), and how
+many differ by at most what both state. Needs h5py and numpy.
 """
 import os
 import re

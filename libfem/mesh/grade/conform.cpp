@@ -27,6 +27,36 @@ double crossing(const RegionAt& region_at, const Vec3& a, const Vec3& b) {
   return high;
 }
 
+/// Corner nodes with the tets around each, which a move may not spoil.
+struct MovableNodes {
+  const std::vector<BisectedTet>& tets;
+  std::vector<Vec3>& at;
+  std::vector<std::vector<std::int32_t>> tets_of;  // per node
+
+  MovableNodes(const std::vector<BisectedTet>& all, std::vector<Vec3>& nodes)
+      : tets(all), at(nodes), tets_of(nodes.size()) {
+    for (std::size_t t = 0; t < tets.size(); ++t)
+      for (const std::int32_t n : tets[t].node) tets_of[n].push_back(static_cast<std::int32_t>(t));
+  }
+
+  double six_volumes(std::int32_t t) const {
+    const auto& n = tets[t].node;
+    return (at[n[1]] - at[n[0]]).cross(at[n[2]] - at[n[0]]).dot(at[n[3]] - at[n[0]]);
+  }
+
+  bool move(std::int32_t n, const Vec3& to) {
+    std::vector<double> before;
+    for (const std::int32_t t : tets_of[n]) before.push_back(six_volumes(t));
+    const Vec3 from = std::exchange(at[n], to);
+    for (std::size_t k = 0; k < before.size(); ++k)
+      if (six_volumes(tets_of[n][k]) < kSpoilt * before[k]) {
+        at[n] = from;
+        return false;
+      }
+    return true;
+  }
+};
+
 class Conforming {
  public:
   Conforming(BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
@@ -36,12 +66,9 @@ class Conforming {
         off_m_(placed.off_m),
         boundary_(boundary),
         surface_(surface),
-        region_at_(region_at) {
+        region_at_(region_at),
+        movable_(mesh.tets, at_) {
     for (const Vec3& x : at_) region_.push_back(region_at_(x));
-    tets_of_.resize(at_.size());
-    for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
-      for (const std::int32_t n : mesh_.tets[t].node)
-        tets_of_[n].push_back(static_cast<std::int32_t>(t));
   }
 
   void run() {
@@ -62,7 +89,7 @@ class Conforming {
     if (region_[n] == kOnBorder) return;
     double nearest = kNear;
     std::int32_t towards = -1;
-    for (const std::int32_t t : tets_of_[n])
+    for (const std::int32_t t : movable_.tets_of[n])
       for (const std::int32_t m : mesh_.tets[t].node) {
         if (m == n || !crosses(n, m)) continue;
         const double share = crossing(region_at_, at_[n], at_[m]);
@@ -73,27 +100,10 @@ class Conforming {
       }
     if (towards < 0) return;
     if (boundary_.kind[n] == NodeKind::inside &&
-        move(n, at_[n] + nearest * (at_[towards] - at_[n])))
+        movable_.move(n, at_[n] + nearest * (at_[towards] - at_[n])))
       region_[n] = kOnBorder;
     else if (nearest < kTouches)
       region_[n] = kOnBorder;
-  }
-
-  double six_volumes(const BisectedTet& tet) const {
-    const auto& n = tet.node;
-    return (at_[n[1]] - at_[n[0]]).cross(at_[n[2]] - at_[n[0]]).dot(at_[n[3]] - at_[n[0]]);
-  }
-
-  bool move(std::int32_t n, const Vec3& to) {
-    std::vector<double> before;
-    for (const std::int32_t t : tets_of_[n]) before.push_back(six_volumes(mesh_.tets[t]));
-    const Vec3 from = std::exchange(at_[n], to);
-    for (std::size_t k = 0; k < before.size(); ++k)
-      if (six_volumes(mesh_.tets[tets_of_[n][k]]) < kSpoilt * before[k]) {
-        at_[n] = from;
-        return false;
-      }
-    return true;
   }
 
   std::optional<std::pair<std::int32_t, std::int32_t>> longest_crossing_edge(
@@ -119,8 +129,8 @@ class Conforming {
     off_m_.push_back(0);
     mesh_.nodes.push_back(mesh_.nodes[a] + share * (mesh_.nodes[b] - mesh_.nodes[a]));
     region_.push_back(kOnBorder);
-    tets_of_.emplace_back();
-    const std::vector<std::int32_t> around = tets_of_[a];
+    movable_.tets_of.emplace_back();
+    const std::vector<std::int32_t> around = movable_.tets_of[a];
     for (const std::int32_t t : around) {
       auto& tet = mesh_.tets[t];
       const auto end_a = std::find(tet.node.begin(), tet.node.end(), a) - tet.node.begin();
@@ -133,9 +143,9 @@ class Conforming {
       at_b.face[end_b] = -1;
       const auto added = static_cast<std::int32_t>(mesh_.tets.size());
       for (const std::int32_t n : at_b.node)
-        if (n != b) tets_of_[n].push_back(added);
-      std::replace(tets_of_[b].begin(), tets_of_[b].end(), t, added);
-      tets_of_[middle].push_back(t);
+        if (n != b) movable_.tets_of[n].push_back(added);
+      std::replace(movable_.tets_of[b].begin(), movable_.tets_of[b].end(), t, added);
+      movable_.tets_of[middle].push_back(t);
       mesh_.tets.push_back(at_b);
     }
     const std::int32_t edge = boundary_.edge_of.find(a, b);
@@ -146,7 +156,7 @@ class Conforming {
     const auto place =
         place_on(surface_, at_[n], edge.is_crease ? NodeKind::crease : NodeKind::smooth,
                  edge.direction, length_m);
-    if (!place || !move(n, *place)) off_m_[n] = surface_.closest(at_[n]).distance_m;
+    if (!place || !movable_.move(n, *place)) off_m_[n] = surface_.closest(at_[n]).distance_m;
   }
 
   BisectedMesh& mesh_;
@@ -156,7 +166,7 @@ class Conforming {
   const SmoothSurface& surface_;
   const RegionAt& region_at_;
   std::vector<int> region_;  // per node; kOnBorder
-  std::vector<std::vector<std::int32_t>> tets_of_;
+  MovableNodes movable_;
 };
 
 TetNodes nodes_of(const QuadraticMesh& mesh, Eigen::Index t) {
@@ -185,12 +195,8 @@ class HeldBorder {
         boundary_(boundary),
         surface_(surface),
         held_at_(held_at),
-        tets_of_(at_.size()),
-        is_border_(at_.size(), 0) {
-    for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
-      for (const std::int32_t n : mesh_.tets[t].node)
-        tets_of_[n].push_back(static_cast<std::int32_t>(t));
-  }
+        movable_(mesh.tets, at_),
+        is_border_(at_.size(), 0) {}
 
   std::vector<char> run() {
     const auto count = static_cast<std::int32_t>(at_.size());
@@ -203,8 +209,8 @@ class HeldBorder {
   }
 
  private:
-  // Whether node n may move along its edge to m.
-  bool is_way(std::int32_t n, std::int32_t m) const {
+  // Nodes of the surface stay on it, those of creases on their crease.
+  bool may_move_along(std::int32_t n, std::int32_t m) const {
     if (boundary_.kind[n] == NodeKind::inside) return true;
     const std::int32_t edge = boundary_.edge_of.find(n, m);
     return edge >= 0 &&
@@ -212,24 +218,20 @@ class HeldBorder {
             (boundary_.kind[n] == NodeKind::crease && boundary_.edges[edge].is_crease));
   }
 
-  // Share of the way from n to m where what is held begins or ends, on its held side.
-  double crossing(std::int32_t n, std::int32_t m) const {
-    const bool is_on_boundary = boundary_.kind[n] != NodeKind::inside;
-    double held = is_held_[n] ? 0 : 1, loose = 1 - held;
-    for (int k = 0; k < kHalvings; ++k) {
-      const double middle = (held + loose) / 2;
-      (held_at_(at_[n] + middle * (at_[m] - at_[n]), is_on_boundary) ? held : loose) = middle;
-    }
-    return held;
+  // Share of the edge from n to m where what is held begins or ends.
+  double border_between(std::int32_t n, std::int32_t m) const {
+    const auto is_held = [&, is_on_boundary = boundary_.kind[n] != NodeKind::inside](
+                             const Vec3& x) -> int { return held_at_(x, is_on_boundary); };
+    return is_held_[n] ? 1 - crossing(is_held, at_[m], at_[n]) : crossing(is_held, at_[n], at_[m]);
   }
 
   void snap(std::int32_t n) {
     double nearest = 0.5;
     std::int32_t towards = -1;
-    for (const std::int32_t t : tets_of_[n])
+    for (const std::int32_t t : movable_.tets_of[n])
       for (const std::int32_t m : mesh_.tets[t].node) {
-        if (is_held_[m] == is_held_[n] || is_border_[m] || !is_way(n, m)) continue;
-        const double share = crossing(n, m);
+        if (is_held_[m] == is_held_[n] || is_border_[m] || !may_move_along(n, m)) continue;
+        const double share = border_between(n, m);
         if (share >= nearest) continue;
         nearest = share;
         towards = m;
@@ -242,26 +244,9 @@ class HeldBorder {
       if (!place) return;
       to = *place;
     }
-    if (!move(n, to)) return;
+    if (!movable_.move(n, to)) return;
     off_m_[n] = 0;
     is_border_[n] = is_held_[n] = 1;
-  }
-
-  double six_volumes(std::int32_t t) const {
-    const auto& n = mesh_.tets[t].node;
-    return (at_[n[1]] - at_[n[0]]).cross(at_[n[2]] - at_[n[0]]).dot(at_[n[3]] - at_[n[0]]);
-  }
-
-  bool move(std::int32_t n, const Vec3& to) {
-    std::vector<double> before;
-    for (const std::int32_t t : tets_of_[n]) before.push_back(six_volumes(t));
-    const Vec3 from = std::exchange(at_[n], to);
-    for (std::size_t k = 0; k < before.size(); ++k)
-      if (six_volumes(tets_of_[n][k]) < kSpoilt * before[k]) {
-        at_[n] = from;
-        return false;
-      }
-    return true;
   }
 
   const BisectedMesh& mesh_;
@@ -270,7 +255,7 @@ class HeldBorder {
   const Boundary& boundary_;
   const SmoothSurface& surface_;
   const HeldAt& held_at_;
-  std::vector<std::vector<std::int32_t>> tets_of_;
+  MovableNodes movable_;
   std::vector<char> is_border_, is_held_;
 };
 
