@@ -1,5 +1,6 @@
 #include "libfem/mesh/surface/simulation_surface.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -31,6 +32,42 @@ std::optional<std::string> find_fault(const SimulationSurface& coarse, double st
   return std::nullopt;
 }
 
+// Of each fine vertex.
+Eigen::VectorXd distance_m(const Surface& fine, const Surface& coarse) {
+  const BoxTree boxes = triangle_boxes(coarse);
+  Eigen::VectorXd out(fine.vertices.rows());
+  for (Eigen::Index v = 0; v < out.size(); ++v)
+    out[v] = closest_point(coarse, boxes, fine.vertices.row(v))->distance_m;
+  return out;
+}
+
+// A surface closer to the fine one where it is farther than allowed. `wanted`: what `result` was
+// made with.
+void draw_closer(const Surface& fine, const BoxTree& boxes, Eigen::VectorXd wanted,
+                 const SimulationSurfaceOptions& options, double stray_m,
+                 SimulationSurface& result) {
+  constexpr int kRounds = 6;
+  constexpr double kShorter = 0.7;    // halves a chord's deviation
+  constexpr double kGrowth = 0.5;     // as SizingOptions has it
+  constexpr double kShortest = 0.15;  // of the target: an eighth of that is left by rounds anyway
+  const double least_m = kShortest * result.target_edge_m;
+  Eigen::VectorXd off_m = distance_m(fine, result.surface);
+  result.excess = (off_m.array() / options.allowed_m.array()).maxCoeff();
+  for (int round = 0; round < kRounds && result.excess > 1; ++round) {
+    for (Eigen::Index v = 0; v < wanted.size(); ++v)
+      if (off_m[v] > options.allowed_m[v]) wanted[v] = std::max(kShorter * wanted[v], least_m);
+    limit_growth(wanted, fine, kGrowth);
+    SimulationSurface closer = result;
+    closer.surface = remesh(fine, boxes, wanted, options.feature_angle_deg);
+    closer.volume_ratio = volume_m3(closer.surface) / volume_m3(fine);
+    closer.deviation_m = deviation_m(fine, boxes, closer.surface);
+    off_m = distance_m(fine, closer.surface);
+    closer.excess = (off_m.array() / options.allowed_m.array()).maxCoeff();
+    if (closer.excess < result.excess && !find_fault(closer, stray_m, options.volume_tolerance))
+      result = std::move(closer);
+  }
+}
+
 }  // namespace
 
 SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
@@ -52,9 +89,13 @@ SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
     result.target_edge_m = target;
     result.volume_ratio = volume_m3(result.surface) / fine_volume;
     result.deviation_m = deviation_m(fine, boxes, result.surface);
-    const auto fault =
-        find_fault(result, options.stray_tolerance * target_edge_m, options.volume_tolerance);
-    if (!fault) return result;
+    const double stray_m = options.stray_tolerance * target_edge_m;
+    const auto fault = find_fault(result, stray_m, options.volume_tolerance);
+    if (!fault) {
+      if (options.allowed_m.size() > 0)
+        draw_closer(fine, boxes, wanted, options, stray_m, result);
+      return result;
+    }
     result.refused = "with a target of " + std::to_string(target * 1e3) + " mm " + *fault;
   }
   if (is_self_intersecting(fine))

@@ -15,6 +15,9 @@ struct SimulationSurfaceOptions {
   double volume_tolerance = 0.02;  ///< of the fine volume; beyond it a finer target is tried
   double stray_tolerance = 0.3;    ///< of target_edge_m: deviation beyond it, likewise
   int attempts = 5;                ///< targets tried, each 0.75 of the last, before `fine` itself
+  /// #V of the fine surface, or empty [m]: how far each of its vertices may be from the coarse one.
+  /// Edges near those that are farther are made shorter, round after round.
+  Eigen::VectorXd allowed_m = {};
 };
 
 /// A coarse surface for the volume mesh, and how true it is.
@@ -23,6 +26,7 @@ struct SimulationSurface {
   double target_edge_m = 0;  ///< the target that passed; 0 when `surface` is the fine one
   double deviation_m = 0;    ///< largest distance to the fine surface, both ways, sampled
   double volume_ratio = 0;   ///< over the fine surface's volume
+  double excess = 0;         ///< largest distance of a vertex over what it is allowed; 0: not asked
   int attempts = 0;          ///< targets tried
   std::string refused;  ///< why earlier targets were, one sentence; empty when the first passed
 };
@@ -31,7 +35,8 @@ struct SimulationSurface {
 /// shorter where curvature or thinness asks, vertices on the fine surface, features kept.
 /// fine: closed, manifold, outward. Every result has passed: closed and manifold, not crossing
 /// itself, volume and deviation within tolerance. What fails is tried again with a finer target, at
-/// last with the fine surface itself. Throws Error when the target is not positive, when `fine`
+/// last with the fine surface itself. Closeness to allowed_m is sought, not promised: `excess` says
+/// what was reached. Throws Error when the target is not positive, when `fine`
 /// bounds no volume, or when even the fine one crosses itself. Deterministic.
 SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
                                      const SimulationSurfaceOptions& options = {});

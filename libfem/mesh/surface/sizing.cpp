@@ -92,26 +92,6 @@ double edge_for_curvature_m(double curvature, double deviation_m) {
   return std::sqrt(std::max(6 * deviation_m * radius - 3 * deviation_m * deviation_m, 0.0));
 }
 
-/// Lets no size exceed a neighbour's by more than growth times their distance (Dijkstra).
-void limit_growth(Eigen::VectorXd& size, const Surface& fine, const VertexNeighbours& neighbours,
-                  double growth) {
-  using Entry = std::pair<double, std::int32_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  for (Eigen::Index v = 0; v < size.size(); ++v)
-    queue.emplace(size[v], static_cast<std::int32_t>(v));
-  while (!queue.empty()) {
-    const auto [at, v] = queue.top();
-    queue.pop();
-    if (at > size[v]) continue;
-    for (const std::int32_t w : neighbours[static_cast<std::size_t>(v)]) {
-      const double allowed = at + growth * (fine.vertices.row(w) - fine.vertices.row(v)).norm();
-      if (allowed >= size[w]) continue;
-      size[w] = allowed;
-      queue.emplace(allowed, w);
-    }
-  }
-}
-
 }  // namespace
 
 Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes,
@@ -138,8 +118,28 @@ Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes,
     if (thickness) wanted = std::min(wanted, options.thickness_ratio * *thickness);
     size[v] = std::max(wanted, min_m);
   }
-  limit_growth(size, fine, neighbours, options.growth);
+  limit_growth(size, fine, options.growth);
   return size;
+}
+
+// Dijkstra's algorithm, from the least sizes on.
+void limit_growth(Eigen::VectorXd& size, const Surface& fine, double growth) {
+  const VertexNeighbours neighbours = vertex_neighbours(fine);
+  using Entry = std::pair<double, std::int32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  for (Eigen::Index v = 0; v < size.size(); ++v)
+    queue.emplace(size[v], static_cast<std::int32_t>(v));
+  while (!queue.empty()) {
+    const auto [at, v] = queue.top();
+    queue.pop();
+    if (at > size[v]) continue;
+    for (const std::int32_t w : neighbours[static_cast<std::size_t>(v)]) {
+      const double allowed = at + growth * (fine.vertices.row(w) - fine.vertices.row(v)).norm();
+      if (allowed >= size[w]) continue;
+      size[w] = allowed;
+      queue.emplace(allowed, w);
+    }
+  }
 }
 
 }  // namespace palpate

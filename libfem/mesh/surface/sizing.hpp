@@ -22,4 +22,7 @@ struct SizingOptions {
 Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes,
                               const SizingOptions& options);
 
+/// Lets no vertex's size exceed a neighbour's by more than growth times their distance.
+void limit_growth(Eigen::VectorXd& size_m, const Surface& fine, double growth);
+
 }  // namespace palpate

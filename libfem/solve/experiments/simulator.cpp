@@ -76,6 +76,12 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
   const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
   const double min_error =
       sees_interface(position, here, plan.depth_m) ? kMinErrorAtBorder : kMinError;
+  // Of forces, relative: contact begins so much too early on a mesh that is off the surface there,
+  // and force goes as depth^(3/2).
+  const auto bump_error = [&](const QuadraticMesh& mesh) {
+    const double share = mesh.contact_deviation_m / plan.depth_m;
+    return share > kBump ? 1.5 * share : 0.0;
+  };
   const auto recorded = [&](const MeshRun& fine, const MeshRun& coarse) {
     PointRows out;
     out.is_complete = fine.is_complete && coarse.is_complete;
@@ -87,7 +93,8 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     for (PointRow& row : out.rows) {
       const double of_step = plan.is_in_time ? kStepError : 0;
       row.force_error =
-          std::hypot(row.force_error, base.error * row.force.norm(), of_step * row.force.norm());
+          std::hypot(std::hypot(row.force_error, of_step * row.force.norm()),
+                     base.error * row.force.norm(), bump_error(fine.mesh) * row.force.norm());
       row.sway_m_N = base.sway_m_N;
     }
     for (std::size_t row = 0; row < fine.surface.size(); ++row)
@@ -107,9 +114,12 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     // Where the base mesh alone is worse, its grids need not be better than half of what is asked.
     const double wanted = setup.options.force_tolerance, achieved = achieved_error(out.rows);
     if (!(wanted > 0 && achieved > std::max(wanted, std::hypot(base.error, wanted / 2)))) break;
+    const double finer_by = coarsening / ratio;
+    QuadraticMesh finer_mesh = mesh_at(position, normal, plan, {finer_by, base.halved});
+    if (bump_error(finer_mesh) > 0) break;  // the surface is not given up
     coarse = std::move(fine);
-    coarsening /= ratio;
-    fine = run_at(coarsening, setup.keeps_surface, &coarse);
+    coarsening = finer_by;
+    fine = run(std::move(finer_mesh), plan, position, normal, setup.keeps_surface, progress, &coarse);
     PointRows next = recorded(fine, coarse);
     if (count_solved(next.rows) < count_solved(out.rows) && next.is_complete)
       break;  // what solved is not given up

@@ -143,6 +143,7 @@ std::vector<CoarseMesh> coarse_meshes(const RivalBody& body, bool with_even) {
         [&] {
           Scene scene = body.scene;
           Body coarser = body.body;
+          coarser.in_region.clear();  // as coarse at the window as elsewhere
           scene.body.mesh_size_m =
               kCoarserBase * base_edge_m(body.scene, volume_m3(body.body.surface));
           fill_with_tets(scene, coarser);

@@ -13,8 +13,8 @@ void read_meshes(const Scene& scene, bool surface_only, Body& body);
 /// Edge of the base volume [m]: mesh_size, or what a body of this volume gets without.
 double base_edge_m(const Scene& scene, double volume_m3);
 
-/// Fills the body's closed surface with the base volume, and says its size and quality. Throws
-/// Error with a remedy.
+/// Fills the body's closed surface with the base volume, closer to it near in_region where that is
+/// filled in, and says its size and quality. Throws Error with a remedy.
 void fill_with_tets(const Scene& scene, Body& body);
 
 }  // namespace palpate::tools

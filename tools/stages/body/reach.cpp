@@ -211,28 +211,38 @@ fem::ToolReach make_reach(const Scene& scene, const Surface& surface) {
           kOverlapShare * scene.experiments.each.depth_m};
 }
 
-void find_reachable(const Scene& scene, bool surface_only, const Points& named, Body& body) {
-  const auto refuse_few = [&](const std::string& remedy) {
-    const auto count = std::count(body.is_reachable.begin(), body.is_reachable.end(), 1);
-    if (count < 3)
-      throw Error(region_place(scene),
-                  fmt::format("{} of {} surface vertices are reachable", count,
-                              body.surface.vertices.rows()),
-                  remedy);
-  };
+namespace {
+
+// Throws where less than a triangle is left.
+void refuse_few(const Scene& scene, const Surface& surface, const std::vector<char>& is_left,
+                const std::string& remedy) {
+  const auto count = std::count(is_left.begin(), is_left.end(), 1);
+  if (count < 3)
+    throw Error(region_place(scene),
+                fmt::format("{} of {} surface vertices are reachable", count,
+                            surface.vertices.rows()),
+                remedy);
+}
+
+fem::Probe probe_of(const Scene& scene) {
   const bool has_tool = scene.probe.spec.shape != "point";  // of measured data
-  const fem::Probe probe =
-      has_tool ? fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]")
-               : fem::Probe{};
-  body.is_reachable = body.in_region =
-      region_of(scene, {named, body.surface.triangles}, probe.half_width_m);
+  return has_tool ? fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]")
+                  : fem::Probe{};
+}
+
+}  // namespace
+
+void find_region(const Scene& scene, Body& body) {
+  body.in_region = region_of(scene, body.surface, probe_of(scene).half_width_m);
   refuse_few(
+      scene, body.surface, body.in_region,
       "Move the region onto the surface, and not into what is fixed. If it is there and the "
-      "surface "
-      "is coarse, make the region larger, or divide the triangles there: `palpate new` writes such "
-      "a "
-      "mesh.");
-  if (surface_only) return;
+      "surface is coarse, make the region larger, or divide the triangles there: `palpate new` "
+      "writes such a mesh.");
+}
+
+void find_reachable(const Scene& scene, Body& body) {
+  const fem::Probe probe = probe_of(scene);
   const std::vector<char> wanted = body.in_region;
   std::vector<double> overlap_m;
   body.is_reachable =
@@ -240,6 +250,7 @@ void find_reachable(const Scene& scene, bool surface_only, const Points& named, 
   const double contact_m = probe.contact_radius_m(scene.experiments.each.depth_m);
   drop_specks(body.surface, std::numbers::pi * contact_m * contact_m, body.is_reachable);
   refuse_few(
+      scene, body.surface, body.is_reachable,
       "The tool would cut into the body elsewhere before it touches there: take a smaller "
       "tool, or another region.");
   // Test points some spacing apart cannot go around less.

@@ -9,14 +9,15 @@ namespace palpate::tools {
 /// What the scene's tool can touch of a closed surface.
 fem::ToolReach make_reach(const Scene& scene, const Surface& surface);
 
-/// named: the surface's vertices where the scene's regions speak of them, at rest or as they are.
-/// Fills in_region and is_reachable of a body that has its surface: what the scene's region holds
-/// and is not fixed; of it what the tool can touch, where not `surface_only` (recorded points were
-/// touched). Patches smaller than a contact do not count, and what lies farther than the tool's
-/// half width, and than half of what test points lie apart, from all that can be touched leaves the
-/// region; narrower gaps stay in it, so that curves are blended across. Says what is left out.
-/// Throws Error when fewer than three vertices are left.
-void find_reachable(const Scene& scene, bool surface_only, const Points& named, Body& body);
+/// Fills in_region of a body that has its surface, where the scene's regions speak of it: what the
+/// scene's region holds and is not fixed. Throws Error when fewer than three vertices are left.
+void find_region(const Scene& scene, Body& body);
+
+/// Fills is_reachable: what of in_region the tool can touch. Patches smaller than a contact do not
+/// count, and what lies farther than the tool's half width, and than half of what test points lie
+/// apart, from all that can be touched leaves the region; narrower gaps stay in it, so that curves
+/// are blended across. Says what is left out. Throws Error when fewer than three vertices are left.
+void find_reachable(const Scene& scene, Body& body);
 
 /// choose_test_points on a body whose flags are there. A gap that a point would have to stand in
 /// leaves the region.
