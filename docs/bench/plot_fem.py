@@ -5,32 +5,21 @@
 
 Needs python3-matplotlib.
 """
-import csv
 import os
 import sys
 
-import matplotlib
-
-matplotlib.use("svg")
-matplotlib.rcParams["svg.hashsalt"] = "palpate"  # the same bytes from the same numbers
-import matplotlib.pyplot as plt
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from scripts import pyplot, save, table
 
 
 def read(folder, name):
-    with open(os.path.join(folder, f"fem_{name}.csv"), newline="") as file:
-        return list(csv.DictReader(file))
-
-
-def save(figure, folder, name):
-    figure.tight_layout()
-    figure.savefig(os.path.join(folder, f"fem_{name}.svg"), metadata={"Date": None})
-    plt.close(figure)
+    return table(os.path.join(folder, f"fem_{name}.csv"))
 
 
 def accuracy(folder):
     rows = read(folder, "accuracy")
     ratios = sorted({row["poisson"] for row in rows})
-    figure, axes = plt.subplots(1, len(ratios), figsize=(4.5 * len(ratios), 3.4), sharey=True)
+    figure, axes = pyplot().subplots(1, len(ratios), figsize=(4.5 * len(ratios), 3.4), sharey=True)
     for axis, ratio in zip(axes, ratios):
         kinds = sorted({(r["element"], float(r["coarse"]) > 0) for r in rows})
         for element, has_coarse in kinds:
@@ -47,13 +36,13 @@ def accuracy(folder):
         axis.grid(alpha=0.3, which="both")
     axes[0].set_ylabel("mean of |force error|, 1 to 10 mm [%]")
     axes[0].legend(fontsize=7)
-    save(figure, folder, "accuracy")
+    save(figure, folder, "fem_accuracy")
 
 
 def rates(folder):
     rows = read(folder, "rates")
     nodes = [float(r["nodes"]) for r in rows]
-    figure, axis = plt.subplots(figsize=(5, 3.4))
+    figure, axis = pyplot().subplots(figsize=(5, 3.4))
     for column, factor, label in [("factor_s", 1, "factor, single precision"),
                                   ("double_factor_s", 1, "factor, double precision"),
                                   ("solve_ms", 1e-3, "solve"),
@@ -62,7 +51,7 @@ def rates(folder):
     axis.set(xscale="log", yscale="log", xlabel="nodes", ylabel="CPU [s]")
     axis.grid(alpha=0.3, which="both")
     axis.legend(fontsize=7)
-    save(figure, folder, "rates")
+    save(figure, folder, "fem_rates")
 
 
 def main():

@@ -9,14 +9,15 @@ thing that rigs do. Silent is a recording that is wrong by more than its interva
 and of which `import` and `modulus` say nothing, though it can be seen in it. Ends with status 1
 where one is. Needs python3-numpy.
 """
-import csv
 import gzip
 import os
-import subprocess
 import sys
 import tempfile
 
 import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from scripts import Program, table
 
 RADIUS_M, YOUNG_PA, HZ, SPEED_M_S, FREE_M, DEPTH_M = 5e-3, 1e4, 200, 2e-3, 2e-3, 3e-3
 KEYS = 'probe = { shape = "sphere", radius = "5 mm" }\n'
@@ -278,16 +279,8 @@ CASES = [
 CANNOT_BE_SEEN = {"a rig that gives 2 mm/N", "a ball of 50 mm, said"}
 
 
-def palpate(*arguments):
-    return subprocess.run([PALPATE, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          text=True, check=False)
-
-
-def table(path):
-    if not os.path.exists(path):
-        return {}
-    with open(path, encoding="utf-8") as source:
-        return next(csv.DictReader(source), {})
+def first_row(path):
+    return next(iter(table(path)), {}) if os.path.exists(path) else {}
 
 
 def short(text):
@@ -305,9 +298,10 @@ def tried(name, make, keys, number, folder):
                   f'position = ["0 mm", "0 mm", "0 mm"]\nnormal = [0, 0, -1]\n'
                   f'{"" if "probe" in keys else KEYS}{keys}')
     samples, moduli = (os.path.join(folder, n) for n in ("samples.h5", "moduli.csv"))
-    imported = palpate("import", manifest, "-o", samples, "--force")
-    palpate("modulus", manifest, "-o", moduli)
-    of_import, of_modulus = table(os.path.join(folder, "samples.import.csv")), table(moduli)
+    imported = palpate.tried("import", manifest, "-o", samples, "--force")
+    palpate.tried("modulus", manifest, "-o", moduli)
+    of_import = first_row(os.path.join(folder, "samples.import.csv"))
+    of_modulus = first_row(moduli)
     notes = [line[len("note: "):] for line in imported.stderr.splitlines() if line.startswith("note: ")]
     if of_import.get("status") != "imported":
         reason = of_import.get("reason") or imported.stderr.strip().splitlines()[-2]
@@ -356,5 +350,5 @@ def main():
 
 
 if __name__ == "__main__":
-    PALPATE, OUTPUT = os.path.abspath(sys.argv[1]), sys.argv[2]
+    palpate, OUTPUT = Program(os.path.abspath(sys.argv[1])), sys.argv[2]
     main()

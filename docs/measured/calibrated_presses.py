@@ -13,11 +13,13 @@ python3-h5py.
 """
 import json
 import os
-import subprocess
 import sys
 
 import h5py
 import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from scripts import Program
 
 YOUNG_PA, RADIUS_M, DEPTH_M, SPEED_M_S, INTERVAL_S = 8300, 8e-3, 4e-3, 2e-3, 0.01
 POINTS = ((40, 40), (32, 40), (40, 32))  # mm
@@ -71,14 +73,6 @@ def path(name):
 def write(name, text):
     with open(path(name), "w", encoding="utf-8") as out:
         out.write(text)
-
-
-def palpate(*arguments):
-    done = subprocess.run([PALPATE, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          text=True, check=False)
-    if done.returncode not in (0, 3):
-        sys.exit(f"palpate {' '.join(arguments)}: {done.stderr}")
-    return done.stdout
 
 
 def simulated(height_mm):
@@ -167,7 +161,7 @@ def main():
 if __name__ == "__main__":
     if len(sys.argv) not in (3, 4):
         sys.exit(__doc__)
-    PALPATE, FOLDER = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+    palpate, FOLDER = Program(os.path.abspath(sys.argv[1])), os.path.abspath(sys.argv[2])
     SEEDS = int(sys.argv[3]) if len(sys.argv) == 4 else 5
     os.makedirs(FOLDER, exist_ok=True)
     main()

@@ -8,14 +8,15 @@ github.com/AFM-analysis/afmformats (731b5ad88bbb), whose Python package reads th
 global fits: least squares of a Hertz law over all readings of the way in, any contact, free part
 flat, by this script. Needs python3-numpy and afmformats. Writes both tables to standard output.
 """
-import csv
 import os
-import subprocess
 import sys
 import tempfile
 
 import afmformats
 import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from scripts import Program, table
 
 CURVES = (("cc_pr14-brain", "cc_pr14-brain-2021.06.30.jpk-force"),
           ("cc_pr14-polymergel", "cc_pr14-polymergel-2021.06.30.jpk-force"),
@@ -42,15 +43,8 @@ def moduli(files, keys):
                        'normal = [0, 0, -1]\nplausible = ["0.001 Pa", "100 GPa"]\n' + keys)
             for file in files:
                 text.write(f'[[recording]]\nfile = "{os.path.abspath(file)}"\n')
-        done = subprocess.run([PALPATE, "modulus", manifest, "-o", out], stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE, text=True, check=False)
-        if done.returncode not in (0, 3):
-            sys.exit(done.stderr)
-        tables = []
-        for path in (out, out[:-4] + ".models.csv"):
-            with open(path, encoding="utf-8") as table:
-                tables.append(list(csv.DictReader(table)))
-        return tables
+        palpate("modulus", manifest, "-o", out)
+        return [table(path) for path in (out, out[:-4] + ".models.csv")]
 
 
 def way_in(curve):
@@ -167,7 +161,7 @@ def small_presses():
 if __name__ == "__main__":
     if len(sys.argv) != 4:
         sys.exit(__doc__)
-    PALPATE, SHARED, AFM = os.path.abspath(sys.argv[1]), *sys.argv[2:]
+    palpate, SHARED, AFM = Program(os.path.abspath(sys.argv[1])), *sys.argv[2:]
     published()
     print()
     small_presses()

@@ -6,20 +6,16 @@ measured rows, and the residual of readings that the fit has not seen beside the
 Needs python3-matplotlib and python3-h5py. Not seen by the fit: of five repeats one, in turn; of a
 single recording every other reading.
 """
-import csv
 import glob
 import os
-import subprocess
 import sys
 import tempfile
 
 import h5py
-import matplotlib
-
-matplotlib.use("svg")
-matplotlib.rcParams["svg.hashsalt"] = "palpate"  # the same bytes from the same numbers
-import matplotlib.pyplot as plt
 import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from scripts import Program, normal_curves, pyplot, save
 
 PROBE = 'probe = { shape = "%s", radius = "%s" }\n'
 COMMON = 'normal = [0, 0, -1]\nposition = ["0 mm", "0 mm", "0 mm"]\n'
@@ -36,14 +32,6 @@ RECORDINGS = [  # name, title, pattern, keys, first row of numbers, units on the
      'cantilever = { stiffness = 0.2, sensitivity = "100 nm" }\n', "Extend Z-Sense",
      (1e9, "nm", 1e9, "nN")),
 ]
-
-
-def palpate(*arguments):
-    done = subprocess.run([PALPATE, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          text=True, check=False)
-    if done.returncode != 0:
-        sys.exit(f"palpate {' '.join(arguments)}: {done.stderr}")
-    return done
 
 
 def imported(folder, name, files, keys, rows=40):
@@ -65,8 +53,7 @@ def fitted(folder, name):
     path = os.path.join(folder, name)
     palpate("fit", path + ".h5", "-o", path + ".curves.h5")
     palpate("tabulate", "--band", "--steps", "200", path + ".curves.h5", "-o", path + ".csv")
-    with open(path + ".csv", encoding="utf-8") as table:
-        rows = [r for r in csv.DictReader(table) if r["curve"] == "normal"]
+    rows = normal_curves(path + ".csv")
     return [np.array([float(r[k]) for r in rows]) for k in ("at_m", "value_N", "deviation_N")]
 
 
@@ -106,7 +93,7 @@ def draw(name, title, pattern, keys, header, units):
         d, f, error, noise = imported(folder, "all", files, keys)
         at, value, deviation = fitted(folder, "all")
         far, residual = held_out(folder, files, keys, header)
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6))
+    figure, (left, right) = pyplot().subplots(1, 2, figsize=(9, 3.6))
     left.fill_between(at * metre, (value - 1.645 * deviation) * newton,
                       (value + 1.645 * deviation) * newton, color="0.8", label="90 % band")
     left.plot(at * metre, value * newton, color="black", linewidth=1, label="curve")
@@ -121,8 +108,7 @@ def draw(name, title, pattern, keys, header, units):
     for axes in (left, right):
         axes.set_xlabel(f"depth, {length}")
     left.set_ylabel(f"force, {force}"), right.set_ylabel(f"residual, {force}")
-    figure.tight_layout()
-    figure.savefig(os.path.join(OUT, name + ".svg"), metadata={"Date": None})
+    save(figure, OUT, name)
     rms = float(np.sqrt(np.mean(residual ** 2)))
     print(f"{name}: held-out rms {rms * newton:.3g} {force} ({100 * rms / f.max():.2g} % of the "
           f"largest), noise of one reading {noise * newton:.3g} {force}")
@@ -131,6 +117,6 @@ def draw(name, title, pattern, keys, header, units):
 if __name__ == "__main__":
     if len(sys.argv) != 4:
         sys.exit(__doc__)
-    PALPATE, DATA, OUT = sys.argv[1:]
+    palpate, DATA, OUT = Program(sys.argv[1], accepts=(0,)), *sys.argv[2:]
     for recording in RECORDINGS:
         draw(*recording)

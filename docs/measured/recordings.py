@@ -11,30 +11,23 @@ are the instrument's, published ones, the truth of a case, or a global fit of th
 squares of the tip's law over all readings of the way in as the file has them, any contact, free part
 flat. Needs python3-numpy.
 """
-import csv
 import glob
 import json
 import math
 import os
-import subprocess
 import sys
 import tempfile
 
 import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from scripts import Program, table
 
 CANTILEVER = 'cantilever = { stiffness = 0.2, sensitivity = "100 nm" }\n'  # assumed
 PYRAMID = 'probe = { shape = "pyramid", radius = "20 nm", half_angle = "20 deg" }\n'
 CASE = ('columns = { time = "t_s", depth = "pos_mm", force = ["force_N"] }\n'
         'units = { time = "s", position = "mm", force = "N" }\nforce_on = "body"\ncycle = "mean"\n')
 SPHERE_MM = 100  # of the Hertz case, which no file states
-
-
-def palpate(*arguments, accepts=(0, 3)):
-    done = subprocess.run([PALPATE, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          text=True, check=False)
-    if done.returncode not in accepts:
-        sys.exit(f"palpate {' '.join(arguments)}: {done.stderr}")
-    return done.stdout
 
 
 def tables(folder, files, keys):
@@ -47,11 +40,9 @@ def tables(folder, files, keys):
             out.write(f'[[recording]]\nfile = "{os.path.abspath(file)}"\n')
     samples, moduli = (os.path.join(folder, name) for name in ("samples.h5", "moduli.csv"))
     palpate("import", manifest, "-o", samples, "--force")
-    palpate("modulus", manifest, "-o", moduli, accepts=(0, 1, 3))  # 1: none has one
-    out = []
-    for path in (os.path.join(folder, "samples.import.csv"), moduli):
-        with open(path, encoding="utf-8") as table:
-            out.append({os.path.basename(row["file"]): row for row in csv.DictReader(table)})
+    palpate("modulus", manifest, "-o", moduli, also=(1,))  # 1: none has one
+    out = [{os.path.basename(row["file"]): row for row in table(path)}
+           for path in (os.path.join(folder, "samples.import.csv"), moduli)]
     with open(os.path.join(folder, "samples.import.json"), encoding="utf-8") as source:
         estimators = {os.path.basename(row["file"]): row.get("estimator", "")
                       for row in json.load(source)["recordings"]}
@@ -213,9 +204,9 @@ def nanite(folder):
     for name, published in (("spot3-0192", 14741.958), ("flipsign_2015.05.22-15.31.49.352", 5230.009)):
         file = os.path.join(NANITE, f"fmt-jpk-fd_{name}.jpk-force")
         found = tables(folder, [file], 'probe = { shape = "sphere", radius = "10 um" }\n')
-        with open(os.path.join(folder, "moduli.models.csv"), encoding="utf-8") as table:
-            E, error = next((float(r["young_Pa"]), float(r["young_deviation_Pa"]))
-                            for r in csv.DictReader(table) if r["model"] == "hertz")
+        E, error = next((float(r["young_Pa"]), float(r["young_deviation_Pa"]))
+                        for r in table(os.path.join(folder, "moduli.models.csv"))
+                        if r["model"] == "hertz")
         grade = found[1][os.path.basename(file)]["grade"]
         yield line(f"nanite, {name.split('_')[0]}", file, *found, True,
                    f"nanite: {pressure(published)} (here {100 * (E / published - 1):+.1f} %)",
@@ -234,7 +225,8 @@ HEADER = """# The shared recordings in one table
 if __name__ == "__main__":
     if len(sys.argv) not in (4, 5):
         sys.exit(__doc__)
-    PALPATE, SHARED, OUT, NANITE = (*sys.argv[1:], None)[:4]
+    palpate = Program(sys.argv[1])
+    SHARED, OUT, NANITE = (*sys.argv[2:], None)[:3]
     DATA, CASES = os.path.join(SHARED, "data"), os.path.join(SHARED, "cases")
     rows = []
     with tempfile.TemporaryDirectory() as scratch:

@@ -10,13 +10,14 @@ force over it at the full depth, and the rms of the difference over the largest 
 sideways to the normal; "on all axes" is along it too. Leans are of the tool's way, whose force
 stays along the normal. Seeds are 1 to SEEDS (3).
 """
-import csv
 import math
 import os
 import random
 import statistics
-import subprocess
 import sys
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from scripts import Program, normal_curves
 
 RADIUS_M, DEPTH_M, FREE_M, SPEED_M_S, INTERVAL_S, NOISE_N = 5e-3, 3e-3, 1e-3, 1e-3, 0.01, 5e-3
 YOUNG_PA = (6000, 8000, 10000, 14000)
@@ -48,14 +49,6 @@ def write_press(path, place_m, young_Pa, jitter_m, lean_deg, on_all_axes, rng):
             out.write(f"{i * INTERVAL_S:.3f}," + ",".join(f"{x:.7f}" for x in numbers) + "\n")
 
 
-def palpate(*arguments):
-    done = subprocess.run([PALPATE, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          text=True, check=False)
-    if done.returncode not in (0, 3) and "could be imported" not in done.stderr:
-        sys.exit(f"palpate {' '.join(arguments)}: {done.stderr}")
-    return done.returncode in (0, 3)
-
-
 def curves_off(jitter_m, lean_deg, on_all_axes, seed):
     """Of each point that is not refused the force over the truth at full depth, and the rms over
     the largest force."""
@@ -74,12 +67,14 @@ def curves_off(jitter_m, lean_deg, on_all_axes, seed):
                         lean_deg, on_all_axes, rng)
             out.write(f'[[recording]]\nfile = "press_{p}.csv"\npoint = "p{p}"\n'
                       f'position = [{1e3 * place_m[0]}, 0, 0]\n')
-    if not palpate("import", manifest, "-o", samples, "--force"):
+    imported = palpate.tried("import", manifest, "-o", samples, "--force")
+    if imported.returncode not in (0, 3):
+        if "could be imported" not in imported.stderr:
+            sys.exit(f"palpate import: {imported.stderr}")
         return []
     palpate("fit", samples, "-o", curves)
     palpate("tabulate", "--steps", "100", curves, "-o", table)
-    with open(table, encoding="utf-8") as source:
-        rows = [r for r in csv.DictReader(source) if r["curve"] == "normal"]
+    rows = normal_curves(table)
     out = []
     for p, young_Pa in enumerate(YOUNG_PA):
         of_point = [(float(r["at_m"]), float(r["value_N"])) for r in rows if r["name"] == f"p{p}"]
@@ -116,7 +111,7 @@ def main():
 if __name__ == "__main__":
     if len(sys.argv) not in (3, 4):
         sys.exit(__doc__)
-    PALPATE, FOLDER = sys.argv[1:3]
+    palpate, FOLDER = Program(sys.argv[1]), sys.argv[2]
     SEEDS = int(sys.argv[3]) if len(sys.argv) == 4 else 3
     os.makedirs(FOLDER, exist_ok=True)
     main()

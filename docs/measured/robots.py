@@ -9,30 +9,23 @@ manifest that `new` proposes is run five times, each time without another fifth 
 point and of inverse distance, median and p95 in percent of the rows above the floor: means of the
 five runs, in how many of them the asset's median is below inverse distance's, and the runs.
 """
-import csv
 import json
 import os
 import statistics
-import subprocess
 import sys
 import tempfile
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from scripts import Program, table
 
 RIVALS = ("asset", "nearest_point", "inverse_distance")
 FOLDS = 5
 
 
-def palpate(*arguments):
-    done = subprocess.run([PALPATE, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          text=True, check=False)
-    if done.returncode not in (0, 3):
-        sys.exit(f"palpate {' '.join(arguments)}: {done.stderr}")
-
-
 def points_of(out):
     """Names of the points that were imported, in order."""
-    with open(os.path.join(out, "samples.import.csv"), encoding="utf-8") as table:
-        return list(dict.fromkeys(r["point"] for r in csv.DictReader(table)
-                                  if r["status"] == "imported"))
+    return list(dict.fromkeys(r["point"] for r in table(os.path.join(out, "samples.import.csv"))
+                              if r["status"] == "imported"))
 
 
 def errors(folder, scratch):
@@ -82,5 +75,5 @@ def main():
 if __name__ == "__main__":
     if len(sys.argv) < 4:
         sys.exit(__doc__)
-    PALPATE, RADIUS = os.path.abspath(sys.argv[1]), sys.argv[2]
+    palpate, RADIUS = Program(os.path.abspath(sys.argv[1])), sys.argv[2]
     main()

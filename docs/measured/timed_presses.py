@@ -9,14 +9,15 @@ FOLDER, imports and fits them, and prints what is left of the rows and how far t
 slow motion's from a quarter of the depth on. Forces are Lee and Radok's integral while the contact
 grows; the way out lets rings go one by one, as a bed does. Needs python3-numpy and python3-h5py.
 """
-import csv
 import json
 import os
-import subprocess
 import sys
 
 import h5py
 import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from scripts import Program, normal_curves
 
 SHARE, TIME_S, RADIUS_M, DEPTH_M, INTERVAL_S = 0.5, 1.0, 5e-3, 4e-3, 0.01
 YOUNG_PA = (4000, 5000, 6500)
@@ -53,14 +54,6 @@ def press(young_Pa, speed_m_s, noise, rng):
     return time_s, at + 1e-3, force + rng.normal(0, noise * force.max(), len(force))
 
 
-def palpate(*arguments):
-    done = subprocess.run([PALPATE, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          text=True, check=False)
-    if done.returncode not in (0, 3):
-        sys.exit(f"palpate {' '.join(arguments)}: {done.stderr}")
-    return done.stdout
-
-
 def measured(folder, contact, free):
     """Of each point the residual over the largest force, and the curve's mean error; errors of the
     contacts [mm]."""
@@ -78,8 +71,7 @@ def measured(folder, contact, free):
     table = os.path.join(folder, "curves.csv")
     palpate("tabulate", "--steps", "100", curves, "-o", table)
     errors = []
-    with open(table, encoding="utf-8") as source:
-        rows = [r for r in csv.DictReader(source) if r["curve"] == "normal"]
+    rows = normal_curves(table)
     for p, young_Pa in enumerate(YOUNG_PA):
         at, value = np.array([[float(r["at_m"]), float(r["value_N"])] for r in rows
                               if int(r["point"]) == p]).T
@@ -117,7 +109,7 @@ def main():
 if __name__ == "__main__":
     if len(sys.argv) not in (3, 4):
         sys.exit(__doc__)
-    PALPATE, FOLDER = sys.argv[1:3]
+    palpate, FOLDER = Program(sys.argv[1]), sys.argv[2]
     SEEDS = int(sys.argv[3]) if len(sys.argv) == 4 else 3
     os.makedirs(FOLDER, exist_ok=True)
     main()

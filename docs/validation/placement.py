@@ -15,6 +15,9 @@ import shutil
 import subprocess
 import sys
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from scripts import pyplot, save, table
+
 EVEN = (72, 60, 48, 36, 24, 12)  # the first lends the others the points they share
 ADAPTIVE = (38, 31, 25, 20, 16)  # the first simulates what the others need
 HELD_OUT = 12
@@ -101,13 +104,8 @@ def measure(palpate, scene_path, work):
 
 
 def draw(folder):
-    import matplotlib
-    matplotlib.use("svg")
-    matplotlib.rcParams["svg.hashsalt"] = "palpate"  # the same bytes from the same numbers
-    import matplotlib.pyplot as plt
-    with open(os.path.join(folder, "placement.csv"), newline="") as file:
-        rows = list(csv.DictReader(file))
-    figure, axes = plt.subplots(1, 3, figsize=(11, 3.4), sharex=True)
+    rows = table(os.path.join(folder, "placement.csv"))
+    figure, axes = pyplot().subplots(1, 3, figsize=(11, 3.4), sharex=True)
     for axis, column, title in (
             (axes[0], "predicted_p95_rel", "presses and drags between even points"),
             (axes[1], "random_p95_rel", "the same at 12 random points"),
@@ -128,8 +126,7 @@ def draw(folder):
         axis.set_title(title, fontsize=10)
         axis.grid(alpha=0.3)
         axis.legend(fontsize=8)
-    figure.tight_layout()
-    figure.savefig(os.path.join(folder, "placement.svg"), metadata={"Date": None})
+    save(figure, folder, "placement")
 
 
 if sys.argv[1] == "measure":

@@ -7,21 +7,17 @@ Needs python3-matplotlib. Bands are each row's stated error; crosses are the ref
 independent solution, else ours on a mesh 1.6 times finer.
 """
 import collections
-import csv
 import math
 import os
 import re
 import sys
 
-import matplotlib
-
-matplotlib.use("svg")
-matplotlib.rcParams["svg.hashsalt"] = "palpate"  # the same bytes from the same numbers
-import matplotlib.pyplot as plt
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from scripts import pyplot, save, table
 
 
 def draw(case, curves, folder):
-    figure, axes = plt.subplots(1, len(curves), figsize=(4 * len(curves), 3), squeeze=False)
+    figure, axes = pyplot().subplots(1, len(curves), figsize=(4 * len(curves), 3), squeeze=False)
     for axis, (name, rows) in zip(axes[0], sorted(curves.items(), reverse=True)):
         x, force, error, reference = zip(*sorted(rows))
         axis.fill_between(x, [f - e for f, e in zip(force, error)],
@@ -35,19 +31,16 @@ def draw(case, curves, folder):
         axis.set_title(f"{case}: {name}", fontsize=9)
         axis.grid(alpha=0.3)
         axis.legend(fontsize=7)
-    figure.tight_layout()
     stem = re.sub(r"[^a-z0-9]+", "_", case.lower()).strip("_")
-    figure.savefig(os.path.join(folder, stem + ".svg"), metadata={"Date": None})
-    plt.close(figure)
+    save(figure, folder, stem)
 
 
 def main():
     source, folder = sys.argv[1:3]
     cases = collections.defaultdict(lambda: collections.defaultdict(list))
-    with open(source, newline="") as file:
-        for row in csv.DictReader(file):
-            cases[row["case"]][row["curve"]].append(
-                tuple(float(row[k]) for k in ("at_mm", "force_N", "error_N", "reference_N")))
+    for row in table(source):
+        cases[row["case"]][row["curve"]].append(
+            tuple(float(row[k]) for k in ("at_mm", "force_N", "error_N", "reference_N")))
     for case, curves in cases.items():
         draw(case, curves, folder)
 

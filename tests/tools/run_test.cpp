@@ -187,11 +187,16 @@ TEST_F(Run, holds_of_a_given_force_are_held_out_and_known_again) {
   write(1);
   const Outcome first = run("out", "--jobs 1");
   ASSERT_EQ(first.status, 0) << first.err;
+  // The same asset without its reference: all is simulated again.
+  fs::copy(folder / "out", folder / "whole", fs::copy_options::recursive);
+  for (const char* file : {"reference.h5", "reference.surface.h5"})
+    ASSERT_TRUE(fs::remove(folder / "whole" / file)) << file;
   write(2);
   const Outcome second = run("out", "--jobs 2"), whole = run("whole");
   ASSERT_EQ(second.status, 0) << second.err;
   ASSERT_EQ(whole.status, 0) << whole.err;
   EXPECT_NE(second.said().find("need not be simulated again"), std::string::npos) << second.err;
+  EXPECT_EQ(whole.said().find("need not be simulated again"), std::string::npos) << whole.err;
   for (const char* file : {"reference.h5", "reference.surface.h5"})
     EXPECT_TRUE(content_of(folder / "out" / file) == content_of(folder / "whole" / file)) << file;
 

@@ -148,51 +148,66 @@ TEST(Identify, keeps_what_is_not_free_and_an_error_that_all_rows_share_in_the_de
     EXPECT_GT(shared.deviation(k), 0.03 * shared.material.values[static_cast<std::size_t>(k)]);
 }
 
-// Presses whose contacts are found with errors of 0.1 mm: as one press stiffens, another softens.
-// With the deviation told the modulus errs less, and its interval holds the truth.
+constexpr double kModulus_Pa = 5e3;
+
+Eigen::VectorXd press_depth_m() { return Eigen::VectorXd::LinSpaced(20, 2e-4, 4e-3); }
+
+Eigen::VectorXd press_N(double modulus_Pa, double shift_m) {
+  return 0.1 * modulus_Pa * (press_depth_m().array() + shift_m).max(0.0).pow(1.5);
+}
+
+// Of contacts: what they are off by, and the deviation that is said of them.
+struct ContactErrors {
+  double mean_m = 0, scatter_m = 0, stated_m = 0;
+};
+
+// Three presses with a noise of 1 %.
+Observations three_presses(unsigned seed, const ContactErrors& contact) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  const Eigen::VectorXd shared_N =
+      contact.stated_m * 0.15 * kModulus_Pa * press_depth_m().cwiseSqrt();
+  Observations out;
+  for (int press = 0; press < 3; ++press) {
+    const Eigen::VectorXd force_N =
+        press_N(kModulus_Pa, contact.mean_m + contact.scatter_m * normal(random));
+    const double noise_N = 0.01 * force_N.maxCoeff();
+    const Eigen::Index before = out.value.size(), n = force_N.size();
+    for (Eigen::VectorXd* column : {&out.value, &out.deviation, &out.shared})
+      column->conservativeResize(before + n);
+    out.value.tail(n) = force_N.unaryExpr([&](double f) { return f + noise_N * normal(random); });
+    out.deviation.tail(n).setConstant(noise_N);
+    out.shared.tail(n) = shared_N;
+    out.group.insert(out.group.end(), static_cast<std::size_t>(n), press);
+  }
+  return out;
+}
+
+Identification modulus_of(const Observations& observed) {
+  return identify({"neo-hookean", {1e3, kPoissonRatio}}, observed,
+                  [](const std::vector<MaterialParameters>& materials) {
+                    std::vector<Eigen::VectorXd> out;
+                    for (const MaterialParameters& m : materials)
+                      out.push_back(press_N(m.values[0], 0).replicate(3, 1));
+                    return out;
+                  },
+                  {.free = {0}});
+}
+
+// Contacts are found with errors of 0.1 mm: as one press stiffens, another softens. With the
+// deviation told the modulus errs less, and its interval holds the truth.
 TEST(Identify, an_error_that_an_experiment_shares_is_in_the_answer_and_in_its_interval) {
-  constexpr double kContact_m = 1e-4, kModulus_Pa = 5e3;
-  const Eigen::VectorXd depth_m = Eigen::VectorXd::LinSpaced(20, 2e-4, 4e-3);
-  const auto press_N = [&](double modulus_Pa, double shift_m) {
-    return Eigen::VectorXd(0.1 * modulus_Pa * (depth_m.array() + shift_m).max(0.0).pow(1.5));
-  };
   int within = 0;
   double squares = 0, exact_squares = 0;
   for (unsigned seed = 1; seed <= 40; ++seed) {
-    std::mt19937 random(seed);
-    std::normal_distribution<double> normal;
-    Observations observed;
-    for (int press = 0; press < 3; ++press) {
-      const Eigen::VectorXd force_N = press_N(kModulus_Pa, kContact_m * normal(random));
-      const double noise_N = 0.01 * force_N.maxCoeff();
-      const Eigen::Index before = observed.value.size(), n = depth_m.size();
-      for (Eigen::VectorXd* column : {&observed.value, &observed.deviation, &observed.shared})
-        column->conservativeResize(before + n);
-      observed.value.tail(n) =
-          force_N.unaryExpr([&](double f) { return f + noise_N * normal(random); });
-      observed.deviation.tail(n).setConstant(noise_N);
-      observed.shared.tail(n) = kContact_m * 0.15 * kModulus_Pa * depth_m.cwiseSqrt();
-      observed.group.insert(observed.group.end(), static_cast<std::size_t>(n), press);
-    }
-    const auto modulus = [&](const Observations& rows) {
-      return identify({"neo-hookean", {1e3, kPoissonRatio}}, rows,
-                      [&](const std::vector<MaterialParameters>& materials) {
-                        std::vector<Eigen::VectorXd> out;
-                        for (const auto& m : materials)
-                          out.push_back(press_N(m.values[0], 0).replicate(3, 1));
-                        return out;
-                      },
-                      {.free = {0}});
-    };
-    const Identification found = modulus(observed);
+    const Observations observed = three_presses(seed, {.scatter_m = 1e-4, .stated_m = 1e-4});
+    const Identification found = modulus_of(observed);
     EXPECT_EQ(found.shared_error.size(), 3u);
     Observations exact = observed;
     exact.shared.resize(0);
-    const Identification as_exact = modulus(exact);
-    const auto holds = [&](const Identification& of) {
-      return std::abs(of.material.values[0] - kModulus_Pa) < of.half_width * of.deviation(0);
-    };
-    within += holds(found);
+    const Identification as_exact = modulus_of(exact);
+    within +=
+        std::abs(found.material.values[0] - kModulus_Pa) < found.half_width * found.deviation(0);
     squares += std::pow(found.material.values[0] / kModulus_Pa - 1, 2);
     exact_squares += std::pow(as_exact.material.values[0] / kModulus_Pa - 1, 2);
   }
@@ -203,38 +218,11 @@ TEST(Identify, an_error_that_an_experiment_shares_is_in_the_answer_and_in_its_in
 // An estimator of contacts that knows a half-space alone states a fifth of its error on a thin
 // body. Contacts that move by more than is stated say so.
 TEST(Identify, errors_that_experiments_share_are_widened_where_they_are_larger_than_stated) {
-  constexpr double kContact_m = 2e-4, kStated_m = 4e-5, kModulus_Pa = 5e3;
-  const Eigen::VectorXd depth_m = Eigen::VectorXd::LinSpaced(20, 2e-4, 4e-3);
-  const auto press_N = [&](double modulus_Pa, double shift_m) {
-    return Eigen::VectorXd(0.1 * modulus_Pa * (depth_m.array() + shift_m).max(0).pow(1.5));
-  };
   int within = 0;
   double squares = 0, half_width_Pa = 0;
   for (unsigned seed = 1; seed <= 40; ++seed) {
-    std::mt19937 random(seed);
-    std::normal_distribution<double> normal;
-    Observations observed;
-    for (int press = 0; press < 3; ++press) {
-      const Eigen::VectorXd force_N = press_N(kModulus_Pa, kContact_m * (1 + 0.2 * normal(random)));
-      const double noise_N = 0.01 * force_N.maxCoeff();
-      const Eigen::Index before = observed.value.size(), n = depth_m.size();
-      for (Eigen::VectorXd* column : {&observed.value, &observed.deviation, &observed.shared})
-        column->conservativeResize(before + n);
-      observed.value.tail(n) =
-          force_N.unaryExpr([&](double f) { return f + noise_N * normal(random); });
-      observed.deviation.tail(n).setConstant(noise_N);
-      observed.shared.tail(n) = kStated_m * 0.15 * kModulus_Pa * depth_m.cwiseSqrt();
-      observed.group.insert(observed.group.end(), static_cast<std::size_t>(n), press);
-    }
     const Identification found =
-        identify({"neo-hookean", {1e3, kPoissonRatio}}, observed,
-                 [&](const std::vector<MaterialParameters>& materials) {
-                   std::vector<Eigen::VectorXd> out;
-                   for (const auto& m : materials)
-                     out.push_back(press_N(m.values[0], 0).replicate(3, 1));
-                   return out;
-                 },
-                 {.free = {0}});
+        modulus_of(three_presses(seed, {.mean_m = 2e-4, .scatter_m = 4e-5, .stated_m = 4e-5}));
     const double off_Pa = found.material.values[0] - kModulus_Pa,
                  band_Pa = found.half_width * found.deviation(0);
     within += std::abs(off_Pa) < band_Pa;

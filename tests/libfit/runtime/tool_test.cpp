@@ -10,7 +10,7 @@
 
 #include "libfit/runtime/palpate.h"
 #include "tests/libfit/runtime/c_face.hpp"
-#include "tests/libfit/runtime/models.hpp"
+#include "tests/libfit/runtime/hands.hpp"
 
 namespace palpate::test {
 namespace {
@@ -21,9 +21,7 @@ using runtime::ToolOutput;
 constexpr double kRadius_m = 0.004, kHalf_m = 0.008;
 
 Model rings_model(bool is_round, double friction, double slope = 0) {
-  Model model = is_round ? sphere_model(0.03, 24, uniform(400, 300, 0.3))
-                         : plate_model(0.08, 16, uniform(400, 300, 0.3));
-  make_rings(model, friction, is_round ? 0.03 : 0, [&](const Vec3& x) { return 1 + slope * x[0]; });
+  Model model = testing_hands::rings_body(is_round, friction, slope);
   model.probe = sphere_spec(kRadius_m, friction);
   model.curves.coupling.length_m = 0.003;
   for (int k = 0; k < 3; ++k) {

@@ -153,6 +153,17 @@ inline Way ramp_way(double duration_s) {
   return way;
 }
 
+/// In to 2 mm in `in_s`, then deeper as a held force sinks: creep to (1 + share)^{2/3} times that.
+inline Way creep_way(double share, double time_s, double held_s, double in_s = 0.2) {
+  Way way;
+  way.go(-1e-3, 0), way.go(0, 0.1), way.go(2e-3, in_s);
+  for (double t = 0.05; t < held_s; t += std::max(0.05, 0.1 * t))
+    way.go(2e-3 * std::pow(1 + share - share * std::exp(-t / ((1 + share) * time_s)), 2.0 / 3),
+           std::max(0.05, 0.1 * (t - 0.05)));
+  way.go(-1e-3, 1), way.go(-1e-3, 1);
+  return way;
+}
+
 /// A body and the ways in which it is pressed: recordings of one point.
 struct RecoveryCase {
   std::string name;

@@ -1,0 +1,151 @@
+// What rivals did, as a table and figures.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "libfit/core/error.hpp"
+#include "libfit/experiments/draw.hpp"
+#include "libfit/io/files/files.hpp"
+#include "tests/tools/rivals/plate.hpp"
+#include "tools/bench/figure.hpp"
+#include "tools/bench/rivals/measure.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_rivals;
+
+// Springs of which the force of a tool that stays comes nearer to its end by a third a tick.
+Rival settling_rival(const char* name, int rest_ticks) {
+  Rival rival;
+  rival.name = name;
+  rival.rest_ticks = rest_ticks;
+  rival.start = [](const Vec3&) {};
+  rival.force = [off = 1.0, at = Vec3(Vec3::Zero())](const Vec3& tip) mutable -> Vec3 {
+    off = at == tip ? off / 1.5 : 1;
+    at = tip;
+    return {0, 0, (1 + off) * kStiffness_N_m * std::min(0.0, tip.z())};
+  };
+  return rival;
+}
+
+TEST(Rest, ends_when_the_force_is_steady_or_its_ticks_are_over) {
+  for (const int rest_ticks : {15, 60}) {
+    const Rival rival = settling_rival("settling", rest_ticks);
+    int ticks = 0;
+    RestCount count;
+    const auto tick = [&] { return ++ticks, rival.force({0, 0, -1e-3}); };
+    tick();
+    come_to_rest(rival, tick, count);
+    EXPECT_EQ(count.rows, 1);
+    EXPECT_EQ(count.rested, rest_ticks > 30);
+    EXPECT_LT(ticks, 40);
+    EXPECT_NEAR(tick().z(), -1e-3 * kStiffness_N_m, 0.01 * 1e-3 * kStiffness_N_m);
+  }
+}
+
+struct Table {
+  nlohmann::json json;
+  std::string csv;
+};
+
+Table read_rivals(const std::filesystem::path& folder) {
+  return {nlohmann::json::parse(read_whole_file(folder / "rivals.json")).at("plate"),
+          read_whole_file(folder / "rivals.csv")};
+}
+
+std::filesystem::path fresh_folder(const char* name) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / name;
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+TEST_F(Proxies, that_do_not_rest_are_left_out_by_name) {
+  body_.paths = body_.samples;
+  body_.depth_m = 4e-3;
+  const std::filesystem::path folder = fresh_folder("rivals_rest");
+  RivalsTable table(folder, "plate", "a", true);
+  const auto prepare = [](const RivalBody&) -> std::vector<Rival> {
+    Rival at_presses = settling_rival("no rest at presses", 40);
+    at_presses.rest = {.rows = 20, .rested = 9};
+    return {at_presses, settling_rival("no rest on paths", 15), settling_rival("rests", 40)};
+  };
+  measure_part({"explicit", "bodies that settle", prepare}, body_, 1, table);
+  table.write(0.01);
+  const auto [json, csv] = read_rivals(folder);
+  ASSERT_EQ(json.at("rivals").size(), 1U);
+  EXPECT_EQ(json.at("rivals")[0].at("rival"), "rests");
+  EXPECT_NEAR(json.at("rivals")[0].at("p95_rel"), 0, 0.3);
+  ASSERT_EQ(json.at("left_out").size(), 2U);
+  EXPECT_EQ(json.at("left_out")[0].at("why"),
+            "9 of the 20 rows of its presses came to rest in 40 ticks");
+  EXPECT_EQ(json.at("left_out")[1].at("why"),
+            "0 of the 10 rows of its paths came to rest in 15 ticks");
+  EXPECT_EQ(csv.find("no rest"), std::string::npos);
+  EXPECT_EQ(read_whole_file(folder / "rivals_plate_tick.svg").find("no rest"), std::string::npos);
+}
+
+TEST(RivalsTable, keeps_rows_of_the_parts_that_are_not_measured_again) {
+  const std::filesystem::path folder = fresh_folder("rivals_parts");
+  const auto measured = [](const char* name, double median) {
+    Rival rival;
+    rival.name = name;
+    Performance did;
+    did.statement.all.force.median_rel = median;
+    for (std::size_t kind = 0; kind < kUprightKinds; ++kind)
+      did.by_path.push_back({std::string(kPathKindNames[kind])});
+    return std::pair(rival, did);
+  };
+  const auto add = [](RivalsTable& table, const char* part, const auto& line) {
+    table.add(part, line.first, line.second);
+    table.end(part, 1);
+  };
+  RivalsTable whole(folder, "plate", "a", true);
+  add(whole, "green", measured("Green's functions", 0.2));
+  add(whole, "palpate", measured("Palpate", 0.02));
+  whole.leave_out("bullet", "Bullet", "its package is missing");
+  whole.write(0.01);
+  RivalsTable again(folder, "plate", "a", false);
+  add(again, "green", measured("Green's functions", 0.1));
+  again.write(0.01);
+  const auto [json, csv] = read_rivals(folder);
+  ASSERT_EQ(json.at("rivals").size(), 2U);
+  EXPECT_EQ(json.at("rivals")[0].at("median_rel"), 0.1);
+  EXPECT_EQ(json.at("rivals")[1].at("rival"), "Palpate");
+  EXPECT_EQ(json.at("left_out").size(), 1U);
+  EXPECT_EQ(std::ranges::count(csv, '\n'), 3);
+  EXPECT_THROW(RivalsTable(folder, "plate", "another", false), Error);
+  RivalsTable(folder, "ball", "another", true).write(0.01);
+  EXPECT_EQ(read_rivals(folder).csv, csv);
+  RivalsTable(folder, "plate", "another", true).write(0.01);
+  EXPECT_TRUE(read_rivals(folder).json.at("rivals").empty());
+}
+
+TEST(LogFigure, has_a_mark_of_each_size_on_white_and_on_black) {
+  const LogFigure figure{
+      .title = "t",
+      .x_label = "x",
+      .y_label = "y",
+      .series = {{"a", {0.1, 10}, {0.5, 0.02}, {0.9, 0.05}}, {"b", {3}, {0.1}, {0.2}}},
+      .upright = {{1000, "1 kHz"}},
+      .level = {{0.07, "JND"}}};
+  for (const bool is_dark : {false, true}) {
+    const std::string svg = draw(figure, is_dark);
+    std::size_t marks = 0;
+    for (std::size_t at = 0; (at = svg.find("class=\"mark\"", at)) != std::string::npos; ++at)
+      ++marks;
+    EXPECT_EQ(marks, 3U);
+    for (const char* word : {"1 kHz", "JND", ">a<", ">b<", "100 %"})
+      EXPECT_NE(svg.find(word), std::string::npos) << word;
+    EXPECT_EQ(svg.find("nan"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace palpate::tools
