@@ -48,15 +48,14 @@ void draw_closer(const Surface& fine, const BoxTree& boxes, Eigen::VectorXd want
                  SimulationSurface& result) {
   constexpr int kRounds = 6;
   constexpr double kShorter = 0.7;    // halves a chord's deviation
-  constexpr double kGrowth = 0.5;     // as SizingOptions has it
-  constexpr double kShortest = 0.15;  // of the target: an eighth of that is left by rounds anyway
+  constexpr double kShortest = 0.15;  // of the target
   const double least_m = kShortest * result.target_edge_m;
   Eigen::VectorXd off_m = distance_m(fine, result.surface);
   result.excess = (off_m.array() / options.allowed_m.array()).maxCoeff();
   for (int round = 0; round < kRounds && result.excess > 1; ++round) {
     for (Eigen::Index v = 0; v < wanted.size(); ++v)
       if (off_m[v] > options.allowed_m[v]) wanted[v] = std::max(kShorter * wanted[v], least_m);
-    limit_growth(wanted, fine, kGrowth);
+    limit_growth(wanted, fine, SizingOptions{}.growth);
     SimulationSurface closer = result;
     closer.surface = remesh(fine, boxes, wanted, options.feature_angle_deg);
     closer.volume_ratio = volume_m3(closer.surface) / volume_m3(fine);
@@ -92,8 +91,7 @@ SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
     const double stray_m = options.stray_tolerance * target_edge_m;
     const auto fault = find_fault(result, stray_m, options.volume_tolerance);
     if (!fault) {
-      if (options.allowed_m.size() > 0)
-        draw_closer(fine, boxes, wanted, options, stray_m, result);
+      if (options.allowed_m.size() > 0) draw_closer(fine, boxes, wanted, options, stray_m, result);
       return result;
     }
     result.refused = "with a target of " + std::to_string(target * 1e3) + " mm " + *fault;

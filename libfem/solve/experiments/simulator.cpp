@@ -17,6 +17,10 @@ namespace {
 constexpr double kHeldForce = 1e-3, kRoughForce = 1e-2;
 constexpr int kMaxRounds = 12;
 
+/// Of the deepest press: a mesh that is farther off the surface where it is finest has a bump under
+/// the tool.
+constexpr double kBump = 0.05;
+
 std::ptrdiff_t count_solved(const std::vector<PointRow>& rows) {
   return std::count_if(rows.begin(), rows.end(),
                        [](const PointRow& row) { return is_solved(row.status); });
@@ -119,7 +123,8 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     if (bump_error(finer_mesh) > 0) break;  // the surface is not given up
     coarse = std::move(fine);
     coarsening = finer_by;
-    fine = run(std::move(finer_mesh), plan, position, normal, setup.keeps_surface, progress, &coarse);
+    fine =
+        run(std::move(finer_mesh), plan, position, normal, setup.keeps_surface, progress, &coarse);
     PointRows next = recorded(fine, coarse);
     if (count_solved(next.rows) < count_solved(out.rows) && next.is_complete)
       break;  // what solved is not given up

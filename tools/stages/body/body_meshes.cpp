@@ -146,15 +146,13 @@ Eigen::VectorXd allowed_stray_m(const Scene& scene, const Body& body) {
       faces.push_back(f);
   if (faces.empty() || scene.probe.spec.shape == "point") return {};
   touched.triangles = body.surface.triangles(faces, Eigen::all);
-  const double contact_m =
-      fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]")
-          .contact_radius_m(scene.experiments.each.depth_m);
+  const double contact_m = fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]")
+                               .contact_radius_m(scene.experiments.each.depth_m);
   const BoxTree boxes = triangle_boxes(touched);
   Eigen::VectorXd out(body.surface.vertices.rows());
   for (Eigen::Index v = 0; v < out.size(); ++v)
     out[v] = kStrayShare *
-             (contact_m +
-              closest_point(touched, boxes, body.surface.vertices.row(v))->distance_m);
+             (contact_m + closest_point(touched, boxes, body.surface.vertices.row(v))->distance_m);
   return out;
 }
 
@@ -194,7 +192,8 @@ void fill_with_tets(const Scene& scene, Body& body) {
       to_millimetres(coarse.deviation_m),
       100 * (report.volume_ratio * volume_m3(coarse.surface) / volume - 1));
   if (coarse.excess > 1)
-    say("  simulation surface: {:.2g} times as far from the surface as is sought somewhere near the "
+    say("  simulation surface: {:.2g} times as far from the surface as is sought somewhere near "
+        "the "
         "region",
         coarse.excess);
 }

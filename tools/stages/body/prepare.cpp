@@ -150,8 +150,7 @@ Body make_body(const Scene& scene, bool surface_only) {
     hold(scene, body);
   }
   if (scene.gravity && !surface_only) bend(scene, body);
-  body.is_reachable = body.in_region;  // recorded points were touched
-  if (!surface_only) find_reachable(scene, body);
+  find_reachable(scene, surface_only, body);
   choose_points(scene, surface_only, body);
   return body;
 }

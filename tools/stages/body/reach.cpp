@@ -218,10 +218,10 @@ void refuse_few(const Scene& scene, const Surface& surface, const std::vector<ch
                 const std::string& remedy) {
   const auto count = std::count(is_left.begin(), is_left.end(), 1);
   if (count < 3)
-    throw Error(region_place(scene),
-                fmt::format("{} of {} surface vertices are reachable", count,
-                            surface.vertices.rows()),
-                remedy);
+    throw Error(
+        region_place(scene),
+        fmt::format("{} of {} surface vertices are reachable", count, surface.vertices.rows()),
+        remedy);
 }
 
 fem::Probe probe_of(const Scene& scene) {
@@ -234,14 +234,16 @@ fem::Probe probe_of(const Scene& scene) {
 
 void find_region(const Scene& scene, Body& body) {
   body.in_region = region_of(scene, body.surface, probe_of(scene).half_width_m);
+}
+
+void find_reachable(const Scene& scene, bool surface_only, Body& body) {
+  body.is_reachable = body.in_region;
   refuse_few(
-      scene, body.surface, body.in_region,
+      scene, body.surface, body.is_reachable,
       "Move the region onto the surface, and not into what is fixed. If it is there and the "
       "surface is coarse, make the region larger, or divide the triangles there: `palpate new` "
       "writes such a mesh.");
-}
-
-void find_reachable(const Scene& scene, Body& body) {
+  if (surface_only) return;
   const fem::Probe probe = probe_of(scene);
   const std::vector<char> wanted = body.in_region;
   std::vector<double> overlap_m;
@@ -249,10 +251,9 @@ void find_reachable(const Scene& scene, Body& body) {
       make_reach(scene, body.surface).vertices(wanted, vertex_normals(body.surface), &overlap_m);
   const double contact_m = probe.contact_radius_m(scene.experiments.each.depth_m);
   drop_specks(body.surface, std::numbers::pi * contact_m * contact_m, body.is_reachable);
-  refuse_few(
-      scene, body.surface, body.is_reachable,
-      "The tool would cut into the body elsewhere before it touches there: take a smaller "
-      "tool, or another region.");
+  refuse_few(scene, body.surface, body.is_reachable,
+             "The tool would cut into the body elsewhere before it touches there: take a smaller "
+             "tool, or another region.");
   // Test points some spacing apart cannot go around less.
   const double spacing_m =
       std::sqrt(area_of(body.surface, wanted) / scene.experiments.test_points.value_or(kMaxPoints));

@@ -10,14 +10,15 @@ namespace palpate::tools {
 fem::ToolReach make_reach(const Scene& scene, const Surface& surface);
 
 /// Fills in_region of a body that has its surface, where the scene's regions speak of it: what the
-/// scene's region holds and is not fixed. Throws Error when fewer than three vertices are left.
+/// scene's region holds and is not fixed.
 void find_region(const Scene& scene, Body& body);
 
-/// Fills is_reachable: what of in_region the tool can touch. Patches smaller than a contact do not
-/// count, and what lies farther than the tool's half width, and than half of what test points lie
-/// apart, from all that can be touched leaves the region; narrower gaps stay in it, so that curves
-/// are blended across. Says what is left out. Throws Error when fewer than three vertices are left.
-void find_reachable(const Scene& scene, Body& body);
+/// Fills is_reachable: what of in_region the tool can touch, or all of it where `surface_only`
+/// (recorded points were touched). Patches smaller than a contact do not count, and what lies
+/// farther than the tool's half width, and than half of what test points lie apart, from all that
+/// can be touched leaves the region; narrower gaps stay in it, so that curves are blended across.
+/// Says what is left out. Throws Error when fewer than three vertices are left.
+void find_reachable(const Scene& scene, bool surface_only, Body& body);
 
 /// choose_test_points on a body whose flags are there. A gap that a point would have to stand in
 /// leaves the region.

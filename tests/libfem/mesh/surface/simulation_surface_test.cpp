@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <set>
 
 #include "libfem/mesh/surface/surface_checks.hpp"
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/surface/surfaces.hpp"
 
@@ -88,6 +90,29 @@ TEST(SimulationSurface, bad_input_is_refused) {
   } catch (const Error& error) {
     EXPECT_EQ(error.fact().find("it crosses itself"), 0U) << error.fact();
   }
+}
+
+TEST(SimulationSurface, is_closer_where_less_is_allowed) {
+  const Surface fine = sphere(0.05, 4);
+  SimulationSurfaceOptions options{.volume_tolerance = 0.08};
+  const auto off_m = [&](const SimulationSurface& made, bool is_right) {
+    const BoxTree boxes = triangle_boxes(made.surface);
+    double most = 0;
+    for (const auto& v : fine.vertices.rowwise())
+      if ((v.x() > 0.02) == is_right)
+        most = std::max(most, closest_point(made.surface, boxes, v.transpose())->distance_m);
+    return most;
+  };
+  const SimulationSurface plain = simulation_surface(fine, 0.04, options);
+  options.allowed_m = Eigen::VectorXd::Constant(fine.vertices.rows(), 0.02);
+  for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v)
+    if (fine.vertices(v, 0) > 0.02) options.allowed_m[v] = 0.0008;
+  const SimulationSurface closer = simulation_surface(fine, 0.04, options);
+  EXPECT_GT(off_m(plain, true), 0.0016);  // or the rest says nothing
+  EXPECT_LE(closer.excess, 1.1);
+  EXPECT_LE(off_m(closer, true), 0.00088);
+  EXPECT_GT(off_m(closer, false), 0.0016);  // and is as coarse as before elsewhere
+  EXPECT_FALSE(is_self_intersecting(closer.surface));
 }
 
 }  // namespace
