@@ -1,6 +1,7 @@
 // Thin bodies, bodies held at a side, and thick ones: forces on the default base mesh against one
 // 2.5 times as fine, row by row with the errors that both state (M13d). None of these bodies chose
-// a constant but the spindle and the palm.
+// a constant but the spindle, the palm and the hand beside its webs, whose base has to be close to
+// the surface near the tool.
 
 #include <gtest/gtest.h>
 
@@ -69,6 +70,14 @@ const BodyCase kBodies[] = {
      5,
      4,
      {{-9.2, 66.4, -6.2}, {-3, 41.1, -10.1}, {10.7, 86.8, 2.3}, {-20.4, 56.2, -5.6}}},
+    {"hand, beside its webs",
+     "data/surfaces/odedstein_hand_closed.obj",
+     200,
+     {},
+     "{ above = { axis = \"z\", at = \"22.8 mm\" } }",
+     3.1,
+     3.1,
+     {{22.8, 96.8, 12.6}, {7.1, 89.8, 1.5}, {-19.1, 117.5, 4.3}, {-4.9, 120.5, 3.6}}},
     {"liver held 11 cm below",
      "data/surfaces/sofa_liver.vtk",
      1,
