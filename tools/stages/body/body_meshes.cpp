@@ -191,7 +191,7 @@ void fill_with_tets(const Scene& scene, Body& body) {
       report.min_dihedral_deg, kMeshers[static_cast<std::size_t>(report.mesher)].name,
       to_millimetres(coarse.deviation_m),
       100 * (report.volume_ratio * volume_m3(coarse.surface) / volume - 1));
-  if (coarse.excess > 1)
+  if (coarse.excess > 1.1)
     say("  simulation surface: {:.2g} times as far from the surface as is sought somewhere near "
         "the "
         "region",
