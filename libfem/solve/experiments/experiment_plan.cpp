@@ -68,6 +68,12 @@ ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& n
   return plan;
 }
 
+ExperimentPlan press_of(ExperimentPlan plan) {
+  plan.paths.resize(1);
+  plan.segments.resize(1);
+  return plan;
+}
+
 ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3& normal) {
   const Points& deflections = path.deflections;
   const Eigen::VectorXd& time_s = path.time_s;

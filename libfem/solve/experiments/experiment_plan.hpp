@@ -37,6 +37,9 @@ struct ExperimentPlan {
 /// The press passes every row and every depth where a drag starts; drags branch off there.
 ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& normal);
 
+/// Of a press and its drags: the press alone. All rows stay, those of drags are never reached.
+ExperimentPlan press_of(ExperimentPlan plan);
+
 /// One experiment `path` along successive deflections from first touch, of both tools where there
 /// are two.
 ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3& normal);

@@ -4,12 +4,19 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "libfem/solve/experiments/richardson.hpp"
 #include "libfit/core/stated_error.hpp"
+#include "libfit/core/statistics.hpp"
 
 namespace palpate::fem {
 namespace {
+
+/// What a drag on the coarse grid is off by, times the factor of its press (M13k): of 210 rows of a
+/// kidney, a liver and a hand 95 % were within 1.0 to 1.5 % of those on both grids.
+constexpr double kFactorError = 0.015;
+constexpr double kLightest = 0.05;  // of the largest press: rows that tell the factor
 
 constexpr double kWedgedCosine = std::numbers::sqrt2 / 2;  // of 45 degrees
 
@@ -48,6 +55,38 @@ void record_rows(const std::vector<PathRow>& fine, const std::vector<PathRow>& c
          begin < out.size() && out[begin].experiment == experiment; ++begin)
       rows.push_back(begin);
     record_experiment(fine, coarse, ratio, min_error, rows, out);
+  }
+}
+
+void record_drags(const std::vector<PathRow>& coarse, std::vector<PointRow>& out) {
+  const auto is_press = [](const PointRow& row) {
+    return row.kind == ExperimentKind::press && is_solved(row.status);
+  };
+  double largest_N = 0;
+  for (const PointRow& row : out)
+    if (is_press(row)) largest_N = std::max(largest_N, row.force.norm());
+  std::vector<double> factors, errors;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const Vec3 &force = out[i].force, &other = coarse[i].force_N;
+    if (!is_press(out[i]) || !is_solved(coarse[i].status)) continue;
+    if (force.norm() < kLightest * largest_N) continue;
+    factors.push_back(force.dot(other) / other.squaredNorm());
+    errors.push_back(out[i].force_error / force.norm());
+  }
+  if (factors.empty()) return;
+  const double factor =
+      std::accumulate(factors.begin(), factors.end(), 0.0) / static_cast<double>(factors.size());
+  const double error = std::hypot(median(std::move(errors)), kFactorError);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (out[i].kind != ExperimentKind::drag) continue;
+    const PathRow& row = coarse[i];
+    out[i].status = row.status;
+    out[i].step_check = row.step_check;
+    if (row.status != RowStatus::good) continue;
+    out[i].force = factor * row.force_N;
+    out[i].torque = factor * row.torque_Nm;
+    out[i].force_error = std::hypot(error * out[i].force.norm(),
+                                    std::hypot(row.penalty_error_N, row.solver_error_N));
   }
 }
 

@@ -86,6 +86,10 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     const double share = mesh.contact_deviation_m / plan.depth_m;
     return share > kBump ? 1.5 * share : 0.0;
   };
+  // Where no force error is asked for, drags are followed on the coarse grid alone (M13k).
+  const bool has_quick_drags =
+      plan.paths.size() > 1 && ratio > 0 && setup.options.force_tolerance == 0;
+  const ExperimentPlan on_fine = has_quick_drags ? press_of(plan) : plan;
   const auto recorded = [&](const MeshRun& fine, const MeshRun& coarse) {
     PointRows out;
     out.is_complete = fine.is_complete && coarse.is_complete;
@@ -93,6 +97,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     out.cost = {fine.nodes, coarse.nodes, fine.counts, coarse.counts};
     out.rows = plan.rows;
     record_rows(fine.rows, coarse.rows, ratio, min_error, out.rows);
+    if (has_quick_drags) record_drags(coarse.rows, out.rows);
     mark_wedged(normal, out.rows);
     for (PointRow& row : out.rows) {
       const double of_step = plan.is_in_time ? kStepError : 0;
@@ -102,16 +107,19 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
       row.sway_m_N = base.sway_m_N;
     }
     for (std::size_t row = 0; row < fine.surface.size(); ++row)
-      if (out.rows[row].status == RowStatus::good) out.rows[row].surface = fine.surface[row];
+      if (out.rows[row].status == RowStatus::good)
+        out.rows[row].surface =
+            fine.surface[row].size() > 0 ? fine.surface[row] : coarse.surface[row];
     return out;
   };
-  const auto run_at = [&](double coarsening, bool keeps_surface, const MeshRun* coarser) {
-    return run(mesh_at(position, normal, plan, {coarsening, base.halved}), plan, position, normal,
+  const auto run_at = [&](double coarsening, const ExperimentPlan& of, bool keeps_surface,
+                          const MeshRun* coarser) {
+    return run(mesh_at(position, normal, of, {coarsening, base.halved}), of, position, normal,
                keeps_surface, progress, coarser);
   };
   MeshRun fine, coarse;
-  if (ratio > 0) coarse = run_at(ratio, false, nullptr);
-  fine = run_at(1, setup.keeps_surface, ratio > 0 ? &coarse : nullptr);
+  if (ratio > 0) coarse = run_at(ratio, plan, has_quick_drags && setup.keeps_surface, nullptr);
+  fine = run_at(1, on_fine, setup.keeps_surface, ratio > 0 ? &coarse : nullptr);
   PointRows out = recorded(fine, coarse);
   double coarsening = 1;
   for (int finer = 0; finer < kMaxFiner && out.is_complete && ratio > 0; ++finer) {

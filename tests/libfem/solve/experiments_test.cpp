@@ -194,6 +194,26 @@ TEST(Equilibrium, force_and_torque_of_the_probe_balance_the_ground_to_the_tolera
     }
 }
 
+// (M13k), which needs no fine mesh, against both meshes, which a tolerance asks for.
+TEST(PressAndDrag, a_drag_on_the_coarse_grid_times_the_factor_of_its_press_is_that_on_both) {
+  SimulationSetup setup = block_setup(kFriction);
+  setup.options.coarse_ratio = 1.6;
+  setup.options.element_size = setup.options.growth = SolverOptions{}.growth;
+  const PointRows quick = run(setup);
+  setup.options.force_tolerance = 0.5;  // no finer mesh
+  const PointRows both = run(setup);
+  ASSERT_EQ(quick.rows.size(), 7u);
+  for (std::size_t i = 0; i < quick.rows.size(); ++i) {
+    const PointRow &row = quick.rows[i], &other = both.rows[i];
+    ASSERT_EQ(row.status, RowStatus::good) << i;
+    const bool is_press = row.kind == ExperimentKind::press;
+    EXPECT_LT((row.force - other.force).norm(), 0.02 * other.force.norm()) << i;
+    EXPECT_EQ(row.force_error > 0.015 * row.force.norm(), !is_press) << i;
+    EXPECT_LT((row.torque - other.torque).norm(), 0.02 * 0.008 * other.force.norm()) << i;
+  }
+  EXPECT_LT(2 * quick.cost.solver.newton, both.cost.solver.newton);
+}
+
 TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_on_a_finer_mesh) {
   SimulationSetup setup = block_setup(0);
   setup.options.coarse_ratio = 1.6;
