@@ -70,7 +70,9 @@ class SideForceReader {
 
 NodeShape::NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& normal, double radius_m)
     : across(Mat3::Identity() - normal * normal.transpose()) {
-  const auto k = curves.control[runtime::kCurvature].row(row);
+  double k[6];
+  for (int i = 0; i < 6; ++i) k[i] = curves.control[runtime::kCurvature](row, i);
+  runtime::move_out(k, runtime::kCurvatureDepth * curves.basis[0].knots_m.back());  // (M15c)
   curvature << k[0], k[3], k[4], k[3], k[1], k[5], k[4], k[5], k[2];
   curvature = (across * curvature * across).eval();
   stretch = (Mat3::Identity() - radius_m * curvature).inverse();

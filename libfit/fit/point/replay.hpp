@@ -48,7 +48,8 @@ inline int count_unknowns(const runtime::Part& part) {
 
 /// The numbers of a part that is no curve from what is fitted of it: components of vectors along a
 /// point's tangents t, b, of symmetric tensors along tt, bb and tb + bt. quadric: what the point's
-/// surface is like. sway: how the body gives there; zero where rows are without it.
+/// surface is like, lengths over length_m. sway: how the body gives there; zero where rows are
+/// without it.
 template <class T, class C>
 std::vector<T> part_controls(const runtime::Part& part, const std::array<Vec3, 2>& tangents,
                              const runtime::Quadric& quadric, const C* unknowns, int count,
@@ -62,8 +63,12 @@ std::vector<T> part_controls(const runtime::Part& part, const std::array<Vec3, 2
         control.push_back(unknowns[j] * tangents[0][i] + unknowns[j + 1] * tangents[1][i]);
   if (part.known == runtime::Known::tools) control.assign(std::size_t(part.count), T(0.0));
   constexpr int kAt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
-  if (part.known == runtime::Known::curvature)
-    for (const auto& [r, c] : kAt) control.push_back(T(-quadric.gradient[3 * r + c]));
+  if (part.known == runtime::Known::curvature) {
+    double kappa[6];
+    for (int i = 0; i < 6; ++i) kappa[i] = -quadric.gradient[3 * kAt[i][0] + kAt[i][1]];
+    runtime::move_out(kappa, -runtime::kCurvatureDepth);  // (M15c)
+    for (const double k : kappa) control.push_back(T(k));
+  }
   if (part.known == runtime::Known::sway)
     for (const auto& [r, c] : kAt) control.push_back(T(sway(r, c)));
   const auto &t = tangents[0], &b = tangents[1];

@@ -54,7 +54,8 @@ struct RingBody {
   void probe_with(double radius_m, double friction) {
     rig.samples.probe = sphere_spec(radius_m, friction);
     for (std::size_t p = 0; p < truth.size(); ++p) {
-      const auto& k = truth[p].control[runtime::kCurvature];
+      auto k = truth[p].control[runtime::kCurvature];
+      runtime::move_out(k.data(), runtime::kCurvatureDepth * kDepth_m);  // (M15c)
       Mat3 offset;
       offset << -k[0], -k[3], -k[4], -k[3], -k[1], -k[5], -k[4], -k[5], -k[2];
       const Mat3 own = offset * (Mat3::Identity() + radius_m * offset).inverse();
@@ -84,6 +85,23 @@ TEST(fitted_rings, of_a_ball_go_over_the_offset_surface) {
   rig.samples.probe = sphere_spec(R);
   EXPECT_LT((fit::offset_gradient(rig.samples, 0) - with(1 / 0.022, -1 / 0.032)).norm(), 1e-9);
   EXPECT_LT((fit::offset_gradient(rig.samples, 1) - with(-1 / (0.3 * R), 0)).norm(), 1e-9);
+}
+
+// A ball that is d deep in a hollow of radius a moves on a circle of a - R + d, over a ridge of
+// a + R - d.
+TEST(fitted_rings, have_the_curvature_of_a_ball_that_is_half_deep) {
+  const Vec3 u = Vec3(1, -2, 2).normalized(), s = u.unitOrthogonal(), t = u.cross(s);
+  constexpr double R = 0.008, kHollow_m = 0.02, kRidge_m = 0.03, kUnit_m = 0.01;
+  const Mat3 touching = s * s.transpose() / (kHollow_m - R) - t * t.transpose() / (kRidge_m + R);
+  const auto k = fit::part_controls<double>(parts_of(CurveFamily::rings)[runtime::kCurvature],
+                                            {s, t}, fit::quadric_of(u, kUnit_m * touching),
+                                            static_cast<const double*>(nullptr), 0);
+  Mat3 kappa;
+  kappa << k[0], k[3], k[4], k[3], k[1], k[5], k[4], k[5], k[2];
+  const double half_m = runtime::kCurvatureDepth * kUnit_m;
+  EXPECT_NEAR(s.dot(kappa * s) / kUnit_m, -1 / (kHollow_m - R + half_m), 1e-9);
+  EXPECT_NEAR(t.dot(kappa * t) / kUnit_m, 1 / (kRidge_m + R - half_m), 1e-9);
+  EXPECT_NEAR(s.dot(kappa * t), 0, 1e-12);
 }
 
 TEST(fitted_rings, are_those_of_a_body_that_obeys_the_law) {

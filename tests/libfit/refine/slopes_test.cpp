@@ -115,7 +115,9 @@ void expect_slopes_of_the_energy(double ball_m) {
   if (ball_m > 0) curves.probe = sphere_spec(ball_m);
   for (Eigen::Index p = 0; p < curves.position.rows(); ++p) {
     const Vec3 u = curves.normal.row(p);
-    const Mat3 k = (Mat3::Identity() - u * u.transpose()) / radius_m;
+    const double at_half_m =
+        radius_m - runtime::kCurvatureDepth * curves.curves.basis[0].knots_m.back();  // (M15c)
+    const Mat3 k = (Mat3::Identity() - u * u.transpose()) / at_half_m;
     curves.curves.control[runtime::kCurvature].row(p) << k(0, 0), k(1, 1), k(2, 2), k(0, 1),
         k(0, 2), k(1, 2);
     curves.curves.control[runtime::kSide3].row(p) =
