@@ -144,9 +144,10 @@ std::string reason_for(const BasisCandidate& chosen, bool is_wanted, double tole
   return reason;
 }
 
-// The basis of one kind from its rows at the points that can hold some out.
+// The basis of one kind from its rows at the points that can hold some out; of `least` pieces or
+// more where rows can carry them.
 BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& normal, int wanted,
-                   double range, const FitOptions& options) {
+                   int least, double range, const FitOptions& options) {
   BasisReport report;
   report.points = static_cast<int>(points.size());
   std::vector<double> groups;
@@ -157,7 +158,7 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
 
   std::vector<BasisCandidate> candidates;  // the best placement for each number of pieces
   std::size_t best = 0;
-  for (int pieces = wanted > 0 ? wanted : 1; pieces <= std::max(most, wanted);
+  for (int pieces = wanted > 0 ? wanted : std::min(least, most); pieces <= std::max(most, wanted);
        pieces += pieces < 6 ? 1 : 2) {
     candidates.push_back(placer.best(pieces, report.evidence));
     if (candidates.back().mean_square < candidates[best].mean_square) best = candidates.size() - 1;
@@ -225,7 +226,7 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
     const CurveBasis& normal = reports[0].basis;
     const auto points = evidence_for(kind, rows, range[k], normal, options.loss);
     if (!points.empty()) {
-      report = search(points, normal, wanted, range[k], options);
+      report = search(points, normal, wanted, 1, range[k], options);
     } else if (kind == static_cast<int>(CurveKind::limit) && wanted == 0) {
       report.basis = normal;
       report.reason = "too few depths with slip to hold any out: knots of the normal curve";
@@ -238,6 +239,10 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
   return reports;
 }
 
+// Of one cubic the curvature, which is the bed, is a line, and that of a ball on a half-space falls
+// like 1/sqrt(d).
+constexpr int kLeastBedPieces = 2;
+
 std::optional<BasisReport> choose_bed_basis(const std::vector<CurveRows>& rows,
                                             const FitOptions& options) {
   if (options.pieces[0] > 0 || !options.knots_m[0].empty()) return std::nullopt;
@@ -249,7 +254,7 @@ std::optional<BasisReport> choose_bed_basis(const std::vector<CurveRows>& rows,
   if (points.empty()) return std::nullopt;
   FitOptions exact = options;
   exact.tolerance = std::min(options.tolerance, options.weight_floor);
-  BasisReport report = search(points, {}, 0, 1.0, exact);
+  BasisReport report = search(points, {}, 0, kLeastBedPieces, 1.0, exact);
   report.reason = "its curvature is the bed: pieces whose held-out error of presses, " +
                   percent(report.heldout_error, 2) + ", more hardly lower";
   return report;

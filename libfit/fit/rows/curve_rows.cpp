@@ -114,13 +114,15 @@ std::size_t plateau_begin(const WayOut& way) {
 void add_stick_row(const PointData& point, const PointExperiment& e, std::size_t i, double dr,
                    double force, CurveRows& out) {
   const double normal_force = e.force[i].dot(point.inward);
-  const bool is_pressed = !(dr > kRounding * point.depth);
+  const bool is_aside = dr > kRounding * point.depth;
+  // On a body that sways a press moves sideways against the surface around it.
+  const bool is_pressed = !is_aside || !e.is_drag;
   out.curve[0].push_back(
       {depth_of(point, e.deflection[i]), normal_force, e.weight[i], 0, 0, is_pressed});
   if (normal_force > kFirmForce)
     out.largest_friction =
         std::max(out.largest_friction, lateral_of(point, e.force[i]).norm() / normal_force);
-  if (!is_pressed)
+  if (is_aside)
     out.curve[1].push_back({dr, force, e.weight[i], 0, depth_of(point, e.deflection[i])});
 }
 
@@ -144,7 +146,7 @@ void add_drag(const PointData& point, const PointExperiment& e, CurveRows& out) 
     for (std::size_t k = 0; k < way.row.size(); ++k) add_stick_row(point, e, way.row[k], 0, 0, out);
     return;
   }
-  const std::size_t slip = plateau_begin(way);
+  const std::size_t slip = e.is_drag ? plateau_begin(way) : way.row.size();
   out.drags += e.is_drag;
   out.slipping_drags += e.is_drag && slip < way.row.size();
   const double hold = way.dr[std::min(slip, way.row.size() - 1)];

@@ -151,6 +151,27 @@ TEST(fitted_rings, on_a_body_that_sways_are_those_of_the_contact) {
   }
 }
 
+// Presses there move sideways against the surface around them. Once none counted as a press then,
+// and drags chose knots, too.
+TEST(fitted_rings, have_a_bed_of_two_pieces_that_presses_choose_also_on_a_body_that_sways) {
+  const std::vector<double> sway{0.02, 0.01, 0.012, 0.002, -0.001, 0.003};
+  for (const bool sways : {false, true}) {
+    RingBody body;
+    for (unsigned seed = 1; seed <= 4; ++seed)
+      body.add(seed, true, {}, {}, 0, sways ? sway : std::vector<double>());
+    if (sways)
+      body.rig.samples.point_sway = Eigen::RowVectorXd::Map(sway.data(), 6).replicate(4, 1);
+    FitOptions options;
+    options.family = CurveFamily::rings;
+    FitReport report;
+    fit_curves(body.rig.samples, options, {}, &report);
+    EXPECT_EQ(report.family.sways, sways);
+    EXPECT_NE(report.kind[0].reason.find("its curvature is the bed"), std::string::npos)
+        << report.kind[0].reason;
+    EXPECT_GE(report.kind[0].basis.pieces(), 2);
+  }
+}
+
 // Its presses move sideways against the surface around them, but as the sway says: they tell no
 // lambda.
 TEST(fitted_rings, of_a_press_on_a_body_that_sways_are_those_of_the_drags) {
