@@ -117,11 +117,12 @@ class Simulator {
   Simulator(Simulator&&) noexcept;
   Simulator& operator=(Simulator&&) noexcept;
 
-  /// position on the surface [m], normal inward unit.
+  /// position on the surface [m], normal inward unit. Drags are followed on the coarse grid alone,
+  /// and state more, but where SolverOptions::force_tolerance is asked for (M13k).
   PointRows press_and_drag(const Vec3& position, const Vec3& normal, const Experiments& experiments,
                            const Progress& progress = {}) const;
 
-  /// The press alone on one coarse mesh, at a tenth of the cost or less: forces are too large by
+  /// The press alone on one coarse mesh, at a fifth of the cost or less: forces are too large by
   /// much the same share all over a body (M13e), and force_error is the solver's alone.
   PointRows press_quickly(const Vec3& position, const Vec3& normal, const Experiments& experiments,
                           const Progress& progress = {}) const;

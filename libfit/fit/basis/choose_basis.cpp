@@ -144,10 +144,10 @@ std::string reason_for(const BasisCandidate& chosen, bool is_wanted, double tole
   return reason;
 }
 
-// The basis of one kind from its rows at the points that can hold some out; of `least` pieces or
-// more where rows can carry them.
+// The basis of one kind from its rows at the points that can hold some out; of min_pieces
+// or more where rows can carry them.
 BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& normal, int wanted,
-                   int least, double range, const FitOptions& options) {
+                   int min_pieces, double range, const FitOptions& options) {
   BasisReport report;
   report.points = static_cast<int>(points.size());
   std::vector<double> groups;
@@ -158,8 +158,8 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
 
   std::vector<BasisCandidate> candidates;  // the best placement for each number of pieces
   std::size_t best = 0;
-  for (int pieces = wanted > 0 ? wanted : std::min(least, most); pieces <= std::max(most, wanted);
-       pieces += pieces < 6 ? 1 : 2) {
+  for (int pieces = wanted > 0 ? wanted : std::min(min_pieces, most);
+       pieces <= std::max(most, wanted); pieces += pieces < 6 ? 1 : 2) {
     candidates.push_back(placer.best(pieces, report.evidence));
     if (candidates.back().mean_square < candidates[best].mean_square) best = candidates.size() - 1;
     if (wanted > 0 || meets(candidates.back(), options.tolerance)) break;
@@ -241,7 +241,7 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
 
 // Of one cubic the curvature, which is the bed, is a line, and that of a ball on a half-space falls
 // like 1/sqrt(d).
-constexpr int kLeastBedPieces = 2;
+constexpr int kMinBedPieces = 2;
 
 std::optional<BasisReport> choose_bed_basis(const std::vector<CurveRows>& rows,
                                             const FitOptions& options) {
@@ -254,7 +254,7 @@ std::optional<BasisReport> choose_bed_basis(const std::vector<CurveRows>& rows,
   if (points.empty()) return std::nullopt;
   FitOptions exact = options;
   exact.tolerance = std::min(options.tolerance, options.weight_floor);
-  BasisReport report = search(points, {}, 0, kLeastBedPieces, 1.0, exact);
+  BasisReport report = search(points, {}, 0, kMinBedPieces, 1.0, exact);
   report.reason = "its curvature is the bed: pieces whose held-out error of presses, " +
                   percent(report.heldout_error, 2) + ", more hardly lower";
   return report;

@@ -57,13 +57,14 @@ inline bool has_radius_effect(const CurveViews& views) noexcept {
   return views.indenter != nullptr && views.indenter->has_radius_effect;
 }
 
+/// Depth at which a node's curvature is that of the surface of a ball's centres, over that at which
+/// its curves end (M15c). With 0 a hollow counts as too narrow for a ball that is deep in it.
+constexpr double kCurvatureDepth = 0.5;
+
 /// The curvature of the surface of a ball's centres (M15b) becomes that of the surface which lies
 /// farther_m farther out: k / (1 + farther k) of each principal one, a hollow no narrower than
 /// kNarrowest of what it was.
 constexpr double kNarrowest = 0.25;
-/// Depth at which a node's curvature is that of the surface of a ball's centres, over that at which
-/// its curves end (M15c). With 0 a hollow counts as too narrow for a ball that is deep in it.
-constexpr double kCurvatureDepth = 0.5;
 inline void move_out(double* kappa, double farther_m) noexcept {
   const double trace = kappa[0] + kappa[1] + kappa[2];
   const double squares = kappa[0] * kappa[0] + kappa[1] * kappa[1] + kappa[2] * kappa[2] +

@@ -36,7 +36,7 @@ constexpr int kMinBatch = 4, kMaxBatch = 64;
 constexpr double kShare = 0.25, kQuickShare = 0.5;
 constexpr int kJudged = 12, kJudgedRounds = 2;
 constexpr int kMinCompared = 4;   // points that tell what presses on one mesh lack
-constexpr int kMostDragged = 48;  // points, where all have to be dragged: ten times the time
+constexpr int kMostDragged = 48;  // points, where all have to be dragged: five times the time
 
 // Curves of the points so far. Later rounds keep the first round's bases and fit what is new.
 FittedCurves fit_so_far(const Scene& scene, const Samples& samples, int jobs,
