@@ -52,33 +52,10 @@ class Asset : public AssetView {
   /// normals, tree, and the replay of the check path bit for bit. Safe on hostile bytes. On any
   /// fault *status says which and the asset is empty (is_open() is false). Call it outside the
   /// real-time thread: it reads every byte once or twice (about 1 ms per 2 MB).
-  static Asset open(const void* bytes, std::size_t size, Status* status) noexcept {
-    Status unused;
-    Status& out = status != nullptr ? *status : unused;
-    const Asset asset = open_without_replay(bytes, size, &out);
-    if (out != Status::ok) return Asset();
-    const bool is_same = meets_check_path(asset);
-    if (!is_same) out = Status::replay_differs;
-    return is_same ? asset : Asset();
-  }
+  static Asset open(const void* bytes, std::size_t size, Status* status) noexcept;
 
   /// Opens without replaying the check path: for the exporter, which records its forces so.
-  static Asset open_without_replay(const void* bytes, std::size_t size, Status* status) noexcept {
-    Header header;
-    Asset asset;
-    *status = check_envelope(bytes, size, header);
-    if (*status != Status::ok) return Asset();
-    static_cast<AssetView&>(asset) = view_of(bytes, header);
-    std::uint64_t offset[kSections];
-    const std::uint64_t end = lay_out(header, offset);
-    if (end < header.file_bytes)
-      asset.shape = shape_view_of(static_cast<const unsigned char*>(bytes) + end, header);
-    *status = check_sections(asset, header, bytes);
-    if (*status != Status::ok) return Asset();
-    asset.skin_m = skin_of(asset);
-    asset.sways = any_sway(asset);
-    return asset;
-  }
+  static Asset open_without_replay(const void* bytes, std::size_t size, Status* status) noexcept;
 
   bool is_open() const noexcept { return triangles > 0; }
 
@@ -93,6 +70,36 @@ class Asset : public AssetView {
     return 1e-9 * std::sqrt(squared);
   }
 };
+
+#if PALPATE_HAS_BODIES
+PALPATE_ONCE Asset Asset::open(const void* bytes, std::size_t size, Status* status) noexcept {
+  Status unused;
+  Status& out = status != nullptr ? *status : unused;
+  const Asset asset = open_without_replay(bytes, size, &out);
+  if (out != Status::ok) return Asset();
+  const bool is_same = meets_check_path(asset);
+  if (!is_same) out = Status::replay_differs;
+  return is_same ? asset : Asset();
+}
+
+PALPATE_ONCE Asset Asset::open_without_replay(const void* bytes, std::size_t size,
+                                              Status* status) noexcept {
+  Header header;
+  Asset asset;
+  *status = check_envelope(bytes, size, header);
+  if (*status != Status::ok) return Asset();
+  static_cast<AssetView&>(asset) = view_of(bytes, header);
+  std::uint64_t offset[kSections];
+  const std::uint64_t end = lay_out(header, offset);
+  if (end < header.file_bytes)
+    asset.shape = shape_view_of(static_cast<const unsigned char*>(bytes) + end, header);
+  *status = check_sections(asset, header, bytes);
+  if (*status != Status::ok) return Asset();
+  asset.skin_m = skin_of(asset);
+  asset.sways = any_sway(asset);
+  return asset;
+}
+#endif
 
 }  // namespace runtime
 }  // namespace palpate

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -24,6 +25,36 @@ std::set<std::string> commands(const std::string& help) {
   for (std::sregex_iterator it(list.begin(), list.end(), line), end; it != end; ++it)
     names.insert((*it)[1]);
   return names;
+}
+
+std::string page(const std::string& name) {
+  std::ifstream in(fs::path(PALPATE_SOURCE_DIR) / "docs" / "formats" / name);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void add_quoted(const std::string& text, std::set<std::string>& keys) {
+  static const std::regex quoted("`([A-Za-z_0-9]+)`");
+  for (std::sregex_iterator it(text.begin(), text.end(), quoted), end; it != end; ++it)
+    keys.insert((*it)[1]);
+}
+
+// What docs/formats/commands.md says that a command's object has: in the command's rows, and on the
+// pages that these refer to.
+std::set<std::string> documented_keys(const std::string& command) {
+  static const std::pair<const char*, const char*> kPages[] = {{"](#", "commands.md"},
+                                                               {"statement.json", "statement.md"},
+                                                               {"samples.import", "manifest.md"}};
+  std::set<std::string> keys;
+  std::istringstream lines(page("commands.md"));
+  for (std::string line; std::getline(lines, line);) {
+    const std::string first = line.substr(0, line.find('|', 1));
+    const bool is_row = first.starts_with("| `") && first.find('`' + command + '`') < first.size();
+    if (is_row || line.starts_with("The object has")) add_quoted(line, keys);
+    for (const auto& [mark, name] : kPages)
+      if (is_row && line.find(mark) < line.size()) add_quoted(page(name), keys);
+    if (is_row && line.find("as `simulate`") < line.size()) keys.merge(documented_keys("simulate"));
+  }
+  return keys;
 }
 
 const std::string kManifest =
@@ -123,6 +154,9 @@ TEST_F(Answers, of_every_command_are_one_object_with_json_and_nothing_when_quiet
     ASSERT_TRUE(object.is_object()) << json.out;
     EXPECT_EQ(object.at("command"), command);
     EXPECT_GE(object.size(), 3u) << json.out;
+    const std::set<std::string> documented = documented_keys(command);
+    for (const auto& [key, value] : object.items())
+      EXPECT_TRUE(documented.contains(key)) << key << " is not in docs/formats/commands.md";
     for (const Json& file : object.value("wrote", Json::array()))
       EXPECT_EQ(file.at("bytes"), fs::file_size(file.at("file").get<std::string>()));
     fresh();

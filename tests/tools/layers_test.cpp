@@ -114,6 +114,7 @@ const std::vector<Row> kRooms{
       "libfit/runtime/tool", "libfit/runtime/asset.hpp"}},
     {"libfit/runtime/example", {"libfit/runtime/engine"}},
     {"libfit/runtime/palpate.h", {}},
+    {"libfit/runtime/once", {"libfit/runtime/engine"}},
     {"libfit/runtime/c_face", {"libfit/runtime/engine", "libfit/runtime/palpate.h"}},
     {"libfit/runtime/palpate", {"libfit/runtime/c_face", "libfit/runtime/palpate.h"}},
 

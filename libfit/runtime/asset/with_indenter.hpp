@@ -12,6 +12,7 @@
 
 #include <new>
 
+#include "../base/once.hpp"
 #include "../law/indenter.hpp"
 #include "view.hpp"
 
@@ -387,8 +388,11 @@ inline bool knows_radius(const AssetView& asset) noexcept {
 /// The asset as a tool with this end meets it: touch() it in place of the asset. memory
 /// [indenter_bytes(asset)], 8-byte aligned, must outlive it. The tool is possible and the asset
 /// knows_radius(). Some milliseconds; not for the real-time thread.
-inline AssetView with_indenter(const AssetView& asset, const Indenter& tool,
-                               void* memory) noexcept {
+PALPATE_ONCE AssetView with_indenter(const AssetView& asset, const Indenter& tool,
+                                     void* memory) noexcept;
+#if PALPATE_HAS_BODIES
+PALPATE_ONCE AssetView with_indenter(const AssetView& asset, const Indenter& tool,
+                                     void* memory) noexcept {
   const IndenterTable table(asset, tool, memory);
   AssetView out = asset;
   out.curves.view[kNormal] = table.normal();
@@ -410,6 +414,7 @@ inline AssetView with_indenter(const AssetView& asset, const Indenter& tool,
   out.is_rough = asset.curves.family != int(Family::rings) || asset.damage.softens();
   return out;
 }
+#endif
 
 }  // namespace runtime
 }  // namespace palpate

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "../base/ledger.hpp"
+#include "../base/once.hpp"
 #include "../base/status.hpp"
 #include "../law/compliance.hpp"
 #include "../surface/spot_cache.hpp"
@@ -197,9 +198,13 @@ inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& 
 /// origin. before: where the surface met it at the tick before, so that surface which moves
 /// touches, too; met: where it meets it now. is_in_time: time changes what the body remembers.
 /// step: of the tool itself.
-inline Status approach(const AssetView& asset, Contact& contact, const Vec3d& x,
-                       const Vec3d& aside_m, double radius_m, bool is_in_time, double dt_s,
-                       Vec3d& step) noexcept {
+PALPATE_ONCE Status approach(const AssetView& asset, Contact& contact, const Vec3d& x,
+                             const Vec3d& aside_m, double radius_m, bool is_in_time, double dt_s,
+                             Vec3d& step) noexcept;
+#if PALPATE_HAS_BODIES
+PALPATE_ONCE Status approach(const AssetView& asset, Contact& contact, const Vec3d& x,
+                             const Vec3d& aside_m, double radius_m, bool is_in_time, double dt_s,
+                             Vec3d& step) noexcept {
   if (!is_finite(x)) {
     forget(contact);
     return Status::tip_not_finite;
@@ -238,6 +243,7 @@ inline Status approach(const AssetView& asset, Contact& contact, const Vec3d& x,
   put(aside_m, contact.series.aside_m);
   return Status::ok;
 }
+#endif
 
 }  // namespace runtime
 }  // namespace palpate

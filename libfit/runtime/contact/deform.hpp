@@ -221,8 +221,11 @@ constexpr int kMaxDents = 8;
 /// to kMaxDents of one tick, in the body's frame, three numbers each; zero in the air and with any
 /// status but ok. Dents are added; each contact's is measured from the body as the others have
 /// moved it. No vertex is left in the last of the balls.
-inline Status deform(const AssetView& asset, const Dent* dent, int dents, int first, int count,
-                     float* displacement_m) noexcept {
+PALPATE_ONCE Status deform(const AssetView& asset, const Dent* dent, int dents, int first,
+                           int count, float* displacement_m) noexcept;
+#if PALPATE_HAS_BODIES
+PALPATE_ONCE Status deform(const AssetView& asset, const Dent* dent, int dents, int first,
+                           int count, float* displacement_m) noexcept {
   for (std::ptrdiff_t i = 0; i < 3 * std::ptrdiff_t{count}; ++i) displacement_m[i] = 0;
   if (asset.shape.points == 0) return Status::no_shape;
   Room<Deformation, kMaxDents> room;
@@ -247,6 +250,7 @@ inline Status deform(const AssetView& asset, const Dent* dent, int dents, int fi
   }
   return Status::ok;
 }
+#endif
 /// The same of one.
 inline Status deform(const AssetView& asset, const Contact& contact, double radius_m, int first,
                      int count, float* displacement_m) noexcept {

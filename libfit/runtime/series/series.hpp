@@ -380,8 +380,11 @@ class Series {
 
 /// A body's ledger and contacts at one tick: at [count], which have been brought here by
 /// approach().
-inline void tick_contacts(const AssetView& asset, Ledger& ledger, SeriesContact* at,
-                          int count) noexcept {
+PALPATE_ONCE void tick_contacts(const AssetView& asset, Ledger& ledger, SeriesContact* at,
+                                int count) noexcept;
+#if PALPATE_HAS_BODIES
+PALPATE_ONCE void tick_contacts(const AssetView& asset, Ledger& ledger, SeriesContact* at,
+                                int count) noexcept {
   SeriesContact* only = nullptr;
   int touching = 0;
   for (int i = 0; i < count; ++i)
@@ -397,6 +400,7 @@ inline void tick_contacts(const AssetView& asset, Ledger& ledger, SeriesContact*
     return tick_alone<decltype(f), is_ball>(*only->asset, *only, ledger, only->tangent_N_m);
   });
 }
+#endif
 
 }  // namespace runtime
 }  // namespace palpate

@@ -269,7 +269,7 @@ export class PointSection {
     this.chosen(point);
   }
 
-  /** A point that was dragged, or any, near the middle of all. */
+  /** Of the points that were dragged, or of all, the one nearest to the middle of all. */
   chooseFirst(): void {
     const places = floats(this.contents.points?.position_m);
     const count = places.length / 3;
@@ -277,7 +277,6 @@ export class PointSection {
     const away = (i: number) => Math.hypot(...vector(places, i).map((v, k) => v - middle[k]));
     const all = Array.from({ length: count }, (_, i) => i);
     const dragged = all.filter((i) => this.curves.hasDrags(i));
-    const sorted = (dragged.length ? dragged : all).sort((a, b) => away(a) - away(b));
-    this.choose(sorted[Math.floor(sorted.length / 4)]);
+    this.choose((dragged.length ? dragged : all).reduce((a, b) => (away(b) < away(a) ? b : a)));
   }
 }
