@@ -5,6 +5,8 @@
 // units can compile its large functions once: PALPATE_COMPILED_ONCE is defined for every unit, and
 // one source defines PALPATE_COMPILED_HERE before it includes engine.hpp (once.cpp).
 
+#include "rounding.hpp"
+
 #if defined(PALPATE_COMPILED_ONCE) && !defined(PALPATE_COMPILED_HERE)
 #define PALPATE_HAS_BODIES 0
 #else
