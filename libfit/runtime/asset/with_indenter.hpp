@@ -389,10 +389,9 @@ inline bool knows_radius(const AssetView& asset) noexcept {
 /// [indenter_bytes(asset)], 8-byte aligned, must outlive it. The tool is possible and the asset
 /// knows_radius(). Some milliseconds; not for the real-time thread.
 PALPATE_ONCE AssetView with_indenter(const AssetView& asset, const Indenter& tool,
-                                     void* memory) noexcept;
+                                     void* memory) noexcept
 #if PALPATE_HAS_BODIES
-PALPATE_ONCE AssetView with_indenter(const AssetView& asset, const Indenter& tool,
-                                     void* memory) noexcept {
+{
   const IndenterTable table(asset, tool, memory);
   AssetView out = asset;
   out.curves.view[kNormal] = table.normal();
@@ -414,6 +413,8 @@ PALPATE_ONCE AssetView with_indenter(const AssetView& asset, const Indenter& too
   out.is_rough = asset.curves.family != int(Family::rings) || asset.damage.softens();
   return out;
 }
+#else
+    ;
 #endif
 
 }  // namespace runtime

@@ -200,11 +200,9 @@ inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& 
 /// step: of the tool itself.
 PALPATE_ONCE Status approach(const AssetView& asset, Contact& contact, const Vec3d& x,
                              const Vec3d& aside_m, double radius_m, bool is_in_time, double dt_s,
-                             Vec3d& step) noexcept;
+                             Vec3d& step) noexcept
 #if PALPATE_HAS_BODIES
-PALPATE_ONCE Status approach(const AssetView& asset, Contact& contact, const Vec3d& x,
-                             const Vec3d& aside_m, double radius_m, bool is_in_time, double dt_s,
-                             Vec3d& step) noexcept {
+{
   if (!is_finite(x)) {
     forget(contact);
     return Status::tip_not_finite;
@@ -243,6 +241,8 @@ PALPATE_ONCE Status approach(const AssetView& asset, Contact& contact, const Vec
   put(aside_m, contact.series.aside_m);
   return Status::ok;
 }
+#else
+    ;
 #endif
 
 }  // namespace runtime

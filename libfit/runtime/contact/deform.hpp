@@ -222,10 +222,9 @@ constexpr int kMaxDents = 8;
 /// status but ok. Dents are added; each contact's is measured from the body as the others have
 /// moved it. No vertex is left in the last of the balls.
 PALPATE_ONCE Status deform(const AssetView& asset, const Dent* dent, int dents, int first,
-                           int count, float* displacement_m) noexcept;
+                           int count, float* displacement_m) noexcept
 #if PALPATE_HAS_BODIES
-PALPATE_ONCE Status deform(const AssetView& asset, const Dent* dent, int dents, int first,
-                           int count, float* displacement_m) noexcept {
+{
   for (std::ptrdiff_t i = 0; i < 3 * std::ptrdiff_t{count}; ++i) displacement_m[i] = 0;
   if (asset.shape.points == 0) return Status::no_shape;
   Room<Deformation, kMaxDents> room;
@@ -250,7 +249,10 @@ PALPATE_ONCE Status deform(const AssetView& asset, const Dent* dent, int dents, 
   }
   return Status::ok;
 }
+#else
+    ;
 #endif
+
 /// The same of one.
 inline Status deform(const AssetView& asset, const Contact& contact, double radius_m, int first,
                      int count, float* displacement_m) noexcept {

@@ -381,10 +381,9 @@ class Series {
 /// A body's ledger and contacts at one tick: at [count], which have been brought here by
 /// approach().
 PALPATE_ONCE void tick_contacts(const AssetView& asset, Ledger& ledger, SeriesContact* at,
-                                int count) noexcept;
+                                int count) noexcept
 #if PALPATE_HAS_BODIES
-PALPATE_ONCE void tick_contacts(const AssetView& asset, Ledger& ledger, SeriesContact* at,
-                                int count) noexcept {
+{
   SeriesContact* only = nullptr;
   int touching = 0;
   for (int i = 0; i < count; ++i)
@@ -400,6 +399,8 @@ PALPATE_ONCE void tick_contacts(const AssetView& asset, Ledger& ledger, SeriesCo
     return tick_alone<decltype(f), is_ball>(*only->asset, *only, ledger, only->tangent_N_m);
   });
 }
+#else
+    ;
 #endif
 
 }  // namespace runtime
