@@ -1,7 +1,7 @@
 // Thin bodies, bodies held at a side, and thick ones: forces on the default base mesh against one
 // 2.5 times as fine, row by row with the errors that both state (M13d). None of these bodies chose
 // a constant but the spindle, the palm and the hand beside its webs, whose base has to be close to
-// the surface near the tool.
+// the surface near the tool. Places of the last four are drawn among those that their scenes touch.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,8 @@ namespace {
 
 constexpr double kFiner = 2.5;
 
-/// surface: a shared file whose unit is `scale_mm`, or empty for an ellipsoid of these semi-axes.
+/// surface: a file, shipped or shared, whose unit is `scale_mm`, or empty for an ellipsoid of these
+/// semi-axes.
 /// places_mm: near the surface.
 struct BodyCase {
   const char* name;
@@ -87,7 +88,44 @@ const BodyCase kBodies[] = {
      8,
      5,
      {{57.8, 100.7, 180.6}, {69.4, 102, 191.6}, {62.4, 95.2, 180.1}, {100.7, 125.1, 198.9}}},
+    {"breast held at the chest wall",
+     "data/bodies/breast.obj",
+     1,
+     {},
+     "{ below = { axis = \"z\", at = \"-19.5 mm\" } }",
+     8,
+     8,
+     {{10.7, 25.1, 26.9}, {41.5, 18.7, 18.1}, {6.5, -9.5, 37.1}, {19.7, 21.9, 26.4}}},
+    {"clot on a table",
+     "data/bodies/clot.obj",
+     1,
+     {},
+     "{ below = { axis = \"z\", at = \"0.1 mm\" } }",
+     6,
+     5,
+     {{-3, -4.4, 16}, {10, 9.5, 15.4}, {6, -8.8, 15.7}, {11.6, -2.6, 15.7}}},
+    {"cylinder held at its ends",
+     "data/bodies/cylinder.obj",
+     1,
+     {},
+     "{ below = { axis = \"z\", at = \"3 mm\" } }, { above = { axis = \"z\", at = \"97 mm\" } }",
+     5,
+     6,
+     {{0, 30, 63.6}, {-23, 19.3, 45.5}, {10.3, 28.2, 72.7}, {29.9, -2.6, 31.8}}},
+    {"elephant held behind",
+     "data/surfaces/cgal_elephant-with-holes.off",
+     1000,
+     {},
+     "{ above = { axis = \"x\", at = \"185.9 mm\" } }",
+     10,
+     10,
+     {{-192.7, -70, 138}, {-248, -143.8, -71.2}, {-191.1, -40, 118.8}, {-218.1, -83.6, 106.2}}},
 };
+
+std::filesystem::path file_of(const BodyCase& of) {
+  const std::filesystem::path shipped = std::filesystem::path(PALPATE_SOURCE_DIR) / of.surface;
+  return std::filesystem::exists(shipped) ? shipped : testing_support::shared_data(of.surface);
+}
 
 /// Rings of 96 vertices about the x axis.
 Surface ellipsoid(const Vec3& semi_axes_m) {
@@ -157,18 +195,18 @@ Samples pressed(const BodyCase& of, const std::filesystem::path& surface, double
 TEST(BaseMesh, rows_are_within_the_errors_that_they_state_on_bodies_that_chose_no_constant) {
   int rows = 0, within = 0, within_own = 0;
   for (const BodyCase& of : kBodies) {
-    const bool is_shared = *of.surface != 0;
-    if (is_shared && !std::filesystem::exists(testing_support::shared_data(of.surface))) {
+    const bool has_file = *of.surface != 0;
+    if (has_file && !std::filesystem::exists(file_of(of))) {
       std::printf("%s: needs shared data: %s\n", of.name, of.surface);
       continue;
     }
     const std::filesystem::path folder =
         std::filesystem::path(testing::TempDir()) / "palpate_base_mesh";
     std::filesystem::create_directories(folder);
-    const std::filesystem::path surface = write_obj(
-        is_shared ? read_surface(testing_support::shared_data(of.surface), 1e-3 * of.scale_mm)
-                  : ellipsoid(1e-3 * of.semi_axes_mm),
-        folder / "surface.obj");
+    const std::filesystem::path surface =
+        write_obj(has_file ? read_surface(file_of(of), 1e-3 * of.scale_mm)
+                           : ellipsoid(1e-3 * of.semi_axes_mm),
+                  folder / "surface.obj");
     double edge_mm = 0, finer_edge_mm = 0;
     const double begin_s = validation::cpu_seconds();
     const Samples coarse = pressed(of, surface, 0, edge_mm);

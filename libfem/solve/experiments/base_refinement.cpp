@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "libfem/contact/face_rule.hpp"
 #include "libfem/solve/experiments/sway.hpp"
@@ -16,6 +17,13 @@ namespace {
 /// Share of the distortion whose tets stay whole. On a spindle, a sheet and a palm 0.1 catches all
 /// but 0.3 % of what halving every tet changes, with a third to a tenth of its nodes.
 constexpr double kUnseen = 0.1;
+
+/// An error of second order hides so much of force beyond what halving changes, and leaves so much.
+constexpr double kHidden = 4.0 / 3, kLeft = 1.0 / 3;
+
+/// Of max_error: below, the coarse grid's word is taken that tets stay whole; above, that they are
+/// halved, as its own error makes no such change of nothing. Between them both grids are asked.
+constexpr double kSurelyWhole = 2.0 / 3, kSurelyHalved = 2 * kHidden;
 
 /// Share of a unit force that each node bears, #N.
 Eigen::VectorXd patch_shares(const QuadraticMesh& mesh, const Vec3& normal, double radius_m) {
@@ -52,6 +60,35 @@ double distortion_J(const QuadraticMesh& mesh, Eigen::Index tet, const Points& u
   Mat3 strain = 0.5 * (gradient + gradient.transpose());
   strain.diagonal().array() -= strain.trace() / 3;
   return shear_Pa * edges.determinant() / 6 * strain.squaredNorm();
+}
+
+/// Force for a metre along the normal where friction keeps the patch from going aside, and where
+/// there is none. A finger that bends is three times as stiff with the first.
+struct PatchStiffness {
+  Vec3 sticking_N_m;
+  double sliding_N_m;
+};
+
+/// Nothing where the body does not give way.
+std::optional<PatchStiffness> stiffness_of(const PatchResponse& response, const Vec3& normal) {
+  const Mat3& C = response.compliance_m_N;
+  const double along_m_N = normal.dot(C * normal);
+  if (!(along_m_N > 0) || C.determinant() == 0) return std::nullopt;
+  return PatchStiffness{C.inverse() * normal, 1 / along_m_N};
+}
+
+/// Relative, the larger of both; of a force that sticks sideways, too.
+double change_between(const PatchStiffness& whole, const PatchStiffness& halved) {
+  return std::max((whole.sticking_N_m - halved.sticking_N_m).norm() / halved.sticking_N_m.norm(),
+                  std::abs(whole.sliding_N_m - halved.sliding_N_m) / halved.sliding_N_m);
+}
+
+/// To elements of size zero, of second order (Richardson).
+PatchStiffness extrapolated(const PatchStiffness& fine, const PatchStiffness& coarse,
+                            double ratio) {
+  const double share = 1 / (ratio * ratio - 1);
+  return {(1 + share) * fine.sticking_N_m - share * coarse.sticking_N_m,
+          (1 + share) * fine.sliding_N_m - share * coarse.sliding_N_m};
 }
 
 }  // namespace
@@ -97,13 +134,13 @@ PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
   return out;
 }
 
-BaseRefinement refine_base(
-    const std::function<PatchResponse(const std::vector<char>& halved)>& press, const Vec3& normal,
-    double max_change) {
+BaseRefinement refine_base(const PressPatch& press, double coarse_ratio, const Vec3& normal,
+                           double max_error) {
   BaseRefinement out;
-  const PatchResponse whole = press({});
-  const std::vector<double>& distortion = whole.distortion_J_N2;
-  if (!(whole.compliance_m_N.trace() > 0)) return out;
+  const PatchResponse response = press(coarse_ratio, {});
+  const std::vector<double>& distortion = response.distortion_J_N2;
+  const auto whole = stiffness_of(response, normal);
+  if (!whole) return out;
   std::vector<std::size_t> order(distortion.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
@@ -115,15 +152,23 @@ BaseRefinement refine_base(
     left -= distortion[t];
     out.halved[t] = 1;
   }
-  const PatchResponse finer = press(out.halved);
-  if (!(finer.compliance_m_N.trace() > 0)) return {};
-  const Vec3 before_N = whole.compliance_m_N.inverse() * normal,  // a metre
-      after_N = finer.compliance_m_N.inverse() * normal;
-  const double change = (before_N - after_N).norm() / after_N.norm();
-  const bool is_worth_it = change > max_change;
-  if (!is_worth_it) out.halved.clear();
+  const PatchResponse finer = press(coarse_ratio, out.halved);
+  const auto halved = stiffness_of(finer, normal);
+  if (!halved) return {};
   out.sway_m_N = finer.sway_m_N;
-  out.error = is_worth_it ? change / 3 : 4 * change / 3;  // (M13d)
+  double change = change_between(*whole, *halved);
+  bool stays_whole = kHidden * change <= kSurelyWhole * max_error;
+  if (!stays_whole && kHidden * change < kSurelyHalved * max_error) {
+    const auto fine_whole = stiffness_of(press(1, {}), normal),
+               fine_halved = stiffness_of(press(1, out.halved), normal);
+    if (fine_whole && fine_halved) {
+      change = change_between(extrapolated(*fine_whole, *whole, coarse_ratio),
+                              extrapolated(*fine_halved, *halved, coarse_ratio));
+      stays_whole = kHidden * change <= max_error;
+    }
+  }
+  if (stays_whole) out.halved.clear();
+  out.error = (stays_whole ? kHidden : kLeft) * change;  // (M13d)
   return out;
 }
 

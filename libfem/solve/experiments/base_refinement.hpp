@@ -37,12 +37,17 @@ struct BaseRefinement {
   Mat3 sway_m_N = Mat3::Zero();  ///< of PatchResponse, on the finer mesh
 };
 
-/// Halves the base tets that hold all but a tenth of the distortion under the patch, and
-/// compares the forces that move the patch along `normal` (M13d). Where they change by less than
-/// `max_change`, relative and sideways too, all stay whole. press: the patch response on the mesh
-/// graded for the contact, with these base tets halved.
-BaseRefinement refine_base(
-    const std::function<PatchResponse(const std::vector<char>& halved)>& press, const Vec3& normal,
-    double max_change);
+/// The patch response on the mesh graded for the contact, its elements `coarsening` times as large
+/// as the contact asks for, with these base tets halved.
+using PressPatch = std::function<PatchResponse(double coarsening, const std::vector<char>& halved)>;
+
+/// Which base tets to halve so that no more than about `max_error` of force, relative and sideways
+/// too, is wrong because of the base mesh: those that hold all but a tenth of the distortion under
+/// the patch, or none (M13d). The forces that move the patch along `normal`, sticking and sliding,
+/// are compared with whole and with halved tets, on the grid whose elements are `coarse_ratio`
+/// times as large; where that cannot tell, as its own error changes with the tets too, on both
+/// grids, extrapolated.
+BaseRefinement refine_base(const PressPatch& press, double coarse_ratio, const Vec3& normal,
+                           double max_error);
 
 }  // namespace palpate::fem

@@ -73,6 +73,16 @@ Mat3 Simulator::normal_gradient(const Vec3& position, const Vec3& normal) const 
                                          state_->probe.half_width_m);
 }
 
+// Where no force error is asked for (M13k).
+bool Simulator::State::has_quick_drags(const ExperimentPlan& plan) const {
+  return plan.paths.size() > 1 && setup.options.coarse_ratio > 0 &&
+         setup.options.force_tolerance == 0;
+}
+
+ExperimentPlan Simulator::State::fine_part(const ExperimentPlan& plan) const {
+  return has_quick_drags(plan) ? press_of(plan) : plan;
+}
+
 PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRefinement& base,
                                        const Vec3& position, const Vec3& normal,
                                        const Progress& progress) const {
@@ -86,10 +96,8 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     const double share = mesh.contact_deviation_m / plan.depth_m;
     return share > kBump ? 1.5 * share : 0.0;
   };
-  // Where no force error is asked for, drags are followed on the coarse grid alone (M13k).
-  const bool has_quick_drags =
-      plan.paths.size() > 1 && ratio > 0 && setup.options.force_tolerance == 0;
-  const ExperimentPlan on_fine = has_quick_drags ? press_of(plan) : plan;
+  const bool is_press_on_fine = has_quick_drags(plan);
+  const ExperimentPlan on_fine = fine_part(plan);
   const auto recorded = [&](const MeshRun& fine, const MeshRun& coarse) {
     PointRows out;
     out.is_complete = fine.is_complete && coarse.is_complete;
@@ -97,7 +105,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     out.cost = {fine.nodes, coarse.nodes, fine.counts, coarse.counts};
     out.rows = plan.rows;
     record_rows(fine.rows, coarse.rows, ratio, min_error, out.rows);
-    if (has_quick_drags) record_drags(coarse.rows, out.rows);
+    if (is_press_on_fine) record_drags(coarse.rows, out.rows);
     mark_wedged(normal, out.rows);
     for (PointRow& row : out.rows) {
       const double of_step = plan.is_in_time ? kStepError : 0;
@@ -118,7 +126,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
                keeps_surface, progress, coarser);
   };
   MeshRun fine, coarse;
-  if (ratio > 0) coarse = run_at(ratio, plan, has_quick_drags && setup.keeps_surface, nullptr);
+  if (ratio > 0) coarse = run_at(ratio, plan, is_press_on_fine && setup.keeps_surface, nullptr);
   fine = run_at(1, on_fine, setup.keeps_surface, ratio > 0 ? &coarse : nullptr);
   PointRows out = recorded(fine, coarse);
   double coarsening = 1;

@@ -22,9 +22,9 @@ struct SolverOptions {
   double growth = 0.6;  ///< h over distance from first touch or the probe's path, so at any rim too
   double shallowest = 1.0 / 12;  ///< depth resolved like this, over the deepest
   double interface_share = 0.5;  ///< h of elements that two materials share, over h
-  /// Base tets that carry a contact are halved where that changes the body's compliance there by
-  /// more (relative); see refine_base(). 0: the base mesh is taken as it is, unquestioned.
-  double max_base_change = 0.005;
+  /// Base tets that carry a contact are halved where forces would else be wrong by more (relative)
+  /// because of them; see refine_base(). 0: the base mesh is taken as it is, unquestioned.
+  double max_base_error = 0.01;
   double coarse_ratio = 1.6;  ///< element size of the coarser grid that extrapolates force; 0: none
   /// Force error asked for, relative: where rows state more, the point is solved again on a mesh
   /// finer by coarse_ratio, the former one its coarse grid, up to kMaxFiner times. 0: as it comes.

@@ -17,7 +17,7 @@ namespace {
 /// up to 1.8 % in rows that claim 1.3 %. So does one size below the whole punch
 /// (tests/validation/contact).
 constexpr double kEdgeShare = 0.3;
-constexpr double kBaseShare = 0.25;  // of force_tolerance: a change of compliance worth halving
+constexpr double kBaseShare = 0.5;        // of force_tolerance: what the base mesh may be wrong by
 constexpr double kShapeTolerance = 1e-3;  // of the shape under load, over the probe's length
 constexpr int kRingPieces = 24;           // chords are within 0.01 of the radius
 
@@ -187,16 +187,17 @@ PatchResponse Simulator::State::patch_at(QuadraticMesh mesh, const ExperimentPla
 BaseRefinement Simulator::State::base_at(const ExperimentPlan& plan, const Vec3& position,
                                          const Vec3& normal) const {
   const SolverOptions& options = setup.options;
-  if (!(options.max_base_change > 0 && options.coarse_ratio > 0)) return {};
+  if (!(options.max_base_error > 0 && options.coarse_ratio > 0)) return {};
+  const ExperimentPlan pressed = fine_part(plan);
   return refine_base(
-      [&](const std::vector<char>& halved) {
-        return patch_at(mesh_at(position, normal, plan, {options.coarse_ratio, halved}), plan,
-                        position, normal);
+      [&](double coarsening, const std::vector<char>& halved) {
+        return patch_at(mesh_at(position, normal, pressed, {coarsening, halved}), pressed, position,
+                        normal);
       },
-      normal,
+      options.coarse_ratio, normal,
       options.force_tolerance > 0
-          ? std::min(options.max_base_change, kBaseShare * options.force_tolerance)
-          : options.max_base_change);
+          ? std::min(options.max_base_error, kBaseShare * options.force_tolerance)
+          : options.max_base_error);
 }
 
 /// Whether another material than that at the test point is so close that its border matters: on a

@@ -62,6 +62,8 @@ struct Simulator::State {
               const Vec3& normal, bool keeps_surface, const Progress& progress,
               const MeshRun* coarser = nullptr) const;
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
+  bool has_quick_drags(const ExperimentPlan& plan) const;      // followed on the coarse grid alone
+  ExperimentPlan fine_part(const ExperimentPlan& plan) const;  // what is solved on both grids
   PointRows experiment(const ExperimentPlan& plan, const BaseRefinement& base, const Vec3& position,
                        const Vec3& normal, const Progress& progress) const;
   PointRows hold(const ToolPath& path, const Vec3& position, const Vec3& normal,

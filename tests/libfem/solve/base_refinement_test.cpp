@@ -86,36 +86,73 @@ TEST(PressPatch, nothing_comes_of_a_patch_that_meets_no_face) {
   EXPECT_TRUE(out.distortion_J_N2.empty());
 }
 
+constexpr double kCoarseRatio = 1.6, kMaxBaseError = 0.01;
+
+BaseRefinement refine_at_rest(const PressPatch& press) {
+  return refine_base(press, kCoarseRatio, Vec3::UnitZ(), kMaxBaseError);
+}
+
 TEST(RefineBase, halves_the_few_tets_that_hold_nine_tenths_of_the_distortion) {
   const PatchResponse whole{Mat3::Identity(), {0.01, 6, 0.02, 3.5, 0.5}};
   std::vector<char> asked;
-  const auto press = [&](const std::vector<char>& halved) {
+  const auto press = [&](double, const std::vector<char>& halved) {
     if (halved.empty()) return whole;
     asked = halved;
     return PatchResponse{0.97 * Mat3::Identity(), {}};
   };
-  const BaseRefinement out = refine_base(press, Vec3::UnitZ(), 0.005);
+  const BaseRefinement out = refine_at_rest(press);
   EXPECT_EQ(asked, (std::vector<char>{0, 1, 0, 1, 0}));
   EXPECT_EQ(out.halved, asked);
   EXPECT_NEAR(out.error, 0.03 / 3, 1e-15);
 }
 
 TEST(RefineBase, leaves_whole_what_halving_hardly_changes_and_owns_up_to_it) {
-  const auto press = [&](const std::vector<char>& halved) {
+  const auto press = [&](double, const std::vector<char>& halved) {
     return PatchResponse{(halved.empty() ? 1.0 : 1.002) * Mat3::Identity(), {1, 2}};
   };
-  const BaseRefinement out = refine_base(press, Vec3::UnitZ(), 0.005);
+  const BaseRefinement out = refine_at_rest(press);
   EXPECT_TRUE(out.halved.empty());
   EXPECT_NEAR(out.error, 4.0 / 3 * 0.002, 1e-15);
 }
 
 TEST(RefineBase, a_force_that_turns_has_changed) {
-  const auto press = [&](const std::vector<char>& halved) {
+  const auto press = [&](double, const std::vector<char>& halved) {
     Mat3 compliance_m_N = Mat3::Identity();
     if (halved.empty()) compliance_m_N(0, 2) = 0.01;
     return PatchResponse{compliance_m_N, {1, 2}};
   };
-  EXPECT_NEAR(refine_base(press, Vec3::UnitZ(), 0.005).error, 0.01 / 3, 1e-15);
+  EXPECT_NEAR(refine_at_rest(press).error, 0.01 / 3, 1e-15);
+}
+
+// A finger bends aside under a ball that slides, and not under one that sticks.
+TEST(RefineBase, a_patch_that_is_free_to_go_aside_counts_too) {
+  const auto press = [](double, const std::vector<char>& halved) {
+    Mat3 stiffness_N_m = Mat3::Identity();
+    stiffness_N_m(0, 2) = stiffness_N_m(2, 0) = 0.5;
+    stiffness_N_m(0, 0) = halved.empty() ? 0.49 : 0.5;  // sticking, along z it is the same
+    return PatchResponse{stiffness_N_m.inverse(), {1, 2}};
+  };
+  const double whole = 1 - 0.25 / 0.49, finer = 1 - 0.25 / 0.5;
+  const BaseRefinement out = refine_at_rest(press);
+  EXPECT_FALSE(out.halved.empty());
+  EXPECT_NEAR(out.error, (1 - whole / finer) / 3, 1e-12);
+}
+
+// A coarse grid is too stiff by more where tets are whole; that is the grid's error, not the
+// base's.
+TEST(RefineBase, what_the_grids_hide_is_not_taken_for_the_base_mesh) {
+  for (const double base : {0.003, 0.009}) {
+    int asked = 0;
+    const auto press = [&](double coarsening, const std::vector<char>& halved) {
+      ++asked;
+      const double stiffness = halved.empty() ? 1 + base + 0.003 * coarsening * coarsening : 1.0;
+      return PatchResponse{Mat3::Identity() / stiffness, {1, 2}};
+    };
+    const BaseRefinement out = refine_at_rest(press);
+    EXPECT_EQ(asked, 4);
+    EXPECT_EQ(out.halved.empty(), base < 0.0075) << base;
+    EXPECT_NEAR(out.error, (out.halved.empty() ? 4 * base : base) / 3, 1e-12);
+  }
 }
 
 /// A plate of 60 x 40 x 6 mm clamped along one edge, pressed by a ball of 5 mm near the other.
@@ -146,7 +183,7 @@ Samples press_plate(SimulationSetup setup) {
 // elements is softer or stiffer by several times what the grids alone tell.
 TEST(BaseRefinement, rows_of_a_thin_plate_are_within_the_error_that_they_state) {
   SimulationSetup unquestioned = plate({6, 4, 1});
-  unquestioned.options.max_base_change = 0;
+  unquestioned.options.max_base_error = 0;
   unquestioned.held_at = {};
   const Samples refined = press_plate(plate({6, 4, 1})), before = press_plate(unquestioned),
                 finer = press_plate(plate({12, 8, 2}));

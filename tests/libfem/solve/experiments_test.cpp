@@ -218,7 +218,7 @@ TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_on_a_finer_mesh) {
   SimulationSetup setup = block_setup(0);
   setup.options.coarse_ratio = 1.6;
   setup.options.element_size = setup.options.growth = SolverOptions{}.growth;
-  setup.options.max_base_change = 0;
+  setup.options.max_base_error = 0;
   setup.options.equilibrium.element = ElementKind::tet10;  // far from the least error
   setup.materials[0].values[1] = 0.49;
   const PointRows plain = Simulator(setup).press_and_drag(block_top(), kInward, press_only(2));
@@ -243,7 +243,7 @@ TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_on_a_finer_mesh) {
 TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_with_what_the_base_mesh_hides) {
   SimulationSetup setup = block_setup(0);
   setup.options.coarse_ratio = 1.6;
-  setup.options.max_base_change = 1;  // what the base mesh hides is stated, not halved
+  setup.options.max_base_error = 1;  // what the base mesh hides is stated, not halved
   setup.options.element_size = setup.options.growth = SolverOptions{}.growth;
   const double before =
       achieved_error(Simulator(setup).press_and_drag(block_top(), kInward, press_only(2)).rows);
