@@ -188,6 +188,8 @@ TEST(check, advises_what_to_change) {
   const Scene scene = parse_scene(kScene, "scene.toml");
   Trial trial;
   trial.force_N = trial.half_space_N = 1;
+  trial.depth_m = 0.002;
+  trial.sway_m = 0.001;
   trial.rows = trial.good = 14;
   trial.sticking = 4;
   trial.slipping = 5;
@@ -206,6 +208,9 @@ TEST(check, advises_what_to_change) {
   changed = trial;
   changed.force_N = 0.1;
   says(changed, "the organ sways");
+  changed = trial;
+  changed.sway_m = 0.028;
+  says(changed, "the force of the press, sideways, moves the body as a whole by 28 mm");
   changed = trial;
   changed.force_error = 0.2;
   says(changed, "force_tolerance");

@@ -136,11 +136,17 @@ class Check final : public Command {
     const int points = points_of_run(scene, body);
     const double cpu_s = cpu_of_run_s(scene, body, trial);
     const std::vector<std::string> advices = advice(scene, trial);
-    report_["trial"] = {{"point", trial.point},       {"force_N", trial.force_N},
-                        {"depth_m", trial.depth_m},   {"force_error", trial.force_error},
-                        {"rows", trial.rows},         {"good", trial.good},
-                        {"sticking", trial.sticking}, {"slipping", trial.slipping},
-                        {"nodes", trial.nodes},       {"cpu_s", trial.cpu_s}};
+    report_["trial"] = {{"point", trial.point},
+                        {"force_N", trial.force_N},
+                        {"sway_m", trial.sway_m},
+                        {"depth_m", trial.depth_m},
+                        {"force_error", trial.force_error},
+                        {"rows", trial.rows},
+                        {"good", trial.good},
+                        {"sticking", trial.sticking},
+                        {"slipping", trial.slipping},
+                        {"nodes", trial.nodes},
+                        {"cpu_s", trial.cpu_s}};
     report_["run"] = {{"points_at_most", points}, {"cpu_s", cpu_s}};
     report_["advice"] = advices;
     text_ = fmt::format(
