@@ -12,6 +12,10 @@ namespace {
 constexpr int kDepths = 4;        // where energies are compared
 constexpr double kHalfWay = 0.5;  // least error of held-out paths; all the way, least mismatch
 
+/// Side force of a vertex over its press where curves end, at most. Sound bodies have 4; beside a
+/// point without good rows a slope is that of what is not known, and the engine refuses 100.
+constexpr double kMaxSide = 10;
+
 // Reads the curves of a model of rings.
 class SideForceReader {
  public:
@@ -65,6 +69,18 @@ class SideForceReader {
   const Model& model_;
   SplineTables tables_;
 };
+
+void bound_side_force(CurveSet& curves) {
+  const double d = curves.basis[0].knots_m.back();
+  Controls &square = curves.control[runtime::kSide2], &cube = curves.control[runtime::kSide3];
+  for (Eigen::Index v = 0; v < square.rows(); ++v) {
+    const double press_N = curves.control[0](v, curves.control[0].cols() - 1),
+                 side_N = d * d * (2 * square.row(v).norm() + 3 * d * cube.row(v).norm());
+    if (side_N <= kMaxSide * press_N) continue;
+    square.row(v) *= kMaxSide * press_N / side_N;
+    cube.row(v) *= kMaxSide * press_N / side_N;
+  }
+}
 
 }  // namespace
 
@@ -144,6 +160,7 @@ void meet_slope(Model& model) {
       own += kHalfWay * (wanted.row(k) - own);
     }
   }
+  bound_side_force(model.curves);
   for (const int part : {runtime::kSide2, runtime::kSide3}) {
     Controls& control = model.curves.control[static_cast<std::size_t>(part)];
     control = rounded_to_float(control);
