@@ -15,8 +15,8 @@ SideMismatch side_mismatch(const Model& model);
 
 /// Moves the side force of each vertex half of the way to the one that is the slope of the normal
 /// energy around it, test points among them: what a press that sticks feels sideways is not quite
-/// what a slide does. Vertices with a neighbour that is not covered keep theirs. No side force stays
-/// above ten times its press. Only for the rings family.
+/// what a slide does. Vertices with a neighbour that is not covered keep theirs. No side force
+/// stays above ten times its press. Only for the rings family.
 void meet_slope(Model& model);
 
 /// Of a node: the projection to its tangent plane, the curvature kappa [1/m] of the surface that
