@@ -1,10 +1,11 @@
 // Pictures of pages in headless Chromium: the README's, a report's body, poked, or a part of a page
 // by its CSS selector (its first pixels from the top), as the tutorial has them.
-//   node docs/make_picture.mjs build/release/tools/page out/liver/report.html docs/liver.png
 //   node docs/make_picture.mjs build/release/tools/page out/report.html docs/tutorial/error.png '#error .figures'
 //   node docs/make_picture.mjs build/release/tools/page out/report.html docs/tutorial/recordings.png '#recordings' 640
 //   node docs/make_picture.mjs build/release/tools/page out/liver/report.html docs/page photographs
 //   node docs/make_picture.mjs build/release/tools/page out/report.html docs/tutorial/liver.jpg pressed
+//   node docs/make_picture.mjs build/release/tools/page out/liver/report.html FOLDER frames
+//   python3 docs/animate.py FOLDER docs/liver.webp    (the README's)
 // "photographs" makes light.png, dark.png and phone.png of the page. The first folder is where the page was built, with npm's packages.
 import { createRequire } from "node:module";
 import path from "node:path";
@@ -42,7 +43,7 @@ if (part === "photographs") {
   await browser.close();
   process.exit();
 }
-if (part && part !== "pressed") {
+if (part && part !== "pressed" && part !== "frames") {
   await page.evaluate(() => {
     for (const folded of document.querySelectorAll("details")) folded.open = true;
   });
@@ -70,23 +71,27 @@ if (part === "pressed") {
   await browser.close();
   process.exit();
 }
-// Presses, then slides to and fro beside the tumour, and holds until all is drawn in full.
-await page.evaluate(() => {
-  const canvas = document.querySelector("#body-view");
-  const box = canvas.getBoundingClientRect();
-  canvas.setPointerCapture = () => {}; // a made-up pointer cannot be captured
-  const started = performance.now();
-  let type = "pointerdown";
-  const moving = setInterval(() => {
-    const s = Math.max(0, performance.now() - started - 700) * 0.55e-3;
-    const x = 0.34 + 0.13 * (1 - Math.cos(2.2 * s));
-    const y = 0.42 - 0.07 * Math.sin(2 * s);
-    const at = { clientX: box.left + x * box.width, clientY: box.top + y * box.height };
-    canvas.dispatchEvent(new PointerEvent(type, { ...at, pointerId: 1, button: 0, bubbles: true }));
-    type = "pointermove";
-    if (s > 1) clearInterval(moving);
-  }, 8);
-});
-await page.waitForTimeout(7000);
-await page.screenshot({ path: output, clip });
+// Presses, then slides to and fro beside the tumour and lifts: stills, FOLDER/00.png on.
+if (part === "frames") {
+  const kFrames = 40;
+  for (let frame = 0; frame < kFrames; ++frame) {
+    await page.evaluate(
+      ([frame, last]) => {
+        const canvas = document.querySelector("#body-view");
+        const box = canvas.getBoundingClientRect();
+        canvas.setPointerCapture = () => {}; // a made-up pointer cannot be captured
+        const s = Math.min(1, Math.max(0, frame - 6) / (last - 12));
+        const at = {
+          clientX: box.left + (0.34 + 0.13 * (1 - Math.cos(2 * Math.PI * s))) * box.width,
+          clientY: box.top + (0.42 - 0.05 * Math.sin(2 * Math.PI * s)) * box.height,
+        };
+        const type = frame === 2 ? "pointerdown" : frame === last - 2 ? "pointerup" : "pointermove";
+        canvas.dispatchEvent(new PointerEvent(type, { ...at, pointerId: 1, button: 0, bubbles: true }));
+      },
+      [frame, kFrames - 1],
+    );
+    await page.waitForTimeout(120);
+    await page.screenshot({ path: path.join(output, `${String(frame).padStart(2, "0")}.png`), clip });
+  }
+}
 await browser.close();
