@@ -1,7 +1,8 @@
 // Thin bodies, bodies held at a side, and thick ones: forces on the default base mesh against one
 // 2.5 times as fine, row by row with the errors that both state (M13d). None of these bodies chose
-// a constant but the spindle, the palm and the hand beside its webs, whose base has to be close to
-// the surface near the tool. Places of the last four are drawn among those that their scenes touch.
+// a constant but the spindle, the palm, the fingers and the hand beside its webs, whose base has to
+// be close to the surface near the tool. Places of the last four are drawn among those that their
+// scenes touch.
 
 #include <gtest/gtest.h>
 

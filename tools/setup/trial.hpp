@@ -34,8 +34,8 @@ Trial try_middle_point(const Scene& scene, const Body& body);
 int points_of_run(const Scene& scene, const Body& body);
 
 /// CPU seconds of such a run, by the trial. With drag_points = "few" most points are pressed only,
-/// and but for the first ones on one mesh, if rings are what the first drags tell; presses on two
-/// count by their share of the rows.
+/// and but for the first ones on one mesh, if rings are what the first drags tell. A held-out path
+/// costs more than a point, as it is followed on two meshes.
 double cpu_of_run_s(const Scene& scene, const Body& body, const Trial& trial);
 
 /// What the trial says about the scene, a sentence each with the key to change; none: it will do.
