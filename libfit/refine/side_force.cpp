@@ -12,8 +12,9 @@ namespace {
 constexpr int kDepths = 4;        // where energies are compared
 constexpr double kHalfWay = 0.5;  // least error of held-out paths; all the way, least mismatch
 
-/// Side force of a vertex over its press where curves end, at most. Sound bodies have 4; beside a
-/// point without good rows a slope is that of what is not known, and the engine refuses 100.
+/// Side force of a vertex over its press where curves end, by (M22), at most. Sound bodies have 4;
+/// beside a point without good rows a slope is that of what is not known, and the engine refuses
+/// 100 (runtime::is_side_borne).
 constexpr double kMaxSide = 10;
 
 // Reads the curves of a model of rings.

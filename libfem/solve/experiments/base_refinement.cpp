@@ -83,7 +83,7 @@ double change_between(const PatchStiffness& whole, const PatchStiffness& halved)
                   std::abs(whole.sliding_N_m - halved.sliding_N_m) / halved.sliding_N_m);
 }
 
-/// To elements of size zero, of second order (Richardson).
+/// To elements of size zero, of second order (M13b).
 PatchStiffness extrapolated(const PatchStiffness& fine, const PatchStiffness& coarse,
                             double ratio) {
   const double share = 1 / (ratio * ratio - 1);
