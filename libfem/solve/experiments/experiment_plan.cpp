@@ -70,7 +70,6 @@ ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& n
 
 ExperimentPlan press_of(ExperimentPlan plan) {
   plan.paths.resize(1);
-  plan.segments.resize(1);
   return plan;
 }
 
@@ -113,6 +112,20 @@ ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3&
     before = lateral;
     depth_before = depth;
   }
+  return plan;
+}
+
+ExperimentPlan with_press(const ExperimentPlan& path, const Vec3& normal) {
+  constexpr int kRows = 3;
+  ExperimentPlan plan = path;
+  ProbePath press;
+  for (int step = 1; step <= kRows; ++step) {
+    const Vec3 deflection = plan.depth_m * step / kRows * normal;
+    press.targets.push_back(
+        {deflection, plan.add_row(ExperimentKind::press, 1, step - 1, deflection), true});
+    plan.rows.back().lean = plan.lean;
+  }
+  plan.paths.insert(plan.paths.begin(), std::move(press));
   return plan;
 }
 

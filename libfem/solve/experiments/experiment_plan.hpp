@@ -37,12 +37,17 @@ struct ExperimentPlan {
 /// The press passes every row and every depth where a drag starts; drags branch off there.
 ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& normal);
 
-/// Of a press and its drags: the press alone. All rows stay, those of drags are never reached.
+/// Path 0 alone, a press, on meshes of the whole plan, so that grids differ in nothing but size.
+/// All rows stay, those of other paths are never reached.
 ExperimentPlan press_of(ExperimentPlan plan);
 
 /// One experiment `path` along successive deflections from first touch, of both tools where there
 /// are two.
 ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3& normal);
+
+/// A path with a straight press as deep beside it, path 0 of the plan; its few rows come last, as
+/// experiment 1.
+ExperimentPlan with_press(const ExperimentPlan& path, const Vec3& normal);
 
 /// Of a press: the body answers as it does at first, before anything has relaxed.
 ExperimentPlan at_once(ExperimentPlan plan);

@@ -14,10 +14,10 @@ namespace palpate::fem {
 void record_rows(const std::vector<PathRow>& fine, const std::vector<PathRow>& coarse, double ratio,
                  double min_error, std::vector<PointRow>& out);
 
-/// Writes the rows of drags from the coarse grid alone, times what the press's rows of `out`,
-/// written before, have over those of the coarse grid (M13k); a press without such rows leaves them
-/// as they are. Their error is that of the press (median) and what one factor for both leaves.
-void record_drags(const std::vector<PathRow>& coarse, std::vector<PointRow>& out);
+/// Writes the rows that are of no press from the coarse grid alone, times what the press's rows of
+/// `out`, written before, have over those of the coarse grid (M13k). Their error is that of the
+/// press (median) and what one factor for both leaves. All stays where the press has no such rows.
+void record_by_press(const std::vector<PathRow>& coarse, std::vector<PointRow>& out);
 
 /// Good rows of presses whose force stands more than 45 degrees off `normal`, along which they go
 /// in, become `wedged`; what they hold stays. In a groove or beside a step the tool rests on a bank

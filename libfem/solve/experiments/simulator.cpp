@@ -36,6 +36,12 @@ Experiments without_drags(Experiments experiments) {
   return experiments;
 }
 
+bool is_straight(const ExperimentPlan& path) {
+  return std::ranges::all_of(path.segments, [&](const ContactSegment& segment) {
+    return segment.to.norm() <= 1e-9 * path.depth_m;
+  });
+}
+
 Vec3 middle_of(const Points& points) {
   return (points.colwise().minCoeff() + points.colwise().maxCoeff()).transpose() / 2;
 }
@@ -74,13 +80,13 @@ Mat3 Simulator::normal_gradient(const Vec3& position, const Vec3& normal) const 
 }
 
 // Where no force error is asked for (M13k).
-bool Simulator::State::has_quick_drags(const ExperimentPlan& plan) const {
+bool Simulator::State::is_told_by_press(const ExperimentPlan& plan) const {
   return plan.paths.size() > 1 && setup.options.coarse_ratio > 0 &&
          setup.options.force_tolerance == 0;
 }
 
 ExperimentPlan Simulator::State::fine_part(const ExperimentPlan& plan) const {
-  return has_quick_drags(plan) ? press_of(plan) : plan;
+  return is_told_by_press(plan) ? press_of(plan) : plan;
 }
 
 PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRefinement& base,
@@ -96,7 +102,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     const double share = mesh.contact_deviation_m / plan.depth_m;
     return share > kBump ? 1.5 * share : 0.0;
   };
-  const bool is_press_on_fine = has_quick_drags(plan);
+  const bool is_by_press = is_told_by_press(plan);
   const ExperimentPlan on_fine = fine_part(plan);
   const auto recorded = [&](const MeshRun& fine, const MeshRun& coarse) {
     PointRows out;
@@ -105,7 +111,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     out.cost = {fine.nodes, coarse.nodes, fine.counts, coarse.counts};
     out.rows = plan.rows;
     record_rows(fine.rows, coarse.rows, ratio, min_error, out.rows);
-    if (is_press_on_fine) record_drags(coarse.rows, out.rows);
+    if (is_by_press) record_by_press(coarse.rows, out.rows);
     mark_wedged(normal, out.rows);
     for (PointRow& row : out.rows) {
       const double of_step = plan.is_in_time ? kStepError : 0;
@@ -126,7 +132,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
                keeps_surface, progress, coarser);
   };
   MeshRun fine, coarse;
-  if (ratio > 0) coarse = run_at(ratio, plan, is_press_on_fine && setup.keeps_surface, nullptr);
+  if (ratio > 0) coarse = run_at(ratio, plan, is_by_press && setup.keeps_surface, nullptr);
   fine = run_at(1, on_fine, setup.keeps_surface, ratio > 0 ? &coarse : nullptr);
   PointRows out = recorded(fine, coarse);
   double coarsening = 1;
@@ -242,8 +248,24 @@ PointRows Simulator::follow(const Vec3& position, const Vec3& normal, const Tool
                             const Progress& progress) const {
   if (path.held_N.array().isFinite().any()) return state_->hold(path, position, normal, progress);
   const ExperimentPlan plan = path_plan(path, position, normal);
-  return state_->experiment(plan, state_->base_at(plan, position, normal), position, normal,
-                            progress);
+  const auto simulated = [&](const ExperimentPlan& of) {
+    return state_->experiment(of, state_->base_at(of, position, normal), position, normal,
+                              progress);
+  };
+  if (plan.second || plan.is_in_time || is_straight(plan)) return simulated(plan);
+  const ExperimentPlan with = with_press(plan, normal);
+  if (!state_->is_told_by_press(with)) return simulated(plan);
+  PointRows out = simulated(with);
+  const auto press = out.rows.begin() + static_cast<std::ptrdiff_t>(plan.rows.size());
+  const auto is_good = [](const PointRow& row) { return row.status == RowStatus::good; };
+  const auto is_followed = [&](const PointRow& row) {
+    return is_good(row) || row.status == RowStatus::no_contact;
+  };
+  const bool is_told = std::all_of(out.rows.begin(), press, is_followed) &&
+                       std::all_of(press, out.rows.end(), is_good);
+  if (out.is_complete && !is_told) return simulated(plan);
+  out.rows.erase(press, out.rows.end());
+  return out;
 }
 
 }  // namespace palpate::fem

@@ -117,8 +117,9 @@ class Simulator {
   Simulator(Simulator&&) noexcept;
   Simulator& operator=(Simulator&&) noexcept;
 
-  /// position on the surface [m], normal inward unit. Drags are followed on the coarse grid alone,
-  /// and state more, but where SolverOptions::force_tolerance is asked for (M13k).
+  /// position on the surface [m], normal inward unit. Drags, and paths of one tool in slow motion
+  /// that are not straight, are followed on the coarse grid alone, and state more, but where
+  /// SolverOptions::force_tolerance is asked for (M13k).
   PointRows press_and_drag(const Vec3& position, const Vec3& normal, const Experiments& experiments,
                            const Progress& progress = {}) const;
 

@@ -62,7 +62,7 @@ struct Simulator::State {
               const Vec3& normal, bool keeps_surface, const Progress& progress,
               const MeshRun* coarser = nullptr) const;
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
-  bool has_quick_drags(const ExperimentPlan& plan) const;      // followed on the coarse grid alone
+  bool is_told_by_press(const ExperimentPlan& plan) const;     // the rest on the coarse grid alone
   ExperimentPlan fine_part(const ExperimentPlan& plan) const;  // what is solved on both grids
   PointRows experiment(const ExperimentPlan& plan, const BaseRefinement& base, const Vec3& position,
                        const Vec3& normal, const Progress& progress) const;

@@ -214,6 +214,35 @@ TEST(PressAndDrag, a_drag_on_the_coarse_grid_times_the_factor_of_its_press_is_th
   EXPECT_LT(2 * quick.cost.solver.newton, both.cost.solver.newton);
 }
 
+TEST(Paths, on_the_coarse_grid_times_the_factor_of_a_press_are_those_on_both) {
+  SimulationSetup setup = block_setup(kFriction);
+  setup.options.coarse_ratio = 1.6;
+  setup.options.element_size = setup.options.growth = SolverOptions{}.growth;
+  SimulationSetup exact = setup;
+  exact.options.force_tolerance = 0.5;  // no finer mesh, but both grids
+  const Simulator quick(setup), both(exact);
+  const auto follow = [](const Simulator& by, const Points& way) {
+    return by.follow(block_top(), kInward, {0, way});
+  };
+  Points turning(6, 3);
+  turning << 0, 0, -0.002, 0, 0, -0.004, 0.002, 0, -0.0035, 0.004, 0, -0.003, 0.003, 0.002, -0.003,
+      0.001, 0.003, -0.0035;
+  const PointRows cheap = follow(quick, turning), dear = follow(both, turning);
+  ASSERT_EQ(cheap.rows.size(), 6u) << "without those of the press";
+  for (std::size_t i = 0; i < cheap.rows.size(); ++i) {
+    const PointRow &row = cheap.rows[i], &other = dear.rows[i];
+    ASSERT_EQ(row.status, RowStatus::good) << i;
+    EXPECT_EQ(row.kind, ExperimentKind::path);
+    EXPECT_LT((row.force - other.force).norm(), row.force_error) << i;
+    EXPECT_LT((row.torque - other.torque).norm(), 0.02 * 0.008 * other.force.norm()) << i;
+    EXPECT_GT(row.force_error, 0.014 * row.force.norm()) << i;
+    EXPECT_LT(row.force_error, 0.03 * row.force.norm()) << i;
+  }
+  EXPECT_LT(2 * cheap.cost.solver.newton, dear.cost.solver.newton);
+  EXPECT_EQ(difference(follow(quick, turning.topRows(2)), follow(both, turning.topRows(2))), 0)
+      << "a straight press is on both";
+}
+
 TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_on_a_finer_mesh) {
   SimulationSetup setup = block_setup(0);
   setup.options.coarse_ratio = 1.6;
