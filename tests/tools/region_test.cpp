@@ -6,6 +6,7 @@
 #include <random>
 
 #include "libfit/io/files/files.hpp"
+#include "tests/libfit/refine/surfaces.hpp"
 #include "tests/support/voxels.hpp"
 #include "tests/tools/command_line.hpp"
 #include "tools/scene/settings.hpp"
@@ -87,6 +88,31 @@ TEST_F(Region, what_is_painted_on_the_mesh_is_held_and_left_out_as_that_part_of_
   EXPECT_GT(std::count(painted.is_held.begin(), painted.is_held.end(), 1), 4);
   EXPECT_EQ(painted.in_region, below.in_region);
   EXPECT_EQ(painted.test_points.position, below.test_points.position);
+}
+
+// The tool meets the smooth surface in the simulator, and the engine slides on the triangles.
+TEST_F(Region, triangles_of_a_round_body_are_divided_until_they_are_near_the_smooth_surface) {
+  constexpr double kRadius_m = 0.03;
+  const Vec3 middle(0, 0, 0.5 * kRadius_m);
+  Surface ball = testing_refine::icosphere(2, kRadius_m);
+  ball.vertices.rowwise() += middle.transpose();
+  const Outcome made =
+      prepare(ball,
+              "test_points = 8\nregion = { sphere = { center = [\"0 mm\", \"0 mm\", "
+              "\"45 mm\"], radius = \"15 mm\" } }\n");
+  ASSERT_EQ(made.status, 0) << made.err;
+  const auto farthest_m = [&](const Surface& surface) {
+    double most = 0;
+    for (const auto& t : surface.triangles.rowwise())
+      for (int k = 0; k < 3; ++k) {
+        const Vec3 a = surface.vertices.row(t[k]), b = surface.vertices.row(t[(k + 1) % 3]);
+        if (std::min(a[2], b[2]) > 1.3 * kRadius_m)
+          most = std::max(most, kRadius_m - ((a + b) / 2 - middle).norm());
+      }
+    return most;
+  };
+  EXPECT_GT(farthest_m(ball), 0.3e-3);
+  EXPECT_LT(farthest_m(body().surface), 0.07e-3) << "1 % of 3 mm, and as much of the smooth one";
 }
 
 TEST_F(Region, a_body_at_rest_is_bent_by_its_weight_and_one_under_load_stays) {

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "libfem/mesh/grade/divide.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "tests/tools/block_scene.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/setup/divide.hpp"
 #include "tools/setup/doubts.hpp"
 #include "tools/setup/propose.hpp"
 #include "tools/setup/window.hpp"
@@ -30,51 +30,10 @@ Surface coarse_block(double x, double y, double z) {
   return block;
 }
 
-double smallest_angle(const Surface& surface) {
-  double least = 4;
-  for (const auto& t : surface.triangles.rowwise())
-    for (int k = 0; k < 3; ++k) {
-      const Vec3 p = surface.vertices.row(t[k]);
-      const Vec3 a = surface.vertices.row(t[(k + 1) % 3]).transpose() - p,
-                 b = surface.vertices.row(t[(k + 2) % 3]).transpose() - p;
-      least = std::min(least, std::acos(a.normalized().dot(b.normalized())));
-    }
-  return least;
-}
-
-TEST(Dividing, keeps_the_shape_closed_and_the_angles_and_leaves_what_is_far) {
-  const Surface block = coarse_block(0.08, 0.08, 0.03);
-  const Vec3 top(0.04, 0.04, 0.03);
-  const Surface fine = divided_near(block, top, 0.015, 0.004);
-  EXPECT_NEAR(volume_m3(fine), volume_m3(block), 1e-15);
-  EXPECT_NEAR(area_m2(fine), area_m2(block), 1e-15);
-  std::map<std::pair<int, int>, int> sides;
-  std::size_t in_window = 0;
-  for (const auto& t : fine.triangles.rowwise()) {
-    Vec3 place[3];
-    for (int k = 0; k < 3; ++k) {
-      place[k] = fine.vertices.row(t[k]);
-      sides[{t[k], t[(k + 1) % 3]}] += 1;
-    }
-    const Vec3 w = nearest_weights(top, place[0], place[1], place[2]);
-    if ((w[0] * place[0] + w[1] * place[1] + w[2] * place[2] - top).norm() > 0.015) continue;
-    ++in_window;
-    for (int k = 0; k < 3; ++k)
-      EXPECT_LE((place[k] - place[(k + 1) % 3]).norm(), 0.004 * (1 + 1e-12));
-  }
-  EXPECT_GT(in_window, 80u);
-  for (const auto& [side, count] : sides) {
-    EXPECT_EQ(count, 1);
-    EXPECT_TRUE(sides.contains({side.second, side.first}));
-  }
-  EXPECT_GE(smallest_angle(fine), 0.5 * smallest_angle(block));
-  EXPECT_LT(fine.triangles.rows(), 3 * static_cast<Eigen::Index>(in_window)) << "far ones stay";
-  EXPECT_EQ(divided_near(block, top, 0.015, 1).triangles.rows(), 12);
-}
-
 TEST(Windows, are_thick_by_their_area_and_not_along_one_ray) {
   // A block with a pit of 24 mm in the middle of its top, where one ray would see 6 mm.
-  Surface block = divided_near(coarse_block(0.08, 0.08, 0.03), Vec3(0.04, 0.04, 0.03), 1, 0.004);
+  Surface block =
+      fem::divided_near(coarse_block(0.08, 0.08, 0.03), Vec3(0.04, 0.04, 0.03), 1, 0.004);
   for (auto p : block.vertices.rowwise())
     if (p[2] > 0.0299 && (p.head<2>().array() - 0.04).matrix().norm() < 0.003) p[2] -= 0.024;
   const Window window = windows_of(block, "-z").front();
@@ -86,7 +45,7 @@ TEST(Windows, are_thick_by_their_area_and_not_along_one_ray) {
 
 TEST(Windows, are_pressed_with_balls_that_are_felt_where_the_body_is_thick_enough) {
   const Surface block =
-      divided_near(coarse_block(0.08, 0.08, 0.03), Vec3(0.04, 0.04, 0.03), 0.03, 0.003);
+      fem::divided_near(coarse_block(0.08, 0.08, 0.03), Vec3(0.04, 0.04, 0.03), 0.03, 0.003);
   const Window window = windows_of(block, "-z").front();
   const double stiff_m = ball_for(window, block, 100e3, 0.49)->radius_m;
   EXPECT_NEAR(stiff_m, 0.03 / 8, 1e-4);

@@ -8,12 +8,12 @@
 #include "libfem/mesh/read/read.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/setup/divide.hpp"
 #include "tools/setup/propose.hpp"
 #include "tools/setup/propose_manifest.hpp"
 #include "tools/setup/propose_path.hpp"
@@ -25,6 +25,18 @@ namespace palpate::tools {
 namespace {
 
 namespace fs = std::filesystem;
+
+// The text of an OFF file in metres that reads back as the same doubles.
+std::string off_text(const Surface& surface) {
+  std::string text = "OFF\n" + std::to_string(surface.vertices.rows()) + " " +
+                     std::to_string(surface.triangles.rows()) + " 0\n";
+  for (const auto& p : surface.vertices.rowwise())
+    text += to_text(p[0]) + " " + to_text(p[1]) + " " + to_text(p[2]) + "\n";
+  for (const auto& t : surface.triangles.rowwise())
+    text += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) +
+            "\n";
+  return text;
+}
 
 // Asks on a terminal; an empty line takes the proposal.
 void ask(std::string& answer, const std::string& question, const std::string& proposal) {

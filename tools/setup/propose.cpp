@@ -7,13 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "libfem/mesh/grade/divide.hpp"
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/units.hpp"
 #include "tools/scene/region.hpp"
 #include "tools/scene/tissues.hpp"
-#include "tools/setup/divide.hpp"
 #include "tools/setup/doubts.hpp"
 #include "tools/setup/window.hpp"
 #include "tools/stages/body/plausibility.hpp"
@@ -151,7 +151,7 @@ std::optional<Site> site_of(const Surface& surface, const Window& window, const 
   if (std::count(is_in.begin(), is_in.end(), 1) >= kFewVertices) found = ball(surface);
   if (!found) {
     site.divided =
-        divided_near(surface, window.centre, window.radius_m, kDividedEdge * window.radius_m);
+        fem::divided_near(surface, window.centre, window.radius_m, kDividedEdge * window.radius_m);
     if (site.divided->vertices.rows() == surface.vertices.rows()) return std::nullopt;
     found = ball(*site.divided);
   }
@@ -229,7 +229,7 @@ ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in
   if (site.divided) {
     scene.notes.push_back(fmt::format(
         "its triangles are too large for the window of {:.3g} mm: divided there, from {} to {} "
-        "vertices, the shape kept",
+        "vertices on the smooth surface through them",
         1e3 * site.window.radius_m, scene.surface.vertices.rows(), site.divided->vertices.rows()));
     body = {choices.divided_mesh, mesh, "m", body.facts};
   }

@@ -8,6 +8,7 @@
 #include <functional>
 #include <numbers>
 
+#include "libfem/mesh/grade/divide.hpp"
 #include "libfem/mesh/surface/geodesic.hpp"
 #include "libfem/mesh/surface/test_points.hpp"
 #include "libfit/core/error.hpp"
@@ -21,6 +22,11 @@ namespace {
 // Overlap over depth, at first touch: a ball that begins a tenth of the way in feels 3 % of its
 // force too early (0.1^1.5).
 constexpr double kOverlapShare = 0.1;
+// Of the depth: how far triangles may be off the smooth surface. A contact point that slides comes
+// as much too deep, and force goes as depth^1.5: 6 % at a quarter of the depth. A third of it gains
+// nothing (liver-smooth).
+constexpr double kSagitta = 0.01;
+constexpr double kShortestEdge = 0.5;  // of the contact's radius: edges that stay
 
 std::string region_place(const Scene& scene) {
   return scene.path.string() + ": [experiments] region";
@@ -56,8 +62,9 @@ Points smoothed_normals(const Surface& surface, double width_m) {
 }
 
 // Of the vertices in a ball the patch that is nearest to its centre, on that side of the body.
-void keep_near_side(const Surface& surface, const Vec3& center, double width_m,
-                    std::vector<char>& is_in) {
+// Returns what to say of the rest, if there is any.
+std::string keep_near_side(const Surface& surface, const Vec3& center, double width_m,
+                           std::vector<char>& is_in) {
   const auto inside = std::count(is_in.begin(), is_in.end(), 1);
   std::int32_t nearest = -1;
   for (std::size_t v = 0; v < is_in.size(); ++v) {
@@ -68,7 +75,7 @@ void keep_near_side(const Surface& surface, const Vec3& center, double width_m,
     if (is_in[v] && (nearest < 0 || squared(v) < squared(static_cast<std::size_t>(nearest))))
       nearest = static_cast<std::int32_t>(v);
   }
-  if (nearest < 0) return;
+  if (nearest < 0) return {};
   const Points normals = smoothed_normals(surface, width_m);
   for (std::size_t v = 0; v < is_in.size(); ++v)
     is_in[v] =
@@ -79,10 +86,11 @@ void keep_near_side(const Surface& surface, const Vec3& center, double width_m,
       for (const std::int32_t v : patch) is_kept[static_cast<std::size_t>(v)] = 1;
   is_in = std::move(is_kept);
   const auto kept = std::count(is_in.begin(), is_in.end(), 1);
-  if (kept < inside)
-    say("  region: {} of {} vertices in the sphere, the patch nearest to its centre; the back and "
-        "what is not joined to it are left out",
-        kept, inside);
+  if (kept == inside) return {};
+  return fmt::format(
+      "  region: {} of {} vertices in the sphere, the patch nearest to its centre; the back and "
+      "what is not joined to it are left out",
+      kept, inside);
 }
 
 std::vector<char> vertices_where(const Surface& surface,
@@ -105,8 +113,10 @@ std::vector<char> disc_on(const Scene& scene, const Surface& surface, const Disc
   return vertices_where(surface, [&](Eigen::Index v) { return distance[v] <= disc.radius_m; });
 }
 
-// What the scene's region names, but for what is fixed. width_m: of the tool.
-std::vector<char> region_of(const Scene& scene, const Surface& surface, double width_m) {
+// What the scene's region names, but for what is fixed. width_m: of the tool. left_out: what is
+// said of a sphere's other side.
+std::vector<char> region_of(const Scene& scene, const Surface& surface, double width_m,
+                            std::string& left_out) {
   const SurfaceRegion region = scene.experiments.region.value_or(SurfaceRegion{});
   std::vector<char> is_in(static_cast<std::size_t>(surface.vertices.rows()), 1);
   if (const auto* disc = std::get_if<Disc>(&region.part)) is_in = disc_on(scene, surface, *disc);
@@ -114,7 +124,7 @@ std::vector<char> region_of(const Scene& scene, const Surface& surface, double w
     is_in = vertices_where(
         surface, [&](Eigen::Index v) { return contains(*part, surface.vertices.row(v)); });
     if (const auto* ball = std::get_if<Ball>(part))
-      keep_near_side(surface, ball->center_m, width_m, is_in);
+      left_out = keep_near_side(surface, ball->center_m, width_m, is_in);
   }
   const Points normals = vertex_normals(surface);
   const Vec3 side = region.facing.empty() ? Vec3::Zero() : outward_of_side(region.facing);
@@ -230,10 +240,34 @@ fem::Probe probe_of(const Scene& scene) {
                   : fem::Probe{};
 }
 
+// Divides the triangles of the region where they are too far off the smooth surface, and says so.
+bool divide(const Scene& scene, const fem::Probe& probe, Body& body) {
+  const double depth_m = scene.experiments.each.depth_m, sagitta_m = kSagitta * depth_m;
+  const auto is_in_region = [&](std::int32_t of, const Vec3&, const Vec3&, const Vec3&) {
+    for (int k = 0; k < 3; ++k)
+      if (body.in_region[static_cast<std::size_t>(body.surface.triangles(of, k))]) return true;
+    return false;
+  };
+  Surface fine = fem::divided(
+      fem::SmoothSurface(body.surface), is_in_region,
+      {.sagitta_m = sagitta_m, .shortest_m = kShortestEdge * probe.contact_radius_m(depth_m)});
+  if (fine.vertices.rows() == body.surface.vertices.rows()) return false;
+  say("  region: triangles more than {:.2g} mm off the smooth surface through their corners are "
+      "divided, which makes {} vertices of {}",
+      1e3 * sagitta_m, fine.vertices.rows(), body.surface.vertices.rows());
+  body.surface = std::move(fine);
+  return true;
+}
+
 }  // namespace
 
-void find_region(const Scene& scene, Body& body) {
-  body.in_region = region_of(scene, body.surface, probe_of(scene).half_width_m);
+void find_region(const Scene& scene, bool surface_only, Body& body) {
+  const fem::Probe probe = probe_of(scene);
+  std::string left_out;
+  body.in_region = region_of(scene, body.surface, probe.half_width_m, left_out);
+  if (!surface_only && divide(scene, probe, body))
+    body.in_region = region_of(scene, body.surface, probe.half_width_m, left_out);
+  if (!left_out.empty()) say("{}", left_out);
 }
 
 void find_reachable(const Scene& scene, bool surface_only, Body& body) {
