@@ -32,8 +32,7 @@ constexpr Remedy kRemedies[] = {
      "Most of it is what the law of the curves cannot say: leave family of [fit] to \"auto\", and "
      "give [experiments] more drag_depths and drag_directions."},
     {"friction_law",
-     "Most of it is felt while sliding: drag at every point (drag_points = \"all\" in "
-     "[experiments]), at more drag_depths and drag_directions."},
+     "Most of it is felt while sliding: drag at more drag_depths and in more drag_directions."},
 };
 
 // The unit that forces of a body are told in.

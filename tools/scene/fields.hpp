@@ -132,10 +132,9 @@ void visit(SectionOf<BedSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<PlacementSection> auto& section, Visitor& f) {
-  auto& [tolerance, budget, drag_points] = section;
+  auto& [tolerance, budget] = section;
   f(Stage::place, "tolerance", tolerance, Number{});
   f(Stage::place, "budget", budget, Whole{kFirstPoints, kMaxPoints});
-  f(Stage::place, "drag_points", drag_points, Choice{{"few", "all"}});
 }
 
 template <class Visitor>

@@ -184,7 +184,7 @@ BodySection read_body(SceneTable table, const std::filesystem::path& scene) {
 ExperimentsSection read_experiments(SceneTable table, const std::filesystem::path& scene) {
   ExperimentsSection out = read_section<ExperimentsSection>(table, scene);
   // A key of another way to place points is named for what it is.
-  for (const char* key : {"tolerance", "budget", "drag_points"})
+  for (const char* key : {"tolerance", "budget"})
     if (!out.placement && table.has(key))
       throw Error(table.where(key),
                   fmt::format("{} of [experiments] places test points, and test_points is a number "
@@ -290,11 +290,7 @@ void make_quick(Scene& scene) {
   constexpr int kRows = 5, kHeldOut = 6, kPlaced = 80, kToolPaths = 5;
   ExperimentsSection& experiments = scene.experiments;
   auto& placement = experiments.placement;
-  const bool drags_few = placement && placement->drag_points == "few";
-  if (drags_few)
-    placement->budget = std::min(placement->budget, kPlaced);
-  else
-    placement.reset();
+  if (placement) placement->budget = std::min(placement->budget, kPlaced);
   if (!experiments.points_file)
     experiments.test_points =
         std::min(experiments.test_points.value_or(kFirstPoints), kFirstPoints);
@@ -302,7 +298,7 @@ void make_quick(Scene& scene) {
   each.press_steps = std::min(each.press_steps, kRows);
   each.drag_steps = std::min(each.drag_steps, kRows);
   each.drag_directions = std::min(each.drag_directions, 1);
-  if (!drags_few && each.drag_depths_m.size() > 1)
+  if (!placement && each.drag_depths_m.size() > 1)
     each.drag_depths_m = {*std::max_element(each.drag_depths_m.begin(), each.drag_depths_m.end())};
   scene.validate.points = std::min(scene.validate.points, kHeldOut);
   scene.validate.causes = false;

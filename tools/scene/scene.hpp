@@ -59,8 +59,6 @@ struct BodySection {
 struct PlacementSection {
   double tolerance = 0.07;  ///< relative force error at new points, p95; 0: spend the budget
   int budget = 200;         ///< most points simulated
-  /// few: presses everywhere, drags where they tell most; all: drags at every point.
-  std::string drag_points = "few";
 };
 inline constexpr int kFirstPoints = 12;  ///< where it starts: some four across a window
 
