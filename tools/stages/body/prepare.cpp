@@ -144,10 +144,11 @@ Body make_body(const Scene& scene, bool surface_only) {
   say("  surface: {}, {} vertices, {} triangles",
       size_in_words(extent_m(body.surface.vertices), is_open ? 0 : volume_m3(body.surface)),
       body.surface.vertices.rows(), body.surface.triangles.rows());
-  find_region(scene, surface_only, body);
+  find_region(scene, body);
   if (!surface_only) {
     if (body.volume.tets.rows() == 0) fill_with_tets(scene, body);
     hold(scene, body);
+    divide_region(scene, body);
   }
   if (scene.gravity && !surface_only) bend(scene, body);
   find_reachable(scene, surface_only, body);

@@ -240,8 +240,16 @@ fem::Probe probe_of(const Scene& scene) {
                   : fem::Probe{};
 }
 
-// Divides the triangles of the region where they are too far off the smooth surface, and says so.
-bool divide(const Scene& scene, const fem::Probe& probe, Body& body) {
+}  // namespace
+
+void find_region(const Scene& scene, Body& body) {
+  std::string left_out;
+  body.in_region = region_of(scene, body.surface, probe_of(scene).half_width_m, left_out);
+  if (!left_out.empty()) say("{}", left_out);
+}
+
+void divide_region(const Scene& scene, Body& body) {
+  const fem::Probe probe = probe_of(scene);
   const double depth_m = scene.experiments.each.depth_m, sagitta_m = kSagitta * depth_m;
   const auto is_in_region = [&](std::int32_t of, const Vec3&, const Vec3&, const Vec3&) {
     for (int k = 0; k < 3; ++k)
@@ -251,23 +259,13 @@ bool divide(const Scene& scene, const fem::Probe& probe, Body& body) {
   Surface fine = fem::divided(
       fem::SmoothSurface(body.surface), is_in_region,
       {.sagitta_m = sagitta_m, .shortest_m = kShortestEdge * probe.contact_radius_m(depth_m)});
-  if (fine.vertices.rows() == body.surface.vertices.rows()) return false;
+  if (fine.vertices.rows() == body.surface.vertices.rows()) return;
   say("  region: triangles more than {:.2g} mm off the smooth surface through their corners are "
       "divided, which makes {} vertices of {}",
       1e3 * sagitta_m, fine.vertices.rows(), body.surface.vertices.rows());
   body.surface = std::move(fine);
-  return true;
-}
-
-}  // namespace
-
-void find_region(const Scene& scene, bool surface_only, Body& body) {
-  const fem::Probe probe = probe_of(scene);
-  std::string left_out;
+  std::string left_out;  // as it was said of the surface before
   body.in_region = region_of(scene, body.surface, probe.half_width_m, left_out);
-  if (!surface_only && divide(scene, probe, body))
-    body.in_region = region_of(scene, body.surface, probe.half_width_m, left_out);
-  if (!left_out.empty()) say("{}", left_out);
 }
 
 void find_reachable(const Scene& scene, bool surface_only, Body& body) {

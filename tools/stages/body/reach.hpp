@@ -10,10 +10,13 @@ namespace palpate::tools {
 fem::ToolReach make_reach(const Scene& scene, const Surface& surface);
 
 /// Fills in_region of a body that has its surface, where the scene's regions speak of it: what the
-/// scene's region holds and is not fixed. Where it is simulated, triangles of the region that are
-/// far off the smooth surface, which the simulator's tool meets, are divided first: the engine's
-/// contact point slides on triangles. Says what is divided and left out.
-void find_region(const Scene& scene, bool surface_only, Body& body);
+/// scene's region holds and is not fixed.
+void find_region(const Scene& scene, Body& body);
+
+/// Divides triangles of the region that are far off the smooth surface, which the simulator's tool
+/// meets, for the engine's contact point slides on triangles; finds the region anew. Says what is
+/// divided. After filling: a smooth surface may cross itself where the given one does not.
+void divide_region(const Scene& scene, Body& body);
 
 /// Fills is_reachable: what of in_region the tool can touch, or all of it where `surface_only`
 /// (recorded points were touched). Patches smaller than a contact do not count, and what lies
