@@ -24,7 +24,7 @@ constexpr double kSlipShare = 0.6;
 constexpr double kUsefulError = 0.03;  // of a row's force; more hides what a fit can do
 constexpr double kSwayShare = 0.4;     // of the half-space's force; softer inclusions take less
 // Of sway_m over the depth. Livers, a hand, a cow, the dragon and blocks have 0.2 to 0.9, an
-// elephant held behind 1.6 (p95 3.3 %), a figure that stands on two feet 14 (p95 65 %).
+// elephant held behind 1.6 (p95 5.5 %), a figure that stands on two feet 14 (p95 65 %).
 constexpr double kMaxSway = 3;
 constexpr double kSmallestForce_N = 0.04;  // that a hand notices
 
