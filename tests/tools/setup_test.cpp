@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libfem/mesh/grade/divide.hpp"
-#include "libfit/core/closest_point.hpp"
+#include "tests/support/coarse_block.hpp"
 #include "tests/tools/block_scene.hpp"
 #include "tools/scene/scene.hpp"
 #include "tools/setup/doubts.hpp"
@@ -17,18 +17,7 @@ namespace palpate::tools {
 namespace {
 
 using namespace testing_support;
-
-// A block [m] of 12 triangles.
-Surface coarse_block(double x, double y, double z) {
-  Surface block;
-  block.vertices.resize(8, 3);
-  for (int v = 0; v < 8; ++v)
-    block.vertices.row(v) << (v & 1 ? x : 0), (v & 2 ? y : 0), (v & 4 ? z : 0);
-  block.triangles.resize(12, 3);
-  block.triangles << 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4,
-      6, 0, 6, 2, 1, 3, 7, 1, 7, 5;
-  return block;
-}
+using palpate::testing_support::coarse_block;
 
 TEST(Windows, are_thick_by_their_area_and_not_along_one_ray) {
   // A block with a pit of 24 mm in the middle of its top, where one ray would see 6 mm.

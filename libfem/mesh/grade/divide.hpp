@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <limits>
-#include <string>
 
 #include "libfem/mesh/grade/smooth_surface.hpp"
 
@@ -29,7 +28,8 @@ using IsDivided = std::function<bool(std::int32_t of, const Vec3& a, const Vec3&
 Surface divided(const SmoothSurface& surface, const IsDivided& is_divided,
                 const DivisionLimits& limits);
 
-/// The same within radius_m [m] of `centre`, by the length of edges.
+/// The same within radius_m [m] of `centre`, by the length of edges. Throws Error as SmoothSurface
+/// does.
 Surface divided_near(const Surface& surface, const Vec3& centre, double radius_m, double longest_m);
 
 }  // namespace palpate::fem
