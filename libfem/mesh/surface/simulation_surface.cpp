@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "libfem/mesh/surface/remesh.hpp"
 #include "libfem/mesh/surface/surface_checks.hpp"
@@ -20,18 +21,6 @@ void refuse_bad_input(const Surface& fine, double target_edge_m) {
                 "Mend the surface, or prepare it with --surface-only.");
 }
 
-/// What keeps `coarse` from standing in for the fine surface, or nothing.
-std::optional<std::string> find_fault(const SimulationSurface& coarse, double stray_m,
-                                      double volume_tolerance) {
-  if (const auto why = why_not_closed(coarse.surface)) return why;
-  if (std::abs(coarse.volume_ratio - 1) > volume_tolerance)
-    return "its volume is off by " + std::to_string(100 * (coarse.volume_ratio - 1)) + " %";
-  if (coarse.deviation_m > stray_m)
-    return "it strays by " + std::to_string(1e3 * coarse.deviation_m) + " mm";
-  if (is_self_intersecting(coarse.surface)) return "it crosses itself";
-  return std::nullopt;
-}
-
 // Of each fine vertex.
 Eigen::VectorXd distance_m(const Surface& fine, const Surface& coarse) {
   const BoxTree boxes = triangle_boxes(coarse);
@@ -41,31 +30,83 @@ Eigen::VectorXd distance_m(const Surface& fine, const Surface& coarse) {
   return out;
 }
 
-// A surface closer to the fine one where it is farther than allowed. `wanted`: what `result` was
-// made with.
-void draw_closer(const Surface& fine, const BoxTree& boxes, Eigen::VectorXd wanted,
-                 const SimulationSurfaceOptions& options, double stray_m,
-                 SimulationSurface& result) {
-  constexpr int kRounds = 6;
-  constexpr double kShorter = 0.7;    // halves a chord's deviation
-  constexpr double kShortest = 0.15;  // of the target
-  const double least_m = kShortest * result.target_edge_m;
-  Eigen::VectorXd off_m = distance_m(fine, result.surface);
-  result.excess = (off_m.array() / options.allowed_m.array()).maxCoeff();
-  for (int round = 0; round < kRounds && result.excess > 1; ++round) {
-    for (Eigen::Index v = 0; v < wanted.size(); ++v)
-      if (off_m[v] > options.allowed_m[v]) wanted[v] = std::max(kShorter * wanted[v], least_m);
-    limit_growth(wanted, fine, SizingOptions{}.growth);
-    SimulationSurface closer = result;
-    closer.surface = remesh(fine, boxes, wanted, options.feature_angle_deg);
-    closer.volume_ratio = volume_m3(closer.surface) / volume_m3(fine);
-    closer.deviation_m = deviation_m(fine, boxes, closer.surface);
-    off_m = distance_m(fine, closer.surface);
-    closer.excess = (off_m.array() / options.allowed_m.array()).maxCoeff();
-    if (closer.excess < result.excess && !find_fault(closer, stray_m, options.volume_tolerance))
-      result = std::move(closer);
+// A coarse surface, what keeps it from standing in for the fine one, if anything does, and where.
+struct Attempt {
+  SimulationSurface made;
+  std::optional<std::string> fault;
+  std::vector<Eigen::Index> too_coarse;  // fine vertices
+};
+
+// Surfaces with edges as wanted, of one target after the other.
+class CoarseSurfaces {
+ public:
+  CoarseSurfaces(const Surface& fine, double target_edge_m, const SimulationSurfaceOptions& options)
+      : fine_(fine),
+        boxes_(triangle_boxes(fine)),
+        volume_m3_(palpate::volume_m3(fine)),
+        stray_m_(options.stray_tolerance * target_edge_m),
+        options_(options) {}
+
+  // Rounds of shorter edges where a surface crosses itself or is farther off than allowed. The
+  // closest that is sound, or the first.
+  Attempt at(double target_m) const {
+    constexpr int kRounds = 6;
+    constexpr double kShorter = 0.7;    // halves a chord's deviation
+    constexpr double kShortest = 0.15;  // of the target
+    Eigen::VectorXd wanted = wanted_edge_m(fine_, boxes_,
+                                           {.target_edge_m = target_m,
+                                            .deviation_ratio = options_.deviation_ratio,
+                                            .min_edge_ratio = options_.min_edge_ratio,
+                                            .feature_angle_deg = options_.feature_angle_deg});
+    Attempt best = made(target_m, wanted), last = best;
+    for (int round = 0; round < kRounds && !last.too_coarse.empty(); ++round) {
+      for (const Eigen::Index v : last.too_coarse)
+        wanted[v] = std::min(wanted[v], std::max(kShorter * wanted[v], kShortest * target_m));
+      limit_growth(wanted, fine_, SizingOptions{}.growth);
+      last = made(target_m, wanted);
+      if (!last.fault && (best.fault || last.made.excess < best.made.excess)) best = last;
+    }
+    return best;
   }
-}
+
+ private:
+  Attempt made(double target_m, const Eigen::VectorXd& wanted) const {
+    Attempt out;
+    SimulationSurface& made = out.made;
+    made.surface = remesh(fine_, boxes_, wanted, options_.feature_angle_deg);
+    made.target_edge_m = target_m;
+    made.volume_ratio = palpate::volume_m3(made.surface) / volume_m3_;
+    made.deviation_m = deviation_m(fine_, boxes_, made.surface);
+    out.fault = why_not_closed(made.surface);
+    if (out.fault) return out;
+    if (std::abs(made.volume_ratio - 1) > options_.volume_tolerance)
+      out.fault = "its volume is off by " + std::to_string(100 * (made.volume_ratio - 1)) + " %";
+    else if (made.deviation_m > stray_m_)
+      out.fault = "it strays by " + std::to_string(1e3 * made.deviation_m) + " mm";
+    const Surface crossing = crossing_part(made.surface);
+    if (crossing.triangles.rows() > 0) {
+      if (!out.fault) out.fault = "it crosses itself";
+      const Eigen::VectorXd to_crossing_m = distance_m(fine_, crossing);
+      for (Eigen::Index v = 0; v < wanted.size(); ++v)
+        if (to_crossing_m[v] < wanted[v] / 2) out.too_coarse.push_back(v);
+    }
+    if (options_.allowed_m.size() == 0) return out;
+    const Eigen::VectorXd excess =
+        distance_m(fine_, made.surface).cwiseQuotient(options_.allowed_m);
+    made.excess = excess.maxCoeff();
+    for (Eigen::Index v = 0; v < wanted.size(); ++v)
+      if (excess[v] > 1) out.too_coarse.push_back(v);
+    std::ranges::sort(out.too_coarse);
+    const auto twice = std::ranges::unique(out.too_coarse);
+    out.too_coarse.erase(twice.begin(), twice.end());
+    return out;
+  }
+
+  const Surface& fine_;
+  BoxTree boxes_;
+  double volume_m3_, stray_m_;
+  const SimulationSurfaceOptions& options_;
+};
 
 }  // namespace
 
@@ -73,38 +114,23 @@ SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
                                      const SimulationSurfaceOptions& options) {
   refuse_bad_input(fine, target_edge_m);
   constexpr double kFiner = 0.75;  // nearly halves the chords' deviation, which goes as the square
-  const BoxTree boxes = triangle_boxes(fine);
-  const double fine_volume = volume_m3(fine);
-  SimulationSurface result;
+  const CoarseSurfaces coarse(fine, target_edge_m, options);
+  std::string refused;
   double target = target_edge_m;
   for (int attempt = 1; attempt <= options.attempts; ++attempt, target *= kFiner) {
-    const Eigen::VectorXd wanted = wanted_edge_m(fine, boxes,
-                                                 {.target_edge_m = target,
-                                                  .deviation_ratio = options.deviation_ratio,
-                                                  .min_edge_ratio = options.min_edge_ratio,
-                                                  .feature_angle_deg = options.feature_angle_deg});
-    result.surface = remesh(fine, boxes, wanted, options.feature_angle_deg);
-    result.attempts = attempt;
-    result.target_edge_m = target;
-    result.volume_ratio = volume_m3(result.surface) / fine_volume;
-    result.deviation_m = deviation_m(fine, boxes, result.surface);
-    const double stray_m = options.stray_tolerance * target_edge_m;
-    const auto fault = find_fault(result, stray_m, options.volume_tolerance);
-    if (!fault) {
-      if (options.allowed_m.size() > 0) draw_closer(fine, boxes, wanted, options, stray_m, result);
-      return result;
+    Attempt at = coarse.at(target);
+    if (!at.fault) {
+      at.made.attempts = attempt;
+      at.made.refused = refused;
+      return at.made;
     }
-    result.refused = "with a target of " + std::to_string(target * 1e3) + " mm " + *fault;
+    refused = "with a target of " + std::to_string(target * 1e3) + " mm " + *at.fault;
   }
   if (is_self_intersecting(fine))
     throw Error("surface",
-                "it crosses itself, and no coarser surface of it is sound (" + result.refused + ")",
+                "it crosses itself, and no coarser surface of it is sound (" + refused + ")",
                 "Mend the self-intersections first.");
-  result.surface = fine;
-  result.target_edge_m = 0;
-  result.deviation_m = 0;
-  result.volume_ratio = 1;
-  return result;
+  return {.surface = fine, .volume_ratio = 1, .attempts = options.attempts, .refused = refused};
 }
 
 }  // namespace palpate

@@ -56,6 +56,16 @@ bool is_self_intersecting(const Surface& surface) {
   return !repair::self_intersections(surface).empty();
 }
 
+Surface crossing_part(const Surface& surface) {
+  std::vector<Eigen::Index> triangles;
+  for (const auto& [a, b] : repair::self_intersections(surface))
+    for (const std::size_t t : {a, b}) triangles.push_back(static_cast<Eigen::Index>(t));
+  std::ranges::sort(triangles);
+  const auto twice = std::ranges::unique(triangles);
+  triangles.erase(twice.begin(), twice.end());
+  return {surface.vertices, surface.triangles(triangles, Eigen::all)};
+}
+
 double deviation_m(const Surface& a, const BoxTree& boxes_of_a, const Surface& b) {
   return std::max(one_sided_deviation_m(b, a, boxes_of_a),
                   one_sided_deviation_m(a, b, triangle_boxes(b)));

@@ -115,5 +115,23 @@ TEST(SimulationSurface, is_closer_where_less_is_allowed) {
   EXPECT_FALSE(is_self_intersecting(closer.surface));
 }
 
+// A coarser ball inside another has chords that cross it; finer ones are needed there alone.
+TEST(SimulationSurface, is_finer_where_it_would_cross_itself) {
+  Surface hollow = sphere(0.02, 4);
+  hollow.triangles.col(1).swap(hollow.triangles.col(2));
+  const Vec3 aside(0.0285, 0, 0);  // leaves a wall of 1.5 mm
+  const Surface fine = joined(sphere(0.05, 5), moved(hollow, aside));
+  const SimulationSurface made =
+      simulation_surface(fine, 0.08, {.volume_tolerance = 0.2, .stray_tolerance = 1});
+  EXPECT_EQ(made.attempts, 1) << made.refused;
+  EXPECT_FALSE(is_self_intersecting(made.surface));
+  const auto count = [&](bool is_near) {
+    return std::ranges::count_if(made.surface.vertices.rowwise(), [&](const auto& v) {
+      return (v.norm() > 0.0499) && (v.x() > 0) == is_near;
+    });
+  };
+  EXPECT_GT(count(true), count(false));
+}
+
 }  // namespace
 }  // namespace palpate
