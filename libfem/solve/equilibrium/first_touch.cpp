@@ -47,7 +47,7 @@ double min_gap_of_face(const FaceNodes& nodes, const Probe& probe, const ProbePo
 }  // namespace
 
 std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& probe,
-                                    const ProbePose& pose, double back_off_m, double reach_m) {
+                                    const ProbePose& pose, double reach_m) {
   // Faces that may touch: not held, and looking against the axis somewhere.
   std::vector<FaceNodes> faces;
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
@@ -59,7 +59,7 @@ std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& prob
     }
     if (is_open) faces.push_back(nodes);
   }
-  double travel = -back_off_m;
+  double travel = 0;
   for (int advance = 0; advance < 200; ++advance) {
     const ProbePose here{pose.tip + travel * pose.axis, pose.axis};
     double least = 1e300;
@@ -73,7 +73,7 @@ std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& prob
     }
     if (std::abs(least) <= 1e-9 * probe.length_m) return travel;
     travel += least;  // no point of the probe moves farther than it travels
-    if (travel > reach_m) return std::nullopt;
+    if (std::abs(travel) > reach_m) return std::nullopt;
   }
   return travel;
 }

@@ -69,11 +69,12 @@ struct PathOptions {
 };
 
 /// Where along `axis` the probe touches the body, at rest or bent by its weight [m], measured from
-/// `tip`, found to 1e-9 of its length by conservative advancement from `back_off_m` before it, on
-/// the curved faces and not only at their quadrature points. Empty when nothing is met within
-/// `reach_m` past the tip. Source: Mirtich 1996, conservative advancement.
+/// `tip`: from there on inward where it is free, else outward to where it first is, so what stands
+/// behind the tool is not met. Found to 1e-9 of its length by conservative advancement, on the
+/// curved faces and not only at their quadrature points. Empty when that is not within `reach_m` of
+/// the tip. Source: Mirtich 1996, conservative advancement.
 std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& probe,
-                                    const ProbePose& pose, double back_off_m, double reach_m);
+                                    const ProbePose& pose, double reach_m);
 
 /// Told of each row that is recorded: its number, and the displacement of all nodes [m] in the
 /// equilibrium whose force the row holds.

@@ -96,7 +96,7 @@ MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, co
   }
   const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
   const std::optional<double> touch =
-      first_touch_m(mesh, here, {Vec3::Zero(), normal}, 2 * here.half_width_m, here.half_width_m);
+      first_touch_m(mesh, here, {Vec3::Zero(), normal}, here.half_width_m);
   if (!touch) {
     for (PathRow& row : out.rows) row.status = RowStatus::no_contact;
     return out;
@@ -106,7 +106,7 @@ MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, co
   if (plan.second) {
     const auto& [place, axis] = *plan.second;
     const std::optional<double> touch_m =
-        first_touch_m(mesh, here, {place, axis}, 2 * here.half_width_m, here.half_width_m);
+        first_touch_m(mesh, here, {place, axis}, here.half_width_m);
     if (!touch_m) {
       for (PathRow& row : out.rows) row.status = RowStatus::no_contact;
       return out;
