@@ -91,7 +91,7 @@ struct ExportSection {
 struct ValidateSection {
   int points = 12;  ///< held-out contact points
   int seed = 1;
-  bool causes = true;  ///< simulate at the held-out points, too, to split the error by cause
+  bool causes = true;          ///< press at held-out points, too, to split the error by cause
   double force_tolerance = 0;  ///< force error asked of held-out rows; 0: as of any other row
   /// Of a body that relaxes: the paths take these speeds by turns, and end with a hold.
   std::vector<double> speeds_m_s{0.001, 0.010, 0.100};
@@ -103,6 +103,9 @@ struct ValidateSection {
   int holds = 0;
   double hold_force_N = 0;
   double hold_approach_s = 0.1;
+
+  /// Held-out points that are pressed for `causes`: every second one, so paths of all kinds.
+  int presses() const { return causes ? (points + 1) / 2 : 0; }
 };
 
 struct Scene {

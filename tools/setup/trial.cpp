@@ -111,7 +111,7 @@ int placed_points(const Scene& scene, const Body& body) {
 }
 
 int held_out_paths(const Scene& scene) {
-  return scene.validate.points * (scene.validate.causes ? 2 : 1);
+  return scene.validate.points + scene.validate.presses();
 }
 
 }  // namespace

@@ -120,7 +120,7 @@ void StudyFolder::plan(const fs::path& folder, const Study& study) {
          {"max_points", scene.experiments.placement ? scene.experiments.placement->budget
                                                     : scene.experiments.test_points.value_or(0)},
          {"placed", scene.experiments.placement.has_value()},
-         {"held_out", scene.validate.points * (scene.validate.causes ? 2 : 1)}});
+         {"held_out", scene.validate.points + scene.validate.presses()}});
   }
   const ClusterSection& cluster = study.cluster;
   Json json{{"schema", "palpate-study"},

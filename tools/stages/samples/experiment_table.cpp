@@ -44,15 +44,19 @@ class Reachable {
   const Scene& scene_;
 };
 
-// Presses at the points that are held out, which tell what an error is made of.
+// Presses at every second point that is held out, which tell what an error is made of.
 int presses(const Scene& scene, Purpose purpose) {
-  return purpose == Purpose::hold_out && scene.validate.causes ? scene.validate.points : 0;
+  return purpose == Purpose::hold_out ? scene.validate.presses() : 0;
 }
 ExperimentList draw_presses(const Drawing& drawing) {
   const bool is_dragged = !experiments_of(drawing.scene).drag_depths_m.empty();
-  return experiments_at(
-      drawing.points, std::vector<Effort>(static_cast<std::size_t>(drawing.points.position.rows()),
-                                          {is_dragged, 0}));
+  std::vector<std::size_t> which(static_cast<std::size_t>(presses(drawing.scene, drawing.purpose)));
+  for (std::size_t i = 0; i < which.size(); ++i) which[i] = 2 * i;
+  return taken(
+      experiments_at(drawing.points,
+                     std::vector<Effort>(static_cast<std::size_t>(drawing.points.position.rows()),
+                                         {is_dragged, 0})),
+      which);
 }
 
 int paths(const Scene& scene, Purpose purpose) {
