@@ -23,12 +23,26 @@ FittedCurves own_curves(const runtime::AssetView& asset, const Samples& own, int
   return fit_curves(own, options);
 }
 
-// Each path with the curves of its own point all over the surface.
-Replayed replay_with_own(const runtime::AssetView& asset, const Reference& reference,
-                         const FittedCurves& own, double depth_m) {
-  Replayed replayed(reference.paths);
+// Of each path the number of its place in `own`; -1 where nothing else was done there.
+std::vector<Eigen::Index> own_points(const Reference& reference) {
+  std::vector<Eigen::Index> out;
+  const Points &places = reference.held_out.points.position, &own = reference.own.point_position;
   for (std::size_t path = 0; path < reference.held_out.paths.size(); ++path) {
-    const auto substituted = SubstitutedAsset::with_one_response(asset, own.curves, path);
+    Eigen::Index p = own.rows() - 1;
+    while (p >= 0 && own.row(p) != places.row(static_cast<Eigen::Index>(path))) --p;
+    out.push_back(p);
+  }
+  return out;
+}
+
+// Each path with the curves of its own point all over the surface, where it has some.
+Replayed replay_with_own(const runtime::AssetView& asset, const Reference& reference,
+                         const std::vector<Eigen::Index>& point_of, const FittedCurves& own,
+                         double depth_m) {
+  Replayed replayed(reference.paths);
+  for (std::size_t path = 0; path < point_of.size(); ++path) {
+    if (point_of[path] < 0) continue;
+    const auto substituted = SubstitutedAsset::with_one_response(asset, own.curves, point_of[path]);
     replay_path(substituted.view(), reference, path, depth_m, replayed);
   }
   return replayed;
@@ -45,12 +59,13 @@ std::vector<StatedError> error_causes(const runtime::AssetView& asset, const Ref
                                       const Replayed& engine, double depth_m, int jobs) {
   const FittedCurves own = own_curves(asset, reference.own, 1, jobs);
   const FittedCurves finer = own_curves(asset, reference.own, 2, jobs);
+  const std::vector<Eigen::Index> point_of = own_points(reference);
   std::vector<char> is_known;
-  for (std::size_t point = 0; point < own.status.size(); ++point)
-    is_known.push_back(own.status[point] != FitStatus::failed &&
-                       finer.status[point] != FitStatus::failed);
-  const Replayed with_own = replay_with_own(asset, reference, own, depth_m);
-  const Replayed with_finer = replay_with_own(asset, reference, finer, depth_m);
+  for (const Eigen::Index p : point_of)
+    is_known.push_back(p >= 0 && own.status[static_cast<std::size_t>(p)] != FitStatus::failed &&
+                       finer.status[static_cast<std::size_t>(p)] != FitStatus::failed);
+  const Replayed with_own = replay_with_own(asset, reference, point_of, own, depth_m);
+  const Replayed with_finer = replay_with_own(asset, reference, point_of, finer, depth_m);
   const Replayed nudged =
       replay(SubstitutedAsset::nudged(asset, 1).view(), reference.paths, depth_m);
 

@@ -14,8 +14,8 @@ namespace palpate::validation {
 
 /// What the error of an asset is made of (M11b), a figure per cause:
 /// interpolation, curve_fit, curve_family, friction_law and float_precision.
-/// reference.own must hold presses and drags at the held-out points. Paths at points whose own
-/// curves failed are left out.
+/// reference.own must hold presses and drags at held-out points. Paths at other points, and at
+/// those whose own curves failed, are left out.
 /// engine: the asset's answers along the reference's paths.
 std::vector<StatedError> error_causes(const runtime::AssetView& asset, const Reference& reference,
                                       const Replayed& engine, double depth_m, int jobs);

@@ -285,6 +285,30 @@ TEST_F(Substituted, baselines_and_paths_of_an_exact_reference_say_what_they_lose
   EXPECT_GT(baselines[1].force.p95_rel, 0.3);  // f^z grows with the square of the depth
 }
 
+TEST_F(Substituted, causes_are_of_the_paths_whose_places_were_pressed) {
+  const Reference paths{held_out, samples_of(body.asset, held_out), {}};
+  const auto causes_of_place = [&](Eigen::Index place) {
+    HeldOut press;
+    press.points.position = held_out.points.position.row(place);
+    press.points.normal = held_out.points.normal.row(place);
+    press.points.name = {"own"};
+    Points way(8, 3);
+    for (int k = 0; k < 8; ++k) way.row(k) = kRange.depth_m * (k + 1) / 8 * press.points.normal;
+    press.paths.push_back({0, way});
+    Reference reference = paths;
+    reference.own = samples_of(body.asset, press);
+    reference.own.kind.assign(8, ExperimentKind::press);
+    return error_causes(body.asset, reference, replay(body.asset, paths.paths, kRange.depth_m),
+                        kRange.depth_m, 1);
+  };
+  for (const Eigen::Index place : {0, 5}) {  // the straight ones
+    const auto causes = causes_of_place(place);
+    ASSERT_EQ(causes[2].name, "curve_family");
+    EXPECT_EQ(causes[2].rows, 6u);
+    EXPECT_LT(causes[2].force.max_rel, 0.02) << place;
+  }
+}
+
 TEST_F(Substituted, rows_replayed_on_the_quadric_are_the_engines_on_a_press) {
   Samples presses = samples_of(body.asset, held_out);
   for (std::int32_t point = 0; point < 8; point += 5) {  // the straight ones
