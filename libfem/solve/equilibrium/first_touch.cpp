@@ -17,6 +17,21 @@ Vec3 point_of(const FaceNodes& nodes, double r, double s) {
   return x;
 }
 
+/// Whether the outward normal is against the axis at a corner or in the middle.
+bool looks_against(const FaceNodes& nodes, const Vec3& axis) {
+  constexpr double kPlaces[][2] = {{0, 0}, {1, 0}, {0, 1}, {1.0 / 3, 1.0 / 3}};
+  for (const auto& [r, s] : kPlaces) {
+    const FacePoint at = face_point(0, r, s);
+    Vec3 by_r = Vec3::Zero(), by_s = Vec3::Zero();
+    for (int a = 0; a < kFaceNodes; ++a) {
+      by_r += at.shape_r[a] * nodes[a];
+      by_s += at.shape_s[a] * nodes[a];
+    }
+    if (by_r.cross(by_s).dot(axis) < 0) return true;
+  }
+  return false;
+}
+
 double gap_at(const FaceNodes& nodes, const Probe& probe, const ProbePose& pose, double r,
               double s) {
   return probe.distance(pose.axis, point_of(nodes, r, s) - pose.tip).distance_m;
@@ -57,7 +72,7 @@ std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& prob
       nodes[a] = mesh.shape().row(mesh.faces(f, a)).transpose();
       is_open |= !mesh.is_held[mesh.faces(f, a)];
     }
-    if (is_open) faces.push_back(nodes);
+    if (is_open && looks_against(nodes, pose.axis)) faces.push_back(nodes);
   }
   double travel = 0;
   for (int advance = 0; advance < 200; ++advance) {
