@@ -102,7 +102,7 @@ std::vector<std::int32_t> next_points(const Surface& fine, const std::vector<cha
                                       const NextPointsOptions& options) {
   std::vector<double> distance_m = nearest_source(fine, points).distance_m;
   const auto is_free = [&](std::size_t v) {
-    return is_candidate[v] && distance_m[v] > 0 && std::isfinite(distance_m[v]);
+    return is_candidate[v] && distance_m[v] > options.least_m && std::isfinite(distance_m[v]);
   };
   double largest_m = 0;
   for (std::size_t v = 0; v < distance_m.size(); ++v)

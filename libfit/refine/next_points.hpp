@@ -16,6 +16,8 @@ struct NextPointsOptions {
   double gap_share = 0.25;
   /// Expected error at the middle of the largest gap when nothing speaks for any [1].
   double gap_error = 0.02;
+  /// No pick is as near as this to another point [m].
+  double least_m = 0;
 };
 
 /// Vertices to experiment at next, best first: those where interpolation is expected to be most

@@ -110,9 +110,7 @@ int placed_points(const Scene& scene, const Body& body) {
   return std::min(scene.experiments.placement->budget, std::max(candidates, kFirstPoints));
 }
 
-int held_out_paths(const Scene& scene) {
-  return scene.validate.points + scene.validate.presses();
-}
+int held_out_paths(const Scene& scene) { return scene.validate.points + scene.validate.presses(); }
 
 }  // namespace
 

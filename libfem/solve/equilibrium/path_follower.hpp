@@ -70,9 +70,9 @@ struct PathOptions {
 
 /// Where along `axis` the probe touches the body, at rest or bent by its weight [m], measured from
 /// `tip`: from there on inward where it is free, else outward to where it first is. Only what looks
-/// against the axis counts, so not what stands behind the tool. Found to 1e-9 of its length by conservative advancement, on the
-/// curved faces and not only at their quadrature points. Empty when that is not within `reach_m` of
-/// the tip. Source: Mirtich 1996, conservative advancement.
+/// against the axis counts, so not what stands behind the tool. Found to 1e-9 of its length by
+/// conservative advancement, on the curved faces and not only at their quadrature points. Empty
+/// when that is not within `reach_m` of the tip. Source: Mirtich 1996, conservative advancement.
 std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& probe,
                                     const ProbePose& pose, double reach_m);
 

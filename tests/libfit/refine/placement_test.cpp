@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "libfit/refine/insert_point.hpp"
@@ -103,6 +104,27 @@ double p95_error(const Model& model, const Field& field) {
 }
 
 // A stiff lump under a plate, felt through a smooth bump of stiffness.
+TEST(NextPoints, keep_a_least_distance_however_wrong_a_corner_is) {
+  const Surface fine = plate(40, 40, 0.1, 0.1);
+  std::vector<double> errors(static_cast<std::size_t>(fine.vertices.rows()), 0.01);
+  for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v)
+    if (fine.vertices.row(v).norm() < 0.02) errors[static_cast<std::size_t>(v)] = 100;
+  const auto near_corner = [&](double least_m) {
+    const auto picked = next_points(fine, all(fine), {{{0, 0.0}}}, errors,
+                                    {.count = 60, .gap_share = 0, .least_m = least_m});
+    double nearest_m = 1;
+    for (std::size_t i = 0; i < picked.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        nearest_m = std::min(nearest_m,
+                             (fine.vertices.row(picked[i]) - fine.vertices.row(picked[j])).norm());
+    EXPECT_GT(nearest_m, 0.7 * least_m);  // paths along edges are longer
+    return std::ranges::count_if(
+        picked, [&](std::int32_t v) { return fine.vertices.row(v).norm() < 0.02; });
+  };
+  EXPECT_GT(near_corner(0), 50);
+  EXPECT_LT(near_corner(0.008), 20);
+}
+
 TEST(Placement, reaches_with_half_the_points_what_an_even_grid_does) {
   const Surface fine = plate(64, 64, 0.1, 0.1);
   const Field lump = [](const Vec3& p) {
