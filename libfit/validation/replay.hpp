@@ -15,7 +15,7 @@ namespace palpate::validation {
 struct Reference {
   HeldOut held_out;
   Samples paths;  ///< simulated along held_out.paths; the place of a row is its path's number
-  Samples own;    ///< presses and drags at the held-out points themselves; empty unless wanted
+  Samples own;    ///< presses and drags at held-out points themselves; empty unless wanted
 };
 
 /// What was answered to reference rows, row for row.
