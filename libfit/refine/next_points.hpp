@@ -24,7 +24,8 @@ struct NextPointsOptions {
 /// wrong. A pick lowers what is expected around it with the square of the distance to the nearest
 /// point, so picks spread by themselves; the gap share goes to vertices farthest from every point.
 /// expected_error: #V. is_candidate: #V. points: where the test points sit on the surface.
-/// Fewer than count when candidates run out. Deterministic; ties go to the lower vertex.
+/// Fewer than count when candidates run out, or are all nearer than least_m. Deterministic; ties go
+/// to the lower vertex.
 std::vector<std::int32_t> next_points(const Surface& fine, const std::vector<char>& is_candidate,
                                       const std::vector<EdgePathSeeds>& points,
                                       std::vector<double> expected_error,

@@ -24,7 +24,7 @@ constexpr double kSlipShare = 0.6;
 constexpr double kUsefulError = 0.03;  // of a row's force; more hides what a fit can do
 constexpr double kSwayShare = 0.4;     // of the half-space's force; softer inclusions take less
 // Of sway_m over the depth. Livers, a hand, a cow, the dragon and blocks have 0.2 to 0.9, an
-// elephant held behind 1.6 (p95 5.5 %), a figure that stands on two feet 14 (p95 65 %).
+// elephant held behind 1.6 (p95 3.6 %), a figure that stands on two feet 14 (p95 65 %).
 constexpr double kMaxSway = 3;
 constexpr double kSmallestForce_N = 0.04;  // that a hand notices
 
@@ -110,18 +110,20 @@ int placed_points(const Scene& scene, const Body& body) {
   return std::min(scene.experiments.placement->budget, std::max(candidates, kFirstPoints));
 }
 
-int held_out_paths(const Scene& scene) { return scene.validate.points + scene.validate.presses(); }
+int held_out_experiments(const Scene& scene) {
+  return scene.validate.points + scene.validate.presses();
+}
 
 }  // namespace
 
 int points_of_run(const Scene& scene, const Body& body) {
   const int own = scene.experiments.placement ? placed_points(scene, body)
                                               : static_cast<int>(body.test_points.position.rows());
-  return own + held_out_paths(scene);
+  return own + held_out_experiments(scene);
 }
 
 double cpu_of_run_s(const Scene& scene, const Body& body, const Trial& trial) {
-  const int points = points_of_run(scene, body), held_out = held_out_paths(scene);
+  const int points = points_of_run(scene, body), held_out = held_out_experiments(scene);
   if (!scene.experiments.placement || trial.rows == 0) return points * trial.cpu_s;
   return (kFirstDrags + held_out) * trial.cpu_s + (points - held_out) * trial.quick_s;
 }

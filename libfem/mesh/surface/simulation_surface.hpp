@@ -35,9 +35,10 @@ struct SimulationSurface {
 /// shorter where curvature or thinness asks, vertices on the fine surface, features kept.
 /// fine: closed, manifold, outward. Every result has passed: closed and manifold, not crossing
 /// itself, volume and deviation within tolerance. What crosses itself is tried again with shorter
-/// edges there, what else fails with a finer target, at last with the fine surface itself. Closeness to allowed_m is sought, not promised: `excess` says
-/// what was reached. Throws Error when the target is not positive, when `fine`
-/// bounds no volume, or when even the fine one crosses itself. Deterministic.
+/// edges there, what else fails with a finer target, at last with the fine surface itself.
+/// Closeness to allowed_m is sought, not promised: `excess` says what was reached. Throws Error
+/// when the target is not positive, when `fine` bounds no volume, or when even the fine one crosses
+/// itself. Deterministic.
 SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
                                      const SimulationSurfaceOptions& options = {});
 

@@ -42,7 +42,7 @@ struct BaseRefinement {
 using PressPatch = std::function<PatchResponse(double coarsening, const std::vector<char>& halved)>;
 
 /// Which base tets to halve so that no more than about `max_error` of force, relative and sideways
-/// too, is wrong because of the base mesh: those that hold all but a tenth of the distortion under
+/// too, is wrong because of the base mesh: those that hold two thirds of the distortion under
 /// the patch, or none (M13d). The forces that move the patch along `normal`, sticking and sliding,
 /// are compared with whole and with halved tets, on the grid whose elements are `coarse_ratio`
 /// times as large; where that cannot tell, as its own error changes with the tets too, on both

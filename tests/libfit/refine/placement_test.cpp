@@ -103,7 +103,6 @@ double p95_error(const Model& model, const Field& field) {
   return errors[static_cast<std::size_t>(0.95 * static_cast<double>(errors.size()))];
 }
 
-// A stiff lump under a plate, felt through a smooth bump of stiffness.
 TEST(NextPoints, keep_a_least_distance_however_wrong_a_corner_is) {
   const Surface fine = plate(40, 40, 0.1, 0.1);
   std::vector<double> errors(static_cast<std::size_t>(fine.vertices.rows()), 0.01);
@@ -125,6 +124,7 @@ TEST(NextPoints, keep_a_least_distance_however_wrong_a_corner_is) {
   EXPECT_LT(near_corner(0.008), 20);
 }
 
+// A stiff lump under a plate, felt through a smooth bump of stiffness.
 TEST(Placement, reaches_with_half_the_points_what_an_even_grid_does) {
   const Surface fine = plate(64, 64, 0.1, 0.1);
   const Field lump = [](const Vec3& p) {
