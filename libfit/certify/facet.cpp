@@ -127,6 +127,7 @@ Facet facet_of(const AssetView& asset, int t, const FacetOptions& options) {
     e.lambda[l] = number[0];
     e.friction[l] = number[1];
     e.friction_slope[l] = number[2];
+    e.outward[l] = node.row[runtime::kSpreadAt];
     for (int i = 0; i < kRings; ++i) e.stiffness[i][l] = node.row[runtime::kStiffnessAt + i];
     put_in_frame(e, runtime::make_vec3<double>(node.row + runtime::kSideAt), l, e.side2);
     put_in_frame(e, runtime::make_vec3<double>(node.row + runtime::kSideAt + 3), l, e.side3);
@@ -136,6 +137,9 @@ Facet facet_of(const AssetView& asset, int t, const FacetOptions& options) {
                            6, tensor);
     put_tensor(e, tensor, l, e.sway);
   }
+  for (int j = 0; j < 2; ++j)
+    e.outward_turn[j] = e.outward[0] * e.gradient[0][j] + e.outward[1] * e.gradient[1][j] +
+                        e.outward[2] * e.gradient[2][j];
   gradient_of(e, e.normal, e.turn);
   gradient_of(e, e.side2, e.side2_turn);
   gradient_of(e, e.side3, e.side3_turn);

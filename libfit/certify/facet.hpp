@@ -24,7 +24,8 @@ struct FacetOptions {
 struct Facet {
   double gradient[3][2];            ///< of the area coordinates [1/m]
   double normal[3][3], turn[3][2];  ///< u_l, and the gradient of their blend
-  double lambda[3], friction[3], friction_slope[3], stiffness[kRings][3];
+  double lambda[3], friction[3], friction_slope[3], outward[3], stiffness[kRings][3];
+  double outward_turn[2];  ///< of gamma [1/m^2]
   double side2[3][3], side3[3][3], side2_turn[3][2], side3_turn[3][2];
   double curvature[6][3], curvature_turn[2][6];  ///< xx, yy, zz, xy, xz, yz
   double sway[6][3], sway_turn[2][6];            ///< C [m/N] of a body that sways, likewise

@@ -47,7 +47,9 @@ bool pushes(const Facet& e, const Where& where, const CurveTerms<T>& depth) {
     slope[k] = two * 2.0 + three * 3.0 * depth.m;
   }
   const double reach_m = upper(mu / lambda) * upper(depth.m) + e.overshoot_m;
-  return lower(where.blend(depth.force)) - cut >= reach_m * size(slope) &&
+  // Rings that were spread farther than they would be now draw the tool in.
+  const double draws = 2 * upper(where.blend(e.outward) * depth.m * mu * bed.others);
+  return lower(where.blend(depth.force)) - cut - draws >= reach_m * size(slope) &&
          lower(where.blend(depth.energy)) >= reach_m * size(g);
 }
 
@@ -56,7 +58,9 @@ template <class T>
 struct SlipTerms {
   const Facet& e;
   OtherRings others;
-  T d, lambda, mu, sigma, force, pays, height;  ///< height: d + 1/2 q.kappa q
+  T d, lambda, mu, sigma;
+  T pressed, force;  ///< normal force over d, and with all that rings which are spread may add
+  T pays, height;    ///< height: d + 1/2 q.kappa q
   double cut, all_slide_N_m;
   SurfaceTerms<T> frame;
   BedTerms<T> bed;
@@ -69,6 +73,9 @@ struct SlipTerms {
   /// astray: how far the way of a segment may be from the deflection.
   double kappa_size{}, reach_m{}, slope_size{}, change_size{}, bend_rate{};
   double steepest{}, astray{}, noise{};
+  /// Where the other rings may be spread as far as they may be deflected: the normal force of that,
+  /// over the depth, and what it stores more, over that depth, where gamma grows by 1 / m a metre.
+  double spread_N_m{}, spread_more_N{};
   SwayForce<T> swayed{};
   Settling settled{};
 };
@@ -98,7 +105,7 @@ void add_orders(const Where& where, const CurveTerms<T>& depth, SlipTerms<T>& s)
       turns = turns + U[k][j] * s.side.g[k];
       s.pull[j] = s.pull[j] + L[k][j] * s.side.slope[k];
     }
-    s.tilt[j] = s.force * u[j];
+    s.tilt[j] = s.pressed * u[j];
     s.mismatch[j] = follows - depth.energy_slope[j];
     s.omega[j] = s.tilt[j] + s.mismatch[j] + s.height * turns;
   }
@@ -161,7 +168,9 @@ Spoke spoke_at(const SlipTerms<T>& s, const Directions& way, int j) {
   Spoke at;
   const double x = way.x[1][j], y = way.y[1][j], x2 = way.x[2][j], y2 = way.y[2][j];
   at.sway = s.e.sways ? sway_stores(s.e, s.frame, s.swayed, s.d, x, y) : 0;
-  at.stores = at.sway - lower(s.omega[0] * x + s.omega[1] * y) + s.cut * s.bed.fades * upper(s.d);
+  at.stores = at.sway - lower(s.omega[0] * x + s.omega[1] * y) + s.cut * s.bed.fades * upper(s.d) +
+              s.spread_N_m * size_of(s.frame.u[0] * x + s.frame.u[1] * y) +
+              s.spread_more_N * std::abs(s.e.outward_turn[0] * x + s.e.outward_turn[1] * y);
   T turned[3];
   for (int k = 0; k < 3; ++k) turned[k] = s.frame.U[k][0] * x + s.frame.U[k][1] * y;
   // The other rings: as long as they may be, turned with the normal, over stiffer ground.
@@ -246,6 +255,11 @@ Balance balance(const Facet& e, const Where& where, const CurveTerms<T>& depth, 
   const double cut = 0.5 * upper(sigma * mu);
   T force = where.blend(depth.force);
   if constexpr (kIsBound) force = force + Interval(-cut * bed.sinks, cut * bed.sinks);
+  // The other rings spread as far as they may be deflected; where all slide with ring 1 none is.
+  const double borne = others == OtherRings::any ? upper(mu * bed.others * d) : 0,
+               spread = 2 * borne * upper(where.blend(e.outward));
+  T wide = force;
+  if constexpr (kIsBound) wide = wide + Interval(-spread, spread);
   // All rings at such limits bear mu(d) f^z.
   const double all_slide_N_m = others == OtherRings::sliding && lower(where.blend(depth.bed)) > 0 &&
                                        upper(share) < runtime::kMaxLimitShare
@@ -253,8 +267,11 @@ Balance balance(const Facet& e, const Where& where, const CurveTerms<T>& depth, 
                                    : 0;
   const T pays = bed.share *
                  (others == OtherRings::sliding ? bed.stiffness[0] + bed.others : bed.stiffness[0]);
-  SlipTerms<T> s{e,    others, d,   lambda,        mu,    sigma, force,
-                 pays, d,      cut, all_slide_N_m, frame, bed,   side_at(e, where, frame, d)};
+  SlipTerms<T> s{e,     others,        d,     lambda, mu,
+                 sigma, force,         wide,  pays,   d,
+                 cut,   all_slide_N_m, frame, bed,    side_at(e, where, frame, d)};
+  s.spread_N_m = spread;
+  s.spread_more_N = borne * upper(d);
   add_orders(where, depth, s);
   add_bounds(depth, s);
 

@@ -24,12 +24,13 @@ Vec3d blended(const AssetView& asset, int t, const PatchPoint& place, const floa
 StagedContact stage(const AssetView& asset, int t, double radius_m, const SlipState& state) {
   const Vec3d u = normalized(blended(asset, t, state.place, asset.normal)),
               c = blended(asset, t, state.place, asset.vertex), q = state.ring[0];
-  double kappa[6] = {};
+  double kappa[6] = {}, gamma = 0;
   for (int l = 0; l < 3; ++l) {
     runtime::Corner node;
     runtime::read_corner(asset, asset.corner(t, l), node);
     for (int i = 0; i < 6; ++i)
       kappa[i] += state.place.n[l] * node.row[runtime::kNumbersAt + 3 + i];
+    gamma += state.place.n[l] * node.row[runtime::kSpreadAt];
   }
   const double height = state.depth_m + 0.5 * dot(q, runtime::curvature_times(kappa, q));
   const Vec3d x = c + u * (height - radius_m) + q;
@@ -41,7 +42,11 @@ StagedContact stage(const AssetView& asset, int t, double radius_m, const SlipSt
   for (int k = 0; k < 3; ++k) out.contact.weight[k] = state.place.n[k];
   out.contact.arm.reach_m = radius_m;
   runtime::Rings::Memory<double> anchors{};
-  for (int i = 1; i < kRings; ++i) anchors.set(i, q - state.ring[i]);
+  for (int i = 1; i < kRings; ++i) {
+    anchors.set(i, q - state.ring[i]);
+    const double d_i = asset.curves.rings.threshold_m[i];
+    if (state.depth_m > d_i) anchors.out[i] = gamma * (state.depth_m * state.depth_m - d_i * d_i);
+  }
   runtime::Rings::save(anchors, out.contact.memory);
   Vec3d tool = x;
   if (asset.sways) {

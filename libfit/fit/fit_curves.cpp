@@ -42,14 +42,18 @@ void parallel_for(int wanted, std::size_t count, const Act& act) {
 }
 
 // Rings as theory has them, by what the samples know of probe and body: a ball ploughs, which
-// measures as mu(d) = 0.95 mu (1 + d / 2R).
+// measures as mu(d) = 0.95 mu (1 + d / 2R), and drags its rim outward. Rings that relax are not
+// spread.
 fit::RingPrior rings_in_theory(const Samples& samples, double length_m, const FitOptions& options) {
   fit::RingPrior rings;
   const double friction =
       samples.probe ? fit::kSlidingShare * samples.probe->friction : options.default_friction;
   const double radius_m = ball_radius_m(samples.probe);
   rings.constant = {std::log(options.default_lateral_ratio), friction,
-                    radius_m > 0 ? friction * length_m / (2 * radius_m) : 0.0};
+                    radius_m > 0 ? friction * length_m / (2 * radius_m) : 0.0,
+                    radius_m > 0 && samples.relaxation.branches() == 0
+                        ? fit::kSpreadOfBall * length_m / radius_m
+                        : 0.0};
   return rings;
 }
 
@@ -119,10 +123,10 @@ void settle_rings(const Samples& samples, const fit::BodyData& body,
     if (!body.points[p].problem.empty() || rows[p].drags == 0) return;
     fit::PointCurves curves = fit::identify(body.points[p], rows[p], bases, plain, options);
     if (!curves.problem.empty()) return;
-    Eigen::VectorXd deviation = Eigen::Vector3d::Zero();
+    Eigen::VectorXd deviation = Eigen::Vector4d::Zero();
     const Eigen::MatrixXd square =
         fit::covariance(body.points[p], plain, curves, options.loss).more;
-    if (square.rows() >= 3 && square.allFinite())
+    if (square.rows() >= 4 && square.allFinite())
       deviation = square.diagonal().cwiseMax(0).cwiseSqrt();
     found[p] = Found{std::move(curves), std::move(deviation)};
   });
@@ -131,9 +135,9 @@ void settle_rings(const Samples& samples, const fit::BodyData& body,
     if (!each) continue;
     fit::RingPoint& point = points.emplace_back();
     point.log_force = each->curves.log_force;
-    for (int k = 0; k < 3; ++k) {
-      point.constant[static_cast<std::size_t>(k)] = each->curves.more[k];
-      point.error[static_cast<std::size_t>(k)] = each->deviation[k];
+    for (std::size_t k = 0; k < point.constant.size(); ++k) {
+      point.constant[k] = each->curves.more[static_cast<Eigen::Index>(k)];
+      point.error[k] = each->deviation[static_cast<Eigen::Index>(k)];
     }
     point.error[0] /= point.constant[0];  // of the logarithm
     point.constant[0] = std::log(point.constant[0]);
@@ -141,7 +145,7 @@ void settle_rings(const Samples& samples, const fit::BodyData& body,
   if (points.empty()) return;
   bases.rings = fit::ring_lines(
       points, fit::kUsualRings,
-      samples.probe ? std::optional(bases.rings.constant) : std::optional<std::array<double, 3>>());
+      samples.probe ? std::optional(bases.rings.constant) : std::optional<fit::RingConstants>());
 }
 
 // earlier: of each point, its place in the earlier fit, or -1.

@@ -53,11 +53,12 @@ struct FamilyReport {
 struct RingsReport {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   int points = 0;  ///< that were dragged; without any nothing is judged
-  double lambda = 0, friction = 0, friction_slope_1_m = 0;
+  double lambda = 0, friction = 0, friction_slope_1_m = 0, spread_1_m = 0;
   /// Standard errors of a point's, medians over the same points; of g_2 at full
   /// depth: share of the normal force.
   double lambda_deviation = kUnknown, friction_deviation = kUnknown;
-  double friction_slope_deviation_1_m = kUnknown, side_deviation = kUnknown;
+  double friction_slope_deviation_1_m = kUnknown, spread_deviation_1_m = kUnknown;
+  double side_deviation = kUnknown;
   double expected_lambda = kUnknown, expected_friction = kUnknown;
   double expected_friction_slope_1_m = kUnknown;
   std::vector<Eigen::Index> uneven;  ///< points whose lambda is far from the median

@@ -81,15 +81,15 @@ void find_uneven(const std::vector<std::size_t>& dragged, FittedCurves& fitted,
 
 }  // namespace
 
-RingPrior ring_lines(const std::vector<RingPoint>& points, const std::array<double, 3>& deviation,
-                     const std::optional<std::array<double, 3>>& theory) {
+RingPrior ring_lines(const std::vector<RingPoint>& points, const RingConstants& deviation,
+                     const std::optional<RingConstants>& theory) {
   RingPrior out;
   out.is_of_drags = true;
   out.deviation = deviation;
   std::vector<double> log_force;
   for (const RingPoint& point : points) log_force.push_back(point.log_force);
   out.log_force = median(log_force);
-  for (std::size_t k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < deviation.size(); ++k) {
     // Weights in those of a point without error; over a point's variance.
     std::vector<double> weight, level, slopes, pair_weight;
     double square = 0;
@@ -123,7 +123,7 @@ RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& ro
   std::vector<std::size_t> dragged;
   std::vector<double> all_log_force;
   std::vector<RingPoint> points;
-  std::array<std::vector<double>, 4> deviations;
+  std::array<std::vector<double>, 5> deviations;
   for (std::size_t p = 0; p < rows.size(); ++p) {
     if (fitted.status[p] == FitStatus::failed) continue;
     all_log_force.push_back(std::log(forces.normal_N(static_cast<Eigen::Index>(p), depth_m)));
@@ -131,7 +131,7 @@ RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& ro
     dragged.push_back(p);
     RingPoint& point = points.emplace_back();
     point.log_force = all_log_force.back();
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < point.constant.size(); ++k) {
       const int part = runtime::kLambda + static_cast<int>(k);
       point.constant[k] = constant_of(fitted, part, p);
       deviations[k].push_back(deviation_of(fitted, part, p));
@@ -139,19 +139,21 @@ RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& ro
     }
     point.error[0] /= point.constant[0];  // of the logarithm
     point.constant[0] = std::log(point.constant[0]);
-    deviations[3].push_back(deviation_of(fitted, runtime::kSide2, p) * depth_m * depth_m /
+    deviations[4].push_back(deviation_of(fitted, runtime::kSide2, p) * depth_m * depth_m /
                             std::exp(all_log_force.back()));
   }
   report.points = static_cast<int>(dragged.size());
   if (dragged.empty()) return report;
-  std::array<double, 3> usual = kUsualRings;
+  RingConstants usual = kUsualRings;
   usual[2] /= depth_m;
-  std::tie(report.lambda, report.friction, report.friction_slope_1_m) =
+  usual[3] /= depth_m;
+  std::tie(report.lambda, report.friction, report.friction_slope_1_m, report.spread_1_m) =
       std::tuple_cat(ring_lines(points, usual).at(median(all_log_force)));
   report.lambda_deviation = median(deviations[0]);
   report.friction_deviation = median(deviations[1]);
   report.friction_slope_deviation_1_m = median(deviations[2]);
-  report.side_deviation = median(deviations[3]);
+  report.spread_deviation_1_m = median(deviations[3]);
+  report.side_deviation = median(deviations[4]);
   compare_with_theory(samples, report);
   find_uneven(dragged, fitted, report);
   return report;

@@ -10,15 +10,15 @@
 
 namespace palpate::fit {
 
-/// By how much ln lambda, mu_0 and mu_1 D of a body's points differ from their lines, D the depth
-/// of its deepest row: friction by as much there as at first touch.
-inline constexpr std::array<double, 3> kUsualRings{0.2, 0.03, 0.03};
+/// By how much ln lambda, mu_0, mu_1 D and gamma D of a body's points differ from their lines, D
+/// the depth of its deepest row: friction by as much there as at first touch.
+inline constexpr RingConstants kUsualRings{0.2, 0.03, 0.03, 0.03};
 
-/// Constants of a point's rings, as its drags tell them: ln lambda, mu_0, mu_1. error: standard
-/// errors of these. log_force: of its press [ln N], see RingPrior.
+/// Constants of a point's rings, as its drags tell them. error: standard errors of these.
+/// log_force: of its press [ln N], see RingPrior.
 struct RingPoint {
   double log_force = 0;
-  std::array<double, 3> constant{}, error{};
+  RingConstants constant{}, error{};
 };
 
 /// Lines through the constants of a body's dragged points over the force of their presses
@@ -27,8 +27,8 @@ struct RingPoint {
 /// 1968, doi:10.1080/01621459.1968.10480934), drawn to 0 where the points' forces hardly differ;
 /// of points alike in error a third may be anything. theory, where it is known, counts as one
 /// point that its error leaves exact. Not for no point.
-RingPrior ring_lines(const std::vector<RingPoint>& points, const std::array<double, 3>& deviation,
-                     const std::optional<std::array<double, 3>>& theory = {});
+RingPrior ring_lines(const std::vector<RingPoint>& points, const RingConstants& deviation,
+                     const std::optional<RingConstants>& theory = {});
 
 /// Compares the constants of a body's rings with what theory has them be (docs/method.md, section
 /// 5): lambda = 2 (1 - nu) / (2 - nu), mu0 = 0.95 mu, mu1 = mu0 / 2R. Only points that were dragged

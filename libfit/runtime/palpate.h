@@ -104,7 +104,7 @@ typedef struct palpate_asset {
 } palpate_asset;
 /* What one tool remembers on one body. A tick reads and writes what its balls need, 4 kB each. */
 typedef struct palpate_contact {
-  uint64_t storage[3840];
+  uint64_t storage[3968];
 } palpate_contact;
 
 /* Rotation, then translation: world = R(orientation) local + position_m. */

@@ -92,6 +92,7 @@ Model with_family(Model model, CurveFamily family) {
     curves.control[runtime::kLambda](v, 0) = 0.71;
     curves.control[runtime::kFriction](v, 0) = 0.28;
     curves.control[runtime::kFrictionSlope](v, 0) = 16;
+    curves.control[runtime::kSpread](v, 0) = 20;
     curves.control[runtime::kSide2].row(v) = 900 * around.transpose();
     curves.control[runtime::kSide3].row(v) = 5e4 * around.transpose();
     const Eigen::Matrix3d curvature = around * around.transpose() / kCylinderRadius_m;

@@ -33,12 +33,14 @@ void say_report(const FitReport& report) {
         basis.degree, 1e3 * basis.knots_m.back(), report.kind[k].reason);
   }
   if (const RingsReport& rings = report.rings; rings.points > 0) {
-    say("  rings    lambda {:.3g} +- {:.2g}, mu0 {:.3g} +- {:.2g}, mu1 {:.3g} +- {:.2g} /m, side "
+    say("  rings    lambda {:.3g} +- {:.2g}, mu0 {:.3g} +- {:.2g}, mu1 {:.3g} +- {:.2g} /m, spread "
+        "{:.2g} +- {:.1g} /m, side "
         "force +- {:.2g} % of the normal one ({} points with drags; standard errors of a point's)"
         "{}{}",
         rings.lambda, rings.lambda_deviation, rings.friction, rings.friction_deviation,
-        rings.friction_slope_1_m, rings.friction_slope_deviation_1_m, 100 * rings.side_deviation,
-        rings.points, rings.warning.empty() ? "" : "; ", rings.warning);
+        rings.friction_slope_1_m, rings.friction_slope_deviation_1_m, rings.spread_1_m,
+        rings.spread_deviation_1_m, 100 * rings.side_deviation, rings.points,
+        rings.warning.empty() ? "" : "; ", rings.warning);
     if (!rings.uneven.empty())
       say("  rings    lambda is uneven at {} points: {}", rings.uneven.size(),
           fmt::join(rings.uneven, ", "));

@@ -14,21 +14,30 @@ namespace palpate::fit {
 /// Of a probe's friction, what a ball that slides without depth has.
 inline constexpr double kSlidingShare = 0.95;
 
-/// What a point's rings are likely to be before its drags are read, and how surely: by theory, then
-/// as the body's dragged points have them. Constants are ln lambda, mu_0 and mu_1 over the body's
-/// length. Each is a line over the logarithm of the force of a press to the end of the basis: what
-/// lies deep below a point stiffens its press, and not its drags.
-struct RingPrior {
-  std::array<double, 3> constant{-0.405, 0.3, 0}, slope{0, 0, 0};
-  bool is_of_drags = false;                        ///< else theory's
-  double log_force = 0;                            ///< where the line has `constant`
-  std::array<double, 3> deviation{0.3, 0.1, 0.3};  ///< of lambda, mu_0, mu_1 of a point
+/// gamma R of a ball on thick bodies of nu = 0.45; 0.12 at nu = 0.3, 0.24 at 0.49, and more on thin
+/// ones (docs/validation.md, radial friction).
+inline constexpr double kSpreadOfBall = 0.2;
 
-  /// lambda, mu_0 and mu_1 of a point whose press says this; within the line's own range.
-  std::array<double, 3> at(double log_force_of_point) const {
+/// Of a point's rings ln lambda, mu_0, mu_1 and gamma, these two in 1 / the unit of length.
+using RingConstants = std::array<double, 4>;
+
+/// What a point's rings are likely to be before its drags are read, and how surely: by theory, then
+/// as the body's dragged points have them. Lengths are over the body's. Each constant is a line
+/// over the logarithm of the force of a press to the end of the basis: what lies deep below a point
+/// stiffens its press, and not its drags.
+struct RingPrior {
+  RingConstants constant{-0.405, 0.3, 0, 0}, slope{};
+  bool is_of_drags = false;                     ///< else theory's
+  double log_force = 0;                         ///< where the line has `constant`
+  RingConstants deviation{0.3, 0.1, 0.3, 0.1};  ///< of a point
+
+  /// Whether a press may spread rings: a ball's, of a body that does not relax.
+  bool has_spread() const { return constant[3] > 0; }
+  /// lambda, mu_0, mu_1 and gamma of a point whose press says this; within the line's own range.
+  RingConstants at(double log_force_of_point) const {
     const double x = log_force_of_point - log_force;
     return {std::exp(constant[0] + slope[0] * x), std::max(constant[1] + slope[1] * x, 0.0),
-            constant[2] + slope[2] * x};
+            constant[2] + slope[2] * x, std::max(constant[3] + slope[3] * x, 0.0)};
   }
 };
 

@@ -145,22 +145,24 @@ void start_rings(const PointData& point, const CurveRows& rows, const CurveBasis
   constexpr double kLeastLambda = 0.05, kMost = 3, kMostSide = 10;
   // A press on a body that sways moves sideways, too, but by what the sway is known to: without
   // drags lambda and the friction stay the body's.
-  constexpr double kHeld = 1e-3;
+  constexpr double kHeld = 1e-3, kNoSpread = 1e-9;  // a bound: no slope leads away from 0
   out.log_force = std::log(point.force_N * value(normal, out.increments[0], normal.knots_m.back()));
-  const auto [lambda, friction, friction_slope] = prior.at(out.log_force);
-  out.more.resize(7);
+  const auto [lambda, friction, friction_slope, spread] = prior.at(out.log_force);
+  out.more.resize(8);
   out.more << std::clamp(lambda, kLeastLambda, kMost), std::min(friction, kMost),
-      std::clamp(friction_slope, -0.5 * friction, kMost), start_side(point);
+      std::clamp(friction_slope, -0.5 * friction, kMost), std::min(spread, kMost),
+      start_side(point);
   out.more_expected = out.more;
   out.more_expected.tail<4>().setZero();
-  out.more_deviation.resize(7);
-  out.more_deviation << prior.deviation[0], prior.deviation[1], prior.deviation[2],
+  out.more_deviation.resize(8);
+  out.more_deviation << Eigen::Map<const Eigen::Vector4d>(prior.deviation.data()),
       Eigen::Vector4d::Ones();
-  if (rows.drags == 0) out.more_deviation.head<3>() *= kHeld;
-  out.more_lower.resize(7);
-  out.more_lower << kLeastLambda, 0, -0.5 * friction, Eigen::Vector4d::Constant(-kMostSide);
-  out.more_upper.resize(7);
-  out.more_upper << kMost, kMost, kMost, Eigen::Vector4d::Constant(kMostSide);
+  if (rows.drags == 0) out.more_deviation.head<4>() *= kHeld;
+  out.more_lower.resize(8);
+  out.more_lower << kLeastLambda, 0, -0.5 * friction, 0, Eigen::Vector4d::Constant(-kMostSide);
+  out.more_upper.resize(8);
+  out.more_upper << kMost, kMost, kMost, prior.has_spread() ? kMost : kNoSpread,
+      Eigen::Vector4d::Constant(kMostSide);
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ namespace runtime {
 constexpr std::uint32_t kVersion = 1;
 /// Raised when the engine computes other bits from the same bytes. The check path of an older
 /// revision need not be met bit for bit.
-constexpr std::int32_t kLawRevision = 2;
+constexpr std::int32_t kLawRevision = 3;
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
 constexpr std::uint64_t kByteAlignment = 8;  ///< of the bytes in memory: what any malloc gives
@@ -128,7 +128,7 @@ static_assert(sizeof(CheckTick) == 48, "check ticks are packed");
 static_assert(sizeof(RelaxationBlock) == 64, "the block of relaxation is packed");
 static_assert(sizeof(DamageBlock) == 64, "the block of damage is packed");
 static_assert(sizeof(CouplingBlock) == 128, "the block of coupling is packed");
-static_assert(sizeof(Header) == 200 + 8 * kSections, "the header is packed");
+static_assert(sizeof(Header) == 208 + 8 * kSections, "the header is packed");
 static_assert(offsetof(Header, file_bytes) == 16, "the checksum covers all from byte 16 on");
 
 /// The parts of the asset's family; the number is possible.

@@ -405,6 +405,7 @@ PALPATE_ONCE AssetView with_indenter(const AssetView& asset, const Indenter& too
   }
   view.farther_m = tool.round_end_m - asset.probe_radius_m;
   find_ploughing(tool, asset.probe_radius_m, table.measured_m(), view);
+  view.spread = view.steeper;  // as far as it ploughs the deeper the more
   find_side(tool, asset.probe_radius_m, table.measured_m(), view);
   out.curves.indenter = &view;
   out.max_fitted_m = table.measured_m();

@@ -26,6 +26,7 @@ struct IndenterView {
   double farther_m = 0;  ///< R - R_0: how much farther out the surface of its centres lies
   /// mu(d) = mu_0 + mu_1 (steep_m + steeper d): a ball that ploughs has R_0 / R alone (M84).
   double steep_m = 0, steeper = 1;
+  double spread = 1;                     ///< what gamma of a node is times: R_0 / R of a ball
   double side[2][2] = {{1, 0}, {0, 1}};  ///< g_2 and g_3 out of those of a node (M85)
 };
 

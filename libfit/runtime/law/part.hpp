@@ -10,7 +10,7 @@
 namespace palpate {
 namespace runtime {
 
-constexpr int kMaxParts = 9;         ///< of a family: an asset's header has room for as many
+constexpr int kMaxParts = 10;        ///< of a family: an asset's header has room for as many
 constexpr double kMaxNumber = 1e15;  ///< of what a node owns: products of a few stay finite
 
 /// What of a node is known before any fit.

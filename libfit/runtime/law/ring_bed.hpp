@@ -13,11 +13,12 @@ namespace runtime {
 constexpr int kLambda = 1;         ///< lateral over normal stiffness of a ring [1]
 constexpr int kFriction = 2;       ///< mu_0 [1]
 constexpr int kFrictionSlope = 3;  ///< mu_1 [1/m]: a ball ploughs
-constexpr int kSide2 = 4;          ///< g_2 [N/m^2]
-constexpr int kSide3 = 5;          ///< g_3 [N/m^3]
-constexpr int kCurvature = 6;      ///< kappa = -du/dc [1/m]
-constexpr int kSway = 7;           ///< C [m/N] of sway.hpp
-constexpr int kRadiusEffect = 8;   ///< k_0, k_1 [1] of (M83)
+constexpr int kSpread = 4;         ///< gamma [1/m]: how far a press spreads a ring that sticks
+constexpr int kSide2 = 5;          ///< g_2 [N/m^2]
+constexpr int kSide3 = 6;          ///< g_3 [N/m^3]
+constexpr int kCurvature = 7;      ///< kappa = -du/dc [1/m]
+constexpr int kSway = 8;           ///< C [m/N] of sway.hpp
+constexpr int kRadiusEffect = 9;   ///< k_0, k_1 [1] of (M83)
 
 /// How far a ring may be deflected at a depth.
 template <class T>
@@ -98,6 +99,7 @@ struct RingBed {
   /// ring_share().
   T excess_N_m[N];
   bool is_cut;
+  T spread_1_m;          ///< gamma >= 0
   Vec3<T> side2, side3;  ///< g = side2 d^2 + side3 d^3, tangential
 };
 
@@ -141,9 +143,10 @@ void ring_stiffness(const RingTable<N>& table, const Spot& spot, T* c) noexcept 
 
 /// Of the c_i of a spot; side: g_2, g_3.
 template <class T, int N>
-void make_ring_bed(const T* c, const RingLimit<T>& limit, const T* side, const Vec3<T>& normal,
-                   RingBed<T, N>& bed) noexcept {
+void make_ring_bed(const T* c, const RingLimit<T>& limit, const T& spread_1_m, const T* side,
+                   const Vec3<T>& normal, RingBed<T, N>& bed) noexcept {
   bed.limit = limit;
+  bed.spread_1_m = spread_1_m;
   bed.is_cut = false;
   for (int i = 0; i < N; ++i) {
     bed.stiffness_N_m[i] = limit.lambda * c[i];
@@ -165,7 +168,8 @@ RingBed<T, N> ring_bed(const RingTable<N>& table, const Spot& spot) noexcept {
   ring_stiffness(table, spot, c);
   copy_controls(spot, kSide2, 0, 3, side);
   copy_controls(spot, kSide3, 0, 3, side + 3);
-  make_ring_bed(c, ring_numbers<T>(spot).limit, side, spot.normal, bed);
+  make_ring_bed(c, ring_numbers<T>(spot).limit, T(spot.control(kSpread, 0)), side, spot.normal,
+                bed);
   return bed;
 }
 

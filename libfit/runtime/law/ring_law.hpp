@@ -3,11 +3,12 @@
 
 // The law of a bed of stick-slip rings (docs/method.md, section 17): what a contact stores (B1) is
 //
-//     E = Z_c(d) + q.g_c(d) + 1/2 sum lambda c_i |q_i|^2
+//     E = Z_c(d) + q.g_c(d) + 1/2 sum lambda c_i (|q_i|^2 + r_i^2)
 //
 // over the tool's place alone, with the anchors of the rings as its memory. A ring is the part of
-// the contact that touches from the depth d_i on; its stiffness is read off the press curve. Each
-// holds until |q_i| = share mu(d) (d - d_i) / lambda (B3a), then its anchor follows.
+// the contact that touches from the depth d_i on; its stiffness is read off the press curve. A
+// press deflects it outward, too, by r_i. Each holds until |(q_i, r_i)| = share mu(d) (d - d_i) /
+// lambda (B3a), then its anchors follow.
 //
 // One template for the engine (scalar double, or Jet3 for the tangent) and the fitter (double or
 // ceres::Jet). Forces are those of the tool ON the body.
@@ -56,6 +57,7 @@ T ring_slip_excess(const Spot& spot, const Vec3<T>& x, const T& beyond_m, const 
 template <class T, int N>
 struct RingAnchors {
   T x[N], y[N], z[N];
+  T out[N];               ///< how far outward [m]; that of ring 1 is always 0
   double slip_slope = 0;  ///< see slip_along() [1]
 
   Vec3<T> at(int i) const noexcept { return {x[i], y[i], z[i]}; }
@@ -75,45 +77,65 @@ void carry_anchors(RingAnchors<T, N>& anchors, const Vec3<T>& way, const Vec3<T>
   anchors.set(0, first);
 }
 
+/// How far a press deflects ring i outward if it has stuck ever since it touched (B1a), and the
+/// slope of that by depth. Ring 1 is the middle of the contact, which goes nowhere.
+template <class T>
+struct RingSpread {
+  T value_m, slope;
+};
+template <class T, int N>
+RingSpread<T> ring_spread(const RingTable<N>& table, const RingBed<T, N>& bed, int i,
+                          const T& depth_m) noexcept {
+  const T reach = depth_m - table.threshold_m[i];
+  if (!(value_of(reach) > 0)) return {T(0), T(0)};
+  return {bed.spread_1_m * (reach * (reach + T(2 * table.threshold_m[i]))),
+          bed.spread_1_m * (2.0 * depth_m)};
+}
+
 /// What the rings of a contact do at a depth: sum of lambda c_i q_i [N], what they store [J], what
-/// those that let go have dissipated [J]. q1: deflection of ring 1.
+/// those that let go have dissipated [J]. q1: deflection of ring 1. along_N: along the normal,
+/// beside the normal curve. flowed_m: of rings that relax, what the dashpots of ring 1 have flowed,
+/// in the contact's memory.
 template <class T>
 struct RingPull {
   Vec3<T> force_N, q1;
   T stored_J;
   double lost_J;
-  // Of rings that relax: along the normal, over the normal curve; what the dashpots of ring 1 have
-  // flowed, in the contact's memory.
   T along_N = T(0);
   const T* flowed_m = nullptr;
 };
 /// What they store [J].
 template <class T, int N>
-T ring_energy(const RingBed<T, N>& bed, const RingDeflection<T>& at,
+T ring_energy(const RingTable<N>& table, const RingBed<T, N>& bed, const RingDeflection<T>& at,
               const RingAnchors<T, N>& anchors) noexcept {
-  T twice = T(0);
-  for (int i = 0; i < N; ++i) {
+  const Vec3<T> q1 = at.q - anchors.at(0);
+  T twice = bed.stiffness_N_m[0] * dot(q1, q1);
+  for (int i = 1; i < N; ++i) {
     const Vec3<T> q = at.q - anchors.at(i);
-    twice = twice + bed.stiffness_N_m[i] * dot(q, q);
+    const T r = ring_spread(table, bed, i, at.depth_m).value_m - anchors.out[i];
+    twice = twice + bed.stiffness_N_m[i] * (dot(q, q) + r * r);
   }
   return 0.5 * twice;
 }
 /// At anchors that hold.
 template <class T, int N>
-RingPull<T> ring_pull(const RingBed<T, N>& bed, const RingDeflection<T>& at,
-                      const RingAnchors<T, N>& anchors) noexcept {
+RingPull<T> ring_pull(const RingTable<N>& table, const RingBed<T, N>& bed,
+                      const RingDeflection<T>& at, const RingAnchors<T, N>& anchors) noexcept {
   const Vec3<T> q1 = at.q - anchors.at(0);
   Vec3<T> force = q1 * bed.stiffness_N_m[0];
-  T twice = bed.stiffness_N_m[0] * dot(q1, q1);
+  T twice = bed.stiffness_N_m[0] * dot(q1, q1), along(0);
   for (int i = 1; i < N; ++i) {
     const Vec3<T> q = at.q - anchors.at(i);
+    const RingSpread<T> spread = ring_spread(table, bed, i, at.depth_m);
+    const T r = spread.value_m - anchors.out[i];
     force = force + q * bed.stiffness_N_m[i];
-    twice = twice + bed.stiffness_N_m[i] * dot(q, q);
+    along = along + bed.stiffness_N_m[i] * r * spread.slope;
+    twice = twice + bed.stiffness_N_m[i] * (dot(q, q) + r * r);
   }
-  return {force, q1, 0.5 * twice, 0};
+  return {force, q1, 0.5 * twice, 0, along};
 }
-/// Whether a ring slips (B3): lambda |q| is beyond limit_m, or it does not touch (limit_m 0).
-/// share: what then is left of its deflection.
+/// Whether a ring slips (B3): lambda times its deflection is beyond limit_m, or it does not touch
+/// (limit_m 0). share: what then is left of its deflection.
 template <class T>
 bool ring_slips(const T& limit_m, const T& lambda_squared, const T& squared_m2, T& share) noexcept {
   using std::sqrt;
@@ -125,7 +147,7 @@ bool ring_slips(const T& limit_m, const T& lambda_squared, const T& squared_m2, 
 }
 
 /// After (B3) of rings 2 to N; share_of_limit: limit_share(). Rings that do not touch are anchored
-/// under the tool. It shortens every |q_i|, so the stored energy falls whatever the tick.
+/// under the tool. It shortens every deflection, so the stored energy falls whatever the tick.
 template <class T, int N>
 RingPull<T> slip_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
                        const RingDeflection<T>& at, const T& share_of_limit,
@@ -134,25 +156,30 @@ RingPull<T> slip_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
           mu = share_of_limit * bed.limit.friction_at(at.depth_m);
   const Vec3<T> q1 = at.q - anchors.at(0);
   Vec3<T> force = q1 * bed.stiffness_N_m[0];
-  T twice = bed.stiffness_N_m[0] * dot(q1, q1);
+  T twice = bed.stiffness_N_m[0] * dot(q1, q1), along(0);
   double lost = 0;
   for (int i = 1; i < N; ++i) {
     const T reach = at.depth_m - table.threshold_m[i], stiffness = bed.stiffness_N_m[i];
     const T limit_m = value_of(reach) > 0 ? mu * reach : T(0);
+    const RingSpread<T> spread = ring_spread(table, bed, i, at.depth_m);
     Vec3<T> q = at.q - anchors.at(i);
-    T squared = dot(q, q);
+    T r = spread.value_m - anchors.out[i];
+    T squared = dot(q, q) + r * r;
     T share(0);
     if (ring_slips(limit_m, squared_lambda, squared, share)) {
       const double before = value_of(squared);
       q = q * share;
+      r = r * share;
       squared = squared * (share * share);
       lost += value_of(stiffness) * (before - value_of(squared));
       anchors.set(i, at.q - q);
+      anchors.out[i] = spread.value_m - r;
     }
     force = force + q * stiffness;
+    along = along + stiffness * r * spread.slope;
     twice = twice + stiffness * squared;
   }
-  return {force, q1, 0.5 * twice, 0.5 * lost};
+  return {force, q1, 0.5 * twice, 0.5 * lost, along};
 }
 
 /// (B1) and its gradient by x (B2), (f^z + q.g') (u - P kappa q) + g + sum lambda c_i q_i, at

@@ -50,6 +50,7 @@ struct Rings {
       {"lambda", "1", 0, 0, 1, 1, false, false, 0, 100},
       {"friction", "1", 0, 0, 1, 1, false, false, 0, 100},
       {"friction_slope", "1/m", -1, 0, 1, 1, false, false, -1e6, 1e6},
+      {"spread", "1/m", -1, 0, 1, 1, false, false, 0, 1e6},
       {"side_square", "N/m^2", -2, 1, 3, 1, false, false, -kMaxNumber, kMaxNumber},
       {"side_cube", "N/m^3", -3, 1, 3, 1, false, false, -kMaxNumber, kMaxNumber},
       {"curvature", "1/m", -1, 0, 6, 1, false, false, -1e6, 1e6, Known::curvature},
@@ -58,7 +59,7 @@ struct Rings {
   static constexpr int kSwayPart = kSway;
   static constexpr int kCurves = 1;
   static constexpr bool kCanRelax = true;
-  static constexpr int kAnchorNumbers = 3 * kRings + 1;
+  static constexpr int kAnchorNumbers = 4 * kRings + 1;
   static constexpr int kMemory = kAnchorNumbers + kCreepNumbers;
 
   /// How many numbers of a contact's memory are used.
@@ -75,8 +76,9 @@ struct Rings {
       out.x[i] = T(from[i]);
       out.y[i] = T(from[kRings + i]);
       out.z[i] = T(from[2 * kRings + i]);
+      out.out[i] = T(from[3 * kRings + i]);
     }
-    out.slip_slope = from[3 * kRings];
+    out.slip_slope = from[4 * kRings];
     if (relaxation.branches == 0) return out;
     const double* at = from + kAnchorNumbers;
     for (int k = 0; k < relaxation.branches; ++k)
@@ -91,8 +93,9 @@ struct Rings {
       to[i] = memory.x[i];
       to[kRings + i] = memory.y[i];
       to[2 * kRings + i] = memory.z[i];
+      to[3 * kRings + i] = memory.out[i];
     }
-    to[3 * kRings] = memory.slip_slope;
+    to[4 * kRings] = memory.slip_slope;
     if (relaxation.branches == 0) return;
     double* at = to + kAnchorNumbers;
     for (int k = 0; k < relaxation.branches; ++k)
@@ -255,7 +258,7 @@ struct Rings {
       return creeping_pull<false>(views.relaxation, views.rings, bed, kinematics.at, memory,
                                   memory.creep, share_at_0(views.rings, bed, kinematics.spot),
                                   T(1));
-    return ring_pull(bed, kinematics.at, memory);
+    return ring_pull(views.rings, bed, kinematics.at, memory);
   }
   template <class T, class Spot>
   static RingPull<T> slip(const CurveViews& views, const RingBed<T, kRings>& bed,
@@ -284,7 +287,7 @@ struct Rings {
     const SideForce<T> side = side_under(views, bed, d, memory.creep.first);
     return ring_stored(views.rings, bed, kinematics.at, kinematics.q1,
                        relaxes(views) ? stick(views, bed, kinematics, memory).stored_J
-                                      : ring_energy(bed, kinematics.at, memory),
+                                      : ring_energy(views.rings, bed, kinematics.at, memory),
                        side, normal_J);
   }
   /// (B1) and (B2).

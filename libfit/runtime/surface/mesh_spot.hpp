@@ -57,9 +57,10 @@ inline void node_stiffness(const CurveViews& views, const CornerSpot& spot, doub
 }
 
 /// What of a node lies in a row of doubles, so that a spot's is one weighted sum: place, inward
-/// normal, and of a body of rings what a slip reads (RingNumbers), the side force and c_i (B0).
-constexpr int kPlaceAt = 0, kNormalAt = 3, kNumbersAt = 6, kSideAt = 15, kStiffnessAt = 21;
-constexpr int kRowSize = kStiffnessAt + kRings + 1;  // even: processors take two at once
+/// normal, and of a body of rings what a slip reads (RingNumbers), gamma, the side force and c_i.
+constexpr int kPlaceAt = 0, kNormalAt = 3, kNumbersAt = 6, kSpreadAt = 15, kSideAt = 16,
+              kStiffnessAt = 22;
+constexpr int kRowSize = kStiffnessAt + kRings;  // even: processors take two at once
 
 /// A node as the law computes with it.
 struct Corner {
@@ -119,7 +120,8 @@ RingBed<T, kRings> bed_under(const CurveViews&, const MeshSpot<S>& spot) noexcep
   T c[kRings], side[6];
   for (int i = 0; i < kRings; ++i) c[i] = row_number(spot, kStiffnessAt + i);
   for (int i = 0; i < 6; ++i) side[i] = row_number(spot, kSideAt + i);
-  make_ring_bed(c, ring_numbers<T>(spot).limit, side, spot.normal, bed);
+  make_ring_bed(c, ring_numbers<T>(spot).limit, T(row_number(spot, kSpreadAt)), side, spot.normal,
+                bed);
   return bed;
 }
 /// What another indenter meets is of each node by itself.
@@ -170,12 +172,14 @@ inline void read_corner(const AssetView& asset, int v, Corner& out) noexcept {
   double* const number = out.row + kNumbersAt;
   copy_controls(spot, kLambda, 0, 3, number);
   copy_controls(spot, kCurvature, 0, 6, number + 3);
+  copy_controls(spot, kSpread, 0, 1, out.row + kSpreadAt);
   copy_controls(spot, kSide2, 0, 6, out.row + kSideAt);
   node_stiffness(asset.curves, spot, out.row + kStiffnessAt);
   const IndenterView* const other = asset.curves.indenter;
   if (other == nullptr) return;
   number[1] += number[2] * other->steep_m;  // (M84)
   number[2] *= other->steeper;
+  out.row[kSpreadAt] *= other->spread;
   move_out(number + 3, other->farther_m);
   for (int i = kSideAt; i < kSideAt + 3; ++i) {
     const double g2 = out.row[i], g3 = out.row[i + 3];
@@ -368,8 +372,8 @@ class MeshWay {
   }
 
  private:
-  static constexpr int kSlipRow = kSideAt + 1;  // even
-  const double* value_;                         ///< the corners', until they blend another
+  static constexpr int kSlipRow = kSpreadAt + 1;  // even
+  const double* value_;                           ///< the corners', until they blend another
   double rate_[kSlipRow];
   Vec3d way_, skew_{0, 0, 0};
   double reach_m_ = 0;

@@ -112,7 +112,8 @@ void fill(SpotCache& cache, const AssetView& asset, int triangle, const double w
     const double* number = row + kNumbersAt;
     cache.numbers.limit = {number[0], number[1], number[2]};
     for (int i = 0; i < 6; ++i) cache.numbers.curvature[i] = number[3 + i];
-    make_ring_bed(row + kStiffnessAt, cache.numbers.limit, row + kSideAt, spot.normal, cache.bed);
+    make_ring_bed(row + kStiffnessAt, cache.numbers.limit, row[kSpreadAt], row + kSideAt,
+                  spot.normal, cache.bed);
   }
 }
 

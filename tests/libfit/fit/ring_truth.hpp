@@ -20,6 +20,7 @@ struct RingTruth {
     control.push_back({0.7 * draw(random)});
     control.push_back({0.3 * draw(random)});
     control.push_back({16 * draw(random)});
+    control.push_back({0});  // no press spreads them
     const auto tangents = fit::tangents_of(inward);
     for (const double unit : {800.0, 3e4}) {
       const Vec3 side =

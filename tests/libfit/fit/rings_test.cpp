@@ -28,13 +28,14 @@ struct RingBody {
   // A press and, where it is dragged, a way there and back at two depths.
   void add(unsigned seed, bool is_dragged, std::optional<double> lambda = {},
            std::optional<double> friction = {}, double noise_N = 0,
-           const std::vector<double>& sway_m_N = {}) {
+           const std::vector<double>& sway_m_N = {}, double spread_1_m = 0) {
     const Vec3 inward = Vec3(0.2, -1, 0.1 * seed).normalized();
     const Mat3 gradient = -(10.0 + seed) * (Mat3::Identity() - inward * inward.transpose());
     const int p = rig.add_point(inward, gradient);
     truth.emplace_back(inward, gradient, seed);
     if (lambda) truth.back().control[runtime::kLambda] = {*lambda};
     if (friction) truth.back().control[runtime::kFriction] = {*friction};
+    truth.back().control[runtime::kSpread] = {spread_1_m};
     if (!sway_m_N.empty()) truth.back().control[runtime::kSway] = sway_m_N;
     std::mt19937 random(seed);
     std::normal_distribution<double> noise;
@@ -239,6 +240,23 @@ TEST(fitted_rings, without_drags_at_any_point_are_theorys_and_say_so) {
   EXPECT_NEAR(fitted.curves.control[runtime::kFrictionSlope](0, 0), 38, 0.5);
 }
 
+// A ball drags the rim of its contact outward, and a slide lets go of that: a press alone does not
+// tell it from a stiffer body, a drag does.
+TEST(fitted_rings, know_from_drags_how_a_press_spreads_them) {
+  RingBody body;
+  for (unsigned seed = 1; seed <= 3; ++seed) body.add(seed, true, {}, {}, 0, {}, 20 + 5 * seed);
+  body.probe_with(0.008, 0.3);
+  FitReport report;
+  const FittedCurves fitted = body.fit(&report);
+  for (Eigen::Index p = 0; p < 3; ++p) {
+    EXPECT_NEAR(fitted.curves.control[runtime::kSpread](p, 0), 25 + 5.0 * static_cast<double>(p),
+                1);
+    EXPECT_NEAR(fitted.curves.control[runtime::kLambda](p, 0),
+                body.truth[static_cast<std::size_t>(p)].control[runtime::kLambda][0], 0.01);
+  }
+  EXPECT_NEAR(report.rings.spread_1_m, 30, 5);
+}
+
 // A stiff layer deep below raises the force of a press, and no drag.
 TEST(fitted_rings, of_points_without_drags_go_with_the_force_of_the_press) {
   std::vector<fit::RingPoint> points;
@@ -246,21 +264,21 @@ TEST(fitted_rings, of_points_without_drags_go_with_the_force_of_the_press) {
     points.push_back(
         {std::log(force_N), {std::log(0.3 / force_N), 0.3, 0.1 - 0.05 * std::log(force_N)}, {}});
   points[3].constant[0] += 0.5;  // one point of a kind of its own
-  const fit::RingPrior lines = fit::ring_lines(points, {0.2, 0.03, 0.1});
+  const fit::RingPrior lines = fit::ring_lines(points, {0.2, 0.03, 0.1, 1});
   for (const double force_N : {0.42, 0.65}) {
-    const auto [lambda, friction, slope] = lines.at(std::log(force_N));
+    const auto [lambda, friction, slope, spread] = lines.at(std::log(force_N));
     EXPECT_NEAR(lambda, 0.3 / force_N, 0.15 * lambda);
     EXPECT_DOUBLE_EQ(friction, 0.3);
     EXPECT_NEAR(slope, 0.1 - 0.05 * std::log(force_N), 0.01);
   }
   const fit::RingPrior even = fit::ring_lines(
-      {{0, {0, 0.3, 0}, {}}, {1e-3, {0.1, 0.3, 0}, {}}, {-1e-3, {-0.1, 0.3, 0}, {}}}, {1, 1, 1});
+      {{0, {0, 0.3, 0}, {}}, {1e-3, {0.1, 0.3, 0}, {}}, {-1e-3, {-0.1, 0.3, 0}, {}}}, {1, 1, 1, 1});
   EXPECT_EQ(even.slope[0], 0) << "forces that hardly differ tell no slope";
 }
 
 TEST(fitted_rings, stay_near_theory_where_drags_are_few_and_uncertain) {
-  const std::array<double, 3> deviation{0.2, 0.03, 5}, theory{std::log(0.7), 0.3, 18};
-  const auto lines = [&](double error, const std::optional<std::array<double, 3>>& known) {
+  const fit::RingConstants deviation{0.2, 0.03, 5, 1}, theory{std::log(0.7), 0.3, 18, 20};
+  const auto lines = [&](double error, const std::optional<fit::RingConstants>& known) {
     std::vector<fit::RingPoint> points;
     for (const auto& [log_force, slope] : {std::pair{0.0, 4.0}, {0.3, 3.0}, {0.7, 2.0}})
       points.push_back({log_force, {std::log(0.7), 0.3, slope}, {0.01, 0.01, error}});
@@ -282,9 +300,10 @@ TEST(fitted_rings, believe_the_points_that_are_sure) {
   std::vector<fit::RingPoint> points;
   for (const auto& [value, error] : friction)
     points.push_back({-2.3, {std::log(0.65), value, 0}, {0, error, 0}});
-  EXPECT_DOUBLE_EQ(fit::ring_lines(points, {0.2, 0.03, 5}).constant[1], 0.169);
+  EXPECT_DOUBLE_EQ(fit::ring_lines(points, {0.2, 0.03, 5, 1}).constant[1], 0.169);
   for (fit::RingPoint& point : points) point.error[1] = 0.05;
-  EXPECT_DOUBLE_EQ(fit::ring_lines(points, {0.2, 0.03, 5}).constant[1], 0.143) << "alike in error";
+  EXPECT_DOUBLE_EQ(fit::ring_lines(points, {0.2, 0.03, 5, 1}).constant[1], 0.143)
+      << "alike in error";
 }
 
 // A liver: p95 of six dragged points was that of one beside a fold, 13.1 and 13.6 %, and rings that
@@ -383,10 +402,10 @@ TEST(fitted_rings, gradient_is_the_derivative_of_a_replay_that_sticks_slips_and_
     e.row.resize(e.deflection.size());
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> draw(0.8, 1.2);
-    Eigen::VectorXd x(11);
+    Eigen::VectorXd x(12);
     for (int j = 0; j < 4; ++j) x[j] = 0.1 * (j + 1) * draw(random);
-    x.tail<7>() << 0.7 * draw(random), 0.3 * draw(random), 0.15 * draw(random), draw(random) - 1,
-        draw(random) - 1, draw(random) - 1, draw(random) - 1;
+    x.tail<8>() << 0.7 * draw(random), 0.3 * draw(random), 0.15 * draw(random), 0.2 * draw(random),
+        draw(random) - 1, draw(random) - 1, draw(random) - 1, draw(random) - 1;
     const std::array<Eigen::VectorXd, kCurveKinds> fixed{x.head<4>(), {}, {}};
     auto* functor = new fit::ReplayResidual{
         &bases, fit::quadric_of(u, gradient), &e, {true, false, false}, fixed, FitLoss::squared,

@@ -11,7 +11,10 @@ namespace palpate::runtime {
 template <class T, int N>
 RingAnchors<T, N> no_anchors() noexcept {
   RingAnchors<T, N> out;
-  for (int i = 0; i < N; ++i) out.set(i, {T(0), T(0), T(0)});
+  for (int i = 0; i < N; ++i) {
+    out.set(i, {T(0), T(0), T(0)});
+    out.out[i] = T(0);
+  }
   return out;
 }
 
@@ -43,10 +46,11 @@ struct Concave : Curve {
 };
 
 struct Numbers {
-  double lambda = 0.71, friction = 0.285, slope = 16, side2[3] = {}, side3[3] = {},
+  double lambda = 0.71, friction = 0.285, slope = 16, spread = 0, side2[3] = {}, side3[3] = {},
          curvature[6] = {}, sway[6] = {};
   const double* of(int part) const {
-    const double* const at[] = {nullptr, &lambda, &friction, &slope, side2, side3, curvature, sway};
+    const double* const at[] = {nullptr, &lambda, &friction, &slope, &spread,
+                                side2,   side3,   curvature, sway};
     return at[part];
   }
 };

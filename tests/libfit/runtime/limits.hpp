@@ -17,7 +17,7 @@ struct Limits {
 inline Limits limits_of(const runtime::AssetView& asset, const runtime::Output& out) {
   const double d = out.normal_m;
   const bool has_rings = asset.curves.family == int(runtime::Family::rings);
-  double normal_N = 0, force_N = 0, limit_N = 0, number[3] = {};
+  double normal_N = 0, force_N = 0, limit_N = 0, gamma = 0, number[3] = {};
   double side2[3] = {}, side3[3] = {}, curvature[6] = {};
   for (int k = 0; k < 3; ++k) {
     const float* node = asset.node(asset.corner(out.triangle, k));
@@ -35,6 +35,7 @@ inline Limits limits_of(const runtime::AssetView& asset, const runtime::Output& 
     const runtime::CornerSpot spot{node, asset.control_offset};
     number[0] += w * spot.control(runtime::kFriction, 0);
     number[1] += w * spot.control(runtime::kFrictionSlope, 0);
+    gamma += w * spot.control(runtime::kSpread, 0);
     for (int i = 0; i < 3; ++i) side2[i] += w * spot.control(runtime::kSide2, i);
     for (int i = 0; i < 3; ++i) side3[i] += w * spot.control(runtime::kSide3, i);
     for (int i = 0; i < 6; ++i) curvature[i] += w * spot.control(runtime::kCurvature, i);
@@ -43,11 +44,13 @@ inline Limits limits_of(const runtime::AssetView& asset, const runtime::Output& 
   const auto size = [](const double* v) { return std::hypot(v[0], v[1], v[2]); };
   const double mu = std::max(number[0] + number[1] * d, 0.0), D = std::max(asset.max_fitted_m, d);
   limit_N = mu * force_N;
+  // What rings that a press has spread as far as they hold may add to f^z (B1a).
+  const double more = 1 + 2 * gamma * D * std::max(number[0] + number[1] * D, 0.0);
   const double pull_N_m = 2 * size(side2) * D + 3 * size(side3) * D * D,  // |g'|
       bend = std::sqrt(2.0) * std::hypot(size(curvature), size(curvature + 3)) * out.lateral_m;
   return {limit_N + size(side2) * d * d + size(side3) * d * d * d +
-              bend * (force_N + out.lateral_m * pull_N_m),
-          normal_N + out.lateral_m * pull_N_m};
+              bend * (more * force_N + out.lateral_m * pull_N_m),
+          more * normal_N + out.lateral_m * pull_N_m};
 }
 
 }  // namespace palpate::test

@@ -236,9 +236,9 @@ inline Model box_model(double half_m, int cells,
   return model;
 }
 
-/// Makes a model one of rings on f^z = scale(x) (12 d + 4500 d^2) over 1 cm, lambda 0.71 and
-/// friction times (0.285 + 16 d/m), with the given side force g_2 [N/m^2] and the curvature of a
-/// ball of radius_m about the origin (0: flat).
+/// Makes a model one of rings on f^z = scale(x) (12 d + 4500 d^2) over 1 cm, lambda 0.71, gamma of
+/// (15 + 5 scale(x)) / m and friction times (0.285 + 16 d/m), with the given side force g_2 [N/m^2]
+/// and the curvature of a ball of radius_m about the origin (0: flat).
 inline void make_rings(Model& model, double friction, double radius_m,
                        const std::function<double(const Vec3&)>& scale,
                        const std::function<Vec3(const Vec3&)>& side = nullptr) {
@@ -257,6 +257,7 @@ inline void make_rings(Model& model, double friction, double radius_m,
     rings.control[runtime::kLambda](v, 0) = 0.71;
     rings.control[runtime::kFriction](v, 0) = friction * 0.285;
     rings.control[runtime::kFrictionSlope](v, 0) = friction * 16;
+    rings.control[runtime::kSpread](v, 0) = 15 + 5 * here;
     if (side) rings.control[runtime::kSide2].row(v) = side(x).transpose();
     if (radius_m == 0) continue;
     const Eigen::Matrix3d curvature = (Eigen::Matrix3d::Identity() - u * u.transpose()) / radius_m;

@@ -195,10 +195,10 @@ TEST(passivity, no_tick_at_50_mm_s_jumps) {
     });
     Model box = box_model(0.02, 20, uniform(400, 300, 0.3));
     make_rings(box, friction, 0, [](const Vec3&) { return 1.0; });
-    // At 12 mm the contact point goes 90 um in a tick: 20 mN where the body is even, 80 mN where it
-    // changes by 60 % within 1.5 mm.
-    EXPECT_LT(largest_jump_N(load(liver).asset, at_sphere, step_m), 0.05);
-    EXPECT_LT(largest_jump_N(load(rough).asset, at_sphere, step_m), 0.1);
+    // At 12 mm the contact point goes 90 um in a tick: 20 mN where the body is even, 100 mN where
+    // it, and how a press spreads it, change by 60 % within 1.5 mm.
+    EXPECT_LT(largest_jump_N(load(liver).asset, at_sphere, step_m), 0.06);
+    EXPECT_LT(largest_jump_N(load(rough).asset, at_sphere, step_m), 0.13);
     EXPECT_LT(largest_jump_N(load(box).asset, at_edge, step_m), 0.05);
   }
 }

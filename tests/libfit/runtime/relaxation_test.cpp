@@ -25,6 +25,7 @@ Model relaxing(Model model, double friction, double radius_m,
                const std::function<Vec3(const Vec3&)>& side = nullptr) {
   make_rings(model, friction, radius_m, scale, side);
   model.curves.relaxation = relaxation;
+  model.curves.control[runtime::kSpread].setZero();
   return model;
 }
 double even(const Vec3&) { return 1; }

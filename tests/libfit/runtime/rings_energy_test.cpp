@@ -24,6 +24,7 @@ Numbers random_numbers(std::mt19937_64& random) {
     numbers.side2[k] = 900 * uniform(random);
     numbers.side3[k] = 5e4 * uniform(random);
   }
+  numbers.spread = 30 * (1 + uniform(random));
   for (double& kappa : numbers.curvature) kappa = 40 * uniform(random);
   return numbers;
 }
@@ -41,19 +42,21 @@ void expect_gradient(std::uint64_t seed) {
     auto anchors = no_anchors<double, kRings>();
     for (int i = 0; i < kRings; ++i)
       anchors.set(i, tangential(random_vector(random, 2e-3), spot.normal));
+    for (int i = 1; i < kRings; ++i)
+      anchors.out[i] = 1e-3 * std::uniform_real_distribution<double>(-1, 1)(random);
     if (trial % 2 == 0) anchors.set(0, {0, 0, 0});
     const double depth = 9e-3 * std::uniform_real_distribution<double>()(random);
     const Vec3d x = spot.point + spot.normal * depth + random_vector(random, 2e-3);
     const auto energy = [&](const Vec3d& place) {
       const auto at = ring_deflection(spot, spot.numbers->curvature, place);
-      return ring_answer(table, bed, at, ring_pull(bed, at, anchors), side_force(bed, at.depth_m),
-                         spot.normal, 0.0, curve.energy(at.depth_m))
+      return ring_answer(table, bed, at, ring_pull(table, bed, at, anchors),
+                         side_force(bed, at.depth_m), spot.normal, 0.0, curve.energy(at.depth_m))
           .stored_J;
     };
     const auto at = ring_deflection(spot, spot.numbers->curvature, x);
     if (at.depth_m < 1e-5) continue;
     const Vec3d force =
-        ring_answer(table, bed, at, ring_pull(bed, at, anchors), side_force(bed, at.depth_m),
+        ring_answer(table, bed, at, ring_pull(table, bed, at, anchors), side_force(bed, at.depth_m),
                     spot.normal, curve.force(at.depth_m), 0.0)
             .force_N;
     const double h = 1e-6;

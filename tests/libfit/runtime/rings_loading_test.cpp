@@ -32,7 +32,7 @@ double loading_error(double depth) {
     carry_anchors(anchors, spot.point - before, spot.normal);
     slip_rings(table, bed, ring_deflection(spot, spot.numbers->curvature, x), share, anchors);
     const double force =
-        ring_pull(bed, ring_deflection(spot, spot.numbers->curvature, x), anchors).force_N.x;
+        ring_pull(table, bed, ring_deflection(spot, spot.numbers->curvature, x), anchors).force_N.x;
     const double expected = mu * (curve.force(depth) - curve.force(depth - 0.71 * r / mu));
     worst = std::max(worst, std::fabs(force - expected));
   }
@@ -78,6 +78,58 @@ TEST(Rings, unloading_follows_masings_rule) {
   for (int k = 1; k <= 50; ++k)
     EXPECT_NEAR(bench.go(turn - 2 * turn * k / 50, 0, depth).force_N.x,
                 first.back() - 2 * first[static_cast<std::size_t>(k) - 1], 1e-13);
+}
+
+// Radial friction (B1a): what a press that sticks bears beside f^z, in one tick or in many.
+TEST(Rings, a_press_that_sticks_bears_what_spreads_its_rings) {
+  const Quadratic curve;
+  Numbers numbers;
+  numbers.spread = 20;
+  Bench bench(curve, numbers), at_once(curve, numbers);
+  constexpr int kTicks = 500;
+  for (int k = 1; k <= kTicks; ++k) {
+    const double d = kDepth_m * k / kTicks;
+    const Answer<double> pressed = bench.go(0, 0, d);
+    if (k % 50 != 0) continue;
+    const auto bed = ring_bed<double>(bench.views.rings, bench.surface.standing());
+    double more = 0;
+    for (int i = 1; i < kRings; ++i) {
+      const double from = bench.views.rings.threshold_m[i];
+      if (d > from) more += bed.stiffness_N_m[i] * 20 * (d * d - from * from) * 2 * 20 * d;
+    }
+    EXPECT_GT(more, 0);
+    EXPECT_NEAR(-pressed.force_N.z, curve.force(d) + more, 1e-12);
+  }
+  EXPECT_NEAR(at_once.go(0, 0, kDepth_m).force_N.z, bench.answer({0, 0, -kDepth_m}).force_N.z,
+              1e-12);
+  EXPECT_NEAR(bench.dissipated_J, 0, 1e-15);
+}
+
+// Friction cannot hold a ring in all directions at once: as the tool slides, the press becomes that
+// of a tool without friction. It stays so on the way back, and is anew after a lift.
+TEST(Rings, a_slide_lets_go_of_what_a_press_has_spread) {
+  const Quadratic curve;
+  Numbers numbers;
+  numbers.spread = 20;
+  const auto go_aside = [](Bench& bench, double from, double to, double depth, int ticks) {
+    Answer<double> out{{0, 0, 0}, 0};
+    for (int k = 1; k <= ticks; ++k) out = bench.go(from + (to - from) * k / ticks, 0, depth);
+    return -out.force_N.z;
+  };
+  for (const int ticks : {20, 2000}) {
+    Bench bench(curve, numbers);
+    const double d = 6e-3, even_N = curve.force(d), pressed_N = -bench.go(0, 0, d).force_N.z;
+    EXPECT_GT(pressed_N, 1.01 * even_N);
+    const double half_N = go_aside(bench, 0, 1e-3, d, ticks);
+    EXPECT_LT(half_N, pressed_N);
+    EXPECT_GT(half_N, even_N);
+    EXPECT_NEAR(go_aside(bench, 1e-3, 0.02, d, ticks), even_N, 1e-3 * even_N);
+    EXPECT_NEAR(go_aside(bench, 0.02, 0.018, d, ticks), even_N, 1e-3 * even_N);
+    bench.go(0.018, 0, -1e-3);
+    bench.surface.c = {0.018, 0, 0};  // the next contact begins there
+    EXPECT_NEAR(-bench.go(0.018, 0, d).force_N.z, pressed_N, 1e-9);
+    EXPECT_GT(bench.dissipated_J, 0);
+  }
 }
 
 // f(d) for a ball's d^1.5 and for a curve that begins with a slope, as fitted ones do.

@@ -19,9 +19,9 @@ namespace {
 using namespace testing_hands;
 
 TEST(SeveralTools, straight_presses_meet_the_surface_where_the_others_have_brought_it) {
-  // f_i = F(d_i - c f_j), F = 12 d + 4500 d^2, solved here by bisection.
+  // f_i = F(d_i - c f_j), F = 12 d + 4500 d^2 without friction, solved here by bisection.
   const CouplingView feel = coupling_of(0.005);
-  Hands hands(rings_body(false, 1), feel, 2);
+  Hands hands(rings_body(false, 0), feel, 2);
   const double r = 0.012, d[2] = {0.003, 0.002};
   const std::vector<Vec3> away{{-r / 2, 0, kBallRadius_m + 5e-4}, {r / 2, 0, kBallRadius_m + 5e-4}},
       down{{-r / 2, 0, kBallRadius_m - d[0]}, {r / 2, 0, kBallRadius_m - d[1]}};
@@ -138,7 +138,7 @@ TEST(SeveralTools, on_a_body_that_sways_one_is_a_tool_and_two_sway_together) {
 }
 
 TEST(SeveralTools, a_tool_that_is_refused_leaves_the_others) {
-  Hands hands(rings_body(false, 1), coupling_of(0.004), 2);
+  Hands hands(rings_body(false, 0), coupling_of(0.004), 2);
   std::vector<Vec3> at{{-0.006, 0, kBallRadius_m + 5e-4}, {0.006, 0, kBallRadius_m + 5e-4}};
   hands.tick(at);
   for (Vec3& x : at) x.z() = kBallRadius_m - 0.002;

@@ -3,7 +3,7 @@
 // blittable: no marshalling and no garbage in the force thread. Sizes, in this order, are checked
 // against the header by the project's tests (check_csharp.c). C# 7.0 is enough.
 //
-//   size palpate_asset 2048, palpate_contact 30720, palpate_pose 56, palpate_tool 408,
+//   size palpate_asset 2048, palpate_contact 31744, palpate_pose 56, palpate_tool 408,
 //   size palpate_input 160, palpate_output 360, palpate_info 136, palpate_mesh 96
 using System;
 using System.Runtime.InteropServices;
@@ -15,7 +15,7 @@ public static unsafe class Palpate
     public const int Air = 0, Stick = 1, Slip = 2; // Output.State
 
     [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[256]; }
-    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[3840]; }
+    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[3968]; }
 
     [StructLayout(LayoutKind.Sequential)]
     public struct Pose
