@@ -36,7 +36,8 @@ struct BasisReport {
 struct FamilyEvidence {
   CurveFamily family = CurveFamily::separable;
   double median_error = 0, p95_error = 0;
-  bool sways = false;  ///< in series with the sway of the body as a whole
+  bool sways = false;       ///< in series with the sway of the body as a whole
+  std::ptrdiff_t rows = 0;  ///< held out, whose points had curves
 };
 
 /// Why the body got its family.

@@ -98,7 +98,8 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& 
   }
   const bool sways = std::ranges::any_of(
       body.points, [](const PointData& point) { return !point.sway.isZero(0); });
-  return {family, median(errors), lower_quantile(errors, 0.95), sways};
+  return {family, median(errors), lower_quantile(errors, 0.95), sways,
+          static_cast<std::ptrdiff_t>(errors.size())};
 }
 
 bool is_worth_it(const FamilyEvidence& first, const FamilyEvidence& second) {
@@ -106,6 +107,8 @@ bool is_worth_it(const FamilyEvidence& first, const FamilyEvidence& second) {
 }
 
 bool is_worth_its_sway(const FamilyEvidence& without, const FamilyEvidence& with) {
+  // A sway that takes more than the deflection off leaves points without rows.
+  if (static_cast<double>(with.rows) < kWorthIt * static_cast<double>(without.rows)) return false;
   return is_worth_it(without, with) || (with.median_error < kWorthIt * without.median_error &&
                                         kWorthIt * with.p95_error <= without.p95_error);
 }

@@ -13,7 +13,8 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& 
 /// median no higher.
 bool is_worth_it(const FamilyEvidence& first, const FamilyEvidence& second);
 /// The same of a body's computed sway, which adds no unknown: the median may tell as well, where
-/// p95 is not worse by a tenth. Of a few dragged points p95 is that of the one beside a fold.
+/// p95 is not worse by a tenth; not where it leaves a tenth of the rows unjudged. Of a few dragged
+/// points p95 is that of the one beside a fold.
 bool is_worth_its_sway(const FamilyEvidence& without, const FamilyEvidence& with);
 /// Family, median and p95 in words.
 std::string in_words(const FamilyEvidence& evidence);
