@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/experiments.hpp"
@@ -25,7 +27,14 @@ void bench_laws(const BenchRequest& request) {
   const Samples all = read_samples(request.samples),
                 own = of_kinds(all, {ExperimentKind::press, ExperimentKind::drag}),
                 paths = of_kinds(all, {ExperimentKind::path});
-  if (own.points() != paths.points())
+  // Of each path, the presses at its place: validation has them at every second one.
+  std::vector<Eigen::Index> own_of;
+  for (Eigen::Index p = 0; p < paths.points(); ++p) {
+    Eigen::Index q = own.points() - 1;
+    while (q >= 0 && own.point_position.row(q) != paths.point_position.row(p)) --q;
+    own_of.push_back(q);
+  }
+  if (own.points() == 0 || std::ranges::max(own_of) < 0)
     throw Error("bench laws", "the file has no presses at its held-out points",
                 "Run with causes = true in [validate].");
   static constexpr std::string_view kHeader[] = {"law",        "path",    "rows",
@@ -37,9 +46,11 @@ void bench_laws(const BenchRequest& request) {
     options.jobs = request.jobs;
     const FittedCurves curves = fit_curves(own, options);
     Replayed replayed(paths);
-    for (std::int32_t p = 0; p < own.points(); ++p)
-      if (curves.status[static_cast<std::size_t>(p)] != FitStatus::failed)
-        replay_point(paths, p, curves.curves, p, replayed);
+    for (std::int32_t p = 0; p < paths.points(); ++p) {
+      const Eigen::Index q = own_of[static_cast<std::size_t>(p)];
+      if (q >= 0 && curves.status[static_cast<std::size_t>(q)] != FitStatus::failed)
+        replay_point(paths, p, curves.curves, q, replayed);
+    }
     const auto add = [&](std::string_view name, int kind) {
       const Statement s = summarize(
           compare(paths, replayed.force_N,
