@@ -94,7 +94,7 @@ class Simulate final : public Command {
                                   .fingerprint = point_fingerprint(scene_, body_),
                                   .tool = tool_fingerprint(scene_, scene_.pressed),
                                   .resume = resume_,
-                                  .has_surface = keeps_surface(scene_, body_)};
+                                  .surface_columns = surface_columns(scene_, body_)};
     const Samples samples =
         paths_.empty() ? simulate_scene(scene_, body_, request) : follow_paths();
     return say_samples(output_, samples, scene_.experiments.force_tolerance, reply);

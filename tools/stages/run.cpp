@@ -146,10 +146,10 @@ class StageRun : FolderRun {
   void simulate() {
     const fs::path output = file("samples.h5");
     const std::string wanted = samples_fingerprint(scene_, body_);
-    const bool has_surface = keeps_surface(scene_, body_);
+    const Eigen::Index columns = surface_columns(scene_, body_);
     const bool is_whole =
         (!scene_.experiments.placement || stored_in_hdf5(file("placed.h5")) == wanted) &&
-        (!has_surface || stored_in_hdf5(surface_path(output)) == wanted);
+        (columns == 0 || stored_in_hdf5(surface_path(output)) == wanted);
     if (!is_stale("simulate", output, is_whole ? stored_in_hdf5(output) : std::nullopt, wanted))
       return;
     const SimulateRequest request{.jobs = request_.jobs,
@@ -157,7 +157,7 @@ class StageRun : FolderRun {
                                   .fingerprint = point_fingerprint(scene_, body_),
                                   .tool = tool_fingerprint(scene_, scene_.pressed),
                                   .resume = !request_.force,
-                                  .has_surface = has_surface};
+                                  .surface_columns = columns};
     const Samples samples = simulate_scene(scene_, body_, request);
     say_force_errors(samples, scene_.experiments.force_tolerance);
     bad_experiments_ = list_bad_experiments(samples);

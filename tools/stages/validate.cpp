@@ -152,7 +152,7 @@ SimulatedReference simulate_reference(const Scene& whole, const Body& body,
       .fingerprint = ContentHash().add(request.fingerprint).add(asked).hex(),
       .tool = tool_fingerprint(scene, scene.stated),
       .resume = request.resume,
-      .has_surface = keeps_surface(scene, body)};
+      .surface_columns = surface_columns(scene, body)};
   out.all = SampleCache(simulate).at(
       std::cref(simulators),
       draw_experiments({scene, body, out.held_out.points, Purpose::hold_out}),

@@ -202,7 +202,7 @@ void StudyFolder::measure() {
     if (said.point_min == 0) cost_.point_s = trial.cpu_s;
     if (said.memory_MB == 0) {
       cost_.memory_MB = peak_MB();
-      if (keeps_surface(scene, body))
+      if (surface_columns(scene, body) > 0)
         cost_.surface_MB = 1e-6 * sizeof(float) * static_cast<double>(trial.rows) *
                            static_cast<double>(body.surface.vertices.size());
     }
@@ -355,13 +355,14 @@ void StudyFolder::finish(int number, int jobs) const {
     const Body body = read_body(folder / "body.h5");
     const Scene scene = scene_of(body, folder / "body.h5");
     say("case {}: forces of case {} times {:.6g}", number + 1, one.source + 1, one.factor);
-    write_with_surface(output,
-                       with_forces_times(keeps_surface(scene, body) ? read_with_surface(from_case)
-                                                                    : read_samples(from_case),
-                                         one.factor),
-                       {{kInputsAttribute, samples_fingerprint(scene, body)},
-                        {"scaled_from", study_.cases[static_cast<std::size_t>(one.source)].name},
-                        {"scaled_by", to_text(one.factor)}});
+    write_with_surface(
+        output,
+        with_forces_times(surface_columns(scene, body) > 0 ? read_with_surface(from_case)
+                                                           : read_samples(from_case),
+                          one.factor),
+        {{kInputsAttribute, samples_fingerprint(scene, body)},
+         {"scaled_from", study_.cases[static_cast<std::size_t>(one.source)].name},
+         {"scaled_by", to_text(one.factor)}});
   }
   if (!fs::exists(output))
     throw Error(output.string(), "is not there yet",

@@ -46,6 +46,7 @@ class SimulationWork {
         rows_(list.size()) {
     press_ = each;
     press_.drag_depths_m.clear();
+    surface_columns_ = options.surface_columns;
     place_at_surface();
     keep(options.already_done);
   }

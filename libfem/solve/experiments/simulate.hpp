@@ -16,6 +16,9 @@ struct SimulateOptions {
   int jobs = 0;
   Samples already_done = {};
   QuickScale quick = {};
+  /// Columns of Samples::surface, also where no experiment of the list tells how the surface moves:
+  /// its rows are joined to others that do. 0: as the list has it.
+  Eigen::Index surface_columns = 0;
 };
 
 /// Who makes experiments of a kind: the same tool, or another on the same body.

@@ -88,6 +88,12 @@ TEST(Simulate, rows_keep_how_the_surface_moves_and_forces_stay_the_same_bits) {
     if (setup.surface.vertices(v, 2) < 1e-9) {
       EXPECT_LT(with.surface.middleCols(3 * v, 3).cwiseAbs().maxCoeff(), 1e-6) << v;
     }
+  // Rows that tell nothing of the surface do not take it from those they are joined to: a shard of
+  // pairs alone, which no merge could read.
+  const Samples blank = simulate(plain, experiments_at(points), experiments,
+                                 {.jobs = 1, .surface_columns = with.surface.cols()});
+  EXPECT_EQ(blank.force, with.force);
+  EXPECT_TRUE(joined(blank, with).surface.bottomRows(with.rows()) == with.surface);
 }
 
 }  // namespace

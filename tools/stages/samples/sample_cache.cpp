@@ -39,7 +39,7 @@ void KeepClock::keep(const std::function<void()>& write) {
 Samples SampleCache::read_known(const std::filesystem::path& path) const {
   if (stored_in_hdf5(path, kPointFingerprintAttribute) != request_.fingerprint) return {};
   try {
-    const Samples all = request_.has_surface ? read_with_surface(path) : read_samples(path);
+    const Samples all = request_.surface_columns > 0 ? read_with_surface(path) : read_samples(path);
     if (stored_in_hdf5(path, kToolFingerprintAttribute).value_or("") == request_.tool) return all;
     return of_kinds(all, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path,
                           ExperimentKind::cycle, ExperimentKind::pair, ExperimentKind::hold});
@@ -97,10 +97,12 @@ Samples SampleCache::at(const fem::SimulatorOf& simulator, const ExperimentList&
     });
   };
   ConsoleProgress progress(what);
-  Samples samples = fem::simulate(
-      simulator, list, each,
-      {.jobs = job_count(request_.jobs), .already_done = std::move(known), .quick = quick}, on_done,
-      progress.progress());
+  Samples samples = fem::simulate(simulator, list, each,
+                                  {.jobs = job_count(request_.jobs),
+                                   .already_done = std::move(known),
+                                   .quick = quick,
+                                   .surface_columns = request_.surface_columns},
+                                  on_done, progress.progress());
   add_origin(samples, simulator, list);
   interrupted_ = joined(samples, others);
   if (is_interrupted()) {

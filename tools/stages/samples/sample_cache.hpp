@@ -14,13 +14,13 @@ namespace palpate::tools {
 /// Where simulated points are remembered, and what they must come from to be used again.
 struct SimulateRequest {
   int jobs = 0;
-  std::filesystem::path output;  ///< samples.h5; what is done is kept beside it until all is.
-                                 ///< Empty: nothing is kept, nothing known
-  std::string fingerprint;       ///< point_fingerprint of what is simulated
-  std::string tool;              ///< tool_fingerprint of the scene's other tools; empty: none
-  bool resume = true;            ///< use what earlier runs simulated
-  bool has_surface = false;      ///< what is known must tell how the surface moved
-  bool only_known = false;       ///< simulate nothing: throw PointsMissing
+  std::filesystem::path output;      ///< samples.h5; what is done is kept beside it until all is.
+                                     ///< Empty: nothing is kept, nothing known
+  std::string fingerprint;           ///< point_fingerprint of what is simulated
+  std::string tool;                  ///< tool_fingerprint of the scene's other tools; empty: none
+  bool resume = true;                ///< use what earlier runs simulated
+  Eigen::Index surface_columns = 0;  ///< of all that is known and simulated; 0: not wanted
+  bool only_known = false;           ///< simulate nothing: throw PointsMissing
 };
 
 /// Experiments, and what presses on one mesh lack.

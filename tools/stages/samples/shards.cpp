@@ -64,7 +64,7 @@ SimulateRequest request_of(const Settled& settled, int jobs, const fs::path& out
           .output = output,
           .fingerprint = point_fingerprint(settled.scene, settled.body),
           .tool = tool_fingerprint(settled.scene, settled.scene.pressed),
-          .has_surface = keeps_surface(settled.scene, settled.body)};
+          .surface_columns = surface_columns(settled.scene, settled.body)};
 }
 
 // Whether a file says all this of itself.
@@ -272,7 +272,8 @@ Samples read_shard(const fs::path& folder, const Settled& settled, const ShardRo
       !without_rows(own, samples, fem::experiments_per_point(each)).empty())
     throw Error(path.string(), "does not hold the experiments of its shard",
                 "Simulate it again: " + again(folder, shard) + ".");
-  if (keeps_surface(settled.scene, settled.body)) read_surface_motion(surface_path(path), samples);
+  if (surface_columns(settled.scene, settled.body) > 0)
+    read_surface_motion(surface_path(path), samples);
   return samples;
 }
 
@@ -398,7 +399,7 @@ Merged merge_shards(const fs::path& folder, const fs::path& output, int jobs) {
       fs::remove(path);
   }
   Merged merged;
-  const bool has_surface = keeps_surface(settled.scene, settled.body);
+  const bool has_surface = surface_columns(settled.scene, settled.body) > 0;
   if (shards_in(folder).empty() && stored_in_hdf5(output) == fingerprint &&
       (!has_surface || stored_in_hdf5(surface_path(output)) == fingerprint)) {
     say("{} is up to date", output.string());

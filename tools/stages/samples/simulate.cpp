@@ -32,8 +32,9 @@ bool softens(const Scene& scene) {
          std::ranges::any_of(scene.inclusions, is_soft, &InclusionSection::material);
 }
 
-bool keeps_surface(const Scene& scene, const Body& body) {
-  return scene.experiments.surface && body.surface.vertices.rows() <= kMaxSurfaceVertices;
+Eigen::Index surface_columns(const Scene& scene, const Body& body) {
+  const Eigen::Index vertices = body.surface.vertices.rows();
+  return scene.experiments.surface && vertices <= kMaxSurfaceVertices ? 3 * vertices : 0;
 }
 
 void add_origin(Samples& samples, const fem::SimulatorOf& simulator, const ExperimentList& list) {
@@ -74,7 +75,7 @@ fem::Simulator make_simulator(const Scene& scene, const Body& body) {
 fem::Simulator make_simulator(const Scene& scene, const Body& body, double force_tolerance) {
   fem::SimulationSetup setup = make_setup(scene, body);
   setup.options.force_tolerance = force_tolerance;
-  setup.keeps_surface = keeps_surface(scene, body);
+  setup.keeps_surface = surface_columns(scene, body) > 0;
   return fem::Simulator(std::move(setup));
 }
 

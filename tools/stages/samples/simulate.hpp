@@ -20,8 +20,8 @@ fem::Simulator make_simulator(const Scene& scene, const Body& body, double force
 
 /// A row of the surface's motion takes some 3 bytes a vertex; a finer surface is not kept.
 inline constexpr Eigen::Index kMaxSurfaceVertices = 20000;
-/// Whether a scene's samples tell how the surface moves.
-bool keeps_surface(const Scene& scene, const Body& body);
+/// Columns of Samples::surface of a scene: 0 where its samples do not tell how the surface moves.
+Eigen::Index surface_columns(const Scene& scene, const Body& body);
 
 /// Whether some material of the scene relaxes; softens where it was strained.
 bool relaxes(const Scene& scene);
