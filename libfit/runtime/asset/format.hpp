@@ -20,7 +20,7 @@ namespace runtime {
 constexpr std::uint32_t kVersion = 1;
 /// Raised when the engine computes other bits from the same bytes. The check path of an older
 /// revision need not be met bit for bit.
-constexpr std::int32_t kLawRevision = 3;
+constexpr std::int32_t kLawRevision = 4;
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
 constexpr std::uint64_t kByteAlignment = 8;  ///< of the bytes in memory: what any malloc gives

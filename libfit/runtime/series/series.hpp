@@ -50,7 +50,7 @@ class Series {
     bool is_settled = settle_slipping();
     const bool is_booked = has_slipped() || has_memory(asset_, Memories());
     const double before_J = is_booked ? settle_before() : 0;
-    if (has_tangents_) find_tangents();
+    for (int i = 0; i < count() && has_tangents_; ++i) find_tangent(i, member_[i].tangent_N_m);
     if (commit()) {
       couple();
       is_settled = settle_holding(kSettleTolerance) && is_settled;
@@ -159,7 +159,7 @@ class Series {
 
   /// A root from the forces that there are.
   template <class Respond>
-  bool settle_from(const Vec3d* before, SeriesMatrix& matrix, double (SeriesMemory::*stiffness)[9],
+  bool settle_from(Vec3d* before, SeriesMatrix& matrix, double (SeriesMemory::*stiffness)[9],
                    double tolerance, const Respond& respond) noexcept {
     SeriesForces s;
     s.give = &give_;
@@ -180,6 +180,12 @@ class Series {
       now.law_J = law.stored_J;
       return law.force_N * now.held.share;
     };
+    for (int i = 0; i < count(); ++i)
+      if (before != nullptr && is_unknown(s.stiffness[i])) {
+        before[i] = s.seen(i);
+        answer(i, before[i]);
+        find_tangent(i, s.stiffness[i]);
+      }
     const bool is_root = settle(s, matrix, before, answer, tolerance);
     for (int i = 0; i < count(); ++i) {
       member_[i].now.force = s.force[i];
@@ -329,16 +335,23 @@ class Series {
     out.stored_J = all_J > 0 ? own_J * (ledger.stored_J(all_J) / all_J) : own_J;
   }
 
-  /// Stiffness of each law along the branches that its slip took, as the memories let it through.
-  void find_tangents() noexcept {
-    for (int i = 0; i < count(); ++i)
-      with_law_of(i, [&](auto f, auto is_ball) noexcept {
-        Member& m = member_[i];
-        law_tangent<decltype(f), is_ball>(met(i), contact(i), contact(i).left, m.now.seen,
-                                          m.now.seen - m.before, m.tangent_N_m);
-        scale_tangent(m.now.held.share, m.now.held.slope, trial_[i].slipped.law.force_N,
-                      m.tangent_N_m);
-      });
+  /// Of a contact that begins, or whose last root was not found. Without it a first step goes all
+  /// the way that the force would press the body, which is further than the tool where much sways:
+  /// there the law answers nothing, and says nothing of where to look. Laws stiffen with depth, so
+  /// Newton's steps from the deeper side stay on it.
+  static bool is_unknown(const double K[9]) noexcept {
+    for (int c = 0; c < 9; ++c)
+      if (K[c] != 0) return false;
+    return true;
+  }
+  /// Stiffness of a law along the branches that its slip took, as the memories let it through.
+  void find_tangent(int i, double K[9]) noexcept {
+    with_law_of(i, [&](auto f, auto is_ball) noexcept {
+      const Member& m = member_[i];
+      law_tangent<decltype(f), is_ball>(met(i), contact(i), contact(i).left, m.now.seen,
+                                        m.now.seen - m.before, K);
+      scale_tangent(m.now.held.share, m.now.held.slope, trial_[i].slipped.law.force_N, K);
+    });
   }
   /// (1 + K C)^-1 K of the contacts of each tool that wants it, which move together.
   void tell_tangents(const Ledger& ledger, double all_J) noexcept {

@@ -153,5 +153,35 @@ TEST(SeveralTools, a_tool_that_is_refused_leaves_the_others) {
   EXPECT_LT(hands.stored_J(), stored_J);
 }
 
+// A body that sways by most of what a tool is pressed: one tick all the way ends where many do.
+// Newton's first step went past the surface there, every contact let go, and the force was none.
+TEST(SeveralTools, six_balls_that_jump_into_a_body_that_sways_bear_what_six_that_go_slowly_do) {
+  Model model = rings_body(false, 0);
+  for (const double sway_m_N : {0.004, 0.06, 0.3}) {
+    auto& sway = model.curves.control[runtime::kSway];
+    for (Eigen::Index v = 0; v < sway.rows(); ++v)
+      sway.row(v) << sway_m_N, sway_m_N, 1.5 * sway_m_N, 0, 0, 0;
+    sway = rounded_to_float(sway);
+    for (const double depth_m : {0.001, 0.003, 0.004}) {
+      Hands jump(model, coupling_of(0.0002), 6), slow(model, coupling_of(0.0002), 6);
+      std::vector<Vec3> away, down;
+      for (int i = 0; i < 6; ++i) {
+        away.emplace_back(0.003 * (i - 2.5), 0, kBallRadius_m + 1e-4);
+        down.emplace_back(0.003 * (i - 2.5), 0, kBallRadius_m - depth_m);
+      }
+      jump.tick(away);
+      jump.tick(down);
+      slow.tick(away);
+      slow.go(down, 300);
+      for (std::size_t i = 0; i < 6; ++i) {
+        EXPECT_EQ(jump.tool[i].out.flags & runtime::kFlagUnfinished, 0U);
+        EXPECT_GT(-slow.force(i).z(), 1e-4);
+        EXPECT_NEAR(-jump.force(i).z(), -slow.force(i).z(), 1e-5 * -slow.force(i).z())
+            << "ball " << i << ", " << depth_m << " m, sways by " << sway_m_N << " m/N";
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace palpate::test
