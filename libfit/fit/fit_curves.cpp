@@ -227,16 +227,11 @@ bool may_sway(const Samples& samples) {
   return false;
 }
 
-bool sways_already(const FittedCurves& earlier) {
-  return earlier.curves.family == CurveFamily::rings &&
-         !earlier.curves.control[runtime::kSway].isZero(0);
-}
-
 // Rows as they are or without the body's sway, whichever lets held-out rows be predicted better:
 // without it the family is rings.
 Reading settle_reading(const Samples& samples, const FitOptions& options) {
-  if (options.warm_start != nullptr)
-    return read_rows(samples, options, sways_already(*options.warm_start));
+  if (options.sways)
+    return read_rows(samples, options, *options.sways && samples.point_sway.rows() > 0);
   const bool is_tried =
       options.family.value_or(CurveFamily::rings) == CurveFamily::rings && may_sway(samples);
   FitOptions judged = options;

@@ -100,6 +100,7 @@ FitOptions as_before(FitOptions options) {
     options.knots_m[kind] = curves.basis[kind].knots_m;
   }
   options.family = curves.family;
+  options.sways = curves.family == CurveFamily::rings && !curves.control[runtime::kSway].isZero(0);
   return options;
 }
 
