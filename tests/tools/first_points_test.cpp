@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate::tools {
 namespace {
@@ -64,6 +65,17 @@ TEST(FirstPoints, are_those_whose_press_came_to_its_end_as_long_as_there_are_eno
 TEST(FirstPoints, are_all_where_there_are_few) {
   EXPECT_EQ(points_to_drag(presses_of({{0.2, 0}, {0.3, 0.5}, {0.1, 0.1}})),
             (std::vector<std::size_t>{0, 1, 2}));
+}
+
+TEST(FirstPoints, what_no_dragged_force_tells_is_dragged_last) {
+  // The forces of points 0 and 1 are known; 3 is further off than 2, and leans 4.
+  const Samples presses = presses_of({{0.4, 0}, {0.5, 0}, {0.6, 0}, {0.9, 0.05}, {1.5, 0.3}});
+  EXPECT_EQ(points_beyond_drags(presses, {0, 1}), (std::vector<std::size_t>{3, 2}));
+  EXPECT_TRUE(points_beyond_drags(presses_of({{0.4, 0}, {0.43, 0}}), {0}).empty());
+  EXPECT_TRUE(points_beyond_drags(presses, {}).empty()) << "a body without drags";
+  std::vector<std::pair<double, double>> many;
+  for (int k = 0; k < 20; ++k) many.emplace_back(std::pow(1.2, k), 0);
+  EXPECT_EQ(points_beyond_drags(presses_of(many), {0}).size(), kLastDrags);
 }
 
 }  // namespace

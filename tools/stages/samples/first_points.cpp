@@ -1,11 +1,15 @@
 #include "tools/stages/samples/first_points.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
 namespace palpate::tools {
 namespace {
+
+// Of a force, tangential over normal: the rings that a drag of it tells are those of flat surface.
+constexpr double kMostLean = 0.1;
 
 struct Pressed {
   std::size_t point = 0;
@@ -49,6 +53,31 @@ std::vector<std::size_t> points_to_drag(const Samples& presses) {
     out.push_back(std::ranges::min_element(at(k), at(k + 1), {}, rank)->point);
   }
   std::ranges::sort(out);
+  return out;
+}
+
+std::vector<std::size_t> points_beyond_drags(const Samples& presses,
+                                             std::vector<std::size_t> dragged) {
+  std::vector<Pressed> points = deepest_rows(presses);
+  std::erase_if(points,
+                [](const Pressed& point) { return !point.is_whole || point.lean > kMostLean; });
+  std::vector<double> known;
+  for (const Pressed& point : points)
+    if (std::ranges::find(dragged, point.point) != dragged.end())
+      known.push_back(std::log(point.force_N));
+  const auto away = [&](const Pressed& point) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const double force : known)
+      least = std::min(least, std::abs(std::log(point.force_N) - force));
+    return least;
+  };
+  std::vector<std::size_t> out;
+  while (!points.empty() && !known.empty() && out.size() < kLastDrags) {
+    const auto furthest = std::ranges::max_element(points, {}, away);
+    if (!(away(*furthest) > std::log(kFarForce))) break;
+    known.push_back(std::log(furthest->force_N));
+    out.push_back(furthest->point);
+  }
   return out;
 }
 

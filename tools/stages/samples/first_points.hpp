@@ -19,4 +19,12 @@ inline constexpr std::size_t kFirstDrags = 6;
 /// is taken where its group has no other.
 std::vector<std::size_t> points_to_drag(const Samples& presses);
 
+/// Points that are dragged last: those of whose force no dragged one tells, a further one each
+/// time, kLastDrags at most; each is nearer than a factor kFarForce to one then. Twelve first
+/// points do not meet a tumour's top.
+inline constexpr std::size_t kLastDrags = 2;
+inline constexpr double kFarForce = 1.1;
+std::vector<std::size_t> points_beyond_drags(const Samples& presses,
+                                             std::vector<std::size_t> dragged);
+
 }  // namespace palpate::tools

@@ -226,6 +226,12 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
       placement.ended = fmt::format("the tolerance of {:.3g} % is met", 100 * wanted.tolerance);
   }
   say("  {} test points: {}", placement.points.position.rows(), placement.ended);
+  if (are_few && press_alone) {
+    const std::vector<std::size_t> last = points_beyond_drags(placement.samples, on_two_meshes);
+    for (const std::size_t p : last) effort[p] = {true, 0};
+    if (!last.empty())
+      say("  {} more are dragged, of whose force no dragged one tells", last.size());
+  }
   return placement;
 }
 
