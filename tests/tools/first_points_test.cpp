@@ -68,14 +68,16 @@ TEST(FirstPoints, are_all_where_there_are_few) {
 }
 
 TEST(FirstPoints, what_no_dragged_force_tells_is_dragged_last) {
-  // The forces of points 0 and 1 are known; 3 is further off than 2, and leans 4.
-  const Samples presses = presses_of({{0.4, 0}, {0.5, 0}, {0.6, 0}, {0.9, 0.05}, {1.5, 0.3}});
-  EXPECT_EQ(points_beyond_drags(presses, {0, 1}), (std::vector<std::size_t>{3, 2}));
-  EXPECT_TRUE(points_beyond_drags(presses_of({{0.4, 0}, {0.43, 0}}), {0}).empty());
-  EXPECT_TRUE(points_beyond_drags(presses, {}).empty()) << "a body without drags";
-  std::vector<std::pair<double, double>> many;
-  for (int k = 0; k < 20; ++k) many.emplace_back(std::pow(1.2, k), 0);
-  EXPECT_EQ(points_beyond_drags(presses_of(many), {0}).size(), kLastDrags);
+  // Of two hundred points all but the last bear what 0 and 1 do; 198 is further off than 197, and
+  // 199 leans.
+  std::vector<std::pair<double, double>> forces(2 * 100, {0.42, 0});
+  forces[1] = {0.5, 0}, forces[197] = {0.6, 0}, forces[198] = {0.9, 0.05}, forces[199] = {1.5, 0.3};
+  EXPECT_EQ(points_beyond_drags(presses_of(forces), {0, 1}), (std::vector<std::size_t>{198, 197}));
+  EXPECT_TRUE(points_beyond_drags(presses_of(forces), {}).empty()) << "a body without drags";
+  for (std::size_t k = 0; k < forces.size(); ++k) forces[k] = {std::pow(1.2, double(k) / 10), 0};
+  EXPECT_EQ(points_beyond_drags(presses_of(forces), {0}).size(), 200 / kPointsPerDrag);
+  forces.resize(kPointsPerDrag - 1);
+  EXPECT_TRUE(points_beyond_drags(presses_of(forces), {0}).empty()) << "too few to pay for one";
 }
 
 }  // namespace

@@ -58,6 +58,7 @@ std::vector<std::size_t> points_to_drag(const Samples& presses) {
 
 std::vector<std::size_t> points_beyond_drags(const Samples& presses,
                                              std::vector<std::size_t> dragged) {
+  const auto most = static_cast<std::size_t>(presses.points()) / kPointsPerDrag;
   std::vector<Pressed> points = deepest_rows(presses);
   std::erase_if(points,
                 [](const Pressed& point) { return !point.is_whole || point.lean > kMostLean; });
@@ -72,7 +73,7 @@ std::vector<std::size_t> points_beyond_drags(const Samples& presses,
     return least;
   };
   std::vector<std::size_t> out;
-  while (!points.empty() && !known.empty() && out.size() < kLastDrags) {
+  while (!points.empty() && !known.empty() && out.size() < most) {
     const auto furthest = std::ranges::max_element(points, {}, away);
     if (!(away(*furthest) > std::log(kFarForce))) break;
     known.push_back(std::log(furthest->force_N));

@@ -20,9 +20,9 @@ inline constexpr std::size_t kFirstDrags = 6;
 std::vector<std::size_t> points_to_drag(const Samples& presses);
 
 /// Points that are dragged last: those of whose force no dragged one tells, a further one each
-/// time, kLastDrags at most; each is nearer than a factor kFarForce to one then. Twelve first
-/// points do not meet a tumour's top.
-inline constexpr std::size_t kLastDrags = 2;
+/// time, until each is nearer than a factor kFarForce to one, and one for kPointsPerDrag points at
+/// most: a drag costs some ten presses. Twelve first points do not meet a tumour's top.
+inline constexpr std::size_t kPointsPerDrag = 40;
 inline constexpr double kFarForce = 1.1;
 std::vector<std::size_t> points_beyond_drags(const Samples& presses,
                                              std::vector<std::size_t> dragged);
