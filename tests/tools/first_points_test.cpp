@@ -74,6 +74,9 @@ TEST(FirstPoints, what_no_dragged_force_tells_is_dragged_last) {
   forces[1] = {0.5, 0}, forces[197] = {0.6, 0}, forces[198] = {0.9, 0.05}, forces[199] = {1.5, 0.3};
   EXPECT_EQ(points_beyond_drags(presses_of(forces), {0, 1}), (std::vector<std::size_t>{198, 197}));
   EXPECT_TRUE(points_beyond_drags(presses_of(forces), {}).empty()) << "a body without drags";
+  forces[198].second = 0.3;
+  EXPECT_EQ(points_beyond_drags(presses_of(forces), {0, 1, 198}), (std::vector<std::size_t>{197}))
+      << "a dragged one that leans tells nothing, and is not asked for";
   for (std::size_t k = 0; k < forces.size(); ++k) forces[k] = {std::pow(1.2, double(k) / 10), 0};
   EXPECT_EQ(points_beyond_drags(presses_of(forces), {0}).size(), 200 / kPointsPerDrag);
   forces.resize(kPointsPerDrag - 1);

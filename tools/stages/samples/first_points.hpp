@@ -19,9 +19,10 @@ inline constexpr std::size_t kFirstDrags = 6;
 /// is taken where its group has no other.
 std::vector<std::size_t> points_to_drag(const Samples& presses);
 
-/// Points that are dragged last: those of whose force no dragged one tells, a further one each
-/// time, until each is nearer than a factor kFarForce to one, and one for kPointsPerDrag points at
-/// most: a drag costs some ten presses. Twelve first points do not meet a tumour's top.
+/// Upright points that are dragged last: those of whose force no upright dragged one tells, a
+/// further one each time, until each is nearer than a factor kFarForce to one, and one for
+/// kPointsPerDrag points at most: a drag costs some ten presses. Twelve first points do not meet a
+/// tumour's top. Where all that are dragged lean there are none.
 inline constexpr std::size_t kPointsPerDrag = 40;
 inline constexpr double kFarForce = 1.1;
 std::vector<std::size_t> points_beyond_drags(const Samples& presses,
