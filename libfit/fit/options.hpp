@@ -28,8 +28,8 @@ inline constexpr std::array<std::string_view, 3> kNuisanceNames{
 struct FitOptions {
   std::optional<CurveFamily> family{};  ///< none: by held-out error
   bool judges_family = false;           ///< a family that was asked for gets its evidence, too
-  /// What the body moves as a whole is taken off; none: where held-out rows are predicted better
-  /// so.
+  /// What the body moves as a whole is taken off deflections; none: where that predicts held-out
+  /// rows better.
   std::optional<bool> sways{};
   int degree = 3;  ///< of every curve, 1 to 4; 0: by held-out error
   /// Pieces of the normal, lateral and limit basis; 0: the fewest that held-out rows support.

@@ -230,7 +230,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
     const std::vector<std::size_t> last = points_beyond_drags(placement.samples, on_two_meshes);
     for (const std::size_t p : last) effort[p] = {true, 0};
     if (!last.empty())
-      say("  {} more are dragged, of whose force no dragged one tells", last.size());
+      say("  {} more are dragged, of whose force no upright dragged one tells", last.size());
   }
   return placement;
 }
