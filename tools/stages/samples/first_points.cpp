@@ -57,7 +57,7 @@ std::vector<std::size_t> points_to_drag(const Samples& presses) {
 }
 
 std::vector<std::size_t> points_beyond_drags(const Samples& presses,
-                                             std::vector<std::size_t> dragged) {
+                                             const std::vector<std::size_t>& dragged) {
   const auto most = static_cast<std::size_t>(presses.points()) / kPointsPerDrag;
   std::vector<Pressed> points = deepest_rows(presses);
   std::erase_if(points,

@@ -19,13 +19,15 @@ inline constexpr std::size_t kFirstDrags = 6;
 /// is taken where its group has no other.
 std::vector<std::size_t> points_to_drag(const Samples& presses);
 
-/// Upright points that are dragged last: those of whose force no upright dragged one tells, a
-/// further one each time, until each is nearer than a factor kFarForce to one, and one for
-/// kPointsPerDrag points at most: a drag costs some ten presses. Twelve first points do not meet a
-/// tumour's top. Where all that are dragged lean there are none.
+/// A last drag costs 5 CPU seconds on the phantom and 8 on the dragon: one for so many points.
 inline constexpr std::size_t kPointsPerDrag = 40;
+/// Forces further apart than this factor tell nothing of each other's rings.
 inline constexpr double kFarForce = 1.1;
+
+/// Points that are dragged last, numbers of points of presses, the furthest first: upright ones
+/// whose force no upright one of `dragged` tells. Twelve first points do not meet a tumour's top.
+/// None where all of `dragged` lean.
 std::vector<std::size_t> points_beyond_drags(const Samples& presses,
-                                             std::vector<std::size_t> dragged);
+                                             const std::vector<std::size_t>& dragged);
 
 }  // namespace palpate::tools
