@@ -26,7 +26,8 @@ using HeldAt = std::function<bool(const Vec3& rest_position, bool is_on_boundary
 /// for. Regions are told by that place.
 /// is_held: #N, displacement fixed to zero. deviation_m: largest distance between a boundary node
 /// and the surface it should lie on, where it could not be moved there without spoiling an element;
-/// contact_deviation_m: the same where the mesh is finest, which is what bears on a force.
+/// contact_deviation_m: the mean over the nodes that one contact touches, where the mesh is finest,
+/// largest of the contacts: what bears on a force.
 struct QuadraticMesh {
   Points nodes;
   Eigen::Matrix<std::int32_t, Eigen::Dynamic, 10, Eigen::RowMajor> tets;

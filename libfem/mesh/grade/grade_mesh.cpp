@@ -158,7 +158,8 @@ bool is_finest_of_a_piece(const GradeOptions& options, const Vec3& x, double awa
   });
 }
 
-double contact_deviation_m(const NodePlacement& placed, const GradeOptions& options) {
+// Of nodes where the mesh is finest.
+double farthest_off_m(const NodePlacement& placed, const GradeOptions& options) {
   double largest_m = 0;
   for (std::size_t n = 0; n < placed.nodes.size(); ++n)
     if (placed.off_m[n] > largest_m &&
@@ -171,9 +172,41 @@ double finest_m(const GradeOptions& options) {
   return std::ranges::min_element(options.path, {}, &Segment::h_m)->h_m;
 }
 
-void note_deviation(const NodePlacement& placed, const GradeOptions& options, QuadraticMesh& out) {
-  for (const double off_m : placed.off_m) out.deviation_m = std::max(out.deviation_m, off_m);
-  out.contact_deviation_m = std::max(out.contact_deviation_m, contact_deviation_m(placed, options));
+// Of boundary nodes: the mean over what a contact touches, largest of the contacts along the path.
+double contact_deviation_m(const std::vector<Vec3>& nodes, const std::vector<double>& off_m,
+                           const GradeOptions& options) {
+  double largest_m = 0;
+  for (const Segment& piece : options.path) {
+    const double radius_m = piece.reach_m + piece.h_m / options.growth;
+    const auto steps = static_cast<int>((piece.to - piece.from).norm() / piece.h_m);
+    for (int k = 0; k <= steps; ++k) {
+      const Vec3 middle =
+          piece.from + (steps > 0 ? double(k) / steps : 0.0) * (piece.to - piece.from);
+      double sum_m = 0;
+      int count = 0;
+      for (std::size_t n = 0; n < nodes.size(); ++n) {
+        // A node may be as far from where it should be as it is off.
+        if ((nodes[n] - middle).norm() - off_m[n] > radius_m) continue;
+        sum_m += off_m[n];
+        ++count;
+      }
+      if (count > 0) largest_m = std::max(largest_m, sum_m / count);
+    }
+  }
+  return largest_m;
+}
+
+void note_deviation(const NodePlacement& corners, const NodePlacement& middles,
+                    const Boundary& boundary, const GradeOptions& options, QuadraticMesh& out) {
+  std::vector<Vec3> nodes = middles.nodes;
+  std::vector<double> off_m = middles.off_m;
+  for (std::size_t n = 0; n < corners.nodes.size(); ++n) {
+    if (boundary.kind[n] == NodeKind::inside) continue;
+    nodes.push_back(corners.nodes[n]);
+    off_m.push_back(corners.off_m[n]);
+  }
+  for (const double one_m : off_m) out.deviation_m = std::max(out.deviation_m, one_m);
+  if (out.deviation_m > 0) out.contact_deviation_m = contact_deviation_m(nodes, off_m, options);
 }
 
 }  // namespace
@@ -199,9 +232,9 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
   BisectedMesh mesh = bisect(base, options);
   Boundary boundary = classify_boundary(base, mesh, surface.crease_angle_rad());
   NodePlacement corners = place_corners(mesh, boundary, surface, Placing::by_birth);
-  if (contact_deviation_m(corners, options) > kFaithful * finest_m(options)) {
+  if (farthest_off_m(corners, options) > kFaithful * finest_m(options)) {
     NodePlacement spread = place_corners(mesh, boundary, surface, Placing::spread);
-    if (contact_deviation_m(spread, options) < contact_deviation_m(corners, options))
+    if (farthest_off_m(spread, options) < farthest_off_m(corners, options))
       corners = std::move(spread);
   }
   std::vector<char> is_border;
@@ -221,8 +254,7 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
   list_faces(mesh, boundary, out);
   hold(base, is_held, options.held_at, is_border, mesh, boundary, out);
   for (const BisectedTet& tet : mesh.tets) out.base.push_back(tet.base);
-  note_deviation(corners, options, out);
-  note_deviation(middles, options, out);
+  note_deviation(corners, middles, boundary, options, out);
   if (base.region.size() > 0) {
     out.region.resize(out.tets.rows());
     for (std::size_t t = 0; t < mesh.tets.size(); ++t)

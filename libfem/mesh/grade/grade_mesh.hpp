@@ -48,8 +48,9 @@ struct GradeOptions {
 /// with a crease of the surface nearby) go to the crease only. A move that would leave an element
 /// less than a fifth of its straight volume, or a determinant that small at a quadrature point, a
 /// corner or the centroid, is halved up to three times and then dropped: `deviation_m` tells how
-/// far off that left a node, `contact_deviation_m` the same where size(x) is some piece's h_m.
-/// Where the latter is more than a twentieth of the finest h_m, corners are placed in another way
+/// far off that left a node, `contact_deviation_m` the mean of that over what a contact touches.
+/// Where a node in contact is off by more than a twentieth of the finest h_m, corners are placed in
+/// another way
 /// (`Placing::spread`), and whichever is nearer to the surface there is taken. A
 /// new node is held when it lies on a boundary face or in a tet of the base whose corners all are,
 /// or where held_at says so; so are nodes on the border of what held_at holds.

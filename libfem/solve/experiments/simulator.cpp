@@ -17,9 +17,9 @@ namespace {
 constexpr double kHeldForce = 1e-3, kRoughForce = 1e-2;
 constexpr int kMaxRounds = 12;
 
-/// Of the deepest press: a mesh that is farther off the surface where it is finest has a bump under
-/// the tool.
-constexpr double kBump = 0.05;
+/// Of a force, relative: a mesh whose distance from the surface does more has a bump under the
+/// tool.
+constexpr double kBump = 0.01;
 
 std::ptrdiff_t count_solved(const std::vector<PointRow>& rows) {
   return std::count_if(rows.begin(), rows.end(),
@@ -96,11 +96,10 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
   const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
   const double min_error =
       sees_interface(position, here, plan.depth_m) ? kMinErrorAtBorder : kMinError;
-  // Of forces, relative: contact begins so much too early on a mesh that is off the surface there,
-  // and force goes as depth^(3/2).
+  // Of forces, relative: to first order a mesh off the surface presses deeper by the mean of what
+  // it is off over the contact, and force goes as depth^(3/2).
   const auto bump_error = [&](const QuadraticMesh& mesh) {
-    const double share = mesh.contact_deviation_m / plan.depth_m;
-    return share > kBump ? 1.5 * share : 0.0;
+    return 1.5 * mesh.contact_deviation_m / plan.depth_m;
   };
   const bool is_by_press = is_told_by_press(plan);
   const ExperimentPlan on_fine = fine_part(plan);
@@ -142,7 +141,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     if (!(wanted > 0 && achieved > std::max(wanted, std::hypot(base.error, wanted / 2)))) break;
     const double finer_by = coarsening / ratio;
     QuadraticMesh finer_mesh = mesh_at(position, normal, plan, {finer_by, base.halved});
-    if (bump_error(finer_mesh) > 0) break;  // the surface is not given up
+    if (bump_error(finer_mesh) > kBump) break;  // the surface is not given up
     coarse = std::move(fine);
     coarsening = finer_by;
     fine =

@@ -263,7 +263,9 @@ TEST(GradeMesh, a_move_that_would_spoil_an_element_is_cut_and_told) {
   const QuadraticMesh mesh = grade_mesh(
       base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0), surface, options);
   EXPECT_GT(mesh.deviation_m, 0.0003);
-  EXPECT_EQ(mesh.contact_deviation_m, mesh.deviation_m);  // the whole slab is near
+  // The whole slab is near: half of its nodes are on its sides or bottom, where they belong.
+  EXPECT_GT(mesh.contact_deviation_m, mesh.deviation_m / 4);
+  EXPECT_LT(mesh.contact_deviation_m, mesh.deviation_m);
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
     EXPECT_GT(smallest_jacobian(nodes_of(mesh, t)), 0) << "tet " << t;
 }
