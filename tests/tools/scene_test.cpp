@@ -145,6 +145,16 @@ TEST(scene, automatic_points_have_a_tolerance_and_a_budget_and_others_do_not) {
       std::string::npos);
 }
 
+TEST(scene, up_to_six_held_out_points_say_what_an_error_is_made_of) {
+  for (const auto& [points, presses] : {std::pair(1, 1), {6, 3}, {12, 6}, {24, 6}, {36, 6}}) {
+    ValidateSection validate;
+    validate.points = points;
+    EXPECT_EQ(validate.presses(), presses) << points;
+    validate.causes = false;
+    EXPECT_EQ(validate.presses(), 0);
+  }
+}
+
 TEST(scene, which_points_are_chosen_does_not_change_what_one_of_them_comes_from) {
   const Scene few = parse_scene(kSmallest + "[experiments]\ntest_points = 10\n", "a.toml");
   const Scene automatic =

@@ -109,6 +109,16 @@ Samples presses_at(const FittedCurves& known, const Surface& fine,
   return out;
 }
 
+TEST(PlacementRound, that_confirms_a_round_within_the_tolerance_adds_twelve_at_most) {
+  for (const bool is_quick : {false, true}) {
+    EXPECT_EQ(round_size(12, is_quick, false), is_quick ? 6 : 4);
+    EXPECT_EQ(round_size(90, is_quick, false), is_quick ? 45 : 22);
+    EXPECT_EQ(round_size(90, is_quick, true), 12);
+    EXPECT_EQ(round_size(12, is_quick, true), is_quick ? 6 : 4);
+    EXPECT_EQ(round_size(1000, is_quick, false), 64);
+  }
+}
+
 TEST(PlacementRound, is_not_judged_by_points_whose_fit_is_poor) {
   const Surface fine = plate(24, 24, 0.1, 0.1), coarse = plate(6, 6, 0.1, 0.1);
   const Field field = [](const Vec3& p) { return 2 + 10 * p.x() - 7 * p.y(); };

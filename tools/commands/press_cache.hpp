@@ -10,6 +10,7 @@
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/samples/sample_cache.hpp"
 
 namespace palpate::tools {
 
@@ -28,12 +29,7 @@ class PressCache {
       else
         take(kept);
     }
-    body_.on_press = [this] {
-      const double from_s = wall_seconds();
-      if (from_s < next_s_) return;
-      keep();
-      next_s_ = wall_seconds() + (wall_seconds() - from_s) / kKeepShare;
-    };
+    body_.on_press = [this] { clock_.keep([this] { keep(); }); };
   }
   void keep() const {
     Json presses = Json::object();
@@ -49,7 +45,6 @@ class PressCache {
 
  private:
   using Json = nlohmann::ordered_json;
-  static constexpr double kKeepShare = 0.05;  // of the time, spent on keeping what is simulated
 
   void take(const Json& kept) {
     try {
@@ -67,7 +62,7 @@ class PressCache {
 
   std::string path_, fingerprint_;
   fem::PressedBody& body_;
-  double next_s_ = 0;
+  KeepClock clock_;
 };
 
 }  // namespace palpate::tools

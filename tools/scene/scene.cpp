@@ -287,7 +287,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
 }
 
 void make_quick(Scene& scene) {
-  constexpr int kRows = 5, kHeldOut = 6, kPlaced = 80, kToolPaths = 5;
+  constexpr int kRows = 5, kHeldOut = 6, kPlaced = 60, kToolPaths = 5;
   ExperimentsSection& experiments = scene.experiments;
   auto& placement = experiments.placement;
   if (placement) placement->budget = std::min(placement->budget, kPlaced);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -104,8 +105,9 @@ struct ValidateSection {
   double hold_force_N = 0;
   double hold_approach_s = 0.1;
 
-  /// Held-out points that are pressed for `causes`: every second one, so paths of all kinds.
-  int presses() const { return causes ? (points + 1) / 2 : 0; }
+  /// Held-out points that are pressed for `causes`: every second one, so paths of all kinds, but
+  /// six at most: one costs as much as a held-out path.
+  int presses() const { return causes ? std::min((points + 1) / 2, 6) : 0; }
 };
 
 struct Scene {

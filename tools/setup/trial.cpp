@@ -12,7 +12,7 @@
 #include "libfem/probes/probes.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/samples/first_points.hpp"
+#include "tools/stages/samples/points_to_drag.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {

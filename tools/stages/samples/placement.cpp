@@ -22,7 +22,7 @@
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
-#include "tools/stages/samples/first_points.hpp"
+#include "tools/stages/samples/points_to_drag.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
@@ -32,7 +32,8 @@ using namespace validation;
 
 // A round adds a quarter of what there is: few enough to learn from, enough to keep threads busy.
 // Where presses are quick, fits are what takes time, and it adds half. The tolerance has to be met
-// by two rounds in a row or more, of kJudged new points: a few may all lie where a body is even.
+// by two rounds in a row or more, of kJudged new points: a few may all lie where a body is even. No
+// round after one that met it adds more than those.
 constexpr int kMinBatch = 4, kMaxBatch = 64;
 constexpr double kShare = 0.25, kQuickShare = 0.5;
 constexpr int kJudged = 12, kJudgedRounds = 2;
@@ -110,6 +111,11 @@ fem::QuickScale try_quick(const fem::SimulatorOf& simulator, const TestPoints& p
 
 }  // namespace
 
+int round_size(int points, bool is_quick, bool is_within) {
+  const auto share = static_cast<int>((is_quick ? kQuickShare : kShare) * points);
+  return std::clamp(share, kMinBatch, is_within ? kJudged : kMaxBatch);
+}
+
 PlacementRound judge_round(const Samples& samples, const Model& model,
                            const std::vector<std::int32_t>& vertices,
                            const std::vector<FitStatus>& fits) {
@@ -185,9 +191,8 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
   int rounds_within = 0, within = 0;  // the last ones that met the tolerance, and their new points
   while (placement.ended.empty()) {
     const auto count = static_cast<int>(placement.points.position.rows());
-    const double share = quick ? kQuickShare : kShare;
     const int batch =
-        std::min(std::clamp(static_cast<int>(share * count), kMinBatch, kMaxBatch), budget - count);
+        std::min(round_size(count, static_cast<bool>(quick), rounds_within > 0), budget - count);
     if (batch <= 0) {
       placement.ended = fmt::format("the budget of {} points is spent", budget);
       break;

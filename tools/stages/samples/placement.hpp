@@ -29,6 +29,10 @@ PlacementRound judge_round(const Samples& samples, const Model& model,
                            const std::vector<std::int32_t>& vertices,
                            const std::vector<FitStatus>& fits);
 
+/// Points that a round adds to so many. is_quick: they are pressed on one mesh; is_within: the
+/// round before met the tolerance, and this one need only say so again.
+int round_size(int points, bool is_quick, bool is_within);
+
 /// p95_rel of the last round in a placement.csv; not a number where it has none.
 double last_predicted_p95(const std::filesystem::path& placement_csv);
 

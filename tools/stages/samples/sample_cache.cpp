@@ -13,8 +13,8 @@ namespace palpate::tools {
 namespace {
 
 // Of the time, spent on keeping: a process that is killed loses the points in flight and those done
-// within twenty times what keeping takes.
-constexpr double kKeepShare = 0.05;
+// within fifty times what keeping takes, half a minute on the liver phantom.
+constexpr double kKeepShare = 0.02;
 
 }  // namespace
 
@@ -88,9 +88,8 @@ Samples SampleCache::at(const fem::SimulatorOf& simulator, const ExperimentList&
   if (request_.only_known) throw ExperimentsMissing{{taken(list, missing), quick}};
   // What is known of other experiments stays known: rounds of a placement come back to them.
   const Samples others = beyond(interrupted_, list);
-  KeepClock clock;
   const auto on_done = [&](const std::function<Samples()>& so_far) {
-    clock.keep([&] {
+    clock_.keep([&] {
       Samples now = so_far();
       add_origin(now, simulator, list);
       keep(joined(now, others));

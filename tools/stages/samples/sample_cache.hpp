@@ -34,6 +34,15 @@ struct ExperimentsMissing {
   ExperimentBatch batch;
 };
 
+/// Keeps what is done at once, and then no oftener than that a fiftieth of the time goes into it.
+class KeepClock {
+ public:
+  void keep(const std::function<void()>& write);
+
+ private:
+  double next_s_ = 0;
+};
+
 /// Experiments that were simulated before: by an interrupted run (`OUTPUT.partial`), or for the
 /// samples that OUTPUT holds now. One is used again where it is the same (known_rows) and all that
 /// its rows come from is; which others there were does not matter.
@@ -44,7 +53,7 @@ class SampleCache {
   SampleCache(const SimulateRequest& request, Samples known);
 
   /// Experiments of a list, in parallel; those that are known are not simulated again. What is done
-  /// is kept in `OUTPUT.partial`, rewritten whenever one is finished, but for a twentieth of the
+  /// is kept in `OUTPUT.partial`, rewritten whenever one is finished, but for a fiftieth of the
   /// time at most; an interruption (exception Interrupted) leaves it there. what: names the work in
   /// its progress. quick: what presses on one mesh lack.
   Samples at(const fem::SimulatorOf& simulator, const ExperimentList& list,
@@ -57,6 +66,7 @@ class SampleCache {
 
   SimulateRequest request_;
   Samples interrupted_, earlier_;
+  KeepClock clock_;
 };
 
 /// What samples carry so that they are known again.
@@ -74,14 +84,5 @@ void remove_partial(const std::filesystem::path& output);
 
 /// Where what is done of an output is kept until all of it is.
 std::filesystem::path partial_of(const std::filesystem::path& output);
-
-/// Keeps what is done at once, and then no oftener than that a twentieth of the time goes into it.
-class KeepClock {
- public:
-  void keep(const std::function<void()>& write);
-
- private:
-  double next_s_ = 0;
-};
 
 }  // namespace palpate::tools

@@ -1,6 +1,6 @@
 // Which of a body's first points are dragged, and which are pressed on two meshes besides.
 
-#include "tools/stages/samples/first_points.hpp"
+#include "tools/stages/samples/points_to_drag.hpp"
 
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ Samples presses_of(const std::vector<std::pair<double, double>>& force_and_lean)
   return out;
 }
 
-TEST(FirstPoints, are_dragged_where_forces_stand_upright_and_over_their_range) {
+TEST(PointsToDrag, are_dragged_where_forces_stand_upright_and_over_their_range) {
   const Samples presses = presses_of({{0.10, 0.30},
                                       {0.90, 0.30},
                                       {0.20, 0.20},
@@ -50,7 +50,7 @@ TEST(FirstPoints, are_dragged_where_forces_stand_upright_and_over_their_range) {
   EXPECT_EQ(points_to_drag(presses), (std::vector<std::size_t>{1, 2, 3, 5, 6, 8}));
 }
 
-TEST(FirstPoints, are_those_whose_press_came_to_its_end_as_long_as_there_are_enough) {
+TEST(PointsToDrag, are_those_whose_press_came_to_its_end_as_long_as_there_are_enough) {
   std::vector<std::pair<double, double>> points;
   for (int p = 0; p < 12; ++p) points.push_back({0.1 + 0.01 * p, 0.1});
   Samples presses = presses_of(points);
@@ -62,12 +62,12 @@ TEST(FirstPoints, are_those_whose_press_came_to_its_end_as_long_as_there_are_eno
   EXPECT_TRUE(points_to_drag(presses).empty());
 }
 
-TEST(FirstPoints, are_all_where_there_are_few) {
+TEST(PointsToDrag, are_all_where_there_are_few) {
   EXPECT_EQ(points_to_drag(presses_of({{0.2, 0}, {0.3, 0.5}, {0.1, 0.1}})),
             (std::vector<std::size_t>{0, 1, 2}));
 }
 
-TEST(FirstPoints, what_no_dragged_force_tells_is_dragged_last) {
+TEST(PointsToDrag, what_no_dragged_force_tells_is_dragged_last) {
   // Of two hundred points all but the last bear what 0 and 1 do; 198 is further off than 197, and
   // 199 leans.
   std::vector<std::pair<double, double>> forces(2 * 100, {0.42, 0});
@@ -78,7 +78,9 @@ TEST(FirstPoints, what_no_dragged_force_tells_is_dragged_last) {
   EXPECT_EQ(points_beyond_drags(presses_of(forces), {0, 1, 198}), (std::vector<std::size_t>{197}))
       << "a dragged one that leans tells nothing, and is not asked for";
   for (std::size_t k = 0; k < forces.size(); ++k) forces[k] = {std::pow(1.2, double(k) / 10), 0};
-  EXPECT_EQ(points_beyond_drags(presses_of(forces), {0}).size(), 200 / kPointsPerDrag);
+  EXPECT_EQ(points_beyond_drags(presses_of(forces), {0}).size(), kLastDrags);
+  forces.resize(2 * kPointsPerDrag);
+  EXPECT_EQ(points_beyond_drags(presses_of(forces), {0}).size(), 2u);
   forces.resize(kPointsPerDrag - 1);
   EXPECT_TRUE(points_beyond_drags(presses_of(forces), {0}).empty()) << "too few to pay for one";
 }

@@ -1,4 +1,4 @@
-#include "tools/stages/samples/first_points.hpp"
+#include "tools/stages/samples/points_to_drag.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -58,7 +58,8 @@ std::vector<std::size_t> points_to_drag(const Samples& presses) {
 
 std::vector<std::size_t> points_beyond_drags(const Samples& presses,
                                              const std::vector<std::size_t>& dragged) {
-  const auto most = static_cast<std::size_t>(presses.points()) / kPointsPerDrag;
+  const std::size_t most =
+      std::min(static_cast<std::size_t>(presses.points()) / kPointsPerDrag, kLastDrags);
   std::vector<Pressed> points = deepest_rows(presses);
   std::erase_if(points,
                 [](const Pressed& point) { return !point.is_whole || point.lean > kMostLean; });

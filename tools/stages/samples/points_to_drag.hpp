@@ -19,8 +19,9 @@ inline constexpr std::size_t kFirstDrags = 6;
 /// is taken where its group has no other.
 std::vector<std::size_t> points_to_drag(const Samples& presses);
 
-/// A last drag costs 5 CPU seconds on the phantom and 8 on the dragon: one for so many points.
-inline constexpr std::size_t kPointsPerDrag = 40;
+/// A last drag costs 2.5 CPU seconds on the phantom and 8 on the dragon: one for so many points,
+/// and no more than these.
+inline constexpr std::size_t kPointsPerDrag = 30, kLastDrags = 3;
 /// Forces further apart than this factor tell nothing of each other's rings.
 inline constexpr double kFarForce = 1.1;
 
