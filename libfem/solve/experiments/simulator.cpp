@@ -42,6 +42,12 @@ bool is_straight(const ExperimentPlan& path) {
   });
 }
 
+// Of a force, relative: to first order a mesh off the surface presses deeper by the mean of what it
+// is off over the contact, and force goes as depth^(3/2).
+double bump_error(const QuadraticMesh& mesh, double depth_m) {
+  return 1.5 * mesh.contact_deviation_m / depth_m;
+}
+
 Vec3 middle_of(const Points& points) {
   return (points.colwise().minCoeff() + points.colwise().maxCoeff()).transpose() / 2;
 }
@@ -96,11 +102,6 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
   const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
   const double min_error =
       sees_interface(position, here, plan.depth_m) ? kMinErrorAtBorder : kMinError;
-  // Of forces, relative: to first order a mesh off the surface presses deeper by the mean of what
-  // it is off over the contact, and force goes as depth^(3/2).
-  const auto bump_error = [&](const QuadraticMesh& mesh) {
-    return 1.5 * mesh.contact_deviation_m / plan.depth_m;
-  };
   const bool is_by_press = is_told_by_press(plan);
   const ExperimentPlan on_fine = fine_part(plan);
   const auto recorded = [&](const MeshRun& fine, const MeshRun& coarse) {
@@ -114,9 +115,9 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     mark_wedged(normal, out.rows);
     for (PointRow& row : out.rows) {
       const double of_step = plan.is_in_time ? kStepError : 0;
-      row.force_error =
-          std::hypot(std::hypot(row.force_error, of_step * row.force.norm()),
-                     base.error * row.force.norm(), bump_error(fine.mesh) * row.force.norm());
+      row.force_error = std::hypot(std::hypot(row.force_error, of_step * row.force.norm()),
+                                   base.error * row.force.norm(),
+                                   bump_error(fine.mesh, plan.depth_m) * row.force.norm());
       row.sway_m_N = base.sway_m_N;
     }
     for (std::size_t row = 0; row < fine.surface.size(); ++row)
@@ -141,7 +142,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     if (!(wanted > 0 && achieved > std::max(wanted, std::hypot(base.error, wanted / 2)))) break;
     const double finer_by = coarsening / ratio;
     QuadraticMesh finer_mesh = mesh_at(position, normal, plan, {finer_by, base.halved});
-    if (bump_error(finer_mesh) > kBump) break;  // the surface is not given up
+    if (bump_error(finer_mesh, plan.depth_m) > kBump) break;  // the surface is not given up
     coarse = std::move(fine);
     coarsening = finer_by;
     fine =
@@ -224,7 +225,8 @@ PointRows Simulator::State::quick_press(const ExperimentPlan& plan, const Vec3& 
     if (solved.status != RowStatus::good) continue;
     row.force = solved.force_N;
     row.torque = solved.torque_Nm;
-    row.force_error = std::hypot(solved.penalty_error_N, solved.solver_error_N);
+    row.force_error = std::hypot(solved.penalty_error_N, solved.solver_error_N,
+                                 bump_error(mesh, plan.depth_m) * row.force.norm());
     if (!run.surface.empty()) row.surface = run.surface[i];
   }
   mark_wedged(normal, out.rows);
