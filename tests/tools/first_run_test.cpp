@@ -129,7 +129,7 @@ TEST(quick, places_fewer_points_where_they_are_pressed_alone) {
   scene.experiments.each.drag_depths_m = {0.001, 0.003};
   make_quick(scene);
   ASSERT_TRUE(scene.experiments.placement);
-  EXPECT_EQ(scene.experiments.placement->budget, 80);
+  EXPECT_EQ(scene.experiments.placement->budget, 60);
   EXPECT_EQ(scene.experiments.each.drag_depths_m.size(), 2u);
   EXPECT_EQ(scene.experiments.each.press_steps, 5);
 }
