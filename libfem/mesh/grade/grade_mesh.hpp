@@ -50,10 +50,9 @@ struct GradeOptions {
 /// corner or the centroid, is halved up to three times and then dropped: `deviation_m` tells how
 /// far off that left a node, `contact_deviation_m` the mean of that over what a contact touches.
 /// Where a node in contact is off by more than a twentieth of the finest h_m, corners are placed in
-/// another way
-/// (`Placing::spread`), and whichever is nearer to the surface there is taken. A
-/// new node is held when it lies on a boundary face or in a tet of the base whose corners all are,
-/// or where held_at says so; so are nodes on the border of what held_at holds.
+/// another way (`Placing::spread`), and whichever is nearer to the surface there is taken. A new
+/// node is held when it lies on a boundary face or in a tet of the base whose corners all are, or
+/// where held_at says so; so are nodes on the border of what held_at holds.
 ///
 /// Where region_at is given, tets end at the border between regions, whose mid-edge nodes follow it
 /// (conform.hpp).

@@ -42,8 +42,8 @@ bool is_straight(const ExperimentPlan& path) {
   });
 }
 
-// Of a force, relative: to first order a mesh off the surface presses deeper by the mean of what it
-// is off over the contact, and force goes as depth^(3/2).
+// Of a force, relative (M13c): to first order a mesh off the surface presses deeper by the mean of
+// what it is off over the contact, and force goes as depth^(3/2).
 double bump_error(const QuadraticMesh& mesh, double depth_m) {
   return 1.5 * mesh.contact_deviation_m / depth_m;
 }
