@@ -51,6 +51,22 @@ TEST_F(PlacedRun, automatic_points_are_added_to_and_never_simulated_again) {
     EXPECT_TRUE(content_of(folder / "out" / file) == content_of(folder / "fresh" / file)) << file;
 }
 
+// A window of 36 vertices 2.5 mm apart, of which less than 24 are half a contact's radius apart:
+// points go nearer where the tolerance is not met.
+TEST_F(PlacedRun, points_go_nearer_to_each_other_where_the_tolerance_is_not_met) {
+  folder.write("block.off", block_off(32));
+  std::string text = automatic_scene(24);
+  text.replace(text.find("[[\"9 mm\", \"9 mm\""), 16, "[[\"32 mm\", \"32 mm\"");
+  text.replace(text.find("[\"60 mm\", \"60 mm\""), 17, "[\"46 mm\", \"46 mm\"");
+  folder.write("scene.toml", text);
+  const Outcome placed =
+      palpate(folder, "simulate " + scene.string() + " -o " + (folder / "samples.h5").string());
+  ASSERT_EQ(placed.status, 0) << placed.err;
+  EXPECT_NE(placed.said().find("12 on 36 reachable"), std::string::npos) << placed.said();
+  EXPECT_NE(placed.said().find("the budget of 24 points is spent"), std::string::npos)
+      << placed.said();
+}
+
 TEST_F(PlacedRun, rounds_of_shards_have_the_bytes_of_one_process) {
   folder.write("scene.toml", automatic_scene(20));
   const std::string shards = (folder / "shards").string();
