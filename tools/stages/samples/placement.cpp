@@ -40,8 +40,8 @@ constexpr int kJudged = 12, kJudgedRounds = 2;
 constexpr int kMinCompared = 4;  // points that tell what presses on one mesh lack
 // Of test points, over the contact's radius. Without it 120 of a hand's 200 points crowd in one
 // web; 1 leaves 47 % in a dragon's hollow, where 0.5 leaves 26. Halved where it leaves no vertex
-// before the tolerance is met, down to the closest.
-constexpr double kLeastSpacing = 0.5, kClosestSpacing = 0.125;
+// before the tolerance is met, down to the least.
+constexpr double kFirstSpacing = 0.5, kLeastSpacing = 0.125;
 constexpr int kMostDragged = 48;  // points, where all have to be dragged: five times the time
 
 // Curves of the points so far. Later rounds keep the first round's bases and fit what is new.
@@ -188,7 +188,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
   const int budget = press_alone ? wanted.budget : std::min(wanted.budget, kMostDragged);
   const double contact_m = fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]")
                                .contact_radius_m(experiments.depth_m);
-  double least_m = kLeastSpacing * contact_m;
+  double least_m = kFirstSpacing * contact_m;
   int rounds_within = 0, within = 0;  // the last ones that met the tolerance, and their new points
   while (placement.ended.empty()) {
     const auto count = static_cast<int>(placement.points.position.rows());
@@ -203,12 +203,15 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
                                {.tool = fem::round_end(std::optional(scene.probe.spec))}, &refined);
     const std::vector<double> expected =
         expected_errors(curves, model, refined, relative_floor_N(placement.samples));
-    const Grown grown =
-        grow(placement.points, model,
-             choose(body, placement.points, model, expected, batch, wanted.tolerance, least_m));
-    if (grown.vertices.empty() && least_m > kClosestSpacing * contact_m) {
+    const auto grown_by = [&] {
+      return grow(
+          placement.points, model,
+          choose(body, placement.points, model, expected, batch, wanted.tolerance, least_m));
+    };
+    Grown grown = grown_by();
+    while (grown.vertices.empty() && least_m > kLeastSpacing * contact_m) {
       least_m /= 2;
-      continue;
+      grown = grown_by();
     }
     if (grown.vertices.empty()) {
       placement.ended =
