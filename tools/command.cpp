@@ -19,6 +19,7 @@
 #include <system_error>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/same_bytes.hpp"
 #include "tools/command_pages.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
@@ -371,6 +372,7 @@ int run_program(const char* name, const char* summary, std::span<const CommandRo
   for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (::fcntl(standard, F_GETFD) < 0) ::open("/dev/null", O_RDONLY);
   catch_interrupts();
+  fix_order_of_sums();
   Session session;
   try {
     CLI::App app(summary, name);

@@ -1,18 +1,22 @@
 #pragma once
 
+#include <sys/platform/x86.h>
+
 #include "libfem/materials/pack.hpp"
 
 namespace palpate::fem {
 
-/// Instruction sets that kernels are compiled for, in rising order.
+/// Instruction sets that kernels are compiled for, in rising order; avx2 is AVX2 with FMA.
 enum class InstructionSet { portable, avx2, avx512 };
 inline constexpr int kInstructionSets = 3;
 
-/// Whether this processor has it.
+/// Whether this processor has it. AVX2 and AVX-512 can be hidden from the program by glibc's
+/// tunables (glibc.cpu.hwcaps=-AVX512F).
 inline bool has_instruction_set(InstructionSet set) {
   return set == InstructionSet::portable ||
-         (set == InstructionSet::avx2 ? __builtin_cpu_supports("avx2") != 0
-                                      : __builtin_cpu_supports("avx512f") != 0);
+         (set == InstructionSet::avx2
+              ? CPU_FEATURE_ACTIVE(AVX2) && __builtin_cpu_supports("fma") != 0
+              : CPU_FEATURE_ACTIVE(AVX512F));
 }
 
 /// The best that this processor has.

@@ -3,39 +3,20 @@
 #include <algorithm>
 #include <iterator>
 
-extern "C" {
-// LAPACK, Fortran interface.
-void spotrf_(const char* uplo, const int* n, float* a, const int* lda, int* info);
-void spotri_(const char* uplo, const int* n, float* a, const int* lda, int* info);
-void sgetrf_(const int* rows, const int* columns, float* a, const int* lda, int* pivots, int* info);
-void sgetrs_(const char* trans, const int* n, const int* columns, const float* a, const int* lda,
-             const int* pivots, float* b, const int* ldb, int* info);
-void ssymv_(const char* uplo, const int* n, const float* alpha, const float* a, const int* lda,
-            const float* x, const int* incx, const float* beta, float* y, const int* incy);
-void dgemv_(const char* trans, const int* rows, const int* columns, const double* alpha,
-            const double* a, const int* lda, const double* x, const int* incx, const double* beta,
-            double* y, const int* incy);
-}
+#include "libfem/solve/factor/dense_kernels.hpp"
 
 namespace palpate::fem {
 namespace {
 
-// BLAS has them for the machine's own vectors; Eigen's are compiled for SSE2.
 Eigen::VectorXf symmetric_product(const Eigen::MatrixXf& A, const Eigen::VectorXf& x) {
-  const int size = static_cast<int>(A.rows()), next = 1;
-  const float one = 1, zero = 0;
-  Eigen::VectorXf out(size);
-  if (size > 0)
-    ssymv_("L", &size, &one, A.data(), &size, x.data(), &next, &zero, out.data(), &next);
+  Eigen::VectorXf out(A.rows());
+  dense_kernels().multiply_symmetric(A.data(), static_cast<int>(A.rows()), x.data(), out.data());
   return out;
 }
 
 Eigen::VectorXd product(const Eigen::MatrixXd& A, const Eigen::VectorXd& x) {
-  const int size = static_cast<int>(A.rows()), next = 1;
-  const double one = 1, zero = 0;
-  Eigen::VectorXd out(size);
-  if (size > 0)
-    dgemv_("N", &size, &size, &one, A.data(), &size, x.data(), &next, &zero, out.data(), &next);
+  Eigen::VectorXd out(A.rows());
+  dense_kernels().multiply(A.data(), static_cast<int>(A.rows()), x.data(), out.data());
   return out;
 }
 
@@ -52,24 +33,20 @@ void CondensedTangent::cover(const Eigen::MatrixXf& flexibility,
   unknowns_ = touching;
   stiffness_ = flexibility(unknowns_, unknowns_);
   const int size = static_cast<int>(unknowns_.size());
-  int info = 0;
-  if (size > 0) spotrf_("L", &size, stiffness_.data(), &size, &info);
-  if (size > 0) spotri_("L", &size, stiffness_.data(), &size, &info);
-  stiffness_.triangularView<Eigen::StrictlyUpper>() = stiffness_.transpose();
+  dense_kernels().factor_front(stiffness_.data(), size, size);
+  dense_kernels().invert_from_factor(stiffness_.data(), size);
 }
 
 void CondensedTangent::set_contact(Eigen::MatrixXd C) {
   C_ = std::move(C);
-  const int size = static_cast<int>(unknowns_.size());
   factor_ = stiffness_ + C_.cast<float>();
-  pivots_.resize(unknowns_.size());
-  int info = 0;
-  if (size > 0) sgetrf_(&size, &size, factor_.data(), &size, pivots_.data(), &info);
+  exchanges_.resize(unknowns_.size());
+  dense_kernels().factor_general(factor_.data(), static_cast<int>(unknowns_.size()),
+                                 exchanges_.data());
 }
 
 CondensedTangent::CondensedStep CondensedTangent::step(const Eigen::MatrixXf& flexibility,
                                                        const Eigen::VectorXd& residual) const {
-  const int size = static_cast<int>(unknowns_.size()), columns = 1;
   Eigen::VectorXf own = residual(unknowns_).cast<float>();
   Eigen::VectorXd elsewhere = residual;
   elsewhere(unknowns_).setZero();
@@ -77,9 +54,8 @@ CondensedTangent::CondensedStep CondensedTangent::step(const Eigen::MatrixXf& fl
     const Eigen::VectorXf driven = symmetric_product(flexibility, elsewhere.cast<float>());
     own += symmetric_product(stiffness_, driven(unknowns_));
   }
-  int info = 0;
-  if (size > 0)
-    sgetrs_("N", &size, &columns, factor_.data(), &size, pivots_.data(), own.data(), &size, &info);
+  dense_kernels().solve_general(factor_.data(), static_cast<int>(unknowns_.size()),
+                                exchanges_.data(), own.data());
   CondensedStep out{{}, -residual};
   out.z(unknowns_) += product(C_, own.cast<double>());
   out.w = -symmetric_product(flexibility, out.z.cast<float>()).cast<double>();

@@ -39,8 +39,8 @@ class CondensedTangent {
   std::vector<Eigen::Index> unknowns_;
   Eigen::MatrixXf stiffness_;  // of the body on unknowns(): inverse of their flexibility
   Eigen::MatrixXd C_;
-  Eigen::MatrixXf factor_;  // of the sum of both
-  std::vector<int> pivots_;
+  Eigen::MatrixXf factor_;      // of the sum of both
+  std::vector<int> exchanges_;  // of rows, in factor_
 };
 
 }  // namespace palpate::fem

@@ -2,41 +2,11 @@
 
 #include <algorithm>
 
+#include "libfem/solve/factor/dense_kernels.hpp"
 #include "libfem/solve/factor/panel_kernels.hpp"
-
-extern "C" {
-// BLAS and LAPACK, Fortran interface.
-void spotrf_(const char* uplo, const int* n, float* a, const int* lda, int* info);
-void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
-void strsm_(const char* side, const char* uplo, const char* trans, const char* diag, const int* m,
-            const int* n, const float* alpha, const float* a, const int* lda, float* b,
-            const int* ldb);
-void dtrsm_(const char* side, const char* uplo, const char* trans, const char* diag, const int* m,
-            const int* n, const double* alpha, const double* a, const int* lda, double* b,
-            const int* ldb);
-void ssyrk_(const char* uplo, const char* trans, const int* n, const int* k, const float* alpha,
-            const float* a, const int* lda, const float* beta, float* c, const int* ldc);
-void dsyrk_(const char* uplo, const char* trans, const int* n, const int* k, const double* alpha,
-            const double* a, const int* lda, const double* beta, double* c, const int* ldc);
-}
 
 namespace palpate::fem {
 namespace {
-
-template <class Real>
-struct Lapack;
-template <>
-struct Lapack<float> {
-  static constexpr auto potrf = spotrf_;
-  static constexpr auto trsm = strsm_;
-  static constexpr auto syrk = ssyrk_;
-};
-template <>
-struct Lapack<double> {
-  static constexpr auto potrf = dpotrf_;
-  static constexpr auto trsm = dtrsm_;
-  static constexpr auto syrk = dsyrk_;
-};
 
 /// A square column-major matrix over some places; the lower triangle counts.
 template <class Real>
@@ -90,21 +60,6 @@ void extend_add(const Real* update, const std::int32_t* places, int count,
       }
     }
   }
-}
-
-/// Factors the first `own` columns of a front and takes them off the others. False where it is not
-/// positive definite.
-template <class Real>
-bool factor_columns(Real* values, int size, int own) {
-  const Real one = 1, minus_one = -1;
-  const int under = size - own;
-  int info = 0;
-  Lapack<Real>::potrf("L", &own, values, &size, &info);
-  if (info != 0 || under == 0) return info == 0;
-  Lapack<Real>::trsm("R", "L", "T", "N", &under, &own, &one, values, &size, values + own, &size);
-  Lapack<Real>::syrk("L", "N", &under, &own, &minus_one, values + own, &size, &one,
-                     values + std::size_t(size) * own + own, &size);
-  return true;
 }
 
 /// Where the panel of each supernode begins, and the end.
@@ -184,6 +139,12 @@ template <class Real>
 bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, EliminationRoom<Real>& room,
                FrontalFactor& out) {
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+  const auto factor_front = [] {
+    if constexpr (std::is_same_v<Real, float>)
+      return dense_kernels().factor_front;
+    else
+      return dense_kernels().factor_front_double;
+  }();
   const BlockList blocks = blocks_by_place(K, plan);
   std::vector<std::int32_t> position(plan.order.size());
   const int dense = 3 * static_cast<int>(plan.last_nodes.size());
@@ -218,7 +179,7 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, Eliminati
       end = begin;
       waiting.pop_back();
     }
-    if (!factor_columns(work, n, own)) return false;
+    if (!factor_front(work, n, own)) return false;
     float* panel = out.panels.data() + out.panel_start[s];
     if (under > 0) {
       const Real* tail = work + std::size_t(n) * own + own;

@@ -5,16 +5,10 @@
 #include <algorithm>
 #include <atomic>
 
-#include "libfem/solve/factor/blas.hpp"
+#include "libfem/solve/factor/dense_kernels.hpp"
 #include "libfem/solve/factor/multifrontal.hpp"
 #include "libfem/solve/factor/panel_kernels.hpp"
 #include "libfit/core/error.hpp"
-
-extern "C" {
-// BLAS and LAPACK, Fortran interface.
-void spotrf_(const char* uplo, const int* n, float* a, const int* lda, int* info);
-void spotri_(const char* uplo, const int* n, float* a, const int* lda, int* info);
-}
 
 namespace palpate::fem {
 namespace {
@@ -74,7 +68,7 @@ struct SchurFactor::State {
       if (!(springs < kMaxSprings)) return false;  // not a number somewhere
       held.diagonal().array() += springs * frontal.schur.diagonal().cwiseAbs().maxCoeff();
     }
-    invert_factor(flexibility);
+    dense_kernels().invert_from_factor(flexibility.data(), static_cast<int>(flexibility.rows()));
     return true;
   }
 
@@ -82,17 +76,7 @@ struct SchurFactor::State {
   static bool factor_dense(const Eigen::MatrixXd& matrix, Eigen::MatrixXf& out) {
     const int size = static_cast<int>(matrix.rows());
     out = matrix.cast<float>();
-    int info = 0;
-    if (size > 0) spotrf_("L", &size, out.data(), &size, &info);
-    return info == 0;
-  }
-
-  /// All entries of the inverse from the lower factor.
-  static void invert_factor(Eigen::MatrixXf& matrix) {
-    const int size = static_cast<int>(matrix.rows());
-    int info = 0;
-    if (size > 0) spotri_("L", &size, matrix.data(), &size, &info);
-    for (int c = 1; c < size; ++c) matrix.col(c).head(c) = matrix.row(c).head(c).transpose();
+    return dense_kernels().factor_front(out.data(), size, size);
   }
 
   PanelTask task_of(int s) {
@@ -131,7 +115,6 @@ SchurFactor& SchurFactor::operator=(SchurFactor&&) noexcept = default;
 
 bool SchurFactor::factor(const SymmetricBlockMatrix& K,
                          const std::vector<std::int32_t>& contact_nodes) {
-  use_one_blas_thread();
   State& state = *state_;
   std::vector<std::int32_t> have = state.plan.last_nodes, wanted = contact_nodes;
   std::sort(have.begin(), have.end());

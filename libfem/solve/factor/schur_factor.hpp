@@ -17,8 +17,8 @@ void bound_factor_memory(double bytes);
 /// the flexibility. Contact is then solved on the nodes that touch alone.
 ///
 /// One nested dissection per body serves every set of contact nodes; the nodes are eliminated in
-/// single precision with one thread of BLAS, so results depend on nothing else that runs. The
-/// factor preconditions: it need not be exact, and applying it is limited by memory. Where single
+/// single precision by one thread, so results depend on nothing else that runs. The factor
+/// preconditions: it need not be exact, and applying it is limited by memory. Where single
 /// precision meets a pivot that is not positive, double precision is tried, and kept from then on.
 /// Not thread-safe.
 class SchurFactor {

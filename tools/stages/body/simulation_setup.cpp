@@ -4,27 +4,25 @@
 #include <utility>
 #include <vector>
 
-#include "libfem/solve/factor/blas.hpp"
+#include "libfem/materials/element_kernel.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
 namespace {
 
-void warn_of_foreign_blas() {
-  const std::string file = fem::foreign_blas();
-  if (!file.empty())
+void warn_of_old_processor() {
+  if (!fem::has_instruction_set(fem::InstructionSet::avx2))
     warn(
-        "{} computes in the place of OpenBLAS: reference BLAS and ATLAS take several times as "
-        "long, and forces differ in their last digits",
-        file);
+        "this processor has no AVX2 with FMA: a simulation takes several times as long, and forces "
+        "differ from those of other processors in their last digits");
 }
 
 }  // namespace
 
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   static std::once_flag said;
-  std::call_once(said, warn_of_foreign_blas);
+  std::call_once(said, warn_of_old_processor);
   fem::bound_factor_memory(1e9 * scene.experiments.memory_GB);
   fem::SimulationSetup setup;
   setup.volume = body.volume;
