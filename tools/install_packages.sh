@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs every Debian package that Palpate needs and that is not there yet (tools/packages.txt), then
 # those that the page of `palpate report` is built with (tools/packages_page.txt) and those named as
-# arguments. Where these cannot be had, it says so and goes on.
+# arguments. It goes on without any of these that cannot be had, and names it.
 set -euo pipefail
 here=$(dirname "${BASH_SOURCE[0]}")
 
@@ -17,24 +17,27 @@ missing() {
   done
 }
 
-as_root=()
+as_root() {
+  if [ "$(id -u)" -eq 0 ]; then "$@"
+  elif command -v sudo >/dev/null; then sudo "$@"
+  else echo "packages: not root and no sudo; run as root: $*" >&2; return 1; fi
+}
 install() {
   echo "packages: installing $*"
-  if [ "$(id -u)" -ne 0 ]; then
-    command -v sudo >/dev/null || { echo "packages: not root and no sudo; run as root: apt-get install $*" >&2; return 1; }
-    as_root=(sudo)
-  fi
-  "${as_root[@]}" apt-get update -q &&
-    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "$@"
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "$@"
 }
 
 mapfile -t needed < <(missing < "$here/packages.txt")
 mapfile -t optional < <({ cat "$here/packages_page.txt"; printf '%s\n' "$@"; } | missing)
+if [ ${#needed[@]} -gt 0 ] || [ ${#optional[@]} -gt 0 ]; then as_root apt-get update -q || true; fi
 if [ ${#needed[@]} -eq 0 ]; then
   echo "packages: all of $(grep -c . "$here/packages.txt") are installed"
 else
   install "${needed[@]}"
 fi
 if [ ${#optional[@]} -gt 0 ] && ! install "${optional[@]}"; then
-  echo "packages: going on without ${optional[*]}, which the page of palpate report and some tests are made with"
+  for package in "${optional[@]}"; do
+    install "$package" ||
+      echo "packages: going on without $package, which the page of palpate report or some tests are made with"
+  done
 fi

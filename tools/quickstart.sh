@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# From a fresh Debian 12 to out/liver/asset.palp: installs, builds, runs the shipped liver scene.
+# From a fresh Debian 12 or 13 to out/liver/asset.palp: installs, builds, runs the shipped liver scene.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 started=$SECONDS

@@ -172,7 +172,8 @@ Attributes Reader::root_texts() const {
 
 std::vector<std::string> Reader::data_sets() const {
   std::vector<std::string> names;
-  const auto collect = [](hid_t, const char* name, const H5O_info_t* info, void* out) -> herr_t {
+  // The structure that H5Ovisit2 hands on is H5O_info_t in HDF5 1.10 and H5O_info1_t since 1.12.
+  const auto collect = [](hid_t, const char* name, const auto* info, void* out) -> herr_t {
     if (info->type == H5O_TYPE_DATASET)
       static_cast<std::vector<std::string>*>(out)->emplace_back(name);
     return 0;

@@ -208,7 +208,7 @@ export class Poke implements Tool {
     const asset = this.contents.asset;
     if (!engine || !asset) {
       this.disable(
-        "The engine is not in this page: it was built without a compiler for WebAssembly (Debian's clang, lld, wasi-libc, libclang-rt-14-dev-wasm32 and libc++-14-dev-wasm32).",
+        "The engine is not in this page: it was built without a compiler for WebAssembly (Debian's clang, lld, wasi-libc, libclang-rt-dev-wasm32 and libc++-dev-wasm32).",
       );
       return;
     }
