@@ -10,8 +10,6 @@
 
 #include "record.hpp"
 
-extern "C" void openblas_set_num_threads(int) __attribute__((weak));
-
 namespace palpate::fem {
 namespace {
 
@@ -68,7 +66,6 @@ class Newton {
         body_(problem.mesh, {problem.material}, nullptr, problem.element),
         K_(body_.pattern()),
         free_(problem.prescribed) {
-    if (openblas_set_num_threads) openblas_set_num_threads(1);
     solver_.cholmod().print = 0;
   }
 
