@@ -20,8 +20,10 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/same_bytes.hpp"
+#include "tools/build_identity.hpp"
 #include "tools/command_pages.hpp"
 #include "tools/console.hpp"
+#include "tools/crash_report.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/nearest_name.hpp"
 
@@ -100,6 +102,11 @@ class CliArguments final : public Arguments {
     std::vector<std::string> names;
     for (const OutputFile& file : outputs_) names.push_back(*file.target);
     return names;
+  }
+  /// The folder or file that the command writes first; empty: none.
+  std::string first_output() const {
+    if (!folders_.empty()) return *folders_.front();
+    return outputs_.empty() ? "" : *outputs_.front().target;
   }
 
   bool is_parsed() const { return app_.parsed(); }
@@ -187,6 +194,8 @@ class Session {
  public:
   int run(const std::string& name, const DeclaredCommand& declared) {
     command_ = name;
+    set_stage(name);
+    set_crash_file(declared.arguments->first_output());
     flags_ = declared.arguments->output_flags();
     set_loudness(flags_.quiet     ? Loudness::quiet
                  : flags_.verbose ? Loudness::verbose
@@ -373,6 +382,7 @@ int run_program(const char* name, const char* summary, std::span<const CommandRo
     if (::fcntl(standard, F_GETFD) < 0) ::open("/dev/null", O_RDONLY);
   catch_interrupts();
   fix_order_of_sums();
+  report_crashes(build_identity());
   Session session;
   try {
     CLI::App app(summary, name);

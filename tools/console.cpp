@@ -19,6 +19,7 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
+#include "tools/crash_report.hpp"
 #include "tools/run_log.hpp"
 
 namespace palpate::tools {
@@ -197,6 +198,7 @@ Progress ConsoleProgress::progress() {
     show(done, total, latest);
   };
   progress.is_stopped = [] { return is_interrupted(); };
+  progress.item = set_item;
   return progress;
 }
 

@@ -188,10 +188,12 @@ void PressedBody::simulate(const std::vector<MaterialParameters>& materials, Pre
             const Point& point = points_[p];
             if (point.probe) setup.probe = *point.probe;
             const Simulator simulator(std::move(setup));
+            progress.begin("press " + std::to_string(p + 1));
             const PointRows result =
                 mesh == PressMesh::coarse
                     ? simulator.press_quickly(point.position, point.normal, point.press, progress)
                     : simulator.press_and_drag(point.position, point.normal, point.press, progress);
+            progress.end();
             if (!result.is_complete) return;
             SimulatedPress press;
             for (const PointRow& row : result.rows)

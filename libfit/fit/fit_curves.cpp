@@ -162,10 +162,12 @@ std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData&
       results[p] = fit::no_curves(bases, "stopped before this point was fitted");
       return;
     }
+    progress.begin(samples.point_name[p]);
     const fit::PointData& point = body.points[p];
     results[p] = earlier[p] >= 0 ? fit::kept_point(options, earlier[p], point.experiments.size())
                                  : fit::fit_point(samples, point, rows[p], body.length_m, bases,
                                                   plain, si, options);
+    progress.end();
     const std::lock_guard lock(mutex);
     progress.report(++done, results.size(), samples.point_name[p]);
   });

@@ -4,6 +4,7 @@
 #include "libfit/io/files/signals_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/crash_report.hpp"
 #include "tools/manifest/manifest.hpp"
 #include "tools/report/contents.hpp"
 #include "tools/report/page.hpp"
@@ -76,6 +77,7 @@ class Run final : public Command {
  private:
   // The page to look at, where it is installed; says what to do next.
   std::string report() {
+    set_stage("report");
     const std::filesystem::path output = std::filesystem::path(request_.folder) / "report.html";
     if (find_page()) {
       write_page(output, contents_of_folders({request_.folder}));

@@ -12,6 +12,7 @@
 #include "libfem/probes/probes.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "tools/console.hpp"
+#include "tools/crash_report.hpp"
 #include "tools/stages/samples/points_to_drag.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
@@ -67,11 +68,13 @@ Trial try_middle_point(const Scene& scene, const Body& body) {
   const double started_s = thread_seconds();
   Progress progress;
   progress.is_stopped = [] { return is_interrupted(); };
+  set_item("the trial at " + trial.point);
   const fem::PointRows done =
       simulator.press_and_drag(trial.position, normal, experiments_of(scene), progress);
   trial.cpu_s = thread_seconds() - started_s;
   simulator.press_quickly(trial.position, normal, experiments_of(scene), progress);
   trial.quick_s = thread_seconds() - started_s - trial.cpu_s;
+  set_item("");
   if (!done.is_complete) throw Interrupted("check: the trial was not finished");
   trial.nodes = done.cost.nodes;
   trial.rows = done.rows.size();

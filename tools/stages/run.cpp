@@ -8,6 +8,7 @@
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
+#include "tools/crash_report.hpp"
 #include "tools/outputs.hpp"
 #include "tools/run_log.hpp"
 #include "tools/scene/settings.hpp"
@@ -55,6 +56,7 @@ class FolderRun {
   // Whether a stage must be done; says so either way.
   bool is_stale(const char* stage, const fs::path& output, const std::optional<std::string>& stored,
                 const std::string& wanted) {
+    set_stage(stage);
     const bool is_fresh = !request_.force && stored == wanted;
     if (is_fresh) {
       say("{:<9}{} is up to date", stage, output.string());

@@ -218,7 +218,9 @@ std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const Bat
             for (std::size_t k = range.begin(); k < range.end(); ++k) {
               if (progress.stopped()) return;
               const std::size_t i = which[k];
+              progress.begin(items[i].shown);
               results[i] = import_item(items[i], options, known[i], journal);
+              progress.end();
               const std::lock_guard<std::mutex> lock(reporting);
               progress.report(std::min(++done, items.size()), items.size(), items[i].shown);
             }

@@ -1,0 +1,133 @@
+// A program that dies of a signal says where, keeps what is finished, and goes on from there.
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <regex>
+#include <set>
+#include <thread>
+
+#include "libfit/io/files/files.hpp"
+#include "tests/tools/block_scene.hpp"
+#include "tools/crash_report.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+class Crash : public BlockRun {
+ protected:
+  void SetUp() override {
+#ifdef __SANITIZE_ADDRESS__
+    GTEST_SKIP() << "the sanitizer reports";
+#endif
+    BlockRun::SetUp();
+  }
+  // Starts a run on one thread and kills it while it simulates its second experiment.
+  int status_of_killed_run(const std::string& out) const {
+    const pid_t child = fork();
+    if (child == 0) {
+      dup2(open((folder / "err").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+      execl(PALPATE_PROGRAM, "palpate", "run", scene.c_str(), "-o", out.c_str(), "--jobs", "1",
+            nullptr);
+      _exit(127);
+    }
+    for (int wait = 0; wait < 60000 && !fs::exists(out + "/samples.h5.partial"); ++wait)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // until the file is kept
+    kill(child, SIGSEGV);
+    int status = 0;
+    waitpid(child, &status, 0);
+    return status;
+  }
+};
+
+TEST_F(Crash, in_simulate_names_the_point_and_the_next_run_goes_on_to_the_same_bytes) {
+  ASSERT_EQ(run("whole").status, 0);
+  const std::string out = (folder / "out").string();
+  const int status = status_of_killed_run(out);
+  ASSERT_TRUE(WIFSIGNALED(status)) << status;
+  EXPECT_EQ(WTERMSIG(status), SIGSEGV);
+  const std::string err = content_of(folder / "err");
+  const std::regex line(
+      "prepare[^\n]*\npalpate: crashed \\(SIGSEGV\\) in simulate, press at "
+      "p[0-9]+: please send " +
+      out + "\\.crash\\.txt and what the command reads; what is finished is kept\n");
+  EXPECT_TRUE(std::regex_match(err, line)) << err;
+  const std::string report = content_of(out + ".crash.txt");
+  const std::string version = shell(folder, std::string(PALPATE_PROGRAM) + " --version").out;
+  for (const std::string& part :
+       {std::string("(SIGSEGV) in simulate, press at p"), "build: " + version.substr(8, 5),
+        "command: palpate run " + scene.string() + " -o " + out + " --jobs 1",
+        std::string("system: PRETTY_NAME="), std::string("processor:\nprocessor\t: 0\n"),
+        std::string("stack:\n"), std::string("(+0x")})
+    EXPECT_NE(report.find(part), std::string::npos) << part << "\nis not in\n" << report;
+
+  const Samples kept = read_samples(out + "/samples.h5.partial");
+  const std::set<std::int32_t> finished(kept.experiment.begin(), kept.experiment.end());
+  EXPECT_GT(finished.size(), 0u);
+  const Outcome resumed = run("out");
+  EXPECT_EQ(resumed.status, 0) << resumed.err;
+  EXPECT_NE(resumed.said().find(fmt::format("resuming: {} experiments are done", finished.size())),
+            std::string::npos)
+      << resumed.said();
+  for (const char* file : {"body.h5", "samples.h5", "samples.surface.h5", "curves.h5", "model.h5",
+                           "asset.palp", "reference.h5"})
+    EXPECT_TRUE(content_of(folder / "out" / file) == content_of(folder / "whole" / file)) << file;
+}
+
+[[noreturn]] void die_of(int signal, const std::string& output) {
+  report_crashes("a test's");
+  set_crash_file(output);
+  set_stage("fit");
+  std::thread other([] {
+    set_item("p0001");
+    for (;;) ::pause();
+  });
+  std::thread([signal] {
+    set_item("p0002");
+    std::raise(signal);
+  }).join();
+  std::_Exit(1);
+}
+
+using CrashDeathTest = Crash;
+
+TEST_F(CrashDeathTest, of_any_signal_ends_with_it_and_names_the_point_of_the_thread_that_died) {
+  for (const auto& [signal, name] : {std::pair(SIGSEGV, "SIGSEGV"),
+                                     {SIGILL, "SIGILL"},
+                                     {SIGBUS, "SIGBUS"},
+                                     {SIGFPE, "SIGFPE"},
+                                     {SIGABRT, "SIGABRT"}})
+    EXPECT_EXIT(die_of(signal, (folder / "out/").string()), testing::KilledBySignal(signal),
+                fmt::format("crashed .{}. in fit, p0002: please send [^ ]*/out.crash.txt", name));
+}
+
+TEST_F(CrashDeathTest, without_a_file_to_write_says_all_on_stderr) {
+  EXPECT_EXIT(die_of(SIGSEGV, "/nowhere/out"), testing::KilledBySignal(SIGSEGV),
+              "please send all of this.*\nbuild: a test's\n.*stack:\n");
+}
+
+int recurse(int depth) {
+  volatile char bytes[4096];
+  bytes[0] = static_cast<char>(depth);
+  return depth < 0 ? 0 : recurse(depth + 1) + bytes[0];
+}
+
+TEST_F(CrashDeathTest, of_a_stack_that_overflows_is_reported) {
+  const auto overflow = [&] {
+    report_crashes("a test's");
+    set_crash_file((folder / "out").string());
+    std::_Exit(recurse(0));
+  };
+  EXPECT_EXIT(overflow(), testing::KilledBySignal(SIGSEGV), "crashed .SIGSEGV. in the command");
+}
+
+}  // namespace
+}  // namespace palpate::tools
