@@ -1,11 +1,11 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "libfem/probes/probe_frame.hpp"
+#include "libfit/core/linear_algebra.hpp"
 
 namespace palpate::fem {
 
@@ -143,9 +143,8 @@ struct EllipsoidShape {
   static PrincipalCurvature principal(const ProbeGeometry& probe) {
     Vec3 normal;
     const Mat3 curvature = normal_derivative(semi_axes_m(probe), probe.touch, normal);
-    const Eigen::SelfAdjointEigenSolver<Mat3> solver(curvature);  // 0 along the normal comes first
-    return {{1 / solver.eigenvalues()[2], 1 / solver.eigenvalues()[1]},
-            {solver.eigenvectors().col(2), solver.eigenvectors().col(1)}};
+    const auto [values, vectors] = symmetric_eigen(curvature);  // 0 along the normal comes first
+    return {{1 / values[2], 1 / values[1]}, {vectors.col(2), vectors.col(1)}};
   }
 };
 

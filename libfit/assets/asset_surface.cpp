@@ -1,12 +1,12 @@
 #include "libfit/assets/asset_surface.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/linear_algebra.hpp"
 #include "libfit/runtime/asset/format.hpp"
 
 namespace palpate {
@@ -177,8 +177,7 @@ double depth_bound_m(const Vec3 x[3], const Vec3 u[3], double most_m) {
   }
   if (!(least > kMinFacing)) return 0;
   const Mat3 square = gradient.transpose() * gradient;
-  const double norm = std::sqrt(std::max(
-      0.0, Eigen::SelfAdjointEigenSolver<Mat3>(square, Eigen::EigenvaluesOnly).eigenvalues()[2]));
+  const double norm = std::sqrt(std::max(0.0, symmetric_eigen(square).values[2]));
   return std::min(most_m, kDepthShare * least / std::max(norm, 1e-12));
 }
 

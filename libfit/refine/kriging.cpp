@@ -1,11 +1,11 @@
 #include "libfit/refine/kriging.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "libfit/core/linear_algebra.hpp"
 #include "libfit/core/statistics.hpp"
 
 namespace palpate {
@@ -54,9 +54,8 @@ Kriging::FittedCovariance Kriging::fitted(const Covariance& of, const Points& po
   const Eigen::Index n = value.size();
   Eigen::MatrixXd covariance = between(of, position, normal, position, normal);
   covariance.diagonal().array() += of.nugget;
-  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
-  if (factor.info() != Eigen::Success) return {};
-  const Eigen::MatrixXd inverse = factor.solve(Eigen::MatrixXd::Identity(n, n));
+  const auto [inverse, log_determinant, is_positive] = cholesky_inverse(covariance);
+  if (!is_positive) return {};
   const Eigen::VectorXd of_ones = inverse.rowwise().sum();
   const double total = of_ones.sum();
   FittedCovariance out;
@@ -65,8 +64,7 @@ Kriging::FittedCovariance Kriging::fitted(const Covariance& of, const Points& po
   out.weight = inverse * off;
   const double squares = std::max(off.dot(out.weight), std::numeric_limits<double>::min());
   out.log_likelihood =
-      -0.5 * (static_cast<double>(n - 1) * std::log(squares) +
-              2 * factor.matrixLLT().diagonal().array().log().sum() + std::log(total));
+      -0.5 * (static_cast<double>(n - 1) * std::log(squares) + log_determinant + std::log(total));
   const Eigen::VectorXd precision = inverse.diagonal() - of_ones.cwiseProduct(of_ones) / total;
   out.left_out = value - out.weight.cwiseQuotient(precision);
   return out;

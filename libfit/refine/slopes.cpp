@@ -1,8 +1,8 @@
 #include "libfit/refine/slopes.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 
+#include "libfit/core/linear_algebra.hpp"
 #include "libfit/refine/side_force.hpp"
 
 namespace palpate {
@@ -27,7 +27,7 @@ Eigen::Matrix<double, Eigen::Dynamic, 3> powers_on(const CurveBasis& basis) {
     for (int k = 0; k <= basis.degree; ++k) value(j, at.first + k) = at.value[k];
     wanted.row(j) << x, x * x, x * x * x;
   }
-  return value.partialPivLu().solve(wanted);
+  return lu_solve(value, wanted);
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 #include "libfit/shape/normal_equations.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+
+#include "libfit/core/linear_algebra.hpp"
 
 namespace palpate {
 
@@ -26,7 +27,7 @@ Eigen::VectorXd NormalEquations::solve(const Eigen::MatrixXd& prior, double to_m
   const double scale = is_empty() ? 1e-300 : A.trace() / static_cast<double>(A.rows());
   Eigen::MatrixXd all = A + scale * prior;
   all.diagonal().array() += scale * (to_mean + kSlight);
-  return all.ldlt().solve(b + scale * to_mean * mean);
+  return ldlt_solve(all, b + scale * to_mean * mean);
 }
 
 Eigen::VectorXd NormalEquations::solve(const Eigen::MatrixXd& prior) const {

@@ -1,10 +1,10 @@
 #include "libfit/shape/response_fit.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/linear_algebra.hpp"
 #include "libfit/shape/contact_states.hpp"
 
 namespace palpate {
@@ -225,15 +225,14 @@ void ResponseFit::find_modes(int modes) {
     left.row(static_cast<Eigen::Index>(i / stride)) =
         left_of(near.view(), rows_[i]).transpose() / static_cast<float>(rows_[i].state.normal_m);
   const Eigen::MatrixXd gram = (left * left.transpose()).cast<double>();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);
+  const SymmetricEigen eigen = symmetric_eigen(gram);
   const auto count = static_cast<int>(std::min<Eigen::Index>(modes, gram.rows()));
   modes_.resize(3 * asset_.vertices, count);
   int found = 0;
   for (int k = 0; k < count; ++k) {
     const Eigen::Index at = gram.rows() - 1 - k;
-    if (!(solver.eigenvalues()[at] > 1e-12 * solver.eigenvalues()[gram.rows() - 1])) break;
-    modes_.col(found++) =
-        (left.transpose() * solver.eigenvectors().col(at).cast<float>()).normalized();
+    if (!(eigen.values[at] > 1e-12 * eigen.values[gram.rows() - 1])) break;
+    modes_.col(found++) = (left.transpose() * eigen.vectors.col(at).cast<float>()).normalized();
   }
   modes_.conservativeResize(Eigen::NoChange, found);
   shape_.modes = found;

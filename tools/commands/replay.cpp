@@ -169,7 +169,7 @@ class PathOnBody {
   PathOnBody(const runtime::AssetView& asset, ToolSet::Places places, const std::string& file)
       : asset_(asset),
         places_(std::move(places)),
-        body_(surface_of(asset)),
+        body_(palpate::surface_of(asset)),
         boxes_(triangle_boxes(body_)) {
     if (const auto unit = misread_unit(places_.centre_m, body_))
       throw Error(file,
@@ -234,7 +234,7 @@ class PathOnBody {
 class Frames {
  public:
   Frames(const runtime::AssetView& asset, const std::string& folder, int every)
-      : asset_(asset), every_(every), rest_(surface_of(asset)), series_(folder) {
+      : asset_(asset), every_(every), rest_(palpate::surface_of(asset)), series_(folder) {
     if (every < 1) throw Error("--every", "it is no number of ticks", "Give 1 or more.");
     if (asset.shape.points == 0)
       throw Error("--surface", "the asset does not say how its surface moves",

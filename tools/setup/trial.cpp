@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <ctime>
@@ -11,6 +10,7 @@
 #include "libfem/materials/materials.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
+#include "libfit/core/linear_algebra.hpp"
 #include "tools/console.hpp"
 #include "tools/crash_report.hpp"
 #include "tools/stages/samples/points_to_drag.hpp"
@@ -88,8 +88,7 @@ Trial try_middle_point(const Scene& scene, const Body& body) {
     if (row.kind == ExperimentKind::press && depth_m > trial.depth_m) {
       trial.depth_m = depth_m;
       trial.force_N = row.force.dot(normal);
-      trial.sway_m =
-          Eigen::SelfAdjointEigenSolver<Mat3>(row.sway_m_N).eigenvalues()[2] * row.force.norm();
+      trial.sway_m = symmetric_eigen(row.sway_m_N).values[2] * row.force.norm();
     }
   }
   // Hertz with the contact radius a of the probe: F = 4/3 E* a d.

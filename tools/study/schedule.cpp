@@ -29,7 +29,7 @@ constexpr double kTimeBase_s = 120;                          // of a task's limi
 
 std::string_view name_of(WorkKind kind) { return kWorkNames[static_cast<std::size_t>(kind)]; }
 
-std::string quoted(const std::string& text) {
+std::string shell_quoted(const std::string& text) {
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return out + "'";
@@ -74,7 +74,7 @@ Json book_of(const StudyFolder& study) {
 }
 
 std::string program_of(const StudyFolder& study) {
-  return study.cluster().command.empty() ? quoted(fs::read_symlink("/proc/self/exe").string())
+  return study.cluster().command.empty() ? shell_quoted(fs::read_symlink("/proc/self/exe").string())
                                          : study.cluster().command;
 }
 
@@ -103,8 +103,8 @@ std::string batch_script(const StudyFolder& study, const WorkArray& array, const
       std::ceil(kMemoryFactor * array.most_MB + kMemoryBase_MB));
   for (const std::string& option : cluster.options) text += fmt::format("#SBATCH {}\n", option);
   return text + fmt::format("exec {} study task {} {} $((SLURM_ARRAY_TASK_ID + ${{1:-0}}))\n",
-                            program_of(study), quoted(study.path().string()),
-                            quoted(list.string()));
+                            program_of(study), shell_quoted(study.path().string()),
+                            shell_quoted(list.string()));
 }
 
 // Submits a script and books it at once, so that a later `resume` knows of it.
@@ -206,11 +206,12 @@ std::string script_of(const StudyFolder& study) {
         "for task in $(seq 1 {}); do {} study task {} {} $task --jobs 1; done\n",
         name_of(array.kind), array.tasks.size(), in_words(array.longest_s),
         std::ceil(kMemoryFactor * array.most_MB + kMemoryBase_MB), array.tasks.size(),
-        program_of(study), quoted(study.path().string()), quoted(list.string()));
+        program_of(study), shell_quoted(study.path().string()), shell_quoted(list.string()));
   }
   if (study.has_rounds())
     text += "# Points place themselves: print and run this again until nothing is left.\n";
-  return text + fmt::format("{} study status {}", program_of(study), quoted(study.path().string()));
+  return text +
+         fmt::format("{} study status {}", program_of(study), shell_quoted(study.path().string()));
 }
 
 bool was_submitted(const StudyFolder& study) { return fs::exists(book_path(study)); }
@@ -259,10 +260,10 @@ int submit(const StudyFolder& study, bool only_rounds) {
     std::vector<std::string> ids;
     for (std::size_t offset = 0; offset < array.tasks.size(); offset += most) {
       const std::size_t count = std::min(most, array.tasks.size() - offset);
-      ids.push_back(submit_job(
-          study, book,
-          fmt::format("{}--array=1-{} {} {}", dependency(), count, quoted(script.string()), offset),
-          list, offset));
+      ids.push_back(submit_job(study, book,
+                               fmt::format("{}--array=1-{} {} {}", dependency(), count,
+                                           shell_quoted(script.string()), offset),
+                               list, offset));
     }
     say("slurm: {} {} tasks, {} each at most: job {}", array.tasks.size(), name_of(array.kind),
         in_words(array.longest_s), listed(ids));
@@ -271,11 +272,12 @@ int submit(const StudyFolder& study, bool only_rounds) {
   }
   if (study.has_rounds() && !before.empty()) {
     const std::string line =
-        fmt::format("{} study next {}", program_of(study), quoted(study.path().string()));
-    submit_job(study, book,
-               fmt::format("{}--job-name=palpate-next --output={}/%x-%j.log --time=30 --wrap={}",
-                           dependency(), quoted(jobs_folder(study).string()), quoted(line)),
-               "", 0);
+        fmt::format("{} study next {}", program_of(study), shell_quoted(study.path().string()));
+    submit_job(
+        study, book,
+        fmt::format("{}--job-name=palpate-next --output={}/%x-%j.log --time=30 --wrap={}",
+                    dependency(), shell_quoted(jobs_folder(study).string()), shell_quoted(line)),
+        "", 0);
   }
   return tasks;
 }

@@ -8,7 +8,7 @@
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
 #include <fmt/core.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/linear_algebra.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 
@@ -98,7 +99,7 @@ struct Quadrics {
     }
     const double ridge = damping * a.topRows(per * n).col(0).norm();
     for (int k = 0; k < 3; ++k) a(per * n + k, 3 + k) = ridge;
-    return Eigen::VectorXd(a.colPivHouseholderQr().solve(b))[0];
+    return pivoted_least_squares(a, b)[0];
   }
 
   Eigen::VectorXd left_out_m() const {
@@ -146,8 +147,8 @@ Contacts checked(const Contacts& given) {
   const double typical_m = known.empty() ? 1 : upper_median(known);
   for (double& m : out.deviation_m) m = m > 0 ? std::max(m, 0.1 * typical_m) : typical_m;
   const Points centred = out.position.rowwise() - out.position.colwise().mean();
-  const Eigen::Vector3d spread = centred.jacobiSvd().singularValues();
-  if (count < kMinContacts || !(spread[1] > 1e-3 * spread[0]))
+  const Vec3 spread = symmetric_eigen(Mat3(centred.transpose() * centred)).values;  // squared
+  if (count < kMinContacts || !(spread[1] > 1e-6 * spread[2]))
     throw Error("contacts",
                 count < kMinContacts
                     ? counted(count, "place is", "places are") + " too few for a surface"

@@ -1,10 +1,10 @@
 #include "libfem/solve/experiments/contact_relaxation.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <vector>
 
 #include "libfem/materials/relaxation.hpp"
+#include "libfit/core/linear_algebra.hpp"
 #include "libfit/core/statistics.hpp"
 
 namespace palpate::fem {
@@ -43,14 +43,14 @@ Relaxation relaxation_of_contact(const Material& material, double at_first) {
   const Eigen::MatrixXd left =
       Eigen::MatrixXd::Identity(root.size(), root.size()) - root * root.transpose() / b;
   const Eigen::MatrixXd times = shear.time_s.asDiagonal();
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(left, times);
+  const SymmetricEigen modes = symmetric_eigen(left, times);
   Relaxation out = shear;
   for (Eigen::Index branch = 0; branch < shear.branches(); ++branch) {
     const Eigen::Index mode = shear.branches() - 1 - branch;  // rates rise, times fall
-    const double rate = modes.eigenvalues()[mode];
+    const double rate = modes.values[mode];
     const double direct = p / q * shear.share[branch] / slow;
     const double volume =
-        m * c / (b * b) / rate / slow * std::pow(root.dot(modes.eigenvectors().col(mode)), 2);
+        m * c / (b * b) / rate / slow * std::pow(root.dot(modes.vectors.col(mode)), 2);
     out.share[branch] = direct + volume;
     out.time_s[branch] =
         (direct * shear.time_s[branch] + volume / rate) / out.share[branch];  // same area

@@ -1,10 +1,11 @@
 #include "libfem/solve/experiments/sway.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <numbers>
 
 #include "libfem/contact/face_rule.hpp"
+#include "libfit/core/linear_algebra.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -51,14 +52,13 @@ Mat3 sway_under(const QuadraticMesh& mesh, const Vec3& normal, double reach_m,
   }
   const double flat_m2 = std::numbers::pi * (outer * outer - inner * inner);
   if (!(area_m2 >= kLeastShare * flat_m2)) return Mat3::Zero();
-  const Eigen::SelfAdjointEigenSolver<Matrix6> spread(square);
-  if (!(spread.eigenvalues()[0] > kLeastSpread * spread.eigenvalues()[5])) return Mat3::Zero();
+  const Eigen::VectorXd spread = symmetric_eigen(Eigen::MatrixXd(square)).values;
+  if (!(spread[0] > kLeastSpread * spread[5])) return Mat3::Zero();
   const Mat3 sway = square.ldlt().solve(right).topRows<3>();
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(Mat3(0.5 * (sway + sway.transpose())));
-  const double most = eigen.eigenvalues().maxCoeff();
+  const auto [values, vectors] = symmetric_eigen(Mat3(0.5 * (sway + sway.transpose())));
+  const double most = values.maxCoeff();
   if (!(most > 0)) return Mat3::Zero();
-  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(kLeastGive * most).asDiagonal() *
-         eigen.eigenvectors().transpose();
+  return vectors * values.cwiseMax(kLeastGive * most).asDiagonal() * vectors.transpose();
 }
 
 }  // namespace palpate::fem

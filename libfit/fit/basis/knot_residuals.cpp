@@ -1,8 +1,9 @@
 #include "libfit/fit/basis/knot_residuals.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+
+#include "libfit/core/linear_algebra.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -16,15 +17,6 @@ Eigen::VectorXd shares(const Eigen::VectorXd& log_ratios) {
   for (Eigen::Index i = 0; i < log_ratios.size(); ++i) sum[i + 1] = sum[i] + log_ratios[i];
   const Eigen::VectorXd h = (sum.array() - sum.maxCoeff()).exp();
   return h / h.sum();
-}
-
-// Columns of A without what the columns of B (of full rank) can make of them.
-Eigen::MatrixXd outside(const Eigen::MatrixXd& B, const Eigen::MatrixXd& A) {
-  if (B.cols() == 0) return A;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(B);
-  Eigen::MatrixXd rotated = qr.householderQ().transpose() * A;
-  rotated.topRows(B.cols()).setZero();
-  return qr.householderQ() * rotated;
 }
 
 }  // namespace
@@ -157,7 +149,7 @@ bool KnotResiduals::operator()(const double* parameters, double* residuals,
       std::vector<Eigen::Index> free;
       for (Eigen::Index j = 0; j < increments.size(); ++j)
         if (increments[j] > 0) free.push_back(j);
-      by_knot.middleRows(at, A.rows()) = scale_ * outside(A(Eigen::all, free), change);
+      by_knot.middleRows(at, A.rows()) = scale_ * outside_columns(A(Eigen::all, free), change);
     }
     at += A.rows();
   }

@@ -1,9 +1,10 @@
 #include "libfit/fit/point/covariance.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <random>
+
+#include "libfit/core/linear_algebra.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -71,7 +72,6 @@ struct Solved {
 Solved solve(const PointData& point, const PointCurves& curves, const Linearised& linear,
              FitLoss loss) {
   const Groups g = rotate(point, curves, linear);
-  const Eigen::Index n = linear.rows.cols();
   // Priors were weighed against residuals of this deviation.
   const double prior_sigma =
       std::max(curves.noise * root_mean_square_weight(curves), kMinDeviation);
@@ -85,8 +85,7 @@ Solved solve(const PointData& point, const PointCurves& curves, const Linearised
     for (Eigen::Index i = 0; i < g.rows.rows(); ++i)
       if (const int k = g.group[static_cast<std::size_t>(i)]; k >= 0)
         information += g.rows.row(i).transpose() * g.rows.row(i) / (sigma[k] * sigma[k]);
-    const Eigen::LLT<Eigen::MatrixXd> factor(information);
-    out.covariance = factor.solve(Eigen::MatrixXd::Identity(n, n));
+    out.covariance = cholesky_inverse(information).inverse;
     std::array<double, 2> square{}, slope{}, rows{}, leverage{};
     for (Eigen::Index i = 0; i < g.rows.rows(); ++i) {
       const int k = g.group[static_cast<std::size_t>(i)];
@@ -117,10 +116,8 @@ Eigen::MatrixXd bounded_moments(const Eigen::VectorXd& x, const Eigen::MatrixXd&
   if ((x - lower - kReach * deviation).minCoeff() >= 0) return covariance;
   const Eigen::Index n = x.size();
   const double jitter = 1e-12 * covariance.diagonal().maxCoeff();
-  const Eigen::LLT<Eigen::MatrixXd> factor(covariance + jitter * Eigen::MatrixXd::Identity(n, n));
-  const Eigen::MatrixXd L = factor.matrixL();
   const Eigen::MatrixXd whiten =
-      L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(n, n));
+      inverse_cholesky_factor(covariance + jitter * Eigen::MatrixXd::Identity(n, n));
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   Eigen::MatrixXd moments = Eigen::MatrixXd::Zero(n, n);

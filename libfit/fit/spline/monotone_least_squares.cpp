@@ -1,9 +1,10 @@
 #include "libfit/fit/spline/monotone_least_squares.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "libfit/core/linear_algebra.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -14,7 +15,7 @@ Eigen::VectorXd solve_free(const Eigen::MatrixXd& R, const Eigen::VectorXd& b,
   std::vector<Eigen::Index> columns;
   for (Eigen::Index j = 0; j < R.cols(); ++j)
     if (is_free[static_cast<std::size_t>(j)]) columns.push_back(j);
-  const Eigen::VectorXd part = R(Eigen::all, columns).colPivHouseholderQr().solve(b);
+  const Eigen::VectorXd part = pivoted_least_squares(R(Eigen::all, columns), b);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(R.cols());
   x(columns) = part;
   return x;
@@ -121,11 +122,7 @@ WeakPrior value_prior(const Eigen::VectorXd& increments) {
 
 Eigen::VectorXd bounded_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
                                       const Eigen::VectorXd& lower) {
-  const Eigen::Index n = A.cols();
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(A);
-  const Eigen::MatrixXd R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-  const Eigen::VectorXd shifted = b - A * lower;
-  const Eigen::VectorXd rotated = (qr.householderQ().transpose() * shifted).head(n);
+  const auto [R, rotated] = triangular_system(A, b - A * lower);
   return lower + nonnegative_least_squares(R, rotated);
 }
 

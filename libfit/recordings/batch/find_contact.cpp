@@ -73,7 +73,7 @@ double take_off_bias(Signal& signal, const Approach& approach, const ContactEsti
     }
   }
   if (free < kMinFreeRows || contact.begins_in_contact) {
-    out.reasons.push_back(
+    out.reasons.emplace_back(
         out.contact.estimator == "given"
             ? "the contact point is given and nothing before it; no bias was taken off"
             : "begins in contact: no free travel from which to take the bias");

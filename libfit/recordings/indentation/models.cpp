@@ -1,6 +1,5 @@
 #include "libfit/recordings/indentation/models.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
+#include "libfit/core/linear_algebra.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -113,7 +113,7 @@ class LayerTable {
         right(r, 0) = 1;
         right(r, 1) = -profile(t);
       }
-      const Eigen::MatrixXd phi = system.partialPivLu().solve(right);
+      const Eigen::MatrixXd phi = lu_solve(system, right);
       const double depth = -phi(kNodes, 1) / phi(kNodes, 0);
       // Deeper by a bit, the ball presses as a flat punch of this radius does.
       const Eigen::Map<const Eigen::VectorXd> weight(nodes.weight.data(), kNodes);

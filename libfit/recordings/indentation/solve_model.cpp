@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "libfit/core/linear_algebra.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/indentation/what_is_left.hpp"
 
@@ -168,10 +169,7 @@ Unknowns deviations_of(const Eigen::MatrixXd& jacobian, const std::vector<int>& 
   const Eigen::Index unknowns = columns.cols();
   const double variance =
       left.squaredNorm() / static_cast<double>(left.size() - unknowns) * correlation_time;
-  const Eigen::MatrixXd covariance = (columns.transpose() * columns)
-                                         .ldlt()
-                                         .solve(Eigen::MatrixXd::Identity(unknowns, unknowns)) *
-                                     variance,
+  const Eigen::MatrixXd covariance = ldlt_inverse(columns.transpose() * columns) * variance,
                         drifting = covariance_of(columns, left);
   Unknowns out = Unknowns::Zero();
   for (Eigen::Index k = 0; k < unknowns; ++k)

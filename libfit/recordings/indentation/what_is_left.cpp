@@ -1,9 +1,9 @@
 #include "libfit/recordings/indentation/what_is_left.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/linear_algebra.hpp"
 #include "libfit/recordings/relaxation/sensor_noise.hpp"
 
 namespace palpate::recordings {
@@ -64,8 +64,7 @@ Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& columns, const Eigen::Vecto
       scale * scale *
       sensor_covariance(at, noise, Eigen::VectorXd::Ones(blocks), mean / scale, slopes);
   const Eigen::MatrixXd weighted = count.asDiagonal() * slopes;
-  const Eigen::MatrixXd inverse =
-      (slopes.transpose() * weighted).ldlt().solve(Eigen::MatrixXd::Identity(unknowns, unknowns));
+  const Eigen::MatrixXd inverse = ldlt_inverse(slopes.transpose() * weighted);
   return inverse * weighted.transpose() * rows * weighted * inverse;
 }
 

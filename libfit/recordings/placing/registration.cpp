@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -11,6 +10,7 @@
 
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/linear_algebra.hpp"
 #include "libfit/core/statistics.hpp"
 
 namespace palpate::recordings {
@@ -68,8 +68,7 @@ Registration register_landmarks(const Points& from, const Points& to) {
   for (const Points* points : {&from, &to}) {
     const Points spread = points->rowwise() - points->colwise().mean();
     const Mat3 squares = spread.transpose() * spread;
-    const Vec3 widths =
-        Eigen::SelfAdjointEigenSolver<Mat3>(squares, Eigen::EigenvaluesOnly).eigenvalues();
+    const Vec3 widths = symmetric_eigen(squares).values;
     if (!(widths[1] > kOnOneLine * kOnOneLine * widths[2]))
       throw Error("registration", "the landmarks lie on one line", "Add a landmark away from it.");
   }

@@ -1,8 +1,9 @@
 #include "libfit/recordings/relaxation/bed_response.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
+
+#include "libfit/core/linear_algebra.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -30,9 +31,9 @@ class RingStep {
             (k == l ? 1 / of.time_s[k] : 0);
     }
     if (branches_ == 0) return;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(free);
-    rate_ = solver.eigenvalues();
-    mode_ = solver.eigenvectors();
+    const SymmetricEigen eigen = symmetric_eigen(free);
+    rate_ = eigen.values;
+    mode_ = eigen.vectors;
   }
 
   void begin(double duration_s) {

@@ -1,6 +1,10 @@
 #include "libfit/recordings/relaxation/least_squares.hpp"
 
-#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "libfit/core/linear_algebra.hpp"
 
 namespace palpate::recordings {
 
@@ -29,7 +33,7 @@ Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& gram,
     while (!passive.empty()) {
       Eigen::MatrixXd part = g(passive, passive);
       part.diagonal().array() += kRidge;
-      const Eigen::VectorXd wanted = part.ldlt().solve(Eigen::VectorXd(b(passive)));
+      const Eigen::VectorXd wanted = ldlt_solve(part, b(passive));
       double way = 1;
       for (std::size_t k = 0; k < passive.size(); ++k) {
         const double to = wanted[static_cast<Eigen::Index>(k)], from = x[passive[k]];

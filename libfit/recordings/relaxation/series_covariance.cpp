@@ -1,7 +1,6 @@
 #include "libfit/recordings/relaxation/series_covariance.hpp"
 
-#include <Eigen/Cholesky>
-
+#include "libfit/core/linear_algebra.hpp"
 #include "libfit/recordings/relaxation/sensor_noise.hpp"
 
 namespace palpate::recordings {
@@ -44,9 +43,7 @@ Eigen::MatrixXd series_covariance(const SeriesSearch& with, const SeriesValues& 
     }
     first += shifts;
   }
-  const auto n = static_cast<Eigen::Index>(free.size());
-  const Eigen::MatrixXd inverse =
-      Eigen::MatrixXd(information(free, free)).ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd inverse = ldlt_inverse(information(free, free));
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(unknowns, unknowns);
   covariance(free, free) = inverse * noise(free, free) * inverse;
   return covariance;

@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -12,6 +11,7 @@
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/solve/experiments/loaded_shape.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/linear_algebra.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/settings.hpp"
@@ -49,8 +49,8 @@ bool holds_rigidly(const fem::SimulationSetup& setup, const TetMesh& volume) {
                   bed.across_N_m3 * Mat3::Identity()) *
                  motion;
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(stiffness);
-  return eigen.eigenvalues()[0] > kLeast * eigen.eigenvalues()[5];
+  const Eigen::VectorXd spread = symmetric_eigen(Eigen::MatrixXd(stiffness)).values;
+  return spread[0] > kLeast * spread[5];
 }
 
 // Nodes inside the scene's fixed regions; refuses bodies that could move rigidly or not at all.
