@@ -170,7 +170,7 @@ TEST_F(Region, given_points_that_the_tool_cannot_touch_are_left_out_and_listed) 
 }
 
 // A plate of 60 x 60 x 4 mm on a pillar, so that it has a back.
-Surface plate() {
+Surface slab() {
   return voxel_surface({30, 30, 12}, 2e-3, [](const Vec3& x) {
     return x.z() > 0.02 || (std::abs(x.x() - 0.03) < 0.01 && std::abs(x.y() - 0.03) < 0.01);
   });
@@ -194,7 +194,7 @@ Extent extent_of(const Body& body, const Vec3& from) {
 
 TEST_F(Region, a_sphere_leaves_out_the_back_of_a_plate_round_its_rim) {
   const Outcome made =
-      prepare(plate(),
+      prepare(slab(),
               "test_points = 9\nregion = { sphere = { center = [0.03, 0.012, 0.024], radius = "
               "\"20 mm\" } }\n");
   ASSERT_EQ(made.status, 0) << made.err;
@@ -207,13 +207,13 @@ TEST_F(Region, a_sphere_leaves_out_the_back_of_a_plate_round_its_rim) {
 TEST_F(Region, a_disc_is_measured_along_the_surface_and_a_side_by_its_normals) {
   // From the middle of the rim: 2 mm to either face, then along them.
   const std::string disc = "region = { disc = { center = [0.03, 0, 0.022], radius = \"14 mm\" }";
-  ASSERT_EQ(prepare(plate(), "test_points = 9\n" + disc + " }\n").status, 0);
+  ASSERT_EQ(prepare(slab(), "test_points = 9\n" + disc + " }\n").status, 0);
   const Extent both = extent_of(body(), {0.03, 0, 0.022});
   EXPECT_NEAR(both.low, 0.02, 1e-9);
   EXPECT_NEAR(both.high, 0.024, 1e-9);
   EXPECT_NEAR(both.farthest, 0.014, 2.1e-3);
   const Outcome up =
-      prepare(plate(), "test_points = 4\n" + disc + ", facing = \"+z\", within = \"50 deg\" }\n");
+      prepare(slab(), "test_points = 4\n" + disc + ", facing = \"+z\", within = \"50 deg\" }\n");
   ASSERT_EQ(up.status, 0) << up.err;
   EXPECT_NEAR(extent_of(body(), {0.03, 0, 0.022}).low, 0.024, 1e-9);
 }
