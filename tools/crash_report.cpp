@@ -44,6 +44,7 @@ FixedText<256> build_text, stage_text;
 FixedText<4096> crash_file;
 constinit thread_local FixedText<256> item_text;
 bool is_terminal = false;
+constinit thread_local sighandler_t metis_abort = nullptr;
 alignas(16) char handler_stack[1 << 16];  // of the main thread, whose own may have overflowed
 
 void write_text(int file, std::string_view text) {
@@ -72,6 +73,7 @@ void write_file(int to, const char* title, const char* path, std::string_view en
 // Calls nothing but functions that are safe in a signal handler, and last those that walk the
 // stack: if they die of what is wrong with it, the rest is written.
 void on_crash(int signal) {
+  if (signal == SIGABRT && metis_abort != nullptr) metis_abort(signal);
   static std::atomic_flag is_reporting;
   while (is_reporting.test_and_set()) ::pause();  // the thread that came first ends the program
   FixedText<1024> line;
@@ -138,3 +140,12 @@ void set_stage(std::string_view stage) { stage_text = stage; }
 void set_item(std::string_view item) { item_text = item; }
 
 }  // namespace palpate::tools
+
+// METIS, which alone calls this function of the C library, handles SIGABRT and SIGTERM of the whole
+// process while it orders a matrix on one thread: a SIGTERM then made it order badly instead of
+// interrupting, or jump into a stack that was gone. It keeps its handler of SIGABRT, by which it
+// gives up for want of memory, for the thread that calls it. A program's own definition precedes a
+// shared library's.
+extern "C" sighandler_t __sysv_signal(int signal, sighandler_t handler) noexcept {
+  return signal == SIGABRT ? std::exchange(palpate::tools::metis_abort, handler) : SIG_DFL;
+}

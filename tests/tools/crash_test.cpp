@@ -82,6 +82,18 @@ TEST_F(Crash, in_simulate_names_the_point_and_the_next_run_goes_on_to_the_same_b
     EXPECT_TRUE(content_of(folder / "out" / file) == content_of(folder / "whole" / file)) << file;
 }
 
+// METIS took the signal of the process: of six such runs two went on to their end and one crashed.
+TEST_F(Crash, is_no_answer_to_sigterm_on_two_threads) {
+  for (int tenths = 4; tenths < 16; ++tenths) {
+    const Outcome outcome = shell(
+        folder, fmt::format("rm -rf {0}; {1} run {2} -o {0} --jobs 2 & sleep {3}.{4}; kill -TERM "
+                            "$!; wait $!",
+                            (folder / "out").string(), PALPATE_PROGRAM, scene.string(), tenths / 10,
+                            tenths % 10));
+    EXPECT_EQ(outcome.status, 130) << tenths << "\n" << outcome.err;
+  }
+}
+
 [[noreturn]] void die_of(int signal, const std::string& output) {
   report_crashes("a test's");
   set_crash_file(output);
