@@ -51,8 +51,8 @@ class CoarseSurfaces {
   // closest that is sound, or the first.
   Attempt at(double target_m) const {
     constexpr int kRounds = 6;
-    constexpr double kShorter = 0.7;    // halves a chord's deviation
-    constexpr double kShortest = 0.15;  // of the target
+    constexpr double kShorter = 0.7;        // halves a chord's deviation
+    constexpr double kShortestEdge = 0.15;  // of the target
     Eigen::VectorXd wanted = wanted_edge_m(fine_, boxes_,
                                            {.target_edge_m = target_m,
                                             .deviation_ratio = options_.deviation_ratio,
@@ -61,7 +61,7 @@ class CoarseSurfaces {
     Attempt best = made(target_m, wanted), last = best;
     for (int round = 0; round < kRounds && !last.too_coarse.empty(); ++round) {
       for (const Eigen::Index v : last.too_coarse)
-        wanted[v] = std::min(wanted[v], std::max(kShorter * wanted[v], kShortest * target_m));
+        wanted[v] = std::min(wanted[v], std::max(kShorter * wanted[v], kShortestEdge * target_m));
       limit_growth(wanted, fine_, SizingOptions{}.growth);
       last = made(target_m, wanted);
       if (!last.fault && (best.fault || last.made.excess < best.made.excess)) best = last;
