@@ -1,7 +1,7 @@
 # Bounds the compilations that Ninja runs at once, by threads and by memory; `cmake -P` with this file
 # prints the bound alone. PALPATE_THREADS stands for another number of threads than the machine's.
-# The largest compilation takes up to 3.4 GB with g++ 12 (GNU time).
-set(palpate_compilation_MB 3400)
+# The largest compilation takes 2.44 GB with g++ 12 (GNU time).
+set(palpate_compilation_MB 2500)
 if(NOT PALPATE_THREADS)
   cmake_host_system_information(RESULT PALPATE_THREADS QUERY NUMBER_OF_LOGICAL_CORES)
 endif()
