@@ -108,6 +108,26 @@ inline Status touch(const AssetView& asset, Contact& contact, const double tip_m
   return touch_ball(asset, contact, tip_m, 0, out, tangent_N_m, dt_s);
 }
 
+/// Lays a contact that begins where the series will see its ball: moved by C of its own place under
+/// the forces of the others. sunk_beside(), by which it was found, knows neither its normal nor its
+/// sway, so that it would begin deflected by the difference, with energy that nobody supplied.
+inline void lay_in_series(const AssetView& asset, SeriesContact& at, const CouplingPlace* place,
+                          const Vec3d* force, int count) noexcept {
+  Contact& contact = *at.contact;
+  const CouplingPlace own = coupling_place(*at.asset, contact);
+  Vec3d moved{0, 0, 0};
+  for (int k = 0; k < count; ++k) {
+    double by_other[9], by_own[9];
+    couple(asset, own, place[k], by_other, by_own);
+    moved = moved + times(by_other, force[k]);
+  }
+  const Vec3d arm = own.normal * contact.arm.reach_m + make_vec3<double>(contact.arm.skew_m) +
+                    (moved - make_vec3<double>(contact.series.aside_m));
+  contact.arm.reach_m = dot(arm, own.normal);
+  put(arm - own.normal * contact.arm.reach_m, contact.arm.skew_m);
+  put(moved, contact.series.aside_m);
+}
+
 /// Balls meet the surface where the others have brought it at the tick before.
 inline void approach_together(const AssetView& asset, const BallTick* ball, SeriesContact* at,
                               int count, double dt_s) noexcept {
@@ -124,6 +144,7 @@ inline void approach_together(const AssetView& asset, const BallTick* ball, Seri
   }
   for (int i = 0; i < count; ++i) {
     Contact& contact = *at[i].contact;
+    const bool was_outside = contact.triangle < 0 && !contact.has_lifted;
     const Vec3d aside = touching > 0 && contact.triangle < 0
                             ? sunk_beside(asset, place, force, touching, at[i].x, ball[i].radius_m)
                             : Vec3d{0, 0, 0};
@@ -132,6 +153,9 @@ inline void approach_together(const AssetView& asset, const BallTick* ball, Seri
                                   has_flow(asset, Memories()), dt_s, at[i].step)
                        : Status::radius_wrong;
     if (at[i].status == Status::radius_wrong) forget(contact);
+    const bool begins = was_outside && at[i].status == Status::ok && contact.triangle >= 0;
+    if (touching > 0 && begins && contact.arm.reach_m > 0)
+      lay_in_series(asset, at[i], place, force, touching);
   }
 }
 
