@@ -13,7 +13,7 @@ static palpate_asset the_asset;
 static palpate_contact the_contact;
 
 static void palpate_force(const double pos_m[3], const double vel_m_s[3], double force_N[3]) {
-  palpate_input in = palpate_input_at(pos_m[0], pos_m[1], pos_m[2]);
+  palpate_input in = palpate_input_at(pos_m[0], pos_m[1], pos_m[2], 0.001);
   palpate_output out;
   (void)vel_m_s; /* the damper differences positions: a driver's velocity is filtered, late */
   palpate_tick(&the_asset, &the_contact, 1, &in, &out);

@@ -47,7 +47,7 @@ class PalpateComponent {
   /// Force thread, 1 kHz: force on the tool [N], in the world's left-handed axes.
   Vector compute_force(const Transform& tool, double dt_s) noexcept {
     if ((latest_.load() & kFresh) != 0) reading_ = latest_.exchange(reading_) & 3;
-    palpate_input in = palpate_input_at(0, 0, 0);
+    palpate_input in = palpate_input_at(0, 0, 0, 0.001);
     in.tool = to_pose(tool);
     in.body = to_pose(slot_[reading_]);
     in.dt_s = dt_s;

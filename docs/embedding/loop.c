@@ -1,5 +1,5 @@
-/* A plain C loop: loop ASSET.palp. Presses a ball 3 mm into the body from above, drags it 10 mm,
- * lifts. */
+/* A plain C loop: loop ASSET.palp. Presses the ball of its curves 3 mm into the body from above,
+ * drags it 10 mm, lifts. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
   palpate_info info;
   palpate_output out;
   palpate_status status;
-  const palpate_tool ball = palpate_ball(0.005);
+  palpate_tool ball;
   size_t size = 0;
   double touch_z = 0;
   int tick;
@@ -40,6 +40,7 @@ int main(int argc, char** argv) {
   status = palpate_open(&asset, bytes, size);
   if (status != PALPATE_OK) return fprintf(stderr, "%s\n", palpate_sentence(status)), 1;
   palpate_describe(&asset, &info);
+  ball = palpate_ball(info.probe_radius_m); /* another radius wants palpate_indenter_open() */
   palpate_start(&contact, &ball);
   for (tick = 0; tick < 2000; ++tick) { /* 1 kHz: 40 mm/s down, then 10 mm/s aside, then up */
     const double above = info.box_max_m[2] + 0.006;
@@ -49,7 +50,7 @@ int main(int argc, char** argv) {
                         : tick < 1400 ? 0.016
                                       : 0.016 - 4e-5 * (tick - 1400);
     const double aside = tick < 400 ? 0 : tick < 1400 ? 1e-5 * (tick - 400) : 0.01;
-    palpate_input in = palpate_input_at(x + aside, y, above - down);
+    palpate_input in = palpate_input_at(x + aside, y, above - down, 0.001);
     if (touch_z != 0 && in.tool.position_m[2] < touch_z - 0.003)
       in.tool.position_m[2] = touch_z - 0.003;
     status = palpate_tick(&asset, &contact, 1, &in, &out);

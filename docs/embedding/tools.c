@@ -43,7 +43,7 @@ static palpate_status press_fingers(const palpate_asset* asset, const double top
     for (i = 0; i < 2; ++i) {
       const double down = 1e-5 * (tick - 200 * i);
       in[i] = palpate_input_at(top_m[0] + (i == 0 ? -1.5 : 1.5) * radius_m, top_m[1],
-                               top_m[2] + 0.001 - fmin(fmax(down, 0), 0.004));
+                               top_m[2] + 0.001 - fmin(fmax(down, 0), 0.004), 0.001);
     }
     status = palpate_tick(asset, finger, 2, in, out);
     if (tick % 100 == 99)
@@ -70,7 +70,7 @@ static palpate_status tip_capsule_over(const palpate_asset* asset, const double 
     const double down = 1e-5 * (tick < 300 ? tick : tick < 900 ? 300 : 300 - 3 * (tick - 900));
     const double turn = tick < 300 ? 0 : 0.2 * fmin((tick - 300) / 500.0, 1);
     palpate_output out;
-    palpate_input in = palpate_input_at(top_m[0], top_m[1], top_m[2] + 0.001 - down);
+    palpate_input in = palpate_input_at(top_m[0], top_m[1], top_m[2] + 0.001 - down, 0.001);
     in.tool.orientation[0] = cos(turn / 2);
     in.tool.orientation[2] = sin(turn / 2);
     status = palpate_tick(asset, &contact, 1, &in, &out);

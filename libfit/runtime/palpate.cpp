@@ -195,8 +195,7 @@ palpate_status palpate_release(palpate_contact* contact) noexcept {
 palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contacts,
                             std::int32_t count, const palpate_input* in,
                             palpate_output* out) noexcept {
-  const bool is_count = count >= 1 && count <= PALPATE_MAX_BALLS;
-  if (!is_count) return PALPATE_COUNT_WRONG;
+  if (count < 1 || count > PALPATE_MAX_BALLS) return refuse(out, count, PALPATE_COUNT_WRONG);
   if (asset == nullptr || contacts == nullptr || in == nullptr || out == nullptr)
     return refuse(out, count, PALPATE_NULL_ARGUMENT);
   const auto* opened = held<OpenAsset>(asset, kAssetMark);

@@ -10,10 +10,12 @@
      if (palpate_header_fits() != PALPATE_OK) ...                    once, before anything else
      palpate_asset asset;
      if (palpate_open(&asset, bytes, size) != PALPATE_OK) ...        once; checks every byte
+     palpate_info info;
+     palpate_describe(&asset, &info);
      palpate_contact contact;
-     palpate_tool tool = palpate_ball(0.005);
+     palpate_tool tool = palpate_ball(info.probe_radius_m);          the ball of the curves
      palpate_start(&contact, &tool);                                 once per tool
-     palpate_input in = palpate_input_at(x, y, z);
+     palpate_input in = palpate_input_at(x, y, z, 0.001);            0.001 s since the tick before
      palpate_output out;
      palpate_tick(&asset, &contact, 1, &in, &out);                   every tick: out.force_on_tool_N
 
@@ -410,9 +412,9 @@ static inline palpate_indenter palpate_ball_indenter(double radius_m) {
   return indenter;
 }
 static inline palpate_tool palpate_tip(void) { return palpate_ball(0); }
-static inline palpate_input palpate_input_at(double x_m, double y_m, double z_m) {
+static inline palpate_input palpate_input_at(double x_m, double y_m, double z_m, double dt_s) {
   const palpate_input in = {
-      {{x_m, y_m, z_m}, {1, 0, 0, 0}}, {{0, 0, 0}, {1, 0, 0, 0}}, 0.001, 0, {0}};
+      {{x_m, y_m, z_m}, {1, 0, 0, 0}}, {{0, 0, 0}, {1, 0, 0, 0}}, dt_s, 0, {0}};
   return in;
 }
 

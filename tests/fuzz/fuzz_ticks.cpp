@@ -103,7 +103,8 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
   const palpate_asset& asset = golden(in.take<std::uint8_t>());
   Tools tools;
   tools.start(0, palpate_ball(0.003));
-  palpate_input questions[kTools] = {palpate_input_at(0, 0, 0.04), palpate_input_at(0, 0, 0.04)};
+  palpate_input questions[kTools] = {palpate_input_at(0, 0, 0.04, 0.001),
+                                     palpate_input_at(0, 0, 0.04, 0.001)};
   int which = 0, count = 1;
   for (int i = 0; i < 500 && in.left > 0; ++i) {
     palpate_input& question = questions[which];
@@ -143,7 +144,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         for (double& x : question.tool.position_m) x = in.take<std::int16_t>() * 2e-6;
         question.tool.orientation[0] = 1;
         for (int k = 1; k < 4; ++k) question.tool.orientation[k] = 0;
-        question.body = palpate_input_at(0, 0, 0).body;
+        question.body = palpate_input_at(0, 0, 0, 0.001).body;
         question.dt_s = 1e-3;
         question.wants_tangent = i % 2;
     }

@@ -179,7 +179,7 @@ PAGE_EXPORT(tick) std::int32_t page_tick(std::int32_t count, double dt_s) {
   static palpate_input in[PALPATE_MAX_BALLS];
   static palpate_output out[PALPATE_MAX_BALLS];
   for (std::int32_t i = 0; i < count; ++i) {
-    in[i] = palpate_input_at(question[i][0], question[i][1], question[i][2]);
+    in[i] = palpate_input_at(question[i][0], question[i][1], question[i][2], 0.001);
     for (int k = 0; k < 4; ++k) in[i].tool.orientation[k] = question[i][3 + k];
     in[i].dt_s = dt_s;
   }

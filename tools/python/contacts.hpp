@@ -224,7 +224,7 @@ inline py::array_t<palpate_output> tick_all(Together& together, const std::vecto
   const PerTick<4> body_turn("body_orientation", body_orientation, {1, 0, 0, 0}, ticks);
   py::array_t<palpate_output> out({static_cast<py::ssize_t>(tools), ticks});
   palpate_output* row = out.mutable_data();
-  std::vector<palpate_input> in(tools, palpate_input_at(0, 0, 0));
+  std::vector<palpate_input> in(tools, palpate_input_at(0, 0, 0, 0.001));
   std::vector<palpate_output> answer(tools);
   for (palpate_input& each : in) {
     each.dt_s = dt_s;

@@ -26,7 +26,7 @@
 class cPalpateTools {
  public:
   cPalpateTools(const palpate_tool& kind, int room)
-      : contact_(room), in_(room, palpate_input_at(0, 0, 0)), out_(room), id_(room) {
+      : contact_(room), in_(room, palpate_input_at(0, 0, 0, 0.001)), out_(room), id_(room) {
     for (std::vector<palpate_contact>& copy : copy_) copy.resize(room);
     for (palpate_contact& contact : contact_) palpate_start(&contact, &kind);
   }
@@ -38,7 +38,7 @@ class cPalpateTools {
     while (place < count_ && id_[place] != id) ++place;
     if (place == static_cast<int>(contact_.size())) return nullptr;
     if (place == count_) id_[count_++] = id;
-    in_[place] = palpate_input_at(position.x(), position.y(), position.z());
+    in_[place] = palpate_input_at(position.x(), position.y(), position.z(), 0.001);
     const auto now = std::chrono::steady_clock::now();
     const double since_s = std::chrono::duration<double>(now - ticked_).count();
     for (int k = 0; k < count_; ++k)

@@ -33,7 +33,7 @@ struct Player {
   palpate_status tick(const palpate_input& in) {
     return palpate_tick(&asset, &contact, 1, &in, &out);
   }
-  palpate_status tick(const Vec3& x) { return tick(palpate_input_at(x[0], x[1], x[2])); }
+  palpate_status tick(const Vec3& x) { return tick(palpate_input_at(x[0], x[1], x[2], 0.001)); }
 };
 
 TEST(c_abi, a_c_program_feels_the_force_of_the_curve) {
@@ -58,12 +58,12 @@ TEST(c_abi, tools_and_bodies_that_move_together_feel_what_they_feel_at_rest) {
     held.rotate(body.rotation() * Eigen::AngleAxisd(0.7, Vec3(0, 1, 1).normalized()));
     const Vec3 offset = Vec3::Map(tool.centre_m[0]);
     held.pretranslate(body * centre - held.rotation() * offset);  // so that the ball is at centre
-    palpate_input in = palpate_input_at(0, 0, 0);
+    palpate_input in = palpate_input_at(0, 0, 0, 0.001);
     in.tool = pose_of(held);
     in.body = pose_of(body);
     in.wants_tangent = 1;
     ASSERT_EQ(moving.tick(in), PALPATE_OK);
-    palpate_input there = palpate_input_at(centre[0], centre[1], centre[2]);
+    palpate_input there = palpate_input_at(centre[0], centre[1], centre[2], 0.001);
     there.wants_tangent = 1;
     ASSERT_EQ(resting.tick(there), PALPATE_OK);
     const Vec3 f = Vec3::Map(resting.out.force_on_tool_N);
@@ -124,7 +124,7 @@ TEST(c_abi, a_damper_takes_energy_and_never_gives_or_pulls) {
   }
   EXPECT_GT(before_J, 1e-4);
   EXPECT_NEAR(work_J - undamped_J, before_J, 1e-9);
-  palpate_input timeless = palpate_input_at(0, 0, 0.029);
+  palpate_input timeless = palpate_input_at(0, 0, 0.029, 0.001);
   timeless.dt_s = 0;
   EXPECT_EQ(with.tick(timeless), PALPATE_TIME_STEP_WRONG);
   expect_silence(with.out, "no time step");
@@ -247,7 +247,7 @@ TEST(c_abi, a_program_with_the_header_of_another_engine_is_told_so) {
 
 TEST(c_abi, every_misuse_has_its_status_and_no_force) {
   Player player(palpate_tip());
-  palpate_input in = palpate_input_at(0, 0, 0.031);
+  palpate_input in = palpate_input_at(0, 0, 0.031, 0.001);
   palpate_output& out = player.out;
   EXPECT_EQ(palpate_tick(nullptr, &player.contact, 1, &in, &out), PALPATE_NULL_ARGUMENT);
   expect_silence(out, "null asset");
@@ -296,7 +296,7 @@ TEST(c_abi, bad_poses_are_refused_with_zero_force_and_contact_begins_anew) {
     for (double bad : {kNan, 1e300 * 1e10, 3.0}) {
       if (bad == 3.0 && (field % 7) < 3) continue;  // a position may be 3
       press();
-      palpate_input in = palpate_input_at(0, 0.0003, 0.028);
+      palpate_input in = palpate_input_at(0, 0.0003, 0.028, 0.001);
       palpate_pose& pose = field < 7 ? in.tool : in.body;
       double* number =
           field % 7 < 3 ? &pose.position_m[field % 7] : &pose.orientation[field % 7 - 3];
@@ -338,7 +338,7 @@ TEST(c_abi, a_copied_contact_moves_the_surface_and_every_misuse_has_its_status) 
   palpate_start(&contact, &tip);
   palpate_output out;
   for (int i = 0; i <= 30; ++i) {
-    const palpate_input in = palpate_input_at(0, 0.0003, 0.031 - 1e-4 * i);
+    const palpate_input in = palpate_input_at(0, 0.0003, 0.031 - 1e-4 * i, 0.001);
     palpate_tick(&asset, &contact, 1, &in, &out);
   }
   const palpate_contact copied = contact;

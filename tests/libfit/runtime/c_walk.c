@@ -13,7 +13,7 @@ int palpate_c_walk(const void* bytes, uint64_t size, double* force_z_N) {
   if (status != PALPATE_OK) return status;
   status = palpate_start(&contact, &tool);
   for (i = 0; i <= 40 && status == PALPATE_OK; ++i) {
-    const palpate_input in = palpate_input_at(0.001, 0.0013, 0.005 - 1e-4 * i);
+    const palpate_input in = palpate_input_at(0.001, 0.0013, 0.005 - 1e-4 * i, 0.001);
     status = palpate_tick(&asset, &contact, 1, &in, &out);
   }
   *force_z_N = out.force_on_tool_N[2];

@@ -332,7 +332,7 @@ TEST(damage, the_c_interface_starts_opens_and_ticks_a_body) {
   palpate_output out;
   double way_in_N = 0;
   for (int k = -10; k <= 70; ++k) {
-    const palpate_input in = palpate_input_at(1e-3, 7e-4, -1e-4 * (k <= 40 ? k : 80 - k));
+    const palpate_input in = palpate_input_at(1e-3, 7e-4, -1e-4 * (k <= 40 ? k : 80 - k), 0.001);
     ASSERT_EQ(palpate_tick(&body, &contact, 1, &in, &out), PALPATE_OK);
     if (k == 20) way_in_N = out.force_on_tool_N[2];
     if (k == 60) {

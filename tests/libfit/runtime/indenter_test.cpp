@@ -267,7 +267,7 @@ TEST(Indenter, is_the_same_through_the_c_interface) {
     palpate_output out;
     for (int i = 0; i <= 700; ++i) {
       const palpate_input in =
-          palpate_input_at(0.001, 0.0004, 0.004 + 1e-4 - (1e-4 + 0.003) * i / 700);
+          palpate_input_at(0.001, 0.0004, 0.004 + 1e-4 - (1e-4 + 0.003) * i / 700, 0.001);
       ASSERT_EQ(palpate_tick(is_in_place ? &met : &asset, &contact, 1, &in, &out), PALPATE_OK);
     }
     const double exact_N = half_space_N(runtime::ball_indenter(0.004), 0.003);

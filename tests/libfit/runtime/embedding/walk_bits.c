@@ -47,7 +47,7 @@ static void walk_tip(const palpate_asset* asset, const palpate_info* info, int t
     uint64_t bits[3], hash = 14695981039346656037u;
     size_t b;
     step(&s, info);
-    in = palpate_input_at(s.at[0], s.at[1], s.at[2]);
+    in = palpate_input_at(s.at[0], s.at[1], s.at[2], 0.001);
     palpate_tick(asset, &contact, 1, &in, &out);
     for (b = 0; b < sizeof out; ++b) hash = (hash ^ byte[b]) * 1099511628211u;
     memcpy(bits, s.at, sizeof bits);
@@ -64,7 +64,7 @@ static palpate_input two_at(const palpate_info* info, int tool, int tick) {
   palpate_input in = palpate_input_at(
       0.5 * (info->box_min_m[0] + info->box_max_m[0]) + aside,
       0.5 * (info->box_min_m[1] + info->box_max_m[1]) + radius * sin(1.7 * t + tool),
-      info->box_max_m[2] + down + (tool == 0 ? 0 : radius));
+      info->box_max_m[2] + down + (tool == 0 ? 0 : radius), 0.001);
   const double turn = tool == 0 ? 0 : 0.35 * sin(2.9 * t),
                lean = tool == 0 ? 0 : 0.2 * sin(1.3 * t);
   in.tool.orientation[0] = cos(turn) * cos(lean);

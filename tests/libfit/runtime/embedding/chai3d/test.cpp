@@ -36,9 +36,10 @@ void two_tools_feel_each_other(const char* file) {
   for (int tick = 0; tick < 400; ++tick) {
     chai3d::cVector3d force[2];
     for (int tool = 0; tool < 2; ++tool) {  // a tick each, as the haptic thread asks
-      in[tool] = palpate_input_at(0.5 * (info.box_min_m[0] + info.box_max_m[0]) + 0.01 * tool,
-                                  0.5 * (info.box_min_m[1] + info.box_max_m[1]),
-                                  info.box_max_m[2] + info.probe_radius_m + 0.001 - 1e-5 * tick);
+      in[tool] =
+          palpate_input_at(0.5 * (info.box_min_m[0] + info.box_max_m[0]) + 0.01 * tool,
+                           0.5 * (info.box_min_m[1] + info.box_max_m[1]),
+                           info.box_max_m[2] + info.probe_radius_m + 0.001 - 1e-5 * tick, 0.001);
       const double* at = in[tool].tool.position_m;
       const unsigned id = tool == 0 ? 7 : 3;
       body.m_effects[0]->computeForce({at[0], at[1], at[2]}, {}, id, force[tool]);
@@ -83,7 +84,7 @@ int main(int argc, char** argv) {
     for (unsigned tool = 0; tool < 2; ++tool)
       if (body.m_effects[0]->computeForce(at[tool], {}, tool, force[tool]))
         has_touched[tool] = true;
-    const palpate_input in = palpate_input_at(middle[0], middle[1], above);
+    const palpate_input in = palpate_input_at(middle[0], middle[1], above, 0.001);
     palpate_output out;
     palpate_tick(&body.effect().asset(), &plain, 1, &in, &out);
     const double felt[3] = {force[0].x(), force[0].y(), force[0].z()};
