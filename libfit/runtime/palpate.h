@@ -125,8 +125,11 @@ typedef struct palpate_pose {
    The damper acts parallel to the curves: b(dz) = b min(1, dz / damper_depth_m) against the tool's
    motion along the contact's normal (damping_Ns_m) and across it (lateral_damping_Ns_m), shared
    among the balls. It never pulls the tool in. Its energy is damped_J. Last of all force and torque
-   are brought up over ramp_s from the first tick on and down to max_force_N; energies stay those of
-   the whole force. palpate_tip() and palpate_ball() begin one; zero a tool that you fill yourself.
+   are brought up over ramp_s from the first tick on (passive only if nothing is pressed meanwhile)
+   and held at or below max_force_N. A capped tool yields less as it is lifted than it took as it
+   was pressed: cutting a force by its size would yield energy round a loop. Have the device's own
+   clip behind it. Energies stay those of the whole force. palpate_tip() and palpate_ball() begin
+   one; zero a tool that you fill yourself.
  */
 typedef struct palpate_tool {
   int32_t balls;

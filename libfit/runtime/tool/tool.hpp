@@ -66,6 +66,7 @@ struct Tool {
   ToolShape shape;
   double damped_J = 0;  ///< taken by the damper since the start, never falling
   double since_start_s = 0;
+  double capped_from_J = 0;  ///< energy above which the cap holds the force back; 0: it does not
   bool has_pose = false;
   double row[3][3] = {};    ///< of the turn from the tool's axes to the body's
   TogetherMemory together;  ///< of the first of the tools that are ticked together: of all
@@ -134,20 +135,28 @@ inline DamperForce damper_force(const ToolShape& shape, const Output& out, const
           tangential(step, u) * (shape.lateral_damping_Ns_m * rate)};
 }
 
-/// What the ramp and the cap leave of a force of that size.
-inline double limit_share(const ToolShape& shape, double since_start_s, const Vec3d& force,
+/// The share of its force that the ramp and the cap leave to a tool that stores stored_J. A force
+/// cut by its size would be no gradient, and give back more round a loop than it took. The capped
+/// one is the gradient of 2 sqrt(U0 U) - U0 where U > U0 (M71), U0 being capped_from_J. It is
+/// lowered where the force would exceed max_force_N: what the tool stores then only falls.
+inline double limit_share(Tool& tool, double stored_J, const Vec3d& force,
                           unsigned& flags) noexcept {
+  const ToolShape& shape = tool.shape;
   double share = 1;
-  if (since_start_s < shape.ramp_s) {
-    share = since_start_s / shape.ramp_s;
+  if (tool.since_start_s < shape.ramp_s) {
+    share = tool.since_start_s / shape.ramp_s;
     flags |= kFlagRamp;
   }
+  if (!(shape.max_force_N > 0)) return share;
+  if (!(stored_J > tool.capped_from_J)) tool.capped_from_J = 0;
+  double capped = tool.capped_from_J > 0 ? std::sqrt(tool.capped_from_J / stored_J) : 1;
   const double size = share * std::sqrt(dot(force, force));
-  if (shape.max_force_N > 0 && size > shape.max_force_N) {
-    share *= shape.max_force_N / size;
-    flags |= kFlagCapped;
+  if (size * capped > shape.max_force_N) {
+    capped = shape.max_force_N / size;
+    tool.capped_from_J = stored_J * (capped * capped);
   }
-  return share;
+  if (capped < 1) flags |= kFlagCapped;
+  return share * capped;
 }
 
 inline bool is_time_step(double dt_s) noexcept {
@@ -200,7 +209,7 @@ class ToolTick {
       total = is_first ? whole[i] : total + whole[i];
       is_first = false;
     }
-    const double share = limit_share(tool.shape, tool.since_start_s, total, out.flags);
+    const double share = limit_share(tool, out.stored_J, total, out.flags);
     out.damped_J = tool.damped_J;
     put_wrench(whole, share, out);
     put_place(whole, out);
@@ -275,6 +284,7 @@ class ToolTick {
     });
   }
   Status silent(ToolOutput& out) noexcept {
+    tool_->capped_from_J = 0;
     if (TangentOut tangent = in_->tangent_N_m)
       for (int k = 0; k < 9; ++k) tangent[k] = 0;
     if (status_ == Status::ok) return status_;
