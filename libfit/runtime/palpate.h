@@ -349,7 +349,7 @@ PALPATE_API palpate_status palpate_start(palpate_contact* contact,
 PALPATE_API palpate_status palpate_release(palpate_contact* contact) PALPATE_NOEXCEPT;
 
 /* One tick of the tools on one body: contacts, in and out [count], 1 to PALPATE_MAX_BALLS with no
-   more balls between them, always the same tools in the same order (others begin anew). Call it at
+   more balls between them, in any order; tools may join and leave between ticks. Call it at
    any rate. The first tick only learns where the tools are. Contact begins where a tip or ball
    first touches on its straight way from the previous tick, at any speed up to max_step_m. One that
    starts inside the body feels nothing until it has come out.

@@ -13,7 +13,6 @@ namespace runtime {
 /// ledger is then not used. A fresh one knows of none. Plain data.
 struct TogetherMemory {
   std::uint64_t asset_checksum = 0;
-  int count = 0;
   Ledger ledger;
 };
 
@@ -174,7 +173,7 @@ inline bool are_crowded(const AssetView& asset, const BallTick& a, const BallTic
   return dot(way, way) < reach * reach;
 }
 
-/// One tick of 1 to kMaxContacts balls and tips, always the same ones in the same order. Where the
+/// One tick of 1 to kMaxContacts balls and tips; some may join or leave between ticks. Where the
 /// asset's contacts do not move each other this is touch_ball() of each, bit for bit. Otherwise
 /// stored_J of the outputs add up to what all store together, and the sums are those of all
 /// together; one whose status is not ok is out of contact, and the others go on. Work: of each what
@@ -187,9 +186,8 @@ inline void touch_together(const AssetView& asset, TogetherMemory& together, Bal
                                   ball[i].radius_m, ball[i].out, ball[i].tangent_N_m, dt_s);
     return;
   }
-  if (together.count != count || together.asset_checksum != asset.checksum) {
+  if (together.asset_checksum != asset.checksum) {
     together = TogetherMemory();
-    together.count = count;
     together.asset_checksum = asset.checksum;
     for (int i = 0; i < count; ++i) forget(*ball[i].contact);
   }

@@ -68,8 +68,8 @@ struct Tool {
   double since_start_s = 0;
   double capped_from_J = 0;  ///< energy above which the cap holds the force back; 0: it does not
   bool has_pose = false;
-  double row[3][3] = {};    ///< of the turn from the tool's axes to the body's
-  TogetherMemory together;  ///< of the first of the tools that are ticked together: of all
+  double row[3][3] = {};                ///< of the turn from the tool's axes to the body's
+  TogetherMemory together;              ///< what all tools of a tick remember, the same in each
   double roll_m[kMaxContacts][3] = {};  ///< how far each ball's surface has dragged its contact
   double normal[kMaxContacts][3] = {};  ///< of each contact at the last tick
   Contact contact[kMaxContacts];
@@ -385,7 +385,7 @@ class ToolTick {
 };
 
 /// One tick of 1 to kMaxContacts tools on one body, of kMaxContacts balls at most between them:
-/// always the same tools in the same order, or all begin anew. Between ticks balls move straight as
+/// in any order; tools may join and leave between ticks. Between ticks balls move straight as
 /// the body sees it; a body that turns by an angle a in a tick is off by at most a^2/8 of a ball's
 /// distance from its axis. A tool that is refused is out of contact (zero force and a status), and
 /// the others go on. Where contacts move each other, stored_J of the outputs add up to what all
@@ -401,8 +401,15 @@ inline void touch_tools(const AssetView& asset, Tool* const* tool, const ToolInp
     tick.make(i).begin(asset, *tool[i], in[i], &ball[balls], i);
     balls += tool[i]->shape.balls;
   }
-  touch_together(asset, tool[0]->together, ball.begin(), balls, in[0].dt_s);
-  for (int i = 0; i < count; ++i) status[i] = tick[i].end(out[i]);
+  // Each tool carries the group's ledger, so that any of them may leave or begin anew.
+  TogetherMemory* group = &tool[0]->together;
+  for (int i = count - 1; i >= 0; --i)
+    if (tool[i]->together.asset_checksum == asset.checksum) group = &tool[i]->together;
+  touch_together(asset, *group, ball.begin(), balls, in[0].dt_s);
+  for (int i = 0; i < count; ++i) {
+    tool[i]->together = *group;
+    status[i] = tick[i].end(out[i]);
+  }
 }
 /// The same of one.
 inline Status touch_tool(const AssetView& asset, Tool& tool, const ToolInput& in,

@@ -245,6 +245,43 @@ TEST(Tool, that_is_capped_takes_energy_round_a_loop_and_never_exceeds_its_cap) {
   }
 }
 
+// A group whose tools changed let every pressed tool go: its force went to 0 in one tick.
+TEST(Tool, that_joins_leaves_or_begins_anew_leaves_pressed_ones_pressed) {
+  Capsule group(rings_model(false, 0.3), 1);
+  std::vector<runtime::Tool> tools(3, group.tool);
+  const auto tick = [&](const std::vector<int>& which, double lift_m) {
+    std::vector<runtime::Tool*> here;
+    std::vector<ToolInput> in;
+    for (const int k : which) {
+      here.push_back(&tools[static_cast<std::size_t>(k)]);
+      in.emplace_back();
+      in.back().pose = to_pose(pose_at(Vec3(0.008 * (k - 1), 0, kRadius_m + lift_m), Vec3::Zero()));
+      in.back().dt_s = 1e-3;
+    }
+    std::vector<ToolOutput> out(which.size());
+    std::vector<runtime::Status> status(which.size());
+    touch_tools(group.loaded.asset, here.data(), in.data(), out.data(), status.data(),
+                static_cast<int>(which.size()));
+    std::vector<double> down_N;
+    for (const ToolOutput& one : out) down_N.push_back(one.force_on_tool_N[2]);
+    return down_N;
+  };
+  for (double lift_m = 5e-4; lift_m > -0.002; lift_m -= 1e-5) tick({0, 1}, lift_m);
+  const std::vector<double> two_N = tick({0, 1}, -0.002);
+  ASSERT_GT(two_N[0], 0.03);
+  const std::vector<double> joined_N = tick({2, 1, 0}, -0.002);  // the third is inside: silent
+  EXPECT_EQ(joined_N[0], 0);
+  EXPECT_NEAR(joined_N[1], two_N[1], 1e-9);
+  EXPECT_NEAR(joined_N[2], two_N[0], 1e-9);
+  const double alone_N = tick({1}, -0.002)[0];  // what the other had pressed away comes back
+  EXPECT_GT(alone_N, two_N[1]);
+  EXPECT_LT(alone_N, 1.1 * two_N[1]);
+  tools[0] = group.tool;  // begins anew
+  const std::vector<double> again_N = tick({0, 1}, -0.002);
+  EXPECT_EQ(again_N[0], 0);
+  EXPECT_NEAR(again_N[1], alone_N, 1e-9);
+}
+
 TEST(Tool, of_several_balls_needs_contacts_that_move_each_other) {
   Model model = rings_model(false, 0.3);
   Capsule capsule(model);
