@@ -95,6 +95,7 @@ Conditioned described(const importers::RawRecording& raw, const SignalSettings& 
   out.source.cantilever = raw.cantilever;
   out.source.format = raw.format, out.source.taken = raw.taken;
   out.inward = inward ? inward : raw.normal;
+  if (!raw.place.empty()) out.reasons.push_back(raw.place);
   if (out.is_axial && settings.kind != ExperimentKind::press)
     throw Error(file, "a drag or path needs positions of three axes",
                 "Name `position` columns, or say kind = \"press\".");

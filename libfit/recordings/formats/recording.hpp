@@ -53,6 +53,7 @@ struct ReadSettings {
   bool drop_invalid = false;  ///< leave out unusable rows and count them, instead of refusing
   std::uintmax_t max_bytes = std::uintmax_t{256} << 20;  ///< of the content, unpacked
 };
+};
 
 /// Signals of one press, drag or path in SI units as recorded: unfiltered, zero and contact
 /// unknown. N position rows on one clock; M force rows on the same one or, with force_time_s, on
@@ -75,6 +76,7 @@ struct RawRecording {
   bool is_force_from_signal = false;     ///< by Cantilever
   std::optional<Cantilever> cantilever;  ///< as it was used: the manifest's, else the file's
   std::string format;                    ///< a name of kImporters
+  std::string place = {};                ///< which one it is, of a recording of several places
   std::vector<std::string> taken;  ///< of the file beside the rows: "spring constant 0.04 N/m"
   std::optional<Error>
       unread;  ///< why it could not be read, of several in a file: then it is empty

@@ -1,0 +1,116 @@
+// Recordings with the defects that strangers' files had: each is read right, or refused with a
+// remedy.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+using Json = nlohmann::json;
+
+constexpr double kDepth_mm = 3, kFree_mm = 2;
+constexpr unsigned kSeed = 65;
+
+// Force in N of a ball of 5 mm on an incompressible half-space.
+double hertz_N(double depth_mm, double young_kPa) {
+  return 4.0 / 3 * young_kPa * 1e3 / 0.75 * std::sqrt(5e-3) *
+         std::pow(std::max(0.0, depth_mm) * 1e-3, 1.5);
+}
+
+std::string manifest(const std::string& file, const std::string& defaults,
+                     const std::string& entry = "") {
+  return fmt::format(R"([defaults]
+force_on = "body"
+probe = {{ shape = "sphere", radius = "5 mm" }}
+{}
+[[recording]]
+file = "{}"
+{}
+)",
+                     defaults, file, entry);
+}
+
+constexpr const char* kPlaced = "position = [\"0 mm\", \"0 mm\", \"0 mm\"]\nnormal = [0, 0, -1]\n";
+
+struct Checked {
+  Outcome said;
+  Json json;
+};
+
+Checked check(const Folder& folder, const std::string& text) {
+  folder.write("m.toml", text);
+  Checked out{palpate(folder, "check --json " + (folder / "m.toml").string()), {}};
+  if (out.said.status == 0) out.json = Json::parse(out.said.out);
+  return out;
+}
+
+// A log with three axes: at each place down, `times` in and out, up and on to the next, 10 mm away.
+std::string log_of_places(int places, int times, double stiff_kPa) {
+  std::mt19937 random(kSeed);
+  std::normal_distribution<double> noise_N(0, 2e-3), noise_mm(0, 0.01);
+  std::string text = "t_s,x_mm,y_mm,z_mm,fx_N,fy_N,fz_N\n";
+  double time_s = 0;
+  const auto row = [&](double x, double y, double depth_mm, double young_kPa) {
+    text += fmt::format("{:.3f},{:.4f},{:.4f},{:.4f},{:.5f},{:.5f},{:.5f}\n", time_s,
+                        x + noise_mm(random), y + noise_mm(random), kFree_mm - depth_mm,
+                        noise_N(random), noise_N(random),
+                        -hertz_N(depth_mm - kFree_mm, young_kPa) + noise_N(random));
+    time_s += 0.02;
+  };
+  for (int k = 0; k < places; ++k) {
+    const double x = 10 * (k % 3), y = 10 * (k / 3);
+    const double young_kPa = k == 4 ? stiff_kPa : 10;
+    for (int i = 0; i <= 200 * times; ++i)
+      row(x, y, (kDepth_mm + kFree_mm) * (1 - std::abs(i % 200 - 100) / 100.0), young_kPa);
+    const double to_x = 10 * ((k + 1) % 3), to_y = 10 * ((k + 1) / 3);
+    for (int i = 1; i < 40 && k + 1 < places; ++i)
+      row(x + (to_x - x) * i / 40, y + (to_y - y) * i / 40, 0, 10);
+  }
+  return text;
+}
+
+TEST(OddRecordings, a_log_of_nine_places_is_nine_recordings) {
+  const Folder folder;
+  folder.write("log.csv", log_of_places(9, 1, 40));
+  for (const char* normal : {"normal = [0, 0, -1]", ""}) {
+    const Checked nine = check(folder, manifest("log.csv", normal));
+    ASSERT_EQ(nine.said.status, 0) << nine.said.err;
+    ASSERT_EQ(nine.json.at("recordings").size(), 9u) << normal;
+    EXPECT_EQ(nine.json.at("points"), 9);
+    for (std::size_t k = 0; k < 9; ++k) {
+      const Json& r = nine.json.at("recordings")[k];
+      EXPECT_NEAR(r.at("depth_m"), 3e-3, 0.15e-3) << r;
+      EXPECT_NEAR(r.at("force_N"), hertz_N(3, k == 4 ? 40 : 10), 0.02) << r;
+      EXPECT_NE(r.dump().find(fmt::format("place {} of 9", k + 1)), std::string::npos) << r;
+    }
+  }
+  const Checked placed = check(folder, manifest("log.csv", "", kPlaced));
+  EXPECT_NE(placed.said.status, 0);
+  EXPECT_NE(placed.said.err.find("presses at 9 places"), std::string::npos) << placed.said.err;
+  EXPECT_NE(placed.said.err.find("Leave `position` out"), std::string::npos) << placed.said.err;
+}
+
+TEST(OddRecordings, presses_that_repeat_at_each_place_stay_together) {
+  const Folder folder;
+  folder.write("log.csv", log_of_places(2, 3, 10)),
+      folder.write("one.csv", log_of_places(1, 3, 10));
+  const Checked two = check(folder, manifest("log.csv", "normal = [0, 0, -1]"));
+  ASSERT_EQ(two.said.status, 0) << two.said.err;
+  EXPECT_EQ(two.json.at("recordings").size(), 2u);
+  EXPECT_NE(two.json.dump().find("holds 3 presses as deep"), std::string::npos) << two.json;
+  const Checked one = check(folder, manifest("one.csv", "normal = [0, 0, -1]"));
+  ASSERT_EQ(one.said.status, 0) << one.said.err;
+  EXPECT_EQ(one.json.at("recordings").size(), 1u);
+}
+
+}  // namespace
+}  // namespace palpate::tools
