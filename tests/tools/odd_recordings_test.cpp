@@ -26,6 +26,18 @@ double hertz_N(double depth_mm, double young_kPa) {
          std::pow(std::max(0.0, depth_mm) * 1e-3, 1.5);
 }
 
+// A press and its way back as rows of time in s, depth in mm and force in N with 2 mN of noise.
+std::vector<std::array<double, 3>> press(double young_kPa = 10) {
+  std::mt19937 random(kSeed);
+  std::normal_distribution<double> noise_N(0, 2e-3);
+  std::vector<std::array<double, 3>> rows;
+  for (int i = 0; i <= 500; ++i) {
+    const double depth_mm = (kDepth_mm + kFree_mm) * (1 - std::abs(i - 250) / 250.0);
+    rows.push_back({0.01 * i, depth_mm, hertz_N(depth_mm - kFree_mm, young_kPa) + noise_N(random)});
+  }
+  return rows;
+}
+
 std::string manifest(const std::string& file, const std::string& defaults,
                      const std::string& entry = "") {
   return fmt::format(R"([defaults]
@@ -110,6 +122,39 @@ TEST(OddRecordings, presses_that_repeat_at_each_place_stay_together) {
   const Checked one = check(folder, manifest("one.csv", "normal = [0, 0, -1]"));
   ASSERT_EQ(one.said.status, 0) << one.said.err;
   EXPECT_EQ(one.json.at("recordings").size(), 1u);
+}
+
+std::string table(const std::string& header, const std::string& row_format, double depth_factor = 1,
+                  double force_factor = 1) {
+  std::string text = header + "\n";
+  for (const auto& [t, d, f] : press())
+    text += fmt::format(fmt::runtime(row_format), t, depth_factor * d, force_factor * f) + "\n";
+  return text;
+}
+
+TEST(OddRecordings, a_key_that_a_format_does_not_read_is_refused_where_it_stands) {
+  const Folder folder;
+  folder.write("a.csv", table("t_s,z_mm,F_N", "{:.2f},{:.5f},{:.6f}"));
+  const auto refusal = [&](const std::string& defaults, const std::string& entry) {
+    const Checked out = check(folder, manifest("a.csv", defaults, kPlaced + entry));
+    EXPECT_NE(out.said.status, 0) << entry;
+    return out.said.err;
+  };
+  ASSERT_EQ(check(folder, manifest("a.csv", "", kPlaced)).said.status, 0);
+  const std::string spring = "cantilever = { stiffness = 50 }";
+  const std::string of_entry = refusal("", spring);
+  EXPECT_NE(of_entry.find("m.toml:9:14: `cantilever` does nothing for "), std::string::npos)
+      << of_entry;
+  EXPECT_NE(of_entry.find("times the stiffness into a column of force"), std::string::npos);
+  const std::string of_defaults = refusal(spring, "");
+  EXPECT_NE(of_defaults.find("m.toml:4:14: `cantilever` does nothing for these recordings, which "
+                             "are read as csv"),
+            std::string::npos)
+      << of_defaults;
+  for (const char* key :
+       {"normals = \"outward\"",
+        "columns = { depth = \"z_mm\", force = \"F_N\", normal = [\"a\", \"b\", \"c\"] }"})
+    EXPECT_NE(refusal("", key).find("does nothing for "), std::string::npos) << key;
 }
 
 }  // namespace

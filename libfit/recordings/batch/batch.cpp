@@ -196,6 +196,7 @@ std::string canonical(const BatchItem& item) {
         r.cantilever ? r.cantilever->stiffness_deviation : -1,
         r.cantilever ? r.cantilever->sensitivity_deviation : -1})
     put_number(number);
+  for (const importers::SaidKey& said : r.said) put(said.name);
   put(s.contact);
   for (const double number :
        {double(static_cast<int>(s.kind)), s.contact_range, double(static_cast<int>(s.drift)),

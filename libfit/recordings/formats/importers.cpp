@@ -1,11 +1,14 @@
 #include "libfit/recordings/formats/importers.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <functional>
 #include <mutex>
 
 #include "libfit/core/text.hpp"
+#include "libfit/recordings/formats/format_keys.hpp"
 
 namespace palpate::importers {
 namespace {
@@ -100,6 +103,12 @@ std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std
   if (!row)
     throw Error(path.string(), "format \"" + settings.format + "\" is not known",
                 "Leave it out, or name one that is.");
+  for (const SaidKey& said : settings.said)
+    if (const FormatKey* key = format_key(said.name); key && !is_read_by(*key, row->name))
+      throw Error(said.where,
+                  fmt::format("`{}` does nothing for {}, which is read as {}", said.name,
+                              path.string(), row->name),
+                  std::string(key->remedy));
   const auto recordings_of = [&] { return row->read(path, bytes, settings); };
   auto recordings = is_read_by_hdf5(bytes) ? read_rehearsed(path, recordings_of) : recordings_of();
   for (RawRecording& r : recordings) {

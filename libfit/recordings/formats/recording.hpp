@@ -38,6 +38,11 @@ struct Cantilever {
   double stiffness_deviation = 0, sensitivity_deviation = 0;  ///< shares; 0: not stated
 };
 
+/// A key that a manifest says, and where: "manifest.toml:5:14".
+struct SaidKey {
+  std::string name, where;
+};
+
 /// How one file is to be read. The defaults let a file speak for itself.
 struct ReadSettings {
   std::string format = "auto";  ///< a name of kImporters
@@ -52,7 +57,9 @@ struct ReadSettings {
   std::optional<Cantilever> cantilever;
   bool drop_invalid = false;  ///< leave out unusable rows and count them, instead of refusing
   std::uintmax_t max_bytes = std::uintmax_t{256} << 20;  ///< of the content, unpacked
-};
+  /// Of the entry itself, without [defaults]: those of FormatKey that the file's format does not
+  /// read are refused.
+  std::vector<SaidKey> said = {};
 };
 
 /// Signals of one press, drag or path in SI units as recorded: unfiltered, zero and contact
