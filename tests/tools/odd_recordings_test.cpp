@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "tests/tools/command_line.hpp"
 
@@ -155,6 +157,23 @@ TEST(OddRecordings, a_key_that_a_format_does_not_read_is_refused_where_it_stands
        {"normals = \"outward\"",
         "columns = { depth = \"z_mm\", force = \"F_N\", normal = [\"a\", \"b\", \"c\"] }"})
     EXPECT_NE(refusal("", key).find("does nothing for "), std::string::npos) << key;
+}
+
+TEST(OddRecordings, a_filter_that_moves_the_curve_is_refused_and_one_that_does_not_is_in_its_band) {
+  const Folder folder;
+  folder.write("a.csv", table("t_s,z_mm,F_N", "{:.2f},{:.5f},{:.6f}"));
+  const Checked strong = check(folder, manifest("a.csv", "smooth = \"0.5 s\"", kPlaced));
+  const std::string remedy = "Leave `smooth` out, or say ";
+  const std::size_t at = strong.said.err.find(remedy);
+  ASSERT_NE(at, std::string::npos) << strong.said.err;
+  const double less_s = std::stod(strong.said.err.substr(at + remedy.size()));
+  const Checked weak =
+      check(folder, manifest("a.csv", fmt::format("smooth = \"{} s\"", less_s), kPlaced));
+  ASSERT_EQ(weak.said.status, 0) << weak.said.err;
+  const Json& r = weak.json.at("recordings").at(0);
+  EXPECT_NEAR(r.at("contact_m"), 1e-3 * kFree_mm, 2 * r.at("contact_deviation_m").get<double>())
+      << less_s << ": " << r;
+  EXPECT_NEAR(r.at("force_N"), hertz_N(1e3 * r.at("depth_m").get<double>(), 10), 5e-3) << r;
 }
 
 }  // namespace
