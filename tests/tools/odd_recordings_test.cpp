@@ -159,6 +159,121 @@ TEST(OddRecordings, a_key_that_a_format_does_not_read_is_refused_where_it_stands
     EXPECT_NE(refusal("", key).find("does nothing for "), std::string::npos) << key;
 }
 
+// What `check` says of the press of kDepth_mm into 10 kPa.
+void expect_press(const Checked& checked) {
+  ASSERT_EQ(checked.said.status, 0) << checked.said.err;
+  const Json& r = checked.json.at("recordings").at(0);
+  EXPECT_NEAR(r.at("depth_m"), 1e-3 * kDepth_mm, 0.1e-3) << r;
+  EXPECT_NEAR(r.at("force_N"), hertz_N(kDepth_mm, 10), 0.015) << r;
+}
+
+TEST(OddRecordings, hints_are_relative_to_the_unit_of_the_header) {
+  const Folder folder;
+  folder.write("force.csv", table("t_s,z_mm,F_mN", "{:.2f},{:.5f},{:.1f}", 1, 1e6));
+  folder.write("depth.csv", table("t_s,z_um,F_N", "{:.2f},{:.5f},{:.6f}"));
+  for (const auto& [file, hint] :
+       {std::pair{"force.csv",
+                  "The file says mN, and it should probably be \"uN\": correct the "
+                  "header, or name `columns` by number and say units.force"},
+        {"depth.csv",
+         "The file says um, and it should probably be \"mm\": correct the header, or "
+         "name `columns` by number and say units.position"}}) {
+    const Checked refused = check(folder, manifest(file, "", kPlaced));
+    EXPECT_NE(refused.said.err.find(hint), std::string::npos) << refused.said.err;
+  }
+  expect_press(check(folder, manifest("force.csv", "", kPlaced + std::string(R"(
+columns = { time = 1, depth = 2, force = 3 }
+units = { time = "s", position = "mm", force = "uN" })"))));
+}
+
+TEST(OddRecordings, clocks_may_count_nanoseconds_since_1970) {
+  const Folder folder;
+  std::string ticks = "%time,depth,fz\n", fast = "t_ns,z_mm,F_N\n";
+  for (const auto& [t, d, f] : press()) {
+    const auto since = static_cast<long long>(std::llround(1e9 * t));
+    ticks += fmt::format("{},{:.8f},{:.6f}\n", 1617289471123456789 + since, 1e-3 * d, f);
+    fast += fmt::format("{},{:.5f},{:.6f}\n", 1617289471123456789 + since / 1000000, d, f);
+  }
+  folder.write("ros.csv", ticks), folder.write("fast.csv", fast);
+  expect_press(check(folder, manifest("ros.csv", R"(
+columns = { time = "%time", depth = "depth", force = "fz" }
+units = { time = "ns", position = "m", force = "N" })",
+                                      kPlaced)));
+  expect_press(check(folder, manifest("fast.csv", "", kPlaced)));  // steps of 10 ns
+}
+
+TEST(OddRecordings, numbers_may_be_grouped_or_quoted_and_headers_labelled) {
+  const Folder folder;
+  const auto grouped = [](double value) {
+    const long whole = std::lround(std::abs(value));
+    return (value < 0 ? "-" : "") + (whole < 1000
+                                         ? fmt::format("{}", whole)
+                                         : fmt::format("{},{:03}", whole / 1000, whole % 1000));
+  };
+  const auto comma = [](double value) {
+    std::string text = fmt::format("{:.6f}", value);
+    return text.replace(text.find('.'), 1, ",");
+  };
+  std::string thousands = "t (s)\tdepth (um)\tforce (mN)\n", quoted = "t_s,z_mm,F_N\n",
+              unsure = "depth (um)\tforce (mN)\n", labelled = "# columns: t z F spare\n";
+  for (const auto& [t, d, f] : press()) {
+    thousands += fmt::format("{:.2f}\t{}\t{}\n", t, grouped(1e3 * d), grouped(1e3 * f));
+    quoted += fmt::format("\"{}\",\"{}\",\"{}\"\n", comma(t), comma(d), comma(f));
+    unsure += fmt::format("{}\t{}\n", grouped(1e3 * d), grouped(1e3 * f));
+    labelled += fmt::format("{:.2f} {:.5f} {:.6f} 20.0\n", t, d, f);
+  }
+  folder.write("thousands.txt", thousands), folder.write("quoted.csv", quoted);
+  folder.write("unsure.txt", unsure), folder.write("labelled.txt", labelled);
+  for (const char* file : {"thousands.txt", "quoted.csv"}) {
+    SCOPED_TRACE(file);
+    expect_press(check(folder, manifest(file, "", kPlaced)));
+  }
+  expect_press(check(folder, manifest("labelled.txt", R"(
+columns = { time = "t", depth = "z", force = "F" }
+units = { time = "s", position = "mm", force = "N" })",
+                                      kPlaced)));
+  const Checked doubt = check(folder, manifest("unsure.txt", "", kPlaced));
+  EXPECT_NE(doubt.said.err.find("may be a decimal or a thousand"), std::string::npos)
+      << doubt.said.err;
+  expect_press(check(folder, manifest("unsure.txt", "decimal = \".\"", kPlaced)));
+  folder.write("shifted.txt", "tip load (N) z_mm\n0.1 0\n0.2 1\n");
+  const Checked shifted =
+      check(folder, manifest("shifted.txt",
+                             "columns = { depth = \"z_mm\", force = \"load\" }\n"
+                             "units = { force = \"N\" }",
+                             kPlaced));
+  EXPECT_NE(shifted.said.err.find("names 4 columns, and the row below has 2"), std::string::npos)
+      << shifted.said.err;
+}
+
+TEST(OddRecordings, a_way_back_that_is_written_from_its_free_end_is_turned_around) {
+  const Folder folder;
+  const auto rows = press();
+  std::string text = "Ex_mm\tRt_mm\tEx_N\tRt_N\n";
+  for (std::size_t i = 0; i <= 250; ++i)
+    text += fmt::format("{:.5f}\t{:.5f}\t{:.6f}\t{:.6f}\n", rows[i][1], rows[500 - i][1],
+                        rows[i][2], rows[500 - i][2]);
+  folder.write("a.txt", text);
+  const Checked turned = check(folder, manifest("a.txt", R"(
+columns = { depth = "Ex_mm", force = "Ex_N", retract_depth = "Rt_mm", retract_force = "Rt_N" })",
+                                                kPlaced));
+  expect_press(turned);
+  EXPECT_EQ(turned.said.err.find("is not given back"), std::string::npos) << turned.said.err;
+  EXPECT_NE(turned.json.dump().find("was turned around"), std::string::npos);
+}
+
+TEST(OddRecordings, archives_that_hold_no_force_curve_are_called_by_their_name) {
+  const Folder folder;
+  folder.write("t_s.npy", "\x93NUMPY"), folder.write("F_N.npy", "\x93NUMPY");
+  const std::string line = "cd " + folder.path().string() + " && python3 -m zipfile -c a.npz ";
+  if (std::system((line + "t_s.npy F_N.npy").c_str()) != 0) GTEST_SKIP() << "no python3";
+  for (const char* file : {"a.npz", "t_s.npy"}) {
+    const Checked refused = check(folder, manifest(file, "", kPlaced));
+    EXPECT_NE(refused.said.err.find("of NumPy"), std::string::npos) << refused.said.err;
+    EXPECT_NE(refused.said.err.find("numpy.savetxt("), std::string::npos) << refused.said.err;
+  }
+}
+
 TEST(OddRecordings, a_filter_that_moves_the_curve_is_refused_and_one_that_does_not_is_in_its_band) {
   const Folder folder;
   folder.write("a.csv", table("t_s,z_mm,F_N", "{:.2f},{:.5f},{:.6f}"));

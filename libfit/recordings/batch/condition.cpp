@@ -93,7 +93,7 @@ Conditioned described(const importers::RawRecording& raw, const SignalSettings& 
   out.dropped_rows = raw.dropped_rows;
   out.source.is_force_from_signal = raw.is_force_from_signal;
   out.source.cantilever = raw.cantilever;
-  out.source.format = raw.format, out.source.taken = raw.taken;
+  out.source.format = raw.format, out.source.taken = raw.taken, out.source.units = raw.units;
   out.inward = inward ? inward : raw.normal;
   if (!raw.place.empty()) out.reasons.push_back(raw.place);
   if (out.is_axial && settings.kind != ExperimentKind::press)

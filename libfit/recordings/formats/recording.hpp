@@ -83,6 +83,7 @@ struct RawRecording {
   bool is_force_from_signal = false;     ///< by Cantilever
   std::optional<Cantilever> cantilever;  ///< as it was used: the manifest's, else the file's
   std::string format;                    ///< a name of kImporters
+  UnitNames units = {};                  ///< of position and force, as they were read
   std::string place = {};                ///< which one it is, of a recording of several places
   std::vector<std::string> taken;  ///< of the file beside the rows: "spring constant 0.04 N/m"
   std::optional<Error>
