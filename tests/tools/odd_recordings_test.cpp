@@ -291,5 +291,57 @@ TEST(OddRecordings, a_filter_that_moves_the_curve_is_refused_and_one_that_does_n
   EXPECT_NEAR(r.at("force_N"), hertz_N(1e3 * r.at("depth_m").get<double>(), 10), 5e-3) << r;
 }
 
+// A folder's manifest as `new` proposes it, and what it said.
+std::pair<std::string, std::string> proposed(const Folder& folder) {
+  const Outcome said = palpate(folder, "new --recordings " + (folder / "rig").string() + " -o " +
+                                           (folder / "new.toml").string());
+  EXPECT_EQ(said.status, 0) << said.err;
+  return {content_of(folder / "new.toml"), said.err};
+}
+
+std::size_t count_of(const std::string& piece, const std::string& text) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(piece); at != std::string::npos; at = text.find(piece, at + 1))
+    ++count;
+  return count;
+}
+
+TEST(OddRecordings, a_folder_is_read_though_its_first_files_are_bad) {
+  const Folder folder;
+  fs::create_directory(folder / "rig");
+  const std::string good = table("t_s,z_mm,F_N", "{:.2f},{:.5f},{:.6f}");
+  folder.write("rig/a_empty.csv", "t_s,z_mm,F_N\n");
+  folder.write("rig/b_missed.csv",
+               table("t_s,z_mm,F_N", "{:.2f},{:.5f},{:.6f}", 1, 1e-9));  // no contact
+  for (const char* name : {"c", "d", "e"}) folder.write(std::string("rig/") + name + ".csv", good);
+  const auto [text, err] = proposed(folder);
+  for (const char* name : {"c", "d", "e"})
+    EXPECT_NE(text.find(std::string(name) + ".csv"), std::string::npos) << text;
+  EXPECT_NE(err.find("a_empty.csv: has no row of numbers; others alike are read"),
+            std::string::npos)
+      << err;
+  EXPECT_NE(err.find("b_missed.csv: "), std::string::npos) << err;
+  const std::size_t defaults = text.find("[defaults]");
+  ASSERT_NE(defaults, std::string::npos) << text;
+  EXPECT_LT(defaults, text.find("[[recording]]"));
+  EXPECT_EQ(count_of("force_on = ", text), 1u) << "of the folder, in [defaults]\n" << text;
+}
+
+TEST(OddRecordings, headers_may_be_german_french_spanish_or_italian) {
+  const std::string rows = "{:.2f};{:.5f};{:.6f}";
+  for (const char* header : {"Zeit (s);Weg (mm);Kraft (N)", "Zeit;Eindringtiefe;Normalkraft",
+                             "Temps_s;Profondeur_mm;Effort_N", "temps;d\xC3\xA9placement;force",
+                             "Tiempo_s;Profundidad_mm;Fuerza_N", "tempo;spostamento;forza",
+                             "Temps (s);D\xE9placement (mm);Force (N)"}) {
+    const Folder folder;
+    fs::create_directory(folder / "rig");
+    folder.write("rig/a.csv", table(header, rows));
+    std::string text = proposed(folder).first;
+    text.insert(text.find("# position"), kPlaced + std::string("probe = { radius = \"5 mm\" }\n"));
+    SCOPED_TRACE(text);
+    expect_press(check(folder, text));
+  }
+}
+
 }  // namespace
 }  // namespace palpate::tools
