@@ -310,6 +310,7 @@ TEST(OddRecordings, a_folder_is_read_though_its_first_files_are_bad) {
   const Folder folder;
   fs::create_directory(folder / "rig");
   const std::string good = table("t_s,z_mm,F_N", "{:.2f},{:.5f},{:.6f}");
+  folder.write("rig/a.csv", "");
   folder.write("rig/a_empty.csv", "t_s,z_mm,F_N\n");
   folder.write("rig/b_missed.csv",
                table("t_s,z_mm,F_N", "{:.2f},{:.5f},{:.6f}", 1, 1e-9));  // no contact
@@ -320,6 +321,7 @@ TEST(OddRecordings, a_folder_is_read_though_its_first_files_are_bad) {
   EXPECT_NE(err.find("a_empty.csv: has no row of numbers; others alike are read"),
             std::string::npos)
       << err;
+  EXPECT_NE(err.find("rig/a.csv: not used: is empty"), std::string::npos) << err;
   EXPECT_NE(err.find("b_missed.csv: "), std::string::npos) << err;
   const std::size_t defaults = text.find("[defaults]");
   ASSERT_NE(defaults, std::string::npos) << text;

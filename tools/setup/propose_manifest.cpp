@@ -65,8 +65,7 @@ std::map<std::string, FilesAlike> groups_in(const fs::path& folder, std::vector<
     const std::string ending = path.extension().string(), name = path.filename().string();
     if (std::ranges::count(kMeshes, ending) > 0) meshes.push_back(path);
     if (std::ranges::count(kMeshes, ending) + std::ranges::count(kOthers, ending) > 0 ||
-        name.find(".import.") != std::string::npos || fs::file_size(path) > kMaxBytes ||
-        fs::file_size(path) == 0)
+        name.find(".import.") != std::string::npos || fs::file_size(path) > kMaxBytes)
       continue;
     std::string head = importers::read_bytes(path, kMaxBytes).substr(0, 4096);
     std::string key = path.parent_path().string() + "\n" + ending + "\n";
