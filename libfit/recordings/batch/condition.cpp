@@ -127,6 +127,9 @@ void find_inward(const std::string& file, Signal& signal, Conditioned& out) {
 // By how much a filter moved the push over the way in: what it does when it is applied once more.
 struct FilterBias {
   Eigen::VectorXd travel_m, push_N;
+  double noise_N = 0;  // of a reading, before
+
+  double most_N() const { return push_N.size() > 0 ? push_N.maxCoeff() : 0; }
 
   double at_N(double at_m) const {
     if (travel_m.size() == 0) return 0;
@@ -145,19 +148,16 @@ double push_at_N(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& push_N,
   return (1 - share) * push_N[i] + share * push_N[i + 1];
 }
 
-// Filters, and refuses a filter that moves the curve by more than readings scatter about it.
-FilterBias filter(const SignalSettings& settings, const std::string& file, Signal& signal) {
+// Filters, and compares with the scatter of readings about the curve: of force, and of travel.
+FilterBias filtered(double smooth_s, Signal& signal) {
   FilterBias bias;
-  if (!(settings.smooth_s > 0)) return bias;
-  if (signal.time_s.empty())
-    throw Error(file, "has no time to filter over", "Name the time column, or leave out `smooth`.");
   const double push_noise_N = neighbour_scatter(signal.push_N()),
                travel_noise_m = neighbour_scatter(signal.travel_m());
-  smooth(signal, settings.smooth_s);
+  smooth(signal, smooth_s);
   const RowRange way = main_approach(signal, find_phases(signal));
   if (way.rows() < 5) return bias;
   Signal twice = signal;
-  smooth(twice, settings.smooth_s);
+  smooth(twice, smooth_s);
   const Eigen::VectorXd travel_m = signal.travel_m().segment(way.begin, way.rows()),
                         push_N = signal.push_N().segment(way.begin, way.rows()),
                         again_m = twice.travel_m().segment(way.begin, way.rows()),
@@ -170,19 +170,33 @@ FilterBias filter(const SignalSettings& settings, const std::string& file, Signa
   const double rise_N = push_N[pressed] - push_N.minCoeff();
   while (pressed > 0 && push_N[pressed - 1] - push_N.minCoeff() > 0.1 * rise_N) --pressed;
   const double depth_m = travel_m[way.rows() - 1] - travel_m[pressed],
-               slope_N_m = depth_m > 0 ? rise_N / depth_m : 0,
-               noise_N = std::hypot(push_noise_N, slope_N_m * travel_noise_m),
-               most_N = bias.push_N.maxCoeff();
-  if (most_N > noise_N)
-    throw Error(
-        file,
-        fmt::format("smooth = \"{} s\" moves the force by {} N, and readings scatter by {} N",
-                    number(settings.smooth_s), number(most_N, 2), number(noise_N, 2)),
-        noise_N > 0
-            ? fmt::format("Leave `smooth` out, or say {} s.",
-                          number(0.7 * settings.smooth_s * std::pow(noise_N / most_N, 2. / 3), 1))
-            : "Leave `smooth` out.");
+               slope_N_m = depth_m > 0 ? rise_N / depth_m : 0;
+  bias.noise_N = std::hypot(push_noise_N, slope_N_m * travel_noise_m);
   return bias;
+}
+
+// Refuses a filter that moves the curve by more than readings scatter, with a time that does not.
+FilterBias filter(const SignalSettings& settings, const std::string& file, Signal& signal) {
+  if (!(settings.smooth_s > 0)) return {};
+  if (signal.time_s.empty())
+    throw Error(file, "has no time to filter over", "Name the time column, or leave out `smooth`.");
+  const Signal before = signal;
+  FilterBias bias = filtered(settings.smooth_s, signal);
+  if (bias.most_N() <= bias.noise_N) return bias;
+  std::string remedy = "Leave `smooth` out.";
+  for (double less_s = settings.smooth_s / 2; less_s > settings.smooth_s / 100; less_s /= 2) {
+    const std::string shown = number(less_s, 1);
+    Signal tried = before;
+    const FilterBias less = filtered(std::stod(shown), tried);
+    if (less.most_N() > less.noise_N) continue;
+    remedy = "Leave `smooth` out, or say " + shown + " s.";
+    break;
+  }
+  throw Error(
+      file,
+      fmt::format("smooth = \"{} s\" moves the force by {} N, and readings scatter by {} N",
+                  number(settings.smooth_s), number(bias.most_N(), 2), number(bias.noise_N, 2)),
+      remedy);
 }
 
 // The filter's bias in the errors of rows, and as far as it moves the contact in its deviation.
@@ -193,8 +207,8 @@ void state_bias(const FilterBias& bias, Conditioned& out) {
   for (Eigen::Index i = 0; i < depth_m.size(); ++i)
     out.error_N[i] = std::hypot(out.error_N[i], bias.at_N(out.contact.travel_m + depth_m[i]));
   if (push_N.maxCoeff() > 0)
-    out.contact.deviation_m = std::hypot(
-        out.contact.deviation_m, bias.push_N.maxCoeff() * depth_m.maxCoeff() / push_N.maxCoeff());
+    out.contact.deviation_m =
+        std::hypot(out.contact.deviation_m, bias.most_N() * depth_m.maxCoeff() / push_N.maxCoeff());
 }
 
 void tell_break(const Signal& signal, const std::optional<Eigen::Index>& broken, Conditioned& out) {

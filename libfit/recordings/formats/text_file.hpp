@@ -65,10 +65,10 @@ struct TableLayout {
   char separator = ',';
   char decimal = '.';
   std::string_view comment;
-  std::vector<std::size_t> field;  ///< of each column asked for
-  std::vector<std::string> name;   ///< of each, for errors
-  bool has_groups = false;         ///< "1,304" is 1304 where the decimal sign is a point
-  std::vector<char> is_clock;      ///< of each, or empty
+  std::vector<std::size_t> field;   ///< of each column asked for
+  std::vector<std::string> name;    ///< of each, for errors
+  bool has_groups = false;          ///< "1,304" is 1304 where the decimal sign is a point
+  std::vector<char> is_clock = {};  ///< of each, or empty
   /// Where clocks count beyond what a double resolves: the tick that they count from, of all tables
   /// of a file; none yet before the first.
   std::optional<std::int64_t>* first_tick = nullptr;
