@@ -13,7 +13,7 @@ struct UnitRow {
   double factor;
 };
 
-constexpr std::array<UnitRow, 36> kUnits{{
+constexpr std::array<UnitRow, 38> kUnits{{
     {"m", Dimension::length, 1},
     {"dm", Dimension::length, 1e-1},
     {"cm", Dimension::length, 1e-2},
@@ -31,6 +31,7 @@ constexpr std::array<UnitRow, 36> kUnits{{
     {"mN", Dimension::force, 1e-3},
     {"uN", Dimension::force, 1e-6},
     {"nN", Dimension::force, 1e-9},
+    {"pN", Dimension::force, 1e-12},
     {"gf", Dimension::force, 9.80665e-3},
     {"g", Dimension::force, 9.80665e-3},  // what a balance under the body shows
     {"kgf", Dimension::force, 9.80665},
@@ -38,6 +39,7 @@ constexpr std::array<UnitRow, 36> kUnits{{
     {"s", Dimension::time, 1},
     {"ms", Dimension::time, 1e-3},
     {"us", Dimension::time, 1e-6},
+    {"ns", Dimension::time, 1e-9},
     {"min", Dimension::time, 60},
     {"Nm", Dimension::torque, 1},
     {"N m", Dimension::torque, 1},

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "libfit/recordings/contact_point/contact_point.hpp"
+#include "libfit/recordings/formats/format_keys.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 #include "tools/manifest/keys.hpp"
 
@@ -179,6 +180,18 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
          "Say positions = \"contact\", and the place of the tip's end.");
 }
 
+// The keys of the table and of its columns that some formats do not read.
+std::vector<importers::SaidKey> said_keys(const SceneTable& table, const SceneTable& columns) {
+  std::vector<importers::SaidKey> said;
+  for (const importers::FormatKey& key : importers::format_keys()) {
+    const bool is_column = key.name.starts_with("columns.");
+    const SceneTable& holder = is_column ? columns : table;
+    const std::string_view name = is_column ? key.name.substr(8) : key.name;
+    if (holder.holds(name)) said.push_back({std::string(key.name), holder.where(name)});
+  }
+  return said;
+}
+
 // Whether the manifest says what the columns are; files of some formats say it themselves.
 bool is_table(const importers::ReadSettings& read) {
   const auto& c = read.columns;
@@ -215,7 +228,9 @@ void read_keys(SceneTable& table, ManifestEntry& entry) {
     read_normal(table, entry.item);
     return;
   }
-  read_columns(table.table("columns", "columns"), entry.item.read.columns);
+  SceneTable columns = table.table("columns", "columns");
+  entry.item.read.said = said_keys(table, columns);
+  read_columns(std::move(columns), entry.item.read.columns);
   read_units(table.table("units", "units"), entry.item.read.units);
   if (table.has("force_on"))
     entry.is_force_on_tool = table.choice("force_on", "", {"tool", "body"}) == "tool";

@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <utility>
 
 #include "libfit/io/atomic_file.hpp"
 #include "tools/manifest/keys.hpp"
@@ -161,6 +162,7 @@ Manifest read_manifest(const fs::path& path, KeyLog* log) {
   std::optional<double> friction;
   SceneTable defaults_table = root.table("defaults", "[defaults]");
   read_keys(defaults_table, defaults);
+  manifest.said_by_default = std::exchange(defaults.item.read.said, {});
   for (SceneTable& table : root.tables("recording", "[[recording]]")) {
     ManifestEntry entry = defaults;
     entry.item.place = table.where_table();

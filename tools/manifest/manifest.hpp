@@ -29,6 +29,7 @@ struct Manifest {
   double length_unit_m = 0;  ///< of the surface file
   std::vector<recordings::BatchItem>
       items;  ///< in the order written; a file pattern gives one per file
+  std::vector<importers::SaidKey> said_by_default;       ///< in [defaults], of FormatKey
   std::optional<recordings::RigidMotion> motion;         ///< given
   Points rig_landmarks_m{0, 3}, body_landmarks_m{0, 3};  ///< or these
   bool fits_to_surface = false;

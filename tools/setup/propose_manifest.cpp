@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <sstream>
 
 #include "libfem/mesh/read/read.hpp"
 #include "libfit/core/error.hpp"
@@ -64,8 +65,7 @@ std::map<std::string, FilesAlike> groups_in(const fs::path& folder, std::vector<
     const std::string ending = path.extension().string(), name = path.filename().string();
     if (std::ranges::count(kMeshes, ending) > 0) meshes.push_back(path);
     if (std::ranges::count(kMeshes, ending) + std::ranges::count(kOthers, ending) > 0 ||
-        name.find(".import.") != std::string::npos || fs::file_size(path) > kMaxBytes ||
-        fs::file_size(path) == 0)
+        name.find(".import.") != std::string::npos || fs::file_size(path) > kMaxBytes)
       continue;
     std::string head = importers::read_bytes(path, kMaxBytes).substr(0, 4096);
     std::string key = path.parent_path().string() + "\n" + ending + "\n";
@@ -139,12 +139,53 @@ std::string positions_line(const TriedWay& way, const Surface* surface, const st
   return line;
 }
 
+// An entry of the manifest, and its lines.
+struct ProposedEntry {
+  std::string file;
+  std::vector<std::string> lines;
+};
+
+// The entries, and before them [defaults] with the lines that all of them have.
+std::string text_of(std::vector<ProposedEntry> entries) {
+  std::vector<std::string> common;
+  if (entries.size() > 1) common = entries.front().lines;
+  for (const ProposedEntry& entry : entries)
+    std::erase_if(common, [&](const auto& l) { return std::ranges::count(entry.lines, l) == 0; });
+  std::string text;
+  if (!common.empty()) text += "\n[defaults]\n";
+  for (const std::string& line : common) text += line + "\n";
+  for (ProposedEntry& entry : entries) {
+    text += fmt::format("\n[[recording]]\nfile = \"{}\"\n", entry.file);
+    std::erase_if(entry.lines, [&](const auto& l) { return std::ranges::count(common, l) > 0; });
+    for (const std::string& line : entry.lines) text += line + "\n";
+  }
+  return text;
+}
+
+// The first file of a group that makes recordings, and how; of those before it a warning each.
+std::pair<fs::path, TriedWay> first_read(const FilesAlike& group, const fs::path& base,
+                                         ProposedManifest& out) {
+  std::vector<std::string> warnings;
+  std::optional<TriedWay> tried;
+  for (const fs::path& file : group.files) {
+    TriedWay best = best_way(file, ways_of(file, importers::read_bytes(file, kMaxBytes)));
+    if (!best.result.recordings.empty()) {
+      out.warnings.insert(out.warnings.end(), warnings.begin(), warnings.end());
+      return {file, std::move(best)};
+    }
+    if (const auto& failure = best.result.failure)
+      warnings.push_back(fmt::format("{}: {}; others alike are read",
+                                     fs::proximate(file, base).string(), failure->what));
+    if (!tried) tried = std::move(best);
+  }
+  return {group.files.front(), std::move(*tried)};
+}
+
 // The entries of a group, and what is said of it. surface: of the body, where one lies beside.
 void add_group(const FilesAlike& group, const fs::path& base, const Surface* surface,
-               ProposedManifest& out) {
-  const fs::path& first = group.files.front();
+               std::vector<ProposedEntry>& entries, ProposedManifest& out) {
+  auto [first, best] = first_read(group, base, out);
   const std::string shown = fs::proximate(first, base).string();
-  TriedWay best = best_way(first, ways_of(first, importers::read_bytes(first, kMaxBytes)));
   if (best.result.recordings.empty()) {
     const Failure failure = best.result.failure           ? *best.result.failure
                             : best.result.refused.empty() ? Failure{shown, "holds nothing", ""}
@@ -193,14 +234,14 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
   }
   const std::string pattern = has_place ? pattern_of(group) : std::string();
   out.files += group.files.size();
-  if (!pattern.empty()) {
-    out.text += fmt::format("\n[[recording]]\nfile = \"{}\"\n{}",
-                            fs::proximate(pattern, base).string(), keys);
-    return;
+  std::vector<std::string> lines;
+  std::istringstream text(keys);
+  for (std::string line; std::getline(text, line);) lines.push_back(line);
+  for (const fs::path& file : group.files) {
+    const std::string& named = pattern.empty() ? file.string() : pattern;
+    entries.push_back({fs::proximate(named, base).string(), lines});
+    if (!pattern.empty()) break;
   }
-  for (const fs::path& file : group.files)
-    out.text +=
-        fmt::format("\n[[recording]]\nfile = \"{}\"\n{}", fs::proximate(file, base).string(), keys);
 }
 
 }  // namespace
@@ -225,8 +266,10 @@ ProposedManifest propose_manifest(const fs::path& given, const fs::path& manifes
     if (meshes.size() == 1) surface = read_surface(meshes.front(), kProposedUnit_m);
   } catch (const Error&) {  // `check` is going to say what is wrong with it
   }
+  std::vector<ProposedEntry> entries;
   for (const auto& [key, group] : groups)
-    add_group(group, base, surface ? &*surface : nullptr, out);
+    add_group(group, base, surface ? &*surface : nullptr, entries, out);
+  out.text += text_of(std::move(entries));
   if (out.files == 0)
     throw groups.empty()
         ? Error(given.string(), "holds no file that could be a recording",

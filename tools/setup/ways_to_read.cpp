@@ -17,6 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 using namespace recordings;
 
+constexpr std::string_view kLatin = "latin-1";
+
 bool is_robot(const std::vector<std::string>& header) {
   const auto has = [&](std::string_view stem) {
     return std::ranges::any_of(
@@ -28,6 +30,11 @@ bool is_robot(const std::vector<std::string>& header) {
 
 // What a quantity without a unit is measured in, by its name; empty: none that is known.
 std::string unit_guess(const std::string& name, const char* length, const char* force) {
+  if (const auto meaning = importers::meaning_named(name))
+    return *meaning == importers::Meaning::time     ? "s"
+           : *meaning == importers::Meaning::force  ? force
+           : *meaning == importers::Meaning::torque ? ""
+                                                    : length;
   std::string small = name;
   for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (small == "t" || small.starts_with("time")) return "s";
@@ -113,12 +120,22 @@ std::vector<FileWay> ways_of_robot(const std::vector<std::string>& header) {
   return out;
 }
 
+// UTF-8 unless a byte is none; binary files throw when they are read.
+std::string_view encoding_of(const fs::path& path, const std::string& text) {
+  try {
+    importers::TextFile(path, text, "utf-8");
+    return "utf-8";
+  } catch (const Error&) {
+    return kLatin;
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> header_of(const fs::path& path, const std::string& bytes) {
   try {
     const std::string text = importers::is_utf16(bytes) ? importers::utf8_of(path, bytes) : bytes;
-    const importers::TextFile file(path, text, "latin-1");
+    const importers::TextFile file(path, text, encoding_of(path, text));
     for (std::size_t i = 0; i < file.lines(); ++i) {
       const std::string_view line = importers::trimmed(file.line(i));
       if (line.empty() || line.starts_with("#")) continue;
@@ -135,7 +152,8 @@ std::vector<std::string> header_of(const fs::path& path, const std::string& byte
 std::vector<FileWay> ways_of(const fs::path& path, const std::string& bytes) {
   std::vector<FileWay> out{FileWay{}};
   const std::vector<std::string> header = header_of(path, bytes);
-  const bool is_of_robot = is_robot(header);
+  const bool is_of_robot = is_robot(header),
+             is_latin = !importers::is_utf16(bytes) && encoding_of(path, bytes) == kLatin;
   for (const FileWay& way : is_of_robot ? ways_of_robot(header) : ways_of_columns(header))
     for (const bool is_on_tool : {true, false})
       for (const bool is_outward : {false, true}) {
@@ -143,6 +161,10 @@ std::vector<FileWay> ways_of(const fs::path& path, const std::string& bytes) {
         FileWay signs = way;
         signs.read.is_force_on_tool = is_on_tool;
         signs.read.is_normal_outward = is_outward;
+        if (is_latin) {
+          signs.read.encoding = kLatin;
+          signs.lines.push_back(fmt::format("encoding = \"{}\"", kLatin));
+        }
         signs.lines.push_back(fmt::format("force_on = \"{}\"", is_on_tool ? "tool" : "body"));
         if (is_of_robot)
           signs.lines.push_back(fmt::format("normals = \"{}\"", is_outward ? "outward" : "inward"));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/mend.hpp"
@@ -14,6 +15,7 @@
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/io/files/signals_file.hpp"
+#include "libfit/recordings/formats/format_keys.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/manifest.hpp"
@@ -51,6 +53,22 @@ AssembleOptions place_options(const Manifest& manifest, const std::optional<Surf
   return options;
 }
 
+// A key of [defaults] that no recording's format reads is an error, as it is in an entry.
+void check_defaults(const Manifest& manifest, const std::vector<ItemResult>& results) {
+  std::set<std::string> formats;
+  for (const ItemResult& result : results)
+    for (const Conditioned& r : result.recordings) formats.insert(r.source.format);
+  if (formats.empty()) return;
+  for (const importers::SaidKey& said : manifest.said_by_default) {
+    const importers::FormatKey& key = *importers::format_key(said.name);
+    if (std::ranges::none_of(formats, [&](const auto& of) { return is_read_by(key, of); }))
+      throw Error(said.where,
+                  fmt::format("`{}` does nothing for these recordings, which are read as {}",
+                              said.name, listed(std::vector(formats.begin(), formats.end()))),
+                  std::string(key.remedy));
+  }
+}
+
 std::vector<ItemResult> read_all(const ImportRequest& request, const Manifest& manifest,
                                  const AssembleOptions& options) {
   const fs::path journal = request.output.empty() ? fs::path() : beside(request.output, ".journal");
@@ -66,6 +84,7 @@ std::vector<ItemResult> read_all(const ImportRequest& request, const Manifest& m
     throw Interrupted(
         fmt::format("{} of {} recordings are kept in {}; the same command goes on from there", done,
                     results.size(), journal.string()));
+  check_defaults(manifest, results);
   return results;
 }
 

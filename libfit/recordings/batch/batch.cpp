@@ -6,7 +6,9 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <ctime>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <numeric>
@@ -15,6 +17,7 @@
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/recordings/batch/journal.hpp"
+#include "libfit/recordings/batch/split_places.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 
@@ -32,7 +35,16 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, const Known
   const std::string content = importers::unpacked(item.file, std::move(bytes), item.read.max_bytes);
   std::optional<Vec3> inward;
   if (item.normal) inward = body_from_rig.transpose() * *item.normal;
-  const auto recordings = importers::read_recordings(item.file, content, item.read);
+  std::vector<importers::RawRecording> recordings;
+  for (const auto& raw : importers::read_recordings(item.file, content, item.read)) {
+    auto places = split_places(raw, item.signal, inward, item.read.drop_invalid);
+    if (places.size() > 1 && item.position_m)
+      throw Error(item.place.empty() ? item.file.string() : item.place,
+                  fmt::format("has one `position`, and the tool of {} presses at {} places",
+                              item.file.string(), places.size()),
+                  "Leave `position` out: the recording says where they are. Or cut the file.");
+    std::ranges::move(places, std::back_inserter(recordings));
+  }
   SignalTrace refused;
   for (const auto& raw : recordings) try {
       refused = {};
@@ -184,6 +196,7 @@ std::string canonical(const BatchItem& item) {
         r.cantilever ? r.cantilever->stiffness_deviation : -1,
         r.cantilever ? r.cantilever->sensitivity_deviation : -1})
     put_number(number);
+  for (const importers::SaidKey& said : r.said) put(said.name);
   put(s.contact);
   for (const double number :
        {double(static_cast<int>(s.kind)), s.contact_range, double(static_cast<int>(s.drift)),

@@ -22,6 +22,7 @@ constexpr double kMaxSaturated = 0.7;   // share of the depth
 constexpr double kManySpikes = 0.01;    // of the rows of a good recording
 constexpr double kUntraced = 0.01;      // of the work: a loss is said in percent
 constexpr double kMinSignal = 20;       // force over noise of a fair recording
+constexpr double kOnceOfTwice = 1.5;    // a filter's bias at a ball's contact over its second one's
 constexpr double kContactShare = 0.02;  // contact deviation over depth of a good recording
 
 // Share of the work below contact that the way from the deepest reading back does not return. Both
@@ -52,8 +53,7 @@ double hysteresis_of(const Signal& signal, const RowRange& way_in, const RowRang
 
 // Lowers the grade of a recording to what its rows, noise (neighbours correlate by `correlation`)
 // and contact point allow, with a reason each, and fills in the apparent modulus.
-void grade(const SignalSettings& settings, const ContactEstimate& contact, double correlation,
-           Conditioned& out) {
+void grade(const SignalSettings& settings, double correlation, Conditioned& out) {
   const auto note = [&](Grade least, const std::string& reason) {
     out.grade = std::max(out.grade, least);
     out.reasons.push_back(reason);
@@ -71,9 +71,9 @@ void grade(const SignalSettings& settings, const ContactEstimate& contact, doubl
                                   out.deflection_m.rows()));
   if (force_N < kMinSignal * out.noise_N)
     note(Grade::poor, "the largest force is " + number(force_N / out.noise_N) + " times the noise");
-  if (depth_m > 0 && contact.deviation_m > kContactShare * depth_m)
-    note(contact.deviation_m > 5 * kContactShare * depth_m ? Grade::poor : Grade::fair,
-         "the contact point is uncertain by " + number(100 * contact.deviation_m / depth_m) +
+  if (depth_m > 0 && out.contact.deviation_m > kContactShare * depth_m)
+    note(out.contact.deviation_m > 5 * kContactShare * depth_m ? Grade::poor : Grade::fair,
+         "the contact point is uncertain by " + number(100 * out.contact.deviation_m / depth_m) +
              " % of the depth");
   if (out.dropped_rows > 0)
     note(Grade::fair, fmt::format("{} unusable rows were left out", out.dropped_rows));
@@ -93,8 +93,9 @@ Conditioned described(const importers::RawRecording& raw, const SignalSettings& 
   out.dropped_rows = raw.dropped_rows;
   out.source.is_force_from_signal = raw.is_force_from_signal;
   out.source.cantilever = raw.cantilever;
-  out.source.format = raw.format, out.source.taken = raw.taken;
+  out.source.format = raw.format, out.source.taken = raw.taken, out.source.units = raw.units;
   out.inward = inward ? inward : raw.normal;
+  if (!raw.place.empty()) out.reasons.push_back(raw.place);
   if (out.is_axial && settings.kind != ExperimentKind::press)
     throw Error(file, "a drag or path needs positions of three axes",
                 "Name `position` columns, or say kind = \"press\".");
@@ -123,11 +124,91 @@ void find_inward(const std::string& file, Signal& signal, Conditioned& out) {
   out.inward = signal.inward;
 }
 
-void filter(const SignalSettings& settings, const std::string& file, Signal& signal) {
-  if (!(settings.smooth_s > 0)) return;
+// By how much a filter moved the push over the way in: what it does when it is applied once more.
+struct FilterBias {
+  Eigen::VectorXd travel_m, push_N;
+  double noise_N = 0;  // of a reading, before
+
+  double most_N() const { return push_N.size() > 0 ? push_N.maxCoeff() : 0; }
+
+  double at_N(double at_m) const {
+    if (travel_m.size() == 0) return 0;
+    Eigen::Index nearest = 0;
+    (travel_m.array() - at_m).abs().minCoeff(&nearest);
+    return push_N[nearest];
+  }
+};
+
+// The push at a travel of a way in, between its rows.
+double push_at_N(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& push_N, double at_m) {
+  Eigen::Index i = 0;
+  while (i + 2 < travel_m.size() && travel_m[i + 1] < at_m) ++i;
+  const double step_m = travel_m[i + 1] - travel_m[i];
+  const double share = step_m > 0 ? std::clamp((at_m - travel_m[i]) / step_m, 0.0, 1.0) : 0;
+  return (1 - share) * push_N[i] + share * push_N[i + 1];
+}
+
+// Filters, and compares with the scatter of readings about the curve: of force, and of travel.
+FilterBias filtered(double smooth_s, Signal& signal) {
+  FilterBias bias;
+  const double push_noise_N = neighbour_scatter(signal.push_N()),
+               travel_noise_m = neighbour_scatter(signal.travel_m());
+  smooth(signal, smooth_s);
+  const RowRange way = main_approach(signal, find_phases(signal));
+  if (way.rows() < 5) return bias;
+  Signal twice = signal;
+  smooth(twice, smooth_s);
+  const Eigen::VectorXd travel_m = signal.travel_m().segment(way.begin, way.rows()),
+                        push_N = signal.push_N().segment(way.begin, way.rows()),
+                        again_m = twice.travel_m().segment(way.begin, way.rows()),
+                        again_N = twice.push_N().segment(way.begin, way.rows());
+  bias.travel_m = travel_m;
+  bias.push_N.resize(way.rows());
+  for (Eigen::Index i = 0; i < way.rows(); ++i)
+    bias.push_N[i] = kOnceOfTwice * std::abs(again_N[i] - push_at_N(travel_m, push_N, again_m[i]));
+  Eigen::Index pressed = way.rows() - 1;
+  const double rise_N = push_N[pressed] - push_N.minCoeff();
+  while (pressed > 0 && push_N[pressed - 1] - push_N.minCoeff() > 0.1 * rise_N) --pressed;
+  const double depth_m = travel_m[way.rows() - 1] - travel_m[pressed],
+               slope_N_m = depth_m > 0 ? rise_N / depth_m : 0;
+  bias.noise_N = std::hypot(push_noise_N, slope_N_m * travel_noise_m);
+  return bias;
+}
+
+// Refuses a filter that moves the curve by more than readings scatter, with a time that does not.
+FilterBias filter(const SignalSettings& settings, const std::string& file, Signal& signal) {
+  if (!(settings.smooth_s > 0)) return {};
   if (signal.time_s.empty())
     throw Error(file, "has no time to filter over", "Name the time column, or leave out `smooth`.");
-  smooth(signal, settings.smooth_s);
+  const Signal before = signal;
+  FilterBias bias = filtered(settings.smooth_s, signal);
+  if (bias.most_N() <= bias.noise_N) return bias;
+  std::string remedy = "Leave `smooth` out.";
+  for (double less_s = settings.smooth_s / 2; less_s > settings.smooth_s / 100; less_s /= 2) {
+    const std::string shown = number(less_s, 1);
+    Signal tried = before;
+    const FilterBias less = filtered(std::stod(shown), tried);
+    if (less.most_N() > less.noise_N) continue;
+    remedy = "Leave `smooth` out, or say " + shown + " s.";
+    break;
+  }
+  throw Error(
+      file,
+      fmt::format("smooth = \"{} s\" moves the force by {} N, and readings scatter by {} N",
+                  number(settings.smooth_s), number(bias.most_N(), 2), number(bias.noise_N, 2)),
+      remedy);
+}
+
+// The filter's bias in the errors of rows, and as far as it moves the contact in its deviation.
+void state_bias(const FilterBias& bias, Conditioned& out) {
+  if (bias.push_N.size() == 0 || out.deflection_m.rows() == 0) return;
+  const Vec3 inward = out.is_axial ? Vec3(Vec3::UnitX()) : out.inward.value();
+  const Eigen::VectorXd depth_m = out.deflection_m * inward, push_N = out.force_N * inward;
+  for (Eigen::Index i = 0; i < depth_m.size(); ++i)
+    out.error_N[i] = std::hypot(out.error_N[i], bias.at_N(out.contact.travel_m + depth_m[i]));
+  if (push_N.maxCoeff() > 0)
+    out.contact.deviation_m =
+        std::hypot(out.contact.deviation_m, bias.most_N() * depth_m.maxCoeff() / push_N.maxCoeff());
 }
 
 void tell_break(const Signal& signal, const std::optional<Eigen::Index>& broken, Conditioned& out) {
@@ -176,7 +257,7 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
   find_inward(file, signal, out);
   seen.time_s = signal.time_s;
   seen.travel_m = signal.travel_m(), seen.push_N = recorded_N * signal.inward;
-  filter(settings, file, signal);
+  const FilterBias bias = filter(settings, file, signal);
 
   const auto phases = find_phases(signal);
   seen.phase = phases;
@@ -199,10 +280,11 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
   const RowRange used = used_rows(signal, phases, settings, ways, back);
   seen.used = ways.cycles, seen.used.push_back(used);
   take_rows(signal, used, ways.cycles, contact.travel_m, settings, correlation, out);
+  if (settings.kind == ExperimentKind::press) state_bias(bias, out);
   if (settings.is_position_of_center) move_to_surface(settings, file, out);
   check_rows(out, place(file, signal, ways.range.end - 1));
   out.young_Pa = young_of(contact, settings);
-  grade(settings, contact, correlation, out);
+  grade(settings, correlation, out);
   return out;
 }
 

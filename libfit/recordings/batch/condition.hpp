@@ -32,6 +32,7 @@ struct CycleMeans {
 struct RecordingSource {
   std::string format;                 ///< that the file was recognised as
   std::vector<std::string> taken;     ///< of the file beside the rows, a phrase each
+  importers::UnitNames units = {};    ///< of position and force, as they were read
   double tip_radius_m = 0;            ///< as the manifest or the file says; 0: unknown
   bool is_force_from_signal = false;  ///< of a cantilever
   std::optional<importers::Cantilever> cantilever;  ///< as it was used

@@ -27,7 +27,8 @@ void fields(Archive& archive, T& r) {
           r.contact.deviation_m, r.contact.estimator, r.speed_m_s, r.noise_N, r.hysteresis,
           r.young_Pa, r.cycles.depth_m, r.cycles.push_N, r.cycles.error_N, r.breaks, r.apparent_Pa,
           r.way_in.travel_m, r.way_in.push_N, r.history, r.grade, r.reasons, r.dropped_rows,
-          r.source.tip_radius_m, r.source.cantilever, r.source.format, r.source.taken, r.trace);
+          r.source.tip_radius_m, r.source.cantilever, r.source.format, r.source.taken,
+          r.source.units.position, r.source.units.force, r.trace);
 }
 template <class Archive, class T>
 requires std::same_as<std::remove_const_t<T>, TimedPress>

@@ -32,6 +32,19 @@ std::string rig_of(const BatchItem& item) {
                      item.signal.is_range_given ? "|given" : "|");
 }
 
+// A unit of the header is corrected there, or columns are named by number, without the header.
+std::string remedy_of(const LikelyUnit& unit, const importers::UnitNames& given,
+                      const importers::UnitNames& read) {
+  const bool is_force = unit.key == "units.force";
+  const std::string& in_file = is_force ? read.force : read.position;
+  if (!(is_force ? given.force : given.position).empty() || in_file.empty())
+    return unit.key + " should probably be \"" + unit.unit + "\". ";
+  return fmt::format(
+      "The file says {}, and it should probably be \"{}\": correct the header, or "
+      "name `columns` by number and say {}. ",
+      in_file, unit.unit, unit.key);
+}
+
 // median_Pa: of the recordings that were made like this one; NaN where it is not compared.
 std::optional<Failure> question(const BatchItem& item, const Conditioned& recording,
                                 double median_Pa) {
@@ -46,16 +59,17 @@ std::optional<Failure> question(const BatchItem& item, const Conditioned& record
       std::isfinite(median_Pa) && median_Pa >= s.min_young_Pa && median_Pa <= s.max_young_Pa
           ? median_Pa
           : kTypical_Pa;
-  const auto unit = likely_unit(found_Pa, expected_Pa, units.force, units.position,
-                                recording.source.tip_radius_m > 0);
+  const importers::UnitNames& read = recording.source.units;
+  const auto unit = likely_unit(
+      found_Pa, expected_Pa, units.force.empty() ? read.force : units.force,
+      units.position.empty() ? read.position : units.position, recording.source.tip_radius_m > 0);
   const std::string against = is_implausible
                                   ? ", which no soft body is made of"
                                   : ", where the other recordings have " + in_pascal(median_Pa);
   return Failure{item.file.string() + (recording.name.empty() ? "" : "#" + recording.name),
                  "its stiffness is that of a body of " + in_pascal(found_Pa) + against +
                      (unit ? ": is a unit wrong?" : ""),
-                 (unit ? unit->key + " should probably be \"" + unit->unit + "\". "
-                       : std::string("Check the units. ")) +
+                 (unit ? remedy_of(*unit, units, read) : std::string("Check the units. ")) +
                      "If it is right, widen `plausible` in the manifest."};
 }
 

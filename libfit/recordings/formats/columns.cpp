@@ -41,6 +41,14 @@ std::string listed(const std::vector<std::string>& names) {
   return list + (names.size() > 12 ? ", ..." : "");
 }
 
+// The known unit of an SI value; empty where there is none.
+std::string unit_worth(double factor, Dimension dimension) {
+  const std::string known = known_units(dimension);
+  for (const auto name : split(known, ','))
+    if (unit_factor(name, dimension) == factor) return std::string(name);
+  return {};
+}
+
 // The columns of one meaning, side by side.
 struct Collected {
   std::vector<const std::vector<double>*> time, force_time, depth, position, force, retract_depth,
@@ -149,6 +157,7 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
                           const std::vector<double>& factors, std::vector<std::size_t> line,
                           const ReadSettings& settings) {
   const double sign = settings.is_force_on_tool.value_or(false) ? -1 : 1;
+  RawRecording recording;
   Collected c;
   std::vector<std::vector<const std::vector<double>*>*> slot;
   slot = {&c.time,          &c.force_time, &c.depth,  &c.position, &c.force, &c.retract_depth,
@@ -158,10 +167,12 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
                           roles[i].meaning == Meaning::retract_force ||
                           roles[i].meaning == Meaning::torque;
     const double factor = factors[i] * (is_force ? sign : 1);
+    if (const auto quantity = quantity_of(roles[i].meaning);
+        quantity && roles[i].meaning != Meaning::desired)
+      recording.units.*(quantity->unit) = unit_worth(std::abs(factor), quantity->dimension);
     for (double& value : columns[i]) value *= factor;
     slot[static_cast<std::size_t>(roles[i].meaning)]->push_back(&columns[i]);
   }
-  RawRecording recording;
   append(recording.time_s, c.time), append(recording.force_time_s, c.force_time);
   recording.position_m = as_points(c.position);
   append(recording.travel_m, c.depth);
@@ -173,9 +184,19 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
   recording.torque_Nm = as_points(c.torque);
   if (!c.retract_depth.empty()) {  // the way back follows the way in
     recording.retract_begins = recording.rows();
+    const std::ptrdiff_t in_rows = recording.rows();
     append(recording.travel_m, c.retract_depth), append(recording.push_N, c.retract_force);
     const std::vector<std::size_t> lines = recording.line;
     recording.line.insert(recording.line.end(), lines.begin(), lines.end());
+    const auto& travel_m = recording.travel_m;
+    const double deepest_m = travel_m[static_cast<std::size_t>(in_rows) - 1];
+    if (std::abs(travel_m.back() - deepest_m) <
+        std::abs(travel_m[static_cast<std::size_t>(in_rows)] - deepest_m)) {
+      std::reverse(recording.travel_m.begin() + in_rows, recording.travel_m.end());
+      std::reverse(recording.push_N.begin() + in_rows, recording.push_N.end());
+      std::reverse(recording.line.begin() + in_rows, recording.line.end());
+      recording.taken.push_back("the way back is written from its free end, and was turned around");
+    }
     recording.time_s.clear();  // one clock cannot serve both
   }
   return recording;
@@ -191,6 +212,13 @@ RawRecording recording_of_arrays(const std::vector<Role>& roles,
       throw fail(roles[c],
                  fmt::format("has {} rows, {} has {}", columns[c].size(), roles[0].name, before),
                  "Give columns of one length.");
+  std::optional<double> first_tick;  // of clocks that count from a time long past
+  for (std::size_t c = 0; c < columns.size(); ++c)
+    if ((roles[c].meaning == Meaning::time || roles[c].meaning == Meaning::force_time) &&
+        before > 0 && std::isfinite(columns[c][0]) && std::abs(columns[c][0]) > kLargestNumber) {
+      first_tick = first_tick.value_or(columns[c][0]);
+      for (double& tick : columns[c]) tick -= *first_tick;
+    }
   std::vector<std::size_t> line;
   for (std::size_t i = 0; i < before; ++i) {
     bool is_usable = true;

@@ -42,6 +42,9 @@ std::vector<std::size_t> find_columns(const std::vector<Role>& roles,
                                       const std::vector<std::string>& header,
                                       const FailColumn& fail);
 
+/// The quantity that a name without unit is of, in any case of letters.
+std::optional<Meaning> meaning_named(const std::string& name);
+
 /// Columns that a header names by quantity and unit, such as "t_s", "x_mm" or "force (mN)": three
 /// axes of a position or one depth, and a force. Empty where it names no such two.
 struct NamedColumns {

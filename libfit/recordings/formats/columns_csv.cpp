@@ -9,6 +9,7 @@ namespace palpate::importers {
 namespace {
 
 constexpr std::size_t kHeaderLines = 400;  // a preamble is shorter
+constexpr std::size_t kStyleRows = 200;    // that show how numbers are written
 
 bool is_comment(std::string_view line, const ReadSettings& settings) {
   return trimmed(line).empty() ||
@@ -21,6 +22,17 @@ struct ColumnsHeader {
   std::vector<std::string> names;
   bool is_numbered = false;  // no header line: the first row of numbers
 };
+
+// A header that is commented out, as numpy writes it, without the mark and a label: "# columns: t
+// z".
+std::string_view uncommented(std::string_view line, const ReadSettings& settings) {
+  line = trimmed(line).substr(settings.comment.size());
+  const std::size_t colon = line.find(": ");
+  const std::string_view label = trimmed(line.substr(0, std::min(colon, line.size())));
+  return colon == std::string_view::npos || label.find_first_of(" \t,;") != std::string_view::npos
+             ? line
+             : line.substr(colon + 2);
+}
 
 std::vector<std::string> names_in(std::string_view line, char separator) {
   std::vector<std::string> names;
@@ -52,7 +64,7 @@ ColumnsHeader find_header(const TextFile& file, const std::vector<Role>& roles,
     ++seen;
     if (is_comment(line, settings)) {
       if (is_numbered) continue;
-      line = trimmed(line).substr(settings.comment.size());
+      line = uncommented(line, settings);
     }
     const char separator = settings.separator ? settings.separator : guess_separator(line);
     ColumnsHeader header{i, separator, names_in(line, separator), is_numbered};
@@ -78,10 +90,10 @@ ColumnsHeader find_header(const TextFile& file, const std::vector<Role>& roles,
   return best;
 }
 
-// A line as the names of columns; a header may itself be commented out, as numpy writes it.
+// A line as the names of columns.
 std::vector<std::string> names_of_line(std::string_view line, const ReadSettings& settings) {
   if (!settings.comment.empty() && trimmed(line).starts_with(settings.comment))
-    line = trimmed(line).substr(settings.comment.size());
+    line = uncommented(line, settings);
   return names_in(line, settings.separator ? settings.separator : guess_separator(line));
 }
 
@@ -104,18 +116,49 @@ ReadSettings named_by_header(const TextFile& file, const ReadSettings& settings,
   return with_named_columns(settings, names_of_line(file.line(i), settings), fail, taken);
 }
 
-// A comma is the decimal sign where it separates no fields and the first rows have one in a number.
-char decimal_of(const TextFile& file, const ColumnsHeader& header, const ReadSettings& settings) {
-  if (settings.decimal) return settings.decimal;
-  if (header.separator == ',') return '.';
-  for (std::size_t i = header.line + !header.is_numbered, seen = 0; i < file.lines() && seen < 20;
-       ++i) {
+// How numbers are written, as the first rows show: a comma is the decimal sign where it separates
+// no fields and one number has it elsewhere than before three digits. Where all have it there,
+// points elsewhere show that it groups digits.
+void find_number_style(const TextFile& file, const ColumnsHeader& header,
+                       const ReadSettings& settings, TableLayout& layout) {
+  layout.decimal = settings.decimal ? settings.decimal : '.';
+  layout.has_groups = settings.decimal != 0;
+  if (settings.decimal) return;
+  bool has_point = false;
+  std::optional<std::pair<std::size_t, std::string>> grouped;
+  for (std::size_t i = layout.first, seen = 0; i < file.lines() && seen < kStyleRows; ++i) {
     if (is_comment(file.line(i), settings)) continue;
     ++seen;
-    for (const auto field : split(file.line(i), header.separator))
-      if (field.find(',') != std::string_view::npos && parse_number(field, ',')) return ',';
+    for (const auto field : split(file.line(i), header.separator)) {
+      if (field.find(',') == std::string_view::npos) {
+        has_point |= field.find('.') != std::string_view::npos && parse_number(field, '.');
+      } else if (without_groups(field, ',')) {
+        has_point |= field.find('.') != std::string_view::npos;
+        if (!grouped) grouped = {i, std::string(field)};
+      } else if (parse_number(field, ',') || without_groups(field, '.')) {
+        layout.decimal = ',';
+        return;
+      }
+    }
   }
-  return '.';
+  if (grouped && !has_point)
+    throw file.error(grouped->first, "`" + grouped->second + "` may be a decimal or a thousand",
+                     "Say decimal = \",\" or decimal = \".\" in the manifest.");
+  layout.has_groups = grouped.has_value();
+}
+
+// A header whose names hold blanks has more fields than its rows, and would shift them.
+void check_width(const TextFile& file, const ColumnsHeader& header, const ReadSettings& settings) {
+  if (header.is_numbered || header.separator != ' ') return;
+  std::size_t i = header.line + 1;
+  while (i < file.lines() && is_comment(file.line(i), settings)) ++i;
+  if (i == file.lines()) return;
+  const std::size_t fields = split(file.line(i), ' ').size();
+  if (header.names.size() > fields)
+    throw file.error(header.line,
+                     "names " + std::to_string(header.names.size()) +
+                         " columns, and the row below has " + std::to_string(fields),
+                     "Write names without blanks, or name `columns` by number.");
 }
 
 }  // namespace
@@ -142,7 +185,10 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
   TableLayout layout;
   layout.first = header.line + !header.is_numbered;
   layout.separator = header.separator;
-  layout.decimal = decimal_of(file, header, settings);
+  check_width(file, header, settings);
+  find_number_style(file, header, settings, layout);
+  std::optional<std::int64_t> first_tick;
+  layout.first_tick = &first_tick;
   layout.comment = settings.comment;
   layout.drop_invalid = settings.drop_invalid;
   layout.may_end_early = true;
@@ -167,10 +213,12 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
     for (std::size_t i = 0; i < roles.size(); ++i)
       if (is_of_force(i) == is_force) part.push_back(i);
     if (part.empty()) continue;
-    layout.field.clear(), layout.name.clear();
+    layout.field.clear(), layout.name.clear(), layout.is_clock.clear();
     for (const std::size_t i : part) {
       layout.field.push_back(field[i]);
       layout.name.push_back(names[i]);
+      layout.is_clock.push_back(roles[i].meaning == Meaning::time ||
+                                roles[i].meaning == Meaning::force_time);
     }
     NumberTable table = read_numbers(file, layout);
     for (std::size_t c = 0; c < part.size(); ++c) columns[part[c]] = std::move(table.column[c]);

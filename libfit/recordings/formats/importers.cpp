@@ -1,11 +1,15 @@
 #include "libfit/recordings/formats/importers.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <functional>
 #include <mutex>
 
 #include "libfit/core/text.hpp"
+#include "libfit/recordings/formats/format_keys.hpp"
+#include "libfit/recordings/formats/zip_file.hpp"
 
 namespace palpate::importers {
 namespace {
@@ -44,6 +48,27 @@ bool has_columns(const ColumnNames& c) {
   return !c.depth.empty() || !c.position.empty() || !c.force.empty();
 }
 
+Error numpy_error(const std::filesystem::path& path, const std::string& what) {
+  return Error(path.string(), what + ", which is not read",
+               "Save it as text, here of an archive a: numpy.savetxt(\"a.csv\", "
+               "numpy.column_stack(list(a.values())), delimiter=\",\", header=\",\".join(a), "
+               "comments=\"\").");
+}
+
+// Files that are packed as those of JPK are, and hold something else.
+void refuse_other_zip(const std::filesystem::path& path, std::string_view bytes,
+                      const ReadSettings& settings) {
+  const ZipFile zip(path, bytes, settings.max_bytes);
+  std::vector<std::string> arrays;
+  for (const std::string& name : zip.names()) {
+    if (name.ends_with(".npy")) arrays.push_back(name.substr(0, name.size() - 4));
+    if (name.starts_with("xl/") || name == "content.xml")
+      throw Error(path.string(), "is a spreadsheet, which is not read", "Save the sheet as CSV.");
+  }
+  if (!arrays.empty())
+    throw numpy_error(path, "is an archive of NumPy arrays (" + listed(arrays) + ")");
+}
+
 // The format of a file that the manifest leaves open. Columns named in the manifest mean a table.
 const Importer& recognise(const std::filesystem::path& path, std::string_view bytes,
                           const ReadSettings& settings) {
@@ -54,6 +79,8 @@ const Importer& recognise(const std::filesystem::path& path, std::string_view by
     return *importer_named("afmformats-hdf5");
   const bool is_binary = begins_hdf5(head) || begins_zip(head) || begins_igor(head) ||
                          begins_matlab(head) || begins_nanoscope(head) || begins_tdms(head);
+  if (begins_zip(head)) refuse_other_zip(path, bytes, settings);
+  if (head.starts_with("\x93NUMPY")) throw numpy_error(path, "is an array of NumPy");
   if (has_columns(settings.columns) && !is_binary) return *importer_named("csv");
   for (const Importer& row : kImporters)
     if (row.begins && row.begins(head)) return row;
@@ -100,6 +127,12 @@ std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std
   if (!row)
     throw Error(path.string(), "format \"" + settings.format + "\" is not known",
                 "Leave it out, or name one that is.");
+  for (const SaidKey& said : settings.said)
+    if (const FormatKey* key = format_key(said.name); key && !is_read_by(*key, row->name))
+      throw Error(said.where,
+                  fmt::format("`{}` does nothing for {}, which is read as {}", said.name,
+                              path.string(), row->name),
+                  std::string(key->remedy));
   const auto recordings_of = [&] { return row->read(path, bytes, settings); };
   auto recordings = is_read_by_hdf5(bytes) ? read_rehearsed(path, recordings_of) : recordings_of();
   for (RawRecording& r : recordings) {

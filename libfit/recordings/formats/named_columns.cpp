@@ -15,7 +15,7 @@ struct Stem {
   Meaning meaning;
   int axis;  // -1: of one axis alone
 };
-constexpr std::array<Stem, 46> kStems{{
+constexpr auto kStems = std::to_array<Stem>({
     {"t", Meaning::time, -1},
     {"time", Meaning::time, -1},
     {"depth", Meaning::depth, -1},
@@ -62,13 +62,45 @@ constexpr std::array<Stem, 46> kStems{{
     {"mx", Meaning::torque, 0},
     {"my", Meaning::torque, 1},
     {"mz", Meaning::torque, 2},
-}};
+    // German, French, Spanish, Italian
+    {"zeit", Meaning::time, -1},
+    {"temps", Meaning::time, -1},
+    {"tiempo", Meaning::time, -1},
+    {"tempo", Meaning::time, -1},
+    {"weg", Meaning::depth, -1},
+    {"tiefe", Meaning::depth, -1},
+    {"eindringtiefe", Meaning::depth, -1},
+    {"verfahrweg", Meaning::depth, -1},
+    {"profondeur", Meaning::depth, -1},
+    {"d\xC3\xA9placement", Meaning::depth, -1},
+    {"deplacement", Meaning::depth, -1},
+    {"enfoncement", Meaning::depth, -1},
+    {"profundidad", Meaning::depth, -1},
+    {"desplazamiento", Meaning::depth, -1},
+    {"profondit\xC3\xA0", Meaning::depth, -1},
+    {"profondita", Meaning::depth, -1},
+    {"spostamento", Meaning::depth, -1},
+    {"kraft", Meaning::force, -1},
+    {"normalkraft", Meaning::force, -1},
+    {"last", Meaning::force, -1},
+    {"effort", Meaning::force, -1},
+    {"charge", Meaning::force, -1},
+    {"fuerza", Meaning::force, -1},
+    {"carga", Meaning::force, -1},
+    {"forza", Meaning::force, -1},
+    {"carico", Meaning::force, -1},
+});
 
 Dimension dimension_of(Meaning meaning) {
   return meaning == Meaning::time     ? Dimension::time
          : meaning == Meaning::force  ? Dimension::force
          : meaning == Meaning::torque ? Dimension::torque
                                       : Dimension::length;
+}
+
+std::string in_small_letters(std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return text;
 }
 
 // "x_mm" or "x (mm)": {"x", "mm"}; in small letters but for the unit.
@@ -80,8 +112,12 @@ std::pair<std::string, std::string> stem_and_unit(const std::string& name) {
     unit = stem.substr(at + 1);
     stem.resize(at);
   }
-  for (char& c : stem) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return {stem, unit};
+  return {in_small_letters(std::move(stem)), unit};
+}
+
+const Stem* stem_named(const std::string& stem) {
+  const auto row = std::ranges::find(kStems, stem, &Stem::name);
+  return row == kStems.end() ? nullptr : &*row;
 }
 
 // Names of a header by what they are.
@@ -105,6 +141,11 @@ struct QuantityNames {
 
 }  // namespace
 
+std::optional<Meaning> meaning_named(const std::string& name) {
+  const Stem* row = stem_named(in_small_letters(name));
+  return row ? std::optional(row->meaning) : std::nullopt;
+}
+
 NamedColumns columns_named(const std::vector<std::string>& header) {
   QuantityNames time, place, force, torque;
   NamedColumns out;
@@ -113,9 +154,8 @@ NamedColumns columns_named(const std::vector<std::string>& header) {
   };
   for (const std::string& name : header) {
     const auto [stem, unit] = stem_and_unit(name);
-    const auto row = std::find_if(kStems.begin(), kStems.end(),
-                                  [&, &of = stem](const Stem& s) { return s.name == of; });
-    if (row == kStems.end()) continue;
+    const Stem* row = stem_named(stem);
+    if (!row) continue;
     const Dimension dimension = dimension_of(row->meaning);
     QuantityNames& found = row->meaning == Meaning::time     ? time
                            : row->meaning == Meaning::force  ? force

@@ -38,6 +38,11 @@ struct Cantilever {
   double stiffness_deviation = 0, sensitivity_deviation = 0;  ///< shares; 0: not stated
 };
 
+/// A key that a manifest says, and where: "manifest.toml:5:14".
+struct SaidKey {
+  std::string name, where;
+};
+
 /// How one file is to be read. The defaults let a file speak for itself.
 struct ReadSettings {
   std::string format = "auto";  ///< a name of kImporters
@@ -52,6 +57,9 @@ struct ReadSettings {
   std::optional<Cantilever> cantilever;
   bool drop_invalid = false;  ///< leave out unusable rows and count them, instead of refusing
   std::uintmax_t max_bytes = std::uintmax_t{256} << 20;  ///< of the content, unpacked
+  /// Of the entry itself, without [defaults]: those of FormatKey that the file's format does not
+  /// read are refused.
+  std::vector<SaidKey> said = {};
 };
 
 /// Signals of one press, drag or path in SI units as recorded: unfiltered, zero and contact
@@ -75,6 +83,8 @@ struct RawRecording {
   bool is_force_from_signal = false;     ///< by Cantilever
   std::optional<Cantilever> cantilever;  ///< as it was used: the manifest's, else the file's
   std::string format;                    ///< a name of kImporters
+  UnitNames units = {};                  ///< of position and force, as they were read
+  std::string place = {};                ///< which one it is, of a recording of several places
   std::vector<std::string> taken;  ///< of the file beside the rows: "spring constant 0.04 N/m"
   std::optional<Error>
       unread;  ///< why it could not be read, of several in a file: then it is empty

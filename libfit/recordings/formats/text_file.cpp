@@ -230,6 +230,25 @@ std::optional<double> parse_number(std::string_view text, char decimal) {
   return value;
 }
 
+std::optional<std::string> without_groups(std::string_view text, char group) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::size_t i = !text.empty() && (text[0] == '-' || text[0] == '+') ? 1 : 0;
+  const std::size_t first = i;
+  while (i < text.size() && is_digit(text[i])) ++i;
+  if (i == first || i > first + 3 || i == text.size() || text[i] != group || text[first] == '0')
+    return std::nullopt;
+  std::string out(text.substr(0, i));
+  while (i < text.size() && text[i] == group) {
+    const std::string_view digits = text.substr(i + 1, 3);
+    if (digits.size() < 3 || !std::ranges::all_of(digits, is_digit)) return std::nullopt;
+    out += digits;
+    i += 4;
+  }
+  if (i < text.size() && (is_digit(text[i]) || text.find(group, i) != std::string_view::npos))
+    return std::nullopt;
+  return out += text.substr(i);
+}
+
 std::pair<std::string, std::string> split_unit(std::string_view name) {
   std::string text;
   for (std::size_t i = 0; i < name.size(); ++i) {  // U+00B5 and U+03BC
@@ -247,6 +266,34 @@ std::pair<std::string, std::string> split_unit(std::string_view name) {
   return {text, {}};
 }
 
+namespace {
+
+constexpr std::int64_t kMostTicks = std::int64_t{1} << 53;  // that a double resolves
+
+std::optional<double> tick_of(std::string_view text, std::optional<std::int64_t>& first) {
+  std::int64_t ticks = 0, since = 0;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), ticks);
+  if (failure != std::errc() || end != text.data() + text.size() ||
+      (!first && ticks < kMostTicks && ticks > -kMostTicks))
+    return std::nullopt;
+  if (!first) first = ticks;
+  if (__builtin_sub_overflow(ticks, *first, &since)) return std::nullopt;
+  return static_cast<double>(since);
+}
+
+// The number in a field of the column asked for as number c.
+std::optional<double> number_in(std::string_view text, std::size_t c, const TableLayout& layout) {
+  if (layout.first_tick && c < layout.is_clock.size() && layout.is_clock[c])
+    if (const auto tick = tick_of(text, *layout.first_tick)) return tick;
+  if (const auto number = parse_number(text, layout.decimal)) return number;
+  const char group = layout.decimal == '.' ? ',' : '.';
+  const bool is_sure = layout.has_groups || text.find(layout.decimal) != std::string_view::npos;
+  const auto joined = is_sure ? without_groups(text, group) : std::nullopt;
+  return joined ? parse_number(*joined, layout.decimal) : std::nullopt;
+}
+
+}  // namespace
+
 NumberTable read_numbers(const TextFile& file, const TableLayout& layout) {
   NumberTable table;
   table.column.resize(layout.field.size());
@@ -262,7 +309,7 @@ NumberTable read_numbers(const TextFile& file, const TableLayout& layout) {
     for (std::size_t c = 0; c < row.size() && what.empty(); ++c) {
       if (is_blank(layout.field[c])) {
         what = "column `" + layout.name[c] + "` has no value here";
-      } else if (const auto number = parse_number(fields[layout.field[c]], layout.decimal);
+      } else if (const auto number = number_in(fields[layout.field[c]], c, layout);
                  number && std::abs(*number) <= kLargestNumber) {
         row[c] = *number;
       } else {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -44,6 +45,9 @@ std::vector<std::string_view> split(std::string_view line, char separator);
 char guess_separator(std::string_view line);
 /// A finite number with this decimal sign and nothing else; nothing otherwise ("nan" included).
 std::optional<double> parse_number(std::string_view text, char decimal);
+/// A number without the signs between its groups of three digits, "1,304.5" where `group` is a
+/// comma; nothing where there are none, or they stand elsewhere.
+std::optional<std::string> without_groups(std::string_view text, char group);
 /// "Load (N)" or "Load [N]" -> {"Load", "N"}; the micro sign becomes u. {name, ""} without
 /// brackets.
 std::pair<std::string, std::string> split_unit(std::string_view name);
@@ -61,9 +65,14 @@ struct TableLayout {
   char separator = ',';
   char decimal = '.';
   std::string_view comment;
-  std::vector<std::size_t> field;  ///< of each column asked for
-  std::vector<std::string> name;   ///< of each, for errors
-  bool may_end_early = false;      ///< rows with every asked field empty are no rows
+  std::vector<std::size_t> field;   ///< of each column asked for
+  std::vector<std::string> name;    ///< of each, for errors
+  bool has_groups = false;          ///< "1,304" is 1304 where the decimal sign is a point
+  std::vector<char> is_clock = {};  ///< of each, or empty
+  /// Where clocks count beyond what a double resolves: the tick that they count from, of all tables
+  /// of a file; none yet before the first.
+  std::optional<std::int64_t>* first_tick = nullptr;
+  bool may_end_early = false;  ///< rows with every asked field empty are no rows
   bool drop_invalid = false;
 };
 

@@ -1,0 +1,58 @@
+#include "libfit/recordings/formats/format_keys.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace palpate::importers {
+namespace {
+
+constexpr std::string_view kTables = "csv hdf5 matlab tdms robot-palpation",
+                           kNamedTables = "csv hdf5 matlab tdms",
+                           kDelimited = "csv robot-palpation",
+                           kTexts = "csv robot-palpation afm-workshop afmformats instron nt-mdt",
+                           kRobot = "robot-palpation",
+                           kByItself = "Leave it out: a file of this format says it itself.",
+                           kOfRobots = "Leave it out: it is of the format robot-palpation.";
+
+constexpr std::array kKeys{
+    FormatKey{"cantilever",
+              "jpk igor nanoscope afmformats afmformats-hdf5 afm-workshop nt-mdt chiaro",
+              "Leave it out. Where a column is a spring's deflection, write it times the stiffness "
+              "into a column of force."},
+    FormatKey{"columns", kTables, kByItself},
+    FormatKey{"units", kTables, kByItself},
+    FormatKey{"force_on", kTables, kByItself},
+    FormatKey{"positions", kTables, "Leave it out: recordings of this format have one axis."},
+    FormatKey{"columns.depth", kNamedTables, "Name columns.desired or columns.position."},
+    FormatKey{"columns.retract_depth", kNamedTables, kByItself},
+    FormatKey{"columns.retract_force", kNamedTables, kByItself},
+    FormatKey{"columns.force_time", kNamedTables, kByItself},
+    FormatKey{"columns.contact", kRobot, kOfRobots},
+    FormatKey{"columns.normal", kRobot, kOfRobots},
+    FormatKey{"columns.desired", kRobot, kOfRobots},
+    FormatKey{"normals", kRobot, "Leave it out, and turn `normal` around where it is outward."},
+    FormatKey{"separator", kDelimited, "Leave it out: it is of delimited text."},
+    FormatKey{"decimal", kDelimited, "Leave it out: it is of delimited text."},
+    FormatKey{"comment", kDelimited, "Leave it out: it is of delimited text."},
+    FormatKey{"encoding", kTexts, "Leave it out: it is of text."},
+};
+
+}  // namespace
+
+std::span<const FormatKey> format_keys() { return kKeys; }
+
+const FormatKey* format_key(std::string_view name) {
+  const auto row = std::ranges::find(kKeys, name, &FormatKey::name);
+  return row == kKeys.end() ? nullptr : &*row;
+}
+
+bool is_read_by(const FormatKey& key, std::string_view format) {
+  for (std::string_view rest = key.formats; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(' '), rest.size());
+    if (rest.substr(0, end) == format) return true;
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return false;
+}
+
+}  // namespace palpate::importers
