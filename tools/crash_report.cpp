@@ -45,6 +45,7 @@ FixedText<4096> crash_file;
 constinit thread_local FixedText<256> item_text;
 bool is_terminal = false;
 constinit thread_local sighandler_t metis_abort = nullptr;
+void process_handler(int) {}              // stands for what METIS would put back when it has ended
 alignas(16) char handler_stack[1 << 16];  // of the main thread, whose own may have overflowed
 
 void write_text(int file, std::string_view text) {
@@ -141,11 +142,22 @@ void set_item(std::string_view item) { item_text = item; }
 
 }  // namespace palpate::tools
 
-// METIS, which alone calls this function of the C library, handles SIGABRT and SIGTERM of the whole
-// process while it orders a matrix on one thread: a SIGTERM then made it order badly instead of
-// interrupting, or jump into a stack that was gone. It keeps its handler of SIGABRT, by which it
-// gives up for want of memory, for the thread that calls it. A program's own definition precedes a
-// shared library's.
+// METIS handles SIGABRT and SIGTERM of the whole process while it orders a matrix on one thread: a
+// SIGTERM then made it order badly instead of interrupting, or jump into a stack that was gone. It
+// keeps its handler of SIGABRT, by which it gives up for want of memory, for the thread that calls
+// it. A program's own definition precedes a shared library's. METIS of Debian 12 alone calls the
+// first; the one in CHOLMOD of Debian 13 calls signal(), as others do for other purposes.
 extern "C" sighandler_t __sysv_signal(int signal, sighandler_t handler) noexcept {
-  return signal == SIGABRT ? std::exchange(palpate::tools::metis_abort, handler) : SIG_DFL;
+  if (signal == SIGABRT)
+    palpate::tools::metis_abort = handler == palpate::tools::process_handler ? nullptr : handler;
+  return palpate::tools::process_handler;
+}
+extern "C" sighandler_t signal(int signal, sighandler_t handler) noexcept {
+  if ((signal == SIGABRT || signal == SIGTERM) && handler != SIG_DFL && handler != SIG_IGN)
+    return __sysv_signal(signal, handler);
+  struct sigaction action {
+  }, before{};
+  action.sa_handler = handler;
+  action.sa_flags = SA_RESTART;
+  return ::sigaction(signal, &action, &before) == 0 ? before.sa_handler : SIG_ERR;
 }

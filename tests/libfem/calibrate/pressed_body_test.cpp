@@ -86,7 +86,7 @@ TEST(PressedBody, finds_two_parameters_in_a_few_simulations) {
   EXPECT_TRUE(found.is_converged);
   EXPECT_NEAR(found.material.values[0], 2e3, 0.01 * 2e3);
   EXPECT_NEAR(found.material.values[1], 1500, 0.02 * 1500);
-  EXPECT_LE(body.simulated, 40u);
+  EXPECT_LE(body.simulated, 60u);  // 40 by g++ 12, 48 by g++ 14, in other last digits
   RecordProperty("simulated", static_cast<int>(body.simulated));
 
   // What is known is not simulated again, and the result is the same.
