@@ -48,9 +48,10 @@ struct Ledger {
   }
 
   /// Slips took the law's energy from before_J to after_J with the tool held: within (M10) nothing
-  /// is owed.
-  void book(double before_J, double after_J, bool has_guard) noexcept {
-    const double before = stored_J(before_J), owed = before_J - before, allowed = before + tank_J;
+  /// is owed. worked_J: done on the contact meanwhile, beside the work of the law's force.
+  void book(double before_J, double after_J, bool has_guard, double worked_J = 0) noexcept {
+    const double stored = stored_J(before_J), owed = before_J - stored;
+    const double before = stored + worked_J, allowed = before + tank_J;
     double after = after_J;
     const bool is_paid = !has_guard || after_J <= allowed + before * kEnergyNoise;
     debt_J = 0;

@@ -80,6 +80,7 @@ struct Output {
   double normal_m = 0, lateral_m = 0;  ///< dz, dr of (M2); of rings d, |q|
   ContactState state = ContactState::air;
   unsigned flags = 0;                      ///< kFlag... of mesh_surface.hpp
+  double law_share = 1;                    ///< of the law's force, what ledger and memories leave
   double stored_J = 0;                     ///< elastic energy now
   double dissipated_J = 0, refused_J = 0;  ///< running sums of the ledger
   std::int64_t refused_ticks = 0;

@@ -122,6 +122,7 @@ SlideEnd follow(const AssetView& asset, ContactPoint& at, SpotCache& cache, cons
   MeshSurface<double, kIsBall> surface(cache.corners, asset, at.triangle, at.weight, at.arm,
                                        slip_budget_m(at, step));
   auto mesh_kinematics = F::at_spot(kinematics, kinematics.spot.mesh_spot());
+  const bool slips = F::is_slipping(asset.curves, mesh_kinematics);
   const SlideEnd end = slide<F>(asset.curves, x, surface, mesh_kinematics, memory);
   at.slip_left_m = end == SlideEnd::unfinished && !surface.is_spent() ? surface.budget_m() : 0;
   at.triangle = surface.triangle();
@@ -139,7 +140,7 @@ SlideEnd follow(const AssetView& asset, ContactPoint& at, SpotCache& cache, cons
   said.flags |= surface.flags();
   if (end == SlideEnd::unfinished) said.flags |= kFlagUnfinished;
   if (end == SlideEnd::stopped) said.flags |= kFlagBlocked;
-  if (end != SlideEnd::stick) said.state = ContactState::slip;
+  if (slips) said.state = ContactState::slip;
   return end;
 }
 
@@ -253,6 +254,76 @@ void law_tangent(const AssetView& asset, const ContactPoint& at, const Decay& le
     tangent_N_m[3 + k] = force.y.v[k];
     tangent_N_m[6 + k] = force.z.v[k];
   }
+}
+
+/// Moves the anchors of a contact by `way` along the surface. The contact point follows at the next
+/// slip, as far as its friction carries it there.
+inline void drag_anchors(const AssetView& asset, Contact& contact, const Vec3d& way,
+                         const Vec3d& normal) noexcept {
+  with_family(asset.curves, [&](auto f) noexcept {
+    using F = decltype(f);
+    auto memory = F::template load<double>(contact.memory, asset.curves.relaxation);
+    F::carry(asset.curves, memory, way * -1.0, normal);
+    F::carry_rest(memory, way * -1.0, normal, false);
+    F::save(memory, contact.memory, asset.curves.relaxation);
+  });
+  contact.slip_left_m += kSlipPerStep * std::sqrt(dot(way, way));
+}
+
+/// Excess over the limit, as a share of the pull, above which a contact point counts as one that
+/// slips: a slide ends within kSlipTolerance of it.
+constexpr double kAtLimit = -1e-6;
+
+/// How the stored energy changes where the contact point of a ball and its anchors move over the
+/// surface while the ball stays (M72): the configurational force (Eshelby, Phil. Trans. A 244
+/// (1951) 87, 10.1098/rsta.1951.0016).
+struct Drift {
+  Vec3d gradient_N{0, 0, 0};  ///< along the surface
+  bool holds = false;         ///< the contact point holds: its friction is not at its limit
+};
+template <class F>
+Drift drift_of(const AssetView& asset, Contact& contact) noexcept {
+  const CurveViews& views = asset.curves;
+  const Vec3d x = make_vec3<double>(contact.tip_m) - make_vec3<double>(contact.series.aside_m);
+  MeshSurface<double, true> surface(contact.cache.corners, asset, contact.triangle, contact.weight,
+                                    contact.arm);
+  const auto standing = surface.standing();
+  Drift drift;
+  {
+    const auto memory = F::template load<double>(contact.memory, views.relaxation);
+    const auto kinematics = F::kinematics(views, standing, x, memory);
+    const auto kind = F::excess_kind(views, kinematics);
+    drift.holds = F::excess_here(views, kinematics, kind) <
+                  kAtLimit * F::excess_scale(views, kinematics, kind);
+  }
+  const Vec3d normal = standing.normal;
+  const Vec3d across = std::fabs(normal.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  const Vec3d tangent = normalized(cross(normal, across));
+  const Vec3d directions[] = {tangent, cross(normal, tangent)};
+  for (const Vec3d& direction : directions) {
+    const auto path = surface.aim(standing, direction);
+    if (path.is_blocked()) continue;
+    const auto spot = path.at(Dual(0, 1));
+    auto memory = F::template load<Dual>(contact.memory, views.relaxation);
+    const Vec3<Dual> way = spot.point - widened<Dual>(standing.point);
+    F::carry(views, memory, way, spot.normal);
+    F::carry_rest(memory, way, spot.normal, false);
+    const auto kinematics = F::kinematics(views, spot, widened<Dual>(x), memory);
+    Dual energy = F::stored_J(views, F::under(views, kinematics), kinematics, memory);
+    if (asset.sways) {  // at a given sway a softer hold stores less
+      const Vec3d force = make_vec3<double>(contact.series.force_N);
+      const double rate[3] = {value_of(path.rate[0]), value_of(path.rate[1]),
+                              value_of(path.rate[2])};
+      energy.v -= 0.5 * dot(force, compliance_at(asset, contact.triangle, rate).times(force));
+    }
+    drift.gradient_N = drift.gradient_N + direction * energy.v;
+  }
+  return drift;
+}
+/// The same for the asset's family.
+inline Drift drift_of(const AssetView& asset, Contact& contact) noexcept {
+  return with_family(asset.curves,
+                     [&](auto f) noexcept { return drift_of<decltype(f)>(asset, contact); });
 }
 
 /// K becomes eta K + eta' f f^T: the tangent of what is left of a force f that is multiplied by

@@ -164,11 +164,11 @@ SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface, Kine
                Memory& memory) noexcept {
   SlideEnd end = SlideEnd::stick;
   for (int segment = 0;; ++segment) {
+    if (F::is_out(memory)) F::let_go(views, kinematics, memory);
     const bool is_out = F::is_out(memory);
     if (!is_out && !F::is_slipping(views, kinematics)) return end;
     end = SlideEnd::unfinished;
     if (segment == kMaxSegments) break;
-    if (is_out) F::let_go(views, kinematics, memory);
     const Pull<T> pull = is_out ? pull_of(F::rest(memory)) : F::pull(kinematics);
     const auto path = surface.aim(kinematics.spot, pull.along);
     if (path.is_blocked()) {

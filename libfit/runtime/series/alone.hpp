@@ -49,8 +49,8 @@ Status tick_alone(const AssetView& asset, const SeriesContact& at, Ledger& ledge
     return Status::force_not_finite;
   }
   const Softened held = load(asset, contact, slipped.depth.normal_m, law.stored_J, Memories());
-  if (slipped.is_booked || has_memory(asset, Memories()))
-    ledger.book(slipped.before_J, held.stored_J, asset.has_guard);
+  if (slipped.is_booked || at.worked_J != 0 || has_memory(asset, Memories()))
+    ledger.book(slipped.before_J, held.stored_J, asset.has_guard, at.worked_J);
   if (is_held_too_far_back(asset, ledger, held.stored_J, slipped.depth.normal_m)) {
     ledger.close(held.stored_J);
     let_go(asset, at, true, at.x);
@@ -62,7 +62,8 @@ Status tick_alone(const AssetView& asset, const SeriesContact& at, Ledger& ledge
   describe(asset, contact, contact.cache, slipped.depth, x, said, out);
   if (ledger.debt_J > 0) out.flags |= kFlagHeldBack;
   const double share = ledger.share(held.stored_J);
-  put(law.force_N * -(share * held.share), out.force_on_tool_N);
+  out.law_share = share * held.share;
+  put(law.force_N * -out.law_share, out.force_on_tool_N);
   out.stored_J = ledger.stored_J(held.stored_J);
   if (tangent_N_m == nullptr) return Status::ok;
   scale_tangent(held.share, held.slope, law.force_N, tangent_N_m);

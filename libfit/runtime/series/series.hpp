@@ -48,7 +48,9 @@ class Series {
     couple();
     rest(ledger);
     bool is_settled = settle_slipping();
-    const bool is_booked = has_slipped() || has_memory(asset_, Memories());
+    double worked_J = 0;
+    for (int i = 0; i < count(); ++i) worked_J += member_[i].at->worked_J;
+    const bool is_booked = has_slipped() || worked_J != 0 || has_memory(asset_, Memories());
     const double before_J = is_booked ? settle_before() : 0;
     for (int i = 0; i < count() && has_tangents_; ++i) find_tangent(i, member_[i].tangent_N_m);
     if (commit()) {
@@ -57,7 +59,7 @@ class Series {
     }
     double each_J[kMaxContacts];
     const double after_J = load_all(each_J);
-    if (is_booked) ledger.book(before_J, after_J, asset_.has_guard);
+    if (is_booked) ledger.book(before_J, after_J, asset_.has_guard, worked_J);
     if (count() == 0) ledger.close(0);
     for (int i = 0; i < count(); ++i) tell(i, ledger, after_J, each_J[i], is_settled);
     if (has_tangents_) tell_tangents(ledger, after_J);
@@ -331,6 +333,7 @@ class Series {
     describe(met(i), at, at.cache, m.now.depth, m.whole, m.said, out);
     if (!is_settled) out.flags |= kFlagUnfinished;
     if (ledger.debt_J > 0) out.flags |= kFlagHeldBack;
+    out.law_share = ledger.share(all_J) * m.now.held.share;
     put(force * -ledger.share(all_J), out.force_on_tool_N);
     out.stored_J = all_J > 0 ? own_J * (ledger.stored_J(all_J) / all_J) : own_J;
   }

@@ -18,6 +18,7 @@ struct SeriesContact {
   Vec3d step{0, 0, 0};  ///< of the tool itself since the tick before
   Status status = Status::ok;
   int tool = 0;                   ///< contacts of one tool move together
+  double worked_J = 0;            ///< done on the contact beside the work of its force
   double* tangent_N_m = nullptr;  ///< of the tool, 3 x 3; null: not wanted
 };
 

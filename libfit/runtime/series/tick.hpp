@@ -24,6 +24,7 @@ struct BallTick {
   double place_m[3] = {0, 0, 0};   ///< of the tip or the ball's centre
   double radius_m = 0;             ///< 0: a tip
   int tool = 0;                    ///< balls of one tool move together
+  double worked_J = 0;             ///< done on the contact beside the work of its force
   TangentOut tangent_N_m = nullptr;
   Output out;
   Status status = Status::ok;
@@ -76,7 +77,7 @@ inline void finish(const AssetView& asset, const SeriesContact& at, const Ledger
 /// tick.
 inline Status touch_ball(const AssetView& asset, Contact& contact, const double place_m[3],
                          double radius_m, Output& out, TangentOut tangent_N_m = nullptr,
-                         double dt_s = 0) noexcept {
+                         double dt_s = 0, double worked_J = 0) noexcept {
   out.state = ContactState::air;
   out.flags = 0;
   contact.is_inside = false;
@@ -88,6 +89,7 @@ inline Status touch_ball(const AssetView& asset, Contact& contact, const double 
   at.radius_m = radius_m;
   at.x = make_vec3<double>(place_m) - make_vec3<double>(asset.origin_m);
   at.tangent_N_m = tangent_N_m;
+  at.worked_J = worked_J;
   if (is_possible_radius(radius_m)) {
     at.status = approach(asset, contact, at.x, {0, 0, 0}, radius_m, has_flow(asset, Memories()),
                          dt_s, at.step);
@@ -182,8 +184,9 @@ inline void touch_together(const AssetView& asset, TogetherMemory& together, Bal
                            int count, double dt_s = 0) noexcept {
   if (asset.coupling == nullptr) {
     for (int i = 0; i < count; ++i)
-      ball[i].status = touch_ball(met_by(asset, ball[i]), *ball[i].contact, ball[i].place_m,
-                                  ball[i].radius_m, ball[i].out, ball[i].tangent_N_m, dt_s);
+      ball[i].status =
+          touch_ball(met_by(asset, ball[i]), *ball[i].contact, ball[i].place_m, ball[i].radius_m,
+                     ball[i].out, ball[i].tangent_N_m, dt_s, ball[i].worked_J);
     return;
   }
   if (together.asset_checksum != asset.checksum) {
@@ -204,6 +207,7 @@ inline void touch_together(const AssetView& asset, TogetherMemory& together, Bal
     at[i].radius_m = b.radius_m;
     at[i].x = make_vec3<double>(b.place_m) - make_vec3<double>(asset.origin_m);
     at[i].tool = b.tool;
+    at[i].worked_J = b.worked_J;
     at[i].tangent_N_m = b.tangent_N_m;
   }
   approach_together(asset, ball, at.begin(), count, dt_s);

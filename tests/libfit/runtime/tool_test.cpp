@@ -1,86 +1,16 @@
 // A rigid tool of several balls (docs/method-tools.md, section 29): force and torque are
 // derivatives of what it stores, and no motion creates anything. Failures print the seed.
 
-#include "libfit/runtime/tool/tool.hpp"
-
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <random>
 
 #include "libfit/runtime/palpate.h"
 #include "tests/libfit/runtime/c_face.hpp"
-#include "tests/libfit/runtime/hands.hpp"
+#include "tests/libfit/runtime/capsule.hpp"
 
 namespace palpate::test {
 namespace {
-
-using runtime::ToolInput;
-using runtime::ToolOutput;
-
-constexpr double kRadius_m = 0.004, kHalf_m = 0.008;
-
-Model rings_model(bool is_round, double friction, double slope = 0) {
-  Model model = testing_hands::rings_body(is_round, friction, slope);
-  model.probe = sphere_spec(kRadius_m, friction);
-  model.curves.coupling.length_m = 0.003;
-  for (int k = 0; k < 3; ++k) {
-    model.curves.coupling.give_m_N[k] = 0.001;
-    model.curves.coupling.across_m_N[k] = 0.0005;
-  }
-  return model;
-}
-
-runtime::Pose to_pose(const Eigen::Isometry3d& pose) {
-  const Eigen::Quaterniond turn(pose.linear());
-  runtime::Pose out;
-  Vec3::Map(out.position_m) = pose.translation();
-  const double q[4] = {turn.w(), turn.x(), turn.y(), turn.z()};
-  std::copy(q, q + 4, out.orientation);
-  return out;
-}
-
-// A lying capsule: four balls along own x.
-struct Capsule {
-  Loaded loaded;
-  runtime::Tool tool;
-  ToolOutput out;
-
-  explicit Capsule(const Model& model, int balls = 4) : loaded(load(model)) {
-    tool.shape.balls = balls;
-    for (int i = 0; i < balls; ++i) {
-      tool.shape.ball[i].radius_m = kRadius_m;
-      tool.shape.ball[i].centre_m[0] = balls == 1 ? 0 : kHalf_m * (2.0 * i / (balls - 1) - 1);
-    }
-  }
-  runtime::Status tick(const Eigen::Isometry3d& pose, double dt_s = 1e-3) {
-    ToolInput in;
-    in.pose = to_pose(pose);
-    in.dt_s = dt_s;
-    return touch_tool(loaded.asset, tool, in, out);
-  }
-  Vec3 force() const { return -Vec3::Map(out.force_on_tool_N); }
-  Vec3 torque() const { return -Vec3::Map(out.torque_on_tool_Nm); }
-
-  /// What it stores after another tick, which is undone.
-  double stored_after(const Eigen::Isometry3d& pose) {
-    const runtime::Tool before = tool;
-    const ToolOutput said = out;
-    tick(pose);
-    const double stored_J = out.stored_J;
-    tool = before;
-    out = said;
-    return stored_J;
-  }
-};
-
-Eigen::Isometry3d pose_at(const Vec3& place, const Vec3& turn_rad) {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  const double angle = turn_rad.norm();
-  if (angle > 0) pose.rotate(Eigen::AngleAxisd(angle, Vec3(turn_rad / angle)));
-  pose.pretranslate(place);
-  return pose;
-}
 
 TEST(Tool, of_one_ball_that_does_not_turn_is_the_ball) {
   Capsule one(rings_model(true, 0.5, 10), 1);
@@ -145,9 +75,10 @@ TEST(Tool, force_and_torque_are_derivatives_of_what_it_stores_while_all_sticks) 
       plus = minus = here;
       plus.linear() = by * here.linear();
       minus.linear() = by.inverse() * here.linear();
+      // The coupling of contacts that roll changes by what the ledger books (M72): 0.5 %.
       EXPECT_NEAR(torque[k],
                   (capsule.stored_after(plus) - capsule.stored_after(minus)) / (2 * kStep_rad),
-                  1e-4 * torque.norm());
+                  1e-2 * torque.norm());
     }
     EXPECT_GT(torque.norm(), 1e-4);
   }
@@ -174,8 +105,9 @@ TEST(Tool, that_rolls_over_its_side_feels_no_friction) {
 // Random poses of the tool, which presses, slides, tips over and lifts.
 TEST(Tool, random_motions_create_nothing) {
   for (unsigned seed = 1; seed <= 8; ++seed) {
-    const bool is_round = seed % 2 == 0;
-    Capsule capsule(rings_model(is_round, seed % 3 == 0 ? 0.02 : 0.6, 20), 2 + int(seed) % 4);
+    const bool is_round = seed % 2 == 0, is_smooth = seed % 3 == 0;
+    const int finer = is_smooth ? 16 : 1;  // next to nothing is dissipated: the trapezoids show
+    Capsule capsule(rings_model(is_round, is_smooth ? 0.02 : 0.6, 20), 2 + int(seed) % 4);
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> share(-1, 1);
     const double top = is_round ? 0.03 : 0;
@@ -211,8 +143,8 @@ TEST(Tool, random_motions_create_nothing) {
     for (int leg = 0; leg < 8; ++leg)
       move({0.006 * share(random), 0.006 * share(random),
             top + kRadius_m - 0.001 + 0.002 * share(random)},
-           0.15 * Vec3(share(random), share(random), share(random)), 800);
-    move({0, 0, top + kRadius_m + 0.01}, turn, 1500);
+           0.15 * Vec3(share(random), share(random), share(random)), 800 * finer);
+    move({0, 0, top + kRadius_m + 0.01}, turn, 1500 * finer);
     EXPECT_EQ(capsule.out.stored_J, 0) << "seed " << seed;
     EXPECT_GT(touching, 1000) << "seed " << seed;
     EXPECT_GT(work_J, -6e-3 * in_J) << "seed " << seed;  // of the trapezoids
