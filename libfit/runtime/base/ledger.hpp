@@ -52,6 +52,11 @@ struct Ledger {
   void book(double before_J, double after_J, bool has_guard, double worked_J = 0) noexcept {
     const double stored = stored_J(before_J), owed = before_J - stored;
     const double before = stored + worked_J, allowed = before + tank_J;
+    if (!is_finite(before) || !is_finite(after_J)) {  // what has no number may store nothing
+      tank_J = 0;
+      debt_J = kMaxDebt_J;
+      return;
+    }
     double after = after_J;
     const bool is_paid = !has_guard || after_J <= allowed + before * kEnergyNoise;
     debt_J = 0;
@@ -70,7 +75,7 @@ struct Ledger {
   }
   /// Contact ends with the law's energy at law_J.
   void close(double law_J) noexcept {
-    dissipated_J += stored_J(law_J);
+    if (is_finite(law_J)) dissipated_J += stored_J(law_J);
     tank_J = debt_J = 0;
   }
 };

@@ -8,8 +8,8 @@
 #include <cstring>
 
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || \
-    defined(_M_FP_FAST)
-#error "palpate runtime: build without -ffast-math, -ffinite-math-only and /fp:fast"
+    defined(__RECIPROCAL_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST)
+#error "palpate runtime: build without -ffast-math, any of its parts, and /fp:fast"
 #endif
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF

@@ -277,24 +277,24 @@ constexpr double kAtLimit = -1e-6;
 /// How the stored energy changes where the contact point of a ball and its anchors move over the
 /// surface while the ball stays (M72): the configurational force (Eshelby, Phil. Trans. A 244
 /// (1951) 87, 10.1098/rsta.1951.0016).
-struct Drift {
+struct ConfigurationalForce {
   Vec3d gradient_N{0, 0, 0};  ///< along the surface
   bool holds = false;         ///< the contact point holds: its friction is not at its limit
 };
 template <class F>
-Drift drift_of(const AssetView& asset, Contact& contact) noexcept {
+ConfigurationalForce configurational_force(const AssetView& asset, Contact& contact) noexcept {
   const CurveViews& views = asset.curves;
   const Vec3d x = make_vec3<double>(contact.tip_m) - make_vec3<double>(contact.series.aside_m);
   MeshSurface<double, true> surface(contact.cache.corners, asset, contact.triangle, contact.weight,
                                     contact.arm);
   const auto standing = surface.standing();
-  Drift drift;
+  ConfigurationalForce by_place;
   {
     const auto memory = F::template load<double>(contact.memory, views.relaxation);
     const auto kinematics = F::kinematics(views, standing, x, memory);
     const auto kind = F::excess_kind(views, kinematics);
-    drift.holds = F::excess_here(views, kinematics, kind) <
-                  kAtLimit * F::excess_scale(views, kinematics, kind);
+    by_place.holds = F::excess_here(views, kinematics, kind) <
+                     kAtLimit * F::excess_scale(views, kinematics, kind);
   }
   const Vec3d normal = standing.normal;
   const Vec3d across = std::fabs(normal.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
@@ -316,14 +316,16 @@ Drift drift_of(const AssetView& asset, Contact& contact) noexcept {
                               value_of(path.rate[2])};
       energy.v -= 0.5 * dot(force, compliance_at(asset, contact.triangle, rate).times(force));
     }
-    drift.gradient_N = drift.gradient_N + direction * energy.v;
+    by_place.gradient_N = by_place.gradient_N + direction * energy.v;
   }
-  return drift;
+  return by_place;
 }
 /// The same for the asset's family.
-inline Drift drift_of(const AssetView& asset, Contact& contact) noexcept {
-  return with_family(asset.curves,
-                     [&](auto f) noexcept { return drift_of<decltype(f)>(asset, contact); });
+inline ConfigurationalForce configurational_force(const AssetView& asset,
+                                                  Contact& contact) noexcept {
+  return with_family(asset.curves, [&](auto f) noexcept {
+    return configurational_force<decltype(f)>(asset, contact);
+  });
 }
 
 /// K becomes eta K + eta' f f^T: the tangent of what is left of a force f that is multiplied by

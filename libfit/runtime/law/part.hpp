@@ -12,6 +12,9 @@ namespace runtime {
 
 constexpr int kMaxParts = 10;        ///< of a family: an asset's header has room for as many
 constexpr double kMaxNumber = 1e15;  ///< of what a node owns: products of a few stay finite
+constexpr double kMaxCurve_N = 1e6;  ///< of a curve: the largest cap of a tool
+/// Of a curvature, and of how a press spreads a ring [1/m]: 0.1 mm, below which no tool is felt.
+constexpr double kMaxCurvature_1_m = 1e4;
 
 /// What of a node is known before any fit.
 enum class Known {
@@ -35,8 +38,8 @@ struct Part {
 };
 
 /// A curve of force over depth or deflection that is zero at zero and never falls.
-constexpr Part rising_curve(const char* name) noexcept {
-  return {name, "N", 0, 1, 1, 0, true, true, 0, kMaxNumber};
+constexpr Part rising_curve(const char* name, double max_N = kMaxCurve_N) noexcept {
+  return {name, "N", 0, 1, 1, 0, true, true, 0, max_N};
 }
 
 /// Whether `controls` control values of a part are admissible numbers; where a node does not

@@ -237,7 +237,7 @@ struct OneAnchor {
 struct Separable : OneAnchor<Separable> {
   static constexpr const char* kName = "separable";
   static constexpr Part kPart[] = {rising_curve("normal"), rising_curve("lateral"),
-                                   rising_curve("limit")};
+                                   rising_curve("limit", kMaxNumber)};  // friction without bounds
 
   template <class T, class Spot>
   static Deflection<T> deflection(const CurveViews&, const Spot& spot, const Vec3<T>& x,

@@ -257,13 +257,13 @@ class ToolTick {
     Contact& contact = tool_->contact[i];
     if (ball_[i].out.state == ContactState::air) rolling = Rolling();
     if (ball_[i].out.state == ContactState::air || !(rolled_m > 0 || rolling.followed > 0)) return;
-    const Drift drift = drift_of(met_by(*asset_, ball_[i]), contact);
+    const ConfigurationalForce by_place = configurational_force(met_by(*asset_, ball_[i]), contact);
     const double reach_m = contact.arm.reach_m, onset_m = kRollOnset * reach_m;
     const double fresh = rolled_m < onset_m ? rolled_m / onset_m : 1;
-    const double wanted = drift.holds ? rolling.followed + fresh : rolling.followed - fresh;
+    const double wanted = by_place.holds ? rolling.followed + fresh : rolling.followed - fresh;
     rolling.followed = wanted > 1 ? 1 : wanted > 0 ? wanted : 0;
     const Vec3d lever = make_vec3<double>(ball_[i].out.normal) * reach_m;
-    put(cross(lever, drift.gradient_N) * (rolling.followed * ball_[i].out.law_share),
+    put(cross(lever, by_place.gradient_N) * (rolling.followed * ball_[i].out.law_share),
         rolling.torque_Nm);
   }
   void place(int i, int number) noexcept {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <numbers>
 
 #include "tests/libfit/runtime/models.hpp"
@@ -121,6 +122,18 @@ TEST(energy, the_guard_never_acts_where_friction_suffices) {
   EXPECT_GT(soft_to_stiff_work_J(0.05, true, &contact), 0);
   EXPECT_EQ(contact.ledger.refused_ticks, 0);
   EXPECT_EQ(contact.ledger.refused_J, 0);
+}
+
+// A damaged asset's energies once made the sums NaN for good.
+TEST(energy, that_is_no_number_leaves_the_sums_numbers_and_no_force) {
+  runtime::Ledger ledger;
+  ledger.book(2e-3, 1e-3, true);
+  const double dissipated_J = ledger.dissipated_J;
+  ledger.book(std::numeric_limits<double>::quiet_NaN(), 1e-3, true);
+  EXPECT_EQ(ledger.dissipated_J, dissipated_J);
+  EXPECT_EQ(ledger.share(1e-3), 0);
+  ledger.close(std::numeric_limits<double>::infinity());
+  EXPECT_EQ(ledger.dissipated_J, dissipated_J);
 }
 
 TEST(energy, slips_never_raise_what_is_stored_and_laid_by) {
