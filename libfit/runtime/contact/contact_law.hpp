@@ -156,8 +156,9 @@ struct Slipped {
 
 /// The contact at x lets its contact point slide, then lets go or answers: the order matters (no
 /// pop at lift-off). Where the body relaxes half of the tick's time passes first (M47). from: where
-/// the spot of `at` is cached; to: where that of the new one is. step: of the tool, as the law sees
-/// it.
+/// the spot of `at` is cached; to: where that of the new one is. step: of the tool
+/// itself, also where the body sways: a contact point goes no farther at a tick because the body
+/// gave way.
 template <class F, bool kIsBall, class Memory>
 Slipped slip(const AssetView& asset, ContactPoint& at, SpotCache& from, SpotCache& to,
              const Decay& left, const Vec3d& x, const Vec3d& step, Memory& memory,

@@ -214,7 +214,7 @@ class Series {
       using F = decltype(f);
       auto memory = F::template load<double>(from.memory, relaxation_);
       trial.slipped = slip<F, is_ball>(met(i), trial.at, from.cache, trial.cache, from.left, y,
-                                       y - member_[i].before, memory, trial.said);
+                                       member_[i].at->step, memory, trial.said);
       F::save(memory, trial.at.memory, relaxation_);
     });
     const Answer<double>& law = trial.slipped.law;
@@ -351,8 +351,8 @@ class Series {
   void find_tangent(int i, double K[9]) noexcept {
     with_law_of(i, [&](auto f, auto is_ball) noexcept {
       const Member& m = member_[i];
-      law_tangent<decltype(f), is_ball>(met(i), contact(i), contact(i).left, m.now.seen,
-                                        m.now.seen - m.before, K);
+      law_tangent<decltype(f), is_ball>(met(i), contact(i), contact(i).left, m.now.seen, m.at->step,
+                                        K);
       scale_tangent(m.now.held.share, m.now.held.slope, trial_[i].slipped.law.force_N, K);
     });
   }
