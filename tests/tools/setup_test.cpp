@@ -118,6 +118,27 @@ TEST(New, divides_a_window_of_twelve_triangles_and_check_takes_it) {
   EXPECT_EQ(content_of(folder / "s.divided.off"), mine);
 }
 
+// A modelling program's cube, one vertex off by the last digit: dividing its sides leaves lengths
+// of 1e-39 m and less where 0 is meant, which the reader took for misread bytes and blamed on the
+// file.
+TEST(New, writes_no_length_that_its_reader_refuses) {
+  const Folder folder;
+  folder.write("block.obj",
+               "v 50 -50 -50\nv 50 -50 50\nv -50 -50 50\nv -50 -50 -50\nv 50 50 -49.9999\n"
+               "v 49.9999 50 50.0001\nv -50 50 50\nv -50 50 -50\n"
+               "f 2 4 1\nf 8 6 5\nf 5 2 1\nf 6 3 2\nf 3 8 4\nf 1 8 5\nf 2 3 4\nf 8 7 6\n"
+               "f 5 6 2\nf 6 7 3\nf 3 7 8\nf 1 4 8\n");
+  for (const std::string unit : {"mm", "m"})
+    for (const std::string side : {"-x", "+x", "-y", "+y", "-z", "+z"}) {
+      const std::string scene = (folder / (unit + side + ".toml")).string();
+      const Outcome made =
+          palpate(folder, "new " + (folder / "block.obj").string() + " -o " + scene + " --unit " +
+                              unit + " --held=" + side + " </dev/null");
+      EXPECT_EQ(made.status, 0) << unit << side << made.err;
+      EXPECT_NE(made.err.find("100 x 100 x 100 " + unit), std::string::npos) << made.err;
+    }
+}
+
 TEST(New, doubts_the_unit_and_proposes_nothing_that_check_refuses) {
   const Folder folder;
   folder.write("block.off", block_off(8));
