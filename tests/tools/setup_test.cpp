@@ -1,5 +1,6 @@
 // What `new` proposes of meshes that are coarse, of another unit, or open: `check` takes it.
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -137,6 +138,38 @@ TEST(New, writes_no_length_that_its_reader_refuses) {
       EXPECT_EQ(made.status, 0) << unit << side << made.err;
       EXPECT_NE(made.err.find("100 x 100 x 100 " + unit), std::string::npos) << made.err;
     }
+}
+
+// A block and one in it, both outward or the inner one inward, as OFF in mm.
+std::string nested_off(bool is_cavity) {
+  const Surface outer = coarse_block(80, 80, 80), inner = coarse_block(30, 30, 30);
+  std::string text = "OFF\n16 24 0\n";
+  for (const auto& p : outer.vertices.rowwise())
+    text += fmt::format("{} {} {}\n", p[0], p[1], p[2]);
+  for (const auto& p : inner.vertices.rowwise())
+    text += fmt::format("{} {} {}\n", p[0] + 25, p[1] + 25, p[2] + 25);
+  for (const auto& t : outer.triangles.rowwise())
+    text += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
+  for (const auto& t : inner.triangles.rowwise())
+    text += is_cavity ? fmt::format("3 {} {} {}\n", t[0] + 8, t[2] + 8, t[1] + 8)
+                      : fmt::format("3 {} {} {}\n", t[0] + 8, t[1] + 8, t[2] + 8);
+  return text;
+}
+
+TEST(New, says_of_a_shell_inside_whether_it_is_a_cavity_and_that_none_floats) {
+  const Folder folder;
+  for (const bool is_cavity : {false, true}) {
+    folder.write("nested.off", nested_off(is_cavity));
+    const Outcome made = palpate(folder, "new " + (folder / "nested.off").string() + " -o " +
+                                             (folder / (is_cavity ? "c.toml" : "s.toml")).string() +
+                                             " --unit mm </dev/null");
+    EXPECT_EQ(made.status, 0) << made.err;
+    EXPECT_NE(made.err.find(is_cavity ? "it has 1 cavity" : "so the body is solid there"),
+              std::string::npos)
+        << made.err;
+    EXPECT_NE(made.err.find(is_cavity ? ", 0.485 l" : ", 0.512 l"), std::string::npos) << made.err;
+    EXPECT_EQ(made.err.find("float away"), std::string::npos) << made.err;
+  }
 }
 
 TEST(New, doubts_the_unit_and_proposes_nothing_that_check_refuses) {

@@ -65,6 +65,9 @@ class New final : public Command {
     arguments.option("--held SIDE", choices_.held,
                      "Side that the body rests on: -x, +x, -y, +y, -z or +z; without it the "
                      "flattest");
+    arguments.flag("--wrap", choices_.wrap,
+                   "Wrap a mesh that cannot be mended, though that moves its surface by more than "
+                   "2 % of its diagonal");
     arguments.flag("--path", is_path_,
                    "Write a path for `replay` instead: down on the middle of the asset's window, a "
                    "press, a slide, a lift");
@@ -116,7 +119,8 @@ class New final : public Command {
       throw Error("--path", "makes another file than --recordings", "Give one of them.");
     const std::pair<const char*, bool> of_scenes[] = {{"--unit", !choices_.unit.empty()},
                                                       {"--tissue", !tissue_.empty()},
-                                                      {"--held", !choices_.held.empty()}};
+                                                      {"--held", !choices_.held.empty()},
+                                                      {"--wrap", choices_.wrap}};
     for (const auto& [option, is_given] : of_scenes)
       if (is_given)
         throw Error(option,
