@@ -76,7 +76,7 @@ Mesh read_raw(const std::filesystem::path& path, std::span<const Format<Mesh>> f
                 "'" + extension + "' is " +
                     (find_format(extension, others) ? std::string("a format of ") + other_place
                                                     : "no mesh format that is known here"),
-                "Known here: " + list_formats(formats) + ".");
+                "Known: " + list_formats(formats) + ".");
   const std::string bytes = mesh_read::load_file(path);
   Cursor file(bytes, path.string());
   Mesh mesh = format->read(file, labels);

@@ -34,19 +34,19 @@ class SurfaceParts {
 
   // How each component is to be turned, and whether it bounds the body at all. A shell inside the
   // body that points as the body's own surface does has the body on both its sides.
-  struct Role {
+  struct PartRole {
     bool is_turned = false;
     bool is_cavity = false;
     bool is_inside = false;  // bounds nothing
   };
-  std::vector<Role> roles() const {
+  std::vector<PartRole> roles() const {
     std::vector<std::vector<std::size_t>> around(parts_.size());
     for (std::size_t p = 0; p < parts_.size(); ++p) around[p] = parts_around(p);
     std::vector<std::size_t> outside_in(parts_.size());
     std::iota(outside_in.begin(), outside_in.end(), std::size_t{0});
     const auto depth = [&](std::size_t p) { return around[p].size(); };
     std::ranges::stable_sort(outside_in, {}, depth);
-    std::vector<Role> roles(parts_.size());
+    std::vector<PartRole> roles(parts_.size());
     std::vector<char> is_solid(parts_.size(), 1);  // just inside of each
     for (const std::size_t p : outside_in) {
       if (parts_[p].volume_m3 == 0) continue;
