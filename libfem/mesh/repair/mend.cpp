@@ -234,15 +234,16 @@ Mended mend(const Surface& surface, const MendOptions& options, const std::strin
   return mended;
 }
 
-// What a wrap goes around: the surface with its holes filled where they can be, for a wrap goes
-// into every opening wider than alpha and makes a shell of the body.
+// What a wrap goes around: the surface without its stray parts and with its holes filled where they
+// can be, for a wrap goes into every opening wider than alpha and makes a shell of the body.
 Surface with_lids(const Surface& surface, const MendOptions& options, const std::string& where,
                   Changes& changes) {
   try {
     Changes settling;
     const Soup soup = settled_soup(surface, options, where, settling);
     const Surface settled = repair::to_surface(soup.points, soup.faces);
-    if (surface_facts(settled).border_edges == 0) return surface;
+    changes.insert(changes.end(), settling.begin(), settling.end());
+    if (surface_facts(settled).border_edges == 0) return settled;
     const repair::FilledHoles holes = repair::fill_holes(settled);
     changes.push_back("filled " + counted(holes.filled, "hole", "holes") + " (widest " +
                       millimetres(holes.widest_m) + ") first" +

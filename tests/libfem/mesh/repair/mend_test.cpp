@@ -342,6 +342,16 @@ TEST(Mend, wrapping_makes_one_body_of_two_through_each_other_and_tells_the_dista
   EXPECT_NEAR(surface_facts(mended.surface).volume_m3 / both, 1, 0.05);
 }
 
+TEST(Mend, a_wrap_leaves_stray_facets_out) {
+  const Surface two = together(ball(0.05), ball(0.05, {0.04, 0, 0}));
+  const Mended mended =
+      mend_surface(with_triangle(two, {0, 0, 0.1}, {0.01, 0, 0.1}, {0, 0.01, 0.1}),
+                   {.wrap = true, .wrap_alpha_m = 0.006}, "body.obj");
+  EXPECT_TRUE(mended.is_wrapped);
+  EXPECT_TRUE(says(all_changes(mended), "dropped 1 stray triangle"));
+  EXPECT_LT(mended.surface.vertices.col(2).maxCoeff(), 0.052);
+}
+
 // n x n squares in the plane z = 0.
 Surface sheet(double edge_m, int n) {
   Surface flat{Points((n + 1) * (n + 1), 3), Triangles(2 * n * n, 3)};
