@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "libfem/mesh/repair/soup.hpp"
+#include "libfit/core/closest_point.hpp"
 
 namespace palpate::repair {
 namespace {
@@ -73,9 +74,25 @@ class SurfaceParts {
     const Vec3 point = soup_.points[static_cast<std::size_t>(parts_[p].faces.front()[0])];
     for (std::size_t other = 0; other < parts_.size(); ++other)
       if (other != p && parts_[other].box.contains(parts_[p].box) &&
-          std::abs(winding_number(parts_[other], point)) > 0.5)
+          std::abs(winding_number(parts_[other], point)) > 0.5 &&
+          !has_edge_through(parts_[p], parts_[other]) &&
+          !has_edge_through(parts_[other], parts_[p]))
         around.push_back(other);
     return around;
+  }
+
+  bool has_edge_through(const SurfacePart& edges_of, const SurfacePart& part) const {
+    std::vector<Vec3> points = soup_.points;
+    points.insert(points.end(), part.points.begin(), part.points.end());
+    const Surface surface = to_surface(points, part.faces);
+    const BoxTree boxes = triangle_boxes(surface);
+    for (const Triangle& face : edges_of.faces)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 from = at(edges_of, face[k]), along = at(edges_of, face[(k + 1) % 3]) - from;
+        const auto hit = ray_distance_m(surface, boxes, from, along.normalized(), 0);
+        if (hit && *hit <= along.norm()) return true;
+      }
+    return false;
   }
 
   Vec3 at(const SurfacePart& part, std::int32_t v) const {

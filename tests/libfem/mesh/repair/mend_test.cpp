@@ -127,6 +127,16 @@ TEST(Mend, shells_in_shells_are_body_or_cavity_by_the_side_they_point_to) {
   }
 }
 
+TEST(Mend, a_piece_that_begins_inside_and_comes_out_through_the_wall_is_not_left_out) {
+  // A block with a pit, and a bar from its depth that goes out through the pit.
+  Surface block = box(0.1, Vec3::Zero(), 10);
+  for (auto p : block.vertices.rowwise())
+    if (p[2] > 0.099 && std::abs(p[0] - 0.05) < 0.025 && std::abs(p[1] - 0.05) < 0.025) p[2] = 0.05;
+  const Surface bar = box(0.0171, {0.0413, 0.0422, 0.0437}, 2);
+  const std::string text = refusal(together(block, bar));
+  EXPECT_TRUE(says(text, "crosses itself") || says(text, "moves the rest of the surface")) << text;
+}
+
 TEST(Mend, what_is_turned_in_a_cavity_is_said_to_be_turned_inward) {
   Surface both = together(ball(0.1), turned(ball(0.04)));
   for (const Eigen::Index f : {Eigen::Index{0}, both.triangles.rows() - 1})
