@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 #include "libfem/mesh/repair/soup.hpp"
 #include "libfit/core/closest_point.hpp"
@@ -41,8 +42,7 @@ class SurfaceParts {
     bool is_inside = false;  // bounds nothing
   };
   std::vector<PartRole> roles() const {
-    std::vector<std::vector<std::size_t>> around(parts_.size());
-    for (std::size_t p = 0; p < parts_.size(); ++p) around[p] = parts_around(p);
+    const std::vector<std::vector<std::size_t>> around = parts_around();
     std::vector<std::size_t> outside_in(parts_.size());
     std::iota(outside_in.begin(), outside_in.end(), std::size_t{0});
     const auto depth = [&](std::size_t p) { return around[p].size(); };
@@ -69,28 +69,59 @@ class SurfaceParts {
   std::size_t of_face(std::size_t face) const { return of_face_.of_face[face]; }
 
  private:
-  std::vector<std::size_t> parts_around(std::size_t p) const {
-    std::vector<std::size_t> around;
-    const Vec3 point = soup_.points[static_cast<std::size_t>(parts_[p].faces.front()[0])];
-    for (std::size_t other = 0; other < parts_.size(); ++other)
-      if (other != p && parts_[other].box.contains(parts_[p].box) &&
-          std::abs(winding_number(parts_[other], point)) > 0.5 &&
-          !has_edge_through(parts_[p], parts_[other]) &&
-          !has_edge_through(parts_[other], parts_[p]))
-        around.push_back(other);
+  // The parts that each lies in, whole.
+  std::vector<std::vector<std::size_t>> parts_around() const {
+    std::vector<std::vector<std::size_t>> around(parts_.size());
+    for (std::size_t outer = 0; outer < parts_.size(); ++outer) {
+      std::optional<TriangleTree> walls;  // made once, and only for parts with others in their box
+      for (std::size_t p = 0; p < parts_.size(); ++p) {
+        const Vec3 point = soup_.points[static_cast<std::size_t>(parts_[p].faces.front()[0])];
+        if (p == outer || !parts_[outer].box.contains(parts_[p].box) ||
+            !(std::abs(winding_number(parts_[outer], point)) > 0.5))
+          continue;
+        if (!walls) walls.emplace(tree_of(parts_[outer]));
+        if (!has_edge_through(parts_[p], *walls, parts_[outer].box) &&
+            !has_edge_through(parts_[outer], tree_of(parts_[p]), parts_[p].box))
+          around[p].push_back(outer);
+      }
+    }
     return around;
   }
 
-  bool has_edge_through(const SurfacePart& edges_of, const SurfacePart& part) const {
+  struct TriangleTree {
+    Surface surface;
+    BoxTree boxes;
+  };
+  TriangleTree tree_of(const SurfacePart& part) const {
     std::vector<Vec3> points = soup_.points;
     points.insert(points.end(), part.points.begin(), part.points.end());
-    const Surface surface = to_surface(points, part.faces);
-    const BoxTree boxes = triangle_boxes(surface);
-    for (const Triangle& face : edges_of.faces)
+    TriangleTree tree{to_surface(points, part.faces), {}};
+    tree.boxes = triangle_boxes(tree.surface);
+    return tree;
+  }
+
+  // box: of what is in the tree.
+  bool has_edge_through(const SurfacePart& part, const TriangleTree& tree,
+                        const Eigen::AlignedBox3d& box) const {
+    for (const Triangle& face : part.faces)
       for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3 from = at(edges_of, face[k]), along = at(edges_of, face[(k + 1) % 3]) - from;
-        const auto hit = ray_distance_m(surface, boxes, from, along.normalized(), 0);
-        if (hit && *hit <= along.norm()) return true;
+        const Vec3 from = at(part, face[k]), to = at(part, face[(k + 1) % 3]);
+        Eigen::AlignedBox3d edge(from);
+        if (!edge.extend(to).intersects(box)) continue;
+        const double length_m = (to - from).norm();
+        bool is_through = false;
+        const auto comes_near = [&](const Vec3& centre, double half_diagonal_m) {
+          return !is_through && (centre - (from + to) / 2).norm() <= half_diagonal_m + length_m / 2;
+        };
+        tree.boxes.visit_where(comes_near, [&](std::int32_t f) {
+          const auto corner = [&](int i) {
+            return Vec3(tree.surface.vertices.row(tree.surface.triangles(f, i)));
+          };
+          const double hit_m =
+              ray_hit_m(from, (to - from) / length_m, corner(0), corner(1), corner(2));
+          is_through |= hit_m >= 0 && hit_m <= length_m;
+        });
+        if (is_through) return true;
       }
     return false;
   }
@@ -149,8 +180,6 @@ class SurfaceParts {
 // bent ones some 1e-5; a gall bladder beside its liver 0.01. Half and twice: 0.08 and 0.13 of the
 // length.
 constexpr double kLeastPiece = 1e-3;
-
-std::string of_volume(double volume_m3) { return number(1e6 * volume_m3) + " ml"; }
 
 }  // namespace
 
@@ -222,17 +251,23 @@ void orient_outward(Soup& soup, Changes& changes) {
     changes.push_back("turned " + counted(outward, "triangle", "triangles") + " outward");
   if (inward > 0)
     changes.push_back("turned " + counted(inward, "triangle", "triangles") + " of a cavity inward");
-  for (std::size_t p = 0; p < roles.size(); ++p)
-    if (roles[p].is_inside)
-      changes.push_back(
-          "left out a shell inside the body (" +
-          counted(static_cast<std::int64_t>(parts.of_number(p).faces.size()), "triangle",
-                  "triangles") +
-          ", " + of_volume(std::abs(parts.of_number(p).volume_m3)) + ", at " +
-          coordinates(parts.of_number(p).box.center()) +
-          "): it points outward as the body's own surface does, so the body is solid there. For a "
-          "lesion name it in a file of its own by inside = in [[inclusion]]; for a cavity turn it "
-          "inward");
+  std::int64_t shells = 0, triangles = 0;
+  double volume_m3 = 0;
+  std::string at;
+  for (std::size_t p = 0; p < roles.size(); ++p) {
+    if (!roles[p].is_inside) continue;
+    const SurfacePart& shell = parts.of_number(p);
+    if (shells++ == 0) at = coordinates(shell.box.center());
+    triangles += static_cast<std::int64_t>(shell.faces.size());
+    volume_m3 += std::abs(shell.volume_m3);
+  }
+  if (shells > 0)
+    changes.push_back(
+        "left out " + counted(shells, "shell", "shells") + " inside the body (" +
+        counted(triangles, "triangle", "triangles") + ", " + number(1e6 * volume_m3) + " ml, " +
+        (shells > 1 ? "the first at " : "at ") + at +
+        "), pointing outward as the body's own surface does: the body is solid there. For a lesion "
+        "name it in a file of its own by inside = in [[inclusion]]; for a cavity turn it inward");
   keep_faces(soup, keep);
 }
 

@@ -103,7 +103,7 @@ TEST(Mend, a_shell_inside_the_body_is_a_cavity_only_where_it_points_against_the_
       EXPECT_NEAR(facts.volume_m3, solid - (is_cavity ? hollow : 0), 1e-12);
       EXPECT_EQ(facts.cavities, is_cavity ? 1 : 0);
       const std::string text = all_changes(mended);
-      EXPECT_EQ(text.find("left out a shell inside the body") == std::string::npos, is_cavity);
+      EXPECT_EQ(text.find("left out 1 shell inside the body") == std::string::npos, is_cavity);
       if (!is_cavity) {
         EXPECT_TRUE(says(text, number(1e6 * hollow) + " ml, at (") &&
                     says(text, "inside = in [[inclusion]]"));
