@@ -1,5 +1,6 @@
 // What `new` proposes of meshes that are coarse, of another unit, or open: `check` takes it.
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -116,6 +117,59 @@ TEST(New, divides_a_window_of_twelve_triangles_and_check_takes_it) {
   const std::string mine = content_of(folder / "s.divided.off");
   EXPECT_EQ(anew().status, 1);
   EXPECT_EQ(content_of(folder / "s.divided.off"), mine);
+}
+
+// A modelling program's cube, one vertex off by the last digit: dividing its sides leaves lengths
+// of 1e-39 m and less where 0 is meant, which the reader took for misread bytes and blamed on the
+// file.
+TEST(New, writes_no_length_that_its_reader_refuses) {
+  const Folder folder;
+  folder.write("block.obj",
+               "v 50 -50 -50\nv 50 -50 50\nv -50 -50 50\nv -50 -50 -50\nv 50 50 -49.9999\n"
+               "v 49.9999 50 50.0001\nv -50 50 50\nv -50 50 -50\n"
+               "f 2 4 1\nf 8 6 5\nf 5 2 1\nf 6 3 2\nf 3 8 4\nf 1 8 5\nf 2 3 4\nf 8 7 6\n"
+               "f 5 6 2\nf 6 7 3\nf 3 7 8\nf 1 4 8\n");
+  for (const std::string unit : {"mm", "m"})
+    for (const std::string side : {"-x", "+x", "-y", "+y", "-z", "+z"}) {
+      const std::string scene = (folder / (unit + side + ".toml")).string();
+      const Outcome made =
+          palpate(folder, "new " + (folder / "block.obj").string() + " -o " + scene + " --unit " +
+                              unit + " --held=" + side + " </dev/null");
+      EXPECT_EQ(made.status, 0) << unit << side << made.err;
+      EXPECT_NE(made.err.find("100 x 100 x 100 " + unit), std::string::npos) << made.err;
+    }
+}
+
+// A block and one in it, both outward or the inner one inward, as OFF in mm.
+std::string nested_off(bool is_cavity) {
+  const Surface outer = coarse_block(80, 80, 80), inner = coarse_block(30, 30, 30);
+  std::string text = "OFF\n16 24 0\n";
+  for (const auto& p : outer.vertices.rowwise())
+    text += fmt::format("{} {} {}\n", p[0], p[1], p[2]);
+  for (const auto& p : inner.vertices.rowwise())
+    text += fmt::format("{} {} {}\n", p[0] + 25, p[1] + 25, p[2] + 25);
+  for (const auto& t : outer.triangles.rowwise())
+    text += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
+  for (const auto& t : inner.triangles.rowwise())
+    text += is_cavity ? fmt::format("3 {} {} {}\n", t[0] + 8, t[2] + 8, t[1] + 8)
+                      : fmt::format("3 {} {} {}\n", t[0] + 8, t[1] + 8, t[2] + 8);
+  return text;
+}
+
+TEST(New, says_of_a_shell_inside_whether_it_is_a_cavity_and_that_none_floats) {
+  const Folder folder;
+  for (const bool is_cavity : {false, true}) {
+    folder.write("nested.off", nested_off(is_cavity));
+    const Outcome made = palpate(folder, "new " + (folder / "nested.off").string() + " -o " +
+                                             (folder / (is_cavity ? "c.toml" : "s.toml")).string() +
+                                             " --unit mm </dev/null");
+    EXPECT_EQ(made.status, 0) << made.err;
+    EXPECT_NE(made.err.find(is_cavity ? "it has 1 cavity" : "the body is solid there"),
+              std::string::npos)
+        << made.err;
+    EXPECT_NE(made.err.find(is_cavity ? ", 0.485 l" : ", 0.512 l"), std::string::npos) << made.err;
+    EXPECT_EQ(made.err.find("float away"), std::string::npos) << made.err;
+  }
 }
 
 TEST(New, doubts_the_unit_and_proposes_nothing_that_check_refuses) {

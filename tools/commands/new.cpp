@@ -8,7 +8,6 @@
 #include "libfem/mesh/read/read.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/text.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -26,12 +25,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The text of an OFF file in metres that reads back as the same doubles.
+// The text of an OFF file in metres, to 1 fm: 1e-14 of an organ, and 1e-6 of the smallest body that
+// is read. With all digits of a double, the division's roundoff can be below the 1.2e-38 that a
+// reader takes.
 std::string off_text(const Surface& surface) {
   std::string text = "OFF\n" + std::to_string(surface.vertices.rows()) + " " +
                      std::to_string(surface.triangles.rows()) + " 0\n";
   for (const auto& p : surface.vertices.rowwise())
-    text += to_text(p[0]) + " " + to_text(p[1]) + " " + to_text(p[2]) + "\n";
+    text += fmt::format("{:.15f} {:.15f} {:.15f}\n", p[0], p[1], p[2]);
   for (const auto& t : surface.triangles.rowwise())
     text += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) +
             "\n";
@@ -64,6 +65,9 @@ class New final : public Command {
     arguments.option("--held SIDE", choices_.held,
                      "Side that the body rests on: -x, +x, -y, +y, -z or +z; without it the "
                      "flattest");
+    arguments.flag("--wrap", choices_.wrap,
+                   "Wrap a mesh that cannot be mended, though that moves its surface by more than "
+                   "2 % of its diagonal");
     arguments.flag("--path", is_path_,
                    "Write a path for `replay` instead: down on the middle of the asset's window, a "
                    "press, a slide, a lift");
@@ -115,7 +119,8 @@ class New final : public Command {
       throw Error("--path", "makes another file than --recordings", "Give one of them.");
     const std::pair<const char*, bool> of_scenes[] = {{"--unit", !choices_.unit.empty()},
                                                       {"--tissue", !tissue_.empty()},
-                                                      {"--held", !choices_.held.empty()}};
+                                                      {"--held", !choices_.held.empty()},
+                                                      {"--wrap", choices_.wrap}};
     for (const auto& [option, is_given] : of_scenes)
       if (is_given)
         throw Error(option,

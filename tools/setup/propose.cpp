@@ -11,6 +11,7 @@
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/core/units.hpp"
 #include "tools/scene/region.hpp"
 #include "tools/scene/tissues.hpp"
@@ -28,14 +29,20 @@ constexpr int kFewVertices = 40;
 constexpr double kDividedEdge = 0.3;
 
 // wrap_m: what it was wrapped with, 0 where it was closed without.
-Mended mended(const Surface& surface, const std::string& mesh, double& wrap_m) {
+Mended mended(const Surface& surface, const std::string& mesh, bool may_move, double& wrap_m) {
   try {
     return mend_surface(surface, {}, mesh);
-  } catch (const Error&) {
+  } catch (const Error& error) {
     MendOptions options;
     options.wrap = true;
-    options.wrap_alpha_m = wrap_m = rounded_m(extent_m(surface.vertices).norm() * kWrapShare);
-    return mend_surface(surface, options, mesh);
+    const double diagonal_m = extent_m(surface.vertices).norm();
+    options.wrap_alpha_m = wrap_m = rounded_m(diagonal_m * kWrapShare);
+    Mended wrapped = mend_surface(surface, options, mesh);
+    if (wrapped.moved_m <= kMostMoved * diagonal_m || may_move) return wrapped;
+    throw Error(mesh,
+                fmt::format("{}, and a wrap moves its surface by {}, more than {} of its diagonal",
+                            error.fact(), millimetres(wrapped.moved_m), percent(kMostMoved, 0)),
+                "Repair it in a mesh editor, or have it wrapped all the same with --wrap.");
   }
 }
 
@@ -213,15 +220,18 @@ ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in
   ProposedScene scene;
   Surface scaled = in_file;
   scaled.vertices *= unit_m;
-  Mended closed = mended(scaled, mesh.string(), body.wrap_m);
+  Mended closed = mended(scaled, mesh.string(), choices.wrap, body.wrap_m);
   scene.surface = std::move(closed.surface);
   body.facts = surface_facts(scene.surface);
   for (const std::string& change : closed.changes) scene.notes.push_back("mended: " + change);
   scene.notes.push_back(fmt::format("in {} it measures {}", body.unit,
                                     size_in_words(body.facts.extent_m, body.facts.volume_m3)));
-  if (body.facts.components > 1)
-    scene.notes.push_back(fmt::format(
-        "it has {} pieces; those that touch nothing held will float away", body.facts.components));
+  const std::int64_t pieces = body.facts.components - body.facts.cavities;
+  if (body.facts.cavities > 0)
+    scene.notes.push_back("it has " + counted(body.facts.cavities, "cavity", "cavities"));
+  if (pieces > 1)
+    scene.notes.push_back(
+        fmt::format("it has {} pieces; those that touch nothing held will float away", pieces));
   for (const auto& doubt : {doubt_of_size(extent, unit_m), doubt_of_lid(scaled, closed.changes)})
     if (doubt) scene.warnings.push_back(*doubt);
 

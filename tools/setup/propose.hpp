@@ -12,6 +12,7 @@ namespace palpate::tools {
 struct SceneChoices {
   std::string unit{};  ///< "mm", or a length such as "110 mm"
   std::string tissue = "liver";
+  bool wrap = false;   ///< whether a wrap may move the surface by more than kMostMoved
   std::string held{};  ///< side that is fixed: -x, +x, -y, +y, -z or +z
   /// What the scene calls the surface where it had to be divided.
   std::filesystem::path divided_mesh = "divided.off";

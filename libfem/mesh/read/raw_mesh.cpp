@@ -87,6 +87,32 @@ double relative_volume(const std::vector<Vec3>& points, const TetIds& tet) {
   return a.cross(b).dot(c) / 6;
 }
 
+// Drops tets with the corners of an earlier one, in whatever order.
+void drop_duplicates(RawTetMesh& raw, TetReadNotes& notes) {
+  std::vector<std::pair<TetIds, std::size_t>> sorted(raw.tets.size());
+  for (std::size_t t = 0; t < sorted.size(); ++t) {
+    sorted[t] = {raw.tets[t], t};
+    std::ranges::sort(sorted[t].first);
+  }
+  std::ranges::sort(sorted);
+  std::vector<char> is_duplicate(sorted.size(), 0);
+  for (std::size_t i = 1; i < sorted.size(); ++i)
+    is_duplicate[sorted[i].second] = sorted[i].first == sorted[i - 1].first;
+  std::vector<std::int64_t> dropped;
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < sorted.size(); ++t) {
+    if (is_duplicate[t]) {
+      dropped.push_back(raw.tet_id[t]);
+      continue;
+    }
+    raw.tets[kept] = raw.tets[t];
+    raw.tet_id[kept++] = raw.tet_id[t];
+  }
+  raw.tets.resize(kept);
+  raw.tet_id.resize(kept);
+  notes.duplicate_tets = list_of(dropped);
+}
+
 std::vector<TetIds> turned_positive(const RawTetMesh& raw, const std::string& where,
                                     TetReadNotes& notes) {
   std::vector<TetIds> tets = raw.tets;
@@ -158,8 +184,9 @@ void refuse_overlaps(const RawTetMesh& raw, const std::vector<TetIds>& tets,
 
 }  // namespace
 
-TetMesh settle_tets(const RawTetMesh& raw, double length_unit_m, const std::string& where,
+TetMesh settle_tets(RawTetMesh raw, double length_unit_m, const std::string& where,
                     TetReadNotes& notes) {
+  drop_duplicates(raw, notes);
   const std::vector<TetIds> tets = turned_positive(raw, where, notes);
   refuse_overlaps(raw, tets, where);
 

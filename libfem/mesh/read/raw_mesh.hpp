@@ -69,10 +69,11 @@ void add_tet(RawTetMesh& mesh, std::span<const std::int64_t, 4> corners, std::in
 RawSurface read_raw_surface(const std::filesystem::path& path, RawLabels* labels);
 RawTetMesh read_raw_tets(const std::filesystem::path& path, RawLabels* labels);
 
-/// A tet mesh in m from a reader's raw one: unused nodes dropped, negative tets turned.
+/// A tet mesh in m from a reader's raw one: unused nodes and duplicate tets dropped, negative tets
+/// turned.
 /// where: the file, for messages. Throws Error when tets have no volume or use a node twice, or two
 /// tets lie on the same side of a shared face (they overlap), or three share one.
-TetMesh settle_tets(const RawTetMesh& raw, double length_unit_m, const std::string& where,
+TetMesh settle_tets(RawTetMesh raw, double length_unit_m, const std::string& where,
                     TetReadNotes& notes);
 
 }  // namespace palpate::mesh_read

@@ -4,6 +4,7 @@
 #include <limits>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "libfem/mesh/read/formats.hpp"
 #include "libfem/mesh/read/raw_mesh.hpp"
@@ -51,24 +52,34 @@ std::string list_formats(std::span<const Format<Mesh>> formats) {
 }
 
 template <typename Mesh>
-const Format<Mesh>& format_of(const std::filesystem::path& path,
-                              std::span<const Format<Mesh>> formats) {
-  const std::string extension = path.extension().string();
+const Format<Mesh>* find_format(const std::string& extension,
+                                std::span<const Format<Mesh>> formats) {
   for (const Format<Mesh>& row : formats)
-    if (mesh_read::same_word(row.extension, extension)) return row;
-  if (std::error_code ignored; std::filesystem::is_directory(path, ignored))
-    throw Error(path.string(), "is a folder", "Give the path of a mesh file.");
-  throw Error(path.string(), "'" + extension + "' is no mesh format that is known here",
-              "Known: " + list_formats(formats) + ".");
+    if (mesh_read::same_word(row.extension, extension)) return &row;
+  return nullptr;
 }
 
-template <typename Mesh>
+constexpr const char* kSurfacePlace = "surfaces, which are read as body.surface";
+constexpr const char* kTetPlace = "tetrahedra, which are read as body.tetmesh";
+
+// others: the formats of the other kind of mesh, and other_place: what they hold.
+template <typename Mesh, typename Other>
 Mesh read_raw(const std::filesystem::path& path, std::span<const Format<Mesh>> formats,
+              std::span<const Format<Other>> others, const char* other_place,
               mesh_read::RawLabels* labels) {
-  const Format<Mesh>& format = format_of(path, formats);
+  const std::string extension = path.extension().string();
+  const Format<Mesh>* format = find_format(extension, formats);
+  if (std::error_code ignored; !format && std::filesystem::is_directory(path, ignored))
+    throw Error(path.string(), "is a folder", "Give the path of a mesh file.");
+  if (!format)
+    throw Error(path.string(),
+                "'" + extension + "' is " +
+                    (find_format(extension, others) ? std::string("a format of ") + other_place
+                                                    : "no mesh format that is known here"),
+                "Known: " + list_formats(formats) + ".");
   const std::string bytes = mesh_read::load_file(path);
   Cursor file(bytes, path.string());
-  Mesh mesh = format.read(file, labels);
+  Mesh mesh = format->read(file, labels);
   constexpr std::size_t kMax = std::numeric_limits<std::int32_t>::max();
   if (mesh.points.size() > kMax)
     throw Error(path.string(), "has more than 2^31 - 1 vertices", "Decimate the mesh.");
@@ -93,11 +104,12 @@ void check_size(const Points& points, const std::string& where) {
 namespace mesh_read {
 
 RawSurface read_raw_surface(const std::filesystem::path& path, RawLabels* labels) {
-  return read_raw<RawSurface>(path, kSurfaceFormats, labels);
+  return read_raw<RawSurface, RawTetMesh>(path, kSurfaceFormats, kTetFormats, kTetPlace, labels);
 }
 
 RawTetMesh read_raw_tets(const std::filesystem::path& path, RawLabels* labels) {
-  return read_raw<RawTetMesh>(path, kTetFormats, labels);
+  return read_raw<RawTetMesh, RawSurface>(path, kTetFormats, kSurfaceFormats, kSurfacePlace,
+                                          labels);
 }
 
 }  // namespace mesh_read
@@ -126,14 +138,15 @@ TetMesh read_tet_mesh(const std::filesystem::path& path, double length_unit_m,
                       TetReadNotes* notes) {
   const std::string where = path.string();
   check_unit(length_unit_m, where);
-  const auto raw = mesh_read::read_raw_tets(path, nullptr);
+  auto raw = mesh_read::read_raw_tets(path, nullptr);
   if (raw.tets.empty())
     throw Error(where,
                 "the mesh has no tetrahedra (" + std::to_string(raw.ignored_elements) +
                     " points, lines and faces)",
-                "Save the volume elements too; a surface is read as body.surface.");
+                "Save the volume elements too, or a surface, read as body.surface, in one of: " +
+                    surface_formats() + ".");
   TetReadNotes own;
-  TetMesh mesh = mesh_read::settle_tets(raw, length_unit_m, where, notes ? *notes : own);
+  TetMesh mesh = mesh_read::settle_tets(std::move(raw), length_unit_m, where, notes ? *notes : own);
   check_size(mesh.nodes, where);
   return mesh;
 }

@@ -21,6 +21,7 @@ Surface read_surface(const std::filesystem::path& path, double length_unit_m);
 
 /// What reading a tet mesh changed or left aside.
 struct TetReadNotes {
+  std::string duplicate_tets;        ///< the file's numbers of tets that it has twice; empty: none
   std::size_t flipped_tets = 0;      ///< negative volume, two nodes exchanged
   std::size_t dropped_nodes = 0;     ///< used by no tet
   std::size_t ignored_elements = 0;  ///< points, lines and surface elements of the file
@@ -29,7 +30,8 @@ struct TetReadNotes {
 /// The tetrahedra of a volume mesh file, in m.
 /// path: MSH (1, 2.x, 4.1), VTK (legacy UNSTRUCTURED_GRID), VTU or TetGen NODE/ELE (either of the
 /// pair), by extension; ASCII and binary. Quadratic tets are read by their corners.
-/// Nodes that no tet uses are dropped; tets of negative volume are turned if all neighbours then
+/// Nodes that no tet uses and second copies of a tet are dropped (Gmsh's MSH 2 has a copy for each
+/// physical group); tets of negative volume are turned if all neighbours then
 /// lie on opposite sides of their shared faces. `region` stays empty: a file's tags name no
 /// material. Safe on untrusted bytes, as read_surface. Throws Error as read_surface does, and when
 /// tets have no volume (less than 1e-12 of the longest edge cubed), overlap their neighbours, or

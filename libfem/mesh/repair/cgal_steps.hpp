@@ -34,14 +34,9 @@ struct FilledHoles {
 inline constexpr std::size_t kLongestHole = 2000;
 FilledHoles fill_holes(const Surface& surface);
 
-struct Wrapped {
-  Surface surface;
-  double farthest_m = 0;  ///< Hausdorff distance, sampled at least every half alpha
-};
-
 /// A closed surface around any triangles, manifold or not. alpha_m: gaps narrower are closed;
 /// offset_m: distance outside. Source: CGAL 5.5, 3D Alpha Wrapping (Portaneri et al. 2022,
 /// doi:10.1145/3528223.3530152).
-Wrapped wrap_surface(const Surface& surface, double alpha_m, double offset_m);
+Surface wrap_surface(const Surface& surface, double alpha_m, double offset_m);
 
 }  // namespace palpate::repair

@@ -1,5 +1,6 @@
 #include "libfem/mesh/repair/facts.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <string>
 
@@ -29,13 +30,23 @@ SurfaceFacts surface_facts(const Surface& surface) {
   facts.unused_vertices = std::ranges::count(is_used, 0);
   facts.pinched_vertices =
       static_cast<std::int64_t>(repair::count_pinched_vertices(faces, vertices));
-  facts.components = static_cast<std::int64_t>(repair::components(faces).number);
+  const repair::Components parts = repair::components(faces);
+  facts.components = static_cast<std::int64_t>(parts.number);
+  std::vector<double> volume_m3(parts.number, 0);
+  const Vec3 origin = surface.vertices.row(faces[0][0]);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const auto corner = [&](std::size_t k) -> Vec3 {
+      return surface.vertices.row(faces[f][k]).transpose() - origin;
+    };
+    volume_m3[parts.of_face[f]] += corner(0).dot(corner(1).cross(corner(2))) / 6;
+  }
+  facts.cavities = std::ranges::count_if(volume_m3, [](double volume) { return volume < 0; });
   facts.is_closed = facts.border_edges == 0 && facts.non_manifold_edges == 0;
   facts.is_manifold = facts.non_manifold_edges == 0 && facts.pinched_vertices == 0;
   facts.is_oriented = facts.non_manifold_edges == 0 && facts.unlike_edges == 0;
   facts.extent_m = extent_m(surface.vertices);
   facts.area_m2 = area_m2(surface);
-  facts.volume_m3 = volume_m3(surface);
+  facts.volume_m3 = palpate::volume_m3(surface);
   return facts;
 }
 

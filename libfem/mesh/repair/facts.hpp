@@ -11,6 +11,7 @@ namespace palpate {
 struct SurfaceFacts {
   std::int64_t vertices = 0, triangles = 0;
   std::int64_t components = 0;          ///< joined by edges
+  std::int64_t cavities = 0;            ///< components of negative volume
   std::int64_t border_edges = 0;        ///< with one triangle
   std::int64_t non_manifold_edges = 0;  ///< with three or more triangles
   std::int64_t pinched_vertices = 0;    ///< where triangles meet that share no edge (bow ties)

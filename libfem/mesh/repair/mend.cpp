@@ -27,6 +27,8 @@ constexpr double kMostShell = 0.5;  // of the area that may be thin: fins and ri
 constexpr double kThinnest = 1e-9;
 // More crossings are no local flaw: a 2.6 k triangle mesh with 423 took 8 s to fail.
 constexpr std::size_t kMaxCrossings = 200;
+// Between samples of the distance that mending moved, over kMostMoved: a pit as wide is met twice.
+constexpr double kMovedSpacing = 0.5;
 constexpr const char* kWrapHint = "Repair it in a mesh editor, or wrap it.";
 
 void check_input(const Surface& surface, const std::string& where) {
@@ -70,11 +72,13 @@ Soup settled_soup(const Surface& surface, const MendOptions& options, const std:
   repair::split_t_junctions(soup, weld_m, changes);
   repair::drop_flat_faces(soup, weld_m, changes);
   repair::drop_duplicate_faces(soup, changes);
+  repair::drop_stray_facets(soup, changes, where);
   repair::drop_unused_vertices(soup);
   repair::make_manifold(soup, changes, where);
   repair::drop_stray_components(soup, options.smallest_component, changes);
   repair::drop_unused_vertices(soup);
   repair::orient_outward(soup, changes);
+  repair::drop_unused_vertices(soup);
   return soup;
 }
 
@@ -105,8 +109,42 @@ std::string name_pairs(const Surface& surface, const Pairs& pairs, const Soup& s
          coordinates(at);
 }
 
+// Largest distance to `to` of points on `from`, at most `spacing_m` apart.
+double farthest_m(const Surface& from, const Surface& to, double spacing_m) {
+  const BoxTree boxes = triangle_boxes(to);
+  double farthest = 0;
+  for (Eigen::Index f = 0; f < from.triangles.rows(); ++f) {
+    const Vec3 a = from.vertices.row(from.triangles(f, 0));
+    const Vec3 u = Vec3(from.vertices.row(from.triangles(f, 1))) - a;
+    const Vec3 v = Vec3(from.vertices.row(from.triangles(f, 2))) - a;
+    const double longest = std::max({u.norm(), v.norm(), (u - v).norm()});
+    const int steps = std::clamp(static_cast<int>(std::ceil(longest / spacing_m)), 1, 200);
+    for (int i = 0; i <= steps; ++i)
+      for (int j = 0; i + j <= steps; ++j)
+        if (const auto hit = closest_point(to, boxes, a + (i * u + j * v) / steps))
+          farthest = std::max(farthest, hit->distance_m);
+  }
+  return farthest;
+}
+
+double hausdorff_m(const Surface& a, const Surface& b, double spacing_m) {
+  return std::max(farthest_m(a, b, spacing_m), farthest_m(b, a, spacing_m));
+}
+
+// The surface without the triangles that cross, which are no part of a body's form: a spike through
+// a wall goes, however long it is.
+Surface without_pairs(const Surface& surface, const Pairs& pairs) {
+  std::set<Eigen::Index> crossing;
+  for (const auto& [a, b] : pairs)
+    crossing.insert({static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)});
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f)
+    if (!crossing.contains(f)) kept.push_back(f);
+  return {surface.vertices, surface.triangles(kept, Eigen::all)};
+}
+
 Surface without_crossings(const Surface& surface, const Soup& soup, const std::string& where,
-                          Changes& changes) {
+                          Mended& report) {
   const Pairs pairs = repair::self_intersections(surface);
   if (pairs.empty()) return surface;
   const std::string names = name_pairs(surface, pairs, soup);
@@ -117,8 +155,21 @@ Surface without_crossings(const Surface& surface, const Soup& soup, const std::s
                 "the surface crosses itself in " + counted(pairs.size(), "pair", "pairs") +
                     " of triangles that could not be mended: " + names,
                 kWrapHint);
-  changes.push_back("removed " + counted(pairs.size(), "crossing pair", "crossing pairs") +
-                    " of triangles (" + names + ")");
+  const double limit_m = kMostMoved * extent_m(surface.vertices).norm();
+  const double spacing_m = kMovedSpacing * limit_m;
+  report.moved_m = std::max(farthest_m(without_pairs(surface, pairs), *mended, spacing_m),
+                            farthest_m(*mended, surface, spacing_m));
+  const std::string crossings =
+      counted(pairs.size(), "crossing pair", "crossing pairs") + " of triangles (" + names + ")";
+  if (report.moved_m > limit_m)
+    throw Error(where,
+                "mending " + crossings + " moves the rest of the surface by " +
+                    millimetres(report.moved_m) + ", more than " + percent(kMostMoved, 0) +
+                    " of its diagonal",
+                kWrapHint);
+  report.changes.push_back("removed " + crossings +
+                           ", which moves the rest of the surface by at most " +
+                           millimetres(report.moved_m));
   return *mended;
 }
 
@@ -173,7 +224,7 @@ Mended mend(const Surface& surface, const MendOptions& options, const std::strin
   const bool needs_lid = !options.allow_open && surface_facts(settled).border_edges > 0;
   try {
     if (needs_lid) mended.surface = with_holes_filled(mended.surface, where, mended.changes);
-    mended.surface = without_crossings(mended.surface, soup, where, mended.changes);
+    mended.surface = without_crossings(mended.surface, soup, where, mended);
     verify(mended.surface, options.allow_open, where);
   } catch (const Error&) {
     if (needs_lid && repair::self_intersections(settled).empty()) throw is_open(settled, where);
@@ -183,15 +234,16 @@ Mended mend(const Surface& surface, const MendOptions& options, const std::strin
   return mended;
 }
 
-// What a wrap goes around: the surface with its holes filled where they can be, for a wrap goes
-// into every opening wider than alpha and makes a shell of the body.
+// What a wrap goes around: the surface without its stray parts and with its holes filled where they
+// can be, for a wrap goes into every opening wider than alpha and makes a shell of the body.
 Surface with_lids(const Surface& surface, const MendOptions& options, const std::string& where,
                   Changes& changes) {
   try {
     Changes settling;
     const Soup soup = settled_soup(surface, options, where, settling);
     const Surface settled = repair::to_surface(soup.points, soup.faces);
-    if (surface_facts(settled).border_edges == 0) return surface;
+    changes.insert(changes.end(), settling.begin(), settling.end());
+    if (surface_facts(settled).border_edges == 0) return settled;
     const repair::FilledHoles holes = repair::fill_holes(settled);
     changes.push_back("filled " + counted(holes.filled, "hole", "holes") + " (widest " +
                       millimetres(holes.widest_m) + ") first" +
@@ -227,12 +279,12 @@ Mended wrap(const Surface& surface, const MendOptions& options, const std::strin
   const double alpha_m =
       options.wrap_alpha_m > 0 ? options.wrap_alpha_m : kRelativeAlpha * diagonal_m;
   const double offset_m = kRelativeOffset * alpha_m;
-  Mended mended{{}, {"could not mend it (" + why + "), so wrapped it"}, true};
+  Mended mended{{}, {"could not mend it (" + why + "), so wrapped it"}, true, 0};
   const Surface lidded = with_lids(surface, options, where, mended.changes);
-  const repair::Wrapped wrapped = repair::wrap_surface(lidded, alpha_m, offset_m);
-  verify(wrapped.surface, false, where);
+  const Surface wrapped = repair::wrap_surface(lidded, alpha_m, offset_m);
+  verify(wrapped, false, where);
   // Around an open sheet both sides of the wrap lie an offset off it.
-  const double thin_m = kShellThickness * 2 * offset_m, share = thin_share(wrapped.surface, thin_m);
+  const double thin_m = kShellThickness * 2 * offset_m, share = thin_share(wrapped, thin_m);
   if (share > kMostShell)
     throw Error(where,
                 "wrapped with alpha " + millimetres(alpha_m) + " it is a hollow shell: over " +
@@ -240,12 +292,13 @@ Mended wrap(const Surface& surface, const MendOptions& options, const std::strin
                     millimetres(thin_m) + " (" + why + ")",
                 "Close the openings in a mesh editor, or give wrap a length wider than they are; "
                 "a body as thin as that takes a smaller wrap.");
-  mended.surface = wrapped.surface;
+  mended.surface = wrapped;
+  mended.moved_m = hausdorff_m(lidded, wrapped, alpha_m / 2);
   mended.changes.push_back(
       "wrapped with alpha " + millimetres(alpha_m) + ": " +
-      counted(static_cast<std::size_t>(wrapped.surface.triangles.rows()), "triangle", "triangles") +
-      ", at most " + millimetres(wrapped.farthest_m) + " from the original (Hausdorff distance)");
-  report_volume(surface, wrapped.surface, mended.changes);
+      counted(static_cast<std::size_t>(wrapped.triangles.rows()), "triangle", "triangles") +
+      ", at most " + millimetres(mended.moved_m) + " from the original (Hausdorff distance)");
+  report_volume(surface, wrapped, mended.changes);
   return mended;
 }
 

@@ -43,8 +43,14 @@ void drop_unused_vertices(Soup& soup);
 /// Throws Error when a sheet is one-sided.
 void make_manifold(Soup& soup, Changes& changes, const std::string& where);
 
-/// Turns whole components outward, those inside an odd number of others inward. Counts also what
-/// make_manifold turned.
+/// Drops sheets with an open border, apart or on an edge of more than two triangles, where the rest
+/// is closed without them and no lid makes a body of them. Before make_manifold, whose errors it
+/// throws.
+void drop_stray_facets(Soup& soup, Changes& changes, const std::string& where);
+
+/// Turns whole components outward, and cavities inward: those inside the body that point against
+/// its outer surface. Drops those inside that point as it does. Counts also what make_manifold
+/// turned.
 void orient_outward(Soup& soup, Changes& changes);
 
 /// Up to six triangles, numbered from 1 as in the input.

@@ -113,6 +113,8 @@ void read_meshes(const Scene& scene, bool surface_only, Body& body) {
                   "Leave noise out, or give the surface.");
     TetReadNotes notes;
     body.volume = read_tet_mesh(*scene.body.tetmesh, scene.body.length_unit_m, &notes);
+    if (!notes.duplicate_tets.empty())
+      body.mended.push_back("dropped tetrahedra that the file has twice: " + notes.duplicate_tets);
     if (notes.flipped_tets)
       body.mended.push_back(fmt::format("turned {} tets inside out", notes.flipped_tets));
     if (notes.dropped_nodes)

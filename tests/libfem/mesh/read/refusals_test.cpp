@@ -47,6 +47,13 @@ TEST_F(Refusal, unknown_extension_lists_the_known_ones) {
     EXPECT_TRUE(says(tets, known));
 }
 
+// It was "no mesh format that is known here", with a list that lacks it.
+TEST_F(Refusal, a_format_of_the_other_kind_of_mesh_says_the_key_that_reads_it) {
+  EXPECT_TRUE(
+      says(surface_error("mesh.msh", "$NOD\n"), "tetrahedra, which are read as body.tetmesh"));
+  EXPECT_TRUE(says(tet_error("mesh.stl", "solid\n"), "surfaces, which are read as body.surface"));
+}
+
 TEST_F(Refusal, missing_file_folder_and_empty_file_are_told_apart) {
   EXPECT_TRUE(says(error_of([] { read_surface("/nowhere/mesh.obj", 1); }), "no such file"));
   const auto path = folder.write("empty.obj", "");
@@ -196,6 +203,19 @@ TEST_F(Settled, negative_tets_are_turned_and_unused_nodes_dropped_and_both_count
   EXPECT_EQ(notes.dropped_nodes, 1u);
   EXPECT_EQ(mesh.nodes.rows(), 5);
   EXPECT_EQ(mesh.tets.maxCoeff(), 4);
+}
+
+// It was refused as tangled: "tetrahedra overlap their neighbours: 1, 2, 7, 8".
+TEST_F(Settled, a_tet_that_the_file_has_twice_is_dropped_and_named) {
+  const auto path = folder.write("mesh.msh",
+                                 "$NOD\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 0 0 -1\n$ENDNOD\n"
+                                 "$ELM\n4\n1 4 0 0 4 1 2 3 4\n2 4 0 0 4 1 3 2 5\n"
+                                 "7 4 0 0 4 1 2 3 4\n8 4 0 0 4 2 1 3 5\n$ENDELM\n");
+  TetReadNotes notes;
+  const TetMesh mesh = read_tet_mesh(path, 1, &notes);
+  EXPECT_EQ(notes.duplicate_tets, "7, 8");
+  EXPECT_EQ(notes.flipped_tets, 0u);
+  EXPECT_EQ(mesh.tets.rows(), 2);
 }
 
 TEST_F(Settled, quadratic_tets_are_read_by_their_corners) {
