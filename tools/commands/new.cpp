@@ -13,6 +13,7 @@
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/scene.hpp"
+#include "tools/scene/tissues.hpp"
 #include "tools/setup/propose.hpp"
 #include "tools/setup/propose_manifest.hpp"
 #include "tools/setup/propose_path.hpp"
@@ -41,9 +42,8 @@ std::string off_text(const Surface& surface) {
 
 // Asks on a terminal; an empty line takes the proposal.
 void ask(std::string& answer, const std::string& question, const std::string& proposal) {
-  if (!answer.empty()) return;
+  if (!answer.empty() || !isatty(STDIN_FILENO) || !isatty(STDERR_FILENO)) return;
   answer = proposal;
-  if (!isatty(STDIN_FILENO) || !isatty(STDERR_FILENO)) return;
   to_stderr("{} [{}] ", question, proposal);
   std::string line;
   if (std::getline(std::cin, line) && !line.empty()) answer = line;
@@ -60,8 +60,9 @@ class New final : public Command {
                      "Scene to write, scene.toml, or with --path PATH.csv; must not exist", {});
     arguments.option("--unit UNIT", choices_.unit,
                      "Length unit of the mesh, such as mm; without it the likely one");
-    arguments.option("--tissue NAME", tissue_,
-                     "Material of the table in data/materials.toml, such as liver or breast-fat");
+    arguments.option("--tissue NAME", choices_.tissue,
+                     "Material of the table in data/materials.toml, such as liver or breast-fat; "
+                     "without it the one that the mesh's name means, or liver");
     arguments.option("--held SIDE", choices_.held,
                      "Side that the body rests on: -x, +x, -y, +y, -z or +z; without it the "
                      "flattest");
@@ -81,8 +82,8 @@ class New final : public Command {
     if (is_path_) return write_path(reply);
     const Surface surface = read_surface(mesh_, 1);
     ask(choices_.unit, "Length unit of the mesh?", likely_unit(extent_m(surface.vertices)));
-    ask(tissue_, "Tissue?", choices_.tissue);
-    choices_.tissue = tissue_;
+    const Tissue* meant = tissue_of_name(fs::path(mesh_).stem().string());
+    ask(choices_.tissue, "Tissue?", std::string(meant ? meant->name : kUnnamedTissue));
     const fs::path scene = fs::absolute(output_).lexically_normal(), folder = scene.parent_path();
     choices_.divided_mesh = scene.stem().string() + ".divided.off";
     const ProposedScene proposed = propose_scene(
@@ -108,7 +109,7 @@ class New final : public Command {
     if (is_made) say("wrote {}", divided.string());
     say("wrote {}; next: palpate check {}", output_, output_);
     reply.json = nlohmann::ordered_json{
-        {"unit", choices_.unit}, {"tissue", choices_.tissue}, {"notes", proposed.notes}};
+        {"unit", proposed.unit}, {"tissue", proposed.tissue}, {"notes", proposed.notes}};
     if (proposed.is_divided) reply.json["divided"] = divided.string();
     return kDone;
   }
@@ -118,7 +119,7 @@ class New final : public Command {
     if (is_recordings_ && is_path_)
       throw Error("--path", "makes another file than --recordings", "Give one of them.");
     const std::pair<const char*, bool> of_scenes[] = {{"--unit", !choices_.unit.empty()},
-                                                      {"--tissue", !tissue_.empty()},
+                                                      {"--tissue", !choices_.tissue.empty()},
                                                       {"--held", !choices_.held.empty()},
                                                       {"--wrap", choices_.wrap}};
     for (const auto& [option, is_given] : of_scenes)
@@ -174,7 +175,7 @@ class New final : public Command {
   }
 
   bool is_path_ = false, is_recordings_ = false;
-  std::string mesh_, output_, tissue_;
+  std::string mesh_, output_;
   SceneChoices choices_;
 };
 

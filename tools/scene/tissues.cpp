@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
+#include <sstream>
+#include <utility>
 
 #include "libfit/core/error.hpp"
 #include "tools/scene/nearest_name.hpp"
@@ -38,6 +41,41 @@ std::vector<Tissue> read_tissues() {
   return rows;
 }
 
+// Words of file names for those of the table.
+constexpr std::pair<std::string_view, std::string_view> kSynonyms[] = {
+    {"hepatic", "liver"},    {"renal", "kidney"},     {"cardiac", "heart"},
+    {"myocardium", "heart"}, {"cerebrum", "brain"},   {"colon", "bowel"},
+    {"intestine", "bowel"},  {"gall", "gallbladder"}, {"tumor", "tumour"},
+};
+
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool is_capital(char c) { return c >= 'A' && c <= 'Z'; }
+
+// Words of a name in small letters, each also without the ending of a plural, and their synonyms.
+std::set<std::string> words_of(std::string_view name) {
+  std::set<std::string> words;
+  const auto add = [&](const std::string& word) {
+    words.insert(word);
+    for (const auto& [other, known] : kSynonyms)
+      if (word == other) words.insert(std::string(known));
+  };
+  for (std::size_t i = 0; i < name.size();) {
+    std::string word;
+    for (; i < name.size() && is_letter(name[i]); ++i) {
+      if (!word.empty() && is_capital(name[i]) && !is_capital(name[i - 1])) break;
+      word += static_cast<char>(is_capital(name[i]) ? name[i] - 'A' + 'a' : name[i]);
+    }
+    if (word.empty()) {
+      ++i;
+      continue;
+    }
+    add(word);
+    for (const std::string_view ending : {"s", "es"})
+      if (word.ends_with(ending)) add(word.substr(0, word.size() - ending.size()));
+  }
+  return words;
+}
+
 }  // namespace
 
 const std::vector<Tissue>& tissues() {
@@ -54,6 +92,27 @@ const Tissue& find_tissue(std::string_view name, const std::string& where) {
   for (const Tissue& row : rows) names.push_back(row.name);
   throw Error(where, fmt::format("\"{}\" is not in the table of materials", name),
               suggestion(name, names));
+}
+
+const Tissue* tissue_of_name(std::string_view name) {
+  const std::set<std::string> words = words_of(name);
+  const Tissue* meant = nullptr;
+  std::size_t most_letters = 0;
+  for (const Tissue& row : tissues()) {
+    std::istringstream parts(row.name);
+    std::size_t letters = 0;
+    for (std::string part; std::getline(parts, part, '-');) {
+      if (words.contains(part))
+        letters += part.size();
+      else if (letters == 0)
+        break;  // the first word is not there
+    }
+    if (letters > most_letters) {
+      meant = &row;
+      most_letters = letters;
+    }
+  }
+  return meant;
 }
 
 }  // namespace palpate::tools

@@ -10,12 +10,21 @@ namespace palpate::tools {
 struct Tissue {
   std::string name, law;
   double young_Pa = 0, deviation_Pa = 0, poisson = 0;  ///< deviation 0: the source states none
-  std::string measured, source, doi;
+  std::string measured, source, doi;                   ///< doi may be empty
 };
 
 const std::vector<Tissue>& tissues();
 
+/// The row that is taken where nothing says which.
+inline constexpr std::string_view kUnnamedTissue = "liver";
+
 /// The row of that name. Throws Error at `where`, naming the nearest one.
 const Tissue& find_tissue(std::string_view name, const std::string& where);
+
+/// The row that a file's name means by its words, as left_kidney_01 does kidney-cortex: of rows
+/// whose first word it holds, the one that shares most letters with it in whole words, the first
+/// one among equals. A word may be in the plural; other characters than letters, and a capital
+/// behind a small letter, end one. Null where no row is meant.
+const Tissue* tissue_of_name(std::string_view name);
 
 }  // namespace palpate::tools

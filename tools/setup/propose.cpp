@@ -46,16 +46,46 @@ Mended mended(const Surface& surface, const std::string& mesh, bool may_move, do
   }
 }
 
+// A tissue, and the sentence that says where it comes from.
+struct ChosenTissue {
+  const Tissue& tissue;
+  std::string origin;
+  bool is_doubtful = false;
+};
+
+ChosenTissue choose_tissue(const std::string& asked, const std::filesystem::path& mesh) {
+  const auto chosen = [](const Tissue& tissue, const std::string& because, bool is_doubtful) {
+    return ChosenTissue{
+        tissue,
+        fmt::format("tissue: {} ({:.3g} kPa), {}", tissue.name, tissue.young_Pa / 1e3, because),
+        is_doubtful};
+  };
+  if (!asked.empty()) return chosen(find_tissue(asked, "--tissue"), "as asked for", false);
+  const std::string file = mesh.filename().string();
+  const Tissue* meant = tissue_of_name(mesh.stem().string());
+  if (meant == nullptr)
+    return chosen(find_tissue(kUnnamedTissue, "--tissue"),
+                  fmt::format("since neither --tissue nor the name {} says which", file), true);
+  if (meant->name.ends_with("-wall"))
+    return chosen(
+        *meant,
+        fmt::format("by the name {}, and the whole mesh is filled with it: --tissue gives "
+                    "another",
+                    file),
+        true);
+  return chosen(*meant, fmt::format("by the name {}: --tissue gives another", file), false);
+}
+
 std::string material_text(const Tissue& tissue) {
   const std::string deviation =
       tissue.deviation_Pa > 0 ? fmt::format(" +- {:.3g}", tissue.deviation_Pa / 1e3) : "";
   return fmt::format(
       "[material]                      # {}: {:.4g}{} kPa, {}\n"
-      "law = \"{}\"             # {}, doi:{}\n"
+      "law = \"{}\"             # {}{}{}\n"
       "young = \"{:.4g} kPa\"\n"
       "poisson = {}\n",
       tissue.name, tissue.young_Pa / 1e3, deviation, tissue.measured, tissue.law, tissue.source,
-      tissue.doi, tissue.young_Pa / 1e3, tissue.poisson);
+      tissue.doi.empty() ? "" : ", doi:", tissue.doi, tissue.young_Pa / 1e3, tissue.poisson);
 }
 
 double metres_in(const std::string& unit) {
@@ -88,7 +118,7 @@ struct ProposedBody {
   double wrap_m = 0;
 };
 
-std::string body_text(const ProposedBody& body, const Window& window) {
+std::string body_text(const ProposedBody& body, const std::string& origin, const Window& window) {
   const std::string wrap =
       body.wrap_m > 0
           ? fmt::format(
@@ -102,6 +132,7 @@ std::string body_text(const ProposedBody& body, const Window& window) {
                 "# {} with its triangles divided at the window, where they were too large.\n",
                 body.divided_from.filename().string());
   return fmt::format(
+      "# {}\n"
       "# {}, {}. Made by `palpate new`: every line is a proposal.\n"
       "# Next: palpate check THIS_FILE, then palpate run THIS_FILE -o out\n\n"
       "[body]\n"
@@ -111,9 +142,10 @@ std::string body_text(const ProposedBody& body, const Window& window) {
       "{}"
       "fixed = [ {{ {} = {{ axis = \"{}\", at = \"{:.4g} mm\" }} }} ]   # what the body rests "
       "on\n\n",
-      body.mesh.filename().string(), size_in_words(body.facts.extent_m, body.facts.volume_m3),
-      divided, quoted(body.mesh), body.unit, wrap, window.sign < 0 ? "below" : "above",
-      "xyz"[window.axis], 1e3 * window.held_m);
+      origin, body.mesh.filename().string(),
+      size_in_words(body.facts.extent_m, body.facts.volume_m3), divided, quoted(body.mesh),
+      body.unit, wrap, window.sign < 0 ? "below" : "above", "xyz"[window.axis],
+      1e3 * window.held_m);
 }
 
 std::string experiments_text(const Window& window, const ProposedBall& ball) {
@@ -211,13 +243,17 @@ std::string likely_unit(const Vec3& extent) {
 
 ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in_file,
                             const SceneChoices& choices) {
-  const Tissue& tissue = find_tissue(choices.tissue, "--tissue");
+  const ChosenTissue chosen = choose_tissue(choices.tissue, mesh);
+  const Tissue& tissue = chosen.tissue;
   const Vec3 extent = extent_m(in_file.vertices);
   ProposedBody body{mesh, {}, choices.unit.empty() ? likely_unit(extent) : choices.unit, {}};
   if (!choices.held.empty()) check_side(choices.held);
   const double unit_m = metres_in(body.unit);
 
   ProposedScene scene;
+  scene.unit = body.unit;
+  scene.tissue = tissue.name;
+  (chosen.is_doubtful ? scene.warnings : scene.notes).push_back(chosen.origin);
   Surface scaled = in_file;
   scaled.vertices *= unit_m;
   Mended closed = mended(scaled, mesh.string(), choices.wrap, body.wrap_m);
@@ -246,7 +282,7 @@ ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in
   note_site(site, tissue, scene);
   if (site.divided) scene.surface = *site.divided;
   scene.is_divided = site.divided.has_value();
-  scene.text = body_text(body, site.window) + material_text(tissue) +
+  scene.text = body_text(body, chosen.origin, site.window) + material_text(tissue) +
                experiments_text(site.window, site.ball);
   return scene;
 }

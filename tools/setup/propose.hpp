@@ -10,17 +10,17 @@ namespace palpate::tools {
 
 /// What the user has decided; empty: proposed from the mesh.
 struct SceneChoices {
-  std::string unit{};  ///< "mm", or a length such as "110 mm"
-  std::string tissue = "liver";
-  bool wrap = false;   ///< whether a wrap may move the surface by more than kMostMoved
-  std::string held{};  ///< side that is fixed: -x, +x, -y, +y, -z or +z
+  std::string unit{};    ///< "mm", or a length such as "110 mm"
+  std::string tissue{};  ///< of data/materials.toml; empty: by the mesh's name, else liver
+  bool wrap = false;     ///< whether a wrap may move the surface by more than kMostMoved
+  std::string held{};    ///< side that is fixed: -x, +x, -y, +y, -z or +z
   /// What the scene calls the surface where it had to be divided.
   std::filesystem::path divided_mesh = "divided.off";
 };
 
 /// A scene to start from, and what was noticed on the way, a sentence each.
 struct ProposedScene {
-  std::string text;
+  std::string text, unit, tissue;
   std::vector<std::string> notes, warnings;
   /// As the scene has it [m]. is_divided: it is another than the file's, to be written beside it.
   Surface surface;
