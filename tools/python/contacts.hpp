@@ -84,6 +84,8 @@ class PyContact {
             const std::optional<palpate_indenter>& end = {})
       : asset_(std::move(asset)), tool_(tool) {
     asset_->open();
+    if (tool_.balls > 1 && asset_->info().couples == 0)
+      refuse_tool_or_bytes("tool", PALPATE_TOOL_WRONG);
     meet(end);
     start();
   }

@@ -125,6 +125,8 @@ class Ticks(unittest.TestCase):
     def test_of_tools_that_feel_nothing_of_each_other_are_those_of_each(self):
         with palpate.open(GOLDEN[1]) as asset:
             self.assertFalse(asset.couples)
+            with self.assertRaisesRegex(palpate.Error, "several balls"):
+                asset.contact(radius_m=0.004, centre_m=[[0, 0, 0], [0.01, 0, 0]])
             paths = np.stack([random_path(asset, seed=k) for k in (11, 12)])
             radius = asset.probe_radius_m or 0.004
             tools = [asset.contact(), asset.contact(radius)]
@@ -279,6 +281,19 @@ class Files(unittest.TestCase):
         first = samples["rows/experiment"] == samples["rows/experiment"][0]
         samples["rows/time"][first] = 0.1 * np.arange(1, first.sum() + 1)
         self.assertTrue(palpate.fit(samples, self.at / "timed.h5", jobs=1, quiet=True))
+
+    def test_samples_of_a_second_probe_are_written_as_they_were(self):
+        samples = palpate.read(self.at / "out/samples.h5")
+        last = samples["rows/experiment"] == samples["rows/experiment"][-1]
+        samples["rows/probe"] = last.astype(np.int32)
+        samples["rows/kind"][last] = samples["rows/kind/names"].index("other")
+        samples.update({"probe_1/" + name[6:]: value for name, value in samples.items() if name.startswith("probe/")})
+        palpate.write_samples(self.at / "two.h5", samples)
+        again = palpate.read(self.at / "two.h5")
+        for name in set(samples) - {"attributes"}:
+            np.testing.assert_array_equal(again[name], samples[name], name)
+            self.assertEqual(np.asarray(again[name]).dtype.kind, np.asarray(samples[name]).dtype.kind, name)
+        self.assertTrue(palpate.fit(self.at / "two.h5", self.at / "two_curves.h5", jobs=1, quiet=True))
 
     def test_predict_samples_of_a_dict(self):
         model, samples = self.at / "out/model.h5", self.at / "out/samples.h5"

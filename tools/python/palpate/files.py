@@ -2,6 +2,7 @@
 import csv
 import json
 import os
+import re
 import tempfile
 
 import numpy as np
@@ -12,7 +13,9 @@ _UNITS = {"points/position": "m", "points/normal_gradient": "1/m", "points/sway"
           "relaxation/time": "s", "recordings/contact": "m",
           "recordings/contact_deviation": "m", "recordings/speed": "m/s", "recordings/noise": "N",
           "recordings/young": "Pa"}
-_TYPES = {"kind": np.int8, "status": np.int8, "step_check": np.int8, "grade": np.int8}
+_TYPES = {"rows/kind": np.int8, "rows/status": np.int8, "rows/step_check": np.int8, "recordings/grade": np.int8,
+          **dict.fromkeys(("rows/point", "rows/experiment", "rows/step", "rows/tool", "rows/probe",
+                           "recordings/experiment", "probe/mesh/triangles"), np.int32)}
 _WITHOUT_UNIT = ("probe/shape", "probe/orientation", "probe/heading", "probe/friction", "probe/mesh/triangles")
 
 
@@ -91,9 +94,7 @@ def write_samples(path, samples):
                 if value.dtype.kind in "OU":
                     made = file.create_dataset(name, data=value.astype(object), dtype=h5py.string_dtype())
                 else:
-                    is_index = name in ("rows/point", "rows/experiment", "rows/step", "rows/tool", "recordings/experiment",
-                                        "probe/mesh/triangles")
-                    kind = np.int32 if is_index else _TYPES.get(name.split("/")[-1], np.float64)
+                    kind = _TYPES.get(_of_any_probe(name), np.float64)
                     made = file.create_dataset(name, data=value.astype(kind))
                 made.attrs["unit"] = _unit_of(name)
                 if name + "/names" in full:
@@ -104,7 +105,13 @@ def write_samples(path, samples):
             os.remove(partial)
 
 
+def _of_any_probe(name):
+    """A name of another probe, probe_1/radius, as of the first one."""
+    return re.sub(r"^probe_\d+/", "probe/", name)
+
+
 def _unit_of(name):
+    name = _of_any_probe(name)
     if name.startswith("probe/") and name not in _WITHOUT_UNIT:
         return "rad" if name.endswith("angle") else "m"
     return _UNITS.get(name, "1")
