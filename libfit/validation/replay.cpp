@@ -75,7 +75,10 @@ std::vector<ComparedRow> compare(const Samples& reference, const Points& answer_
   std::vector<ComparedRow> rows;
   for (Eigen::Index row = 0; row < reference.rows(); ++row)
     if (reference.status[row] == RowStatus::good && counts(row))
-      rows.push_back({reference.force.row(row), answer_N.row(row), reference.force_error[row]});
+      rows.push_back({.reference_N = reference.force.row(row),
+                      .engine_N = answer_N.row(row),
+                      .reference_error_N = reference.force_error[row],
+                      .place = reference.point[static_cast<std::size_t>(row)]});
   return rows;
 }
 
@@ -99,7 +102,7 @@ std::vector<ComparedRow> compare_torques(const Samples& reference, const Replaye
     };
     rows.push_back({reference.force.row(row), replayed.force_N.row(row), reference.force_error[row],
                     moved(reference.torque, reference.force),
-                    moved(replayed.torque_Nm, replayed.force_N)});
+                    moved(replayed.torque_Nm, replayed.force_N), reference.point[r]});
   }
   return rows;
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <random>
 
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
@@ -39,6 +41,50 @@ ErrorFigures torque_figures(const std::vector<ComparedRow>& rows, double floor_N
     if (floor_Nm > 0) relative.push_back(relative_error(error.back(), size.back(), floor_Nm));
   }
   return figures(size, error, relative);
+}
+
+/// Draws of places. Their deviation is then known to 3.5 %; to 5 at half of them, to 2.5 at twice.
+constexpr int kDraws = 400;
+/// By how much the upper end is farther off than the deviation says: the p95 of few places misses
+/// the tail of all. Of 16 kinds of 400 made sets, of 6 to 40 places whose errors spread by factors
+/// of 1.2 to 2, the band holds p95 of all in 80 to 94 %; with 1.25 in 76 to 92, with 2 in 85 to 96.
+constexpr double kUpperEnd = 1.5;
+
+// Student's 95th percentile, by its series in 1 / freedom: 2.007 for 5 (2.015), 1.73 for 20 (1.72).
+double student_95(double freedom) { return 1.645 + 1.524 / freedom + 1.42 / (freedom * freedom); }
+
+// (M11c)
+void find_band(const std::vector<ComparedRow>& rows, double floor_N, Statement& statement) {
+  std::map<std::int32_t, std::vector<double>> by_place;
+  for (const ComparedRow& row : rows) {
+    const double size = row.reference_N.norm();
+    std::vector<double>& errors = by_place[row.place];
+    if (size > floor_N)
+      errors.push_back(relative_error((row.engine_N - row.reference_N).norm(), size, floor_N));
+  }
+  if (by_place.size() < 2 || statement.rows_above_floor == 0) return;
+  std::vector<const std::vector<double>*> places;
+  for (const auto& [place, errors] : by_place) places.push_back(&errors);
+  std::mt19937 random(1);
+  std::vector<double> drawn;
+  double sum = 0, squares = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    drawn.clear();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const std::vector<double>& errors = *places[random() % places.size()];
+      drawn.insert(drawn.end(), errors.begin(), errors.end());
+    }
+    const double p95 = drawn.empty() ? 0 : stated_quantile(drawn, 0.95);
+    if (!(p95 > 0)) return;
+    sum += std::log(p95);
+    squares += std::log(p95) * std::log(p95);
+  }
+  const double n = static_cast<double>(places.size());
+  const double off = student_95(n - 1) *
+                     std::sqrt(std::max(0.0, squares / kDraws - (sum / kDraws) * (sum / kDraws)));
+  statement.p95_rel_low = statement.all.force.p95_rel * std::exp(-off);
+  statement.p95_rel_high =
+      statement.all.force.p95_rel * std::exp(kUpperEnd * off * std::sqrt(n / (n - 1)));
 }
 
 double share(std::size_t of, std::size_t all) {
@@ -91,6 +137,7 @@ Statement summarize(const std::vector<ComparedRow>& rows, const ErrorFloors& flo
   }
   statement.reference_p95_rel = stated_quantile(reference_rel, 0.95);
   statement.within_reference = share(within_reference, reference_rel.size());
+  find_band(rows, floors.force_N, statement);
   if (felt_N > kForceFloor_N) statement.within_jnd = share(within, rows.size());
   return statement;
 }

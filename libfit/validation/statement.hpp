@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -22,6 +23,7 @@ struct ComparedRow {
   /// Torques about the same point [N m]; no numbers where they are not compared.
   Vec3 reference_Nm = Vec3::Constant(kNoNumber);
   Vec3 engine_Nm = Vec3::Constant(kNoNumber);
+  std::int32_t place = 0;  ///< at which contact point it was held out
 };
 
 /// Floors of the relative errors of a body (docs/method.md, M11a, docs/method-tools.md, M58a).
@@ -68,6 +70,9 @@ struct Statement {
   StatedError all = {"all"};  ///< every held-out row of the asset's own probe
   /// Share of rows within max(0.04 N, 7 %); no number where no force could be felt.
   double within_jnd = kNoNumber;
+  /// Between these p95_rel of all places lies 8 to 9 times of 10 (M11c); no numbers of fewer than
+  /// two places.
+  double p95_rel_low = kNoNumber, p95_rel_high = kNoNumber;
   double reference_p95_rel = kNoNumber;  ///< the reference's own estimated error
   double within_reference = kNoNumber;   ///< share of those rows within it
   double floor_N = 0;                    ///< relative_floor_N of the reference

@@ -109,6 +109,8 @@ Json json_of(const Statement& statement) {
   Json json;
   put(json["force_error"], statement.all.force, "N");
   json["force_error"]["within_jnd"] = statement.within_jnd;
+  json["force_error"]["p95_rel_low"] = statement.p95_rel_low;
+  json["force_error"]["p95_rel_high"] = statement.p95_rel_high;
   json["verdict"] = verdict(statement);
   json["advice"] = advice(statement);
   json["reference"] = statement.is_recorded ? kRecorded : kSimulated;
@@ -152,6 +154,8 @@ Statement parse_statement(const std::string& text, const std::string& where) {
     const Json json = Json::parse(text);
     s.all.force = figures_of(json.at("force_error"), "N");
     s.within_jnd = number_in(json.at("force_error"), "within_jnd");
+    s.p95_rel_low = number_in(json.at("force_error"), "p95_rel_low");
+    s.p95_rel_high = number_in(json.at("force_error"), "p95_rel_high");
     s.is_recorded = json.at("reference") == kRecorded;
     s.all.rows = json.at("rows");
     for (const auto& [name, member] : kCounts) s.*member = json.at(std::string(name));

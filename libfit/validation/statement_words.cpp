@@ -153,18 +153,24 @@ std::string verdict(const Statement& s) {
     return s.is_recorded ? "No verdict: no recording within the fitted points was held out."
                          : "No verdict: no row could be compared.";
   if (std::isnan(p95_rel)) return fmt::format("No verdict: no row above {}.", newtons(s.floor_N));
-  const bool can_be_felt = !std::isnan(s.within_jnd);
-  const auto grade = [&] {
-    if (p95_rel > kPoor) return "Poor";
-    return p95_rel > kForceJnd ? "Fair" : "Good";
+  const auto grade = [](double error) {
+    return error > kPoor ? "poor" : error > kForceJnd ? "fair" : "good";
   };
-  std::string words = fmt::format("{}: 19 of 20 rows are off by {} of their force at most", grade(),
-                                  percent(p95_rel));
-  if (!can_be_felt)
+  const bool has_band = !std::isnan(s.p95_rel_low);
+  const std::string best = grade(has_band ? s.p95_rel_low : p95_rel),
+                    worst = grade(has_band ? s.p95_rel_high : p95_rel);
+  std::string words = worst;
+  if (best != worst) words += worst == "poor" && best == "good" ? " to " + best : " or " + best;
+  words[0] = static_cast<char>(words[0] - 'a' + 'A');
+  words += fmt::format(": 19 of 20 rows are off by {} of their force at most", percent(p95_rel));
+  if (has_band)
+    words +=
+        fmt::format(" ({} to {} at other places)", percent(s.p95_rel_low), percent(s.p95_rel_high));
+  if (std::isnan(s.within_jnd))
     return words + fmt::format(". No force here reaches {}, the least that a person feels.",
                                newtons(kForceFloor_N));
-  return words + fmt::format(", {} than the {} that a person notices.",
-                             p95_rel > kForceJnd ? "more" : "no more", percent(kForceJnd, 0));
+  return words +
+         fmt::format("; a person notices it in {} of the rows.", percent(1 - s.within_jnd, 0));
 }
 
 namespace {
