@@ -57,10 +57,27 @@ inline void finish(const AssetView& asset, const SeriesContact& at, const Ledger
   put_sums(ledger, out);
 }
 
-/// One ball or tip by itself, wherever its contact point can go; see touch_ball().
-inline Status touch_ball_here(const AssetView& asset, Contact& contact, const double place_m[3],
-                              double radius_m, Output& out, TangentOut tangent_N_m, double dt_s,
-                              double worked_J) noexcept {
+/// The force on a tip (radius 0) or a ball whose tip or centre is at place_m [m], in the body's
+/// coordinates. Call once per tick, at any rate, with its Contact. The first tick only learns where
+/// it is. Where the curves were measured with a ball, a tip is that ball's lowest point, and the
+/// ball does not turn (M15a). A ball's reference point is x = p + R u(c); contact begins where it
+/// touches first (docs/method.md, section 12). One that begins inside the body, or a ball deeper in
+/// the surface than kRestShare of its radius, feels nothing (kFlagInside) until it has come out,
+/// or, having lifted off, sinks again; so does one that slid off over the rim of a surface that
+/// fades to zero. Touch is swept from the previous place, so nothing tunnels. Refuses (status, zero
+/// force, contact reset): a place that is not finite or farther than asset.max_step_m from the one
+/// before; a contact of another asset; a radius that is negative or not finite; a force that is not
+/// finite; where the body relaxes, a dt_s [s] since the tick before that is not kMinTimeStep_s to
+/// kMaxTimeStep_s. tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(place): of the
+/// branches this tick took; zero without force. Asking for it makes a tick several times as long
+/// and changes no other bit. Deterministic: the same bytes and places give the same bits. Work: in
+/// the air the tree nodes near the way; in contact, where the body does not sway, one slip of at
+/// most kMaxSegments segments of kMaxRootSteps + 3 evaluations of the law's slip, and two energies;
+/// where it sways at most 3 (kMaxSettleSteps + 2) of these. What does not fit goes on at the next
+/// tick.
+inline Status touch_ball(const AssetView& asset, Contact& contact, const double place_m[3],
+                         double radius_m, Output& out, TangentOut tangent_N_m = nullptr,
+                         double dt_s = 0, double worked_J = 0) noexcept {
   out.state = ContactState::air;
   out.flags = 0;
   contact.is_inside = false;
@@ -85,62 +102,6 @@ inline Status touch_ball_here(const AssetView& asset, Contact& contact, const do
   if (out.state == ContactState::air && contact.is_inside) contact.ledger = before;  // no answer
   finish(asset, at, contact.ledger);
   return at.status;
-}
-
-/// A ball that is too large for a hollow leaves its contact point behind, which cannot pass the
-/// bottom, and its depth would grow with the square of the way. Its contact goes over to where a
-/// ball that comes straight in touches, if that stores no more; what it stores less is dissipated.
-inline void leave_hollow(const AssetView& asset, Contact& contact, const double place_m[3],
-                         double radius_m, Output& out, TangentOut tangent_N_m,
-                         double dt_s) noexcept {
-  const double back_m = radius_m + out.normal_m;
-  double from_m[3];
-  for (int k = 0; k < 3; ++k) from_m[k] = place_m[k] - back_m * out.normal[k];
-  Contact fresh;
-  Output now;
-  double tangent[9];
-  touch_ball_here(asset, fresh, from_m, radius_m, now, nullptr, dt_s, 0);
-  const Status status = touch_ball_here(asset, fresh, place_m, radius_m, now,
-                                        tangent_N_m != nullptr ? tangent : nullptr, dt_s, 0);
-  Ledger ledger = contact.ledger;
-  const double paid_J = out.stored_J + ledger.tank_J - now.stored_J;
-  if (status != Status::ok || now.state == ContactState::air || !(paid_J >= 0)) return;
-  ledger.tank_J = paid_J < kTank_J ? paid_J : kTank_J;
-  ledger.debt_J = fresh.ledger.debt_J;
-  ledger.dissipated_J += out.stored_J - now.stored_J;
-  contact = fresh;
-  contact.ledger = ledger;
-  out = now;
-  put_sums(ledger, out);
-  if (tangent_N_m != nullptr) std::memcpy(tangent_N_m, tangent, sizeof tangent);
-}
-
-/// The force on a tip (radius 0) or a ball whose tip or centre is at place_m [m], in the body's
-/// coordinates. Call once per tick, at any rate, with its Contact. The first tick only learns where
-/// it is. Where the curves were measured with a ball, a tip is that ball's lowest point, and the
-/// ball does not turn (M15a). A ball's reference point is x = p + R u(c); contact begins where it
-/// touches first (docs/method.md, section 12). One that begins inside the body, or a ball deeper in
-/// the surface than kRestShare of its radius, feels nothing (kFlagInside) until it has come out,
-/// or, having lifted off, sinks again; so does one that slid off over the rim of a surface that
-/// fades to zero. Touch is swept from the previous place, so nothing tunnels. Refuses (status, zero
-/// force, contact reset): a place that is not finite or farther than asset.max_step_m from the one
-/// before; a contact of another asset; a radius that is negative or not finite; a force that is not
-/// finite; where the body relaxes, a dt_s [s] since the tick before that is not kMinTimeStep_s to
-/// kMaxTimeStep_s. tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(place): of the
-/// branches this tick took; zero without force. Asking for it makes a tick several times as long
-/// and changes no other bit. Deterministic: the same bytes and places give the same bits. Work: in
-/// the air the tree nodes near the way; in contact, where the body does not sway, one slip of at
-/// most kMaxSegments segments of kMaxRootSteps + 3 evaluations of the law's slip, and two energies;
-/// where it sways at most 3 (kMaxSettleSteps + 2) of these. What does not fit goes on at the next
-/// tick.
-inline Status touch_ball(const AssetView& asset, Contact& contact, const double place_m[3],
-                         double radius_m, Output& out, TangentOut tangent_N_m = nullptr,
-                         double dt_s = 0, double worked_J = 0) noexcept {
-  const Status status =
-      touch_ball_here(asset, contact, place_m, radius_m, out, tangent_N_m, dt_s, worked_J);
-  if (radius_m > 0 && (out.flags & kFlagBlocked) != 0)
-    leave_hollow(asset, contact, place_m, radius_m, out, tangent_N_m, dt_s);
-  return status;
 }
 /// The same of a tip.
 inline Status touch(const AssetView& asset, Contact& contact, const double tip_m[3], Output& out,
