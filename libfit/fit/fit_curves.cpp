@@ -99,8 +99,9 @@ void settle_nuisances(const Samples& samples, const fit::BodyData& body, const F
 // The family asked for or, by evidence, the one the body needs; bases are left as it has them.
 FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
                            const std::vector<fit::CurveRows>& rows, BodyBases& bases) {
-  FamilyReport report = options.family ? FamilyReport{*options.family, false, {}, "as asked"}
-                                       : fit::choose_family(body, rows, bases, options);
+  FamilyReport report = options.family
+                            ? FamilyReport{*options.family, false, {}, options.family_reason}
+                            : fit::choose_family(body, rows, bases, options);
   if (options.family && options.judges_family)
     report.evidence.push_back(fit::judge_family(body, rows, bases, report.family, options));
   bases = fit::of_family(std::move(bases), report.family);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -26,8 +27,9 @@ inline constexpr std::array<std::string_view, 3> kNuisanceNames{
 
 /// What a user may decide about a fit; the defaults suit simulated samples.
 struct FitOptions {
-  std::optional<CurveFamily> family{};  ///< none: by held-out error
-  bool judges_family = false;           ///< a family that was asked for gets its evidence, too
+  std::optional<CurveFamily> family{};     ///< none: by held-out error
+  std::string family_reason = "as asked";  ///< why it is that one
+  bool judges_family = false;              ///< a family that was asked for gets its evidence, too
   /// What the body moves as a whole is taken off deflections; none: where that predicts held-out
   /// rows better.
   std::optional<bool> sways{};

@@ -23,9 +23,10 @@ class Fit final : public Command {
     arguments.option(
         "--pieces", section_.pieces,
         "Number of pieces of every curve; 0 takes the fewest that held-out rows support");
-    arguments.option("--family NAME", section_.family,
-                     "Curve family: auto (by held-out rows) or one of those in docs/method.md, "
-                     "sections 2 and 17");
+    arguments.option(
+        "--family NAME", section_.family,
+        "Curve family: auto (rings where there are drags) or one of those in docs/method.md, "
+        "sections 2 and 17");
     arguments.option(
         "--warm-start", warm_start_,
         "Earlier curves.h5 whose bases are kept; only points whose rows changed are fitted again");

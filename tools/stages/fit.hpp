@@ -40,7 +40,8 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, int 
                          FitCache* cache = nullptr, fit::RadiusReport* radius = nullptr);
 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a
-/// screenful. Returns how many there are: exit status 3 rather than 0. `poor` ones are fitted.
+/// screenful, and `poor` ones where all of these are a quarter of the points or more. Returns how
+/// many it lists: exit status 3 rather than 0. Fewer `poor` ones are fitted, and count as such.
 /// is_quick: too few rows are what was asked for, so underdetermined points count as fitted.
 std::size_t list_bad_points(const FittedCurves& curves, bool is_quick = false);
 
