@@ -45,7 +45,8 @@ class Measured : public testing::Test {
   std::string files(const char* pattern) const { return fs::canonical(data_).string() + pattern; }
 
   // Import, fit, tabulate with bands, refine, export, inspect; says what the import said.
-  std::string walk(const char* unit, double side, const std::string& recordings) {
+  std::string walk(const char* unit, double side, const std::string& recordings,
+                   int status_of_fit = 0) {
     folder_.write("sheet.off", sheet(side));
     folder_.write("scene.toml", std::string("[body]\nsurface = \"sheet.off\"\nlength_unit = \"") +
                                     unit + "\"\n[probe]\nradius = \"1 " + unit +
@@ -54,7 +55,7 @@ class Measured : public testing::Test {
                                        "\"\n" + recordings);
     const Outcome imported =
         run("import " + path("manifest.toml") + " -o " + path("samples.h5"), 0);
-    run("fit " + path("samples.h5") + " -o " + path("curves.h5"), 0);
+    run("fit " + path("samples.h5") + " -o " + path("curves.h5"), status_of_fit);
     run("tabulate --band " + path("curves.h5") + " -o " + path("band.csv"), 0);
     run("prepare --surface-only " + path("scene.toml") + " -o " + path("body.h5"), 0);
     run("refine " + path("curves.h5") + " --body " + path("body.h5") + " -o " + path("model.h5"),
@@ -109,7 +110,8 @@ TEST_F(Measured, a_force_map_becomes_an_asset_and_says_what_its_cantilever_leave
                files("/indentation/afm-workshop-map16/*.csv") +
                "\"\ncantilever = { stiffness = 0.2, sensitivity = \"100 nm\", "
                "stiffness_deviation = 0.1, sensitivity_deviation = 0.2 }\ncontact = \"hertz\"\n"
-               "plausible = [\"1 Pa\", \"1 GPa\"]\n");
+               "plausible = [\"1 Pa\", \"1 GPa\"]\n",
+           3);  // 15 of 16 points are poor
   expect_bands(16, 0.2);
   EXPECT_NE(said.find("cantilever of 16 recordings, as the manifest has it: 10 % more stiffness "
                       "makes moduli 10 % larger, 10 % more sensitivity "),
