@@ -13,8 +13,6 @@ namespace runtime {
 constexpr int kMaxParts = 10;        ///< of a family: an asset's header has room for as many
 constexpr double kMaxNumber = 1e15;  ///< of what a node owns: products of a few stay finite
 constexpr double kMaxCurve_N = 1e6;  ///< of a curve: the largest cap of a tool
-/// Of a curvature, and of how a press spreads a ring [1/m]: 0.1 mm, below which no tool is felt.
-constexpr double kMaxCurvature_1_m = 1e4;
 
 /// What of a node is known before any fit.
 enum class Known {

@@ -50,11 +50,10 @@ struct Rings {
       {"lambda", "1", 0, 0, 1, 1, false, false, 0, 100},
       {"friction", "1", 0, 0, 1, 1, false, false, 0, 100},
       {"friction_slope", "1/m", -1, 0, 1, 1, false, false, -1e6, 1e6},
-      {"spread", "1/m", -1, 0, 1, 1, false, false, 0, kMaxCurvature_1_m},
+      {"spread", "1/m", -1, 0, 1, 1, false, false, 0, 1e6},
       {"side_square", "N/m^2", -2, 1, 3, 1, false, false, -kMaxNumber, kMaxNumber},
       {"side_cube", "N/m^3", -3, 1, 3, 1, false, false, -kMaxNumber, kMaxNumber},
-      {"curvature", "1/m", -1, 0, 6, 1, false, false, -kMaxCurvature_1_m, kMaxCurvature_1_m,
-       Known::curvature},
+      {"curvature", "1/m", -1, 0, 6, 1, false, false, -1e6, 1e6, Known::curvature},
       {"sway", "m/N", 1, -1, 6, 1, false, false, -1e6, 1e6, Known::sway},
       {"radius_effect", "1", 0, 0, 1, kRadiusEffects, false, false, -10, 10, Known::tools}};
   static constexpr int kSwayPart = kSway;

@@ -243,7 +243,10 @@ class ToolTick {
       if (contact.triangle < 0 || !(tool.shape.ball[i].radius_m > 0)) continue;
       const Vec3d normal = make_vec3<double>(tool.normal[i]);
       rolled_[i] = cross(turned, normal * contact.arm.reach_m);
-      if (!(dot(rolled_[i], rolled_[i]) > 0)) continue;
+      if (!(dot(rolled_[i], rolled_[i]) > kLateralZero_m * kLateralZero_m)) {  // rounding
+        rolled_[i] = {0, 0, 0};
+        continue;
+      }
       const AssetView& met = tool.shape.ball[i].met != nullptr ? *tool.shape.ball[i].met : *asset_;
       drag_anchors(met, contact, rolled_[i] * -1.0, normal);
     }

@@ -20,7 +20,8 @@ inline double depth_in_surface_m(const runtime::AssetView& asset, const runtime:
   while (size > 0) {
     const int at = stack[--size];
     const runtime::TreeNode& node = asset.tree[at];
-    if (!runtime::is_near(node, p, nearest_m + radius_m)) continue;
+    const double reach_m = nearest_m + radius_m;
+    if (runtime::squared_distance(node, p) > reach_m * reach_m) continue;
     if (node.items == 0) {
       stack[size++] = node.at;
       stack[size++] = at + 1;
