@@ -13,11 +13,6 @@ namespace runtime {
 /// lift-off the facets may stand above the blended normals' surface by R angle^2 / 2 (0.8 % of R at
 /// 14 degrees between facets).
 constexpr double kRestShare = 0.05;
-/// Length of a piece of a swept way, over the radius. Fast balls on 250,000 vertices, longest tick:
-/// 1.2 ms (p99 0.64) at 5 mm of radius and 49 mm a tick, in one piece 6.3 (3.0); at half and at
-/// twice of it 1.2 (0.71) and 1.4 (0.67).
-constexpr double kSweepPiece = 0.25;
-constexpr int kMaxSweepPieces = 64;      ///< bounds the work of the longest tick
 constexpr double kMinFacingBall = 0.01;  ///< least cosine of the arm to the normal at the contact
 
 /// The first touch; triangle is -1 when there is none.
@@ -191,9 +186,12 @@ inline double squared_distance(const TreeNode& box, const Vec3d& p) noexcept {
   return squared;
 }
 
-/// The same of one piece of a way.
-inline BallEntry first_ball_entry_on(const AssetView& asset, const Vec3d& p, const Vec3d& q,
-                                     double radius_m) noexcept {
+/// First touch of a ball whose centre goes from p to q [m], relative to the origin, with solid
+/// triangles that face it. Exact: the roots' rounding is its only error. Work: the tree nodes
+/// within the radius of the way, each triangle there at most one facet, three edges and three
+/// vertices.
+inline BallEntry first_ball_entry(const AssetView& asset, const Vec3d& p, const Vec3d& q,
+                                  double radius_m) noexcept {
   BallEntry best;
   const Vec3d way = q - p;
   const double pad = radius_m + asset.skin_m, length = std::sqrt(dot(way, way));
@@ -218,30 +216,6 @@ inline BallEntry first_ball_entry_on(const AssetView& asset, const Vec3d& p, con
       try_ball_entry(asset, asset.tree_item[node.at + i], p, way, length, radius_m, best);
   }
   return best;
-}
-
-/// First touch of a ball whose centre goes from p to q [m], relative to the origin, with solid
-/// triangles that face it. Exact: the roots' rounding is its only error. A long way is swept piece
-/// by piece, so that what lies far beyond the touch is not looked at. Work: the tree nodes within
-/// the radius of the pieces up to the touch, each triangle there at most one facet, three edges and
-/// three vertices a piece.
-inline BallEntry first_ball_entry(const AssetView& asset, const Vec3d& p, const Vec3d& q,
-                                  double radius_m) noexcept {
-  const Vec3d way = q - p;
-  const double wanted = std::sqrt(dot(way, way)) / (kSweepPiece * radius_m);
-  const int pieces = wanted < 1 ? 1 : wanted < kMaxSweepPieces ? int(wanted) + 1 : kMaxSweepPieces;
-  BallEntry entry;
-  bool is_clear = true;
-  for (int i = 0; i < pieces; ++i) {
-    const double begin = double(i) / pieces, end = double(i + 1) / pieces;
-    entry =
-        first_ball_entry_on(asset, p + way * begin, i + 1 < pieces ? p + way * end : q, radius_m);
-    if (i == 0) is_clear = entry.is_clear;
-    entry.is_clear = is_clear;
-    entry.along = begin + (end - begin) * entry.along;
-    if (entry.triangle >= 0 || entry.is_inside) return entry;
-  }
-  return entry;
 }
 
 }  // namespace runtime
