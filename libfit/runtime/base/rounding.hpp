@@ -9,7 +9,7 @@
 
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || \
     defined(__RECIPROCAL_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST)
-#error "palpate runtime: build without -ffast-math, any of its parts, and /fp:fast"
+#error "palpate runtime: build without /fp:fast, -ffast-math and what of it changes bits"
 #endif
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF

@@ -93,18 +93,6 @@ void hover(const AssetView& asset, Contact& contact, const Vec3d& x, int triangl
   F::save(memory, contact.memory, views.relaxation);
 }
 
-/// A ball (a tip: the ball that it stands for) that hovers since it let go with its centre at
-/// another place: over the same triangle, now with its centre at x.
-template <class F, bool kIsBall>
-void hover_at(const AssetView& asset, Contact& contact, const Vec3d& x) noexcept {
-  const Arm arm = contact.arm;
-  const int triangle = contact.hover;
-  const double n[3] = {contact.weight[0], contact.weight[1], contact.weight[2]};
-  for (double& number : contact.memory) number = 0;
-  contact.arm = Arm();
-  hover<F, kIsBall>(asset, contact, x, triangle, n, arm);
-}
-
 /// How far the contact point may go in a tick in which the tool moves by `step`.
 template <class T>
 T slip_budget_m(const ContactPoint& at, const Vec3<T>& step) noexcept {
@@ -156,9 +144,8 @@ struct Slipped {
 
 /// The contact at x lets its contact point slide, then lets go or answers: the order matters (no
 /// pop at lift-off). Where the body relaxes half of the tick's time passes first (M47). from: where
-/// the spot of `at` is cached; to: where that of the new one is. step: of the tool
-/// itself, also where the body sways: a contact point goes no farther at a tick because the body
-/// gave way.
+/// the spot of `at` is cached; to: where that of the new one is. step: of the tool itself; a
+/// contact point goes no farther at a tick because the body gave way.
 template <class F, bool kIsBall, class Memory>
 Slipped slip(const AssetView& asset, ContactPoint& at, SpotCache& from, SpotCache& to,
              const Decay& left, const Vec3d& x, const Vec3d& step, Memory& memory,
@@ -272,7 +259,8 @@ inline void drag_anchors(const AssetView& asset, Contact& contact, const Vec3d& 
 }
 
 /// Excess over the limit, as a share of the pull, above which a contact point counts as one that
-/// slips: a slide ends within kSlipTolerance of it.
+/// slips: a slide ends within kSlipTolerance of it. At half, at twice and at a thousand times of it
+/// all claims of tests/libfit/runtime/rolling_test.cpp hold.
 constexpr double kAtLimit = -1e-6;
 
 /// How the stored energy changes where the contact point of a ball and its anchors move over the

@@ -12,7 +12,7 @@ namespace runtime {
 
 constexpr int kMaxParts = 10;        ///< of a family: an asset's header has room for as many
 constexpr double kMaxNumber = 1e15;  ///< of what a node owns: products of a few stay finite
-constexpr double kMaxCurve_N = 1e6;  ///< of a curve: the largest cap of a tool
+constexpr double kMaxForce_N = 1e6;  ///< of a curve, and of a tool's cap: no body bears it
 
 /// What of a node is known before any fit.
 enum class Known {
@@ -36,7 +36,7 @@ struct Part {
 };
 
 /// A curve of force over depth or deflection that is zero at zero and never falls.
-constexpr Part rising_curve(const char* name, double max_N = kMaxCurve_N) noexcept {
+constexpr Part rising_curve(const char* name, double max_N = kMaxForce_N) noexcept {
   return {name, "N", 0, 1, 1, 0, true, true, 0, max_N};
 }
 

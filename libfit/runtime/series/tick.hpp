@@ -68,13 +68,13 @@ inline void finish(const AssetView& asset, const SeriesContact& at, const Ledger
 /// force, contact reset): a place that is not finite or farther than asset.max_step_m from the one
 /// before; a contact of another asset; a radius that is negative or not finite; a force that is not
 /// finite; where the body relaxes, a dt_s [s] since the tick before that is not kMinTimeStep_s to
-/// kMaxTimeStep_s. tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(place): of the
-/// branches this tick took; zero without force. Asking for it makes a tick several times as long
-/// and changes no other bit. Deterministic: the same bytes and places give the same bits. Work: in
-/// the air the tree nodes near the way; in contact, where the body does not sway, one slip of at
-/// most kMaxSegments segments of kMaxRootSteps + 3 evaluations of the law's slip, and two energies;
-/// where it sways at most 3 (kMaxSettleSteps + 2) of these. What does not fit goes on at the next
-/// tick.
+/// kMaxTimeStep_s. worked_J: done on the contact since the tick before, beside its force's work.
+/// tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(place): of the branches this tick
+/// took; zero without force. Asking for it makes a tick several times as long and changes no other
+/// bit. Deterministic: the same bytes and places give the same bits. Work: in the air the tree
+/// nodes near the way; in contact, where the body does not sway, one slip of at most kMaxSegments
+/// segments of kMaxRootSteps + 3 evaluations of the law's slip, and two energies; where it sways at
+/// most 3 (kMaxSettleSteps + 2) of these. What does not fit goes on at the next tick.
 inline Status touch_ball(const AssetView& asset, Contact& contact, const double place_m[3],
                          double radius_m, Output& out, TangentOut tangent_N_m = nullptr,
                          double dt_s = 0, double worked_J = 0) noexcept {

@@ -57,7 +57,7 @@ inline Status check_tool(const ToolShape& shape) noexcept {
   const auto is_size = [](double x, double most) noexcept { return x >= 0 && x <= most; };
   is_good = is_good && is_size(shape.damping_Ns_m, kMaxDamping_Ns_m) &&
             is_size(shape.lateral_damping_Ns_m, kMaxDamping_Ns_m) &&
-            is_size(shape.damper_depth_m, 1e3) && is_size(shape.max_force_N, 1e6) &&
+            is_size(shape.damper_depth_m, 1e3) && is_size(shape.max_force_N, kMaxForce_N) &&
             is_size(shape.ramp_s, 1e3) && (!shape.has_damper() || shape.damper_depth_m > 0);
   return is_good ? Status::ok : Status::tool_wrong;
 }
@@ -238,8 +238,9 @@ class ToolTick {
     const Vec3d turned = tool.has_pose ? turn_since(tool.row, seen) : Vec3d{0, 0, 0};
     for (int i = 0; i < tool.shape.balls; ++i) {
       rolled_[i] = {0, 0, 0};
-      ball_[i].worked_J = -dot(make_vec3<double>(tool.rolling[i].torque_Nm), turned);
       Contact& contact = tool.contact[i];
+      if (contact.triangle < 0) tool.rolling[i] = Rolling();
+      ball_[i].worked_J = -dot(make_vec3<double>(tool.rolling[i].torque_Nm), turned);
       if (contact.triangle < 0 || !(tool.shape.ball[i].radius_m > 0)) continue;
       const Vec3d normal = make_vec3<double>(tool.normal[i]);
       rolled_[i] = cross(turned, normal * contact.arm.reach_m);
@@ -258,7 +259,6 @@ class ToolTick {
     Rolling& rolling = tool_->rolling[i];
     const double rolled_m = std::sqrt(dot(rolled_[i], rolled_[i]));
     Contact& contact = tool_->contact[i];
-    if (ball_[i].out.state == ContactState::air) rolling = Rolling();
     if (ball_[i].out.state == ContactState::air || !(rolled_m > 0 || rolling.followed > 0)) return;
     const ConfigurationalForce by_place = configurational_force(met_by(*asset_, ball_[i]), contact);
     const double reach_m = contact.arm.reach_m, onset_m = kRollOnset * reach_m;

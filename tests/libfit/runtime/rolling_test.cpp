@@ -111,6 +111,20 @@ TEST(Rolling, has_a_torque_that_is_the_derivative_of_what_it_stores_while_it_sti
   EXPECT_GT(std::abs(Vec3::Map(ball.tool.rolling[0].torque_Nm).y()), 0.05 * std::abs(slope_Nm));
 }
 
+// The torque of a contact that had ended was booked as work of the next one.
+TEST(Rolling, that_lifted_off_leaves_nothing_to_the_next_touch) {
+  Capsule ball = pressed(ridge_model(300), 0);
+  for (int i = 1; i <= 600; ++i)
+    ball.tick(pose_at({1e-5 * i, 0, kRadius_m - kDepth_m}, {0, 1.1e-5 * i / kRadius_m, 0}));
+  ASSERT_GT(std::abs(Vec3::Map(ball.tool.rolling[0].torque_Nm).y()), 0);
+  for (int i = 0; i <= 100; ++i)
+    ball.tick(pose_at({6e-3, 0, kRadius_m - kDepth_m + 4e-5 * i}, {0, 1.65, 0}));
+  ASSERT_EQ(ball.out.touching, 0);
+  ball.tick(pose_at({6e-3, 0, kRadius_m + 1e-3}, {0, 1.2, 0}));
+  EXPECT_EQ(Vec3::Map(ball.tool.rolling[0].torque_Nm).norm(), 0);
+  EXPECT_EQ(ball.tool.rolling[0].followed, 0);
+}
+
 TEST(Rolling, over_a_ridge_is_felt_where_it_is) {
   Capsule ball = pressed(ridge_model(0.5), 0);
   for (int i = 1; i <= 1500; ++i) {
