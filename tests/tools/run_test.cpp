@@ -60,7 +60,8 @@ TEST_F(Run, says_six_lines_and_keeps_the_rest_in_its_log) {
                                                      "validate +([^\\n]+ s|no time)\\n")))
       << first.err;
   EXPECT_TRUE(std::regex_match(
-      first.out, std::regex("(Good|Fair|Poor): [^\\n]+\\nnext: [^\\n]*report[^\\n]*\\n")))
+      first.out, std::regex("(Good|Fair|Poor)( (or|to) (good|fair))?: [^\\n]+\\nnext: "
+                            "[^\\n]*report[^\\n]*\\n")))
       << first.out;
   EXPECT_TRUE(first.log.starts_with("palpate run ")) << first.log;
   for (const char* note : {"held: ", "  family ", "  residual: ", "within the force just"})
