@@ -59,6 +59,15 @@ Vec3 extent_m(const Points& points) {
   return (points.colwise().maxCoeff() - points.colwise().minCoeff()).transpose();
 }
 
+bool begin_alike(const Points& a, const Points& b) {
+  // Of the extent: eight times the rounding of a float; at half, bodies far off their origin
+  // would seem others, at twice nothing changes.
+  constexpr double kRounding = 1e-6;
+  const Eigen::Index both = std::min(a.rows(), b.rows());
+  return both == 0 || (a.topRows(both) - b.topRows(both)).rowwise().norm().maxCoeff() <=
+                          kRounding * extent_m(b).norm();
+}
+
 std::vector<std::vector<std::int32_t>> patches_of(const Surface& surface,
                                                   const std::vector<char>& is_in) {
   std::vector<std::int32_t> parent(is_in.size());

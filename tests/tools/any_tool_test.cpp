@@ -1,7 +1,14 @@
 // One asset and tools that its curves were not measured with: stated, validated, replayed,
 // certified.
 
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
 
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
@@ -34,6 +41,23 @@ Outcome in_folder(const Folder& folder, std::string command) {
   if (out != std::string::npos && command.ends_with(" -o out"))
     command.replace(out, 7, " -o " + (folder / "out").string());
   return palpate(folder, command);
+}
+
+// The block with a top that is bulged by 15 mm, whose triangles a region divides.
+std::string bulged_off() {
+  std::istringstream in(block_off(8));
+  std::string line, text;
+  for (int number = 0; std::getline(in, line); ++number) {
+    double x = 0, y = 0, z = 0;
+    const bool is_vertex =
+        number > 1 && line[0] != '3' && std::sscanf(line.c_str(), "%lf %lf %lf", &x, &y, &z) == 3;
+    const auto arch = [](double at) { return 1 - (at / 40 - 1) * (at / 40 - 1); };
+    text += !is_vertex ? line
+                       : std::to_string(x) + " " + std::to_string(y) + " " +
+                             std::to_string(z * (1 + 0.5 * arch(x) * arch(y)));
+    text += "\n";
+  }
+  return text;
 }
 
 class AnyTool : public testing::Test {
@@ -134,6 +158,55 @@ TEST_F(AnyTool, of_a_scene_without_a_ball_is_refused) {
   const Outcome round = in_folder(*folder_, "run round.toml -o out_of_round");
   EXPECT_EQ(round.status, 1);
   EXPECT_NE(round.said().find("Say what it is played as"), std::string::npos) << round.err;
+}
+
+// A smaller ball and another depth divide the region otherwise, and that was an error.
+TEST(Validate, states_a_scene_that_divides_the_surface_otherwise_and_resumes_where_it_was_stopped) {
+  const Folder folder;
+  folder.write("block.off", bulged_off());
+  std::string text = kScene;
+  const auto put = [&](const std::string& what, const std::string& by) {
+    text.replace(text.find(what), what.size(), by);
+  };
+  put("\"29 mm\"], [\"60 mm\", \"60 mm\", \"31 mm\"]",
+      "\"29 mm\"], [\"60 mm\", \"60 mm\", \"50 mm\"]");
+  folder.write("scene.toml", text);
+  put("radius = \"8 mm\"", "radius = \"3 mm\"");
+  put("depth = \"4 mm\"", "depth = \"2 mm\"");
+  put("drag_depths = [\"3 mm\"]", "drag_depths = [\"1.5 mm\"]");
+  put("points = 2\n", "points = 5\n");
+  const std::string small = folder.write("small.toml", text).string();
+  ASSERT_NE(in_folder(folder, "run scene.toml -o out").status, 1);
+  const std::string asset = (folder / "out/asset.palp").string();
+
+  const fs::path kept = folder / "out/asset.small.reference/reference.h5";
+  const pid_t child = fork();
+  if (child == 0) {
+    execl(PALPATE_PROGRAM, PALPATE_PROGRAM, "validate", asset.c_str(), small.c_str(), "--jobs", "1",
+          "--quiet", nullptr);
+    _exit(127);
+  }
+  for (int i = 0; i < 1200 && !fs::exists(kept.string() + ".partial"); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  kill(child, SIGINT);
+  int raw = 0;
+  waitpid(child, &raw, 0);
+  ASSERT_EQ(WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, 130) << "it ended before the interrupt";
+
+  const auto force_error = [&](const std::string& more, std::string* said) {
+    const Outcome outcome = in_folder(folder, "validate --json out/asset.palp small.toml" + more);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    if (said != nullptr) *said = outcome.said();
+    return nlohmann::json::parse(outcome.out).at("force_error");
+  };
+  std::string said;
+  const auto resumed = force_error("", &said);
+  EXPECT_NE(said.find("divided as the asset's"), std::string::npos) << said;
+  EXPECT_NE(said.find("resuming"), std::string::npos) << said;
+  EXPECT_LT(resumed.at("p95_rel").get<double>(), 0.15);
+  EXPECT_TRUE(fs::exists(kept));
+  fs::create_directory(folder / "other");
+  EXPECT_EQ(force_error(" --reference " + (folder / "other").string(), nullptr), resumed);
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 #include <fmt/core.h>
 
+#include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/outputs.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/check_choices.hpp"
@@ -41,8 +43,10 @@ class Validate final : public Command {
         "--model", model_,
         "model.h5 that the asset was made from; needs --curves, or recordings, whose points "
         "left out it knows");
-    arguments.option("--reference DIR", reference_,
-                     "Folder that keeps the simulated rows for the next validation");
+    arguments.option(
+        "--reference DIR", reference_,
+        "Folder that keeps the simulated rows, for a validation that was stopped and for the "
+        "next one; by default ASSET.SCENE.reference beside the asset");
     arguments.named_outputs(reference_, kReference);
     arguments.flag(
         "--no-causes", no_causes_,
@@ -66,12 +70,11 @@ class Validate final : public Command {
     if (seed_ != 0) scene.validate.seed = seed_;
     if (no_causes_) scene.validate.causes = false;
     check_choices(scene);
-    const Body body = body_.empty() ? prepare_body(scene, false) : read_body(body_);
+    keep_reference();
+    const Body body = body_of(scene);
     check_experiments(scene, body);
     request_.rows_csv = rows_;
-    request_.reference = reference_;
     request_.settings = scene.validate;
-    if (!reference_.empty()) std::filesystem::create_directories(reference_);
     if (curves_.empty() != model_.empty())
       throw Error(curves_.empty() ? "--curves" : "--model", "is missing beside the other one",
                   "Give both --curves and --model, or none.");
@@ -91,6 +94,31 @@ class Validate final : public Command {
   }
 
  private:
+  Body body_of(const Scene& scene) const {
+    if (!body_.empty()) return read_body(body_);
+    const Surface surface = palpate::surface_of(read_asset_file(asset_).asset());
+    return prepare_body(scene, false, &surface);
+  }
+
+  // What is simulated is kept beside the asset where nothing else is said, so that a validation
+  // that was stopped goes on.
+  void keep_reference() {
+    namespace fs = std::filesystem;
+    request_.reference = reference_;
+    if (reference_.empty())
+      request_.reference =
+          fs::path(asset_).replace_extension(fs::path(scene_).stem().string() + ".reference");
+    std::error_code failed;
+    fs::create_directories(request_.reference, failed);
+    if (!failed) return check_named_outputs(request_.reference, kReference, false);
+    if (!reference_.empty())
+      throw Error(reference_, "cannot be made: " + failed.message(),
+                  "Choose a folder that can be written.");
+    warn("{}: cannot be made ({}), so nothing is kept of what is simulated",
+         request_.reference.string(), failed.message());
+    request_.reference.clear();
+  }
+
   int compare_recordings(Reply& reply) {
     const std::pair<const char*, bool> of_scenes[] = {{"--points", points_ != 0},
                                                       {"--seed", seed_ != 0},

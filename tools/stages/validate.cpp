@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "libfem/probes/probes.hpp"
@@ -32,21 +31,16 @@ using namespace validation;
 // Refuses an asset of another body: its vertices are the scene's, rounded to float.
 void check_same_surface(const std::filesystem::path& path, const runtime::AssetView& asset,
                         const Surface& surface) {
-  constexpr double kRounding = 1e-6;  // of the body's extent
-  double farthest_m =
-      asset.vertices == surface.vertices.rows() ? 0 : std::numeric_limits<double>::infinity();
-  for (int v = 0; v < asset.vertices && std::isfinite(farthest_m); ++v) {
-    const Vec3 place = Eigen::Map<const Eigen::Vector3f>(asset.vertex + 3 * v).cast<double>() +
-                       Eigen::Map<const Vec3>(asset.origin_m);
-    farthest_m = std::max(farthest_m, (place - Vec3(surface.vertices.row(v))).norm());
-  }
-  if (farthest_m <= kRounding * extent_m(surface.vertices).norm()) return;
+  const Points vertices = palpate::surface_of(asset).vertices, &scenes = surface.vertices;
+  const bool is_as_many = vertices.rows() == scenes.rows();
+  if (is_as_many && begin_alike(vertices, scenes)) return;
   throw Error(
       path.string(),
-      fmt::format(
-          "was made on another surface than the scene's: {} vertices and {}{}", asset.vertices,
-          surface.vertices.rows(),
-          std::isfinite(farthest_m) ? fmt::format(", {:.3g} mm apart", 1e3 * farthest_m) : ""),
+      fmt::format("was made on another surface than the scene's: {} vertices and {}{}",
+                  vertices.rows(), scenes.rows(),
+                  is_as_many ? fmt::format(", {:.3g} mm apart",
+                                           1e3 * (vertices - scenes).rowwise().norm().maxCoeff())
+                             : ""),
       "Validate it with the scene that it was made from.");
 }
 

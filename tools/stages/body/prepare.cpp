@@ -135,7 +135,18 @@ void bend(const Scene& scene, Body& body) {
   }
 }
 
-Body make_body(const Scene& scene, bool surface_only) {
+// given: how many vertices the surface had before it was divided, which keep their numbers.
+void take_division(const Scene& scene, const Surface& asset, Eigen::Index given, Body& body) {
+  const Points& own = body.surface.vertices;
+  const bool is_own = asset.vertices.rows() == own.rows() && begin_alike(asset.vertices, own);
+  if (is_own || asset.vertices.rows() < given || !begin_alike(asset.vertices, own.topRows(given)))
+    return;
+  say("  surface: divided as the asset's, {} vertices for {}", asset.vertices.rows(), own.rows());
+  body.surface = asset;
+  find_region(scene, body);
+}
+
+Body make_body(const Scene& scene, bool surface_only, const Surface* asset) {
   Body body;
   body.probe = scene.probe.spec;
   body.settings = settings_of(scene);
@@ -145,12 +156,14 @@ Body make_body(const Scene& scene, bool surface_only) {
       size_in_words(extent_m(body.surface.vertices), is_open ? 0 : volume_m3(body.surface)),
       body.surface.vertices.rows(), body.surface.triangles.rows());
   find_region(scene, body);
+  const Eigen::Index given = body.surface.vertices.rows();
   if (!surface_only) {
     if (body.volume.tets.rows() == 0) fill_with_tets(scene, body);
     hold(scene, body);
     divide_region(scene, body);
   }
   if (scene.gravity && !surface_only) bend(scene, body);
+  if (asset != nullptr) take_division(scene, *asset, given, body);
   find_reachable(scene, surface_only, body);
   choose_points(scene, surface_only, body);
   return body;
@@ -158,10 +171,12 @@ Body make_body(const Scene& scene, bool surface_only) {
 
 }  // namespace
 
-Body prepare_body(const Scene& scene, bool surface_only) {
+Body prepare_body(const Scene& scene, bool surface_only, const Surface* asset) {
   const auto body = std::make_shared<Body>();
-  run_abandonably([body, scene, surface_only] { *body = make_body(scene, surface_only); },
-                  "prepare: nothing was written");
+  const auto kept = asset ? std::make_shared<const Surface>(*asset) : nullptr;
+  run_abandonably(
+      [body, scene, surface_only, kept] { *body = make_body(scene, surface_only, kept.get()); },
+      "prepare: nothing was written");
   return std::move(*body);
 }
 

@@ -9,7 +9,9 @@ namespace palpate::tools {
 /// `surface_only`, the filled volume with its held nodes. Says what it finds and mends on stderr.
 /// Throws Error, with the scene's place and a remedy, on everything that would make the later
 /// stages meaningless; nothing is written here.
-Body prepare_body(const Scene& scene, bool surface_only);
+/// asset: the surface of an asset. Where it divides the body's triangles otherwise than the scene's
+/// tool and depth do, the body takes it.
+Body prepare_body(const Scene& scene, bool surface_only, const Surface* asset = nullptr);
 
 /// What only the body can tell: a probe larger than it, a depth larger than it is thick. Throws
 /// Error with the scene's key and a remedy.

@@ -109,8 +109,8 @@ Samples SampleCache::at(const fem::SimulatorOf& simulator, const ExperimentList&
     throw Interrupted(
         request_.output.empty()
             ? fmt::format("{}: what was done is lost, for there is no folder to keep it in", what)
-            : fmt::format("{}: what is done is kept in {}; go on with --resume (run does so by "
-                          "itself)",
+            : fmt::format("{}: what is done is kept in {}; the same command goes on (simulate with "
+                          "--resume)",
                           what, partial_of(request_.output).string()));
   }
   return samples;
