@@ -246,6 +246,38 @@ units = { time = "s", position = "mm", force = "N" })",
       << shifted.said.err;
 }
 
+// Two topics in one log: a reading of the one, of the other or of both to each stamp.
+TEST(OddRecordings, positions_and_forces_of_two_rates_on_one_clock_are_read_at_the_forces_times) {
+  const Folder folder;
+  std::string apart = "t_s,z_mm,F_N\n", shared = apart, lost = apart;
+  const auto rows = press();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto& [t, d, f] = rows[i];
+    apart += fmt::format("{:.4f},{:.5f},\n", t, d);
+    if (i % 2 == 0 && i + 1 < rows.size()) {  // 4 ms later than a position
+      const double later_mm = d + 0.4 * (rows[i + 1][1] - d);
+      apart += fmt::format("{:.4f},,{:.6f}\n", t + 0.004, hertz_N(later_mm - kFree_mm, 10));
+    }
+    shared += fmt::format("{:.4f},{:.5f},{}\n", t, d, i % 2 ? "nan" : fmt::format("{:.6f}", f));
+    lost += fmt::format("{:.4f},{:.5f},{}\n", t, d, i % 50 == 7 ? "" : fmt::format("{:.6f}", f));
+  }
+  folder.write("apart.csv", apart), folder.write("shared.csv", shared);
+  folder.write("lost.csv", lost);
+  for (const char* file : {"apart.csv", "shared.csv"}) {
+    SCOPED_TRACE(file);
+    const Checked read = check(folder, manifest(file, "", kPlaced));
+    expect_press(read);
+    EXPECT_NE(read.json.dump().find("interpolated at the times of the forces"), std::string::npos);
+  }
+  const Checked some = check(folder, manifest("lost.csv", "", kPlaced));
+  EXPECT_NE(some.said.err.find("column `F_N` has no value here"), std::string::npos)
+      << some.said.err;
+  const Checked timeless = check(
+      folder, manifest("apart.csv", "columns = { depth = \"z_mm\", force = \"F_N\" }", kPlaced));
+  EXPECT_NE(timeless.said.err.find("no time says how they belong"), std::string::npos)
+      << timeless.said.err;
+}
+
 TEST(OddRecordings, a_way_back_that_is_written_from_its_free_end_is_turned_around) {
   const Folder folder;
   const auto rows = press();

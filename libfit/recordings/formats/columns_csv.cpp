@@ -147,6 +147,31 @@ void find_number_style(const TextFile& file, const ColumnsHeader& header,
   layout.has_groups = grouped.has_value();
 }
 
+bool is_of_force(Meaning meaning) {
+  return meaning == Meaning::force_time || meaning == Meaning::force || meaning == Meaning::torque;
+}
+
+// Whether positions and forces come in rows of their own, as two topics in one log do.
+bool has_two_topics(const TextFile& file, const std::vector<Role>& roles,
+                    const std::vector<std::size_t>& field, const TableLayout& layout) {
+  // Share of rows that have one of them alone. With half of it, readings that were lost would seem
+  // to be topics; with twice, two topics that share every second time stamp would not.
+  constexpr double kAlone = 1.0 / 3;
+  std::size_t rows = 0, alone = 0;
+  for (std::size_t i = layout.first; i < file.lines() && rows < kStyleRows; ++i) {
+    const auto fields = split(file.line(i), layout.separator);
+    bool has_position = false, has_force = false;
+    for (std::size_t r = 0; r < roles.size(); ++r) {
+      if (field[r] >= fields.size() || is_blank_field(fields[field[r]])) continue;
+      has_force |= is_of_force(roles[r].meaning);
+      has_position |= roles[r].meaning == Meaning::depth || roles[r].meaning == Meaning::position;
+    }
+    rows += has_position || has_force;
+    alone += has_position != has_force;
+  }
+  return rows > 0 && static_cast<double>(alone) >= kAlone * static_cast<double>(rows);
+}
+
 // A header whose names hold blanks has more fields than its rows, and would shift them.
 void check_width(const TextFile& file, const ColumnsHeader& header, const ReadSettings& settings) {
   if (header.is_numbered || header.separator != ' ') return;
@@ -176,8 +201,8 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
                                            std::string_view bytes, const ReadSettings& given) {
   const TextFile file(path, bytes, given.encoding);
   std::string taken;
-  const ReadSettings settings = named_by_header(file, given, taken);
-  const auto roles = roles_of(settings.columns);
+  ReadSettings settings = named_by_header(file, given, taken);
+  auto roles = roles_of(settings.columns);
   const ColumnsHeader header = find_header(file, roles, settings);
   const FailColumn fail = [&](const std::string& what, const std::string& remedy) {
     return file.error(header.line, what, remedy);
@@ -192,7 +217,22 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
   layout.comment = settings.comment;
   layout.drop_invalid = settings.drop_invalid;
   layout.may_end_early = true;
-  const auto field = find_columns(roles, header.names, fail);
+  auto field = find_columns(roles, header.names, fail);
+  std::string topics;
+  ColumnNames& asked = settings.columns;
+  if (asked.force_time.empty() && asked.retract_depth.empty() &&
+      has_two_topics(file, roles, field, layout)) {
+    if (asked.time.empty())
+      throw fail("positions and forces are in rows of their own, and no time says how they belong",
+                 "Name the time column in the manifest: columns = { time = ... }.");
+    asked.force_time = asked.time;
+    topics =
+        "positions and forces are in rows of their own: positions are interpolated at the "
+        "times of the forces";
+    roles = roles_of(asked);
+    field = find_columns(roles, header.names, fail);
+  }
+  layout.shares_clock = !asked.time.empty() && asked.force_time == asked.time;
   std::vector<double> factors;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < roles.size(); ++i) {
@@ -200,10 +240,8 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
     factors.push_back(factor_of(roles[i], names[i], settings.units, fail));
   }
   // With a clock of its own the force has rows of its own: fewer or more, blank where it has none.
-  const auto is_of_force = [&](std::size_t i) {
-    return !settings.columns.force_time.empty() &&
-           (roles[i].meaning == Meaning::force_time || roles[i].meaning == Meaning::force ||
-            roles[i].meaning == Meaning::torque);
+  const auto has_force_rows = [&](std::size_t i) {
+    return !asked.force_time.empty() && is_of_force(roles[i].meaning);
   };
   std::vector<std::vector<double>> columns(roles.size());
   std::vector<std::size_t> line;
@@ -211,7 +249,7 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
   for (const bool is_force : {false, true}) {
     std::vector<std::size_t> part;
     for (std::size_t i = 0; i < roles.size(); ++i)
-      if (is_of_force(i) == is_force) part.push_back(i);
+      if (has_force_rows(i) == is_force) part.push_back(i);
     if (part.empty()) continue;
     layout.field.clear(), layout.name.clear(), layout.is_clock.clear();
     for (const std::size_t i : part) {
@@ -228,7 +266,8 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
   RawRecording recording =
       recording_of(roles, std::move(columns), factors, std::move(line), settings);
   recording.dropped_rows = dropped;
-  if (!taken.empty()) recording.taken.push_back(taken);
+  for (const std::string& what : {taken, topics})
+    if (!what.empty()) recording.taken.push_back(what);
   return {recording};
 }
 

@@ -249,6 +249,10 @@ std::optional<std::string> without_groups(std::string_view text, char group) {
   return out += text.substr(i);
 }
 
+bool is_blank_field(std::string_view text) {
+  return text.empty() || text == "nan" || text == "NaN" || text == "NAN";
+}
+
 std::pair<std::string, std::string> split_unit(std::string_view name) {
   std::string text;
   for (std::size_t i = 0; i < name.size(); ++i) {  // U+00B5 and U+03BC
@@ -305,6 +309,11 @@ NumberTable read_numbers(const TextFile& file, const TableLayout& layout) {
     const auto is_blank = [&](std::size_t f) { return f >= fields.size() || fields[f].empty(); };
     if (layout.may_end_early && std::all_of(layout.field.begin(), layout.field.end(), is_blank))
       continue;
+    bool is_row = !layout.shares_clock;
+    for (std::size_t c = 0; c < row.size() && !is_row; ++c)
+      is_row = !layout.is_clock[c] && !is_blank(layout.field[c]) &&
+               !is_blank_field(fields[layout.field[c]]);
+    if (!is_row) continue;
     std::string what;
     for (std::size_t c = 0; c < row.size() && what.empty(); ++c) {
       if (is_blank(layout.field[c])) {

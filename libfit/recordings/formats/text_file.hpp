@@ -48,6 +48,8 @@ std::optional<double> parse_number(std::string_view text, char decimal);
 /// A number without the signs between its groups of three digits, "1,304.5" where `group` is a
 /// comma; nothing where there are none, or they stand elsewhere.
 std::optional<std::string> without_groups(std::string_view text, char group);
+/// Whether a field has no value: it is blank, or "nan" as tables of other programs write that.
+bool is_blank_field(std::string_view text);
 /// "Load (N)" or "Load [N]" -> {"Load", "N"}; the micro sign becomes u. {name, ""} without
 /// brackets.
 std::pair<std::string, std::string> split_unit(std::string_view name);
@@ -73,6 +75,7 @@ struct TableLayout {
   /// of a file; none yet before the first.
   std::optional<std::int64_t>* first_tick = nullptr;
   bool may_end_early = false;  ///< rows with every asked field empty are no rows
+  bool shares_clock = false;   ///< nor are those with all but the clock without a value
   bool drop_invalid = false;
 };
 
