@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "libfem/mesh/structured_block.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/tools/block_scene.hpp"
 
@@ -112,6 +113,33 @@ TEST(plausibility, the_share_of_an_inclusion_outside_the_body_is_measured) {
 
 TEST(plausibility, an_inclusion_beside_the_body_is_an_error) {
   EXPECT_THROW(place_inclusions(with_ball_at("50"), block_body()), Error);
+}
+
+// Tets of 10 x 10 x 5 mm bricks in the block, those marked whose middle has its z in a range.
+Scene with_marked_layer(double low_m, double high_m) {
+  TetMesh volume = fem::structured_block({0.08, 0.08, 0.03}, {8, 8, 6});
+  std::vector<char> is_marked;
+  for (const auto& tet : volume.tets.rowwise()) {
+    Vec3 middle = Vec3::Zero();
+    for (const std::int32_t n : tet) middle += volume.nodes.row(n) / 4;
+    const bool is_in = middle.z() > low_m && middle.z() < high_m &&
+                       std::abs(middle.x() - 0.04) < 0.02 && std::abs(middle.y() - 0.04) < 0.02;
+    is_marked.insert(is_marked.end(), 4, is_in);
+  }
+  Scene scene = with_ball_at("20");
+  scene.inclusions[0].region =
+      Marked{{}, std::make_shared<const PaintedPart>(std::move(volume), std::move(is_marked))};
+  return scene;
+}
+
+// It was said of every group that it reaches the surface.
+TEST(plausibility, an_inclusion_that_a_mesh_marks_is_measured_as_a_shape_is) {
+  const auto inside = place_inclusions(with_marked_layer(0.01, 0.02), block_body());
+  EXPECT_NEAR(inside[0].volume_m3, 1.6e-5, 1e-9);
+  EXPECT_NEAR(inside[0].depth_m, 0.01, 1e-9);
+  const auto top = place_inclusions(with_marked_layer(0.02, 0.03), block_body());
+  EXPECT_NEAR(top[0].volume_m3, 1.6e-5, 1e-9);
+  EXPECT_EQ(top[0].depth_m, 0);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "libfem/mesh/read/painted_part.hpp"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -22,7 +24,40 @@ PaintedPart::PaintedPart(TetMesh volume, std::vector<char> is_painted)
     : volume_(std::move(volume)),
       is_painted_(std::move(is_painted)),
       boxes_(tet_boxes(volume_)),
-      slack_m_(kSlack * extent_m(volume_.nodes).norm()) {}
+      slack_m_(kSlack * extent_m(volume_.nodes).norm()),
+      interiors_(static_cast<std::size_t>(volume_.tets.rows())) {
+  for (Eigen::Index t = 0; t < volume_.tets.rows(); ++t) {
+    const auto painted = std::count(&is_painted_[4 * t], &is_painted_[4 * t] + 4, 1);
+    if (painted != 0 && painted != 4) continue;
+    Interior& tet = interiors_[static_cast<std::size_t>(t)];
+    for (int k = 0; k < 4; ++k) {
+      const auto corner = [&](int i) -> Vec3 {
+        return volume_.nodes.row(volume_.tets(t, (k + i) % 4));
+      };
+      Vec3 inward = (corner(2) - corner(1)).cross(corner(3) - corner(1)).normalized();
+      if (inward.dot(corner(0) - corner(1)) < 0) inward = -inward;
+      tet.normal.row(k) = inward;
+      tet.offset_m[k] = inward.dot(corner(1));
+    }
+  }
+}
+
+// Of a place in the volume the tets that hold it decide, unless one of them is painted in part.
+std::optional<bool> PaintedPart::decided_by_holders(const Vec3& place) const {
+  bool is_any = false, is_painted = false, is_in_part = false;
+  double squared_best = slack_m_ * slack_m_;
+  boxes_.visit_nearest(place, squared_best, [&](std::int32_t t, double& best) {
+    const Interior& tet = interiors_[static_cast<std::size_t>(t)];
+    if ((tet.normal * place - tet.offset_m).minCoeff() < -slack_m_) return;
+    is_any = true;
+    is_in_part |= tet.normal.isZero();
+    is_painted |= !tet.normal.isZero() && is_painted_[4 * static_cast<std::size_t>(t)] != 0;
+    if (is_painted) best = -1;  // ends the search
+  });
+  return is_painted              ? std::optional(true)
+         : is_any && !is_in_part ? std::optional(false)
+                                 : std::nullopt;
+}
 
 bool PaintedPart::contains(const Vec3& place) const {
   const auto is_painted = [&](std::int32_t cell, const auto& weight) {
@@ -45,6 +80,7 @@ bool PaintedPart::contains(const Vec3& place) const {
     return decide([&](double max_m, auto accept) {
       return closest_point(surface_, boxes_, place, max_m, accept);
     });
+  if (const auto decided = decided_by_holders(place)) return *decided;
   return decide([&](double max_m, auto accept) {
     return closest_in_volume(volume_, boxes_, place, max_m, accept);
   });

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "libfem/mesh/closest_tet.hpp"
@@ -30,11 +31,19 @@ class PaintedPart {
   const std::vector<char>& is_painted() const { return is_painted_; }
 
  private:
+  std::optional<bool> decided_by_holders(const Vec3& place) const;
+
   Surface surface_;  // one of both has cells
   TetMesh volume_;
   std::vector<char> is_painted_;
   BoxTree boxes_;
   double slack_m_ = 0;  // by which a place on a border may miss it
+  // Of tets whose corners are painted alike, x . normal - offset is the depth below each face [m].
+  struct Interior {
+    Eigen::Matrix<double, 4, 3> normal = Eigen::Matrix<double, 4, 3>::Zero();
+    Eigen::Vector4d offset_m = Eigen::Vector4d::Zero();
+  };
+  std::vector<Interior> interiors_;
 };
 
 }  // namespace palpate

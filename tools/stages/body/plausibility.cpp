@@ -31,6 +31,9 @@ constexpr double kFinestProbe = 1e-3;  // tip radius over the body's largest ext
 constexpr double kManyTimes = 8;
 constexpr double kManyTets = 50000;  // a press on them takes 2 GB
 
+// Of the body's extent: a border so near the surface is on it. Corners of a mesh are off by the
+// rounding of float32, 1e-7; 1e-3 would be 0.1 mm of an organ.
+constexpr double kOnSurface = 1e-6;
 constexpr int kSamplesAcross = 28;
 constexpr double kWhole = 0.99;  // share inside that passes without a word, for sampling's sake
 
@@ -96,6 +99,15 @@ void check_mesh_size(const Scene& scene, const Body& body, Warnings& warnings) {
                     tets, cost, 1e3 * edge_m));
 }
 
+// Corners of tets that are painted; one of several tets comes as often.
+std::vector<Vec3> painted_corners(const PaintedPart& part) {
+  std::vector<Vec3> painted;
+  for (Eigen::Index i = 0; i < part.volume().tets.size(); ++i)
+    if (part.is_painted()[static_cast<std::size_t>(i)])
+      painted.push_back(part.volume().nodes.row(part.volume().tets(i / 4, i % 4)));
+  return painted;
+}
+
 Box bounds_of(const Region& region, const Points& vertices) {
   Box box{vertices.colwise().minCoeff(), vertices.colwise().maxCoeff()};
   if (const auto* ball = std::get_if<Ball>(&region))
@@ -105,8 +117,13 @@ Box bounds_of(const Region& region, const Points& vertices) {
     const Points& corners = solid->boundary->surface.vertices;
     return {corners.colwise().minCoeff(), corners.colwise().maxCoeff()};
   }
+  if (const auto* marked = std::get_if<Marked>(&region)) {
+    const std::vector<Vec3> corners = painted_corners(*marked->part);
+    box = {corners.front(), corners.front()};
+    for (const Vec3& at : corners) box = {box.low_m.cwiseMin(at), box.high_m.cwiseMax(at)};
+    return box;
+  }
   const auto* half = std::get_if<HalfSpace>(&region);
-  if (half == nullptr) return box;  // of what is marked, that of the body
   (half->is_below ? box.high_m : box.low_m)[half->axis] = half->at_m;
   return box;
 }
@@ -135,7 +152,13 @@ InclusionPlace place_of(const Region& region, const Body& body, const BoxTree& b
   if (const auto* ball = std::get_if<Ball>(&region))
     if (const auto near = closest_point(body.surface, boxes, ball->center_m))
       place.depth_m = near->distance_m - ball->radius_m;
-  if (place.inside < kWhole || std::isnan(place.inside)) place.depth_m = 0;
+  if (const auto* marked = std::get_if<Marked>(&region))  // which ends at the body's surface
+    for (const Vec3& at : painted_corners(*marked->part))
+      if (const auto near = closest_point(body.surface, boxes, at, place.depth_m))
+        place.depth_m = near->distance_m;
+  if (place.inside < kWhole || std::holds_alternative<HalfSpace>(region) ||
+      place.depth_m < kOnSurface * extent_m(body.surface.vertices).maxCoeff())
+    place.depth_m = 0;
   for (Eigen::Index t = 0; t < body.volume.tets.rows(); ++t) {
     Vec3 centre = Vec3::Zero();
     for (int k = 0; k < 4; ++k) centre += body.volume.nodes.row(body.volume.tets(t, k)) / 4;

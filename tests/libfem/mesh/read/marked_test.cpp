@@ -7,6 +7,7 @@
 #include <array>
 #include <cstring>
 #include <map>
+#include <random>
 #include <set>
 
 #include "libfit/core/error.hpp"
@@ -255,6 +256,27 @@ std::string msh(double version, bool is_binary) {
     element(4, t < 3 ? 2 : 1,
             std::array{cube.tets(t, 0), cube.tets(t, 1), cube.tets(t, 2), cube.tets(t, 3)});
   return file.text("\n$EndElements\n").out;
+}
+
+// In the volume its holders are looked at, outside the nearest tets.
+TEST_F(MarkedPart, of_tets_is_where_one_of_the_nearest_tets_is_marked) {
+  const PaintedPart lump = part(".msh", msh(2.2, false), group("lump"), true);
+  const TetMesh& cube = lump.volume();
+  std::mt19937 random(3);
+  std::uniform_int_distribution<int> eighths(-2, 10);
+  std::uniform_real_distribution<double> anywhere(-0.25, 1.25);
+  for (int i = 0; i < 4000; ++i) {
+    const auto along = [&] { return i % 2 == 0 ? eighths(random) / 8.0 : anywhere(random); };
+    const Vec3 place(along(), along(), along());
+    double nearest[2] = {1, 1};
+    for (Eigen::Index t = 0; t < cube.tets.rows(); ++t) {
+      const auto corner = [&](int k) -> Vec3 { return cube.nodes.row(cube.tets(t, k)); };
+      double& least = nearest[lump.is_painted()[static_cast<std::size_t>(4 * t)] != 0];
+      least = std::min(
+          least, nearest_in_tet(place, corner(0), corner(1), corner(2), corner(3)).distance_m);
+    }
+    EXPECT_EQ(lump.contains(place), nearest[1] <= nearest[0] + 1e-9) << place.transpose();
+  }
 }
 
 TEST_F(MarkedPart, of_an_msh_is_a_physical_group_of_faces_or_of_tets) {
