@@ -132,7 +132,7 @@ Scene with_marked_layer(double low_m, double high_m) {
   return scene;
 }
 
-// It was said of every group that it reaches the surface.
+// Every group was said to reach the surface.
 TEST(plausibility, an_inclusion_that_a_mesh_marks_is_measured_as_a_shape_is) {
   const auto inside = place_inclusions(with_marked_layer(0.01, 0.02), block_body());
   EXPECT_NEAR(inside[0].volume_m3, 1.6e-5, 1e-9);

@@ -42,7 +42,7 @@ PaintedPart::PaintedPart(TetMesh volume, std::vector<char> is_painted)
   }
 }
 
-// Of a place in the volume the tets that hold it decide, unless one of them is painted in part.
+// The tets that hold a place decide, unless one of them is painted in part.
 std::optional<bool> PaintedPart::decided_by_holders(const Vec3& place) const {
   bool is_any = false, is_painted = false, is_in_part = false;
   double squared_best = slack_m_ * slack_m_;

@@ -38,7 +38,8 @@ class PaintedPart {
   std::vector<char> is_painted_;
   BoxTree boxes_;
   double slack_m_ = 0;  // by which a place on a border may miss it
-  // Of tets whose corners are painted alike, x . normal - offset is the depth below each face [m].
+  // Only tets whose corners are painted alike have one; x . normal - offset is the depth below
+  // each face [m].
   struct Interior {
     Eigen::Matrix<double, 4, 3> normal = Eigen::Matrix<double, 4, 3>::Zero();
     Eigen::Vector4d offset_m = Eigen::Vector4d::Zero();

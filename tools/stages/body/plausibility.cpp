@@ -31,8 +31,8 @@ constexpr double kFinestProbe = 1e-3;  // tip radius over the body's largest ext
 constexpr double kManyTimes = 8;
 constexpr double kManyTets = 50000;  // a press on them takes 2 GB
 
-// Of the body's extent: a border so near the surface is on it. Corners of a mesh are off by the
-// rounding of float32, 1e-7; 1e-3 would be 0.1 mm of an organ.
+// A border nearer the surface than this share of the body's extent is on it. Corners of a mesh are
+// off by the rounding of float32, 1e-7; 1e-3 would be 0.1 mm of an organ.
 constexpr double kOnSurface = 1e-6;
 constexpr int kSamplesAcross = 28;
 constexpr double kWhole = 0.99;  // share inside that passes without a word, for sampling's sake
@@ -99,7 +99,7 @@ void check_mesh_size(const Scene& scene, const Body& body, Warnings& warnings) {
                     tets, cost, 1e3 * edge_m));
 }
 
-// Corners of tets that are painted; one of several tets comes as often.
+// Painted corners of tets; a node that several tets share comes several times.
 std::vector<Vec3> painted_corners(const PaintedPart& part) {
   std::vector<Vec3> painted;
   for (Eigen::Index i = 0; i < part.volume().tets.size(); ++i)

@@ -258,7 +258,7 @@ std::string msh(double version, bool is_binary) {
   return file.text("\n$EndElements\n").out;
 }
 
-// In the volume its holders are looked at, outside the nearest tets.
+// Tets that hold a place decide within the volume, the nearest ones outside it.
 TEST_F(MarkedPart, of_tets_is_where_one_of_the_nearest_tets_is_marked) {
   const PaintedPart lump = part(".msh", msh(2.2, false), group("lump"), true);
   const TetMesh& cube = lump.volume();
