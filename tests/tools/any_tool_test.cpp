@@ -207,6 +207,10 @@ TEST(Validate, states_a_scene_that_divides_the_surface_otherwise_and_resumes_whe
   EXPECT_TRUE(fs::exists(kept));
   fs::create_directory(folder / "other");
   EXPECT_EQ(force_error(" --reference " + (folder / "other").string(), nullptr), resumed);
+
+  folder.write("refused.toml", text);
+  EXPECT_EQ(in_folder(folder, "validate out/asset.palp refused.toml --model m.h5").status, 1);
+  EXPECT_FALSE(fs::exists(folder / "out/asset.refused.reference"));
 }
 
 }  // namespace

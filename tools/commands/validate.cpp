@@ -70,7 +70,7 @@ class Validate final : public Command {
     if (seed_ != 0) scene.validate.seed = seed_;
     if (no_causes_) scene.validate.causes = false;
     check_choices(scene);
-    keep_reference();
+    const RemovedIfEmpty made{keep_reference()};
     const Body body = body_of(scene);
     check_experiments(scene, body);
     request_.rows_csv = rows_;
@@ -94,6 +94,15 @@ class Validate final : public Command {
   }
 
  private:
+  // A validation that is refused leaves no folder behind.
+  struct RemovedIfEmpty {
+    std::filesystem::path folder;
+    ~RemovedIfEmpty() {
+      std::error_code ignored;
+      std::filesystem::remove(folder, ignored);
+    }
+  };
+
   Body body_of(const Scene& scene) const {
     if (!body_.empty()) return read_body(body_);
     const Surface surface = palpate::surface_of(read_asset_file(asset_).asset());
@@ -101,22 +110,26 @@ class Validate final : public Command {
   }
 
   // What is simulated is kept beside the asset where nothing else is said, so that a validation
-  // that was stopped goes on.
-  void keep_reference() {
+  // that was stopped goes on. Returns the folder that was made, if one was.
+  std::filesystem::path keep_reference() {
     namespace fs = std::filesystem;
     request_.reference = reference_;
     if (reference_.empty())
       request_.reference =
           fs::path(asset_).replace_extension(fs::path(scene_).stem().string() + ".reference");
     std::error_code failed;
-    fs::create_directories(request_.reference, failed);
-    if (!failed) return check_named_outputs(request_.reference, kReference, false);
+    const bool is_made = fs::create_directories(request_.reference, failed);
+    if (!failed) {
+      check_named_outputs(request_.reference, kReference, false);
+      return is_made ? request_.reference : "";
+    }
     if (!reference_.empty())
       throw Error(reference_, "cannot be made: " + failed.message(),
                   "Choose a folder that can be written.");
     warn("{}: cannot be made ({}), so nothing is kept of what is simulated",
          request_.reference.string(), failed.message());
     request_.reference.clear();
+    return {};
   }
 
   int compare_recordings(Reply& reply) {

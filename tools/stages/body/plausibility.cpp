@@ -119,6 +119,7 @@ Box bounds_of(const Region& region, const Points& vertices) {
   }
   if (const auto* marked = std::get_if<Marked>(&region)) {
     const std::vector<Vec3> corners = painted_corners(*marked->part);
+    if (corners.empty()) return box;  // of a mark on the surface, that of the body
     box = {corners.front(), corners.front()};
     for (const Vec3& at : corners) box = {box.low_m.cwiseMin(at), box.high_m.cwiseMax(at)};
     return box;
