@@ -17,8 +17,10 @@ namespace {
 using namespace testing_support;
 using palpate::testing_support::voxel_surface;
 
-std::string off_of(const Surface& surface) {
-  std::string text = "OFF\n" + std::to_string(surface.vertices.rows()) + " " +
+// frame: as 3D Slicer states it in a comment.
+std::string off_of(const Surface& surface, const std::string& frame = "") {
+  std::string text = "OFF\n" + (frame.empty() ? "" : "# SPACE=" + frame + "\n") +
+                     std::to_string(surface.vertices.rows()) + " " +
                      std::to_string(surface.triangles.rows()) + " 0\n";
   for (const auto& p : surface.vertices.rowwise())
     text += std::to_string(1e3 * p[0]) + " " + std::to_string(1e3 * p[1]) + " " +
@@ -33,7 +35,7 @@ std::string off_of(const Surface& surface) {
 class Region : public testing::Test {
  protected:
   Outcome prepare(const Surface& surface, const std::string& experiments) {
-    folder.write("body.off", off_of(surface));
+    folder.write("body.off", off_of(surface, frame));
     folder.write("scene.toml",
                  "[body]\nsurface = \"body.off\"\nlength_unit = \"mm\"\n"
                  "fixed = [ { below = { axis = \"z\", at = \"0.5 mm\" } } ]\n"
@@ -45,6 +47,7 @@ class Region : public testing::Test {
   }
   Body body() const { return read_body(folder / "body.h5"); }
   Folder folder;
+  std::string frame;
 };
 
 // The surface as PLY in mm, with the faces of which all corners lie at z = 0 in red.
@@ -252,6 +255,22 @@ TEST_F(Region, the_inside_of_a_closed_surface_is_the_box_that_it_encloses) {
   EXPECT_GT(std::count(by_file.in_region.begin(), by_file.in_region.end(), 1), 50);
   EXPECT_EQ(by_file.in_region, by_numbers.in_region);
   EXPECT_EQ(by_file.test_points.position, by_numbers.test_points.position);
+
+  // Where the file's frame is the other one of RAS and LPS, it is turned into the body's.
+  Surface turned = box;
+  turned.vertices.leftCols<2>() *= -1;
+  folder.write("box.off", off_of(turned, "RAS"));
+  frame = "LPS";
+  const Outcome in_two = prepare(block, scene(file));
+  ASSERT_EQ(in_two.status, 0) << in_two.err;
+  EXPECT_NE(in_two.err.find("is in RAS, and turned"), std::string::npos) << in_two.err;
+  EXPECT_EQ(body().in_region, by_numbers.in_region);
+  folder.write("box.off", off_of(box));
+  const Outcome in_one = prepare(block, scene(file));
+  EXPECT_NE(in_one.err.find("states no frame, and body.off states LPS"), std::string::npos)
+      << in_one.err;
+  folder.write("box.off", off_of(box, "SPL"));
+  EXPECT_EQ(prepare(block, scene(file)).status, 1);
 
   const tools::Region stored = scene_of(by_file, "body.h5").inclusions.at(0).region,
                       given = scene_of(by_numbers, "body.h5").inclusions.at(0).region;

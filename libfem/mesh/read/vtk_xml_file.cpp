@@ -27,7 +27,8 @@ VtkArray read_array_tag(const XmlTag& tag, std::string section, const Cursor& fi
   array.name = attribute(tag, "Name");
   array.format = attribute(tag, "format");
   array.content = tag.after;
-  const auto type = number_type(attribute(tag, "type"));
+  const auto type = attribute(tag, "type") == "String" ? NumberType::int8  // codes of characters
+                                                       : number_type(attribute(tag, "type"));
   if (!type) file.fail("array '" + array.name + "' is of no number type of VTK");
   array.type = *type;
   if (array.format == "appended") {
@@ -112,6 +113,8 @@ VtkXmlFile::VtkXmlFile(Cursor& file, std::string_view type) : file_(file) {
       const bool is_number = number_type(attribute(*tag, "type")).has_value();
       if (!tag->is_end && !open.empty() && (is_geometry || is_number))
         pieces_.back().arrays.push_back(read_array_tag(*tag, open.back(), file));
+    } else if (!is_inside_piece && tag->name == "Array" && attribute(*tag, "type") == "String") {
+      fields_.arrays.push_back(read_array_tag(*tag, "FieldData", file));
     } else if (is_inside_piece && !tag->is_closed) {
       if (!tag->is_end)
         open.emplace_back(tag->name);
@@ -204,6 +207,19 @@ std::vector<double> VtkXmlFile::reals(const VtkPiece& piece, std::string_view se
                                      std::to_string(values.size()) + " numbers instead of " +
                                      std::to_string(number));
   return values;
+}
+
+std::string VtkXmlFile::field_text(std::string_view name) const {
+  for (const VtkArray& array : fields_.arrays) {
+    if (array.name != name) continue;
+    std::string text;
+    for (const double code : reals(fields_, array.section, name, -1)) {
+      if (code == 0) break;
+      text += static_cast<char>(code);
+    }
+    return text;
+  }
+  return {};
 }
 
 std::vector<std::int64_t> VtkXmlFile::integers(const VtkPiece& piece, std::string_view section,

@@ -44,6 +44,9 @@ class VtkXmlFile {
   std::vector<std::int64_t> integers(const VtkPiece& piece, std::string_view section,
                                      std::string_view name, std::int64_t number) const;
 
+  /// The first text of the array of texts `name` in the file's field data; empty where it has none.
+  std::string field_text(std::string_view name) const;
+
  private:
   const VtkArray& find(const VtkPiece& piece, std::string_view section,
                        std::string_view name) const;
@@ -53,6 +56,7 @@ class VtkXmlFile {
 
   Cursor& file_;
   std::vector<VtkPiece> pieces_;
+  VtkPiece fields_;  // arrays of texts in <FieldData>
   Encoding byte_order_ = Encoding::little_endian;
   NumberType header_ = NumberType::uint32;
   bool is_compressed_ = false;

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "libfem/mesh/read/frame.hpp"
 #include "libfem/mesh/read/read.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/read/sample_files.hpp"
@@ -131,6 +132,27 @@ TEST(RealFiles, surfaces_have_the_counts_documented) {
     EXPECT_EQ(surface.vertices.rows(), real.vertices) << real.file;
     EXPECT_EQ(surface.triangles.rows(), real.triangles) << real.file;
   }
+}
+
+// As 3D Slicer writes it; the base64 of VTP is 4 bytes of length and the characters of LPS.
+TEST(Frame, is_read_where_a_format_can_state_one) {
+  const auto vtp = [](const std::string& array) {
+    return R"(<VTKFile type="PolyData" byte_order="LittleEndian"><PolyData><FieldData>)"
+           R"(<Array type="String" Name="SPACE" NumberOfTuples="1" format=)" +
+           array + "</Array></FieldData></PolyData></VTKFile>";
+  };
+  const std::array<std::string, 3> files[] = {
+      {".stl", "3D Slicer output. SPACE=RAS" + std::string(53 + 4, '\0'), "RAS"},
+      {".stl", "solid 3D Slicer output. SPACE=LPS\nfacet", "LPS"},
+      {".obj", "# 3D Slicer output. SPACE=LPS\nv 0 0 0\n", "LPS"},
+      {".ply", "ply\nformat ascii 1.0\ncomment 3D Slicer output. SPACE=RAS\n", "RAS"},
+      {".vtk", "# vtk DataFile Version 4.2\n3D Slicer output. SPACE=LPS\nASCII\n", "LPS"},
+      {".vtp", vtp(R"("ascii">76 80 83 0 )"), "LPS"},
+      {".vtp", vtp(R"("binary">BAAAAExQUwA=)"), "LPS"},
+      {".off", "OFF\n0 0 0\n", ""}};
+  const TemporaryFolder folder;
+  for (const auto& [extension, bytes, frame] : files)
+    EXPECT_EQ(stated_frame(folder.write({"mesh", extension, bytes})), frame) << bytes;
 }
 
 TEST(RealFiles, the_liver_of_1477_cubic_centimetres_points_inward) {
