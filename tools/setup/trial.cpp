@@ -6,6 +6,7 @@
 #include <cmath>
 #include <ctime>
 #include <map>
+#include <memory>
 
 #include "libfem/materials/materials.hpp"
 #include "libfem/probes/probes.hpp"
@@ -53,9 +54,7 @@ void count_drags(const std::vector<fem::PointRow>& rows, const Vec3& normal, Tri
   }
 }
 
-}  // namespace
-
-Trial try_middle_point(const Scene& scene, const Body& body) {
+Trial simulate_middle_point(const Scene& scene, const Body& body) {
   const Points& places = body.test_points.position;
   const Vec3 middle = center_of(scene.experiments.region).value_or(places.colwise().mean());
   Eigen::Index point = 0;
@@ -69,6 +68,7 @@ Trial try_middle_point(const Scene& scene, const Body& body) {
   Progress progress;
   progress.is_stopped = [] { return is_interrupted(); };
   set_item("the trial at " + trial.point);
+  say("  trial at {}: a press with its drags", trial.point);
   const fem::PointRows done =
       simulator.press_and_drag(trial.position, normal, experiments_of(scene), progress);
   trial.cpu_s = thread_seconds() - started_s;
@@ -99,6 +99,15 @@ Trial try_middle_point(const Scene& scene, const Body& body) {
                        probe.contact_radius_m(trial.depth_m) * trial.depth_m;
   count_drags(done.rows, normal, trial);
   return trial;
+}
+
+}  // namespace
+
+Trial try_middle_point(const Scene& scene, const Body& body) {
+  const auto trial = std::make_shared<Trial>();
+  run_abandonably([trial, scene, body] { *trial = simulate_middle_point(scene, body); },
+                  "check: the trial was not finished");
+  return *trial;
 }
 
 namespace {
