@@ -21,19 +21,29 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMaxSaturated = 0.7;   // share of the depth
 constexpr double kManySpikes = 0.01;    // of the rows of a good recording
 constexpr double kUntraced = 0.01;      // of the work: a loss is said in percent
+constexpr double kMaxReturned = 0.05;   // of the work, beyond it: as of a loss in placing/pool.cpp
+constexpr double kSeenInErrors = 3;     // deviations
 constexpr double kMinSignal = 20;       // force over noise of a fair recording
 constexpr double kOnceOfTwice = 1.5;    // a filter's bias at a ball's contact over its second one's
 constexpr double kContactShare = 0.02;  // contact deviation over depth of a good recording
 
-// Share of the work below contact that the way from the deepest reading back does not return. Both
-// ways end at that reading, whichever phase it counts to: without it on one side an elastic press
-// of 25 readings loses a third. NaN where the way back is not recorded, or ends while more than a
-// percent of the work is still stored.
-double hysteresis_of(const Signal& signal, const RowRange& way_in, const RowRange& back,
-                     double contact_m) {
-  if (back.rows() < 5) return kNan;
-  const Eigen::VectorXd depth_m = (signal.travel_m().array() - contact_m).max(0),
-                        push_N = signal.push_N();
+// Work that loading takes below contact, and work that unloading returns.
+struct PressWork {
+  double in_J = kNan, out_J = kNan;
+  /// Standard deviation of their difference, by noise, drift of the bias and travel of a reading.
+  double deviation_J = 0;
+  double most_N = 0;  ///< at the deepest reading
+
+  double lost_share() const { return 1 - out_J / in_J; }
+};
+
+// Loading ends and unloading begins at the deepest reading, whichever phase it counts to: without
+// it on one side an elastic press of 25 readings loses a third. Both are NaN where unloading is not
+// recorded, or ends while more than a percent of the work is still stored.
+PressWork press_work(const Signal& signal, const Eigen::VectorXd& push_N, const RowRange& way_in,
+                     const RowRange& back, double contact_m, double noise_N) {
+  if (back.rows() < 5) return {};
+  const Eigen::VectorXd depth_m = (signal.travel_m().array() - contact_m).max(0);
   Eigen::Index deepest = 0;
   depth_m.segment(way_in.begin, back.end - way_in.begin).maxCoeff(&deepest);
   deepest += way_in.begin;
@@ -47,8 +57,76 @@ double hysteresis_of(const Signal& signal, const RowRange& way_in, const RowRang
                out_m = depth_m.segment(deepest, back.end - deepest).minCoeff();
   Eigen::Index met = way_in.begin;  // where the way in is as deep as the way back ends
   while (met < deepest && depth_m[met] < out_m) ++met;
-  if (!(in_J > 0) || work_J(way_in.begin, met) > kUntraced * in_J) return kNan;
-  return 1 + work_J(deepest, back.end - 1) / in_J;
+  if (!(in_J > 0) || work_J(way_in.begin, met) > kUntraced * in_J) return {};
+  Eigen::Index free = 0;  // readings at the end, without contact
+  while (free < back.rows() && depth_m[back.end - 1 - free] == 0) ++free;
+  const Eigen::Index last = (free + 3) / 4;
+  const double drift_N = last > 0 ? push_N.segment(back.end - last, last).mean() : 0;
+  double squares_m2 = 0;
+  for (Eigen::Index i = way_in.begin + 1; i + 1 < back.end; ++i)
+    squares_m2 += std::pow((depth_m[i + 1] - depth_m[i - 1]) / 2, 2);
+  const auto loaded =
+      (depth_m.segment(way_in.begin, deepest + 1 - way_in.begin).array() > 0).count();
+  const double step_m = depth_m[deepest] / static_cast<double>(loaded);
+  const Vec3 deviations_J(noise_N * std::sqrt(squares_m2), drift_N * depth_m[deepest],
+                          2 * step_m * push_N[deepest] / kSeenInErrors);
+  return {in_J, -work_J(deepest, back.end - 1), deviations_J.norm(), push_N[deepest]};
+}
+
+// Interpolates the push to `delay_s` after each position. Precondition: the signal has a clock.
+Eigen::VectorXd push_after_N(const Signal& signal, double delay_s) {
+  const Eigen::VectorXd push_N = signal.push_N();
+  Eigen::VectorXd later_N(push_N.size());
+  const auto time_s = [&](Eigen::Index row) {
+    return signal.time_s[static_cast<std::size_t>(row)];
+  };
+  for (Eigen::Index i = 0, j = 0; i < push_N.size(); ++i) {
+    const double at_s = time_s(i) + delay_s;
+    while (j + 2 < push_N.size() && time_s(j + 1) < at_s) ++j;
+    const double share = std::min(1.0, (at_s - time_s(j)) / (time_s(j + 1) - time_s(j)));
+    later_N[i] = (1 - share) * push_N[j] + share * push_N[j + 1];
+  }
+  return later_N;
+}
+
+// Finds the delay of the force that makes both works equal, below the time of loading.
+std::optional<double> delay_of(const Signal& signal, const RowRange& way_in, const RowRange& back,
+                               const Conditioned& out) {
+  if (signal.time_s.empty()) return std::nullopt;
+  const auto loses = [&](double delay_s) {
+    return press_work(signal, push_after_N(signal, delay_s), way_in, back, out.contact.travel_m,
+                      out.noise_N)
+               .lost_share() > 0;
+  };
+  double least_s = 0, most_s = signal.time_s[static_cast<std::size_t>(way_in.end - 1)] -
+                               signal.time_s[static_cast<std::size_t>(way_in.begin)];
+  if (!loses(most_s)) return std::nullopt;
+  for (int halved = 0; halved < 30; ++halved) {
+    const double tried_s = (least_s + most_s) / 2;
+    (loses(tried_s) ? most_s : least_s) = tried_s;
+  }
+  return most_s;
+}
+
+// A force that lags the position by a travel s returns 2 s F more work than it takes, F the force
+// at the turn, and a passive body does not. The travel is added to the contact's deviation.
+void question_delay(const Signal& signal, const RowRange& way_in, const RowRange& back,
+                    const PressWork& work, Conditioned& out) {
+  const double excess_J = work.out_J - work.in_J;
+  if (!(excess_J > kMaxReturned * work.in_J)) return;
+  if (out.contact.estimator != "given" && work.most_N > 0)
+    out.contact.deviation_m = std::hypot(out.contact.deviation_m, excess_J / (2 * work.most_N));
+  std::string reason = "unloading returns " + percent(work.out_J / work.in_J, 0) +
+                       " of the work of loading, which no passive body does: ";
+  if (excess_J < kSeenInErrors * work.deviation_J) {
+    out.reasons.push_back(reason + "noise, drift or few readings may be why");
+    return;
+  }
+  out.grade = std::max(out.grade, Grade::fair);
+  reason += "the force is later than the position, or the drive has backlash";
+  if (const auto delay_s = delay_of(signal, way_in, back, out))
+    reason += "; force_delay = \"" + number(*delay_s, 2) + " s\" closes the loop";
+  out.reasons.push_back(reason);
 }
 
 // Lowers the grade of a recording to what its rows, noise (neighbours correlate by `correlation`)
@@ -268,7 +346,10 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
         timed_press(signal, contact.travel_m, signal.is_axial ? std::nullopt : out.contact_m,
                     out.noise_N, correlation);
   const RowRange back = retract_after(signal, phases, ways.whole);
-  out.hysteresis = hysteresis_of(signal, ways.whole, back, contact.travel_m);
+  const PressWork work = press_work(signal, signal.push_N(), ways.whole, back, contact.travel_m,
+                                    out.noise_N * std::sqrt((1 + correlation) / (1 - correlation)));
+  out.hysteresis = work.lost_share();
+  if (settings.kind == ExperimentKind::press) question_delay(signal, ways.whole, back, work, out);
   if (settings.use == Use::retract && back.rows() < 5)
     throw Error(place(file, signal, signal.rows() - 1), "has no way back",
                 "Say use = \"approach\".");

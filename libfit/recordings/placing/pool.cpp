@@ -222,7 +222,7 @@ std::vector<std::string> compare_rates(const std::string& point,
         loss += r.hysteresis;
         ++n;
       }
-  if (n > 0 && std::abs(loss / n) > kMinEffect)
+  if (n > 0 && loss / n > kMinEffect)
     notes.push_back("point " + point + ": " + percent(loss / n, 0) +
                     " of the work of pressing is not given back on the way out");
   return notes;

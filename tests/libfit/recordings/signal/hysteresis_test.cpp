@@ -71,5 +71,41 @@ TEST(signal, a_recording_that_ends_in_contact_says_nothing_of_the_work_given_bac
     EXPECT_NEAR(hysteresis(way_out, 0, 0), 0, 0.015) << way_out;
 }
 
+// Once a force 0.5 s late put the contact 1 mm too deep, known to 0.05 mm, and the grade was fair.
+TEST(signal, a_force_that_lags_is_no_good_recording_and_its_delay_is_said) {
+  constexpr double kContact_m = 1e-3;  // of elastic_press
+  for (const double noise_N : {5e-5, 2e-4})
+    for (const int late : {0, 5, 20, 40}) {
+      SCOPED_TRACE(testing::Message()
+                   << "noise " << noise_N << ", late by " << late << " readings");
+      auto raw = elastic_press(400, 0, noise_N, kPressSeed);
+      const auto push_N = raw.push_N;
+      for (int i = 0; i < 400; ++i)
+        raw.push_N[static_cast<std::size_t>(i)] =
+            push_N[static_cast<std::size_t>(std::clamp(i - late, 0, 399))];
+      const Conditioned r = condition(raw, {}, {}, "a.csv", false);
+      const std::string reasons = testing::PrintToString(r.reasons);
+      EXPECT_NEAR(r.contact.travel_m, kContact_m, 2 * r.contact.deviation_m) << reasons;
+      EXPECT_EQ(r.grade == Grade::good, late == 0) << reasons;
+      const std::size_t at = reasons.find("force_delay = ");
+      ASSERT_EQ(at != std::string::npos, late > 0) << reasons;
+      if (late == 0) continue;
+      SignalSettings settings;
+      settings.force_delay_s = std::stod(reasons.substr(reasons.find_first_of("0123456789", at)));
+      EXPECT_NEAR(settings.force_delay_s, 0.02 * late, 0.01);
+      const Conditioned corrected = condition(raw, settings, {}, "a.csv", false);
+      EXPECT_EQ(corrected.grade, Grade::good);
+      EXPECT_NEAR(corrected.contact.travel_m, kContact_m, 2 * corrected.contact.deviation_m);
+    }
+}
+
+TEST(signal, a_press_that_loses_work_is_not_questioned) {
+  auto raw = elastic_press(400, 0, 1e-4, kPressSeed);
+  for (std::size_t i = 200; i < 400; ++i) raw.push_N[i] *= 0.8;
+  const Conditioned r = condition(raw, {}, {}, "a.csv", false);
+  EXPECT_EQ(r.grade, Grade::good) << testing::PrintToString(r.reasons);
+  EXPECT_TRUE(r.reasons.empty()) << testing::PrintToString(r.reasons);
+}
+
 }  // namespace
 }  // namespace palpate::recordings
