@@ -242,7 +242,7 @@ units = { time = "s", position = "mm", force = "N" })",
                              "columns = { depth = \"z_mm\", force = \"load\" }\n"
                              "units = { force = \"N\" }",
                              kPlaced));
-  EXPECT_NE(shifted.said.err.find("names 4 columns, and the row below has 2"), std::string::npos)
+  EXPECT_NE(shifted.said.err.find("names 4 columns, the rows have 2"), std::string::npos)
       << shifted.said.err;
 }
 

@@ -172,18 +172,39 @@ bool has_two_topics(const TextFile& file, const std::vector<Role>& roles,
   return rows > 0 && static_cast<double>(alone) >= kAlone * static_cast<double>(rows);
 }
 
-// A header whose names hold blanks has more fields than its rows, and would shift them.
+// Counts the fields of a row but for empty ones at its end.
+std::size_t count_fields(std::string_view row, char separator) {
+  const auto fields = split(row, separator);
+  return static_cast<std::size_t>(
+      std::find_if(fields.rbegin(), fields.rend(), [](auto field) { return !field.empty(); })
+          .base() -
+      fields.begin());
+}
+
+// A header whose names hold blanks has more fields than its rows, one that leaves out a column of
+// row numbers fewer: either would shift them. Half of the first rows may be longer, by notes.
 void check_width(const TextFile& file, const ColumnsHeader& header, const ReadSettings& settings) {
-  if (header.is_numbered || header.separator != ' ') return;
-  std::size_t i = header.line + 1;
-  while (i < file.lines() && is_comment(file.line(i), settings)) ++i;
-  if (i == file.lines()) return;
-  const std::size_t fields = split(file.line(i), ' ').size();
-  if (header.names.size() > fields)
-    throw file.error(header.line,
-                     "names " + std::to_string(header.names.size()) +
-                         " columns, and the row below has " + std::to_string(fields),
+  if (header.is_numbered) return;
+  std::vector<std::size_t> widths;
+  for (std::size_t i = header.line + 1; i < file.lines() && widths.size() < kStyleRows; ++i)
+    if (!is_comment(file.line(i), settings))
+      widths.push_back(count_fields(file.line(i), header.separator));
+  if (widths.empty()) return;
+  const std::size_t names = header.names.size(), first = widths.front();
+  const std::string said = "the header names " + std::to_string(names) + " columns, the rows have ";
+  if (header.separator == ' ' && names > first)
+    throw file.error(header.line, said + std::to_string(first),
                      "Write names without blanks, or name `columns` by number.");
+  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>((widths.size() - 1) / 2);
+  std::nth_element(widths.begin(), middle, widths.end());
+  if (*middle <= names) return;
+  const bool has_commas = header.separator == ',' && *middle == 2 * names;
+  throw file.error(header.line,
+                   said + std::to_string(*middle) +
+                       (has_commas ? ": a comma separates fields and is the decimal sign" : ""),
+                   has_commas ? "Export with decimal points, or with semicolons between fields."
+                              : "Name all columns in the header, that of row numbers too, or name "
+                                "`columns` by number.");
 }
 
 }  // namespace
