@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdio>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -18,6 +20,12 @@
 namespace palpate::tools {
 
 inline constexpr py::ssize_t kTicksBetweenSignals = 1 << 16;  // some 50 ms
+
+inline std::string shown(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
 
 [[noreturn]] inline void refuse_tool_or_bytes(const std::string& where, palpate_status status) {
   const py::object error = py::module_::import("palpate").attr("Error");
@@ -86,6 +94,7 @@ class PyContact {
     asset_->open();
     if (tool_.balls > 1 && asset_->info().couples == 0)
       refuse_tool_or_bytes("tool", PALPATE_TOOL_WRONG);
+    check_size();
     meet(end);
     start();
   }
@@ -112,6 +121,24 @@ class PyContact {
     const py::gil_scoped_release other_threads;
     const std::lock_guard lock(mutex_);
     return work();
+  }
+
+  // A ball larger than the probe and than twice the body is a plate to it: its unit is wrong.
+  void check_size() const {
+    const palpate_mesh& mesh = asset_->mesh();
+    double extent_m = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      float low = INFINITY, high = -INFINITY;
+      for (std::int32_t i = 0; i < mesh.vertices; ++i) {
+        low = std::min(low, mesh.vertex_m[3 * i + axis]);
+        high = std::max(high, mesh.vertex_m[3 * i + axis]);
+      }
+      extent_m = std::hypot(extent_m, static_cast<double>(high - low));
+    }
+    for (int i = 0; i < tool_.balls; ++i)
+      if (tool_.radius_m[i] > std::max(2 * extent_m, asset_->info().probe_radius_m))
+        throw py::value_error("radius_m is " + shown(tool_.radius_m[i]) + ", and the body is " +
+                              shown(extent_m) + " m long; is it in metres?");
   }
 
   void meet(const std::optional<palpate_indenter>& end) {
@@ -220,6 +247,8 @@ inline py::array_t<palpate_output> tick_all(Together& together, const std::vecto
                                             const py::object& body_position_m,
                                             const py::object& body_orientation, double dt_s,
                                             bool wants_tangent) {
+  if (!(dt_s > 0) || !std::isfinite(dt_s))
+    throw py::value_error("dt_s must be above 0 and finite, not " + shown(dt_s));
   const std::size_t tools = paths.size();
   const py::ssize_t ticks = paths[0].position.count;
   const PerTick<3> body("body_position_m", body_position_m, {0, 0, 0}, ticks);

@@ -3,6 +3,7 @@ import csv
 import importlib.util
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -94,6 +95,9 @@ class Ticks(unittest.TestCase):
             self.assertRaisesRegex(ValueError, "orientation has 2 rows, position_m 3", contact.tick,
                                    np.zeros((3, 3)), orientation=np.ones((2, 4)))
             self.assertRaisesRegex(palpate.Error, "tool: ", asset.contact, radius_m=-1)
+            self.assertRaisesRegex(ValueError, "radius_m is 4, .*is it in metres", asset.contact, radius_m=4)
+            for dt_s in (0, -0.001, np.nan, np.inf):
+                self.assertRaisesRegex(ValueError, "dt_s must be above 0", contact.tick, np.zeros((2, 3)), dt_s=dt_s)
             self.assertRaises(IndexError, contact.deform, 0, 10**9)
             self.assertEqual(len(contact.tick(np.zeros((0, 3)))), 0)
 
@@ -314,6 +318,25 @@ class Files(unittest.TestCase):
         samples["rows/force"] = samples["rows/force"][:-1]
         self.assertRaisesRegex(palpate.Error, "rows/force", palpate.fit, samples, self.at / "no.h5", quiet=True)
         self.assertFalse((self.at / "no.h5").exists())
+
+    def test_samples_that_a_file_would_hold_otherwise_are_refused(self):
+        samples = palpate.read(self.at / "out/samples.h5")
+        point, kind, force = (samples["rows/" + name] for name in ("point", "kind", "force"))
+        for changed, said in (({"rows/point": point + 0.6}, "rows/point: 0.6 is no whole number"),
+                              ({"rows/kind": np.full(len(kind), 256)}, "rows/kind: 256 is no whole number from -128"),
+                              ({"rows/step": np.full(len(kind), np.nan)}, "rows/step: nan is no whole number"),
+                              ({"rows/forces": force}, "rows/forces is no array of samples; is it rows/force"),
+                              ({"points/position": 1e3 * samples["points/position"]}, "points/position: reaches over"),
+                              ({"rows/deflection": 1e3 * samples["rows/deflection"]}, "Lengths are in metres")):
+            self.assertRaisesRegex(palpate.Error, said, palpate.fit, {**samples, **changed}, self.at / "no.h5", quiet=True)
+        samples["rows/forces"] = samples.pop("rows/force")
+        self.assertRaisesRegex(palpate.Error, "there is no rows/force", palpate.fit, samples, self.at / "no.h5")
+        self.assertFalse((self.at / "no.h5").exists())
+
+    def test_names_of_samples_are_those_of_their_page(self):
+        page = (SOURCE / "docs/formats/samples.md").read_text().split("<!-- table: samples -->")[1].split("\n\n")[0]
+        listed = set(re.findall(r"^\| `(\w+/\w+)`", page, re.M))
+        self.assertEqual({name for name in palpate.files._NAMES if not name.startswith("probe/")}, listed)
 
     def test_of_a_shape_move_the_surface(self):
         with palpate.open(self.at / "out/asset.palp") as asset:

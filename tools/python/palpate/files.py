@@ -1,5 +1,6 @@
 """The files of a run as dicts of NumPy arrays, named as in docs/formats.md."""
 import csv
+import difflib
 import json
 import os
 import re
@@ -16,6 +17,9 @@ _UNITS = {"points/position": "m", "points/normal_gradient": "1/m", "points/sway"
 _TYPES = {"rows/kind": np.int8, "rows/status": np.int8, "rows/step_check": np.int8, "recordings/grade": np.int8,
           **dict.fromkeys(("rows/point", "rows/experiment", "rows/step", "rows/tool", "rows/probe",
                            "recordings/experiment", "probe/mesh/triangles"), np.int32)}
+_NAMES = {*_UNITS, *_TYPES, "points/name", "points/normal", "points/scale", "rows/lean", "relaxation/share",
+          "body/poisson", *("recordings/" + key for key in ("file", "hash", "estimator", "hysteresis", "reasons"))}
+_MAX_M = {"points/position": 10, "rows/deflection": 1}  # from the first one: of bodies and presses in mm, more
 _WITHOUT_UNIT = ("probe/shape", "probe/orientation", "probe/heading", "probe/friction", "probe/mesh/triangles")
 
 
@@ -68,7 +72,8 @@ def write_samples(path, samples):
 
     samples: arrays by name in SI, as docs/formats/samples.md lists them. Given the others,
     rows/{kind,step,torque,force_error,status} and points/name may be left out: presses, counted on,
-    without torque, error unknown, good. `palpate fit` checks the rest.
+    without torque, error unknown, good. Error where a name is none of these, a code or an index is no whole
+    number, or lengths are no metres. `palpate fit` checks the rest.
     """
     import h5py
     full = {name: value for name, value in samples.items() if name != "attributes"}
@@ -76,6 +81,7 @@ def write_samples(path, samples):
                  "rows/force"):
         if name not in full:
             raise Error("samples", f"there is no {name}", "docs/formats/samples.md lists what samples hold.")
+    _check(full)
     rows, experiment = len(full["rows/deflection"]), np.asarray(full["rows/experiment"])
     first = np.flatnonzero(np.r_[True, experiment[1:] != experiment[:-1]]) if rows else []
     counted = np.arange(rows) - np.repeat(first, np.diff(np.r_[first, rows]))
@@ -94,8 +100,7 @@ def write_samples(path, samples):
                 if value.dtype.kind in "OU":
                     made = file.create_dataset(name, data=value.astype(object), dtype=h5py.string_dtype())
                 else:
-                    kind = _TYPES.get(_of_any_probe(name), np.float64)
-                    made = file.create_dataset(name, data=value.astype(kind))
+                    made = file.create_dataset(name, data=value.astype(_type_of(name)))
                 made.attrs["unit"] = _unit_of(name)
                 if name + "/names" in full:
                     made.attrs["names"] = full[name + "/names"]
@@ -103,6 +108,30 @@ def write_samples(path, samples):
     finally:
         if os.path.exists(partial):
             os.remove(partial)
+
+
+def _check(samples):
+    """Refuses arrays that the file would hold otherwise than they are meant."""
+    for name, value in samples.items():
+        plain, value = _of_any_probe(name), np.asarray(value)
+        if plain not in _NAMES and not plain.startswith("probe/") and not name.endswith("/names"):
+            near = difflib.get_close_matches(name, _NAMES, 1)
+            raise Error("samples", f"{name} is no array of samples" + (f"; is it {near[0]}?" if near else ""),
+                        "docs/formats/samples.md lists what samples hold.")
+        if np.issubdtype(_type_of(name), np.integer) and value.dtype.kind in "iuf":
+            limits = np.iinfo(_type_of(name))
+            bad = ~((value == np.floor(value)) & (value >= limits.min) & (value <= limits.max))
+            if bad.any():
+                raise Error(f"samples: {name}", f"{value[bad][0]} is no whole number from {limits.min} to {limits.max}",
+                            "docs/formats/samples.md says what it counts.")
+        if name in _MAX_M and value.dtype.kind in "iuf" and value.ndim == 2:
+            far_m = np.abs(value - (value[:1] if name == "points/position" else 0)).max(initial=0)
+            if far_m > _MAX_M[name]:
+                raise Error(f"samples: {name}", f"reaches over {far_m:.3g} m", "Lengths are in metres.")
+
+
+def _type_of(name):
+    return _TYPES.get(_of_any_probe(name), np.float64)
 
 
 def _of_any_probe(name):

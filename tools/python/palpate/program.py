@@ -108,7 +108,7 @@ def predict(model, samples, **options):
 def _as_file(argument, folder, number):
     if not isinstance(argument, Mapping):
         return os.fspath(argument)
-    if "rows/force" in argument:
+    if any(name.startswith("rows/") for name in argument):
         path = os.path.join(folder, f"samples{number}.h5")
         write_samples(path, argument)
     else:
