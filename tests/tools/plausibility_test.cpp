@@ -60,6 +60,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Slip{"modulus_without_unit", "young = \"10 kPa\"", "young = 10", "was \"10 kPa\" meant"},
         Slip{"modulus_of_steel", "\"10 kPa\"", "\"10 GPa\"", "Was \"10 kPa\" meant"},
+        Slip{"modulus_in_MPa_for_kPa", "\"10 kPa\"", "\"10 MPa\"",
+             "10 MPa, and no soft tissue is that stiff"},
         Slip{"probe_of_a_micrometre", "\"8 mm\"", "\"1 um\"", "Is its unit right"},
         Slip{"material_that_grows_thinner", "poisson = 0.45", "poisson = -0.9", "no tissue does"},
         Slip{"press_through_the_body", "depth = \"4 mm\"", "depth = \"29 mm\"",
@@ -78,6 +80,47 @@ TEST_P(Slips, is_doubted_with_the_likely_cause) {
       implausible(scene_with(GetParam().from, GetParam().to), block_body(GetParam().scale));
   ASSERT_FALSE(warnings.empty());
   EXPECT_NE(warnings[0].find(GetParam().expected), std::string::npos) << warnings[0];
+}
+
+// A block, and a copy moved by (x, y, z) and scaled about the origin before; inside_out: as a
+// cavity.
+Body with_second_block(const Vec3& offset_m, double scale, bool inside_out = false) {
+  Body body = block_body();
+  const Surface first = body.surface;
+  Surface& both = body.surface;
+  both.vertices.conservativeResize(16, 3);
+  both.vertices.bottomRows(8) = (scale * first.vertices).rowwise() + offset_m.transpose();
+  both.triangles.conservativeResize(24, 3);
+  both.triangles.bottomRows(12) = first.triangles.array() + 8;
+  if (inside_out) both.triangles.bottomRows(12).col(0).swap(both.triangles.bottomRows(12).col(1));
+  return body;
+}
+
+// A file of two blocks, one 200 mm away, was one body without a word.
+TEST(plausibility, separate_parts_are_named_with_their_sizes_and_distance_and_cavities_are_not) {
+  const auto doubts = doubts_of_shape(scene_with("", ""), with_second_block({0.2, 0, 0}, 0.5));
+  ASSERT_EQ(doubts.size(), 1u);
+  EXPECT_NE(doubts[0].find("2 separate parts: 80 x 80 x 30 mm, 40 x 40 x 15 mm at a distance of "
+                           "120 mm"),
+            std::string::npos)
+      << doubts[0];
+  EXPECT_TRUE(doubts_of_shape(scene_with("", ""), with_second_block({0.02, 0.02, 0.01}, 0.4, true))
+                  .empty());
+}
+
+// Gmsh without Coherence meshes each volume with nodes of its own: forces were those of two halves.
+TEST(plausibility, a_tetmesh_that_is_cut_where_nodes_coincide_is_doubted_with_their_number) {
+  Scene scene = scene_with("", "");
+  scene.body.tetmesh = "cut.msh";
+  Body body = block_body();
+  body.volume.nodes = body.surface.vertices;
+  EXPECT_TRUE(doubts_of_shape(scene, body).empty());
+  body.volume.nodes.conservativeResize(12, 3);
+  body.volume.nodes.bottomRows(4) = body.surface.vertices.bottomRows(4);
+  const auto doubts = doubts_of_shape(scene, body);
+  ASSERT_EQ(doubts.size(), 1u);
+  EXPECT_NE(doubts[0].find("4 nodes of the tetmesh coincide"), std::string::npos) << doubts[0];
+  EXPECT_NE(doubts[0].find("Coherence"), std::string::npos) << doubts[0];
 }
 
 TEST(plausibility, a_size_is_in_metres_from_one_metre_on) {

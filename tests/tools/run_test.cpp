@@ -5,9 +5,12 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/experiments.hpp"
@@ -219,29 +222,56 @@ TEST_F(Run, holds_of_a_given_force_are_held_out_and_known_again) {
   }
 }
 
+// Starts a command, sends it a signal once its messages hold `begun`, and expects it to end with
+// status 130 within half a second.
+void expect_end_at_signal(const Folder& folder, std::vector<std::string> words, int signal,
+                          const std::string& begun) {
+  const fs::path log = folder.write("messages", "");
+  words.insert(words.begin(), "palpate");
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    if (freopen(log.c_str(), "w", stderr) == nullptr) _exit(126);
+    execv(PALPATE_PROGRAM, arguments.data());
+    _exit(127);
+  }
+  constexpr auto kPatience = std::chrono::seconds(60);
+  const auto started = std::chrono::steady_clock::now();
+  while (content_of(log).find(begun) == std::string::npos &&
+         std::chrono::steady_clock::now() - started < kPatience)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  const auto sent = std::chrono::steady_clock::now();
+  kill(child, signal);
+  int raw = 0;
+  waitpid(child, &raw, 0);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - sent;
+  EXPECT_EQ(WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, 130) << content_of(log);
+  EXPECT_LT(took.count(), 0.5) << "s";
+}
+
 // It used to notice only between its steps, and meshers run for seconds.
 TEST_F(Run, prepare_ends_at_once_when_it_is_told_to_and_writes_nothing) {
   std::string text = kScene;
   text.replace(text.find("\"20 mm\""), 7, "\"1 mm\"");
   folder.write("scene.toml", text);
   for (const int signal : {SIGTERM, SIGINT}) {
-    const std::string out = (folder / "body.h5").string();
-    const pid_t child = fork();
-    if (child == 0) {
-      execl(PALPATE_PROGRAM, "palpate", "prepare", scene.c_str(), "-o", out.c_str(), "--quiet",
-            nullptr);
-      _exit(127);
-    }
-    std::this_thread::sleep_for(std::chrono::seconds(1));
-    const auto told = std::chrono::steady_clock::now();
-    kill(child, signal);
-    int raw = 0;
-    waitpid(child, &raw, 0);
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - told;
-    EXPECT_EQ(WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, 130);
-    EXPECT_LT(took.count(), 0.5) << "s";
+    const fs::path out = folder / "body.h5";
+    expect_end_at_signal(folder, {"prepare", scene.string(), "-o", out.string()}, signal,
+                         "surface: ");
     EXPECT_FALSE(fs::exists(out));
   }
+}
+
+// On a scan of a hand it went on for up to 13 s.
+TEST_F(Run, check_ends_at_once_in_its_trial_and_says_when_that_begins) {
+  std::string text = kScene;
+  text.replace(text.find("press_steps = 5"), 15, "press_steps = 400");
+  folder.write("scene.toml", text);
+  for (const int signal : {SIGTERM, SIGINT})
+    expect_end_at_signal(folder, {"check", scene.string()}, signal, "trial at ");
 }
 
 }  // namespace

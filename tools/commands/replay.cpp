@@ -19,6 +19,7 @@
 #include "tools/console.hpp"
 #include "tools/realtime/play.hpp"
 #include "tools/scene/scene.hpp"
+#include "tools/stages/body/plausibility.hpp"
 #include "tools/stages/samples/compound.hpp"
 
 namespace palpate::tools {
@@ -171,6 +172,15 @@ class PathOnBody {
         places_(std::move(places)),
         body_(palpate::surface_of(asset)),
         boxes_(triangle_boxes(body_)) {
+    const Vec3 extent = extent_m(body_.vertices);
+    for (const double radius_m : places_.radius_m)
+      if (const auto unit = misread_unit(radius_m, extent))
+        throw Error("--tool",
+                    fmt::format("its ball has a radius of {:.4g} m, and the body measures {}",
+                                radius_m, size_in_words(extent, 0)),
+                    fmt::format("Numbers without a unit are metres: write \"{:.4g} {}\" if that "
+                                "is meant.",
+                                radius_m, *unit));
     if (const auto unit = misread_unit(places_.centre_m, body_))
       throw Error(file,
                   fmt::format("its columns are in metres, and so it passes the body {:.3g} m away; "

@@ -16,6 +16,19 @@ namespace {
 
 constexpr std::uintmax_t kLargestFile = std::uintmax_t{1} << 32;
 
+void refuse_compressed(std::string_view bytes, const std::string& name) {
+  constexpr std::pair<std::string_view, const char*> kFirstBytes[] = {{"\x1f\x8b", "gzip"},
+                                                                      {"PK\x03\x04", "zip"},
+                                                                      {"BZh", "bzip2"},
+                                                                      {"\xfd"
+                                                                       "7zXZ",
+                                                                       "xz"},
+                                                                      {"\x28\xb5\x2f\xfd", "zstd"}};
+  for (const auto& [first, format] : kFirstBytes)
+    if (bytes.starts_with(first))
+      throw Error(name, std::string("is compressed (") + format + ")", "Unpack it first.");
+}
+
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
 bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 
@@ -151,6 +164,7 @@ std::string load_file(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   in.read(bytes.data(), static_cast<std::streamsize>(size));
   if (!in) throw Error(name, "cannot be read", "Check that the file is there and may be read.");
+  refuse_compressed(bytes, name);
   if (bytes.starts_with("\xef\xbb\xbf")) bytes.erase(0, 3);
   return bytes;
 }

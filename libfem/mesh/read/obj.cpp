@@ -13,6 +13,18 @@ struct Furthest {
   std::size_t position = 0;
 };
 
+// The next word of a statement, which a backslash at the end of a line continues in the next one.
+std::string_view word_of_statement(Cursor& file) {
+  std::string_view word = file.word_on_line();
+  while (word == "\\") {
+    file.line();
+    word = file.word_on_line();
+  }
+  if (!word.ends_with('\\')) return word;
+  file.seek(file.position() - 1);
+  return word.substr(0, word.size() - 1);
+}
+
 // "7", "7/1", "7//3", "7/1/3" or negative (counted back from the latest vertex), as index from 0.
 std::int64_t corner_index(std::string_view word, std::size_t points, const Cursor& file) {
   const auto number = parse_integer(word.substr(0, word.find('/')));
@@ -28,7 +40,7 @@ std::int64_t corner_index(std::string_view word, std::size_t points, const Curso
 void read_vertex(Cursor& file, RawSurface& surface) {
   Vec3 point;
   for (double& x : point) {
-    const auto value = parse_real(file.word_on_line());
+    const auto value = parse_real(word_of_statement(file));
     if (!value) file.fail("a vertex needs three numbers, with decimal points");
     if (const std::string fault = coordinate_fault(*value); !fault.empty()) file.fail(fault);
     x = *value;
@@ -38,11 +50,8 @@ void read_vertex(Cursor& file, RawSurface& surface) {
 
 void read_face(Cursor& file, RawSurface& surface, Furthest& furthest) {
   std::vector<std::int64_t> corners;
-  for (std::string_view word = file.word_on_line(); !word.empty(); word = file.word_on_line()) {
-    if (word == "\\") {  // the face goes on in the next line
-      file.line();
-      continue;
-    }
+  for (std::string_view word = word_of_statement(file); !word.empty();
+       word = word_of_statement(file)) {
     corners.push_back(corner_index(word, surface.points.size(), file));
     if (corners.back() > furthest.index) furthest = {corners.back(), file.position()};
   }
@@ -64,7 +73,8 @@ struct FaceGroups {
   void note(Cursor& file, std::string_view keyword) {
     auto& names = keyword == "g" ? g : keyword == "o" ? object : material;
     names.clear();
-    for (std::string_view word = file.word_on_line(); !word.empty(); word = file.word_on_line())
+    for (std::string_view word = word_of_statement(file); !word.empty();
+         word = word_of_statement(file))
       names.emplace_back(word);
   }
   void add_face(std::size_t triangles, RawLabels& labels) const {
@@ -86,7 +96,7 @@ RawSurface read_obj(Cursor& file, RawLabels* labels) {
   Furthest furthest;
   FaceGroups groups;
   while (!file.at_end()) {
-    const std::string_view keyword = file.word_on_line();
+    const std::string_view keyword = word_of_statement(file);
     if (keyword == "v") read_vertex(file, surface);
     if (labels != nullptr && (keyword == "g" || keyword == "o" || keyword == "usemtl"))
       groups.note(file, keyword);

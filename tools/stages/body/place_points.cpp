@@ -13,6 +13,8 @@ namespace palpate::tools {
 namespace {
 
 constexpr double kFarthestRatio = 0.05;  // of the body's diagonal
+// Cosine to the inward normal. At a corner of a block, faces stand 55 degrees off its diagonal.
+constexpr double kOutward = -0.5;
 
 }  // namespace
 
@@ -38,6 +40,12 @@ TestPoints place_points(const PointTable& points, const Surface& surface,
     }
     placed.position.row(i) = hit.on_facet;
     placed.normal.row(i) = points.normal.rows() ? Vec3(points.normal.row(i)) : Vec3(-hit.normal);
+    if (placed.normal.row(i).dot(-hit.normal) < kOutward)
+      throw Error(fmt::format("{}: point {}", where, i + 1),
+                  fmt::format("its normal ({:.3g}, {:.3g}, {:.3g}) points out of the body, so a "
+                              "press along it touches nothing",
+                              points.normal(i, 0), points.normal(i, 1), points.normal(i, 2)),
+                  "Normals point into the body: reverse their signs, or leave the columns out.");
     placed.name.push_back(fmt::format("p{:04}", i + 1));
   }
   return placed;

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numeric>
 
 #include "libfem/materials/materials.hpp"
 #include "libfem/mesh/fill/fill_volume.hpp"
@@ -11,18 +14,21 @@
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "tools/console.hpp"
+#include "tools/scene/tissues.hpp"
 #include "tools/stages/body/body_meshes.hpp"
 
 namespace palpate::tools {
 namespace {
 
-// Fat has 1 kPa, brain 0.5 to 3, cartilage a few MPa, tendon 1 GPa; gels go down to 100 Pa.
-constexpr double kSoftest_Pa = 50, kStiffest_Pa = 2e9;
+// Gels go down to 100 Pa, cartilage and silicones up to a few MPa.
+constexpr double kSoftest_Pa = 50, kStiffest_Pa = 5e6;
 // Dry steel on skin has 0.6, on wet tissue 0.02 to 0.3.
 constexpr double kMostFriction = 1.5;
 constexpr double kLeastDensity_kg_m3 = 100;  // a lung full of air has some 250
-// A cell has 10 um, but is pressed by a tip of its own scale; a person has 2 m.
-constexpr double kSmallestBody_m = 1e-4, kLargestBody_m = 5;
+// An organ in metres that is read as one in millimetres has 0.6 mm at most; a person has 2 m.
+constexpr double kSmallestBody_m = 1e-3, kLargestBody_m = 5;
+constexpr double kCoincident = 1e-9;  // distance over the body's diagonal: roundoff of nine digits
+constexpr std::size_t kListedParts = 3;
 constexpr double kDeepest = 0.5;       // press over the body's smallest extent
 constexpr double kMostNoise = 0.1;     // of the surface, likewise
 constexpr double kFinestProbe = 1e-3;  // tip radius over the body's largest extent
@@ -55,10 +61,15 @@ void check_material(const fem::MaterialParameters& material, const std::string& 
         "{}: its stiffness at rest is {:.3g} Pa, softer than any tissue. Numbers without a unit "
         "are in Pa: was \"{:.3g} kPa\" meant?",
         where, young, young));
-  if (young > kStiffest_Pa)
+  if (young > kStiffest_Pa) {
+    const auto [soft, stiff] = std::ranges::minmax(tissues(), {}, &Tissue::young_Pa);
+    const double in_unit = young / (young < 1e9 ? 1e6 : 1e9);
     warnings.push_back(fmt::format(
-        "{}: its stiffness at rest is {:.3g} GPa, stiffer than tendon. Was \"{:.3g} kPa\" meant?",
-        where, 1e-9 * young, 1e-9 * young));
+        "{}: its stiffness at rest is {:.3g} {}, and no soft tissue is that stiff: `palpate new` "
+        "has {:.4g} kPa ({}) to {:.4g} kPa ({}). Was \"{:.3g} kPa\" meant?",
+        where, in_unit, young < 1e9 ? "MPa" : "GPa", 1e-3 * soft.young_Pa, soft.name,
+        1e-3 * stiff.young_Pa, stiff.name, in_unit));
+  }
 }
 
 // Of a press [GB], as N^1.5 over N quadratic nodes: 12.6 GB were seen on 183,855 tets.
@@ -106,6 +117,50 @@ std::vector<Vec3> painted_corners(const PaintedPart& part) {
     if (part.is_painted()[static_cast<std::size_t>(i)])
       painted.push_back(part.volume().nodes.row(part.volume().tets(i / 4, i % 4)));
   return painted;
+}
+
+// The parts of a surface that share no vertex, the largest first; cavities are left out.
+std::vector<Surface> parts_of(const Surface& surface) {
+  const auto vertices = static_cast<std::size_t>(surface.vertices.rows());
+  const auto patches = patches_of(surface, std::vector<char>(vertices, 1));
+  std::vector<std::size_t> patch_of(vertices);
+  std::vector<std::int32_t> number(vertices);
+  for (std::size_t p = 0; p < patches.size(); ++p)
+    for (std::size_t i = 0; i < patches[p].size(); ++i) {
+      patch_of[static_cast<std::size_t>(patches[p][i])] = p;
+      number[static_cast<std::size_t>(patches[p][i])] = static_cast<std::int32_t>(i);
+    }
+  std::vector<std::vector<std::int32_t>> corners(patches.size());
+  for (const auto& triangle : surface.triangles.rowwise())
+    for (const std::int32_t v : triangle)
+      corners[patch_of[static_cast<std::size_t>(v)]].push_back(number[static_cast<std::size_t>(v)]);
+  std::vector<Surface> parts;
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    Surface part{surface.vertices(patches[p], Eigen::all),
+                 Eigen::Map<Triangles>(corners[p].data(),
+                                       static_cast<Eigen::Index>(corners[p].size() / 3), 3)};
+    if (volume_m3(part) > 0) parts.push_back(std::move(part));
+  }
+  std::ranges::stable_sort(parts, std::greater{}, volume_m3);
+  return parts;
+}
+
+// Nodes that lie where one before them does. They are sorted along a direction in which the nodes
+// of a grid differ.
+Eigen::Index coincident_nodes(const Points& nodes) {
+  const double tolerance_m = kCoincident * extent_m(nodes).norm();
+  const Eigen::VectorXd along = nodes * Vec3(0.61, 0.53, 0.59).normalized();
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(nodes.rows()));
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::sort(order, {}, [&](Eigen::Index n) { return along[n]; });
+  Eigen::Index count = 0;
+  for (std::size_t i = 0; i < order.size(); ++i)
+    for (std::size_t j = i; j-- > 0 && along[order[i]] - along[order[j]] <= tolerance_m;)
+      if ((nodes.row(order[i]) - nodes.row(order[j])).norm() <= tolerance_m) {
+        ++count;
+        break;
+      }
+  return count;
 }
 
 Box bounds_of(const Region& region, const Points& vertices) {
@@ -170,6 +225,40 @@ InclusionPlace place_of(const Region& region, const Body& body, const BoxTree& b
 
 }  // namespace
 
+std::vector<std::string> doubts_of_shape(const Scene& scene, const Body& body) {
+  std::vector<std::string> doubts;
+  const Vec3 extent = extent_m(body.surface.vertices);
+  if (extent.maxCoeff() < kSmallestBody_m || extent.maxCoeff() > kLargestBody_m)
+    doubts.push_back(
+        fmt::format("[body]: it measures {}. Is length_unit right?", size_in_words(extent, 0)));
+  if (const Eigen::Index doubled = scene.body.tetmesh ? coincident_nodes(body.volume.nodes) : 0) {
+    doubts.push_back(fmt::format(
+        "[body]: {} nodes of the tetmesh coincide with others, so the body is cut there and its "
+        "sides move apart. If it is one body, merge them (Gmsh: Coherence, or Coherence Mesh).",
+        doubled));
+    return doubts;
+  }
+  const std::vector<Surface> parts = parts_of(body.surface);
+  if (parts.size() < 2) return doubts;
+  const BoxTree boxes = triangle_boxes(parts[0]);
+  std::string others;
+  for (std::size_t p = 1; p < std::min(parts.size(), kListedParts); ++p) {
+    double distance_m = std::numeric_limits<double>::infinity();
+    for (const auto& vertex : parts[p].vertices.rowwise())
+      if (const auto near = closest_point(parts[0], boxes, vertex, distance_m))
+        distance_m = near->distance_m;
+    others += fmt::format(", {} at a distance of {:.3g} mm",
+                          size_in_words(extent_m(parts[p].vertices), 0), 1e3 * distance_m);
+  }
+  if (parts.size() > kListedParts)
+    others += fmt::format(", and {} more", parts.size() - kListedParts);
+  doubts.push_back(fmt::format(
+      "[body]: it is {} separate parts: {}{}. That is fine if it is meant; else join them, or "
+      "delete the others, in a mesh editor.",
+      parts.size(), size_in_words(extent_m(parts[0].vertices), 0), others));
+  return doubts;
+}
+
 std::vector<std::string> implausible(const Scene& scene, const Body& body) {
   Warnings warnings;
   if (scene.material) check_material(*scene.material, "[material]", warnings);
@@ -179,9 +268,7 @@ std::vector<std::string> implausible(const Scene& scene, const Body& body) {
   check_mesh_size(scene, body, warnings);
   const Vec3 extent = extent_m(body.surface.vertices);
   const double size_m = extent.maxCoeff();
-  if (size_m < kSmallestBody_m || size_m > kLargestBody_m)
-    warnings.push_back(
-        fmt::format("[body]: it measures {}. Is length_unit right?", size_in_words(extent, 0)));
+  for (const std::string& doubt : doubts_of_shape(scene, body)) warnings.push_back(doubt);
   const double thickness_m = extent.minCoeff(), depth_m = scene.experiments.each.depth_m;
   if (depth_m > kDeepest * thickness_m)
     warnings.push_back(fmt::format(

@@ -12,6 +12,10 @@ namespace palpate::tools {
 /// a modulus read in the wrong unit, a probe or a body of the wrong size, too much friction.
 std::vector<std::string> implausible(const Scene& scene, const Body& body);
 
+/// The same of the body's shape alone, without its material: an unlikely size, separate parts, a
+/// tetmesh that is cut where its nodes are doubled.
+std::vector<std::string> doubts_of_shape(const Scene& scene, const Body& body);
+
 /// Where an inclusion lies. inside: share of its volume in the body; NaN for half-spaces.
 struct InclusionPlace {
   double volume_m3 = 0;  ///< inside the body

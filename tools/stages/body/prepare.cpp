@@ -146,15 +146,8 @@ void take_division(const Scene& scene, const Surface& asset, Eigen::Index given,
   find_region(scene, body);
 }
 
-Body make_body(const Scene& scene, bool surface_only, const Surface* asset) {
-  Body body;
-  body.probe = scene.probe.spec;
-  body.settings = settings_of(scene);
-  read_meshes(scene, surface_only, body);
-  const bool is_open = surface_only && !surface_facts(body.surface).is_closed;
-  say("  surface: {}, {} vertices, {} triangles",
-      size_in_words(extent_m(body.surface.vertices), is_open ? 0 : volume_m3(body.surface)),
-      body.surface.vertices.rows(), body.surface.triangles.rows());
+// Everything that is made of the body's mesh.
+void set_up(const Scene& scene, bool surface_only, const Surface* asset, Body& body) {
   find_region(scene, body);
   const Eigen::Index given = body.surface.vertices.rows();
   if (!surface_only) {
@@ -166,6 +159,25 @@ Body make_body(const Scene& scene, bool surface_only, const Surface* asset) {
   if (asset != nullptr) take_division(scene, *asset, given, body);
   find_reachable(scene, surface_only, body);
   choose_points(scene, surface_only, body);
+}
+
+Body make_body(const Scene& scene, bool surface_only, const Surface* asset) {
+  Body body;
+  body.probe = scene.probe.spec;
+  body.settings = settings_of(scene);
+  read_meshes(scene, surface_only, body);
+  const bool is_open = surface_only && !surface_facts(body.surface).is_closed;
+  say("  surface: {}, {} vertices, {} triangles",
+      size_in_words(extent_m(body.surface.vertices), is_open ? 0 : volume_m3(body.surface)),
+      body.surface.vertices.rows(), body.surface.triangles.rows());
+  try {
+    set_up(scene, surface_only, asset, body);
+  } catch (const Error& e) {
+    // A refusal often follows from the mesh: from its unit, or from a cut through it.
+    std::string remedy = e.remedy();
+    for (const std::string& doubt : doubts_of_shape(scene, body)) remedy += " " + doubt;
+    throw Error(e.where(), e.fact(), remedy);
+  }
   return body;
 }
 

@@ -75,6 +75,19 @@ TEST_P(EveryTextFormat, reads_past_a_byte_order_mark) {
   EXPECT_EQ(read_surface(folder.write(sample), 1).triangles.rows(), 12);
 }
 
+// Its numbers were refused: "a vertex needs three numbers".
+TEST(obj, a_backslash_at_the_end_of_a_line_continues_it_in_every_statement) {
+  const TemporaryFolder folder;
+  const std::string text = "v 0 0 30\nv 10 0 30\nv 0 10 30\ng top upper\nf 1 2 3\n";
+  for (const std::string blank : {" \\\n ", "\\\n ", " \\\r\n\t"}) {
+    std::string broken;
+    for (const char c : text) broken += c == ' ' ? blank : std::string(1, c);
+    const Surface surface = read_surface(folder.write("a.obj", broken), 1);
+    EXPECT_EQ(surface.vertices, read_surface(folder.write("b.obj", text), 1).vertices) << broken;
+    EXPECT_EQ(surface.triangles.rows(), 1) << broken;
+  }
+}
+
 class EveryTetFormat : public testing::TestWithParam<SampleFile> {
  protected:
   TemporaryFolder folder;

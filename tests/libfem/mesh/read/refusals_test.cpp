@@ -54,6 +54,18 @@ TEST_F(Refusal, a_format_of_the_other_kind_of_mesh_says_the_key_that_reads_it) {
   EXPECT_TRUE(says(tet_error("mesh.stl", "solid\n"), "surfaces, which are read as body.surface"));
 }
 
+TEST_F(Refusal, a_compressed_file_is_named_by_its_format_whatever_its_name) {
+  const std::pair<std::string, const char*> kFiles[] = {{"\x1f\x8b\x08", "gzip"},
+                                                        {"PK\x03\x04", "zip"},
+                                                        {"BZh91AY", "bzip2"},
+                                                        {"\xfd"
+                                                         "7zXZ",
+                                                         "xz"},
+                                                        {"\x28\xb5\x2f\xfd", "zstd"}};
+  for (const auto& [bytes, format] : kFiles)
+    EXPECT_TRUE(says(surface_error("mesh.off", bytes), "is compressed (" + std::string(format)));
+}
+
 TEST_F(Refusal, missing_file_folder_and_empty_file_are_told_apart) {
   EXPECT_TRUE(says(error_of([] { read_surface("/nowhere/mesh.obj", 1); }), "no such file"));
   const auto path = folder.write("empty.obj", "");
