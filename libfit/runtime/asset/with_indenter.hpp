@@ -394,21 +394,21 @@ PALPATE_ONCE AssetView with_indenter(const AssetView& asset, const Indenter& too
 {
   const IndenterTable table(asset, tool, memory);
   AssetView out = asset;
+  const double known_m = table.measured_m();
   out.curves.view[kNormal] = table.normal();
-  prepare(out.curves);
+  out.curves.rings = ring_table<kRings>(out.curves.view[kNormal], known_m);
   IndenterView& view = table.view();
   view.has_radius_effect = asset.curves.family == int(Family::rings);
   for (int i = 0; i < kRadiusEffects; ++i) {
     view.by_radius[i] = table.by_radius(i);
-    view.rings_by_radius[i] =
-        ring_table<kRings>(view.by_radius[i], view.by_radius[i].knots[view.by_radius[i].pieces]);
+    view.rings_by_radius[i] = ring_table<kRings>(view.by_radius[i], known_m);
   }
   view.farther_m = tool.round_end_m - asset.probe_radius_m;
-  find_ploughing(tool, asset.probe_radius_m, table.measured_m(), view);
+  find_ploughing(tool, asset.probe_radius_m, known_m, view);
   view.spread = view.steeper;  // as far as it ploughs the deeper the more
-  find_side(tool, asset.probe_radius_m, table.measured_m(), view);
+  find_side(tool, asset.probe_radius_m, known_m, view);
   out.curves.indenter = &view;
-  out.max_fitted_m = table.measured_m();
+  out.max_fitted_m = known_m;
   out.probe_radius_m = tool.round_end_m;
   out.checksum ^= mark_of(tool);
   out.is_rough = asset.curves.family != int(Family::rings) || asset.damage.softens();

@@ -173,9 +173,29 @@ RingBed<T, N> ring_bed(const RingTable<N>& table, const Spot& spot) noexcept {
   return bed;
 }
 
+/// How far the springs of a ring are pressed, on average, if they lie evenly between its edges, and
+/// the slope of that by depth; of ring 1 the share at_0 lies at depth 0. So what rings bear in slow
+/// motion is never more than the curve says, and a body never pulls.
+template <class T>
+struct RingPress {
+  T value_m, slope;
+};
+template <class T, int N>
+RingPress<T> ring_press(const RingTable<N>& table, const T& at_0, int i,
+                        const T& depth_m) noexcept {
+  const double from = i > 0 ? table.edge_m[i - 1] : 0, width = table.edge_m[i] - from;
+  const T in = depth_m - from;
+  if (!(value_of(in) > 0)) return {T(0), T(0)};
+  const bool is_part = value_of(in) < width;
+  const RingPress<T> even{is_part ? in * in * (0.5 / width) : in - 0.5 * width,
+                          is_part ? in * (1 / width) : T(1)};
+  if (i > 0) return even;
+  return {at_0 * in + (T(1) - at_0) * even.value_m, at_0 + (T(1) - at_0) * even.slope};
+}
 /// 1 where every ring has the stiffness that the curve says. Where the curve is concave, rings that
 /// would be negative are none, and the others bear sum c_i h_i / sum max(c_i, 0) h_i of theirs, so
-/// that the whole bed still bears f^z. Its slope belongs to the energy.
+/// that the whole bed still bears f^z. Its slope belongs to the energy, so h_i is the mean press of
+/// springs that lie evenly between the edges: a force of d - d_i would step where a ring touches.
 template <class T>
 struct RingShare {
   T value, slope;
@@ -186,12 +206,12 @@ RingShare<T> ring_share(const RingTable<N>& table, const RingBed<T, N>& bed,
   if (!bed.is_cut) return {T(1), T(0)};
   T kept = T(0), cut = T(0), kept_slope = T(0), cut_slope = T(0);
   for (int i = 0; i < N; ++i) {
-    const T reach = depth_m - table.threshold_m[i];
-    if (!(value_of(reach) > 0)) break;
-    kept = kept + bed.stiffness_N_m[i] * reach;
-    cut = cut + bed.excess_N_m[i] * reach;
-    kept_slope = kept_slope + bed.stiffness_N_m[i];
-    cut_slope = cut_slope + bed.excess_N_m[i];
+    const RingPress<T> press = ring_press(table, T(1), i, depth_m);
+    if (!(value_of(press.value_m) > 0)) break;
+    kept = kept + bed.stiffness_N_m[i] * press.value_m;
+    cut = cut + bed.excess_N_m[i] * press.value_m;
+    kept_slope = kept_slope + bed.stiffness_N_m[i] * press.slope;
+    cut_slope = cut_slope + bed.excess_N_m[i] * press.slope;
   }
   if (!(value_of(kept) > value_of(cut))) return {T(value_of(kept) > 0 ? 0 : 1), T(0)};
   const T ratio = cut / kept;

@@ -38,25 +38,6 @@ const T& still_flowing(const T& left_m) noexcept {  // derivatives are not over
 }
 constexpr int kCreepNumbers = 4 * kMaxBranches * kRings;  ///< of a contact
 
-/// How far the springs of a ring are pressed, on average, if they lie evenly between its edges, and
-/// the slope of that by depth; of ring 1 the share at_0 lies at depth 0. So what rings bear in slow
-/// motion is never more than the curve says, and a body never pulls.
-template <class T>
-struct RingPress {
-  T value_m, slope;
-};
-template <class T, int N>
-RingPress<T> ring_press(const RingTable<N>& table, const T& at_0, int i,
-                        const T& depth_m) noexcept {
-  const double from = i > 0 ? table.edge_m[i - 1] : 0, width = table.edge_m[i] - from;
-  const T in = depth_m - from;
-  if (!(value_of(in) > 0)) return {T(0), T(0)};
-  const bool is_part = value_of(in) < width;
-  const RingPress<T> even{is_part ? in * in * (0.5 / width) : in - 0.5 * width,
-                          is_part ? in * (1 / width) : T(1)};
-  if (i > 0) return even;
-  return {at_0 * in + (T(1) - at_0) * even.value_m, at_0 + (T(1) - at_0) * even.slope};
-}
 /// The share of ring 1 that lies at depth 0: f^z'(0) of f^z'(e_1).
 template <class T, int N, class Spot>
 T share_at_0(const RingTable<N>& table, const RingBed<T, N>& bed, const Spot& spot) noexcept {

@@ -35,6 +35,24 @@ RingDeflection<T> ring_deflection(const Spot& spot, const T* curvature, const Ve
   const Vec3<T> curved = curvature_times(curvature, q);
   return {q, height - 0.5 * dot(q, curved), curved};
 }
+/// The same of a contact whose ring 1 is anchored beside the contact point: hollow curvature, the
+/// part of kappa with principal values below 0, counts from the anchor, as the side force does. It
+/// is known near the contact point alone, and the depth would grow with the square of the distance.
+template <class T>
+void count_from_anchor(const T* kappa, const Vec3<T>& anchor, RingDeflection<T>& at) noexcept {
+  using std::sqrt;
+  if (!(value_of(dot(anchor, anchor)) > kLateralZero_m * kLateralZero_m)) return;
+  const T half = 0.5 * (kappa[0] + kappa[1] + kappa[2]);
+  const T squares = kappa[0] * kappa[0] + kappa[1] * kappa[1] + kappa[2] * kappa[2] +
+                    2.0 * (kappa[3] * kappa[3] + kappa[4] * kappa[4] + kappa[5] * kappa[5]);
+  const T off = 0.5 * squares - half * half;  // ((k1 - k2) / 2)^2
+  const T apart = value_of(off) > 0 ? sqrt(off) : T(0), most = half + apart;
+  if (!(value_of(half) < value_of(apart))) return;
+  Vec3<T> hollow = curvature_times(kappa, anchor);
+  if (value_of(most) > 0) hollow = (hollow * most - curvature_times(kappa, hollow)) * (0.5 / apart);
+  at.depth_m = at.depth_m + 0.5 * dot(hollow, at.q * 2.0 - anchor);
+  at.curved = at.curved - hollow;
+}
 
 /// lambda |q| - share mu(d + beyond) d [m] (B3): a slide of the contact point brings it to zero.
 /// Needs no curve. beyond_m: how much deeper the tool is than ring 1 sees it, where the body

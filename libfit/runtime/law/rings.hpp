@@ -132,7 +132,8 @@ struct Rings {
                                             const Vec3<T>& x, const Memory<T>& memory) noexcept {
     using std::sqrt;
     const auto& numbers = ring_numbers<T>(spot);
-    const RingDeflection<T> at = ring_deflection(spot, numbers.curvature, x);
+    RingDeflection<T> at = ring_deflection(spot, numbers.curvature, x);
+    count_from_anchor(numbers.curvature, memory.at(0), at);
     const T squared = dot(at.q, at.q), normal_N = curve_at(views, spot, kNormal, at.depth_m);
     const bool is_aside = value_of(squared) > kLateralZero_m * kLateralZero_m;
     return {spot,

@@ -162,6 +162,53 @@ TEST(Indenter, wider_than_what_was_measured_is_said_and_goes_on_as_of_a_half_spa
   }
 }
 
+// Work that a loop aside takes which turns halfway to gross slip, by Mindlin and Masing. The edges
+// of the rings lie over the depths that the tool is known for.
+TEST(Indenter, slips_in_part_over_its_own_depths) {
+  constexpr double kFriction = 0.4;
+  Model model = half_space_model(kFriction);
+  model.curves.control[runtime::kFriction].setConstant(kFriction);
+  for (const int part : {runtime::kFrictionSlope, runtime::kSpread})
+    model.curves.control[static_cast<std::size_t>(part)].setZero();
+  const Loaded loaded = load(model);
+  MetAssets met(loaded.asset);
+  const double lambda = model.curves.control[runtime::kLambda](0, 0);
+  for (const Indenter& tool : {runtime::ball_indenter(0.012), runtime::ball_indenter(0.016),
+                               runtime::ball_indenter(0.004), cone(1.05, 0.001)}) {
+    const runtime::AssetView& view = *met.of(tool);
+    for (const double share : {1.0, 0.3}) {
+      const double depth_m = share * view.max_fitted_m, turn_m = 0.5 * kFriction * depth_m / lambda;
+      const auto first_N = [&](double r) {
+        return kFriction *
+               (half_space_N(tool, depth_m) - half_space_N(tool, depth_m - lambda * r / kFriction));
+      };
+      constexpr int kSteps = 200, kPieces = 10;
+      double exact_J = -4 * turn_m * first_N(turn_m), work_J = 0;
+      for (int i = 0; i < kPieces; ++i)
+        exact_J += 8 * first_N(turn_m * (i + 0.5) / kPieces) * turn_m / kPieces;
+      Contact contact;
+      Output out;
+      const auto go = [&](double aside_m, double deep_m) {
+        const double tip[3] = {0.001 + aside_m, 0.0004, -deep_m};
+        const double before_N = out.force_on_tool_N[0];
+        EXPECT_EQ(touch(view, contact, tip, out), Status::ok);
+        return -0.5 * (before_N + out.force_on_tool_N[0]);
+      };
+      for (int i = 0; i <= 700; ++i) go(0, -1e-4 + (1e-4 + depth_m) * i / 700);
+      double at_m = 0;
+      for (const double to_m : {turn_m, -turn_m, turn_m}) {
+        for (int i = 1; i <= kSteps; ++i) {
+          const double force_N = go(at_m + (to_m - at_m) * i / kSteps, depth_m);
+          if (at_m != 0) work_J += force_N * (to_m - at_m) / kSteps;
+        }
+        at_m = to_m;
+      }
+      EXPECT_NEAR(work_J / exact_J, 1, share == 1 ? 0.25 : 0.17)
+          << tool.round_end_m << ", " << tool.points << " points, at " << share;
+    }
+  }
+}
+
 // The radius effect (M83) multiplies the stiffness by 1 + ln(R/R0) k_0.
 TEST(Indenter, radius_effect_goes_with_the_logarithm_of_the_radius) {
   Model model = half_space_model();
