@@ -156,6 +156,7 @@ palpate_status palpate_indenter_open(palpate_asset* opened_for, const palpate_as
     return PALPATE_TOOL_WRONG;
   OpenAsset with = *opened;
   static_cast<rt::AssetView&>(with.asset) = rt::with_indenter(opened->asset, tool, memory);
+  if (!(with.asset.max_fitted_m > 0)) return PALPATE_TOOL_WRONG;  // wider than what is known
   std::memcpy(opened_for->storage, &with, sizeof with);
   return PALPATE_OK;
 }

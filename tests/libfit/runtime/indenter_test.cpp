@@ -303,6 +303,13 @@ TEST(Indenter, is_the_same_through_the_c_interface) {
   palpate_indenter wrong = indenter;
   wrong.points = 1000;
   EXPECT_EQ(palpate_indenter_open(&met, &asset, &wrong, memory.data(), bytes), PALPATE_TOOL_WRONG);
+  // A rod whose flat end is wider than the widest contact that was measured is known at no depth.
+  const Indenter wide = rod(0.05, 0.001);
+  wrong = palpate_indenter();
+  wrong.points = wide.points;
+  std::copy_n(wide.r_m, wide.points, wrong.r_m);
+  std::copy_n(wide.slope, wide.points, wrong.slope);
+  EXPECT_EQ(palpate_indenter_open(&met, &asset, &wrong, memory.data(), bytes), PALPATE_TOOL_WRONG);
   ASSERT_EQ(palpate_indenter_open(&met, &asset, &indenter, memory.data(), bytes), PALPATE_OK);
   EXPECT_EQ(palpate_indenter_bytes(&met), 0U);
   // In place of the asset, or as what one ball meets.
