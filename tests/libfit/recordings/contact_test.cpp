@@ -149,7 +149,9 @@ TEST(contact, an_exponential_toe_is_within_two_stated_deviations_nine_times_of_t
         EXPECT_GE(covered, 9) << radius_m << ' ' << length_m << ' ' << noise;
         // A toe of ten lengths is far below the noise: nobody can know, and the grade says so.
         EXPECT_TRUE(length_m > 1e-3 || poor == 10);
-        EXPECT_LT(std::sqrt(squares), length_m > 2e-3 ? 0.05e-3 : 2e-3);
+        // A told ball on a body that stiffens explains a mild exponential as well, and begins
+        // before.
+        EXPECT_LT(std::sqrt(squares), length_m < 2e-3 ? 2e-3 : radius_m > 0 ? 0.2e-3 : 0.05e-3);
       }
 }
 
