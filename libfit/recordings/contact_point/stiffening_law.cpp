@@ -31,12 +31,12 @@ constexpr double kMinScatter = 1e-5;      // of the full force: readings have no
 constexpr double kInChance = 2;           // deviations of a correlation of white noise
 constexpr double kMaxCorrelation = 0.95;
 
-using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
-using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
+using LawMoments = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using LawUnknowns = Eigen::Matrix<double, kUnknowns, 1>;
 
 double square(double x) { return x * x; }
 
-struct Trial {
+struct StiffeningTrial {
   double at = 0, squares = kInfinity, log_weight = -kInfinity;
 };
 
@@ -63,18 +63,18 @@ class StiffeningLaw {
 
   // The logarithm of the contact point's likelihood, averaged over kStiffening, where one mean has
   // this variance. left: filled with the residuals of the widest prior where wanted.
-  Trial at(double contact, double variance, Eigen::VectorXd* left = nullptr) const {
-    Square moments = Square::Zero();
-    Unknowns right = Unknowns::Zero();
+  StiffeningTrial at(double contact, double variance, Eigen::VectorXd* left = nullptr) const {
+    LawMoments moments = LawMoments::Zero();
+    LawUnknowns right = LawUnknowns::Zero();
     for (Eigen::Index i = 0; i < travel_.size(); ++i) {
-      const Unknowns x = basis(i, contact);
+      const LawUnknowns x = basis(i, contact);
       moments.selfadjointView<Eigen::Lower>().rankUpdate(x, weight_[i]);
       right += weight_[i] * push_[i] * x;
     }
     moments.triangularView<Eigen::StrictlyUpper>() = moments.transpose();
-    Trial trial{contact};
+    StiffeningTrial trial{contact};
     std::array<double, kStiffening.size()> log_evidence{};
-    Unknowns found;
+    LawUnknowns found;
     for (std::size_t k = 0; k < kStiffening.size(); ++k) {
       double squares = 0;
       log_evidence[k] = evidence(moments, right, kStiffening[k], variance, found, squares);
@@ -93,9 +93,9 @@ class StiffeningLaw {
   }
 
  private:
-  Unknowns basis(Eigen::Index i, double contact) const {
+  LawUnknowns basis(Eigen::Index i, double contact) const {
     const double depth = std::max(0.0, (travel_[i] - contact) / (1 - contact));
-    Unknowns x;
+    LawUnknowns x;
     x[0] = 1;
     double power = exponent_ == 1.5 ? depth * std::sqrt(depth) : std::pow(depth, exponent_);
     for (int k = 1; k < kUnknowns; ++k, power *= depth) x[k] = power;
@@ -104,10 +104,10 @@ class StiffeningLaw {
 
   // Log evidence for one deviation: normal priors of s1 to s3, flat ones of the bias and of
   // a, which is not less than its share.
-  double evidence(const Square& moments, const Unknowns& right, double deviation, double variance,
-                  Unknowns& found, double& squares) const {
-    Square precision = moments;
-    Unknowns towards = right;
+  double evidence(const LawMoments& moments, const LawUnknowns& right, double deviation,
+                  double variance, LawUnknowns& found, double& squares) const {
+    LawMoments precision = moments;
+    LawUnknowns towards = right;
     double log_prior = 0;
     for (int k = 2; k < kUnknowns; ++k) {
       if (deviation > 0) {
@@ -118,10 +118,10 @@ class StiffeningLaw {
         precision(k, k) = 1, towards[k] = 0;
       }
     }
-    const Eigen::LLT<Square> factor(precision);
+    const Eigen::LLT<LawMoments> factor(precision);
     found = factor.solve(towards);
     squares = std::max(0.0, push_squares_ - found.dot(towards));
-    const double amplitude_variance = variance * factor.solve(Unknowns::Unit(1))[1];
+    const double amplitude_variance = variance * factor.solve(LawUnknowns::Unit(1))[1];
     const double positive =
         std::erfc((kLeastShare - found[1]) / std::sqrt(2 * amplitude_variance)) / 2;
     const double log_determinant = 2 * factor.matrixLLT().diagonal().array().log().sum();
@@ -134,7 +134,8 @@ class StiffeningLaw {
 };
 
 // Variance of one mean as the best trial leaves it, more where neighbours' residuals go together.
-double variance_left(const StiffeningLaw& law, const Trial& best, double guess, double& misfit) {
+double variance_left(const StiffeningLaw& law, const StiffeningTrial& best, double guess,
+                     double& misfit) {
   Eigen::VectorXd left;
   law.at(best.at, guess, &left);
   const auto n = static_cast<double>(left.size());
@@ -155,7 +156,7 @@ LawFit contact_of_stiffening_law(const PressCurve& curve, Eigen::Index means, do
   const StiffeningLaw law(curve, means, exponent, slope_N_m);
   double low = -kBefore, high = law.last(), variance = law.least_variance(), misfit = 0;
   LawFit out;
-  std::vector<Trial> trials(kTrials);
+  std::vector<StiffeningTrial> trials(kTrials);
   for (int round = 0; round < kRounds; ++round) {
     const double step = (high - low) / kTrials;
     const auto scan = [&] {
@@ -163,18 +164,19 @@ LawFit contact_of_stiffening_law(const PressCurve& curve, Eigen::Index means, do
         trials[static_cast<std::size_t>(k)] = law.at(low + step * (k + 0.5), variance);
     };
     scan();
-    Trial best = *std::ranges::min_element(trials, {}, &Trial::squares);
+    StiffeningTrial best = *std::ranges::min_element(trials, {}, &StiffeningTrial::squares);
     double closer = step / 2;
     for (int k = 0; k < kCloser; ++k, closer /= 3)
       for (const double at : {best.at - closer, best.at + closer})
-        if (const Trial trial = law.at(std::min(at, law.last()), variance);
+        if (const StiffeningTrial trial = law.at(std::min(at, law.last()), variance);
             trial.squares < best.squares)
           best = trial;
     variance = variance_left(law, best, variance, misfit);
     scan();
-    const double top = std::ranges::max_element(trials, {}, &Trial::log_weight)->log_weight;
+    const double top =
+        std::ranges::max_element(trials, {}, &StiffeningTrial::log_weight)->log_weight;
     double sum = 0, first = 0, second = 0, from = high, to = low;
-    for (const Trial& trial : trials) {
+    for (const StiffeningTrial& trial : trials) {
       const double weight = std::exp(trial.log_weight - top);
       sum += weight, first += weight * trial.at, second += weight * square(trial.at);
       if (trial.log_weight < top - kUnlikely) continue;
