@@ -32,8 +32,10 @@ double on_rigid_bed(double contact_radius_m, double height_m) {
 
 constexpr ForceLaw kLaws[] = {
     {"Hertz", [](double, double) { return 1.0; }},
+    {"stiffens by 20 %", [](double x, double) { return 1 + 0.2 * x; }},
     {"stiffens by 40 %", [](double x, double) { return 1 + 0.4 * x; }},
     {"stiffens by 100 %", [](double x, double) { return 1 + x; }},
+    {"softens by 15 %", [](double x, double) { return 1 - 0.15 * x; }},
     {"softens by 30 %", [](double x, double) { return 1 - 0.3 * x; }},
     {"15 mm on a stiff layer", [](double, double a) { return on_rigid_bed(a, 15e-3); }},
     {"exponential", [](double x, double) { return std::exp(1.5 * x); }},
