@@ -57,6 +57,24 @@ double exponent_of(Tip tip);
 /// Durbin and Koopman (2012), Time Series Analysis by State Space Methods, 4.3 (the filter).
 ContactEstimate contact_of_smooth_curve(const PressCurve& curve);
 
+/// A law's contact point, and what its best fit leaves.
+struct LawFit {
+  ContactEstimate contact;
+  double squares = 0;  ///< sum over readings [N^2]
+  double rms_N = 0;    ///< of the means
+};
+
+/// Contact point over the first means of a curve, less a slope, of a tip whose body stiffens or
+/// softens, smoothly and by any amount:
+///   push = bias + a depth^exponent (1 + s1 x + s2 x^2 + s3 x^3), x = depth over the largest one
+/// Mean and deviation of the posterior, flat in contact point, bias and a > 0, averaged over how
+/// far s1 to s3 may be from 0. The noise is the curve's own or what the law leaves, whichever is
+/// more; residuals that go together count as fewer. amplitude and bias are 0. Some 4 ms for 400
+/// means. Precondition: at least 8 means, and a push that rises. Source: MacKay (1992),
+/// doi:10.1162/neco.1992.4.3.415 (models averaged by their evidence).
+LawFit contact_of_stiffening_law(const PressCurve& curve, Eigen::Index means, double exponent,
+                                 double slope_N_m);
+
 /// Contact point of a curve that an exponential explains to its noise, as soft tissue's often are:
 ///   push = bias + a (exp(depth / length) - 1)
 /// Mean and deviation over all contact points and lengths, and over the power laws of `exponents`,
@@ -64,9 +82,9 @@ ContactEstimate contact_of_smooth_curve(const PressCurve& curve);
 /// contact may lie anywhere before the curve rises. Nothing where an exponential does not explain
 /// the curve, or not clearly better than something else does (squares_to_beat, sum over readings).
 /// Source: Fung (1967), doi:10.1152/ajplegacy.1967.213.6.1532.
-std::optional<ContactEstimate> contact_of_simple_law(const PressCurve& curve,
-                                                     std::span<const double> exponents,
-                                                     double squares_to_beat);
+std::optional<LawFit> contact_of_simple_law(const PressCurve& curve,
+                                            std::span<const double> exponents,
+                                            double squares_to_beat);
 
 /// push = bias + slope (travel - first) + a max(travel - contact, 0)^exponent over the first means
 /// of a curve, fitted for each contact point. Refers to the curve.

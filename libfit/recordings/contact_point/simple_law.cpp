@@ -115,9 +115,9 @@ double correlation(const PressCurve& curve, const ExponentialTrial& best, double
 
 }  // namespace
 
-std::optional<ContactEstimate> contact_of_simple_law(const PressCurve& curve,
-                                                     std::span<const double> exponents,
-                                                     double squares_to_beat) {
+std::optional<LawFit> contact_of_simple_law(const PressCurve& curve,
+                                            std::span<const double> exponents,
+                                            double squares_to_beat) {
   const Eigen::Index n = curve.travel_m.size();
   if (n < kMinFree + kMinRising + 4) return std::nullopt;
   const double range_m = curve.travel_m[n - 1] - curve.travel_m[0];
@@ -167,10 +167,11 @@ std::optional<ContactEstimate> contact_of_simple_law(const PressCurve& curve,
             static_cast<double>(exponents.size()),
         contact_m, deviation_m);
   }
-  ContactEstimate out;
+  LawFit out;
   const double mean = first / sum;
-  out.travel_m = curve.travel_m[0] + mean * range_m;
-  out.deviation_m = range_m * std::sqrt(std::max(0.0, second / sum - mean * mean));
+  out.contact.travel_m = curve.travel_m[0] + mean * range_m;
+  out.contact.deviation_m = range_m * std::sqrt(std::max(0.0, second / sum - mean * mean));
+  out.squares = best.squares;
   return out;
 }
 

@@ -149,8 +149,33 @@ TEST(contact, an_exponential_toe_is_within_two_stated_deviations_nine_times_of_t
         EXPECT_GE(covered, 9) << radius_m << ' ' << length_m << ' ' << noise;
         // A toe of ten lengths is far below the noise: nobody can know, and the grade says so.
         EXPECT_TRUE(length_m > 1e-3 || poor == 10);
-        EXPECT_LT(std::sqrt(squares), length_m > 2e-3 ? 0.05e-3 : 2e-3);
+        // A known ball on a body that stiffens explains a mild exponential as well, from a contact
+        // before it, which the deviation holds.
+        EXPECT_LT(std::sqrt(squares), length_m < 2e-3 ? 2e-3 : radius_m > 0 ? 0.2e-3 : 0.05e-3);
       }
+}
+
+// A silicone under a plate, recorded from contact on. The law that stiffens put this contact 0.7 mm
+// too deep, and that of real silicones 6 mm.
+TEST(contact,
+     a_recording_without_free_travel_of_a_body_that_stiffens_ninefold_begins_at_its_first_row) {
+  for (unsigned seed = kSeed; seed < kSeed + 10; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise(0, 5e-3);
+    importers::RawRecording raw;
+    for (std::size_t i = 0; i < 1200; ++i) {
+      const double depth_m = 20e-3 * static_cast<double>(i) / 1199;
+      raw.time_s.push_back(0.1 * static_cast<double>(i));
+      raw.travel_m.push_back(depth_m);
+      raw.push_N.push_back(460 * depth_m * std::exp(depth_m / 9e-3) + noise(random));
+      raw.line.push_back(i + 1);
+    }
+    SignalSettings settings;
+    settings.radius_m = 25e-3;
+    settings.tip = Tip::flat;
+    const Conditioned found = condition(raw, settings, std::nullopt, "press", false);
+    EXPECT_LT(found.contact.travel_m, 0.3e-3) << "seed " << seed;
+  }
 }
 
 // Repeats of one press, each with a zero, a bias and a gain of its own.
