@@ -113,7 +113,7 @@ class Modulus final : public Command {
     ConsoleProgress progress("modulus");
     BatchOptions batch;
     batch.jobs = job_count(jobs_);
-    if (manifest.motion) batch.body_from_rig = manifest.motion->rotation;
+    if (manifest.motion) batch.body_from_rig = *manifest.motion;
     const auto results = run_batch(manifest.items, batch, progress.progress());
     if (progress.progress().stopped()) throw Interrupted("modulus: nothing was written");
     std::vector<ModulusRow> rows = rows_of(manifest, results);

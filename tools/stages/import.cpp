@@ -76,7 +76,9 @@ std::vector<ItemResult> read_all(const ImportRequest& request, const Manifest& m
   ConsoleProgress progress("import");
   BatchOptions batch{
       .jobs = job_count(request.jobs), .journal = journal, .program = import_fingerprint()};
-  if (options.motion) batch.body_from_rig = options.motion->rotation;
+  batch.body_from_rig = options.motion.value_or(RigidMotion{});
+  batch.surface = options.surface;
+  batch.fits_to_surface = options.fits_to_surface;
   const auto results = run_batch(manifest.items, batch, progress.progress());
   const auto done = static_cast<std::size_t>(
       std::count_if(results.begin(), results.end(), [](const ItemResult& r) { return r.is_done; }));

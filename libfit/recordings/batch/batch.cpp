@@ -70,9 +70,10 @@ ContentHash settings_of(const BatchItem& item, const BatchOptions& options,
                         const KnownContacts& known) {
   ContentHash hash;
   for (const auto& [name, contact] : known)
-    hash.add(name + " " + to_text(contact.travel_m) + " " + to_text(contact.deviation_m));
+    hash.add(name + " " + contact.by + " " + to_text(contact.travel_m) + " " +
+             to_text(contact.deviation_m));
   hash.add(options.program).add(canonical(item));
-  for (int k = 0; k < 9; ++k) hash.add(to_text(options.body_from_rig.data()[k]));
+  for (int k = 0; k < 9; ++k) hash.add(to_text(options.body_from_rig.rotation.data()[k]));
   return hash;
 }
 
@@ -112,7 +113,7 @@ ItemResult import_item(const BatchItem& item, const BatchOptions& options,
       if (!stamp.empty()) journal.add(key, stamp, result);  // not read next time
       return result;
     }
-    condition_all(item, options.body_from_rig, known, std::move(bytes), result);
+    condition_all(item, options.body_from_rig.rotation, known, std::move(bytes), result);
   } catch (const Error& error) {
     result.failure = Failure{error.where(), error.fact(), error.remedy()};
     result.recordings.clear(), result.refused.clear();
@@ -163,6 +164,75 @@ std::vector<KnownContacts> known_together(const std::vector<BatchItem>& items,
     }
   }
   return known;
+}
+
+// A recording's contact as a place on the body, and the travel from it to the surface.
+struct OffSurface {
+  std::size_t item = 0;
+  const Conditioned* recording = nullptr;
+  double off_m = 0;
+};
+
+// Deviation of a surface and its registration, by which contacts lie off it beyond their own
+// deviations s_i: sum off_i^2 / (s_i^2 + d^2) = n - sqrt(2 n). The right side is one deviation of
+// chi squared below n, so that luck of few contacts is not taken for a better surface, and d is at
+// least the root mean square of off_i over sqrt(n), where the s_i are stated too wide. Source:
+// Paule and Mandel (1982), doi:10.6028/jres.087.022.
+double surface_deviation_m(const std::vector<OffSurface>& contacts) {
+  const auto n = static_cast<double>(contacts.size());
+  double squares_m2 = 0;
+  for (const OffSurface& c : contacts) squares_m2 += c.off_m * c.off_m;
+  double most_m = std::sqrt(squares_m2), least_m = most_m / n;
+  for (int halved = 0; halved < 50; ++halved) {
+    const double tried_m = (least_m + most_m) / 2;
+    double sum = 0;
+    for (const OffSurface& c : contacts)
+      sum +=
+          c.off_m * c.off_m / (std::pow(c.recording->contact.deviation_m, 2) + tried_m * tried_m);
+    (sum > n - std::sqrt(2 * n) ? least_m : most_m) = tried_m;
+  }
+  return most_m;
+}
+
+// Contacts that are less sure than the surface is are weighted means of both.
+void weigh_with_surface(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
+                        const BatchOptions& options, std::vector<KnownContacts>& known) {
+  constexpr std::size_t kMinContacts = 6;  // that a registration takes
+  constexpr double kMinCosine = 0.5;       // between press and normal: the travel is twice the gap
+  std::vector<OffSurface> contacts;
+  for (std::size_t i = 0; i < items.size(); ++i)
+    for (const Conditioned& r : results[i].recordings)
+      if (!r.is_axial && r.contact_m && r.inward && r.contact.deviation_m > 0)
+        contacts.push_back({i, &r});
+  if (contacts.size() < kMinContacts) return;
+  Points places(static_cast<Eigen::Index>(contacts.size()), 3);
+  for (std::size_t k = 0; k < contacts.size(); ++k)
+    places.row(static_cast<Eigen::Index>(k)) = *contacts[k].recording->contact_m;
+  const RigidMotion motion =
+      options.fits_to_surface
+          ? register_to_surface(places, *options.surface, options.body_from_rig).motion
+          : options.body_from_rig;
+  for (auto place : places.rowwise()) place = motion(place.transpose()).transpose();
+  const auto nearest = project(places, *options.surface);
+  std::vector<OffSurface> met;
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    if (!nearest[k]) continue;
+    const double cosine = nearest[k]->inward.dot(motion.rotation * *contacts[k].recording->inward);
+    if (cosine < kMinCosine) continue;
+    const Vec3 gap_m = nearest[k]->position_m - Vec3(places.row(static_cast<Eigen::Index>(k)));
+    met.push_back(contacts[k]);
+    met.back().off_m = nearest[k]->inward.dot(gap_m) / cosine;
+  }
+  if (met.size() < kMinContacts) return;
+  const double surface_m = surface_deviation_m(met);
+  for (const OffSurface& c : met) {
+    const FoundContact& own = c.recording->contact;
+    if (own.deviation_m <= surface_m || items[c.item].signal.has_common_contact) continue;
+    const double both_m = std::hypot(own.deviation_m, surface_m);
+    known[c.item][c.recording->name] = {
+        own.travel_m + std::pow(own.deviation_m / both_m, 2) * c.off_m,
+        own.deviation_m * surface_m / both_m, own.estimator + ", surface"};
+  }
 }
 
 }  // namespace
@@ -245,7 +315,8 @@ std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const Bat
   std::iota(all.begin(), all.end(), std::size_t{0});
   import(all, std::vector<KnownContacts>(items.size()));
   if (!progress.stopped()) {
-    const std::vector<KnownContacts> known = known_together(items, results);
+    std::vector<KnownContacts> known = known_together(items, results);
+    if (options.surface) weigh_with_surface(items, results, options, known);
     std::erase_if(all, [&](std::size_t i) { return known[i].empty(); });
     import(all, known);
   }

@@ -8,6 +8,7 @@
 #include "libfit/core/progress.hpp"
 #include "libfit/recordings/batch/condition.hpp"
 #include "libfit/recordings/formats/recording.hpp"
+#include "libfit/recordings/placing/registration.hpp"
 
 namespace palpate::recordings {
 
@@ -51,10 +52,13 @@ struct ItemResult {
 };
 
 struct BatchOptions {
-  int jobs = 0;                           ///< threads, 0: all. Results do not depend on it
-  std::filesystem::path journal;          ///< empty: none is kept
-  Mat3 body_from_rig = Mat3::Identity();  ///< turns the manifest's normals into the rig's frame
-  std::string program = {};               ///< a journal's entries of another program are not taken
+  int jobs = 0;                   ///< threads, 0: all. Results do not depend on it
+  std::filesystem::path journal;  ///< empty: none is kept
+  /// Brings the rig's frame to the body's.
+  RigidMotion body_from_rig = {};
+  const Surface* surface = nullptr;  ///< of the body; null: unknown
+  bool fits_to_surface = false;      ///< the motion is refined by contact points (AssembleOptions)
+  std::string program = {};          ///< a journal's entries of another program are not taken
 };
 
 /// Reads and conditions every item, in parallel; a bad one becomes a failure and stops nothing.
@@ -62,7 +66,8 @@ struct BatchOptions {
 /// have the hashes of a journal entry is taken from there (its file is not read where size, inode
 /// and times of change are those of then), so a batch that was interrupted (or killed) goes on
 /// where it was. Presses of one point whose settings ask for a common contact point are conditioned
-/// a second time, with it. Returns a result per item, in their order. Stops early, with items not
+/// a second time, with it, and so are recordings whose contact the surface says better than they do
+///. Returns a result per item, in their order. Stops early, with items not
 /// done, when Progress says so.
 std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const BatchOptions& options,
                                   const Progress& progress);

@@ -151,7 +151,7 @@ std::vector<KnownContact> common_contacts(const std::vector<WayIn>& ways,
   std::vector<KnownContact> contacts;
   for (const Overlay& o : overlays)
     contacts.push_back(
-        {found.travel_m + o.shift_m, std::hypot(found.deviation_m, o.shift_deviation_m)});
+        {found.travel_m + o.shift_m, std::hypot(found.deviation_m, o.shift_deviation_m), "common"});
   return contacts;
 }
 

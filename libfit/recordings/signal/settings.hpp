@@ -24,6 +24,7 @@ inline constexpr int kDeepestCycle = 0, kLastCycle = -1;
 /// A contact point that is known before the signal is looked at, in the recording's own travel.
 struct KnownContact {
   double travel_m = 0, deviation_m = 0;
+  std::string by = "given";  ///< what knows it
 };
 
 /// How the signals of one recording become samples.

@@ -61,13 +61,14 @@ inline double hertz_N(double young_Pa, double depth_m) {
 }
 
 /// Writes recording `number` and says what is in it. In: 2 mm above, down at 5 mm/s, up again, 200
-/// Hz; sensor on the tool, in N, with 20 mN bias and 2 mN noise; position in mm.
-inline Truth write_recording(const std::filesystem::path& file, int number, unsigned seed) {
+/// Hz; sensor on the tool, in N, with 20 mN bias and noise; position in mm.
+inline Truth write_recording(const std::filesystem::path& file, int number, unsigned seed,
+                             double noise_N = 2e-3) {
   const Truth truth = truth_of(number, seed);
   const std::string bad = truth.bad < 0 ? "" : kBadWays[static_cast<std::size_t>(truth.bad)].name;
   if (bad == "missing file") return truth;
   std::mt19937 random(seed ^ (104729u * static_cast<unsigned>(number + 1)));
-  std::normal_distribution<double> noise(0, 2e-3);
+  std::normal_distribution<double> noise(0, noise_N);
   std::string text = bad == "missing column"  ? "t,x,y,z,fx,fy\n"
                      : bad == "double column" ? "t,x,y,z,fx,fy,fz,fz\n"
                                               : "t,x,y,z,fx,fy,fz\n";

@@ -64,7 +64,7 @@ TEST_F(TorqueTest, repeats_are_pooled_and_turned_with_the_rig) {
   options.motion =
       RigidMotion{Eigen::AngleAxisd(0.5, Vec3::UnitZ()).toRotationMatrix(), Vec3::Zero()};
   BatchOptions batch;
-  batch.body_from_rig = options.motion->rotation;
+  batch.body_from_rig = *options.motion;
   const Assembled both = assemble(items, run_batch(items, batch, {}), options);
   EXPECT_EQ(both.failed(), 0u);
   EXPECT_EQ(both.samples.recordings.experiment, (std::vector<std::int32_t>{0, 0}));
