@@ -157,6 +157,7 @@ bool has_two_topics(const TextFile& file, const std::vector<Role>& roles,
   // Share of rows that have one of them alone. With half of it, readings that were lost would seem
   // to be topics; with twice, two topics that share every second time stamp would not.
   constexpr double kAlone = 1.0 / 3;
+  constexpr std::size_t kMinAlone = 5;  // rows, as a signal has at the least
   std::size_t rows = 0, alone = 0;
   for (std::size_t i = layout.first; i < file.lines() && rows < kStyleRows; ++i) {
     const auto fields = split(file.line(i), layout.separator);
@@ -169,7 +170,7 @@ bool has_two_topics(const TextFile& file, const std::vector<Role>& roles,
     rows += has_position || has_force;
     alone += has_position != has_force;
   }
-  return rows > 0 && static_cast<double>(alone) >= kAlone * static_cast<double>(rows);
+  return alone >= kMinAlone && static_cast<double>(alone) >= kAlone * static_cast<double>(rows);
 }
 
 // Counts the fields of a row but for empty ones at its end.
