@@ -8,8 +8,8 @@
 #include "libfit/core/probe.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/recordings/batch/batch.hpp"
+#include "libfit/recordings/batch/registration.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
-#include "libfit/recordings/placing/registration.hpp"
 #include "tools/scene/key_log.hpp"
 #include "tools/scene/scene.hpp"
 

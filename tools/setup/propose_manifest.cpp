@@ -12,8 +12,8 @@
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/batch/batch.hpp"
+#include "libfit/recordings/batch/registration.hpp"
 #include "libfit/recordings/formats/importers.hpp"
-#include "libfit/recordings/placing/registration.hpp"
 #include "tools/setup/ways_to_read.hpp"
 
 namespace palpate::tools {

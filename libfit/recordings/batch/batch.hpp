@@ -7,8 +7,8 @@
 
 #include "libfit/core/progress.hpp"
 #include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/batch/registration.hpp"
 #include "libfit/recordings/formats/recording.hpp"
-#include "libfit/recordings/placing/registration.hpp"
 
 namespace palpate::recordings {
 

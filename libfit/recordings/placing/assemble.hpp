@@ -7,7 +7,7 @@
 #include "libfit/core/recorded_signals.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/recordings/batch/batch.hpp"
-#include "libfit/recordings/placing/registration.hpp"
+#include "libfit/recordings/batch/registration.hpp"
 #include "libfit/recordings/relaxation/align_contacts.hpp"
 #include "libfit/recordings/relaxation/fit_relaxation.hpp"
 

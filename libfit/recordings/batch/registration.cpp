@@ -1,4 +1,4 @@
-#include "libfit/recordings/placing/registration.hpp"
+#include "libfit/recordings/batch/registration.hpp"
 
 #include <fmt/core.h>
 
