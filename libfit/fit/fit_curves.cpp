@@ -96,13 +96,19 @@ void settle_nuisances(const Samples& samples, const fit::BodyData& body, const F
   }
 }
 
-// The family asked for or, by evidence, the one the body needs; bases are left as it has them.
+// The family asked for, else the one that the rows support; bases are left as it has them.
 FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
                            const std::vector<fit::CurveRows>& rows, BodyBases& bases) {
-  FamilyReport report = options.family
-                            ? FamilyReport{*options.family, false, {}, options.family_reason}
-                            : fit::choose_family(body, rows, bases, options);
-  if (options.family && options.judges_family)
+  const bool has_drags =
+      std::ranges::any_of(rows, [](const fit::CurveRows& point) { return point.drags > 0; });
+  FamilyReport report{
+      options.family.value_or(has_drags ? CurveFamily::rings : CurveFamily::separable),
+      false,
+      {},
+      options.family ? "as asked"
+      : has_drags    ? "there are drags"
+                     : "no drags"};
+  if (options.judges_family)
     report.evidence.push_back(fit::judge_family(body, rows, bases, report.family, options));
   bases = fit::of_family(std::move(bases), report.family);
   return report;
@@ -197,21 +203,14 @@ void score_given(const Samples& samples, const fit::BodyData& body, const BodyBa
 struct Reading {
   fit::BodyData body;
   std::vector<fit::CurveRows> rows;
-  fit::ChosenDegree degree;
   BodyBases bases;
   FamilyReport family;
 };
 
 Reading read_rows(const Samples& samples, FitOptions options, bool without_sway) {
-  Reading out{fit::gather_experiments(samples, options.weight_floor, without_sway),
-              {},
-              {options.degree, ""},
-              {},
-              {}};
+  Reading out{fit::gather_experiments(samples, options.weight_floor, without_sway), {}, {}, {}};
   fit::add_nuisances(samples, options, out.body);
   for (const fit::PointData& point : out.body.points) out.rows.push_back(fit::curve_rows(point));
-  if (options.degree == 0) out.degree = fit::choose_degree(out.body, out.rows, options);
-  options.degree = out.degree.degree;
   out.bases = make_bases(samples, out.body, out.rows, options);
   settle_nuisances(samples, out.body, options, out.rows, out.bases);
   out.family = settle_family(out.body, options, out.rows, out.bases);
@@ -245,11 +244,9 @@ Reading settle_reading(const Samples& samples, const FitOptions& options) {
   if (!is_tried || !has_drags) return plain;
   judged.family = CurveFamily::rings;
   Reading local = read_rows(samples, judged, true);
-  const auto of_chosen =
-      std::ranges::find(plain.family.evidence, plain.family.family, &FamilyEvidence::family);
   const FamilyEvidence& found = local.family.evidence.front();
   const std::string words = "; " + fit::in_words(found);
-  if (!found.sways || !fit::is_worth_its_sway(*of_chosen, found)) {
+  if (!found.sways || !fit::is_worth_its_sway(plain.family.evidence.front(), found)) {
     plain.family.reason += words;
     return plain;
   }
@@ -264,8 +261,7 @@ FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,
   const auto begin = std::chrono::steady_clock::now();
   FitOptions options = wanted.warm_start != nullptr ? fit::as_before(wanted) : wanted;
   Reading reading = settle_reading(samples, options);
-  auto& [body, rows, degree, bases, family] = reading;
-  options.degree = degree.degree;
+  auto& [body, rows, bases, family] = reading;
   settle_rings(samples, body, rows, options, bases);
   std::vector<std::string> fingerprint = fit::fingerprints(samples, body, bases, options);
   const std::vector<Eigen::Index> earlier = fit::earlier_points(options, fingerprint);
@@ -277,7 +273,6 @@ FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,
   if (report != nullptr) {
     *report = fit::make_report(body, rows, bases, fitted, results, options);
     report->rows.all = static_cast<std::size_t>(samples.rows());
-    report->degree_reason = degree.reason;
     report->family = family;
     report->rings = std::move(rings);
     report->is_stopped = progress.stopped();

@@ -32,8 +32,8 @@ void require(bool holds, const char* option, const char* fact, const char* remed
 }  // namespace
 
 void check_options(const FitOptions& o) {
-  require(o.degree >= 0 && o.degree <= 4, "fit option degree", "is not 0 to 4",
-          "Choose a degree of 1, 2, 3 or 4, or 0 to have it chosen.");
+  require(o.degree >= 1 && o.degree <= 4, "fit option degree", "is not 1 to 4",
+          "Choose a degree of 1, 2, 3 or 4.");
   for (const int pieces : o.pieces)
     require(pieces >= 0 && pieces <= 256, "fit option pieces", "is not 0 to 256",
             "Give a number of pieces, or 0 to have it chosen.");

@@ -27,13 +27,13 @@ inline constexpr std::array<std::string_view, 3> kNuisanceNames{
 
 /// What a user may decide about a fit; the defaults suit simulated samples.
 struct FitOptions {
-  std::optional<CurveFamily> family{};     ///< none: by held-out error
-  std::string family_reason = "as asked";  ///< why it is that one
-  bool judges_family = false;              ///< a family that was asked for gets its evidence, too
+  /// None: rings where the tool was dragged, else separable.
+  std::optional<CurveFamily> family{};
+  bool judges_family = false;  ///< the report gets the family's held-out error
   /// What the body moves as a whole is taken off deflections; none: where that predicts held-out
   /// rows better.
   std::optional<bool> sways{};
-  int degree = 3;  ///< of every curve, 1 to 4; 0: by held-out error
+  int degree = 3;  ///< of every curve, 1 to 4
   /// Pieces of the normal, lateral and limit basis; 0: the fewest that held-out rows support.
   std::array<int, kCurveKinds> pieces{0, 0, 0};
   /// Knots of each kind [m], taken as they are; empty: placed from the samples.

@@ -10,9 +10,8 @@
 
 namespace palpate {
 
-/// How knots got where they are: equal pieces, equal shares of the curves' curvature, or where
-/// curves with knots there are nearest to the rows.
-enum class KnotPlacement : std::int8_t { even = 0, curvature = 1, identified = 2 };
+/// How knots got where they are: equal pieces, or equal shares of the curves' curvature.
+enum class KnotPlacement : std::int8_t { even = 0, curvature = 1 };
 
 /// One candidate of the search for a basis: mean error of rows the curve did not see.
 struct BasisEvidence {
@@ -103,7 +102,6 @@ struct BandWidths {
 /// How the fit went. All but `seconds` is independent of the number of threads.
 struct FitReport {
   std::array<BasisReport, kCurveKinds> kind;
-  std::string degree_reason;  ///< of a degree that was chosen, a sentence
   FamilyReport family;
   RingsReport rings;
   /// What points that were only pressed got as lateral and limit curves or as rings, a sentence;

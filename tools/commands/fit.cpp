@@ -18,15 +18,14 @@ class Fit final : public Command {
   explicit Fit(Arguments& arguments) {
     arguments.positional("samples", samples_, "Samples to fit, samples.h5");
     arguments.output("-o,--output", output_, "curves.h5 to write", {kCurvesSchema.name});
-    arguments.option("--degree", section_.degree,
-                     "Degree of the curves, 1 to 4; 0 chooses it by held-out rows");
+    arguments.option("--degree", section_.degree, "Degree of the curves, 1 to 4");
     arguments.option(
         "--pieces", section_.pieces,
         "Number of pieces of every curve; 0 takes the fewest that held-out rows support");
     arguments.option(
         "--family NAME", section_.family,
-        "Curve family: auto (rings where there are drags) or one of those in docs/method.md, "
-        "sections 2 and 17");
+        "Curve family of docs/method.md, sections 2 and 17; left out, rings where there are drags, "
+        "else separable");
     arguments.option(
         "--warm-start", warm_start_,
         "Earlier curves.h5 whose bases are kept; only points whose rows changed are fitted again");
@@ -41,9 +40,9 @@ class Fit final : public Command {
   }
 
   int run(Reply& reply) override {
-    if (section_.degree < 0 || section_.degree > 4)
+    if (section_.degree < 1 || section_.degree > 4)
       throw Error("--degree", fmt::format("{} is no degree of a curve", section_.degree),
-                  "Use 1 to 4, or 0 to have it chosen.");
+                  "Use 1 to 4.");
     if (section_.pieces < 0 || section_.pieces > 256)
       throw Error("--pieces", fmt::format("there cannot be {} pieces", section_.pieces),
                   "Use 1 to 256, or 0 to have the number chosen.");

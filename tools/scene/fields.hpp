@@ -52,7 +52,7 @@ inline Choice element_choice() {
 }
 
 inline Choice family_choice() {
-  Choice choice{{"auto"}};
+  Choice choice;
   for (const CurveFamilyName& row : kCurveFamilyNames) choice.names.push_back(row.name);
   return choice;
 }
@@ -169,7 +169,7 @@ template <class Visitor>
 void visit(SectionOf<FitSection> auto& section, Visitor& f) {
   auto& [family, degree, pieces, tolerance] = section;
   f(Stage::fit, "family", family, family_choice());
-  f(Stage::fit, "degree", degree, Whole{0, 4});
+  f(Stage::fit, "degree", degree, Whole{1, 4});
   f(Stage::fit, "pieces", pieces, Whole{0, 256});
   f(Stage::fit, "tolerance", tolerance, Number{1e-6, 1});
 }

@@ -77,7 +77,7 @@ struct ExperimentsSection {
 };
 
 struct FitSection {
-  std::string family = "auto";
+  std::string family;  ///< empty: rings where there are drags, else separable
   int degree = FitOptions{}.degree;
   int pieces = 0;  ///< 0: by evidence
   double tolerance = FitOptions{}.tolerance;

@@ -27,8 +27,6 @@ constexpr std::size_t kTooMany = 4;
 void say_report(const FitReport& report) {
   say("  family   {}: {}", kCurveFamilyNames[static_cast<std::size_t>(report.family.family)].name,
       report.family.reason);
-  if (!report.degree_reason.empty())
-    say("  degree   {}: {}", report.kind[0].basis.degree, report.degree_reason);
   for (int kind = 0; kind < static_cast<int>(curves_of(report.family.family)); ++kind) {
     const auto k = static_cast<std::size_t>(kind);
     const CurveBasis& basis = report.kind[k].basis;
@@ -152,25 +150,19 @@ fit::RadiusReport add_radius_effect(FittedCurves& curves, const Samples& others)
 }  // namespace
 
 FitOptions fit_options(const Samples& samples, const FitSection& section, int jobs) {
-  const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
-  std::vector<std::string_view> names;
-  for (const CurveFamilyName& row : kCurveFamilyNames) names.push_back(row.name);
-  if (section.family != "auto" &&
-      std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
-    throw Error("--family", "unknown curve family \"" + section.family + "\"",
-                fmt::format("Use auto or one of: {}.", fmt::join(names, ", ")));
   FitOptions options = options_for(samples);
-  for (const CurveFamilyName& row : kCurveFamilyNames)
+  std::vector<std::string_view> names;
+  for (const CurveFamilyName& row : kCurveFamilyNames) {
+    names.push_back(row.name);
     if (row.name == section.family) options.family = row.family;
-  // Few held-out rows judge families badly, and what another radius changes is known of rings alone
-  // (docs/method-tools.md, section 30).
-  const auto asks_rings = [](ExperimentKind kind) {
-    return kind == ExperimentKind::drag || kind == ExperimentKind::other;
-  };
-  if (section.family == "auto" && std::ranges::any_of(samples.kind, asks_rings)) {
-    options.family = CurveFamily::rings;
-    options.family_reason = "there are drags, or presses of another tool";
   }
+  if (!section.family.empty() && !options.family)
+    throw Error("--family", "unknown curve family \"" + section.family + "\"",
+                fmt::format("Use one of: {}; left out, it is rings where there are drags.",
+                            fmt::join(names, ", ")));
+  // What another radius changes is known of rings alone (docs/method-tools.md, section 30).
+  if (!options.family && std::ranges::count(samples.kind, ExperimentKind::other) > 0)
+    options.family = CurveFamily::rings;
   options.degree = section.degree;
   options.pieces = {section.pieces, section.pieces, section.pieces};
   options.tolerance = section.tolerance;

@@ -1,12 +1,11 @@
 #include "libfit/fit/basis/choose_basis.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
-#include "libfit/fit/basis/place_knots.hpp"
+#include "libfit/fit/rows/held_out.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -80,26 +79,20 @@ class KnotPlacer {
         normal_(normal),
         range_(range),
         options_(options),
-        reference_(even_basis(options.degree, std::min(most, 8), range)),
-        density_(curvature_density(points, reference_, options.loss)) {}
+        density_(curvature_density(points, even_basis(options.degree, std::min(most, 8), range),
+                                   options.loss)) {}
 
-  /// The better of two placements by rule or, where neither meets the tolerance and they pay,
-  /// knots identified from the rows.
+  /// The better of two placements.
   BasisCandidate best(int pieces, std::vector<BasisEvidence>& evidence) const {
-    const CurveBasis even = even_basis(options_.degree, pieces, range_);
-    BasisCandidate best = judge(points_, normal_, even, KnotPlacement::even, options_.loss);
+    BasisCandidate best = judge(points_, normal_, even_basis(options_.degree, pieces, range_),
+                                KnotPlacement::even, options_.loss);
     evidence.push_back(best.evidence);
     if (pieces == 1) return best;
-    const CurveBasis curved = curvature_basis(options_.degree, pieces, range_, density_);
-    BasisCandidate other = judge(points_, normal_, curved, KnotPlacement::curvature, options_.loss);
+    BasisCandidate other =
+        judge(points_, normal_, curvature_basis(options_.degree, pieces, range_, density_),
+              KnotPlacement::curvature, options_.loss);
     evidence.push_back(other.evidence);
-    if (other.mean_square < best.mean_square) best = std::move(other);
-    if (meets(best, options_.tolerance)) return best;
-    auto identified =
-        identified_candidate(points_, normal_, {even, curved}, reference_, options_.loss);
-    if (!identified) return best;
-    evidence.push_back(identified->evidence);
-    return is_clearly_better(*identified, best) ? std::move(*identified) : best;
+    return other.mean_square < best.mean_square ? std::move(other) : std::move(best);
   }
 
  private:
@@ -107,7 +100,6 @@ class KnotPlacer {
   const CurveBasis& normal_;
   double range_;
   const FitOptions& options_;
-  CurveBasis reference_;
   std::vector<double> density_;
 };
 
@@ -128,20 +120,14 @@ std::size_t fewest(const std::vector<BasisCandidate>& candidates, std::size_t be
 std::string reason_for(const BasisCandidate& chosen, bool is_wanted, double tolerance) {
   const BasisEvidence& evidence = chosen.evidence;
   const std::string held_out = "held-out error of " + percent(evidence.heldout_error);
-  std::string reason;
-  if (is_wanted)
-    reason = "pieces as asked, the best placement of their knots";
-  else if (meets(chosen, tolerance))
-    reason = "fewest pieces whose " + held_out + " meets the tolerance";
-  else if (evidence.heldout_error <= tolerance)
-    reason = held_out + " meets the tolerance; what neighbouring rows are off together, up to " +
-             percent(evidence.local_error) + ", more pieces hardly lower";
-  else
-    reason = held_out +
-             " is above the tolerance, but more pieces hardly lower it: rows scatter, or the force "
-             "depends on more than this deflection";
-  if (evidence.placement == KnotPlacement::identified) reason += "; knots identified from the rows";
-  return reason;
+  if (is_wanted) return "pieces as asked, the better placement of their knots";
+  if (meets(chosen, tolerance)) return "fewest pieces whose " + held_out + " meets the tolerance";
+  if (evidence.heldout_error <= tolerance)
+    return held_out + " meets the tolerance; what neighbouring rows are off together, up to " +
+           percent(evidence.local_error) + ", more pieces hardly lower";
+  return held_out +
+         " is above the tolerance, but more pieces hardly lower it: rows scatter, or the force "
+         "depends on more than this deflection";
 }
 
 // The basis of one kind from its rows at the points that can hold some out; of min_pieces
@@ -171,6 +157,14 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
   report.heldout_error = candidates[chosen].evidence.heldout_error;
   report.reason = reason_for(candidates[chosen], wanted > 0, options.tolerance);
   return report;
+}
+
+// At most `most` of the numbers, evenly taken in their order.
+std::vector<std::size_t> evenly(const std::vector<std::size_t>& all, std::size_t most) {
+  if (all.size() <= most) return all;
+  std::vector<std::size_t> some;
+  for (std::size_t i = 0; i < most; ++i) some.push_back(all[i * all.size() / most]);
+  return some;
 }
 
 std::vector<PointEvidence> evidence_for(int kind, std::vector<CurveRows>& rows, double range,
@@ -258,52 +252,6 @@ std::optional<BasisReport> choose_bed_basis(const std::vector<CurveRows>& rows,
   report.reason = "its curvature is the bed: pieces whose held-out error of presses, " +
                   percent(report.heldout_error, 2) + ", more hardly lower";
   return report;
-}
-
-namespace {
-
-constexpr int kByPreference[] = {3, 2, 4, 1};
-constexpr double kAsGood = 1.1;  // of the least excess over the tolerance
-
-struct Tried {
-  int degree = 0, controls = 0;
-  double worst_error = 0, excess = 0;  // of kinds that were judged; sum of what is above tolerance
-};
-
-Tried attempt(int degree, const BodyData& body, std::vector<CurveRows>& rows, FitOptions options) {
-  options.degree = degree;
-  Tried out{degree, 0, 0, 0};
-  int pieces = 0;
-  for (const BasisReport& kind : choose_bases(body, rows, options)) {
-    out.controls += kind.basis.size();
-    pieces = std::max(pieces, kind.basis.pieces());
-    out.worst_error = std::max(out.worst_error, kind.heldout_error);
-    out.excess += std::max(0.0, kind.heldout_error - options.tolerance);
-  }
-  if (degree == 1 && pieces > 1) out.excess = std::numeric_limits<double>::infinity();
-  return out;
-}
-
-}  // namespace
-
-ChosenDegree choose_degree(const BodyData& body, std::vector<CurveRows>& rows,
-                           const FitOptions& options) {
-  std::vector<Tried> tried;
-  double least = std::numeric_limits<double>::infinity();
-  for (const int degree : kByPreference) {
-    tried.push_back(attempt(degree, body, rows, options));
-    least = std::min(least, tried.back().excess);
-  }
-  const Tried* best = nullptr;
-  ChosenDegree out;
-  for (const Tried& t : tried) {
-    out.reason += fmt::format(
-        "{}{} {}, {}", out.reason.empty() ? "control values and largest held-out error: " : "; ",
-        t.degree, t.controls, percent(t.worst_error));
-    if (t.excess <= kAsGood * least && (best == nullptr || t.controls < best->controls)) best = &t;
-  }
-  out.degree = best->degree;
-  return out;
 }
 
 }  // namespace palpate::fit

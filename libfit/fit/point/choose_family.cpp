@@ -66,12 +66,6 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
   }
 }
 
-// Presses tell nothing of rings.
-bool is_told(CurveFamily family, const std::vector<CurveRows>& rows) {
-  return family == CurveFamily::separable ||
-         std::ranges::any_of(rows, [](const CurveRows& point) { return point.drags > 0; });
-}
-
 }  // namespace
 
 FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& rows,
@@ -116,27 +110,6 @@ bool is_worth_its_sway(const FamilyEvidence& without, const FamilyEvidence& with
 std::string in_words(const FamilyEvidence& evidence) {
   return std::string(name_of(evidence.family)) + (evidence.sways ? " on a body that sways " : " ") +
          percent(evidence.median_error) + ", " + percent(evidence.p95_error);
-}
-
-FamilyReport choose_family(const BodyData& body, const std::vector<CurveRows>& rows,
-                           const BodyBases& bases, const FitOptions& options) {
-  FamilyReport report;
-  FamilyEvidence best;
-  std::string tried, untold;
-  for (const CurveFamilyName& row : kCurveFamilyNames) {
-    if (!is_told(row.family, rows)) {
-      untold += (untold.empty() ? "; no row tells of " : ", ") + std::string(row.name);
-      continue;
-    }
-    const FamilyEvidence found = judge_family(body, rows, bases, row.family, options);
-    if (report.evidence.empty() || is_worth_it(best, found)) best = found;
-    report.evidence.push_back(found);
-    tried += (tried.empty() ? "" : "; ") + in_words(found);
-    if (best.p95_error <= options.tolerance) break;
-  }
-  report.family = best.family;
-  report.reason = "held-out error, median and p95: " + tried + untold;
-  return report;
 }
 
 }  // namespace palpate::fit

@@ -19,10 +19,4 @@ bool is_worth_its_sway(const FamilyEvidence& without, const FamilyEvidence& with
 /// Family, median and p95 in words.
 std::string in_words(const FamilyEvidence& evidence);
 
-/// Which family describes the body, by judge_family(). From separable on, a family is taken when
-/// those before it miss the tolerance, its p95 is lower by a tenth and its median no higher ("model
-/// only what a scene needs"). Without any drag, rings are not tried.
-FamilyReport choose_family(const BodyData& body, const std::vector<CurveRows>& rows,
-                           const BodyBases& bases, const FitOptions& options);
-
 }  // namespace palpate::fit

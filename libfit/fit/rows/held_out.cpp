@@ -12,7 +12,6 @@ namespace {
 
 // The largest of many medians of three: noise of deviation 1 reaches 1.5 in one point of three.
 constexpr double kLocalShare = 1.5;
-constexpr double kClearlyBetter = 0.9;  // of the other's rms error
 
 // The knowledge that fills gaps: a limit curve is shaped like f^z, others are smooth.
 WeakPrior prior_for(const PointEvidence& point, const CurveBasis& normal, const CurveBasis& basis) {
@@ -29,7 +28,9 @@ struct HeldOutErrors {
   std::vector<double> weighted;  // over the point's rms force, both weighted
 };
 HeldOutErrors hold_out(const PointEvidence& point, const CurveBasis& normal,
-                       const std::vector<CurveBasis>& of_fold, FitLoss loss) {
+                       const CurveBasis& basis, FitLoss loss) {
+  const SplineTables tables = tabulate(basis);
+  const auto spline = view(tables);
   double force_square = 0;
   for (const CurveRow& row : point.rows) force_square += std::pow(row.weight * row.f, 2);
   const double rms = std::sqrt(force_square / static_cast<double>(point.rows.size()));
@@ -39,9 +40,6 @@ HeldOutErrors hold_out(const PointEvidence& point, const CurveBasis& normal,
     for (const CurveRow& row : point.rows)
       if (!is_held_out(point, row, fold)) seen.push_back(row);
     if (seen.size() == point.rows.size()) continue;
-    const CurveBasis& basis = of_fold[static_cast<std::size_t>(fold)];
-    const SplineTables tables = tabulate(basis);
-    const auto spline = view(tables);
     const Eigen::VectorXd increments =
         fit_increments(spline, seen, Eigen::VectorXd::Zero(basis.size() - 1),
                        prior_for(point, normal, basis), loss);
@@ -151,14 +149,11 @@ bool is_held_out(const PointEvidence& point, const CurveRow& row, int fold) {
 }
 
 BasisCandidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
-                     const CurveBasis& basis, KnotPlacement placement, FitLoss loss,
-                     const std::vector<CurveBasis>& of_fold) {
-  const std::vector<CurveBasis> bases =
-      of_fold.empty() ? std::vector<CurveBasis>(kFolds, basis) : of_fold;
+                     const CurveBasis& basis, KnotPlacement placement, FitLoss loss) {
   BasisCandidate candidate{{basis.pieces(), placement, 0, 0}, basis, {}, 0};
   std::vector<double> point_errors, local_errors;
   for (const PointEvidence& point : points) {
-    const HeldOutErrors errors = hold_out(point, normal, bases, loss);
+    const HeldOutErrors errors = hold_out(point, normal, basis, loss);
     const std::vector<double> common = common_errors(errors.group, errors.relative);
     point_errors.push_back(
         std::sqrt(mean(clipped_squares(errors.relative, errors.rows, common, loss))));
@@ -188,11 +183,6 @@ bool is_as_good(const BasisCandidate& candidate, const BasisCandidate& best, dou
   if (!is_as_good_locally(candidate, best, tolerance)) return false;
   const double worse = candidate.mean_square - best.mean_square;
   return worse <= tolerance * tolerance || worse <= error_of_difference(candidate, best);
-}
-
-bool is_clearly_better(const BasisCandidate& candidate, const BasisCandidate& other) {
-  return candidate.mean_square < kClearlyBetter * kClearlyBetter * other.mean_square &&
-         other.mean_square - candidate.mean_square > 2 * error_of_difference(other, candidate);
 }
 
 }  // namespace palpate::fit

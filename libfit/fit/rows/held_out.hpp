@@ -34,11 +34,9 @@ struct BasisCandidate {
   double mean_square = 0;
 };
 
-/// Judges `basis` by each fold in turn. normal: basis of f^z. of_fold: bases found without the
-/// rows of each fold, where knots were moved by rows; else empty.
+/// Judges `basis` by each fold in turn. normal: basis of f^z.
 BasisCandidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
-                     const CurveBasis& basis, KnotPlacement placement, FitLoss loss,
-                     const std::vector<CurveBasis>& of_fold = {});
+                     const CurveBasis& basis, KnotPlacement placement, FitLoss loss);
 
 /// Whether a candidate predicts held-out rows within the tolerance, and no three neighbouring
 /// abscissae are off together by more than one and a half of it.
@@ -52,9 +50,5 @@ bool is_as_good_locally(const BasisCandidate& candidate, const BasisCandidate& b
 /// Whether a candidate is as good locally and its held-out errors exceed the best one's by no more
 /// than the tolerance or, row by row, their scatter: what both leave is noise.
 bool is_as_good(const BasisCandidate& candidate, const BasisCandidate& best, double tolerance);
-
-/// Whether a candidate's held-out error is lower than another's by a tenth and, row by row, by more
-/// than twice its scatter.
-bool is_clearly_better(const BasisCandidate& candidate, const BasisCandidate& other);
 
 }  // namespace palpate::fit

@@ -60,7 +60,7 @@ int record_point(Recorder& rig, const Truth& truth, const Vec3& inward, double a
 }
 
 FitOptions with_knots(const Truth& truth) {
-  FitOptions options;
+  FitOptions options{.family = CurveFamily::separable};
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
     options.knots_m[kind] = truth.basis[kind].knots_m;
   return options;
@@ -102,17 +102,6 @@ TEST(drag, recovers_all_three_curves_on_a_flat_surface) {
   }
 }
 
-TEST(drag, curves_that_are_separable_are_found_to_be) {
-  const Truth truth = random_truth(3);
-  Recorder rig;
-  for (int p = 0; p < 4; ++p) record_point(rig, truth, Vec3(0.2, -1, 0.1 * p), -8, -3);
-  add_noise(rig.samples, 0.02, 5);
-  FitReport report;
-  const FittedCurves fitted = fit_curves(rig.samples, with_knots(truth), {}, &report);
-  EXPECT_EQ(fitted.curves.family, CurveFamily::separable) << report.family.reason;
-  EXPECT_EQ(fitted.curves.control.size(), 3U);
-}
-
 TEST(drag, recovers_all_three_curves_on_a_curved_surface) {
   for (unsigned seed = 11; seed <= 16; ++seed) {
     const Truth truth = random_truth(seed);
@@ -137,7 +126,7 @@ TEST(drag, limit_and_friction_come_from_slip_rows) {
   rig.press(p, normal, 0.01, 20);
   for (const double depth_m : {0.002, 0.004, 0.006, 0.008, 0.01})
     rig.flat_drag(p, normal, lateral, limit, depth_m, 0.008, 24, depth_m * 300);
-  const FittedCurves fitted = fit_curves(rig.samples);
+  const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
   const Curve found_limit = fitted_curve(fitted, 0, CurveKind::limit);
   const Curve found_normal = fitted_curve(fitted, 0, CurveKind::normal);
   EXPECT_LT(relative_rmse(found_limit, limit, 0.01), 0.005);
@@ -156,7 +145,7 @@ TEST(drag, three_depths_suffice_for_a_coulomb_limit_at_every_depth) {
   rig.press(p, normal, 0.01, 24);
   for (const double depth_m : {0.004, 0.007, 0.01})
     rig.flat_drag(p, normal, lateral, limit, depth_m, 0.01, 20, 0);
-  const FittedCurves fitted = fit_curves(rig.samples);
+  const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
   const Curve found_limit = fitted_curve(fitted, 0, CurveKind::limit);
   for (double d = 0.001; d <= 0.01; d += 0.0005)
     EXPECT_NEAR(found_limit(d), limit(d), 0.02 * limit(0.01)) << "depth " << d;
@@ -187,7 +176,8 @@ TEST(drag, a_mindlin_contact_is_fitted_as_well_as_a_separable_model_can) {
           2 * slide_m(depth_m), 8, angle);
   }
   FitReport report;
-  const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
+  const FittedCurves fitted =
+      fit_curves(rig.samples, {.family = CurveFamily::separable}, {}, &report);
   const Curve limit = fitted_curve(fitted, p, CurveKind::limit);
   EXPECT_EQ(fitted.status[0], FitStatus::good) << fitted.message[0];
   EXPECT_LT(report.error.median, 0.02);

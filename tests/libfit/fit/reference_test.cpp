@@ -88,7 +88,8 @@ TEST(reference, friction_falling_with_depth_comes_from_noisy_slip_rows) {
     rig.add(p, ExperimentKind::drag, deflection, force, 0.02 * pair[2]);
     deepest_m = std::max(deepest_m, depth_m);
   }
-  const FittedCurves fitted = fit_curves(rig.samples, {.tolerance = 0});
+  const FittedCurves fitted =
+      fit_curves(rig.samples, {.family = CurveFamily::separable, .tolerance = 0});
   const Curve limit = fitted_curve(fitted, 0, CurveKind::limit);
   const Curve normal = fitted_curve(fitted, 0, CurveKind::normal);
   const Curve found = [&](double d) { return limit(d) / normal(d); };

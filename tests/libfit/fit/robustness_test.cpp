@@ -41,19 +41,20 @@ void expect_same(const FittedCurves& a, const FittedCurves& b) {
 
 TEST(fit, results_do_not_depend_on_the_number_of_threads) {
   const Recorder rig = sound_body(12, 5);
-  const FittedCurves one = fit_curves(rig.samples, {.jobs = 1});
-  for (const int jobs : {2, 3, 8}) expect_same(one, fit_curves(rig.samples, {.jobs = jobs}));
+  const FittedCurves one = fit_curves(rig.samples, {.family = CurveFamily::separable, .jobs = 1});
+  for (const int jobs : {2, 3, 8})
+    expect_same(one, fit_curves(rig.samples, {.family = CurveFamily::separable, .jobs = jobs}));
 }
 
 TEST(fit, millinewtons_over_micrometres_and_kilonewtons_over_metres_fit_alike) {
   const Recorder rig = sound_body(2, 8);
-  const FittedCurves plain = fit_curves(rig.samples);
+  const FittedCurves plain = fit_curves(rig.samples, {.family = CurveFamily::separable});
   for (const double length : {1e-3, 1.0, 1e3})
     for (const double force : {1e-3, 1.0, 1e3}) {
       Samples scaled = rig.samples;
       scaled.deflection *= length;
       scaled.force *= force;
-      const FittedCurves fitted = fit_curves(scaled);
+      const FittedCurves fitted = fit_curves(scaled, {.family = CurveFamily::separable});
       for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
         const Controls& expected = plain.curves.control[kind];
         ASSERT_EQ(fitted.curves.control[kind].cols(), expected.cols());
@@ -69,7 +70,7 @@ TEST(fit, millinewtons_over_micrometres_and_kilonewtons_over_metres_fit_alike) {
 
 TEST(fit, residuals_are_those_of_the_stored_curves_in_the_engine_template) {
   const Recorder rig = sound_body(1, 3);
-  const FittedCurves fitted = fit_curves(rig.samples);
+  const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
   const fit::Bases bases(fitted.curves.basis);
   std::array<Eigen::VectorXd, kCurveKinds> control;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
@@ -107,7 +108,8 @@ TEST(fit, outliers_move_a_robust_fit_little_and_a_plain_one_much) {
   add_noise(rig.samples, 0.01, 21);
   for (Eigen::Index i = 5; i < rig.samples.rows(); i += 14) rig.samples.force.row(i) *= 1.8;
   const auto worst = [&](FitLoss loss) {
-    const FittedCurves fitted = fit_curves(rig.samples, {.pieces = {1, 1, 1}, .loss = loss});
+    const FittedCurves fitted = fit_curves(
+        rig.samples, {.family = CurveFamily::separable, .pieces = {1, 1, 1}, .loss = loss});
     return std::max({relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), kNormal, 0.01),
                      relative_rmse(fitted_curve(fitted, 0, CurveKind::lateral), kLateral, 0.006),
                      relative_rmse(fitted_curve(fitted, 0, CurveKind::limit), kLimit, 0.01)});
@@ -124,7 +126,8 @@ TEST(fit, better_rows_count_more) {
       p, [](double d) { return 1.2 * kNormal(d); }, 0.01, 20);
   rig.samples.force_error.head(20).setConstant(0.01);
   rig.samples.force_error.tail(20).setConstant(1.0);
-  const FittedCurves fitted = fit_curves(rig.samples, {.loss = FitLoss::squared});
+  const FittedCurves fitted =
+      fit_curves(rig.samples, {.family = CurveFamily::separable, .loss = FitLoss::squared});
   EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), kNormal, 0.01), 1e-3);
 }
 
@@ -138,7 +141,7 @@ BadPoint fit_with_bad_point(const std::function<void(Recorder&, int)>& record) {
   record_all(rig, rig.add_point(Vec3::UnitX()));
   record(rig, rig.add_point(Vec3::UnitY()));
   record_all(rig, rig.add_point(Vec3::UnitZ()));
-  const FittedCurves fitted = fit_curves(rig.samples);
+  const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
   for (const Eigen::Index good : {0, 2}) {
     EXPECT_EQ(fitted.status[static_cast<std::size_t>(good)], FitStatus::good)
         << fitted.message[static_cast<std::size_t>(good)];
@@ -178,7 +181,8 @@ TEST(pressed_point, is_good_where_its_normal_curve_is_and_the_rest_is_assumed_on
   rig.press(rig.add_point(Vec3::UnitY()), kNormal, 0.01, 12);
   rig.press(rig.add_point(Vec3::UnitZ()), kNormal, 0.01, 1);
   FitReport report;
-  const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
+  const FittedCurves fitted =
+      fit_curves(rig.samples, {.family = CurveFamily::separable}, {}, &report);
   EXPECT_EQ(fitted.status[1], FitStatus::good) << fitted.message[1];
   EXPECT_EQ(fitted.message[1], "");
   EXPECT_EQ(fitted.status[2], FitStatus::underdetermined);
@@ -192,15 +196,12 @@ TEST(pressed_point, is_good_where_its_normal_curve_is_and_the_rest_is_assumed_on
   EXPECT_NEAR(fitted_curve(fitted, 1, CurveKind::lateral)(0.003), 0.2 * normal_N, 1e-3 * normal_N);
 }
 
-TEST(family, without_drags_rings_are_not_tried) {
+TEST(family, without_drags_is_separable) {
   Recorder rig;
   rig.press(rig.add_point(Vec3::UnitY()), kNormal, 0.01, 24);
-  add_noise(rig.samples, 0.1, 5);  // else separable meets the tolerance, and is tried alone
   FitReport report;
-  fit_curves(rig.samples, {}, {}, &report);
-  EXPECT_EQ(report.family.evidence.size(), 1U);
-  EXPECT_NE(report.family.reason.find("no row tells of rings"), std::string::npos)
-      << report.family.reason;
+  EXPECT_EQ(fit_curves(rig.samples, {}, {}, &report).curves.family, CurveFamily::separable);
+  EXPECT_EQ(report.family.reason, "no drags");
 }
 
 TEST(bad_point, whose_drags_never_slip_gets_a_limit_above_what_held) {
@@ -261,7 +262,7 @@ TEST(bad_point, with_a_fifth_of_outliers_is_fitted_without_them) {
   add_noise(rig.samples, 0.01, 31);
   for (Eigen::Index i = 3; i < rig.samples.rows(); i += 5)
     rig.samples.force.row(i) *= i % 2 == 0 ? 2.5 : -0.5;
-  const FittedCurves fitted = fit_curves(rig.samples);
+  const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
   EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), kNormal, 0.01), 0.02);
 }
 
@@ -271,7 +272,7 @@ TEST(bad_point, with_contradicting_forces_at_one_depth_gets_their_middle) {
   for (const double factor : {0.9, 1.0, 1.1})
     rig.press(
         p, [factor](double d) { return factor * kNormal(d); }, 0.01, 10);
-  const FittedCurves fitted = fit_curves(rig.samples);
+  const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
   EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), kNormal, 0.01), 0.01);
   EXPECT_GT(fitted.covariance[0](0, 0), 0);
 }
@@ -302,7 +303,8 @@ TEST(fit, rows_not_good_are_left_out_and_a_drag_ends_at_the_first) {
   }
   for (Eigen::Index i = 18; i < 25; ++i) rig.samples.force.row(i).setConstant(-55);
   FitReport report;
-  const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
+  const FittedCurves fitted =
+      fit_curves(rig.samples, {.family = CurveFamily::separable}, {}, &report);
   EXPECT_EQ(report.rows.not_good, 2u);
   EXPECT_EQ(report.rows.cut, 7u);
   EXPECT_EQ(report.rows.all, report.rows.used + 9);
@@ -314,7 +316,8 @@ TEST(fit, a_body_without_any_usable_row_still_answers) {
   Recorder rig;
   rig.add_point(Vec3::UnitX());
   FitReport report;
-  const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
+  const FittedCurves fitted =
+      fit_curves(rig.samples, {.family = CurveFamily::separable}, {}, &report);
   EXPECT_EQ(fitted.status[0], FitStatus::failed);
   EXPECT_EQ(report.points.failed, 1u);
   EXPECT_EQ(fit_curves(Samples{}).curves.points(), 0);
@@ -326,7 +329,8 @@ TEST(fit, worst_points_are_named_with_place_and_reason) {
   const Eigen::Index rows = rig.samples.rows() / 4;
   rig.samples.force.row(2 * rows + 11) *= 3;  // deepest press row of point 2
   FitReport report;
-  const FittedCurves fitted = fit_curves(rig.samples, {.worst_points = 2}, {}, &report);
+  const FittedCurves fitted =
+      fit_curves(rig.samples, {.family = CurveFamily::separable, .worst_points = 2}, {}, &report);
   ASSERT_EQ(report.worst.size(), 2u);
   EXPECT_EQ(report.worst[0].point, 2);
   EXPECT_EQ(report.worst[0].position, Vec3(fitted.position.row(2)));
@@ -341,7 +345,8 @@ TEST(fit, stopping_leaves_the_rest_failed_by_name) {
   const Progress progress{[&](std::size_t, std::size_t, const std::string&) { ++done; },
                           [&] { return done >= 2; }};
   FitReport report;
-  const FittedCurves fitted = fit_curves(rig.samples, {.jobs = 1}, progress, &report);
+  const FittedCurves fitted =
+      fit_curves(rig.samples, {.family = CurveFamily::separable, .jobs = 1}, progress, &report);
   EXPECT_TRUE(report.is_stopped);
   EXPECT_EQ(report.points.failed, 4u);
   EXPECT_EQ(fitted.message[5], "stopped before this point was fitted");
@@ -358,25 +363,31 @@ std::string fact_of(const std::function<void()>& act) {
 
 TEST(fit, refuses_options_and_samples_that_make_no_sense) {
   const Recorder rig = sound_body(1, 1);
-  EXPECT_EQ(fact_of([&] { fit_curves(rig.samples, {.degree = 5}); }),
-            "fit option degree: is not 0 to 4");
-  EXPECT_EQ(fact_of([&] { fit_curves(rig.samples, {.tolerance = -1}); }),
+  EXPECT_EQ(
+      fact_of([&] { fit_curves(rig.samples, {.family = CurveFamily::separable, .degree = 5}); }),
+      "fit option degree: is not 1 to 4");
+  EXPECT_EQ(fact_of([&] {
+              fit_curves(rig.samples, {.family = CurveFamily::separable, .tolerance = -1});
+            }),
             "fit option tolerance: is not in [0, 1)");
-  EXPECT_EQ(fact_of([&] { fit_curves(rig.samples, {.jobs = -1}); }),
-            "fit option jobs: is negative");
+  EXPECT_EQ(
+      fact_of([&] { fit_curves(rig.samples, {.family = CurveFamily::separable, .jobs = -1}); }),
+      "fit option jobs: is negative");
   Samples broken = rig.samples;
   broken.point[4] = 9;
-  EXPECT_EQ(fact_of([&] { fit_curves(broken); }), "samples: row 4 names test point 9 of 1");
+  EXPECT_EQ(fact_of([&] { fit_curves(broken, {.family = CurveFamily::separable}); }),
+            "samples: row 4 names test point 9 of 1");
   broken = rig.samples;
   broken.kind[4] = ExperimentKind::drag;
-  EXPECT_EQ(fact_of([&] { fit_curves(broken); }),
+  EXPECT_EQ(fact_of([&] { fit_curves(broken, {.family = CurveFamily::separable}); }),
             "samples: experiment 0 mixes test points or kinds");
   broken = rig.samples;
   broken.step.pop_back();
-  EXPECT_EQ(fact_of([&] { fit_curves(broken); }), "samples: row arrays differ in length");
+  EXPECT_EQ(fact_of([&] { fit_curves(broken, {.family = CurveFamily::separable}); }),
+            "samples: row arrays differ in length");
   broken = rig.samples;
   broken.point_normal.row(0) *= 2;
-  EXPECT_EQ(fact_of([&] { fit_curves(broken); }),
+  EXPECT_EQ(fact_of([&] { fit_curves(broken, {.family = CurveFamily::separable}); }),
             "samples: test point 0 has no finite position and unit normal");
 }
 

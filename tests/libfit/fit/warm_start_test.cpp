@@ -30,9 +30,10 @@ struct Fitted {
   FitCache cache;
   FittedCurves curves;
 
-  explicit Fitted(const Samples& samples, const FitOptions& wanted = {})
+  explicit Fitted(const Samples& samples,
+                  const FitOptions& wanted = {.family = CurveFamily::separable})
       : curves(fit_curves(samples, wanted, {}, nullptr, &cache)) {}
-  FitOptions options(FitOptions wanted = {}) const {
+  FitOptions options(FitOptions wanted = {.family = CurveFamily::separable}) const {
     wanted.warm_start = &curves, wanted.warm_cache = &cache;
     return wanted;
   }
@@ -59,7 +60,7 @@ TEST(WarmStart, refits_the_changed_point_alone_and_brings_what_a_whole_fit_bring
   FitReport report;
   const FittedCurves warm = fit_curves(samples, options, {}, &report);
   EXPECT_EQ(report.points.kept, 7U);
-  const FittedCurves whole = fit_curves(samples);
+  const FittedCurves whole = fit_curves(samples, {.family = CurveFamily::separable});
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     ASSERT_EQ(whole.curves.basis[kind].knots_m, warm.curves.basis[kind].knots_m);
     const double size = whole.curves.control[kind].maxCoeff();
@@ -140,7 +141,7 @@ TEST(WarmStart, of_a_changed_point_reports_as_a_whole_fit) {
   FitReport report, whole_report;
   const FittedCurves warm = fit_curves(samples, first.options(), {}, &report);
   EXPECT_EQ(report.points.kept, 7U);
-  expect_the_same(warm, fit_curves(samples, {}, {}, &whole_report));
+  expect_the_same(warm, fit_curves(samples, {.family = CurveFamily::separable}, {}, &whole_report));
   expect_the_same(report, whole_report);
 }
 
@@ -150,11 +151,11 @@ TEST(WarmStart, keeps_points_where_others_were_added_or_removed) {
   FitReport report, whole_report;
   const FittedCurves fewer = fit_curves(eight, of_nine.options(), {}, &report);
   EXPECT_EQ(report.points.kept, 8U);
-  expect_the_same(fewer, fit_curves(eight, {}, {}, &whole_report));
+  expect_the_same(fewer, fit_curves(eight, {.family = CurveFamily::separable}, {}, &whole_report));
   expect_the_same(report, whole_report);
   const FittedCurves more = fit_curves(nine, of_eight.options(), {}, &report);
   EXPECT_EQ(report.points.kept, 8U);
-  expect_the_same(more, fit_curves(nine, {}, {}, &whole_report));
+  expect_the_same(more, fit_curves(nine, {.family = CurveFamily::separable}, {}, &whole_report));
   expect_the_same(report, whole_report);
 }
 

@@ -146,7 +146,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
   Placement placement;
   placement.points = body.test_points;
   const bool has_drags = !experiments.drag_depths_m.empty();
-  const bool are_few = has_drags && (scene.fit.family == "auto" || scene.fit.family == "rings");
+  const bool are_few = has_drags && scene.fit.family != name_of(CurveFamily::separable);
   std::vector<Effort>& effort = placement.effort;
   effort.assign(static_cast<std::size_t>(placement.points.position.rows()),
                 {has_drags && !are_few, 0});
