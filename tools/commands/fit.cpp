@@ -24,8 +24,8 @@ class Fit final : public Command {
         "Number of pieces of every curve; 0 takes the fewest that held-out rows support");
     arguments.option(
         "--family NAME", section_.family,
-        "Curve family of docs/method.md, sections 2 and 17; left out, rings where there are drags, "
-        "else separable");
+        "Curve family of docs/method.md, sections 2 and 17: rings, which without drags are "
+        "separable, or separable");
     arguments.option(
         "--warm-start", warm_start_,
         "Earlier curves.h5 whose bases are kept; only points whose rows changed are fitted again");

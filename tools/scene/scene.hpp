@@ -77,7 +77,7 @@ struct ExperimentsSection {
 };
 
 struct FitSection {
-  std::string family;  ///< empty: rings where there are drags, else separable
+  std::string family{name_of(CurveFamily::rings)};  ///< separable without drags, too
   int degree = FitOptions{}.degree;
   int pieces = 0;  ///< 0: by evidence
   double tolerance = FitOptions{}.tolerance;

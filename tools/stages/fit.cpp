@@ -152,16 +152,15 @@ fit::RadiusReport add_radius_effect(FittedCurves& curves, const Samples& others)
 FitOptions fit_options(const Samples& samples, const FitSection& section, int jobs) {
   FitOptions options = options_for(samples);
   std::vector<std::string_view> names;
-  for (const CurveFamilyName& row : kCurveFamilyNames) {
-    names.push_back(row.name);
-    if (row.name == section.family) options.family = row.family;
-  }
-  if (!section.family.empty() && !options.family)
+  for (const CurveFamilyName& row : kCurveFamilyNames) names.push_back(row.name);
+  if (std::ranges::find(names, section.family) == names.end())
     throw Error("--family", "unknown curve family \"" + section.family + "\"",
-                fmt::format("Use one of: {}; left out, it is rings where there are drags.",
-                            fmt::join(names, ", ")));
-  // What another radius changes is known of rings alone (docs/method-tools.md, section 30).
-  if (!options.family && std::ranges::count(samples.kind, ExperimentKind::other) > 0)
+                fmt::format("Use one of: {}.", fmt::join(names, ", ")));
+  // Rings without a drag are separable (FitOptions), but for what another radius changes, which is
+  // known of rings alone (docs/method-tools.md, section 30).
+  if (section.family == name_of(CurveFamily::separable))
+    options.family = CurveFamily::separable;
+  else if (std::ranges::count(samples.kind, ExperimentKind::other) > 0)
     options.family = CurveFamily::rings;
   options.degree = section.degree;
   options.pieces = {section.pieces, section.pieces, section.pieces};
