@@ -48,7 +48,7 @@ std::vector<std::string> matches(const std::string& text, const std::regex& patt
   return found;
 }
 
-// "(M5)", "(M12a)"; a list such as "(M5, M5a)" mentions each.
+// "(M5)", "(M12a)"; a list such as "(M31, M32)" mentions each.
 std::vector<std::string> mentioned_labels(const std::string& text) {
   static const std::regex list(
       R"re(\(((?:[MB][0-9]+[a-z]?)(?:(?:,| and| to)\s(?:[MB][0-9]+[a-z]?))*)\))re");
