@@ -34,12 +34,12 @@ TEST(bench_fem, an_unknown_part_is_named_with_those_there_are) {
   EXPECT_NE(outcome.err.find("ripple"), std::string::npos);
 }
 
-TEST(bench_curves, wants_samples_and_says_how) {
+TEST(bench_laws, wants_the_reference_of_a_run_and_says_how) {
   const Folder folder;
-  const Outcome outcome = palpate(folder, "bench curves -o " + folder.path().string());
+  const Outcome outcome = palpate(folder, "bench laws -o " + folder.path().string());
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_NE(outcome.err.find("there are no samples to fit"), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find("--samples samples.h5"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("needs reference.h5 of a run"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("--samples RUN/reference.h5"), std::string::npos) << outcome.err;
 }
 
 TEST(bench_rivals, wants_a_run_and_a_rival_that_there_is) {

@@ -23,10 +23,7 @@ void bench_tick(const BenchRequest& request);
 void bench_clicks(const BenchRequest& request);
 void bench_fem(const BenchRequest& request);
 void bench_peers(const BenchRequest& request);
-void bench_refine(const BenchRequest& request);
 void bench_fit(const BenchRequest& request);
-void bench_curves(const BenchRequest& request);
-void bench_deform(const BenchRequest& request);
 void bench_rivals(const BenchRequest& request);
 void bench_laws(const BenchRequest& request);
 

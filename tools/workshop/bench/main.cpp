@@ -17,7 +17,7 @@ class Benchmark final : public Command {
     arguments.option("--jobs", request_.jobs,
                      "Number of threads of benchmarks that use several; 0 uses all cores");
     arguments.option("--part NAME", request_.part, "Part of the benchmark to run alone");
-    arguments.option("--samples", samples_, "samples.h5 that curves fits, reference.h5 of laws");
+    arguments.option("--samples", samples_, "reference.h5 of a run, of laws");
     arguments.option("--run", run_, "Folder of `palpate run`, of rivals");
     arguments.option("--packages", packages_,
                      "Folder whose node_modules has @mujoco/mujoco, of rivals");
@@ -50,13 +50,8 @@ constexpr CommandRow kBenchmarks[] = {
      declare<bench_clicks>},
     {"fem", "Simulator: force error, time, rates and ratios, by part", declare<bench_fem>},
     {"peers", "The same press by CalculiX, where ccx is installed", declare<bench_peers>},
-    {"refine", "Curves of a thousand test points on up to a million vertices",
-     declare<bench_refine>},
     {"fit", "Curves per second by rows and test points, beside plain least squares",
      declare<bench_fit>},
-    {"curves", "Error of held-out rows against pieces, degree and bytes", declare<bench_curves>},
-    {"deform", "Time to move the surface's vertices, by their number and that of fields",
-     declare<bench_deform>},
     {"rivals", "Force error against time of a tick: Palpate, proxies, linear and coarse bodies",
      declare<bench_rivals>},
     {"laws", "Each contact law at a test point, by kind of path", declare<bench_laws>},
