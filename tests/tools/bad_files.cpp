@@ -63,7 +63,7 @@ std::vector<BadInputRow> bad_files() {
       {"bands of an asset", "tabulate out/asset.palp -o t.csv --band"},
       {"a report of a folder that is missing", "report none -o r.html"},
       {"a report of a folder without a run", "report empty_folder -o r.html"},
-      {"a benchmark that is none", "bench speed", 2},
+
       {"fewer threads than none", "fit out/samples.h5 -o c.h5 --jobs -1"},
       {"more threads than a machine has", "fit out/samples.h5 -o c.h5 --jobs 100000"},
       {"a device as a scene", "check /dev/null"},

@@ -115,7 +115,7 @@ TEST_F(BadInputs, are_answered_with_place_fact_and_remedy_as_the_page_says) {
   }
   for (const char* command : {"run", "new", "check", "prepare", "simulate", "merge", "import",
                               "calibrate", "fit", "refine", "export", "replay", "validate",
-                              "predict", "inspect", "tabulate", "report", "study", "bench"})
+                              "predict", "inspect", "tabulate", "report", "study"})
     EXPECT_TRUE(commands.contains(command)) << command;
   const fs::path docs = fs::path(PALPATE_SOURCE_DIR) / "docs/bad-inputs.md";
   if (std::getenv("PALPATE_WRITE_DOCS") != nullptr) std::ofstream(docs) << page;

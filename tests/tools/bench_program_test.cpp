@@ -1,4 +1,4 @@
-// `palpate bench` as a user runs it: what it prints it writes, and it says what it lacks.
+// `palpate bench` as a user runs it: what it prints it writes, and it says how it is built.
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 namespace palpate::tools::testing_support {
 namespace {
 
+#ifdef PALPATE_WORKSHOP
 TEST(bench_fem, writes_the_table_that_it_prints) {
   const Folder folder;
   const Outcome outcome =
@@ -33,12 +34,12 @@ TEST(bench_fem, an_unknown_part_is_named_with_those_there_are) {
   EXPECT_NE(outcome.err.find("ripple"), std::string::npos);
 }
 
-TEST(bench_curves, wants_samples_and_says_how) {
+TEST(bench_laws, wants_the_reference_of_a_run_and_says_how) {
   const Folder folder;
-  const Outcome outcome = palpate(folder, "bench curves -o " + folder.path().string());
+  const Outcome outcome = palpate(folder, "bench laws -o " + folder.path().string());
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_NE(outcome.err.find("there are no samples to fit"), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find("--samples samples.h5"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("needs reference.h5 of a run"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("--samples RUN/reference.h5"), std::string::npos) << outcome.err;
 }
 
 TEST(bench_rivals, wants_a_run_and_a_rival_that_there_is) {
@@ -63,6 +64,8 @@ TEST(bench, hands_its_arguments_and_the_exit_status_through) {
     EXPECT_EQ(palpate(folder, wrong).status, 2) << wrong;
 }
 
+#endif
+
 TEST(bench, says_when_the_program_is_not_beside_palpate) {
   const Folder folder;
   fs::copy_file(PALPATE_PROGRAM, folder / "palpate");
@@ -71,10 +74,10 @@ TEST(bench, says_when_the_program_is_not_beside_palpate) {
   EXPECT_EQ(WEXITSTATUS(raw), 1);
   const std::string err = content_of(folder / "err");
   EXPECT_NE(err.find("palpate: error: bench: cannot start "), std::string::npos) << err;
-  EXPECT_NE(err.find("Build the target palpate_bench"), std::string::npos) << err;
+  EXPECT_NE(err.find("-DPALPATE_WORKSHOP=ON"), std::string::npos) << err;
   const std::string out = (folder / "out").string();
   EXPECT_EQ(std::system(((folder / "palpate").string() + " bench --help >" + out).c_str()), 0);
-  EXPECT_NE(content_of(out).find("Build the target palpate_bench"), std::string::npos);
+  EXPECT_NE(content_of(out).find("-DPALPATE_WORKSHOP=ON"), std::string::npos);
 }
 
 }  // namespace

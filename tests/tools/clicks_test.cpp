@@ -7,10 +7,10 @@
 #include <numbers>
 
 #include "tests/libfit/runtime/models.hpp"
+#include "tests/support/bodies.hpp"
 #include "tests/support/from_touch.hpp"
-#include "tools/bench/bodies.hpp"
-#include "tools/bench/clicks.hpp"
-#include "tools/bench/tick_work.hpp"
+#include "tools/workshop/bench/clicks.hpp"
+#include "tools/workshop/bench/tick_work.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -86,10 +86,7 @@ const std::vector<Row> kRooms{
       "tools/setup"}},
     {"tools/realtime", {"tools/console"}},
     {"tools/report", {}},
-    {"tools/bench",
-     {"tools/command", "tools/console", "tools/scene", "tools/stages/fit", "tools/stages/body",
-      "tools/report"}},
-    {"tools/page", {"tools/bench"}},
+    {"tools/page", {}},
     {"tools/python", {}},
     {"tools/commands",
      {"tools/run_log", "tools/command", "tools/console", "tools/crash_report", "tools/scene",
@@ -97,6 +94,9 @@ const std::vector<Row> kRooms{
       "tools/stages/body", "tools/stages/samples", "tools/stages", "tools/setup", "tools/study",
       "tools/realtime", "tools/report", "tools/outputs"}},
     {"tools/main", {"tools/command"}},
+    {"tools/workshop",
+     {"tools/command", "tools/console", "tools/scene", "tools/stages/fit", "tools/stages/body",
+      "tools/report", "tools/page"}},
 
     {"libfit/runtime/base", {}},
     {"libfit/runtime/law", {"libfit/runtime/base"}},
@@ -277,6 +277,14 @@ TEST(layers, includes_point_only_downward_within_a_layer) {
     const std::string from = room_of(include.file), to = room_of(include.place);
     if (to == from) continue;
     EXPECT_TRUE(may_enter(from, to)) << include.file << " includes " << include.place;
+  }
+}
+
+TEST(layers, nothing_outside_the_workshop_includes_it) {
+  for (const Include& include : all_includes()) {
+    if (is_in(include.file, "tools/workshop")) continue;
+    EXPECT_FALSE(is_in(include.place, "tools/workshop"))
+        << include.file << " includes " << include.place;
   }
 }
 

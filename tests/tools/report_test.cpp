@@ -296,6 +296,7 @@ TEST_F(Report, the_sound_switch_plays_what_the_tool_feels) {
   expect_in_chromium("the_sound_switch_plays_what_the_tool_feels", "-");
 }
 
+#ifdef PALPATE_WORKSHOP
 // The methods that the benchmark compares, in its own numbers.
 TEST_F(Report, other_methods_can_be_felt) {
   SKIP_WITHOUT_ENGINE();
@@ -318,6 +319,7 @@ TEST_F(Report, other_methods_can_be_felt) {
             std::string::npos);
   fs::remove(path("out/rivals.json"));
 }
+#endif
 
 TEST_F(Report, the_window_is_pressed_at_once_and_all_else_turns_the_body) {
   SKIP_WITHOUT_CHROMIUM();

@@ -30,7 +30,7 @@ class Bench final : public Command {
     execv(name.c_str(), line.data());  // returns only when it failed
     const std::string fact = "cannot start " + name + ": " + std::strerror(errno);
     const std::string remedy =
-        "Build the target palpate_bench, or copy the program beside palpate.";
+        "Configure with -DPALPATE_WORKSHOP=ON and build the target palpate_bench.";
     if (!asks_for_help()) throw Error("bench", fact, remedy);
     reply.text =
         "Benchmarks are a program of their own, which lists them: " + fact + ".\n" + remedy;

@@ -4,8 +4,8 @@
 #include <new>
 
 #include "libfit/runtime/palpate.cpp"
-#include "tools/bench/ablated_surface.hpp"
-#include "tools/bench/finger_proxy.hpp"
+#include "tools/page/ablated_surface.hpp"
+#include "tools/page/finger_proxy.hpp"
 
 #define PAGE_EXPORT(name) __attribute__((export_name(#name)))
 

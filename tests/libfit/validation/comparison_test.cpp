@@ -11,7 +11,7 @@
 #include "libfit/validation/causes.hpp"
 #include "libfit/validation/replay.hpp"
 #include "libfit/validation/substitute.hpp"
-#include "tools/bench/bodies.hpp"
+#include "tests/support/bodies.hpp"
 
 namespace palpate::validation {
 namespace {

@@ -7,11 +7,11 @@
 
 #include "libfem/mesh/boundary.hpp"
 #include "tests/libfem/solve/block.hpp"
-#include "tools/bench/rivals/bullet_body.hpp"
-#include "tools/bench/rivals/corotational.hpp"
-#include "tools/bench/rivals/mujoco.hpp"
-#include "tools/bench/rivals/rivals.hpp"
-#include "tools/bench/rivals/total_lagrangian.hpp"
+#include "tools/workshop/rivals/bullet_body.hpp"
+#include "tools/workshop/rivals/corotational.hpp"
+#include "tools/workshop/rivals/mujoco.hpp"
+#include "tools/workshop/rivals/rivals.hpp"
+#include "tools/workshop/rivals/total_lagrangian.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "tests/libfem/solve/block.hpp"
-#include "tools/bench/rivals/green.hpp"
+#include "tools/workshop/rivals/green.hpp"
 
 namespace palpate::tools {
 namespace {

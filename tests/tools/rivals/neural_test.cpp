@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tests/tools/rivals/plate.hpp"
-#include "tools/bench/rivals/neural.hpp"
+#include "tools/workshop/rivals/neural.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "libfit/assets/exporters.hpp"
 #include "tests/libfit/runtime/models.hpp"
-#include "tools/bench/rivals/rivals.hpp"
+#include "tools/workshop/rivals/rivals.hpp"
 
 namespace palpate::tools::testing_rivals {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tests/tools/rivals/plate.hpp"
-#include "tools/bench/rivals/measure.hpp"
+#include "tools/workshop/rivals/measure.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -12,8 +12,8 @@
 #include "libfit/experiments/draw.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tests/tools/rivals/plate.hpp"
-#include "tools/bench/figure.hpp"
-#include "tools/bench/rivals/measure.hpp"
+#include "tools/workshop/bench/figure.hpp"
+#include "tools/workshop/rivals/measure.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -1,4 +1,4 @@
-// A ball on Green's functions of a surface, as tools/bench/rivals/green.cpp solves it.
+// A ball on Green's functions of a surface, as tools/workshop/rivals/green.cpp solves it.
 
 import { floats, type Packed } from "./contents";
 

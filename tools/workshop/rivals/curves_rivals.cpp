@@ -1,0 +1,116 @@
+// (d) and (i): curves of the surface's vertices, by the paper's separable law and by Palpate.
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <numeric>
+
+#include "libfit/assets/asset_bytes.hpp"
+#include "libfit/core/join_samples.hpp"
+#include "libfit/fit/fit_curves.hpp"
+#include "libfit/refine/refine.hpp"
+#include "libfit/runtime/engine.hpp"
+#include "tests/support/bodies.hpp"
+#include "tools/report/packed.hpp"
+#include "tools/stages/fit.hpp"
+#include "tools/workshop/bench/machine.hpp"
+#include "tools/workshop/rivals/rival.hpp"
+
+namespace palpate::tools {
+namespace {
+
+constexpr Eigen::Index kPointCounts[] = {12, 20, 40, 135};
+
+// An opened asset and the tool on it.
+struct Played {
+  BenchAsset asset;
+  runtime::Tool tool;
+};
+
+Rival played(const std::shared_ptr<Played>& on) {
+  Rival rival;
+  rival.bytes = on->asset.bytes.size();
+  rival.start = [on](const Vec3&) { on->tool = runtime::Tool(); };
+  rival.force = [on](const Vec3& tip) -> Vec3 {
+    runtime::ToolInput in;
+    in.dt_s = runtime::kMaxTimeStep_s;
+    Eigen::Map<Vec3>(in.pose.position_m) = tip;
+    runtime::ToolOutput out;
+    touch_tool(on->asset.asset, on->tool, in, out);
+    return -Eigen::Map<const Vec3>(out.force_on_tool_N);
+  };
+  return rival;
+}
+
+Rival curves_rival(const RivalBody& body, const Samples& samples, const FitSection& fit,
+                   const RefineOptions& refinement) {
+  const double began_s = cpu_seconds();
+  const FittedCurves curves = fit_curves(samples, fit_options(samples, fit, 1));
+  const Model model = refine(curves, body.body, refinement);
+  const auto on = std::make_shared<Played>(Played{make_bench_asset(model), {}});
+  Rival rival = played(on);
+  rival.preparation_cpu_s = cpu_seconds() - began_s + simulation_cpu_s(body, samples);
+  rival.size = static_cast<double>(samples.points());
+  rival.felt = Json{{"kind", "asset"},
+                    {"bytes", base64({reinterpret_cast<const char*>(on->asset.bytes.data()),
+                                      on->asset.bytes.size()})}}
+                   .dump();
+  rival.settings = fmt::format("{} test points, family {}, degree {}", samples.points(),
+                               name_of(curves.curves.family), curves.curves.basis.front().degree);
+  return rival;
+}
+
+}  // namespace
+
+Samples at_points(const Samples& samples, const std::vector<Eigen::Index>& points) {
+  std::vector<std::int32_t> place(static_cast<std::size_t>(samples.points()), -1);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    place[static_cast<std::size_t>(points[i])] = static_cast<std::int32_t>(i);
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row)
+    if (place[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(row)])] >= 0)
+      rows.push_back(row);
+  Samples out;
+  static_cast<SampleOrigin&>(out) = samples;
+  append_points(out, samples, points);
+  append_rows(out, samples, rows);
+  for (std::int32_t& point : out.point) point = place[static_cast<std::size_t>(point)];
+  return out;
+}
+
+double simulation_cpu_s(const RivalBody& body, const Samples& samples) {
+  std::vector<char> is_dragged(static_cast<std::size_t>(samples.points()), 0);
+  for (std::size_t row = 0; row < samples.kind.size(); ++row)
+    if (samples.kind[row] == ExperimentKind::drag)
+      is_dragged[static_cast<std::size_t>(samples.point[row])] = 1;
+  const auto dragged =
+      static_cast<double>(std::accumulate(is_dragged.begin(), is_dragged.end(), 0));
+  return dragged * body.dragged_cpu_s +
+         (static_cast<double>(samples.points()) - dragged) * body.pressed_cpu_s;
+}
+
+std::vector<Rival> prepare_separable(const RivalBody& body) {
+  FitSection fit = body.scene.fit;
+  fit.family = "separable";
+  Rival rival = curves_rival(body, body.samples, fit, {.slope_share = 0.0, .follows_gap = false});
+  rival.name = "separable law";
+  rival.size = 0;
+  rival.settings += "; area interpolation alone, as published";
+  return {rival};
+}
+
+std::vector<Rival> prepare_palpate(const RivalBody& body) {
+  std::vector<Rival> out;
+  const Eigen::Index all = body.samples.points();
+  for (const Eigen::Index wanted : kPointCounts) {
+    if (!out.empty() && out.back().size == static_cast<double>(all)) break;
+    std::vector<Eigen::Index> points(static_cast<std::size_t>(std::min(wanted, all)));
+    std::iota(points.begin(), points.end(), Eigen::Index{0});
+    out.push_back(curves_rival(body, at_points(body.samples, points), body.scene.fit, {}));
+    out.back().name = "Palpate";
+    out.back().felt.clear();  // the page's own
+  }
+  return out;
+}
+
+}  // namespace palpate::tools
