@@ -184,13 +184,8 @@ TEST_F(StudyOfBlocks, a_study_runs_here_and_again_does_nothing) {
   EXPECT_EQ(again.said().find("simulate"), std::string::npos) << again.err;
   EXPECT_EQ(content_of(folder / "out" / "results.csv"), table);
   const Outcome report = palpate(folder, "report " + in("out") + " -o " + in("out/report.html"));
-  if (report.status == 0) {  // the page is built
-    const std::string page = content_of(folder / "out" / "report.html");
-    EXPECT_NE(page.find("\"stiffness_N_m\":"), std::string::npos);
-    EXPECT_NE(page.find("\"name\":\"10 kPa\""), std::string::npos) << "cases go by their inputs";
-  } else {
-    EXPECT_NE(report.said().find("page"), std::string::npos) << report.err;
-  }
+  EXPECT_EQ(report.status, 1);
+  EXPECT_NE(report.said().find("results.csv"), std::string::npos) << report.err;
   // What `run` would say of a case's folder.
   for (const auto& entry : fs::directory_iterator(folder / "out" / "cases")) {
     const Outcome run = palpate(
