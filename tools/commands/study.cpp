@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <filesystem>
@@ -80,8 +81,13 @@ class StudyCommand final : public Command {
     const std::string& what = words_.front();
     if (words_.size() == 2 && what == "status") return status(StudyFolder(words_[1]), reply);
     if (words_.size() == 2 && what == "resume") return resume(reply);
-    if (words_.size() == 3 && what == "task")
-      return StudyFolder(words_[1]).run_task(std::atoi(words_[2].c_str()), jobs_), kDone;
+    if (words_.size() == 3 && what == "task") {
+      const StudyFolder study(words_[1]);
+      const int task = std::atoi(words_[2].c_str());
+      study.run_task(task, jobs_);
+      const auto tasks = study.missing_tasks();
+      return std::find(tasks.begin(), tasks.end(), task) == tasks.end() ? kDone : kSomeFailed;
+    }
     if (words_.size() != 1)
       throw Error(listed(words_, " "), "is neither a study nor something to do with one",
                   "Give STUDY.toml -o DIR, or status DIR, or resume DIR.");
