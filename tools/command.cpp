@@ -262,13 +262,10 @@ class WrongUsage {
         is_json_(std::any_of(words.begin(), words.end(),
                              [](const char* word) { return word == std::string_view("--json"); })) {
   }
-  // command: empty where it is not known. nearest: what may have been meant; empty for nothing.
-  int say(const std::string& command, const std::string& what,
-          const std::string& nearest = "") const {
+  // command: empty where it is not known. hint: a sentence and a space, or nothing.
+  int say(const std::string& command, const std::string& what, const std::string& hint = "") const {
     const std::string program = name_ + (command.empty() ? "" : " " + command);
-    const std::string remedy =
-        (nearest.empty() ? "" : fmt::format("Did you mean \"{}\"? ", nearest)) +
-        fmt::format("See {} --help.", program);
+    const std::string remedy = fmt::format("{}See {} --help.", hint, program);
     to_stderr("palpate: {}: {}: {}\n  {}\n", error_word(), program, what, remedy);
     if (is_json_)
       std::puts(nlohmann::ordered_json{
@@ -283,6 +280,20 @@ class WrongUsage {
   std::string name_;
   bool is_json_;
 };
+
+/// An option that a command had, and what does the same.
+struct FormerOption {
+  std::string_view command, option;
+  const char* remedy;
+};
+constexpr FormerOption kFormerOptions[] = {
+    {"report", "--figures",
+     "Draw figures in Python: palpate.plot_statement, plot_curves, plot_rivals, plot_path. "}};
+
+// Asks whether a name was meant; empty for no name.
+std::string question(const std::string& name) {
+  return name.empty() ? "" : fmt::format("Did you mean \"{}\"? ", name);
+}
 
 // Whether the first word is no command, or an option none of the command's; says what was meant.
 // CLI11 would complain of what is missing instead.
@@ -300,7 +311,7 @@ bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
     std::vector<std::string_view> names;
     for (const CommandRow& row : rows) names.push_back(row.name);
     wrong.say("", fmt::format("there is no command \"{}\"", words[0]),
-              nearest_name(words[0], names));
+              question(nearest_name(words[0], names)));
     return true;
   }
   for (const std::string_view word : words.subspan(1)) {
@@ -308,7 +319,10 @@ bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
     if (!word.starts_with("--")) continue;
     const std::string_view name = word.substr(0, word.find('='));
     if (const auto nearest = found->second.arguments->unknown_option(name)) {
-      wrong.say(words[0], fmt::format("there is no option {}", name), *nearest);
+      std::string hint = question(*nearest);
+      for (const FormerOption& former : kFormerOptions)
+        if (words[0] == former.command && name == former.option) hint = former.remedy;
+      wrong.say(words[0], fmt::format("there is no option {}", name), hint);
       return true;
     }
   }

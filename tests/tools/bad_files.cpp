@@ -77,7 +77,7 @@ std::vector<BadInputRow> bad_files() {
       {"an engine for a picture", "export out/model.h5 -o a.ply --engine e"},
       {"a depth of what has every depth", "export out/model.h5 -o a.palp --depth '5 mm'"},
       {"a file as the folder of the engine", "export out/model.h5 -o a.palp --engine block.off"},
-      {"a file as the folder of figures", "report out --figures block.off"},
+      {"a figure of the report", "report out --figures figures", 2},
   };
 }
 

@@ -88,7 +88,7 @@ scene = "scene.toml"
 [sample]
 count = 2
 [cluster]
-task_minutes = 20
+command = "palpate"
 )"),
              &log);
   expect_tables(

@@ -135,7 +135,6 @@ constexpr Stranger kStrangers[] = {
     {"m.models.csv", "modulus none.toml -o m.csv", false},
     {"m.html", "modulus none.toml -o m.csv", false},
     {"c.h5.warm", "fit none.h5 -o c.h5", false},
-    {"figures/error.svg", "report none --figures figures", false},
     {"frames/path.pvd", "replay none.palp none.csv -o f.csv --surface frames", false},
     {"kept/reference.h5", "validate none.palp none.toml --reference kept", false},
     {"st/results.csv", "study none.toml -o st", false},

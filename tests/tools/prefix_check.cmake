@@ -10,8 +10,7 @@ function(run)
 endfunction()
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix --component program)
 file(WRITE ${WORK}/study.toml
-  "scene = \"${SOURCE}/data/scenes/liver.toml\"\n[cluster]\npoint_minutes = 1\nmemory_MB = 900\n"
-  "[vary]\n\"material.young\" = [\"3 kPa\", \"6 kPa\"]\n")
+  "scene = \"${SOURCE}/data/scenes/liver.toml\"\n[vary]\n\"material.young\" = [\"3 kPa\", \"6 kPa\"]\n")
 run(env -i PATH=/usr/bin:/bin ${WORK}/prefix/bin/palpate study ${WORK}/study.toml -o ${WORK}/out --on script)
 if(NOT out MATCHES "'${WORK}/prefix/bin/palpate' study task '${WORK}/out'")
   message(FATAL_ERROR "tasks start another program:\n${out}")

@@ -44,29 +44,12 @@ TEST_F(Report, of_a_part_of_a_run_shows_that_part) {
   EXPECT_NE(content_of(path("part.html")).find("\"points\""), std::string::npos);
 }
 
-TEST_F(Report, of_two_folders_compares_them) {
-  SKIP_WITHOUT_PAGE();
-  fs::create_directories(path("part"));
-  fs::copy_file(path("out/samples.h5"), path("part/samples.h5"),
-                fs::copy_options::overwrite_existing);
-  const Outcome outcome = report(path("out") + " " + path("part") + " -o " + path("compared.html"));
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  const auto compared = contents_of(path("compared.html")).at("compared");
-  ASSERT_EQ(compared.size(), 2u);
-  EXPECT_EQ(compared[0].at("name"), "out");
-  EXPECT_EQ(compared[0].at("points"), 4);
-  EXPECT_TRUE(compared[0].contains("statement"));
-  EXPECT_EQ(compared[1].at("rows"), compared[0].at("rows"));
-  EXPECT_FALSE(compared[1].contains("statement"));
-}
-
 TEST_F(Report, of_a_folder_without_results_is_refused) {
   fs::create_directories(path("empty"));
   const Outcome outcome = report(path("empty") + " -o " + path("empty.html"));
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("holds no file of a run"), std::string::npos) << outcome.err;
-  EXPECT_EQ(report(path("out") + " " + path("empty") + " -o " + path("empty.html")).status, 1);
-  EXPECT_EQ(report(path("out") + " " + path("absent") + " -o " + path("empty.html")).status, 1);
+  EXPECT_EQ(report(path("absent") + " -o " + path("empty.html")).status, 1);
   EXPECT_FALSE(fs::exists(path("empty.html")));
 }
 
@@ -231,10 +214,6 @@ TEST_F(Report, of_figures_without_a_row_shows_no_number) {
   statement["verdict"] = "Poor: said of the asset.";
   statement["advice"] = {"Do this about it."};
   folder_->write("soft/statement.json", statement.dump());
-  ASSERT_EQ(report(path("soft") + " --figures " + path("soft")).status, 0);
-  const std::string drawn = content_of(path("soft/error.svg"));
-  EXPECT_NE(drawn.find("no row counts"), std::string::npos);
-  EXPECT_EQ(drawn.find("class=\"p95_rel\""), std::string::npos);
   SKIP_WITHOUT_CHROMIUM();
   expect_in_chromium("no_row_is_no_number", "-", "soft");
 }
@@ -295,31 +274,6 @@ TEST_F(Report, the_sound_switch_plays_what_the_tool_feels) {
   SKIP_WITHOUT_CHROMIUM();
   expect_in_chromium("the_sound_switch_plays_what_the_tool_feels", "-");
 }
-
-#ifdef PALPATE_WORKSHOP
-// The methods that the benchmark compares, in its own numbers.
-TEST_F(Report, other_methods_can_be_felt) {
-  SKIP_WITHOUT_ENGINE();
-  const Outcome prepared = palpate(*folder_, "bench rivals --part felt --run " + path("out") +
-                                                 " -o " + folder_->path().string());
-  ASSERT_EQ(prepared.status, 0) << prepared.err;
-  const Outcome played =
-      node("rivals.mjs", PALPATE_SOURCE_DIR "/tools/page/src " + path("out/asset.palp") + " " +
-                             path("out/rivals.json"));
-  EXPECT_EQ(played.status, 0) << played.out;
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("other_methods_can_be_felt", "-");
-  // Those of another asset are not offered.
-  auto felt = nlohmann::json::parse(content_of(path("out/rivals.json")));
-  felt["asset"] = "0";
-  folder_->write("out/rivals.json", felt.dump());
-  ASSERT_EQ(report(path("out") + " -o " + path("other.html")).status, 0);
-  EXPECT_FALSE(contents_of(path("other.html")).contains("rivals"));
-  EXPECT_NE(contents_of(path("other.html")).at("warnings").dump().find("rivals.json"),
-            std::string::npos);
-  fs::remove(path("out/rivals.json"));
-}
-#endif
 
 TEST_F(Report, the_window_is_pressed_at_once_and_all_else_turns_the_body) {
   SKIP_WITHOUT_CHROMIUM();

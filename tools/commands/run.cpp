@@ -80,7 +80,7 @@ class Run final : public Command {
     set_stage("report");
     const std::filesystem::path output = std::filesystem::path(request_.folder) / "report.html";
     if (find_page()) {
-      write_page(output, contents_of_folders({request_.folder}));
+      write_page(output, contents_of_folder(request_.folder));
       return fmt::format("open {} in a browser and press the body", output.string());
     }
     return fmt::format(

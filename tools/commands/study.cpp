@@ -1,11 +1,18 @@
+#include <fmt/format.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/study/schedule.hpp"
+#include "tools/study/work.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -13,9 +20,44 @@ namespace {
 constexpr std::size_t kListed = 15;
 
 constexpr NamedOutput kFiles[] = {{"study.json", "{\"schema\":\"palpate-study\""},
-                                  {"cost.json", "{\"prepare_s\":"},
                                   {"results.csv", "case,state,solved_from"},
                                   {"results.h5", "palpate-study"}};
+
+std::string shell_quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+// A job array for Slurm with an element a task. Other schedulers set SLURM_ARRAY_TASK_ID.
+std::string array_script(const StudyFolder& study, const std::vector<int>& tasks) {
+  const ClusterSection& cluster = study.cluster();
+  std::string text = fmt::format(
+      "#!/bin/bash\n#SBATCH --job-name=palpate\n#SBATCH --array={}\n#SBATCH --requeue\n"
+      "#SBATCH --open-mode=append\n#SBATCH --output={}/task-%a.log\n",
+      fmt::join(tasks, ","), study.path().string());
+  for (const std::string& option : cluster.options) text += fmt::format("#SBATCH {}\n", option);
+  const std::string program =
+      cluster.command.empty()
+          ? shell_quoted(std::filesystem::read_symlink("/proc/self/exe").string())
+          : cluster.command;
+  return text + fmt::format("exec {} study task {} $SLURM_ARRAY_TASK_ID --jobs {}", program,
+                            shell_quoted(study.path().string()), "${SLURM_CPUS_PER_TASK:-1}");
+}
+
+// Throws Error where there is no Slurm, or it refuses.
+void submit(const StudyFolder& study, const std::string& script) {
+  const std::filesystem::path path = study.path() / "array.sh";
+  write_file_atomically(path, script + "\n");
+  const int status = std::system(fmt::format("sbatch {} >&2", shell_quoted(path.string())).c_str());
+  if (WEXITSTATUS(status) == 127)
+    throw Error("sbatch", "is not there: this machine has no Slurm",
+                "Log in where jobs are submitted, or use --on local or --on script.");
+  if (status != 0)
+    throw Error(
+        "sbatch", "refuses " + path.string(),
+        "Nothing that is done is lost; put it right and go on with `palpate study resume`.");
+}
 
 class StudyCommand final : public Command {
  public:
@@ -25,9 +67,10 @@ class StudyCommand final : public Command {
                           "resume DIR: run only what is missing");
     arguments.option("-o,--output DIR", folder_, "Folder for all files of the study");
     arguments.named_outputs(folder_, kFiles);
-    arguments.option("--on WHERE", on_,
-                     "Where it runs: local (this process; the default), slurm (submits arrays), or "
-                     "script (prints what any other scheduler would run)");
+    arguments.option(
+        "--on WHERE", on_,
+        "Where it runs: local (this process; the default), slurm (submits a job array), "
+        "or script (prints that array's script)");
     arguments.option("--jobs", jobs_,
                      "Number of threads here; 0 uses all cores; results do not depend on it");
   }
@@ -38,11 +81,12 @@ class StudyCommand final : public Command {
     const std::string& what = words_.front();
     if (words_.size() == 2 && what == "status") return status(StudyFolder(words_[1]), reply);
     if (words_.size() == 2 && what == "resume") return resume(reply);
-    if (words_.size() == 2 && what == "next") return submit(StudyFolder(words_[1]), true), kDone;
-    if (words_.size() == 4 && what == "task") {
-      const int failed = do_task(StudyFolder(words_[1]), words_[2], std::atoi(words_[3].c_str()),
-                                 jobs_ > 0 ? jobs_ : 1);
-      return failed ? kSomeFailed : kDone;
+    if (words_.size() == 3 && what == "task") {
+      const StudyFolder study(words_[1]);
+      const int task = std::atoi(words_[2].c_str());
+      study.run_task(task, jobs_);
+      const auto tasks = study.missing_tasks();
+      return std::find(tasks.begin(), tasks.end(), task) == tasks.end() ? kDone : kSomeFailed;
     }
     if (words_.size() != 1)
       throw Error(listed(words_, " "), "is neither a study nor something to do with one",
@@ -63,24 +107,22 @@ class StudyCommand final : public Command {
     folder_ = words_[1];
     const StudyFolder study(folder_);
     study.forget_failures();
-    return start(!on_.empty() ? on_ : was_submitted(study) ? "slurm" : "local", reply);
+    return start(on_.empty() ? "local" : on_, reply);
   }
 
   int start(const std::string& on, Reply& reply) {
-    StudyFolder study(folder_);
+    const StudyFolder study(folder_);
+    const std::vector<int> tasks = study.missing_tasks();
     if (on == "local") {
-      do_all(study, jobs_);
+      for (const int task : tasks) study.run_task(task, jobs_);
       return status(study, reply);
     }
-    study.measure();
-    if (on == "slurm") {
-      const int tasks = submit(study);
-      say("{} tasks submitted; `palpate study status {}` says how far they are", tasks, folder_);
-      reply.json = nlohmann::ordered_json{{"tasks", tasks}};
-    } else {
-      reply.text = script_of(study);
-      reply.json = nlohmann::ordered_json{{"cases", study.cases().size()}, {"script", reply.text}};
-    }
+    reply.json = nlohmann::ordered_json{{"tasks", tasks.size()}};
+    const std::string script = array_script(study, tasks);
+    if (on == "script")
+      reply.json["script"] = reply.text = script;
+    else if (!tasks.empty())
+      submit(study, script);
     return kDone;
   }
 
@@ -96,11 +138,6 @@ class StudyCommand final : public Command {
         say_failed("case {} ({}): {}", i + 1,
                    listed(study.cases()[static_cast<std::size_t>(i)].inputs), failure);
     }
-    double left_s = 0;
-    for (std::size_t kind = 0; kind < kWorkNames.size(); ++kind)
-      for (const Work& work : study.missing(static_cast<WorkKind>(kind)))
-        left_s += study.expected_s(work);
-    const SlurmQueue queue = queue_of(study);
     reply.json = nlohmann::ordered_json{{"cases", cases}};
     std::string states;
     for (std::size_t state = 0; state < count.size(); ++state) {
@@ -111,21 +148,9 @@ class StudyCommand final : public Command {
     }
     reply.text = fmt::format("{} cases: {}; {} lists them", cases, states,
                              (study.path() / "results.csv").string());
-    const bool is_known = study.cost().point_s > 0;
-    if (left_s > 0 && is_known)
-      reply.text += fmt::format("\nleft: {} of one processor", in_words(left_s));
-    if (was_submitted(study)) {
-      reply.text +=
-          fmt::format("\nslurm: {} tasks running, {} waiting", queue.running, queue.pending);
-      if (queue.running > 0 && left_s > 0)
-        reply.text += fmt::format("; about {} at this rate", in_words(left_s / queue.running));
-      reply.json["running"] = queue.running;
-      reply.json["queued"] = queue.pending;
-    }
-    if (count[0] < cases && queue.running + queue.pending == 0)
+    if (count[0] < cases)
       reply.text +=
           fmt::format("\n`palpate study resume {}` runs what is missing", study.path().string());
-    if (is_known) reply.json["left_cpu_s"] = left_s;
     return count[static_cast<std::size_t>(CaseState::failed)] ? kSomeFailed : kDone;
   }
 

@@ -5,7 +5,6 @@
 
 #include "libfit/runtime/palpate.cpp"
 #include "tools/page/ablated_surface.hpp"
-#include "tools/page/finger_proxy.hpp"
 
 #define PAGE_EXPORT(name) __attribute__((export_name(#name)))
 
@@ -33,12 +32,6 @@ bool interpolates = true;
 alignas(
     palpate::tools::AblatedTip) unsigned char faceted_storage[sizeof(palpate::tools::AblatedTip)];
 palpate::tools::AblatedTip* faceted = nullptr;
-
-// A point on the surface that another method's force hangs on.
-alignas(
-    palpate::tools::FingerProxy) unsigned char proxy_storage[sizeof(palpate::tools::FingerProxy)];
-palpate::tools::FingerProxy* proxy = nullptr;
-double stretched[6];  // from it to the tip, and where it is
 
 constexpr int kTouches = 3;  // a state of its own: the faceted tip does not say whether it slides
 
@@ -186,20 +179,6 @@ PAGE_EXPORT(tick) std::int32_t page_tick(std::int32_t count, double dt_s) {
   const palpate_status status = palpate_tick(&asset, contact, count, in, out);
   for (std::int32_t i = 0; i < count; ++i) tell(out[i], answer[i]);
   return status;
-}
-
-// A proxy with a friction cone in the air.
-PAGE_EXPORT(proxy_start) void page_proxy_start(double cone) {
-  if (const auto* opened = held<OpenAsset>(&asset, kAssetMark))
-    proxy = new (proxy_storage) palpate::tools::FingerProxy(opened->asset, 1, cone);
-}
-
-// The proxy with the tip at the first numbers of `question`: from it to the tip, zero in the air,
-// and where it is.
-PAGE_EXPORT(proxy) const double* page_proxy() {
-  rt::put(proxy->deflection(question[0]), stretched);
-  rt::put(proxy->place(), stretched + 3);
-  return stretched;
 }
 
 // How many vertices `deform` answers for; 0 where the asset has no shape response.

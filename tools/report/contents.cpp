@@ -25,6 +25,9 @@ void check_is_run(const fs::path& folder) {
     throw Error(folder.string(), "is no folder", "Give the folder of a `palpate run`.");
   for (const char* name : kFiles)
     if (fs::exists(folder / name)) return;
+  if (fs::exists(folder / "study.json"))
+    throw Error(folder.string(), "is a study, which has its table in results.csv",
+                "Give the folder of one of its cases, or draw the table in Python.");
   throw Error(folder.string(), "holds no file of a run",
               "Give the folder of a `palpate run`, or one with samples.h5 and curves.h5.");
 }
@@ -94,18 +97,6 @@ void add_pictures(Json& json, const fs::path& folder) {
   json["pictures"] = pictures_json(pictures);
 }
 
-// What `palpate bench rivals --part felt` left for this asset.
-void add_rivals(Json& json, const fs::path& folder) {
-  const Json felt = Json::parse(read_whole_file(folder / "rivals.json"), nullptr, false);
-  if (felt.is_object() &&
-      felt.value("asset", "") == ContentHash().add_file(folder / "asset.palp").hex())
-    json["rivals"] = felt.at("rivals");
-  else
-    json["warnings"].push_back(
-        "rivals.json is of another asset than asset.palp, so no other method can be felt: run "
-        "`palpate bench rivals --part felt` again.");
-}
-
 Json contents_of(const fs::path& folder) {
   const auto has = [&](const char* name) { return fs::exists(folder / name); };
   Json json = begin(folder_name(folder));
@@ -124,55 +115,14 @@ Json contents_of(const fs::path& folder) {
   if (has("validation.csv")) add_held_out(json, folder / "validation.csv");
   if (has("placement.csv")) add_placement(json, folder / "placement.csv");
   if (has("asset.palp")) add_asset(json, folder / "asset.palp");
-  if (has("asset.palp") && has("rivals.json")) add_rivals(json, folder);
   return json;
-}
-
-// What runs are compared by.
-Json figures_of(const fs::path& folder) {
-  Json json{{"name", folder_name(folder)}};
-  if (fs::exists(folder / "statement.json")) json["statement"] = statement_of(folder);
-  if (const auto body = body_of(folder)) json["settings"] = settings_json(body->settings);
-  if (fs::exists(folder / "curves.h5")) {
-    const FittedCurves fitted = read_curves(folder / "curves.h5");
-    json["family"] = name_of(fitted.curves.family);
-    json["points"] = fitted.curves.points();
-  }
-  if (fs::exists(folder / "result.json")) {  // of a case of a study
-    const Json result = Json::parse(read_whole_file(folder / "result.json"));
-    json["name"] = result.value("name", folder_name(folder));
-    json["stiffness_N_m"] = result.value("stiffness_N_m", 0.0);
-  }
-  if (fs::exists(folder / "samples.h5")) json["rows"] = read_samples(folder / "samples.h5").rows();
-  return json;
-}
-
-// The folders of a study's cases that are done, in its order; of any other folder, itself.
-std::vector<std::string> runs_in(const fs::path& folder) {
-  if (!fs::exists(folder / "study.json")) return {folder.string()};
-  std::vector<std::string> runs;
-  const Json plan = Json::parse(read_whole_file(folder / "study.json"));
-  for (const Json& one : plan.at("cases")) {
-    const fs::path run = folder / "cases" / one.at("name").get<std::string>();
-    if (fs::exists(run / "result.json")) runs.push_back(run.string());
-  }
-  if (runs.empty())
-    throw Error(folder.string(), "is a study without a case that is done",
-                "Let it go on: palpate study resume " + folder.string() + ".");
-  return runs;
 }
 
 }  // namespace
 
-std::string contents_of_folders(const std::vector<std::string>& given) {
-  std::vector<std::string> folders;
-  for (const std::string& folder : given)
-    for (std::string& run : runs_in(folder)) folders.push_back(std::move(run));
-  for (const std::string& folder : folders) check_is_run(folder);
-  Json json = contents_of(folders.front());
-  if (folders.size() > 1)
-    for (const std::string& folder : folders) json["compared"].push_back(figures_of(folder));
-  return text_of(json);
+std::string contents_of_folder(const std::string& folder) {
+  check_is_run(folder);
+  return text_of(contents_of(folder));
 }
 
 std::string contents_of_moduli(const std::string& name,

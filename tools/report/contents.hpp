@@ -10,10 +10,9 @@
 namespace palpate::tools {
 
 /// What a report's page shows of the folder of a run, as one JSON object (docs/formats/report.md).
-/// Each file of a run may be missing, not all of them. The folder of a study stands for those of
-/// its cases that are done. folders: one or more; the others are compared with the first by their
-/// figures. Throws Error where one is no folder of a run or a file that is read is damaged.
-std::string contents_of_folders(const std::vector<std::string>& folders);
+/// Each file of a run may be missing, not all of them. Throws Error where the folder is none of a
+/// run or a file that is read is damaged.
+std::string contents_of_folder(const std::string& folder);
 
 /// The same of a scene that has not been run: its body, and sentences to be warned by.
 std::string contents_of_set_up(const std::string& name, const Body& body,

@@ -12,7 +12,6 @@ namespace palpate::tools {
 // Each adds to a report's object what the page shows of one file of a run (docs/formats/report.md,
 // "Contents of a report"); what is to be known goes to `warnings`.
 
-Json settings_json(const Settings& settings);
 void add_body(Json& json, const Body& body);
 void add_model(Json& json, const Model& model);
 void add_curves(Json& json, const FittedCurves& fitted);

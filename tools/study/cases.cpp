@@ -89,11 +89,6 @@ class StudyReader {
   void read_cluster(SceneTable& top, ClusterSection& cluster) {
     if (!top.has("cluster")) return;
     SceneTable table = top.table("cluster", "[cluster]");
-    cluster.task_min = table.number("task_minutes", cluster.task_min, 0.01, 1e5);
-    cluster.point_min = table.number("point_minutes", 0, 0, 1e5);
-    cluster.memory_MB = table.number("memory_MB", 0, 0, 1e7);
-    cluster.time_factor = table.number("time_factor", cluster.time_factor, 1, 1000);
-    cluster.max_array = static_cast<int>(table.integer("max_array", cluster.max_array, 1, 4000000));
     cluster.command = table.text("command", "");
     if (const toml::node* options = table.node("options"); options && options->is_array())
       for (const toml::node& option : *options->as_array())

@@ -22,13 +22,8 @@ struct StudyCase {
   double factor = 1;  ///< its forces over those of its source
 };
 
-/// What [cluster] says; times and memory of 0 are measured by a pilot.
+/// What [cluster] says.
 struct ClusterSection {
-  double task_min = 20;              ///< wanted length of a task
-  double point_min = 0;              ///< of one processor, for one test point
-  double memory_MB = 0;              ///< of a task
-  double time_factor = 3;            ///< a task's time limit over its expected time
-  int max_array = 1000;              ///< tasks of one array
   std::string command;               ///< instead of this program, as a container starts it
   std::vector<std::string> options;  ///< further options of sbatch
 };

@@ -353,41 +353,6 @@ const claims = {
     assert.deepEqual(errors, []);
   },
 
-  async other_methods_can_be_felt() {
-    await open();
-    const newtons = (s) => Number.parseFloat(s) * (s.includes("mN") ? 1e-3 : 1);
-    const force = async () => {
-      const [felt, line] = await settled("#poke-force", "#poke-difference");
-      return { felt: newtons(felt), line };
-    };
-    await page.click("#poke-press");
-    await until("#poke-state", isTouching);
-    const own = (await force()).felt;
-    assert.ok(own > 0);
-    assert.equal(await page.locator("#poke-difference").isVisible(), false);
-    const names = await page.locator("#poke-rival option").allTextContents();
-    assert.deepEqual(names.slice(0, 4), ["Palpate", "proxy, one spring", "proxy, nearest curve", "separable law"]);
-    const seen = new Set();
-    for (let i = 1; i < names.length; ++i) {
-      await page.selectOption("#poke-rival", { label: names[i] });
-      await page.click("#poke-press");
-      await until("#poke-state", isTouching);
-      await until("#poke-difference", (s) => /^Palpate: /.test(s));
-      const { felt, line } = await force();
-      const [palpate, off] = line.match(/[\d.]+ m?N/g).map(newtons);
-      assert.ok(felt > 0 && Math.abs(palpate - own) < 0.05 * own, `${names[i]}: ${felt}, ${line}, ${own}`);
-      assert.ok(Math.abs(felt - palpate) <= off + 0.03 * own, `${names[i]}: ${felt} is not within ${line}`);
-      seen.add(felt);
-    }
-    assert.ok(seen.size > 1, "all methods answer alike");
-    await page.selectOption("#poke-rival", { label: "Palpate" });
-    await page.click("#poke-press");
-    await until("#poke-state", isTouching);
-    assert.ok(Math.abs((await force()).felt - own) < 0.02 * own);
-    assert.equal(await page.locator("#poke-difference").isVisible(), false);
-    assert.deepEqual(errors, []);
-  },
-
   async the_window_is_pressed_at_once_and_all_else_turns_the_body() {
     await open();
     const [x, y] = await touchable();

@@ -1,6 +1,5 @@
 // What `palpate report` wrote into the page: docs/formats/report.md describes it.
 import type { Profile } from "./engine";
-import type { FeltRival } from "./rivals";
 
 export interface Packed {
   type: "f32" | "i32" | "u8";
@@ -193,17 +192,6 @@ export interface Contents {
   };
   /** A row per round of placement. */
   placement?: { points: number[]; median_rel: number[]; p95_rel: number[]; max_rel: number[] };
-  compared?: {
-    name: string;
-    statement?: Statement;
-    settings?: Record<string, Setting>;
-    family?: string;
-    points?: number;
-    rows?: number;
-    stiffness_N_m?: number;
-  }[];
-  /** Other methods that can be felt. */
-  rivals?: FeltRival[];
   asset?: { bytes: string; range_m: number; program?: string };
 }
 

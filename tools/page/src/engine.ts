@@ -16,8 +16,6 @@ interface Exports {
   start(tool: number, balls: number): number;
   blend(interpolates: number): void;
   tick(count: number, dt_s: number): number;
-  proxy_start(cone: number): void;
-  proxy(): number;
   vertices(): number;
   deform(address: number, count: number): number;
 }
@@ -140,17 +138,6 @@ export class Engine {
   tick(poses: ArrayLike<number>): number {
     this.doubles(this.wasm.question(), poses.length).set(poses);
     return this.wasm.tick(this.tools.length, 1e-3);
-  }
-
-  /** A point proxy with a friction cone begins in the air. */
-  startProxy(cone: number): void {
-    this.wasm.proxy_start(cone);
-  }
-
-  /** From the proxy to a tip [m], zero in the air, and where the proxy is: three numbers each. */
-  proxy(tip: ArrayLike<number>): Float64Array {
-    this.doubles(this.wasm.question(), 3).set(tip);
-    return this.doubles(this.wasm.proxy(), 6).slice();
   }
 
   /** Whether the engine knows how the surface moves. */

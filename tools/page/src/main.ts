@@ -1,7 +1,6 @@
 // The page: reads what `palpate report` wrote into it and builds its sections.
 
 import { bodySection } from "./body-section";
-import { compareSection } from "./compare";
 import type { Contents } from "./contents";
 import { PointSection } from "./curves";
 import { html } from "./dom";
@@ -21,7 +20,6 @@ function build(contents: Contents): void {
   const body = contents.surface ? bodySection(contents, read("engine"), points) : undefined;
   const sections = [
     contents.statement || contents.points ? statementSection(contents) : undefined,
-    compareSection(contents),
     warningsSection(contents),
     points?.element,
     recordingsSection(contents),

@@ -10,7 +10,6 @@ import { Answer, type Ball, kTip } from "./engine";
 import { ForceGraph } from "./force-graph";
 import { listenForGamepad } from "./gamepad";
 import type { SeenTool } from "./glyphs";
-import { RivalChoice } from "./rival-choice";
 import { ForceSound } from "./sound";
 import type { Place } from "./surface";
 import { ask, type Term } from "./terms";
@@ -78,7 +77,6 @@ export class Poke implements Tool {
   private readonly pressButton: HTMLButtonElement;
   private readonly healButton: HTMLButtonElement;
   private readonly blendBox: HTMLInputElement;
-  private readonly rivals: RivalChoice;
 
   constructor(
     private readonly contents: Contents,
@@ -124,10 +122,6 @@ export class Poke implements Tool {
       { type: "button", id: "poke-heal", hidden: true, click: () => this.heal() },
       "Heal the body",
     );
-    this.rivals = new RivalChoice(contents.rivals ?? [], (rival) => {
-      this.liftAll();
-      this.order({ order: "feel", rival });
-    });
     const row = (key: string, label: string, term: Term, first = "0") => {
       const value = html("dd", { id: `poke-${key}` }, first);
       this.values.set(key, value);
@@ -145,7 +139,6 @@ export class Poke implements Tool {
       ),
       html("p", { class: "buttons" }, this.pressButton, html("label", {}, "to ", this.depth, " ", this.depthText)),
       ...this.toolChoice(first),
-      ...this.rivals.elements,
       this.healButton,
       this.graph.canvas,
       html("p", { class: "legend" }, swatch("normal", seriesColour(0)), swatch("lateral force", seriesColour(1))),
@@ -177,7 +170,6 @@ export class Poke implements Tool {
     );
     this.help.textContent = kHelp;
     this.showDepth();
-    this.rivals.offer(this.tool === kTip);
     this.open(engine);
     listenForTool(view, this);
     listenForGamepad(view, this, (sentence) => {
@@ -191,7 +183,6 @@ export class Poke implements Tool {
     const { element, select } = choice("Tool", options, (value) => {
       this.liftAll();
       this.tool = this.tools[Number(value)].balls;
-      this.rivals.offer(this.tool === kTip);
       this.turn.identity();
       this.order({ order: "take", tool: this.tool });
     });
@@ -268,12 +259,9 @@ export class Poke implements Tool {
     html("a", { href: url, download: "touch.csv" }).click();
     setTimeout(() => URL.revokeObjectURL(url), 10000);
     const tool = this.tool === kTip ? "" : " --tool scene.toml";
-    if (this.rivals.chosen)
-      this.message.textContent = `Saved ${ticks} ticks with the forces of ${this.rivals.chosen.name}.`;
-    else
-      this.message.textContent = this.isBlended
-        ? `Saved ${ticks} ticks: palpate replay asset.palp touch.csv -o FORCES.csv${tool} gives the same forces.`
-        : `Saved ${ticks} ticks without interpolation.`;
+    this.message.textContent = this.isBlended
+      ? `Saved ${ticks} ticks: palpate replay asset.palp touch.csv -o FORCES.csv${tool} gives the same forces.`
+      : `Saved ${ticks} ticks without interpolation.`;
   }
 
   /** The pointer and the arrow keys press, or turn the body. */
@@ -462,7 +450,6 @@ export class Poke implements Tool {
   private show(batch: Batch): void {
     this.graph.draw();
     this.write(batch);
-    this.rivals.write(batch);
     const isAway = batch.at.map((at, finger) => this.isAway(batch, new Vector3(...at), finger));
     const isOver = isAway.every((away) => away);
     const state = [batch.at, batch.turn, ...batch.answer].join();

@@ -11,8 +11,6 @@ const kTerms = {
   moved: "How far the vertex moves that moves most.",
   energy: "Stored: elastic energy in the body now. Dissipated: what friction has turned into heat in this touch.",
   ticks: "The engine answers 1000 times a second, as a haptic device asks it to; the picture follows as it can.",
-  method:
-    "Other ways to answer the same touch, as the benchmark compares them. The force that is shown, drawn and heard is theirs.",
   interpolation:
     "Curves are blended between neighbouring points. Without it each facet answers by itself, and edges click.",
   stiffness: "How much the force grows with depth: its slope in newtons per metre, at the depth that you choose.",

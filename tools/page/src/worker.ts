@@ -4,7 +4,6 @@
 import { vector } from "./contents";
 import { Answer, type Ball, Engine, kMaxBalls, kPose } from "./engine";
 import { Recording } from "./recording";
-import { type Felt, type FeltRival, felt } from "./rivals";
 
 export type Vector = [number, number, number];
 /** A quaternion w, x, y, z. */
@@ -17,8 +16,6 @@ export type Order =
   | { order: "touch"; finger: number; from: Vector; to: Vector; turn: Turn; interpolates: boolean }
   | { order: "move"; finger: number; to: Vector; turn: Turn }
   | { order: "lift"; finger: number; to: Vector }
-  /** Another method's force in place of the engine's, or again the engine's. */
-  | { order: "feel"; rival: FeltRival | undefined }
   | { order: "rest" }
   | { order: "heal" }
   | { order: "record" }
@@ -31,8 +28,6 @@ export interface Batch {
   isIdle: boolean[];
   answer: Float64Array[];
   turn: Turn;
-  /** Of the engine on the first tool [N], where another method's is felt. */
-  own_N: Vector | undefined;
   /** Of each vertex [m], three numbers; none where the engine does not say, or said it just now. */
   displacement: Float32Array<ArrayBuffer> | undefined;
   /** A tick of the batch slid. */
@@ -46,7 +41,6 @@ export type News =
   | { news: "ready"; deforms: boolean; remembers: boolean; fingers: number; isTool: boolean }
   | { news: "refused"; sentence: string }
   | { news: "batch"; batch: Batch }
-  | { news: "feels"; isFelt: boolean }
   | { news: "record"; table: string; ticks: number }
   | { news: "measured"; ticks_per_s: number };
 
@@ -71,10 +65,6 @@ interface Finger {
 }
 
 let engine: Engine;
-let module: ArrayBuffer;
-let rival: Felt | undefined;
-let own_N: Vector | undefined; // the engine's force on the first tool, where a rival's is felt
-let inward: Vector = [0, 0, 0]; // the way that the touch came down
 let step_m = 0;
 let fingers: Finger[] = [];
 let turn: Turn = [1, 0, 0, 0];
@@ -114,21 +104,10 @@ function answerOf(finger: number): Float64Array {
   return engine.answer().subarray(finger * Answer.size, (finger + 1) * Answer.size);
 }
 
-/** The first tool answers with a rival's force; where it is and how it holds stay the engine's. */
-function feel(method: Felt): void {
-  const answer = answerOf(0);
-  const isTouching = answer[Answer.state] !== 0;
-  own_N = vector(answer.subarray(Answer.force_N), 0);
-  const under = isTouching ? vector(answer.subarray(Answer.normal), 0) : inward;
-  const onBody = method.force(fingers[0].at, under);
-  answerOf(0).set([-onBody[0], -onBody[1], -onBody[2]], Answer.force_N); // a proxy writes to the engine's memory
-}
-
 function tick(): void {
   turnOn();
   fingers.forEach(approach);
   engine.tick(fingers.flatMap(({ at }) => [...at, ...turn]));
-  if (rival) feel(rival);
   let [down, aside] = [0, 0];
   const felt = fingers.map((_, i) => {
     const a = answerOf(i);
@@ -180,7 +159,6 @@ function tell(now: number): void {
     isIdle: fingers.map(({ isIdle }) => isIdle),
     answer: fingers.map((_, i) => answerOf(i).slice()),
     turn,
-    own_N,
     displacement,
     slid,
     pressing_N: Float32Array.from(pressing),
@@ -210,9 +188,6 @@ function run(): void {
 function begin(finger: number, from: Vector, to: Vector, turned: Turn, interpolates: boolean): void {
   if (!fingers.some(({ isDown }, i) => isDown && i !== finger)) {
     engine.start(interpolates);
-    rival?.start();
-    const length = Math.hypot(...to.map((x, k) => x - from[k])) || 1;
-    inward = to.map((x, k) => (x - from[k]) / length) as Vector;
     [turn, turnTarget, stood] = [turned, turned, ""];
     recording = new Recording(fingers.length);
     const idle = from.map((v, k) => v + kIdle * (v - to[k])) as Vector;
@@ -240,8 +215,7 @@ function measure(): number {
   return (1e3 * count) / spent;
 }
 
-async function open(of: ArrayBuffer, asset: ArrayBuffer, tool: readonly Ball[]): Promise<News> {
-  module = of;
+async function open(module: ArrayBuffer, asset: ArrayBuffer, tool: readonly Ball[]): Promise<News> {
   engine = await Engine.open(module, new Uint8Array(asset));
   return take(tool);
 }
@@ -271,11 +245,6 @@ addEventListener("message", async ({ data }: MessageEvent<Order>) => {
     clearTimeout(timer);
     timer = undefined;
     say(take(data.tool));
-  } else if (data.order === "feel") {
-    rival = data.rival ? await felt(data.rival, engine, module) : undefined;
-    own_N = undefined;
-    rival?.start();
-    say({ news: "feels", isFelt: rival !== undefined });
   } else if (data.order === "touch") begin(data.finger, data.from, data.to, data.turn, data.interpolates);
   else if (data.order === "move") {
     fingers[data.finger].target = data.to;

@@ -1,4 +1,7 @@
-"""The force on a tip along a path of one's own: force_along_path.py ASSET.palp [PICTURE.png]."""
+"""The force on a tip along a path of one's own: force_along_path.py ASSET.palp [FOLDER].
+
+FOLDER gets the path, its forces as `palpate replay` writes them, and their picture."""
+import pathlib
 import sys
 
 import numpy as np
@@ -29,4 +32,8 @@ with palpate.open(sys.argv[1]) as asset:
     print(f"greatest force {np.linalg.norm(ticks['force_on_tool_N'], axis=1).max():.3f} N, "
           f"slips cost {1e3 * ticks['dissipated_J'][-1]:.3f} mJ")
     if len(sys.argv) > 2:
-        palpate.plot_path(asset, path_m, dt_s=1 / RATE_HZ).figure.savefig(sys.argv[2], dpi=100)
+        folder = pathlib.Path(sys.argv[2])
+        np.savetxt(folder / "path.csv", np.column_stack([np.arange(len(path_m)) / RATE_HZ, path_m]), delimiter=",",
+                   header="t_s,x_m,y_m,z_m", comments="")
+        palpate.command("replay", sys.argv[1], folder / "path.csv", output=folder / "forces.csv", quiet=True)
+        palpate.plot_path(folder / "forces.csv").figure.savefig(folder / "path.png", dpi=100)

@@ -1,4 +1,7 @@
 """Pictures by matplotlib, which is imported when one is asked for."""
+import csv
+import json
+
 import numpy as np
 
 
@@ -7,6 +10,25 @@ def _axes(axes):
         return axes
     from matplotlib.figure import Figure  # not pyplot: no window, no global state
     return Figure(figsize=(6, 4), layout="constrained").add_subplot()
+
+
+def _columns(path):
+    """The columns of a CSV table by name, as texts."""
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
+
+
+def _error_axes(axes, lines):
+    """Bars of the 95th percentile and the median of named errors, in percent of the force."""
+    axes = _axes(axes)
+    names = [name.replace("_", " ") for name, _ in lines]
+    for key, height, label in (("p95_rel", 0.8, "95th percentile"), ("median_rel", 0.4, "median")):
+        axes.barh(names, [100 * (error[key] or 0) for _, error in lines], height, label=label)
+    axes.invert_yaxis()
+    axes.set(xlabel="error [% of the force]")
+    axes.legend()
+    return axes
 
 
 def plot_curve(curve, axes=None, label=None):
@@ -22,17 +44,47 @@ def plot_curve(curve, axes=None, label=None):
     return axes
 
 
-def plot_path(asset, position_m, dt_s=0.001, axes=None):
-    """The force on a tip that goes along position_m (n, 3), one row every dt_s, on a contact of its own.
-    Times at which it slips are shaded. Returns the axes."""
-    from . import SLIP
+def plot_curves(path, curve="normal", axes=None):
+    """One curve of every point in the table that `palpate tabulate curves.h5 -o curves.csv` writes. Returns the
+    axes."""
     axes = _axes(axes)
-    ticks = asset.contact().tick(position_m, dt_s=dt_s)
-    time_s = dt_s * np.arange(len(ticks))
-    for i, name in enumerate("xyz"):
-        axes.plot(time_s, ticks["force_on_tool_N"][:, i], label=f"$F_{name}$")
+    table = {name: np.array(column) for name, column in _columns(path).items()}
+    for point in dict.fromkeys(table["point"]):
+        own = (table["point"] == point) & (table["curve"] == curve)
+        axes.plot(1e3 * table["at_m"][own].astype(float), table["value_N"][own].astype(float),
+                  label=table["name"][own][0] if own.any() else None)
+    axes.set(xlabel="deflection [mm]", ylabel="force [N]")
+    return axes
+
+
+def plot_statement(path, axes=None):
+    """Errors by kind of path and by cause of the statement.json of a run, or of its folder or asset. Returns the
+    axes."""
+    from .files import statement
+    stated = statement(path)
+    return _error_axes(axes, [line for section in ("by_path", "causes") for line in stated[section].items()])
+
+
+def plot_rivals(path, body=None, axes=None):
+    """Errors of the methods in the rivals.json that `palpate bench rivals` writes, on one of its bodies, by
+    default its first; of a method with several settings the best. Returns the axes."""
+    with open(path, encoding="utf-8") as file:
+        bodies = json.load(file)
+    rivals = bodies[body or next(iter(bodies))]["rivals"]
+    best = {rival["rival"]: rival for rival in sorted(rivals, key=lambda rival: -(rival["p95_rel"] or 0))}
+    return _error_axes(axes, list(best.items()))
+
+
+def plot_path(path, axes=None):
+    """Force on the first tool over time, from the FORCES.csv that `palpate replay` writes. Times at which the tool
+    slips are shaded. Returns the axes."""
+    axes = _axes(axes)
+    table = {name: np.array(column, float) for name, column in _columns(path).items()}
+    table = {name: column[table["tool"] == 0] for name, column in table.items()}
+    for name in "xyz":
+        axes.plot(table["t_s"], table[f"f{name}_N"], label=f"$F_{name}$")
     limits = axes.get_ylim()
-    axes.fill_between(time_s, 0, 1, where=ticks["state"] == SLIP, transform=axes.get_xaxis_transform(),
+    axes.fill_between(table["t_s"], 0, 1, where=table["sliding"] == 1, transform=axes.get_xaxis_transform(),
                       color="0.9", linewidth=0, label="slips")
     axes.set(xlabel="time [s]", ylabel="force on the tool [N]", ylim=limits)
     axes.legend()

@@ -6,7 +6,7 @@
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/runtime/tool/tool.hpp"
 #include "tools/console.hpp"
-#include "tools/page/finger_proxy.hpp"
+#include "tools/workshop/rivals/finger_proxy.hpp"
 #include "tools/workshop/bench/bench.hpp"
 #include "tools/workshop/bench/machine.hpp"
 #include "tools/workshop/bench/tick_flops.hpp"

@@ -11,7 +11,7 @@
 #include <random>
 
 #include "libfit/core/stated_error.hpp"
-#include "tools/page/finger_proxy.hpp"
+#include "tools/workshop/rivals/finger_proxy.hpp"
 #include "tools/workshop/bench/machine.hpp"
 
 namespace palpate::tools {

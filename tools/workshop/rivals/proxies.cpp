@@ -10,7 +10,7 @@
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/validation/recorded.hpp"
-#include "tools/page/finger_proxy.hpp"
+#include "tools/workshop/rivals/finger_proxy.hpp"
 #include "tools/report/packed.hpp"
 #include "tools/workshop/rivals/rival.hpp"
 
