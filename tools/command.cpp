@@ -284,6 +284,15 @@ class WrongUsage {
   bool is_json_;
 };
 
+// A command that is no longer there, and what a user runs instead.
+struct RemovedCommand {
+  std::string_view name, remedy;
+};
+
+constexpr RemovedCommand kRemovedCommands[] = {
+    {"modulus", "Use `palpate calibrate`: it identifies a material from presses on the body."},
+};
+
 // Whether the first word is no command, or an option none of the command's; says what was meant.
 // CLI11 would complain of what is missing instead.
 bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
@@ -299,8 +308,10 @@ bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
   if (found == declared.end()) {
     std::vector<std::string_view> names;
     for (const CommandRow& row : rows) names.push_back(row.name);
+    const auto* removed = std::ranges::find(kRemovedCommands, words[0], &RemovedCommand::name);
     wrong.say("", fmt::format("there is no command \"{}\"", words[0]),
-              nearest_name(words[0], names));
+              removed != std::end(kRemovedCommands) ? std::string(removed->remedy)
+                                                    : nearest_name(words[0], names));
     return true;
   }
   for (const std::string_view word : words.subspan(1)) {

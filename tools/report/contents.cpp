@@ -175,13 +175,6 @@ std::string contents_of_folders(const std::vector<std::string>& given) {
   return text_of(json);
 }
 
-std::string contents_of_moduli(const std::string& name,
-                               const std::vector<RecordingPicture>& pictures) {
-  Json json = begin(name);
-  json["pictures"] = pictures_json(pictures);
-  return text_of(json);
-}
-
 std::string contents_of_set_up(const std::string& name, const Body& body,
                                const std::vector<std::string>& warnings) {
   Json json = begin(name);
