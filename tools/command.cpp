@@ -281,14 +281,25 @@ class WrongUsage {
   bool is_json_;
 };
 
-/// An option that a command had, and what does the same.
-struct FormerOption {
-  std::string_view command, option;
+/// A command or an option of one that is gone, and what a user does instead.
+struct FormerName {
+  std::string_view command, option;  ///< no option: the command itself
   const char* remedy;
 };
-constexpr FormerOption kFormerOptions[] = {
+constexpr FormerName kFormerNames[] = {
+    {"modulus", "",
+     "Identify the material from presses on the body: palpate calibrate SCENE --samples "
+     "samples.h5 -o NEW.toml. "},
     {"report", "--figures",
      "Draw figures in Python: palpate.plot_statement, plot_curves, plot_rivals, plot_path. "}};
+
+/// The remedy for a name that is gone; empty for a name that never was.
+std::string remedy_of(std::string_view command, std::string_view option) {
+  const auto* former = std::ranges::find_if(kFormerNames, [&](const FormerName& name) {
+    return name.command == command && name.option == option;
+  });
+  return former == std::end(kFormerNames) ? "" : former->remedy;
+}
 
 // Asks whether a name was meant; empty for no name.
 std::string question(const std::string& name) {
@@ -310,8 +321,9 @@ bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
   if (found == declared.end()) {
     std::vector<std::string_view> names;
     for (const CommandRow& row : rows) names.push_back(row.name);
+    const std::string remedy = remedy_of(words[0], "");
     wrong.say("", fmt::format("there is no command \"{}\"", words[0]),
-              question(nearest_name(words[0], names)));
+              remedy.empty() ? question(nearest_name(words[0], names)) : remedy);
     return true;
   }
   for (const std::string_view word : words.subspan(1)) {
@@ -319,10 +331,9 @@ bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
     if (!word.starts_with("--")) continue;
     const std::string_view name = word.substr(0, word.find('='));
     if (const auto nearest = found->second.arguments->unknown_option(name)) {
-      std::string hint = question(*nearest);
-      for (const FormerOption& former : kFormerOptions)
-        if (words[0] == former.command && name == former.option) hint = former.remedy;
-      wrong.say(words[0], fmt::format("there is no option {}", name), hint);
+      const std::string remedy = remedy_of(words[0], name);
+      wrong.say(words[0], fmt::format("there is no option {}", name),
+                remedy.empty() ? question(*nearest) : remedy);
       return true;
     }
   }

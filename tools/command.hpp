@@ -85,7 +85,6 @@ std::unique_ptr<Command> declare_merge(Arguments& arguments);
 std::unique_ptr<Command> declare_import(Arguments& arguments);
 std::unique_ptr<Command> declare_surface(Arguments& arguments);
 std::unique_ptr<Command> declare_calibrate(Arguments& arguments);
-std::unique_ptr<Command> declare_modulus(Arguments& arguments);
 std::unique_ptr<Command> declare_fit(Arguments& arguments);
 std::unique_ptr<Command> declare_refine(Arguments& arguments);
 std::unique_ptr<Command> declare_export(Arguments& arguments);

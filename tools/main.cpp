@@ -35,8 +35,6 @@ constexpr CommandRow kCommands[] = {
     {"calibrate", "Identify a material from presses on a body or from tests of specimens",
      declare_calibrate, "Recordings",
      "calibrate organ.toml --samples samples.h5 -o calibrated.toml"},
-    {"modulus", "Fit contact models to recordings: Young's modulus of each press, and maps of it",
-     declare_modulus, "Recordings", "modulus manifest.toml -o moduli.csv"},
     {"replay", "Play a tool path on an asset and write the forces", declare_replay,
      "Assets and files", "replay asset.palp path.csv -o forces.csv"},
     {"inspect", "Print what a file holds", declare_inspect, "Assets and files",

@@ -120,7 +120,6 @@ class Answers : public testing::Test {
         {"calibrate", f("scene.toml") + " --samples" + f("out/samples.h5") + " -o" +
                           f("calibrated.toml") + " --points 1"},
         {"surface", f("six.h5") + " -o" + f("surface.obj")},
-        {"modulus", f("manifest.toml") + " -o" + f("moduli.csv")},
         {"fit", f("out/samples.h5") + " -o" + f("c.h5")},
         {"refine", f("out/curves.h5") + " --body" + f("out/body.h5") + " -o" + f("m.h5")},
         {"export", f("out/model.h5") + " -o" + f("a.palp")},

@@ -106,11 +106,6 @@ std::vector<BadInputRow> bad_recordings() {
       in_tests("a test of a kind that is none",
                "strain = 1\nstress = 2\nunit = \"kPa\"\nkind = \"biaxial\"\n"),
       in_tests("a test without rows", "strain = 1\nstress = 2\nunit = \"kPa\"\n", "", ""),
-      {"a model that is none", "modulus bad.toml -o m.csv --models herz"},
-      {"no press to have a modulus of",
-       "modulus bad.toml -o m.csv",
-       1,
-       {{"bad.toml", kManifest + "kind = \"path\"\n"}, {"a.csv", "t,d,F\n0,0,0\n"}}},
       in_recording("a JPK file cut in the middle", "a.jpk-force",
                    afm::zip_of(afm::jpk_curve()).substr(0, 3000)),
       in_recording("a JPK file with a password", "a.jpk-force",
@@ -163,11 +158,6 @@ std::vector<BadInputRow> bad_recordings() {
       in_manifest("a recording in UTF-16 that is cut short", kManifest,
                   std::string("\xff\xfet\0,\0d", 7)),
       in_manifest("a tip of five metres", kManifest + "probe = { radius = \"5 m\" }\n"),
-      {"a list of models that ends with a comma", "modulus bad.toml -o m.csv --models hertz,"},
-      {"a table of somebody else's beside an output",
-       "modulus bad.toml -o m.csv",
-       1,
-       {{"m.models.csv", "my notes\n"}}},
       in_tests("strain and stress of one column", "strain = 1\nstress = 1\nunit = \"kPa\"\n"),
   };
 }

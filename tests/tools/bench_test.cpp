@@ -4,7 +4,7 @@
 
 #include "tests/libfit/runtime/models.hpp"
 #include "tests/support/bodies.hpp"
-#include "tools/page/finger_proxy.hpp"
+#include "tools/workshop/rivals/finger_proxy.hpp"
 #include "tools/workshop/bench/tick_flops.hpp"
 #include "tools/workshop/bench/tick_work.hpp"
 

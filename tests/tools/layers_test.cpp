@@ -143,8 +143,6 @@ const std::vector<Row> kRooms{
     {"libfit/recordings/signal", {"libfit/recordings/formats"}},
     {"libfit/recordings/contact_point", {"libfit/recordings/formats", "libfit/recordings/signal"}},
     {"libfit/recordings/relaxation", {"libfit/recordings/formats", "libfit/recordings/signal"}},
-    {"libfit/recordings/indentation",
-     {"libfit/recordings/formats", "libfit/recordings/signal", "libfit/recordings/relaxation"}},
     {"libfit/recordings/batch",
      {"libfit/recordings/formats", "libfit/recordings/signal", "libfit/recordings/contact_point",
       "libfit/recordings/relaxation"}},

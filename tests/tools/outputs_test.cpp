@@ -132,8 +132,6 @@ constexpr Stranger kStrangers[] = {
     {"s.import.json", "import none.toml -o s.h5", true},
     {"s.surface.h5", "simulate none.h5 -o s.h5", false},
     {"placed.h5", "simulate none.h5 -o s.h5", false},
-    {"m.models.csv", "modulus none.toml -o m.csv", false},
-    {"m.html", "modulus none.toml -o m.csv", false},
     {"c.h5.warm", "fit none.h5 -o c.h5", false},
     {"frames/path.pvd", "replay none.palp none.csv -o f.csv --surface frames", false},
     {"kept/reference.h5", "validate none.palp none.toml --reference kept", false},

@@ -125,13 +125,6 @@ std::string contents_of_folder(const std::string& folder) {
   return text_of(contents_of(folder));
 }
 
-std::string contents_of_moduli(const std::string& name,
-                               const std::vector<RecordingPicture>& pictures) {
-  Json json = begin(name);
-  json["pictures"] = pictures_json(pictures);
-  return text_of(json);
-}
-
 std::string contents_of_set_up(const std::string& name, const Body& body,
                                const std::vector<std::string>& warnings) {
   Json json = begin(name);

@@ -18,8 +18,4 @@ std::string contents_of_folder(const std::string& folder);
 std::string contents_of_set_up(const std::string& name, const Body& body,
                                const std::vector<std::string>& warnings);
 
-/// Pictures of recordings alone, with a map of their moduli.
-std::string contents_of_moduli(const std::string& name,
-                               const std::vector<RecordingPicture>& pictures);
-
 }  // namespace palpate::tools

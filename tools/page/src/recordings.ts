@@ -4,7 +4,6 @@
 import { seriesColour } from "./colours";
 import { type Contents, codes, floats, integers, largest, type Pictures, vector } from "./contents";
 import { figure, html, section, swatch } from "./dom";
-import { moduliMap } from "./moduli-map";
 import { type Axis, plot, type Series } from "./plot";
 import { counted, quantity, scaleFor } from "./words";
 
@@ -326,8 +325,6 @@ export function recordingsSection(contents: Contents): HTMLElement | undefined {
         : []),
     ),
   );
-  const map = moduliMap(all);
-  if (map) out.append(map);
   const drawing = new Map<Element, () => void>();
   const seen = new IntersectionObserver(
     (entries) => {
