@@ -7,7 +7,6 @@ namespace palpate::tools::testing_support {
 
 std::vector<BadInputRow> bad_files() {
   return {
-      {"samples that are missing", "fit none.h5 -o c.h5"},
       {"a body where samples belong", "fit out/body.h5 -o c.h5"},
       {"samples cut in the middle", "fit cut.h5 -o c.h5"},
       {"a family of curves that is none", "fit out/samples.h5 -o c.h5 --family ring"},
@@ -16,7 +15,6 @@ std::vector<BadInputRow> bad_files() {
       {"curves where a model belongs", "export out/curves.h5 -o a.palp"},
       {"a name of no format", "export out/model.h5 -o a.obj"},
       {"a format that is not the name's", "export out/model.h5 -o a.vtu --format palp"},
-      {"a depth that is none", "export out/model.h5 -o a.ply --format ply --depth deep"},
       {"a choice that is none", "export out/model.h5 -o a.palp --elsewhere some"},
       {"an asset that is missing", "replay none.palp path.csv -o f.csv"},
       {"an asset cut in the middle", "replay cut.palp path.csv -o f.csv"},
@@ -42,13 +40,9 @@ std::vector<BadInputRow> bad_files() {
        "validate out/asset.palp other.toml",
        1,
        {{"other.toml", scene_with("block.off", "other.off")}, {"other.off", block_off(9)}}},
-      {"no held-out points", "validate out/asset.palp scene.toml --points -1"},
-      {"curves without their model", "validate out/asset.palp scene.toml --curves out/curves.h5"},
       {"a body where samples to predict belong", "predict out/model.h5 out/body.h5"},
       {"a text to inspect", "inspect scene.toml"},
-      {"no steps of a table", "tabulate out/curves.h5 -o t.csv --steps 0"},
       {"bands of an asset", "tabulate out/asset.palp -o t.csv --band"},
-      {"a report of a folder that is missing", "report none -o r.html"},
       {"a report of a folder without a run", "report empty_folder -o r.html"},
       {"more threads than a machine has", "fit out/samples.h5 -o c.h5 --jobs 100000"},
       {"a device as a scene", "check /dev/null"},
@@ -56,7 +50,6 @@ std::vector<BadInputRow> bad_files() {
        "run scene.toml -o .",
        1,
        {{"report.html", "my notes\n"}}},
-      {"an output without a name", "run scene.toml -o ''", 2},
       {"an output behind =", "fit out/samples.h5 -o=c.h5", 2},
       {"a figure of the report", "report out --figures figures", 2},
   };

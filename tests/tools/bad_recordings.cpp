@@ -83,11 +83,9 @@ afm::Parts jpk_without(const std::string& part) {
 
 std::vector<BadInputRow> bad_recordings() {
   return {
-      {"a manifest that is missing", "import none.toml -o s.h5"},
       in_manifest("a manifest without recordings", ""),
       in_manifest("a recording that is missing", "[[recording]]\nfile = \"none.csv\"\n" +
                                                      kManifest.substr(kManifest.find("columns"))),
-      in_manifest("a column that is missing", kManifest, "t,x,F\n0,0,0\n"),
       in_manifest("an empty recording", kManifest, ""),
       in_manifest("a contact point that is none", "[defaults]\ncontact = \"5 mN\"\n" + kManifest),
       in_manifest("a force without a side",
@@ -99,8 +97,6 @@ std::vector<BadInputRow> bad_recordings() {
                " --samples out/samples.h5"),
       in_tests("a stress without a unit", "strain = 1\nstress = 2\n"),
       in_tests("a stretch of zero", "stretch = 1\nstress = 2\nunit = \"kPa\"\n"),
-      in_tests("a test of a kind that is none",
-               "strain = 1\nstress = 2\nunit = \"kPa\"\nkind = \"biaxial\"\n"),
       in_recording("a JPK file cut in the middle", "a.jpk-force",
                    afm::zip_of(afm::jpk_curve()).substr(0, 3000)),
       in_recording("a JPK file with a password", "a.jpk-force",
@@ -121,7 +117,6 @@ std::vector<BadInputRow> bad_recordings() {
       in_recording("a TDMS file of DAQmx", "a.tdms", tdms_of_daqmx(), "force_on = \"body\"\n"),
       in_recording("a TDMS file without its channels", "a.tdms", afm::tdms_file(),
                    "columns = { depth = \"z\", force = \"force\" }\nforce_on = \"body\"\n"),
-      {"a folder of recordings that is none", "new none --recordings -o m.toml"},
       {"a folder of what are no recordings", "new notes --recordings -o m.toml"},
       in_checked("a manifest's key misspelt", "check bad.toml", "probes = 1\n"),
       in_checked("a manifest's export as what it is not", "run bad.toml -o o",
@@ -131,7 +126,6 @@ std::vector<BadInputRow> bad_recordings() {
       in_checked("a manifest that holds every point out", "check bad.toml",
                  "[validate]\nhold_out = 1\n"),
       in_checked("a manifest to run quickly", "run bad.toml -o o --quick", ""),
-      in_checked("a picture of a manifest", "check bad.toml --vtu a.vtu", ""),
       in_checked("a manifest where a scene belongs", "prepare bad.toml -o b.h5", ""),
       in_checked("a manifest to validate an asset with", "validate out/asset.palp bad.toml", ""),
       {"points of recordings to validate with",
