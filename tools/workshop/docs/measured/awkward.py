@@ -319,11 +319,15 @@ def tried(name, make, keys, number, folder):
 
 
 def main():
-    silent, rows = [], []
+    silent, rows, plain, count = [], [], [], 0
     with tempfile.TemporaryDirectory() as folder:
         for number, (name, make, keys) in enumerate(CASES):
             answer, young, is_spoken = tried(name, make, keys, number, folder)
-            rows.append(f"| {name} | {short(answer)} | {young} |")
+            count += 1
+            if answer == "good":
+                plain.append(f"{name} ({young or 'none'})")
+            else:
+                rows.append(f"| {name} | {short(answer)} | {young} |")
             if not is_spoken and name not in CANNOT_BE_SEEN:
                 silent.append(name)
     head = __doc__.split("\n\n")
@@ -333,9 +337,10 @@ def main():
                   .replace("PALPATE: the program. ", "")
                   .replace(" Ends with status 1 where one is. Needs python3-numpy.", "") +
                   "\n\n| recording | `import` | apparent modulus, kPa |\n|---|---|---|\n" +
-                  "\n".join(rows) + "\n\n" +
-                  f"{len(rows)} recordings, {len(silent)} silent{': ' if silent else ''}{', '.join(silent)}.\n")
-    print(f"{len(rows)} recordings, {len(silent)} silent: {', '.join(silent) or 'none'}")
+                  "\n".join(rows) + "\n\nGood without a word, apparent modulus in kPa: " +
+                  "; ".join(plain) + ".\n\n" +
+                  f"{count} recordings, {len(silent)} silent{': ' if silent else ''}{', '.join(silent)}.\n")
+    print(f"{count} recordings, {len(silent)} silent: {', '.join(silent) or 'none'}")
     sys.exit(1 if silent else 0)
 
 
