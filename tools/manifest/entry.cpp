@@ -110,16 +110,6 @@ void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
   read.max_bytes = static_cast<std::uintmax_t>(table.number(
                        "largest_file", static_cast<double>(read.max_bytes >> 20), 1, kMaxMebibytes))
                    << 20;
-  if (table.has("cantilever")) {
-    SceneTable c = table.table("cantilever", "cantilever");
-    importers::Cantilever cantilever;
-    cantilever.stiffness_N_m = c.number("stiffness", 0, 1e-6, 1e6);
-    cantilever.sensitivity_m = c.quantity("sensitivity", Dimension::length, 0, 0, 1);
-    cantilever.stiffness_deviation = c.number("stiffness_deviation", 0, 0, 1);
-    cantilever.sensitivity_deviation = c.number("sensitivity_deviation", 0, 0, 1);
-    c.finish();
-    read.cantilever = cantilever;
-  }
 }
 
 // An estimator, "common", or where the contact is.

@@ -258,13 +258,9 @@ std::string canonical(const BatchItem& item) {
     put_all(*axes);
   put(r.units.time), put(r.units.position), put(r.units.force), put(r.units.torque),
       put(r.encoding), put(r.comment);
-  for (const double number :
-       {r.is_force_on_tool ? double(*r.is_force_on_tool) : -1, double(r.is_normal_outward),
-        double(r.separator), double(r.decimal), double(r.drop_invalid),
-        static_cast<double>(r.max_bytes), r.cantilever ? r.cantilever->stiffness_N_m : -1,
-        r.cantilever ? r.cantilever->sensitivity_m : -1,
-        r.cantilever ? r.cantilever->stiffness_deviation : -1,
-        r.cantilever ? r.cantilever->sensitivity_deviation : -1})
+  for (const double number : {r.is_force_on_tool ? double(*r.is_force_on_tool) : -1,
+                              double(r.is_normal_outward), double(r.separator), double(r.decimal),
+                              double(r.drop_invalid), static_cast<double>(r.max_bytes)})
     put_number(number);
   for (const importers::SaidKey& said : r.said) put(said.name);
   put(s.contact);

@@ -15,20 +15,19 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr std::string_view kMagic = "palpate-journal 11\n";  // raise with every change of an entry
+constexpr std::string_view kMagic = "palpate-journal 12\n";  // raise with every change of an entry
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 32;  // of rows, letters: more is damage
 
 // What an entry holds, for writing and for reading.
 template <class Archive, class T>
 requires std::same_as<std::remove_const_t<T>, Conditioned>
 void fields(Archive& archive, T& r) {
-  archive(r.name, r.is_axial, r.deflection_m, r.force_N, r.time_s, r.error_N, r.torque_Nm,
-          r.source.is_force_from_signal, r.status, r.contact_m, r.inward, r.contact.travel_m,
-          r.contact.deviation_m, r.contact.estimator, r.speed_m_s, r.noise_N, r.hysteresis,
-          r.young_Pa, r.cycles.depth_m, r.cycles.push_N, r.cycles.error_N, r.breaks, r.apparent_Pa,
-          r.way_in.travel_m, r.way_in.push_N, r.history, r.grade, r.reasons, r.dropped_rows,
-          r.source.tip_radius_m, r.source.cantilever, r.source.format, r.source.taken,
-          r.source.units.position, r.source.units.force, r.trace);
+  archive(r.name, r.is_axial, r.deflection_m, r.force_N, r.time_s, r.error_N, r.torque_Nm, r.status,
+          r.contact_m, r.inward, r.contact.travel_m, r.contact.deviation_m, r.contact.estimator,
+          r.speed_m_s, r.noise_N, r.hysteresis, r.young_Pa, r.cycles.depth_m, r.cycles.push_N,
+          r.cycles.error_N, r.breaks, r.apparent_Pa, r.way_in.travel_m, r.way_in.push_N, r.history,
+          r.grade, r.reasons, r.dropped_rows, r.source.tip_radius_m, r.source.format,
+          r.source.taken, r.source.units.position, r.source.units.force, r.trace);
 }
 template <class Archive, class T>
 requires std::same_as<std::remove_const_t<T>, TimedPress>
@@ -40,11 +39,6 @@ template <class Archive, class T>
 requires std::same_as<std::remove_const_t<T>, SignalTrace>
 void fields(Archive& archive, T& t) {
   archive(t.time_s, t.travel_m, t.push_N, t.phase, t.is_used, t.bias_N, t.drift_N_m);
-}
-template <class Archive, class T>
-requires std::same_as<std::remove_const_t<T>, importers::Cantilever>
-void fields(Archive& archive, T& c) {
-  archive(c.stiffness_N_m, c.sensitivity_m, c.stiffness_deviation, c.sensitivity_deviation);
 }
 template <class Archive, class T>
 requires std::same_as<std::remove_const_t<T>, Failure>
