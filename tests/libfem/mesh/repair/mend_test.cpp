@@ -411,11 +411,6 @@ TEST(Mend, wrapping_a_box_with_an_open_bottom_fills_it_and_says_so) {
   EXPECT_NEAR(surface_facts(mended.surface).volume_m3, 1e-3, 0.06e-3);
 }
 
-TEST(Mend, wrapping_is_not_done_where_mending_is_enough) {
-  const Mended mended = mend_surface(turned(box(0.1)), {.wrap = true}, "body.obj");
-  EXPECT_EQ(mended.surface.triangles.rows(), 108);
-}
-
 TEST(Mend, a_moebius_strip_is_refused_as_one_sided) {
   constexpr int n = 12;
   Surface strip{Points(2 * n, 3), Triangles(2 * n, 3)};
@@ -431,14 +426,6 @@ TEST(Mend, a_moebius_strip_is_refused_as_one_sided) {
     strip.triangles.row(2 * i + 1) << b, d, c;
   }
   EXPECT_TRUE(says(refusal(strip), "only one side"));
-}
-
-TEST(Mend, a_flat_sheet_encloses_nothing) {
-  Surface sheet{Points(4, 3), Triangles(2, 3)};
-  sheet.vertices << 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0;
-  sheet.triangles << 0, 1, 2, 0, 2, 3;
-  EXPECT_FALSE(says(refusal(sheet), "not refused"));
-  EXPECT_EQ(mend_surface(sheet, {.allow_open = true}, "").surface.triangles.rows(), 2);
 }
 
 TEST(Mend, what_is_no_surface_is_refused) {
