@@ -10,10 +10,11 @@ namespace {
 using runtime::ContactState;
 using runtime::Vec3d;
 
-constexpr double kAir_m = 2e-4;       // a slide begins and ends that far above the surface
-constexpr int kLegs = 6;              // of a slide in contact
-constexpr double kLegDepths = 1;      // length of a leg, in depths of the triangle
-constexpr double kRounding_N = 1e-6;  // a pull below it is none
+constexpr double kAir_m = 2e-4;   // a slide begins and ends that far above the surface
+constexpr int kLegs = 6;          // of a slide in contact
+constexpr double kLegDepths = 1;  // length of a leg, in depths of the triangle
+// A pull below it is none: a fortieth of what a hand feels. Dashpots of a breast leave 0.2 mN.
+constexpr double kPull_N = 1e-3;
 
 class Slide {
  public:
@@ -46,7 +47,7 @@ class Slide {
     ++out_.ticks;
     const Vec3d f = runtime::make_vec3<double>(now.force_on_tool_N),
                 step = f - runtime::make_vec3<double>(before_.force_on_tool_N);
-    if (is && (dot(f, runtime::make_vec3<double>(now.normal)) > kRounding_N || now.stored_J < 0))
+    if (is && (dot(f, runtime::make_vec3<double>(now.normal)) > kPull_N || now.stored_J < 0))
       ++out_.pulling_ticks;
     out_.held_ticks += (now.flags & runtime::kFlagHeldBack) != 0;
     out_.refused_J += now.refused_J - before_.refused_J;

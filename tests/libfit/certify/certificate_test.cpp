@@ -41,15 +41,6 @@ TEST(certificate, is_the_same_for_a_seed_and_another_for_another) {
   EXPECT_NE(certify(model).ticks, certify(model, 2).ticks);
 }
 
-TEST(certificate, slides_begin_on_measured_triangles_and_without_any_nothing_is_passive) {
-  Model model = plate(1, even);
-  model.is_covered.assign(model.is_covered.size(), 0);
-  model.is_covered[0] = 1;
-  const Certificate c = certify(model);
-  EXPECT_EQ(c.ticks, 0);
-  EXPECT_FALSE(c.is_passive_fixed());
-}
-
 // mu(d) d / lambda 2 g_2 d against f^z = 12 d + 4500 d^2, up to d = 1 cm (M22).
 TEST(certificate, a_side_force_beyond_the_normal_one_pulls) {
   for (const double side_N_m2 : {20.0, 2000.0, 60000.0}) {
