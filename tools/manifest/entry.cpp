@@ -36,8 +36,7 @@ constexpr std::array kDrifts{Named{"none", Drift::none}, Named{"bias", Drift::bi
 constexpr std::array kUses{Named{"approach", recordings::Use::approach},
                            Named{"retract", recordings::Use::retract}};
 constexpr std::array kTips{Named{"sphere", Tip::sphere}, Named{"flat", Tip::flat},
-                           Named{"cone", Tip::cone}, Named{"pyramid", Tip::pyramid},
-                           Named{"pyramid-3", Tip::pyramid_3}};
+                           Named{"cone", Tip::cone}};
 constexpr std::array kSeparators{Named{"comma", ','}, Named{"semicolon", ';'}, Named{"tab", '\t'},
                                  Named{"blank", ' '}};
 constexpr std::array kPositions{Named{"contact", false}, Named{"center", true}};
@@ -147,7 +146,6 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   read_cycle(table, s);
   s.rows = static_cast<int>(table.integer("rows", s.rows, 3, 100000));
   s.poisson = table.number("poisson", s.poisson, 0, 0.5);
-  s.thickness_m = table.quantity("thickness", Dimension::length, s.thickness_m, 0, 10);
   if (table.has("plausible")) {
     const auto range = table.quantities("plausible", Dimension::pressure, 0, 1e15);
     if (range.size() != 2 || !(range[0] < range[1]))

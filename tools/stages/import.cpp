@@ -71,11 +71,8 @@ void check_defaults(const Manifest& manifest, const std::vector<ItemResult>& res
 
 std::vector<ItemResult> read_all(const ImportRequest& request, const Manifest& manifest,
                                  const AssembleOptions& options) {
-  const fs::path journal = request.output.empty() ? fs::path() : beside(request.output, ".journal");
-  if (std::error_code ignored; request.force && !journal.empty()) fs::remove(journal, ignored);
   ConsoleProgress progress("import");
-  BatchOptions batch{
-      .jobs = job_count(request.jobs), .journal = journal, .program = import_fingerprint()};
+  BatchOptions batch{.jobs = job_count(request.jobs)};
   batch.body_from_rig = options.motion.value_or(RigidMotion{});
   batch.surface = options.surface;
   batch.fits_to_surface = options.fits_to_surface;
@@ -84,8 +81,9 @@ std::vector<ItemResult> read_all(const ImportRequest& request, const Manifest& m
       std::count_if(results.begin(), results.end(), [](const ItemResult& r) { return r.is_done; }));
   if (done < results.size())
     throw Interrupted(
-        fmt::format("{} of {} recordings are kept in {}; the same command goes on from there", done,
-                    results.size(), journal.string()));
+        fmt::format("{} of {} recordings were read and nothing was written; the same command "
+                    "begins again",
+                    done, results.size()));
   check_defaults(manifest, results);
   return results;
 }
@@ -126,10 +124,6 @@ void report_grades(const Assembled& assembled) {
 
 void report(const ImportRequest& request, const Manifest& manifest,
             const std::vector<ItemResult>& results, const Assembled& assembled) {
-  const auto reused = std::count_if(results.begin(), results.end(),
-                                    [](const ItemResult& r) { return r.is_reused; });
-  if (reused > 0)
-    say("{} of {} files are unchanged and were not read again", reused, results.size());
   if (assembled.registration)
     say("surface: residual {:.3g} mm rms, {:.3g} mm at most, after {} steps",
         1e3 * assembled.registration->rms_m, 1e3 * assembled.registration->largest_m,

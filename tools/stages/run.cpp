@@ -272,7 +272,6 @@ class RecordingsRun : FolderRun {
     const ImportRequest request{.manifest = request_.scene,
                                 .output = file("samples.h5"),
                                 .jobs = request_.jobs,
-                                .force = request_.force,
                                 .holds_out = true};
     const ReadRecordings read = read_recordings(request);
     refused_ = read.assembled.failed();

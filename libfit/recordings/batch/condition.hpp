@@ -50,7 +50,7 @@ struct Conditioned {
   std::optional<Vec3> inward;     ///< unit, in the rig's frame
   FoundContact contact;
   /// Readings of the way in as far as its force is not saturated, bias still in them; empty unless
-  /// the settings keep them.
+  /// presses of the point share a contact that is still to be found.
   WayIn way_in;
   TimedPress history;     ///< of a press with a clock, all of it; else no rows
   double speed_m_s = 0;   ///< NaN without a clock

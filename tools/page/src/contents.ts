@@ -89,7 +89,6 @@ export interface Curve {
 /** Recordings to be drawn, refused ones first; the readings of all of them one after another. */
 export interface Pictures {
   grade_names: string[];
-  phase_names: string[];
   /** How many there are of each grade, shown or not. */
   all: number[];
   file: string[];
@@ -99,22 +98,14 @@ export interface Pictures {
   grade: number[];
   experiment: number[];
   readings: number[];
-  /** Of the contact model that was fitted; empty texts where none was. */
-  model: string[];
   contact_m: Packed;
   contact_deviation_m: Packed;
   noise_N: Packed;
   bias_N: Packed;
   drift_N_m: Packed;
-  time_s: Packed;
   travel_m: Packed;
   push_N: Packed;
-  phase: Packed;
   is_used: Packed;
-  fitted_N?: Packed;
-  young_Pa?: Packed;
-  young_deviation_Pa?: Packed;
-  position_m?: Packed;
 }
 
 export interface Contents {
