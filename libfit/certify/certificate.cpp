@@ -16,9 +16,9 @@ constexpr double kLegDepths = 1;  // length of a leg, in depths of the triangle
 // A pull below it is none: a fortieth of what a hand feels. Dashpots of a breast leave 0.2 mN.
 constexpr double kPull_N = 1e-3;
 
-class Slide {
+class SeededSlide {
  public:
-  Slide(const runtime::AssetView& asset, const SlideOptions& options, Certificate& out)
+  SeededSlide(const runtime::AssetView& asset, const SlideOptions& options, Certificate& out)
       : asset_(asset), options_(options), out_(out) {}
 
   void go(const Vec3d& to) {
@@ -118,7 +118,7 @@ Certificate certify(const runtime::AssetView& asset, const SlideOptions& options
     const auto at = [&](double depth, double a, double b) {
       return c + u * (depth - options.radius_m) + side * a + across * b;
     };
-    Slide slide(asset, options, out);
+    SeededSlide slide(asset, options, out);
     slide.go(at(-kAir_m, 0, 0));
     slide.go(at(1.02 * depth_m * unit(), 0, 0));
     double a = 0, b = 0;

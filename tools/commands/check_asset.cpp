@@ -57,19 +57,22 @@ Json to_json(const Certificate& c, const std::vector<DeviceVerdict>& devices) {
 }
 
 std::string in_words(const Certificate& c, bool has_guard) {
-  const auto share = [](double part, double whole) { return whole > 0 ? 100 * part / whole : 0; };
   const double* at = c.edge_jump_at_m;
   std::string out = fmt::format("In {} ticks of seeded slides the body ", c.ticks);
   out += c.is_passive_fixed()
              ? "never pulled the tool in and never stored less than nothing. "
              : fmt::format("pulled the tool in or stored less than nothing {} times. ",
                            c.pulling_ticks);
-  out += has_guard ? fmt::format(
-                         "The guard held the force back in {:.2g} % of them: slips would have "
-                         "created {:.3g} uJ, {:.2g} % of the work of the tool. ",
-                         share(double(c.held_ticks), double(c.ticks)), 1e6 * c.refused_J,
-                         share(c.refused_J, c.work_J))
-                   : "The asset has no guard. ";
+  if (!has_guard)
+    out += "The asset has no guard. ";
+  else if (c.held_ticks == 0)
+    out += "The guard never held its force back. ";
+  else
+    out += fmt::format(
+        "The guard held its force back in {:.2g} % of them: slips would have created {:.3g} uJ, "
+        "{:.2g} % of the work of the tool. ",
+        100 * double(c.held_ticks) / double(c.ticks), 1e6 * c.refused_J,
+        100 * c.refused_J / c.work_J);
   return out + fmt::format(
                    "The force changed by at most {:.3g} N in 50 um ({:.0f} N/m): over edges {:.3g} "
                    "N, at ({:.1f}, {:.1f}, {:.1f}) mm, at touch {:.3g} N, at release {:.3g} N. A "
