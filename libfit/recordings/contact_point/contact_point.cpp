@@ -79,9 +79,11 @@ ContactEstimate fit_up_to(const PressCurve& curve, double exponent, bool stiffen
       const LawFit tilted = contact_of_stiffening_law(curve, means, exponent, fit.slope_N_m);
       if (tilted.squares < kTiltedGain * law.squares) law = tilted;
     }
-    out.travel_m = law.contact.travel_m, deviation_m = law.contact.deviation_m;
-    rms_N = law.rms_N;
-    fit = profile.at(out.travel_m);
+    if (std::isfinite(law.contact.travel_m)) {  // forces of many decades may leave no weight
+      out.travel_m = law.contact.travel_m, deviation_m = law.contact.deviation_m;
+      rms_N = law.rms_N;
+      fit = profile.at(out.travel_m);
+    }
   }
   out.deviation_m = std::hypot(deviation_m, kModelShare * (other_m - contact_m));
   out.amplitude = fit.amplitude;

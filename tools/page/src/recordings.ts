@@ -124,9 +124,7 @@ class Recordings {
       travel_m,
       force_N: take(this.push).map((f, k) => f - this.bias[i] - this.drift[i] * travel_m[k]),
       isUsed: take(this.used).map((u) => u > 0),
-      fitted_N: own?.isPress
-        ? travel_m.map((t) => between(own.at_m, own.fittedNormal_N, t - this.contact[i]))
-        : [],
+      fitted_N: own?.isPress ? travel_m.map((t) => between(own.at_m, own.fittedNormal_N, t - this.contact[i])) : [],
     };
   }
 
