@@ -18,9 +18,8 @@ void visit_entries(const SymmetricBlockMatrix& K, Visit&& visit) {
 
 inline Eigen::MatrixXd dense(const SymmetricBlockMatrix& K) {
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(K.size(), K.size());
-  visit_entries(K, [&](int row, int column, double value) {
-    out(row, column) = out(column, row) = value;
-  });
+  visit_entries(
+      K, [&](int row, int column, double value) { out(row, column) = out(column, row) = value; });
   return out;
 }
 
