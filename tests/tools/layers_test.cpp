@@ -84,7 +84,7 @@ const std::vector<Row> kRooms{
       "tools/stages/fingerprint", "tools/stages/body", "tools/stages/samples", "tools/stages",
       "tools/setup"}},
     {"tools/realtime", {"tools/console"}},
-    {"tools/report", {}},
+    {"tools/report", {"tools/scene"}},
     {"tools/page", {}},
     {"tools/python", {}},
     {"tools/commands",

@@ -6,8 +6,8 @@
 #include <set>
 
 #include "libfit/core/error.hpp"
+#include "tools/scene/canonical.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/scene/settings.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -153,8 +153,11 @@ TEST(SceneMaterial, a_material_softens_and_its_inclusions_with_it_unless_they_sa
   EXPECT_FALSE(scene.inclusions.at(1).material.softening.is_any());
   EXPECT_FALSE(scene.inclusions.at(2).material.softening.is_any());
   Body body;
-  body.settings = settings_of(scene);
-  EXPECT_EQ(scene_of(body, "body.h5").material->softening.scale_Pa, 200);
+  store_scene(scene, body);
+  const Scene back = scene_of(body, "body.h5");
+  EXPECT_EQ(back.material->softening.scale_Pa, 200);
+  EXPECT_EQ(back.inclusions.at(0).material.softening.scale_Pa, 200);
+  EXPECT_FALSE(back.inclusions.at(1).material.softening.is_any());
 }
 
 TEST(SceneMaterial, canonical_texts_notice_every_key_and_no_spelling) {

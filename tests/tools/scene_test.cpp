@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "libfit/core/error.hpp"
-#include "tools/scene/settings.hpp"
+#include "tools/scene/canonical.hpp"
 #include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
@@ -61,7 +61,7 @@ TEST(scene, a_probe_takes_the_keys_of_its_shape_in_units) {
   EXPECT_EQ(mesh.mesh_unit_m, 1e-3);
   EXPECT_EQ(ball_radius_m(probe("").spec), 0.005);
   EXPECT_EQ(canonical(probe("").spec),
-            "friction = 0.3 1\nmesh/triangles =  1\nmesh/vertices =  m\nradius = 0.005 m\n"
+            "friction = 0.3\nradius = 0.005\n"
             "shape = \"sphere\"\n");
   EXPECT_EQ(probe("shape = \"point\"\n").spec.shape, "point");
 }

@@ -1,7 +1,5 @@
 #include "tools/stages/import.hpp"
 
-#include <malloc.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -190,9 +188,6 @@ void check_recordings_exist(const Manifest& manifest) {
 }
 
 ReadRecordings read_recordings(const ImportRequest& request) {
-  // Arrays come and go by the megabyte: what is freed is used again instead of handed back.
-  ::mallopt(M_MMAP_THRESHOLD, 1 << 30), ::mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  ::mallopt(M_TOP_PAD, 1 << 26);
   ReadRecordings out{read_manifest(request.manifest), {}, {}, {}};
   check_recordings_exist(out.manifest);
   for (BatchItem& item : out.manifest.items) item.read.drop_invalid |= request.drop_invalid;

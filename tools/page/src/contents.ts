@@ -77,7 +77,15 @@ export function linesOf(statement: Statement, section: string): [string, StatedE
   return Object.entries((statement[section] ?? {}) as Record<string, StatedError>);
 }
 
-export type Setting = { text: string } | { numbers: number[]; unit: string };
+/** A part of space: a ball, a box or a closed surface; without any of these it is not drawn. */
+export interface Region {
+  center_m?: number[];
+  radius_m?: number;
+  low_m?: number[];
+  high_m?: number[];
+  vertices_m?: Packed;
+  triangles?: Packed;
+}
 
 export interface Curve {
   name: string;
@@ -129,7 +137,10 @@ export interface Contents {
     nodes_m: Packed;
     boundary: Packed;
     points_m: Packed;
-    settings: Record<string, Setting>;
+    /** The scene's text, defaults filled in; empty where recordings were made. */
+    scene: string;
+    window?: Region;
+    inclusions: (Region & { is_stiffer: boolean })[];
   };
   probe?: { shape: string; friction: number; values: Record<string, number[]> };
   /** Tools of the scene beside its probe: balls fixed to each other in their own axes; of one that is no ball how it ends. */

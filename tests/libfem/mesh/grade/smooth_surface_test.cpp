@@ -85,8 +85,6 @@ TEST(SmoothSurface, box_with_sharp_edges_is_reproduced_exactly) {
     const Vec3 n = smooth.normal(t, w);
     EXPECT_NEAR(n.cwiseAbs().maxCoeff(), 1, 1e-12) << "normal " << n.transpose();
   }
-  EXPECT_TRUE(smooth.has_creases());
-  EXPECT_FALSE(SmoothSurface(icosphere(0.05, 2)).has_creases());
 }
 
 TEST(SmoothSurface, closest_agrees_with_a_search_of_all_triangles) {
