@@ -11,7 +11,6 @@
 #include "libfem/elements/elastic_body.hpp"
 #include "libfem/materials/neo_hookean.hpp"
 #include "tests/libfem/fields.hpp"
-#include "tests/libfem/materials/examples.hpp"
 #include "tests/libfem/solve/block.hpp"
 
 namespace palpate::fem {
@@ -88,14 +87,6 @@ void add_to_free(const ElasticBody& body, const Eigen::VectorXd& by, Points& fie
   for (Eigen::Index n = 0; n < field.rows(); ++n)
     if (const auto i = body.free_index()[n]; i >= 0)
       field.row(n) += by.segment<3>(3 * i).transpose();
-}
-
-Eigen::MatrixXd dense(const SymmetricBlockMatrix& K) {
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(K.size(), K.size());
-  for (int c = 0; c < K.size(); ++c)
-    for (auto k = K.column_start()[c]; k < K.column_start()[c + 1]; ++k)
-      out(K.row_index()[k], c) = out(c, K.row_index()[k]) = K.values()[k];
-  return out;
 }
 
 class ElasticBodySuite : public testing::TestWithParam<ElementRow> {
@@ -318,43 +309,6 @@ std::string test_name(const testing::TestParamInfo<ElementRow>& row) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Elements, ElasticBodySuite, testing::ValuesIn(kElements), test_name);
-
-// Where a law keeps its bulk term in one piece the element falls back to tet10; the derivatives
-// hold either way. Moderate strains: the laws' own suites go to the ends.
-TEST(ElasticBody, averaging_elements_have_exact_derivatives_with_every_law) {
-  const QuadraticMesh mesh = bent_block();
-  const Mat3 F = Vec3(0.95, 1.03, 1.01).asDiagonal();
-  const Points u = affine(mesh.nodes, F) + random_field(mesh.nodes.rows(), 0.01 * kCell_m, kSeed);
-  for (const examples::Example& example : examples::all()) {
-    SCOPED_TRACE(example.name);
-    const Material material = make_material(example.parameters, "test");
-    const ElasticBody body(mesh, {material}, nullptr, ElementKind::automatic);
-    const double a = averaged_share(element_for(ElementKind::automatic, material), material);
-    EXPECT_EQ(a > 0, material.law->splits_volume) << a;
-    EXPECT_LE(a, 1);
-    Points force = Points::Zero(mesh.nodes.rows(), 3);
-    SymmetricBlockMatrix K = body.pattern();
-    ASSERT_TRUE(std::isfinite(body.add_stiffness(u, 1.0, force, K)));
-    Points d = Points::Zero(mesh.nodes.rows(), 3);
-    const Eigen::VectorXd free_d =
-        free_entries(body, random_field(mesh.nodes.rows(), kCell_m, kSeed + 1));
-    add_to_free(body, free_d, d);
-    const double work = force.cwiseProduct(d).sum();
-    EXPECT_LE(min_error([&](double h) {
-                return std::abs((body.energy(u + h * d) - body.energy(u - h * d)) / (2 * h) - work);
-              }),
-              1e-7 * force.norm() * d.norm());
-    Eigen::VectorXd exact;
-    K.multiply(free_d, exact);
-    EXPECT_LE(min_error([&](double h) {
-                Points ahead = Points::Zero(mesh.nodes.rows(), 3), behind = ahead;
-                body.add_force(u + h * d, ahead);
-                body.add_force(u - h * d, behind);
-                return (free_entries(body, ahead - behind) / (2 * h) - exact).norm();
-              }),
-              (example.is_kinked_at_rest ? 1e-5 : 1e-6) * exact.norm());
-  }
-}
 
 TEST(ElasticBody, volume_change_is_averaged_over_the_points_of_one_material_only) {
   TetMesh base;
