@@ -1,14 +1,8 @@
 // `palpate import` stopped by Ctrl-C in the middle.
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <unistd.h>
 
-#include <chrono>
-#include <thread>
-
-#include "tests/tools/command_line.hpp"
+#include "tests/tools/stopped.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -31,26 +25,15 @@ std::string press(int number) {
 
 // Runs the import and interrupts it as soon as its journal holds more than a few recordings.
 int status_of_interrupted_import(const Folder& folder) {
-  const std::string manifest = (folder / "manifest.toml").string(),
-                    output = (folder / "samples.h5").string();
-  const pid_t child = fork();
-  if (child == 0) {
-    const int log = open((folder / "log").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    dup2(log, 1), dup2(log, 2);
-    execl(PALPATE_PROGRAM, PALPATE_PROGRAM, "import", manifest.c_str(), "-o", output.c_str(),
-          "--jobs", "1", nullptr);
-    _exit(127);
-  }
   const fs::path journal = folder / "samples.import.journal";
-  for (int wait = 0; wait < 20000; ++wait) {
-    std::error_code none;
-    if (const auto bytes = fs::file_size(journal, none); !none && bytes > 20000) break;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  kill(child, SIGINT);
-  int raw = 0;
-  waitpid(child, &raw, 0);
-  return WIFEXITED(raw) ? WEXITSTATUS(raw) : 1000 + WTERMSIG(raw);
+  return exit_status(stopped(
+      SIGINT, {"import", folder / "manifest.toml", "-o", folder / "samples.h5", "--jobs", "1"},
+      [&] {
+        std::error_code none;
+        const auto bytes = fs::file_size(journal, none);
+        return !none && bytes > 20000;
+      },
+      folder / "log"));
 }
 
 TEST(import_interrupted, leaves_a_journal_from_which_the_same_command_gives_the_same_bytes) {
