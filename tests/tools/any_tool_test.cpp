@@ -1,18 +1,12 @@
 // One asset and tools that its curves were not measured with: stated, validated, replayed, checked.
 
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <chrono>
-#include <csignal>
 #include <nlohmann/json.hpp>
 #include <sstream>
-#include <thread>
 
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tests/tools/block_scene.hpp"
-#include "tests/tools/command_line.hpp"
+#include "tests/tools/stopped.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -178,18 +172,9 @@ TEST(Validate, states_a_scene_that_divides_the_surface_otherwise_and_resumes_whe
   const std::string asset = (folder / "out/asset.palp").string();
 
   const fs::path kept = folder / "out/asset.small.reference/reference.h5";
-  const pid_t child = fork();
-  if (child == 0) {
-    execl(PALPATE_PROGRAM, PALPATE_PROGRAM, "validate", asset.c_str(), small.c_str(), "--jobs", "1",
-          "--quiet", nullptr);
-    _exit(127);
-  }
-  for (int i = 0; i < 1200 && !fs::exists(kept.string() + ".partial"); ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  kill(child, SIGINT);
-  int raw = 0;
-  waitpid(child, &raw, 0);
-  ASSERT_EQ(WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, 130) << "it ended before the interrupt";
+  const int raw = stopped(SIGINT, {"validate", asset, small, "--jobs", "1", "--quiet"},
+                          [&] { return fs::exists(kept.string() + ".partial"); });
+  ASSERT_EQ(exit_status(raw), 130) << "it ended before the interrupt";
 
   const auto force_error = [&](const std::string& more, std::string* said) {
     const Outcome outcome = in_folder(folder, "validate --json out/asset.palp small.toml" + more);

@@ -15,17 +15,9 @@ using namespace testing_support;
 
 // A square sheet in the plane z = 0, of 10 x 10 squares.
 std::string sheet(double side) {
-  std::ostringstream off;
-  off << "OFF\n121 200 0\n";
-  for (int i = 0; i < 121; ++i)
-    off << side / 10 * (i % 11) << ' ' << side / 10 * (i / 11) << " 0\n";
-  for (int j = 0; j < 10; ++j)
-    for (int i = 0; i < 10; ++i) {
-      const int a = 11 * j + i;
-      off << "3 " << a << ' ' << a + 1 << ' ' << a + 12 << "\n3 " << a << ' ' << a + 12 << ' '
-          << a + 11 << '\n';
-    }
-  return off.str();
+  return sheet_off(10, [side](std::ostream& out, int i, int j) {
+    out << side / 10 * i << ' ' << side / 10 * j << " 0";
+  });
 }
 
 // The four corners of a homogeneous specimen, each answered for by the same recordings.

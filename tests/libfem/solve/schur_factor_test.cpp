@@ -3,6 +3,7 @@
 #include "libfem/solve/equilibrium/condensed_tangent.hpp"
 #include "libfem/solve/factor/multifrontal.hpp"
 #include "libfit/core/error.hpp"
+#include "tests/libfem/fields.hpp"
 
 #include <gtest/gtest.h>
 

@@ -42,7 +42,7 @@ TEST(Geodesic, goes_round_the_rim_of_a_plate_to_its_back) {
 
 TEST(Geodesic, is_infinite_where_no_way_leads) {
   const Surface one = testing::sphere(0.05, 2);
-  const Surface two = testing::joined(one, testing::moved(one, Vec3(0.2, 0, 0)));
+  const Surface two = testing::together(one, testing::moved(one, Vec3(0.2, 0, 0)));
   const Eigen::VectorXd distance = geodesic_distance_m(two, nearest(two, Vec3::Zero()));
   EXPECT_TRUE(std::isfinite(distance[0]));
   EXPECT_TRUE(std::isinf(distance[distance.size() - 1]));
