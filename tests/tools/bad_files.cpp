@@ -14,8 +14,6 @@ std::vector<BadInputRow> bad_files() {
       {"a family of curves that is none", "fit out/samples.h5 -o c.h5 --family ring"},
       {"a degree out of range", "fit out/samples.h5 -o c.h5 --degree 9"},
       {"samples where a body belongs", "refine out/curves.h5 --body out/samples.h5 -o m.h5"},
-      {"a share of slopes out of range",
-       "refine out/curves.h5 --body out/body.h5 -o m.h5 --slope-share 2"},
       {"curves where a model belongs", "export out/curves.h5 -o a.palp"},
       {"a format that is none", "export out/model.h5 -o a.palp --format obj"},
       {"a name of no format", "export out/model.h5 -o a.obj"},
