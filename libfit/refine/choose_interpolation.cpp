@@ -24,8 +24,7 @@ constexpr int kShares = 4;  // eighths up to a half
 constexpr int kMinPoints = 4, kMinKrigedPoints = 6;
 constexpr int kMaxPoints = 500;      // evenly taken: more tell nothing new
 constexpr double kFacesAlike = 0.3;  // cosine: not the other side of a thin body
-// Of the error without.
-constexpr double kSlopesPay = 0.95, kMeasuredGapPays = 0.95;
+constexpr double kSlopesPay = 0.95;  // of the error without
 
 // Usable points within two edges of a point that face as it does.
 std::vector<std::int32_t> points_around(const FittedCurves& curves, const Neighbours& neighbours,
@@ -192,6 +191,28 @@ std::vector<LeftOutPoint> left_out_points(const FittedCurves& curves, const Tria
 
 double angle(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
+// The rule: kriging for measured points, else the gap's force, else slopes, each unless it errs
+// more than what is left. gap_ratio: median error over the gap's force, over that by area; medians,
+// as one point beside a fold outweighs all others in a mean.
+void choose(bool knows_gap, double gap_ratio, double best_share, InterpolationChoice& out) {
+  out.error = out.plain_error;
+  if (out.points >= kMinPoints && out.slope_error < kSlopesPay * out.plain_error) {
+    out.slope_share = best_share;
+    out.error = out.slope_error;
+  }
+  // The method that is expected to be better is left where it errs by more than chance alone has
+  // it.
+  const double by_chance = 1 + 1 / std::sqrt(static_cast<double>(out.points));
+  out.follows_gap = knows_gap && gap_ratio < by_chance &&
+                    !(out.slope_share > 0 && out.slope_error < out.gap_error);
+  if (out.follows_gap) out.error = out.gap_error;
+  const bool can_krige = out.kriged_error > 0 && out.points >= kMinKrigedPoints;
+  out.kriges_normals = can_krige && out.kriged_normal_rad < out.surface_normal_rad;
+  out.is_kriged = can_krige && out.kriged_error < by_chance * out.error;
+  if (out.is_kriged) out.error = out.kriged_error;
+  if (out.follows_gap || out.is_kriged) out.slope_share = 0;
+}
+
 }  // namespace
 
 Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usable) {
@@ -241,37 +262,21 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
     by_area.push_back(errors.share[0] - before.share[0]);
     by_gap.push_back(errors.as[over_gap] - before.as[over_gap]);
   }
-  out.follows_gap = gap.is_known() && !measured.is_there();
-  if (out.points == 0) return out;
+  if (out.points == 0) {
+    out.follows_gap = gap.is_known();
+    return out;
+  }
   for (double& e : errors.share) e /= out.points;
   for (double& e : errors.as) e /= out.points;
   out.surface_normal_rad /= out.points;
   out.kriged_normal_rad /= out.points;
-  out.kriges_normals =
-      out.points >= kMinKrigedPoints && out.kriged_normal_rad < out.surface_normal_rad;
   const auto best = std::min_element(errors.share.begin(), errors.share.end());
-  out.error = out.plain_error = errors.share[0];
+  out.plain_error = errors.share[0];
   out.slope_error = *best;
   if (gap.is_known()) out.gap_error = errors.as[over_gap];
   if (measured.is_there()) out.kriged_error = errors.as[kriged];
-  if (out.points >= kMinPoints && out.slope_error < kSlopesPay * out.plain_error) {
-    out.slope_share = 0.125 * static_cast<double>(best - errors.share.begin());
-    out.error = out.slope_error;
-  }
-  // What is expected to be better is left where it errs by more than chance alone has it.
-  const double by_chance = 1 + 1 / std::sqrt(static_cast<double>(out.points));
-  // Medians: one point beside a fold outweighs all others in a mean.
-  const double gap_pays = measured.is_there() ? kMeasuredGapPays : by_chance;
-  out.follows_gap = gap.is_known() && median(by_gap) < gap_pays * median(by_area) &&
-                    !(out.slope_share > 0 && out.slope_error < out.gap_error);
-  if (out.follows_gap) out.error = out.gap_error;
-  if (measured.is_there() && out.points >= kMinKrigedPoints &&
-      out.kriged_error < by_chance * out.error) {
-    out.is_kriged = true;
-    out.follows_gap = false;
-    out.error = out.kriged_error;
-  }
-  if (out.follows_gap || out.is_kriged) out.slope_share = 0;
+  choose(gap.is_known(), median(by_gap) / median(by_area),
+         0.125 * static_cast<double>(best - errors.share.begin()), out);
   return out;
 }
 

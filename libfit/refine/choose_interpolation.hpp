@@ -44,10 +44,10 @@ struct MeasuredPoints {
 /// Leaves out one test point at a time and predicts it from its neighbours, at four depths. Slopes
 /// and kriging are chosen where they take off a twentieth of the error. The gap's force is made use
 /// of unless slopes err less, or its median error is above that of area by more than chance, a
-/// factor of 1 + 1 / sqrt(points). Of measured points, whose surface is less sure, it has to be a
-/// twentieth below. Slopes need four points that neighbours surround, kriging six. Measured points
-/// are left out at the rim, too, where the nearest line between two others answers. is_usable:
-/// points that count; the others are neither left out nor predict. slopes: slopes_of(curves).
+/// factor of 1 + 1 / sqrt(points). Measured points, whose surface is less sure, are kriged. Slopes
+/// need four points that neighbours surround, kriging six. Measured points are left out at the rim,
+/// too, where the nearest line between two others answers. is_usable: points that count; the others
+/// are neither left out nor predict. slopes: slopes_of(curves).
 InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
                                          const std::vector<char>& is_usable, const Controls& slopes,
                                          const GapForces& gap, const MeasuredPoints& measured = {});

@@ -252,9 +252,9 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
                                   ? kriged_points(curves, is_usable, seeds, outward_normal)
                                   : KrigedPoints();
   const std::optional<Indenter> tool = round_tool(curves, options);
-  // Too few measured points cannot show that their surface is good enough.
-  const bool may_follow = options.follows_gap.value_or(
-      !options.slope_share && (!options.is_measured || kriged.left_out.is_there()));
+  // The surface of measured points is not sure enough.
+  const bool may_follow =
+      options.follows_gap.value_or(!options.slope_share && !options.is_measured);
   const GapForces gap = tool && may_follow ? gap_forces(curves, fine, outward_normal, is_reachable,
                                                         seeds_of(is_usable, seeds), *tool)
                                            : GapForces();

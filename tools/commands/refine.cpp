@@ -21,22 +21,12 @@ class Refine final : public Command {
                      "samples.h5 of the curves: what tells how contacts feel each other, and with "
                      "samples.surface.h5 beside it how the surface moves");
     arguments.output("-o,--output", output_, "model.h5 to write", {kModelSchema.name});
-    arguments.option("--slope-share SHARE", slope_share_,
-                     "Share of the test points' slopes that counts between them, 0 to 0.5; auto "
-                     "chooses it by leaving points out");
-    arguments.option("--follow-gap WHICH", follow_gap_,
-                     "Whether forces between test points follow the gap under the tool: yes, no, "
-                     "or auto, by leaving points out; yes counts no slopes");
   }
 
   int run(Reply& reply) override {
     say("refine {}", curves_);
     RefineOptions options;
-    std::string made_from = model_fingerprint(curves_, body_, samples_);
-    options.slope_share = slope_share_choice(slope_share_);
-    if (options.slope_share) made_from += " slopes " + slope_share_;
-    options.follows_gap = follow_gap_choice(follow_gap_);
-    if (options.follows_gap) made_from += " gap " + follow_gap_;
+    const std::string made_from = model_fingerprint(curves_, body_, samples_);
     const Body body = read_body(body_);
     const bool is_of_scene = !body.scene.empty();
     const Scene scene = is_of_scene ? scene_of(body, body_) : Scene();
@@ -54,7 +44,7 @@ class Refine final : public Command {
   }
 
  private:
-  std::string curves_, body_, samples_, output_, slope_share_ = "auto", follow_gap_ = "auto";
+  std::string curves_, body_, samples_, output_;
 };
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <numbers>
 
 #include "libfem/probes/round_end.hpp"
@@ -84,24 +83,6 @@ Attributes model_attributes(const FittedCurves& curves, const std::string& made_
     out[kGuessedAttribute] = fmt::format("{} of {}: {} underdetermined, {} failed",
                                          guessed + failed, curves.status.size(), guessed, failed);
   return out;
-}
-
-std::optional<double> slope_share_choice(const std::string& text) {
-  if (text == "auto") return std::nullopt;
-  double share = -1;
-  const char* const end = text.data() + text.size();
-  const auto found = std::from_chars(text.data(), end, share);
-  if (found.ec != std::errc{} || found.ptr != end || !(share >= 0 && share <= 0.5))
-    throw Error("--slope-share", "\"" + text + "\" is no share of slopes",
-                "Use auto or a number from 0 to 0.5.");
-  return share;
-}
-
-std::optional<bool> follow_gap_choice(const std::string& text) {
-  if (text == "auto") return std::nullopt;
-  if (text != "yes" && text != "no")
-    throw Error("--follow-gap", "\"" + text + "\" is no choice", "Use auto, yes or no.");
-  return text == "yes";
 }
 
 }  // namespace palpate::tools

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 
 #include "libfit/core/body.hpp"
@@ -28,11 +27,5 @@ inline constexpr const char* kGuessedAttribute = "points_without_curves_of_their
 /// Attributes of a model.h5 of these curves: what it was made from, and kGuessedAttribute where
 /// some points are underdetermined or failed.
 Attributes model_attributes(const FittedCurves& curves, const std::string& made_from);
-
-/// RefineOptions::slope_share from text: auto or a number.
-std::optional<double> slope_share_choice(const std::string& text);
-
-/// RefineOptions::follows_gap from text: auto, yes or no.
-std::optional<bool> follow_gap_choice(const std::string& text);
 
 }  // namespace palpate::tools

@@ -6,7 +6,7 @@
 
 #include <Eigen/LU>
 
-#include "libfit/fit/point/choose_family.hpp"
+#include "libfit/fit/point/judge_family.hpp"
 #include "libfit/fit/ring_constants.hpp"
 #include "tests/libfit/fit/ring_truth.hpp"
 

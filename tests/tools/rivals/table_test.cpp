@@ -1,4 +1,4 @@
-// What rivals did, as a table and figures.
+// What rivals did, as a table.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,6 @@
 #include "libfit/experiments/draw.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tests/tools/rivals/plate.hpp"
-#include "tools/workshop/bench/figure.hpp"
 #include "tools/workshop/rivals/measure.hpp"
 
 namespace palpate::tools {
@@ -88,7 +87,6 @@ TEST_F(Proxies, that_do_not_rest_are_left_out_by_name) {
   EXPECT_EQ(json.at("left_out")[1].at("why"),
             "0 of the 10 rows of its paths came to rest in 15 ticks");
   EXPECT_EQ(csv.find("no rest"), std::string::npos);
-  EXPECT_EQ(read_whole_file(folder / "rivals_plate_tick.svg").find("no rest"), std::string::npos);
 }
 
 TEST(RivalsTable, keeps_rows_of_the_parts_that_are_not_measured_again) {
@@ -125,26 +123,6 @@ TEST(RivalsTable, keeps_rows_of_the_parts_that_are_not_measured_again) {
   EXPECT_EQ(read_rivals(folder).csv, csv);
   RivalsTable(folder, "plate", "another", true).write(0.01);
   EXPECT_TRUE(read_rivals(folder).json.at("rivals").empty());
-}
-
-TEST(LogFigure, has_a_mark_of_each_size_on_white_and_on_black) {
-  const LogFigure figure{
-      .title = "t",
-      .x_label = "x",
-      .y_label = "y",
-      .series = {{"a", {0.1, 10}, {0.5, 0.02}, {0.9, 0.05}}, {"b", {3}, {0.1}, {0.2}}},
-      .upright = {{1000, "1 kHz"}},
-      .level = {{0.07, "JND"}}};
-  for (const bool is_dark : {false, true}) {
-    const std::string svg = draw(figure, is_dark);
-    std::size_t marks = 0;
-    for (std::size_t at = 0; (at = svg.find("class=\"mark\"", at)) != std::string::npos; ++at)
-      ++marks;
-    EXPECT_EQ(marks, 3U);
-    for (const char* word : {"1 kHz", "JND", ">a<", ">b<", "100 %"})
-      EXPECT_NE(svg.find(word), std::string::npos) << word;
-    EXPECT_EQ(svg.find("nan"), std::string::npos);
-  }
 }
 
 }  // namespace

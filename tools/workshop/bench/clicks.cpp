@@ -1,13 +1,10 @@
 #include "tools/workshop/bench/clicks.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "libfit/core/statistics.hpp"
-#include "libfit/io/atomic_file.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "tests/support/bodies.hpp"
 #include "tools/console.hpp"
@@ -83,7 +80,6 @@ ClickResult measure(const runtime::AssetView& asset, const ClickCase& what, int 
     }
     const double rms = band_rms(force, 100);
     squares += rms * rms / tracks;
-    if (track == 0) out.force_N = force;
   }
   out.crossings = static_cast<int>(jumps.size());
   out.median_jump_N = quantile(jumps, 0.5);
@@ -116,37 +112,6 @@ void write_table(const std::filesystem::path& path, const std::vector<ClickResul
   csv.commit();
 }
 
-// Force over time of the first track, a panel per case on the same scale.
-void write_picture(const std::filesystem::path& path, const std::vector<ClickResult>& results) {
-  constexpr double kWidth = 900, kPanel = 150, kLeft = 60, kMax_N = 1.6;
-  std::string svg = fmt::format(
-      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {} {}' font-family='sans-serif' "
-      "font-size='13'>\n"
-      "<rect width='100%' height='100%' fill='white'/>\n",
-      kWidth, kPanel * static_cast<double>(results.size()) + 30);
-  double top = 0;
-  for (const ClickResult& r : results) {
-    svg += fmt::format("<text x='{}' y='{}'>{}: {:.1f} mN at a ridge, click index {:.1f}</text>\n",
-                       kLeft, top + 18, r.name, 1e3 * r.median_ridge_N, r.click_index);
-    for (double force : {0.0, 0.5, 1.0, 1.5})
-      svg += fmt::format(
-          "<text x='8' y='{0:.0f}'>{1} N</text><path d='M{2} {0:.0f}H{3}' stroke='#ddd'/>\n",
-          top + kPanel * (1 - force / kMax_N * 0.85), force, kLeft, kWidth);
-    svg += "<polyline fill='none' stroke='#1f5fa8' points='";
-    for (std::size_t i = 0; i < r.force_N.size(); ++i)
-      svg +=
-          fmt::format("{:.1f},{:.2f} ", kLeft + (kWidth - kLeft) * static_cast<double>(i) / kTicks,
-                      top + kPanel * (1 - r.force_N[i] / kMax_N * 0.85));
-    svg += "'/>\n";
-    top += kPanel;
-  }
-  svg += fmt::format(
-      "<text x='{}' y='{}'>force on the body over {:.2f} s, 50 mm/s, 1 kHz, 500 "
-      "triangles</text>\n</svg>\n",
-      kLeft, top + 18, kTicks / kRate_Hz);
-  write_file_atomically(path, svg);
-}
-
 }  // namespace
 
 std::vector<ClickResult> measure_clicks(int tracks) {
@@ -162,14 +127,13 @@ std::vector<ClickResult> measure_clicks(int tracks) {
 void bench_clicks(const BenchRequest& request) {
   const auto results = measure_clicks(request.is_quick ? 4 : 24);
   write_table(request.folder / "clicks.csv", results);
-  write_picture(request.folder / "clicks.svg", results);
   for (const ClickResult& r : results)
     say("{:30} {:4} crossings, median jump {:6.1f} mN, mean {:6.1f}, at ridges {:6.1f}, p95 "
         "{:6.1f}, max "
         "{:6.1f}, ordinary tick {:5.1f} mN, click index {:.1f}",
         r.name, r.crossings, 1e3 * r.median_jump_N, 1e3 * r.mean_jump_N, 1e3 * r.median_ridge_N,
         1e3 * r.p95_jump_N, 1e3 * r.max_jump_N, 1e3 * r.ordinary_N, r.click_index);
-  say("wrote {} and clicks.svg", (request.folder / "clicks.csv").string());
+  say("wrote {}", (request.folder / "clicks.csv").string());
 }
 
 }  // namespace palpate::tools

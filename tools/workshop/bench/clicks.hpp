@@ -33,10 +33,9 @@ struct ClickResult {
   double median_ridge_N =
       0;  ///< at those between facets at an angle: every other edge lies in a plane
   double p95_jump_N = 0, max_jump_N = 0;
-  double ordinary_N = 0;        ///< median change at the other ticks
-  double band_rms_N = 0;        ///< of the force's magnitude between 100 and 500 Hz
-  double click_index = 0;       ///< that, over the first case's
-  std::vector<double> force_N;  ///< magnitude per tick of the first track, for the picture
+  double ordinary_N = 0;   ///< median change at the other ticks
+  double band_rms_N = 0;   ///< of the force's magnitude between 100 and 500 Hz
+  double click_index = 0;  ///< that, over the first case's
 };
 
 /// The paper's experiment (its section 5): a tip slides at 50 mm/s over the cylinder at 1 kHz with

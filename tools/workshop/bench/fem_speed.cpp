@@ -3,11 +3,8 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cmath>
 
-#include "libfit/io/atomic_file.hpp"
 #include "tools/workshop/bench/fem.hpp"
-#include "tools/workshop/bench/figure.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -16,7 +13,6 @@ constexpr double kPoisson = 0.45, kDepth_m = 0.01;
 constexpr double kSizes[] = {1.4, 1.0, 0.8, 0.6, 0.45};  // of an element, of the contact radius
 constexpr double kResiduals[] = {0.3, 0.1, 1e-2, 1e-3, 1e-4};
 constexpr double kCoarseRatio = 1.6;
-constexpr double kReferenceError = 0.003;
 
 struct SpeedSeries {
   std::string_view name;
@@ -30,34 +26,24 @@ constexpr SpeedSeries kBySize[] = {
     {"the same, tet10-p0", fem::ElementKind::tet10_p0, 0},
 };
 
-struct SpeedTable {
-  BenchTable table{
-      {"series", "size", "coarse", "residual", "nodes", "CPU_s", "mean_percent", "worst_percent"},
-      {}};
-  std::vector<FigureSeries> series;
-
-  void add(std::string_view name, const fem::SolverOptions& options) {
-    FemCase what = fem_cylinder(kPoisson);
-    what.setup.options = options;
-    const FemRun run = run_case(what, press_of(kDepth_m, 10));
-    const CaseError error = force_error(run.rows, fem_cylinder_force_N(kPoisson));
-    if (series.empty() || series.back().name != name)
-      series.push_back({.name = std::string(name), .x = {}, .median = {}, .p95 = {}});
-    series.back().x.push_back(run.cpu_s);
-    series.back().median.push_back(error.mean);
-    series.back().p95.push_back(std::abs(error.worst));
-    table.rows.push_back(
-        {std::string(name), fmt::format("{}", options.element_size),
-         fmt::format("{}", options.coarse_ratio), fmt::format("{}", options.equilibrium.residual),
-         fmt::format("{}", run.rows.cost.nodes), fmt::format("{:.3f}", run.cpu_s),
-         fmt::format("{:.3f}", 100 * error.mean), fmt::format("{:+.3f}", 100 * error.worst)});
-  }
-};
+void add(std::string_view name, const fem::SolverOptions& options, BenchTable& table) {
+  FemCase what = fem_cylinder(kPoisson);
+  what.setup.options = options;
+  const FemRun run = run_case(what, press_of(kDepth_m, 10));
+  const CaseError error = force_error(run.rows, fem_cylinder_force_N(kPoisson));
+  table.rows.push_back(
+      {std::string(name), fmt::format("{}", options.element_size),
+       fmt::format("{}", options.coarse_ratio), fmt::format("{}", options.equilibrium.residual),
+       fmt::format("{}", run.rows.cost.nodes), fmt::format("{:.3f}", run.cpu_s),
+       fmt::format("{:.3f}", 100 * error.mean), fmt::format("{:+.3f}", 100 * error.worst)});
+}
 
 }  // namespace
 
 BenchTable fem_speed(const BenchRequest& request) {
-  SpeedTable speed;
+  BenchTable table{
+      {"series", "size", "coarse", "residual", "nodes", "CPU_s", "mean_percent", "worst_percent"},
+      {}};
   const fem::SolverOptions shipped = fem_cylinder(kPoisson).setup.options;
   for (const SpeedSeries& each : kBySize)
     for (const double size : kSizes) {
@@ -67,25 +53,15 @@ BenchTable fem_speed(const BenchRequest& request) {
       options.coarse_ratio = each.coarse_ratio;
       options.growth = std::min(size, 1 / std::max(1.0, each.coarse_ratio));
       options.equilibrium.element = each.element;
-      speed.add(each.name, options);
+      add(each.name, options, table);
     }
   for (const double residual : kResiduals) {
     if (request.is_quick && residual < 0.1) continue;
     fem::SolverOptions options = shipped;
     options.equilibrium.residual = residual;
-    speed.add("residual, two meshes", options);
+    add("residual, two meshes", options, table);
   }
-  const LogFigure figure{
-      .title = "Force error of the simulator against CPU: press of 10 mm, cylinder",
-      .x_label = "CPU of a press of ten rows [s]",
-      .y_label = "force error: mean, thin line to the worst row",
-      .series = speed.series,
-      .upright = {},
-      .level = {{kReferenceError, "error of the reference"}}};
-  for (const bool is_dark : {false, true})
-    write_file_atomically(request.folder / (is_dark ? "fem_speed_dark.svg" : "fem_speed.svg"),
-                          draw(figure, is_dark));
-  return speed.table;
+  return table;
 }
 
 }  // namespace palpate::tools

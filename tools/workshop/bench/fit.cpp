@@ -148,45 +148,6 @@ void write_table(const std::filesystem::path& path, const std::vector<FitTime>& 
   csv.commit();
 }
 
-// Curves per second against their number, both axes logarithmic, a line for each fit at 36 rows.
-void write_picture(const std::filesystem::path& path, const std::vector<FitTime>& lines) {
-  constexpr double kWide = 560, kHigh = 320, kEdge = 50;
-  const auto x_of = [&](double curves) {
-    return kEdge + (kWide - 200) * (std::log10(curves) - 1) / 4;
-  };
-  const auto y_of = [&](double rate) {
-    return kHigh - kEdge - (kHigh - 80) * (std::log10(rate) - 1) / 5;
-  };
-  std::string svg = fmt::format(
-      "<svg xmlns='http://www.w3.org/2000/svg' width='{}' height='{}' font-family='sans-serif' "
-      "font-size='11'><text x='{}' y='20'>curves per second, 36 rows a point</text>\n",
-      kWide, kHigh, kEdge);
-  for (int decade = 1; decade <= 5; ++decade)
-    svg += fmt::format("<text x='{:.0f}' y='{}' text-anchor='middle'>{}</text>\n",
-                       x_of(std::pow(10, decade)), kHigh - 30, std::pow(10, decade));
-  for (int decade = 1; decade <= 6; ++decade)
-    svg += fmt::format("<text x='{}' y='{:.0f}' text-anchor='end'>1e{}</text>\n", kEdge - 6,
-                       y_of(std::pow(10, decade)) + 4, decade);
-  constexpr std::string_view kColours[] = {"#888", "#06c", "#c40"};
-  int series = 0;
-  for (const std::string what : {"bounded least squares", "fit", "fit, one point changed"}) {
-    std::string way;
-    double x = 0, y = 0;
-    for (const FitTime& line : lines)
-      if (line.what == what && line.rows == 36) {
-        x = x_of(line.curves);
-        y = y_of(line.curves / line.seconds);
-        way += fmt::format("{:.1f},{:.1f} ", x, y);
-      }
-    svg += fmt::format(
-        "<polyline points='{}' fill='none' stroke='{}' stroke-width='2'/>\n"
-        "<text x='{:.0f}' y='{:.0f}' fill='{}'>{}</text>\n",
-        way, kColours[series], x + 6, y + 4, kColours[series], what);
-    ++series;
-  }
-  write_file_atomically(path, svg + "</svg>\n");
-}
-
 }  // namespace
 
 void bench_fit(const BenchRequest& request) {
@@ -200,8 +161,7 @@ void bench_fit(const BenchRequest& request) {
   if (!request.is_quick)
     for (const int steps : {4, 12}) measure_all(33334, steps, request.jobs, lines);
   write_table(request.folder / "fit.csv", lines);
-  write_picture(request.folder / "fit.svg", lines);
-  say("wrote {} and fit.svg", (request.folder / "fit.csv").string());
+  say("wrote {}", (request.folder / "fit.csv").string());
 }
 
 }  // namespace palpate::tools

@@ -11,7 +11,6 @@
 #include "libfit/refine/refine.hpp"
 #include "libfit/runtime/engine.hpp"
 #include "tests/support/bodies.hpp"
-#include "tools/report/packed.hpp"
 #include "tools/stages/fit.hpp"
 #include "tools/workshop/bench/machine.hpp"
 #include "tools/workshop/rivals/rival.hpp"
@@ -51,10 +50,6 @@ Rival curves_rival(const RivalBody& body, const Samples& samples, const FitSecti
   Rival rival = played(on);
   rival.preparation_cpu_s = cpu_seconds() - began_s + simulation_cpu_s(body, samples);
   rival.size = static_cast<double>(samples.points());
-  rival.felt = Json{{"kind", "asset"},
-                    {"bytes", base64({reinterpret_cast<const char*>(on->asset.bytes.data()),
-                                      on->asset.bytes.size()})}}
-                   .dump();
   rival.settings = fmt::format("{} test points, family {}, degree {}", samples.points(),
                                name_of(curves.curves.family), curves.curves.basis.front().degree);
   return rival;
@@ -108,7 +103,6 @@ std::vector<Rival> prepare_palpate(const RivalBody& body) {
     std::iota(points.begin(), points.end(), Eigen::Index{0});
     out.push_back(curves_rival(body, at_points(body.samples, points), body.scene.fit, {}));
     out.back().name = "Palpate";
-    out.back().felt.clear();  // the page's own
   }
   return out;
 }

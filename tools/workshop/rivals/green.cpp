@@ -12,7 +12,6 @@
 #include "libfem/mesh/grade/grade_mesh.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 #include "libfit/core/error.hpp"
-#include "tools/report/packed.hpp"
 #include "tools/stages/body/simulation_setup.hpp"
 #include "tools/workshop/bench/machine.hpp"
 
@@ -20,31 +19,10 @@ namespace palpate::tools {
 namespace {
 
 constexpr double kWindowSizes[] = {1.5, 1, 0.6};  // of the mesh in the window, in radii of the ball
-constexpr Eigen::Index kFeltNodes = 400;          // that a page holds: 2.9 MB
 constexpr double kTouchMargin = 0.15;  // nodes this far from the ball may be touched, in radii
 
 double nearest_m(const Points& places, const Vec3& to) {
   return std::sqrt((places.rowwise() - to.transpose()).rowwise().squaredNorm().minCoeff());
-}
-
-// The lower triangle alone: it is symmetric.
-std::string felt_green(const GreenSurface& surface, const GreenSettings& settings, double modulus) {
-  std::vector<float> node, lower;
-  for (const double x : surface.node.reshaped<Eigen::RowMajor>())
-    node.push_back(static_cast<float>(x));
-  for (Eigen::Index row = 0; row < surface.compliance.rows(); ++row)
-    for (Eigen::Index column = 0; column <= row; ++column)
-      lower.push_back(surface.compliance(row, column));
-  return Json{{"kind", "green"},
-              {"radius_m", settings.radius_m},
-              {"friction", settings.friction},
-              {"sweeps", settings.max_sweeps},
-              {"tolerance", settings.tolerance},
-              {"margin", kTouchMargin},
-              {"modulus", modulus},
-              {"node_m", packed(node)},
-              {"compliance_m_N", packed(lower)}}
-      .dump();
 }
 
 }  // namespace
@@ -218,8 +196,6 @@ std::vector<Rival> prepare_green(const RivalBody& body) {
         surface->node.rows(), surface->mesh_nodes, 1e3 * size_m, settings.friction,
         settings.max_sweeps, settings.tolerance);
     out.push_back(with_fitted_modulus(std::move(rival), body));
-    if (surface->node.rows() <= kFeltNodes)
-      out.back().felt = felt_green(*surface, settings, out.back().modulus);
   }
   return out;
 }

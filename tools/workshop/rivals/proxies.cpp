@@ -11,7 +11,6 @@
 #include "libfit/core/statistics.hpp"
 #include "libfit/validation/recorded.hpp"
 #include "tools/workshop/rivals/finger_proxy.hpp"
-#include "tools/report/packed.hpp"
 #include "tools/workshop/rivals/rival.hpp"
 
 namespace palpate::tools {
@@ -68,23 +67,6 @@ Rival proxy_rival(const RivalBody& body, const std::shared_ptr<Proxy>& proxy) {
   return rival;
 }
 
-Json felt_presses(const std::vector<PlacedPress>& presses, double cone) {
-  std::vector<float> position, depth, push;
-  std::vector<std::int32_t> rows;
-  for (const auto& [at, press] : presses) {
-    for (const double x : at) position.push_back(static_cast<float>(x));
-    rows.push_back(static_cast<std::int32_t>(press.depth_m.size()));
-    depth.insert(depth.end(), press.depth_m.begin(), press.depth_m.end());
-    push.insert(push.end(), press.push_N.begin(), press.push_N.end());
-  }
-  return {{"kind", "curves"},
-          {"cone", cone},
-          {"position_m", packed(position)},
-          {"rows", packed(rows)},
-          {"depth_m", packed(depth)},
-          {"push_N", packed(push)}};
-}
-
 }  // namespace
 
 double drag_ratio(const Samples& samples) {
@@ -117,8 +99,6 @@ std::vector<Rival> prepare_proxy(const RivalBody& body) {
   rival.settings = fmt::format(
       "{:.0f} N/m, least sum of relative errors over the presses; cone {:.2f}, median of the drags",
       stiffness, proxy->friction);
-  rival.felt =
-      Json{{"kind", "spring"}, {"stiffness_N_m", stiffness}, {"cone", proxy->friction}}.dump();
   rival.force = [proxy](const Vec3& tip) { return vec3(proxy->now->tick(tip.data())); };
   return {rival};
 }
@@ -131,7 +111,6 @@ std::vector<Rival> prepare_proxy_on_curves(const RivalBody& body) {
   rival.name = "proxy, nearest curve";
   rival.settings = fmt::format("{} presses, straight between rows; cone {:.2f}", presses->size(),
                                proxy->friction);
-  rival.felt = felt_presses(*presses, proxy->friction).dump();
   for (const PlacedPress& press : *presses)
     rival.bytes += (3 + 2 * press.table.depth_m.size()) * sizeof(double);
   rival.force = [proxy, presses](const Vec3& tip) -> Vec3 {

@@ -48,8 +48,7 @@ struct Rival {
   double step_m = kWalkTick_m;  ///< way of the tool in a tick
   int rest_ticks = 0;  ///< most that the tool stays before its force counts, of a body with inertia
   RestCount rest;      ///< at the presses that its modulus was fitted to
-  bool is_force_at_rest = false;  ///< its force is the tool's only where all rests
-  std::string felt;  ///< JSON of what a page needs to answer alike (felt.hpp); empty: no page can
+  bool is_force_at_rest = false;      ///< its force is the tool's only where all rests
   std::function<double()> own_cpu_s;  ///< CPU of its ticks so far, where another process has them
   std::function<void(const Vec3& inward)> start;   ///< a tool outside that presses along `inward`
   std::function<Vec3(const Vec3& point_m)> force;  ///< ON THE BODY [N], at the ball's lowest point

@@ -20,16 +20,11 @@
 #include "tools/stages/body/simulation_setup.hpp"
 #include "tools/workshop/bench/bench.hpp"
 #include "tools/workshop/bench/machine.hpp"
-#include "tools/workshop/rivals/felt.hpp"
 #include "tools/workshop/rivals/measure.hpp"
 
 namespace palpate::tools {
 namespace {
 
-constexpr std::string_view kFigures = "figures";  // the part that draws what was measured
-constexpr std::string_view kFelt = "felt";  // the part that prepares what a page can answer alike
-// Rows of the table that a page can.
-constexpr std::string_view kFeltRows[] = {"proxy", "proxy-curves", "separable", "green"};
 constexpr double kBudget_s = 3, kQuickBudget_s = 1;
 
 // CPU of this process and of those that it started and that have ended [s].
@@ -89,12 +84,12 @@ double own_error(const Samples& paths) {
   return stated_quantile(stated_errors(rows), 0.95);
 }
 
-// Refuses a name that no rival has; empty: all of them, and the figures.
+// Refuses a name that no rival has; empty: all of them.
 void check_part(const std::string& part) {
-  std::string names = fmt::format("{}, {}", kFigures, kFelt);
+  std::string names;
   for (const RivalRow& row : kRivals) {
     if (part.empty() || row.name == part) return;
-    names += ", " + std::string(row.name);
+    names += (names.empty() ? "" : ", ") + std::string(row.name);
   }
   throw Error("bench rivals", "there is no rival called " + part, "Use one of: " + names + ".");
 }
@@ -112,16 +107,6 @@ void say_row(const Rival& rival, const Performance& did) {
       stated_percent(did.statement.all.force.p95_rel), did.tick_median_us, did.tick_p999_us,
       rival.bytes, rival.preparation_cpu_s, 1e3 * did.jump_N, 100 * did.created_share, did.paths,
       rival.settings);
-}
-
-std::vector<Rival> felt_rivals(const RivalBody& body) {
-  std::vector<Rival> out;
-  for (const RivalRow& row : kRivals) {
-    if (std::ranges::find(kFeltRows, row.name) == std::end(kFeltRows)) continue;
-    std::vector<Rival> sizes = row.prepare(body);
-    out.insert(out.end(), sizes.begin(), sizes.begin() + 1);  // the smallest
-  }
-  return out;
 }
 
 }  // namespace
@@ -156,15 +141,13 @@ void measure_part(const RivalRow& row, const RivalBody& body, double budget_s, R
 }
 
 void bench_rivals(const BenchRequest& request) {
-  if (request.part != kFigures && request.part != kFelt) check_part(request.part);
+  check_part(request.part);
   if (request.run.empty())
     throw Error("bench rivals", "there is no run to compare on",
                 "Make one with `palpate run SCENE -o DIR` and give --run DIR.");
   const std::string name = name_of_run(request.run);
-  if (request.part == kFigures) return draw_rivals(request.folder, name);
   RivalBody body = read_run(request.run);
   body.packages = request.packages;
-  if (request.part == kFelt) return write_felt(request.run, felt_rivals(body), body);
   RivalsTable table(request.folder, name, ContentHash().add_file(request.run / "asset.palp").hex(),
                     request.part.empty());
   const double began_s = all_cpu_s();

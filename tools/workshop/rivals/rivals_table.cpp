@@ -1,17 +1,14 @@
 #include "tools/workshop/rivals/rivals_table.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <span>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/join_samples.hpp"
-#include "libfit/core/statistics.hpp"
 #include "libfit/experiments/draw.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
-#include "tools/workshop/bench/figure.hpp"
 #include "tools/workshop/bench/machine.hpp"
 #include "tools/workshop/rivals/rivals.hpp"
 
@@ -20,19 +17,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Of ten steps on the block, refined and corrected: recorded, as FEBio is in no registry.
-constexpr double kFebioCpu_s = 69, kFebioError[] = {0.01, 0.017};
-constexpr CsvColumnRule kPeerColumns[] = {{"calculix_error_percent", true, true},
-                                          {"calculix_CPU_s", true, true},
-                                          {"ours_error_percent", true, true},
-                                          {"ours_CPU_s", true, true}};
-struct PeerSeries {
-  const char *name, *error, *cpu;
-};
-constexpr PeerSeries kPeerSeries[] = {
-    {"one press: CalculiX 2.20", "calculix_error_percent", "calculix_CPU_s"},
-    {"one press: our simulator", "ours_error_percent", "ours_CPU_s"},
-};
 // Columns of the CSV: the body, keys of its rows, then the median of each kind of path.
 constexpr std::string_view kColumns[] = {"body",
                                          "rival",
@@ -107,74 +91,6 @@ void write_csv(const std::filesystem::path& path, const ordered_json& tables) {
   csv.commit();
 }
 
-// A series of each name, its x by the key.
-std::vector<FigureSeries> series_of(const ordered_json& rivals, const char* x) {
-  std::vector<FigureSeries> out;
-  const auto number = [](const ordered_json& value) {
-    return value.is_number() ? value.get<double>() : validation::kNoNumber;
-  };
-  for (const ordered_json& rival : rivals) {
-    const std::string name = rival.at("rival");
-    if (out.empty() || out.back().name != name)
-      out.push_back({.name = name, .x = {}, .median = {}, .p95 = {}, .is_ours = name == "Palpate"});
-    out.back().x.push_back(number(rival.at(x)));
-    out.back().median.push_back(number(rival.at("median_rel")));
-    out.back().p95.push_back(number(rival.at("p95_rel")));
-  }
-  return out;
-}
-
-// One press by solvers that others use for references: CalculiX as `palpate bench peers` measured
-// it here, FEBio as it was recorded on the same block.
-std::vector<FigureSeries> single_presses(const std::filesystem::path& folder) {
-  std::vector<FigureSeries> out;
-  const std::filesystem::path peers = folder / "fem_peers.csv";
-  if (std::filesystem::exists(peers)) {
-    const CsvTable table = read_csv(peers, kPeerColumns);
-    for (const auto& [name, error, cpu] : kPeerSeries) {
-      FigureSeries one{.name = name, .x = {}, .median = {}, .p95 = {}};
-      std::vector<double> errors;
-      for (const std::string& percent : table.text(error))
-        if (percent != "-") errors.push_back(std::abs(std::atof(percent.c_str())) / 100);
-      if (errors.empty()) continue;
-      one.x = {std::atof(table.text(cpu).front().c_str())};
-      one.median = {quantile(errors, 0.5)};
-      one.p95 = {quantile(errors, 0.95)};
-      out.push_back(std::move(one));
-    }
-  }
-  out.push_back({.name = "one press: FEBio 4.11",
-                 .x = {kFebioCpu_s},
-                 .median = {kFebioError[0]},
-                 .p95 = {kFebioError[1]}});
-  return out;
-}
-
-void write_figures(const std::filesystem::path& folder, const std::string& body,
-                   const ordered_json& rivals) {
-  const FigureLine jnd{kForceJnd, "JND 7 %"};
-  const LogFigure by_tick{.title = "Force error against time of a tick: " + body,
-                          .x_label = "median time of a tick in contact [us]",
-                          .y_label = "force error: median, thin line to p95",
-                          .series = series_of(rivals, "tick_median_us"),
-                          .upright = {{1000, "1 kHz"}},
-                          .level = {jnd}};
-  std::vector<FigureSeries> prepared = series_of(rivals, "preparation_cpu_s");
-  for (FigureSeries& press : single_presses(folder)) prepared.push_back(std::move(press));
-  const LogFigure by_preparation{.title = "Force error against preparation: " + body,
-                                 .x_label = "CPU of preparation [s]",
-                                 .y_label = "force error: median, thin line to p95",
-                                 .series = std::move(prepared),
-                                 .upright = {},
-                                 .level = {jnd}};
-  const std::filesystem::path stem = folder / ("rivals_" + body);
-  for (const bool is_dark : {false, true}) {
-    const std::string end = is_dark ? "_dark.svg" : ".svg";
-    write_file_atomically(stem.string() + "_tick" + end, draw(by_tick, is_dark));
-    write_file_atomically(stem.string() + "_preparation" + end, draw(by_preparation, is_dark));
-  }
-}
-
 constexpr const char* kTable = "rivals.json";
 
 // Of each body by its name; empty where none was written.
@@ -230,7 +146,6 @@ void RivalsTable::write(double own_p95) {
   tables[body_] = table_;
   write_csv(folder_ / "rivals.csv", tables);
   write_file_atomically(folder_ / kTable, tables.dump(1) + "\n");
-  draw_rivals(folder_, body_);
 }
 
 void RivalsTable::keep_other_parts(const ordered_json& before) {
@@ -240,14 +155,6 @@ void RivalsTable::keep_other_parts(const ordered_json& before) {
       if (!measured.contains(row.at("part").get<std::string>())) table_[rows].push_back(row);
   table_["cpu_s"] = before.at("cpu_s");
   table_["cpu_s"].update(measured);
-}
-
-void draw_rivals(const std::filesystem::path& folder, const std::string& body) {
-  const ordered_json tables = read_tables(folder);
-  if (!tables.contains(body))
-    throw Error("bench rivals", "\"" + (folder / kTable).string() + "\" has no " + body,
-                "Measure it first.");
-  write_figures(folder, body, tables.at(body).at("rivals"));
 }
 
 }  // namespace palpate::tools

@@ -1,4 +1,4 @@
-#include "libfit/fit/point/choose_family.hpp"
+#include "libfit/fit/point/judge_family.hpp"
 
 #include <algorithm>
 
