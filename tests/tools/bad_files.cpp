@@ -11,7 +11,7 @@ std::vector<BadInputRow> bad_files() {
       {"samples cut in the middle", "fit cut.h5 -o c.h5"},
       {"a family of curves that is none", "fit out/samples.h5 -o c.h5 --family ring"},
       {"a share of slopes, which is chosen now",
-       "refine out/curves.h5 --body out/body.h5 -o m.h5 --slope-share 0.5"},
+       "refine out/curves.h5 --body out/body.h5 -o m.h5 --slope-share 0.5", 2},
       {"curves where a model belongs", "export out/curves.h5 -o a.palp"},
       {"a name of no format", "export out/model.h5 -o a.obj"},
       {"a format that is not the name's", "export out/model.h5 -o a.vtu --format palp"},
