@@ -92,21 +92,12 @@ TEST(ShapeTrend, is_used_where_too_few_points_could_be_left_out_to_tell) {
   EXPECT_TRUE(report.interpolation.follows_gap);
 }
 
-TEST(ShapeTrend, measured_points_have_to_show_it) {
-  const Followed follows;
+TEST(ShapeTrend, measured_points_do_not_follow_a_surface_that_is_not_sure) {
+  const Followed of;
   RefineOptions options;
   options.is_measured = true;
   RefineReport report;
-  refine(follows.curves, follows.fine, all(follows.fine), follows.coarse.triangles, options,
-         &report);
-  EXPECT_TRUE(report.interpolation.follows_gap);
-  const Followed flat(0);
-  refine(flat.curves, flat.fine, all(flat.fine), flat.coarse.triangles, options, &report);
-  EXPECT_FALSE(report.interpolation.follows_gap);
-  const Surface few = wavy(2);  // nine points
-  FittedCurves curves = curves_at(few, follows.force);
-  curves.probe = sphere_spec(kBall_m);
-  refine(curves, follows.fine, all(follows.fine), few.triangles, options, &report);
+  refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, options, &report);
   EXPECT_FALSE(report.interpolation.follows_gap);
 }
 
