@@ -430,7 +430,7 @@ std::vector<OddInput> odd_recordings() {
        "a.csv:502: column `F_N` has no value here"},
       {"percent signs", "a.csv", "% made by x\n% " + plain, kRead, kPress, "comment = \"%\""},
       {"a spreadsheet by another name", "a.csv", std::string("PK\3\4", 4) + std::string(200, '\0'),
-       kRefused, "is a zip file that is cut short or damaged"},
+       kRefused, "is a zip file, which is not read"},
       {"no units", "a.csv", lines("t,z,F", kRow), kRefused, "column `t` has no unit",
        "columns = { time = \"t\", depth = \"z\", force = \"F\" }"},
       {"kN and m of a testing machine", "a.csv",
