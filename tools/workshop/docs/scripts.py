@@ -41,6 +41,7 @@ def pyplot():
     import matplotlib
     matplotlib.use("svg")
     matplotlib.rcParams["svg.hashsalt"] = "palpate"
+    matplotlib.rcParams["svg.fonttype"] = "none"  # texts, not outlines: half of the lines
     import matplotlib.pyplot
     return matplotlib.pyplot
 
