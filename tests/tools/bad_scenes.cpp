@@ -107,11 +107,9 @@ std::vector<BadInputRow> bad_scenes() {
       in_scene("a window beside the surface", "\"29 mm\"], [\"60 mm\", \"60 mm\", \"31 mm\"]",
                "\"39 mm\"], [\"60 mm\", \"60 mm\", \"41 mm\"]"),
       in_scene("two windows at once", "region = {",
-               "region = { disc = { center = [0.04, 0.04, 0.03], radius = \"20 mm\" },"),
+               "region = { sphere = { center = [0.04, 0.04, 0.03], radius = \"20 mm\" },"),
       in_scene("a window that names nothing", window, "region = {}"),
       in_scene("a side that is none", window, "region = { facing = \"up\" }"),
-      in_scene("a disc beside the surface", window,
-               "region = { disc = { center = [0.04, 0.04, 0.1], radius = \"20 mm\" } }"),
       in_scene("an inclusion outside the body", "[probe]",
                "[[inclusion]]\nsphere = { center = [\"0 mm\", \"0 mm\", \"300 mm\"], radius = \"5 "
                "mm\" }\nmaterial = { young = \"40 kPa\" }\n[probe]"),

@@ -75,12 +75,9 @@ class SettingsReader {
     const std::string path(key);
     if (!has_below(key)) return;
     value.emplace();
-    if (has(path + "/disc/radius"))
-      value->part = Disc{point(path + "/disc/center"), number(path + "/disc/radius")};
-    else if (has_below(path + "/below") || has_below(path + "/above") || has_below(path + "/box") ||
-             has_below(path + "/sphere") || has_below(path + "/inside") ||
-             has_below(path + "/marked"))
-      (*this)(stage, key, value->part.emplace<Region>(), Any{});
+    if (has_below(path + "/below") || has_below(path + "/above") || has_below(path + "/box") ||
+        has_below(path + "/sphere") || has_below(path + "/inside") || has_below(path + "/marked"))
+      (*this)(stage, key, value->part.emplace(), Any{});
     if (!has(path + "/facing")) return;
     value->facing = get(path + "/facing").text;
     value->within_rad = number(path + "/within");

@@ -84,11 +84,7 @@ class SettingsWriter {
   }
   void operator()(Stage stage, std::string_view key, const SurfaceRegion& value, Any) {
     const std::string path(key);
-    if (const auto* region = std::get_if<Region>(&value.part)) (*this)(stage, key, *region, Any{});
-    if (const auto* disc = std::get_if<Disc>(&value.part)) {
-      put(stage, path + "/disc/center", "m", numbers_of(disc->center_m));
-      put(stage, path + "/disc/radius", "m", {disc->radius_m});
-    }
+    if (value.part) (*this)(stage, key, *value.part, Any{});
     if (value.facing.empty()) return;
     put(stage, path + "/facing", "", {}, value.facing);
     put(stage, path + "/within", "rad", {value.within_rad});

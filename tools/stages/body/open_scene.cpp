@@ -82,9 +82,8 @@ Scene open_scene(const std::filesystem::path& path) {
                   "Mark tetrahedra of a tetmesh, or give a closed surface with inside.");
   }
   for (BedSection& bed : scene.beds) read_region_file(bed.region, scene.body);
-  if (scene.experiments.region)
-    if (auto* part = std::get_if<Region>(&scene.experiments.region->part))
-      read_region_file(*part, scene.body);
+  if (scene.experiments.region && scene.experiments.region->part)
+    read_region_file(*scene.experiments.region->part, scene.body);
   const auto read_mesh = [](ProbeSection& probe) {
     if (probe.mesh) probe.spec.mesh = read_surface(*probe.mesh, probe.mesh_unit_m);
   };
