@@ -36,7 +36,7 @@ set(CPACK_DEBIAN_LIBRARIES_PACKAGE_NAME libpalpate-dev)
 set(CPACK_DEBIAN_LIBRARIES_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_LIBRARIES_PACKAGE_SHLIBDEPS OFF)
 string(CONCAT CPACK_DEBIAN_LIBRARIES_PACKAGE_DEPENDS "libpalpate-engine-dev (= ${PROJECT_VERSION}), "
-  "libceres-dev, libeigen3-dev, libfmt-dev, libtbb-dev, nlohmann-json3-dev, zlib1g-dev, libzip-dev, libhdf5-dev, "
+  "libceres-dev, libeigen3-dev, libfmt-dev, libtbb-dev, nlohmann-json3-dev, zlib1g-dev, libhdf5-dev, "
   "libcgal-dev, libopenmesh-dev, libtet1.5-dev, libsuitesparse-dev, liblapack-dev, libsleef-dev, libxxhash-dev")
 set(CPACK_COMPONENT_LIBRARIES_DESCRIPTION
     "libraries that Palpate's program is made of\n\

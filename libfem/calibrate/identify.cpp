@@ -119,14 +119,6 @@ Identification identify_as_stated(const MaterialParameters& start, const Observa
 
 }  // namespace
 
-bool Identification::region_holds(const VectorXd& values) const {
-  VectorXd off(values.size());
-  for (Index j = 0; j < off.size(); ++j)
-    off[j] = (values[j] - material.values[free[static_cast<std::size_t>(j)]]) /
-             std::sqrt(covariance(j, j));
-  return off.dot(correlation.completeOrthogonalDecomposition().solve(off)) <= region;
-}
-
 std::vector<std::size_t> identifiable(const MaterialParameters& material) {
   std::vector<std::size_t> out;
   std::size_t at = 0;

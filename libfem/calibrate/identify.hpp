@@ -68,8 +68,6 @@ struct Identification {
   bool is_converged = false, is_stopped = false;
 
   double deviation(std::size_t k) const { return std::sqrt(covariance(k, k)); }
-  /// Whether values of the free parameters lie in the stated 95 % region.
-  bool region_holds(const Eigen::VectorXd& values) const;
 };
 
 /// The parameters that may be free, in the law's order: all numbers given but Poisson's ratio, the

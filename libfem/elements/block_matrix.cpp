@@ -19,15 +19,11 @@ SymmetricBlockMatrix::SymmetricBlockMatrix(
     block_start_.push_back(static_cast<std::int32_t>(block_row_.size()));
   }
   column_start_.push_back(0);
-  for (std::int32_t j = 0; j < n; ++j) {
-    for (int c = 0; c < 3; ++c) {
-      for (std::int32_t b = block_start_[j]; b < block_start_[j + 1]; ++b)
-        for (int r = b == block_start_[j] ? c : 0; r < 3; ++r)
-          row_index_.push_back(3 * block_row_[b] + r);
-      column_start_.push_back(static_cast<std::int32_t>(row_index_.size()));
-    }
-  }
-  values_.assign(row_index_.size(), 0.0);
+  for (std::int32_t j = 0; j < n; ++j)
+    for (int c = 0; c < 3; ++c)
+      column_start_.push_back(column_start_.back() + 3 * (block_start_[j + 1] - block_start_[j]) -
+                              c);
+  values_.assign(static_cast<std::size_t>(column_start_.back()), 0.0);
 }
 
 BlockPlace SymmetricBlockMatrix::place(std::int32_t row, std::int32_t column) const {

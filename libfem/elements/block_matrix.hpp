@@ -49,15 +49,13 @@ class SymmetricBlockMatrix {
   Eigen::VectorXd diagonal() const;
 
   const std::vector<std::int32_t>& column_start() const { return column_start_; }
-  const std::vector<std::int32_t>& row_index() const { return row_index_; }
   const std::vector<double>& values() const { return values_; }
   /// Node graph, lower triangle with diagonal: rows of column node j are rows()[starts()[j]...].
   const std::vector<std::int32_t>& block_start() const { return block_start_; }
   const std::vector<std::int32_t>& block_row() const { return block_row_; }
 
  private:
-  std::vector<std::int32_t> block_start_, block_row_;
-  std::vector<std::int32_t> column_start_, row_index_;
+  std::vector<std::int32_t> block_start_, block_row_, column_start_;
   std::vector<double> values_;
 };
 

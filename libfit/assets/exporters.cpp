@@ -3,17 +3,6 @@
 #include "libfit/core/error.hpp"
 
 namespace palpate {
-namespace {
-
-constexpr Exporter kExporters[] = {
-    {"palp", ".palp", "runtime asset for the haptic engine", export_palp},
-    {"vtu", ".vtu", "surface with forces, stiffness and friction for ParaView", export_vtu},
-    {"glb", ".glb", "surface coloured by stiffness with dents as morph targets (glTF 2.0)",
-     export_glb},
-    {"ply", ".ply", "surface coloured by stiffness", export_ply},
-};
-
-}  // namespace
 
 ExportReport written(const Model& model, std::uint64_t bytes) {
   ExportReport report;
@@ -22,8 +11,6 @@ ExportReport written(const Model& model, std::uint64_t bytes) {
   report.triangles = static_cast<int>(model.surface.triangles.rows());
   return report;
 }
-
-std::span<const Exporter> exporters() { return kExporters; }
 
 const Exporter& find_exporter(std::string_view name) {
   std::string names;

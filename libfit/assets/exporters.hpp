@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,9 +41,6 @@ struct Exporter {
                         const ExportOptions& options);
 };
 
-/// Every format a model can be exported to.
-std::span<const Exporter> exporters();
-
 /// The row called `name`. Throws Error listing the names when there is none.
 const Exporter& find_exporter(std::string_view name);
 
@@ -62,5 +58,14 @@ ExportReport export_ply(const Model& model, const std::filesystem::path& path,
                         const ExportOptions& options);
 ExportReport export_vtu(const Model& model, const std::filesystem::path& path,
                         const ExportOptions& options);
+
+/// Every format a model can be exported to.
+inline constexpr Exporter kExporters[] = {
+    {"palp", ".palp", "runtime asset for the haptic engine", export_palp},
+    {"vtu", ".vtu", "surface with forces, stiffness and friction for ParaView", export_vtu},
+    {"glb", ".glb", "surface coloured by stiffness with dents as morph targets (glTF 2.0)",
+     export_glb},
+    {"ply", ".ply", "surface coloured by stiffness", export_ply},
+};
 
 }  // namespace palpate

@@ -1,79 +1,46 @@
 #pragma once
 
-#include <string>
-#include <vector>
+#include <cstdint>
 
-#include "libfit/certify/continuity.hpp"
-#include "libfit/certify/search.hpp"
-#include "libfit/core/progress.hpp"
+#include "libfit/runtime/engine.hpp"
 
 namespace palpate::certify {
 
-/// Where a triangle lies. A skirt has measured corners and others, where it fades to nothing or to
-/// the body's mean curves (M12e); `mean` has no measured one.
-enum class Zone : char { air, skirt, interior, mean };
-
-Zone zone_of(const runtime::AssetView& asset, int t);
-double area_of(const runtime::AssetView& asset, int t);  ///< [m^2]
-
-/// What one tool finds on a body of rings.
-struct ToolCertificate {
-  double radius_m = 0;              ///< 0: a tip
-  std::vector<Sliding> any, gross;  ///< by triangle, with OtherRings; of the interior alone
-  Continuity continuity;
+struct SlideOptions {
+  double radius_m = 0;   ///< of the ball that slides; 0: a tip
+  double step_m = 5e-5;  ///< of a tick: 50 mm/s at 1 kHz
+  int slides = 400;
+  std::uint64_t seed = 1;
 };
 
-/// Figures of a kind of sliding over the interior of all tools.
-struct SlidingFigures {
-  int certified = 0, failed = 0, undecided = 0;  ///< triangles; of several tools the worst counts
-  double certified_area = 0;                     ///< share of the interior
-  /// Least friction factor that certifies, and the friction that it is there; infinite where no
-  /// friction is enough. Above 1 to first order (docs/method-certificate.md, section 19).
-  double factor_required = 0, mu_required = 0;
-  double depth_share = 1;   ///< of their depths to which all triangles are certified, in tenths
-  double factor_found = 0;  ///< largest at a place, infinite ones left out: how tight the bound is
-  double cause_share[std::size(kCauseNames)] = {};  ///< of the triangles that are not certified
-  std::vector<Witness> witnesses;                   ///< the worst, at most kWitnesses
-  bool is_passive() const { return failed == 0 && undecided == 0; }
+/// Largest change of the force in a tick [N], by what happened at that tick.
+struct ForceJumps {
+  double touch_N = 0, release_N = 0;
+  double edge_N = 0;       ///< the contact point went to another triangle
+  double knot_N = 0;       ///< the depth went over a knot of the normal curves
+  double range_end_N = 0;  ///< or over the end of what was fitted
+  double held_N = 0;       ///< the guard bore a share of the force
+  double inside_N = 0;     ///< nothing of that
 };
-constexpr std::size_t kWitnesses = 10;
 
-/// The certificate of an asset (docs/method-certificate.md, section 19).
+/// What seeded slides over an asset find (docs/method-certificate.md, section 19). Sampled, not
+/// bounded.
 struct Certificate {
-  std::string family;
-  bool sways = false;     ///< as a whole (method-body.md, section 21)
-  bool relaxes = false;   ///< in time (section 24): what is certified is slow motion
-  bool softens = false;   ///< where it was pressed (section 26): certified is what nothing has
-  bool couples = false;   ///< contacts move each other (section 28): certified is one by itself
-  bool is_rings = false;  ///< sliding is certified for no other family
-  bool passive_fixed = false;
-  int pulling = 0;                                 ///< triangles where (M22) does not hold
-  double least_slope_N_m = 0, least_friction = 0;  ///< over covered vertices and all depths
-  std::vector<Zone> zone;
-  int interior = 0, skirt = 0, mean = 0;
-  double skirt_area = 0, mean_area = 0;  ///< shares of what can be touched
-  std::vector<ToolCertificate> tools;
-  SlidingFigures any, gross;
-  Continuity continuity;  ///< largest of the tools'
-  double max_depth_m = 0;
-  double seen_step_m = 0;  ///< of the tool that the law sees, in a tick, that is certified
+  std::int64_t ticks = 0;          ///< in contact
+  std::int64_t pulling_ticks = 0;  ///< the tool was pulled in, or less than nothing was stored
+  ForceJumps jumps;
+  double edge_jump_at_m[3] = {0, 0, 0};  ///< contact point where jumps.edge_N was met
+  double stiffness_N_m = 0;              ///< largest jump over a tick's step
+  double force_N = 0;                    ///< largest
+  std::int64_t held_ticks = 0;           ///< the guard bore a share of the force
+  double refused_J = 0;                  ///< sum that slips would have created without the guard
+  double work_J = 0;                     ///< sum of the work that the tool put in
 
-  bool passive_sliding() const { return is_rings && interior > 0 && any.is_passive(); }
-  bool certified() const { return passive_fixed && passive_sliding(); }
+  bool is_passive_fixed() const { return ticks > 0 && pulling_ticks == 0; }
 };
 
-struct CertifyOptions {
-  FacetOptions facet;  ///< radius_m is taken from radii_m
-  std::vector<double> radii_m = {0};
-  ContinuityOptions continuity;
-  int threads = 1;
-};
-
-/// Certifies an opened asset. The same for every number of threads.
-Certificate certify(const runtime::AssetView& asset, const CertifyOptions& options,
-                    const Progress& progress = {});
-
-/// What it says to a person: a paragraph.
-std::string in_words(const Certificate& certificate);
+/// Random presses, drags and lifts that begin on triangles with three measured corners, within
+/// their depths. Deterministic for a seed.
+Certificate certify(const runtime::AssetView& asset, const SlideOptions& options);
 
 }  // namespace palpate::certify

@@ -69,8 +69,8 @@ int swinging_hands(const Device& device, double stiffness_N_m, double force_N,
   return swinging;
 }
 
-double least_damping_Ns_m(double stiffness_N_m, double rate_Hz, double virtual_damping_Ns_m) {
-  return 0.5 * stiffness_N_m / rate_Hz + virtual_damping_Ns_m;  // (M23)
+double least_damping_Ns_m(double stiffness_N_m, double rate_Hz) {
+  return 0.5 * stiffness_N_m / rate_Hz;  // (M23)
 }
 
 DeviceVerdict judge(const Device& device, double stiffness_N_m, double force_N) {

@@ -19,9 +19,9 @@ struct Device {
 constexpr int kRates_Hz[] = {1000, 2000, 4000, 10000};
 
 /// Damping [N s/m] that a device must have of its own to show a stiffness K at a rate with nobody's
-/// help, K T / 2 (M23). virtual_damping_Ns_m: of the engine's damper; it has to be paid, too.
+/// help, K T / 2 (M23); the engine's damper has to be paid beside it.
 /// Source: Colgate and Schenkel 1997.
-double least_damping_Ns_m(double stiffness_N_m, double rate_Hz, double virtual_damping_Ns_m = 0);
+double least_damping_Ns_m(double stiffness_N_m, double rate_Hz);
 
 /// A servo loop around a device that shows a spring, in a hand that presses on it.
 struct ServoLoop {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,14 +19,14 @@ struct TestPoints {
   Triangles triangles;
 };
 
-/// One setting in SI: numbers with their unit ("1" for plain ones), or a text.
-struct Setting {
-  std::string unit;  ///< empty for a text
-  std::vector<double> numbers;
-  std::string text;
+/// A mesh of a file that a scene names, of triangles or tets. is_painted: of one that is painted a
+/// flag for each corner of a cell.
+struct SceneMesh {
+  Points vertices;
+  Triangles triangles;
+  Tets tets;
+  std::vector<char> is_painted;
 };
-/// Settings by path, "experiments/depth".
-using Settings = std::map<std::string, Setting>;
 
 /// What `prepare` makes (body.h5): the rest surface, the test points on it and the filled volume,
 /// and how experiments are made on it.
@@ -40,7 +39,8 @@ struct Body {
   std::vector<char> is_held;        ///< per volume node: held fixed
   std::vector<std::string> mended;  ///< what was changed in the input, a sentence each
   std::optional<ProbeSpec> probe;   ///< that experiments are made with
-  Settings settings;  ///< body, material, inclusions, experiments and fit, defaults filled in
+  std::string scene;                ///< the scene's text, defaults filled in; empty: there is none
+  std::vector<SceneMesh> scene_meshes;  ///< in the order in which the text names their files
 };
 
 }  // namespace palpate

@@ -47,14 +47,6 @@ TriangularSystem triangular_system(const MatrixXd& A, const VectorXd& b) {
           (qr.householderQ().transpose() * b).head(A.cols())};
 }
 
-MatrixXd outside_columns(const MatrixXd& B, const MatrixXd& A) {
-  if (B.cols() == 0) return A;
-  const Eigen::HouseholderQR<MatrixXd> qr(B);
-  MatrixXd rotated = qr.householderQ().transpose() * A;
-  rotated.topRows(B.cols()).setZero();
-  return qr.householderQ() * rotated;
-}
-
 VectorXd pivoted_least_squares(const MatrixXd& A, const VectorXd& b) {
   return A.colPivHouseholderQr().solve(b);
 }

@@ -47,9 +47,6 @@ struct TriangularSystem {
 /// The least-squares problem A x = b, of n columns and as many rows or more, by A = Q R.
 TriangularSystem triangular_system(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
-/// Columns of A without their part in the span of B's columns, which are of full rank.
-Eigen::MatrixXd outside_columns(const Eigen::MatrixXd& B, const Eigen::MatrixXd& A);
-
 /// x of least squares A x = b by QR with column pivoting; unknowns past the rank are 0.
 Eigen::VectorXd pivoted_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 

@@ -8,8 +8,7 @@ namespace palpate {
 // same_bytes.cpp replaces the latter by SLEEF's for the program and all that it loads.
 
 /// Sizes of the caches that Eigen's block sizes are computed for [bytes]: the least that an x86-64
-/// processor with AVX2 has. With them a press takes as long as it took with OpenBLAS (ratio 0.99 to
-/// 1.02); half and twice were not measured.
+/// processor with AVX2 has. Half and twice were not measured.
 inline constexpr int kFirstCache_bytes = 32 << 10, kSecondCache_bytes = 256 << 10,
                      kThirdCache_bytes = 2 << 20;
 

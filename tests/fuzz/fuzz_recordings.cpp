@@ -1,7 +1,6 @@
-// Any bytes as a recording of any format but HDF5: refused with place and remedy, or finite. Where
-// checksums would stop every mutation, they are made good first. The first byte names the format
-// (kSeedFormats), the second and fourth how it is read, the third how it is conditioned; the rest
-// is the file.
+// Any bytes as a recording of any format but HDF5: refused with place and remedy, or finite. The
+// first byte names the format (kSeedFormats), the second and fourth how it is read, the third how
+// it is conditioned; the rest is the file.
 
 #include <algorithm>
 #include <cmath>
@@ -37,16 +36,13 @@ recordings::SignalSettings signal_settings(unsigned char choice) {
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   if (size < 4) return 0;
-  std::string bytes(reinterpret_cast<const char*>(data) + 4, size - 4);
+  const std::string bytes(reinterpret_cast<const char*>(data) + 4, size - 4);
   for (const auto& row : importers::importers())
     promise(row.name.ends_with("hdf5") || std::ranges::count(kSeedFormats, row.name) > 0,
             "every format is fuzzed");
   const std::string_view format =
       kSeedFormats[static_cast<unsigned char>(data[0] - '0') % kSeedFormats.size()];
   const auto read = palpate::fuzz::read_settings(format, data[1], data[3]);
-  if (read.format == "jpk" && !(data[3] & 2)) bytes = palpate::fuzz::zip_of_list(bytes);
-  if (read.format == "igor" && bytes.size() >= 384 && !(data[3] & 2))
-    testing_support::check_igor(bytes);
   try {
     for (const auto& raw : importers::read_recordings("fuzz", bytes, read)) {
       if (raw.unread) continue;

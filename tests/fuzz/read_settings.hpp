@@ -33,7 +33,6 @@ inline importers::ReadSettings read_settings(std::string_view format, unsigned c
     read.units = {"s", "mm", "N", "Nmm"};
   read.is_force_on_tool = (choice & 8) != 0;
   read.drop_invalid = choice & 16;
-  if (!(more & 1)) read.cantilever = importers::Cantilever{0.2, 1e-7, 0, 0};
   read.max_bytes = 1 << 20;
   return read;
 }

@@ -2,9 +2,10 @@
 
 #include <random>
 
+#include "libfem/elements/block_matrix.hpp"
 #include "libfit/core/geometry.hpp"
 
-// Displacement fields for the tests of elements and contact.
+// Displacement fields, and a stiffness as a dense matrix, for the tests of elements and solver.
 
 namespace palpate::fem {
 
@@ -20,6 +21,14 @@ inline Points random_field(Eigen::Index nodes, double size, unsigned seed) {
   Points u(nodes, 3);
   for (Eigen::Index i = 0; i < u.size(); ++i) u.data()[i] = uniform(random);
   return u;
+}
+
+inline Eigen::MatrixXd dense(const SymmetricBlockMatrix& K) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(K.size(), K.size());
+  for (int c = 0; c < K.size(); ++c)
+    for (auto k = K.column_start()[c]; k < K.column_start()[c + 1]; ++k)
+      out(K.row_index()[k], c) = out(c, K.row_index()[k]) = K.values()[k];
+  return out;
 }
 
 }  // namespace palpate::fem

@@ -79,8 +79,7 @@ class Answers : public testing::Test {
     shared->write("scene.toml", kScene), shared->write("block.off", block_off(8));
     shared->write("manifest.toml", kManifest), shared->write("a.press.csv", press(1000));
     shared->write("path.csv", "t_s,x_m,y_m,z_m\n0,0.04,0.04,0.031\n0.1,0.04,0.04,0.028\n");
-    shared->write("study.toml",
-                  "scene = \"scene.toml\"\n");
+    shared->write("study.toml", "scene = \"scene.toml\"\n");
     shared->write("points.csv", "x_m,y_m,z_m\n0.04,0.04,0.03\n");
     const Outcome whole = run("out");
     ASSERT_EQ(whole.status, 0) << whole.err;

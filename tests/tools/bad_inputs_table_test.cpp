@@ -84,12 +84,14 @@ TEST_F(BadInputs, are_answered_with_place_fact_and_remedy_as_the_page_says) {
   EXPECT_GE(inputs.size(), 60u);
   std::string page =
       "# Bad inputs\n\nEvery command says where it is, what is wrong and what to do, writes "
-      "nothing, and ends with status 1 (bad input or surroundings) or 2 (wrong usage). The folder "
-      "of these commands holds what `run scene.toml -o out` left on a block of 80 x 80 x 30 mm; "
-      "`bad.*` has what the first column says, and meshes are named with the scene's folder before "
-      "them. `tests/tools/bad_inputs_table_test.cpp` compares "
-      "this table with what the program answers, and writes it.\n\n"
-      "| wrong | command | status | answer |\n|---|---|---|---|\n";
+      "nothing, and ends with status 1 (bad input or surroundings) or 2 (wrong usage, ² below). "
+      "The folder of these commands holds what `run scene.toml -o out` left on a block of 80 x 80 "
+      "x 30 mm; `bad.*` has what the first column says, and meshes are named with the scene's "
+      "folder before them. An empty cell is the command above it. "
+      "`tests/tools/bad_inputs_table_test.cpp` compares this table with what the program answers, "
+      "and writes it.\n\n"
+      "| wrong | `palpate` | answer |\n|---|---|---|\n";
+  std::string above;
   std::set<std::string> commands;
   for (const BadInputRow& input : inputs) {
     SCOPED_TRACE(input.what + std::string(": palpate ") + input.command);
@@ -108,9 +110,10 @@ TEST_F(BadInputs, are_answered_with_place_fact_and_remedy_as_the_page_says) {
     for (const std::string& sign : {std::string("internal"), std::string("report this"),
                                     std::string("std::"), fs::temp_directory_path().string()})
       EXPECT_EQ(outcome.err.find(sign), std::string::npos) << outcome.err;
-    page += "| " + std::string(input.what) + " | `palpate" + (input.command.empty() ? "" : " ") +
-            input.command + "` | " + std::to_string(outcome.status) + " | " + cell(said.what) +
-            "<br>" + cell(said.remedy) + " |\n";
+    page += "| " + std::string(input.what) + (input.status == 2 ? " ²" : "") + " |" +
+            (input.command == above || input.command.empty() ? "" : " `" + input.command + "`") +
+            " | " + cell(said.what) + "<br>" + cell(said.remedy) + " |\n";
+    above = input.command;
     commands.insert(input.command.substr(0, input.command.find(' ')));
   }
   for (const char* command : {"run", "new", "check", "prepare", "simulate", "merge", "import",

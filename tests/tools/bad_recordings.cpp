@@ -2,14 +2,12 @@
 
 #include <cmath>
 
-#include "tests/support/afm_files.hpp"
+#include "tests/support/matlab_file.hpp"
 #include "tests/tools/bad_inputs.hpp"
 #include "tests/tools/block_scene.hpp"
 
 namespace palpate::tools::testing_support {
 namespace {
-
-namespace afm = palpate::testing_support;
 
 BadInputRow in_manifest(const char* what, const std::string& manifest,
                         const std::string& recording = "t,d,F\n0,0,0\n1,1,1\n") {
@@ -42,12 +40,6 @@ BadInputRow in_checked(const char* what, const char* command, const std::string&
            {"a.csv", table}}};
 }
 
-std::string tdms_of_daqmx() {
-  std::string bytes = afm::tdms_file();
-  const std::string index("\x14\0\0\0", 4);
-  return bytes.replace(bytes.find(index), 4, std::string("\x69\x12\0\0", 4));
-}
-
 const std::string kManifest = press_manifest("a.csv");
 
 // A way in and out of a ball of 8 mm on 10 kPa, times factors.
@@ -73,92 +65,63 @@ BadInputRow in_recording(const char* what, const std::string& file, const std::s
           {{"bad.toml", "[[recording]]\nfile = \"" + file + "\"\n" + keys}, {file, content}}};
 }
 
-afm::Parts jpk_without(const std::string& part) {
-  auto parts = afm::jpk_curve();
-  parts.erase(part);
-  return parts;
-}
-
 }  // namespace
 
 std::vector<BadInputRow> bad_recordings() {
   return {
-      {"a manifest that is missing", "import none.toml -o s.h5"},
       in_manifest("a manifest without recordings", ""),
       in_manifest("a recording that is missing", "[[recording]]\nfile = \"none.csv\"\n" +
                                                      kManifest.substr(kManifest.find("columns"))),
-      in_manifest("a column that is missing", kManifest, "t,x,F\n0,0,0\n"),
       in_manifest("an empty recording", kManifest, ""),
       in_manifest("a contact point that is none", "[defaults]\ncontact = \"5 mN\"\n" + kManifest),
       in_manifest("a force without a side",
                   std::string(kManifest).replace(kManifest.find("force_on"), 18, "")),
       {"a scene to calibrate without samples", "calibrate scene.toml -o c.toml"},
-      {"curves where samples to calibrate with belong",
-       "calibrate scene.toml --samples out/curves.h5 -o c.toml"},
       {"a parameter that the law has not",
        "calibrate scene.toml --samples out/samples.h5 --free c10 -o c.toml"},
       in_tests("tests of specimens beside samples", "strain = 1\nstress = 2\nunit = \"kPa\"\n",
                " --samples out/samples.h5"),
       in_tests("a stress without a unit", "strain = 1\nstress = 2\n"),
-      in_tests("a test without a strain", "stress = 2\nunit = \"kPa\"\n"),
-      in_tests("a column of a test that is none", "strain = \"e\"\nstress = 2\nunit = \"kPa\"\n"),
       in_tests("a stretch of zero", "stretch = 1\nstress = 2\nunit = \"kPa\"\n"),
-      in_tests("a test of a kind that is none",
-               "strain = 1\nstress = 2\nunit = \"kPa\"\nkind = \"biaxial\"\n"),
-      in_tests("a test without rows", "strain = 1\nstress = 2\nunit = \"kPa\"\n", "", ""),
-      in_recording("a JPK file cut in the middle", "a.jpk-force",
-                   afm::zip_of(afm::jpk_curve()).substr(0, 3000)),
-      in_recording("a JPK file with a password", "a.jpk-force",
-                   afm::zip_of(afm::jpk_curve(), "secret")),
-      in_recording("a JPK file without a spring constant", "a.jpk-force",
-                   afm::zip_of(afm::jpk_curve(false))),
-      in_recording("a JPK file without its deflection", "a.jpk-force",
-                   afm::zip_of(jpk_without("segments/0/channels/vDeflection.dat"))),
-      in_recording("a zip file of something else", "a.zip", afm::zip_of({{"readme.txt", "a"}})),
-      in_recording("an Igor wave cut in the middle", "a.ibw", afm::igor_wave().substr(0, 5000)),
-      in_recording("a MATLAB file without the variable", "a.mat", afm::matlab_file(),
+      in_recording("a JPK file", "a.jpk-force",
+                   std::string("PK\3\4\x14\0", 6) + "segments/0/segment-header.properties"),
+      in_recording("a zip file of something else", "a.zip", "PK\3\4 readme.txt"),
+      in_recording("a spreadsheet", "a.ods",
+                   "PK\3\4 application/vnd.oasis.opendocument.spreadsheet"),
+      in_recording("a force curve of NanoScope", "a.spm", "\\*Force file list\r\n\\Version: 0x09"),
+      in_recording("an Igor wave", "a.ibw",
+                   std::string("\5\0\x2a\x1b", 4) + std::string(400, '\0')),
+      in_recording("a TDMS file", "a.tdms", std::string("TDSm\x0e\0\0\0", 8)),
+      in_recording("a MATLAB file without the variable", "a.mat",
+                   palpate::testing_support::matlab_file(),
                    "columns = { depth = \"z\", force = \"M(:,2)\" }\nforce_on = \"body\"\n"
                    "units = { position = \"mm\", force = \"N\" }\n"),
       in_recording("a unit that is none behind a column's name", "a.csv",
                    "t_s,x_furlong,F_N\n0,0,0\n", "force_on = \"body\"\n"),
       in_recording("a unit that is not the header's", "a.csv", "t_s,x_mm,F_N\n0,0,0\n",
                    "force_on = \"body\"\nunits = { position = \"m\" }\n"),
-      in_recording("a TDMS file of DAQmx", "a.tdms", tdms_of_daqmx(), "force_on = \"body\"\n"),
-      in_recording("a TDMS file without its channels", "a.tdms", afm::tdms_file(),
-                   "columns = { depth = \"z\", force = \"force\" }\nforce_on = \"body\"\n"),
-      {"a folder of recordings that is none", "new none --recordings -o m.toml"},
-      {"a folder without recordings", "new empty_folder --recordings -o m.toml"},
       {"a folder of what are no recordings", "new notes --recordings -o m.toml"},
       in_checked("a manifest's key misspelt", "check bad.toml", "probes = 1\n"),
-      in_checked("a key of a manifest's fit misspelt", "check bad.toml", "[fit]\ndegre = 3\n"),
       in_checked("a manifest's export as what it is not", "run bad.toml -o o",
                  "[export]\nelsewhere = \"zero\"\n"),
-      in_checked("a manifest whose recording is missing", "check bad.toml", "", "b.csv"),
       in_checked("held-out points of a name that none has", "check bad.toml",
                  "[validate]\nhold_out = [\"p7\"]\n"),
       in_checked("a manifest that holds every point out", "check bad.toml",
                  "[validate]\nhold_out = 1\n"),
-      in_checked("a manifest to run whose recording is missing", "run bad.toml -o o", "", "b.csv"),
       in_checked("a manifest to run quickly", "run bad.toml -o o --quick", ""),
-      in_checked("a picture of a manifest", "check bad.toml --vtu a.vtu", ""),
       in_checked("a manifest where a scene belongs", "prepare bad.toml -o b.h5", ""),
       in_checked("a manifest to validate an asset with", "validate out/asset.palp bad.toml", ""),
       {"points of recordings to validate with",
        "validate out/asset.palp out/samples.h5 --points 5"},
       {"curves of recordings without their body",
        "validate out/asset.palp out/samples.h5 --curves out/curves.h5"},
-      {"a unit of a folder of recordings", "new notes --recordings -o m.toml --unit mm"},
-      {"a manifest and a path at once", "new notes --recordings --path -o m.toml"},
       {"a folder of recordings without its option", "new notes -o m.toml"},
-      {"a surface of samples that are missing", "surface none.h5 -o b.obj"},
       {"a surface of a body", "surface out/body.h5 -o b.obj"},
-      {"a surface over samples", "surface out/samples.h5 -o out/curves.h5"},
       in_manifest("depth and force of the other sign, in and out", kManifest, press_of(-1, -1)),
       in_manifest("forces in mN said to be in N", kManifest, press_of(1, 1e3)),
       in_manifest("a recording in UTF-16 that is cut short", kManifest,
                   std::string("\xff\xfet\0,\0d", 7)),
       in_manifest("a tip of five metres", kManifest + "probe = { radius = \"5 m\" }\n"),
-      in_tests("strain and stress of one column", "strain = 1\nstress = 1\nunit = \"kPa\"\n"),
   };
 }
 

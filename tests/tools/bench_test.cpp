@@ -4,9 +4,9 @@
 
 #include "tests/libfit/runtime/models.hpp"
 #include "tests/support/bodies.hpp"
-#include "tools/workshop/rivals/finger_proxy.hpp"
 #include "tools/workshop/bench/tick_flops.hpp"
 #include "tools/workshop/bench/tick_work.hpp"
+#include "tools/workshop/rivals/finger_proxy.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <sstream>
 #include <string>
 
 namespace palpate::tools::testing_support {
@@ -95,6 +96,21 @@ inline std::string box_off(double x, double y, double z) {
   return text +
          "3 0 2 3\n3 0 3 1\n3 4 5 7\n3 4 7 6\n3 0 1 5\n3 0 5 4\n3 2 6 7\n3 2 7 3\n3 0 4 6\n3 0 6 "
          "2\n3 1 3 7\n3 1 7 5\n";
+}
+
+/// A square sheet of cells x cells squares as OFF; `at` writes the vertex of a column and a row.
+template <class At>
+std::string sheet_off(int cells, const At& at) {
+  const int wide = cells + 1;
+  std::ostringstream off;
+  off << "OFF\n" << wide * wide << ' ' << 2 * cells * cells << " 0\n";
+  for (int k = 0; k < wide * wide; ++k) at(off, k % wide, k / wide), off << '\n';
+  for (int k = 0; k < cells * cells; ++k) {
+    const int a = k % cells + k / cells * wide, c = a + wide;
+    off << "3 " << a << ' ' << a + 1 << ' ' << c + 1 << "\n3 " << a << ' ' << c + 1 << ' ' << c
+        << '\n';
+  }
+  return off.str();
 }
 
 }  // namespace palpate::tools::testing_support

@@ -1,6 +1,5 @@
 // A program that dies of a signal says where, keeps what is finished, and goes on from there.
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -14,6 +13,7 @@
 
 #include "libfit/io/files/files.hpp"
 #include "tests/tools/block_scene.hpp"
+#include "tests/tools/stopped.hpp"
 #include "tools/crash_report.hpp"
 
 namespace palpate::tools {
@@ -31,20 +31,13 @@ class Crash : public BlockRun {
   }
   // Starts a run on one thread and kills it while it simulates its second experiment.
   int status_of_killed_run(const std::string& out) const {
-    const pid_t child = fork();
-    if (child == 0) {
-      dup2(open((folder / "err").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
-      execl(PALPATE_PROGRAM, "palpate", "run", scene.c_str(), "-o", out.c_str(), "--jobs", "1",
-            nullptr);
-      _exit(127);
-    }
-    for (int wait = 0; wait < 60000 && !fs::exists(out + "/samples.h5.partial"); ++wait)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // until the file is kept
-    kill(child, SIGSEGV);
-    int status = 0;
-    waitpid(child, &status, 0);
-    return status;
+    const auto keeps_the_first = [&] {
+      if (!fs::exists(out + "/samples.h5.partial")) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));  // until the file is kept
+      return true;
+    };
+    return stopped(SIGSEGV, {"run", scene, "-o", out, "--jobs", "1"}, keeps_the_first,
+                   folder / "err");
   }
 };
 

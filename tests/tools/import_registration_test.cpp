@@ -38,19 +38,10 @@ class RegistrationTest : public testing::Test {
  protected:
   // Robot recordings at the nodes of a coarse grid: down along z in the rig's frame, all clean.
   void SetUp() override {
-    std::ostringstream off;
-    off << "OFF\n441 800 0\n";
-    for (int k = 0; k < 441; ++k) {
-      const double x = 2 * (k % 21) - 20, y = 2 * (k / 21) - 20;
-      off << x << ' ' << y << ' ' << height_mm(x, y) << '\n';
-    }
-    for (int j = 0; j < 20; ++j)
-      for (int i = 0; i < 20; ++i) {
-        const int a = 21 * j + i;
-        off << "3 " << a << ' ' << a + 1 << ' ' << a + 22 << "\n3 " << a << ' ' << a + 22 << ' '
-            << a + 21 << '\n';
-      }
-    folder_.write("body.off", off.str());
+    folder_.write("body.off", sheet_off(20, [](std::ostream& out, int i, int j) {
+                    const double x = 2 * i - 20, y = 2 * j - 20;
+                    out << x << ' ' << y << ' ' << height_mm(x, y);
+                  }));
     for (int k = 0; k < 25; ++k) write_press(k);
   }
   void write_press(int k) const {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tests/support/afm_files.hpp"
 #include "tests/tools/command_line.hpp"
 
 namespace palpate::tools {
@@ -115,14 +114,13 @@ TEST(import, without_any_good_recording_the_old_file_stays) {
   EXPECT_TRUE(content_of(folder / "samples.h5") == before);
 }
 
-TEST(import, unchanged_recordings_are_not_read_again) {
+TEST(import, the_same_recordings_give_the_same_bytes) {
   const Folder folder;
   folder.write("manifest.toml", kManifest), folder.write("a.csv", press(1000)),
       folder.write("b.csv", press(2000));
   ASSERT_EQ(palpate(folder, import_line(folder)).status, 0);
   const std::string before = content_of(folder / "samples.h5");
-  const Outcome again = palpate(folder, import_line(folder));
-  EXPECT_NE(again.err.find("2 of 2 files are unchanged"), std::string::npos) << again.err;
+  ASSERT_EQ(palpate(folder, import_line(folder)).status, 0);
   EXPECT_TRUE(content_of(folder / "samples.h5") == before);
 }
 
@@ -136,37 +134,6 @@ TEST(import, a_pattern_is_found_beside_a_manifest_that_is_named_without_its_fold
   const Outcome outcome = palpate(folder, "import manifest.toml -o samples.h5");
   std::filesystem::current_path(before);
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-}
-
-TEST(import, a_force_map_becomes_a_point_per_curve_and_says_what_was_taken) {
-  namespace afm = palpate::testing_support;
-  const Folder folder;
-  auto map = afm::jpk_map(4);
-  map.erase("index/2/segments/0/channels/vDeflection.dat");
-  folder.write("gel.jpk-force-map", afm::zip_of(map));
-  folder.write("manifest.toml",
-               "[[recording]]\nfile = \"gel.*\"\n"
-               "probe = { shape = \"sphere\", radius = \"5 um\" }\n");
-  const Outcome outcome = palpate(folder, import_line(folder, "--verbose"));
-  EXPECT_EQ(outcome.status, 3) << outcome.err;
-  EXPECT_NE(outcome.err.find("3 recordings read as jpk"), std::string::npos) << outcome.err;
-  EXPECT_NE(
-      outcome.err.find("gel.jpk-force-map#3: jpk; spring constant 0.05 N/m; sensitivity 80 nm "
-                       "per unit; height of measuredHeight; segments extend, retract; "
-                       "position (3e-05, 5e-06, 0) m"),
-      std::string::npos)
-      << outcome.err;
-  EXPECT_NE(outcome.err.find("channel `vDeflection` is missing"), std::string::npos);
-  const auto summary = nlohmann::json::parse(content_of(folder / "samples.import.json"));
-  EXPECT_EQ(summary.at("points"), 3);
-  EXPECT_EQ(summary.at("failed"), 1);
-  EXPECT_EQ(summary.at("recordings").at(0).at("format"), "jpk");
-  EXPECT_EQ(summary.at("recordings").at(0).at("taken").at(0), "spring constant 0.05 N/m");
-  EXPECT_NEAR(summary.at("recordings").at(0).at("young_Pa").get<double>(), 2000, 20);
-  const Outcome again = palpate(folder, import_line(folder));  // from the journal, refusals too
-  EXPECT_EQ(again.status, 3) << again.err;
-  EXPECT_NE(again.err.find("1 of 1 files are unchanged"), std::string::npos) << again.err;
-  EXPECT_NE(again.err.find("channel `vDeflection` is missing"), std::string::npos);
 }
 
 TEST(import, a_contact_point_may_be_told_or_one_for_all_repeats) {

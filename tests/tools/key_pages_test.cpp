@@ -57,7 +57,6 @@ separator = "comma"
 decimal = "."
 force_limit = "10 N"
 plausible = ["10 Pa", "5 MPa"]
-cantilever = { stiffness = 0.2 }
 probe = { shape = "sphere", friction = 0.3 }
 [[recording]]
 file = "press.csv"
@@ -69,11 +68,10 @@ file = "press.csv"
                                   {"[validate]", "validate."},
                                   {"[registration]", "registration."},
                                   {"landmarks of [registration]", "registration.landmarks."}})},
-       {"recording", keys_of(log, {{"[defaults]"},
-                                   {"columns", "columns."},
-                                   {"units", "units."},
-                                   {"cantilever", "cantilever."},
-                                   {"probe", "probe."}})}});
+       {"recording",
+        keys_of(
+            log,
+            {{"[defaults]"}, {"columns", "columns."}, {"units", "units."}, {"probe", "probe."}})}});
 }
 
 TEST(key_pages, study_lists_every_key) {

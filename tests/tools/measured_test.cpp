@@ -15,17 +15,9 @@ using namespace testing_support;
 
 // A square sheet in the plane z = 0, of 10 x 10 squares.
 std::string sheet(double side) {
-  std::ostringstream off;
-  off << "OFF\n121 200 0\n";
-  for (int i = 0; i < 121; ++i)
-    off << side / 10 * (i % 11) << ' ' << side / 10 * (i / 11) << " 0\n";
-  for (int j = 0; j < 10; ++j)
-    for (int i = 0; i < 10; ++i) {
-      const int a = 11 * j + i;
-      off << "3 " << a << ' ' << a + 1 << ' ' << a + 12 << "\n3 " << a << ' ' << a + 12 << ' '
-          << a + 11 << '\n';
-    }
-  return off.str();
+  return sheet_off(10, [side](std::ostream& out, int i, int j) {
+    out << side / 10 * i << ' ' << side / 10 * j << " 0";
+  });
 }
 
 // The four corners of a homogeneous specimen, each answered for by the same recordings.
@@ -103,23 +95,6 @@ class Measured : public testing::Test {
   fs::path data_ = palpate::testing_support::shared_data("data");
 };
 
-TEST_F(Measured, a_force_map_becomes_an_asset_and_says_what_its_cantilever_leaves_open) {
-  const std::string said =
-      walk("um", 22,
-           "place_tolerance = \"1 um\"\n[[recording]]\nfile = \"" +
-               files("/indentation/afm-workshop-map16/*.csv") +
-               "\"\ncantilever = { stiffness = 0.2, sensitivity = \"100 nm\", "
-               "stiffness_deviation = 0.1, sensitivity_deviation = 0.2 }\ncontact = \"hertz\"\n"
-               "plausible = [\"1 Pa\", \"1 GPa\"]\n",
-           3);  // 15 of 16 points are poor
-  expect_bands(16, 0.2);
-  EXPECT_NE(said.find("cantilever of 16 recordings, as the manifest has it: 10 % more stiffness "
-                      "makes moduli 10 % larger, 10 % more sensitivity "),
-            std::string::npos)
-      << said;
-  EXPECT_NE(said.find("leave moduli open by "), std::string::npos) << said;
-}
-
 TEST_F(Measured, five_compressions_of_each_silicone_become_an_asset) {
   for (const char* material : {"EF10_100T", "EF10_50T"}) {
     walk("mm", 40,
@@ -131,13 +106,6 @@ TEST_F(Measured, five_compressions_of_each_silicone_become_an_asset) {
     EXPECT_GT(rows[20].value_N, 60) << material;
     EXPECT_LT(rows[20].value_N, 160) << material;
   }
-}
-
-TEST_F(Measured, a_press_of_the_nanoindenter_becomes_an_asset) {
-  walk("um", 40, at_corners(files("/indentation/fmt-chiaro*.txt"), "um", 40));
-  expect_bands(4, 0.1);
-  EXPECT_NEAR(bands()[20].value_N, 48e-9,
-              5e-9);  // the file: 54 nN at its deepest, 6 before contact
 }
 
 }  // namespace

@@ -524,30 +524,15 @@ std::vector<OddInput> odd_paths(const std::string& first, const std::string& sec
        "has the length 2"},
       {"a quaternion cut short", "p.csv", header + ",qx,qy,qz\n0," + first + ",0,0,0\n", kRefused,
        "has some of qx,qy,qz,qw but not all"},
-      {"values in mm", "p.csv", header + "\n0,40,40,31\n1,40,40,28\n", kRefused,
-       "in mm it would lie at the body"},
       {"a path beside the body", "p.csv", header + "\n0,0,0,0.5\n1,0,0,0.4\n", kNoVerdict,
        "the path never touches the body"},
   };
 }
 
-std::vector<OddInput> odd_assets(std::string asset) {
-  std::string flipped = asset;
-  flipped[flipped.size() / 2] ^= 0x10;
-  return {
-      {"cut in half", "b.palp", asset.substr(0, asset.size() / 2), kRefused, "The size differs"},
-      {"bytes behind", "b.palp", asset + "1234567", kRefused, "The size differs"},
-      {"a bit turned", "b.palp", flipped, kRefused, "The checksum differs"},
-      {"nothing in it", "b.palp", "", kRefused, "is not an HDF5 file"},
-  };
-}
-
-TEST(OddInputs, assets_and_paths_are_read_or_refused_with_the_reason) {
+TEST(OddInputs, paths_are_read_or_refused_with_the_reason) {
   const Folder folder;
   const std::string golden =
       std::string(PALPATE_SOURCE_DIR) + "/tests/libfit/runtime/golden/rings.palp";
-  expect_answers(folder, odd_assets(content_of(golden)),
-                 [](const OddInput&) { return std::string("inspect b.palp"); });
   expect_answers(folder, odd_paths("0,0,0", "0,0,0"),
                  [&](const OddInput&) { return "replay " + golden + " p.csv -o f.csv"; });
 }

@@ -98,19 +98,17 @@ TEST(OddRecordings, a_key_that_a_format_does_not_read_is_refused_where_it_stands
     return out.said.err;
   };
   ASSERT_EQ(check(folder, manifest("a.csv", "", kPlaced)).said.status, 0);
-  const std::string spring = "cantilever = { stiffness = 50 }";
-  const std::string of_entry = refusal("", spring);
-  EXPECT_NE(of_entry.find("m.toml:9:14: `cantilever` does nothing for "), std::string::npos)
+  const std::string of_entry = refusal("", "normals = \"outward\"");
+  EXPECT_NE(of_entry.find("m.toml:9:11: `normals` does nothing for "), std::string::npos)
       << of_entry;
-  EXPECT_NE(of_entry.find("times the stiffness into a column of force"), std::string::npos);
-  const std::string of_defaults = refusal(spring, "");
-  EXPECT_NE(of_defaults.find("m.toml:4:14: `cantilever` does nothing for these recordings, which "
+  EXPECT_NE(of_entry.find("turn `normal` around"), std::string::npos);
+  const std::string of_defaults = refusal("normals = \"outward\"", "");
+  EXPECT_NE(of_defaults.find("m.toml:4:11: `normals` does nothing for these recordings, which "
                              "are read as csv"),
             std::string::npos)
       << of_defaults;
   for (const char* key :
-       {"normals = \"outward\"",
-        "columns = { depth = \"z_mm\", force = \"F_N\", normal = [\"a\", \"b\", \"c\"] }"})
+       {"columns = { depth = \"z_mm\", force = \"F_N\", normal = [\"a\", \"b\", \"c\"] }"})
     EXPECT_NE(refusal("", key).find("does nothing for "), std::string::npos) << key;
 }
 

@@ -6,6 +6,7 @@
 
 #include "libfem/mesh/structured_block.hpp"
 #include "libfit/core/error.hpp"
+#include "tests/support/surfaces.hpp"
 #include "tests/tools/block_scene.hpp"
 
 namespace palpate::tools {
@@ -16,13 +17,7 @@ using namespace testing_support;
 // The block of block_scene.hpp, 80 x 80 x 30 mm, as a surface.
 Body block_body(double scale = 1) {
   Body body;
-  body.surface.vertices.resize(8, 3);
-  for (int v = 0; v < 8; ++v)
-    body.surface.vertices.row(v) << (v & 1 ? 0.08 : 0), (v & 2 ? 0.08 : 0), (v & 4 ? 0.03 : 0);
-  body.surface.vertices *= scale;
-  body.surface.triangles.resize(12, 3);
-  body.surface.triangles << 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3,
-      0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5;
+  body.surface = palpate::testing_support::coarse_block(scale * 0.08, scale * 0.08, scale * 0.03);
   return body;
 }
 

@@ -65,16 +65,8 @@ std::string press(const ForceLaw& law, double contact_mm, double noise_N, std::m
 }
 
 std::string sheet() {
-  constexpr int kCells = 28;
-  std::string off = fmt::format("OFF\n{} {} 0\n", (kCells + 1) * (kCells + 1), 2 * kCells * kCells);
-  for (int k = 0; k < (kCells + 1) * (kCells + 1); ++k)
-    off += fmt::format("{} {} 0\n", 2 * (k % (kCells + 1)) - 8, 2 * (k / (kCells + 1)) - 12);
-  for (int i = 0; i < kCells; ++i)
-    for (int j = 0; j < kCells; ++j) {
-      const int a = i + j * (kCells + 1), b = a + 1, c = a + kCells + 1, d = c + 1;
-      off += fmt::format("3 {} {} {}\n3 {} {} {}\n", a, b, d, a, d, c);
-    }
-  return off;
+  return sheet_off(
+      28, [](std::ostream& out, int i, int j) { out << 2 * i - 8 << ' ' << 2 * j - 12 << " 0"; });
 }
 
 // Presses at all places, as files of a folder, and their manifest, in which the contact stands

@@ -56,25 +56,17 @@ TEST_F(Recordings, all_are_in_the_page_refused_ones_first) {
   EXPECT_NE(pictures.at("reasons")[1].get<std::string>().find("`x` is not a number"),
             std::string::npos);
   const auto of_b = pictures.at("readings")[0].get<std::size_t>();
-  for (const char* key : {"push_N", "travel_m", "time_s"}) {
+  for (const char* key : {"push_N", "travel_m"}) {
     const auto all = unpacked<float>(pictures.at(key));
     EXPECT_LE(all.size(), 2 * 202u);
     EXPECT_GE(all.size(), 2 * 190u);
     EXPECT_TRUE(std::all_of(all.begin(), all.end(), [](float v) { return std::isfinite(v); }));
   }
-  // Half of them on the press, and every phase among them.
+  // A sixth of them on the press.
   const auto travel = unpacked<float>(pictures.at("travel_m"));
-  const auto phase = unpacked<std::uint8_t>(pictures.at("phase"));
   const auto used = unpacked<std::uint8_t>(pictures.at("is_used"));
-  std::array<int, 5> count{};
   int pressed = 0;
-  for (std::size_t i = of_b; i < travel.size(); ++i) {
-    ++count.at(phase.at(i));
-    pressed += used.at(i) && travel[i] > 2e-3;
-  }
-  EXPECT_GT(count[0], 50);
-  EXPECT_GT(count[1], 5);
-  EXPECT_GT(count[2], 20);
+  for (std::size_t i = of_b; i < travel.size(); ++i) pressed += used.at(i) && travel[i] > 2e-3;
   EXPECT_GT(pressed, 60);
   EXPECT_NEAR(unpacked<float>(pictures.at("contact_m")).at(2), 2e-3, 1e-4);
   EXPECT_NEAR(unpacked<float>(pictures.at("bias_N")).at(2), 0.1, 1e-3);

@@ -53,19 +53,10 @@ std::string robot_file(double off_mm = 0) {
 
 // The bump of robot_file, in mm.
 std::string bump_off() {
-  constexpr int kCells = 20;
-  std::string text =
-      fmt::format("OFF\n{} {} 0\n", (kCells + 1) * (kCells + 1), 2 * kCells * kCells);
-  for (int k = 0; k < (kCells + 1) * (kCells + 1); ++k) {
-    const double x = 2.0 * (k % (kCells + 1)) - 20, y = 2.0 * (k / (kCells + 1)) - 20;
-    text += fmt::format("{} {} {}\n", x, y, 20 - 0.01 * (x * x + y * y));
-  }
-  for (int i = 0; i < kCells; ++i)
-    for (int j = 0; j < kCells; ++j) {
-      const int a = i + j * (kCells + 1), b = a + 1, c = a + kCells + 1, d = c + 1;
-      text += fmt::format("3 {} {} {}\n3 {} {} {}\n", a, b, d, a, d, c);
-    }
-  return text;
+  return sheet_off(20, [](std::ostream& out, int i, int j) {
+    const double x = 2.0 * i - 20, y = 2.0 * j - 20;
+    out << x << ' ' << y << ' ' << 20 - 0.01 * (x * x + y * y);
+  });
 }
 
 class RecordingsRun : public testing::Test {

@@ -9,7 +9,7 @@
 #include "tests/libfit/refine/surfaces.hpp"
 #include "tests/support/voxels.hpp"
 #include "tests/tools/command_line.hpp"
-#include "tools/scene/settings.hpp"
+#include "tools/scene/canonical.hpp"
 
 namespace palpate::tools {
 namespace {

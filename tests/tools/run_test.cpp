@@ -1,11 +1,8 @@
 // The whole way on a small block: made once, then up to date, then redone only where it changed.
 
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <unistd.h>
 
 #include <chrono>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <string>
@@ -17,7 +14,7 @@
 #include "libfit/experiments/follow.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tests/tools/block_scene.hpp"
-#include "tests/tools/command_line.hpp"
+#include "tests/tools/stopped.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -139,21 +136,10 @@ TEST_F(Run, an_interrupted_simulate_keeps_what_is_done_and_resumes_to_the_same_b
 
   const fs::path partial = folder / "cut.h5.partial";
   const std::string cut = (folder / "cut.h5").string();
-  const pid_t child = fork();
-  if (child == 0) {
-    const std::string body = (folder / "body.h5").string();
-    execl(PALPATE_PROGRAM, PALPATE_PROGRAM, "simulate", body.c_str(), "--jobs", "1", "-o",
-          cut.c_str(), nullptr);
-    _exit(127);
-  }
-  for (int i = 0; i < 1200 && !fs::exists(partial); ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  ASSERT_TRUE(fs::exists(partial)) << "nothing was kept within a minute";
-  kill(child, SIGINT);
-  int raw = 0;
-  waitpid(child, &raw, 0);
-  if (WIFEXITED(raw) && WEXITSTATUS(raw) == 0) GTEST_SKIP() << "it finished before the interrupt";
-  EXPECT_EQ(WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, 130);
+  const int raw = stopped(SIGINT, {"simulate", folder / "body.h5", "--jobs", "1", "-o", cut},
+                          [&] { return fs::exists(partial); });
+  if (exit_status(raw) == 0) GTEST_SKIP() << "it finished before the interrupt";
+  EXPECT_EQ(exit_status(raw), 130);
   EXPECT_FALSE(fs::exists(cut));
   const Outcome resumed = palpate(folder, command + cut + " --resume");
   EXPECT_EQ(resumed.status, 0) << resumed.err;
@@ -224,31 +210,19 @@ TEST_F(Run, holds_of_a_given_force_are_held_out_and_known_again) {
 
 // Starts a command, sends it a signal once its messages hold `begun`, and expects it to end with
 // status 130 within half a second.
-void expect_end_at_signal(const Folder& folder, std::vector<std::string> words, int signal,
+void expect_end_at_signal(const Folder& folder, const std::vector<std::string>& words, int signal,
                           const std::string& begun) {
   const fs::path log = folder.write("messages", "");
-  words.insert(words.begin(), "palpate");
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  const pid_t child = fork();
-  if (child == 0) {
-    if (freopen(log.c_str(), "w", stderr) == nullptr) _exit(126);
-    execv(PALPATE_PROGRAM, arguments.data());
-    _exit(127);
-  }
-  constexpr auto kPatience = std::chrono::seconds(60);
-  const auto started = std::chrono::steady_clock::now();
-  while (content_of(log).find(begun) == std::string::npos &&
-         std::chrono::steady_clock::now() - started < kPatience)
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  const auto sent = std::chrono::steady_clock::now();
-  kill(child, signal);
-  int raw = 0;
-  waitpid(child, &raw, 0);
+  std::chrono::steady_clock::time_point sent;
+  const auto is_under_way = [&] {
+    if (content_of(log).find(begun) == std::string::npos) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    sent = std::chrono::steady_clock::now();
+    return true;
+  };
+  const int raw = stopped(signal, words, is_under_way, log);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - sent;
-  EXPECT_EQ(WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, 130) << content_of(log);
+  EXPECT_EQ(exit_status(raw), 130) << content_of(log);
   EXPECT_LT(took.count(), 0.5) << "s";
 }
 

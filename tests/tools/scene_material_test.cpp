@@ -6,8 +6,8 @@
 #include <set>
 
 #include "libfit/core/error.hpp"
+#include "tools/scene/canonical.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/scene/settings.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -27,10 +27,6 @@ std::string error_of(const std::string& lines) {
     return e.what();
   }
   return "accepted";
-}
-
-void expect_beginning(const std::string& text, const std::string& beginning) {
-  EXPECT_EQ(text.substr(0, beginning.size()), beginning);
 }
 
 struct Given {
@@ -105,16 +101,40 @@ TEST(SceneMaterial, a_material_relaxes_and_its_inclusions_with_it_unless_they_sa
   EXPECT_EQ(scene.inclusions.at(2).material.relaxation.share[0], 1);
 }
 
-TEST(SceneMaterial, a_relaxation_that_cannot_be_is_refused_at_its_place) {
-  expect_beginning(error_of("young = 1\nrelaxation = [[0.5, '2 s'], [0.5, '1 s']]"),
-                   "s.toml:6:14: relaxation of [material] must have times that rise");
-  expect_beginning(error_of("young = 1\nrelaxation = [[0.5, '2 mm']]"),
-                   "s.toml:6:21: relaxation of [material] is \"2 mm\", which is not a time");
-  expect_beginning(error_of("young = 1\nrelaxation = [[1, 1], [1, 2], [1, 3], [1, 4]]"),
-                   "s.toml:6:14: relaxation of [material] must have 3 branches or fewer");
-  expect_beginning(error_of("law = 'stable-neo-hookean'\nyoung = 1\npoisson = 0.1\n"
-                            "relaxation = [[100, 1]]"),
-                   "s.toml:8:14: relaxation of [material] must leave a bulk modulus at first");
+// Refusals that docs/bad-inputs.md does not show: keys of [material] and how the answer begins.
+TEST(SceneMaterial, what_cannot_be_is_refused_at_its_place) {
+  const std::string not_three = "s.toml:9:9: fibre of [material] is not a list of 3 numbers\n",
+                    fibre = kFibres + std::string("fibre = ");
+  for (const auto& [lines, answer] : {
+           std::pair<std::string, std::string>{
+               "young = 1\nrelaxation = [[0.5, '2 mm']]",
+               "s.toml:6:21: relaxation of [material] is \"2 mm\", which is not a time"},
+           {"young = 1\nrelaxation = [[1, 1], [1, 2], [1, 3], [1, 4]]",
+            "s.toml:6:14: relaxation of [material] must have 3 branches or fewer"},
+           {"law = 'stable-neo-hookean'\nyoung = 1\npoisson = 0.1\nrelaxation = [[100, 1]]",
+            "s.toml:8:14: relaxation of [material] must leave a bulk modulus at first"},
+           {"young = 1\nsoftening = { r = 2 }",
+            "s.toml:6:13: softening of [material] must have m and beta from 0"},
+           {"young = 1\nsoftening = { r = 2, m = 1, gamma = 3 }",
+            "s.toml:6:29: softening of [material] has no key \"gamma\""},
+           {"law = 'moony-rivlin'\nc10 = 1",
+            "s.toml:5:7: law of [material] is \"moony-rivlin\", which is not known\n"
+            "  Did you mean \"mooney-rivlin\"? Known: neo-hookean,"},
+           {"law = 'fung'\nshear = '1 kPa'",
+            "s.toml:4:1: [material] has no b, which law fung needs\n  Add b = a plain number: "},
+           {"law = 'fung'\nshear = 1\nb = '1 kPa'",
+            "s.toml:7:5: b of [material] is a text, not a number\n"},
+           {fibre + "[1, 0]", not_three},
+           {fibre + "'z'", not_three},
+           {fibre + "1", not_three},
+           {fibre + "[1, 0, '1 mm']",
+            "s.toml:9:16: fibre of [material] holds a text, not a number\n"},
+           {"law = 'ogden'\nmu1 = 1\nalpha1 = 2\nmu3 = 2",
+            "s.toml:4:1: alpha3 of [material] is missing beside mu3\n"},
+           {"law = 'yeoh'\nc10 = 1\nbulk = 1\npoisson = 0.4",
+            "s.toml:7:8: bulk of [material] is given beside poisson\n  Keep one of the two."},
+       })
+    EXPECT_TRUE(error_of(lines).starts_with(answer)) << error_of(lines);
 }
 
 TEST(SceneMaterial, a_material_softens_and_its_inclusions_with_it_unless_they_say_otherwise) {
@@ -133,72 +153,11 @@ TEST(SceneMaterial, a_material_softens_and_its_inclusions_with_it_unless_they_sa
   EXPECT_FALSE(scene.inclusions.at(1).material.softening.is_any());
   EXPECT_FALSE(scene.inclusions.at(2).material.softening.is_any());
   Body body;
-  body.settings = settings_of(scene);
-  EXPECT_EQ(scene_of(body, "body.h5").material->softening.scale_Pa, 200);
-}
-
-TEST(SceneMaterial, a_softening_that_cannot_be_is_refused_at_its_place) {
-  expect_beginning(error_of("young = 1\nsoftening = { m = 1 }"),
-                   "s.toml:6:13: softening of [material] has no r");
-  expect_beginning(error_of("young = 1\nsoftening = { r = 2 }"),
-                   "s.toml:6:13: softening of [material] must have m and beta from 0");
-  expect_beginning(error_of("young = 1\nsoftening = { r = 2, m = 1, gamma = 3 }"),
-                   "s.toml:6:29: softening of [material] has no key \"gamma\"");
-  expect_beginning(error_of("young = 1\nrelaxation = [[1, 1]]\nsoftening = { r = 2, m = 1 }"),
-                   "s.toml:7:13: [material] has both relaxation and softening");
-}
-
-TEST(SceneMaterial, unknown_laws_and_keys_are_refused_with_the_nearest) {
-  expect_beginning(error_of("law = 'moony-rivlin'\nc10 = 1"),
-                   "s.toml:5:7: law of [material] is \"moony-rivlin\", which is not known\n"
-                   "  Did you mean \"mooney-rivlin\"? Known: neo-hookean,");
-  EXPECT_EQ(error_of("law = 'mooney-rivlin'\nc1O = '1 kPa'\nc01 = '1 kPa'"),
-            "s.toml:6:1: [material] has no key \"c1O\"\n"
-            "  Did you mean \"c10\"? Known: bulk, c01, c10, law, poisson, relaxation, softening.");
-  expect_beginning(error_of("law = 'mooney-rivlin'\nyoung = '1 kPa'"),
-                   "s.toml:6:1: [material] has no key \"young\"");
-}
-
-TEST(SceneMaterial, missing_keys_are_named_with_their_form) {
-  EXPECT_EQ(error_of("poisson = 0.4"),
-            "s.toml:4:1: [material] has no young, which law neo-hookean needs\n"
-            "  Add young = \"...\" with a unit (" +
-                known_units(Dimension::pressure) + "): Young's modulus at small strain.");
-  EXPECT_EQ(error_of("law = 'fung'\nshear = '1 kPa'"),
-            "s.toml:4:1: [material] has no b, which law fung needs\n"
-            "  Add b = a plain number: exponent, positive: how fast it stiffens.");
-  EXPECT_EQ(error_of("law = 'holzapfel-gasser-ogden'\nshear = 1\nk1 = 1\nk2 = 1"),
-            "s.toml:4:1: [material] has no fibre, which law holzapfel-gasser-ogden needs\n"
-            "  Add fibre = [...], 3 numbers: direction of the fibres at rest, three numbers of any "
-            "length.");
-}
-
-TEST(SceneMaterial, wrong_units_and_forms_are_refused_at_their_place) {
-  expect_beginning(error_of("law = 'yeoh'\nc10 = '5 mm'"),
-                   "s.toml:6:7: c10 of [material] is \"5 mm\", which is not a pressur");
-  EXPECT_EQ(error_of("law = 'fung'\nshear = 1\nb = '1 kPa'"),
-            "s.toml:7:5: b of [material] is a text, not a number\n"
-            "  Give a plain number from -1000000 to 1000000.");
-  for (const char* fibre : {"[1, 0]", "'z'", "1"})
-    EXPECT_EQ(error_of(kFibres + std::string("fibre = ") + fibre),
-              "s.toml:9:9: fibre of [material] is not a list of 3 numbers\n"
-              "  Write a list of 3 plain numbers from -1000000 to 1000000.");
-  EXPECT_EQ(error_of(kFibres + std::string("fibre = [1, 0, '1 mm']")),
-            "s.toml:9:16: fibre of [material] holds a text, not a number\n"
-            "  Write a list of 3 plain numbers from -1000000 to 1000000.");
-}
-
-TEST(SceneMaterial, what_a_law_refuses_is_refused_at_its_key) {
-  EXPECT_EQ(error_of("young = '-5 kPa'"),
-            "s.toml:5:9: young of [material] must be positive, not -5000 Pa\n"
-            "  young is the Young's modulus at small strain.");
-  expect_beginning(
-      error_of("young = '5 kPa'\npoisson = 0.5"),
-      "s.toml:6:11: poisson of [material] must lie above -1 and below 0.5, not 0.5\n  p");
-  expect_beginning(error_of("law = 'ogden'\nmu1 = 1\nalpha1 = 2\nmu3 = 2"),
-                   "s.toml:4:1: alpha3 of [material] is missing beside mu3\n  alp");
-  EXPECT_EQ(error_of("law = 'yeoh'\nc10 = 1\nbulk = 1\npoisson = 0.4"),
-            "s.toml:7:8: bulk of [material] is given beside poisson\n  Keep one of the two.");
+  store_scene(scene, body);
+  const Scene back = scene_of(body, "body.h5");
+  EXPECT_EQ(back.material->softening.scale_Pa, 200);
+  EXPECT_EQ(back.inclusions.at(0).material.softening.scale_Pa, 200);
+  EXPECT_FALSE(back.inclusions.at(1).material.softening.is_any());
 }
 
 TEST(SceneMaterial, canonical_texts_notice_every_key_and_no_spelling) {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libfem/mesh/grade/divide.hpp"
-#include "tests/support/coarse_block.hpp"
+#include "tests/support/surfaces.hpp"
 #include "tests/tools/block_scene.hpp"
 #include "tools/scene/scene.hpp"
 #include "tools/setup/doubts.hpp"

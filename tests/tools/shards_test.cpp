@@ -4,17 +4,14 @@
 #include "tools/stages/samples/shards.hpp"
 
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <numeric>
-#include <thread>
 
 #include "libfit/core/error.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tests/tools/block_scene.hpp"
+#include "tests/tools/stopped.hpp"
 #include "tools/outputs.hpp"
 
 namespace palpate::tools {
@@ -185,18 +182,11 @@ TEST_F(SharedFolder, a_shard_that_lost_a_point_is_refused) {
 
 TEST_F(SharedFolder,
        a_killed_shard_goes_on_with_what_was_finished_and_its_stale_lock_locks_nothing) {
-  const pid_t child = fork();
-  if (child == 0) {
-    execl(PALPATE_PROGRAM, PALPATE_PROGRAM, "simulate", in("body.h5").c_str(), "--jobs", "1",
-          "--shard", "1/1", "-o", in("killed").c_str(), "--quiet", nullptr);
-    _exit(127);
-  }
   const fs::path partial = *made / "killed" / "shard-1-of-1.h5.partial";
-  for (int i = 0; i < 3000 && !fs::exists(partial); ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  kill(child, SIGKILL);
-  int status = 0;
-  waitpid(child, &status, 0);
+  const int status = stopped(
+      SIGKILL,
+      {"simulate", in("body.h5"), "--jobs", "1", "--shard", "1/1", "-o", in("killed"), "--quiet"},
+      [&] { return fs::exists(partial); });
   ASSERT_TRUE(WIFSIGNALED(status));
   ASSERT_TRUE(fs::exists(*made / "killed" / "shard-1-of-1.h5.lock"));
   expect_refused(merge("killed"), "holds no shard of this round", "--shard 1/1");

@@ -283,12 +283,5 @@ TEST(HardCases, an_arch_is_followed_past_its_limit_and_says_that_it_falls) {
   EXPECT_GE(good, 6);
 }
 
-TEST(HardCases, a_small_ball_pressed_to_three_radii_neither_pops_through_nor_reports_no_force) {
-  HardCase hard{"R 2 mm to 6 mm", block_setup(0), block_top(), -Vec3::UnitZ(), press(0.006, 12)};
-  hard.setup.probe = sphere_spec(0.002);
-  hard.setup.options = SolverOptions();
-  expect_right_or_refused(hard);
-}
-
 }  // namespace
 }  // namespace palpate::fem

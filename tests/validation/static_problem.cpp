@@ -9,6 +9,7 @@
 #include <map>
 
 #include "record.hpp"
+#include "tests/libfem/matrix_entries.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -33,13 +34,11 @@ class FreeMatrix {
   Eigen::SparseMatrix<double> lower(const SymmetricBlockMatrix& K) const {
     Eigen::SparseMatrix<double> out(size_, size_);
     out.reserve(static_cast<Eigen::Index>(K.values().size()));
-    for (int c = 0; c < K.size(); ++c) {
-      if (index_[c] < 0) continue;
-      out.startVec(index_[c]);
-      for (auto k = K.column_start()[c]; k < K.column_start()[c + 1]; ++k)
-        if (const int r = index_[K.row_index()[k]]; r >= 0)
-          out.insertBack(r, index_[c]) = K.values()[k];
-    }
+    visit_entries(K, [&](int row, int column, double value) {
+      if (index_[column] < 0) return;
+      if (row == column) out.startVec(index_[column]);
+      if (index_[row] >= 0) out.insertBack(index_[row], index_[column]) = value;
+    });
     out.finalize();
     return out;
   }

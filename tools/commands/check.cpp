@@ -5,8 +5,8 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/vtu.hpp"
-#include "tools/certify/certify.hpp"
 #include "tools/command.hpp"
+#include "tools/commands/check_asset.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/manifest.hpp"
 #include "tools/report/contents.hpp"
@@ -51,16 +51,14 @@ class Check final : public Command {
     arguments.positional(
         "file", scene_path_,
         "Scene to check, scene.toml; recordings to look at, manifest.toml; or asset to "
-        "certify, asset.palp");
-    arguments.output("--vtu", vtu_,
-                     "Picture to write: of a scene what is held, window, points; of an asset the "
-                     "certificate by triangle",
-                     {"vtu"}, false);
+        "slide over, asset.palp");
+    arguments.output("--vtu", vtu_, "Picture to write: what is held, window, points", {"vtu"},
+                     false);
     arguments.output("--page", page_, "Page of the set-up to write: the same, to turn and look at",
                      {kPageKind}, false);
     arguments.option("--devices", devices_,
                      "Haptic devices to judge an asset by, besides data/devices.toml");
-    arguments.option("--jobs", jobs_, "Threads for an asset; 0: all cores");
+    arguments.option("--jobs", jobs_, "Threads for recordings; 0: all cores");
     arguments.option("--tool", tool_,
                      "Scene whose [probe] meets an asset, in place of the ball of its curves");
     arguments.flag("--no-trial", no_trial_, "Do not simulate a point");
@@ -69,12 +67,13 @@ class Check final : public Command {
   int run(Reply& reply) override {
     try {
       if (is_asset_file(scene_path_)) {
-        AssetAnswer answer = check_asset({scene_path_, vtu_, devices_, tool_, jobs_});
-        reply = {std::move(answer.text), answer.json};
-        return answer.is_certified ? kDone : kSomeFailed;
+        refuse_options_of_scenes(true);
+        AssetAnswer answer = check_asset({scene_path_, devices_, tool_});
+        reply = std::move(answer.reply);
+        return answer.is_passive ? kDone : kSomeFailed;
       }
       if (is_manifest(scene_path_)) {
-        check_options_of_manifest();
+        refuse_options_of_scenes(false);
         CheckedManifest checked = check_manifest(scene_path_, jobs_);
         reply = {std::move(checked.text), checked.json};
         return checked.refused > 0 ? kSomeFailed : kDone;
@@ -94,16 +93,26 @@ class Check final : public Command {
   }
 
  private:
-  void check_options_of_manifest() const {
-    const std::pair<const char*, bool> of_others[] = {{"--vtu", !vtu_.empty()},
-                                                      {"--page", !page_.empty()},
-                                                      {"--devices", !devices_.empty()},
-                                                      {"--tool", !tool_.empty()},
-                                                      {"--no-trial", no_trial_}};
-    for (const auto& [option, is_given] : of_others)
-      if (is_given)
-        throw Error(option, "is not of recordings, and " + scene_path_ + " is a manifest of them",
-                    "Leave it out; `palpate run` makes a report with a picture of each.");
+  // An asset takes two of these options, recordings take none.
+  void refuse_options_of_scenes(bool is_asset) const {
+    struct Option {
+      const char* name;
+      bool is_given, is_of_assets;
+    };
+    const Option options[] = {{"--vtu", !vtu_.empty(), false},
+                              {"--page", !page_.empty(), false},
+                              {"--devices", !devices_.empty(), true},
+                              {"--tool", !tool_.empty(), true},
+                              {"--no-trial", no_trial_, false}};
+    for (const Option& option : options) {
+      if (!option.is_given || (is_asset && option.is_of_assets)) continue;
+      if (is_asset)
+        throw Error(option.name, "is of scenes, and " + scene_path_ + " is an asset",
+                    "Leave it out; `palpate export` writes pictures of an asset's curves.");
+      throw Error(option.name,
+                  "is not of recordings, and " + scene_path_ + " is a manifest of them",
+                  "Leave it out; `palpate run` makes a report with a picture of each.");
+    }
   }
 
   void inspect() {

@@ -6,10 +6,11 @@
 namespace palpate::tools {
 namespace {
 
-constexpr NamedOutput kBeside[] = {
-    {".held_out.h5", kSamplesSchema.name},  {".signals.h5", kSignalsSchema.name},
-    {".import.csv", "file,line,recording"}, {".import.json", "{\"files\":"},
-    {".import.journal", "palpate-journal"}, {".relaxation.import.csv", "file,point,time_s"}};
+constexpr NamedOutput kBeside[] = {{".held_out.h5", kSamplesSchema.name},
+                                   {".signals.h5", kSignalsSchema.name},
+                                   {".import.csv", "file,line,recording"},
+                                   {".import.json", "{\"files\":"},
+                                   {".relaxation.import.csv", "file,point,time_s"}};
 
 class Import final : public Command {
  public:
@@ -17,17 +18,15 @@ class Import final : public Command {
     arguments.positional("manifest", manifest_,
                          "Manifest of the recordings and how to read them, manifest.toml");
     arguments.output("-o,--output", output_,
-                     "samples.h5 to write, with samples.signals.h5, samples.import.csv, .json and "
-                     ".journal beside it",
+                     "samples.h5 to write, with samples.signals.h5, samples.import.csv and .json "
+                     "beside it",
                      {kSamplesSchema.name});
     arguments.named_outputs(output_, kBeside);
     arguments.option("--jobs", request_.jobs,
                      "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.flag("--drop-invalid", request_.drop_invalid,
                    "Leave out rows that are not numbers or go back in time, and count them");
-    arguments.flag("--force", request_.force,
-                   "Read every recording again, ignore the journal, and replace files beside the "
-                   "output that Palpate did not write");
+    arguments.flag("--force", force_, "Replace files beside the output that Palpate did not write");
   }
 
   int run(Reply& reply) override {
@@ -40,6 +39,7 @@ class Import final : public Command {
 
  private:
   std::string manifest_, output_;
+  bool force_ = false;  // of Arguments, which looks for it
   ImportRequest request_;
 };
 

@@ -4,7 +4,7 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/scene/settings.hpp"
+#include "tools/scene/canonical.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/refine.hpp"
 
@@ -28,7 +28,7 @@ class Refine final : public Command {
     RefineOptions options;
     const std::string made_from = model_fingerprint(curves_, body_, samples_);
     const Body body = read_body(body_);
-    const bool is_of_scene = !body.settings.empty();
+    const bool is_of_scene = !body.scene.empty();
     const Scene scene = is_of_scene ? scene_of(body, body_) : Scene();
     const FittedCurves curves = read_curves(curves_);
     options.is_measured = !is_of_scene;

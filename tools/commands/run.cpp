@@ -25,7 +25,6 @@ constexpr NamedOutput kFiles[] = {
     {"samples.held_out.h5", kSamplesSchema.name},
     {"samples.import.csv", "file,line,recording"},
     {"samples.import.json", "{\"files\":"},
-    {"samples.import.journal", "palpate-journal"},
     {"samples.relaxation.import.csv", "file,point,time_s"},
     {"body.obj", "# palpate surface"},
     {"curves.h5", kCurvesSchema.name},

@@ -8,7 +8,7 @@
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
-#include "tools/scene/settings.hpp"
+#include "tools/scene/canonical.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/place_points.hpp"
 #include "tools/stages/body/prepare.hpp"

@@ -36,8 +36,7 @@ constexpr std::array kDrifts{Named{"none", Drift::none}, Named{"bias", Drift::bi
 constexpr std::array kUses{Named{"approach", recordings::Use::approach},
                            Named{"retract", recordings::Use::retract}};
 constexpr std::array kTips{Named{"sphere", Tip::sphere}, Named{"flat", Tip::flat},
-                           Named{"cone", Tip::cone}, Named{"pyramid", Tip::pyramid},
-                           Named{"pyramid-3", Tip::pyramid_3}};
+                           Named{"cone", Tip::cone}};
 constexpr std::array kSeparators{Named{"comma", ','}, Named{"semicolon", ';'}, Named{"tab", '\t'},
                                  Named{"blank", ' '}};
 constexpr std::array kPositions{Named{"contact", false}, Named{"center", true}};
@@ -110,16 +109,6 @@ void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
   read.max_bytes = static_cast<std::uintmax_t>(table.number(
                        "largest_file", static_cast<double>(read.max_bytes >> 20), 1, kMaxMebibytes))
                    << 20;
-  if (table.has("cantilever")) {
-    SceneTable c = table.table("cantilever", "cantilever");
-    importers::Cantilever cantilever;
-    cantilever.stiffness_N_m = c.number("stiffness", 0, 1e-6, 1e6);
-    cantilever.sensitivity_m = c.quantity("sensitivity", Dimension::length, 0, 0, 1);
-    cantilever.stiffness_deviation = c.number("stiffness_deviation", 0, 0, 1);
-    cantilever.sensitivity_deviation = c.number("sensitivity_deviation", 0, 0, 1);
-    c.finish();
-    read.cantilever = cantilever;
-  }
 }
 
 // An estimator, "common", or where the contact is.
@@ -157,7 +146,6 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   read_cycle(table, s);
   s.rows = static_cast<int>(table.integer("rows", s.rows, 3, 100000));
   s.poisson = table.number("poisson", s.poisson, 0, 0.5);
-  s.thickness_m = table.quantity("thickness", Dimension::length, s.thickness_m, 0, 10);
   if (table.has("plausible")) {
     const auto range = table.quantities("plausible", Dimension::pressure, 0, 1e15);
     if (range.size() != 2 || !(range[0] < range[1]))

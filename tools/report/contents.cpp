@@ -91,10 +91,7 @@ void add_pictures(Json& json, const fs::path& folder) {
         "`palpate import` again.");
     return;
   }
-  std::vector<RecordingPicture> pictures;
-  for (RecordedSignal& signal : read_signals(signals))
-    pictures.emplace_back().signal = std::move(signal);
-  json["pictures"] = pictures_json(pictures);
+  json["pictures"] = pictures_json(read_signals(signals));
 }
 
 Json contents_of(const fs::path& folder) {

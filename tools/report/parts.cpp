@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "libfem/materials/materials.hpp"
 #include "libfem/mesh/boundary.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/node_forces.hpp"
@@ -12,6 +13,7 @@
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/validation/replay.hpp"
+#include "tools/scene/canonical.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -99,15 +101,41 @@ std::optional<Eigen::Index> point_called(const FittedCurves& fitted, const std::
   return std::nullopt;
 }
 
-}  // namespace
+Json numbers_json(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
-Json settings_json(const Settings& settings) {
-  Json json = Json::object();
-  for (const auto& [path, setting] : settings)
-    json[path] = setting.unit.empty() ? Json{{"text", setting.text}}
-                                      : Json{{"numbers", setting.numbers}, {"unit", setting.unit}};
-  return json;
+// What is drawn of a region: a ball, a box or a surface; nothing of others.
+Json region_json(const Region& region) {
+  if (const auto* ball = std::get_if<Ball>(&region))
+    return {{"center_m", numbers_json(ball->center_m)}, {"radius_m", ball->radius_m}};
+  if (const auto* box = std::get_if<Box>(&region))
+    return {{"low_m", numbers_json(box->low_m)}, {"high_m", numbers_json(box->high_m)}};
+  if (const auto* solid = std::get_if<Solid>(&region))
+    return surface_json(solid->boundary->surface);
+  return Json::object();
 }
+
+double shear_Pa(const fem::MaterialParameters& parameters) {
+  const fem::Material material = fem::make_material(parameters, "[material]");
+  return material.law->small_strain(material.constants).mu_Pa;
+}
+
+// The scene's text, and the regions of it that are drawn.
+void add_scene(Json& set_up, const Body& body) {
+  set_up["scene"] = body.scene;
+  set_up["inclusions"] = Json::array();
+  if (body.scene.empty()) return;
+  const Scene scene = scene_of(body, "body.h5");
+  if (const auto& window = scene.experiments.region)
+    set_up["window"] = window->part ? region_json(*window->part) : Json::object();
+  for (const InclusionSection& inclusion : scene.inclusions) {
+    Json json = region_json(inclusion.region);
+    json["is_stiffer"] =
+        scene.material.has_value() && shear_Pa(inclusion.material) > shear_Pa(*scene.material);
+    set_up["inclusions"].push_back(std::move(json));
+  }
+}
+
+}  // namespace
 
 void add_body(Json& json, const Body& body) {
   json["surface"] = surface_json(body.surface);
@@ -119,8 +147,8 @@ void add_body(Json& json, const Body& body) {
       {"tets", body.volume.tets.rows()},
       {"nodes_m", packed_as<float>(body.volume.nodes)},
       {"boundary", packed_as<std::int32_t>(fem::boundary_triangles(body.volume.tets))},
-      {"points_m", packed_as<float>(body.test_points.position)},
-      {"settings", settings_json(body.settings)}};
+      {"points_m", packed_as<float>(body.test_points.position)}};
+  add_scene(json["set_up"], body);
   if (body.probe) json["probe"] = probe_json(*body.probe);
   for (const std::string& sentence : body.mended) json["warnings"].push_back(sentence);
 }

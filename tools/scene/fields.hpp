@@ -11,8 +11,8 @@
 #include "tools/scene/scene.hpp"
 
 // The settings of a scene, each named once. `visit` hands every member of a section to a visitor
-// with its key, the stage whose result it changes, and the values it may take. What reads scenes,
-// what stores settings in body.h5 and what makes canonical texts are such visitors. A section is
+// with its key, the stage whose result it changes, and the values it may take. What reads scenes
+// and what makes canonical texts are such visitors. A section is
 // taken apart by structured binding, so a new member does not compile until it is named here.
 
 namespace palpate::tools {

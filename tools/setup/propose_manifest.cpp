@@ -125,18 +125,13 @@ std::string positions_line(const TriedWay& way, const Surface* surface, const st
   if (!found_m)
     return "# positions = \"center\"  # where they are of the ball's centre, and not of where it "
            "touches\n";
-  const double told_m = way.result.recordings.front().source.tip_radius_m;
   out.warnings.push_back(fmt::format(
       "{}: tools touched {:.2g} mm off the surface, everywhere: positions are taken for those of "
-      "a ball's centre{}: make sure",
-      shown, 1e3 * *found_m,
-      told_m > 0 ? fmt::format(", whose radius is {:g} mm by the files", 1e3 * told_m)
-                 : ", and that for its radius"));
-  std::string line = "positions = \"center\"\n";
-  if (!(told_m > 0))
-    line +=
-        fmt::format("probe = {{ shape = \"sphere\", radius = \"{:.2g} mm\" }}\n", 1e3 * *found_m);
-  return line;
+      "a ball's centre, and that for its radius: make sure",
+      shown, 1e3 * *found_m));
+  return fmt::format(
+      "positions = \"center\"\nprobe = {{ shape = \"sphere\", radius = \"{:.2g} mm\" }}\n",
+      1e3 * *found_m);
 }
 
 // An entry of the manifest, and its lines.
@@ -218,9 +213,7 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
   for (const std::string& line : best.way.lines) keys += line + "\n";
   const std::string positions = positions_line(best, surface, shown, out);
   keys += positions;
-  if (r.source.tip_radius_m > 0)
-    keys += fmt::format("# its files say the probe: radius {:g} mm\n", 1e3 * r.source.tip_radius_m);
-  else if (positions.find("probe") == std::string::npos)
+  if (positions.find("probe") == std::string::npos)
     keys +=
         "# probe = { shape = \"sphere\", radius = \"5 mm\" }  # no file says it; moduli and "
         "contacts "

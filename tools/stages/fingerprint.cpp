@@ -9,7 +9,7 @@
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/build_identity.hpp"
-#include "tools/scene/settings.hpp"
+#include "tools/scene/canonical.hpp"
 
 namespace palpate::tools {
 namespace {

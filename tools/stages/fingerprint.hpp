@@ -16,7 +16,7 @@ namespace palpate::tools {
 /// made before. A stage is redone exactly when the fingerprint wanted differs from the one stored
 /// in its output, so a damaged or edited file is noticed, and its existence proves nothing.
 std::string body_fingerprint(const Scene& scene);
-/// Of the program alone, for the journal of an import.
+/// Of the program alone.
 std::string import_fingerprint();
 /// Of all samples; those of the body's test points or of the points that are placed from them on.
 std::string samples_fingerprint(const Scene& scene, const Body& body);

@@ -1,7 +1,5 @@
 #include "tools/stages/import.hpp"
 
-#include <malloc.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -71,11 +69,8 @@ void check_defaults(const Manifest& manifest, const std::vector<ItemResult>& res
 
 std::vector<ItemResult> read_all(const ImportRequest& request, const Manifest& manifest,
                                  const AssembleOptions& options) {
-  const fs::path journal = request.output.empty() ? fs::path() : beside(request.output, ".journal");
-  if (std::error_code ignored; request.force && !journal.empty()) fs::remove(journal, ignored);
   ConsoleProgress progress("import");
-  BatchOptions batch{
-      .jobs = job_count(request.jobs), .journal = journal, .program = import_fingerprint()};
+  BatchOptions batch{.jobs = job_count(request.jobs)};
   batch.body_from_rig = options.motion.value_or(RigidMotion{});
   batch.surface = options.surface;
   batch.fits_to_surface = options.fits_to_surface;
@@ -84,8 +79,9 @@ std::vector<ItemResult> read_all(const ImportRequest& request, const Manifest& m
       std::count_if(results.begin(), results.end(), [](const ItemResult& r) { return r.is_done; }));
   if (done < results.size())
     throw Interrupted(
-        fmt::format("{} of {} recordings are kept in {}; the same command goes on from there", done,
-                    results.size(), journal.string()));
+        fmt::format("{} of {} recordings were read and nothing was written; the same command "
+                    "begins again",
+                    done, results.size()));
   check_defaults(manifest, results);
   return results;
 }
@@ -126,10 +122,6 @@ void report_grades(const Assembled& assembled) {
 
 void report(const ImportRequest& request, const Manifest& manifest,
             const std::vector<ItemResult>& results, const Assembled& assembled) {
-  const auto reused = std::count_if(results.begin(), results.end(),
-                                    [](const ItemResult& r) { return r.is_reused; });
-  if (reused > 0)
-    say("{} of {} files are unchanged and were not read again", reused, results.size());
   if (assembled.registration)
     say("surface: residual {:.3g} mm rms, {:.3g} mm at most, after {} steps",
         1e3 * assembled.registration->rms_m, 1e3 * assembled.registration->largest_m,
@@ -196,9 +188,6 @@ void check_recordings_exist(const Manifest& manifest) {
 }
 
 ReadRecordings read_recordings(const ImportRequest& request) {
-  // Arrays come and go by the megabyte: what is freed is used again instead of handed back.
-  ::mallopt(M_MMAP_THRESHOLD, 1 << 30), ::mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  ::mallopt(M_TOP_PAD, 1 << 26);
   ReadRecordings out{read_manifest(request.manifest), {}, {}, {}};
   check_recordings_exist(out.manifest);
   for (BatchItem& item : out.manifest.items) item.read.drop_invalid |= request.drop_invalid;

@@ -10,13 +10,12 @@
 
 namespace palpate::tools {
 
-/// What `palpate import` is asked for. output: samples.h5; its journal and tables lie beside it.
+/// What `palpate import` is asked for. output: samples.h5; its tables lie beside it.
 /// Empty: nothing is written, and every file is read.
 struct ImportRequest {
   std::filesystem::path manifest, output;
   int jobs = 0;               ///< threads, 0 for all cores
   bool drop_invalid = false;  ///< leave out rows that are not numbers or go back in time
-  bool force = false;         ///< read every recording again
   /// Hold points out of the fit also where the manifest says nothing (held_out_points).
   bool holds_out = false;
 };

@@ -11,7 +11,7 @@
 #include "tools/crash_report.hpp"
 #include "tools/outputs.hpp"
 #include "tools/run_log.hpp"
-#include "tools/scene/settings.hpp"
+#include "tools/scene/canonical.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/check_choices.hpp"
@@ -135,13 +135,7 @@ class StageRun : FolderRun {
     output_.claim();
     if (log_) log_->open(file(kRunLog), "palpate run " + request_.scene);
     // A body that is up to date still says how experiments are made on it now.
-    const Settings settings = settings_of(scene_);
-    const ProbeSpec& probe = scene_.probe.spec;
-    if (!is_new && canonical(settings) == canonical(body_.settings) && body_.probe &&
-        canonical(probe) == canonical(*body_.probe))
-      return;
-    body_.settings = settings;
-    body_.probe = probe;
+    if (!store_scene(scene_, body_) && !is_new) return;
     write_body(output, body_, {{kInputsAttribute, wanted}});
   }
 
@@ -272,7 +266,6 @@ class RecordingsRun : FolderRun {
     const ImportRequest request{.manifest = request_.scene,
                                 .output = file("samples.h5"),
                                 .jobs = request_.jobs,
-                                .force = request_.force,
                                 .holds_out = true};
     const ReadRecordings read = read_recordings(request);
     refused_ = read.assembled.failed();

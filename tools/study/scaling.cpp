@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "libfem/materials/materials.hpp"
-#include "tools/scene/settings.hpp"
+#include "tools/scene/canonical.hpp"
 
 namespace palpate::tools {
 namespace {

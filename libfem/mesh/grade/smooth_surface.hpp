@@ -75,7 +75,6 @@ class SmoothSurface {
 
   const Surface& surface() const { return surface_; }
   double crease_angle_rad() const { return crease_angle_rad_; }
-  bool has_creases() const { return !crease_.empty(); }
 
  private:
   struct Edge {

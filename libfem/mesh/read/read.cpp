@@ -144,18 +144,12 @@ TetMesh read_tet_mesh(const std::filesystem::path& path, double length_unit_m,
                 "the mesh has no tetrahedra (" + std::to_string(raw.ignored_elements) +
                     " points, lines and faces)",
                 "Save the volume elements too, or a surface, read as body.surface, in one of: " +
-                    surface_formats() + ".");
+                    list_formats(std::span<const Format<mesh_read::RawSurface>>(kSurfaceFormats)) +
+                    ".");
   TetReadNotes own;
   TetMesh mesh = mesh_read::settle_tets(std::move(raw), length_unit_m, where, notes ? *notes : own);
   check_size(mesh.nodes, where);
   return mesh;
-}
-
-std::string surface_formats() {
-  return list_formats(std::span<const Format<mesh_read::RawSurface>>(kSurfaceFormats));
-}
-std::string tet_mesh_formats() {
-  return list_formats(std::span<const Format<mesh_read::RawTetMesh>>(kTetFormats));
 }
 
 }  // namespace palpate

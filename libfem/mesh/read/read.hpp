@@ -39,8 +39,4 @@ struct TetReadNotes {
 TetMesh read_tet_mesh(const std::filesystem::path& path, double length_unit_m,
                       TetReadNotes* notes = nullptr);
 
-/// The extensions that read_surface and read_tet_mesh know, as ".obj (Wavefront), ...".
-std::string surface_formats();
-std::string tet_mesh_formats();
-
 }  // namespace palpate

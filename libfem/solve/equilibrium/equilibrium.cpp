@@ -300,25 +300,4 @@ bool Equilibrium::is_stable(const BodyState& accepted) {
   return factor_.is_stable_with(condensed_stiffness(all));
 }
 
-Vec3 Equilibrium::reaction_N(const Points& u) const {
-  Points gradient = Points::Zero(u.rows(), 3);
-  body_.add_force(u, gradient);
-  add_weight(u, gradient);
-  Vec3 sum = Vec3::Zero();
-  for (Eigen::Index n = 0; n < u.rows(); ++n)
-    if (mesh_.is_held[n]) sum += gradient.row(n).transpose();
-  return sum;
-}
-
-Vec3 Equilibrium::reaction_moment_Nm(const Points& u, const Vec3& about) const {
-  Points gradient = Points::Zero(u.rows(), 3);
-  body_.add_force(u, gradient);
-  add_weight(u, gradient);
-  Vec3 sum = Vec3::Zero();
-  for (Eigen::Index n = 0; n < u.rows(); ++n)
-    if (mesh_.is_held[n])
-      sum += (mesh_.nodes.row(n) + u.row(n) - about.transpose()).cross(gradient.row(n)).transpose();
-  return sum;
-}
-
 }  // namespace palpate::fem

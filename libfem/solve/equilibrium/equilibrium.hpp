@@ -101,12 +101,6 @@ class Equilibrium {
   /// Multiplies the contact penalty from here on; accepted states can be gone on from.
   void stiffen_contact(double factor) { contact_.stiffen(factor); }
 
-  /// Sum of the forces of the ground on the body at held nodes [N]; where there is no bed, minus
-  /// the contact force and the weight in equilibrium. moment_Nm: the same of their moments about a
-  /// point.
-  Vec3 reaction_N(const Points& u) const;
-  Vec3 reaction_moment_Nm(const Points& u, const Vec3& about) const;
-
   const EquilibriumOptions& options() const { return options_; }
   const SolverCounts& counts() const { return counts_; }
   const ElasticBody& body() const { return body_; }

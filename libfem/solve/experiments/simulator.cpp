@@ -108,7 +108,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     PointRows out;
     out.is_complete = fine.is_complete && coarse.is_complete;
     out.touch_offset_m = fine.touch_m;
-    out.cost = {fine.nodes, coarse.nodes, fine.counts, coarse.counts};
+    out.cost = {fine.nodes, coarse.nodes, fine.counts};
     out.rows = plan.rows;
     record_rows(fine.rows, coarse.rows, ratio, min_error, out.rows);
     if (is_by_press) record_by_press(coarse.rows, out.rows);
@@ -212,7 +212,7 @@ PointRows Simulator::State::quick_press(const ExperimentPlan& plan, const Vec3& 
   PointRows out;
   out.is_complete = run.is_complete;
   out.touch_offset_m = run.touch_m;
-  out.cost = {run.nodes, 0, run.counts, {}};
+  out.cost = {run.nodes, 0, run.counts};
   out.rows = plan.rows;
   if (!run.is_complete) return out;
   const Mat3 sway = patch_at(mesh, plan, position, normal).sway_m_N;

@@ -94,7 +94,7 @@ double achieved_error(const std::vector<PointRow>& rows);
 /// What was spent on a point, on the meshes that its rows come from; deterministic.
 struct PointCost {
   int nodes = 0, coarse_nodes = 0;
-  SolverCounts solver, coarse_solver;
+  SolverCounts solver;
 };
 
 /// The rows of one test point. touch_offset_m: from the given position to first touch along the

@@ -15,7 +15,7 @@ namespace palpate::fit {
 inline constexpr double kSlidingShare = 0.95;
 
 /// gamma R of a ball on thick bodies of nu = 0.45; 0.12 at nu = 0.3, 0.24 at 0.49, and more on thin
-/// ones (docs/validation.md, radial friction).
+/// ones (docs/validation.md, parts of the method).
 inline constexpr double kSpreadOfBall = 0.2;
 
 /// Of a point's rings ln lambda, mu_0, mu_1 and gamma, these two in 1 / the unit of length.

@@ -74,10 +74,6 @@ Eigen::VectorXd controls_of(const Eigen::VectorXd& increments) {
   return control;
 }
 
-Eigen::VectorXd increments_of(const Eigen::VectorXd& controls) {
-  return controls.tail(controls.size() - 1) - controls.head(controls.size() - 1);
-}
-
 Eigen::VectorXd increment_weights(const runtime::SplineView& spline, double x) {
   Eigen::VectorXd weights = Eigen::VectorXd::Zero(spline.size() - 1);
   if (!(x > 0)) return weights;

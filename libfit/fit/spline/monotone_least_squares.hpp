@@ -28,7 +28,6 @@ inline constexpr double kWeakPrior = 1e-6;
 
 /// Control values b (size()) from increments a (size() - 1): b_0 = 0, b_{j+1} = b_j + a_j.
 Eigen::VectorXd controls_of(const Eigen::VectorXd& increments);
-Eigen::VectorXd increments_of(const Eigen::VectorXd& controls);
 
 /// d f(x) / d a: the I-spline values at x; zero for x <= 0 (docs/method.md, section 3).
 Eigen::VectorXd increment_weights(const runtime::SplineView& spline, double x);

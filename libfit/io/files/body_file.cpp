@@ -52,31 +52,48 @@ void check(const Body& body, const h5::Complain& complain) {
   if (volume.region.minCoeff() < 0) throw complain("volume/region", "holds a negative region");
 }
 
-constexpr std::string_view kSettings = "settings/";
+constexpr const char* kScene = "scene/text";
 
-Settings read_settings(const h5::Reader& reader) {
-  Settings settings;
-  for (const std::string& name : reader.data_sets()) {
-    if (!name.starts_with(kSettings)) continue;
-    Setting& setting = settings[name.substr(kSettings.size())];
-    if (reader.type_of(name) == "text") {
-      setting.text = reader.strings(name, 1).front();
-    } else {
-      setting.unit = reader.unit_of(name);
-      setting.numbers = reader.numbers(name, setting.unit, {h5::kAny, 0}, true);
-    }
-  }
-  return settings;
+std::string mesh_group(std::size_t i) { return "scene/mesh_" + std::to_string(i) + "/"; }
+
+template <class M, class F>
+void mesh_columns(const std::string& group, M& mesh, F& f) {
+  f.first(group + "vertices", mesh.vertices, {"m"});
+  f.first(group + "triangles", mesh.triangles);
+  f.first(group + "tets", mesh.tets);
+  f.first(group + "is_painted", mesh.is_painted);
 }
 
-void write_settings(h5::Writer& writer, const Settings& settings) {
-  for (const auto& [key, setting] : settings) {
-    const std::string name = std::string(kSettings) + key;
-    if (setting.unit.empty())
-      writer.strings(name, {setting.text});
-    else
-      writer.numbers(name, setting.unit, setting.numbers.data(), {setting.numbers.size(), 0});
-  }
+void check(const SceneMesh& mesh, const std::string& group, const h5::Complain& complain) {
+  check_finite(complain, group + "vertices", mesh.vertices);
+  check_cells(complain, group + "triangles", mesh.triangles, mesh.vertices.rows());
+  check_cells(complain, group + "tets", mesh.tets, mesh.vertices.rows());
+  check_flags(complain, group + "is_painted", mesh.is_painted);
+  if (!mesh.is_painted.empty())
+    check_rows(complain, group + "is_painted", static_cast<Eigen::Index>(mesh.is_painted.size()),
+               mesh.tets.rows() > 0 ? mesh.tets.size() : mesh.triangles.size());
+}
+
+void check_all(const Body& body, const h5::Complain& complain) {
+  check(body, complain);
+  for (std::size_t i = 0; i < body.scene_meshes.size(); ++i)
+    check(body.scene_meshes[i], mesh_group(i), complain);
+}
+
+void read_scene(const h5::Reader& reader, Body& body) {
+  if (!reader.has(kScene)) return;
+  body.scene = reader.strings(kScene, 1).front();
+  ColumnReader in(reader);
+  for (std::size_t i = 0; reader.has(mesh_group(i) + "vertices"); ++i)
+    mesh_columns(mesh_group(i), body.scene_meshes.emplace_back(), in);
+}
+
+void write_scene(h5::Writer& writer, const Body& body) {
+  if (body.scene.empty()) return;
+  writer.strings(kScene, {body.scene});
+  ColumnWriter out(writer);
+  for (std::size_t i = 0; i < body.scene_meshes.size(); ++i)
+    mesh_columns(mesh_group(i), body.scene_meshes[i], out);
 }
 
 }  // namespace
@@ -87,18 +104,18 @@ Body read_body(const std::filesystem::path& path) {
   ColumnReader in(reader);
   columns(body, in);
   body.probe = read_probe(reader);
-  body.settings = read_settings(reader);
-  check(body, complain_about(reader));
+  read_scene(reader, body);
+  check_all(body, complain_about(reader));
   return body;
 }
 
 void write_body(const std::filesystem::path& path, const Body& body, const Attributes& attributes) {
-  check(body, h5::complain_about(path));
+  check_all(body, h5::complain_about(path));
   h5::Writer writer = h5::create(path, kBodySchema, attributes);
   ColumnWriter out(writer);
   columns(body, out);
   write_probe(writer, body.probe, complain_about(path));
-  write_settings(writer, body.settings);
+  write_scene(writer, body);
   writer.commit();
 }
 

@@ -2,29 +2,22 @@
 
 #include <fmt/core.h>
 
-#include <sys/stat.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <ctime>
 #include <iterator>
 #include <map>
 #include <mutex>
 #include <numeric>
 
-#include "libfit/core/text.hpp"
 #include "libfit/io/content_hash.hpp"
-#include "libfit/io/csv/csv.hpp"
-#include "libfit/recordings/batch/journal.hpp"
 #include "libfit/recordings/batch/split_places.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 
 namespace palpate::recordings {
 namespace {
-
-constexpr std::time_t kTick_s = 2;  // files that changed so lately may change again unseen
 
 // Of the recordings of a file, by name, where their contacts are known by now.
 using KnownContacts = std::map<std::string, KnownContact>;
@@ -65,71 +58,28 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, const Known
     }
 }
 
-// What decides an item's result but for the content of its file.
-ContentHash settings_of(const BatchItem& item, const BatchOptions& options,
-                        const KnownContacts& known) {
-  ContentHash hash;
-  for (const auto& [name, contact] : known)
-    hash.add(name + " " + contact.by + " " + to_text(contact.travel_m) + " " +
-             to_text(contact.deviation_m));
-  hash.add(options.program).add(canonical(item));
-  for (int k = 0; k < 9; ++k) hash.add(to_text(options.body_from_rig.rotation.data()[k]));
-  return hash;
-}
-
-// Settings, and what the system knows of the file: its change time cannot be set back. Empty for a
-// file that changed within the clock's tick, or cannot be seen.
-std::string stamp_of(const BatchItem& item, const ContentHash& settings) {
-  struct stat seen {};
-  timespec now{};
-  if (::stat(item.file.c_str(), &seen) != 0 || ::clock_gettime(CLOCK_REALTIME, &now) != 0 ||
-      now.tv_sec - seen.st_ctim.tv_sec < kTick_s)
-    return {};
-  ContentHash hash = settings;
-  for (const auto value :
-       {static_cast<std::int64_t>(seen.st_size), static_cast<std::int64_t>(seen.st_ino),
-        static_cast<std::int64_t>(seen.st_dev), static_cast<std::int64_t>(seen.st_ctim.tv_sec),
-        static_cast<std::int64_t>(seen.st_ctim.tv_nsec),
-        static_cast<std::int64_t>(seen.st_mtim.tv_sec),
-        static_cast<std::int64_t>(seen.st_mtim.tv_nsec)})
-    hash.add(std::to_string(value));
-  return hash.hex();
-}
-
-ItemResult import_item(const BatchItem& item, const BatchOptions& options,
-                       const KnownContacts& known, Journal& journal) {
+ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig,
+                       const KnownContacts& known) {
   ItemResult result;
-  std::string key;
-  const ContentHash settings = settings_of(item, options, known);
-  const std::string stamp = stamp_of(item, settings);
-  if (!stamp.empty())
-    if (auto kept = journal.find_stamp(stamp)) return std::move(*kept);
+  const auto fail = [&](const std::string& where, const std::string& what,
+                        const std::string& remedy) {
+    result.failure = Failure{where, what, remedy};
+    result.recordings.clear(), result.refused.clear();
+  };
   try {
     std::string bytes = importers::read_bytes(item.file, item.read.max_bytes);
     result.hash = ContentHash().add(bytes).hex();
-    key = ContentHash(settings).add(result.hash).hex();
-    if (auto kept = journal.find(key)) {
-      result = std::move(*kept);
-      if (!stamp.empty()) journal.add(key, stamp, result);  // not read next time
-      return result;
-    }
-    condition_all(item, options.body_from_rig.rotation, known, std::move(bytes), result);
+    condition_all(item, body_from_rig, known, std::move(bytes), result);
   } catch (const Error& error) {
-    result.failure = Failure{error.where(), error.fact(), error.remedy()};
-    result.recordings.clear(), result.refused.clear();
+    fail(error.where(), error.fact(), error.remedy());
   } catch (const std::bad_alloc&) {
-    result.failure = Failure{item.file.string(), "needs more memory than there is",
-                             "Use fewer --jobs, or cut the file into several."};
-    result.recordings.clear(), result.refused.clear();
-    key.clear();
+    fail(item.file.string(), "needs more memory than there is",
+         "Use fewer --jobs, or cut the file into several.");
   } catch (const std::exception& error) {  // one recording never stops the rest
-    result.failure = Failure{item.file.string(), std::string("could not be read: ") + error.what(),
-                             "Please report this with the file."};
-    result.recordings.clear(), result.refused.clear();
-    key.clear();
+    fail(item.file.string(), std::string("could not be read: ") + error.what(),
+         "Please report this with the file.");
   }
   result.is_done = true;
-  if (!key.empty()) journal.add(key, stamp, result);
   return result;
 }
 
@@ -237,49 +187,6 @@ void weigh_with_surface(const std::vector<BatchItem>& items, const std::vector<I
 
 }  // namespace
 
-std::string canonical(const BatchItem& item) {
-  std::string text;
-  const auto put = [&](std::string_view value) {
-    text += fmt::format("{}:{}", value.size(), value);
-  };
-  const auto put_number = [&](double value) { put(to_text(value)); };
-  const auto put_all = [&](const std::vector<std::string>& values) {
-    put_number(static_cast<double>(values.size()));
-    for (const auto& v : values) put(v);
-  };
-  const importers::ReadSettings& r = item.read;
-  const SignalSettings& s = item.signal;
-  put(item.file.string()), put(r.format);
-  for (const std::string* name : {&r.columns.time, &r.columns.depth, &r.columns.force_time,
-                                  &r.columns.retract_depth, &r.columns.retract_force})
-    put(*name);
-  for (const auto* axes : {&r.columns.position, &r.columns.force, &r.columns.contact,
-                           &r.columns.normal, &r.columns.desired, &r.columns.torque})
-    put_all(*axes);
-  put(r.units.time), put(r.units.position), put(r.units.force), put(r.units.torque),
-      put(r.encoding), put(r.comment);
-  for (const double number :
-       {r.is_force_on_tool ? double(*r.is_force_on_tool) : -1, double(r.is_normal_outward),
-        double(r.separator), double(r.decimal), double(r.drop_invalid),
-        static_cast<double>(r.max_bytes), r.cantilever ? r.cantilever->stiffness_N_m : -1,
-        r.cantilever ? r.cantilever->sensitivity_m : -1,
-        r.cantilever ? r.cantilever->stiffness_deviation : -1,
-        r.cantilever ? r.cantilever->sensitivity_deviation : -1})
-    put_number(number);
-  for (const importers::SaidKey& said : r.said) put(said.name);
-  put(s.contact);
-  for (const double number :
-       {double(static_cast<int>(s.kind)), s.contact_range, double(static_cast<int>(s.drift)),
-        double(static_cast<int>(s.tip)), s.radius_m, s.poisson, s.smooth_s, s.force_delay_s,
-        s.compliance_m_N, s.force_limit_N, double(static_cast<int>(s.use)), double(s.cycle),
-        double(s.rows), double(s.has_common_contact), double(s.keeps_way_in),
-        double(s.is_position_of_center), double(s.known_contact.has_value()),
-        s.known_contact.value_or(KnownContact{}).travel_m})
-    put_number(number);
-  for (int k = 0; k < 3; ++k) put_number(item.normal ? (*item.normal)[k] : 0);
-  return text;
-}
-
 std::string point_of(const BatchItem& item, const std::string& recording) {
   const std::string point = item.point.empty() ? item.file.stem().string() : item.point;
   return recording.empty() ? point : point + "#" + recording;
@@ -287,7 +194,6 @@ std::string point_of(const BatchItem& item, const std::string& recording) {
 
 std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const BatchOptions& options,
                                   const Progress& progress) {
-  Journal journal(options.journal);
   std::vector<ItemResult> results(items.size());
   std::mutex reporting;
   std::size_t done = 0;
@@ -302,7 +208,7 @@ std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const Bat
               if (progress.stopped()) return;
               const std::size_t i = which[k];
               progress.begin(items[i].shown);
-              results[i] = import_item(items[i], options, known[i], journal);
+              results[i] = import_item(items[i], options.body_from_rig.rotation, known[i]);
               progress.end();
               const std::lock_guard<std::mutex> lock(reporting);
               progress.report(std::min(++done, items.size()), items.size(), items[i].shown);
@@ -320,7 +226,6 @@ std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const Bat
     std::erase_if(all, [&](std::size_t i) { return known[i].empty(); });
     import(all, known);
   }
-  if (!progress.stopped()) journal.compact();
   return results;
 }
 

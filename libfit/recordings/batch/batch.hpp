@@ -46,33 +46,23 @@ struct ItemResult {
   std::vector<Conditioned> recordings;
   std::vector<Refused> refused;  ///< of a file of several
   std::optional<Failure> failure;
-  SignalTrace trace;       ///< of a file of one that failed, as far as it was seen
-  bool is_reused = false;  ///< from the journal: neither parsed nor conditioned again
-  bool is_done = false;    ///< else the batch was stopped before
+  SignalTrace trace;     ///< of a file of one that failed, as far as it was seen
+  bool is_done = false;  ///< else the batch was stopped before
 };
 
 struct BatchOptions {
-  int jobs = 0;                   ///< threads, 0: all. Results do not depend on it
-  std::filesystem::path journal;  ///< empty: none is kept
+  int jobs = 0;  ///< threads, 0: all. Results do not depend on it
   /// Brings the rig's frame to the body's.
   RigidMotion body_from_rig = {};
   const Surface* surface = nullptr;  ///< of the body; null: unknown
   bool fits_to_surface = false;      ///< the motion is refined by contact points (AssembleOptions)
-  std::string program = {};          ///< a journal's entries of another program are not taken
 };
 
 /// Reads and conditions every item, in parallel; a bad one becomes a failure and stops nothing.
-/// Each finished item goes to the journal at once, and an item whose file, settings and program
-/// have the hashes of a journal entry is taken from there (its file is not read where size, inode
-/// and times of change are those of then), so a batch that was interrupted (or killed) goes on
-/// where it was. Presses of one point whose settings ask for a common contact point are conditioned
-/// a second time, with it, and so are recordings whose contact the surface says better than they do
-///. Returns a result per item, in their order. Stops early, with items not
-/// done, when Progress says so.
+/// Presses of one point whose settings ask for a common contact point are conditioned a second
+/// time, with it, and so are recordings whose contact the surface says better than they do. Returns
+/// a result per item, in their order. Stops early, with items not done, when Progress says so.
 std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const BatchOptions& options,
                                   const Progress& progress);
-
-/// Everything but the file's content that decides an item's result, as text.
-std::string canonical(const BatchItem& item);
 
 }  // namespace palpate::recordings

@@ -169,8 +169,6 @@ Conditioned described(const importers::RawRecording& raw, const SignalSettings& 
   out.name = raw.name;
   out.is_axial = raw.is_axial();
   out.dropped_rows = raw.dropped_rows;
-  out.source.is_force_from_signal = raw.is_force_from_signal;
-  out.source.cantilever = raw.cantilever;
   out.source.format = raw.format, out.source.taken = raw.taken, out.source.units = raw.units;
   out.inward = inward ? inward : raw.normal;
   if (!raw.place.empty()) out.reasons.push_back(raw.place);
@@ -323,11 +321,9 @@ double young_of(const ContactEstimate& contact, const SignalSettings& settings) 
 }
 
 // As `condition` says; what of the signal is seen by then goes to `seen`.
-Conditioned condition_seen(const importers::RawRecording& raw, const SignalSettings& given,
+Conditioned condition_seen(const importers::RawRecording& raw, const SignalSettings& settings,
                            const std::optional<Vec3>& inward, const std::string& file,
                            bool drop_invalid, SeenSignal& seen) {
-  SignalSettings settings = given;
-  if (settings.radius_m <= 0 && raw.probe_radius_m) settings.radius_m = *raw.probe_radius_m;
   Conditioned out = described(raw, settings, inward, file);
   Signal signal = align(raw, settings, out.inward, file, drop_invalid, out.dropped_rows);
   const Points recorded_N = signal.force_N;

@@ -30,12 +30,10 @@ struct CycleMeans {
 
 /// What is known of a recording beside its readings.
 struct RecordingSource {
-  std::string format;                 ///< that the file was recognised as
-  std::vector<std::string> taken;     ///< of the file beside the rows, a phrase each
-  importers::UnitNames units = {};    ///< of position and force, as they were read
-  double tip_radius_m = 0;            ///< as the manifest or the file says; 0: unknown
-  bool is_force_from_signal = false;  ///< of a cantilever
-  std::optional<importers::Cantilever> cantilever;  ///< as it was used
+  std::string format;               ///< that the file was recognised as
+  std::vector<std::string> taken;   ///< of the file beside the rows, a phrase each
+  importers::UnitNames units = {};  ///< of position and force, as they were read
+  double tip_radius_m = 0;          ///< as the manifest says; 0: unknown
 };
 
 /// One press, drag or path as samples, before it is known where on the body: R rows.
@@ -52,7 +50,7 @@ struct Conditioned {
   std::optional<Vec3> inward;     ///< unit, in the rig's frame
   FoundContact contact;
   /// Readings of the way in as far as its force is not saturated, bias still in them; empty unless
-  /// the settings keep them.
+  /// presses of the point share a contact that is still to be found.
   WayIn way_in;
   TimedPress history;     ///< of a press with a clock, all of it; else no rows
   double speed_m_s = 0;   ///< NaN without a clock

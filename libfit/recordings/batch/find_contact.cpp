@@ -110,7 +110,7 @@ TouchedSignal find_contact(const importers::RawRecording& raw, const SignalSetti
   Approach approach = approach_of(signal, ways.range, ways.cycles);
   check_contact(signal, approach, file);
   check_sign(signal, approach, file);
-  if (settings.keeps_way_in || (settings.has_common_contact && !settings.known_contact)) {
+  if (settings.has_common_contact && !settings.known_contact) {
     out.way_in.travel_m = signal.travel_m()(approach.rows);
     out.way_in.push_N = signal.push_N()(approach.rows);
   }

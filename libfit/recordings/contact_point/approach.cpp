@@ -58,7 +58,7 @@ std::string place(const std::string& file, const Signal& signal, Eigen::Index ro
       signal.line[static_cast<std::size_t>(std::clamp<Eigen::Index>(row, 0, signal.rows() - 1))]);
 }
 
-// The way in without its last rows where the force falls already: a soft cantilever springs back
+// The way in without its last rows where the force falls already: a soft sensor springs back
 // before the tip does.
 RowRange loading_part(const Signal& signal, RowRange range) {
   const Eigen::VectorXd travel = signal.travel_m().segment(range.begin, range.rows());

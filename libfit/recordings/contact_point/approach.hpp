@@ -19,7 +19,7 @@ struct Approach {
   std::optional<double> wide_contact_m;  ///< of a curve with more free travel
 };
 
-/// The way in without its last rows where the force falls already: a soft cantilever springs back
+/// The way in without its last rows where the force falls already: a soft sensor springs back
 /// before the tip does.
 RowRange loading_part(const Signal& signal, RowRange range);
 

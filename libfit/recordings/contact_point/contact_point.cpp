@@ -15,8 +15,7 @@ constexpr Eigen::Index kMinMeans = 5, kMinStiffening = 8;
 // Means before contact with which the law that stiffens is fitted. Ten compressions of silicones,
 // recorded from contact on, have up to 7 by the power law; with the other they begin 6 mm too deep.
 constexpr Eigen::Index kMinFreeMeans = 10;
-constexpr double kThresholdDeviations = 5;  // false alarm once in 3 million means
-constexpr double kGoodFit = 1.5;            // residual over noise, up to which a model still holds
+constexpr double kGoodFit = 1.5;  // residual over noise, up to which a model still holds
 constexpr double kGoodMisfit =
     0.01;  // or residual over force: nearer no tissue follows a power law
 constexpr std::array kExponents{1., 1.5, 2., 2.5, 3., 4.};  // of tips and bodies not told
@@ -80,9 +79,11 @@ ContactEstimate fit_up_to(const PressCurve& curve, double exponent, bool stiffen
       const LawFit tilted = contact_of_stiffening_law(curve, means, exponent, fit.slope_N_m);
       if (tilted.squares < kTiltedGain * law.squares) law = tilted;
     }
-    out.travel_m = law.contact.travel_m, deviation_m = law.contact.deviation_m;
-    rms_N = law.rms_N;
-    fit = profile.at(out.travel_m);
+    if (std::isfinite(law.contact.travel_m)) {  // forces of many decades may leave no weight
+      out.travel_m = law.contact.travel_m, deviation_m = law.contact.deviation_m;
+      rms_N = law.rms_N;
+      fit = profile.at(out.travel_m);
+    }
   }
   out.deviation_m = std::hypot(deviation_m, kModelShare * (other_m - contact_m));
   out.amplitude = fit.amplitude;
@@ -156,56 +157,6 @@ ContactEstimate by_hertz(const PressCurve& curve, const SignalSettings& settings
              : fit_power(curve, exponent, true, settings.contact_range);
 }
 
-ContactEstimate by_two_lines(const PressCurve& curve, const SignalSettings& settings) {
-  ContactEstimate lines = fit_power(curve, 1, false, settings.contact_range);
-  lines.amplitude = 0;  // of a line, not of the tip's power law
-  return lines;
-}
-
-ContactEstimate by_threshold(const PressCurve& curve, const SignalSettings&) {
-  const Eigen::Index n = curve.push_N.size(), free = std::max<Eigen::Index>(1, n / 10);
-  ContactEstimate out;
-  out.bias_N = curve.push_N.head(free).mean();
-  const double threshold_N = out.bias_N + kThresholdDeviations * curve.noise_N;
-  Eigen::Index at = n - 1;
-  while (at > 0 && curve.push_N[at - 1] > threshold_N) --at;
-  out.travel_m = curve.travel_m[at];
-  const double step = curve.travel_m[1] - curve.travel_m[0];
-  const Eigen::Index ahead = std::min(at + std::max<Eigen::Index>(1, n / 50), n - 1);
-  const double slope = ahead > at ? (curve.push_N[ahead] - curve.push_N[at]) /
-                                        (curve.travel_m[ahead] - curve.travel_m[at])
-                                  : 0;
-  // It comes late by about what the push needs to rise above the noise.
-  out.deviation_m = step + (slope > 0 ? (threshold_N - out.bias_N) / slope : 0);
-  out.begins_in_contact = at == 0;
-  return out;
-}
-
-// Gavara (2016), doi:10.1038/srep21267: variance after a row over the variance before it.
-ContactEstimate by_ratio_of_variances(const PressCurve& curve, const SignalSettings&) {
-  const Eigen::Index n = curve.push_N.size(), window = std::max<Eigen::Index>(3, n / 10);
-  const auto variance = [&](Eigen::Index first) {
-    const auto part = curve.push_N.segment(first, window).array();
-    return (part - part.mean()).square().sum() / static_cast<double>(window - 1);
-  };
-  const double floor = std::max(curve.noise_N * curve.noise_N, 1e-300);
-  Eigen::VectorXd ratio = Eigen::VectorXd::Zero(n);
-  for (Eigen::Index i = window; i + window <= n; ++i)
-    ratio[i] = variance(i) / std::max(variance(i - window), 0.1 * floor);
-  Eigen::Index best = 0;
-  const double peak = ratio.maxCoeff(&best);
-  ContactEstimate out;
-  out.bias_N = curve.push_N.head(std::max<Eigen::Index>(1, best)).mean();
-  Eigen::Index low = best, high = best;
-  while (low > 0 && ratio[low - 1] > peak / 2) --low;
-  while (high + 1 < n && ratio[high + 1] > peak / 2) ++high;
-  const double step = curve.travel_m[1] - curve.travel_m[0];
-  out.travel_m = curve.travel_m[best];
-  out.deviation_m = step * std::max(1.0, static_cast<double>(high - low) / 2);
-  out.begins_in_contact = best <= window;
-  return out;
-}
-
 ContactEstimate by_smooth_curve(const PressCurve& curve, const SignalSettings&) {
   return contact_of_smooth_curve(curve);
 }
@@ -260,16 +211,11 @@ ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings)
   smooth.by = "smooth-curve";
   return smooth;
 }
-constexpr std::array<ContactEstimator, 6> kEstimators{{
+constexpr std::array<ContactEstimator, 3> kEstimators{{
     {"auto", "hertz where the tip is known, else smooth-curve", by_auto},
     {"hertz", "power law of the tip with free contact point, over the longest range that it fits",
      by_hertz},
     {"smooth-curve", "mean over all smooth curves from each contact point", by_smooth_curve},
-    {"two-line", "flat, then a line: the same with exponent 1", by_two_lines},
-    {"threshold", "first mean from which all are five deviations above the free push",
-     by_threshold},
-    {"ratio-of-variances", "largest variance after over variance before (Gavara 2016)",
-     by_ratio_of_variances},
 }};
 
 }  // namespace

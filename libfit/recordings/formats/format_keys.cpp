@@ -6,19 +6,13 @@
 namespace palpate::importers {
 namespace {
 
-constexpr std::string_view kTables = "csv hdf5 matlab tdms robot-palpation",
-                           kNamedTables = "csv hdf5 matlab tdms",
-                           kDelimited = "csv robot-palpation",
-                           kTexts = "csv robot-palpation afm-workshop afmformats instron nt-mdt",
-                           kRobot = "robot-palpation",
+constexpr std::string_view kTables = "csv hdf5 matlab robot-palpation",
+                           kNamedTables = "csv hdf5 matlab", kDelimited = "csv robot-palpation",
+                           kTexts = "csv robot-palpation instron", kRobot = "robot-palpation",
                            kByItself = "Leave it out: a file of this format says it itself.",
                            kOfRobots = "Leave it out: it is of the format robot-palpation.";
 
 constexpr std::array kKeys{
-    FormatKey{"cantilever",
-              "jpk igor nanoscope afmformats afmformats-hdf5 afm-workshop nt-mdt chiaro",
-              "Leave it out. Where a column is a spring's deflection, write it times the stiffness "
-              "into a column of force."},
     FormatKey{"columns", kTables, kByItself},
     FormatKey{"units", kTables, kByItself},
     FormatKey{"force_on", kTables, kByItself},

@@ -7,7 +7,7 @@ namespace palpate::importers {
 
 /// A key of a recording's entry that some formats alone read.
 struct FormatKey {
-  std::string_view name;     ///< as in the manifest: "cantilever", "columns.normal"
+  std::string_view name;     ///< as in the manifest: "separator", "columns.normal"
   std::string_view formats;  ///< that read it, with blanks between
   std::string_view remedy;   ///< for other formats
 };

@@ -9,38 +9,52 @@
 
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/formats/format_keys.hpp"
-#include "libfit/recordings/formats/zip_file.hpp"
 
 namespace palpate::importers {
 namespace {
 
-constexpr std::array<Importer, 14> kImporters{{
-    {"jpk", "JPK force curve or map: .jpk-force, .jpk-force-map, .jpk-qi-data", begins_zip,
-     read_jpk},
-    {"igor", "Igor binary wave of an Asylum Research microscope: .ibw", begins_igor, read_igor},
-    {"nanoscope", "NanoScope force curve of a Bruker microscope: .spm, .000", begins_nanoscope,
-     read_nanoscope},
-    {"afmformats", "force curve as afmformats exports it: .tab", begins_afmformats,
-     read_afmformats},
-    {"afmformats-hdf5", "force curves as afmformats exports them: .h5", nullptr,
-     read_afmformats_hdf5},
-    {"matlab", "variables of a .mat file (5 to 7.3), named in the manifest", begins_matlab,
-     read_matlab},
-    {"hdf5", "data sets of an HDF5 file, named in the manifest", begins_hdf5, read_columns_hdf5},
-    {"tdms", "channels of a LabVIEW file (TDMS), a recording for each group", begins_tdms,
-     read_tdms},
-    {"chiaro", "nanoindenter of Optics11 (Chiaro, Piuma), text export", begins_chiaro, read_chiaro},
-    {"afm-workshop", "AFMWorkshop force-distance curve, extend and retract side by side",
-     begins_afm_workshop, read_afm_workshop},
-    {"instron", "compression test as the Instron-like export of the silicone phantoms",
-     begins_instron, read_instron},
-    {"nt-mdt", "NT-MDT curve: three columns, decimal comma, no header", begins_nt_mdt, read_nt_mdt},
-    {"robot-palpation",
-     "a row per depth: contact point, surface normal, contact force, desired and current position",
-     nullptr, read_robot_palpation},
-    {"csv", "delimited text with the columns that the manifest or their own names tell",
-     begins_named_columns, read_columns_csv},
-}};
+constexpr std::array kImporters{
+    Importer{"matlab", "variables of a .mat file (5 to 7.3), named in the manifest", begins_matlab,
+             read_matlab},
+    Importer{"hdf5", "data sets of an HDF5 file, named in the manifest", begins_hdf5,
+             read_columns_hdf5},
+    Importer{"instron", "compression test as the Instron-like export of the silicone phantoms",
+             begins_instron, read_instron},
+    Importer{"robot-palpation",
+             "a row per depth: contact point, surface normal, contact force, desired and current "
+             "position",
+             nullptr, read_robot_palpation},
+    Importer{"csv", "delimited text with the columns that the manifest or their own names tell",
+             begins_named_columns, read_columns_csv},
+};
+
+/// A kind of file that other programs write as a table.
+struct ForeignFile {
+  std::string_view begins, contains;  ///< its first bytes; what stands within its first megabyte
+  const char *is, *remedy;
+};
+constexpr const char* kByAfmformats =
+    "Convert it with the Python package afmformats, which writes tables, and name their columns "
+    "in the manifest (docs/measured-data.md).";
+constexpr const char* kBySheet = "Save the sheet as CSV.";
+constexpr const char* kByNumpy =
+    "Save it as text, here of an archive a: numpy.savetxt(\"a.csv\", "
+    "numpy.column_stack(list(a.values())), delimiter=\",\", header=\",\".join(a), "
+    "comments=\"\").";
+constexpr ForeignFile kForeignFiles[] = {
+    {"PK\3\4", "segments/", "is a force curve of JPK", kByAfmformats},
+    {"PK\3\4", "xl/", "is a spreadsheet", kBySheet},
+    {"PK\3\4", "opendocument", "is a spreadsheet", kBySheet},
+    {"PK\3\4", ".npy", "is an archive of NumPy arrays", kByNumpy},
+    {"PK\3\4", "", "is a zip file", "Unpack it, and name the recordings in it."},
+    {"\x93NUMPY", "", "is an array of NumPy", kByNumpy},
+    {"\\*F", "", "is a force curve of NanoScope", kByAfmformats},
+    {{"\5\0", 2}, "", "is an Igor binary wave", kByAfmformats},
+    {{"\0\5", 2}, "", "is an Igor binary wave", kByAfmformats},
+    {"TDSm", "", "is a TDMS file of LabVIEW",
+     "Convert it with the Python package npTDMS, whose as_dataframe().to_csv() writes a table."},
+};
+constexpr std::size_t kSearchedBytes = std::size_t{1} << 20;  // of a file, for `contains`
 
 constexpr std::size_t kHeadBytes = 4096;  // what the formats look at
 
@@ -48,39 +62,19 @@ bool has_columns(const ColumnNames& c) {
   return !c.depth.empty() || !c.position.empty() || !c.force.empty();
 }
 
-Error numpy_error(const std::filesystem::path& path, const std::string& what) {
-  return Error(path.string(), what + ", which is not read",
-               "Save it as text, here of an archive a: numpy.savetxt(\"a.csv\", "
-               "numpy.column_stack(list(a.values())), delimiter=\",\", header=\",\".join(a), "
-               "comments=\"\").");
-}
-
-// Files that are packed as those of JPK are, and hold something else.
-void refuse_other_zip(const std::filesystem::path& path, std::string_view bytes,
-                      const ReadSettings& settings) {
-  const ZipFile zip(path, bytes, settings.max_bytes);
-  std::vector<std::string> arrays;
-  for (const std::string& name : zip.names()) {
-    if (name.ends_with(".npy")) arrays.push_back(name.substr(0, name.size() - 4));
-    if (name.starts_with("xl/") || name == "content.xml")
-      throw Error(path.string(), "is a spreadsheet, which is not read", "Save the sheet as CSV.");
-  }
-  if (!arrays.empty())
-    throw numpy_error(path, "is an archive of NumPy arrays (" + listed(arrays) + ")");
+void refuse_foreign(const std::filesystem::path& path, std::string_view bytes) {
+  const std::string_view searched = bytes.substr(0, kSearchedBytes);
+  for (const ForeignFile& file : kForeignFiles)
+    if (bytes.starts_with(file.begins) && searched.find(file.contains) != std::string_view::npos)
+      throw Error(path.string(), std::string(file.is) + ", which is not read", file.remedy);
 }
 
 // The format of a file that the manifest leaves open. Columns named in the manifest mean a table.
 const Importer& recognise(const std::filesystem::path& path, std::string_view bytes,
                           const ReadSettings& settings) {
   const std::string_view head = bytes.substr(0, kHeadBytes);
-  // Of HDF5 files those of afmformats say in every curve how it was imaged.
-  if (begins_hdf5(head) && !has_columns(settings.columns) &&
-      bytes.find("imaging mode") != std::string_view::npos)
-    return *importer_named("afmformats-hdf5");
-  const bool is_binary = begins_hdf5(head) || begins_zip(head) || begins_igor(head) ||
-                         begins_matlab(head) || begins_nanoscope(head) || begins_tdms(head);
-  if (begins_zip(head)) refuse_other_zip(path, bytes, settings);
-  if (head.starts_with("\x93NUMPY")) throw numpy_error(path, "is an array of NumPy");
+  refuse_foreign(path, bytes);
+  const bool is_binary = begins_hdf5(head) || begins_matlab(head);
   if (has_columns(settings.columns) && !is_binary) return *importer_named("csv");
   for (const Importer& row : kImporters)
     if (row.begins && row.begins(head)) return row;
@@ -141,8 +135,6 @@ std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std
                       (r.push_N.empty() && r.force_N.rows() == 0)))
       throw Error(path.string(), "names neither one axis nor three of position and force",
                   "Name depth or three positions, and one force or three, under `columns`.");
-    if (r.probe_radius_m)
-      r.taken.push_back("tip radius " + number(1e6 * *r.probe_radius_m) + " um");
     if (r.contact_m) r.taken.push_back("position " + coordinates(*r.contact_m));
   }
   return recordings;

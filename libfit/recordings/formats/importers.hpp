@@ -61,37 +61,11 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path&, std
                                                const ReadSettings&);
 std::vector<RawRecording> read_instron(const std::filesystem::path&, std::string_view,
                                        const ReadSettings&);
-std::vector<RawRecording> read_nanoscope(const std::filesystem::path&, std::string_view,
-                                         const ReadSettings&);
-std::vector<RawRecording> read_chiaro(const std::filesystem::path&, std::string_view,
-                                      const ReadSettings&);
-std::vector<RawRecording> read_afm_workshop(const std::filesystem::path&, std::string_view,
-                                            const ReadSettings&);
-std::vector<RawRecording> read_nt_mdt(const std::filesystem::path&, std::string_view,
-                                      const ReadSettings&);
-std::vector<RawRecording> read_jpk(const std::filesystem::path&, std::string_view,
-                                   const ReadSettings&);
-std::vector<RawRecording> read_igor(const std::filesystem::path&, std::string_view,
-                                    const ReadSettings&);
-std::vector<RawRecording> read_afmformats(const std::filesystem::path&, std::string_view,
-                                          const ReadSettings&);
-std::vector<RawRecording> read_afmformats_hdf5(const std::filesystem::path&, std::string_view,
-                                               const ReadSettings&);
 std::vector<RawRecording> read_matlab(const std::filesystem::path&, std::string_view,
                                       const ReadSettings&);
-std::vector<RawRecording> read_tdms(const std::filesystem::path&, std::string_view,
-                                    const ReadSettings&);
-bool begins_tdms(std::string_view head);
-bool begins_igor(std::string_view head);
-bool begins_afmformats(std::string_view head);
 bool begins_matlab(std::string_view head);
 bool begins_named_columns(std::string_view head);
-bool begins_zip(std::string_view head);
 bool begins_hdf5(std::string_view head);
 bool begins_instron(std::string_view head);
-bool begins_nanoscope(std::string_view head);
-bool begins_chiaro(std::string_view head);
-bool begins_afm_workshop(std::string_view head);
-bool begins_nt_mdt(std::string_view head);
 
 }  // namespace palpate::importers

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,14 +29,6 @@ struct UnitNames {
   std::string torque = {};
 };
 
-/// Turns the deflection signal of an atomic force microscope into force and indentation; 0 where
-/// nobody says.
-struct Cantilever {
-  double stiffness_N_m = 0;
-  double sensitivity_m = 0;  ///< deflection per unit of the signal (V, nA)
-  double stiffness_deviation = 0, sensitivity_deviation = 0;  ///< shares; 0: not stated
-};
-
 /// A key that a manifest says, and where: "manifest.toml:5:14".
 struct SaidKey {
   std::string name, where;
@@ -54,8 +45,7 @@ struct ReadSettings {
   char decimal = 0;                ///< 0: a point, or a comma where the separator leaves it free
   std::string encoding = "utf-8";  ///< or "latin-1"
   std::string comment = "#";       ///< lines that begin so are no rows
-  std::optional<Cantilever> cantilever;
-  bool drop_invalid = false;  ///< leave out unusable rows and count them, instead of refusing
+  bool drop_invalid = false;       ///< leave out unusable rows and count them, instead of refusing
   std::uintmax_t max_bytes = std::uintmax_t{256} << 20;  ///< of the content, unpacked
   /// Of the entry itself, without [defaults]: those of FormatKey that the file's format does not
   /// read are refused.
@@ -78,18 +68,13 @@ struct RawRecording {
   std::optional<Eigen::Index> retract_begins;  ///< row, where the file says it
   std::optional<Vec3> contact_m;               ///< where the press began, where the file says it
   std::optional<Vec3> normal;                  ///< inward unit, likewise
-  std::optional<double> probe_radius_m;
-  std::size_t dropped_rows = 0;          ///< left out by drop_invalid
-  bool is_force_from_signal = false;     ///< by Cantilever
-  std::optional<Cantilever> cantilever;  ///< as it was used: the manifest's, else the file's
-  std::string format;                    ///< a name of kImporters
-  UnitNames units = {};                  ///< of position and force, as they were read
-  std::string place = {};                ///< which one it is, of a recording of several places
+  std::size_t dropped_rows = 0;                ///< left out by drop_invalid
+  std::string format;                          ///< a name of kImporters
+  UnitNames units = {};                        ///< of position and force, as they were read
+  std::string place = {};          ///< which one it is, of a recording of several places
   std::vector<std::string> taken;  ///< of the file beside the rows: "spring constant 0.04 N/m"
   std::optional<Error>
       unread;  ///< why it could not be read, of several in a file: then it is empty
-  std::map<std::string, std::string>
-      facts;  ///< what else the file says: instrument, date, its own result
 
   Eigen::Index rows() const { return static_cast<Eigen::Index>(line.size()); }
   bool is_axial() const { return position_m.rows() == 0; }

@@ -118,9 +118,6 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
     r.line.assign(line.begin() + first, line.begin() + last);
     r.contact_m = Vec3(contact.row(first));
     r.normal = Vec3(normal.row(first)).normalized();
-    const double error_m =
-        (desired - position).middleRows(first, last - first).rowwise().norm().maxCoeff();
-    r.facts["largest_tracking_error_m"] = fmt::format("{:f}", error_m);
     recordings.push_back(std::move(r));
   }
   recordings.front().dropped_rows = table.numbers.dropped_rows;

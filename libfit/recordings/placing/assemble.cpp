@@ -288,8 +288,8 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   }
   if (const std::string note = break_note(candidates); !note.empty())
     out.notes.insert(out.notes.begin(), note);
-  for (const auto& notes : {cantilever_notes(items, candidates), copy_notes(items, results)})
-    out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
+  const auto copies = copy_notes(items, results);
+  out.notes.insert(out.notes.begin(), copies.begin(), copies.end());
   if (out.relaxation) {
     const auto told = relaxation_notes(*out.relaxation);
     out.notes.insert(out.notes.begin(), told.begin(), told.end());

@@ -21,7 +21,7 @@ constexpr double kGoesOn = 0.3;        // of the mean stride
 constexpr double kBeyond = 0.1;        // of the way in
 constexpr Eigen::Index kFewestBefore = 8;
 
-// Deviation of push from the mean of its neighbours where it is above least_N: a cantilever's
+// Deviation of push from the mean of its neighbours where it is above least_N: a sensor's
 // light, a motor or a body that is rough, none of which breaks. By the median, which one break
 // leaves.
 double waves_N(const Eigen::VectorXd& push, double least_N) {

@@ -12,8 +12,8 @@ namespace palpate::recordings {
 enum class Drift { none, bias, line };
 
 /// Shape of the tip that pressed, for the contact estimate: force grows as depth to the power
-/// 3/2 (sphere), 1 (flat) or 2 (cone, and pyramids of four and of three faces).
-enum class Tip { sphere, flat, cone, pyramid, pyramid_3 };
+/// 3/2 (sphere), 1 (flat) or 2 (cone).
+enum class Tip { sphere, flat, cone };
 
 /// Which way of a press gives its rows: the way in that goes farthest, the way back from it, or the
 /// mean of every way in and back that goes as far (the middle of the loop, on all readings).
@@ -33,7 +33,6 @@ struct SignalSettings {
   std::string contact = "auto";                    ///< a name of kContactEstimators
   std::optional<KnownContact> known_contact = {};  ///< by the rig; nothing is estimated then
   bool has_common_contact = false;  ///< one for all presses of its point, see common_contacts
-  bool keeps_way_in = false;        ///< Conditioned::way_in_travel_m, way_in_push_N
   double contact_range = 0;  ///< share of the largest force that it fits, 0: as far as it fits well
   Drift drift = Drift::bias;
   Tip tip = Tip::sphere;
@@ -41,9 +40,8 @@ struct SignalSettings {
   /// Positions are of the tip's centre: where it touches lies a radius further inward. Of
   /// recordings with three axes, and tips with a radius alone.
   bool is_position_of_center = false;
-  double half_angle_rad = 0;  ///< of a cone, or between a pyramid's axis and its faces; 0: unknown
-  double thickness_m = 0;     ///< of the body, a layer on a rigid ground; 0: deep. Of moduli alone
-  double poisson = 0.5;       ///< of the body, for moduli alone
+  double half_angle_rad = 0;  ///< of a cone; 0: unknown
+  double poisson = 0.5;       ///< of the body
   double smooth_s = 0;        ///< standard deviation of the Gaussian filter, which has no delay
   double force_delay_s = 0;   ///< the force signal is this late
   double compliance_m_N = 0;  ///< of the rig: travel that the body does not see

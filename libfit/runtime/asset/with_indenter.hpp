@@ -24,7 +24,7 @@ constexpr int kMaxHalvings = 5;          ///< of an interval between two knots o
 /// Over the ball's radius: beyond these (M83) is not followed any further.
 constexpr double kLeastRadius = 0.4, kMostRadius = 2;
 /// Of the first row's depth: the stiffness does not change below it. Force there: 1e-4 of the
-/// row's; a stiffness of 0 at depth 0 would leave no slip certified there.
+/// row's; a stiffness of 0 at depth 0 would leave slips there without one.
 constexpr double kEvenShare = 0.002;
 constexpr double kIndenterTolerance = 2e-4;  ///< of the largest slope of a basis function
 

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "libfem/calibrate/homogeneous_tests.hpp"
+#include "tests/libfem/calibrate/region_holds.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -87,7 +88,7 @@ TEST(Identify, holds_the_truth_in_its_region_in_95_of_100_noisy_trials) {
         Eigen::VectorXd values(std::ssize(found.free));
         for (Eigen::Index k = 0; k < values.size(); ++k)
           values[k] = truth.values[found.free[static_cast<std::size_t>(k)]];
-        held += found.region_holds(values);
+        held += region_holds(found, values);
       }
       RecordProperty(truth.law + (is_stated ? "_stated" : "_unstated"), held);
       EXPECT_GE(held, 90) << truth.law << (is_stated ? "" : ", deviations not stated");

@@ -8,6 +8,7 @@
 
 #include "libfem/solve/experiments/simulate.hpp"
 #include "libfit/core/join_samples.hpp"
+#include "tests/libfem/calibrate/region_holds.hpp"
 #include "tests/libfem/solve/block.hpp"
 
 namespace palpate::fem {
@@ -158,7 +159,7 @@ TEST(PressedBody, holds_the_truth_in_90_of_100_regions_from_presses_with_2_perce
                                               return out;
                                             },
                                             {.free = {0, 1}});
-      held += found.region_holds(Eigen::Vector2d(truth.values[0], truth.values[1]));
+      held += region_holds(found, Eigen::Vector2d(truth.values[0], truth.values[1]));
       told_apart += found.are_told_apart;
     }
     RecordProperty(truth.law + "_held", held);

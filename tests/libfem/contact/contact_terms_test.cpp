@@ -133,40 +133,25 @@ TEST_P(ContactTerms, force_is_the_derivative_of_energy_for_the_limit_held) {
   }
 }
 
-TEST_P(ContactTerms, stiffness_is_the_derivative_of_force) {
-  for (unsigned seed = kSeed; seed < kSeed + 4; ++seed) {
-    Pressed at(GetParam().friction, GetParam().along_m, 5e-5, seed);
-    at.contact.evaluate({at.u, at.pose, at.history});
-    const Points d = random_field(at.u.rows(), kRadius_m, seed + 200);
-    const Points exact = stiffness_times(at.sheet, at.contact, d);
-    double least = std::numeric_limits<double>::infinity();
-    for (const double h : {1e-5, 1e-6, 1e-7}) {
-      at.contact.evaluate({at.u + h * d, at.pose, at.history});
-      Points difference = assembled_force(at.sheet, at.contact);
-      at.contact.evaluate({at.u - h * d, at.pose, at.history});
-      difference -= assembled_force(at.sheet, at.contact);
-      least = std::min(least, (difference / (2 * h) - exact).norm());
+TEST_P(ContactTerms, stiffness_is_the_derivative_of_force_for_the_limit_held_and_coupled) {
+  for (const bool is_coupled : {false, true})
+    for (unsigned seed = kSeed; seed < kSeed + 4; ++seed) {
+      Pressed at(GetParam().friction, GetParam().along_m, 5e-5, seed);
+      const auto force_at = [&](const Points& u) {
+        const ContactTrial trial{u, at.pose, at.history};
+        is_coupled ? at.contact.evaluate_coupled(trial) : at.contact.evaluate(trial);
+        return assembled_force(at.sheet, at.contact);
+      };
+      force_at(at.u);
+      const Points d = random_field(at.u.rows(), kRadius_m, seed + 200);
+      const Points exact = stiffness_times(at.sheet, at.contact, d);
+      double least = std::numeric_limits<double>::infinity();
+      for (const double h : {1e-5, 1e-6, 1e-7}) {
+        const Points difference = force_at(at.u + h * d) - force_at(at.u - h * d);
+        least = std::min(least, (difference / (2 * h) - exact).norm());
+      }
+      EXPECT_LE(least, 1e-5 * exact.norm()) << "seed " << seed;
     }
-    EXPECT_LE(least, 1e-5 * exact.norm()) << "seed " << seed;
-  }
-}
-
-TEST_P(ContactTerms, coupled_stiffness_is_the_derivative_of_coupled_force) {
-  for (unsigned seed = kSeed; seed < kSeed + 4; ++seed) {
-    Pressed at(GetParam().friction, GetParam().along_m, 5e-5, seed);
-    at.contact.evaluate_coupled({at.u, at.pose, at.history});
-    const Points d = random_field(at.u.rows(), kRadius_m, seed + 200);
-    const Points exact = stiffness_times(at.sheet, at.contact, d);
-    double least = std::numeric_limits<double>::infinity();
-    for (const double h : {1e-5, 1e-6, 1e-7}) {
-      at.contact.evaluate_coupled({at.u + h * d, at.pose, at.history});
-      Points difference = assembled_force(at.sheet, at.contact);
-      at.contact.evaluate_coupled({at.u - h * d, at.pose, at.history});
-      difference -= assembled_force(at.sheet, at.contact);
-      least = std::min(least, (difference / (2 * h) - exact).norm());
-    }
-    EXPECT_LE(least, 1e-5 * exact.norm()) << "seed " << seed;
-  }
 }
 
 TEST_P(ContactTerms, coupled_forces_are_those_of_the_limit_lagged_at_the_same_place) {

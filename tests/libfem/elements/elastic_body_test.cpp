@@ -12,6 +12,7 @@
 #include "libfem/materials/neo_hookean.hpp"
 #include "tests/libfem/fields.hpp"
 #include "tests/libfem/materials/examples.hpp"
+#include "tests/libfem/matrix_entries.hpp"
 #include "tests/libfem/solve/block.hpp"
 
 namespace palpate::fem {
@@ -88,14 +89,6 @@ void add_to_free(const ElasticBody& body, const Eigen::VectorXd& by, Points& fie
   for (Eigen::Index n = 0; n < field.rows(); ++n)
     if (const auto i = body.free_index()[n]; i >= 0)
       field.row(n) += by.segment<3>(3 * i).transpose();
-}
-
-Eigen::MatrixXd dense(const SymmetricBlockMatrix& K) {
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(K.size(), K.size());
-  for (int c = 0; c < K.size(); ++c)
-    for (auto k = K.column_start()[c]; k < K.column_start()[c + 1]; ++k)
-      out(K.row_index()[k], c) = out(c, K.row_index()[k]) = K.values()[k];
-  return out;
 }
 
 class ElasticBodySuite : public testing::TestWithParam<ElementRow> {

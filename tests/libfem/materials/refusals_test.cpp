@@ -20,30 +20,6 @@ std::string message_of(const MaterialParameters& parameters) {
   return "accepted";
 }
 
-TEST(MaterialRefusals, an_unknown_law_is_refused_with_the_known_ones) {
-  std::string known;
-  for (const LawRow& row : material_laws())
-    known += (known.empty() ? "" : ", ") + std::string(row.name);
-  EXPECT_EQ(
-      message_of({"neohookean", {1e4, 0.45}}),
-      "scene.toml [material]: unknown material law \"neohookean\"\n  Use one of: " + known + ".");
-}
-
-TEST(MaterialRefusals, a_young_modulus_that_is_not_positive_is_refused) {
-  EXPECT_EQ(message_of({"neo-hookean", {-1e4, 0.45}}),
-            "scene.toml [material]: young must be positive, not -10000 Pa\n"
-            "  Correct the material; law neo-hookean takes young, poisson (may be left out).");
-  EXPECT_NE(message_of({"neo-hookean", {0, 0.45}}), "accepted");
-}
-
-TEST(MaterialRefusals, a_poisson_ratio_without_a_finite_bulk_modulus_is_refused) {
-  EXPECT_EQ(message_of({"neo-hookean", {1e4, 0.5}}),
-            "scene.toml [material]: poisson must lie above -1 and below 0.5, not 0.5\n"
-            "  Correct the material; law neo-hookean takes young, poisson (may be left out).");
-  EXPECT_NE(message_of({"neo-hookean", {1e4, -1}}), "accepted");
-  EXPECT_EQ(message_of({"neo-hookean", {1e4, 0.499}}), "accepted");
-}
-
 TEST(MaterialRefusals, missing_and_infinite_values_are_refused) {
   EXPECT_EQ(message_of({"neo-hookean", {}}),
             "scene.toml [material]: law neo-hookean takes 2 values, not 0\n"
@@ -73,6 +49,9 @@ void expect_refused(const std::string& law, const std::vector<double>& values,
 }
 
 TEST(MaterialRefusals, materials_that_are_not_stable_are_refused) {
+  expect_refused("neo-hookean", {0, 0.45}, "young must be positive, not 0 Pa");
+  expect_refused("neo-hookean", {1e4, -1}, "poisson must lie above -1 and below 0.5, not -1");
+  EXPECT_EQ(message_of({"neo-hookean", {1e4, 0.499}}), "accepted");
   expect_refused("mooney-rivlin", {-1, 5}, "c10 must not be negative, not -1 Pa");
   expect_refused("mooney-rivlin", {5, -1}, "c01 must not be negative, not -1 Pa");
   expect_refused("mooney-rivlin", {0, 0}, "c10 and c01 must not both be zero");
@@ -96,18 +75,6 @@ TEST(MaterialRefusals, materials_that_are_not_stable_are_refused) {
                  "dispersion must lie between 0 and 1/3");
   expect_refused("yeoh", {1, 0, 0, 0.5}, "poisson must lie above -1 and below 0.5, not 0.5");
   expect_refused("yeoh", {1, 0, 0, 0.45, -3}, "bulk must be positive, not -3 Pa");
-}
-
-// The bound that veronda-westmann refuses at: greater stress along greater stretch, everywhere
-// above it.
-TEST(MaterialRefusals, veronda_westmann_keeps_the_baker_ericksen_inequality_just_above_its_bound) {
-  const auto fails = [](double c2) {
-    for (double l = 1.0; l < 6; l += 1e-3)
-      if (c2 * (l * l + 2 / l - 3) < std::log(l * l / 2)) return true;
-    return false;
-  };
-  EXPECT_TRUE(fails(0.357));
-  EXPECT_FALSE(fails(0.3576));
 }
 
 TEST(MaterialRefusals, fibres_count_by_direction_not_by_length) {

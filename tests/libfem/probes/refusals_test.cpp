@@ -47,20 +47,6 @@ TEST(ProbeRefusals, name_the_number_and_the_known_shapes) {
   EXPECT_EQ(message_of(spec_of("sphere", {})), "accepted");  // 5 mm
 }
 
-TEST(ProbeRefusals, a_key_of_another_shape_says_whose_it_is) {
-  ProbeSpec spec = sphere_spec(0.01);
-  spec.values["edge_radius"] = {0.001};
-  EXPECT_EQ(message_of(spec),
-            "[probe]: shape \"sphere\" has no edge_radius\n"
-            "  edge_radius belongs to shape flat. A sphere takes radius.");
-  spec = sphere_spec(0.01);
-  spec.orientation = Vec3::UnitX();
-  EXPECT_EQ(message_of(spec),
-            "[probe]: shape \"sphere\" has no orientation\n"
-            "  orientation belongs to shape " +
-                shapes_with("orientation") + ". A sphere takes radius.");
-}
-
 TEST(ProbeRefusals, a_missing_key_is_shown_as_it_is_written) {
   EXPECT_EQ(message_of(spec_of("flat", {})),
             "[probe]: shape \"flat\" needs radius, of the rod\n  Add radius = \"5 mm\".");

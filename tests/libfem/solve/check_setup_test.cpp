@@ -15,20 +15,6 @@ std::string message_of(const SimulationSetup& setup) {
   return "accepted";
 }
 
-std::string message_of(const Experiments& experiments) {
-  try {
-    check_experiments(block_setup(0.3), experiments, block_top(), -Vec3::UnitZ());
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
-TEST(CheckSetup, accepts_the_block_of_these_tests) {
-  EXPECT_EQ(message_of(block_setup(0.3)), "accepted");
-  EXPECT_EQ(message_of(press_and_one_drag()), "accepted");
-}
-
 TEST(CheckSetup, refuses_a_body_that_nothing_holds) {
   SimulationSetup setup = block_setup(0.3);
   setup.is_held.assign(setup.is_held.size(), 0);
@@ -58,36 +44,12 @@ TEST(CheckSetup, refuses_a_coarse_grid_that_cannot_be_as_coarse_as_it_says) {
   EXPECT_EQ(message_of(setup), "accepted") << "as shipped";
 }
 
-TEST(CheckSetup, refuses_a_probe_larger_than_the_body) {
-  SimulationSetup setup = block_setup(0.3);
-  setup.probe = sphere_spec(8);
-  EXPECT_EQ(message_of(setup),
-            "[probe]: the probe (1.6e+04 mm wide) is larger than the body (60 mm)\n"
-            "  Check length_unit and the size of the probe.");
-}
-
 TEST(CheckSetup, says_which_material_is_wrong) {
   SimulationSetup setup = block_setup(0.3);
   setup.materials.push_back({"neo-hookean", {1e4, 0.5}});
   EXPECT_EQ(message_of(setup),
             "[[inclusion]] 1: poisson must lie above -1 and below 0.5, not 0.5\n"
             "  Correct the material; law neo-hookean takes young, poisson (may be left out).");
-}
-
-TEST(CheckExperiments, refuses_a_press_through_the_body) {
-  Experiments experiments = press_and_one_drag();
-  experiments.depth_m = 0.031;
-  EXPECT_EQ(message_of(experiments),
-            "[experiments]: depth 31 mm is more than the body is thick (30 mm) at a test point\n"
-            "  Press less deep, or restrict the region of test points.");
-}
-
-TEST(CheckExperiments, refuses_a_drag_deeper_than_the_press) {
-  Experiments experiments = press_and_one_drag();
-  experiments.drag_depths_m = {0.005};
-  EXPECT_EQ(message_of(experiments),
-            "[experiments]: drag depth 5 mm is not within the press (4 mm)\n"
-            "  Keep drag_depths between 0 and depth.");
 }
 
 }  // namespace

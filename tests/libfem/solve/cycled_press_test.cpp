@@ -53,15 +53,6 @@ TEST(CycledPress, a_press_in_and_out_and_in_again_is_softer_up_to_where_it_had_b
   EXPECT_GT(work_J, 0);
 }
 
-TEST(CycledPress, a_press_that_is_never_unloaded_has_the_forces_of_a_body_that_does_not_soften) {
-  const PointRows soft = Simulator(setup(true)).press_and_drag(block_top(), kInward, press_only(3));
-  const PointRows whole =
-      Simulator(setup(false)).press_and_drag(block_top(), kInward, press_only(3));
-  for (std::size_t i = 0; i < whole.rows.size(); ++i)
-    EXPECT_LT((soft.rows[i].force - whole.rows[i].force).norm(), 0.005 * whole.rows[i].force.norm())
-        << i;
-}
-
 TEST(CycledPress, a_path_after_a_press_begins_out_of_touch) {
   const ToolPath path{3, Points(2 * kInward.transpose().replicate(2, 1))};
   const ToolPath out = after_press(path, kInward, 1);

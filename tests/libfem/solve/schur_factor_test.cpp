@@ -3,6 +3,7 @@
 #include "libfem/solve/equilibrium/condensed_tangent.hpp"
 #include "libfem/solve/factor/multifrontal.hpp"
 #include "libfit/core/error.hpp"
+#include "tests/libfem/fields.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +11,8 @@
 #include <Eigen/LU>
 #include <numeric>
 #include <random>
+
+#include "tests/libfem/matrix_entries.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -41,14 +44,6 @@ SymmetricBlockMatrix grid(double sign = 1) {
     }
   }
   return K;
-}
-
-Eigen::MatrixXd dense(const SymmetricBlockMatrix& K) {
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(K.size(), K.size());
-  for (int c = 0; c < K.size(); ++c)
-    for (auto k = K.column_start()[c]; k < K.column_start()[c + 1]; ++k)
-      out(K.row_index()[k], c) = out(c, K.row_index()[k]) = K.values()[k];
-  return out;
 }
 
 std::vector<std::int32_t> first_nodes(int count) {

@@ -40,17 +40,5 @@ TEST(TiltedPress, rows_say_how_the_tool_leans) {
             samples.lean);
 }
 
-TEST(TiltedPress, a_ball_does_not_feel_how_it_leans) {
-  const Simulator simulator(block_setup(0.3));
-  const PointRows upright = press_rod(simulator, Lean::Zero());
-  const PointRows leaning = press_rod(simulator, lean_of(50 * kDeg, 1));
-  for (std::size_t i = 0; i < upright.rows.size(); ++i) {
-    EXPECT_LT((upright.rows[i].force - leaning.rows[i].force).norm(),
-              1e-5 * upright.rows[i].force.norm());
-    EXPECT_LT((upright.rows[i].torque - leaning.rows[i].torque).norm(),
-              1e-5 * 0.008 * upright.rows[i].force.norm());
-  }
-}
-
 }  // namespace
 }  // namespace palpate::fem

@@ -50,7 +50,7 @@ std::string error_of(const std::function<void()>& action) {
 
 TEST_F(Exporting, every_row_of_the_table_writes_the_same_bytes_twice) {
   std::set<std::string_view> names, extensions;
-  for (const Exporter& row : exporters()) {
+  for (const Exporter& row : kExporters) {
     EXPECT_TRUE(names.insert(row.name).second) << row.name;
     EXPECT_TRUE(extensions.insert(row.extension).second) << row.name;
     EXPECT_FALSE(row.summary.empty()) << row.name;
@@ -67,7 +67,7 @@ TEST_F(Exporting, every_row_of_the_table_writes_the_same_bytes_twice) {
 }
 
 TEST_F(Exporting, every_row_refuses_a_model_whose_arrays_differ_in_size_and_leaves_the_old_file) {
-  for (const Exporter& row : exporters()) {
+  for (const Exporter& row : kExporters) {
     const fs::path path = (folder / "old").concat(row.extension);
     std::ofstream(path) << "old";
     Model bad = model;
@@ -84,7 +84,7 @@ TEST_F(Exporting, unknown_formats_are_refused_with_the_names) {
 }
 
 TEST_F(Exporting, the_format_follows_the_name) {
-  for (const Exporter& row : exporters())
+  for (const Exporter& row : kExporters)
     EXPECT_EQ(exporter_of_file("a.b" + std::string(row.extension)).name, row.name);
   EXPECT_EQ(error_of([] { exporter_of_file("a.obj"); }),
             "a.obj: nothing is exported as \".obj\"\n  The name says the format: let it end in one "

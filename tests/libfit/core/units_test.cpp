@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "libfit/core/misread_unit.hpp"
+#include "tests/support/surfaces.hpp"
 
 namespace palpate {
 namespace {
@@ -25,23 +26,12 @@ TEST(units, remedy_lists_every_unit_of_the_dimension) {
   EXPECT_EQ(known_units(Dimension::length), "m, dm, cm, mm, um, nm, in");
 }
 
-// A block of 80 x 80 x 30 mm.
-Surface block() {
-  Surface surface;
-  surface.vertices.resize(8, 3);
-  for (int v = 0; v < 8; ++v)
-    surface.vertices.row(v) << (v & 1 ? 0.08 : 0), (v & 2 ? 0.08 : 0), (v & 4 ? 0.03 : 0);
-  surface.triangles.resize(12, 3);
-  surface.triangles << 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4,
-      6, 0, 6, 2, 1, 3, 7, 1, 7, 5;
-  return surface;
-}
-
 TEST(units, places_beside_the_body_are_told_by_the_unit_that_they_would_lie_in) {
-  const auto unit_of = [](double x, double y, double z) {
+  const Surface block = testing_support::coarse_block(0.08, 0.08, 0.03);
+  const auto unit_of = [&](double x, double y, double z) {
     Points place(1, 3);
     place << x, y, z;
-    return misread_unit(place, block()).value_or("");
+    return misread_unit(place, block).value_or("");
   };
   EXPECT_EQ(unit_of(40, 40, 30.5), "mm");
   EXPECT_EQ(unit_of(4, 4, 3.05), "cm");
@@ -52,7 +42,7 @@ TEST(units, places_beside_the_body_are_told_by_the_unit_that_they_would_lie_in) 
   EXPECT_EQ(unit_of(1e9, 0, 0), "") << "nowhere";
   Points path(2, 3);
   path << 0.04, 0.04, 0.05, 40, 40, 30;
-  EXPECT_FALSE(misread_unit(path, block())) << "a path that comes by";
+  EXPECT_FALSE(misread_unit(path, block)) << "a path that comes by";
 }
 
 TEST(units, a_length_of_ten_bodies_is_told_by_its_unit) {

@@ -136,21 +136,6 @@ TEST(drag, limit_and_friction_come_from_slip_rows) {
   EXPECT_EQ(fitted.status[0], FitStatus::good) << fitted.message[0];
 }
 
-TEST(drag, three_depths_suffice_for_a_coulomb_limit_at_every_depth) {
-  const Curve normal = [](double d) { return 2000 * std::pow(d, 1.5); };
-  const Curve lateral = [](double r) { return 150 * r; };
-  const Curve limit = [&](double d) { return 0.4 * normal(d); };
-  Recorder rig;
-  const int p = rig.add_point(Vec3(0, 0, -1));
-  rig.press(p, normal, 0.01, 24);
-  for (const double depth_m : {0.004, 0.007, 0.01})
-    rig.flat_drag(p, normal, lateral, limit, depth_m, 0.01, 20, 0);
-  const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
-  const Curve found_limit = fitted_curve(fitted, 0, CurveKind::limit);
-  for (double d = 0.001; d <= 0.01; d += 0.0005)
-    EXPECT_NEAR(found_limit(d), limit(d), 0.02 * limit(0.01)) << "depth " << d;
-}
-
 // Cattaneo-Mindlin: a rigid sphere on a half-space slips partially before it slides, and is
 // laterally stiffer the deeper it sits. Outside the separable model, as every simulated body is.
 TEST(drag, a_mindlin_contact_is_fitted_as_well_as_a_separable_model_can) {

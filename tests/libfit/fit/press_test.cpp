@@ -44,18 +44,6 @@ TEST(press, recovers_curves_of_the_model_class_from_noiseless_rows) {
   }
 }
 
-TEST(press, linear_rows_get_one_piece_and_their_slope) {
-  Recorder rig;
-  rig.press(
-      rig.add_point(Vec3::UnitZ()), [](double d) { return 400 * d; }, 0.01, 20);
-  FitReport report;
-  const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
-  EXPECT_EQ(fitted.curves.basis[0].pieces(), 1) << report.kind[0].reason;
-  EXPECT_LT(relative_rmse(
-                fitted_curve(fitted, 0, CurveKind::normal), [](double d) { return 400 * d; }, 0.02),
-            1e-6);
-}
-
 TEST(press, fitted_curves_rise_from_zero_whatever_the_rows) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     std::mt19937 random(seed);

@@ -255,17 +255,6 @@ TEST(bad_point, whose_forces_fall_with_depth_is_marked) {
   EXPECT_NE(bad.message.find("residual is"), std::string::npos) << bad.message;
 }
 
-TEST(bad_point, with_a_fifth_of_outliers_is_fitted_without_them) {
-  Recorder rig;
-  const int p = rig.add_point(Vec3::UnitY());
-  for (int i = 0; i < 3; ++i) rig.press(p, kNormal, 0.01, 50);
-  add_noise(rig.samples, 0.01, 31);
-  for (Eigen::Index i = 3; i < rig.samples.rows(); i += 5)
-    rig.samples.force.row(i) *= i % 2 == 0 ? 2.5 : -0.5;
-  const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
-  EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), kNormal, 0.01), 0.02);
-}
-
 TEST(bad_point, with_contradicting_forces_at_one_depth_gets_their_middle) {
   Recorder rig;
   const int p = rig.add_point(Vec3::UnitY());

@@ -52,25 +52,6 @@ TEST(WarmStart, without_a_change_every_point_is_kept_as_it_is) {
   EXPECT_EQ(again.rms_residual_N, first.curves.rms_residual_N);
 }
 
-TEST(WarmStart, refits_the_changed_point_alone_and_brings_what_a_whole_fit_brings) {
-  Samples samples = some_points(8);
-  const Fitted first(samples);
-  scale_rows_of(samples, 3, 1.2);
-  FitOptions options = first.options();
-  FitReport report;
-  const FittedCurves warm = fit_curves(samples, options, {}, &report);
-  EXPECT_EQ(report.points.kept, 7U);
-  const FittedCurves whole = fit_curves(samples, {.family = CurveFamily::separable});
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    ASSERT_EQ(whole.curves.basis[kind].knots_m, warm.curves.basis[kind].knots_m);
-    const double size = whole.curves.control[kind].maxCoeff();
-    EXPECT_LT((warm.curves.control[kind] - whole.curves.control[kind]).cwiseAbs().maxCoeff(),
-              1e-9 * size)
-        << kCurveNames[kind];
-    EXPECT_NE(warm.curves.control[kind].row(3), first.curves.curves.control[kind].row(3));
-  }
-}
-
 TEST(WarmStart, another_option_or_another_place_asks_for_a_refit) {
   Samples samples = some_points(4);
   const Fitted first(samples);

@@ -301,9 +301,9 @@ TEST_F(Damage, writers_refuse_what_readers_would) {
   EXPECT_EQ(error_of([&] { write_model(at("m.h5"), model); }),
             "m.h5:curves/normal/controls: row 0 is not exact in float32");
   Body body = example_body();
-  body.settings["fit/family"].text += '\0';
+  body.scene += '\0';
   EXPECT_EQ(error_of([&] { write_body(at("b.h5"), body); }),
-            "b.h5:settings/fit/family: text holds a zero byte");
+            "b.h5:scene/text: text holds a zero byte");
   EXPECT_TRUE(names().empty()) << "nothing half-written may stay";
 }
 

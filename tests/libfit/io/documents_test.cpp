@@ -30,9 +30,9 @@ bool is_in(const std::string& name, std::initializer_list<const char*> groups) {
   return std::ranges::any_of(groups, [&](const char* group) { return name.starts_with(group); });
 }
 
-// Of its own: neither the probe's nor a setting.
+// Of its own: neither the probe's nor the scene's.
 std::string own(const std::string& name) {
-  return is_in(name, {"probe/", "probe_1/", "settings/"}) ? "" : name;
+  return is_in(name, {"probe/", "probe_1/", "scene/"}) ? "" : name;
 }
 
 // Curves of each kind have the same data sets; other parts of a family have a table of their own.

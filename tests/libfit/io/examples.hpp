@@ -90,9 +90,9 @@ inline Body example_body() {
   body.is_held = {0, 0, 1, 1};
   body.mended = {"3 duplicate vertices were joined", ""};
   body.probe = example_probe();
-  body.settings["material/law"] = {"", {}, "lever \u03bc"};
-  body.settings["material/c20"] = {"Pa", {std::numeric_limits<double>::quiet_NaN()}, ""};
-  body.settings["experiments/drag_depths"] = {"m", {}, ""};
+  body.scene = "[material]\nlaw = 'lever \u03bc'\n";
+  body.scene_meshes = {{body.surface.vertices, body.surface.triangles, {}, {}},
+                       {body.volume.nodes, {}, body.volume.tets, {1, 0, 0, 1}}};
   return body;
 }
 

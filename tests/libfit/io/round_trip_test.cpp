@@ -172,14 +172,13 @@ TEST_F(RoundTrip, body_comes_back_bit_for_bit) {
   EXPECT_EQ(a.is_held, b.is_held);
   EXPECT_EQ(a.mended, b.mended);
   expect_same(a.probe, b.probe);
-  ASSERT_EQ(a.settings.size(), b.settings.size());
-  for (const auto& [key, setting] : a.settings) {
-    EXPECT_EQ(setting.unit, b.settings.at(key).unit) << key;
-    EXPECT_EQ(setting.text, b.settings.at(key).text) << key;
-    ASSERT_EQ(setting.numbers.size(), b.settings.at(key).numbers.size()) << key;
-    for (std::size_t i = 0; i < setting.numbers.size(); ++i)
-      EXPECT_EQ(std::bit_cast<std::uint64_t>(setting.numbers[i]),
-                std::bit_cast<std::uint64_t>(b.settings.at(key).numbers[i]));
+  EXPECT_EQ(a.scene, b.scene);
+  ASSERT_EQ(a.scene_meshes.size(), b.scene_meshes.size());
+  for (std::size_t i = 0; i < a.scene_meshes.size(); ++i) {
+    EXPECT_TRUE(same_bits(a.scene_meshes[i].vertices, b.scene_meshes[i].vertices));
+    EXPECT_TRUE(same_bits(a.scene_meshes[i].triangles, b.scene_meshes[i].triangles));
+    EXPECT_TRUE(same_bits(a.scene_meshes[i].tets, b.scene_meshes[i].tets));
+    EXPECT_EQ(a.scene_meshes[i].is_painted, b.scene_meshes[i].is_painted);
   }
 }
 
@@ -194,7 +193,7 @@ TEST_F(RoundTrip, body_without_volume_and_test_points_comes_back) {
   EXPECT_EQ(b.test_points.position.rows(), 0);
   EXPECT_TRUE(b.mended.empty());
   EXPECT_FALSE(b.probe);
-  EXPECT_TRUE(b.settings.empty());
+  EXPECT_TRUE(b.scene.empty());
 }
 
 TEST_F(RoundTrip, every_family_comes_back_part_by_part) {

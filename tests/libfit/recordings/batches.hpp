@@ -1,9 +1,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/signals_file.hpp"
@@ -39,23 +36,6 @@ class BatchTest : public testing_io::ScratchTest {
            read_whole_file(at(name + ".json")) + read_whole_file(at(name + ".signals.h5"));
   }
   void check(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results);
-  // A child that is killed from within when `after` items are done, as kill -9 does.
-  void run_and_kill(const std::vector<BatchItem>& items, const BatchOptions& options,
-                    std::size_t after) {
-    const pid_t child = fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) {
-      Progress progress;
-      progress.step = [&](std::size_t done, std::size_t, const std::string&) {
-        if (done >= after) ::kill(::getpid(), SIGKILL);
-      };
-      run_batch(items, options, progress);
-      _exit(0);
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    ASSERT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL);
-  }
 };
 
 inline void BatchTest::check(const std::vector<BatchItem>& items,

@@ -1,4 +1,4 @@
-// Torques of a recording, and what a cantilever's signal leaves open.
+// Torques of a recording.
 
 #include <gtest/gtest.h>
 
@@ -88,41 +88,6 @@ TEST_F(TorqueTest, a_wrong_unit_is_named) {
   EXPECT_NE(results[0].failure->what.find("which is no unit of torque"), std::string::npos)
       << results[0].failure->what;
   EXPECT_NE(results[0].failure->remedy.find("units.torque"), std::string::npos);
-}
-
-TEST_F(TorqueTest, the_effect_of_a_cantilever_is_that_of_changing_it) {
-  std::ostringstream text;  // a Hertz contact seen by a cantilever of 0.2 N/m, 80 nm/V
-  text << "Force-Distance Curve\r\n\r\nExtend Z-Sense(nm),Extend T-B(V),Retract Z-Sense(nm),"
-          "Retract T-B(V)\r\n";
-  text.precision(12);
-  for (int i = 0; i < 400; ++i) {
-    const double depth_nm = std::max(0.0, 1.0 * i - 150), bent_nm = 0.02 * std::pow(depth_nm, 1.5),
-                 z = i - 150 + bent_nm;
-    const double scanner = depth_nm > 0 ? z : i - 150.0;
-    text << scanner << ',' << bent_nm / 80 << ',' << scanner << ',' << bent_nm / 80 << "\r\n";
-  }
-  testing_io::write_quickly(at("a.csv"), text.str());
-  const auto modulus = [&](double stiffness, double sensitivity, CantileverEffect* effect) {
-    BatchItem item;
-    item.file = at("a.csv");
-    item.normal = Vec3(0, 0, -1);
-    item.position_m = Vec3::Zero();
-    item.read.cantilever = importers::Cantilever{stiffness, sensitivity, 0, 0};
-    item.signal.radius_m = 1e-6;
-    const auto results = run_batch({item}, {}, {});
-    EXPECT_FALSE(results[0].failure) << results[0].failure->what;
-    if (effect) *effect = *cantilever_effect(item, results[0].recordings.at(0));
-    return results[0].recordings.at(0).apparent_Pa;
-  };
-  CantileverEffect effect;
-  const double base = modulus(0.2, 80e-9, &effect);
-  EXPECT_NEAR(std::log(modulus(0.202, 80e-9, nullptr) / base) / std::log(1.01), effect.stiffness,
-              0.01);
-  // The contact point moves a little with the sensitivity, which the formula leaves out.
-  EXPECT_NEAR(std::log(modulus(0.2, 80.8e-9, nullptr) / base) / std::log(1.01), effect.sensitivity,
-              0.1 * effect.sensitivity);
-  EXPECT_GT(effect.sensitivity, 1.2);
-  EXPECT_GT(effect.max_sensitivity_m, 80e-9);
 }
 
 }  // namespace

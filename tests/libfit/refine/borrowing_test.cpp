@@ -20,45 +20,6 @@ TEST(Refine, plates_one_millimetre_apart_do_not_borrow) {
   }
 }
 
-TEST(Refine, the_far_side_of_a_one_millimetre_sheet_does_not_borrow) {
-  Surface lower = plate(40, 40, 0.1, 0.1, -0.001);
-  lower.triangles.col(1).swap(lower.triangles.col(2));  // faces down
-  const Surface upper = plate(40, 40, 0.1, 0.1), both = together(upper, lower);
-  const Surface points = plate(5, 5, 0.1, 0.1);
-  const Model model = refine(curves_at(points, kSmooth), both, all(both), kNone);
-  for (Eigen::Index v = 0; v < both.vertices.rows(); ++v)
-    EXPECT_EQ(bool(model.is_covered[static_cast<std::size_t>(v)]), v < upper.vertices.rows());
-}
-
-// Length along a strip folded twice: three layers of 50 mm, 1 mm apart; the first and the third
-// face up, 2 mm apart.
-Vec3 folded(double s) {
-  if (s < 0.05) return {s, 0, 0.002};
-  if (s < 0.051) return {0.05, 0, 0.002 - (s - 0.05)};
-  if (s < 0.101) return {0.05 - (s - 0.051), 0, 0.001};
-  if (s < 0.102) return {0, 0, 0.001 - (s - 0.101)};
-  return {s - 0.102, 0, 0};
-}
-
-TEST(Refine, layers_of_a_fold_do_not_borrow) {
-  const Surface fine = sheet(
-      304, 40, [](double u, double v) { return Vec3(folded(0.152 * u) + Vec3(0, 0.05 * v, 0)); });
-  const Surface points = plate(5, 5, 0.05, 0.05, 0.002);  // on the first layer only
-  for (const Triangles& triangles : {points.triangles, kNone}) {
-    const Model model = refine(curves_at(points, kSmooth), fine, all(fine), triangles);
-    int covered = 0;
-    for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v) {
-      // The second faces down and begins within reach of the points, the third faces up far away.
-      const bool is_other_layer = fine.vertices(v, 2) < 0.0011;
-      if (is_other_layer) {
-        EXPECT_FALSE(model.is_covered[static_cast<std::size_t>(v)]) << "vertex " << v;
-      }
-      covered += model.is_covered[static_cast<std::size_t>(v)];
-    }
-    EXPECT_GT(covered, fine.vertices.rows() / 4) << "the first layer";
-  }
-}
-
 TEST(Refine, banks_of_a_slit_do_not_borrow) {
   const Surface left = plate(20, 40, 0.0495, 0.1);
   Surface right = plate(20, 40, 0.0495, 0.1);

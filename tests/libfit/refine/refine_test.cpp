@@ -10,13 +10,6 @@
 namespace palpate::testing_refine {
 namespace {
 
-TEST(Refine, weights_are_a_partition_of_unity) {
-  const Surface sphere = icosphere(4, 0.03), points = icosphere(1, 0.03);
-  expect_partition_of_unity(
-      refine(curves_at(points, kSmooth), sphere, all(sphere), points.triangles));
-  expect_partition_of_unity(refine(curves_at(points, kSmooth), sphere, all(sphere), kNone));
-}
-
 TEST(Refine, linear_fields_on_a_plate_come_out_exactly) {
   const Surface fine = plate(40, 33, 0.1, 0.08), points = plate(5, 4, 0.1, 0.08);
   const Field linear = [](const Vec3& p) { return 2 + 7 * p.x() - 11 * p.y(); };
@@ -71,13 +64,6 @@ TEST(Refine, a_vertex_at_a_test_point_keeps_its_curves_exactly) {
       EXPECT_EQ(model.curves.control[1].row(i), curves.curves.control[1].row(i));
     }
   }
-}
-
-TEST(Refine, inward_normals_point_to_the_centre_of_a_sphere) {
-  const Surface fine = icosphere(3, 0.03);
-  const Model model = refine(curves_at(fine, kSmooth), fine, all(fine), fine.triangles);
-  for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v)
-    EXPECT_GT(-model.inward_normal.row(v).dot(fine.vertices.row(v)) / 0.03, 0.999);
 }
 
 TEST(Refine, answers_alike_twice_and_whatever_the_size_of_the_body) {

@@ -49,13 +49,5 @@ TEST(EdgePaths, agree_with_relaxing_every_edge_until_nothing_changes) {
     EXPECT_NEAR(found.distance_m[v], expected[v], 1e-11) << "seed 4, vertex " << v;
 }
 
-TEST(EdgePaths, do_not_jump_gaps) {
-  const Surface both = together(plate(10, 1, 1, 0.1), plate(10, 1, 1, 0.1, 1e-6));
-  const NearestSource found = nearest_source(both, {{{0, 0}}});
-  EXPECT_EQ(found.source.front(), 0);
-  EXPECT_EQ(found.source.back(), -1);
-  EXPECT_EQ(found.distance_m.back(), std::numeric_limits<double>::infinity());
-}
-
 }  // namespace
 }  // namespace palpate::testing_refine

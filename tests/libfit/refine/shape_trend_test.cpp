@@ -174,17 +174,5 @@ TEST(ShapeTrend, keeps_curves_at_test_points_and_curves_that_rise) {
     for (Eigen::Index k = 1; k < row.size(); ++k) EXPECT_GE(row[k], row[k - 1]);
 }
 
-TEST(ShapeTrend, at_the_controls_of_a_curve_is_at_their_depths) {
-  const CurveBasis cubic{3, {0, 0.003, 0.01}};  // Greville: 0, 1, 13/3, 23/3, 10 mm
-  const Eigen::RowVector4d trend(1, 2, 4, 8);   // at 2.5, 5, 7.5 and 10 mm
-  const Eigen::RowVectorXd found = at_controls(cubic, trend);
-  ASSERT_EQ(found.size(), 5);
-  EXPECT_DOUBLE_EQ(found[0], 1) << "the first, below it";
-  EXPECT_DOUBLE_EQ(found[1], 1);
-  EXPECT_NEAR(found[2], 1 + (13.0 / 3 - 2.5) / 2.5, 1e-12);
-  EXPECT_NEAR(found[3], 4 + 4 * (23.0 / 3 - 7.5) / 2.5, 1e-12);
-  EXPECT_DOUBLE_EQ(found[4], 8);
-}
-
 }  // namespace
 }  // namespace palpate::testing_refine

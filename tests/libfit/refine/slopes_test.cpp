@@ -77,12 +77,6 @@ TEST(Slopes, make_refinement_third_order_on_a_sphere) {
                      icosphere(6, 0.03));
 }
 
-TEST(Slopes, make_refinement_third_order_on_a_cylinder) {
-  expect_third_order(
-      {cylinder(12, 6, 0.03, 0.1), cylinder(24, 12, 0.03, 0.1), cylinder(48, 24, 0.03, 0.1)},
-      cylinder(192, 96, 0.03, 0.1));
-}
-
 TEST(Slopes, make_refinement_third_order_on_a_saddle) {
   const auto saddle = [](int cells) {
     return sheet(cells, cells, [](double u, double v) {

@@ -2,14 +2,17 @@
 
 #include <cmath>
 #include <functional>
-#include <map>
 #include <vector>
 
 #include "libfit/core/curves.hpp"
 #include "libfit/core/geometry.hpp"
+#include "tests/support/surfaces.hpp"
 
 // Surfaces with closed-form normals, and curves that are linear in depth with a given stiffness.
 namespace palpate::testing_refine {
+
+using testing_support::icosphere;
+using testing_support::together;
 
 /// A sheet over (u, v) in a grid of nu x nv cells, triangles counter-clockwise in (u, v).
 inline Surface sheet(int nu, int nv, const std::function<Vec3(double u, double v)>& at) {
@@ -57,50 +60,6 @@ inline Surface cylinder(int around, int along, double radius_m, double length_m)
       s.triangles.row(t++) << a, b, b + 1;
       s.triangles.row(t++) << a, b + 1, a + 1;
     }
-  return s;
-}
-
-/// An icosahedron split `level` times: 10 * 4^level + 2 vertices on the sphere.
-inline Surface icosphere(int level, double radius_m) {
-  const double g = (1 + std::sqrt(5.0)) / 2;
-  std::vector<Vec3> vertices{{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0},
-                             {0, -1, g}, {0, 1, g}, {0, -1, -g}, {0, 1, -g},
-                             {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
-  for (Vec3& v : vertices) v.normalize();
-  std::vector<Eigen::Vector3i> faces{{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
-                                     {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                                     {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
-                                     {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
-  for (int l = 0; l < level; ++l) {
-    std::map<std::pair<int, int>, int> middle;
-    const auto split = [&](int a, int b) {
-      const auto [at, is_new] = middle.try_emplace(std::minmax(a, b), int(vertices.size()));
-      if (is_new) vertices.push_back((vertices[size_t(a)] + vertices[size_t(b)]).normalized());
-      return at->second;
-    };
-    std::vector<Eigen::Vector3i> finer;
-    for (const auto& f : faces) {
-      const int a = split(f[0], f[1]), b = split(f[1], f[2]), c = split(f[2], f[0]);
-      finer.insert(finer.end(), {{f[0], a, c}, {f[1], b, a}, {f[2], c, b}, {a, b, c}});
-    }
-    faces = finer;
-  }
-  Surface s;
-  s.vertices.resize(Eigen::Index(vertices.size()), 3);
-  for (size_t i = 0; i < vertices.size(); ++i)
-    s.vertices.row(Eigen::Index(i)) = radius_m * vertices[i].transpose();
-  s.triangles.resize(Eigen::Index(faces.size()), 3);
-  for (size_t i = 0; i < faces.size(); ++i) s.triangles.row(Eigen::Index(i)) = faces[i].transpose();
-  return s;
-}
-
-/// Two surfaces as one, not joined.
-inline Surface together(const Surface& a, const Surface& b) {
-  Surface s;
-  s.vertices.resize(a.vertices.rows() + b.vertices.rows(), 3);
-  s.vertices << a.vertices, b.vertices;
-  s.triangles.resize(a.triangles.rows() + b.triangles.rows(), 3);
-  s.triangles << a.triangles, (b.triangles.array() + int(a.vertices.rows())).matrix();
   return s;
 }
 

@@ -288,37 +288,6 @@ TEST(ball, one_that_begins_deep_inside_feels_nothing_until_it_came_out) {
   }
 }
 
-TEST(ball, slips_end_at_the_limit_and_never_create_energy) {
-  const Loaded cylinder = load(cylinder_model());
-  Ball ball(cylinder.asset, 0.006);
-  ball.tick({0.041, 0.012, 0.05});
-  double before_J = 0;
-  long slips = 0;
-  for (int tick = 0; tick < 20000; ++tick) {
-    const double t = tick * 1e-3, angle = 0.4 + 0.7 * std::sin(3 * t),
-                 radius = 0.0335 + 0.002 * std::sin(1.7 * t);
-    ball.tick(
-        {radius * std::cos(angle), radius * std::sin(angle), 0.05 + 0.02 * std::sin(2.3 * t)});
-    ASSERT_EQ(ball.status, Status::ok);
-    ASSERT_GE(ball.out.dissipated_J, before_J * (1 - 1e-15) - 1e-16) << tick;
-    before_J = ball.out.dissipated_J;
-    if (ball.out.state != ContactState::slip || ball.out.flags != 0) continue;
-    ++slips;
-    double f_r = 0, limit = 0;
-    for (int k = 0; k < 3; ++k) {
-      const int v = cylinder.asset.corner(ball.out.triangle, k);
-      const float* control = cylinder.asset.node(v);
-      const int* offset = cylinder.asset.control_offset;
-      f_r += ball.out.weight[k] * runtime::curve_value(cylinder.asset.curves.view[1],
-                                                       control + offset[1], ball.out.lateral_m);
-      limit += ball.out.weight[k] * runtime::curve_value(cylinder.asset.curves.view[2],
-                                                         control + offset[2], ball.out.normal_m);
-    }
-    ASSERT_NEAR(f_r, limit, 1e-6 * limit) << tick;
-  }
-  EXPECT_GT(slips, 2000);
-}
-
 TEST(ball, bad_radii_are_refused) {
   const Loaded plate = load_plate();
   for (double radius : {-1.0, std::numeric_limits<double>::quiet_NaN(), 1e300}) {

@@ -371,16 +371,5 @@ TEST(c_abi, a_copied_contact_moves_the_surface_and_every_misuse_has_its_status) 
   EXPECT_EQ(palpate_deform(&asset, &copied, 1, 0, info.vertices, to), PALPATE_ASSET_NOT_OPEN);
 }
 
-TEST(c_abi, contacts_are_plain_copies) {
-  Player player(palpate_tip());
-  for (int i = 0; i <= 30; ++i) player.tick(Vec3(0, 0.0003, 0.031 - 1e-4 * i));
-  const palpate_contact saved = player.contact;
-  player.tick(Vec3(0.002, 0.0003, 0.028));
-  const palpate_output first = player.out;
-  player.contact = saved;
-  player.tick(Vec3(0.002, 0.0003, 0.028));
-  EXPECT_EQ(std::memcmp(&first, &player.out, sizeof first), 0);
-}
-
 }  // namespace
 }  // namespace palpate::test

@@ -166,60 +166,6 @@ TEST(damage, an_asset_without_it_has_the_bytes_of_one_that_knows_none) {
   EXPECT_EQ(header.flags & runtime::DamageBlock::kFlag, 0u);
 }
 
-// Stiffness and side force that change from node to node, two tools that touch one body in any
-// order: no tick makes energy, and what the tools got back is less than what they gave.
-TEST(damage, whatever_the_order_of_touches_no_energy_is_made) {
-  int damaged = 0, slid = 0, softened_ticks = 0;
-  for (unsigned seed = 1; seed <= 80; ++seed) {
-    DrawnRings drawn(seed);
-    const runtime::DamageView damage{std::pow(10, -0.5 + drawn.unit()), 0.2 * drawn.unit() + 1e-3,
-                                     drawn.unit(), 0.02 * drawn.unit()};
-    const double friction = std::pow(10, -3 * drawn.unit());
-    Model model = drawn.model(friction);
-    model.curves.damage = damage;
-    const Loaded loaded = load(model);
-    DamagedBody body(loaded.asset);
-    Hand hands[2]{Hand(body.view), Hand(body.view)};
-    const Vec3 top(0, 0, drawn.top_m());
-    Vec3 x[2] = {top + Vec3(0, 0, 1e-3), top + Vec3(0, 0, 1e-3)}, f[2];
-    double lost_J[2] = {0, 0}, work_J = 0, most_J = 0;
-    for (int h : {0, 1}) f[h] = hands[h].go(x[h]);
-    for (int leg = 0; leg < 24; ++leg) {
-      const int h = leg >= 22 ? leg - 22 : drawn.unit() < 0.5;
-      const bool lifts = drawn.unit() < 0.25;
-      const Vec3 to = leg >= 22
-                          ? Vec3(x[h] + Vec3(0, 0, 0.02))
-                          : Vec3(top + Vec3(0, 0, lifts ? 1e-3 : -3e-3) +
-                                 drawn.vector(0.004).cwiseProduct(Vec3(1, 1, lifts ? 0 : 0.7)));
-      const Vec3 from = x[h];
-      const int ticks = std::clamp(static_cast<int>((to - from).norm() / 1e-5), 1, 3000);
-      for (int k = 1; k <= ticks; ++k) {
-        Hand& hand = hands[h];
-        const double tank_J = hand.contact.ledger.tank_J, done_J = hand.out.dissipated_J;
-        x[h] = from + (to - from) * (double(k) / ticks);
-        const Vec3 now = hand.go(x[h]);
-        ASSERT_EQ(hand.status, Status::ok) << "seed " << seed;
-        work_J += 0.5 * (now + f[h]).dot((to - from) / ticks);
-        f[h] = now;
-        most_J = std::max(most_J, hand.out.stored_J);
-        const double now_J = hand.out.dissipated_J - hand.contact.ledger.tank_J;
-        ASSERT_GE(now_J, lost_J[h] - 1e-12 * most_J)
-            << "seed " << seed << " leg " << leg << " tank " << tank_J << " done " << done_J;
-        ASSERT_GE(hand.out.stored_J, -1e-18) << "seed " << seed;
-        lost_J[h] = now_J;
-        slid += hand.out.state == ContactState::slip;
-        softened_ticks += share_of(hand) < 0.9;
-      }
-    }
-    EXPECT_GT(work_J, 0) << "seed " << seed << ": closed motions gave more than they took";
-    EXPECT_GT(most_J, 1e-5) << "seed " << seed;
-    for (int v = 0; v < body.view.vertices; ++v) damaged += body.view.body[v].most > 0;
-  }
-  EXPECT_GT(damaged, 1000);
-  EXPECT_GT(slid, 3000);
-  EXPECT_GT(softened_ticks, 3000);
-}
-
 TEST(damage, a_saved_body_goes_on_with_the_same_bits_and_bytes_that_are_none_are_refused) {
   const Loaded loaded = load(softening(plate()));
   DamagedBody body(loaded.asset);

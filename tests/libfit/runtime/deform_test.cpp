@@ -31,15 +31,6 @@ Points shown(const Asset& asset, const Contact& contact, double radius_m = 0) {
   return out;
 }
 
-TEST(deform, an_asset_without_a_shape_response_says_so_and_moves_nothing) {
-  const Loaded plate = load(plate_model(0.08, 4, uniform(400, 300, 0.3)));
-  Tool tool(plate.asset);
-  tool.go({0, 0, 0.001}, {0, 0, -0.003}, 1e-4);
-  float moved[6] = {1, 1, 1, 1, 1, 1};
-  EXPECT_EQ(deform(plate.asset, tool.contact, 0, 0, 2, moved), Status::no_shape);
-  for (const float x : moved) EXPECT_EQ(x, 0);
-}
-
 TEST(deform, nothing_moves_without_contact) {
   const Loaded plate = load(shaped_plate(3));
   Tool tool(plate.asset);

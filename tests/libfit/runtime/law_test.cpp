@@ -249,29 +249,5 @@ TEST(law, values_of_jets_and_doubles_agree) {
   }
 }
 
-TEST(law, after_a_slip_the_lateral_force_is_the_limit) {
-  const runtime::Quadric quadric{{0, 0, 1}, {-15, 0, 0, 0, 5, 0, 0, 0, 0}};
-  std::mt19937 random(7);
-  std::uniform_real_distribution<double> share(0, 1);
-  for (int round = 0; round < 200; ++round) {
-    const StraightCurves curves;
-    const double normal[2] = {0, 400 * (0.2 + share(random))},
-                 lateral[2] = {0, 300 * (0.2 + share(random))};
-    const double limit[2] = {0, 150 * share(random)};
-    runtime::QuadricSurface<double> surface{&quadric, {{normal, lateral, limit}}, {0, 0, 0}};
-    const Vec3d x{0.004 * share(random), 0.004 * share(random), 0.001 + 0.003 * share(random)};
-    using runtime::Separable;
-    auto memory = Separable::load<double>(runtime::no_memory());
-    auto kinematics = Separable::kinematics(curves.views, surface.standing(), x, memory);
-    const auto end = runtime::slide<Separable>(curves.views, x, surface, kinematics, memory);
-    const auto d = Separable::deflection(curves.views, surface.standing(), x, memory.at);
-    const double pull = lateral[1] * d.lateral_m, hold = limit[1] * d.normal_m;
-    if (end == runtime::SlideEnd::slid)
-      EXPECT_NEAR(pull, hold, 1e-9 * (pull + hold)) << "seed 7, round " << round;
-    else
-      EXPECT_LE(pull, hold) << "seed 7, round " << round;
-  }
-}
-
 }  // namespace
 }  // namespace palpate::test

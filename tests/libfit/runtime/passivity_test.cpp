@@ -156,52 +156,5 @@ TEST(passivity, even_flat_bodies_owe_nothing) {
   }
 }
 
-// Largest change of the force in a tick over random ways at 50 mm/s and 1 kHz.
-double largest_jump_N(const Asset& asset, const std::function<Vec3(std::mt19937&)>& place,
-                      double step_m) {
-  double largest = 0;
-  for (unsigned seed = 1; seed <= 30; ++seed) {
-    std::mt19937 random(seed);
-    Walk walk(asset, Vec3(0, 0, 0.06), 0);
-    Vec3 before = Vec3::Zero();
-    for (int leg = 0; leg < 12; ++leg)
-      walk.go(place(random), step_m, [&] {
-        largest = std::max(largest, (walk.before_N - before).norm());
-        before = walk.before_N;
-      });
-  }
-  return largest;
-}
-
-TEST(passivity, no_tick_at_50_mm_s_jumps) {
-  const auto at_sphere = [](std::mt19937& random) {
-    const Vec3 way = draw(random, 1).cwiseProduct(Vec3(1, 1, 0.4)) + Vec3(0, 0, 0.9);
-    return Vec3(way.normalized() * (0.0275 + 0.0035 * draw(random, 1)[0]));
-  };
-  const auto at_edge = [](std::mt19937& random) {  // of a box of 40 mm: round the edge and back
-    const Vec3 way = draw(random, 1);
-    return Vec3(0.018 + 0.005 * way[0], 0.01 * way[1], 0.017 + 0.005 * way[2]);
-  };
-  const double step_m = 5e-5;
-  for (const double friction : {1.0, 0.05}) {
-    SCOPED_TRACE(friction);
-    Model liver = sphere_model(0.03, 30, uniform(400, 300, 0.3));
-    make_rings(liver, friction, 0.03, [](const Vec3& x) {
-      return 1 + 1.5 * std::exp(-(x - Vec3(0.005, 0, 0.0295)).squaredNorm() / 3e-5);
-    });
-    Model rough = sphere_model(0.03, 30, uniform(400, 300, 0.3));
-    make_rings(rough, friction, 0.03, [](const Vec3& x) {  // waves of 6 mm
-      return 1 + 0.6 * std::sin(1000 * x[0]) * std::sin(1000 * x[1] + 1);
-    });
-    Model box = box_model(0.02, 20, uniform(400, 300, 0.3));
-    make_rings(box, friction, 0, [](const Vec3&) { return 1.0; });
-    // At 12 mm the contact point goes 90 um in a tick: 20 mN where the body is even, 100 mN where
-    // it, and how a press spreads it, change by 60 % within 1.5 mm.
-    EXPECT_LT(largest_jump_N(load(liver).asset, at_sphere, step_m), 0.06);
-    EXPECT_LT(largest_jump_N(load(rough).asset, at_sphere, step_m), 0.13);
-    EXPECT_LT(largest_jump_N(load(box).asset, at_edge, step_m), 0.05);
-  }
-}
-
 }  // namespace
 }  // namespace palpate::test

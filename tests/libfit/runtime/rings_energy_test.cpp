@@ -73,46 +73,6 @@ TEST(Rings, force_is_the_gradient_of_the_energy_where_the_curve_is_concave) {
   expect_gradient<Concave>(2);
 }
 
-// The law with derivatives by the tool's place, stick, partial slip and gross slip alike.
-TEST(Rings, tangent_is_the_slope_of_what_a_tick_answers) {
-  const Quadratic curve;
-  constexpr std::uint64_t kSeed = 5;
-  std::mt19937_64 random(kSeed);
-  const CurveViews views = views_of(curve);
-  int slid = 0;
-  for (int trial = 0; trial < 200; ++trial) {
-    const Numbers numbers = random_numbers(random);
-    const Vec3d normal = normalized(random_vector(random, 1));
-    auto anchors = Rings::load<double>(no_memory());
-    for (int i = 0; i < kRings; ++i)
-      anchors.set(i, tangential(random_vector(random, 1e-3), normal));
-    anchors.set(0, {0, 0, 0});
-    const Vec3d x = normal * 4e-3 + random_vector(random, 3e-3);
-    double held[Rings::kMemory];
-    Rings::save(anchors, held);
-    const auto answer = [&](auto tip) {
-      using T = decltype(tip.x);
-      FlatSurface<T> surface{{T(0), T(0), T(0)}, normal, &curve, &numbers};
-      auto memory = Rings::load<T>(held);
-      SlideEnd end;
-      const Vec3<T> force = tick(views, surface, tip, memory, &end).force_N;
-      slid += end == SlideEnd::slid;
-      return force;
-    };
-    const Vec3<Jet3> force =
-        answer(Vec3<Jet3>{Jet3(x.x, 1, 0, 0), Jet3(x.y, 0, 1, 0), Jet3(x.z, 0, 0, 1)});
-    const double h = 1e-8;
-    for (int k = 0; k < 3; ++k) {
-      const Vec3d e{k == 0 ? h : 0, k == 1 ? h : 0, k == 2 ? h : 0};
-      const Vec3d slope = (answer(x + e) - answer(x - e)) * (0.5 / h);
-      const Vec3d exact{force.x.v[k], force.y.v[k], force.z.v[k]};
-      EXPECT_LT(size(slope - exact), 1e-3 * (1 + size(exact)))
-          << "seed " << kSeed << " trial " << trial;
-    }
-  }
-  EXPECT_GT(slid, 100);
-}
-
 // Work of the tool at anchors held during each move, the law's own energy, not the sampling's.
 TEST(Rings, closed_loops_create_no_energy_at_any_tick_length) {
   const Quadratic quadratic;

@@ -45,41 +45,6 @@ TEST(Rings, first_loading_tends_to_the_continuous_bed) {
   EXPECT_LT(loading_error<1024>(6e-3), 1e-7);
 }
 
-TEST(Rings, first_loading_is_the_sum_of_rings_that_hold_or_slip) {
-  const Quadratic curve;
-  Bench bench(curve);
-  const double depth = 5e-3, mu = 0.285 + 16 * depth;
-  bench.go(0, 0, depth);
-  const auto bed = ring_bed<double>(bench.views.rings, bench.surface.standing());
-  const double share = limit_share(bench.views.rings, bed, depth, curve.force(depth));
-  for (int k = 1; k <= 40; ++k) {
-    const double r = 5e-3 * k / 40;
-    double expected = 0;
-    for (int i = 0; i < kRings; ++i) {
-      const double reach = std::max(depth - bench.views.rings.threshold_m[i], 0.0);
-      expected += bed.stiffness_N_m[i] * std::min(r, share * mu * reach / 0.71);
-    }
-    EXPECT_NEAR(bench.go(r, 0, depth).force_N.x, expected, 1e-13);
-  }
-}
-
-TEST(Rings, unloading_follows_masings_rule) {
-  const Quadratic curve;
-  const double depth = 6e-3, turn = 2.5e-3;
-  std::vector<double> first;
-  {
-    Bench loading(curve);
-    loading.go(0, 0, depth);
-    for (int k = 1; k <= 50; ++k) first.push_back(loading.go(turn * k / 50, 0, depth).force_N.x);
-  }
-  Bench bench(curve);
-  bench.go(0, 0, depth);
-  bench.go(turn, 0, depth);
-  for (int k = 1; k <= 50; ++k)
-    EXPECT_NEAR(bench.go(turn - 2 * turn * k / 50, 0, depth).force_N.x,
-                first.back() - 2 * first[static_cast<std::size_t>(k) - 1], 1e-13);
-}
-
 // Radial friction (B1a): what a press that sticks bears beside f^z, in one tick or in many.
 TEST(Rings, a_press_that_sticks_bears_what_spreads_its_rings) {
   const Quadratic curve;
@@ -281,18 +246,6 @@ TEST(Rings, force_is_continuous_where_a_ring_of_a_concave_curve_touches) {
     }
   RecordProperty("most_N", std::to_string(most_N));
   EXPECT_LT(most_N, 1e-6);
-}
-
-TEST(Rings, a_flat_slip_leaves_ring_1_at_its_limit) {
-  const Quadratic curve;
-  Bench bench(curve);
-  bench.go(0, 0, 5e-3);
-  const Vec3d x{9e-3, 2e-3, -5e-3};
-  bench.go(x);
-  const auto bed = ring_bed<double>(bench.views.rings, bench.surface.standing());
-  const double share = limit_share(bench.views.rings, bed, 5e-3, curve.force(5e-3)),
-               limit_m = share * (0.285 + 16 * 5e-3) * 5e-3 / 0.71;
-  EXPECT_NEAR(size(bench.surface.c), std::hypot(9e-3, 2e-3) - limit_m, 1e-15);
 }
 
 // The tool begins above a convex body and slides to where it touches: the limit begins on the way.

@@ -22,12 +22,6 @@ RelaxationView two_branches() {
   out.fast = 2.3;
   return out;
 }
-double prony(const RelaxationView& relaxation, double t) {
-  double sum = 1;
-  for (int k = 0; k < relaxation.branches; ++k)
-    sum += relaxation.share[k] * std::exp(-t / relaxation.time_s[k]);
-  return sum;
-}
 struct Plane {
   Quadratic curve;
   Numbers numbers;
@@ -56,21 +50,6 @@ TEST(RingsRelaxing, decay_is_the_exponential) {
   EXPECT_EQ(decay(800), 0);
   for (double x = 1e-9; x < 690; x *= 1.013)
     EXPECT_NEAR(decay(x) / std::exp(-x), 1, 1e-15 * (2 + x)) << x;
-}
-
-TEST(RingsRelaxing, a_step_relaxes_as_the_series_says) {
-  Plane plane;
-  constexpr double kDeep_m = 6e-3;
-  std::vector<Vec3d> way{{0, 0, kDeep_m}};
-  std::vector<double> time_s{1e-5};
-  for (double t = 1e-3; t < 5; t *= 1.3) {
-    way.push_back({0, 0, kDeep_m});
-    time_s.push_back(t);
-  }
-  const auto force = plane.replay(way, time_s);
-  const double slow_N = plane.curve.force(kDeep_m);
-  for (std::size_t i = 0; i < way.size(); ++i)  // 8 rings stand for the integral
-    EXPECT_NEAR(-force[i].z / slow_N, prony(plane.views.relaxation, time_s[i]), 0.008);
 }
 
 // Lee and Radok (1960): F(t) = int psi(t - s) d f(d(s)), here of f = 12 d + 4500 d^2 at speed v.

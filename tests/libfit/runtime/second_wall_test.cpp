@@ -63,44 +63,5 @@ TEST(second_wall, two_contacts_of_a_flank_each_bear_what_a_groove_has) {
   EXPECT_NEAR(force_of(one)[2] / sum[2], 0.5, 0.02);
 }
 
-// Each contact is passive by itself, and so is their sum: no closed way gains work.
-TEST(second_wall, no_walk_in_a_groove_creates_work) {
-  const Loaded left = groove(Flank::left), right = groove(Flank::right);
-  for (unsigned seed = 1; seed <= 5; ++seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> draw(-1, 1);
-    Contact of_left, of_right;
-    Output a, b;
-    Vec3 x(0, 0, kTouch_m + 0.001);
-    double work_J = 0, moved_J = 0, before_J = 0;
-    int together = 0;
-    for (int leg = 0; leg < 60; ++leg) {
-      Vec3 to(0.002 * draw(random), 0.008 * draw(random),
-              kTouch_m - 0.004 * std::abs(draw(random)));
-      if (leg % 10 == 9) to[2] = kTouch_m + 0.003;
-      const Vec3 from = x;
-      const int steps = static_cast<int>((to - from).norm() / 2e-5) + 1;
-      for (int k = 1; k <= steps; ++k) {
-        x = from + (to - from) * (double(k) / steps);
-        touch_ball(left.asset, of_left, x.data(), kRadius_m, a);
-        touch_ball(right.asset, of_right, x.data(), kRadius_m, b);
-        together += a.state != ContactState::air && b.state != ContactState::air;
-        // What the tool has done is what is stored and what was dissipated.
-        const double now_J = a.stored_J + b.stored_J + a.dissipated_J + b.dissipated_J;
-        work_J += now_J - before_J;
-        moved_J += std::abs(now_J - before_J);
-        before_J = now_J;
-        ASSERT_GE(work_J, -1e-12 * moved_J) << "seed " << seed << " leg " << leg;
-      }
-      if (leg % 10 == 9) {
-        EXPECT_EQ(a.state, ContactState::air);
-        EXPECT_EQ(b.state, ContactState::air);
-        EXPECT_EQ(a.stored_J + b.stored_J, 0);
-      }
-    }
-    EXPECT_GT(together, 1000) << "seed " << seed;
-  }
-}
-
 }  // namespace
 }  // namespace palpate::test

@@ -67,56 +67,6 @@ TEST(SeveralTools, what_one_does_to_another_is_mutual) {
   EXPECT_LT((there - back.transpose()).norm(), 1e-3 * there.norm());
 }
 
-TEST(SeveralTools, closed_ways_of_four_create_nothing) {
-  for (unsigned seed = 1; seed <= 8; ++seed) {
-    const bool is_round = seed % 2 == 0;
-    const double friction = seed % 3 == 0 ? 0.02 : 1;
-    Hands hands(
-        seed > 4 ? swaying_body(is_round, friction, 20) : rings_body(is_round, friction, 20),
-        coupling_of(0.004, 0.003), 4);
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> share(-1, 1);
-    const double top = is_round ? 0.03 : 0;
-    std::vector<Vec3> home;
-    for (int i = 0; i < 4; ++i)
-      home.emplace_back(i % 2 ? 0.006 : -0.006, i < 2 ? 0.006 : -0.006, top + kBallRadius_m + 5e-4);
-    hands.tick(home);
-    std::vector<Vec3> at = home, force(4, Vec3::Zero());
-    double work_J = 0, in_J = 0, lost_J = 0;
-    const auto move = [&](const std::vector<Vec3>& to, int ticks) {
-      const auto from = at;
-      for (int k = 1; k <= ticks; ++k) {
-        const auto before = at;
-        for (std::size_t i = 0; i < 4; ++i) at[i] = from[i] + (to[i] - from[i]) * k / ticks;
-        hands.tick(at);
-        double work = 0;
-        for (std::size_t i = 0; i < 4; ++i) {
-          work += 0.5 * (force[i] + hands.force(i)).dot(at[i] - before[i]);
-          force[i] = hands.force(i);
-        }
-        work_J += work;
-        in_J += std::max(work, 0.0);
-        const double lost = hands.joint.ledger.dissipated_J - hands.joint.ledger.tank_J;
-        EXPECT_GE(lost, lost_J - 1e-12 * in_J) << "seed " << seed;
-        lost_J = lost;
-        EXPECT_GE(hands.stored_J(), 0) << "seed " << seed;
-      }
-    };
-    for (int leg = 0; leg < 6; ++leg) {
-      std::vector<Vec3> to = home;
-      for (Vec3& x : to)
-        x += Vec3(0.004 * share(random), 0.004 * share(random), -0.0025 + 0.0025 * share(random));
-      move(to, 600);
-    }
-    auto up = at;
-    for (Vec3& x : up) x.z() += 0.01;
-    move(up, 1200);
-    EXPECT_EQ(hands.stored_J(), 0) << "seed " << seed;
-    EXPECT_GT(in_J, 1e-6);
-    EXPECT_GT(work_J, -2e-3 * in_J) << "seed " << seed;  // of the trapezoids
-  }
-}
-
 // A tool that presses at 10 Hz beside a damped one that goes along with the dent by a few percent:
 // what the damper took was the work of the surface's own motion, and cycles yielded energy for
 // ever.

@@ -63,50 +63,6 @@ TEST(slide, meets_the_reference_within_the_difference_of_the_projections) {
   EXPECT_EQ(tool.contact.ledger.refused_ticks, 0);
 }
 
-TEST(slide, edge_crossings_are_no_larger_than_two_ordinary_ticks) {
-  const Loaded cylinder = load_cylinder();
-  Tool tool(cylinder.asset);
-  double crossing_N = 0, ordinary_N = 0;
-  int crossings = 0, triangle = -1;
-  Vec3 before_N = Vec3::Zero();
-  for (int tick = 0; tick <= 8000; ++tick) {  // eight ticks for one of the reference's
-    const double t = 200 + tick * 0.1;
-    const double angle = 0.4 + 0.64 * (t - 200) / 800;
-    if (tick == 0)
-      before_N = tool.go({0.031 * std::cos(0.4), 0.031 * std::sin(0.4), 0.03},
-                         {0.026 * std::cos(0.4), 0.026 * std::sin(0.4), 0.03}, 1e-4);
-    const Vec3 f = tool.tick(
-        {0.026 * std::cos(angle), 0.026 * std::sin(angle), 0.03 + 0.04 * (t - 200) / 800});
-    const double jump = (f - before_N).norm();
-    if (tick > 0 && tool.out.triangle != triangle) {
-      crossing_N = std::max(crossing_N, jump);
-      ++crossings;
-    } else {
-      ordinary_N = std::max(ordinary_N, jump);
-    }
-    triangle = tool.out.triangle;
-    before_N = f;
-  }
-  EXPECT_GE(crossings, 8);
-  EXPECT_LE(crossing_N, 2 * ordinary_N);
-  EXPECT_LT(crossing_N, 0.04);
-}
-
-TEST(slide, lateral_force_never_exceeds_the_limit_at_any_speed) {
-  const Loaded plate = load(plate_model(0.1, 20, uniform(400, 300, 0.4)));
-  for (double speed_m_s : {0.02, 0.1, 0.5}) {
-    Tool tool(plate.asset);
-    tool.go({-0.02, 0.003, 0.001}, {-0.02, 0.003, -0.004}, 1e-4);
-    const double step = speed_m_s * 1e-3;
-    for (double x = -0.02; x < 0.02; x += step) {
-      const Vec3 f = tool.tick({x, 0.003 + 0.2 * (x + 0.02), -0.004});
-      EXPECT_LE(f.head<2>().norm(), 0.4 * 400 * 0.004 * (1 + 1e-6)) << speed_m_s << " m/s at " << x;
-      EXPECT_NEAR(f[2], -1.6, 1e-6);
-    }
-    EXPECT_EQ(tool.out.state, ContactState::slip);
-  }
-}
-
 TEST(slide, a_long_slip_goes_on_at_the_next_ticks) {
   // 60 mm in one tick over 1.25 mm triangles: more segments than a tick may take.
   const Loaded plate = load(plate_model(0.1, 80, uniform(400, 300, 0.3)), {.max_step_m = 0.1});

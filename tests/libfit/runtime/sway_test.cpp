@@ -120,47 +120,6 @@ TEST(sway, leaves_the_law_the_rest_of_the_way) {
   EXPECT_GT(stuck, 300);
 }
 
-// Work of the tool over closed loops on even and uneven bodies, by the trapezoidal rule at fine
-// ticks; and the ledger's own account.
-TEST(sway, closed_loops_create_no_energy) {
-  for (unsigned seed = 1; seed <= 24; ++seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> unit(-1, 1);
-    const bool is_round = seed % 2 == 1;
-    const auto scale = [&](const Vec3& x) { return seed % 3 == 0 ? 1.0 : 1 + 25 * x[0]; };
-    const Loaded body = load(swaying(is_round ? sphere_model(0.03, 24, uniform(400, 300, 0.3))
-                                              : plate_model(0.08, 16, uniform(400, 300, 0.3)),
-                                     seed % 4 == 0 ? 0.05 : 1, is_round ? 0.03 : 0,
-                                     draw_symmetric(random, 0, 0.03), scale));
-    const Vec3 top(0, 0, is_round ? 0.03 : 0);
-    std::vector<Vec3> way{top + Vec3(0, 0, 1e-3)};
-    for (int leg = 0; leg < 6; ++leg)
-      way.push_back(top +
-                    Vec3(4e-3 * unit(random), 4e-3 * unit(random), -3e-3 + 2e-3 * unit(random)));
-    way.push_back(way.back() + Vec3(0, 0, 0.01));
-    way.push_back(way.front());
-    Contact contact;
-    Output out;
-    Vec3 before = way.front(), before_N = Vec3::Zero();
-    double work_J = 0, largest_J = 0;
-    touch(body.asset, contact, before.data(), out);
-    for (std::size_t leg = 1; leg < way.size(); ++leg) {
-      const int ticks = 1 + static_cast<int>((way[leg] - way[leg - 1]).norm() / 4e-6);
-      for (int k = 1; k <= ticks; ++k) {
-        const Vec3 x = way[leg - 1] + (way[leg] - way[leg - 1]) * (double(k) / ticks);
-        ASSERT_EQ(touch(body.asset, contact, x.data(), out), Status::ok) << "seed " << seed;
-        const Vec3 force = -Vec3::Map(out.force_on_tool_N);
-        work_J += 0.5 * (force + before_N).dot(x - before);
-        largest_J = std::max(largest_J, out.stored_J);
-        before = x, before_N = force;
-      }
-    }
-    EXPECT_EQ(out.state, ContactState::air) << "seed " << seed;
-    EXPECT_GT(largest_J, 1e-6) << "seed " << seed;
-    EXPECT_GT(work_J, -1e-3 * largest_J) << "seed " << seed;
-  }
-}
-
 TEST(sway, tangent_is_the_slope_of_the_force) {
   constexpr unsigned kSeed = 11;
   std::mt19937 random(kSeed);

@@ -102,55 +102,6 @@ TEST(Tool, that_rolls_over_its_side_feels_no_friction) {
   EXPECT_GT(std::abs(dragged.force().y()), 0.1 * dragged.force().norm());
 }
 
-// Random poses of the tool, which presses, slides, tips over and lifts.
-TEST(Tool, random_motions_create_nothing) {
-  for (unsigned seed = 1; seed <= 8; ++seed) {
-    const bool is_round = seed % 2 == 0, is_smooth = seed % 3 == 0;
-    const int finer = is_smooth ? 16 : 1;  // next to nothing is dissipated: the trapezoids show
-    Capsule capsule(rings_model(is_round, is_smooth ? 0.02 : 0.6, 20), 2 + int(seed) % 4);
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> share(-1, 1);
-    const double top = is_round ? 0.03 : 0;
-    Vec3 at(0, 0, top + kRadius_m + 0.003), turn = Vec3::Zero();
-    capsule.tick(pose_at(at, turn));
-    double work_J = 0, in_J = 0, lost_J = 0;
-    long touching = 0;
-    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
-    const auto move = [&](const Vec3& to, const Vec3& to_turn, int ticks) {
-      const Vec3 from = at, from_turn = turn;
-      for (int k = 1; k <= ticks; ++k) {
-        const Eigen::Isometry3d before = pose_at(at, turn);
-        const Vec3 was = at;
-        at = from + (to - from) * k / ticks;
-        turn = from_turn + (to_turn - from_turn) * k / ticks;
-        const Eigen::Isometry3d now = pose_at(at, turn);
-        ASSERT_EQ(capsule.tick(now), Status::ok) << "seed " << seed;
-        const Eigen::AngleAxisd by(Mat3(now.linear() * before.linear().transpose()));
-        const double work = 0.5 * (force + capsule.force()).dot(at - was) +
-                            0.5 * (torque + capsule.torque()).dot(by.angle() * by.axis());
-        force = capsule.force();
-        torque = capsule.torque();
-        work_J += work;
-        in_J += std::max(work, 0.0);
-        touching += capsule.out.touching > 1;
-        const double lost =
-            capsule.tool.together.ledger.dissipated_J - capsule.tool.together.ledger.tank_J;
-        EXPECT_GE(lost, lost_J - 1e-12 * in_J) << "seed " << seed;
-        lost_J = lost;
-        EXPECT_GE(capsule.out.stored_J, 0) << "seed " << seed;
-      }
-    };
-    for (int leg = 0; leg < 8; ++leg)
-      move({0.006 * share(random), 0.006 * share(random),
-            top + kRadius_m - 0.001 + 0.002 * share(random)},
-           0.15 * Vec3(share(random), share(random), share(random)), 800 * finer);
-    move({0, 0, top + kRadius_m + 0.01}, turn, 1500 * finer);
-    EXPECT_EQ(capsule.out.stored_J, 0) << "seed " << seed;
-    EXPECT_GT(touching, 1000) << "seed " << seed;
-    EXPECT_GT(work_J, -6e-3 * in_J) << "seed " << seed;  // of the trapezoids
-  }
-}
-
 // Cut by its size, the force yielded 2.6 uJ in each of these loops, in one sense, at any tick
 // length.
 TEST(Tool, that_is_capped_takes_energy_round_a_loop_and_never_exceeds_its_cap) {

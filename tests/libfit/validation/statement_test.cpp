@@ -23,12 +23,6 @@ StatedError line(std::string name, const std::vector<ComparedRow>& rows, double 
   return stated_error(std::move(name), rows, {floor_N});
 }
 
-TEST(statement, an_exact_engine_has_no_error) {
-  const Statement s = summarize({row(1, 0), row(2, 0)});
-  EXPECT_EQ(s.all.force.max, 0);
-  EXPECT_EQ(s.within_jnd, 1);
-}
-
 TEST(statement, quantiles_are_nearest_rank_over_rows_above_the_floor) {
   std::vector<ComparedRow> rows;
   for (int i = 1; i <= 100; ++i) rows.push_back(row(1, i * 1e-3));

@@ -356,23 +356,30 @@ class Files(unittest.TestCase):
     @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "python3-matplotlib is not installed")
     def test_are_drawn_as_the_documents_show_them(self):
         pictures = pathlib.Path(os.environ.get("PALPATE_PICTURES", self.at))
-        palpate.command("tabulate", self.at / "out/curves.h5", output=self.at / "curves.csv", quiet=True)
-        path = random_path(palpate.open(self.at / "out/asset.palp"), seed=1, ticks=1000)
+        run = pathlib.Path(os.environ.get("PALPATE_PICTURED_RUN", self.at / "out"))
+        palpate.command("tabulate", run / "curves.h5", output=self.at / "curves.csv", quiet=True)
+        with palpate.open(run / "asset.palp") as asset:  # a press, a slide, a lift
+            corners = np.array([*asset.box_m.mean(axis=0)[:2], asset.box_m[1][2]]) + asset.range_m * np.array(
+                [[0, 0, 0.2], [0, 0, -0.8], [2, 0, -0.8], [2, 0, 0.2]])
+        path = np.vstack([np.linspace(a, b, 250) for a, b in zip(corners, corners[1:])])
         np.savetxt(self.at / "path.csv", np.column_stack([np.arange(len(path)) / 1000, path]), delimiter=",",
                    header="t_s,x_m,y_m,z_m", comments="")
-        palpate.command("replay", self.at / "out/asset.palp", self.at / "path.csv", output=self.at / "forces.csv",
+        palpate.command("replay", run / "asset.palp", self.at / "path.csv", output=self.at / "forces.csv",
                         quiet=True)
         rivals = SOURCE / "docs/bench/rivals.json"
-        drawn = {"statement": palpate.plot_statement(self.at / "out"),
+        drawn = {"statement": palpate.plot_statement(run),
                  "curves": palpate.plot_curves(self.at / "curves.csv"),
                  "rivals": palpate.plot_rivals(rivals, "liver"), "path": palpate.plot_path(self.at / "forces.csv")}
         for name, axes in drawn.items():
             axes.figure.savefig(pictures / f"{name}.png", dpi=60)
             self.assertGreater((pictures / f"{name}.png").stat().st_size, 3000, name)
-        stated = palpate.statement(self.at / "out")["by_path"]
+        stated = palpate.statement(run)["by_path"]
         widths = [bar.get_width() for bar in drawn["statement"].patches]
         self.assertEqual(widths[:len(stated)], [100 * error["p95_rel"] for error in stated.values()])
-        self.assertEqual(len(drawn["curves"].lines), 4)
+        with (self.at / "curves.csv").open() as file:
+            points = {row["point"] for row in csv.DictReader(file)}
+        self.assertEqual(len(drawn["curves"].lines), len(points))
+        self.assertGreater(np.ptp(drawn["path"].lines[2].get_ydata()), 0.01)  # the path touches
         self.assertEqual(len({bar.get_y() for bar in drawn["rivals"].containers[0]}), len(drawn["rivals"].containers[0]))
 
     @unittest.skipUnless(importlib.util.find_spec("pandas"), "pandas is not installed")

@@ -194,11 +194,9 @@ class BodySection {
       ? [swatch("not measured", css(map === "tissue" ? kUncoveredTissue : kUncovered))]
       : [];
     if (this.setUpBox.checked) {
-      const keys = Object.keys(this.contents.set_up?.settings ?? {});
       patches.push(swatch("held nodes", kSetUpColours.held));
-      if (keys.some((key) => key.startsWith("experiments/region")))
-        patches.push(swatch("window", kSetUpColours.window));
-      if (keys.some((key) => key.startsWith("inclusion"))) patches.push(swatch("inclusions", kSetUpColours.inclusion));
+      if (this.contents.set_up?.window) patches.push(swatch("window", kSetUpColours.window));
+      if (this.contents.set_up?.inclusions.length) patches.push(swatch("inclusions", kSetUpColours.inclusion));
     }
     const status = this.contents.points?.status ?? (this.contents.set_up ? ["good"] : []);
     if (this.markerMode === "points")

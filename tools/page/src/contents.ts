@@ -77,7 +77,15 @@ export function linesOf(statement: Statement, section: string): [string, StatedE
   return Object.entries((statement[section] ?? {}) as Record<string, StatedError>);
 }
 
-export type Setting = { text: string } | { numbers: number[]; unit: string };
+/** A part of space: a ball, a box or a closed surface; without any of these it is not drawn. */
+export interface Region {
+  center_m?: number[];
+  radius_m?: number;
+  low_m?: number[];
+  high_m?: number[];
+  vertices_m?: Packed;
+  triangles?: Packed;
+}
 
 interface Curve {
   name: string;
@@ -89,7 +97,6 @@ interface Curve {
 /** Recordings to be drawn, refused ones first; the readings of all of them one after another. */
 export interface Pictures {
   grade_names: string[];
-  phase_names: string[];
   /** How many there are of each grade, shown or not. */
   all: number[];
   file: string[];
@@ -99,22 +106,14 @@ export interface Pictures {
   grade: number[];
   experiment: number[];
   readings: number[];
-  /** Of the contact model that was fitted; empty texts where none was. */
-  model: string[];
   contact_m: Packed;
   contact_deviation_m: Packed;
   noise_N: Packed;
   bias_N: Packed;
   drift_N_m: Packed;
-  time_s: Packed;
   travel_m: Packed;
   push_N: Packed;
-  phase: Packed;
   is_used: Packed;
-  fitted_N?: Packed;
-  young_Pa?: Packed;
-  young_deviation_Pa?: Packed;
-  position_m?: Packed;
 }
 
 export interface Contents {
@@ -138,7 +137,10 @@ export interface Contents {
     nodes_m: Packed;
     boundary: Packed;
     points_m: Packed;
-    settings: Record<string, Setting>;
+    /** The scene's text, defaults filled in; empty where recordings were made. */
+    scene: string;
+    window?: Region;
+    inclusions: (Region & { is_stiffer: boolean })[];
   };
   probe?: { shape: string; friction: number; values: Record<string, number[]> };
   /** Tools of the scene beside its probe: balls fixed to each other in their own axes; of one that is no ball how it ends. */

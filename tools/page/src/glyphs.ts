@@ -19,7 +19,7 @@ import {
   Vector3,
 } from "three";
 import { kSetUpColours } from "./colours";
-import { type Contents, floats, integers, type Setting } from "./contents";
+import { type Contents, floats, integers, type Region } from "./contents";
 
 /** What is shown of a set-up. */
 export type SetUpPart = "nothing" | "inclusions" | "all";
@@ -41,31 +41,24 @@ export function setUpGroups(contents: Contents): { others: Group; inclusions: Gr
     new Points(held, new PointsMaterial({ color: kSetUpColours.held, size: 6, sizeAttenuation: false })),
     new Mesh(volume, wire("#808080", 0.35, false)),
   );
-  const numbers = (key: string): number[] => {
-    const setting: Setting | undefined = set_up.settings[key];
-    return setting && "numbers" in setting ? setting.numbers : [];
-  };
-  const place = (key: string) => new Vector3(...(numbers(key) as [number, number, number]));
-  for (const key of Object.keys(set_up.settings)) {
-    const found = /^(experiments\/region|inclusion\/\d+)\/(sphere\/radius|box\/low|inside\/vertices)$/.exec(key);
-    if (!found) continue;
-    const [, owner, shape] = found;
-    const isInclusion = owner.startsWith("inclusion");
-    const group = isInclusion ? inclusions : others;
-    const colour = kSetUpColours[isInclusion ? "inclusion" : "window"];
-    if (shape === "box/low") {
-      group.add(new Box3Helper(new Box3(place(key), place(`${owner}/box/high`)), new Color(colour)));
-    } else if (shape === "inside/vertices") {
+  const draw = (region: Region, group: Group, colour: string, opacity: number) => {
+    const { center_m, radius_m, low_m, high_m, vertices_m, triangles } = region;
+    if (low_m && high_m) {
+      const box = new Box3(new Vector3().fromArray(low_m), new Vector3().fromArray(high_m));
+      group.add(new Box3Helper(box, new Color(colour)));
+    } else if (vertices_m) {
       const solid = new BufferGeometry();
-      solid.setAttribute("position", new BufferAttribute(new Float32Array(numbers(key)), 3));
-      solid.setIndex(numbers(`${owner}/inside/triangles`));
-      group.add(new Mesh(solid, wire(colour, isInclusion ? 0.5 : 0.22, true)));
-    } else {
-      const ball = new Mesh(new SphereGeometry(numbers(key)[0], 20, 12), wire(colour, isInclusion ? 0.5 : 0.22, true));
-      ball.position.copy(place(`${owner}/sphere/center`));
+      solid.setAttribute("position", new BufferAttribute(floats(vertices_m), 3));
+      solid.setIndex(new BufferAttribute(new Uint32Array(integers(triangles).buffer), 1));
+      group.add(new Mesh(solid, wire(colour, opacity, true)));
+    } else if (center_m) {
+      const ball = new Mesh(new SphereGeometry(radius_m, 20, 12), wire(colour, opacity, true));
+      ball.position.fromArray(center_m);
       group.add(ball);
     }
-  }
+  };
+  if (set_up.window) draw(set_up.window, others, kSetUpColours.window, 0.22);
+  for (const inclusion of set_up.inclusions) draw(inclusion, inclusions, kSetUpColours.inclusion, 0.5);
   return { others, inclusions };
 }
 

@@ -1,20 +1,8 @@
 // Where the numbers come from: warnings, scene, files, versions, timings.
 
-import { type Contents, codes, floats, type Setting } from "./contents";
+import { type Contents, codes, floats } from "./contents";
 import { details, html, section, table } from "./dom";
 import { digits, plain, quantity, tick } from "./words";
-
-const kShownNumbers = 24;
-
-/** A setting with its unit. */
-export function shown(setting: Setting): string {
-  if ("text" in setting) return setting.text;
-  const { numbers, unit } = setting;
-  if (numbers.length > kShownNumbers) return `${numbers.length} numbers`; // a surface
-  if (unit === "m" || unit === "Pa") return numbers.map((v) => quantity(v, unit)).join(", ");
-  const text = numbers.map((v) => String(Number(v.toPrecision(4)))).join(", ");
-  return unit === "1" ? text : `${text} ${unit}`;
-}
 
 /** Statuses of rows and points that are not good, counted. */
 function counts(contents: Contents): string[] {
@@ -81,17 +69,7 @@ export function provenanceSection(contents: Contents): HTMLElement {
         ),
       ),
     );
-  const settings = Object.entries(contents.set_up?.settings ?? {});
-  if (settings.length)
-    out.append(
-      details(
-        "Scene",
-        table(
-          ["key", "value"],
-          settings.map(([key, s]) => [html("code", {}, key.replaceAll("/", ".")), shown(s)]),
-        ),
-      ),
-    );
+  if (contents.set_up?.scene) out.append(details("Scene", html("pre", {}, contents.set_up.scene)));
   if (points) {
     const [rms, max] = [floats(points.rms_residual_N), floats(points.max_residual_N)];
     out.append(

@@ -1,5 +1,5 @@
-// Pictures of recordings: the signal over time with its phases, the press with contact point and
-// fitted curve, and what that leaves. Of an import, and of fitted contact models.
+// A picture of each recording of an import: force over travel with contact point and fitted curve,
+// and what the curve leaves.
 
 import { seriesColour } from "./colours";
 import { type Contents, codes, floats, integers, largest, type Pictures, vector } from "./contents";
@@ -75,32 +75,24 @@ function between(x: number[], y: number[], at: number): number {
 
 /** The readings of one recording. */
 interface Signal {
-  time_s: number[];
   travel_m: number[];
-  push_N: number[];
   /** Without its bias. */
   force_N: number[];
-  phase: number[];
   isUsed: boolean[];
-  /** By the model or the curve; empty without either. */
+  /** By the curve; empty without one. */
   fitted_N: number[];
 }
 
 class Recordings {
   private readonly first: number[] = [];
-  private readonly time: Float32Array;
   private readonly travel: Float32Array;
   private readonly push: Float32Array;
-  private readonly fitted: Float32Array;
-  private readonly phase: Uint8Array;
   private readonly used: Uint8Array;
   private readonly contact: Float32Array;
   private readonly deviation: Float32Array;
   private readonly noise: Float32Array;
   private readonly bias: Float32Array;
   private readonly drift: Float32Array;
-  private readonly young: Float32Array;
-  private readonly youngDeviation: Float32Array;
   private readonly experiments: Map<number, Experiment>;
 
   constructor(
@@ -112,11 +104,9 @@ class Recordings {
       this.first.push(next);
       next += count;
     }
-    [this.time, this.travel, this.push, this.fitted] = [all.time_s, all.travel_m, all.push_N, all.fitted_N].map(floats);
+    [this.travel, this.push] = [all.travel_m, all.push_N].map(floats);
     [this.contact, this.deviation, this.noise] = [all.contact_m, all.contact_deviation_m, all.noise_N].map(floats);
     [this.bias, this.drift] = [all.bias_N, all.drift_N_m].map(floats);
-    [this.young, this.youngDeviation] = [all.young_Pa, all.young_deviation_Pa].map(floats);
-    this.phase = codes(all.phase);
     this.used = codes(all.is_used);
     this.experiments = experiments(contents);
   }
@@ -128,47 +118,14 @@ class Recordings {
   private signal(i: number): Signal {
     const [from, to] = [this.first[i], this.first[i] + this.all.readings[i]];
     const take = (values: Float32Array | Uint8Array) => Array.from(values.subarray(from, to));
-    const [travel_m, push_N] = [take(this.travel), take(this.push)];
+    const travel_m = take(this.travel);
     const own = this.experiments.get(this.all.experiment[i]);
     return {
-      time_s: take(this.time),
       travel_m,
-      push_N,
-      force_N: push_N.map((f, k) => f - this.bias[i] - this.drift[i] * travel_m[k]),
-      phase: take(this.phase),
+      force_N: take(this.push).map((f, k) => f - this.bias[i] - this.drift[i] * travel_m[k]),
       isUsed: take(this.used).map((u) => u > 0),
-      fitted_N: own?.isPress
-        ? travel_m.map((t) => between(own.at_m, own.fittedNormal_N, t - this.contact[i]))
-        : take(this.fitted),
+      fitted_N: own?.isPress ? travel_m.map((t) => between(own.at_m, own.fittedNormal_N, t - this.contact[i])) : [],
     };
-  }
-
-  /** What the sensor said, over shaded phases, with the travel in the background. */
-  private signalPlot(s: Signal, title: string): SVGSVGElement {
-    const hasClock = s.time_s.every(Number.isFinite);
-    const x = hasClock ? s.time_s : s.push_N.map((_, k) => k);
-    const series: Series[] = [];
-    for (let begin = 0, k = 1; k <= x.length; ++k) {
-      if (k < x.length && s.phase[k] === s.phase[begin]) continue;
-      const look = `phase ${this.all.phase_names[s.phase[begin]]}`;
-      series.push({ kind: "span", look, x: [x[begin], x[Math.min(k, x.length - 1)]], y: [] });
-      begin = k;
-    }
-    const force = scaleFor(largest(s.push_N.map(Math.abs)), "N");
-    const [low, high] = [Math.min(...s.push_N), Math.max(...s.push_N)];
-    const [start, end] = [Math.min(...s.travel_m), Math.max(...s.travel_m)];
-    const share = (t: number) => (end > start ? (t - start) / (end - start) : 0);
-    series.push(
-      { kind: "line", look: "travel", x, y: s.travel_m.map((t) => low + share(t) * (high - low)) },
-      { kind: "line", look: "signal", x, y: s.push_N },
-    );
-    return plot(
-      `${title}: force over time`,
-      { label: hasClock ? "time [s]" : "readings, in order" },
-      { label: `force [${force.unit}]`, scale: force.scale },
-      series,
-      kFlat,
-    );
   }
 
   /** Force over travel of the readings that samples come from, and below what the fit leaves. */
@@ -177,8 +134,8 @@ class Recordings {
     const isKnown = Number.isFinite(contact);
     const deepest = Math.max(...s.travel_m);
     const from = isKnown ? contact - 0.75 * (deepest - contact) : Number.NEGATIVE_INFINITY;
-    const shown = s.travel_m.map((_, k) => k).filter((k) => s.travel_m[k] >= from && (s.isUsed[k] || !isKnown));
-    if (!shown.length) return [];
+    const hasUsed = isKnown && s.isUsed.some(Boolean);
+    const shown = s.travel_m.map((_, k) => k).filter((k) => !hasUsed || (s.travel_m[k] >= from && s.isUsed[k]));
     const pick = (values: number[]) => shown.map((k) => values[k]);
     const x = pick(s.travel_m);
     const fitted = s.fitted_N.length ? pick(s.fitted_N) : [];
@@ -269,11 +226,7 @@ class Recordings {
         `contact ${quantity(this.contact[i], "m")} ± ${quantity(this.deviation[i], "m", 2)}` +
           (all.estimator[i] ? ` (${all.estimator[i]})` : ""),
       );
-    if (all.model[i])
-      facts.push(
-        `${all.model[i]}: E = ${quantity(this.young[i], "Pa")} ± ${quantity(this.youngDeviation[i], "Pa", 2)}`,
-      );
-    else if (Number.isFinite(this.noise[i])) facts.push(`noise ${quantity(this.noise[i], "N", 2)}`);
+    if (Number.isFinite(this.noise[i])) facts.push(`noise ${quantity(this.noise[i], "N", 2)}`);
     const plots = html("div", { class: "plots" });
     const point = all.point[i] && !all.file[i].includes(all.point[i]) ? `, point ${all.point[i]}` : "";
     const element = figure(
@@ -287,15 +240,12 @@ class Recordings {
       if (plots.childElementCount) return;
       element.classList.add("drawn");
       const s = this.signal(i);
-      if (!s.push_N.length) {
+      if (!s.travel_m.length) {
         plots.append(html("p", { class: "small" }, "No signal was read."));
         return;
       }
       const own = this.experiments.get(all.experiment[i]);
-      plots.append(
-        this.signalPlot(s, all.file[i]),
-        ...(own && !own.isPress ? this.wayPlots(own, all.file[i]) : this.pressPlots(i, s, all.file[i])),
-      );
+      plots.append(...(own && !own.isPress ? this.wayPlots(own, all.file[i]) : this.pressPlots(i, s, all.file[i])));
     };
     return { element, draw };
   }
@@ -307,7 +257,6 @@ export function recordingsSection(contents: Contents): HTMLElement | undefined {
   const recordings = new Recordings(contents, all);
   const total = all.all.reduce((a, b) => a + b, 0);
   const counts = all.grade_names.map((name, k) => `${all.all[k]} ${name}`).join(", ");
-  const phases = all.phase_names.filter((name) => name !== "unknown");
   const out = section(
     "recordings",
     "Recordings",
@@ -315,11 +264,9 @@ export function recordingsSection(contents: Contents): HTMLElement | undefined {
     html(
       "p",
       { class: "legend" },
-      ...phases.map((name) => swatch(name, "", `phase ${name}`)),
-      swatch("travel, from its least to its largest", "", "travel"),
       swatch("readings that count", "var(--text)"),
       swatch("contact point ± its standard deviation", "", "contact"),
-      swatch(all.fitted_N ? "contact model" : "fitted curve", seriesColour(1)),
+      swatch("fitted curve", seriesColour(1)),
       ...(contents.rows && codes(contents.rows.kind).some((kind) => kind > 0)
         ? [swatch("lateral force of a drag", seriesColour(2))]
         : []),

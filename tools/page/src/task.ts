@@ -2,7 +2,7 @@
 
 import { Vector3 } from "three";
 import type { BodyView } from "./body";
-import type { Contents } from "./contents";
+import { type Contents, floats } from "./contents";
 import { html } from "./dom";
 import type { Place } from "./surface";
 import { millimetres } from "./words";
@@ -15,25 +15,16 @@ interface Lump {
 
 /** The inclusions of the scene, each as the ball about as large. */
 function lumpsOf(contents: Contents): Lump[] {
-  const settings = contents.set_up?.settings ?? {};
-  const numbers = (key: string): number[] => {
-    const setting = settings[key];
-    return setting && "numbers" in setting ? setting.numbers : [];
-  };
-  const triple = (values: number[], at = 0) => new Vector3().fromArray(values, at);
-  return Object.keys(settings).flatMap((key): Lump[] => {
-    const found = /^(inclusion\/\d+)\/(sphere\/radius|box\/low|inside\/vertices)$/.exec(key);
-    if (!found) return [];
-    const [, owner, shape] = found;
-    const isStiff = numbers(`${owner}/material/young`)[0] > numbers("material/young")[0];
-    if (shape === "sphere/radius")
-      return [{ centre: triple(numbers(`${owner}/sphere/center`)), radius_m: numbers(key)[0], isStiff }];
-    const corners = shape === "box/low" ? [...numbers(key), ...numbers(`${owner}/box/high`)] : numbers(key);
+  return (contents.set_up?.inclusions ?? []).flatMap((inclusion): Lump[] => {
+    const { center_m, radius_m, low_m, high_m, vertices_m, is_stiffer: isStiff } = inclusion;
+    if (center_m && radius_m) return [{ centre: new Vector3().fromArray(center_m), radius_m, isStiff }];
+    const corners = low_m && high_m ? [...low_m, ...high_m] : floats(vertices_m);
+    if (!corners.length) return [];
     const low = new Vector3(Infinity, Infinity, Infinity);
     const high = low.clone().negate();
     for (let i = 0; i < corners.length; i += 3) {
-      low.min(triple(corners, i));
-      high.max(triple(corners, i));
+      low.min(new Vector3().fromArray(corners, i));
+      high.max(new Vector3().fromArray(corners, i));
     }
     const size = high.clone().sub(low);
     return [{ centre: low.add(high).multiplyScalar(0.5), radius_m: (size.x + size.y + size.z) / 6, isStiff }];

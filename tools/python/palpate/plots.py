@@ -27,7 +27,7 @@ def _error_axes(axes, lines):
         axes.barh(names, [100 * (error[key] or 0) for _, error in lines], height, label=label)
     axes.invert_yaxis()
     axes.set(xlabel="error [% of the force]")
-    axes.legend()
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncol=2, frameon=False)
     return axes
 
 

@@ -11,6 +11,7 @@
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
 #include "tools/console.hpp"
+#include "tools/scene/scene_shapes.hpp"
 #include "tools/stages/body/misread.hpp"
 
 namespace palpate::tools {
@@ -71,26 +72,19 @@ void read_region_file(Region& region, const BodySection& body) {
 Scene open_scene(const std::filesystem::path& path) {
   Scene scene = read_scene(path);
   refuse_misread_lengths(scene);
-  for (Region& region : scene.body.fixed) read_region_file(region, scene.body);
-  for (Region& region : scene.body.symmetric) read_region_file(region, scene.body);
-  for (InclusionSection& inclusion : scene.inclusions) {
-    read_region_file(inclusion.region, scene.body);
+  const auto read_mesh = [](ProbeSection& probe) {
+    if (probe.mesh) probe.spec.mesh = read_surface(*probe.mesh, probe.mesh_unit_m);
+  };
+  visit_shapes(
+      scene, [&](Region& region) { read_region_file(region, scene.body); }, read_mesh);
+  read_mesh(scene.probe);
+  for (ToolSection& tool : scene.stated) read_mesh(tool.probe);
+  for (const InclusionSection& inclusion : scene.inclusions)
     if (const auto* marked = std::get_if<Marked>(&inclusion.region);
         marked != nullptr && marked->part->is_on_faces())
       throw Error(scene.path.string() + ": [[inclusion]]",
                   fmt::format("\"{}\" marks faces, which fill nothing", marked->mark.name),
                   "Mark tetrahedra of a tetmesh, or give a closed surface with inside.");
-  }
-  for (BedSection& bed : scene.beds) read_region_file(bed.region, scene.body);
-  if (scene.experiments.region && scene.experiments.region->part)
-    read_region_file(*scene.experiments.region->part, scene.body);
-  const auto read_mesh = [](ProbeSection& probe) {
-    if (probe.mesh) probe.spec.mesh = read_surface(*probe.mesh, probe.mesh_unit_m);
-  };
-  read_mesh(scene.probe);
-  if (scene.tool) read_mesh(scene.tool->probe);
-  for (ToolSection& tool : scene.pressed) read_mesh(tool.probe);
-  for (ToolSection& tool : scene.stated) read_mesh(tool.probe);
   return scene;
 }
 

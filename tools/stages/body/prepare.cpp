@@ -14,7 +14,7 @@
 #include "libfit/core/linear_algebra.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "tools/console.hpp"
-#include "tools/scene/settings.hpp"
+#include "tools/scene/canonical.hpp"
 #include "tools/stages/body/body_meshes.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/place_points.hpp"
@@ -163,8 +163,7 @@ void set_up(const Scene& scene, bool surface_only, const Surface* asset, Body& b
 
 Body make_body(const Scene& scene, bool surface_only, const Surface* asset) {
   Body body;
-  body.probe = scene.probe.spec;
-  body.settings = settings_of(scene);
+  store_scene(scene, body);
   read_meshes(scene, surface_only, body);
   const bool is_open = surface_only && !surface_facts(body.surface).is_closed;
   say("  surface: {}, {} vertices, {} triangles",

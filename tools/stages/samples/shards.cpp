@@ -16,7 +16,7 @@
 #include "libfit/io/atomic_file.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
-#include "tools/scene/settings.hpp"
+#include "tools/scene/canonical.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/placement.hpp"
@@ -349,8 +349,7 @@ void settle_body(const fs::path& folder, const Scene& scene, const Body& body,
   const fs::path path = folder / "body.h5";
   if (!fs::exists(path)) {
     Body settled = body;
-    settled.settings = settings_of(scene);
-    settled.probe = scene.probe.spec;
+    store_scene(scene, settled);
     std::error_code ignored;
     fs::create_directories(folder, ignored);
     write_body(path, settled, {{kInputsAttribute, fingerprint}});

@@ -6,11 +6,11 @@
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/runtime/tool/tool.hpp"
 #include "tools/console.hpp"
-#include "tools/workshop/rivals/finger_proxy.hpp"
 #include "tools/workshop/bench/bench.hpp"
 #include "tools/workshop/bench/machine.hpp"
 #include "tools/workshop/bench/tick_flops.hpp"
 #include "tools/workshop/bench/tick_timing.hpp"
+#include "tools/workshop/rivals/finger_proxy.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -11,8 +11,8 @@
 #include <random>
 
 #include "libfit/core/stated_error.hpp"
-#include "tools/workshop/rivals/finger_proxy.hpp"
 #include "tools/workshop/bench/machine.hpp"
+#include "tools/workshop/rivals/finger_proxy.hpp"
 
 namespace palpate::tools {
 namespace {

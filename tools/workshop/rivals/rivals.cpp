@@ -16,7 +16,7 @@
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
-#include "tools/scene/settings.hpp"
+#include "tools/scene/canonical.hpp"
 #include "tools/stages/body/simulation_setup.hpp"
 #include "tools/workshop/bench/bench.hpp"
 #include "tools/workshop/bench/machine.hpp"

@@ -24,8 +24,8 @@ ExplicitBody::ExplicitBody(CoarseBody body, const ExplicitSettings& settings)
     for (const int node : body_.tets.row(t))
       mass_kg_[node] += 0.25 * settings_.density_kg_m3 * element_.back().volume_m3;
   }
-  stable_s_ = 2 / std::sqrt(highest_squared_Hz());
-  steps_ = static_cast<int>(std::ceil(settings_.tick_s / (settings_.step_of_stable * stable_s_)));
+  const double stable_s = 2 / std::sqrt(highest_squared_Hz());
+  steps_ = static_cast<int>(std::ceil(settings_.tick_s / (settings_.step_of_stable * stable_s)));
   start();
 }
 

@@ -30,7 +30,6 @@ class ExplicitBody {
   Vec3 force(const Vec3& centre_m);
   std::size_t bytes() const;
   int steps() const { return steps_; }
-  double stable_step_s() const { return stable_s_; }
   const Points& displacement() const { return u_; }
 
  private:
@@ -48,7 +47,6 @@ class ExplicitBody {
   Eigen::VectorXd mass_kg_;
   CarriedContact contact_;
   Points u_, before_;
-  double stable_s_ = 0;
   int steps_ = 1;
 };
 

@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-using testing::cube, testing::inside_out, testing::joined, testing::moved, testing::sphere,
+using testing::cube, testing::inside_out, testing::together, testing::moved, testing::sphere,
     testing::subdivided;
 
 void expect_true_report(const TetMesh& mesh, const FillReport& report) {
@@ -56,7 +56,7 @@ TEST(FillVolume, a_sphere_is_filled_well_by_both_meshers) {
 }
 
 TEST(FillVolume, a_cavity_stays_empty) {
-  const Surface shell = joined(sphere(0.05, 3), inside_out(sphere(0.02, 2)));
+  const Surface shell = together(sphere(0.05, 3), inside_out(sphere(0.02, 2)));
   FillReport report;
   const TetMesh mesh = fill_volume(shell, {.mesher = Mesher::tetgen}, &report);
   EXPECT_NEAR(report.volume_ratio, 1, 1e-9);
@@ -69,7 +69,7 @@ TEST(FillVolume, a_cavity_stays_empty) {
 
 TEST(FillVolume, a_surface_that_crosses_itself_goes_to_mesh_3_or_is_refused) {
   const Surface crossing =
-      joined(sphere(0.05, 2), moved(sphere(0.05, 2), Vec3(0.0801, 0.0102, 0.0053)));
+      together(sphere(0.05, 2), moved(sphere(0.05, 2), Vec3(0.0801, 0.0102, 0.0053)));
   try {
     fill_volume(crossing, {.mesher = Mesher::tetgen});
     FAIL() << "TetGen ran on a surface that crosses itself";
@@ -89,7 +89,7 @@ TEST(FillVolume, a_surface_that_crosses_itself_goes_to_mesh_3_or_is_refused) {
 }
 
 TEST(FillVolume, tetgen_on_a_crossing_surface_ends_in_a_reason_and_not_in_our_death) {
-  const Surface crossing = joined(cube(0.1), moved(cube(0.1), Vec3(0.05, 0.03, 0.04)));
+  const Surface crossing = together(cube(0.1), moved(cube(0.1), Vec3(0.05, 0.03, 0.04)));
   const auto result = run_in_child(
       [&] {
         return fill_with_tetgen(crossing, Points(0, 3), {1.4, 12, 1e-5});

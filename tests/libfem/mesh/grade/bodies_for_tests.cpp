@@ -1,47 +1,11 @@
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <map>
-#include <utility>
 #include <vector>
 
 #include "libfem/mesh/boundary.hpp"
 
 namespace palpate::fem {
-
-Surface icosphere(double radius_m, int levels) {
-  const double g = 0.5 * (1 + std::sqrt(5.0));
-  std::vector<Vec3> x{{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
-                      {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
-  std::vector<Eigen::Vector3i> f{{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
-                                 {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                                 {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
-                                 {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
-  for (int level = 0; level < levels; ++level) {
-    std::map<std::pair<int, int>, int> middle;
-    const auto between = [&](int a, int b) {
-      const auto [at, is_new] =
-          middle.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<int>(x.size()));
-      if (is_new) x.push_back((x[a] / x[a].norm() + x[b] / x[b].norm()) / 2);
-      return at->second;
-    };
-    std::vector<Eigen::Vector3i> finer;
-    for (const auto& t : f) {
-      const int a = between(t[0], t[1]), b = between(t[1], t[2]), c = between(t[2], t[0]);
-      finer.insert(finer.end(), {{t[0], a, c}, {a, t[1], b}, {c, b, t[2]}, {a, b, c}});
-    }
-    f = std::move(finer);
-  }
-  Surface out;
-  out.vertices.resize(static_cast<Eigen::Index>(x.size()), 3);
-  for (std::size_t v = 0; v < x.size(); ++v)
-    out.vertices.row(static_cast<Eigen::Index>(v)) = radius_m * x[v].normalized();
-  out.triangles.resize(static_cast<Eigen::Index>(f.size()), 3);
-  for (std::size_t t = 0; t < f.size(); ++t)
-    out.triangles.row(static_cast<Eigen::Index>(t)) = f[t].transpose();
-  return out;
-}
 
 TetMesh star(const Surface& surface, const Vec3& centre) {
   TetMesh mesh;
@@ -54,7 +18,7 @@ TetMesh star(const Surface& surface, const Vec3& centre) {
 }
 
 TetMesh tet_ball(double radius_m, int levels) {
-  return star(icosphere(radius_m, levels), Vec3::Zero());
+  return star(icosphere(levels, radius_m), Vec3::Zero());
 }
 
 Surface cylinder(double radius_m, double length_m, int around, int along) {

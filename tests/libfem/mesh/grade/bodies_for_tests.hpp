@@ -1,11 +1,11 @@
 #pragma once
 
 #include "libfit/core/geometry.hpp"
+#include "tests/support/surfaces.hpp"
 
 namespace palpate::fem {
 
-/// Sphere about the origin: an icosahedron, each triangle split 4^levels-fold, vertices on it.
-Surface icosphere(double radius_m, int levels);
+using testing_support::icosphere;
 
 /// A star-shaped surface's triangles joined to a centre inside, node 0; vertex v is node v + 1.
 TetMesh star(const Surface& surface, const Vec3& centre);

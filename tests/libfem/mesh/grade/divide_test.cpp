@@ -8,7 +8,7 @@
 
 #include "bodies_for_tests.hpp"
 #include "libfit/core/closest_point.hpp"
-#include "tests/support/coarse_block.hpp"
+#include "tests/support/surfaces.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -75,7 +75,7 @@ TEST(Dividing, keeps_the_shape_closed_and_the_angles_and_leaves_what_is_far) {
 // Of a sphere: a chord of length e lies e^2/8R below it.
 TEST(Dividing, comes_to_the_smooth_surface_where_it_is_asked_to) {
   constexpr double kRadius_m = 0.05, kSagitta_m = 1e-4;
-  const Surface coarse = icosphere(kRadius_m, 2);
+  const Surface coarse = icosphere(2, kRadius_m);
   EXPECT_GT(farthest_middle_m(coarse, kRadius_m), 5 * kSagitta_m);
   const auto is_above = [](std::int32_t, const Vec3& a, const Vec3& b, const Vec3& c) {
     return std::max({a[2], b[2], c[2]}) > 0;

@@ -190,7 +190,7 @@ TEST(GradeMesh, regions_are_inherited) {
 TEST(GradeMesh, coarse_ball_becomes_the_fine_sphere_as_the_mesh_is_refined) {
   const double radius = 0.05, exact = 4 * 3.14159265358979323846 / 3 * std::pow(radius, 3);
   const TetMesh base = tet_ball(radius, 1);
-  const SmoothSurface surface(icosphere(radius, 5));  // 1.7 mm edges
+  const SmoothSurface surface(icosphere(5, radius));  // 1.7 mm edges
   const double facets = volume_m3(surface.surface());
   double before = 1;
   for (const double h : {0.02, 0.01, 0.005}) {
@@ -207,7 +207,7 @@ TEST(GradeMesh, coarse_ball_becomes_the_fine_sphere_as_the_mesh_is_refined) {
         "ball, h %4.1f mm: %6ld nodes, volume error %.1e (its facets %.1e, the base %.1e), "
         "node error %.1e, dihedral >= %.1f, deviation %.1e m\n",
         h * 1e3, static_cast<long>(mesh.nodes.rows()), error, 1 - facets / exact,
-        1 - volume_m3(icosphere(radius, 1)) / exact, sphere_error(mesh, radius),
+        1 - volume_m3(icosphere(1, radius)) / exact, sphere_error(mesh, radius),
         angles.smallest_rad * 57.29578, mesh.deviation_m);
     EXPECT_GT(least, 0);
     EXPECT_LT(mesh.deviation_m, 1e-9);
@@ -244,7 +244,7 @@ TEST(GradeMesh, base_nodes_off_the_surface_are_moved_onto_it) {
   TetMesh base = tet_ball(radius, 1);
   for (Eigen::Index n = 1; n < base.nodes.rows(); ++n)
     base.nodes.row(n) *= n % 2 ? 1.02 : 0.98;  // a millimetre in or out, as remeshing leaves them
-  const SmoothSurface surface(icosphere(radius, 4));
+  const SmoothSurface surface(icosphere(4, radius));
   const QuadraticMesh mesh =
       grade_mesh(base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0), surface,
                  {.path = {{{0, 0, radius}, {0, 0, radius}}}});
@@ -342,7 +342,7 @@ TEST(GradeMesh, size_proportional_to_distance_gives_every_octave_as_many_tets) {
 TEST(GradeMesh, result_is_the_same_bit_for_bit_on_any_thread) {
   const TetMesh base = tet_ball(0.05, 1);
   const std::vector<char> held(static_cast<std::size_t>(base.nodes.rows()), 0);
-  const SmoothSurface surface(icosphere(0.05, 4));
+  const SmoothSurface surface(icosphere(4, 0.05));
   const GradeOptions options{.path = {{{0, 0, 0.05}, {0, 0, 0.05}}}};
   const QuadraticMesh first = grade_mesh(base, held, surface, options);
   std::vector<QuadraticMesh> others(4);

@@ -18,7 +18,7 @@ Vec3 random_direction(std::mt19937& random) {
 
 TEST(NormalGradient, sphere_has_minus_one_over_radius_on_tangents_and_none_along_the_normal) {
   const double radius = 0.05;
-  const SmoothSurface sphere(icosphere(radius, 3));
+  const SmoothSurface sphere(icosphere(3, radius));
   std::mt19937 random(2);
   double worst = 0;
   for (int repeat = 0; repeat < 50; ++repeat) {
@@ -61,7 +61,7 @@ TEST(NormalGradient, noise_of_a_tenth_of_a_millimetre_costs_a_tenth_of_the_curva
   const double radius = 0.05, noise_m = 1e-4;
   std::mt19937 random(9);
   std::normal_distribution<double> noise(0, noise_m);
-  Surface rough = icosphere(radius, 4);  // 2 mm edges
+  Surface rough = icosphere(4, radius);  // 2 mm edges
   for (Eigen::Index v = 0; v < rough.vertices.rows(); ++v)
     rough.vertices.row(v) *= 1 + noise(random) / radius;
   const SmoothSurface sphere(rough);
@@ -78,7 +78,7 @@ TEST(NormalGradient, noise_of_a_tenth_of_a_millimetre_costs_a_tenth_of_the_curva
 }
 
 TEST(NormalGradient, patch_without_a_radius_is_refused) {
-  const SmoothSurface sphere(icosphere(0.05, 1));
+  const SmoothSurface sphere(icosphere(1, 0.05));
   EXPECT_THROW(sphere.normal_gradient({0, 0, 0.05}, 0), Error);
 }
 

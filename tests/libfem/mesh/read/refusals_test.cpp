@@ -151,13 +151,6 @@ TEST_F(Refusal, a_tet_that_flipping_does_not_untangle) {
                    "overlap their neighbours: 8, 9"));
 }
 
-TEST_F(Refusal, hexahedra_are_named) {
-  EXPECT_TRUE(
-      says(tet_error("mesh.msh",
-                     "$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n1\n1 5 0 0 8 1 1 1 1 1 1 1 1\n$ENDELM\n"),
-           "not tetrahedra: hexahedron"));
-}
-
 TEST_F(Refusal, surface_given_as_volume_and_volume_as_surface_say_where_they_belong) {
   for (const SampleFile& sample : tet_samples())
     if (sample.name == "vtk_text") {

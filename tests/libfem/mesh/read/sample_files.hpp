@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "libfem/mesh/read/read.hpp"
+#include "libfit/core/error.hpp"
 #include "libfit/core/geometry.hpp"
 
 namespace palpate::mesh_read_test {
@@ -30,6 +32,23 @@ TetMesh cube_tets();
 /// The cube in every format, version and encoding the readers know.
 std::vector<SampleFile> surface_samples();
 std::vector<SampleFile> tet_samples();
+
+/// The formats that a reader of meshes lists when it is given a file of none.
+template <class Read>
+std::string known_formats(Read&& read) {
+  try {
+    read("mesh.unknown");
+  } catch (const Error& error) {
+    return error.remedy();
+  }
+  return "";
+}
+inline std::string surface_formats() {
+  return known_formats([](const char* path) { read_surface(path, 1); });
+}
+inline std::string tet_mesh_formats() {
+  return known_formats([](const char* path) { read_tet_mesh(path, 1); });
+}
 
 /// An empty folder of its own, removed with the object.
 class TemporaryFolder {

@@ -47,11 +47,5 @@ TEST(SurfaceFacts, an_empty_surface_is_not_closed) {
   EXPECT_FALSE(surface_facts({Points(0, 3), Triangles(0, 3)}).is_closed);
 }
 
-TEST(SurfaceFacts, an_index_out_of_range_is_an_error) {
-  Surface cube = box(0.1);
-  cube.triangles(3, 1) = 1000;
-  EXPECT_THROW(surface_facts(cube), Error);
-}
-
 }  // namespace
 }  // namespace palpate

@@ -76,7 +76,7 @@ TEST(Mend, vertices_further_apart_are_welded_only_when_asked) {
 }
 
 TEST(Mend, inside_out_is_turned_outward) {
-  const Mended mended = mend_surface(turned(box(0.1)), {}, "body.obj");
+  const Mended mended = mend_surface(inside_out(box(0.1)), {}, "body.obj");
   EXPECT_TRUE(says(all_changes(mended), "turned 108 triangles outward"));
   EXPECT_NEAR(surface_facts(mended.surface).volume_m3, 1e-3, 1e-15);
 }
@@ -95,8 +95,8 @@ TEST(Mend, a_shell_inside_the_body_is_a_cavity_only_where_it_points_against_the_
   const double solid = surface_facts(ball(0.1)).volume_m3,
                hollow = surface_facts(ball(0.04)).volume_m3;
   for (const bool is_cavity : {true, false}) {
-    const Surface both = together(ball(0.1), is_cavity ? turned(ball(0.04)) : ball(0.04));
-    for (const Surface& as_given : {both, turned(both)}) {
+    const Surface both = together(ball(0.1), is_cavity ? inside_out(ball(0.04)) : ball(0.04));
+    for (const Surface& as_given : {both, inside_out(both)}) {
       const Mended mended = mend_surface(as_given, {}, "body.obj");
       EXPECT_TRUE(is_sound(mended.surface));
       const SurfaceFacts facts = surface_facts(mended.surface);
@@ -115,12 +115,12 @@ TEST(Mend, a_shell_inside_the_body_is_a_cavity_only_where_it_points_against_the_
 TEST(Mend, shells_in_shells_are_body_or_cavity_by_the_side_they_point_to) {
   const auto volume = [](double radius_m) { return surface_facts(ball(radius_m)).volume_m3; };
   // A lesion with a hollow middle; a stone in a cavity, pointing either way.
-  const Mended lesion =
-      mend_surface(together(together(ball(0.1), ball(0.06)), turned(ball(0.02))), {}, "body.obj");
+  const Mended lesion = mend_surface(
+      together(together(ball(0.1), ball(0.06)), inside_out(ball(0.02))), {}, "body.obj");
   EXPECT_NEAR(surface_facts(lesion.surface).volume_m3, volume(0.1) - volume(0.02), 1e-12);
-  for (const Surface& stone : {ball(0.02), turned(ball(0.02))}) {
+  for (const Surface& stone : {ball(0.02), inside_out(ball(0.02))}) {
     const Mended mended =
-        mend_surface(together(together(ball(0.1), turned(ball(0.06))), stone), {}, "body.obj");
+        mend_surface(together(together(ball(0.1), inside_out(ball(0.06))), stone), {}, "body.obj");
     EXPECT_NEAR(surface_facts(mended.surface).volume_m3, volume(0.1) - volume(0.06) + volume(0.02),
                 1e-12);
     EXPECT_EQ(surface_facts(mended.surface).components, 3);
@@ -138,7 +138,7 @@ TEST(Mend, a_piece_that_begins_inside_and_comes_out_through_the_wall_is_not_left
 }
 
 TEST(Mend, what_is_turned_in_a_cavity_is_said_to_be_turned_inward) {
-  Surface both = together(ball(0.1), turned(ball(0.04)));
+  Surface both = together(ball(0.1), inside_out(ball(0.04)));
   for (const Eigen::Index f : {Eigen::Index{0}, both.triangles.rows() - 1})
     std::swap(both.triangles(f, 0), both.triangles(f, 1));
   const std::string text = all_changes(mend_surface(both, {}, "body.obj"));
@@ -200,7 +200,7 @@ TEST(Mend, a_hole_is_filled_and_its_width_told) {
 
 TEST(Mend, an_open_border_stays_when_allowed) {
   const Mended mended =
-      mend_surface(turned(without(box(0.1), {8, 9})), {.allow_open = true}, "body.obj");
+      mend_surface(inside_out(without(box(0.1), {8, 9})), {.allow_open = true}, "body.obj");
   const SurfaceFacts facts = surface_facts(mended.surface);
   EXPECT_EQ(facts.border_edges, 4);
   EXPECT_TRUE(facts.is_manifold && facts.is_oriented);
@@ -411,11 +411,6 @@ TEST(Mend, wrapping_a_box_with_an_open_bottom_fills_it_and_says_so) {
   EXPECT_NEAR(surface_facts(mended.surface).volume_m3, 1e-3, 0.06e-3);
 }
 
-TEST(Mend, wrapping_is_not_done_where_mending_is_enough) {
-  const Mended mended = mend_surface(turned(box(0.1)), {.wrap = true}, "body.obj");
-  EXPECT_EQ(mended.surface.triangles.rows(), 108);
-}
-
 TEST(Mend, a_moebius_strip_is_refused_as_one_sided) {
   constexpr int n = 12;
   Surface strip{Points(2 * n, 3), Triangles(2 * n, 3)};
@@ -431,14 +426,6 @@ TEST(Mend, a_moebius_strip_is_refused_as_one_sided) {
     strip.triangles.row(2 * i + 1) << b, d, c;
   }
   EXPECT_TRUE(says(refusal(strip), "only one side"));
-}
-
-TEST(Mend, a_flat_sheet_encloses_nothing) {
-  Surface sheet{Points(4, 3), Triangles(2, 3)};
-  sheet.vertices << 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0;
-  sheet.triangles << 0, 1, 2, 0, 2, 3;
-  EXPECT_FALSE(says(refusal(sheet), "not refused"));
-  EXPECT_EQ(mend_surface(sheet, {.allow_open = true}, "").surface.triangles.rows(), 2);
 }
 
 TEST(Mend, what_is_no_surface_is_refused) {

@@ -52,20 +52,6 @@ Surface ball(double radius_m, const Vec3& middle, int n) {
   return surface;
 }
 
-Surface together(const Surface& a, const Surface& b) {
-  Surface both{Points(a.vertices.rows() + b.vertices.rows(), 3),
-               Triangles(a.triangles.rows() + b.triangles.rows(), 3)};
-  both.vertices << a.vertices, b.vertices;
-  both.triangles << a.triangles,
-      (b.triangles.array() + static_cast<int>(a.vertices.rows())).matrix();
-  return both;
-}
-
-Surface turned(Surface surface) {
-  surface.triangles.col(1).swap(surface.triangles.col(2));
-  return surface;
-}
-
 Surface without(const Surface& surface, const std::vector<Eigen::Index>& triangles) {
   Surface rest{
       surface.vertices,

@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-using testing::cube, testing::joined, testing::moved, testing::sphere, testing::subdivided;
+using testing::cube, testing::together, testing::moved, testing::sphere, testing::subdivided;
 
 TEST(SimulationSurface, a_sphere_keeps_its_volume_within_the_tolerance) {
   const Surface fine = sphere(0.05, 5);  // 8192 triangles
@@ -83,7 +83,7 @@ TEST(SimulationSurface, bad_input_is_refused) {
   } catch (const Error& error) {
     EXPECT_EQ(error.fact(), "it bounds no volume: 3 edges lie on a border");
   }
-  const Surface crossing = joined(sphere(0.05, 3), moved(sphere(0.05, 3), Vec3(0.04, 0.01, 0)));
+  const Surface crossing = together(sphere(0.05, 3), moved(sphere(0.05, 3), Vec3(0.04, 0.01, 0)));
   try {
     simulation_surface(crossing, 0.012);
     FAIL() << "a surface that crosses itself went through";
@@ -120,7 +120,7 @@ TEST(SimulationSurface, is_finer_where_it_would_cross_itself) {
   Surface hollow = sphere(0.02, 4);
   hollow.triangles.col(1).swap(hollow.triangles.col(2));
   const Vec3 aside(0.0285, 0, 0);  // leaves a wall of 1.5 mm
-  const Surface fine = joined(sphere(0.05, 5), moved(hollow, aside));
+  const Surface fine = together(sphere(0.05, 5), moved(hollow, aside));
   const SimulationSurface made =
       simulation_surface(fine, 0.08, {.volume_tolerance = 0.2, .stray_tolerance = 1});
   EXPECT_EQ(made.attempts, 1) << made.refused;

@@ -9,12 +9,12 @@
 namespace palpate {
 namespace {
 
-using testing::cube, testing::inside_out, testing::joined, testing::moved, testing::sphere;
+using testing::cube, testing::inside_out, testing::together, testing::moved, testing::sphere;
 
 TEST(SurfaceChecks, closed_surfaces_pass) {
   EXPECT_EQ(why_not_closed(cube(0.1)), std::nullopt);
   EXPECT_EQ(why_not_closed(sphere(0.1, 2)), std::nullopt);
-  EXPECT_EQ(why_not_closed(joined(sphere(0.1, 2), inside_out(sphere(0.05, 1)))), std::nullopt);
+  EXPECT_EQ(why_not_closed(together(sphere(0.1, 2), inside_out(sphere(0.05, 1)))), std::nullopt);
 }
 
 TEST(SurfaceChecks, each_defect_is_named) {
@@ -38,15 +38,15 @@ TEST(SurfaceChecks, each_defect_is_named) {
   EXPECT_EQ(why_not_closed(infinite), "a coordinate is not a finite number");
 
   // Two cubes that share a corner vertex only.
-  Surface pinched = joined(cube(1), moved(cube(1), Vec3(1, 1, 1)));
+  Surface pinched = together(cube(1), moved(cube(1), Vec3(1, 1, 1)));
   for (auto& v : pinched.triangles.reshaped())
     if (v == 8) v = 7;
   EXPECT_EQ(why_not_closed(pinched), "1 vertex joins two sheets that otherwise do not touch");
 }
 
 TEST(SurfaceChecks, overlapping_cubes_cross_and_disjoint_ones_do_not) {
-  EXPECT_TRUE(is_self_intersecting(joined(cube(1), moved(cube(1), Vec3(0.5, 0.3, 0.4)))));
-  EXPECT_FALSE(is_self_intersecting(joined(cube(1), moved(cube(1), Vec3(1.5, 0.3, 0.4)))));
+  EXPECT_TRUE(is_self_intersecting(together(cube(1), moved(cube(1), Vec3(0.5, 0.3, 0.4)))));
+  EXPECT_FALSE(is_self_intersecting(together(cube(1), moved(cube(1), Vec3(1.5, 0.3, 0.4)))));
 }
 
 TEST(SurfaceChecks, deviation_of_concentric_spheres_is_their_gap) {

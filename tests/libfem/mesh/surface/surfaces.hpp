@@ -6,10 +6,14 @@
 #include <utility>
 
 #include "libfit/core/geometry.hpp"
+#include "tests/support/surfaces.hpp"
 
 // Surfaces of known shape, for the tests of points and fill.
 
 namespace palpate::testing {
+
+using testing_support::inside_out;
+using testing_support::together;
 
 /// Unit cube [0, 1]^3, scaled.
 inline Surface cube(double side_m) {
@@ -60,23 +64,8 @@ inline Surface sphere(double radius_m, int levels) {
   return surface;
 }
 
-/// Both surfaces in one, not merged.
-inline Surface joined(const Surface& a, const Surface& b) {
-  Surface both{Points(a.vertices.rows() + b.vertices.rows(), 3),
-               Triangles(a.triangles.rows() + b.triangles.rows(), 3)};
-  both.vertices << a.vertices, b.vertices;
-  both.triangles << a.triangles,
-      (b.triangles.array() + static_cast<std::int32_t>(a.vertices.rows())).matrix();
-  return both;
-}
-
 inline Surface moved(Surface surface, const Vec3& by) {
   surface.vertices.rowwise() += by.transpose();
-  return surface;
-}
-
-inline Surface inside_out(Surface surface) {
-  surface.triangles.col(1).swap(surface.triangles.col(2));
   return surface;
 }
 

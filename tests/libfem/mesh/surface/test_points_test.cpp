@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-using testing::joined, testing::moved, testing::sphere;
+using testing::together, testing::moved, testing::sphere;
 
 std::vector<char> all_of(const Surface& surface) {
   return std::vector<char>(static_cast<std::size_t>(surface.vertices.rows()), 1);
@@ -108,7 +108,7 @@ TEST(TestPoints, cover_a_part_with_a_border_up_to_the_border) {
 
 TEST(TestPoints, are_spread_over_every_piece) {
   const Surface one = sphere(0.05, 3);
-  const Surface two = joined(one, moved(one, Vec3(0.2, 0, 0)));
+  const Surface two = together(one, moved(one, Vec3(0.2, 0, 0)));
   const TestPoints points = choose_test_points(two, all_of(two), all_of(two), 40);
   ASSERT_EQ(points.position.rows(), 40);
   const auto left = (points.position.col(0).array() < 0.1).count();
@@ -117,7 +117,7 @@ TEST(TestPoints, are_spread_over_every_piece) {
 
 TEST(TestPoints, come_as_near_to_the_number_as_topology_lets_them) {
   const Surface one = sphere(0.05, 2);
-  const Surface two = joined(one, moved(one, Vec3(0.2, 0, 0)));
+  const Surface two = together(one, moved(one, Vec3(0.2, 0, 0)));
   EXPECT_EQ(choose_test_points(two, all_of(two), all_of(two), 5).position.rows(),
             8);  // two tetrahedra
 }

@@ -27,7 +27,6 @@ def press(path, number, rows, factor, rng):
 
 
 def run(*line):
-    time.sleep(3)  # files just written may change again unseen: import would read them all
     before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.time()
     subprocess.run(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -24,13 +24,6 @@ RECORDINGS = [  # name, title, pattern, keys, first row of numbers, units on the
      PROBE % ("flat", "25 mm"), None, (1e3, "mm", 1, "N")),
     ("silicone_50", "silicone EF10_50T, five repeats", "compression/EF10_50T_*.csv",
      PROBE % ("flat", "25 mm"), None, (1e3, "mm", 1, "N")),
-    ("nanoindenter", "nanoindenter, one press", "indentation/fmt-chiaro*.txt", "", "Time (s)",
-     (1e6, "µm", 1e9, "nN")),
-    ("force_map", "AFM map, curve 6 of 16 (0.2 N/m, 100 nm/V assumed)",
-     "indentation/afm-workshop-map16/*13.07.05.csv",
-     'plausible = ["1 Pa", "1 GPa"]\ncontact = "hertz"\n'
-     'cantilever = { stiffness = 0.2, sensitivity = "100 nm" }\n', "Extend Z-Sense",
-     (1e9, "nm", 1e9, "nN")),
 ]
 
 

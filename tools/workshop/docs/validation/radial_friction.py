@@ -4,7 +4,7 @@
     python3 tools/workshop/docs/validation/radial_friction.py PALPATE
 
 Presses the middle of data/scenes/block.toml 9 mm deep and drags there, with friction 0.3 and with
-none, at several Poisson's ratios and heights. Prints rows of docs/validation.md's table: the force
+none, at several Poisson's ratios and heights. Prints a table for docs/validation.md: the force
 with friction over that without, less 1, in percent, at 3, 6 and 9 mm, and along a drag at 7.2 mm
 (its first direction) after 0.35, 2.8 and 8 mm. Needs h5py and numpy.
 """

@@ -1,6 +1,6 @@
-// Settings named once: every member of every section counts, and comes back from a body.
+// Canonical texts: every member of every section counts, and a scene comes back from a body.
 
-#include "tools/scene/settings.hpp"
+#include "tools/scene/canonical.hpp"
 
 #include <gtest/gtest.h>
 
@@ -125,7 +125,7 @@ int expect_every_member_counts(const Scene& scene, Section& (*section_of)(Scene&
   return counter.count();
 }
 
-TEST(settings, every_member_of_every_section_changes_the_text_of_its_stage_and_of_no_other) {
+TEST(canonical, every_member_of_every_section_changes_the_text_of_its_stage_and_of_no_other) {
   const Scene full = parse_scene(kFull, "/s/a.toml");
   for (const Scene& scene :
        {full, parse_scene("[body]\ntetmesh = \"a.msh\"\nlength_unit = \"m\"\n"
@@ -159,14 +159,13 @@ TEST(settings, every_member_of_every_section_changes_the_text_of_its_stage_and_o
   }
 }
 
-TEST(settings, a_scene_comes_back_from_a_body_with_the_same_fingerprints) {
+TEST(canonical, a_scene_comes_back_from_a_body_with_the_same_fingerprints) {
   for (const std::string& text :
        {kFull, std::string("[body]\nsurface = \"a.off\"\nlength_unit = \"mm\"\n"
                            "[experiments]\ntest_points = \"vertices\"\n")}) {
     const Scene scene = parse_scene(text, "/s/a.toml");
     Body body;
-    body.settings = settings_of(scene);
-    body.probe = scene.probe.spec;
+    store_scene(scene, body);
     const Scene back = scene_of(body, "body.h5");
     for (const Stage stage : {Stage::prepare, Stage::simulate, Stage::place, Stage::fit})
       EXPECT_EQ(canonical(scene, stage), canonical(back, stage));
@@ -181,7 +180,7 @@ TEST(settings, a_scene_comes_back_from_a_body_with_the_same_fingerprints) {
 }
 
 // The stage commands read body.h5 alone and make what `run` makes of the scene.
-TEST(settings, a_tool_comes_back_from_a_body) {
+TEST(canonical, a_tool_comes_back_from_a_body) {
   const std::string body =
       "[body]\nsurface = \"a.obj\"\nlength_unit = \"mm\"\n"
       "fixed = [ { below = { axis = \"y\", at = \"2 mm\" } } ]\n"
@@ -195,8 +194,7 @@ TEST(settings, a_tool_comes_back_from_a_body) {
   for (const std::string& tool : {row, places}) {
     const Scene scene = parse_scene(body + tool, "/s/a.toml");
     Body prepared;
-    prepared.settings = settings_of(scene);
-    prepared.probe = scene.probe.spec;
+    store_scene(scene, prepared);
     const Scene back = scene_of(prepared, "body.h5");
     ASSERT_TRUE(back.tool) << tool;
     EXPECT_EQ(canonical(back.tool->probe.spec), canonical(scene.tool->probe.spec));
@@ -204,14 +202,14 @@ TEST(settings, a_tool_comes_back_from_a_body) {
     EXPECT_EQ(back.tool->balls_m, scene.tool->balls_m);
     EXPECT_EQ(back.tool->tilt_rad, scene.tool->tilt_rad);
     EXPECT_EQ(back.tool->paths, scene.tool->paths);
-    EXPECT_EQ(canonical(settings_of(back)), canonical(settings_of(scene)));
+    EXPECT_FALSE(store_scene(back, prepared));
   }
   Body without;
-  without.settings = settings_of(parse_scene(body, "/s/a.toml"));
+  store_scene(parse_scene(body, "/s/a.toml"), without);
   EXPECT_FALSE(scene_of(without, "body.h5").tool);
 }
 
-TEST(settings, marked_parts_come_back_from_a_body_as_the_same_part_of_space) {
+TEST(canonical, marked_parts_come_back_from_a_body_as_the_same_part_of_space) {
   Points nodes(4, 3);
   nodes << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1;
   Triangles faces(2, 3);
@@ -229,8 +227,7 @@ TEST(settings, marked_parts_come_back_from_a_body_as_the_same_part_of_space) {
   scene.body.fixed = regions;
   scene.experiments.region = SurfaceRegion{regions[0], "", 0};
   Body body;
-  body.settings = settings_of(scene);
-  body.probe = scene.probe.spec;
+  store_scene(scene, body);
   const Scene back = scene_of(body, "body.h5");
   EXPECT_EQ(canonical(scene, Stage::prepare), canonical(back, Stage::prepare));
   ASSERT_EQ(back.body.fixed.size(), 2u);
@@ -241,21 +238,24 @@ TEST(settings, marked_parts_come_back_from_a_body_as_the_same_part_of_space) {
   EXPECT_FALSE(any_contains({regions[0]}, Vec3(0.3, 0.3, 0), false));
 }
 
-TEST(settings, a_body_without_a_setting_is_refused_by_its_name) {
+TEST(canonical, a_body_without_a_mesh_that_its_scene_names_is_refused) {
   Body body;
-  body.settings = settings_of(parse_scene(kFull, "/s/a.toml"));
-  body.settings.erase("experiments/press_steps");
+  store_scene(parse_scene("[body]\nsurface = 'a.obj'\nlength_unit = 'mm'\n"
+                          "fixed = [ { inside = 'held.stl' } ]\n",
+                          "/s/a.toml"),
+              body);
+  body.scene_meshes.clear();
   try {
     scene_of(body, "out/body.h5");
     FAIL() << "accepted";
   } catch (const Error& e) {
     EXPECT_EQ(std::string(e.what()),
-              "out/body.h5: settings/experiments/press_steps: is missing\n"
+              "out/body.h5: scene: lacks a mesh that its text names\n"
               "  Make the body again with `palpate prepare`.");
   }
 }
 
-TEST(settings, keys_of_probes_have_the_dimension_their_name_says) {
+TEST(canonical, keys_of_probes_have_the_dimension_their_name_says) {
   for (const fem::ShapeRow& row : fem::probe_shapes())
     for (const fem::ProbeParameter& parameter : row.parameters)
       EXPECT_EQ(parameter.dimension, probe_dimension(parameter.key)) << parameter.key;
