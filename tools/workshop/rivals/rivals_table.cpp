@@ -103,7 +103,7 @@ ordered_json in_order(const ordered_json& rows) {
   ordered_json out = ordered_json::array();
   for (const RivalRow& rival : kRivals)
     for (const ordered_json& row : rows)
-      if (row.at("part") == rival.name) out.push_back(row);
+      if (row.at("part").get_ref<const std::string&>() == rival.name) out.push_back(row);
   return out;
 }
 
