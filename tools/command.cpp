@@ -290,6 +290,7 @@ constexpr FormerName kFormerNames[] = {
     {"modulus", "",
      "Identify the material from presses on the body: palpate calibrate SCENE --samples "
      "samples.h5 -o NEW.toml. "},
+    {"export", "--no-guard", "Leave it out: every asset has the guard. "},
     {"refine", "--follow-gap", "Leave it out: the choice is made by leaving points out. "},
     {"refine", "--slope-share", "Leave it out: the share is chosen by leaving points out. "},
     {"report", "--figures",

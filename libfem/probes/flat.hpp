@@ -16,7 +16,7 @@ struct FlatShape {
   static constexpr ProbeParameter kParameters[] = {
       {"radius", "of the rod", "5 mm"},
       {"edge_radius", "of the rounded edge; 1/10 of radius when left out", "0.5 mm",
-       Dimension::length, 1, false}};
+       Dimension::length, false}};
   /// An edge sharper than this is within the penetration that is tolerated.
   static constexpr double kMinEdge = 0.02, kDefaultEdge = 0.1;  // of the radius
 

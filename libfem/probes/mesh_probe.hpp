@@ -14,7 +14,7 @@ namespace palpate::fem {
 struct MeshShape {
   static constexpr ProbeParameter kParameters[] = {
       {"smoothing", "over which edges are rounded; 1/64 of the largest extent when left out",
-       "0.2 mm", Dimension::length, 1, false}};
+       "0.2 mm", Dimension::length, false}};
 
   static std::string complete(ProbeGeometry& probe) {
     const MeshField& field = *probe.mesh;

@@ -5,7 +5,6 @@
 
 #include "libfem/probes/capsule.hpp"
 #include "libfem/probes/cone.hpp"
-#include "libfem/probes/ellipsoid.hpp"
 #include "libfem/probes/flat.hpp"
 #include "libfem/probes/mesh_probe.hpp"
 #include "libfem/probes/sphere.hpp"
@@ -50,13 +49,12 @@ constexpr ShapeRow shape_row(std::string_view name, std::string_view summary, bo
 }
 
 // One row per shape; add a shape by its file and a row.
-constexpr std::array<ShapeRow, 6> kShapes{{
+constexpr std::array<ShapeRow, 5> kShapes{{
     shape_row<SphereShape>("sphere", "a ball of the given radius", true),
     shape_row<FlatShape>("flat", "a flat-ended rod with a rounded edge", true),
     shape_row<CapsuleShape>("capsule", "a rod with two round ends, pressed with one or lying",
                             false),
     shape_row<ConeShape>("cone", "a cone with a rounded tip", true),
-    shape_row<EllipsoidShape>("ellipsoid", "an ellipsoid with three semi-axes", false),
     shape_row<MeshShape>("mesh", "a closed triangle mesh from a file", false, true),
 }};
 
@@ -72,25 +70,20 @@ const ProbeParameter* find_parameter(const ShapeRow& row, std::string_view key) 
 }
 
 std::string example_of(const ProbeParameter& parameter) {
-  const std::string example(parameter.example);
-  return std::string(parameter.key) + " = " +
-         (parameter.count == 1 ? "\"" + example + "\"" : example);
+  return std::string(parameter.key) + " = \"" + std::string(parameter.example) + "\"";
 }
 
 void check_values(const ProbeParameter& parameter, const std::vector<double>& values,
                   const std::string& where) {
   const std::string key(parameter.key);
-  if (values.size() != static_cast<std::size_t>(parameter.count))
-    throw Error(where,
-                key + " must hold " + std::to_string(parameter.count) + " numbers, not " +
-                    std::to_string(values.size()),
+  if (values.size() != 1)
+    throw Error(where, key + " must hold one number, not " + std::to_string(values.size()),
                 "Write " + example_of(parameter) + ".");
-  for (const double value : values)
-    if (!(std::isfinite(value) && value > 0))
-      throw Error(where,
-                  key + " must be positive, not " + std::to_string(value) + " " +
-                      unit_of(parameter.dimension),
-                  "Give it with its unit, for example " + example_of(parameter) + ".");
+  if (const double value = values[0]; !(std::isfinite(value) && value > 0))
+    throw Error(where,
+                key + " must be positive, not " + std::to_string(value) + " " +
+                    unit_of(parameter.dimension),
+                "Give it with its unit, for example " + example_of(parameter) + ".");
 }
 
 /// Puts the values of the shape's keys in their order, NaN where a key is left out.
@@ -108,10 +101,8 @@ void read_numbers(const ShapeRow& row, const ProbeSpec& spec, const std::string&
                   "shape \"" + std::string(row.name) + "\" needs " + std::string(parameter.key) +
                       ", " + std::string(parameter.summary),
                   "Add " + example_of(parameter) + ".");
-    for (int i = 0; i < parameter.count; ++i)
-      probe.number[next++] = found == spec.values.end()
-                                 ? std::numeric_limits<double>::quiet_NaN()
-                                 : found->second[static_cast<std::size_t>(i)];
+    probe.number[next++] =
+        found == spec.values.end() ? std::numeric_limits<double>::quiet_NaN() : found->second[0];
   }
 }
 

@@ -29,12 +29,11 @@ struct SignedDistance {
   Mat3 hessian = Mat3::Zero();
 };
 
-/// A key of [probe] that a shape reads: `count` numbers of one dimension. Left out, a key that is
+/// A key of [probe] that a shape reads: a number. Left out, a key that is
 /// not required is filled in by the shape.
 struct ProbeParameter {
   std::string_view key, summary, example;
   Dimension dimension = Dimension::length;
-  int count = 1;
   bool is_required = true;
 };
 
@@ -166,7 +165,7 @@ Probe tilted(const Probe& upright, const Vec3& axis, const Lean& lean, const std
 Stance stance(const Probe& probe, const Vec3& axis);
 
 /// Radius of the ball that a tool which is round about its axis ends with [m]; 0 where it ends with
-/// none, or is not round (a lying capsule, an ellipsoid, a mesh, a rod that is not rounded whole).
+/// none, or is not round (a lying capsule, a mesh, a rod that is not rounded whole).
 double round_end_m(const Probe& probe);
 
 /// The same probe for presses down to depth_m: length_m becomes a(d)^2 / d with the contact radius

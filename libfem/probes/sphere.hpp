@@ -10,7 +10,7 @@ namespace palpate::fem {
 /// Ball of radius R whose lowest point along the axis u is the reference point: centre = x - R u.
 struct SphereShape {
   static constexpr ProbeParameter kParameters[] = {
-      {"radius", "of the ball", "5 mm", Dimension::length, 1, false}};
+      {"radius", "of the ball", "5 mm", Dimension::length, false}};
 
   static double radius_m(const ProbeGeometry& probe) { return probe.number[0]; }
 

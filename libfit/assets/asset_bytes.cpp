@@ -100,7 +100,7 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
   Header header{};
   std::memcpy(header.magic, "PALP", 4);
   header.endian_mark = runtime::kEndianMark;
-  header.flags = options.has_guard ? runtime::kFlagGuard : 0;
+  header.flags = runtime::kFlagGuard;
   header.version = runtime::kVersion;
   header.law_revision = runtime::kLawRevision;
   header.vertices = static_cast<std::int32_t>(parts.surface.covered.size());

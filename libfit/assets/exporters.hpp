@@ -12,7 +12,6 @@ namespace palpate {
 
 /// What an export may be told.
 struct ExportOptions {
-  bool has_guard = true;      ///< the engine refuses the energy-creating part of slips
   bool fades_borders = true;  ///< forces fade out over the last ring before an open border
   /// Surface without test points answers with the mean curves of the covered vertices and says so
   /// (kFlagOutside), so that no hole is felt; false: with nothing.

@@ -45,7 +45,7 @@ class Changer {
     value["radius"].front() += 0.125;
   }
   static void change(Surface& value) { value.vertices.setOnes(1, 3); }
-  static void change(SurfaceRegion& value) { value.part = Disc{Vec3::Ones(), 0.125}; }
+  static void change(SurfaceRegion& value) { value.part = Ball{Vec3::Ones(), 0.125}; }
   template <class Value>
   static void change(std::optional<Value>& value) {
     if (value)
@@ -98,7 +98,7 @@ friction = 0.8
 [experiments]
 test_points = "auto"
 budget = 30
-region = { disc = { center = [0, 0, 0.1], radius = "3 cm" }, facing = "-x", within = "40 deg" }
+region = { sphere = { center = [0, 0, 0.1], radius = "3 cm" }, facing = "-x", within = "40 deg" }
 drag_depths = ["3 mm"]
 [fit]
 family = "separable"

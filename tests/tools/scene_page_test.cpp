@@ -162,11 +162,8 @@ PageTable shapes() {
     if (shape.takes_mesh)
       keys = {"`mesh`: a file as `surface` of `[body]`, required", "`length_unit`, required"};
     for (const fem::ProbeParameter& row : shape.parameters)
-      keys.push_back(
-          fmt::format("{}: {}{}",
-                      code(row.count == 1 ? fmt::format("{} = \"{}\"", row.key, row.example)
-                                          : fmt::format("{} = {}", row.key, row.example)),
-                      row.summary, row.is_required ? ", required" : ""));
+      keys.push_back(fmt::format("{}: {}{}", code(fmt::format("{} = \"{}\"", row.key, row.example)),
+                                 row.summary, row.is_required ? ", required" : ""));
     table.rows.push_back({in_quotes(shape.name), fmt::format("{}", fmt::join(keys, "; ")),
                           std::string(shape.summary)});
   }

@@ -12,7 +12,7 @@
 #include "tests/tools/block_scene.hpp"
 #include "tools/study/scaling.hpp"
 #include "tools/study/sequences.hpp"
-#include "tools/study/work.hpp"
+#include "tools/study/study_folder.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -34,8 +34,6 @@ class Export final : public Command {
     arguments.option("--elsewhere WHAT", elsewhere_,
                      "What surface without test points answers with: mean, the body's mean curves, "
                      "flagged as OUTSIDE, or none");
-    arguments.flag("--no-guard", no_guard_,
-                   "Let the engine carry out slips that would create energy");
   }
 
   int run(Reply& reply) override {
@@ -47,11 +45,8 @@ class Export final : public Command {
       request.tools = played_tools(scene);
     }
     if (!elsewhere_.empty()) request.settings.elsewhere = elsewhere_;
-    if (no_guard_) request.settings.guard = false;
-    for (const auto& [option, is_given] :
-         {std::pair{"--engine", !engine_.empty()}, {"--no-guard", no_guard_}})
-      if (is_given && format != "palp")
-        throw Error(option, "says nothing of a " + format, "Leave it out, or export palp.");
+    if (!engine_.empty() && format != "palp")
+      throw Error("--engine", "says nothing of a " + format, "Leave it out, or export palp.");
     if (!depth_.empty() && format != "glb" && format != "ply")
       throw Error("--depth", format + " has every depth", "Leave it out, or export glb or ply.");
     if (std::error_code none; !engine_.empty() && std::filesystem::exists(engine_, none) &&
@@ -90,7 +85,6 @@ class Export final : public Command {
   }
 
   std::string model_, output_, format_, engine_, depth_, scene_, elsewhere_;
-  bool no_guard_ = false;
 };
 
 }  // namespace

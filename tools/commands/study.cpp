@@ -12,7 +12,7 @@
 #include "libfit/io/atomic_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/study/work.hpp"
+#include "tools/study/study_folder.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -125,10 +125,8 @@ void add_scene(Json& set_up, const Body& body) {
   set_up["inclusions"] = Json::array();
   if (body.scene.empty()) return;
   const Scene scene = scene_of(body, "body.h5");
-  if (const auto& window = scene.experiments.region) {
-    const auto* region = std::get_if<Region>(&window->part);
-    set_up["window"] = region ? region_json(*region) : Json::object();
-  }
+  if (const auto& window = scene.experiments.region)
+    set_up["window"] = window->part ? region_json(*window->part) : Json::object();
   for (const InclusionSection& inclusion : scene.inclusions) {
     Json json = region_json(inclusion.region);
     json["is_stiffer"] =

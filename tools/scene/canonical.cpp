@@ -133,10 +133,7 @@ class SceneWriter {
   }
   void operator()(Stage stage, std::string_view key, const SurfaceRegion& value, Any) {
     toml::table table;
-    if (const auto* region = std::get_if<Region>(&value.part)) table = table_of(*region);
-    if (const auto* disc = std::get_if<Disc>(&value.part))
-      table.insert("disc",
-                   toml::table{{"center", array_of(disc->center_m)}, {"radius", disc->radius_m}});
+    if (value.part) table = table_of(*value.part);
     if (!value.facing.empty()) {
       table.insert("facing", value.facing);
       table.insert("within", value.within_rad);

@@ -176,9 +176,8 @@ void visit(SectionOf<FitSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ExportSection> auto& section, Visitor& f) {
-  auto& [precision, guard, elsewhere] = section;
+  auto& [precision, elsewhere] = section;
   f(Stage::export_, "precision", precision, Choice{{"float32"}});
-  f(Stage::export_, "guard", guard, Any{});
   f(Stage::export_, "elsewhere", elsewhere, Choice{{"mean", "none"}});
 }
 

@@ -18,9 +18,7 @@ constexpr double kFullTurn_rad = 6.283185307179586;
 std::vector<double> read_values(SceneTable& table, const fem::ProbeParameter& parameter) {
   const double low = parameter.dimension == Dimension::length ? kSmallestLength : 0;
   const double high = parameter.dimension == Dimension::length ? kAnyLength : kFullTurn_rad;
-  if (parameter.count == 1)
-    return {table.quantity(parameter.key, parameter.dimension, 0, low, high)};
-  return table.quantities(parameter.key, parameter.dimension, low, high);
+  return {table.quantity(parameter.key, parameter.dimension, 0, low, high)};
 }
 
 /// "upright" and "lying", or three numbers.

@@ -71,10 +71,10 @@ std::optional<MeshMark> find_mark(SceneTable& table, int& named) {
 
 constexpr std::string_view kRegions = "below, above, box, sphere, inside, group, colour, field";
 
-// The one region a table names; nothing when it names none. named: how many kinds it names so far.
-std::optional<Region> find_region(SceneTable& table, const std::filesystem::path& scene,
-                                  int named = 0, std::string_view kinds = kRegions) {
+// The one region a table names; nothing when it names none.
+std::optional<Region> find_region(SceneTable& table, const std::filesystem::path& scene) {
   std::optional<Region> region;
+  int named = 0;
   if (table.has("below")) {
     ++named;
     region = read_half_space(table.table("below", "below"), true);
@@ -98,7 +98,7 @@ std::optional<Region> find_region(SceneTable& table, const std::filesystem::path
   if (const auto mark = find_mark(table, named)) region = Marked{*mark, {}};
   if (named > 1)
     throw Error(table.where_table(), table.name() + " names more than one region",
-                fmt::format("Keep one of {}.", kinds));
+                fmt::format("Keep one of {}.", kRegions));
   return region;
 }
 
@@ -134,21 +134,15 @@ Region read_region(SceneTable table, const std::filesystem::path& scene) {
 }
 
 SurfaceRegion read_surface_region(SceneTable table, const std::filesystem::path& scene) {
-  static const std::string kKinds = fmt::format("disc, {}", kRegions);
   SurfaceRegion region;
-  const bool is_disc = table.has("disc");
-  if (const auto part = find_region(table, scene, is_disc ? 1 : 0, kKinds)) region.part = *part;
-  if (is_disc) {
-    const Ball disc = read_ball(table.table("disc", "disc"));
-    region.part = Disc{disc.center_m, disc.radius_m};
-  }
+  region.part = find_region(table, scene);
   if (table.has("facing")) {
     region.facing = table.choice("facing", "", {kSides.begin(), kSides.end()});
     region.within_rad = table.quantity("within", Dimension::angle, kFacingWithin, 0.01, kWholeTurn);
   }
-  if (region.facing.empty() && std::holds_alternative<std::monostate>(region.part))
+  if (region.facing.empty() && !region.part)
     throw Error(table.where_table(), table.name() + " names no region",
-                fmt::format("Give one of {}, or facing.", kKinds));
+                fmt::format("Give one of {}, or facing.", kRegions));
   table.finish();
   return region;
 }

@@ -19,7 +19,7 @@ Region take_region(SceneTable& table, const std::filesystem::path& scene);
 /// The same of a table that holds nothing else.
 Region read_region(SceneTable table, const std::filesystem::path& scene);
 
-/// A disc or one of the regions above, what faces a side, or both; nothing else is in the table.
+/// One of the regions above, what faces a side, or both; nothing else is in the table.
 SurfaceRegion read_surface_region(SceneTable table, const std::filesystem::path& scene);
 
 }  // namespace palpate::tools

@@ -39,10 +39,7 @@ bool contains(const Region& region, const Vec3& point) {
 }
 
 std::optional<Vec3> center_of(const std::optional<SurfaceRegion>& region) {
-  if (!region) return std::nullopt;
-  if (const auto* disc = std::get_if<Disc>(&region->part)) return disc->center_m;
-  const auto* part = std::get_if<Region>(&region->part);
-  const Ball* ball = part != nullptr ? std::get_if<Ball>(part) : nullptr;
+  const Ball* ball = region && region->part ? std::get_if<Ball>(&*region->part) : nullptr;
   return ball != nullptr ? std::optional(ball->center_m) : std::nullopt;
 }
 

@@ -48,21 +48,15 @@ struct Marked {
 };
 using Region = std::variant<HalfSpace, Box, Ball, Solid, Marked>;
 
-/// What lies within a distance along the surface of the place that is nearest to `center_m`.
-struct Disc {
-  Vec3 center_m = Vec3::Zero();
-  double radius_m = 0;
-};
-
 /// A part of a body's surface, where a tool presses: what `part` names (of a ball only the patch
 /// that is nearest to its centre, on that side of the body), and of it what faces a side.
 struct SurfaceRegion {
-  std::variant<std::monostate, Region, Disc> part;  ///< monostate: the whole surface
-  std::string facing;                               ///< "+z"; empty: any side
-  double within_rad = 0;  ///< largest angle of the outward normal to that side
+  std::optional<Region> part;  ///< none: the whole surface
+  std::string facing;          ///< "+z"; empty: any side
+  double within_rad = 0;       ///< largest angle of the outward normal to that side
 };
 
-/// The centre of its ball or disc; none of other parts.
+/// The centre of its ball; none of other parts.
 std::optional<Vec3> center_of(const std::optional<SurfaceRegion>& region);
 
 /// Sides of a body, "-x" to "+z", and which way one lies.

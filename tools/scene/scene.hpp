@@ -85,7 +85,6 @@ struct FitSection {
 
 struct ExportSection {
   std::string precision = "float32";
-  bool guard = true;
   std::string elsewhere = "mean";  ///< what surface without test points answers with
 };
 

@@ -13,7 +13,7 @@ void visit_shapes(SomeScene& scene, const OfRegion& of_region, const OfProbe& of
   for (auto& inclusion : scene.inclusions) of_region(inclusion.region);
   for (auto& bed : scene.beds) of_region(bed.region);
   if (scene.experiments.region)
-    if (auto* part = std::get_if<Region>(&scene.experiments.region->part)) of_region(*part);
+    if (auto& part = scene.experiments.region->part) of_region(*part);
   if (scene.tool) of_probe(scene.tool->probe);
   for (auto& tool : scene.pressed) of_probe(tool.probe);
 }

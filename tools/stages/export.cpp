@@ -64,7 +64,6 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   }
   for (const NamedTool& tool : request.tools) meta["tools"].push_back(tool_json(tool));
   ExportOptions options;
-  options.has_guard = request.settings.guard;
   const std::string& elsewhere = request.settings.elsewhere;
   if (elsewhere != "mean" && elsewhere != "none")
     throw Error("--elsewhere", "\"" + elsewhere + "\" is no choice", "Use mean or none.");

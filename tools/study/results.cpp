@@ -3,7 +3,7 @@
 
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/io/hdf5/hdf5.hpp"
-#include "tools/study/work.hpp"
+#include "tools/study/study_folder.hpp"
 
 namespace palpate::tools {
 

@@ -81,37 +81,5 @@ TEST(Joints, a_capsules_seam_has_one_normal) {
   EXPECT_NEAR(lying.distance(Vec3::UnitZ(), Vec3(0.006, 0, -0.004)).distance_m, 0.002, 1e-15);
 }
 
-TEST(Joints, an_ellipsoids_planes_of_symmetry_are_no_joints) {
-  const Probe probe = make_probe(spec_of("ellipsoid", {{"semi_axes", {0.005, 0.003, 0.008}}}), "t");
-  for (const Vec3& place :
-       {Vec3(0, 0, 0.001), Vec3(0, 0, -0.0001), Vec3(0.006, 0, -0.008), Vec3(0.0049, 0, -0.008),
-        Vec3(0, 0.0031, -0.008), Vec3(0, 0.0029, -0.008), Vec3(0.003, 0.004, -0.008)})
-    for (int c = 0; c < 3; ++c) {
-      const Jump jump = jump_across(probe, place, 1e-10 * Vec3::Unit(c));
-      EXPECT_LE(jump.gradient, 1e-6) << place.transpose();
-      EXPECT_LE(jump.hessian, 1e-2) << place.transpose();
-    }
-}
-
-TEST(Joints, an_ellipsoid_with_equal_axes_is_a_ball_and_its_poles_are_known) {
-  const Probe ball = make_probe(spec_of("ellipsoid", {{"semi_axes", {0.007, 0.007, 0.007}}}), "t");
-  const Probe sphere = make_probe(sphere_spec(0.007), "t");
-  std::mt19937 random(5);
-  for (int i = 0; i < 100; ++i) {
-    const Vec3 offset = 0.01 * random_unit(random) - 0.003 * Vec3::UnitZ();
-    const SignedDistance a = ball.distance(Vec3::UnitZ(), offset),
-                         b = sphere.distance(Vec3::UnitZ(), offset);
-    EXPECT_NEAR(a.distance_m, b.distance_m, 1e-16);
-    EXPECT_LE((a.gradient - b.gradient).norm(), 1e-12);
-    EXPECT_LE((a.hessian - b.hessian).norm(), 1e-9);
-  }
-  const Probe egg = make_probe(spec_of("ellipsoid", {{"semi_axes", {0.005, 0.003, 0.008}}}), "t");
-  const SignedDistance pole = egg.distance(Vec3::UnitZ(), Vec3::Zero());
-  EXPECT_NEAR(pole.hessian(0, 0), 0.008 / (0.005 * 0.005), 1e-9);  // 1/R = c / a^2
-  EXPECT_NEAR(pole.hessian(1, 1), 0.008 / (0.003 * 0.003), 1e-9);
-  // Deep inside, on the medial axis: the nearest points are the two of the shortest axis.
-  EXPECT_NEAR(egg.distance(Vec3::UnitZ(), Vec3(0, 0, -0.008)).distance_m, -0.003, 1e-15);
-}
-
 }  // namespace
 }  // namespace palpate::fem

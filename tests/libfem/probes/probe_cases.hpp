@@ -96,14 +96,6 @@ inline std::function<Vec3(std::mt19937&)> capsule_points(double radius, double l
   };
 }
 
-inline ProbeCase ellipsoid_case(const std::string& name, const Vec3& e) {
-  const double thin = std::pow(e.minCoeff(), 2) / e.maxCoeff();
-  return {name, spec_of("ellipsoid", {{"semi_axes", {e.x(), e.y(), e.z()}}}), thin,
-          0.15 * e.maxCoeff(),
-          placed([=](std::mt19937& random) { return Vec3(e.cwiseProduct(random_unit(random))); },
-                 Vec3(0, 0, e.z()))};
-}
-
 inline std::vector<ProbeCase> probe_cases() {
   std::vector<ProbeCase> cases;
   cases.push_back({"sphere", sphere_spec(0.008), 0.008, 0.1 * 0.008,
@@ -135,21 +127,6 @@ inline std::vector<ProbeCase> probe_cases() {
   turn.col(1) = turn.col(2).cross(turn.col(0));
   cases.push_back({"capsule_tilted", capsule, R, 0.1 * L,
                    placed(capsule_points(R, L), Vec3(R * h, 0, L / 2 - R + R * h), turn)});
-
-  cases.push_back(ellipsoid_case("ellipsoid", Vec3(0.005, 0.003, 0.008)));
-  cases.push_back(ellipsoid_case("ellipsoid_pancake", Vec3(0.010, 0.009, 0.001)));
-  cases.push_back(ellipsoid_case("ellipsoid_needle", Vec3(0.001, 0.0011, 0.010)));
-  cases.push_back(
-      ellipsoid_case("ellipsoid_almost_a_ball", Vec3(0.005, 0.005 * (1 + 1e-9), 0.005)));
-  cases.push_back(ellipsoid_case("ellipsoid_of_revolution", Vec3(0.005, 0.005, 0.002)));
-  ProbeCase tilted = ellipsoid_case("ellipsoid_tilted", Vec3(0.005, 0.003, 0.008));
-  tilted.spec.orientation = Vec3(1, 0, 1);
-  tilted.spec.heading = Vec3::UnitX();
-  const Vec3 e(0.005, 0.003, 0.008), p(h, 0, h);
-  tilted.surface =
-      placed([=](std::mt19937& random) { return Vec3(e.cwiseProduct(random_unit(random))); },
-             e.cwiseAbs2().cwiseProduct(p) / e.cwiseProduct(p).norm(), turn);
-  cases.push_back(tilted);
 
   ProbeSpec mesh;
   mesh.shape = "mesh";

@@ -97,11 +97,10 @@ TEST_F(Exporting, an_asset_file_holds_the_model_rounded_to_float) {
   model.surface.vertices.rowwise() += Eigen::RowVector3d(120.5, -3.25, 7);  // far from the origin
   model.probe = sphere_spec(0.005);
   const fs::path path = folder / "m.palp";
-  export_palp(model, path, {.has_guard = false, .meta_json = "{\"scene\": \"x\"}"});
+  export_palp(model, path, {.meta_json = "{\"scene\": \"x\"}"});
   const AssetFile file = read_asset_file(path);
   EXPECT_EQ(file.meta_json(), "{\"scene\": \"x\"}");
   EXPECT_EQ(file.bytes(), fs::file_size(path));
-  EXPECT_FALSE(file.asset().has_guard);
   EXPECT_EQ(file.asset().probe_radius_m, 0.005);
   ASSERT_EQ(file.asset().vertices, model.surface.vertices.rows());
   for (int v = 0; v < file.asset().vertices; ++v) {

@@ -37,9 +37,8 @@ std::function<PointCurves(const Vec3&)> soft_to_stiff(double mu) {
 
 // Press where it is soft, slide to where it is stiff, lift: work done on the body.
 double soft_to_stiff_work_J(double mu, bool has_guard, Contact* contact, double step_m = 1e-5) {
-  ExportOptions options;
-  options.has_guard = has_guard;
-  const Loaded plate = load(plate_model(0.1, 40, soft_to_stiff(mu)), options);
+  Loaded plate = load(plate_model(0.1, 40, soft_to_stiff(mu)));
+  plate.asset.has_guard = has_guard;
   Tool tool(plate.asset);
   const Vec3 start(-0.03, 0.0007, 0.001), end(0.03, 0.0011, 0.001), down(0, 0, -0.004);
   tool.tick(start);

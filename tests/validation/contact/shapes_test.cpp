@@ -49,14 +49,11 @@ const Pressed& ball() {
   return pressed;
 }
 
-TEST(Shapes, capsule_end_round_rod_and_ellipsoid_of_equal_axes_press_as_a_ball_does) {
+TEST(Shapes, a_capsule_end_presses_as_a_ball_does) {
   for (const PointRow& row : ball().result.rows) EXPECT_EQ(row.status, RowStatus::good);
   const Pressed capsule =
       press_and_drag(shape("capsule", {{"radius", {kRadius_m}}, {"length", {0.04}}}));
-  const Pressed egg =
-      press_and_drag(shape("ellipsoid", {{"semi_axes", {kRadius_m, kRadius_m, kRadius_m}}}));
   EXPECT_LT(difference(capsule, ball()), 2e-4);  // the solver's residual is 1e-3
-  EXPECT_LT(difference(egg, ball()), 2e-4);      // the solver's residual is 1e-3
 }
 
 TEST(Shapes, a_fine_mesh_of_a_ball_presses_as_the_ball_does) {
@@ -81,7 +78,6 @@ TEST(Shapes, every_shape_is_pressed_and_dragged_to_the_end) {
       {"capsule lying", lying},
       {"cone of 65 degrees",
        shape("cone", {{"half_angle", {1.1344640137963142}}, {"tip_radius", {0.001}}})},
-      {"ellipsoid", shape("ellipsoid", {{"semi_axes", {0.008, 0.004, 0.006}}})},
       {"mesh of a box", box}};
   for (const auto& [name, probe] : shapes) {
     const Pressed pressed = press_and_drag(probe);

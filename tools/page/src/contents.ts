@@ -1,7 +1,7 @@
 // What `palpate report` wrote into the page: docs/formats/report.md describes it.
 import type { Profile } from "./engine";
 
-export interface Packed {
+interface Packed {
   type: "f32" | "i32" | "u8";
   bytes: string;
 }
@@ -9,7 +9,7 @@ export interface Packed {
 /** A number, or null where no row counts. */
 export type Figure = number | null;
 
-export interface ErrorFigures {
+interface ErrorFigures {
   typical_N: Figure;
   median_N: Figure;
   p95_N: Figure;
@@ -19,7 +19,7 @@ export interface ErrorFigures {
   max_rel: Figure;
 }
 
-export interface ShapeFigures {
+interface ShapeFigures {
   median_m: Figure;
   p95_m: Figure;
   max_m: Figure;
@@ -87,7 +87,7 @@ export interface Region {
   triangles?: Packed;
 }
 
-export interface Curve {
+interface Curve {
   name: string;
   knots_m: number[];
   value_N: Packed;

@@ -5,7 +5,7 @@ import { type Ray, Triangle, Vector3 } from "three";
 
 const kTogether = 32; // triangles of a ball
 
-export interface Hit {
+interface Hit {
   triangle: number;
   position: Vector3;
   /** Weights of its corners. */

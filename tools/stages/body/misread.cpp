@@ -65,12 +65,7 @@ SceneLengths lengths_of(const Scene& scene) {
   if (!each.drag_depths_m.empty()) out.add("[experiments] drag_distance", each.drag_distance_m);
   if (scene.experiments.region) {
     const std::string key = "[experiments] region";
-    if (const auto* disc = std::get_if<Disc>(&scene.experiments.region->part)) {
-      out.add(key + ", center", disc->center_m);
-      out.add(key + ", radius", disc->radius_m);
-    }
-    if (const auto* part = std::get_if<Region>(&scene.experiments.region->part))
-      out.add(key, *part);
+    if (scene.experiments.region->part) out.add(key, *scene.experiments.region->part);
   }
   for (const Region& region : scene.body.fixed) out.add("[body] fixed", region);
   for (const InclusionSection& inclusion : scene.inclusions)

@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include "libfem/mesh/grade/divide.hpp"
-#include "libfem/mesh/surface/geodesic.hpp"
 #include "libfem/mesh/surface/test_points.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/refine/edge_paths.hpp"
@@ -101,29 +100,16 @@ std::vector<char> vertices_where(const Surface& surface,
   return flags;
 }
 
-std::vector<char> disc_on(const Scene& scene, const Surface& surface, const Disc& disc) {
-  const SurfacePoint middle = *closest_point(surface, triangle_boxes(surface), disc.center_m);
-  if (middle.distance_m > disc.radius_m)
-    throw Error(region_place(scene),
-                fmt::format("the centre of disc lies {:.3g} mm off the surface, farther than its "
-                            "radius of {:.3g} mm",
-                            1e3 * middle.distance_m, 1e3 * disc.radius_m),
-                "Give a place on the surface, such as " + in_mm(middle.position) + ".");
-  const Eigen::VectorXd distance = geodesic_distance_m(surface, middle);
-  return vertices_where(surface, [&](Eigen::Index v) { return distance[v] <= disc.radius_m; });
-}
-
 // What the scene's region names, but for what is fixed. width_m: of the tool. left_out: what is
 // said of a sphere's other side.
 std::vector<char> region_of(const Scene& scene, const Surface& surface, double width_m,
                             std::string& left_out) {
   const SurfaceRegion region = scene.experiments.region.value_or(SurfaceRegion{});
   std::vector<char> is_in(static_cast<std::size_t>(surface.vertices.rows()), 1);
-  if (const auto* disc = std::get_if<Disc>(&region.part)) is_in = disc_on(scene, surface, *disc);
-  if (const auto* part = std::get_if<Region>(&region.part)) {
+  if (const auto& part = region.part) {
     is_in = vertices_where(
         surface, [&](Eigen::Index v) { return contains(*part, surface.vertices.row(v)); });
-    if (const auto* ball = std::get_if<Ball>(part))
+    if (const auto* ball = std::get_if<Ball>(&*part))
       left_out = keep_near_side(surface, ball->center_m, width_m, is_in);
   }
   const Points normals = vertex_normals(surface);

@@ -1,4 +1,4 @@
-#include "tools/study/work.hpp"
+#include "tools/study/study_folder.hpp"
 
 #include <fmt/format.h>
 #include <sys/resource.h>
