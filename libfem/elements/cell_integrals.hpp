@@ -10,9 +10,6 @@ namespace palpate::fem {
 
 enum class Want { energy, force, stiffness };
 
-/// What a step starts from beside the strain: stresses in time, or the largest energies.
-enum class Remembers { nothing, time, peak };
-
 PALPATE_INLINE void displacement_gradient(const Pack* gradient, const Pack* displacement, Pack* H) {
   Pack sum[9] = {};  // kept in registers: H may alias what is read
   for (int a = 0; a < kElementNodes; ++a)
@@ -98,7 +95,7 @@ PALPATE_INLINE void volumetric(const LawKernels& law, const Pack* constants, con
                                const Pack& dilation, Pack& U, Pack& U1, Pack& U2) {
   const Pack zero = Pack{};
   // One comparison, with a constant: several joined, g++ 12 makes lane by lane.
-  const Pack room = weight > 0.0 ? dilation - law.min_dilation : zero;
+  const Pack room = weight > 0.0 ? dilation + 1.0 : zero;
   const Pack gone = weight > 0.0 ? zero + __builtin_inf() : zero;
   law.volumetric(constants, room > 0.0 ? dilation : zero, U, U1, U2);
   U = room > 0.0 ? U : gone;
@@ -139,7 +136,7 @@ PALPATE_INLINE void use_averaged(const Averaged& averaged, const CellBatch& batc
   Pack U, U1, U2;
   volumetric(law, batch.constants + batch.constant_count * q, batch.weight[q], averaged.dilation[q],
              U, U1, U2);
-  const Pack room = averaged.dilation[q] - law.min_dilation;
+  const Pack room = averaged.dilation[q] + 1.0;
   W = room > 0.0 ? W + batch.averaged * (averaged.U - U) : W;
   const Pack* C = averaged.cofactor + 9 * q;
   const Pack pressure = batch.averaged * (averaged.pressure[q] - U1);
@@ -170,7 +167,7 @@ PALPATE_INLINE void use_step(const Averaged& averaged, const CellBatch& batch,
   Pack strain[9], work = Pack{};  // twice Green's strain
   metric_change_of(H, strain);
   for (int i = 0; i < 9; ++i) work += held[kEntry[i]] * strain[i];
-  const Pack room = averaged.dilation[q] - law.min_dilation;
+  const Pack room = averaged.dilation[q] + 1.0;
   W = room > 0.0 ? W + beyond * (W - U) + 0.5 * work : W;
   const Pack* C = averaged.cofactor + 9 * q;
   if constexpr (kWant != Want::energy)
@@ -200,7 +197,7 @@ PALPATE_INLINE void use_softening(const Averaged& averaged, const CellBatch& bat
   volumetric(law, batch.constants + batch.constant_count * q, batch.weight[q], averaged.dilation[q],
              U, U1, U2);
   const Pack zero = Pack{};
-  const Pack room = averaged.dilation[q] - law.min_dilation;
+  const Pack room = averaged.dilation[q] + 1.0;
   const Pack shape = room > 0.0 ? W - U : zero;
   soften(batch.softening, batch.peak[q], shape, added, less, slope);
   W = W + added;
@@ -236,7 +233,7 @@ PALPATE_INLINE void add_mean(const Averaged& averaged, const CellBatch& batch, P
           stiffness[9 * (a * (a + 1) / 2 + b) + 3 * i + k] += B[3 * a + i] * DB[3 * b + k];
 }
 
-template <bool kAverages, Remembers kWhat, Want kWant>
+template <Remembers kWhat, Want kWant>
 PALPATE_INLINE void run(const CellBatch& batch, const LawKernels& law, const Pack* displacement,
                         double geometric_scale, CellResult& out) {
   const Pack zero = Pack{};
@@ -245,16 +242,15 @@ PALPATE_INLINE void run(const CellBatch& batch, const LawKernels& law, const Pac
   if constexpr (kWant == Want::stiffness)
     for (int i = 0; i < 9 * kElementBlocks; ++i) out.stiffness[i] = zero;
   Averaged averaged;
-  if constexpr (kAverages) average(batch, law, displacement, averaged);
+  average(batch, law, displacement, averaged);
   Pack stress[9 * kElementPoints];
   for (int q = 0; q < kElementPoints; ++q) {
     const Pack* gradient = batch.gradient + 3 * kElementNodes * q;
     const Pack* constants = batch.constants + batch.constant_count * q;
     const Pack weight = batch.weight[q];
     Pack* P = stress + 9 * q;
-    Pack own[9], A[81], J, W;
-    const Pack* H = kAverages ? averaged.H + 9 * q : own;
-    if constexpr (!kAverages) displacement_gradient(gradient, displacement, own);
+    Pack A[81], J, W;
+    const Pack* H = averaged.H + 9 * q;
     if constexpr (kWant == Want::energy) law.energy(constants, H, J, W);
     if constexpr (kWant == Want::force) law.stress(constants, H, J, W, P);
     if constexpr (kWant == Want::stiffness) law.tangent(constants, H, geometric_scale, J, W, P, A);
@@ -262,8 +258,7 @@ PALPATE_INLINE void run(const CellBatch& batch, const LawKernels& law, const Pac
       use_step<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
     if constexpr (kWhat == Remembers::peak)
       use_softening<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
-    if constexpr (kAverages)
-      use_averaged<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
+    use_averaged<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
     out.energy += weight > 0.0 ? W * weight : zero;
     const Pack there = weight > 0.0 ? J : out.min_J;
     out.min_J = there < out.min_J ? there : out.min_J;
@@ -276,7 +271,7 @@ PALPATE_INLINE void run(const CellBatch& batch, const LawKernels& law, const Pac
     }
   }
   if constexpr (kWant != Want::energy) sum_forces(batch.gradient, stress, out.force);
-  if constexpr (kAverages && kWant == Want::stiffness) add_mean(averaged, batch, out.stiffness);
+  if constexpr (kWant == Want::stiffness) add_mean(averaged, batch, out.stiffness);
 }
 
 }  // namespace palpate::fem

@@ -8,7 +8,7 @@
 
 namespace palpate::fem {
 ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>& materials,
-                         const RegionAt& region_at, ElementKind element)
+                         const RegionAt& region_at)
     : mesh_(mesh),
       displacement_rows_(mesh.nodes.rows() / 2 + 1),
       force_rows_(mesh.nodes.rows() / 2 + 1) {
@@ -17,7 +17,6 @@ ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>&
     const std::size_t number = relaxations_.size();
     relaxations_.push_back(material.relaxation);
     softenings_.push_back(material.softening);
-    const ElementKind kind = element_for(element, material);
     const std::vector<ElementPoint> points = element_points();
     std::vector<const Material*> material_at(points.size() * kLanes);
     std::vector<std::int32_t> cells;
@@ -34,28 +33,27 @@ ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>&
       }
       if (is_here) cells.push_back(static_cast<std::int32_t>(c));
       if (cells.size() == kLanes)
-        add_batch(material, number, kind, points, cells, material_at), cells.clear();
+        add_batch(material, number, points, cells, material_at), cells.clear();
     }
-    if (!cells.empty()) add_batch(material, number, kind, points, cells, material_at);
+    if (!cells.empty()) add_batch(material, number, points, cells, material_at);
   }
 }
 
-void ElasticBody::add_batch(const Material& material, std::size_t number, ElementKind element,
+void ElasticBody::add_batch(const Material& material, std::size_t number,
                             const std::vector<ElementPoint>& points,
                             const std::vector<std::int32_t>& cells,
                             const std::vector<const Material*>& material_at) {
   Batch batch;
   batch.law = material.law;
-  batch.element = element;
-  batch.averaged = averaged_share(element, material);
+  batch.averaged = averaged_share(material);
   batch.shear_modulus_Pa = material.law->small_strain(material.constants).mu_Pa;
-  batch.kernels = cell_kernels(element, set_);
+  batch.kernels = cell_kernels(Remembers::nothing, set_);
   batch.points.assign(kElementNodes * kLanes, static_cast<std::int32_t>(mesh_.nodes.rows()));
   const int constants = material.law->constants_used;
   batch.gradient = PackArray(kElementPoints * kElementNodes * 3);
   batch.weight = PackArray(kElementPoints);
   batch.constants = PackArray(kElementPoints * constants);
-  batch.mode = PackArray(averages(element) ? kElementPoints : 0);
+  batch.mode = PackArray(kElementPoints);
   batch.material = number;
   batch.kernels_in_step = kernels_in_step(batch);
   for (int lane = 0; lane < kLanes; ++lane) {
@@ -80,7 +78,6 @@ void ElasticBody::add_batch(const Material& material, std::size_t number, Elemen
       weight[q] = std::abs(det) * point.weight / 6;
       batch.weight.at(q, lane) = weight[q];
     }
-    if (!averages(element)) continue;
     const Eigen::VectorXd mode = unit_constant(weight);
     for (int q = 0; q < kElementPoints; ++q) batch.mode.at(q, lane) = mode[q];
   }
@@ -89,15 +86,15 @@ void ElasticBody::add_batch(const Material& material, std::size_t number, Elemen
 
 // What a material remembers is one thing or the other (refuse_softening).
 CellKernels ElasticBody::kernels_in_step(const Batch& batch) const {
-  if (relaxations_[batch.material].branches() > 0) return cell_kernels_in_time(set_);
-  if (softenings_[batch.material].is_any()) return cell_kernels_softening(set_);
+  if (relaxations_[batch.material].branches() > 0) return cell_kernels(Remembers::time, set_);
+  if (softenings_[batch.material].is_any()) return cell_kernels(Remembers::peak, set_);
   return batch.kernels;
 }
 
 void ElasticBody::use(InstructionSet set) {
   set_ = set;
   for (Batch& batch : batches_) {
-    batch.kernels = cell_kernels(batch.element, set);
+    batch.kernels = cell_kernels(Remembers::nothing, set);
     batch.kernels_in_step = kernels_in_step(batch);
   }
 }

@@ -14,15 +14,14 @@ namespace palpate::fem {
 
 /// Elastic energy of a body of ten-node tetrahedra, and its derivatives.
 /// Elements of one material are evaluated eight at a time. The material is looked up at each
-/// quadrature point. Where the volume change is averaged (tet10-blend, tet10-p0), it is over the
-/// points of one material in an element: a border of materials through an element costs neither of
-/// them its own volume change.
+/// quadrature point. The volume change is averaged over the points of one material in an element: a
+/// border of materials through an element costs neither of them its own volume change.
 class ElasticBody {
  public:
   /// The mesh must outlive the body. An element inside out at rest gives infinite energy always:
   /// see min_rest_J.
   ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>& materials,
-              const RegionAt& region_at, ElementKind element = ElementKind::tet10);
+              const RegionAt& region_at);
 
   /// #N: index among the free nodes, -1 for held ones.
   const std::vector<std::int32_t>& free_index() const { return free_index_; }
@@ -69,7 +68,6 @@ class ElasticBody {
  private:
   struct Batch {
     const LawRow* law;
-    ElementKind element;
     double averaged, shear_modulus_Pa;
     std::size_t material;
     CellKernels kernels, kernels_in_step;
@@ -77,7 +75,7 @@ class ElasticBody {
     std::vector<std::int32_t> points;  // [node][lane]; one past the nodes on idle lanes
     PackArray gradient, weight, constants, mode;
   };
-  void add_batch(const Material& material, std::size_t number, ElementKind element,
+  void add_batch(const Material& material, std::size_t number,
                  const std::vector<ElementPoint>& points, const std::vector<std::int32_t>& cells,
                  const std::vector<const Material*>& material_at);
   CellKernels kernels_in_step(const Batch& batch) const;

@@ -40,15 +40,16 @@ struct CellResult {
   Pack stiffness[9 * kElementBlocks];
 };
 
-/// Energy of an element: the sum over its points of w W(F), or with averages (M14)
+/// Energy of an element (M14)
 ///   sum w (W(F) - a U(J)) + a sum w U(theta),   theta the mean of J,
-/// U the law's part of W that carries the bulk modulus, a the averaged share. With a = 1 it is the
-/// Hu-Washizu form with constant dilatation and pressure, eliminated within the element (Simo,
-/// Taylor and Pister 1985, doi:10.1016/0045-7825(85)90033-7). Force and stiffness are
-/// exact derivatives. displacement: [node][i] [m]. geometric_scale scales what carries the second
-/// derivative of J, see the law's evaluate(): at 0 the stiffness is positive definite where theta <
-/// e and the rest of the law is. gather and scatter go between the kernels' [node][i] and rows of
-/// kPointStride doubles, the last one zero; points: row of each lane, [node][lane]. Scatter adds.
+/// over its points, U the law's part of W that carries the bulk modulus, a the averaged share. With
+/// a = 1 it is the Hu-Washizu form with constant dilatation and pressure, eliminated within the
+/// element (Simo, Taylor and Pister 1985, doi:10.1016/0045-7825(85)90033-7). Force and stiffness
+/// are exact derivatives. displacement: [node][i] [m]. geometric_scale scales what carries the
+/// second derivative of J, see the law's evaluate(): at 0 the stiffness is positive definite where
+/// theta < e and the rest of the law is. gather and scatter go between the kernels' [node][i] and
+/// rows of kPointStride doubles, the last one zero; points: row of each lane, [node][lane]. Scatter
+/// adds.
 struct CellKernels {
   void (*gather)(const double* rows, const std::int32_t* points, Pack* displacement);
   void (*scatter)(const Pack* force, const std::int32_t* points, double* rows);
@@ -58,13 +59,10 @@ struct CellKernels {
                     double geometric_scale, CellResult&);
 };
 
-/// Kernels of an element (not `automatic`) for an instruction set; results have the same bits on
-/// all of them.
-CellKernels cell_kernels(ElementKind kind, InstructionSet set);
+/// What a step starts from beside the strain: stresses in time, or the largest energies.
+enum class Remembers { nothing, time, peak };
 
-/// The same of a step in time, for elements that average.
-CellKernels cell_kernels_in_time(InstructionSet set);
-/// The same of a material that softens.
-CellKernels cell_kernels_softening(InstructionSet set);
+/// Kernels for an instruction set; results have the same bits on all of them.
+CellKernels cell_kernels(Remembers what, InstructionSet set);
 
 }  // namespace palpate::fem

@@ -1,9 +1,8 @@
 #include "libfem/elements/elements.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-
-#include "libfit/core/error.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -14,22 +13,7 @@ constexpr std::array<std::array<int, 2>, 6> kTetEdges{
 
 }  // namespace
 
-const ElementRow& find_element(std::string_view name, const std::string& where) {
-  std::string names;
-  for (const ElementRow& row : kElements) {
-    if (row.name == name) return row;
-    names += (names.empty() ? "" : ", ") + std::string(row.name);
-  }
-  throw Error(where, "unknown element \"" + std::string(name) + "\"", "Use one of: " + names + ".");
-}
-
-ElementKind element_for(ElementKind wanted, const Material& material) {
-  if (wanted == ElementKind::automatic) wanted = ElementKind::tet10_blend;
-  return averages(wanted) && !material.law->splits_volume ? ElementKind::tet10 : wanted;
-}
-
-double averaged_share(ElementKind kind, const Material& material) {
-  if (kind != ElementKind::tet10_blend) return averages(kind) ? 1 : 0;
+double averaged_share(const Material& material) {
   double U, U1, U2;
   material.law->volumetric(material.constants, 0, U, U1, U2);
   const SmallStrain hooke = material.law->small_strain(material.constants);

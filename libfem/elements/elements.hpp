@@ -1,53 +1,18 @@
 #pragma once
 
-#include <array>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "libfem/materials/materials.hpp"
 
 namespace palpate::fem {
 
-/// How a tetrahedron of ten nodes becomes elastic energy; see kElements.
-enum class ElementKind { automatic, tet10, tet10_blend, tet10_p0 };
-
-/// An element that a scene names.
-struct ElementRow {
-  ElementKind kind;
-  std::string_view name, summary;
-};
-
-/// Every element there is.
-inline constexpr std::array<ElementRow, 4> kElements{{
-    {ElementKind::automatic, "auto",
-     "tet10-blend for laws that split their bulk term off, else tet10"},
-    {ElementKind::tet10, "tet10", "ten nodes, four points; too stiff on coarse meshes"},
-    {ElementKind::tet10_blend, "tet10-blend",
-     "between tet10 and tet10-p0, nearest the truth under a probe at any Poisson's ratio"},
-    {ElementKind::tet10_p0, "tet10-p0",
-     "ten nodes, volume change averaged over the element; too soft"},
-}};
-
-/// The element's row. Throws Error at `where` naming the known elements.
-const ElementRow& find_element(std::string_view name, const std::string& where);
-
-/// What is made of a material when `wanted` is asked for: itself, with `automatic` decided, and
-/// tet10 in place of an element that averages where the law does not split its bulk term off.
-ElementKind element_for(ElementKind wanted, const Material& material);
-
-/// Share a of the law's U(J) that sees the averaged volume change. tet10-p0: all of it.
-/// tet10-blend: all but what leaves a small-strain bulk modulus of 5/3 mu at each point, as a
-/// material with lambda = mu has, so nothing locks, and what the average cannot see is as stiff as
-/// a shear of the same size: a = (lambda - mu) / U''(1), within 0 and 1.
-double averaged_share(ElementKind kind, const Material& material);
+/// Share a of the law's U(J) that sees the averaged volume change: all but what leaves a
+/// small-strain bulk modulus of 5/3 mu at each point, as a material with lambda = mu has, so
+/// nothing locks, and what the average cannot see is as stiff as a shear of the same size:
+/// a = (lambda - mu) / U''(1), within 0 and 1.
+double averaged_share(const Material& material);
 
 inline constexpr int kElementNodes = 10, kElementPoints = 4;
-
-/// Whether the law's U(J), or a share of it, sees the mean of the volume change.
-constexpr bool averages(ElementKind kind) {
-  return kind == ElementKind::tet10_blend || kind == ElementKind::tet10_p0;
-}
 
 /// A quadrature point of an element. shape: N_a. by_xi: dN_a/dxi_j, barycentric coordinates 1 to 3.
 /// weight: share of the element's volume in coordinates xi, which is 1/6.

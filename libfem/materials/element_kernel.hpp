@@ -29,16 +29,13 @@ inline InstructionSet best_instruction_set() {
 }
 
 /// A law at one quadrature point of eight elements: see its evaluate() and volumetric().
-/// constants: [constant]. H: displacement gradient, 9, row major. volumetric: null where the law
-/// does not split its bulk term off; its dilation must be above min_dilation, which is -inf for
-/// laws that tolerate inversion and -1 for the others.
+/// constants: [constant]. H: displacement gradient, 9, row major. dilation: above -1.
 struct LawKernels {
   void (*energy)(const Pack* constants, const Pack* H, Pack& J, Pack& W);
   void (*stress)(const Pack* constants, const Pack* H, Pack& J, Pack& W, Pack* P);
   void (*tangent)(const Pack* constants, const Pack* H, double geometric_scale, Pack& J, Pack& W,
                   Pack* P, Pack* A);
   void (*volumetric)(const Pack* constants, const Pack& dilation, Pack& U, Pack& U1, Pack& U2);
-  double min_dilation;
 };
 
 /// The kernels of one law, one copy per instruction set: the compiler does not widen vectors by
@@ -71,12 +68,7 @@ namespace kernel {
   }                                                                                                \
   template <class Law>                                                                             \
   constexpr LawKernels law_kernels_##set() {                                                       \
-    LawKernels out{energy_##set<Law>, stress_##set<Law>, tangent_##set<Law>, nullptr, -1.0};       \
-    if constexpr (requires { requires Law::kSplitsVolume; })                                       \
-      out.volumetric = volumetric_##set<Law>;                                                      \
-    if constexpr (requires { requires Law::kToleratesInversion; })                                 \
-      out.min_dilation = -__builtin_inf();                                                         \
-    return out;                                                                                    \
+    return {energy_##set<Law>, stress_##set<Law>, tangent_##set<Law>, volumetric_##set<Law>};      \
   }
 
 PALPATE_LAW_KERNELS(portable, )

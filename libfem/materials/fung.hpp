@@ -10,7 +10,7 @@ namespace palpate::fem {
 ///   W = mu/(2 b) (exp(b (I1 J^(-2/3) - 3)) - 1) + K/2 (J - 1)^2.
 /// constants: K, mu/(2 b) [Pa], b. Energy is +inf where the exponent exceeds kLargestExponent.
 /// Source: Demiray 1972, doi:10.1016/0021-9290(72)90047-4; Fung, Biomechanics (1993), 7.
-struct Fung : IsochoricLaw<Fung, QuadraticVolume> {
+struct Fung : IsochoricLaw<Fung> {
   static constexpr std::string_view kName = "fung";
   static constexpr std::string_view kSummary =
       "W = mu/(2 b) (exp(b (I1 J^(-2/3) - 3)) - 1) + K/2 (J - 1)^2; stiffening tissue";

@@ -19,8 +19,7 @@ namespace palpate::fem {
 /// a, the fibres add 4 k1 (1 - 3 kappa)^2 to the modulus. Energy is +inf where k2 E^2 exceeds
 /// kLargestExponent.
 /// Source: Gasser, Ogden and Holzapfel 2006, doi:10.1098/rsif.2005.0073.
-struct HolzapfelGasserOgden
-    : IsochoricLaw<HolzapfelGasserOgden, QuadraticVolume, Uses::first_and_fibre> {
+struct HolzapfelGasserOgden : IsochoricLaw<HolzapfelGasserOgden, Uses::first_and_fibre> {
   static constexpr std::string_view kName = "holzapfel-gasser-ogden";
   static constexpr std::string_view kSummary =
       "W = mu/2 x1 + k1/(2 k2) (exp(k2 <E>^2) - 1) + K/2 (J - 1)^2; one family of fibres";

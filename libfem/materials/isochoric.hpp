@@ -3,7 +3,6 @@
 #include <limits>
 
 #include "libfem/materials/kinematics.hpp"
-#include "libfem/materials/volume_forms.hpp"
 
 namespace palpate::fem {
 
@@ -17,7 +16,7 @@ struct ShapeTerms {
   S w, w1, w2, w11, w12, w22;
 };
 
-/// Laws W = w(x1, x2) + U(J) with the part of shape apart from that of volume.
+/// Laws W = w(x1, x2) + K/2 (J - 1)^2 with the part of shape apart from that of volume.
 /// A law derives from this and gives `template <class S> static void shape(const S* constants,
 /// const S& x1, const S& x2, ShapeTerms<S>& out)`; constants[0] is the bulk modulus, and with
 /// kUses == first_and_fibre the last three are the unit fibre direction at rest.
@@ -26,15 +25,12 @@ struct ShapeTerms {
 /// convex w have a positive semidefinite one: I1 J^(-2/3) and (J - 1)^2 are convex in F and J. The
 /// second invariant is not. Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite
 /// Element Analysis (2008), 6.5.
-template <class Law, class Volume, Uses kUses = Uses::first>
+template <class Law, Uses kUses = Uses::first>
 struct IsochoricLaw {
-  static constexpr bool kSplitsVolume = true;
-  static constexpr bool kToleratesInversion = false;
-
   /// U(J), the whole part of W that carries the bulk modulus.
   template <class S>
   static PALPATE_INLINE void volumetric(const S* constants, const S& dilation, S& U, S& U1, S& U2) {
-    Volume::at(constants[0], dilation, U, U1, U2);
+    quadratic_volume(constants[0], dilation, U, U1, U2);
   }
 
   /// As NeoHookean::evaluate.
@@ -57,7 +53,7 @@ struct IsochoricLaw {
     ShapeTerms<S> terms;
     Law::template shape<S>(constants, at.x1, at.x2, terms);
     S U, U1, U2;
-    Volume::at(constants[0], state.dilation, U, U1, U2);
+    volumetric(constants, state.dilation, U, U1, U2);
     const S infinite = J * 0.0 + std::numeric_limits<double>::infinity();
     W = J > 0.0 ? terms.w + U : infinite;
     if (!P) return;

@@ -51,6 +51,15 @@ PALPATE_INLINE void product_of(const S* A, const S* B, S* out) {
       out[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j];
 }
 
+/// Volumetric energy U = K/2 (J - 1)^2 [Pa] from dilation = J - 1, finite at every J, and its first
+/// two derivatives by J.
+template <class S>
+PALPATE_INLINE void quadratic_volume(const S& bulk, const S& dilation, S& U, S& U1, S& U2) {
+  U1 = bulk * dilation;
+  U = U1 * dilation * 0.5;
+  U2 = bulk;
+}
+
 /// A state for laws that end where the volume is gone. J is det F as it is; lanes where it is not
 /// positive are put to rest (H = 0) in everything else, so that nothing there is NaN: the law gives
 /// them infinite energy, zero stress and its tangent at rest.

@@ -52,8 +52,6 @@ constexpr LawRow law_row() {
           .summary = Law::kSummary,
           .parameters = Law::kParameters,
           .constants_used = Law::kConstants,
-          .splits_volume = Law::kSplitsVolume,
-          .tolerates_inversion = Law::kToleratesInversion,
           .refusal = Law::refusal,
           .constants = Law::constants,
           .small_strain = Law::small_strain,

@@ -82,11 +82,9 @@ Material make_material(const MaterialParameters& parameters, const std::string& 
     throw Error(where, std::string(refusal.key) + " " + refusal.text,
                 "Correct the material; law " + std::string(law.name) + " takes " +
                     parameter_names(law) + ".");
-  const MaterialParameters complete{parameters.law, values, parameters.relaxation,
-                                    parameters.softening};
-  if (const Refusal refusal = refuse_relaxation(law, complete); refusal.is_refused())
+  if (const Refusal refusal = refuse_relaxation(parameters.relaxation); refusal.is_refused())
     throw Error(where, std::string(refusal.key) + " " + refusal.text, kRelaxationRemedy);
-  if (const Refusal refusal = refuse_softening(law, complete); refusal.is_refused())
+  if (const Refusal refusal = refuse_softening(parameters); refusal.is_refused())
     throw Error(where, std::string(refusal.key) + " " + refusal.text, kSofteningRemedy);
   return {&law, law.constants(values), parameters.relaxation, parameters.softening};
 }

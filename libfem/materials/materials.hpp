@@ -39,17 +39,14 @@ struct MaterialParameters {
 
 /// A material law: what it is called, what it needs, and how it is evaluated.
 /// refusal: why the values (all of them) cannot be used, if so.
-/// energy: stored energy per rest volume [Pa], +inf where det F <= 0 unless the law tolerates
-/// inversion. stress: P = dW/dF [Pa]. tangent: dP/dF [Pa], rows and columns are entries of F, row
-/// major.
+/// energy: stored energy per rest volume [Pa], +inf where det F <= 0. stress: P = dW/dF [Pa].
+/// tangent: dP/dF [Pa], rows and columns are entries of F, row major.
 /// volumetric: the part U(J) of W that carries the bulk modulus and its first two derivatives by J
-/// [Pa], from J - 1; zeros where the law does not split volume from shape.
+/// [Pa], from J - 1.
 struct LawRow {
   std::string_view name, summary;
   std::span<const ParameterRow> parameters;
   int constants_used;
-  bool splits_volume;
-  bool tolerates_inversion;  ///< W, P and the tangent are finite and smooth where det F <= 0
   Refusal (*refusal)(std::span<const double> values);
   LawConstants (*constants)(std::span<const double> values);
   SmallStrain (*small_strain)(const LawConstants&);

@@ -10,7 +10,7 @@ namespace palpate::fem {
 /// A negative C10 or C01 is refused: the energy would fall without bound in tension or in
 /// equibiaxial tension.
 /// Source: Rivlin 1948, doi:10.1098/rsta.1948.0024; Mooney 1940, doi:10.1063/1.1712836.
-struct MooneyRivlin : IsochoricLaw<MooneyRivlin, QuadraticVolume, Uses::first_and_second> {
+struct MooneyRivlin : IsochoricLaw<MooneyRivlin, Uses::first_and_second> {
   static constexpr std::string_view kName = "mooney-rivlin";
   static constexpr std::string_view kSummary =
       "W = C10 (I1 J^(-2/3) - 3) + C01 (I2 J^(-4/3) - 3) + K/2 (J - 1)^2; strains to about 100 %";

@@ -4,28 +4,35 @@
 
 #include "libfem/materials/kinematics.hpp"
 #include "libfem/materials/law_types.hpp"
-#include "libfem/materials/volume_forms.hpp"
 
 namespace palpate::fem {
-/// Compressible neo-Hookean laws W = mu/2 (I1 - 3) - mu ln J + U(J), Lame's lambda being the
-/// modulus of U. Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysis
-/// (2008), 6.4.3. constants: mu, lambda [Pa]. Matrices are 9 scalars, row major.
-template <class Volume>
-struct CompressibleNeoHookean : YoungPoissonLaw {
-  static constexpr bool kSplitsVolume = true;
-  static constexpr bool kToleratesInversion = false;
+/// Compressible neo-Hookean law W = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2. Source: Bonet and
+/// Wood, Nonlinear Continuum Mechanics for Finite Element Analysis (2008), 6.4.3. constants: mu,
+/// lambda [Pa]. Matrices are 9 scalars, row major.
+struct NeoHookean : YoungPoissonLaw {
+  static constexpr std::string_view kName = "neo-hookean";
+  static constexpr std::string_view kSummary =
+      "W = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2; strains to about 50 %";
 
-  /// U(J); the part -mu ln J stays with the shear.
+  /// U = lambda/2 (ln J)^2; +inf where J <= 0, with finite derivatives of no meaning. Not convex
+  /// beyond J = e. The part -mu ln J stays with the shear.
   template <class S>
   static PALPATE_INLINE void volumetric(const S* constants, const S& dilation, S& U, S& U1, S& U2) {
-    Volume::at(constants[1], dilation, U, U1, U2);
+    const S lambda = constants[1];
+    const S zero = dilation * 0.0, infinite = zero + std::numeric_limits<double>::infinity();
+    const S safe = dilation > -1.0 ? dilation : zero;
+    const S inverse_J = (zero + 1.0) / (safe + 1.0);
+    S log_J;
+    log1p_of(safe, log_J);
+    U = dilation > -1.0 ? lambda * 0.5 * (log_J * log_J) : infinite;
+    U1 = lambda * log_J * inverse_J;
+    U2 = lambda * (1.0 - log_J) * (inverse_J * inverse_J);
   }
 
   /// From H = F - 1: J = det F; W [Pa], +inf where J <= 0; P = dW/dF [Pa], null when not wanted (0
   /// where J <= 0); A = dP/dF, 9 x 9 row major, upper triangle only, null when not wanted (the
   /// tangent at rest where J <= 0). `geometric_scale` scales the part of A that carries the second
-  /// derivative of J: 1 is the exact tangent; 0 is positive definite where U'' J^2 > -mu (with (ln
-  /// J)^2, for ln J < 1 + mu/lambda).
+  /// derivative of J: 1 is the exact tangent; 0 is positive definite where ln J < 1 + mu/lambda.
   template <class S>
   static PALPATE_INLINE void evaluate(const S* constants, const S* H, double geometric_scale, S& J,
                                       S& W, S* P, S* A) {
@@ -34,7 +41,7 @@ struct CompressibleNeoHookean : YoungPoissonLaw {
     J = state.J;
     S log_J, log_less, U, U1, U2;
     log1p_of(state.dilation, log_J, log_less);
-    Volume::at(constants[1], state.dilation, U, U1, U2);
+    volumetric(constants, state.dilation, U, U1, U2);
     const GradientInvariants<S> in(state.H);
     S squares = state.H[0] * state.H[0];
     for (int i = 1; i < 9; ++i) squares += state.H[i] * state.H[i];
@@ -66,18 +73,6 @@ struct CompressibleNeoHookean : YoungPoissonLaw {
       A[10 * a] += mu;
     }
   }
-};
-
-struct NeoHookean : CompressibleNeoHookean<LogarithmicVolume> {
-  static constexpr std::string_view kName = "neo-hookean";
-  static constexpr std::string_view kSummary =
-      "W = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2; strains to about 50 %";
-};
-
-struct NeoHookeanSimo : CompressibleNeoHookean<SimoVolume> {
-  static constexpr std::string_view kName = "neo-hookean-simo";
-  static constexpr std::string_view kSummary =
-      "W = mu/2 (I1 - 3) - mu ln J + lambda/4 (J^2 - 1 - 2 ln J); strains to about 50 %";
 };
 
 }  // namespace palpate::fem

@@ -5,11 +5,14 @@
 
 namespace palpate::fem {
 
-/// Neo-Hookean laws with shape and volume apart, W = mu/2 (I1 J^(-2/3) - 3) + U(J).
+/// Neo-Hookean law with shape and volume apart, W = mu/2 (I1 J^(-2/3) - 3) + K/2 (J - 1)^2.
 /// constants: bulk modulus K, mu/2 [Pa].
 /// Source: Simo, Taylor and Pister 1985, doi:10.1016/0045-7825(85)90033-7.
-template <class Volume>
-struct IsochoricNeoHookean : IsochoricLaw<IsochoricNeoHookean<Volume>, Volume>, YoungPoissonLaw {
+struct NeoHookeanIsochoric : IsochoricLaw<NeoHookeanIsochoric>, YoungPoissonLaw {
+  static constexpr std::string_view kName = "neo-hookean-isochoric";
+  static constexpr std::string_view kSummary =
+      "W = mu/2 (I1 J^(-2/3) - 3) + K/2 (J - 1)^2; strains to about 50 %";
+
   static LawConstants constants(std::span<const double> values) {
     const SmallStrain hooke = of_young_and_poisson(values);
     return {hooke.bulk_Pa(), hooke.mu_Pa / 2};
@@ -24,24 +27,6 @@ struct IsochoricNeoHookean : IsochoricLaw<IsochoricNeoHookean<Volume>, Volume>, 
     out.w1 = constants[1];
     out.w11 = constants[1] * 0.0;
   }
-};
-
-struct NeoHookeanIsochoric : IsochoricNeoHookean<QuadraticVolume> {
-  static constexpr std::string_view kName = "neo-hookean-isochoric";
-  static constexpr std::string_view kSummary =
-      "W = mu/2 (I1 J^(-2/3) - 3) + K/2 (J - 1)^2; strains to about 50 %";
-};
-
-struct NeoHookeanIsochoricLog : IsochoricNeoHookean<LogarithmicVolume> {
-  static constexpr std::string_view kName = "neo-hookean-isochoric-log";
-  static constexpr std::string_view kSummary =
-      "W = mu/2 (I1 J^(-2/3) - 3) + K/2 (ln J)^2; strains to about 50 %";
-};
-
-struct NeoHookeanIsochoricSimo : IsochoricNeoHookean<SimoVolume> {
-  static constexpr std::string_view kName = "neo-hookean-isochoric-simo";
-  static constexpr std::string_view kSummary =
-      "W = mu/2 (I1 J^(-2/3) - 3) + K/4 (J^2 - 1 - 2 ln J); strains to about 50 %";
 };
 
 }  // namespace palpate::fem

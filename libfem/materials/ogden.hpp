@@ -5,7 +5,6 @@
 #include "libfem/materials/kinematics.hpp"
 #include "libfem/materials/law_types.hpp"
 #include "libfem/materials/spectral.hpp"
-#include "libfem/materials/volume_forms.hpp"
 
 namespace palpate::fem {
 
@@ -40,8 +39,6 @@ struct Ogden {
        kBulkRow}};
   static constexpr double kLargestExponent = 50;
   static constexpr int kConstants = 1 + 2 * kTerms;
-  static constexpr bool kSplitsVolume = true;
-  static constexpr bool kToleratesInversion = false;
 
   static Refusal refusal(std::span<const double> values) {
     for (int p = 0; p < kTerms; ++p) {
@@ -82,7 +79,7 @@ struct Ogden {
 
   template <class S>
   static PALPATE_INLINE void volumetric(const S* constants, const S& dilation, S& U, S& U1, S& U2) {
-    QuadraticVolume::at(constants[0], dilation, U, U1, U2);
+    quadratic_volume(constants[0], dilation, U, U1, U2);
   }
 
   /// As NeoHookean::evaluate.
@@ -94,7 +91,7 @@ struct Ogden {
     Stretches<S> at;
     at.evaluate(ShapeState<S>(state.H, state.J_sound));
     S U, U1, U2;
-    QuadraticVolume::at(constants[0], state.dilation, U, U1, U2);
+    volumetric(constants, state.dilation, U, U1, U2);
     PrincipalResponse<S> response;
     response.evaluate(constants, at, A != nullptr);
     W = J > 0.0 ? response.w + U : J * 0.0 + std::numeric_limits<double>::infinity();

@@ -2,8 +2,7 @@
 
 namespace palpate::fem {
 
-Refusal refuse_relaxation(const LawRow& law, const MaterialParameters& complete) {
-  const Relaxation& relaxation = complete.relaxation;
+Refusal refuse_relaxation(const Relaxation& relaxation) {
   const auto refused = [](const std::string& text) { return Refusal{"relaxation", text}; };
   if (relaxation.branches() == 0) return {};
   if (relaxation.branches() > runtime::kMaxBranches)
@@ -18,16 +17,6 @@ Refusal refuse_relaxation(const LawRow& law, const MaterialParameters& complete)
     if (k > 0 && !(relaxation.time_s[k] > relaxation.time_s[k - 1]))
       return refused("must have times that rise");
   }
-  if (!law.splits_volume)
-    return refused("must be left out with law " + std::string(law.name) +
-                   ", which does not split volume from shape, and it is the shape that relaxes");
-  // The bulk modulus that W - U has follows it; of some laws it is negative.
-  const LawConstants constants = law.constants(complete.values);
-  double U, U1, U2;
-  law.volumetric(constants, 0, U, U1, U2);
-  const double shape_Pa = law.small_strain(constants).bulk_Pa() - U2;
-  if (!(U2 + instantaneous_stiffness(relaxation) * shape_Pa > 0))
-    return refused("must leave a bulk modulus at first: its shares are too large for this law");
   return {};
 }
 

@@ -9,8 +9,8 @@ inline double instantaneous_stiffness(const Relaxation& relaxation) {
   return 1 + relaxation.share.sum();
 }
 
-/// Why a material with complete, sound values cannot relax as it says, if so.
-Refusal refuse_relaxation(const LawRow& law, const MaterialParameters& complete);
+/// Why a material cannot relax as it says, if so.
+Refusal refuse_relaxation(const Relaxation& relaxation);
 inline constexpr const char* kRelaxationRemedy =
     "Give relaxation = [[g, \"tau\"], ...]: shares of the long-term shear modulus and times.";
 

@@ -2,8 +2,8 @@
 
 namespace palpate::fem {
 
-Refusal refuse_softening(const LawRow& law, const MaterialParameters& complete) {
-  const Softening& softening = complete.softening;
+Refusal refuse_softening(const MaterialParameters& material) {
+  const Softening& softening = material.softening;
   const auto refused = [](const std::string& text) { return Refusal{"softening", text}; };
   if (!softening.is_any()) return {};
   if (!(softening.r >= 1 && softening.r <= kMaxSoftening))
@@ -11,10 +11,7 @@ Refusal refuse_softening(const LawRow& law, const MaterialParameters& complete) 
   if (!(softening.scale_Pa >= 0 && softening.beta >= 0 && softening.beta <= kMaxSoftening &&
         softening.scale_Pa + softening.beta > 0))
     return refused("must have m and beta from 0, and not both 0");
-  if (!law.splits_volume)
-    return refused("must be left out with law " + std::string(law.name) +
-                   ", which does not split volume from shape, and it is the shape that softens");
-  if (complete.relaxation.branches() > 0)
+  if (material.relaxation.branches() > 0)
     return refused("must be left out of a material that relaxes");
   return {};
 }

@@ -5,8 +5,8 @@
 
 namespace palpate::fem {
 
-/// Why a material with complete, sound values cannot soften as it says, if so.
-Refusal refuse_softening(const LawRow& law, const MaterialParameters& complete);
+/// Why a material cannot soften as it says, if so.
+Refusal refuse_softening(const MaterialParameters& material);
 inline constexpr const char* kSofteningRemedy =
     "Give softening = { r = 1.5, m = \"200 Pa\", beta = 0.1 }, or { } for none.";
 

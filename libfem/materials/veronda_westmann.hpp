@@ -14,7 +14,7 @@ namespace palpate::fem {
 /// C2 below 0.36 is refused: the Baker-Ericksen inequality exp(C2 x1) > l^2/2 (greater stress along
 /// greater stretch, l the stretch across) needs C2 > 0.35753, where it is tightest, at l = 1.83.
 /// Source: Veronda and Westmann 1970, doi:10.1016/0021-9290(70)90055-2.
-struct VerondaWestmann : IsochoricLaw<VerondaWestmann, QuadraticVolume, Uses::first_and_second> {
+struct VerondaWestmann : IsochoricLaw<VerondaWestmann, Uses::first_and_second> {
   static constexpr std::string_view kName = "veronda-westmann";
   static constexpr std::string_view kSummary =
       "W = C1 (exp(C2 x1) - 1) - C1 C2/2 x2 + K/2 (J - 1)^2; skin and other stiffening tissue";

@@ -9,7 +9,7 @@ namespace palpate::fem {
 /// constants: K, C10, C20, C30 [Pa].
 /// Refused where dW/dx is not positive for every x >= 0: the material would soften to nothing.
 /// Source: Yeoh 1993, doi:10.5254/1.3538343.
-struct Yeoh : IsochoricLaw<Yeoh, QuadraticVolume> {
+struct Yeoh : IsochoricLaw<Yeoh> {
   static constexpr std::string_view kName = "yeoh";
   static constexpr std::string_view kSummary =
       "W = C10 x + C20 x^2 + C30 x^3 + K/2 (J - 1)^2, x = I1 J^(-2/3) - 3; strains to about 200 %";

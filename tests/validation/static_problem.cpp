@@ -62,7 +62,7 @@ class Newton {
  public:
   explicit Newton(const StaticProblem& problem)
       : problem_(problem),
-        body_(problem.mesh, {problem.material}, nullptr, problem.element),
+        body_(problem.mesh, {problem.material}, nullptr),
         K_(body_.pattern()),
         free_(problem.prescribed) {
     solver_.cholmod().print = 0;
@@ -212,10 +212,9 @@ QuadraticMesh quadratic(const TetMesh& parameters, const std::function<Vec3(cons
   return out;
 }
 
-StaticProblem::StaticProblem(QuadraticMesh mesh_of_body, const Material& of, ElementKind kind)
+StaticProblem::StaticProblem(QuadraticMesh mesh_of_body, const Material& of)
     : mesh(std::move(mesh_of_body)),
       material(of),
-      element(kind),
       prescribed(Eigen::VectorXd::Constant(3 * mesh.nodes.rows(), kNaN)),
       load(Points::Zero(mesh.nodes.rows(), 3)) {}
 

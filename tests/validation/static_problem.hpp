@@ -18,11 +18,10 @@ QuadraticMesh quadratic(const TetMesh& parameters, const std::function<Vec3(cons
 struct StaticProblem {
   QuadraticMesh mesh;
   Material material;
-  ElementKind element = ElementKind::tet10;
   Eigen::VectorXd prescribed;
   Points load;
 
-  StaticProblem(QuadraticMesh mesh_of_body, const Material& of, ElementKind kind);
+  StaticProblem(QuadraticMesh mesh_of_body, const Material& of);
   /// Prescribes one component (0-2) of the displacement at nodes where `here` holds at rest.
   void prescribe(const std::function<bool(const Vec3&)>& here, int component, double value_m = 0);
   /// A traction [Pa] per rest area on the boundary faces whose nodes all satisfy `here`.

@@ -5,7 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "libfem/elements/elements.hpp"
 #include "libfit/core/curves.hpp"
 #include "libfit/fit/options.hpp"
 #include "tools/scene/scene.hpp"
@@ -45,12 +44,6 @@ struct File {};        ///< counts by its name; a fingerprint adds its content
 struct MeshUnit {};    ///< metres in one unit of a mesh file
 struct PointCount {};  ///< a number; other words fill `placement` and `points_file`
 
-inline Choice element_choice() {
-  Choice choice;
-  for (const fem::ElementRow& row : fem::kElements) choice.names.push_back(row.name);
-  return choice;
-}
-
 inline Choice family_choice() {
   Choice choice;
   for (const CurveFamilyName& row : kCurveFamilyNames) choice.names.push_back(row.name);
@@ -87,12 +80,10 @@ void visit(SectionOf<ToolSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<BodySection> auto& section, Visitor& f) {
-  auto& [surface, tetmesh, length_unit_m, element, fixed, symmetric, mesh_size_m, noise_m, wrap_m] =
-      section;
+  auto& [surface, tetmesh, length_unit_m, fixed, symmetric, mesh_size_m, noise_m, wrap_m] = section;
   f(Stage::prepare, "surface", surface, File{});
   f(Stage::prepare, "tetmesh", tetmesh, File{});
   f(Stage::prepare, "length_unit", length_unit_m, MeshUnit{});
-  f(Stage::simulate, "element", element, element_choice());
   f(Stage::prepare, "fixed", fixed, Any{});
   f(Stage::prepare, "symmetric", symmetric, Any{});
   f(Stage::prepare, "mesh_size", mesh_size_m, Length{});

@@ -102,7 +102,8 @@ fem::MaterialParameters read_material(SceneTable table, bool may_relax) {
   }
   if (!may_relax) return material;
   material.relaxation = read_relaxation(table);
-  if (const fem::Refusal refusal = fem::refuse_relaxation(law, material); refusal.is_refused())
+  if (const fem::Refusal refusal = fem::refuse_relaxation(material.relaxation);
+      refusal.is_refused())
     throw Error(table.where(refusal.key),
                 fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),
                 fem::kRelaxationRemedy);
@@ -114,7 +115,7 @@ fem::MaterialParameters read_material(SceneTable table, bool may_relax) {
                             table.name()),
                 "Keep one of them here. Curves that recordings of both are fitted to may do both: "
                 "the engine plays them together.");
-  if (const fem::Refusal refusal = fem::refuse_softening(law, material); refusal.is_refused())
+  if (const fem::Refusal refusal = fem::refuse_softening(material); refusal.is_refused())
     throw Error(table.where(refusal.key),
                 fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),
                 fem::kSofteningRemedy);

@@ -48,7 +48,6 @@ struct BodySection {
   std::optional<std::filesystem::path> surface;  ///< exactly one of the two, absolute
   std::optional<std::filesystem::path> tetmesh;
   double length_unit_m = 0;
-  std::string element = "auto";
   std::vector<Region> fixed;
   std::vector<Region> symmetric;      ///< the boundary there slides along itself
   std::optional<double> mesh_size_m;  ///< edge of the base volume far from the probe

@@ -38,7 +38,7 @@ Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>&
                          const BedAt& bed_at, const OwnWeight& weight)
     : mesh_(mesh),
       options_(options),
-      body_(mesh, materials, region_at, options.element),
+      body_(mesh, materials, region_at),
       bed_(mesh, bed_at),
       weight_N_(weight_N(mesh, region_at, weight)),
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,

@@ -25,7 +25,6 @@ struct EquilibriumOptions {
   double model_lagged = 0.1;  ///< the same at which friction is coupled
   int max_model = 20;         ///< iterations of the condensed model
   double max_pressure = 2;    ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
-  ElementKind element = ElementKind::automatic;
   double contact_margin = 1;  ///< faces this close become contact nodes, in steps of the probe
 };
 

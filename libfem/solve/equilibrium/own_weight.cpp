@@ -31,7 +31,7 @@ class WeightSolver {
   /// there is none near.
   bool settle(const QuadraticMesh& mesh, double share, Points& u, SchurFactor& factor,
               int& solves) {
-    elastic_.emplace(mesh, of_.materials, of_.region_at, of_.element);
+    elastic_.emplace(mesh, of_.materials, of_.region_at);
     bed_ = ElasticBed(mesh, of_.bed_at);
     weight_N_ = share * weight_N(mesh, of_.region_at, of_.weight);
     SymmetricBlockMatrix K = elastic_->pattern();

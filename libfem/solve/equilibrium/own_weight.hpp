@@ -22,7 +22,6 @@ struct WeightedBody {
   const std::vector<Material>& materials;
   RegionAt region_at = {};
   BedAt bed_at = {};
-  ElementKind element = ElementKind::automatic;
   const OwnWeight& weight;
   bool regions_at_rest = false;  ///< region_at and bed_at speak of the shape at rest
 };

@@ -96,11 +96,10 @@ PatchStiffness extrapolated(const PatchStiffness& fine, const PatchStiffness& co
 
 PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
                           const std::vector<Material>& materials, const RegionAt& region_at,
-                          ElementKind element, const Vec3& normal, double radius_m,
-                          const BedAt& bed_at) {
+                          const Vec3& normal, double radius_m, const BedAt& bed_at) {
   PatchResponse out;
   const Eigen::VectorXd shares = patch_shares(mesh, normal, radius_m);
-  const ElasticBody body(mesh, materials, region_at, element);
+  const ElasticBody body(mesh, materials, region_at);
   SymmetricBlockMatrix K = body.pattern();
   Points force = Points::Zero(mesh.nodes.rows(), 3);
   body.add_stiffness(mesh.displacement(), 1.0, force, K);

@@ -25,8 +25,7 @@ struct PatchResponse {
 /// One factorization. The mesh knows its base tets (QuadraticMesh::base), `base_tets` of them.
 PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
                           const std::vector<Material>& materials, const RegionAt& region_at,
-                          ElementKind element, const Vec3& normal, double radius_m,
-                          const BedAt& bed_at = {});
+                          const Vec3& normal, double radius_m, const BedAt& bed_at = {});
 
 /// Which tets of the base mesh to halve for a contact, and which share of force may be wrong after
 /// that because of the base mesh: thickness, far geometry, the border of what is held.

@@ -41,8 +41,7 @@ std::vector<Material> materials_of(const SimulationSetup& setup) {
 // Regions about `origin`.
 WeightedBody weighted(const SimulationSetup& setup, const std::vector<Material>& materials,
                       const Vec3& origin) {
-  WeightedBody body{
-      materials, {}, {}, setup.options.equilibrium.element, setup.weight, setup.regions_at_rest};
+  WeightedBody body{materials, {}, {}, setup.weight, setup.regions_at_rest};
   if (setup.region_at)
     body.region_at = [&setup, origin](const Vec3& x) { return setup.region_at(x + origin); };
   if (setup.bed_at)

@@ -150,8 +150,7 @@ Vec3 Simulator::State::scene_place(const Vec3& x) const {
 // The shape at rest of a graded mesh that is in the shape under load. False where there is none.
 bool Simulator::State::unbend_at(const Vec3& position, QuadraticMesh& mesh) const {
   if (!bent) return true;
-  const WeightedBody body{materials, region_about(position), bed_about(position),
-                          setup.options.equilibrium.element, setup.weight};
+  const WeightedBody body{materials, region_about(position), bed_about(position), setup.weight};
   return unbend(body, kShapeTolerance * probe.length_m, bent->sag_of(mesh, position - origin), mesh)
       .is_found();
 }
@@ -179,8 +178,8 @@ PatchResponse Simulator::State::patch_at(QuadraticMesh mesh, const ExperimentPla
     mesh.nodes -= bent->sag_of(mesh, position - origin);
   }
   return press_patch(mesh, static_cast<std::size_t>(volume.tets.rows()), materials,
-                     region_about(position), setup.options.equilibrium.element, normal,
-                     reach_m > 0 ? reach_m : here.half_width_m, bed_about(position));
+                     region_about(position), normal, reach_m > 0 ? reach_m : here.half_width_m,
+                     bed_about(position));
 }
 
 /// Both grids of a point share the base mesh, so their difference tells nothing of it.

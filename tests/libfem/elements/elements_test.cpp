@@ -4,12 +4,8 @@
 
 #include <cmath>
 
-#include "libfit/core/error.hpp"
-
 namespace palpate::fem {
 namespace {
-
-const Material kMaterial = make_material({"neo-hookean", {1e4, 0.4999}}, "test");
 
 TEST(Elements, the_rule_integrates_quadratics) {
   const auto factorial = [](int n) { return std::tgamma(n + 1.0); };
@@ -34,33 +30,13 @@ TEST(Elements, the_unit_constant_sees_only_points_with_weight) {
   EXPECT_EQ(unit_constant(Eigen::Vector4d::Zero()), Eigen::Vector4d::Zero());
 }
 
-TEST(Elements, blend_leaves_the_bulk_modulus_of_equal_lame_constants_at_each_point) {
+TEST(Elements, averaging_leaves_the_bulk_modulus_of_equal_lame_constants_at_each_point) {
   for (const double poisson : {-0.5, 0.0, 0.25, 0.3, 0.45, 0.4999}) {
     const Material material = make_material({"neo-hookean", {1e4, poisson}}, "");
     const SmallStrain hooke = material.law->small_strain(material.constants);
-    const double a = averaged_share(ElementKind::tet10_blend, material);
+    const double a = averaged_share(material);
     EXPECT_NEAR(hooke.lambda_Pa * (1 - a), std::min(hooke.lambda_Pa, hooke.mu_Pa), 1e-9 * 1e4);
     EXPECT_TRUE(a >= 0 && a < 1) << poisson;
-    EXPECT_EQ(averaged_share(ElementKind::tet10_p0, material), 1);
-    EXPECT_EQ(element_for(ElementKind::automatic, material), ElementKind::tet10_blend);
-  }
-}
-
-TEST(Elements, a_law_that_does_not_split_falls_back_to_plain_ten_node_elements) {
-  LawRow law = *kMaterial.law;
-  law.splits_volume = false;
-  const Material whole{&law, kMaterial.constants};
-  for (const ElementRow& row : kElements)
-    EXPECT_EQ(element_for(row.kind, whole), ElementKind::tet10);
-}
-
-TEST(Elements, unknown_names_are_refused_with_the_known_ones) {
-  try {
-    find_element("hex8", "[body]");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("hex8"), std::string::npos);
-    EXPECT_NE(error.remedy().find("auto, tet10, tet10-blend"), std::string::npos);
   }
 }
 

@@ -27,8 +27,7 @@ inline QuadraticMesh small_block() {
 class RememberingBody {
  public:
   RememberingBody(const QuadraticMesh& mesh, const MaterialParameters& material)
-      : mesh_(mesh),
-        body_(mesh, {make_material(material, "test")}, nullptr, ElementKind::automatic) {}
+      : mesh_(mesh), body_(mesh, {make_material(material, "test")}, nullptr) {}
 
   void begin(double dt_s) {
     step_ = std::make_shared<const MaterialStep>(body_.step_from(memory_, dt_s));

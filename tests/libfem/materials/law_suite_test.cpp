@@ -134,7 +134,7 @@ TEST_P(LawSuite, small_strains_follow_hooke) {
   }
 }
 
-TEST_P(LawSuite, where_the_volume_is_gone_energy_is_infinite_or_goes_on_and_nothing_is_nan) {
+TEST_P(LawSuite, where_the_volume_is_gone_energy_is_infinite_and_nothing_is_nan) {
   std::vector<Mat3> gone{Mat3::Zero(),
                          -Mat3::Identity(),
                          Vec3(0, 1, 1).asDiagonal(),
@@ -147,9 +147,7 @@ TEST_P(LawSuite, where_the_volume_is_gone_energy_is_infinite_or_goes_on_and_noth
     if (F.determinant() < 0) gone.push_back(F);
   }
   for (const Mat3& F : gone) {
-    const double W = law.energy(constants, F);
-    EXPECT_GT(W, 0) << "F\n" << F;
-    EXPECT_EQ(std::isfinite(W), law.tolerates_inversion) << "F\n" << F;
+    EXPECT_EQ(law.energy(constants, F), std::numeric_limits<double>::infinity()) << "F\n" << F;
     EXPECT_TRUE(law.stress(constants, F).allFinite()) << "F\n" << F;
     EXPECT_TRUE(law.tangent(constants, F).allFinite()) << "F\n" << F;
   }
@@ -165,7 +163,7 @@ TEST_P(LawSuite, energy_rises_as_volume_goes) {
     EXPECT_TRUE(law.tangent(constants, F).allFinite()) << J;
     before = W;
   }
-  EXPECT_GT(before, example.is_bounded ? 0 : 10 * young_Pa);
+  EXPECT_GT(before, 10 * young_Pa);
   for (const Vec3& stretch : {Vec3(1e-6, 1e-6, 1), Vec3(1e-9, 1e-5, 1e3), Vec3(1e-4, 1e-4, 1e-4)}) {
     std::mt19937 random(kSeed + 7);
     const Mat3 F = random_rotation(random) * stretch.asDiagonal();
@@ -197,10 +195,6 @@ TEST_P(LawSuite, volumetric_part_has_its_derivatives) {
 TEST_P(LawSuite, what_is_left_without_the_volumetric_part_has_no_bulk_modulus) {
   double U, U1, U2;
   law.volumetric(constants, 0, U, U1, U2);
-  if (!law.splits_volume) {
-    EXPECT_EQ(U2, 0);
-    return;
-  }
   EXPECT_LE(std::abs(hooke.bulk_Pa() - U2), hooke.mu_Pa);
   // On pure dilation all is volumetric, but for shear terms of the order of mu.
   for (const double J : {0.8, 1.2}) {
@@ -217,9 +211,10 @@ TEST_P(LawSuite, a_pull_grows_with_the_stretch_between_free_sides) {
   const auto F_of = [](double along, double across) {
     return Mat3(Vec3(along, across, across).asDiagonal());
   };
+  constexpr double kMaxStretch = 3;
   double before = -std::numeric_limits<double>::infinity();
   for (int i = 0; i <= 40; ++i) {
-    const double along = example.min_stretch + i * (example.max_stretch - example.min_stretch) / 40;
+    const double along = example.min_stretch + i * (kMaxStretch - example.min_stretch) / 40;
     double low = 0.2, high = 4;
     const auto side = [&](double across) {
       const Mat3 P = law.stress(constants, F_of(along, across));

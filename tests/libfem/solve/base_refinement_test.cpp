@@ -26,8 +26,8 @@ PatchResponse press_on(const TetMesh& base, const Vec3& top, double radius_m) {
       grade_mesh(base, held_below(base.nodes, 1e-6),
                  SmoothSurface({base.nodes, boundary_triangles(base.tets)}), grade);
   mesh.nodes.rowwise() -= top.transpose();
-  return press_patch(mesh, static_cast<std::size_t>(base.tets.rows()), soft(), {},
-                     ElementKind::automatic, -Vec3::UnitZ(), radius_m);
+  return press_patch(mesh, static_cast<std::size_t>(base.tets.rows()), soft(), {}, -Vec3::UnitZ(),
+                     radius_m);
 }
 
 /// On a thick block.
@@ -81,7 +81,7 @@ TEST(PressPatch, nothing_comes_of_a_patch_that_meets_no_face) {
   const TetMesh base = structured_block({0.1, 0.1, 0.06}, {2, 2, 2});
   const QuadraticMesh mesh = ungraded(base, held_below(base.nodes, 1e-6));
   const PatchResponse out = press_patch(mesh, static_cast<std::size_t>(base.tets.rows()), soft(),
-                                        {}, ElementKind::automatic, -Vec3::UnitX(), 0.001);
+                                        {}, -Vec3::UnitX(), 0.001);
   EXPECT_TRUE(out.compliance_m_N.isZero(0));
   EXPECT_TRUE(out.distortion_J_N2.empty());
 }

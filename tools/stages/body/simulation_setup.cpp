@@ -74,8 +74,6 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   }
   setup.probe = scene.probe.spec;
   setup.options.force_tolerance = scene.experiments.force_tolerance;
-  setup.options.equilibrium.element =
-      fem::find_element(scene.body.element, "element of [body]").kind;
   return setup;
 }
 

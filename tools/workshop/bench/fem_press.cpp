@@ -116,27 +116,23 @@ BenchTable fem_uniform(const BenchRequest& request) {
 
 BenchTable fem_accuracy(const BenchRequest& request) {
   constexpr double kReferenceError = 0.003;
-  BenchTable table{{"element", "size", "coarse", "poisson", "nodes", "coarse_nodes", "CPU_s",
-                    "worst_percent", "mean_percent", "worst_bound_percent", "rows_bounded"},
+  BenchTable table{{"size", "coarse", "poisson", "nodes", "coarse_nodes", "CPU_s", "worst_percent",
+                    "mean_percent", "worst_bound_percent", "rows_bounded"},
                    {}};
   struct PressCase {
-    fem::ElementKind kind;
     double size, coarse;
   };
-  std::vector<PressCase> choices{{fem::ElementKind::automatic, 0.6, 1.6}};
+  std::vector<PressCase> choices{{0.6, 1.6}};
   if (!request.is_quick) {
-    using enum fem::ElementKind;
-    choices.push_back({automatic, 0.8, 1.25});  // too coarse to be bounded
-    choices.push_back({automatic, 0.5, 1.6});
-    for (const double size : {1.0, 0.8, 0.6}) choices.push_back({automatic, size, 0});
-    for (const fem::ElementKind kind : {tet10, tet10_p0}) choices.push_back({kind, 0.6, 0});
+    choices.push_back({0.8, 1.25});  // too coarse to be bounded
+    choices.push_back({0.5, 1.6});
+    for (const double size : {1.0, 0.8, 0.6}) choices.push_back({size, 0});
   }
   for (const double poisson : {0.45, 0.49})
     for (const PressCase& choice : choices) {
       FemCase what = fem_cylinder(poisson);
       what.setup.options.element_size = what.setup.options.growth = choice.size;
       what.setup.options.coarse_ratio = choice.coarse;
-      what.setup.options.equilibrium.element = choice.kind;
       const FemRun run = run_case(what, press_of(kDepth_m, 10));
       const std::vector<double> exact_N = fem_cylinder_force_N(poisson);
       const CaseError error = force_error(run.rows, exact_N);
@@ -148,11 +144,8 @@ BenchTable fem_accuracy(const BenchRequest& request) {
         bound = std::max(bound, stated);
         bounded += std::abs(force_N / exact_N[i] - 1) <= stated + kReferenceError;
       }
-      std::string_view name;
-      for (const fem::ElementRow& row : fem::kElements)
-        if (row.kind == choice.kind) name = row.name;
       table.rows.push_back(
-          {std::string(name), fmt::format("{}", choice.size), fmt::format("{}", choice.coarse),
+          {fmt::format("{}", choice.size), fmt::format("{}", choice.coarse),
            fmt::format("{}", poisson), fmt::format("{}", run.rows.cost.nodes),
            fmt::format("{}", run.rows.cost.coarse_nodes), seconds(run.cpu_s), percent(error.worst),
            fmt::format("{:.2f}", 100 * error.mean),

@@ -1,4 +1,4 @@
-// What a second of the simulator buys: mesh share, element and tolerance against force error.
+// What a second of the simulator buys: mesh share and tolerance against force error.
 
 #include <fmt/core.h>
 
@@ -16,14 +16,11 @@ constexpr double kCoarseRatio = 1.6;
 
 struct SpeedSeries {
   std::string_view name;
-  fem::ElementKind element;
   double coarse_ratio;
 };
 constexpr SpeedSeries kBySize[] = {
-    {"mesh share, two meshes", fem::ElementKind::automatic, kCoarseRatio},
-    {"mesh share, one mesh", fem::ElementKind::automatic, 0},
-    {"the same, tet10", fem::ElementKind::tet10, 0},
-    {"the same, tet10-p0", fem::ElementKind::tet10_p0, 0},
+    {"mesh share, two meshes", kCoarseRatio},
+    {"mesh share, one mesh", 0},
 };
 
 void add(std::string_view name, const fem::SolverOptions& options, BenchTable& table) {
@@ -52,7 +49,6 @@ BenchTable fem_speed(const BenchRequest& request) {
       options.element_size = size;
       options.coarse_ratio = each.coarse_ratio;
       options.growth = std::min(size, 1 / std::max(1.0, each.coarse_ratio));
-      options.equilibrium.element = each.element;
       add(each.name, options, table);
     }
   for (const double residual : kResiduals) {

@@ -62,35 +62,8 @@ def speed(folder):
                  xlabel="CPU of a press of ten rows [s]", ylabel="force error [%]: mean, thin line to the worst row")
 
 
-def read(folder, name):
-    return table(os.path.join(folder, f"fem_{name}.csv"))
-
-
-def accuracy(folder):
-    rows = read(folder, "accuracy")
-    ratios = sorted({row["poisson"] for row in rows})
-    figure, axes = pyplot().subplots(1, len(ratios), figsize=(4.5 * len(ratios), 3.4), sharey=True)
-    for axis, ratio in zip(axes, ratios):
-        kinds = sorted({(r["element"], float(r["coarse"]) > 0) for r in rows})
-        for element, has_coarse in kinds:
-            here = sorted((float(r["CPU_s"]), float(r["mean_percent"]), r["size"]) for r in rows
-                          if (r["element"], float(r["coarse"]) > 0, r["poisson"])
-                          == (element, has_coarse, ratio))
-            label = element + (", extrapolated" if has_coarse else "")
-            axis.plot([h[0] for h in here], [h[1] for h in here], "o-", ms=4, label=label)
-            for cpu, error, size in here:
-                axis.annotate(size, (cpu, error), fontsize=6, xytext=(3, 3),
-                              textcoords="offset points")
-        axis.set(xscale="log", yscale="log", xlabel="CPU of a press [s]",
-                 title=f"press of 10 mm, Poisson's ratio {ratio}")
-        axis.grid(alpha=0.3, which="both")
-    axes[0].set_ylabel("mean of |force error|, 1 to 10 mm [%]")
-    axes[0].legend(fontsize=7)
-    save(figure, folder, "fem_accuracy")
-
-
 def rates(folder):
-    rows = read(folder, "rates")
+    rows = table(os.path.join(folder, "fem_rates.csv"))
     nodes = [float(r["nodes"]) for r in rows]
     figure, axis = pyplot().subplots(figsize=(5, 3.4))
     for column, factor, label in [("factor_s", 1, "factor, single precision"),
@@ -106,7 +79,7 @@ def rates(folder):
 
 def main():
     folder = sys.argv[1]
-    for draw in (accuracy, rates, speed, rivals):
+    for draw in (rates, speed, rivals):
         draw(folder)
 
 
