@@ -174,8 +174,7 @@ void visit(SectionOf<ExportSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ValidateSection> auto& section, Visitor& f) {
-  auto& [points, seed, causes, force_tolerance, speeds_m_s, hold_s, tilt_rad, pairs, holds,
-         hold_force_N, hold_approach_s] = section;
+  auto& [points, seed, causes, force_tolerance, speeds_m_s, hold_s, tilt_rad, pairs] = section;
   f(Stage::validate, "points", points, Whole{1, 100000});
   f(Stage::validate, "seed", seed, Whole{0, 1 << 30});
   f(Stage::validate, "causes", causes, Any{});
@@ -184,9 +183,6 @@ void visit(SectionOf<ValidateSection> auto& section, Visitor& f) {
   f(Stage::validate, "hold", hold_s, Duration{});
   f(Stage::validate, "tilt", tilt_rad, Tilt{});
   f(Stage::validate, "pairs", pairs, Whole{0, 1000});
-  f(Stage::validate, "holds", holds, Whole{0, 1000});
-  f(Stage::validate, "hold_force", hold_force_N, Number{0, 1e9});
-  f(Stage::validate, "hold_approach", hold_approach_s, Duration{});
 }
 
 }  // namespace palpate::tools

@@ -97,11 +97,6 @@ struct ValidateSection {
   double hold_s = 2;
   double tilt_rad = 0;  ///< up to which the tool leans on paths of that kind; 0: on none
   int pairs = 0;        ///< held-out paths of two tools
-  /// Of a body that relaxes: held-out presses to a force that is reached within hold_approach_s and
-  /// then stays for hold_s.
-  int holds = 0;
-  double hold_force_N = 0;
-  double hold_approach_s = 0.1;
 
   /// Held-out points that are pressed for `causes`: every second one, so paths of all kinds, but
   /// six at most: one costs as much as a held-out path.
