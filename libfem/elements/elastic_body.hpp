@@ -18,8 +18,7 @@ namespace palpate::fem {
 /// border of materials through an element costs neither of them its own volume change.
 class ElasticBody {
  public:
-  /// The mesh must outlive the body. An element inside out at rest gives infinite energy always:
-  /// see min_rest_J.
+  /// The mesh must outlive the body.
   ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>& materials,
               const RegionAt& region_at);
 

@@ -149,7 +149,6 @@ void Equilibrium::refresh_factor(Step& step) {
     assemble_elastic(geometric_scale_, options_.max_pressure, at);
     ++counts_.factorizations;
     if (factor_.factor(K_, nodes)) break;
-    ++counts_.failed_factorizations;
     if (geometric_scale_ <= 0) break;
     geometric_scale_ = geometric_scale_ > 0.5 ? 0.5 : 0.0;
   }
@@ -190,7 +189,6 @@ double Equilibrium::search_line(const Eigen::VectorXd& direction, int tries, Ste
       add_contact(step);
       return length;
     }
-    ++counts_.backtracks;
   }
   return 0;
 }
@@ -228,8 +226,8 @@ void Equilibrium::start(Step& step, const Points& guess) {
   }
 }
 
-SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, const Points& guess,
-                               BodyState& to, bool may_shorten) {
+bool Equilibrium::solve(const BodyState& from, const ProbePose& pose, const Points& guess,
+                        BodyState& to, bool may_shorten) {
   Step step{from, pose, to};
   const Local& at = step.at;
   start(step, guess);
@@ -255,14 +253,12 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
     to.relative_residual = at.residual.norm() / at.contact_scale_N;
     if (at.residual.norm() <=
         options_.residual * at.contact_scale_N + kBalanced * weight_N_.norm()) {
-      // Laws that tolerate it may turn an element over meanwhile, but not in the end.
-      if (!(to.min_J > 0)) return SolveStatus::inverted;
       is_stale_ = since_factor > options_.stale;
       to.u = at.u;
       to.elastic_energy_J = at.elastic_energy_J;
       to.history = contact_.accepted(step.trial());
       to.largest_contact_N = std::max(from.largest_contact_N, at.contact_scale_N);
-      return SolveStatus::solved;
+      return true;
     }
     if (may_shorten && iteration >= options_.max_astray && to.relative_residual > kAstray) break;
     ++counts_.newton;
@@ -273,10 +269,10 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
     is_in_vain = !is_taken || (iteration > 0 && at.residual.norm() > kGrows * residual_before);
   }
   to.u = at.u;
-  return SolveStatus::not_converged;
+  return false;
 }
 
-SolveStatus Equilibrium::uzawa_update(const BodyState& accepted, BodyState& to) {
+bool Equilibrium::uzawa_update(const BodyState& accepted, BodyState& to) {
   if (accepted.step) resume(accepted.step);
   BodyState from = accepted;
   from.history = contact_.updated_multipliers(accepted.history);

@@ -30,14 +30,10 @@ struct EquilibriumOptions {
 
 /// What was spent; deterministic.
 struct SolverCounts {
-  int newton = 0;         ///< corrections: a residual and a solve with the factor each
-  int model = 0;          ///< iterations of the condensed contact model
-  int model_factors = 0;  ///< and factorizations
-  int factorizations = 0, failed_factorizations = 0;
-  int backtracks = 0;
+  int newton = 0;  ///< corrections: a residual and a solve with the factor each
+  int model = 0;   ///< iterations of the condensed contact model
+  int factorizations = 0;
 };
-
-enum class SolveStatus { solved, not_converged, inverted };
 
 /// A body in equilibrium with the probe. u: #N x 3 [m].
 struct BodyState {
@@ -74,10 +70,10 @@ class Equilibrium {
   BodyState rest(const ProbePose& pose) const;
 
   /// Moves the probe from an accepted state to `pose`, starting the search at displacement `guess`.
-  /// On `solved`, `to` holds the new state; otherwise its content is the last iterate.
+  /// Where that is solved, `to` holds the new state; otherwise its content is the last iterate.
   /// may_shorten: the caller has shorter steps to try, so one that goes astray is given up early.
-  SolveStatus solve(const BodyState& from, const ProbePose& pose, const Points& guess,
-                    BodyState& to, bool may_shorten = false);
+  bool solve(const BodyState& from, const ProbePose& pose, const Points& guess, BodyState& to,
+             bool may_shorten = false);
 
   /// Solves from here on are those dt_s after `from`, which stays as it is (M14a, M54b). A body is
   /// in slow motion and undamaged until the first of these; one that does not remember stays so.
@@ -91,7 +87,7 @@ class Equilibrium {
   /// The equilibrium at an accepted state's own pose after one augmented-Lagrangian (Uzawa) update
   /// (Contact::updated_multipliers): what a rigid wall would do, but for the second order. Not a
   /// state to go on from.
-  SolveStatus uzawa_update(const BodyState& accepted, BodyState& to);
+  bool uzawa_update(const BodyState& accepted, BodyState& to);
 
   /// Whether an accepted state is stable with the probe held where it is: its tangent, contact and
   /// sticking friction included, is positive definite. Costs a factorization.
@@ -103,9 +99,6 @@ class Equilibrium {
   const EquilibriumOptions& options() const { return options_; }
   const SolverCounts& counts() const { return counts_; }
   const ElasticBody& body() const { return body_; }
-  const SchurFactor& factor() const { return factor_; }
-  ContactInterface& contact() { return contact_; }
-  int unknowns() const { return K_.size(); }
 
  private:
   /// The equations at one displacement.

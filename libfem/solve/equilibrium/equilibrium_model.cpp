@@ -145,7 +145,6 @@ double Equilibrium::CondensedContact::evaluate(bool with_curvature) {
 void Equilibrium::CondensedContact::refactor() {
   of_.tangent_.cover(of_.factor_.flexibility(), touching_unknowns());
   of_.tangent_.set_contact(of_.condensed_stiffness(of_.tangent_.unknowns()));
-  ++of_.counts_.model_factors;
 }
 
 // Halves a step until the energy for the lagged limit falls.

@@ -43,7 +43,7 @@ class WeightSolver {
     double energy = evaluate(u, residual), before = 0;
     bool is_factored = false;
     for (int iteration = 0; iteration < kMaxNewton && std::isfinite(energy); ++iteration) {
-      if (residual.norm() <= kResidual * scale_N) return elastic_->min_J() > 0;
+      if (residual.norm() <= kResidual * scale_N) return true;
       if (!is_factored || residual.norm() > kKept * before) {
         Points unused = Points::Zero(u.rows(), 3);
         double geometric = 1;  // made less where the tangent is not positive definite

@@ -75,10 +75,6 @@ struct Following {
   int stiffenings = 0;
 };
 
-RowStatus failure(SolveStatus status) {
-  return status == SolveStatus::inverted ? RowStatus::inverted : RowStatus::not_converged;
-}
-
 bool falls_on_a_stable_branch(Equilibrium& equilibrium, const BodyState& before,
                               const BodyState& after) {
   const double pushed_before = pushed_N(before), pushed = pushed_N(after);
@@ -103,9 +99,8 @@ StepOutcome try_step(Following& following, PathState& moving, const ProbePose& p
   else if (moving.velocity.size() && moving.direction.dot(step) > 0.9 * length)
     guess += length * moving.velocity;
   BodyState next;
-  const SolveStatus solved =
-      following.equilibrium.solve(moving.state, pose, guess, next, may_shorten);
-  if (solved != SolveStatus::solved) return {failure(solved)};
+  if (!following.equilibrium.solve(moving.state, pose, guess, next, may_shorten))
+    return {RowStatus::not_converged};
   StepCheck step_check =
       check_step(moving.state, next, must_rise, following.rules.deepest_penetration_m);
   if (step_check == StepCheck::does_not_rise && may_fall &&
@@ -187,13 +182,10 @@ PathRow record(Following& following, PathState& moving, const PathTarget& target
   row.force_N = state.contact.force_N;
   row.torque_Nm = state.contact.torque_Nm;
   row.second_force_N = state.contact.second_force_N;
-  row.greatest_penetration_m = state.contact.greatest_penetration_m;
-  row.min_J = state.min_J;
   BodyState rigid;
   bool is_rigid = false;
   if (state.contact.points > 0) {
-    is_rigid = rules.uzawa_update &&
-               following.equilibrium.uzawa_update(state, rigid) == SolveStatus::solved &&
+    is_rigid = rules.uzawa_update && following.equilibrium.uzawa_update(state, rigid) &&
                pushed_N(rigid) > 0;
     if (is_rigid) {
       following.equilibrium.end_step(rigid.u, state);

@@ -54,8 +54,6 @@ struct PathRow {
   Vec3 penalty_shift_N = Vec3::Zero();
   double penalty_error_N = 0;
   double solver_error_N = 0;
-  double greatest_penetration_m = 0;
-  double min_J = 1;
 };
 
 /// How far the probe may move between two equilibria and what is believed, in the probe's length_m

@@ -70,18 +70,6 @@ void check_setup(const SimulationSetup& setup) {
        "the probe (" + millimetres(2 * probe.half_width_m) + " wide) is larger than the body (" +
            millimetres(largest_m) + ")",
        "Check length_unit and the size of the probe.");
-  const SolverOptions& options = setup.options;
-  need(options.element_size > 0 && options.growth > 0 && options.shallowest > 0, "solver options",
-       "element size, growth and shallowest must be positive", "Leave them at their defaults.");
-  need(options.interface_share > 0 && options.interface_share <= 1, "solver options",
-       "the share at interfaces must be in (0, 1]", "Leave it at its default.");
-  need(options.coarse_ratio == 0 || options.coarse_ratio > 1, "solver options",
-       "the coarse grid's ratio must be above 1, or 0 for none", "Leave it at its default.");
-  // Growth ends at 1: a coarse grid that asks for more is finer than its ratio says, and the error
-  // that is extrapolated from it is told too small.
-  need(options.growth * std::max(1.0, options.coarse_ratio) <= 1, "solver options",
-       "growth, of the coarse grid, too, must be at most 1",
-       "Lower growth or the coarse grid's ratio.");
 }
 
 void check_experiments(const SimulationSetup& setup, const Experiments& experiments,

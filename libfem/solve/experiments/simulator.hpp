@@ -19,7 +19,9 @@ using palpate::Experiments;
 /// How fine, how exact.
 struct SolverOptions {
   double element_size = 0.6;  ///< finest h, over the probe's contact radius at the shallowest depth
-  double growth = 0.6;  ///< h over distance from first touch or the probe's path, so at any rim too
+  /// h over distance from first touch or the probe's path, so at any rim too. Growth ends at 1: a
+  /// coarse grid that asks for more is finer than its ratio says, and states too small an error.
+  double growth = 0.6;
   double shallowest = 1.0 / 12;  ///< depth resolved like this, over the deepest
   double interface_share = 0.5;  ///< h of elements that two materials share, over h
   /// Base tets that carry a contact are halved where forces would else be wrong by more (relative)

@@ -105,7 +105,7 @@ TEST(ElasticBed, that_slides_and_hardly_gives_is_a_plane_of_symmetry) {
   BodyState at = equilibrium.rest({top, -Vec3::UnitZ()}), next;
   for (const double strain : {0.03, 0.06, 0.1}) {
     const ProbePose pose{top - Vec3(0, 0, strain * kSide_m), -Vec3::UnitZ()};
-    ASSERT_EQ(equilibrium.solve(at, pose, at.u, next), SolveStatus::solved) << strain;
+    ASSERT_TRUE(equilibrium.solve(at, pose, at.u, next)) << strain;
     at = next;
     EXPECT_NEAR(-at.contact.force_N.z() / bar_N(1 - strain), 1, 0.01) << strain;
   }

@@ -174,7 +174,7 @@ TEST(Equilibrium, force_and_torque_of_the_probe_balance_the_ground_to_the_tolera
     // Down and to the side, in steps.
     for (const Vec3& by : {Vec3(0, 0, -0.001), Vec3(0, 0, -0.002), Vec3(0.0005, 0, -0.002)}) {
       const ProbePose pose{block_top() + by, kInward};
-      ASSERT_EQ(equilibrium.solve(at, pose, at.u, next), SolveStatus::solved) << by.transpose();
+      ASSERT_TRUE(equilibrium.solve(at, pose, at.u, next)) << by.transpose();
       at = next;
       const Vec3 force = at.contact.force_N;
       const Reaction ground = reaction(equilibrium, mesh, at.u, pose.tip);

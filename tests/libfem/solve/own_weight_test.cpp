@@ -117,8 +117,7 @@ TEST(OwnWeight, is_borne_by_the_ground_and_leaves_no_force_without_touch) {
   EXPECT_LT((lifted - Vec3(0, 0, -newtons)).norm(), 1e-8 * newtons);
   BodyState beside;
   // A probe that comes nearer without touching changes nothing.
-  EXPECT_EQ(equilibrium.solve(rest, {top - Vec3(0, 0, 5e-4), -Vec3::UnitZ()}, rest.u, beside),
-            SolveStatus::solved);
+  EXPECT_TRUE(equilibrium.solve(rest, {top - Vec3(0, 0, 5e-4), -Vec3::UnitZ()}, rest.u, beside));
   EXPECT_EQ(beside.contact.force_N, Vec3(Vec3::Zero()));
 }
 
