@@ -67,7 +67,6 @@ const std::string kFull = R"([body]
 surface = "liver.obj"
 length_unit = "mm"
 mesh_size = "9 mm"
-symmetric = [ { above = { axis = "x", at = "90 mm" } } ]
 fixed = [ { below = { axis = "y", at = "2 mm" } }, { box = [[0, 0, 0], [1, 1, 1]] } ]
 [material]
 law = "ogden"

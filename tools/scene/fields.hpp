@@ -80,12 +80,11 @@ void visit(SectionOf<ToolSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<BodySection> auto& section, Visitor& f) {
-  auto& [surface, tetmesh, length_unit_m, fixed, symmetric, mesh_size_m, noise_m, wrap_m] = section;
+  auto& [surface, tetmesh, length_unit_m, fixed, mesh_size_m, noise_m, wrap_m] = section;
   f(Stage::prepare, "surface", surface, File{});
   f(Stage::prepare, "tetmesh", tetmesh, File{});
   f(Stage::prepare, "length_unit", length_unit_m, MeshUnit{});
   f(Stage::prepare, "fixed", fixed, Any{});
-  f(Stage::prepare, "symmetric", symmetric, Any{});
   f(Stage::prepare, "mesh_size", mesh_size_m, Length{});
   f(Stage::prepare, "noise", noise_m, Length{});
   f(Stage::prepare, "wrap", wrap_m, Length{});

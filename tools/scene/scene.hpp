@@ -49,7 +49,6 @@ struct BodySection {
   std::optional<std::filesystem::path> tetmesh;
   double length_unit_m = 0;
   std::vector<Region> fixed;
-  std::vector<Region> symmetric;      ///< the boundary there slides along itself
   std::optional<double> mesh_size_m;  ///< edge of the base volume far from the probe
   std::optional<double> noise_m;      ///< of the surface's vertices, filtered; absent: kept
   std::optional<double> wrap_m;       ///< alpha of the repair of last resort; off when absent

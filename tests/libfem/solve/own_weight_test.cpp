@@ -161,34 +161,6 @@ TEST(OwnWeight, a_body_that_cannot_carry_itself_is_said_so) {
   EXPECT_EQ(mesh.loaded.rows(), 0);
 }
 
-// A beam held at one end bends down, and nothing of it leaves the plane in its middle.
-TEST(OwnWeight, bends_half_a_beam_on_a_plane_of_symmetry_as_the_whole) {
-  const std::vector<Material> materials = soft(2e4, 0.45);
-  const OwnWeight weight = along_z(-kGravity);
-  const auto held = [](const Points& nodes) {
-    std::vector<char> is_held;
-    for (Eigen::Index n = 0; n < nodes.rows(); ++n) is_held.push_back(nodes(n, 0) < 1e-9);
-    return is_held;
-  };
-  const TetMesh whole = structured_block({0.08, 0.02, 0.02}, {8, 2, 2}),
-                half = structured_block({0.08, 0.01, 0.02}, {8, 1, 2});
-  QuadraticMesh a = ungraded(whole, held(whole.nodes)), b = ungraded(half, held(half.nodes));
-  const BedAt plane = [&](const Vec3& x) {
-    return x.y() > 0.01 - 1e-9 ? plane_of_symmetry(materials[0], 0.01) : BedStiffness{};
-  };
-  ASSERT_TRUE(bend_under_weight({materials, {}, {}, weight}, a).is_found());
-  ASSERT_TRUE(bend_under_weight({materials, {}, plane, weight}, b).is_found());
-  double sag = 0, off = 0;
-  for (Eigen::Index n = 0; n < half.nodes.rows(); ++n)
-    for (Eigen::Index m = 0; m < whole.nodes.rows(); ++m)
-      if ((half.nodes.row(n) - whole.nodes.row(m)).norm() < 1e-9) {
-        sag = std::max(sag, (a.loaded.row(m) - a.nodes.row(m)).norm());
-        off = std::max(off, (a.loaded.row(m) - b.loaded.row(n)).norm());
-      }
-  EXPECT_GT(sag, 0.003);
-  EXPECT_LT(off, 1e-3 * sag);
-}
-
 // Hung by its top, a block is drawn longer, and its tension resists a press more. To first order
 // in the weight forces change in proportion to it, and with its sign.
 TEST(OwnWeight, changes_the_forces_of_a_press_in_proportion_and_starts_at_the_given_surface) {

@@ -55,8 +55,7 @@ bool holds_rigidly(const fem::SimulationSetup& setup, const TetMesh& volume) {
 
 // Nodes inside the scene's fixed regions; refuses bodies that could move rigidly or not at all.
 void hold(const Scene& scene, Body& body) {
-  const bool rests = !scene.beds.empty() || !scene.body.symmetric.empty();
-  if (scene.body.fixed.empty() && !rests)
+  if (scene.body.fixed.empty() && scene.beds.empty())
     throw Error(body_place(scene), "nothing is fixed, so the body could move as a rigid one",
                 "Add fixed = [ { below = { axis = \"z\", at = \"2 mm\" } } ] or another region.");
   const Points& nodes = body.volume.nodes;
@@ -72,7 +71,7 @@ void hold(const Scene& scene, Body& body) {
   const std::string extent = fmt::format(
       "The body spans x {:.1f} to {:.1f}, y {:.1f} to {:.1f}, z {:.1f} to {:.1f} mm.", 1e3 * low[0],
       1e3 * high[0], 1e3 * low[1], 1e3 * high[1], 1e3 * low[2], 1e3 * high[2]);
-  if (held < 3 && rests) {
+  if (held < 3 && !scene.beds.empty()) {
     if (!holds_rigidly(make_setup(scene, body), body.volume))
       throw Error(scene.path.string() + ": [[bed]]",
                   "the body could still move as a rigid one on what it rests on",

@@ -117,7 +117,6 @@ std::vector<char> region_of(const Scene& scene, const Surface& surface, double w
   return vertices_where(surface, [&](Eigen::Index v) {
     return is_in[static_cast<std::size_t>(v)] &&
            !any_contains(scene.body.fixed, surface.vertices.row(v), true) &&
-           !any_contains(scene.body.symmetric, surface.vertices.row(v), true) &&
            std::ranges::none_of(scene.beds,
                                 [&](const BedSection& bed) {
                                   return contains(bed.region, surface.vertices.row(v));

@@ -53,12 +53,6 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
                     {(moduli.lambda_Pa + 2 * moduli.mu_Pa) / bed.thickness_m,
                      bed.slides ? 0 : moduli.mu_Pa / bed.thickness_m}});
   }
-  if (!scene.body.symmetric.empty()) {
-    const fem::Material own = fem::make_material(*scene.material, "[material]");
-    const double length_m = fem::make_probe(scene.probe.spec, "[probe]").length_m;
-    for (const Region& region : scene.body.symmetric)
-      beds.push_back({region, fem::plane_of_symmetry(own, length_m)});
-  }
   if (!beds.empty())
     setup.bed_at = [beds](const Vec3& place) {
       for (const auto& [region, stiffness] : beds)
