@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "libfem/materials/relaxation.hpp"
-#include "libfem/materials/softening.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
@@ -73,6 +71,38 @@ std::vector<std::size_t> moduli_of(const MaterialParameters& parameters) {
     for (int k = 0; k < row.count && at < parameters.values.size(); ++k, ++at)
       if (!row.unit.empty() && std::isfinite(parameters.values[at])) moduli.push_back(at);
   return moduli;
+}
+
+Refusal refuse_relaxation(const Relaxation& relaxation) {
+  const auto refused = [](const std::string& text) { return Refusal{"relaxation", text}; };
+  if (relaxation.branches() == 0) return {};
+  if (relaxation.branches() > runtime::kMaxBranches)
+    return refused("must have " + std::to_string(runtime::kMaxBranches) + " branches or fewer");
+  for (Eigen::Index k = 0; k < relaxation.branches(); ++k) {
+    if (!(relaxation.share[k] > 0 && relaxation.share[k] <= runtime::kMaxShare))
+      return refused("must have shares above 0 and up to " + short_number(runtime::kMaxShare));
+    if (!(relaxation.time_s[k] >= runtime::kMinRelaxation_s &&
+          relaxation.time_s[k] <= runtime::kMaxRelaxation_s))
+      return refused("must have times from " + short_number(runtime::kMinRelaxation_s) + " to " +
+                     short_number(runtime::kMaxRelaxation_s) + " s");
+    if (k > 0 && !(relaxation.time_s[k] > relaxation.time_s[k - 1]))
+      return refused("must have times that rise");
+  }
+  return {};
+}
+
+Refusal refuse_softening(const MaterialParameters& material) {
+  const Softening& softening = material.softening;
+  const auto refused = [](const std::string& text) { return Refusal{"softening", text}; };
+  if (!softening.is_any()) return {};
+  if (!(softening.r >= 1 && softening.r <= kMaxSoftening))
+    return refused("must have r from 1 to " + short_number(kMaxSoftening));
+  if (!(softening.scale_Pa >= 0 && softening.beta >= 0 && softening.beta <= kMaxSoftening &&
+        softening.scale_Pa + softening.beta > 0))
+    return refused("must have m and beta from 0, and not both 0");
+  if (material.relaxation.branches() > 0)
+    return refused("must be left out of a material that relaxes");
+  return {};
 }
 
 Material make_material(const MaterialParameters& parameters, const std::string& where) {

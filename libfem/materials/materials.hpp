@@ -77,6 +77,19 @@ const ParameterRow* find_parameter(const LawRow& law, std::string_view key);
 /// Indices of the values that are moduli [Pa] and given: a law is linear in all of them together.
 std::vector<std::size_t> moduli_of(const MaterialParameters& parameters);
 
+/// Shear modulus at first over that of slow motion: 1 + sum_k g_k.
+inline double instantaneous_stiffness(const Relaxation& relaxation) {
+  return 1 + relaxation.share.sum();
+}
+
+/// Why a material cannot relax or soften as it says, if so.
+Refusal refuse_relaxation(const Relaxation& relaxation);
+Refusal refuse_softening(const MaterialParameters& material);
+inline constexpr const char* kRelaxationRemedy =
+    "Give relaxation = [[g, \"tau\"], ...]: shares of the long-term shear modulus and times.";
+inline constexpr const char* kSofteningRemedy =
+    "Give softening = { r = 1.5, m = \"200 Pa\", beta = 0.1 }, or { } for none.";
+
 /// Looks the law up, fills in values left out and checks them. Throws Error at `where` (the scene's
 /// place) when the law is unknown, a value is missing or not finite, or the material would not be
 /// stable, in slow motion or in fast.

@@ -5,11 +5,6 @@
 
 namespace palpate::fem {
 
-/// Why a material cannot soften as it says, if so.
-Refusal refuse_softening(const MaterialParameters& material);
-inline constexpr const char* kSofteningRemedy =
-    "Give softening = { r = 1.5, m = \"200 Pa\", beta = 0.1 }, or { } for none.";
-
 /// erf(x) and its integral from 0 to x, for x >= 0, to 2e-15 of 1 and of themselves.
 /// Source: the series of positive terms below kSwitch, Laplace's continued fraction of erfc above
 /// (Abramowitz and Stegun 7.1.6 and 7.1.14).

@@ -4,9 +4,6 @@
 
 #include <tuple>
 
-#include "libfem/materials/relaxation.hpp"
-#include "libfem/materials/softening.hpp"
-
 namespace palpate::tools {
 namespace {
 

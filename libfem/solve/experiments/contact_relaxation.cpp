@@ -3,7 +3,6 @@
 #include <cmath>
 #include <vector>
 
-#include "libfem/materials/relaxation.hpp"
 #include "libfit/core/linear_algebra.hpp"
 #include "libfit/core/statistics.hpp"
 

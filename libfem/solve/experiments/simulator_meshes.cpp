@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfem/materials/relaxation.hpp"
 #include "libfem/solve/experiments/simulator_state.hpp"
 #include "libfem/solve/experiments/surface_places.hpp"
 

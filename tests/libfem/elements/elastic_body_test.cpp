@@ -340,7 +340,7 @@ TEST(ElasticBody, volume_change_is_averaged_over_the_points_of_one_material_only
   // The point near corner 1 is soft.
   const auto region_at = [](const Vec3& x) { return x.x() > 0.4 * kCell_m ? 1 : 0; };
   const ElasticBody body(mesh, {kWatery, soft}, region_at);
-  const double a = averaged_share(kWatery);
+  const double share = averaged_share(kWatery);
   const Points u = random_field(mesh.nodes.rows(), 0.05 * kCell_m, kSeed);
 
   const double weight = std::pow(kCell_m, 3) / 24;
@@ -357,14 +357,14 @@ TEST(ElasticBody, volume_change_is_averaged_over_the_points_of_one_material_only
     NeoHookean::volumetric(here.constants.data(), F.determinant() - 1, U, U1, U2);
     expected += weight * here.law->energy(here.constants, F);
     if (&here == &soft) continue;  // one point: its own mean
-    expected -= weight * a * U;
+    expected -= weight * share * U;
     mean_J += F.determinant();
     ++watery_points;
   }
   ASSERT_EQ(watery_points, 3);
   double U, U1, U2;
   NeoHookean::volumetric(kWatery.constants.data(), mean_J / watery_points - 1, U, U1, U2);
-  expected += watery_points * weight * a * U;
+  expected += watery_points * weight * share * U;
   EXPECT_NEAR(body.energy(u) / expected, 1, 1e-10) << "seed " << kSeed;
 }
 

@@ -1,6 +1,6 @@
 // A block of soft gel that softens, pressed in cycles (docs/method-body.md, section 26).
 
-#include "libfem/solve/experiments/cycled_path.hpp"
+#include "libfem/solve/experiments/tool_paths.hpp"
 
 #include <gtest/gtest.h>
 

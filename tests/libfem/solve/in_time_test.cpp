@@ -6,7 +6,7 @@
 
 #include "block.hpp"
 #include "libfem/solve/experiments/contact_relaxation.hpp"
-#include "libfem/solve/experiments/timed_path.hpp"
+#include "libfem/solve/experiments/tool_paths.hpp"
 
 namespace palpate::fem {
 namespace {

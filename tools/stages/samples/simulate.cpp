@@ -7,7 +7,6 @@
 #include <map>
 #include <numbers>
 
-#include "libfem/materials/relaxation.hpp"
 #include "libfem/solve/experiments/contact_relaxation.hpp"
 #include "tools/console.hpp"
 
