@@ -111,21 +111,17 @@ void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
                    << 20;
 }
 
-// An estimator, "common", or where the contact is.
+// An estimator, or where the contact is.
 void read_contact(SceneTable& table, recordings::SignalSettings& s) {
   const toml::node* node = table.node("contact");
   if (!node) return;
   const auto text = node->value<std::string>();
-  s.has_common_contact = text == "common";
   s.known_contact.reset();
-  if (s.has_common_contact) {
-    s.contact = "auto";
-  } else if (node->is_number() || (text && parse_quantity(*text, Dimension::length))) {
+  if (node->is_number() || (text && parse_quantity(*text, Dimension::length))) {
     s.known_contact = {table.quantity("contact", Dimension::length, 0, -10, 10), 0};
   } else {
     std::vector<std::string_view> names;
     for (const auto& row : recordings::contact_estimators()) names.push_back(row.name);
-    names.push_back("common");
     s.contact = table.choice("contact", "", names);
   }
 }

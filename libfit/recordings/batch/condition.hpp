@@ -49,9 +49,6 @@ struct Conditioned {
   std::optional<Vec3> contact_m;  ///< where the tip touched, in the rig's frame
   std::optional<Vec3> inward;     ///< unit, in the rig's frame
   FoundContact contact;
-  /// Readings of the way in as far as its force is not saturated, bias still in them; empty unless
-  /// presses of the point share a contact that is still to be found.
-  WayIn way_in;
   TimedPress history;     ///< of a press with a clock, all of it; else no rows
   double speed_m_s = 0;   ///< NaN without a clock
   double noise_N = 0;     ///< standard deviation of one reading without contact

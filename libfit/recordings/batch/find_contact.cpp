@@ -110,10 +110,6 @@ TouchedSignal find_contact(const importers::RawRecording& raw, const SignalSetti
   Approach approach = approach_of(signal, ways.range, ways.cycles);
   check_contact(signal, approach, file);
   check_sign(signal, approach, file);
-  if (settings.has_common_contact && !settings.known_contact) {
-    out.way_in.travel_m = signal.travel_m()(approach.rows);
-    out.way_in.push_N = signal.push_N()(approach.rows);
-  }
   focus_on_contact(signal, exponent_of(settings.tip), approach);
   ContactEstimate contact = contact_of(signal, approach, settings, raw, out.contact.estimator);
   seen.approach = ways.range, seen.contact_m = contact.travel_m;

@@ -16,9 +16,9 @@ struct TouchedSignal {
   double correlation = 0;  ///< of neighbours in the noise; 0 where nothing is free
 };
 
-/// The contact point as the settings ask for it, given, common or estimated, with the mean (or
-/// line) of the free push taken off all rows and axes of `signal`. Fills in contact, noise, speed
-/// and, where wanted, the way in of `out`, and what a picture shows of `seen`. Throws Error
+/// The contact point as the settings ask for it, given or estimated, with the mean (or line) of
+/// the free push taken off all rows and axes of `signal`. Fills in contact, noise and speed of
+/// `out`, and what a picture shows of `seen`. Throws Error
 /// (file:line, what, remedy) where the way in holds no contact or has the other sign.
 TouchedSignal find_contact(const importers::RawRecording& raw, const SignalSettings& settings,
                            const std::string& file, const WaysIn& ways, Signal& signal,

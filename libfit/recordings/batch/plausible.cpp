@@ -105,8 +105,8 @@ std::string canonical(const BatchItem& item) {
        {double(static_cast<int>(s.kind)), s.contact_range, double(static_cast<int>(s.drift)),
         double(static_cast<int>(s.tip)), s.radius_m, s.poisson, s.smooth_s, s.force_delay_s,
         s.compliance_m_N, s.force_limit_N, double(static_cast<int>(s.use)), double(s.cycle),
-        double(s.rows), double(s.has_common_contact), double(s.is_position_of_center),
-        double(s.known_contact.has_value()), s.known_contact.value_or(KnownContact{}).travel_m})
+        double(s.rows), double(s.is_position_of_center), double(s.known_contact.has_value()),
+        s.known_contact.value_or(KnownContact{}).travel_m})
     put_number(number);
   for (int k = 0; k < 3; ++k) put_number(item.normal ? (*item.normal)[k] : 0);
   return text;

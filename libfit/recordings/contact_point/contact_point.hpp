@@ -124,16 +124,4 @@ class PowerProfile {
 /// part where that is half the curve or more and the slope explains much of the misfit.
 double contact_of_whole_curve_m(const PressCurve& curve, double exponent);
 
-/// Readings of a way in, W of them.
-struct WayIn {
-  Eigen::VectorXd travel_m, push_N;
-};
-
-/// One contact point for repeats of a press, in the travel of each. Their curves are brought over
-/// one another, each with a shift, a bias and a scale of its own, by least squares; the contact
-/// point of their mean is estimated as `settings` say. Its deviation is that and the shift's.
-/// Empty where there is no common travel, or no free one before contact.
-std::vector<KnownContact> common_contacts(const std::vector<WayIn>& ways,
-                                          const SignalSettings& settings);
-
 }  // namespace palpate::recordings
