@@ -131,7 +131,6 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   read_named(table, "kind", kKinds, s.kind);
   read_contact(table, s);
   read_named(table, "positions", kPositions, s.is_position_of_center);
-  s.contact_range = table.number("contact_range", s.contact_range, 0, 1);
   read_named(table, "drift", kDrifts, s.drift);
   s.smooth_s = table.quantity("smooth", Dimension::time, s.smooth_s, 0, 1e3);
   s.force_delay_s = table.quantity("force_delay", Dimension::time, s.force_delay_s, -1e3, 1e3);

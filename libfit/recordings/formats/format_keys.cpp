@@ -6,29 +6,24 @@
 namespace palpate::importers {
 namespace {
 
-constexpr std::string_view kTables = "csv hdf5 matlab robot-palpation",
-                           kNamedTables = "csv hdf5 matlab", kDelimited = "csv robot-palpation",
-                           kTexts = "csv robot-palpation instron", kRobot = "robot-palpation",
+constexpr std::string_view kNamedTables = "csv hdf5 matlab", kDelimited = "csv robot-palpation",
+                           kRobot = "robot-palpation",
                            kByItself = "Leave it out: a file of this format says it itself.",
-                           kOfRobots = "Leave it out: it is of the format robot-palpation.";
+                           kOfRobots = "Leave it out: it is of the format robot-palpation.",
+                           kOfText = "Leave it out: it is of delimited text.";
 
 constexpr std::array kKeys{
-    FormatKey{"columns", kTables, kByItself},
-    FormatKey{"units", kTables, kByItself},
-    FormatKey{"force_on", kTables, kByItself},
-    FormatKey{"positions", kTables, "Leave it out: recordings of this format have one axis."},
-    FormatKey{"columns.depth", kNamedTables, "Name columns.desired or columns.position."},
+    FormatKey{"columns.depth", kNamedTables, "Name columns.position."},
     FormatKey{"columns.retract_depth", kNamedTables, kByItself},
     FormatKey{"columns.retract_force", kNamedTables, kByItself},
     FormatKey{"columns.force_time", kNamedTables, kByItself},
     FormatKey{"columns.contact", kRobot, kOfRobots},
     FormatKey{"columns.normal", kRobot, kOfRobots},
-    FormatKey{"columns.desired", kRobot, kOfRobots},
     FormatKey{"normals", kRobot, "Leave it out, and turn `normal` around where it is outward."},
-    FormatKey{"separator", kDelimited, "Leave it out: it is of delimited text."},
-    FormatKey{"decimal", kDelimited, "Leave it out: it is of delimited text."},
-    FormatKey{"comment", kDelimited, "Leave it out: it is of delimited text."},
-    FormatKey{"encoding", kTexts, "Leave it out: it is of text."},
+    FormatKey{"separator", kDelimited, kOfText},
+    FormatKey{"decimal", kDelimited, kOfText},
+    FormatKey{"comment", kDelimited, kOfText},
+    FormatKey{"encoding", kDelimited, kOfText},
 };
 
 }  // namespace

@@ -18,11 +18,8 @@ constexpr std::array kImporters{
              read_matlab},
     Importer{"hdf5", "data sets of an HDF5 file, named in the manifest", begins_hdf5,
              read_columns_hdf5},
-    Importer{"instron", "compression test as the Instron-like export of the silicone phantoms",
-             begins_instron, read_instron},
     Importer{"robot-palpation",
-             "a row per depth: contact point, surface normal, contact force, desired and current "
-             "position",
+             "a row per depth: contact point, surface normal, contact force, current position",
              nullptr, read_robot_palpation},
     Importer{"csv", "delimited text with the columns that the manifest or their own names tell",
              begins_named_columns, read_columns_csv},

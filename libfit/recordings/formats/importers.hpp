@@ -59,13 +59,10 @@ std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path&, std::s
                                             const ReadSettings&);
 std::vector<RawRecording> read_robot_palpation(const std::filesystem::path&, std::string_view,
                                                const ReadSettings&);
-std::vector<RawRecording> read_instron(const std::filesystem::path&, std::string_view,
-                                       const ReadSettings&);
 std::vector<RawRecording> read_matlab(const std::filesystem::path&, std::string_view,
                                       const ReadSettings&);
 bool begins_matlab(std::string_view head);
 bool begins_named_columns(std::string_view head);
 bool begins_hdf5(std::string_view head);
-bool begins_instron(std::string_view head);
 
 }  // namespace palpate::importers

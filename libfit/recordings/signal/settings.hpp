@@ -25,6 +25,7 @@ inline constexpr int kDeepestCycle = 0, kLastCycle = -1;
 struct KnownContact {
   double travel_m = 0, deviation_m = 0;
   std::string by = "given";  ///< what knows it
+  bool operator==(const KnownContact&) const = default;
 };
 
 /// How the signals of one recording become samples.
@@ -32,7 +33,6 @@ struct SignalSettings {
   ExperimentKind kind = ExperimentKind::press;
   std::string contact = "auto";                    ///< a name of kContactEstimators
   std::optional<KnownContact> known_contact = {};  ///< by the rig; nothing is estimated then
-  double contact_range = 0;  ///< share of the largest force that it fits, 0: as far as it fits well
   Drift drift = Drift::bias;
   Tip tip = Tip::sphere;
   double radius_m = 0;  ///< of the tip; 0: unknown
@@ -53,6 +53,7 @@ struct SignalSettings {
   double min_young_Pa = 10, max_young_Pa = 5e6;  ///< apparent moduli outside are questioned
   bool is_range_given =
       false;  ///< by the user, so that recordings are not questioned by each other
+  bool operator==(const SignalSettings&) const = default;
 };
 
 }  // namespace palpate::recordings
