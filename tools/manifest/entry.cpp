@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "libfit/recordings/contact_point/contact_point.hpp"
-#include "libfit/recordings/formats/format_keys.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 #include "tools/manifest/keys.hpp"
 

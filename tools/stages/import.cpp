@@ -13,7 +13,7 @@
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/io/files/signals_file.hpp"
-#include "libfit/recordings/formats/format_keys.hpp"
+#include "libfit/recordings/formats/importers.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/manifest.hpp"

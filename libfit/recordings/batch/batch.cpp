@@ -12,7 +12,6 @@
 #include <numeric>
 
 #include "libfit/io/content_hash.hpp"
-#include "libfit/recordings/batch/split_places.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 

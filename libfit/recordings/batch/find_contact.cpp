@@ -1,10 +1,9 @@
-#include "libfit/recordings/batch/find_contact.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "libfit/recordings/batch/ways_in.hpp"
 #include "libfit/recordings/contact_point/approach.hpp"
 
 namespace palpate::recordings {

@@ -156,10 +156,6 @@ ContactEstimate by_hertz(const PressCurve& curve, const SignalSettings& settings
              : fit_power(curve, exponent, true);
 }
 
-ContactEstimate by_smooth_curve(const PressCurve& curve, const SignalSettings&) {
-  return contact_of_smooth_curve(curve);
-}
-
 // Contact point of an exponential and of the law that stiffens, each by its likelihood. Akaike's
 // criterion would halve the error of exponentials, and add half to that of bodies that soften.
 ContactEstimate averaged(const PressCurve& curve, const LawFit& law, double other_squares,
@@ -190,9 +186,9 @@ ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings)
                      contact_of_stiffening_law(curve, curve.travel_m.size(), exponent, 0).squares,
                      hertz);
     else
-      out.deviation_m =
-          std::hypot(out.deviation_m,
-                     kShapeShare * (by_smooth_curve(curve, settings).travel_m - out.travel_m));
+      out.deviation_m = std::hypot(
+          out.deviation_m,
+          kShapeShare * (contact_of_smooth_curve(curve, settings).travel_m - out.travel_m));
     const auto fit = whole.at(out.travel_m);
     out.amplitude = fit.amplitude;
     out.bias_N = fit.bias_N;
@@ -204,7 +200,7 @@ ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings)
     out.by = "hertz";
     return out;
   }
-  ContactEstimate smooth = by_smooth_curve(curve, settings);
+  ContactEstimate smooth = contact_of_smooth_curve(curve, settings);
   smooth.amplitude = hertz.amplitude;
   smooth.bias_N = hertz.bias_N;
   smooth.by = "smooth-curve";
@@ -214,7 +210,8 @@ constexpr std::array<ContactEstimator, 3> kEstimators{{
     {"auto", "hertz where the tip is known, else smooth-curve", by_auto},
     {"hertz", "power law of the tip with free contact point, over the longest range that it fits",
      by_hertz},
-    {"smooth-curve", "mean over all smooth curves from each contact point", by_smooth_curve},
+    {"smooth-curve", "mean over all smooth curves from each contact point",
+     contact_of_smooth_curve},
 }};
 
 }  // namespace

@@ -55,7 +55,7 @@ double exponent_of(Tip tip);
 /// Preconditions: at least 5 means, and a push that rises.
 /// Source: Wahba (1978), doi:10.1111/j.2517-6161.1978.tb01050.x (splines as posterior means);
 /// Durbin and Koopman (2012), Time Series Analysis by State Space Methods, 4.3 (the filter).
-ContactEstimate contact_of_smooth_curve(const PressCurve& curve);
+ContactEstimate contact_of_smooth_curve(const PressCurve& curve, const SignalSettings&);
 
 /// A law's contact point, and what its best fit leaves.
 struct LawFit {

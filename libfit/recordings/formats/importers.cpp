@@ -8,7 +8,6 @@
 #include <mutex>
 
 #include "libfit/core/text.hpp"
-#include "libfit/recordings/formats/format_keys.hpp"
 
 namespace palpate::importers {
 namespace {
@@ -23,6 +22,26 @@ constexpr std::array kImporters{
              nullptr, read_robot_palpation},
     Importer{"csv", "delimited text with the columns that the manifest or their own names tell",
              begins_named_columns, read_columns_csv},
+};
+
+constexpr std::string_view kNamedTables = "csv hdf5 matlab", kDelimited = "csv robot-palpation",
+                           kRobot = "robot-palpation",
+                           kByItself = "Leave it out: a file of this format says it itself.",
+                           kOfRobots = "Leave it out: it is of the format robot-palpation.",
+                           kOfText = "Leave it out: it is of delimited text.";
+
+constexpr std::array kKeys{
+    FormatKey{"columns.depth", kNamedTables, "Name columns.position."},
+    FormatKey{"columns.retract_depth", kNamedTables, kByItself},
+    FormatKey{"columns.retract_force", kNamedTables, kByItself},
+    FormatKey{"columns.force_time", kNamedTables, kByItself},
+    FormatKey{"columns.contact", kRobot, kOfRobots},
+    FormatKey{"columns.normal", kRobot, kOfRobots},
+    FormatKey{"normals", kRobot, "Leave it out, and turn `normal` around where it is outward."},
+    FormatKey{"separator", kDelimited, kOfText},
+    FormatKey{"decimal", kDelimited, kOfText},
+    FormatKey{"comment", kDelimited, kOfText},
+    FormatKey{"encoding", kDelimited, kOfText},
 };
 
 /// A kind of file that other programs write as a table.
@@ -98,6 +117,22 @@ std::vector<RawRecording> read_rehearsed(const std::filesystem::path& path,
 }  // namespace
 
 std::span<const Importer> importers() { return kImporters; }
+
+std::span<const FormatKey> format_keys() { return kKeys; }
+
+const FormatKey* format_key(std::string_view name) {
+  const auto row = std::ranges::find(kKeys, name, &FormatKey::name);
+  return row == kKeys.end() ? nullptr : &*row;
+}
+
+bool is_read_by(const FormatKey& key, std::string_view format) {
+  for (std::string_view rest = key.formats; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(' '), rest.size());
+    if (rest.substr(0, end) == format) return true;
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return false;
+}
 
 const Importer* importer_named(std::string_view name) {
   const auto row = std::find_if(kImporters.begin(), kImporters.end(),

@@ -27,6 +27,19 @@ std::span<const Importer> importers();
 /// The row of a name, nullptr when there is none.
 const Importer* importer_named(std::string_view name);
 
+/// A key of a recording's entry that some formats alone read.
+struct FormatKey {
+  std::string_view name;     ///< as in the manifest: "separator", "columns.normal"
+  std::string_view formats;  ///< that read it, with blanks between
+  std::string_view remedy;   ///< for other formats
+};
+
+std::span<const FormatKey> format_keys();
+
+/// The key's row; nullptr of a key that every format reads.
+const FormatKey* format_key(std::string_view name);
+bool is_read_by(const FormatKey& key, std::string_view format);
+
 /// Bytes of a recording's file as it lies there. Throws Error when it is missing, cannot be read or
 /// is larger than `max_bytes`; nothing of a larger file is read.
 std::string read_bytes(const std::filesystem::path& path, std::uintmax_t max_bytes);

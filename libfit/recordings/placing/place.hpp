@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <functional>
 
 #include "libfit/recordings/placing/assemble.hpp"
 
@@ -61,14 +60,6 @@ std::vector<std::string> compare_rates(const std::string& point,
                                        const std::vector<Pooled>& experiments,
                                        const std::vector<Candidate>& candidates,
                                        const std::vector<BatchItem>& items);
-
-/// A sentence on recordings in which the tool broke in; empty where it did in none.
-std::string break_note(const std::vector<Candidate>& candidates);
-
-/// Presses in cycles of the candidates that are wanted, without the places that they are at; no
-/// rows where there are none.
-Samples cycles_of(const std::vector<Candidate>& candidates,
-                  const std::function<bool(const Candidate&)>& is_wanted);
 
 /// "file.csv" or "file.csv#name".
 std::string shown(const std::vector<BatchItem>& items, const Candidate& candidate);
