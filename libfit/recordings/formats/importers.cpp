@@ -125,15 +125,6 @@ const FormatKey* format_key(std::string_view name) {
   return row == kKeys.end() ? nullptr : &*row;
 }
 
-bool is_read_by(const FormatKey& key, std::string_view format) {
-  for (std::string_view rest = key.formats; !rest.empty();) {
-    const std::size_t end = std::min(rest.find(' '), rest.size());
-    if (rest.substr(0, end) == format) return true;
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-  }
-  return false;
-}
-
 const Importer* importer_named(std::string_view name) {
   const auto row = std::find_if(kImporters.begin(), kImporters.end(),
                                 [&](const Importer& r) { return r.name == name; });
@@ -154,7 +145,7 @@ std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std
     throw Error(path.string(), "format \"" + settings.format + "\" is not known",
                 "Leave it out, or name one that is.");
   for (const SaidKey& said : settings.said)
-    if (const FormatKey* key = format_key(said.name); key && !is_read_by(*key, row->name))
+    if (const FormatKey* key = format_key(said.name); key && !has_word(key->formats, row->name))
       throw Error(said.where,
                   fmt::format("`{}` does nothing for {}, which is read as {}", said.name,
                               path.string(), row->name),

@@ -38,7 +38,6 @@ std::span<const FormatKey> format_keys();
 
 /// The key's row; nullptr of a key that every format reads.
 const FormatKey* format_key(std::string_view name);
-bool is_read_by(const FormatKey& key, std::string_view format);
 
 /// Bytes of a recording's file as it lies there. Throws Error when it is missing, cannot be read or
 /// is larger than `max_bytes`; nothing of a larger file is read.
