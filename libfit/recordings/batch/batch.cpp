@@ -19,7 +19,7 @@ namespace palpate::recordings {
 namespace {
 
 // Of the recordings of a file, by name, where their contacts are known by now.
-using KnownContacts = std::map<std::string, KnownContact>;
+using KnownContacts = std::map<std::string, FoundContact>;
 
 // The recordings of one file's content.
 void condition_all(const BatchItem& item, const Mat3& body_from_rig, const KnownContacts& known,

@@ -17,12 +17,6 @@ namespace palpate::recordings {
 /// How far a recording can be trusted; poor ones are imported, and listed.
 enum class Grade : std::int8_t { good = 0, fair = 1, poor = 2 };
 
-/// A recording's contact in its own travel, with its deviation, and what found it.
-struct FoundContact {
-  double travel_m = 0, deviation_m = 0;
-  std::string estimator;
-};
-
 /// Means of a press in cycles over levels of depth, in order.
 struct CycleMeans {
   Eigen::VectorXd depth_m, push_N, error_N;

@@ -23,7 +23,7 @@ ContactEstimate contact_of(const Signal& signal, const Approach& approach,
     return given;
   }
   if (settings.known_contact) {
-    estimator = settings.known_contact->by;
+    estimator = settings.known_contact->estimator;
     ContactEstimate given;
     given.travel_m = settings.known_contact->travel_m;
     given.deviation_m = settings.known_contact->deviation_m;

@@ -11,7 +11,6 @@
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/batch/plausible.hpp"
 #include "libfit/recordings/placing/place.hpp"
-#include "libfit/recordings/placing/relaxation.hpp"
 
 namespace palpate::recordings {
 namespace {

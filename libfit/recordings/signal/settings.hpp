@@ -21,18 +21,18 @@ enum class Use { approach, retract, mean };
 
 inline constexpr int kDeepestCycle = 0, kLastCycle = -1;
 
-/// A contact point that is known before the signal is looked at, in the recording's own travel.
-struct KnownContact {
+/// A contact point in the recording's own travel, and what found it.
+struct FoundContact {
   double travel_m = 0, deviation_m = 0;
-  std::string by = "given";  ///< what knows it
-  bool operator==(const KnownContact&) const = default;
+  std::string estimator = "given";  ///< that by the rig, or by its settings
+  bool operator==(const FoundContact&) const = default;
 };
 
 /// How the signals of one recording become samples.
 struct SignalSettings {
   ExperimentKind kind = ExperimentKind::press;
   std::string contact = "auto";                    ///< a name of kContactEstimators
-  std::optional<KnownContact> known_contact = {};  ///< by the rig; nothing is estimated then
+  std::optional<FoundContact> known_contact = {};  ///< by the rig; nothing is estimated then
   Drift drift = Drift::bias;
   Tip tip = Tip::sphere;
   double radius_m = 0;  ///< of the tip; 0: unknown
