@@ -12,7 +12,7 @@ namespace palpate::fuzz {
 
 /// Format of an input by its first byte, from '0' on. Seeds rely on the order: new ones go last.
 /// HDF5's own code is left to fuzz_reader.cpp.
-inline constexpr std::array kSeedFormats{"csv", "matlab", "instron", "robot-palpation"};
+inline constexpr std::array kSeedFormats{"csv", "matlab", "robot-palpation"};
 
 /// The binary format as it should be.
 inline std::map<std::string, std::string> recording_seeds() {

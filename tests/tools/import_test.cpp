@@ -136,12 +136,10 @@ TEST(import, a_pattern_is_found_beside_a_manifest_that_is_named_without_its_fold
   EXPECT_EQ(outcome.status, 0) << outcome.err;
 }
 
-TEST(import, a_contact_point_may_be_told_or_one_for_all_repeats) {
+TEST(import, a_contact_point_may_be_told) {
   const Folder folder;
   const auto contacts = [&](const std::string& value) {
     std::string text = kManifest;
-    text.replace(text.find("point = \"b\""), 11, "point = \"a\"");
-    text.replace(text.find("[10, 0"), 6, "[0, 0");
     folder.write("manifest.toml", text.insert(text.find("[[rec"), "contact = " + value + "\n"));
     const Outcome outcome = palpate(folder, import_line(folder));
     EXPECT_EQ(outcome.status, 0) << outcome.err;
@@ -153,10 +151,6 @@ TEST(import, a_contact_point_may_be_told_or_one_for_all_repeats) {
   folder.write("a.csv", press(1000)), folder.write("b.csv", press(1300));
   EXPECT_EQ(contacts("\"0.5 mm\""), (std::vector<double>{0.5e-3, 0.5e-3}));
   EXPECT_EQ(contacts("0.0005"), (std::vector<double>{0.5e-3, 0.5e-3}));
-  const auto common = contacts("\"common\"");
-  EXPECT_NEAR(common.at(0), 1e-3, 0.02e-3);
-  EXPECT_NEAR(common.at(1), common.at(0), 5e-6);
-  EXPECT_NE(content_of(folder / "samples.import.json").find("\"common\""), std::string::npos);
 }
 
 TEST(import, mistakes_in_the_manifest_name_line_and_column) {

@@ -57,9 +57,7 @@ void read_columns(SceneTable table, importers::ColumnNames& names) {
   for (const auto& [key, axes] :
        {std::pair{"position", &names.position}, {"force", &names.force}, {"torque", &names.torque}})
     read_columns_of(table, key, *axes, true);
-  for (const auto& [key, axes] : {std::pair{"contact", &names.contact},
-                                  {"normal", &names.normal},
-                                  {"desired", &names.desired}})
+  for (const auto& [key, axes] : {std::pair{"contact", &names.contact}, {"normal", &names.normal}})
     read_columns_of(table, key, *axes, false);
   table.finish();
 }

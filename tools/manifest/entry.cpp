@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "libfit/recordings/contact_point/contact_point.hpp"
-#include "libfit/recordings/formats/format_keys.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 #include "tools/manifest/keys.hpp"
 
@@ -111,21 +110,17 @@ void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
                    << 20;
 }
 
-// An estimator, "common", or where the contact is.
+// An estimator, or where the contact is.
 void read_contact(SceneTable& table, recordings::SignalSettings& s) {
   const toml::node* node = table.node("contact");
   if (!node) return;
   const auto text = node->value<std::string>();
-  s.has_common_contact = text == "common";
   s.known_contact.reset();
-  if (s.has_common_contact) {
-    s.contact = "auto";
-  } else if (node->is_number() || (text && parse_quantity(*text, Dimension::length))) {
+  if (node->is_number() || (text && parse_quantity(*text, Dimension::length))) {
     s.known_contact = {table.quantity("contact", Dimension::length, 0, -10, 10), 0};
   } else {
     std::vector<std::string_view> names;
     for (const auto& row : recordings::contact_estimators()) names.push_back(row.name);
-    names.push_back("common");
     s.contact = table.choice("contact", "", names);
   }
 }
@@ -135,7 +130,6 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   read_named(table, "kind", kKinds, s.kind);
   read_contact(table, s);
   read_named(table, "positions", kPositions, s.is_position_of_center);
-  s.contact_range = table.number("contact_range", s.contact_range, 0, 1);
   read_named(table, "drift", kDrifts, s.drift);
   s.smooth_s = table.quantity("smooth", Dimension::time, s.smooth_s, 0, 1e3);
   s.force_delay_s = table.quantity("force_delay", Dimension::time, s.force_delay_s, -1e3, 1e3);

@@ -24,8 +24,7 @@ bool is_robot(const std::vector<std::string>& header) {
     return std::ranges::any_of(
         header, [&](const std::string& name) { return name.find(stem) != std::string::npos; });
   };
-  return has("contact_x") && has("normal_x") && has("force_x") && has("current_x") &&
-         has("desired_x");
+  return has("contact_x") && has("normal_x") && has("force_x") && has("current_x");
 }
 
 // What a quantity without a unit is measured in, by its name; empty: none that is known.

@@ -13,7 +13,7 @@
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/io/files/signals_file.hpp"
-#include "libfit/recordings/formats/format_keys.hpp"
+#include "libfit/recordings/formats/importers.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/manifest.hpp"
@@ -59,7 +59,8 @@ void check_defaults(const Manifest& manifest, const std::vector<ItemResult>& res
   if (formats.empty()) return;
   for (const importers::SaidKey& said : manifest.said_by_default) {
     const importers::FormatKey& key = *importers::format_key(said.name);
-    if (std::ranges::none_of(formats, [&](const auto& of) { return is_read_by(key, of); }))
+    if (std::ranges::none_of(formats,
+                             [&](const auto& of) { return importers::has_word(key.formats, of); }))
       throw Error(said.where,
                   fmt::format("`{}` does nothing for these recordings, which are read as {}",
                               said.name, listed(std::vector(formats.begin(), formats.end()))),

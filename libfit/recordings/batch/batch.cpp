@@ -12,7 +12,6 @@
 #include <numeric>
 
 #include "libfit/io/content_hash.hpp"
-#include "libfit/recordings/batch/split_places.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 
@@ -20,7 +19,7 @@ namespace palpate::recordings {
 namespace {
 
 // Of the recordings of a file, by name, where their contacts are known by now.
-using KnownContacts = std::map<std::string, KnownContact>;
+using KnownContacts = std::map<std::string, FoundContact>;
 
 // The recordings of one file's content.
 void condition_all(const BatchItem& item, const Mat3& body_from_rig, const KnownContacts& known,
@@ -83,39 +82,6 @@ ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig,
   return result;
 }
 
-// Contact points that presses of one point have in common, for the items that ask for it.
-std::vector<KnownContacts> known_together(const std::vector<BatchItem>& items,
-                                          const std::vector<ItemResult>& results) {
-  std::vector<KnownContacts> known(items.size());
-  struct Repeats {
-    std::vector<std::pair<std::size_t, std::size_t>> member;  // item, recording
-    std::vector<WayIn> ways;
-  };
-  std::map<std::string, Repeats> points;
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    if (!items[i].signal.has_common_contact || items[i].signal.kind != ExperimentKind::press)
-      continue;
-    const auto& recordings = results[i].recordings;
-    for (std::size_t k = 0; k < recordings.size(); ++k) {
-      Repeats& repeats = points[point_of(items[i], recordings[k].name)];
-      repeats.member.emplace_back(i, k);
-      repeats.ways.push_back(recordings[k].way_in);
-    }
-  }
-  for (const auto& [name, repeats] : points) {
-    if (repeats.member.size() < 2) continue;
-    const auto [first, k] = repeats.member[0];
-    SignalSettings settings = items[first].signal;
-    settings.radius_m = results[first].recordings[k].source.tip_radius_m;
-    const auto contacts = common_contacts(repeats.ways, settings);
-    for (std::size_t m = 0; m < contacts.size(); ++m) {
-      const auto [item, recording] = repeats.member[m];
-      known[item][results[item].recordings[recording].name] = contacts[m];
-    }
-  }
-  return known;
-}
-
 // A recording's contact as a place on the body, and the travel from it to the surface.
 struct OffSurface {
   std::size_t item = 0;
@@ -145,12 +111,12 @@ double surface_deviation_m(const std::vector<OffSurface>& contacts) {
 }
 
 // Contacts that are less sure than the surface is are weighted means of both.
-void weigh_with_surface(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
-                        const BatchOptions& options, std::vector<KnownContacts>& known) {
+void weigh_with_surface(const std::vector<ItemResult>& results, const BatchOptions& options,
+                        std::vector<KnownContacts>& known) {
   constexpr std::size_t kMinContacts = 6;  // that a registration takes
   constexpr double kMinCosine = 0.5;       // between press and normal: the travel is twice the gap
   std::vector<OffSurface> contacts;
-  for (std::size_t i = 0; i < items.size(); ++i)
+  for (std::size_t i = 0; i < results.size(); ++i)
     for (const Conditioned& r : results[i].recordings)
       if (!r.is_axial && r.contact_m && r.inward && r.contact.deviation_m > 0)
         contacts.push_back({i, &r});
@@ -177,7 +143,7 @@ void weigh_with_surface(const std::vector<BatchItem>& items, const std::vector<I
   const double surface_m = surface_deviation_m(met);
   for (const OffSurface& c : met) {
     const FoundContact& own = c.recording->contact;
-    if (own.deviation_m <= surface_m || items[c.item].signal.has_common_contact) continue;
+    if (own.deviation_m <= surface_m) continue;
     const double both_m = std::hypot(own.deviation_m, surface_m);
     known[c.item][c.recording->name] = {
         own.travel_m + std::pow(own.deviation_m / both_m, 2) * c.off_m,
@@ -221,8 +187,8 @@ std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const Bat
   std::iota(all.begin(), all.end(), std::size_t{0});
   import(all, std::vector<KnownContacts>(items.size()));
   if (!progress.stopped()) {
-    std::vector<KnownContacts> known = known_together(items, results);
-    if (options.surface) weigh_with_surface(items, results, options, known);
+    std::vector<KnownContacts> known(items.size());
+    if (options.surface) weigh_with_surface(results, options, known);
     std::erase_if(all, [&](std::size_t i) { return known[i].empty(); });
     import(all, known);
   }

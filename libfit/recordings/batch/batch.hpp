@@ -59,9 +59,9 @@ struct BatchOptions {
 };
 
 /// Reads and conditions every item, in parallel; a bad one becomes a failure and stops nothing.
-/// Presses of one point whose settings ask for a common contact point are conditioned a second
-/// time, with it, and so are recordings whose contact the surface says better than they do. Returns
-/// a result per item, in their order. Stops early, with items not done, when Progress says so.
+/// Recordings whose contact the surface says better than they do are conditioned a second time,
+/// with it. Returns a result per item, in their order. Stops early, with items not done, when
+/// Progress says so.
 std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const BatchOptions& options,
                                   const Progress& progress);
 

@@ -7,12 +7,10 @@
 #include <limits>
 
 #include "libfit/core/text.hpp"
-#include "libfit/recordings/batch/find_contact.hpp"
 #include "libfit/recordings/batch/ways_in.hpp"
 #include "libfit/recordings/contact_point/approach.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/signal/signal.hpp"
-#include "libfit/recordings/signal/trace.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -341,7 +339,7 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
     out.history =
         timed_press(signal, contact.travel_m, signal.is_axial ? std::nullopt : out.contact_m,
                     out.noise_N, correlation);
-  const RowRange back = retract_after(signal, phases, ways.whole);
+  const RowRange back = retract_after(phases, ways.whole);
   const PressWork work = press_work(signal, signal.push_N(), ways.whole, back, contact.travel_m,
                                     out.noise_N * std::sqrt((1 + correlation) / (1 - correlation)));
   out.hysteresis = work.lost_share();

@@ -17,12 +17,6 @@ namespace palpate::recordings {
 /// How far a recording can be trusted; poor ones are imported, and listed.
 enum class Grade : std::int8_t { good = 0, fair = 1, poor = 2 };
 
-/// A recording's contact in its own travel, with its deviation, and what found it.
-struct FoundContact {
-  double travel_m = 0, deviation_m = 0;
-  std::string estimator;
-};
-
 /// Means of a press in cycles over levels of depth, in order.
 struct CycleMeans {
   Eigen::VectorXd depth_m, push_N, error_N;
@@ -49,9 +43,6 @@ struct Conditioned {
   std::optional<Vec3> contact_m;  ///< where the tip touched, in the rig's frame
   std::optional<Vec3> inward;     ///< unit, in the rig's frame
   FoundContact contact;
-  /// Readings of the way in as far as its force is not saturated, bias still in them; empty unless
-  /// presses of the point share a contact that is still to be found.
-  WayIn way_in;
   TimedPress history;     ///< of a press with a clock, all of it; else no rows
   double speed_m_s = 0;   ///< NaN without a clock
   double noise_N = 0;     ///< standard deviation of one reading without contact
@@ -99,5 +90,14 @@ Eigen::Index end_of_drag(const Signal& signal, const std::vector<Phase>& phases,
 
 /// Share of the depth (or path) that lies beyond the first saturated row.
 double saturated_share(const Conditioned& recording);
+
+/// The presses of a recording with three axes, a recording for each place in the order pressed, "1"
+/// to "9" in the recording's name: where the tool lifts off, goes sideways by more than either
+/// press is deep, and presses again. The recording as it is where there is one place, and where
+/// `condition` is going to refuse it. inward: unit, where the manifest says it.
+std::vector<importers::RawRecording> split_places(const importers::RawRecording& raw,
+                                                  const SignalSettings& settings,
+                                                  const std::optional<Vec3>& inward,
+                                                  bool drop_invalid);
 
 }  // namespace palpate::recordings

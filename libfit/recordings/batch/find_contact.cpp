@@ -1,10 +1,9 @@
-#include "libfit/recordings/batch/find_contact.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "libfit/recordings/batch/ways_in.hpp"
 #include "libfit/recordings/contact_point/approach.hpp"
 
 namespace palpate::recordings {
@@ -24,7 +23,7 @@ ContactEstimate contact_of(const Signal& signal, const Approach& approach,
     return given;
   }
   if (settings.known_contact) {
-    estimator = settings.known_contact->by;
+    estimator = settings.known_contact->estimator;
     ContactEstimate given;
     given.travel_m = settings.known_contact->travel_m;
     given.deviation_m = settings.known_contact->deviation_m;
@@ -110,10 +109,6 @@ TouchedSignal find_contact(const importers::RawRecording& raw, const SignalSetti
   Approach approach = approach_of(signal, ways.range, ways.cycles);
   check_contact(signal, approach, file);
   check_sign(signal, approach, file);
-  if (settings.has_common_contact && !settings.known_contact) {
-    out.way_in.travel_m = signal.travel_m()(approach.rows);
-    out.way_in.push_N = signal.push_N()(approach.rows);
-  }
   focus_on_contact(signal, exponent_of(settings.tip), approach);
   ContactEstimate contact = contact_of(signal, approach, settings, raw, out.contact.estimator);
   seen.approach = ways.range, seen.contact_m = contact.travel_m;

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -73,43 +74,9 @@ std::optional<Failure> question(const BatchItem& item, const Conditioned& record
                      "If it is right, widen `plausible` in the manifest."};
 }
 
-// Everything but the file and its content that decides an item's result, as text.
-std::string canonical(const BatchItem& item) {
-  std::string text;
-  const auto put = [&](std::string_view value) {
-    text += fmt::format("{}:{}", value.size(), value);
-  };
-  const auto put_number = [&](double value) { put(to_text(value)); };
-  const auto put_all = [&](const std::vector<std::string>& values) {
-    put_number(static_cast<double>(values.size()));
-    for (const auto& v : values) put(v);
-  };
-  const importers::ReadSettings& r = item.read;
-  const SignalSettings& s = item.signal;
-  put(r.format);
-  for (const std::string* name : {&r.columns.time, &r.columns.depth, &r.columns.force_time,
-                                  &r.columns.retract_depth, &r.columns.retract_force})
-    put(*name);
-  for (const auto* axes : {&r.columns.position, &r.columns.force, &r.columns.contact,
-                           &r.columns.normal, &r.columns.desired, &r.columns.torque})
-    put_all(*axes);
-  put(r.units.time), put(r.units.position), put(r.units.force), put(r.units.torque),
-      put(r.encoding), put(r.comment);
-  for (const double number : {r.is_force_on_tool ? double(*r.is_force_on_tool) : -1,
-                              double(r.is_normal_outward), double(r.separator), double(r.decimal),
-                              double(r.drop_invalid), static_cast<double>(r.max_bytes)})
-    put_number(number);
-  for (const importers::SaidKey& said : r.said) put(said.name);
-  put(s.contact);
-  for (const double number :
-       {double(static_cast<int>(s.kind)), s.contact_range, double(static_cast<int>(s.drift)),
-        double(static_cast<int>(s.tip)), s.radius_m, s.poisson, s.smooth_s, s.force_delay_s,
-        s.compliance_m_N, s.force_limit_N, double(static_cast<int>(s.use)), double(s.cycle),
-        double(s.rows), double(s.has_common_contact), double(s.is_position_of_center),
-        double(s.known_contact.has_value()), s.known_contact.value_or(KnownContact{}).travel_m})
-    put_number(number);
-  for (int k = 0; k < 3; ++k) put_number(item.normal ? (*item.normal)[k] : 0);
-  return text;
+// Whether one content gives both the same result.
+bool is_read_alike(const BatchItem& a, const BatchItem& b) {
+  return a.read == b.read && a.signal == b.signal && a.normal == b.normal;
 }
 
 }  // namespace
@@ -161,11 +128,17 @@ std::vector<std::vector<std::optional<Failure>>> question_stiffness(
 std::vector<std::string> copy_notes(const std::vector<BatchItem>& items,
                                     const std::vector<ItemResult>& results) {
   std::vector<std::string> notes;
-  std::map<std::string, std::size_t> first;  // item, by content and how it is read
+  std::multimap<std::string, std::size_t> first;  // of the items that are read alike, by content
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (results[i].recordings.empty() || results[i].hash.empty()) continue;
-    const auto [at, is_new] = first.emplace(results[i].hash + canonical(items[i]), i);
-    if (is_new) continue;
+    const auto [begin, end] = first.equal_range(results[i].hash);
+    const auto at = std::find_if(begin, end, [&](const auto& other) {
+      return is_read_alike(items[other.second], items[i]);
+    });
+    if (at == end) {
+      first.emplace(results[i].hash, i);
+      continue;
+    }
     const BatchItem& one = items[at->second];
     notes.push_back(
         items[i].shown +

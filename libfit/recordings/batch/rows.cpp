@@ -6,6 +6,8 @@
 namespace palpate::recordings {
 namespace {
 
+constexpr int kLevels = 20;  // of depth, to each way in or out of a cycle
+
 // Where along the rows' abscissa each signal row lies: depth, or length of the path since contact.
 Eigen::VectorXd abscissa(const Signal& signal, const RowRange& used, Eigen::Index touched,
                          double contact_travel_m, bool is_press) {
@@ -27,6 +29,11 @@ Eigen::VectorXd abscissa(const Signal& signal, const RowRange& used, Eigen::Inde
     }
   }
   return at;
+}
+
+// Error of a mean of `count` readings, of which neighbours correlate.
+double error_of_mean_N(double noise_N, double count, double correlation) {
+  return noise_N / std::sqrt(std::max(1.0, count * (1 - correlation) / (1 + correlation)));
 }
 
 }  // namespace
@@ -88,8 +95,7 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
     if (out.time_s.size() > 0)
       out.time_s[i] =
           mean.time_s / mean.count - signal.time_s[static_cast<std::size_t>(used.begin + touched)];
-    const double independent = std::max(1.0, mean.count * (1 - correlation) / (1 + correlation));
-    out.error_N[i] = out.noise_N / std::sqrt(independent);
+    out.error_N[i] = error_of_mean_N(out.noise_N, mean.count, correlation);
     out.status.push_back(mean.is_saturated ? RowStatus::rejected : RowStatus::good);
   }
 }
@@ -98,6 +104,41 @@ double saturated_share(const Conditioned& r) {
   const auto first =
       std::find(r.status.begin(), r.status.end(), RowStatus::rejected) - r.status.begin();
   return 1 - static_cast<double>(first) / static_cast<double>(r.status.size());
+}
+
+void take_cycles(const Signal& signal, const std::vector<Phase>& phases, double contact_travel_m,
+                 double correlation, Conditioned& out) {
+  const Eigen::VectorXd depth = signal.travel_m().array() - contact_travel_m,
+                        push = signal.push_N();
+  const double level_m = depth.maxCoeff() / kLevels;
+  struct Mean {
+    double depth_m = 0, push_N = 0, count = 0;
+    Phase phase = Phase::hold;
+    int level = 0;
+  };
+  std::vector<Mean> means;
+  for (Eigen::Index i = 0; i < depth.size(); ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    const Phase phase = phases[row];
+    if (signal.is_saturated[row]) break;
+    if (signal.is_spike[row] || !(depth[i] > 0)) continue;
+    if (phase != Phase::approach && phase != Phase::retract) continue;
+    const int level = static_cast<int>(depth[i] / level_m);
+    if (means.empty() || means.back().phase != phase || means.back().level != level)
+      means.push_back({0, 0, 0, phase, level});
+    means.back().depth_m += depth[i];
+    means.back().push_N += push[i];
+    ++means.back().count;
+  }
+  const auto rows = static_cast<Eigen::Index>(means.size());
+  for (Eigen::VectorXd* column : {&out.cycles.depth_m, &out.cycles.push_N, &out.cycles.error_N})
+    column->resize(rows);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const Mean& mean = means[static_cast<std::size_t>(i)];
+    out.cycles.depth_m[i] = mean.depth_m / mean.count;
+    out.cycles.push_N[i] = mean.push_N / mean.count;
+    out.cycles.error_N[i] = error_of_mean_N(out.noise_N, mean.count, correlation);
+  }
 }
 
 }  // namespace palpate::recordings

@@ -1,10 +1,8 @@
-#include "libfit/recordings/batch/split_places.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
 
-#include "libfit/recordings/signal/signal.hpp"
+#include "libfit/recordings/batch/condition.hpp"
 
 namespace palpate::recordings {
 namespace {

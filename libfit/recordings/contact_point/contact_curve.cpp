@@ -178,7 +178,7 @@ double correlation_time(const Scaled& data, Eigen::Index free) {
 
 }  // namespace
 
-ContactEstimate contact_of_smooth_curve(const PressCurve& curve) {
+ContactEstimate contact_of_smooth_curve(const PressCurve& curve, const SignalSettings&) {
   const Scaled data = scaled(curve);
   const Posterior posterior(data);
   std::vector<ContactPointTrial> trials;

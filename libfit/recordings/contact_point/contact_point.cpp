@@ -22,7 +22,6 @@ constexpr std::array kExponents{1., 1.5, 2., 2.5, 3., 4.};  // of tips and bodie
 constexpr double kModelShare = 0.1;                         // of what a line instead would move
 constexpr double kShapeShare = 0.35;                        // of what a curve of no law would
 constexpr double kMinForceInNoise = 12;  // below this a range says little about contact
-constexpr double kMinForceInWaves = 4;   // likewise, of the scatter on the free part
 constexpr double kTiltedShare = 0.5;     // of the travel is free where its slope can be told
 constexpr double kTiltedGain = 0.7;      // of the flat fit's squares: a slope that is worth it
 constexpr double kLargestTilt = 0.1;     // of the rise: more is the body
@@ -102,13 +101,6 @@ Eigen::Index free_means(const PressCurve& curve, const ContactEstimate& fit) {
   return (curve.travel_m.array() < fit.travel_m).count();
 }
 
-// Scatter about their mean of the means that a fit takes as free.
-double free_scatter_N(const PressCurve& curve, const ContactEstimate& fit) {
-  const Eigen::Index n = free_means(curve, fit);
-  const auto part = curve.push_N.head(n).array();
-  return n > 2 ? std::sqrt((part - part.mean()).square().mean()) : 0;
-}
-
 // Force that the power law has at the deepest mean.
 double explains_N(const PressCurve& curve, const ContactEstimate& fit, double exponent) {
   const double depth_m = curve.travel_m[curve.travel_m.size() - 1] - fit.travel_m;
@@ -116,15 +108,13 @@ double explains_N(const PressCurve& curve, const ContactEstimate& fit, double ex
 }
 
 // The longest range that the power law still fits: a material that stiffens ends it early. Else, of
-// those whose law explains enough of the largest force, the one that it fits best. Waves on the
-// free part of any longer range keep it from becoming so short that it explains nothing else.
-ContactEstimate fit_power(const PressCurve& curve, double exponent, bool stiffens, double share) {
+// those whose law explains enough of the largest force, the one that it fits best.
+ContactEstimate fit_power(const PressCurve& curve, double exponent, bool stiffens) {
   double rms_N = 0;
-  if (share > 0) return fit_up_to(curve, exponent, stiffens, means_up_to(curve, share), rms_N);
   const double largest_N = curve.push_N.maxCoeff() - curve.push_N[0];
   ContactEstimate best;
-  double waves_N = 0, least = kInfinity, other_m = std::numeric_limits<double>::quiet_NaN();
-  for (share = 1; share > 1e-3; share /= 2) {
+  double least = kInfinity, other_m = std::numeric_limits<double>::quiet_NaN();
+  for (double share = 1; share > 1e-3; share /= 2) {
     const Eigen::Index means = means_up_to(curve, share);
     const ContactEstimate fit = fit_up_to(curve, exponent, stiffens, means, rms_N);
     const double misfit = rms_N / (share * largest_N);
@@ -136,10 +126,9 @@ ContactEstimate fit_power(const PressCurve& curve, double exponent, bool stiffen
       best = fit;
       least = misfit;
     }
-    // Without long free travel what a longer range leaves before contact may be the body's toe.
-    waves_N = std::max(curve.least_explained > 0 ? waves_N : 0, free_scatter_N(curve, fit));
-    const double noise_N = std::max(kMinForceInNoise * curve.noise_N, kMinForceInWaves * waves_N);
-    if (is_good || share / 2 * largest_N < noise_N || means <= kMinMeans + 3) break;
+    if (is_good || share / 2 * largest_N < kMinForceInNoise * curve.noise_N ||
+        means <= kMinMeans + 3)
+      break;
   }
   // Where a longer range put it tells what the power law leaves open.
   if (!best.begins_in_contact && std::isfinite(other_m))
@@ -151,14 +140,10 @@ ContactEstimate fit_power(const PressCurve& curve, double exponent, bool stiffen
 // fitted.
 ContactEstimate by_hertz(const PressCurve& curve, const SignalSettings& settings) {
   const double exponent = exponent_of(settings.tip);
-  const ContactEstimate plain = fit_power(curve, exponent, false, settings.contact_range);
+  const ContactEstimate plain = fit_power(curve, exponent, false);
   return plain.begins_in_contact || free_means(curve, plain) < kMinFreeMeans
              ? plain
-             : fit_power(curve, exponent, true, settings.contact_range);
-}
-
-ContactEstimate by_smooth_curve(const PressCurve& curve, const SignalSettings&) {
-  return contact_of_smooth_curve(curve);
+             : fit_power(curve, exponent, true);
 }
 
 // Contact point of an exponential and of the law that stiffens, each by its likelihood. Akaike's
@@ -191,9 +176,9 @@ ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings)
                      contact_of_stiffening_law(curve, curve.travel_m.size(), exponent, 0).squares,
                      hertz);
     else
-      out.deviation_m =
-          std::hypot(out.deviation_m,
-                     kShapeShare * (by_smooth_curve(curve, settings).travel_m - out.travel_m));
+      out.deviation_m = std::hypot(
+          out.deviation_m,
+          kShapeShare * (contact_of_smooth_curve(curve, settings).travel_m - out.travel_m));
     const auto fit = whole.at(out.travel_m);
     out.amplitude = fit.amplitude;
     out.bias_N = fit.bias_N;
@@ -205,7 +190,7 @@ ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings)
     out.by = "hertz";
     return out;
   }
-  ContactEstimate smooth = by_smooth_curve(curve, settings);
+  ContactEstimate smooth = contact_of_smooth_curve(curve, settings);
   smooth.amplitude = hertz.amplitude;
   smooth.bias_N = hertz.bias_N;
   smooth.by = "smooth-curve";
@@ -215,7 +200,8 @@ constexpr std::array<ContactEstimator, 3> kEstimators{{
     {"auto", "hertz where the tip is known, else smooth-curve", by_auto},
     {"hertz", "power law of the tip with free contact point, over the longest range that it fits",
      by_hertz},
-    {"smooth-curve", "mean over all smooth curves from each contact point", by_smooth_curve},
+    {"smooth-curve", "mean over all smooth curves from each contact point",
+     contact_of_smooth_curve},
 }};
 
 }  // namespace

@@ -55,7 +55,7 @@ double exponent_of(Tip tip);
 /// Preconditions: at least 5 means, and a push that rises.
 /// Source: Wahba (1978), doi:10.1111/j.2517-6161.1978.tb01050.x (splines as posterior means);
 /// Durbin and Koopman (2012), Time Series Analysis by State Space Methods, 4.3 (the filter).
-ContactEstimate contact_of_smooth_curve(const PressCurve& curve);
+ContactEstimate contact_of_smooth_curve(const PressCurve& curve, const SignalSettings&);
 
 /// A law's contact point, and what its best fit leaves.
 struct LawFit {
@@ -123,17 +123,5 @@ class PowerProfile {
 /// The least-squares contact point of the power law over the whole curve, with a slope of the free
 /// part where that is half the curve or more and the slope explains much of the misfit.
 double contact_of_whole_curve_m(const PressCurve& curve, double exponent);
-
-/// Readings of a way in, W of them.
-struct WayIn {
-  Eigen::VectorXd travel_m, push_N;
-};
-
-/// One contact point for repeats of a press, in the travel of each. Their curves are brought over
-/// one another, each with a shift, a bias and a scale of its own, by least squares; the contact
-/// point of their mean is estimated as `settings` say. Its deviation is that and the shift's.
-/// Empty where there is no common travel, or no free one before contact.
-std::vector<KnownContact> common_contacts(const std::vector<WayIn>& ways,
-                                          const SignalSettings& settings);
 
 }  // namespace palpate::recordings

@@ -52,7 +52,7 @@ std::string unit_worth(double factor, Dimension dimension) {
 // The columns of one meaning, side by side.
 struct Collected {
   std::vector<const std::vector<double>*> time, force_time, depth, position, force, retract_depth,
-      retract_force, contact, normal, desired, torque;
+      retract_force, contact, normal, torque;
 };
 
 Points as_points(const std::vector<const std::vector<double>*>& axes) {
@@ -86,7 +86,7 @@ std::vector<Role> roles_of(const ColumnNames& names) {
   add(Meaning::retract_depth, names.retract_depth),
       add(Meaning::retract_force, names.retract_force);
   add_axes(Meaning::contact, names.contact), add_axes(Meaning::normal, names.normal);
-  add_axes(Meaning::desired, names.desired), add_axes(Meaning::torque, names.torque);
+  add_axes(Meaning::torque, names.torque);
   return roles;
 }
 
@@ -160,15 +160,14 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
   RawRecording recording;
   Collected c;
   std::vector<std::vector<const std::vector<double>*>*> slot;
-  slot = {&c.time,          &c.force_time, &c.depth,  &c.position, &c.force, &c.retract_depth,
-          &c.retract_force, &c.contact,    &c.normal, &c.desired,  &c.torque};
+  slot = {&c.time,          &c.force_time,    &c.depth,   &c.position, &c.force,
+          &c.retract_depth, &c.retract_force, &c.contact, &c.normal,   &c.torque};
   for (std::size_t i = 0; i < roles.size(); ++i) {
     const bool is_force = roles[i].meaning == Meaning::force ||
                           roles[i].meaning == Meaning::retract_force ||
                           roles[i].meaning == Meaning::torque;
     const double factor = factors[i] * (is_force ? sign : 1);
-    if (const auto quantity = quantity_of(roles[i].meaning);
-        quantity && roles[i].meaning != Meaning::desired)
+    if (const auto quantity = quantity_of(roles[i].meaning))
       recording.units.*(quantity->unit) = unit_worth(std::abs(factor), quantity->dimension);
     for (double& value : columns[i]) value *= factor;
     slot[static_cast<std::size_t>(roles[i].meaning)]->push_back(&columns[i]);

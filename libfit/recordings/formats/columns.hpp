@@ -20,7 +20,6 @@ enum class Meaning {
   retract_force,
   contact,
   normal,
-  desired,
   torque
 };
 

@@ -47,8 +47,7 @@ void strip_root(ColumnNames& names) {
   for (std::string* name :
        {&names.time, &names.depth, &names.force_time, &names.retract_depth, &names.retract_force})
     strip(*name);
-  for (auto* axes : {&names.position, &names.force, &names.contact, &names.normal, &names.desired,
-                     &names.torque})
+  for (auto* axes : {&names.position, &names.force, &names.contact, &names.normal, &names.torque})
     for (std::string& name : *axes) strip(name);
 }
 

@@ -8,7 +8,6 @@
 #include <mutex>
 
 #include "libfit/core/text.hpp"
-#include "libfit/recordings/formats/format_keys.hpp"
 
 namespace palpate::importers {
 namespace {
@@ -18,14 +17,31 @@ constexpr std::array kImporters{
              read_matlab},
     Importer{"hdf5", "data sets of an HDF5 file, named in the manifest", begins_hdf5,
              read_columns_hdf5},
-    Importer{"instron", "compression test as the Instron-like export of the silicone phantoms",
-             begins_instron, read_instron},
     Importer{"robot-palpation",
-             "a row per depth: contact point, surface normal, contact force, desired and current "
-             "position",
+             "a row per depth: contact point, surface normal, contact force, current position",
              nullptr, read_robot_palpation},
     Importer{"csv", "delimited text with the columns that the manifest or their own names tell",
              begins_named_columns, read_columns_csv},
+};
+
+constexpr std::string_view kNamedTables = "csv hdf5 matlab", kDelimited = "csv robot-palpation",
+                           kRobot = "robot-palpation",
+                           kByItself = "Leave it out: a file of this format says it itself.",
+                           kOfRobots = "Leave it out: it is of the format robot-palpation.",
+                           kOfText = "Leave it out: it is of delimited text.";
+
+constexpr std::array kKeys{
+    FormatKey{"columns.depth", kNamedTables, "Name columns.position."},
+    FormatKey{"columns.retract_depth", kNamedTables, kByItself},
+    FormatKey{"columns.retract_force", kNamedTables, kByItself},
+    FormatKey{"columns.force_time", kNamedTables, kByItself},
+    FormatKey{"columns.contact", kRobot, kOfRobots},
+    FormatKey{"columns.normal", kRobot, kOfRobots},
+    FormatKey{"normals", kRobot, "Leave it out, and turn `normal` around where it is outward."},
+    FormatKey{"separator", kDelimited, kOfText},
+    FormatKey{"decimal", kDelimited, kOfText},
+    FormatKey{"comment", kDelimited, kOfText},
+    FormatKey{"encoding", kDelimited, kOfText},
 };
 
 /// A kind of file that other programs write as a table.
@@ -102,6 +118,13 @@ std::vector<RawRecording> read_rehearsed(const std::filesystem::path& path,
 
 std::span<const Importer> importers() { return kImporters; }
 
+std::span<const FormatKey> format_keys() { return kKeys; }
+
+const FormatKey* format_key(std::string_view name) {
+  const auto row = std::ranges::find(kKeys, name, &FormatKey::name);
+  return row == kKeys.end() ? nullptr : &*row;
+}
+
 const Importer* importer_named(std::string_view name) {
   const auto row = std::find_if(kImporters.begin(), kImporters.end(),
                                 [&](const Importer& r) { return r.name == name; });
@@ -122,7 +145,7 @@ std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std
     throw Error(path.string(), "format \"" + settings.format + "\" is not known",
                 "Leave it out, or name one that is.");
   for (const SaidKey& said : settings.said)
-    if (const FormatKey* key = format_key(said.name); key && !is_read_by(*key, row->name))
+    if (const FormatKey* key = format_key(said.name); key && !has_word(key->formats, row->name))
       throw Error(said.where,
                   fmt::format("`{}` does nothing for {}, which is read as {}", said.name,
                               path.string(), row->name),

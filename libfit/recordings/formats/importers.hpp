@@ -27,6 +27,18 @@ std::span<const Importer> importers();
 /// The row of a name, nullptr when there is none.
 const Importer* importer_named(std::string_view name);
 
+/// A key of a recording's entry that some formats alone read.
+struct FormatKey {
+  std::string_view name;     ///< as in the manifest: "separator", "columns.normal"
+  std::string_view formats;  ///< that read it, with blanks between
+  std::string_view remedy;   ///< for other formats
+};
+
+std::span<const FormatKey> format_keys();
+
+/// The key's row; nullptr of a key that every format reads.
+const FormatKey* format_key(std::string_view name);
+
 /// Bytes of a recording's file as it lies there. Throws Error when it is missing, cannot be read or
 /// is larger than `max_bytes`; nothing of a larger file is read.
 std::string read_bytes(const std::filesystem::path& path, std::uintmax_t max_bytes);
@@ -59,13 +71,10 @@ std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path&, std::s
                                             const ReadSettings&);
 std::vector<RawRecording> read_robot_palpation(const std::filesystem::path&, std::string_view,
                                                const ReadSettings&);
-std::vector<RawRecording> read_instron(const std::filesystem::path&, std::string_view,
-                                       const ReadSettings&);
 std::vector<RawRecording> read_matlab(const std::filesystem::path&, std::string_view,
                                       const ReadSettings&);
 bool begins_matlab(std::string_view head);
 bool begins_named_columns(std::string_view head);
 bool begins_hdf5(std::string_view head);
-bool begins_instron(std::string_view head);
 
 }  // namespace palpate::importers

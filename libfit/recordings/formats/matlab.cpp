@@ -1,6 +1,7 @@
 // Variables of a MATLAB file that the manifest names: "force", or "M(:,2)" for a column of a
 // matrix. Version 5 to 7 is read here (variables packed or not, without structures and cells);
-// version 7.3 is HDF5, with rows and columns exchanged. Source: MATLAB MAT-File Format, 2019.
+// version 7.3 is HDF5, with rows and columns exchanged. Debian's libmatio returns numbers of files
+// that are cut short or damaged, without an error. Source: MATLAB MAT-File Format, 2019.
 
 #include <fmt/core.h>
 

@@ -11,84 +11,29 @@ namespace {
 
 // The names of a quantity, in small letters; the first that a header has is taken.
 struct Stem {
-  std::string_view name;
   Meaning meaning;
-  int axis;  // -1: of one axis alone
+  int axis;                ///< -1: of one axis alone
+  std::string_view names;  ///< with blanks between; English, German, French, Spanish, Italian
 };
 constexpr auto kStems = std::to_array<Stem>({
-    {"t", Meaning::time, -1},
-    {"time", Meaning::time, -1},
-    {"depth", Meaning::depth, -1},
-    {"indentation", Meaning::depth, -1},
-    {"travel", Meaning::depth, -1},
-    {"displacement", Meaning::depth, -1},
-    {"compression", Meaning::depth, -1},
-    {"d", Meaning::depth, -1},
-    {"x", Meaning::position, 0},
-    {"y", Meaning::position, 1},
-    {"z", Meaning::position, 2},
-    {"px", Meaning::position, 0},
-    {"py", Meaning::position, 1},
-    {"pz", Meaning::position, 2},
-    {"pos_x", Meaning::position, 0},
-    {"pos_y", Meaning::position, 1},
-    {"pos_z", Meaning::position, 2},
-    {"position_x", Meaning::position, 0},
-    {"position_y", Meaning::position, 1},
-    {"position_z", Meaning::position, 2},
-    {"tip_x", Meaning::position, 0},
-    {"tip_y", Meaning::position, 1},
-    {"tip_z", Meaning::position, 2},
-    {"f", Meaning::force, -1},
-    {"force", Meaning::force, -1},
-    {"load", Meaning::force, -1},
-    {"push", Meaning::force, -1},
-    {"normal_force", Meaning::force, -1},
-    {"fx", Meaning::force, 0},
-    {"fy", Meaning::force, 1},
-    {"fz", Meaning::force, 2},
-    {"f_x", Meaning::force, 0},
-    {"f_y", Meaning::force, 1},
-    {"f_z", Meaning::force, 2},
-    {"force_x", Meaning::force, 0},
-    {"force_y", Meaning::force, 1},
-    {"force_z", Meaning::force, 2},
-    {"tx", Meaning::torque, 0},
-    {"ty", Meaning::torque, 1},
-    {"tz", Meaning::torque, 2},
-    {"torque_x", Meaning::torque, 0},
-    {"torque_y", Meaning::torque, 1},
-    {"torque_z", Meaning::torque, 2},
-    {"mx", Meaning::torque, 0},
-    {"my", Meaning::torque, 1},
-    {"mz", Meaning::torque, 2},
-    // German, French, Spanish, Italian
-    {"zeit", Meaning::time, -1},
-    {"temps", Meaning::time, -1},
-    {"tiempo", Meaning::time, -1},
-    {"tempo", Meaning::time, -1},
-    {"weg", Meaning::depth, -1},
-    {"tiefe", Meaning::depth, -1},
-    {"eindringtiefe", Meaning::depth, -1},
-    {"verfahrweg", Meaning::depth, -1},
-    {"profondeur", Meaning::depth, -1},
-    {"d\xC3\xA9placement", Meaning::depth, -1},
-    {"deplacement", Meaning::depth, -1},
-    {"enfoncement", Meaning::depth, -1},
-    {"profundidad", Meaning::depth, -1},
-    {"desplazamiento", Meaning::depth, -1},
-    {"profondit\xC3\xA0", Meaning::depth, -1},
-    {"profondita", Meaning::depth, -1},
-    {"spostamento", Meaning::depth, -1},
-    {"kraft", Meaning::force, -1},
-    {"normalkraft", Meaning::force, -1},
-    {"last", Meaning::force, -1},
-    {"effort", Meaning::force, -1},
-    {"charge", Meaning::force, -1},
-    {"fuerza", Meaning::force, -1},
-    {"carga", Meaning::force, -1},
-    {"forza", Meaning::force, -1},
-    {"carico", Meaning::force, -1},
+    {Meaning::time, -1, "t time zeit temps tiempo tempo"},
+    {Meaning::depth, -1,
+     "depth indentation travel displacement compression d weg tiefe "
+     "eindringtiefe verfahrweg profondeur d\xC3\xA9placement deplacement "
+     "enfoncement profundidad desplazamiento profondit\xC3\xA0 profondita "
+     "spostamento"},
+    {Meaning::position, 0, "x px pos_x position_x tip_x"},
+    {Meaning::position, 1, "y py pos_y position_y tip_y"},
+    {Meaning::position, 2, "z pz pos_z position_z tip_z"},
+    {Meaning::force, -1,
+     "f force load push normal_force kraft normalkraft last effort charge "
+     "fuerza carga forza carico"},
+    {Meaning::force, 0, "fx f_x force_x"},
+    {Meaning::force, 1, "fy f_y force_y"},
+    {Meaning::force, 2, "fz f_z force_z"},
+    {Meaning::torque, 0, "tx torque_x mx"},
+    {Meaning::torque, 1, "ty torque_y my"},
+    {Meaning::torque, 2, "tz torque_z mz"},
 });
 
 Dimension dimension_of(Meaning meaning) {
@@ -116,7 +61,8 @@ std::pair<std::string, std::string> stem_and_unit(const std::string& name) {
 }
 
 const Stem* stem_named(const std::string& stem) {
-  const auto row = std::ranges::find(kStems, stem, &Stem::name);
+  const auto row =
+      std::ranges::find_if(kStems, [&](const Stem& known) { return has_word(known.names, stem); });
   return row == kStems.end() ? nullptr : &*row;
 }
 

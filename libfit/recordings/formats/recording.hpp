@@ -20,18 +20,20 @@ struct ColumnNames {
   std::vector<std::string> position, force;  ///< three axes; one force column: along the depth
   std::vector<std::string> contact, normal;  ///< per row: where the press began, inward or outward
   std::vector<std::string> torque;           ///< three axes, about the tip
-  std::vector<std::string> desired;          ///< where the robot was told to go
+  bool operator==(const ColumnNames&) const = default;
 };
 
 /// Units by name; empty where the header has to say it in brackets.
 struct UnitNames {
   std::string time, position, force;
   std::string torque = {};
+  bool operator==(const UnitNames&) const = default;
 };
 
 /// A key that a manifest says, and where: "manifest.toml:5:14".
 struct SaidKey {
   std::string name, where;
+  bool operator==(const SaidKey& other) const { return name == other.name; }
 };
 
 /// How one file is to be read. The defaults let a file speak for itself.
@@ -50,6 +52,7 @@ struct ReadSettings {
   /// Of the entry itself, without [defaults]: those of FormatKey that the file's format does not
   /// read are refused.
   std::vector<SaidKey> said = {};
+  bool operator==(const ReadSettings&) const = default;
 };
 
 /// Signals of one press, drag or path in SI units as recorded: unfiltered, zero and contact

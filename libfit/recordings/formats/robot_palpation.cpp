@@ -1,5 +1,5 @@
-// A row per depth, as palpating robots log it: contact point, surface normal, contact force,
-// desired and current position. Rows of one contact point follow one another; a file holds many.
+// A row per depth, as palpating robots log it: contact point, surface normal, contact force and
+// current position. Rows of one contact point follow one another; a file holds many.
 
 #include "libfit/recordings/formats/columns.hpp"
 
@@ -24,7 +24,6 @@ ColumnNames with_defaults(ColumnNames names) {
   if (names.normal.empty()) names.normal = axes("normal");
   if (names.force.empty()) names.force = axes("force");
   if (names.position.empty()) names.position = axes("current");
-  if (names.desired.empty()) names.desired = axes("desired");
   return names;
 }
 
@@ -92,7 +91,7 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
   const int of_tool = settings.is_force_on_tool.value_or(false) ? -1 : 1;
   const Points contact = table.of(Meaning::contact);
   const Points normal = table.of(Meaning::normal) * (settings.is_normal_outward ? -1 : 1);
-  const Points position = table.of(Meaning::position), desired = table.of(Meaning::desired);
+  const Points position = table.of(Meaning::position);
   const Points force = table.of(Meaning::force) * of_tool,
                torque = table.of(Meaning::torque) * of_tool;
   const std::vector<std::size_t>& line = table.numbers.line;

@@ -206,6 +206,11 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
   return fields;
 }
 
+bool has_word(std::string_view list, std::string_view word) {
+  const auto words = split(list, ' ');
+  return std::ranges::find(words, word) != words.end();
+}
+
 char guess_separator(std::string_view line) {
   for (const char c : {'\t', ';', ','})
     if (line.find(c) != std::string_view::npos) return c;

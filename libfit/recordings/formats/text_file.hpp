@@ -41,6 +41,8 @@ std::string utf8_of(const std::filesystem::path& path, std::string_view utf16);
 std::string_view trimmed(std::string_view text);
 /// Fields of a line, each trimmed; a separator ' ' stands for any run of blanks.
 std::vector<std::string_view> split(std::string_view line, char separator);
+/// Whether a list with blanks between its words has this one.
+bool has_word(std::string_view list, std::string_view word);
 /// The separator of a header or data line: tab, semicolon, comma, else blanks.
 char guess_separator(std::string_view line);
 /// A finite number with this decimal sign and nothing else; nothing otherwise ("nan" included).

@@ -1,15 +1,16 @@
 #include "libfit/recordings/placing/assemble.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "libfit/core/experiments.hpp"
 #include "libfit/core/straight_presses.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/batch/plausible.hpp"
 #include "libfit/recordings/placing/place.hpp"
-#include "libfit/recordings/placing/relaxation.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -88,14 +89,6 @@ std::vector<std::vector<std::size_t>> by_tip(const std::vector<std::vector<std::
     for (auto& [number, of_one] : of_tip) out.push_back(std::move(of_one));
   }
   return out;
-}
-
-void reserve_rows(const std::vector<std::vector<Pooled>>& experiments, Samples& samples) {
-  std::size_t rows = 0;
-  for (const auto& of_point : experiments)
-    for (const Pooled& pooled : of_point) rows += pooled.status.size();
-  samples.point.reserve(rows), samples.experiment.reserve(rows), samples.kind.reserve(rows);
-  samples.step.reserve(rows), samples.status.reserve(rows);
 }
 
 void append_rows(const Pooled& pooled, std::int32_t point, std::int32_t experiment,
@@ -229,6 +222,56 @@ std::vector<Outcome> outcomes_of(const std::vector<BatchItem>& items,
   return outcomes;
 }
 
+// A sentence on recordings in which the tool broke in; empty where it did in none.
+std::string break_note(const std::vector<Candidate>& candidates) {
+  std::size_t recordings = 0;
+  std::set<std::string> points;
+  for (const Candidate& c : candidates)
+    if (c.experiment >= 0 && c.recording->breaks) {
+      ++recordings;
+      points.insert(c.point);
+    }
+  if (recordings == 0) return {};
+  return "the tool breaks in in " + counted(recordings, "recording", "recordings") + " at " +
+         counted(points.size(), "point", "points") +
+         "; deeper rows are no curve of the body and were left out";
+}
+
+// Presses in cycles of the candidates that are wanted, without the places that they are at; no rows
+// where there are none.
+Samples cycles_of(const std::vector<Candidate>& candidates,
+                  const std::function<bool(const Candidate&)>& is_wanted) {
+  Samples out;
+  Eigen::Index rows = 0;
+  std::vector<const Candidate*> used;
+  for (const Candidate& c : candidates)
+    if (c.experiment >= 0 && !c.aligned && c.recording->cycles.depth_m.size() > 0 && is_wanted(c)) {
+      used.push_back(&c);
+      rows += c.recording->cycles.depth_m.size();
+    }
+  out.deflection.resize(rows, 3);
+  out.force.resize(rows, 3);
+  out.torque = Points::Zero(rows, 3);
+  out.force_error.resize(rows);
+  Eigen::Index at = 0;
+  std::int32_t experiment = 0;
+  for (const Candidate* c : used) {
+    const Conditioned& r = *c->recording;
+    for (Eigen::Index i = 0; i < r.cycles.depth_m.size(); ++i, ++at) {
+      out.point.push_back(c->point_index);
+      out.experiment.push_back(experiment);
+      out.kind.push_back(ExperimentKind::cycle);
+      out.step.push_back(static_cast<std::int32_t>(i));
+      out.status.push_back(RowStatus::good);
+      out.deflection.row(at) = r.cycles.depth_m[i] * c->inward;
+      out.force.row(at) = r.cycles.push_N[i] * c->inward;
+      out.force_error[at] = r.cycles.error_N[i];
+    }
+    ++experiment;
+  }
+  return out;
+}
+
 }  // namespace
 
 std::size_t Assembled::failed() const {
@@ -267,7 +310,6 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     else
       out.notes.push_back(kNoClock);
   }
-  reserve_rows(experiments, samples);
   std::vector<const Pooled*> parts;
   std::int32_t number = 0;
   for (std::size_t p = 0; p < points.size(); ++p) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <functional>
 
 #include "libfit/recordings/placing/assemble.hpp"
 
@@ -62,15 +61,35 @@ std::vector<std::string> compare_rates(const std::string& point,
                                        const std::vector<Candidate>& candidates,
                                        const std::vector<BatchItem>& items);
 
-/// A sentence on recordings in which the tool broke in; empty where it did in none.
-std::string break_note(const std::vector<Candidate>& candidates);
-
-/// Presses in cycles of the candidates that are wanted, without the places that they are at; no
-/// rows where there are none.
-Samples cycles_of(const std::vector<Candidate>& candidates,
-                  const std::function<bool(const Candidate&)>& is_wanted);
-
 /// "file.csv" or "file.csv#name".
 std::string shown(const std::vector<BatchItem>& items, const Candidate& candidate);
+
+/// Presses that speak of time: with a stand in contact, or of one point at several rates. Few
+/// enough for the search, those that tell most first. points: candidates of each. Nothing where
+/// none does.
+struct TimedPoints {
+  std::vector<std::vector<std::size_t>> member;  ///< candidates of each point
+  std::vector<std::vector<RelaxingPress>> press;
+  bool has_holds = false, has_rates = false;
+};
+TimedPoints presses_in_time(const std::vector<Candidate>& candidates,
+                            const std::vector<std::vector<std::size_t>>& points,
+                            const std::vector<BatchItem>& items);
+
+/// Relaxation of a body from its recordings, and of each of its points that has a hold.
+BodyRelaxation relaxation_of(const std::vector<Candidate>& candidates, const TimedPoints& timed,
+                             const std::vector<BatchItem>& items);
+
+/// Aligns the contacts of presses in time, point by point, for a body that relaxes as was found.
+void align_points(std::vector<Candidate>& candidates,
+                  const std::vector<std::vector<std::size_t>>& points,
+                  const std::vector<BatchItem>& items, const RelaxationFit& body);
+
+/// What was identified, in words.
+std::vector<std::string> relaxation_notes(const BodyRelaxation& found);
+
+/// Rows of a recording in time, from first to last touch of its deepest press; those of a drag or
+/// path by way. Nothing without a clock.
+std::optional<Pooled> in_time(const std::vector<Candidate>& candidates, std::size_t member);
 
 }  // namespace palpate::recordings

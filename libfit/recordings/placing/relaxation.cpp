@@ -1,5 +1,3 @@
-#include "libfit/recordings/placing/relaxation.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include "libfit/core/text.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
+#include "libfit/recordings/placing/place.hpp"
 
 namespace palpate::recordings {
 namespace {

@@ -35,25 +35,33 @@ constexpr std::array<std::string_view, 19> kHeader{"file",
                                                    "taken",
                                                    "hash"};
 
-const Conditioned* recording_of(const std::vector<ItemResult>& results, const Outcome& outcome) {
-  for (const Conditioned& r : results[outcome.item].recordings)
-    if (r.name == outcome.name) return &r;
-  return nullptr;
+// What a list has of a name; nullptr where it has nothing.
+template <class List>
+auto named(const List& list, const std::string& name) -> decltype(&list[0]) {
+  const auto found = std::ranges::find_if(list, [&](const auto& one) { return one.name == name; });
+  return found == list.end() ? nullptr : &*found;
 }
 
-// A number, or an empty field: readers refuse NaN.
-void put(CsvWriter& csv, double value) {
-  if (std::isfinite(value))
-    csv.number(value);
-  else
+// A value of a row as text; an empty field where it has none: readers refuse NaN.
+void put(CsvWriter& csv, const Json& row, std::string_view name) {
+  const auto at = row.find(std::string(name));
+  if (at == row.end() || at->is_null())
     csv.text("");
+  else if (at->is_array())
+    csv.text(listed(at->get<std::vector<std::string>>(), "; "));
+  else if (at->is_string())
+    csv.text(at->get<std::string>());
+  else if (at->is_number_float())
+    csv.number(at->get<double>());
+  else
+    csv.integer(at->get<std::int64_t>());
 }
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
              const Outcome& o) {
-  const Conditioned* r = recording_of(results, o);
+  const Conditioned* r = named(results[o.item].recordings, o.name);
   Json row;
   row["file"] = items[o.item].shown;
   if (!o.name.empty()) row["recording"] = o.name;
@@ -175,31 +183,46 @@ void write_summary(const std::filesystem::path& csv_path, const std::filesystem:
   json.erase("failures");
   json["recordings"] = Json::array();
   for (const Outcome& o : assembled.outcomes) {
-    const Conditioned* r = recording_of(results, o);
-    csv.text(items[o.item].shown)
-        .text(o.failure ? line_of(*o.failure) : "")
-        .text(o.name)
-        .text(o.point);
-    csv.text(o.failure ? "refused" : "imported")
-        .text(o.failure ? "" : kGradeNames[static_cast<std::size_t>(r->grade)]);
-    csv.text(o.failure ? o.failure->what : listed(r->reasons, "; "))
-        .text(o.failure ? o.failure->remedy : "");
-    if (o.failure)
-      for (int k = 0; k < 10; ++k) csv.text("");
-    else {
-      csv.integer(o.experiment);
-      const FoundContact contact = contact_of(*r, o.aligned);
-      for (const double value : {contact.travel_m, contact.deviation_m, r->speed_m_s, r->noise_N,
-                                 r->hysteresis, r->young_Pa, o.surface_distance_m})
-        put(csv, value);
-      csv.text(r->source.format).text(listed(r->source.taken, "; "));
-    }
-    csv.text(results[o.item].hash);
+    Json row = json["recordings"].emplace_back(as_json(items, results, o));
+    row["hash"] = results[o.item].hash;
+    for (const std::string_view name : kHeader) put(csv, row, name);
     csv.end_row();
-    json["recordings"].push_back(as_json(items, results, o));
   }
   csv.commit();
   write_file_atomically(json_path, dumped(json, 1) + "\n");
+}
+
+std::vector<RecordedSignal> signals_of(const std::vector<BatchItem>& items,
+                                       const std::vector<ItemResult>& results,
+                                       const Assembled& assembled) {
+  std::vector<RecordedSignal> all;
+  for (const Outcome& outcome : assembled.outcomes) {
+    const ItemResult& result = results[outcome.item];
+    RecordedSignal signal;
+    signal.file = items[outcome.item].shown + (outcome.name.empty() ? "" : "#" + outcome.name);
+    signal.point = outcome.point;
+    signal.experiment = outcome.experiment;
+    if (const Conditioned* r = named(result.recordings, outcome.name)) {
+      signal.grade = static_cast<std::int8_t>(r->grade);
+      signal.reasons = listed(r->reasons, "; ");
+      const FoundContact contact = contact_of(*r, outcome.aligned);
+      signal.estimator = contact.estimator;
+      signal.contact_m = contact.travel_m;
+      signal.contact_deviation_m = contact.deviation_m;
+      signal.noise_N = r->noise_N;
+      signal.trace = r->trace;
+    } else {
+      const Refused* refused = named(result.refused, outcome.name);
+      signal.trace = refused ? refused->trace : result.trace;
+    }
+    if (outcome.failure) {
+      signal.grade = kRefusedGrade;
+      const std::string& what = outcome.failure->what;
+      signal.reasons = what + (what.ends_with('?') ? " " : ". ") + outcome.failure->remedy;
+    }
+    all.push_back(std::move(signal));
+  }
+  return all;
 }
 
 }  // namespace palpate::recordings

@@ -41,14 +41,6 @@ std::vector<Eigen::Index> rows_in_time(const std::vector<double>& time_s,
   return rows;
 }
 
-template <class Matrix>
-Matrix picked(const Matrix& from, const std::vector<Eigen::Index>& rows) {
-  Matrix out(static_cast<Eigen::Index>(rows.size()), from.cols());
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    out.row(static_cast<Eigen::Index>(i)) = from.row(rows[i]);
-  return out;
-}
-
 template <class T>
 std::vector<T> picked(const std::vector<T>& from, const std::vector<Eigen::Index>& rows) {
   std::vector<T> out;
@@ -85,8 +77,8 @@ void interpolate(Signal& signal, const std::vector<double>& force_time_s, const 
   signal.position_m.resize(static_cast<Eigen::Index>(position.size()), 3);
   for (std::size_t i = 0; i < position.size(); ++i)
     signal.position_m.row(static_cast<Eigen::Index>(i)) = position[i];
-  signal.force_N = picked(force_N, kept);
-  if (torque_Nm.rows() > 0) signal.torque_Nm = picked(torque_Nm, kept);
+  signal.force_N = force_N(kept, Eigen::all);
+  if (torque_Nm.rows() > 0) signal.torque_Nm = torque_Nm(kept, Eigen::all);
 }
 
 // A twentieth of the rows, or those before the tip has gone a twentieth of its range: before a long
@@ -182,15 +174,15 @@ void put_in_time(const importers::RawRecording& raw, double force_delay_s, const
                  Signal& signal) {
   const auto rows = rows_in_time(signal.time_s, raw.line, file, drop_invalid, dropped);
   const bool has_own_clock = !raw.force_time_s.empty();
-  signal.position_m = picked(signal.position_m, rows);
+  signal.position_m = signal.position_m(rows, Eigen::all).eval();
   signal.time_s = picked(signal.time_s, rows);
   signal.line = picked(signal.line, rows);
   std::vector<double> force_time_s = has_own_clock ? raw.force_time_s : signal.time_s;
   const auto force_rows =
       has_own_clock ? rows_in_time(force_time_s, raw.line, file, drop_invalid, dropped) : rows;
   if (has_own_clock) force_time_s = picked(force_time_s, force_rows);
-  force_N = picked(force_N, force_rows);
-  if (torque_Nm.rows() > 0) torque_Nm = picked(torque_Nm, force_rows);
+  force_N = force_N(force_rows, Eigen::all).eval();
+  if (torque_Nm.rows() > 0) torque_Nm = torque_Nm(force_rows, Eigen::all).eval();
   for (double& t : force_time_s) t -= force_delay_s;
   check_rows(signal, file);
   if (has_own_clock || force_delay_s != 0) {

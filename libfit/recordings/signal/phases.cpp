@@ -178,7 +178,7 @@ std::vector<RowRange> presses_like(const Signal& signal, const std::vector<Phase
   return presses;
 }
 
-RowRange retract_after(const Signal&, const std::vector<Phase>& phases, const RowRange& approach) {
+RowRange retract_after(const std::vector<Phase>& phases, const RowRange& approach) {
   const auto rows = static_cast<Eigen::Index>(phases.size());
   Eigen::Index begin = approach.end;
   while (begin < rows && phases[static_cast<std::size_t>(begin)] != Phase::retract) {

@@ -21,19 +21,18 @@ enum class Use { approach, retract, mean };
 
 inline constexpr int kDeepestCycle = 0, kLastCycle = -1;
 
-/// A contact point that is known before the signal is looked at, in the recording's own travel.
-struct KnownContact {
+/// A contact point in the recording's own travel, and what found it.
+struct FoundContact {
   double travel_m = 0, deviation_m = 0;
-  std::string by = "given";  ///< what knows it
+  std::string estimator = "given";  ///< that by the rig, or by its settings
+  bool operator==(const FoundContact&) const = default;
 };
 
 /// How the signals of one recording become samples.
 struct SignalSettings {
   ExperimentKind kind = ExperimentKind::press;
   std::string contact = "auto";                    ///< a name of kContactEstimators
-  std::optional<KnownContact> known_contact = {};  ///< by the rig; nothing is estimated then
-  bool has_common_contact = false;  ///< one for all presses of its point, see common_contacts
-  double contact_range = 0;  ///< share of the largest force that it fits, 0: as far as it fits well
+  std::optional<FoundContact> known_contact = {};  ///< by the rig; nothing is estimated then
   Drift drift = Drift::bias;
   Tip tip = Tip::sphere;
   double radius_m = 0;  ///< of the tip; 0: unknown
@@ -54,6 +53,7 @@ struct SignalSettings {
   double min_young_Pa = 10, max_young_Pa = 5e6;  ///< apparent moduli outside are questioned
   bool is_range_given =
       false;  ///< by the user, so that recordings are not questioned by each other
+  bool operator==(const SignalSettings&) const = default;
 };
 
 }  // namespace palpate::recordings

@@ -111,7 +111,6 @@ std::vector<RowRange> first_loadings(const Signal& signal, const std::vector<Pha
 std::optional<Eigen::Index> break_in_row(const Signal& signal, const RowRange& range);
 
 /// The way back after it, to where the next approach begins; empty when there is none.
-RowRange retract_after(const Signal& signal, const std::vector<Phase>& phases,
-                       const RowRange& approach);
+RowRange retract_after(const std::vector<Phase>& phases, const RowRange& approach);
 
 }  // namespace palpate::recordings

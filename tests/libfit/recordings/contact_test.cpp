@@ -48,10 +48,8 @@ TEST(contact, the_stated_deviation_is_the_scatter_over_noisy_repeats) {
   double squares = 0, stated = 0;
   const int repeats = 60;
   for (unsigned k = 0; k < repeats; ++k) {
-    SignalSettings settings;
-    settings.contact_range = 1;
     const auto found =
-        contact_estimator_named("hertz")->estimate(power_curve(1.5, 0.02, kSeed + k), settings);
+        contact_estimator_named("hertz")->estimate(power_curve(1.5, 0.02, kSeed + k), {});
     squares += std::pow(found.travel_m - 1e-3, 2);
     stated += found.deviation_m / repeats;
   }
@@ -176,43 +174,6 @@ TEST(contact,
     const Conditioned found = condition(raw, settings, std::nullopt, "press", false);
     EXPECT_LT(found.contact.travel_m, 0.3e-3) << "seed " << seed;
   }
-}
-
-// Repeats of one press, each with a zero, a bias and a gain of its own.
-TEST(contact, repeats_are_aligned_and_have_one_contact_point_nearer_than_one_alone_knows) {
-  constexpr int kRepeats = 5, kTrials = 12;
-  SignalSettings settings;
-  int covered = 0;
-  double alone = 0, together = 0;
-  for (unsigned trial = 0; trial < kTrials; ++trial) {
-    std::mt19937 random(kSeed + trial);
-    std::normal_distribution<double> unit(0, 1);
-    std::vector<WayIn> ways;
-    std::vector<double> contact_m;
-    for (int k = 0; k < kRepeats; ++k) {
-      WayIn way{Eigen::VectorXd::LinSpaced(500, 0, 10e-3), Eigen::VectorXd(500)};
-      const double bias_N = 0.1 * unit(random), gain = 1 + 0.03 * unit(random);
-      contact_m.push_back(3e-3 + 0.5e-3 * unit(random));
-      for (Eigen::Index i = 0; i < 500; ++i)
-        way.push_N[i] =
-            bias_N + gain * std::pow(std::max(0., way.travel_m[i] - contact_m.back()) / 7e-3, 1.5) +
-            0.01 * unit(random);
-      PressCurve curve = mean_curve(way.travel_m, way.push_N, 400);
-      curve.noise_N = 0.01;
-      const auto own = contact_estimator_named("auto")->estimate(curve, settings);
-      alone += std::pow(own.travel_m - contact_m.back(), 2);
-      ways.push_back(std::move(way));
-    }
-    const auto found = common_contacts(ways, settings);
-    ASSERT_EQ(found.size(), ways.size());
-    for (std::size_t k = 0; k < found.size(); ++k) {
-      const double error_m = found[k].travel_m - contact_m[k];
-      covered += std::abs(error_m) < 2 * found[k].deviation_m;
-      together += error_m * error_m;
-    }
-  }
-  EXPECT_GE(covered, 0.9 * kRepeats * kTrials);
-  EXPECT_LT(std::sqrt(together / alone), 0.8) << "rms error, to that of repeats by themselves";
 }
 
 TEST(contact, a_recording_that_begins_in_contact_says_so) {

@@ -40,6 +40,7 @@ TEST_F(RealRecordings, five_compressions_of_a_phantom_pool_to_one_curve_with_the
   for (BatchItem& item : batch) {
     item.point = "EF10_100T";
     item.signal.tip = Tip::flat;
+    item.read.is_force_on_tool = false;
   }
   const Assembled out = assemble(batch, run_batch(batch, {}, {}), {});
   EXPECT_EQ(out.failed(), 0u);

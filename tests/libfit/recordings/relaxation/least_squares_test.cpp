@@ -1,4 +1,4 @@
-#include "libfit/recordings/relaxation/least_squares.hpp"
+#include "libfit/recordings/relaxation/press_group.hpp"
 
 #include <gtest/gtest.h>
 

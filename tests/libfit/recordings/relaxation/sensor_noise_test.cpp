@@ -1,4 +1,4 @@
-#include "libfit/recordings/relaxation/sensor_noise.hpp"
+#include "libfit/recordings/relaxation/series_covariance.hpp"
 
 #include <gtest/gtest.h>
 

@@ -44,7 +44,7 @@ TEST(signal, a_trace_says_the_line_that_was_taken_off) {
   for (std::size_t i = 0; i < raw.push_N.size(); ++i) raw.push_N[i] += 20 * raw.travel_m[i];
   SignalSettings settings;
   settings.drift = Drift::line;
-  settings.known_contact = KnownContact{1e-3, 0};  // a slope alone looks like contact
+  settings.known_contact = FoundContact{1e-3, 0};  // a slope alone looks like contact
   const Conditioned r = condition(raw, settings, Vec3(0, 0, -1), "a.csv", false);
   EXPECT_NEAR(r.trace.drift_N_m, 20, 0.5);
   const SignalTrace& t = r.trace;
