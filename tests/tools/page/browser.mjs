@@ -132,8 +132,8 @@ const claims = {
     assert.doesNotMatch(words, /\b0\.0 %|unknown|null|NaN/);
     assert.match(words, /no row counts/);
     assert.match(words, /No force reaches 40 mN/);
-    assert.match(words, /Poor: said of the asset.*Do this about it/);
-    assert.doesNotMatch(await text(".verdict"), /\d %/);
+    assert.match(words, /Do this about it/);
+    assert.match(await text(".verdict"), /^Poor: said of the asset\. \?$/);
     assert.deepEqual(errors, []);
   },
 
@@ -460,7 +460,7 @@ const claims = {
       await open();
       await unfold();
       await page.click(".ask >> nth=0");
-      assert.match(await text("#term"), /newtons/);
+      assert.match(await text("#term"), /95th percentile/);
       await page.evaluate(axe);
       const { violations } = await page.evaluate(() => window.axe.run());
       const said = violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join("\n  ")}`);
@@ -503,17 +503,18 @@ const claims = {
   async the_body_is_lit_alike_wherever_it_lies() {
     const html = await readFile(report, "utf8");
     const changed = (floats, change) => {
-      const bytes = Buffer.from(floats.bytes, "base64");
+      const bytes = Buffer.from(floats, "base64");
       for (let i = 0; i < bytes.length; i += 4) bytes.writeFloatLE(change(bytes.readFloatLE(i), (i / 4) % 3), i);
-      floats.bytes = bytes.toString("base64");
+      return bytes.toString("base64");
     };
     const brightness = async (height_m, isUpsideDown) => {
       const moved = html.replace(/(id="contents">)(.*?)(<\/script>)/s, (_, before, json, after) => {
         const contents = JSON.parse(json);
-        const { vertices_m, inward_normal } = contents.surface;
+        const { surface } = contents;
         const turned = (value, axis) => (isUpsideDown && axis > 0 ? -value : value); // about x
-        changed(vertices_m, (value, axis) => turned(value, axis) + (axis === 2 ? height_m : 0));
-        if (inward_normal) changed(inward_normal, turned);
+        const lifted = (value, axis) => turned(value, axis) + (axis === 2 ? height_m : 0);
+        surface.vertices_m = changed(surface.vertices_m, lifted);
+        if (surface.inward_normal) surface.inward_normal = changed(surface.inward_normal, turned);
         delete contents.asset, delete contents.set_up; // which would make it transparent
         return before + JSON.stringify(contents).replaceAll("<", "\\u003c") + after;
       });
