@@ -51,7 +51,8 @@ class OutputLock {
 };
 
 /// The folder of a run. The constructor refuses (Error) what can be no such folder, and writes
-/// nothing. `claim` makes the folder and keeps a second run out of it until this object or the program ends.
+/// nothing. `claim` makes the folder and keeps a second run out of it until this object or the
+/// program ends.
 class OutputFolder {
  public:
   explicit OutputFolder(std::filesystem::path path);
