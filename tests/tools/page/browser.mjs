@@ -104,7 +104,7 @@ async function fits(name, [colorScheme, width]) {
 }
 
 const isTouching = (s) => s === "sticks" || s === "slides";
-const isOver = isOver;
+const isOver = (s) => s === "in the air";
 
 /** Where a tool can press: a place of the view that is measured, at which the engine answers. */
 async function touchable() {
