@@ -20,7 +20,6 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 #include "tools/crash_report.hpp"
-#include "tools/run_log.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <stdexcept>
@@ -89,6 +90,22 @@ class ConsoleProgress {
 
   struct State;
   std::unique_ptr<State> state_;
+};
+
+/// While it lives, notes and progress go to a file instead of stderr, where they are with --verbose
+/// alone; warnings go to both, on stderr each once. At most one lives.
+class RunLog {
+ public:
+  RunLog();
+  ~RunLog();
+  RunLog(const RunLog&) = delete;
+  RunLog& operator=(const RunLog&) = delete;
+
+  /// Appends to a file, after `title`, what was said since construction and what follows. Throws
+  /// Error where it cannot.
+  void open(const std::filesystem::path& file, const std::string& title);
+  /// A line for stderr, too.
+  void say_summary(const std::string& line);
 };
 
 /// Wall seconds since some fixed point, for reports.

@@ -25,10 +25,10 @@ constexpr std::size_t kFirstBytes = 4096;
 constexpr std::string_view kHdf5Magic = "\x89HDF";
 // Formats of many programs: ours say in their first bytes that Palpate wrote them.
 constexpr std::pair<std::string_view, std::string_view> kCommonFormats[] = {
-    {"glTF", "glTF"}, {"ply", "ply"}, {"<svg", "svg"}, {"<VTKFile", "vtu"}};
+    {"glTF", "glTF"}, {"ply", "ply"}, {"<VTKFile", "vtu"}};
 constexpr std::string_view kForeign = "another program's ";
 constexpr std::string_view kDamagedHdf5 = "damaged HDF5";
-constexpr std::string_view kNamed[] = {"palp", "glTF", "ply", "svg", "vtu", "HDF5", kDamagedHdf5};
+constexpr std::string_view kNamed[] = {"palp", "glTF", "ply", "vtu", "HDF5", kDamagedHdf5};
 
 bool is_same_file(const fs::path& a, const fs::path& b) {
   std::error_code ignored;

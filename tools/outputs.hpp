@@ -8,10 +8,9 @@
 namespace palpate::tools {
 
 /// What a file is by its first bytes: "palpate-samples" and the other schemas, "palp", "glTF",
-/// "ply", "svg" and "vtu" ("another program's vtu" where Palpate did not write it), the beginning
-/// of JSON without its blanks ("{"files":12,..."), "HDF5" of another program or "damaged HDF5" that
-/// nothing can open, the header of a table ("t_s,fx_N,..."), "" for
-/// an empty or a missing file.
+/// "ply" and "vtu" ("another program's vtu" where Palpate did not write it), the beginning of JSON
+/// without its blanks ("{"files":12,..."), "HDF5" of another program or "damaged HDF5" that nothing
+/// can open, the header of a table ("t_s,fx_N,..."), "" for an empty or a missing file.
 std::string kind_of_file(const std::filesystem::path& path);
 
 /// Refuses an output that would replace something else: an input of the command, or a file of a
@@ -52,8 +51,8 @@ class OutputLock {
 };
 
 /// The folder of a run. The constructor refuses (Error) what can be no such folder, and writes
-/// nothing.
-/// `claim` makes the folder and keeps a second run out of it until this object or the program ends.
+/// nothing. `claim` makes the folder and keeps a second run out of it until this object or the
+/// program ends.
 class OutputFolder {
  public:
   explicit OutputFolder(std::filesystem::path path);

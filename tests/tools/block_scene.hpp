@@ -6,6 +6,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "tests/tools/command_line.hpp"
 
@@ -49,38 +50,46 @@ points = 2
 causes = false
 )";
 
-// A block of 80 x 80 x 30 mm whose top is a grid, so that it has vertices to press on.
-inline std::string block_off(int cells) {
-  std::string vertices, faces;
-  int count = 0, triangles = 0;
-  const auto vertex = [&](double x, double y, double z) {
-    vertices +=
-        std::to_string(80 * x) + " " + std::to_string(80 * y) + " " + std::to_string(30 * z) + "\n";
-    ++count;
-  };
-  // Six grids with coinciding borders: the repair welds them.
+struct BlockMesh {
+  std::vector<std::array<double, 3>> vertices;
+  std::vector<std::array<int, 3>> faces;
+};
+
+// A block of 80 x 80 x 30 whose top is a grid, so that it has vertices to press on: six grids with
+// coinciding borders, which the repair welds.
+inline BlockMesh block_mesh(int cells) {
+  BlockMesh block;
   const auto side = [&](auto&& place) {
-    const int first = count;
+    const int first = static_cast<int>(block.vertices.size());
     for (int j = 0; j <= cells; ++j)
-      for (int i = 0; i <= cells; ++i) place(double(i) / cells, double(j) / cells);
+      for (int i = 0; i <= cells; ++i) {
+        const auto [x, y, z] = place(double(i) / cells, double(j) / cells);
+        block.vertices.push_back({80 * x, 80 * y, 30 * z});
+      }
     for (int j = 0; j < cells; ++j)
       for (int i = 0; i < cells; ++i) {
         const int a = first + j * (cells + 1) + i, b = a + 1, c = b + cells + 1, d = a + cells + 1;
-        for (const auto& t : {std::array{a, b, c}, std::array{a, c, d}}) {
-          faces += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " +
-                   std::to_string(t[2]) + "\n";
-          ++triangles;
-        }
+        block.faces.insert(block.faces.end(), {{a, b, c}, {a, c, d}});
       }
   };
-  side([&](double s, double t) { vertex(s, t, 1); });
-  side([&](double s, double t) { vertex(t, s, 0); });
-  side([&](double s, double t) { vertex(s, 0, t); });
-  side([&](double s, double t) { vertex(t, 1, s); });
-  side([&](double s, double t) { vertex(0, t, s); });
-  side([&](double s, double t) { vertex(1, s, t); });
-  return "OFF\n" + std::to_string(count) + " " + std::to_string(triangles) + " 0\n" + vertices +
-         faces;
+  side([](double s, double t) { return std::array{s, t, 1.0}; });
+  side([](double s, double t) { return std::array{t, s, 0.0}; });
+  side([](double s, double t) { return std::array{s, 0.0, t}; });
+  side([](double s, double t) { return std::array{t, 1.0, s}; });
+  side([](double s, double t) { return std::array{0.0, t, s}; });
+  side([](double s, double t) { return std::array{1.0, s, t}; });
+  return block;
+}
+
+inline std::string block_off(int cells) {
+  const BlockMesh block = block_mesh(cells);
+  std::string text = "OFF\n" + std::to_string(block.vertices.size()) + " " +
+                     std::to_string(block.faces.size()) + " 0\n";
+  for (const auto& [x, y, z] : block.vertices)
+    text += std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
+  for (const auto& [a, b, c] : block.faces)
+    text += "3 " + std::to_string(a) + " " + std::to_string(b) + " " + std::to_string(c) + "\n";
+  return text;
 }
 
 // The scene in a folder of its own, and `palpate run` on it.

@@ -18,21 +18,9 @@ using namespace testing_support;
 
 // 80 x 80 x 30 in the file's unit, each side a grid.
 Surface block(int cells) {
-  const Folder folder;
-  std::istringstream off(block_off(cells));
-  std::string word;
-  Eigen::Index vertices = 0, triangles = 0, zero = 0;
-  off >> word >> vertices >> triangles >> zero;
-  Surface surface;
-  surface.vertices.resize(vertices, 3);
-  surface.triangles.resize(triangles, 3);
-  for (Eigen::Index v = 0; v < vertices; ++v)
-    for (int k = 0; k < 3; ++k) off >> surface.vertices(v, k);
-  for (Eigen::Index f = 0; f < triangles; ++f) {
-    off >> zero;
-    for (int k = 0; k < 3; ++k) off >> surface.triangles(f, k);
-  }
-  return surface;
+  const BlockMesh mesh = block_mesh(cells);
+  return {Points::Map(mesh.vertices[0].data(), Eigen::Index(mesh.vertices.size()), 3),
+          Triangles::Map(mesh.faces[0].data(), Eigen::Index(mesh.faces.size()), 3)};
 }
 
 TEST(new_scene, the_likely_unit_makes_an_organ_of_a_mesh) {

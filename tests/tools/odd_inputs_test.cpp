@@ -54,39 +54,22 @@ void expect_answers(const Folder& folder, const std::vector<OddInput>& inputs, C
 using Corner = std::array<double, 3>;
 using Face = std::array<int, 3>;
 
-struct Block {
-  std::vector<Corner> vertices;
-  std::vector<Face> faces;
-};
-
-// Makes the block of 80 x 80 x 30 mm as six grids that share vertices.
-const Block& block() {
-  static const Block made = [] {
-    constexpr int kCells = 8;
-    Block b;
+// The block with one vertex where sides meet.
+const BlockMesh& block() {
+  static const BlockMesh made = [] {
+    BlockMesh welded;
     std::map<Corner, int> known;
-    const auto side = [&](auto&& place) {
-      const auto vertex = [&](int i, int j) {
-        const Corner at = place(10.0 * i, 10.0 * j);
-        const auto [found, is_new] = known.emplace(at, static_cast<int>(b.vertices.size()));
-        if (is_new) b.vertices.push_back(at);
-        return found->second;
-      };
-      for (int j = 0; j < kCells; ++j)
-        for (int i = 0; i < kCells; ++i) {
-          const int p = vertex(i, j), q = vertex(i + 1, j), r = vertex(i + 1, j + 1);
-          b.faces.push_back({p, q, r});
-          b.faces.push_back({p, r, vertex(i, j + 1)});
-        }
-    };
-    constexpr double kTall = 30.0 / 80;
-    side([](double s, double t) { return Corner{s, t, 30}; });
-    side([](double s, double t) { return Corner{t, s, 0}; });
-    side([](double s, double t) { return Corner{s, 0, t * kTall}; });
-    side([](double s, double t) { return Corner{t, 80, s * kTall}; });
-    side([](double s, double t) { return Corner{0, t, s * kTall}; });
-    side([](double s, double t) { return Corner{80, s, t * kTall}; });
-    return b;
+    const BlockMesh sides = block_mesh(8);
+    for (Face face : sides.faces) {
+      for (int& corner : face) {
+        const Corner& at = sides.vertices[static_cast<std::size_t>(corner)];
+        const auto [found, is_new] = known.emplace(at, static_cast<int>(welded.vertices.size()));
+        if (is_new) welded.vertices.push_back(at);
+        corner = found->second;
+      }
+      welded.faces.push_back(face);
+    }
+    return welded;
   }();
   return made;
 }

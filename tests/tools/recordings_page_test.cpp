@@ -3,12 +3,31 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 
 #include "tests/tools/report_page.hpp"
-#include "tools/report/packed.hpp"
 
 namespace palpate::tools {
 namespace {
+
+// Numbers of base64 (RFC 4648, section 4) and little-endian.
+template <class T>
+std::vector<T> unpacked(const nlohmann::json& json) {
+  static const std::string kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string bytes;
+  std::uint32_t group = 0;
+  int bits = 0;
+  for (const char c : json.get<std::string>()) {
+    if (c == '=') break;
+    group = group << 6 | static_cast<std::uint32_t>(kDigits.find(c));
+    bits += 6;
+    if (bits >= 8) bytes += static_cast<char>(group >> (bits -= 8) & 255);
+  }
+  std::vector<T> values(bytes.size() / sizeof(T));
+  std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+  return values;
+}
 
 // An import beside the run: a sound press, one without contact, and a file of no numbers.
 class Recordings : public Report {

@@ -8,7 +8,6 @@
 #include <random>
 
 #include "tests/tools/report_page.hpp"
-#include "tools/report/packed.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -128,8 +127,7 @@ TEST_F(Report, engine_in_webassembly_answers_the_native_bits) {
        150);
   file.close();
   const Outcome played =
-      node("engine.mjs", PALPATE_SOURCE_DIR "/tools/page/src " + path("out/asset.palp") + " " +
-                             path("path.csv") + " " + path("wasm.csv"));
+      node("engine.mjs", path("out/asset.palp") + " " + path("path.csv") + " " + path("wasm.csv"));
   ASSERT_EQ(played.status, 0) << played.out;
   expect_native_forces(path("path.csv"), path("wasm.csv"));
 }
@@ -146,9 +144,8 @@ TEST_F(Report, without_interpolation_forces_jump_between_facets) {
   file.close();
   std::map<std::string, double> largest_change_N;
   for (const std::string mode : {"blended", "faceted"}) {
-    const Outcome played =
-        node("engine.mjs", PALPATE_SOURCE_DIR "/tools/page/src " + path("out/asset.palp") + " " +
-                               path("slide.csv") + " " + path("wasm.csv") + " " + mode);
+    const Outcome played = node("engine.mjs", path("out/asset.palp") + " " + path("slide.csv") +
+                                                  " " + path("wasm.csv") + " " + mode);
     ASSERT_EQ(played.status, 0) << played.out;
     const auto force = vectors(path("wasm.csv"), "fx_N");
     double& largest = largest_change_N[mode];
@@ -191,11 +188,6 @@ TEST_F(Report, of_a_scene_that_has_not_been_run_shows_its_set_up) {
   EXPECT_NE(content_of(path("set-up.html")).find("\"held_m\""), std::string::npos);
 }
 
-TEST_F(Report, opens_from_disk_without_error_or_request) {
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("opens_from_disk_without_error_or_request", "-");
-}
-
 // A statement of no row was drawn as 0.0 %.
 TEST_F(Report, of_figures_without_a_row_shows_no_number) {
   fs::create_directories(path("soft"));
@@ -218,11 +210,6 @@ TEST_F(Report, of_figures_without_a_row_shows_no_number) {
   expect_in_chromium("no_row_is_no_number", "-", "soft");
 }
 
-TEST_F(Report, a_click_shows_the_curves_of_the_nearest_point) {
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("a_click_shows_the_curves_of_the_nearest_point", "-");
-}
-
 TEST_F(Report, of_an_asset_alone_does_not_say_that_nothing_is_covered) {
   SKIP_WITHOUT_CHROMIUM();
   fs::create_directories(path("asset"));
@@ -238,22 +225,11 @@ TEST_F(Report, a_drag_with_the_mouse_yields_the_native_forces) {
   expect_native_forces(path("touch.csv"), path("touch.csv"));
 }
 
-TEST_F(Report, the_body_gives_way_under_the_tool) {
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("the_body_gives_way_under_the_tool", "");
-}
-
-TEST_F(Report, a_gamepad_presses_drags_and_turns) {
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("a_gamepad_presses_drags_and_turns", "-");
-}
-
 // The ball of 48 facets of the golden asset, felt along an arc.
 TEST_F(Report, facets_are_heard_and_interpolation_is_not) {
   SKIP_WITHOUT_ENGINE();
   const Outcome heard =
-      node("sound.mjs", PALPATE_SOURCE_DIR "/tools/page/src " PALPATE_SOURCE_DIR
-                                           "/tests/libfit/runtime/golden/version_1.palp 0.03");
+      node("sound.mjs", PALPATE_SOURCE_DIR "/tests/libfit/runtime/golden/version_1.palp 0.03");
   ASSERT_EQ(heard.status, 0) << heard.out;
   double smooth = 0, faceted = 0;
   long samples = 0, again = 0;
@@ -266,28 +242,8 @@ TEST_F(Report, facets_are_heard_and_interpolation_is_not) {
 
 TEST_F(Report, a_large_surface_is_moved_and_met_by_rays_in_a_share_of_the_time) {
   SKIP_WITHOUT_PAGE();
-  const Outcome seen = node("surface.mjs", PALPATE_SOURCE_DIR "/tools/page/src");
+  const Outcome seen = node("surface.mjs", "");
   EXPECT_EQ(seen.status, 0) << seen.out;
-}
-
-TEST_F(Report, the_sound_switch_plays_what_the_tool_feels) {
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("the_sound_switch_plays_what_the_tool_feels", "-");
-}
-
-TEST_F(Report, the_window_is_pressed_at_once_and_all_else_turns_the_body) {
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("the_window_is_pressed_at_once_and_all_else_turns_the_body", "-");
-}
-
-TEST_F(Report, grey_says_that_it_is_not_measured) {
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("grey_says_that_it_is_not_measured", "-");
-}
-
-TEST_F(Report, the_body_is_seen_cut_from_the_side) {
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("the_body_is_seen_cut_from_the_side", "-");
 }
 
 // The block's page, as if a stiff ball lay in its middle.
@@ -306,25 +262,24 @@ TEST_F(Report, a_hidden_lump_is_marked_and_revealed) {
   EXPECT_EQ(seen.status, 0) << seen.out;
 }
 
-TEST_F(Report, axe_finds_nothing) {
+class InChromium : public Report, public testing::WithParamInterface<const char*> {};
+
+TEST_P(InChromium, holds) {
   SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("axe_finds_nothing", "-");
+  expect_in_chromium(GetParam(), folder_->path().string());
 }
 
-TEST_F(Report, keys_alone_reach_everything) {
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("keys_alone_reach_everything", "-");
-}
-
-TEST_F(Report, the_body_is_lit_alike_wherever_it_lies) {
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("the_body_is_lit_alike_wherever_it_lies", "-");
-}
-
-TEST_F(Report, both_schemes_and_narrow_screens_hold_it) {
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("both_schemes_and_narrow_screens_hold_it", folder_->path().string());
-}
+INSTANTIATE_TEST_SUITE_P(
+    Report, InChromium,
+    testing::Values(
+        "opens_from_disk_without_error_or_request", "a_click_shows_the_curves_of_the_nearest_point",
+        "the_body_gives_way_under_the_tool", "two_fingers_are_two_tools",
+        "a_gamepad_presses_drags_and_turns", "the_sound_switch_plays_what_the_tool_feels",
+        "the_window_is_pressed_at_once_and_all_else_turns_the_body",
+        "grey_says_that_it_is_not_measured", "the_body_is_seen_cut_from_the_side",
+        "axe_finds_nothing", "keys_alone_reach_everything",
+        "the_body_is_lit_alike_wherever_it_lies", "both_schemes_and_narrow_screens_hold_it"),
+    [](const auto& claim) { return std::string(claim.param); });
 
 }  // namespace
 }  // namespace palpate::tools

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -10,8 +11,6 @@
 #include "libfit/core/error.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tests/tools/block_scene.hpp"
-#include "tools/study/scaling.hpp"
-#include "tools/study/sequences.hpp"
 #include "tools/study/study_folder.hpp"
 
 namespace palpate::tools {
@@ -100,29 +99,24 @@ count = 3
   EXPECT_EQ(study.cases[0].inputs, (std::vector<std::string>{"0.4", "10 kPa"}));
 }
 
-TEST(sequences, sobol_points_fill_every_dyadic_box_once) {
-  constexpr int kCount = 64, kDimensions = 8;
-  auto points = sobol_points(kCount - 1, kDimensions);
-  points.emplace_back(kDimensions, 0.0);  // the first of the sequence, which is left out
-  for (int d = 0; d < kDimensions; ++d) {
-    std::set<int> slices;
-    for (const auto& p : points) slices.insert(static_cast<int>(kCount * p[d]));
-    EXPECT_EQ(slices.size(), kCount) << "axis " << d;
+TEST_F(StudyOfBlocks, each_slice_of_each_axis_has_one_point_of_a_latin_hypercube) {
+  const std::string text = R"([vary]
+"material.young" = { from = "0 kPa", to = "20 kPa" }
+"probe.friction" = { from = 0, to = 20 }
+[sample]
+method = "latin-hypercube"
+count = 20
+seed = 7
+)";
+  const Study study = read(text), again = read(text);
+  std::array<std::set<int>, 2> slices;
+  for (std::size_t i = 0; i < study.cases.size(); ++i) {
+    EXPECT_EQ(study.cases[i].inputs, again.cases[i].inputs);
+    for (std::size_t d = 0; d < 2; ++d)
+      slices[d].insert(static_cast<int>(std::stod(study.cases[i].inputs[d])));
   }
-  std::set<std::pair<int, int>> boxes;  // the first two axes are a (0, m, 2)-net
-  for (const auto& p : points)
-    boxes.emplace(static_cast<int>(8 * p[0]), static_cast<int>(8 * p[1]));
-  EXPECT_EQ(boxes.size(), kCount);
-}
-
-TEST(sequences, each_slice_of_each_axis_has_one_point_of_a_latin_hypercube) {
-  const auto points = latin_hypercube(20, 3, 7), again = latin_hypercube(20, 3, 7);
-  EXPECT_EQ(points, again);
-  for (int d = 0; d < 3; ++d) {
-    std::set<int> slices;
-    for (const auto& p : points) slices.insert(static_cast<int>(20 * p[d]));
-    EXPECT_EQ(slices.size(), 20);
-  }
+  EXPECT_EQ(slices[0].size(), 20);
+  EXPECT_EQ(slices[1].size(), 20);
 }
 
 TEST_F(StudyOfBlocks, moduli_that_only_scale_forces_are_solved_once) {
@@ -144,21 +138,15 @@ TEST_F(StudyOfBlocks, moduli_that_only_scale_forces_are_solved_once) {
 
 // The same press at 10 and 35 kPa: equal but for the factor, to what Newton's tolerance leaves.
 TEST_F(StudyOfBlocks, scaled_samples_are_those_of_a_direct_solution) {
-  folder.write("stiff.toml", [&] {
-    std::string text = press_scene();
-    return text.replace(text.find("10 kPa"), 6, "35 kPa");
-  }());
-  for (const char* name : {"scene", "stiff"})
-    ASSERT_EQ(palpate(folder, "simulate " + in(name + std::string(".toml")) + " -o " +
-                                  in(name + std::string(".h5")))
-                  .status,
-              0);
-  const double factor =
-      force_factor(parse_scene(content_of(folder / "scene.toml"), folder / "scene.toml"),
-                   parse_scene(content_of(folder / "stiff.toml"), folder / "stiff.toml"));
-  EXPECT_DOUBLE_EQ(factor, 3.5);
-  const Samples scaled = with_forces_times(read_samples(folder / "scene.h5"), factor);
-  const Samples direct = read_samples(folder / "stiff.h5");
+  const Study study = read("[vary]\n\"material.young\" = [\"10 kPa\", \"35 kPa\"]\n");
+  EXPECT_DOUBLE_EQ(study.cases[1].factor, 3.5);
+  const std::array names{in("soft"), in("stiff")};
+  for (std::size_t i = 0; i < 2; ++i) {
+    folder.write(fs::path(names[i]).filename().string() + ".toml", study.cases[i].scene);
+    ASSERT_EQ(palpate(folder, "simulate " + names[i] + ".toml -o " + names[i] + ".h5").status, 0);
+  }
+  const Samples scaled = with_forces_times(read_samples(names[0] + ".h5"), study.cases[1].factor);
+  const Samples direct = read_samples(names[1] + ".h5");
   ASSERT_EQ(scaled.rows(), direct.rows());
   EXPECT_LT((scaled.force - direct.force).norm(), 1e-5 * direct.force.norm());
   EXPECT_LT((scaled.torque - direct.torque).norm(), 1e-4 * direct.torque.norm());

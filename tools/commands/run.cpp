@@ -8,7 +8,6 @@
 #include "tools/manifest/manifest.hpp"
 #include "tools/report/contents.hpp"
 #include "tools/report/page.hpp"
-#include "tools/run_log.hpp"
 #include "tools/stages/run.hpp"
 
 namespace palpate::tools {

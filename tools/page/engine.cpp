@@ -10,7 +10,7 @@
 
 namespace {
 
-constexpr int kAnswer = 20;  // numbers of a tool; tools/page/src/engine.ts names them
+constexpr int kAnswer = 19;  // numbers of a tool; tools/page/src/engine.ts names them
 
 palpate_asset asset;  // with its body, where contacts damage one
 palpate_contact contact[PALPATE_MAX_BALLS];
@@ -47,8 +47,7 @@ void tick_faceted() {
     rt::put(rt::normalized(opened.area_vector(triangle)) * -1.0, to + 6);
   }
   to[13] = triangle < 0 ? PALPATE_AIR : kTouches;
-  to[14] = triangle;
-  to[19] = triangle >= 0;
+  to[18] = triangle >= 0;
 }
 
 void tell(const palpate_output& out, double* to) {
@@ -60,10 +59,9 @@ void tell(const palpate_output& out, double* to) {
   to[11] = out.stored_J;
   to[12] = out.dissipated_J;
   to[13] = out.state;
-  to[14] = out.triangle;
-  to[15] = out.flags;
-  copy3(out.torque_on_tool_Nm, to + 16);
-  to[19] = out.touching;
+  to[14] = out.flags;
+  copy3(out.torque_on_tool_Nm, to + 15);
+  to[18] = out.touching;
 }
 
 void* reserve(std::uint64_t bytes) {

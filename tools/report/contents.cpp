@@ -1,8 +1,12 @@
 #include "tools/report/contents.hpp"
 
+#include <algorithm>
+#include <array>
+#include <functional>
 #include <optional>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/recorded_signals.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
 #include "libfit/io/content_hash.hpp"
@@ -79,6 +83,65 @@ Json statement_of(const fs::path& folder) {
   const std::string text = read_whole_file(path);
   validation::parse_statement(text, path.string());  // throws where it is none
   return Json::parse(text);
+}
+
+constexpr std::size_t kShown = 1000;  // recordings: 2.5 MB of a page
+
+// Indices of the recordings that are shown: refused ones first, then from poor to good. Of more
+// than kShown as many of each grade in that order, equally spaced, as there is room for.
+std::vector<std::size_t> chosen(const std::vector<RecordedSignal>& signals) {
+  std::vector<std::size_t> shown;
+  for (int grade = kRefusedGrade; grade >= 0; --grade) {
+    std::vector<std::size_t> of_grade;
+    for (std::size_t i = 0; i < signals.size(); ++i)
+      if (signals[i].grade == grade) of_grade.push_back(i);
+    const std::size_t room = std::min(of_grade.size(), kShown - shown.size());
+    for (std::size_t k = 0; k < room; ++k) shown.push_back(of_grade[k * of_grade.size() / room]);
+  }
+  return shown;
+}
+
+// What the page draws of recordings.
+Json pictures_json(const std::vector<RecordedSignal>& signals) {
+  std::array<int, kRecordingGradeNames.size()> all{};
+  for (const RecordedSignal& signal : signals) ++all[static_cast<std::size_t>(signal.grade)];
+  const std::vector<std::size_t> shown = chosen(signals);
+  const auto listed = [&](auto value) {
+    Json list = Json::array();
+    for (const std::size_t i : shown) list.push_back(std::invoke(value, signals[i]));
+    return list;
+  };
+  const auto numbers = [&](auto value) {
+    std::vector<float> list;
+    for (const std::size_t i : shown)
+      list.push_back(static_cast<float>(std::invoke(value, signals[i])));
+    return packed(list);
+  };
+  const auto readings = [&](auto member) {
+    auto list = SignalTrace().*member;
+    for (const std::size_t i : shown) {
+      const auto& own = signals[i].trace.*member;
+      list.insert(list.end(), own.begin(), own.end());
+    }
+    return packed(list);
+  };
+  return {{"grade_names", kRecordingGradeNames},
+          {"all", all},
+          {"file", listed(&RecordedSignal::file)},
+          {"point", listed(&RecordedSignal::point)},
+          {"reasons", listed(&RecordedSignal::reasons)},
+          {"estimator", listed(&RecordedSignal::estimator)},
+          {"grade", listed(&RecordedSignal::grade)},
+          {"experiment", listed(&RecordedSignal::experiment)},
+          {"readings", listed([](const RecordedSignal& s) { return s.trace.readings(); })},
+          {"contact_m", numbers(&RecordedSignal::contact_m)},
+          {"contact_deviation_m", numbers(&RecordedSignal::contact_deviation_m)},
+          {"noise_N", numbers(&RecordedSignal::noise_N)},
+          {"bias_N", numbers([](const RecordedSignal& s) { return s.trace.bias_N; })},
+          {"drift_N_m", numbers([](const RecordedSignal& s) { return s.trace.drift_N_m; })},
+          {"travel_m", readings(&SignalTrace::travel_m)},
+          {"push_N", readings(&SignalTrace::push_N)},
+          {"is_used", readings(&SignalTrace::is_used)}};
 }
 
 // The recordings behind the samples, where their signals are of the same import.

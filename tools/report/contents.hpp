@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "libfit/core/body.hpp"
-#include "tools/report/pictures.hpp"
 
 namespace palpate::tools {
 

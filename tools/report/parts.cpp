@@ -214,14 +214,6 @@ void add_samples(Json& json, const Samples& samples, const FittedCurves* fitted)
                   {"fitted_N", packed_as<float>(answer)},
                   {"status", packed_each<std::uint8_t>(samples.status)},
                   {"status_names", kRowStatusNames}};
-  const MeasuredRecordings& recordings = samples.recordings;
-  if (recordings.size() == 0) return;
-  json["recordings"] = {{"file", recordings.file},
-                        {"grade", recordings.grade},
-                        {"reasons", recordings.reasons},
-                        {"estimator", recordings.estimator},
-                        {"noise_N", packed_as<float>(recordings.noise_N)},
-                        {"young_Pa", packed_as<float>(recordings.young_Pa)}};
 }
 
 void add_held_out(Json& json, const fs::path& path) {
@@ -251,7 +243,6 @@ void add_held_out(Json& json, const fs::path& path) {
   json["held_out"] = {{"point", table.text("point")},
                       {"path", table.text("path")},
                       {"position_m", vectors({"x_m", "y_m", "z_m"})},
-                      {"deflection_m", vectors({"dx_m", "dy_m", "dz_m"})},
                       {"force_N", vectors({"fx_N", "fy_N", "fz_N"})},
                       {"engine_N", vectors({"ex_N", "ey_N", "ez_N"})}};
 }

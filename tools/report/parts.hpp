@@ -1,13 +1,56 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "libfit/core/body.hpp"
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
-#include "tools/report/packed.hpp"
 
 namespace palpate::tools {
+
+using Json = nlohmann::ordered_json;
+
+/// Bytes as text (RFC 4648, section 4).
+inline std::string base64(std::string_view bytes) {
+  static constexpr char kDigits[] =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 4; ++k)
+      out += i + k <= bytes.size() ? kDigits[group >> (18 - 6 * k) & 63] : '=';
+  }
+  return out;
+}
+
+/// Numbers as their bytes, little-endian: docs/formats/report.md, "Contents of a report".
+template <class T>
+std::string packed(const std::vector<T>& values) {
+  return base64({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)});
+}
+/// Entries of a matrix, row by row, each as a T.
+template <class T, class Matrix>
+std::string packed_as(const Matrix& values) {
+  std::vector<T> all;
+  for (Eigen::Index i = 0; i < values.rows(); ++i)
+    for (Eigen::Index j = 0; j < values.cols(); ++j) all.push_back(static_cast<T>(values(i, j)));
+  return packed(all);
+}
+/// Values of a list, each as a T.
+template <class T, class Value>
+std::string packed_each(const std::vector<Value>& values) {
+  std::vector<T> all;
+  for (const Value value : values) all.push_back(static_cast<T>(value));
+  return packed(all);
+}
 
 // Each adds to a report's object what the page shows of one file of a run (docs/formats/report.md,
 // "Contents of a report"); what is to be known goes to `warnings`.

@@ -10,7 +10,6 @@
 #include "tools/console.hpp"
 #include "tools/crash_report.hpp"
 #include "tools/outputs.hpp"
-#include "tools/run_log.hpp"
 #include "tools/scene/canonical.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <boost/random/sobol.hpp>
 #include <cmath>
+#include <numeric>
+#include <random>
 #include <sstream>
 
 #include "libfit/core/error.hpp"
-#include "tools/study/sequences.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -93,6 +95,35 @@ VariedRange read_range(const std::string& key, const toml::table& table, const s
   if (range.is_log && !(range.from.number > 0 && range.to.number > 0))
     throw Error(where, "has no logarithm", "Give positive ends, or spacing = \"linear\".");
   return range;
+}
+
+// Points in [0, 1)^dimensions, a row each.
+using Shares = std::vector<std::vector<double>>;
+constexpr double kNumbers = 4294967296.0;  // that 32 bits of a sequence are one of
+
+// The first of the Sobol sequence after 0.
+Shares sobol_points(int count, int dimensions) {
+  boost::random::sobol_engine<std::uint32_t, 32> sequence(static_cast<std::size_t>(dimensions));
+  Shares points(static_cast<std::size_t>(count), std::vector<double>(std::size_t(dimensions)));
+  for (std::vector<double>& point : points)
+    for (double& x : point) x = sequence() / kNumbers;
+  return points;
+}
+
+// Each of `count` slices of each axis has one point (McKay, Beckman and Conover 1979).
+Shares latin_hypercube(int count, int dimensions, unsigned seed) {
+  std::mt19937 random(seed);  // its numbers are the standard's; distributions' are not
+  const auto uniform = [&] { return random() / kNumbers; };
+  Shares points(static_cast<std::size_t>(count));
+  for (int d = 0; d < dimensions; ++d) {
+    std::vector<std::size_t> slice(points.size());
+    std::iota(slice.begin(), slice.end(), 0);
+    for (std::size_t i = slice.size(); i > 1; --i)
+      std::swap(slice[i - 1], slice[static_cast<std::size_t>(uniform() * static_cast<double>(i))]);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      points[i].push_back((static_cast<double>(slice[i]) + uniform()) / count);
+  }
+  return points;
 }
 
 Axis sampled(SceneTable table, const std::vector<VariedRange>& ranges) {

@@ -5,21 +5,21 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
-#include <optional>
 #include <sstream>
 
+#include "libfem/materials/materials.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/csv/csv.hpp"
+#include "tools/scene/canonical.hpp"
 #include "tools/scene/rewrite.hpp"
 #include "tools/scene/toml_table.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/check_choices.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/study/axes.hpp"
-#include "tools/study/scaling.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -54,6 +54,25 @@ void anchor(toml::table& scene, const fs::path& folder) {
     if (!text || (std::string_view(key) == "test_points" && !text->ends_with(".csv"))) continue;
     table->insert_or_assign(key, fs::weakly_canonical(folder / *text).string());
   }
+}
+
+// All that the samples of a scene depend on, moduli by their ratio to the first; and that one. All
+// laws are linear in their moduli (an energy density has no other source of its unit), and
+// friction, contact and geometry know no unit of force, so forces are its multiples. Placed points
+// do: what they predict is compared with a force that is just noticeable.
+std::pair<std::string, double> unscaled(Scene scene) {
+  std::vector<double*> moduli;
+  const auto add = [&](fem::MaterialParameters& material) {
+    for (const std::size_t at : fem::moduli_of(material)) moduli.push_back(&material.values[at]);
+  };
+  if (scene.material) add(*scene.material);
+  for (InclusionSection& inclusion : scene.inclusions) add(inclusion.material);
+  for (BedSection& bed : scene.beds) add(bed.material);
+  const double unit = moduli.empty() ? 1 : *moduli.front();
+  for (double* modulus : moduli) *modulus = std::stod(fmt::format("{:.12g}", *modulus / unit));
+  return {canonical(scene, Stage::prepare) + canonical(scene, Stage::simulate) +
+              canonical(scene, Stage::surface),
+          unit};
 }
 
 class StudyReader {
@@ -202,8 +221,8 @@ class StudyReader {
 
   // Reads every scene; finds bodies and samples that cases share.
   void finish(Study& study) {
-    std::map<std::string, int> bodies, scaled, seen;
-    std::vector<std::optional<Scene>> sources;
+    std::map<std::string, int> bodies, seen;
+    std::map<std::string, std::pair<int, double>> scaled;  // first case, and its first modulus
     for (std::size_t i = 0; i < study.cases.size(); ++i) {
       StudyCase& one = study.cases[i];
       const auto [twin, is_new] = seen.emplace(one.name, i);
@@ -213,21 +232,18 @@ class StudyReader {
                                 listed(one.inputs)),
                     "Remove one of them.");
       try {
-        Scene scene = parse_scene(one.scene, fs::path("scene.toml"));
+        const Scene scene = parse_scene(one.scene, fs::path("scene.toml"));
         check_choices(scene);
         one.body = bodies.emplace(body_fingerprint(scene), bodies.size()).first->second;
         one.source = static_cast<int>(i);
-        sources.emplace_back();
         if (!may_scale_ || scene.experiments.placement || !scene.material || scene.gravity)
           continue;
-        const auto [source, is_first] =
-            scaled.emplace(unscaled(scene) + std::to_string(one.body), i);
-        if (is_first) {
-          sources.back() = std::move(scene);
-          continue;
-        }
-        one.source = source->second;
-        one.factor = force_factor(*sources[static_cast<std::size_t>(one.source)], scene);
+        const auto [text, unit] = unscaled(scene);
+        const auto& [source, source_unit] =
+            scaled.emplace(text + std::to_string(one.body), std::pair(one.source, unit))
+                .first->second;
+        one.source = source;
+        one.factor = unit / source_unit;
       } catch (const Error& e) {
         throw Error(fmt::format("{}: case {} ({}): {}", path_.string(), i + 1, listed(one.inputs),
                                 e.where()),

@@ -83,6 +83,26 @@ async function changed(before) {
   assert.fail("the view stays as it was");
 }
 
+/** Schemes of colour and widths of a screen [px]. */
+const kLooks = [
+  ["light", 1200],
+  ["dark", 1200],
+  ["light", 390],
+  ["dark", 390],
+];
+
+async function lookAt([colorScheme, width]) {
+  await page.setViewportSize({ width, height: 844 });
+  await page.emulateMedia({ colorScheme });
+}
+
+/** Expects no content beside the screen; keeps a picture in the folder OUTPUT. */
+async function fits(name, [colorScheme, width]) {
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+  assert.ok(wide <= width, `${wide} px of content on a screen of ${width} px`);
+  await page.screenshot({ path: path.join(output, `${name}-${colorScheme}-${width}.png`), fullPage: true });
+}
+
 const isTouching = (s) => s === "sticks" || s === "slides";
 const isOver = (s) => s === "in the air";
 
@@ -116,7 +136,6 @@ const claims = {
   async opens_from_disk_without_error_or_request() {
     await open();
     await frames(10);
-    assert.deepEqual(errors, []);
     assert.deepEqual(
       requests.filter((url) => !url.startsWith("blob:") && !url.startsWith("data:")),
       [`file://${report}`],
@@ -132,9 +151,8 @@ const claims = {
     assert.doesNotMatch(words, /\b0\.0 %|unknown|null|NaN/);
     assert.match(words, /no row counts/);
     assert.match(words, /No force reaches 40 mN/);
-    assert.match(words, /Poor: said of the asset.*Do this about it/);
-    assert.doesNotMatch(await text(".verdict"), /\d %/);
-    assert.deepEqual(errors, []);
+    assert.match(words, /Do this about it/);
+    assert.match(await text(".verdict"), /^Poor: said of the asset\. \?$/);
   },
 
   async a_click_shows_the_curves_of_the_nearest_point() {
@@ -153,13 +171,11 @@ const claims = {
     }
     assert.ok((await page.locator("#point-detail svg.plot").count()) >= 3);
     assert.ok((await page.locator("#point-detail svg.plot circle.sample").count()) >= 5);
-    assert.deepEqual(errors, []);
   },
 
   async grey_means_uncovered_only_beside_a_map() {
     await open();
     assert.doesNotMatch(await text("#body"), /not measured/);
-    assert.deepEqual(errors, []);
   },
 
   async a_drag_is_recorded() {
@@ -178,12 +194,11 @@ const claims = {
     await page.mouse.wheel(0, 200);
     await page.waitForFunction((depth) => Number(document.querySelector("#poke-depth").value) < depth, before);
     await page.mouse.up();
-    await until("#poke-state", (s) => s === "in the air");
+    await until("#poke-state", isOver);
     const saved = page.waitForEvent("download");
     await unfold();
     await page.click("#poke-save");
     await (await saved).saveAs(output);
-    assert.deepEqual(errors, []);
   },
 
   async the_body_gives_way_under_the_tool() {
@@ -214,7 +229,6 @@ const claims = {
     await until("#poke-dent", (s) => Number.parseFloat(s) === 0);
     assert.notDeepEqual(await page.screenshot({ clip }), dented);
     if (output) await page.screenshot({ path: path.join(output, "after.png") });
-    assert.deepEqual(errors, []);
   },
 
   async two_fingers_are_two_tools() {
@@ -238,12 +252,7 @@ const claims = {
     await second("pointerup", 0.08);
     await until("#poke-state", isTouching);
     await page.mouse.up();
-    await until("#poke-state", (s) => s === "in the air");
-    const saved = page.waitForEvent("download");
-    await unfold();
-    await page.click("#poke-save");
-    await (await saved).saveAs(output);
-    assert.deepEqual(errors, []);
+    await until("#poke-state", isOver);
   },
 
   async keys_alone_reach_everything() {
@@ -280,7 +289,6 @@ const claims = {
     const before = await text("#point-detail p");
     await page.keyboard.press("ArrowDown");
     assert.notEqual(await text("#point-detail p"), before);
-    assert.deepEqual(errors, []);
   },
 
   async a_gamepad_presses_drags_and_turns() {
@@ -308,7 +316,7 @@ const claims = {
     await until("#poke-state", (s) => s === "slides");
     await set(() => (window.pad.axes[0] = 0));
     await set(() => (window.pad.buttons[7].value = 0));
-    await until("#poke-state", (s) => s === "in the air");
+    await until("#poke-state", isOver);
     await set(() => (window.pad.buttons[0].pressed = true));
     await until("#poke-state", isTouching);
     await set(() => (window.pad.buttons[0].pressed = false));
@@ -319,7 +327,6 @@ const claims = {
     await set(() => (window.pad.axes[2] = 1));
     await changed(before);
     await set(() => (window.pad.axes[2] = 0));
-    assert.deepEqual(errors, []);
   },
 
   async the_sound_switch_plays_what_the_tool_feels() {
@@ -340,7 +347,7 @@ const claims = {
       await until("#poke-state", isTouching);
       await page.waitForFunction((samples) => window.heard.samples > samples, least - 1);
       await page.click("#poke-press");
-      await until("#poke-state", (s) => s === "in the air");
+      await until("#poke-state", isOver);
       return page.evaluate(() => window.heard);
     };
     assert.equal((await touch()).samples, 0); // off at first
@@ -350,7 +357,6 @@ const claims = {
     await page.uncheck("#poke-sound");
     const until_off = await page.evaluate(() => window.heard.samples); // the air sounded until then
     assert.equal((await touch()).samples, until_off);
-    assert.deepEqual(errors, []);
   },
 
   async the_window_is_pressed_at_once_and_all_else_turns_the_body() {
@@ -382,7 +388,6 @@ const claims = {
     await changed(seen);
     await frames(5);
     assert.equal(await text("#poke-force"), "0 N");
-    assert.deepEqual(errors, []);
   },
 
   async grey_says_that_it_is_not_measured() {
@@ -409,7 +414,6 @@ const claims = {
       await until("#poke-state", isOver);
     }
     assert.deepEqual([...seen].sort(), ["grey", "window"]);
-    assert.deepEqual(errors, []);
   },
 
   async a_hidden_lump_is_marked_and_revealed() {
@@ -432,7 +436,6 @@ const claims = {
     await changed(hidden);
     await page.click("#task-again");
     assert.match(await text("#task-said"), /hidden under the window/);
-    assert.deepEqual(errors, []);
   },
 
   async the_body_is_seen_cut_from_the_side() {
@@ -446,37 +449,26 @@ const claims = {
     await until("#poke-state", isTouching);
     await page.click("#side-view");
     assert.equal(await page.locator("#side-view").getAttribute("aria-pressed"), "false");
-    assert.deepEqual(errors, []);
   },
 
   async axe_finds_nothing() {
     const axe = await readFile(fromModules.resolve("axe-core/axe.min.js"), "utf8");
-    for (const [colorScheme, width] of [
-      ["light", 1200],
-      ["dark", 390],
-    ]) {
-      await page.setViewportSize({ width, height: 844 });
-      await page.emulateMedia({ colorScheme });
+    for (const look of [kLooks[0], kLooks[3]]) {
+      await lookAt(look);
       await open();
       await unfold();
       await page.click(".ask >> nth=0");
-      assert.match(await text("#term"), /newtons/);
+      assert.match(await text("#term"), /95th percentile/);
       await page.evaluate(axe);
       const { violations } = await page.evaluate(() => window.axe.run());
       const said = violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join("\n  ")}`);
-      assert.deepEqual(said, [], `${colorScheme}, ${width} px`);
+      assert.deepEqual(said, [], look.join());
     }
-    assert.deepEqual(errors, []);
   },
 
   async recordings_are_drawn() {
-    for (const [colorScheme, width] of [
-      ["light", 1200],
-      ["dark", 1200],
-      ["light", 390],
-    ]) {
-      await page.setViewportSize({ width, height: 844 });
-      await page.emulateMedia({ colorScheme });
+    for (const look of kLooks.slice(0, 3)) {
+      await lookAt(look);
       await page.goto(`file://${report}`);
       const pictures = page.locator("#recordings figure.recording");
       await pictures.first().waitFor();
@@ -491,11 +483,8 @@ const claims = {
       const box = async (name) => pictures.nth(2).locator(name).boundingBox();
       const [curve, contact] = [await box("svg:nth-child(1) polyline"), await box("svg:nth-child(1) rect.contact")];
       assert.ok(curve.width > 20 && curve.height > 20 && contact.x > 0);
-      const wide = await page.evaluate(() => document.documentElement.scrollWidth);
-      assert.ok(wide <= width, `${wide} px of content on a screen of ${width} px`);
-      await page.screenshot({ path: path.join(output, `recordings-${colorScheme}-${width}.png`), fullPage: true });
+      await fits("recordings", look);
     }
-    assert.deepEqual(errors, []);
   },
 
   // Lights turn with the eye, and the sky is where the window faces. They shone from the origin, so a
@@ -503,17 +492,18 @@ const claims = {
   async the_body_is_lit_alike_wherever_it_lies() {
     const html = await readFile(report, "utf8");
     const changed = (floats, change) => {
-      const bytes = Buffer.from(floats.bytes, "base64");
+      const bytes = Buffer.from(floats, "base64");
       for (let i = 0; i < bytes.length; i += 4) bytes.writeFloatLE(change(bytes.readFloatLE(i), (i / 4) % 3), i);
-      floats.bytes = bytes.toString("base64");
+      return bytes.toString("base64");
     };
     const brightness = async (height_m, isUpsideDown) => {
       const moved = html.replace(/(id="contents">)(.*?)(<\/script>)/s, (_, before, json, after) => {
         const contents = JSON.parse(json);
-        const { vertices_m, inward_normal } = contents.surface;
+        const { surface } = contents;
         const turned = (value, axis) => (isUpsideDown && axis > 0 ? -value : value); // about x
-        changed(vertices_m, (value, axis) => turned(value, axis) + (axis === 2 ? height_m : 0));
-        if (inward_normal) changed(inward_normal, turned);
+        const lifted = (value, axis) => turned(value, axis) + (axis === 2 ? height_m : 0);
+        surface.vertices_m = changed(surface.vertices_m, lifted);
+        if (surface.inward_normal) surface.inward_normal = changed(surface.inward_normal, turned);
         delete contents.asset, delete contents.set_up; // which would make it transparent
         return before + JSON.stringify(contents).replaceAll("<", "\\u003c") + after;
       });
@@ -547,37 +537,27 @@ const claims = {
 
   async both_schemes_and_narrow_screens_hold_it() {
     const grounds = [];
-    for (const [colorScheme, width] of [
-      ["light", 1200],
-      ["dark", 1200],
-      ["light", 390],
-      ["dark", 390],
-    ]) {
-      await page.setViewportSize({ width, height: 844 });
-      await page.emulateMedia({ colorScheme });
+    const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+    for (const look of kLooks) {
+      await lookAt(look);
       await open();
       await frames(5);
-      const [scroll, ground] = await page.evaluate(() => [
-        document.documentElement.scrollWidth,
-        getComputedStyle(document.body).backgroundColor,
-      ]);
-      assert.ok(scroll <= width, `${scroll} px of content on a screen of ${width} px`);
-      grounds.push(ground);
-      await page.screenshot({ path: path.join(output, `${colorScheme}-${width}.png`), fullPage: true });
+      await fits("page", look);
+      grounds.push(await ground());
     }
     assert.equal(grounds[0], grounds[2]);
     assert.notEqual(grounds[0], grounds[1]);
     await page.emulateMedia({ media: "print" });
     assert.equal(await page.locator(".panel").isVisible(), false);
     assert.equal(await canvas.isVisible(), true);
-    const printed = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
-    assert.equal(printed, grounds[0]); // also where the screen is dark
+    assert.equal(await ground(), grounds[0]); // also where the screen is dark
   },
 };
 
 let failed = false;
 try {
   await claims[claim]();
+  assert.deepEqual(errors, []);
 } catch (error) {
   console.error(error.stack);
   failed = true;

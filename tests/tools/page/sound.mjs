@@ -1,24 +1,11 @@
-// What is heard of one slide over a ball of facets: node sound.mjs MODULES SOURCES ball.palp RADIUS_m
+// What is heard of one slide over a ball of facets: node sound.mjs MODULES ball.palp RADIUS_m
 // Prints the peaks of the samples that the page hands to the loudspeaker, with interpolation and
 // without; a step of 1 N would be 1.
-import { createRequire } from "node:module";
-import { readFile } from "node:fs/promises";
-import path from "node:path";
+import { load, openEngine, replay } from "./load.mjs";
 
-const [modules, sources, asset, radius] = process.argv.slice(2);
-const esbuild = createRequire(path.join(modules, "package.json"))("esbuild");
-const load = async (name) => {
-  const built = await esbuild.build({
-    entryPoints: [path.join(sources, name)],
-    bundle: true,
-    write: false,
-    format: "esm",
-  });
-  return import(`data:text/javascript,${encodeURIComponent(built.outputFiles[0].text)}`);
-};
-const { Engine, unturned } = await load("engine.ts");
-const { ForceSignal } = await load("sound.ts");
-const engine = await Engine.open(await readFile(path.join(modules, "engine.wasm")), await readFile(asset));
+const [modules, asset, radius] = process.argv.slice(2);
+const { ForceSignal } = await load(modules, `export * from "./sound";`);
+const engine = await openEngine(modules, asset);
 
 // In from outside, then 60 mm around the ball at 50 mm/s, 20 degrees beside its equator.
 const tips = [];
@@ -26,11 +13,10 @@ const ticks = 1500;
 for (let i = 0; i < ticks; ++i) {
   const out = Number(radius) + Math.max(0.001 - 3e-5 * i, -0.006);
   const along = -1 + (2 * Math.max(i - 300, 0)) / (ticks - 300);
-  tips.push(...[Math.cos(0.35) * Math.cos(along), Math.cos(0.35) * Math.sin(along), Math.sin(0.35)].map((v) => v * out));
+  tips.push([Math.cos(0.35) * Math.cos(along), Math.cos(0.35) * Math.sin(along), Math.sin(0.35)].map((v) => v * out));
 }
 for (const interpolates of [true, false]) {
-  const forces = engine.replay(unturned(tips), interpolates);
-  const sizes = Float32Array.from({ length: ticks }, (_, i) => Math.hypot(...forces.subarray(3 * i, 3 * i + 3)));
+  const sizes = Float32Array.from(replay(engine, tips, interpolates), (force) => Math.hypot(...force));
   const signal = new ForceSignal(1, 48000);
   let peak = 0;
   let count = 0;

@@ -1,23 +1,11 @@
-// The page's own share of a frame, on 100,352 triangles: node surface.mjs MODULES SOURCES
+// The page's own share of a frame, on 100,352 triangles: node surface.mjs MODULES
 // Normals and rays give what three.js gives, in a share of its time. Ends with status 0 where so.
 import assert from "node:assert/strict";
-import { createRequire } from "node:module";
-import path from "node:path";
+import { load } from "./load.mjs";
 
-const [modules, sources] = process.argv.slice(2);
-const require = createRequire(path.join(modules, "package.json"));
-const built = await require("esbuild").build({
-  stdin: {
-    contents: `export * from "./picking"; export * as three from "three";`,
-    resolveDir: sources,
-  },
-  bundle: true,
-  write: false,
-  format: "esm",
-  nodePaths: [path.join(modules, "node_modules")],
-});
-const { fillNormals, Picker, three } = await import(
-  `data:text/javascript;base64,${Buffer.from(built.outputFiles[0].text).toString("base64")}`
+const { fillNormals, Picker, three } = await load(
+  process.argv[2],
+  `export * from "./picking"; export * as three from "three";`,
 );
 
 // A wavy sheet.

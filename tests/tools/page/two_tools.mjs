@@ -1,27 +1,18 @@
 // Plays the path of two tools that walk_bits printed with the page's engine, in Node:
-// node two_tools.mjs MODULES SOURCES COUPLED.palp TWO.csv RADIUS_m
+// node two_tools.mjs MODULES COUPLED.palp TWO.csv RADIUS_m
 // Ends with status 0 where force and torque of every row have the bits of C.
-import { createRequire } from "node:module";
-import { readFile } from "node:fs/promises";
-import path from "node:path";
+import { load, openEngine, rowsOf } from "./load.mjs";
 
-const [modules, sources, asset, from, radius] = process.argv.slice(2);
-const esbuild = createRequire(path.join(modules, "package.json"))("esbuild");
-const built = await esbuild.build({
-  entryPoints: [path.join(sources, "engine.ts")],
-  bundle: true,
-  write: false,
-  format: "esm",
-});
-const { Answer, Engine } = await import(`data:text/javascript,${encodeURIComponent(built.outputFiles[0].text)}`);
-const engine = await Engine.open(await readFile(path.join(modules, "engine.wasm")), await readFile(asset));
+const [modules, asset, from, radius] = process.argv.slice(2);
+const { Answer } = await load(modules, `export * from "./engine";`);
+const engine = await openEngine(modules, asset);
 const radius_m = Number(radius);
 const ball = { centre_m: [0, 0, radius_m], radius_m };
 const capsule = [-1, 0, 1].map((at) => ({ centre_m: [at * radius_m, 0, 0], radius_m }));
 engine.take([[ball], capsule]);
 engine.start();
 
-const rows = (await readFile(from, "utf8")).trim().split("\n").slice(1).map((row) => row.split(",").map(Number));
+const rows = await rowsOf(from);
 let different = 0;
 let both = 0;
 for (let i = 0; i + 1 < rows.length; i += 2) {

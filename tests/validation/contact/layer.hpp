@@ -1,22 +1,15 @@
 #pragma once
 
 #include <algorithm>
-#include <ctime>
-#include <functional>
 
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/structured_block.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
+#include "tests/validation/record.hpp"
 
 namespace palpate::fem {
 
 constexpr double kYoung_Pa = 10e3;
-
-inline double thread_seconds() {
-  timespec time;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 /// A layer of 10 kPa, held at its bottom, square and centred about the origin, its top at z = 0; no
 /// twin.
@@ -57,9 +50,9 @@ inline Pressed press(const SimulationSetup& setup, double depth_m, int steps) {
   Experiments experiments;
   experiments.depth_m = depth_m;
   experiments.press_steps = steps;
-  const double start = thread_seconds();
+  const double start = validation::cpu_seconds();
   PointRows result = Simulator(setup).press_and_drag(layer_top(), -Vec3::UnitZ(), experiments);
-  return {std::move(result), thread_seconds() - start};
+  return {std::move(result), validation::cpu_seconds() - start};
 }
 
 }  // namespace palpate::fem

@@ -4,7 +4,6 @@
 #include <cstdio>
 
 #include "layer.hpp"
-#include "tests/validation/record.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -32,9 +31,9 @@ Moved move_aside() {
   for (int i = 0; i < kPress; ++i) way.row(i) << 0, 0, -kDepth_m * (i + 1) / kPress;
   for (int i = 0; i < kAside; ++i) way.row(kPress + i) << 0.02e-3 * (i + 1), 0, -kDepth_m;
   Moved out;
-  const double start = thread_seconds();
+  const double start = validation::cpu_seconds();
   out.result = Simulator(setup).follow(layer_top(), -Vec3::UnitZ(), {0, way});
-  out.cpu_s = thread_seconds() - start;
+  out.cpu_s = validation::cpu_seconds() - start;
   for (int i = 0; i < kAside; ++i) {
     const PointRow& row = out.result.rows[kPress + i];
     out.aside_m.push_back(row.deflection.x());

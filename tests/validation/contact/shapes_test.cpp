@@ -5,7 +5,6 @@
 
 #include "layer.hpp"
 #include "tests/libfem/probes/solids.hpp"
-#include "tests/validation/record.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -30,10 +29,10 @@ Pressed press_and_drag(const ProbeSpec& probe) {
   experiments.drag_distance_m = 0.0015;
   experiments.drag_directions = 1;
   experiments.drag_steps = 2;
-  const double start = thread_seconds();
+  const double start = validation::cpu_seconds();
   PointRows result = Simulator(layer_setup(0.45, probe, {0.03, 0.12, 0.03}))
                          .press_and_drag(layer_top(), -Vec3::UnitZ(), experiments);
-  return {std::move(result), thread_seconds() - start};
+  return {std::move(result), validation::cpu_seconds() - start};
 }
 
 double difference(const Pressed& a, const Pressed& b) {

@@ -26,26 +26,25 @@ const kStatusColours: Record<string, [number, number, number]> = {
 };
 
 /** Held-out contact points with the largest relative error of their rows; those of which some row counts. */
-function heldOutPlaces(contents: Contents): { places: Float32Array; error: number[]; name: string[] } {
+function heldOutPlaces(contents: Contents): { places: Float32Array; error: number[] } {
   const held = contents.held_out;
   const floor = contents.statement?.floor_N ?? contents.jnd.floor_N;
-  const found = new Map<string, { place: number[]; error: number; path: string }>();
+  const found = new Map<string, { place: number[]; error: number }>();
   if (held) {
     const [position, force, engine] = [held.position_m, held.force_N, held.engine_N].map(floats);
     held.point.forEach((name, i) => {
       const size = Math.hypot(...vector(force, i));
       const off = Math.hypot(...[0, 1, 2].map((k) => engine[3 * i + k] - force[3 * i + k]));
       const key = `${name} ${held.path[i]}`;
-      const entry = found.get(key) ?? { place: vector(position, i), error: Number.NaN, path: held.path[i] };
+      const entry = found.get(key) ?? { place: vector(position, i), error: Number.NaN };
       if (size > floor) entry.error = Math.max(entry.error || 0, off / size);
       found.set(key, entry);
     });
   }
-  const counted = [...found].filter(([, e]) => !Number.isNaN(e.error));
+  const counted = [...found.values()].filter(({ error }) => !Number.isNaN(error));
   return {
-    places: Float32Array.from(counted.flatMap(([, e]) => e.place)),
-    error: counted.map(([, e]) => e.error),
-    name: counted.map(([name]) => name),
+    places: Float32Array.from(counted.flatMap(({ place }) => place)),
+    error: counted.map(({ error }) => error),
   };
 }
 
@@ -240,8 +239,7 @@ class BodySection {
       if (!isClick || event.button !== 0) return;
       const place = this.view.under(event.clientX, event.clientY);
       if (!place) return;
-      const point = nearest(this.positions, place.position.toArray());
-      this.points?.choose(point, this.view.curveAt(place.position));
+      this.points?.choose(nearest(this.positions, place.position.toArray()));
     });
     canvas.addEventListener("keydown", (event) => {
       if (this.poke?.isPoking && event.key.startsWith("Arrow")) return; // they move the tool

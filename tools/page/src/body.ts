@@ -21,7 +21,6 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { type Contents, floats, nearest, vector } from "./contents";
-import type { PlaceCurve } from "./curves";
 import { type SeenTool, type SetUpPart, setUpGroups, ToolGlyph } from "./glyphs";
 import { BodySurface, linear, type MapName, type Place } from "./surface";
 
@@ -197,11 +196,6 @@ export class BodyView {
   /** Whether a drag of the pointer turns the look. */
   setOrbit(isOn: boolean): void {
     this.controls.enabled = isOn;
-  }
-
-  /** Normal force over depth at the covered vertex nearest to a place; none where the place is not covered. */
-  curveAt(place: Vector3): PlaceCurve | undefined {
-    return this.surface.curveAt(place);
   }
 
   /** Colours the surface; returns the values at the two ends of the colour bar. */

@@ -1,42 +1,31 @@
 // What `palpate report` wrote into the page: docs/formats/report.md describes it.
 import type { Profile } from "./engine";
 
-interface Packed {
-  type: "f32" | "i32" | "u8";
-  bytes: string;
-}
+/** Numbers as their bytes in base64. */
+type Packed = string;
 
 /** A number, or null where no row counts. */
 export type Figure = number | null;
 
-interface ErrorFigures {
-  typical_N: Figure;
-  median_N: Figure;
-  p95_N: Figure;
-  max_N: Figure;
+interface RelativeFigures {
   median_rel: Figure;
   p95_rel: Figure;
-  max_rel: Figure;
 }
 
-interface ShapeFigures {
-  median_m: Figure;
+interface ErrorFigures extends RelativeFigures {
+  median_N: Figure;
+  p95_N: Figure;
+}
+
+interface ShapeFigures extends RelativeFigures {
   p95_m: Figure;
-  max_m: Figure;
-  median_rel: Figure;
-  p95_rel: Figure;
-  max_rel: Figure;
 }
 
 /** Of a torque [N m] on the body. */
-export interface TorqueFigures {
+export interface TorqueFigures extends RelativeFigures {
   typical_Nm: Figure;
   median_Nm: Figure;
   p95_Nm: Figure;
-  max_Nm: Figure;
-  median_rel: Figure;
-  p95_rel: Figure;
-  max_rel: Figure;
 }
 
 /** How far off one answer to some rows is. */
@@ -48,7 +37,7 @@ export interface StatedError extends ErrorFigures {
 }
 
 export interface Statement {
-  force_error: ErrorFigures & { within_jnd: Figure };
+  force_error: ErrorFigures & { max_N: Figure; max_rel: Figure; within_jnd: Figure };
   /** Of all rows; empty where none has a torque. */
   torque_error: Partial<TorqueFigures>;
   /** How good it is, and what to do where it is poor: sentences. */
@@ -66,7 +55,7 @@ export interface Statement {
   tick_ns: Figure;
   asset_bytes: number;
   /** Empty where the asset does not say how its surface moves. */
-  shape_error: { near?: ShapeFigures; all?: ShapeFigures; penetration_m?: number; rows?: number };
+  shape_error: { near?: ShapeFigures; all?: ShapeFigures };
   /** Keys of this object, in order, under which lines by name are, and what they are of. */
   sections: { name: string; title: string }[];
   [section: string]: unknown;
@@ -118,7 +107,6 @@ export interface Pictures {
 
 export interface Contents {
   schema: string;
-  version: number;
   program: string;
   name: string;
   jnd: { floor_N: number; share: number };
@@ -175,25 +163,16 @@ export interface Contents {
     status: Packed;
     status_names: string[];
   };
-  recordings?: {
-    file: string[];
-    grade: number[];
-    reasons: string[];
-    estimator: string[];
-    noise_N: Packed;
-    young_Pa: Packed;
-  };
   pictures?: Pictures;
   held_out?: {
     point: string[];
     path: string[];
     position_m: Packed;
-    deflection_m: Packed;
     force_N: Packed;
     engine_N: Packed;
   };
   /** A row per round of placement. */
-  placement?: { points: number[]; median_rel: number[]; p95_rel: number[]; max_rel: number[] };
+  placement?: { points: number[]; median_rel: number[]; p95_rel: number[] };
   asset?: { bytes: string; range_m: number; program?: string };
 }
 
@@ -204,21 +183,64 @@ export function bytes(base64: string): Uint8Array<ArrayBuffer> {
   return out;
 }
 
-export function floats(packed: Packed | undefined): Float32Array<ArrayBuffer> {
-  return new Float32Array(bytes(packed?.bytes ?? "").buffer);
+export function floats(packed: Packed = ""): Float32Array<ArrayBuffer> {
+  return new Float32Array(bytes(packed).buffer);
 }
 
-export function integers(packed: Packed | undefined): Int32Array<ArrayBuffer> {
-  return new Int32Array(bytes(packed?.bytes ?? "").buffer);
+export function integers(packed: Packed = ""): Int32Array<ArrayBuffer> {
+  return new Int32Array(bytes(packed).buffer);
 }
 
-export function codes(packed: Packed | undefined): Uint8Array<ArrayBuffer> {
-  return packed ? bytes(packed.bytes) : new Uint8Array(0);
-}
+export type Vector = [number, number, number];
+
+export const dot = (a: number[], b: number[]) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+/** The part of a vector that is normal to a unit vector. */
+export const across = (a: number[], u: number[]) => a.map((v, k) => v - dot(a, u) * u[k]);
 
 /** Row `i` of a packed array of vectors. */
-export function vector(values: ArrayLike<number>, i: number): [number, number, number] {
+export function vector(values: ArrayLike<number>, i: number): Vector {
   return [values[3 * i], values[3 * i + 1], values[3 * i + 2]];
+}
+
+/** A row of an experiment, and the answer of the curves of its point. */
+export interface Row {
+  deflection: Vector;
+  force: Vector;
+  fitted: Vector;
+  error_N: number;
+  status: string;
+}
+
+export interface Experiment {
+  number: number;
+  point: number;
+  isPress: boolean;
+  rows: Row[];
+}
+
+/** Experiments at points with curves. */
+export function experimentsOf(contents: Contents): Experiment[] {
+  const found: Experiment[] = [];
+  const rows = contents.rows;
+  if (!rows) return found;
+  const [points, numbers] = [integers(rows.point), integers(rows.experiment)];
+  const [kind, status] = [bytes(rows.kind), bytes(rows.status)];
+  const [deflection, force, fitted] = [rows.deflection_m, rows.force_N, rows.fitted_N].map(floats);
+  const error = floats(rows.force_error_N);
+  points.forEach((point, i) => {
+    if (point < 0) return;
+    const [number, last] = [numbers[i], found.at(-1)];
+    if (last?.number !== number || last.point !== point)
+      found.push({ number, point, isPress: kind[i] === 0, rows: [] });
+    found[found.length - 1].rows.push({
+      deflection: vector(deflection, i),
+      force: vector(force, i),
+      fitted: vector(fitted, i),
+      error_N: error[i],
+      status: rows.status_names[status[i]],
+    });
+  });
+  return found;
 }
 
 /** Number of the place nearest to another [m]; -1 where there are none. places_m: three numbers each. */

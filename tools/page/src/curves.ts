@@ -1,27 +1,20 @@
 // The curves of one test point with its samples, bands and residuals.
 
 import { seriesColour } from "./colours";
-import { type Contents, codes, floats, integers, largest, vector } from "./contents";
+import {
+  across,
+  type Contents,
+  dot,
+  type Experiment,
+  experimentsOf,
+  floats,
+  largest,
+  type Row,
+  vector,
+} from "./contents";
 import { choice, figure, html, section } from "./dom";
 import { type Axis, errorPlot, plot, type Series } from "./plot";
 import { plain, quantity, scaleFor } from "./words";
-
-interface Row {
-  deflection: number[];
-  force: number[];
-  fitted: number[];
-  error_N: number;
-  status: string;
-}
-
-interface Experiment {
-  kind: number;
-  rows: Row[];
-}
-
-const kPress = 0;
-const dot = (a: number[], b: number[]) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const across = (a: number[], u: number[]) => a.map((v, k) => v - dot(a, u) * u[k]);
 
 const flatten = (series: Series[], axis: "x" | "y") => series.flatMap((s) => s[axis]);
 
@@ -29,12 +22,6 @@ const flatten = (series: Series[], axis: "x" | "y") => series.flatMap((s) => s[a
 function scaled(label: string, base: string, values: number[]): Axis {
   const { unit, scale } = scaleFor(largest(values.map(Math.abs)), base);
   return { label: `${label} [${unit}]`, scale };
-}
-
-/** Normal force over depth at a place between test points. */
-export interface PlaceCurve {
-  depth_m: number[];
-  force_N: number[];
 }
 
 /** Samples of the test points, read once. */
@@ -53,33 +40,11 @@ class Curves {
       deviation: floats(c.deviation_N),
     }));
     this.experiments = (points?.name ?? []).map(() => []);
-    const rows = contents.rows;
-    if (!rows) return;
-    const [point, experiment, kind, status] = [
-      integers(rows.point),
-      integers(rows.experiment),
-      codes(rows.kind),
-      codes(rows.status),
-    ];
-    const [deflection, force, fitted, error] = [rows.deflection_m, rows.force_N, rows.fitted_N, rows.force_error_N].map(
-      floats,
-    );
-    point.forEach((p, i) => {
-      if (p < 0) return;
-      const own = this.experiments[p];
-      if (i === 0 || experiment[i] !== experiment[i - 1] || own.length === 0) own.push({ kind: kind[i], rows: [] });
-      own[own.length - 1].rows.push({
-        deflection: vector(deflection, i),
-        force: vector(force, i),
-        fitted: vector(fitted, i),
-        error_N: error[i],
-        status: rows.status_names[status[i]],
-      });
-    });
+    for (const experiment of experimentsOf(contents)) this.experiments[experiment.point].push(experiment);
   }
 
   hasDrags(point: number): boolean {
-    return this.experiments[point].some((e) => e.kind !== kPress);
+    return this.experiments[point].some((e) => !e.isPress);
   }
 
   /** A curve of a point from 0 to its last knot, in front of its band where that is known. */
@@ -96,14 +61,12 @@ class Curves {
   }
 
   /** Force over depth: band, curve, knots, the presses' rows. */
-  private pressPlot(point: number, between?: PlaceCurve): SVGSVGElement {
+  private pressPlot(point: number): SVGSVGElement {
     const u = vector(this.normal, point);
     const series = this.curveSeries(0, point, seriesColour(0));
-    if (between)
-      series.push({ kind: "line", look: "dashed", colour: seriesColour(1), x: between.depth_m, y: between.force_N });
     const good: Series = { kind: "dots", look: "sample", x: [], y: [], titles: [] };
     const bad: Series = { kind: "dots", look: "bad", x: [], y: [], titles: [] };
-    for (const e of this.experiments[point].filter((e) => e.kind === kPress)) {
+    for (const e of this.experiments[point].filter((e) => e.isPress)) {
       for (const row of e.rows) {
         const into = row.status === "good" ? good : bad;
         into.x.push(dot(row.deflection, u));
@@ -142,7 +105,7 @@ class Curves {
     const u = vector(this.normal, point);
     const series: Series[] = [];
     this.experiments[point]
-      .filter((e) => e.kind !== kPress)
+      .filter((e) => !e.isPress)
       .forEach((e, k) => {
         const first = e.rows[0].deflection;
         const way = (row: Row) => across(row.deflection, u).map((v, i) => v - across(first, u)[i]);
@@ -182,7 +145,7 @@ class Curves {
         if (row.status !== "good" || !row.fitted.every(Number.isFinite)) continue;
         const size = Math.hypot(...row.force);
         const off = Math.hypot(...row.force.map((v, k) => v - row.fitted[k]));
-        const into = e.kind === kPress ? press : drag;
+        const into = e.isPress ? press : drag;
         into.x.push(size);
         into.y.push(off);
         into.titles?.push(
@@ -204,8 +167,8 @@ class Curves {
     );
   }
 
-  /** All that is known of a test point. between: the curve of a place beside it, for comparison. */
-  show(point: number, between?: PlaceCurve): Node[] {
+  /** All that is known of a test point. */
+  show(point: number): Node[] {
     const points = this.contents.points;
     if (!points) return [];
     const residual = floats(points.rms_residual_N)[point];
@@ -217,10 +180,7 @@ class Curves {
     const hasRows = this.experiments[point].length > 0;
     if (hasRows) facts.push(this.hasDrags(point) ? "pressed and dragged" : "pressed, not dragged");
     const pictures = [
-      figure(
-        `Pressing: curve, its 90 % band, knots, rows, and the law through them${between ? "; dashed: where you clicked" : ""}`,
-        this.pressPlot(point, between),
-      ),
+      figure("Pressing: curve, its 90 % band, knots, rows, and the law through them", this.pressPlot(point)),
     ];
     if (this.hasDrags(point))
       pictures.push(figure("Dragging: rows, and lines of the fitted law", this.dragPlot(point)));
@@ -263,9 +223,9 @@ export class PointSection {
     this.element = section("curves", "Point curves", html("p", {}, element), this.detail);
   }
 
-  choose(point: number, between?: PlaceCurve): void {
+  choose(point: number): void {
     this.list.value = String(point);
-    this.detail.replaceChildren(...this.curves.show(point, between));
+    this.detail.replaceChildren(...this.curves.show(point));
     this.chosen(point);
   }
 

@@ -30,11 +30,10 @@ export const Answer = {
   stored_J: 11,
   dissipated_J: 12,
   state: 13,
-  triangle: 14,
-  flags: 15,
-  torque_Nm: 16,
-  touching: 19,
-  size: 20,
+  flags: 14,
+  torque_Nm: 15,
+  touching: 18,
+  size: 19,
 } as const;
 
 /** Of all tools together. */
@@ -155,27 +154,4 @@ export class Engine {
   answer(): Float64Array {
     return this.doubles(this.wasm.answer(), Answer.size * this.tools.length);
   }
-
-  /** Forces on the tools [N], three of each a tick, along their poses, kPose numbers of each a tick, from a fresh start. */
-  replay(poses: Float64Array, interpolates = true): Float64Array {
-    this.start(interpolates);
-    const tools = this.tools.length;
-    const rows = Math.floor(poses.length / (kPose * tools));
-    const forces = new Float64Array(3 * tools * rows);
-    const answer = this.answer();
-    for (let i = 0; i < rows; ++i) {
-      this.tick(poses.subarray(i * kPose * tools, (i + 1) * kPose * tools));
-      for (let k = 0; k < tools; ++k)
-        forces.set(answer.subarray(k * Answer.size, k * Answer.size + 3), 3 * (i * tools + k));
-    }
-    return forces;
-  }
-}
-
-/** Poses of a tip at places [m], three numbers each. */
-export function unturned(places: ArrayLike<number>): Float64Array {
-  const poses = new Float64Array((places.length / 3) * kPose);
-  for (let i = 0; 3 * i < places.length; ++i)
-    poses.set([places[3 * i], places[3 * i + 1], places[3 * i + 2], 1], kPose * i);
-  return poses;
 }

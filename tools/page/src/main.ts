@@ -15,7 +15,12 @@ function read(id: string): string {
 function build(contents: Contents): void {
   document.title = `${contents.name} - Palpate`;
   const main = html("main", {});
-  const header = html("header", {}, html("h1", {}, contents.name), html("p", { class: "verdict" }, verdict(contents)));
+  const header = html(
+    "header",
+    {},
+    html("h1", {}, contents.name),
+    html("p", { class: "verdict" }, ...verdict(contents)),
+  );
   const points = contents.points?.name.length ? new PointSection(contents) : undefined;
   const body = contents.surface ? bodySection(contents, read("engine"), points) : undefined;
   const sections = [

@@ -4,7 +4,7 @@ import { Quaternion, Vector3 } from "three";
 import workerSource from "worker-source";
 import type { BodyView } from "./body";
 import { seriesColour } from "./colours";
-import { bytes, type Contents, floats, largest } from "./contents";
+import { bytes, type Contents, floats, largest, type Vector } from "./contents";
 import { choice, details, html, swatch } from "./dom";
 import { Answer, type Ball, kTip } from "./engine";
 import { ForceGraph } from "./force-graph";
@@ -14,7 +14,7 @@ import { ForceSound } from "./sound";
 import type { Place } from "./surface";
 import { ask, type Term } from "./terms";
 import { kKeyStep, listenForTool, type Tool } from "./tool-input";
-import type { Batch, News, Order, Turn, Vector } from "./worker";
+import type { Batch, News, Order, Turn } from "./worker";
 import { millimetres, quantity } from "./words";
 
 const kStates = ["in the air", "sticks", "slides", "touches"];
@@ -164,7 +164,6 @@ export class Poke implements Tool {
             { type: "button", id: "poke-save", click: () => this.order({ order: "record" }) },
             "Save path and forces",
           ),
-          html("button", { type: "button", id: "poke-measure", click: () => this.measure() }, "Measure speed"),
         ),
       ),
     );
@@ -235,22 +234,13 @@ export class Poke implements Tool {
         (news.isTool ? "" : kAlone);
       this.healButton.hidden = !news.remembers;
     } else if (news.news === "batch") this.take(news.batch);
-    else if (news.news === "measured")
-      this.message.textContent = news.ticks_per_s
-        ? `${(news.ticks_per_s / 1e6).toFixed(2)} million ticks per second along the last touch, ${quantity(1 / news.ticks_per_s, "s")} each.`
-        : "Touch the body first: the last touch is what is measured.";
-    else if (news.news === "record") this.save(news.table, news.ticks);
+    else this.save(news.table, news.ticks);
   }
 
   private heal(): void {
     this.liftAll();
     this.order({ order: "heal" });
     this.message.textContent = "The body is as it was before the first touch.";
-  }
-
-  private measure(): void {
-    this.liftAll();
-    this.order({ order: "measure" });
   }
 
   /** The last touch as a table that `palpate replay` takes for a path. */

@@ -1,6 +1,6 @@
 // Where the numbers come from: warnings, scene, files, versions, timings.
 
-import { type Contents, codes, floats } from "./contents";
+import { bytes, type Contents } from "./contents";
 import { details, html, section, table } from "./dom";
 import { digits, plain, quantity, tick } from "./words";
 
@@ -14,7 +14,7 @@ function counts(contents: Contents): string[] {
   };
   const rows = contents.rows;
   if (rows) {
-    const status = Array.from(codes(rows.status), (code) => rows.status_names[code]);
+    const status = Array.from(bytes(rows.status), (code) => rows.status_names[code]);
     const bad = tally(status);
     if (bad) out.push(`Of ${status.length} rows, these were not used: ${bad}.`);
   }
@@ -22,11 +22,6 @@ function counts(contents: Contents): string[] {
   if (points) {
     const bad = tally(points.status);
     if (bad) out.push(`Of ${points.name.length} test points: ${bad}.`);
-  }
-  const recordings = contents.recordings;
-  if (recordings) {
-    const poor = recordings.grade.filter((grade) => grade > 0).length;
-    if (poor) out.push(`Of ${recordings.file.length} recordings, ${poor} are graded fair or poor.`);
   }
   return out;
 }
@@ -50,9 +45,8 @@ export function provenanceSection(contents: Contents): HTMLElement {
     );
     facts.push(["probe", [probe.shape, ...sizes, `friction ${digits(probe.friction, 2)}`].join(", ")]);
   }
-  const points = contents.points;
-  if (points) facts.push(["test points", String(points.name.length)]);
-  if (contents.rows) facts.push(["rows", String(codes(contents.rows.status).length)]);
+  if (contents.points) facts.push(["test points", String(contents.points.name.length)]);
+  if (contents.rows) facts.push(["rows", String(bytes(contents.rows.status).length)]);
   if (contents.set_up?.tets) facts.push(["base mesh", `${contents.set_up.tets} tetrahedra`]);
   if (contents.statement) {
     facts.push(["a tick of the engine, on the machine that ran this", tick(contents.statement.tick_ns)]);
@@ -70,44 +64,5 @@ export function provenanceSection(contents: Contents): HTMLElement {
       ),
     );
   if (contents.set_up?.scene) out.append(details("Scene", html("pre", {}, contents.set_up.scene)));
-  if (points) {
-    const [rms, max] = [floats(points.rms_residual_N), floats(points.max_residual_N)];
-    out.append(
-      details(
-        "Test points",
-        table(
-          ["point", "status", "residual", "at most", "remark"],
-          points.name.map((name, i) => [
-            name,
-            points.status[i],
-            quantity(rms[i], "N"),
-            quantity(max[i], "N"),
-            points.message[i],
-          ]),
-        ),
-      ),
-    );
-  }
-  const recordings = contents.recordings;
-  if (recordings) {
-    const noise = floats(recordings.noise_N);
-    const young = floats(recordings.young_Pa);
-    out.append(
-      details(
-        "Recordings",
-        table(
-          ["file", "grade", "contact by", "noise", "apparent modulus", "why"],
-          recordings.file.map((file, i) => [
-            file,
-            ["good", "fair", "poor"][recordings.grade[i]],
-            recordings.estimator[i],
-            quantity(noise[i], "N"),
-            quantity(young[i], "Pa"),
-            recordings.reasons[i],
-          ]),
-        ),
-      ),
-    );
-  }
   return out;
 }

@@ -35,14 +35,6 @@ export class Recording {
     return this.parts[Math.floor(tick / kPart)].subarray(at, at + kRow);
   }
 
-  /** Of all tools, kPose numbers each a tick. */
-  poses(): Float64Array {
-    const out = new Float64Array(this.ticks * this.tools * kPose);
-    for (let i = 0; i < this.ticks; ++i)
-      for (let k = 0; k < this.tools; ++k) out.set(this.row(i, k).subarray(0, kPose), (i * this.tools + k) * kPose);
-    return out;
-  }
-
   /** As `palpate replay` takes a path, with the forces beside it. */
   table(rate_Hz: number): string {
     const turns =

@@ -16,11 +16,10 @@ import { ask } from "./terms";
 import { counted, percent, plain, quantity, tick } from "./words";
 
 /** One line on how wrong it is. */
-export function verdict(contents: Contents): string {
-  if (contents.statement) return contents.statement.verdict;
-  if (contents.pictures && !contents.files) return "Recordings, and what a contact model says of each.";
-  if (!contents.files) return "A set-up to look at: nothing has been simulated yet.";
-  return "This folder holds no error statement: how wrong these curves are is not known.";
+export function verdict(contents: Contents): (string | HTMLElement)[] {
+  if (contents.statement) return [contents.statement.verdict, " ", ask("accuracy")];
+  if (!contents.files) return ["A set-up to look at: nothing has been simulated yet."];
+  return ["This folder holds no error statement: how wrong these curves are is not known."];
 }
 
 function sentences(s: Statement, contents: Contents): string[] {
@@ -158,8 +157,7 @@ function torqueTable(s: Statement): HTMLElement[] {
 }
 
 export function statementSection(contents: Contents): HTMLElement {
-  const line = html("p", {}, verdict(contents), " ", ask("accuracy"));
-  const out = section("error", "Accuracy", line);
+  const out = section("error", "Accuracy");
   const s = contents.statement;
   if (!s) {
     out.append(html("p", {}, "`palpate run`, or `palpate validate`, makes one from fresh experiments."));

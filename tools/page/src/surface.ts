@@ -11,8 +11,7 @@ import {
   Vector3,
 } from "three";
 import { kTissue, kUncovered, kUncoveredTissue, viridis } from "./colours";
-import { type Contents, floats, integers, nearest } from "./contents";
-import type { PlaceCurve } from "./curves";
+import { type Contents, floats, integers } from "./contents";
 import { fillNormals, Picker } from "./picking";
 import { TissueMaterial } from "./tissue";
 
@@ -134,19 +133,6 @@ export class BodySurface {
       { length: count },
       (_, i) => (1 - t) * all[Math.max(k, 0) * count + i] + t * all[upper * count + i],
     );
-  }
-
-  /** Normal force over depth at the covered vertex nearest to a place; none where the place is not covered. */
-  curveAt(place: Vector3): PlaceCurve | undefined {
-    const maps = this.contents.maps;
-    if (!maps) return undefined;
-    const i = this.covered.indexOf(nearest(this.vertices, place.toArray()));
-    if (i < 0) return undefined;
-    const force = this.maps.force_N;
-    return {
-      depth_m: [0, ...maps.depths_m],
-      force_N: [0, ...maps.depths_m.map((_, k) => force[k * this.covered.length + i])],
-    };
   }
 
   /** Colours the surface, without a map as tissue; returns the values at the two ends of the colour bar. */

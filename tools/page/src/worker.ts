@@ -1,11 +1,10 @@
 // The force thread: ticks the engine at 1 kHz beside the page, whatever the frames do. A browser
 // wakes a worker every few milliseconds at best, so ticks that are due come in small batches.
 
-import { vector } from "./contents";
-import { Answer, type Ball, Engine, kMaxBalls, kPose } from "./engine";
+import { type Vector, vector } from "./contents";
+import { Answer, type Ball, Engine, kMaxBalls } from "./engine";
 import { Recording } from "./recording";
 
-export type Vector = [number, number, number];
 /** A quaternion w, x, y, z. */
 export type Turn = [number, number, number, number];
 
@@ -18,8 +17,7 @@ export type Order =
   | { order: "lift"; finger: number; to: Vector }
   | { order: "rest" }
   | { order: "heal" }
-  | { order: "record" }
-  | { order: "measure" };
+  | { order: "record" };
 
 /** A batch of ticks. pressing_N, sliding_N: normal and lateral force of each, of all tools together. */
 export interface Batch {
@@ -41,8 +39,7 @@ export type News =
   | { news: "ready"; deforms: boolean; remembers: boolean; fingers: number; isTool: boolean }
   | { news: "refused"; sentence: string }
   | { news: "batch"; batch: Batch }
-  | { news: "record"; table: string; ticks: number }
-  | { news: "measured"; ticks_per_s: number };
+  | { news: "record"; table: string; ticks: number };
 
 const kRate_Hz = 1000;
 const kSlip = 2; // PALPATE_SLIP
@@ -200,21 +197,6 @@ function begin(finger: number, from: Vector, to: Vector, turned: Turn, interpola
   run();
 }
 
-/** Ticks per second along the record, as fast as they go. */
-function measure(): number {
-  const path = recording.poses();
-  if (path.length === 0) return 0;
-  const from = performance.now();
-  let count = 0;
-  let spent = 0;
-  while (spent < 200) {
-    engine.replay(path);
-    count += path.length / (kPose * fingers.length);
-    spent = performance.now() - from;
-  }
-  return (1e3 * count) / spent;
-}
-
 async function open(module: ArrayBuffer, asset: ArrayBuffer, tool: readonly Ball[]): Promise<News> {
   engine = await Engine.open(module, new Uint8Array(asset));
   return take(tool);
@@ -255,6 +237,5 @@ addEventListener("message", async ({ data }: MessageEvent<Order>) => {
   else {
     clearTimeout(timer);
     timer = undefined;
-    if (data.order === "measure") say({ news: "measured", ticks_per_s: measure() });
   }
 });

@@ -4,11 +4,11 @@
 # Arguments: the program, the number of test points (49 experiments each), of shards, the table.
 set -euo pipefail
 palpate=$(realpath "$1"); points=$2; shards=$3; table=$(realpath "$4")
-here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+tests=$(cd "$(dirname "${BASH_SOURCE[0]}")/../../../tests/tools" && pwd)
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
-. "$here/block.sh"
+. "$tests/block.sh"
 block small 60 10
 cat > scene.toml <<TOML
 [body]
@@ -38,7 +38,7 @@ now() { date +%s.%N; }
 since() { awk -v a="$from" -v b="$(now)" "BEGIN { print b - a }"; }
 # A command's processor seconds are appended to times.txt.
 timed() { bash -c 'TIMEFORMAT="%U %S"; time "$@" 2>/dev/null' timed "$@" 2>> times.txt; }
-echo "# $(grep -m1 'model name' /proc/cpuinfo | sed 's/.*: //'), $(nproc) cores; tests/tools/cluster_bench.sh, $points points, $shards shards" > "$table"
+echo "# $(grep -m1 'model name' /proc/cpuinfo | sed 's/.*: //'), $(nproc) cores; tools/workshop/bench/cluster.sh, $points points, $shards shards" > "$table"
 echo "way,processes,experiments,wall_s,cpu_s,cpu_over_threads,overhead_ms_per_experiment,busy_share" >> "$table"
 row() { # way, processes, wall; sums times.txt
   local cpu; cpu=$(awk '{ s += $1 + $2 } END { print s }' times.txt)
@@ -62,7 +62,7 @@ cmp shards/samples.h5 one.h5
 from=$(now)
 seq $((points + 1)) $((points + 20)) | xargs -P 2 -I{} bash -c 'timed "$palpate" simulate body.h5 --shard {}/'$((points + 20))' -o empty --jobs 1'
 row empty_shards 20 "$(since)"
-. "$here/slurm.sh"
+. "$tests/slurm.sh"
 start_slurm "$folder/slurm"
 trap 'stop_slurm; rm -rf "$folder"' EXIT
 cat > job.sh <<'JOB'
