@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfit/core/error.hpp"
-
 namespace palpate::fem {
 namespace {
 
@@ -13,15 +11,6 @@ constexpr std::array<std::array<int, 2>, 6> kTetEdges{
     {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
 
 }  // namespace
-
-const ElementRow& find_element(std::string_view name, const std::string& where) {
-  std::string names;
-  for (const ElementRow& row : kElements) {
-    if (row.name == name) return row;
-    names += (names.empty() ? "" : ", ") + std::string(row.name);
-  }
-  throw Error(where, "unknown element \"" + std::string(name) + "\"", "Use one of: " + names + ".");
-}
 
 ElementKind element_for(ElementKind wanted, const Material& material) {
   if (wanted == ElementKind::automatic) wanted = ElementKind::tet10_blend;

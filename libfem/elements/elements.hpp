@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -12,25 +11,19 @@ namespace palpate::fem {
 /// How a tetrahedron of ten nodes becomes elastic energy; see kElements.
 enum class ElementKind { automatic, tet10, tet10_blend, tet10_p0 };
 
-/// An element that a scene names.
+/// An element by its name, which comparisons of elements show.
 struct ElementRow {
   ElementKind kind;
-  std::string_view name, summary;
+  std::string_view name;
 };
 
-/// Every element there is.
-inline constexpr std::array<ElementRow, 4> kElements{{
-    {ElementKind::automatic, "auto",
-     "tet10-blend for laws that split their bulk term off, else tet10"},
-    {ElementKind::tet10, "tet10", "ten nodes, four points; too stiff on coarse meshes"},
-    {ElementKind::tet10_blend, "tet10-blend",
-     "between tet10 and tet10-p0, nearest the truth under a probe at any Poisson's ratio"},
-    {ElementKind::tet10_p0, "tet10-p0",
-     "ten nodes, volume change averaged over the element; too soft"},
-}};
-
-/// The element's row. Throws Error at `where` naming the known elements.
-const ElementRow& find_element(std::string_view name, const std::string& where);
+/// Every element there is. tet10-blend is nearest the truth under a probe at any Poisson's ratio:
+/// tet10 is too stiff on coarse meshes, and tet10-p0, which averages all of the volume change, is
+/// too soft. auto: tet10-blend for laws that split their bulk term off, else tet10.
+inline constexpr std::array<ElementRow, 4> kElements{{{ElementKind::automatic, "auto"},
+                                                      {ElementKind::tet10, "tet10"},
+                                                      {ElementKind::tet10_blend, "tet10-blend"},
+                                                      {ElementKind::tet10_p0, "tet10-p0"}}};
 
 /// What is made of a material when `wanted` is asked for: itself, with `automatic` decided, and
 /// tet10 in place of an element that averages where the law does not split its bulk term off.

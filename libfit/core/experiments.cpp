@@ -27,12 +27,8 @@ class Key {
     add(position.row(place));
     add(normal.row(place));
   }
-  // What is asked for: a deflection, or a force, whose deflection is not known beforehand.
-  void add_row(const Vec3& deflection, double held_N, double time_s, const Lean& lean) {
-    if (std::isnan(held_N))
-      add(deflection);
-    else
-      add(Vec3(std::numeric_limits<double>::quiet_NaN(), 0, held_N));
+  void add_row(const Vec3& deflection, double time_s, const Lean& lean) {
+    add(deflection);
     add(time_s);
     add(lean);
   }
@@ -63,8 +59,7 @@ std::string key_of(const ExperimentList& list, const Experiment& one) {
   }
   const ToolPath& path = one.path;
   for (Eigen::Index row = 0; row < path.deflections.rows(); ++row)
-    key.add_row(path.deflections.row(row), number_at(path.held_N, row), number_at(path.time_s, row),
-                path.lean);
+    key.add_row(path.deflections.row(row), number_at(path.time_s, row), path.lean);
   if (!path.second) return key.bytes();
   key.add_place(list.places.position, list.places.normal, path.second->place);
   for (Eigen::Index row = 0; row < path.second->deflections.rows(); ++row)
@@ -100,8 +95,7 @@ std::string key_of(const Samples& samples, const std::vector<Eigen::Index>& rows
   };
   for (const Eigen::Index row : rows)
     if (tool_of(row) == 0)
-      key.add_row(samples.deflection.row(row), number_at(samples.held_N, row),
-                  number_at(samples.time_s, row),
+      key.add_row(samples.deflection.row(row), number_at(samples.time_s, row),
                   samples.lean.rows() > 0 ? Lean(samples.lean.row(row)) : Lean(Lean::Zero()));
   bool is_first = true;
   for (const Eigen::Index row : rows) {

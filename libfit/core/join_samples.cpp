@@ -121,7 +121,6 @@ Samples row_range(const Samples& samples, Eigen::Index first, Eigen::Index count
 
 void leave_out_what_says_nothing(Samples& samples) {
   if (!samples.time_s.array().isFinite().any()) samples.time_s.resize(0);
-  if (!samples.held_N.array().isFinite().any()) samples.held_N.resize(0);
   if (samples.lean.isZero(0)) samples.lean.resize(0, 2);
   if (std::ranges::count(samples.tool, 0) == samples.rows()) samples.tool.clear();
   if (std::ranges::count(samples.probe_number, 0) == samples.rows()) samples.probe_number.clear();

@@ -25,11 +25,10 @@ enum class ExperimentKind : std::int8_t {
   cycle = 3,  ///< a press in and out of a body that softens
   pair = 4,   ///< two tools side by side
   tool = 5,   ///< the scene's [tool] along a path
-  hold = 6,   ///< pressed until a force is reached, which then stays while the body creeps
-  other = 7,  ///< a path of another tool than the samples' own
+  other = 6,  ///< a path of another tool than the samples' own
 };
-inline constexpr std::array<std::string_view, 8> kExperimentKindNames{
-    "press", "drag", "path", "cycle", "pair", "tool", "hold", "other"};
+inline constexpr std::array<std::string_view, 7> kExperimentKindNames{
+    "press", "drag", "path", "cycle", "pair", "tool", "other"};
 
 /// What is done at every test point (docs/method.md, section 5): a press to depth_m in equal steps,
 /// and at each drag depth a drag of drag_distance_m along each direction, at constant depth, with
@@ -152,9 +151,6 @@ struct SampleRows {
   /// N [s] since the first touch of the experiment, rising within it, between rows the tool moves
   /// at constant speed; NaN in slow motion. Empty: all rows are of slow motion, or have no clock.
   Eigen::VectorXd time_s;
-  /// N [N], the normal force that was asked for, where the deflection was found for it; NaN where
-  /// the deflection was asked for. Empty: it was in all rows.
-  Eigen::VectorXd held_N;
   /// N x 2, how the tool leans (docs/method-tools.md, section 27); nothing where it is upright in
   /// all.
   Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> lean;
@@ -205,7 +201,6 @@ void each_row_column(A& a, B& b, const F& f) {
   f(a.status, b.status);
   f(a.step_check, b.step_check, StepCheck::none);
   f(a.time_s, b.time_s, std::numeric_limits<double>::quiet_NaN());
-  f(a.held_N, b.held_N, std::numeric_limits<double>::quiet_NaN());
   f(a.lean, b.lean, 0.0);
 }
 
@@ -218,17 +213,13 @@ struct SecondTool {
 };
 
 /// Where a tool goes: successive deflections (N x 3 [m]) from first touch at a test point. time_s:
-/// when it is there, as of Samples; empty: in slow motion. lean: all along. held_N: normal forces
-/// that are asked for, above 0; of such a step `deflections` has the deepest that it may be, the
-/// one where it is is found (docs/method-simulator.md, M14d), and known_rows() knows it by its
-/// force.
+/// when it is there, as of Samples; empty: in slow motion. lean: all along.
 struct ToolPath {
   int point = 0;
   Points deflections;
   Eigen::VectorXd time_s = {};  ///< N [s] since first touch; empty: slow motion
   Lean lean = Lean::Zero();
   std::optional<SecondTool> second = std::nullopt;
-  Eigen::VectorXd held_N = {};  ///< N [N], NaN where deflections are asked for; empty: in all steps
 };
 
 /// What is simulated at a test point.

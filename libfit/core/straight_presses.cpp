@@ -21,8 +21,7 @@ std::map<std::int32_t, RowNumbers> rows_of_presses(const Samples& samples) {
   for (Eigen::Index i = 0; i < samples.rows(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     const ExperimentKind kind = samples.kind[at];
-    if (kind == ExperimentKind::press || kind == ExperimentKind::hold ||
-        kind == ExperimentKind::cycle)
+    if (kind == ExperimentKind::press || kind == ExperimentKind::cycle)
       out[samples.experiment[at]].push_back(i);
   }
   for (auto& [number, rows] : out)

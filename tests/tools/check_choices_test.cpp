@@ -5,7 +5,7 @@
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
-#include <array>
+#include "tools/stages/samples/experiment_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -26,6 +26,8 @@ radius = "8 mm"
 length = "30 mm"
 orientation = "lying"
 balls = 3
+paths = 7
+held_out = 3
 [experiments]
 depth = "4 mm"
 pairs = 4
@@ -44,6 +46,15 @@ TEST(check_choices, contacts_feel_each_other_on_bodies_with_every_memory) {
     EXPECT_NO_THROW(check_choices(scene_of(memory))) << memory;
 }
 
+TEST(experiment_table, a_tool_goes_along_as_many_paths_as_the_scene_says) {
+  const Scene scene = scene_of("");
+  for (const ExperimentRow& row : kExperimentRows)
+    if (row.kind == ExperimentKind::tool) {
+      EXPECT_EQ(row.count(scene, Purpose::identify), 7);
+      EXPECT_EQ(row.count(scene, Purpose::hold_out), 3);
+    }
+}
+
 TEST(check_choices, one_material_does_one_of_the_two_and_the_simulator_is_why) {
   try {
     scene_of("relaxation = [[0.5, \"1 s\"]]\nsoftening = { r = 2, beta = 0.1 }");
@@ -52,38 +63,6 @@ TEST(check_choices, one_material_does_one_of_the_two_and_the_simulator_is_why) {
     EXPECT_NE(e.fact().find("the simulator computes one of the two"), std::string::npos)
         << e.fact();
   }
-}
-
-// `keys` of [validate].
-std::string answer_to_holds(const std::string& memory, const std::string& keys) {
-  Scene scene = scene_of(memory);
-  scene.tool.reset();
-  scene.validate =
-      parse_scene("[body]\nsurface = \"a\"\nlength_unit = \"mm\"\n[validate]\n" + keys, "/s/a.toml")
-          .validate;
-  try {
-    check_choices(scene);
-    return "";
-  } catch (const Error& e) {
-    return e.what();
-  }
-}
-
-TEST(check_choices, a_hold_needs_a_body_that_relaxes_a_force_and_time) {
-  const std::string relaxing = "relaxation = [[0.5, \"1 s\"]]";
-  EXPECT_EQ(answer_to_holds(relaxing, "holds = 2\nhold_force = 0.5"), "");
-  EXPECT_EQ(answer_to_holds("", "hold_force = 0.5"), "");
-  const std::string place = "/s/a.toml: holds of [validate]: ";
-  for (const auto& [memory, keys, fact] :
-       {std::array<std::string, 3>{"", "holds = 2\nhold_force = 0.5",
-                                   "under a force that stays a body creeps, and this one does not "
-                                   "relax\n  Give [material] a relaxation, or leave holds out."},
-        {relaxing, "holds = 2",
-         "no force is named\n  Write hold_force = 0.5, in N: what the body bears well within the "
-         "depth."},
-        {relaxing, "holds = 2\nhold_force = 0.5\nhold = \"0 s\"",
-         "hold_approach and hold take time\n  Give both a time above 0."}})
-    EXPECT_EQ(answer_to_holds(memory, keys), place + fact);
 }
 
 }  // namespace

@@ -163,51 +163,6 @@ TEST_F(Run, a_reference_of_another_tolerance_is_simulated_anew) {
   EXPECT_EQ(second.said().find("need not be simulated again"), std::string::npos) << second.said();
 }
 
-// Under a force that stays the body creeps; the engine is played along the depths that were found.
-TEST_F(Run, holds_of_a_given_force_are_held_out_and_known_again) {
-  constexpr double kForce_N = 0.15;
-  const auto write = [&](int holds) {
-    std::string text = kScene;
-    text.replace(text.find("poisson = 0.45"), 14,
-                 "poisson = 0.45\nrelaxation = [[0.5, \"0.1 s\"]]");
-    folder.write("scene.toml", text + "speeds = [\"20 mm/s\"]\nhold = \"0.5 s\"\nhold_force = " +
-                                   std::to_string(kForce_N) + "\nholds = " + std::to_string(holds) +
-                                   "\n");
-  };
-  write(1);
-  const Outcome first = run("out", "--jobs 1");
-  ASSERT_EQ(first.status, 0) << first.err;
-  // The same asset without its reference: all is simulated again.
-  fs::copy(folder / "out", folder / "whole", fs::copy_options::recursive);
-  for (const char* file : {"reference.h5", "reference.surface.h5"})
-    ASSERT_TRUE(fs::remove(folder / "whole" / file)) << file;
-  write(2);
-  const Outcome second = run("out", "--jobs 2"), whole = run("whole");
-  ASSERT_EQ(second.status, 0) << second.err;
-  ASSERT_EQ(whole.status, 0) << whole.err;
-  EXPECT_NE(second.said().find("need not be simulated again"), std::string::npos) << second.err;
-  EXPECT_EQ(whole.said().find("need not be simulated again"), std::string::npos) << whole.err;
-  for (const char* file : {"reference.h5", "reference.surface.h5"})
-    EXPECT_TRUE(content_of(folder / "out" / file) == content_of(folder / "whole" / file)) << file;
-
-  const Samples holds =
-      of_kinds(read_samples(folder / "out" / "reference.h5"), {ExperimentKind::hold});
-  ASSERT_EQ(holds.points(), 2);
-  ASSERT_EQ(holds.held_N.size(), holds.rows());
-  const AssetFile asset = read_asset_file(folder / "out" / "asset.palp");
-  const FollowedRows engine = follow(asset.asset(), holds, 0.004);
-  for (Eigen::Index row = 0; row < holds.rows(); ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    ASSERT_EQ(holds.status[r], RowStatus::good) << row;
-    EXPECT_EQ(holds.held_N[row], kForce_N);
-    const Vec3 inward = holds.point_normal.row(holds.point[r]);
-    EXPECT_NEAR(holds.force.row(row).dot(inward), kForce_N, 1e-3 * kForce_N) << row;
-    EXPECT_NEAR(engine.force_N.row(row).dot(inward), kForce_N, 0.05 * kForce_N) << row;
-    if (holds.step[r] == 0) continue;
-    EXPECT_GT((holds.deflection.row(row) - holds.deflection.row(row - 1)).dot(inward), 0) << row;
-  }
-}
-
 // Starts a command, sends it a signal once its messages hold `begun`, and expects it to end with
 // status 130 within half a second.
 void expect_end_at_signal(const Folder& folder, const std::vector<std::string>& words, int signal,

@@ -14,7 +14,7 @@ mkdir -p "$folder/scenes"
 cp -r "$(dirname "$scene")/../bodies" "$folder/"
 own="$folder/scenes/$name.toml"
 few='s/^(test_points) *= *[0-9]+/\1 = 5/; s/^budget *=.*/budget = 16/; s/^(press_steps|drag_steps) *=.*/\1 = 4/;
-  s/^drag_depths *= *\[ *("[^"]*").*/drag_depths = [\1]/; s/^(points|pairs|cycles|holds) *=.*/\1 = 2/; s/^causes *=.*//'
+  s/^drag_depths *= *\[ *("[^"]*").*/drag_depths = [\1]/; s/^(points|pairs|cycles) *=.*/\1 = 2/; s/^causes *=.*//'
 if [ "$whole" = --whole ]; then cp "$scene" "$own"; else
   sed -E "$few" "$scene" | sed 's/^\[tool\]/[tool]\npaths = 2\nheld_out = 2/' > "$own"; fi
 family=$(sed -n 's/^family *= *"\(.*\)".*/--family \1/p' "$own")

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/format_keys.hpp"
@@ -82,14 +81,14 @@ void read_position(SceneTable& table, ManifestEntry& entry) {
     entry.item.position_m = position;
     entry.position.reset();
   } else {
-    entry.position = numbers(table, "position", 3);
+    entry.position = table.numbers("position", 3, -kAnyNumber, kAnyNumber);
     entry.item.position_m.reset();
   }
 }
 
 void read_normal(SceneTable& table, BatchItem& item) {
   if (!table.has("normal")) return;
-  const auto n = numbers(table, "normal", 3);
+  const auto n = table.numbers("normal", 3, -kAnyNumber, kAnyNumber);
   const Vec3 normal(n[0], n[1], n[2]);
   if (!(normal.norm() > 1e-12))
     fail(table, "normal", "normal has no direction",
@@ -135,7 +134,6 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   read_named(table, "kind", kKinds, s.kind);
   read_contact(table, s);
   read_named(table, "positions", kPositions, s.is_position_of_center);
-  s.contact_range = table.number("contact_range", s.contact_range, 0, 1);
   read_named(table, "drift", kDrifts, s.drift);
   s.smooth_s = table.quantity("smooth", Dimension::time, s.smooth_s, 0, 1e3);
   s.force_delay_s = table.quantity("force_delay", Dimension::time, s.force_delay_s, -1e3, 1e3);
@@ -192,20 +190,6 @@ bool is_table(const importers::ReadSettings& read) {
 [[noreturn]] void fail(const SceneTable& table, std::string_view key, const std::string& what,
                        const std::string& remedy) {
   throw Error(table.where(key), what, remedy);
-}
-
-std::vector<double> numbers(SceneTable& table, std::string_view key, std::size_t count) {
-  std::vector<double> out;
-  const toml::node* node = table.node(key);
-  const toml::array* list = node ? node->as_array() : nullptr;
-  for (std::size_t i = 0; list && i < list->size(); ++i)
-    if (const auto number = list->get(i)->value<double>();
-        number && list->get(i)->is_number() && std::isfinite(*number))
-      out.push_back(*number);
-  if (out.size() != count || (list && list->size() != count))
-    fail(table, key, fmt::format("{} of {} is not a list of {} numbers", key, table.name(), count),
-         "Write [1.0, 2.0, ...].");
-  return out;
 }
 
 void read_keys(SceneTable& table, ManifestEntry& entry) {

@@ -5,7 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "libfem/elements/elements.hpp"
 #include "libfit/core/curves.hpp"
 #include "libfit/fit/options.hpp"
 #include "tools/scene/scene.hpp"
@@ -29,7 +28,6 @@ struct Length {};        ///< m
 struct Speed {};         ///< m/s
 struct Duration {};      ///< s
 struct Tilt {};          ///< rad, from upright
-struct Density {};       ///< kg/m^3
 struct Acceleration {};  ///< m/s^2
 struct Number {
   double low = 0, high = 1;
@@ -45,12 +43,6 @@ struct File {};        ///< counts by its name; a fingerprint adds its content
 struct MeshUnit {};    ///< metres in one unit of a mesh file
 struct PointCount {};  ///< a number; other words fill `placement` and `points_file`
 
-inline Choice element_choice() {
-  Choice choice;
-  for (const fem::ElementRow& row : fem::kElements) choice.names.push_back(row.name);
-  return choice;
-}
-
 inline Choice family_choice() {
   Choice choice;
   for (const CurveFamilyName& row : kCurveFamilyNames) choice.names.push_back(row.name);
@@ -64,12 +56,11 @@ concept SectionOf = std::same_as<std::remove_const_t<Section>, Plain>;
 // A probe is read key by key of its shape (read_probe).
 template <class Visitor>
 void visit(SectionOf<ProbeSpec> auto& section, Visitor& f) {
-  auto& [shape, values, mesh, orientation, heading, friction] = section;
+  auto& [shape, values, mesh, orientation, friction] = section;
   f(Stage::simulate, "shape", shape, Choice{});
   f(Stage::simulate, "values", values, Any{});
   f(Stage::simulate, "mesh", mesh, Any{});
   f(Stage::simulate, "orientation", orientation, Any{});
-  f(Stage::simulate, "heading", heading, Any{});
   f(Stage::simulate, "friction", friction, Number{});
 }
 
@@ -87,14 +78,11 @@ void visit(SectionOf<ToolSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<BodySection> auto& section, Visitor& f) {
-  auto& [surface, tetmesh, length_unit_m, element, fixed, symmetric, mesh_size_m, noise_m, wrap_m] =
-      section;
+  auto& [surface, tetmesh, length_unit_m, fixed, mesh_size_m, noise_m, wrap_m] = section;
   f(Stage::prepare, "surface", surface, File{});
   f(Stage::prepare, "tetmesh", tetmesh, File{});
   f(Stage::prepare, "length_unit", length_unit_m, MeshUnit{});
-  f(Stage::simulate, "element", element, element_choice());
   f(Stage::prepare, "fixed", fixed, Any{});
-  f(Stage::prepare, "symmetric", symmetric, Any{});
   f(Stage::prepare, "mesh_size", mesh_size_m, Length{});
   f(Stage::prepare, "noise", noise_m, Length{});
   f(Stage::prepare, "wrap", wrap_m, Length{});
@@ -107,17 +95,16 @@ void visit(SectionOf<std::optional<fem::MaterialParameters>> auto& material, Vis
 
 template <class Visitor>
 void visit(SectionOf<InclusionSection> auto& section, Visitor& f) {
-  auto& [region, material, density_kg_m3] = section;
+  auto& [region, material] = section;
   f(Stage::simulate, "", region, Any{});
   f(Stage::simulate, "material", material, Any{});
-  f(Stage::simulate, "density", density_kg_m3, Density{});
 }
 
 template <class Visitor>
 void visit(SectionOf<GravitySection> auto& section, Visitor& f) {
   auto& [acceleration_m_s2, density_kg_m3, shape] = section;
   f(Stage::simulate, "acceleration", acceleration_m_s2, Acceleration{});
-  f(Stage::simulate, "density", density_kg_m3, Density{});
+  f(Stage::simulate, "density", density_kg_m3, Number{1e-3, 1e6});
   f(Stage::simulate, "shape", shape, Choice{{kLoaded, kAtRest}});
 }
 
@@ -175,16 +162,8 @@ void visit(SectionOf<FitSection> auto& section, Visitor& f) {
 }
 
 template <class Visitor>
-void visit(SectionOf<ExportSection> auto& section, Visitor& f) {
-  auto& [precision, elsewhere] = section;
-  f(Stage::export_, "precision", precision, Choice{{"float32"}});
-  f(Stage::export_, "elsewhere", elsewhere, Choice{{"mean", "none"}});
-}
-
-template <class Visitor>
 void visit(SectionOf<ValidateSection> auto& section, Visitor& f) {
-  auto& [points, seed, causes, force_tolerance, speeds_m_s, hold_s, tilt_rad, pairs, holds,
-         hold_force_N, hold_approach_s] = section;
+  auto& [points, seed, causes, force_tolerance, speeds_m_s, hold_s, tilt_rad, pairs] = section;
   f(Stage::validate, "points", points, Whole{1, 100000});
   f(Stage::validate, "seed", seed, Whole{0, 1 << 30});
   f(Stage::validate, "causes", causes, Any{});
@@ -193,9 +172,6 @@ void visit(SectionOf<ValidateSection> auto& section, Visitor& f) {
   f(Stage::validate, "hold", hold_s, Duration{});
   f(Stage::validate, "tilt", tilt_rad, Tilt{});
   f(Stage::validate, "pairs", pairs, Whole{0, 1000});
-  f(Stage::validate, "holds", holds, Whole{0, 1000});
-  f(Stage::validate, "hold_force", hold_force_N, Number{0, 1e9});
-  f(Stage::validate, "hold_approach", hold_approach_s, Duration{});
 }
 
 }  // namespace palpate::tools

@@ -18,14 +18,13 @@ namespace palpate::tools {
 
 /// What a setting changes first: the stage whose fingerprint it belongs to. Later stages see it
 /// through the files before them. none: it changes no result.
-enum class Stage { prepare, simulate, surface, place, fit, export_, validate, none };
+enum class Stage { prepare, simulate, surface, place, fit, validate, none };
 
 // A scene.toml with its defaults filled in, SI throughout (docs/formats/scene.md has every key).
 
 struct InclusionSection {
   Region region;
   fem::MaterialParameters material;
-  std::optional<double> density_kg_m3;  ///< with [gravity]; absent: as the body's
 };
 
 /// The body's own weight. `shape`: whether the mesh file has it under this load or without it.
@@ -48,9 +47,7 @@ struct BodySection {
   std::optional<std::filesystem::path> surface;  ///< exactly one of the two, absolute
   std::optional<std::filesystem::path> tetmesh;
   double length_unit_m = 0;
-  std::string element = "auto";
   std::vector<Region> fixed;
-  std::vector<Region> symmetric;      ///< the boundary there slides along itself
   std::optional<double> mesh_size_m;  ///< edge of the base volume far from the probe
   std::optional<double> noise_m;      ///< of the surface's vertices, filtered; absent: kept
   std::optional<double> wrap_m;       ///< alpha of the repair of last resort; off when absent
@@ -83,11 +80,6 @@ struct FitSection {
   double tolerance = FitOptions{}.tolerance;
 };
 
-struct ExportSection {
-  std::string precision = "float32";
-  std::string elsewhere = "mean";  ///< what surface without test points answers with
-};
-
 struct ValidateSection {
   int points = 12;  ///< held-out contact points
   int seed = 1;
@@ -98,11 +90,6 @@ struct ValidateSection {
   double hold_s = 2;
   double tilt_rad = 0;  ///< up to which the tool leans on paths of that kind; 0: on none
   int pairs = 0;        ///< held-out paths of two tools
-  /// Of a body that relaxes: held-out presses to a force that is reached within hold_approach_s and
-  /// then stays for hold_s.
-  int holds = 0;
-  double hold_force_N = 0;
-  double hold_approach_s = 0.1;
 
   /// Held-out points that are pressed for `causes`: every second one, so paths of all kinds, but
   /// six at most: one costs as much as a held-out path.
@@ -123,9 +110,11 @@ struct Scene {
   std::vector<ToolSection> stated;   ///< [[validate.tool]]
   ExperimentsSection experiments;
   FitSection fit;
-  ExportSection export_;
   ValidateSection validate;
 };
+
+/// A section that a manifest has, too. Throws Error at what is wrong in the file `path`.
+FitSection read_fit(SceneTable table, const std::filesystem::path& path);
 
 /// Makes a scene answer within minutes: five rows a press and a drag, six held-out paths, no split
 /// of the error; 80 test points where they place themselves and few are dragged, else 12 with one

@@ -9,7 +9,6 @@ namespace palpate::tools {
 template <class SomeScene, class OfRegion, class OfProbe>
 void visit_shapes(SomeScene& scene, const OfRegion& of_region, const OfProbe& of_probe) {
   for (auto& region : scene.body.fixed) of_region(region);
-  for (auto& region : scene.body.symmetric) of_region(region);
   for (auto& inclusion : scene.inclusions) of_region(inclusion.region);
   for (auto& bed : scene.beds) of_region(bed.region);
   if (scene.experiments.region)

@@ -147,11 +147,6 @@ Lines of_tool(const StatedAsset& of) {
                   {"foremost_ball", false, foremost_played_as}});
 }
 
-// Of a body that relaxes: at the depths that the reference found for the force.
-Lines of_holds(const StatedAsset& of) {
-  return of_kind(of, ExperimentKind::hold, of.radius_m, {{"as_recorded", true, nullptr}});
-}
-
 // Each tool beside the probe: all of its paths, those of each kind, and what the asset's own ball
 // would feel in its place.
 std::vector<StatementSection> of_stated_tools(const StatedAsset& of) {
@@ -263,7 +258,6 @@ constexpr SectionRow kSections[] = {
     {"baselines", "baselines", by_baseline},
     {"two_tools", "two tools on the body", of_pairs},
     {"tool", "the tool, as balls", of_tool},
-    {"holds", "a force held, body creeping", of_holds},
     {"by_kind", "by kind", by_kind, true},
     {"baselines", "baselines", by_recorded_baseline, true},
     {"left_out", "points left out", of_left_out, true},
@@ -320,7 +314,7 @@ void write_compared_rows(const std::filesystem::path& path, const StatedAsset& o
   });
   if (of.recorded != nullptr) return csv.commit();
   for (const ExperimentKind kind :
-       {ExperimentKind::pair, ExperimentKind::tool, ExperimentKind::hold, ExperimentKind::other}) {
+       {ExperimentKind::pair, ExperimentKind::tool, ExperimentKind::other}) {
     const Samples rows = of_kinds(of.reference.all, {kind});
     write(rows, replay(of.asset, rows, of.depth_m, played_as(of.scene, Purpose::hold_out, rows)),
           [&](Eigen::Index) {

@@ -4,12 +4,6 @@
 
 namespace palpate::fem {
 
-BedStiffness plane_of_symmetry(const Material& body, double length_m) {
-  constexpr double kStiffer = 1e3;
-  const SmallStrain moduli = body.law->small_strain(body.constants);
-  return {kStiffer * (moduli.lambda_Pa + 2 * moduli.mu_Pa) / length_m, 0};  // (M13j)
-}
-
 ElasticBed::ElasticBed(const QuadraticMesh& mesh, const BedAt& bed_at) {
   if (!bed_at) return;
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {

@@ -17,10 +17,6 @@ struct BedStiffness {
   double along_N_m3 = 0, across_N_m3 = 0;
 };
 
-/// A plane of symmetry, or a smooth wall that holds: u.n = 0, as a bed so stiff that it gives by a
-/// thousandth of what the body does over length_m under the same pressure, and that slides (M13j).
-BedStiffness plane_of_symmetry(const Material& body, double length_m);
-
 /// The bed under a place [m] of the boundary at rest; zeros where there is none. May be empty.
 using BedAt = std::function<BedStiffness(const Vec3& rest_position)>;
 

@@ -64,16 +64,6 @@ void check_setup(const SimulationSetup& setup) {
        "Name a law and its parameters.");
   for (std::size_t m = 0; m < setup.materials.size(); ++m)
     make_material(setup.materials[m], m == 0 ? "[material]" : "[[inclusion]] " + std::to_string(m));
-  const auto any = [&](const auto& is_so) { return std::ranges::any_of(setup.materials, is_so); };
-  const bool relaxes =
-      any([](const MaterialParameters& material) { return material.relaxation.branches() > 0; });
-  const bool softens = any([](const MaterialParameters& m) { return m.softening.is_any(); });
-  need(!(softens && setup.options.equilibrium.element == ElementKind::tet10), "element of [body]",
-       "tet10 does not split volume from shape, and it is the shape that softens",
-       "Leave element out, or take tet10-blend.");
-  need(!(relaxes && setup.options.equilibrium.element == ElementKind::tet10), "element of [body]",
-       "tet10 does not split volume from shape, and it is the shape that relaxes",
-       "Leave element out, or take tet10-blend.");
   const Probe probe = make_probe(setup.probe, "[probe]");
   const double largest_m = extent_m(setup.volume.nodes).maxCoeff();
   need(2 * probe.half_width_m <= largest_m, "[probe]",

@@ -30,8 +30,6 @@ PointRows scaled(PointRows pressed, double number, const QuickScale& quick) {
   return pressed;
 }
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 // Experiments of a list and their rows so far.
 class SimulationWork {
  public:
@@ -86,15 +84,12 @@ class SimulationWork {
     out.torque.resize(rows, 3);
     out.force_error.resize(rows);
     out.time_s.resize(rows);
-    out.held_N.setConstant(rows, kNaN);
     out.lean.resize(rows, 2);
     if (surface_columns_ > 0) out.surface.setZero(rows, surface_columns_);
     std::vector<char> is_known(static_cast<std::size_t>(out.points()), 0);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Experiment& one = list_.experiments[i];
       for (const PointRow& row : rows_[i]) {
-        if (one.path.held_N.size() > 0)
-          out.held_N[static_cast<Eigen::Index>(out.point.size())] = one.path.held_N[row.step];
         put(out, row, number_[i], one.place, 0, row.deflection, row.force);
         if (row.second)
           put(out, row, number_[i], one.path.second->place, 1, row.second->deflection,

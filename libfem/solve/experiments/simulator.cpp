@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfem/solve/experiments/held_depths.hpp"
 #include "libfem/solve/experiments/record_rows.hpp"
 #include "libfem/solve/experiments/richardson.hpp"
 #include "libfem/solve/experiments/simulator_state.hpp"
@@ -11,11 +10,6 @@
 
 namespace palpate::fem {
 namespace {
-
-/// Force of a hold, relative: what is asked for and, on the coarse mesh alone, near enough to go on
-/// with both. Two rounds to four do; what does not follow the model is given up.
-constexpr double kHeldForce = 1e-3, kRoughForce = 1e-2;
-constexpr int kMaxRounds = 12;
 
 /// Of a force, relative: a mesh whose distance from the surface does more has a bump under the
 /// tool.
@@ -155,46 +149,6 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
   return out;
 }
 
-// All forces of a path are sought together, on meshes that stay: so what is asked for is the force
-// that rows have, extrapolated, and a row is what the path of its depths gives.
-PointRows Simulator::State::hold(const ToolPath& path, const Vec3& position, const Vec3& normal,
-                                 const Progress& progress) const {
-  ExperimentPlan plan = path_plan(path, position, normal);
-  const BaseRefinement base = base_at(plan, position, normal);
-  const double ratio = setup.options.coarse_ratio;
-  HeldDepths depths(path, normal, materials.front().relaxation);
-  for (int round = 0; round < kMaxRounds && ratio > 0; ++round) {
-    depths.place(plan);
-    const MeshRun coarse = run(mesh_at(position, normal, plan, {ratio, base.halved}), plan,
-                               position, normal, false, progress);
-    if (!coarse.is_complete) return {};
-    std::vector<PointRow> rows = plan.rows;
-    record_rows(coarse.rows, {}, 0, 0, rows);
-    if (depths.is_over(rows, kRoughForce)) break;
-    depths.learn(rows);
-  }
-  PointRows out;
-  for (int round = 0; round < kMaxRounds; ++round) {
-    depths.place(plan);
-    out = experiment(plan, base, position, normal, progress);
-    if (!out.is_complete || depths.is_over(out.rows, kHeldForce)) break;
-    depths.learn(out.rows);
-  }
-  if (!out.is_complete) return out;
-  // What was not found is no hold, nor is what follows.
-  const auto unmet = static_cast<std::size_t>(depths.first_unmet(out.rows, kHeldForce));
-  for (std::size_t i = unmet; i < out.rows.size(); ++i) {
-    const PointRow& solved = out.rows[i];
-    const RowStatus status = i > unmet                          ? RowStatus::not_reached
-                             : solved.status == RowStatus::good ? RowStatus::not_converged
-                                                                : solved.status;
-    out.rows[i] = plan.rows[i];
-    out.rows[i].sway_m_N = solved.sway_m_N;
-    out.rows[i].status = status;
-  }
-  return out;
-}
-
 PointRows Simulator::press_and_drag(const Vec3& position, const Vec3& normal,
                                     const Experiments& experiments,
                                     const Progress& progress) const {
@@ -247,7 +201,6 @@ PointRows Simulator::press_at_once(const Vec3& position, const Vec3& normal,
 
 PointRows Simulator::follow(const Vec3& position, const Vec3& normal, const ToolPath& path,
                             const Progress& progress) const {
-  if (path.held_N.array().isFinite().any()) return state_->hold(path, position, normal, progress);
   const ExperimentPlan plan = path_plan(path, position, normal);
   const auto simulated = [&](const ExperimentPlan& of) {
     return state_->experiment(of, state_->base_at(of, position, normal), position, normal,

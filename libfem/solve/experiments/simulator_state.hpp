@@ -66,8 +66,6 @@ struct Simulator::State {
   ExperimentPlan fine_part(const ExperimentPlan& plan) const;  // what is solved on both grids
   PointRows experiment(const ExperimentPlan& plan, const BaseRefinement& base, const Vec3& position,
                        const Vec3& normal, const Progress& progress) const;
-  PointRows hold(const ToolPath& path, const Vec3& position, const Vec3& normal,
-                 const Progress& progress) const;
   PointRows quick_press(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
                         const Progress& progress) const;
 };

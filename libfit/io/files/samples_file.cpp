@@ -39,7 +39,6 @@ void columns(S& s, F& f) {
   f("rows/status", s.status, {.names = kRowStatusNames});
   f("rows/step_check", s.step_check, {.names = kStepCheckNames, .is_optional = true});
   f("rows/time", s.time_s, {.unit = "s", .may_be_nan = true, .is_optional = true});
-  f("rows/held", s.held_N, {.unit = "N", .may_be_nan = true, .is_optional = true});
   f("rows/lean", s.lean, {.is_optional = true});
 
   relaxation_columns(s.relaxation, f);
@@ -82,8 +81,6 @@ void check_numbers(const Samples& s, const h5::Complain& complain) {
       throw complain("rows/torque", row_name(i) + " is good but not a finite number");
     if (s.lean.rows() > 0 && !(s.lean.row(i).norm() < 1))
       throw complain("rows/lean", row_name(i) + " is not shorter than 1");
-    if (s.held_N.size() > 0 && s.held_N[i] <= 0)
-      throw complain("rows/held", row_name(i) + " asks for no force");
     if (s.force_error[i] < 0) throw complain("rows/force_error", row_name(i) + " is negative");
     if (s.time_s.size() == 0 || std::isnan(s.time_s[i])) continue;
     const bool is_first = i == 0 || s.experiment[static_cast<std::size_t>(i)] !=

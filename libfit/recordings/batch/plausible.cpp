@@ -102,7 +102,7 @@ std::string canonical(const BatchItem& item) {
   for (const importers::SaidKey& said : r.said) put(said.name);
   put(s.contact);
   for (const double number :
-       {double(static_cast<int>(s.kind)), s.contact_range, double(static_cast<int>(s.drift)),
+       {double(static_cast<int>(s.kind)), double(static_cast<int>(s.drift)),
         double(static_cast<int>(s.tip)), s.radius_m, s.poisson, s.smooth_s, s.force_delay_s,
         s.compliance_m_N, s.force_limit_N, double(static_cast<int>(s.use)), double(s.cycle),
         double(s.rows), double(s.has_common_contact), double(s.is_position_of_center),

@@ -118,13 +118,12 @@ double explains_N(const PressCurve& curve, const ContactEstimate& fit, double ex
 // The longest range that the power law still fits: a material that stiffens ends it early. Else, of
 // those whose law explains enough of the largest force, the one that it fits best. Waves on the
 // free part of any longer range keep it from becoming so short that it explains nothing else.
-ContactEstimate fit_power(const PressCurve& curve, double exponent, bool stiffens, double share) {
+ContactEstimate fit_power(const PressCurve& curve, double exponent, bool stiffens) {
   double rms_N = 0;
-  if (share > 0) return fit_up_to(curve, exponent, stiffens, means_up_to(curve, share), rms_N);
   const double largest_N = curve.push_N.maxCoeff() - curve.push_N[0];
   ContactEstimate best;
   double waves_N = 0, least = kInfinity, other_m = std::numeric_limits<double>::quiet_NaN();
-  for (share = 1; share > 1e-3; share /= 2) {
+  for (double share = 1; share > 1e-3; share /= 2) {
     const Eigen::Index means = means_up_to(curve, share);
     const ContactEstimate fit = fit_up_to(curve, exponent, stiffens, means, rms_N);
     const double misfit = rms_N / (share * largest_N);
@@ -151,10 +150,10 @@ ContactEstimate fit_power(const PressCurve& curve, double exponent, bool stiffen
 // fitted.
 ContactEstimate by_hertz(const PressCurve& curve, const SignalSettings& settings) {
   const double exponent = exponent_of(settings.tip);
-  const ContactEstimate plain = fit_power(curve, exponent, false, settings.contact_range);
+  const ContactEstimate plain = fit_power(curve, exponent, false);
   return plain.begins_in_contact || free_means(curve, plain) < kMinFreeMeans
              ? plain
-             : fit_power(curve, exponent, true, settings.contact_range);
+             : fit_power(curve, exponent, true);
 }
 
 ContactEstimate by_smooth_curve(const PressCurve& curve, const SignalSettings&) {

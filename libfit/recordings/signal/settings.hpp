@@ -33,7 +33,6 @@ struct SignalSettings {
   std::string contact = "auto";                    ///< a name of kContactEstimators
   std::optional<KnownContact> known_contact = {};  ///< by the rig; nothing is estimated then
   bool has_common_contact = false;  ///< one for all presses of its point, see common_contacts
-  double contact_range = 0;  ///< share of the largest force that it fits, 0: as far as it fits well
   Drift drift = Drift::bias;
   Tip tip = Tip::sphere;
   double radius_m = 0;  ///< of the tip; 0: unknown

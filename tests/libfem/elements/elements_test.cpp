@@ -4,8 +4,6 @@
 
 #include <cmath>
 
-#include "libfit/core/error.hpp"
-
 namespace palpate::fem {
 namespace {
 
@@ -52,16 +50,6 @@ TEST(Elements, a_law_that_does_not_split_falls_back_to_plain_ten_node_elements) 
   const Material whole{&law, kMaterial.constants};
   for (const ElementRow& row : kElements)
     EXPECT_EQ(element_for(row.kind, whole), ElementKind::tet10);
-}
-
-TEST(Elements, unknown_names_are_refused_with_the_known_ones) {
-  try {
-    find_element("hex8", "[body]");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("hex8"), std::string::npos);
-    EXPECT_NE(error.remedy().find("auto, tet10, tet10-blend"), std::string::npos);
-  }
 }
 
 }  // namespace

@@ -153,7 +153,7 @@ Samples rows_of(const ExperimentList& list) {
   out.point_normal = list.places.normal;
   out.point_name = list.places.name;
   std::vector<Vec3> deflection;
-  std::vector<double> time_s, held_N;
+  std::vector<double> time_s;
   for (std::size_t i = 0; i < list.size(); ++i) {
     const Experiment& one = list.experiments[i];
     for (Eigen::Index row = 0; row < one.path.deflections.rows(); ++row)
@@ -167,16 +167,14 @@ Samples rows_of(const ExperimentList& list) {
         deflection.push_back(
             (tool == 0 ? one.path.deflections : one.path.second->deflections).row(row));
         time_s.push_back(one.path.time_s.size() > 0 ? one.path.time_s[row] : NAN);
-        held_N.push_back(one.path.held_N.size() > 0 ? one.path.held_N[row] : NAN);
       }
   }
   const auto rows = static_cast<Eigen::Index>(deflection.size());
   out.deflection = out.force = out.torque = Points::Zero(rows, 3);
-  out.force_error = out.time_s = out.held_N = Eigen::VectorXd::Zero(rows);
+  out.force_error = out.time_s = Eigen::VectorXd::Zero(rows);
   for (Eigen::Index row = 0; row < rows; ++row) {
     out.deflection.row(row) = deflection[static_cast<std::size_t>(row)];
     out.time_s[row] = time_s[static_cast<std::size_t>(row)];
-    out.held_N[row] = held_N[static_cast<std::size_t>(row)];
   }
   return out;
 }
@@ -213,33 +211,6 @@ TEST(KnownRows, of_paths_are_those_with_the_same_tools_places_and_times) {
   other = list;
   other.experiments[3].probe_number = 1;
   EXPECT_EQ(without_rows(other, known_rows(other, rows, 2), 2), Numbers{3});
-}
-
-// Where a hold goes is not known before: it may be anywhere.
-TEST(KnownRows, of_holds_are_those_that_ask_for_the_same_force_wherever_it_was_found) {
-  ToolPath held{0, Points::Constant(2, 3, 0.5), Eigen::Vector2d(0.1, 0.2)};
-  held.held_N.setConstant(2, 0.3);
-  ExperimentList list = some_of_each(5);
-  append(list, paths_at(points_at({1}), {held}, ExperimentKind::hold));
-  Samples rows = rows_of(list);
-  rows.deflection.bottomRows(2).setConstant(0.1);
-  const Samples known = known_rows(list, rows, 2);
-  EXPECT_TRUE(without_rows(list, known, 2).empty());
-  EXPECT_EQ(known.held_N.tail(2), held.held_N);
-  EXPECT_TRUE(known.held_N.head(known.rows() - 2).array().isNaN().all());
-  EXPECT_EQ(known.deflection, rows.deflection);
-  for (const double other_N : {0.3000000000000001, double(NAN)}) {
-    ExperimentList other = list;
-    other.experiments[4].path.held_N[1] = other_N;
-    EXPECT_EQ(without_rows(other, known_rows(other, rows, 2), 2), Numbers{4}) << other_N;
-  }
-  const Samples hold = of_kinds(rows, {ExperimentKind::hold}),
-                path = of_kinds(rows, {ExperimentKind::path});
-  EXPECT_EQ(hold.held_N, held.held_N);
-  EXPECT_EQ(path.held_N.size(), 0) << "a column that says nothing";
-  const Samples both = joined(path, hold);
-  EXPECT_TRUE(both.held_N.head(2).array().isNaN().all());
-  EXPECT_EQ(both.held_N.tail(2), held.held_N);
 }
 
 // Shards that press and cycle at one place say each its own of it; one process has the first one's.

@@ -63,7 +63,7 @@ Samples whole_samples() {
   s.tool.assign(6, 0);
   s.probe_number.assign(6, 0);
   s.step_check.assign(6, StepCheck{});
-  s.time_s = s.held_N = Eigen::VectorXd::Constant(6, std::numeric_limits<double>::quiet_NaN());
+  s.time_s = Eigen::VectorXd::Constant(6, std::numeric_limits<double>::quiet_NaN());
   s.lean = Eigen::Matrix<double, 6, 2>::Constant(0.1);
   s.relaxation.share = Eigen::VectorXd::Constant(1, 0.5);
   s.relaxation.time_s = Eigen::VectorXd::Constant(1, 0.1);

@@ -48,10 +48,8 @@ TEST(contact, the_stated_deviation_is_the_scatter_over_noisy_repeats) {
   double squares = 0, stated = 0;
   const int repeats = 60;
   for (unsigned k = 0; k < repeats; ++k) {
-    SignalSettings settings;
-    settings.contact_range = 1;
     const auto found =
-        contact_estimator_named("hertz")->estimate(power_curve(1.5, 0.02, kSeed + k), settings);
+        contact_estimator_named("hertz")->estimate(power_curve(1.5, 0.02, kSeed + k), {});
     squares += std::pow(found.travel_m - 1e-3, 2);
     stated += found.deviation_m / repeats;
   }

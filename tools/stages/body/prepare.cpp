@@ -55,7 +55,7 @@ bool holds_rigidly(const fem::SimulationSetup& setup, const TetMesh& volume) {
 
 // Nodes inside the scene's fixed regions; refuses bodies that could move rigidly or not at all.
 void hold(const Scene& scene, Body& body) {
-  const bool rests = !scene.beds.empty() || !scene.body.symmetric.empty();
+  const bool rests = !scene.beds.empty();
   if (scene.body.fixed.empty() && !rests)
     throw Error(body_place(scene), "nothing is fixed, so the body could move as a rigid one",
                 "Add fixed = [ { below = { axis = \"z\", at = \"2 mm\" } } ] or another region.");

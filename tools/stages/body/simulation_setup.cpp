@@ -53,12 +53,6 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
                     {(moduli.lambda_Pa + 2 * moduli.mu_Pa) / bed.thickness_m,
                      bed.slides ? 0 : moduli.mu_Pa / bed.thickness_m}});
   }
-  if (!scene.body.symmetric.empty()) {
-    const fem::Material own = fem::make_material(*scene.material, "[material]");
-    const double length_m = fem::make_probe(scene.probe.spec, "[probe]").length_m;
-    for (const Region& region : scene.body.symmetric)
-      beds.push_back({region, fem::plane_of_symmetry(own, length_m)});
-  }
   if (!beds.empty())
     setup.bed_at = [beds](const Vec3& place) {
       for (const auto& [region, stiffness] : beds)
@@ -66,16 +60,11 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
       return fem::BedStiffness{};
     };
   if (scene.gravity) {
-    setup.weight = {scene.gravity->acceleration_m_s2, {scene.gravity->density_kg_m3}};
-    for (const InclusionSection& inclusion : scene.inclusions)
-      setup.weight.density_kg_m3.push_back(
-          inclusion.density_kg_m3.value_or(scene.gravity->density_kg_m3));
+    setup.weight = {scene.gravity->acceleration_m_s2, scene.gravity->density_kg_m3};
     setup.regions_at_rest = scene.gravity->shape == kAtRest;
   }
   setup.probe = scene.probe.spec;
   setup.options.force_tolerance = scene.experiments.force_tolerance;
-  setup.options.equilibrium.element =
-      fem::find_element(scene.body.element, "element of [body]").kind;
   return setup;
 }
 

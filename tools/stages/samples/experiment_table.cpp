@@ -201,46 +201,6 @@ PlayedTool other_played_as(const Scene& scene, Purpose purpose, ToolShapes& shap
                         shapes, samples, row);
 }
 
-// So close that each is one step in time. Between them the tool moves at constant speed and the
-// force strays: by 0.3 % where the body is twice as stiff at first, by 2 % with nine of them.
-constexpr int kCreepRows = 25;
-constexpr double kCreepDecades = 2;
-
-int holds(const Scene& scene, Purpose purpose) {
-  return purpose == Purpose::hold_out ? scene.validate.holds : 0;
-}
-ExperimentList draw_holds(const Drawing& drawing) {
-  const ValidateSection& asked = drawing.scene.validate;
-  const Reachable reachable(drawing);
-  HeldOut out = draw_held_out(drawing.body, reachable.range(), asked.holds, drawing.seed(0));
-  for (ToolPath& path : out.paths) {
-    const Vec3 inward = out.points.normal.row(path.point);
-    path.deflections =
-        (drawing.scene.experiments.each.depth_m * inward).transpose().replicate(1 + kCreepRows, 1);
-    path.held_N.setConstant(1 + kCreepRows, asked.hold_force_N);
-    path.time_s.setConstant(1 + kCreepRows, asked.hold_approach_s);
-    for (int k = 1; k <= kCreepRows; ++k)
-      path.time_s[k] +=
-          asked.hold_s * std::pow(10, kCreepDecades * (k - kCreepRows) / (kCreepRows - 1));
-  }
-  return paths_at(out.points, out.paths, ExperimentKind::hold);
-}
-void check_holds(const Scene& scene) {
-  const ValidateSection& asked = scene.validate;
-  if (asked.holds == 0) return;
-  const auto refuse = [&](const std::string& fact, const std::string& remedy) {
-    throw Error(scene.path.string() + ": holds of [validate]", fact, remedy);
-  };
-  if (!relaxes(scene))
-    refuse("under a force that stays a body creeps, and this one does not relax",
-           "Give [material] a relaxation, or leave holds out.");
-  if (!(asked.hold_force_N > 0))
-    refuse("no force is named",
-           "Write hold_force = 0.5, in N: what the body bears well within the depth.");
-  if (!(asked.hold_approach_s > 0 && asked.hold_s > 0))
-    refuse("hold_approach and hold take time", "Give both a time above 0.");
-}
-
 }  // namespace
 
 // Each of a body that relaxes at one of the speeds, each of a body that softens at a place that was
@@ -271,11 +231,9 @@ const std::vector<ExperimentRow> kExperimentRows{
     {ExperimentKind::pair, of_pair, pairs, draw_pairs, pair_played_as},
     {ExperimentKind::tool, of_tool, tools, draw_tools, tool_played_as},
     {ExperimentKind::other, of_other, others, draw_others, other_played_as},
-    {ExperimentKind::hold, same, holds, draw_holds, nullptr},
 };
 
 void check_pairs(const Scene& scene) {
-  check_holds(scene);
   if (scene.experiments.pairs == 0 && scene.validate.pairs == 0) return;
   if (scene.probe.spec.shape != "sphere")
     throw Error(

@@ -42,7 +42,7 @@ Samples SampleCache::read_known(const std::filesystem::path& path) const {
     const Samples all = request_.surface_columns > 0 ? read_with_surface(path) : read_samples(path);
     if (stored_in_hdf5(path, kToolFingerprintAttribute).value_or("") == request_.tool) return all;
     return of_kinds(all, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path,
-                          ExperimentKind::cycle, ExperimentKind::pair, ExperimentKind::hold});
+                          ExperimentKind::cycle, ExperimentKind::pair});
   } catch (const Error&) {  // damaged, or without a surface: simulated anew
     return {};
   }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <charconv>
 #include <functional>
-#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -115,7 +114,6 @@ Json to_json(const Experiment& one) {
   }
   out["deflection_m"] = to_json(one.path.deflections);
   out["time_s"] = std::vector<double>(one.path.time_s.begin(), one.path.time_s.end());
-  out["held_N"] = std::vector<double>(one.path.held_N.begin(), one.path.held_N.end());
   out["lean"] = {one.path.lean.x(), one.path.lean.y()};
   if (one.path.second)
     out["second"] = {{"place", one.path.second->place},
@@ -132,16 +130,9 @@ Experiment experiment_of(const Json& json, const TestPoints& places) {
     return out;
   }
   out.path.deflections = points_of(json.at("deflection_m"));
-  const auto numbers = [&](const char* name) {
-    const Json& list = json.at(name);
-    Eigen::VectorXd column(static_cast<Eigen::Index>(list.size()));
-    for (std::size_t i = 0; i < list.size(); ++i)  // null: NaN
-      column[static_cast<Eigen::Index>(i)] =
-          list[i].is_null() ? std::numeric_limits<double>::quiet_NaN() : list[i].get<double>();
-    return column;
-  };
-  out.path.time_s = numbers("time_s");
-  out.path.held_N = numbers("held_N");
+  const auto times_s = json.at("time_s").get<std::vector<double>>();
+  out.path.time_s =
+      Eigen::Map<const Eigen::VectorXd>(times_s.data(), static_cast<Eigen::Index>(times_s.size()));
   out.path.lean = Lean(json.at("lean").at(0).get<double>(), json.at("lean").at(1).get<double>());
   if (!json.contains("second")) return out;
   SecondTool second;
