@@ -281,29 +281,6 @@ class WrongUsage {
   bool is_json_;
 };
 
-/// A command or an option of one that is gone, and what a user does instead.
-struct FormerName {
-  std::string_view command, option;  ///< no option: the command itself
-  const char* remedy;
-};
-constexpr FormerName kFormerNames[] = {
-    {"modulus", "",
-     "Identify the material from presses on the body: palpate calibrate SCENE --samples "
-     "samples.h5 -o NEW.toml. "},
-    {"export", "--no-guard", "Leave it out: every asset has the guard. "},
-    {"refine", "--follow-gap", "Leave it out: the choice is made by leaving points out. "},
-    {"refine", "--slope-share", "Leave it out: the share is chosen by leaving points out. "},
-    {"report", "--figures",
-     "Draw figures in Python: palpate.plot_statement, plot_curves, plot_rivals, plot_path. "}};
-
-/// The remedy for a name that is gone; empty for a name that never was.
-std::string remedy_of(std::string_view command, std::string_view option) {
-  const auto* former = std::ranges::find_if(kFormerNames, [&](const FormerName& name) {
-    return name.command == command && name.option == option;
-  });
-  return former == std::end(kFormerNames) ? "" : former->remedy;
-}
-
 // Asks whether a name was meant; empty for no name.
 std::string question(const std::string& name) {
   return name.empty() ? "" : fmt::format("Did you mean \"{}\"? ", name);
@@ -324,9 +301,9 @@ bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
   if (found == declared.end()) {
     std::vector<std::string_view> names;
     for (const CommandRow& row : rows) names.push_back(row.name);
-    const std::string remedy = remedy_of(words[0], "");
+    const std::string remedy = remedy_of_former("command", words[0]);
     wrong.say("", fmt::format("there is no command \"{}\"", words[0]),
-              remedy.empty() ? question(nearest_name(words[0], names)) : remedy);
+              remedy.empty() ? question(nearest_name(words[0], names)) : remedy + " ");
     return true;
   }
   for (const std::string_view word : words.subspan(1)) {
@@ -334,9 +311,9 @@ bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
     if (!word.starts_with("--")) continue;
     const std::string_view name = word.substr(0, word.find('='));
     if (const auto nearest = found->second.arguments->unknown_option(name)) {
-      const std::string remedy = remedy_of(words[0], name);
+      const std::string remedy = remedy_of_former(words[0], name);
       wrong.say(words[0], fmt::format("there is no option {}", name),
-                remedy.empty() ? question(*nearest) : remedy);
+                remedy.empty() ? question(*nearest) : remedy + " ");
       return true;
     }
   }

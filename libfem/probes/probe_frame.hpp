@@ -6,36 +6,36 @@
 
 namespace palpate::fem {
 
-/// The probe's frame: columns are the part of `heading` across the axis, the direction across both,
-/// and the axis. Where heading is (almost) along the axis, or zero, the coordinate axis least along
-/// it takes its place, the first direction of drags.
-inline Mat3 probe_frame(const Vec3& axis, const Vec3& heading) {
-  constexpr double kAlong = 1e-3;  // sine of the angle between heading and axis
-  Vec3 first = heading - heading.dot(axis) * axis;
-  if (!(first.squaredNorm() > kAlong * kAlong * heading.squaredNorm())) {
-    Eigen::Index least = 0;
-    axis.cwiseAbs().minCoeff(&least);
-    first = Vec3::Unit(least) - axis[least] * axis;
-  }
-  first.normalize();
+/// A frame about an axis: columns are the part of `first` across the axis, the direction across
+/// both, and the axis.
+inline Mat3 frame_about(const Vec3& axis, const Vec3& first) {
+  const Vec3 across = (first - first.dot(axis) * axis).normalized();
   Mat3 frame;
-  frame << first, axis.cross(first), axis;
+  frame << across, axis.cross(across), axis;
   return frame;
 }
 
+/// The probe's frame: its first column is the first direction of drags, the part across the axis of
+/// the coordinate axis least along it.
+inline Mat3 probe_frame(const Vec3& axis) {
+  Eigen::Index least = 0;
+  axis.cwiseAbs().minCoeff(&least);
+  return frame_about(axis, Vec3::Unit(least));
+}
+
 /// Rotation from own axes to the probe's frame that takes `inward` (own axes, any length) to u and
-/// own z, or own x where inward is along z, to the heading.
+/// own z, or own x where inward is along z, to the first column.
 inline Mat3 turn_inward(const Vec3& inward) {
   const Vec3 u = inward.normalized();
   const bool is_along_z = std::hypot(u.x(), u.y()) < 1e-6;
-  return probe_frame(u, is_along_z ? Vec3::UnitX() : Vec3::UnitZ()).transpose();
+  return frame_about(u, is_along_z ? Vec3::UnitX() : Vec3::UnitZ()).transpose();
 }
 
 /// Evaluates a shape given in own axes at an offset from the reference point in the body's axes.
 template <class OwnDistance>
 SignedDistance in_own_axes(const ProbeGeometry& probe, const Vec3& axis, const Vec3& offset,
                            const OwnDistance& own_distance) {
-  const Mat3 turn = probe_frame(axis, probe.heading) * probe.turn;
+  const Mat3 turn = probe_frame(axis) * probe.turn;
   SignedDistance out = own_distance(Vec3(probe.touch + turn.transpose() * offset));
   out.gradient = turn * out.gradient;
   out.hessian = turn * out.hessian * turn.transpose();
@@ -56,7 +56,7 @@ inline AxialPlace axial_place(const Vec3& axis, const Vec3& offset) {
   return {-along, away, away > 0 ? Vec3(lateral / away) : Vec3(Vec3::Zero())};
 }
 
-/// Ball about own origin that holds a probe, for any heading: the lateral part of the centre is
+/// Ball about own origin that holds a probe: the lateral part of the centre is
 /// added to the radius.
 inline BoundingBall ball_about_origin(const ProbeGeometry& probe, double radius_m) {
   const Vec3 centre = -(probe.turn * probe.touch);

@@ -106,18 +106,13 @@ void read_numbers(const ShapeRow& row, const ProbeSpec& spec, const std::string&
   }
 }
 
-void read_directions(const ShapeRow& row, const ProbeSpec& spec, const std::string& where,
-                     ProbeGeometry& probe) {
+void read_orientation(const ShapeRow& row, const ProbeSpec& spec, const std::string& where,
+                      ProbeGeometry& probe) {
   if (row.is_axisymmetric && spec.orientation) refuse_probe_key(row, "orientation", where);
-  if (row.is_axisymmetric && spec.heading) refuse_probe_key(row, "heading", where);
-  for (const auto& [name, direction] :
-       {std::pair{"orientation", spec.orientation}, {"heading", spec.heading}})
-    if (direction && !(direction->allFinite() && direction->norm() > 0))
-      throw Error(where, std::string(name) + " is no direction",
-                  "Write three numbers that are not all 0.");
+  if (spec.orientation && !(spec.orientation->allFinite() && spec.orientation->norm() > 0))
+    throw Error(where, "orientation is no direction", "Write three numbers that are not all 0.");
   probe.turn =
       turn_inward(spec.orientation.value_or((row.takes_mesh ? -1.0 : 1.0) * Vec3::UnitZ()));
-  if (spec.heading) probe.heading = spec.heading->normalized();
 }
 
 }  // namespace
@@ -138,7 +133,7 @@ std::vector<std::string_view> probe_keys(const ShapeRow& row) {
   std::vector<std::string_view> keys;
   for (const ProbeParameter& parameter : row.parameters) keys.push_back(parameter.key);
   if (row.takes_mesh) keys.insert(keys.end(), {"mesh", "length_unit"});
-  if (!row.is_axisymmetric) keys.insert(keys.end(), {"orientation", "heading"});
+  if (!row.is_axisymmetric) keys.push_back("orientation");
   return keys;
 }
 
@@ -156,7 +151,7 @@ void refuse_probe_key(const ShapeRow& row, std::string_view key, const std::stri
 
 ContactLine Probe::contact_line_m(const Vec3& axis, double depth_m) const {
   const ContactLine own = shape->contact_line_m(geometry, depth_m);
-  const Mat3 frame = probe_frame(axis, geometry.heading);
+  const Mat3 frame = probe_frame(axis);
   return {frame * own.from, frame * own.to};
 }
 
@@ -169,7 +164,7 @@ Probe make_probe(const ProbeSpec& spec, const std::string& where) {
   probe.shape = &row;
   probe.friction = spec.friction;
   read_numbers(row, spec, where, probe.geometry);
-  read_directions(row, spec, where, probe.geometry);
+  read_orientation(row, spec, where, probe.geometry);
   if (row.takes_mesh)
     probe.geometry.mesh = std::make_shared<MeshField>(spec.mesh, probe.geometry.number[0], where);
   const std::string refusal = row.complete(probe.geometry);
@@ -216,7 +211,7 @@ Probe tilted(const Probe& upright, const Vec3& axis, const Lean& lean, const std
   Probe out = upright;
   out.turn = tilt_turn(axis, lean);
   if (!upright.shape->is_axisymmetric) {  // its own axes turn; its row knows the rest
-    const Mat3 frame = probe_frame(axis, out.geometry.heading);
+    const Mat3 frame = probe_frame(axis);
     out.geometry.turn = frame.transpose() * out.turn * frame * out.geometry.turn;
     out.turn.setIdentity();
     const std::string refusal = out.shape->complete(out.geometry);
@@ -238,7 +233,7 @@ Probe tilted(const Probe& upright, const Vec3& axis, const Lean& lean, const std
 
 Stance stance(const Probe& probe, const Vec3& axis) {
   if (!probe.shape->is_axisymmetric)
-    return {probe_frame(axis, probe.geometry.heading) * probe.geometry.turn, probe.geometry.touch};
+    return {probe_frame(axis) * probe.geometry.turn, probe.geometry.touch};
   Mat3 upright = tilt_frame(axis);
   upright.col(2) = -axis;
   const Mat3 axes = probe.turn * upright;

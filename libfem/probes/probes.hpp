@@ -38,13 +38,12 @@ struct ProbeParameter {
 };
 
 /// A shape with its numbers: `number` in the order of its parameter rows. For shapes with axes of
-/// their own: turn takes own axes to the probe's frame (heading, across, u), and `touch` is the
+/// their own: turn takes own axes to the probe's frame (probe_frame), and `touch` is the
 /// reference point in own axes.
 struct ProbeGeometry {
   std::array<double, 4> number{};
   Mat3 turn = Mat3::Identity();
   Vec3 touch = Vec3::Zero();
-  Vec3 heading = Vec3::Zero();  ///< zero: the default
   std::shared_ptr<const MeshField> mesh;
 };
 
@@ -74,7 +73,7 @@ struct ContactLine {
 struct ShapeRow {
   std::string_view name, summary;
   std::span<const ProbeParameter> parameters;
-  bool is_axisymmetric;  ///< about u, whatever its numbers; else it takes orientation and heading
+  bool is_axisymmetric;  ///< about u, whatever its numbers; else it takes an orientation
   bool takes_mesh;
   std::string (*complete)(ProbeGeometry&);
   SignedDistance (*signed_distance)(const ProbeGeometry&, const Vec3& axis, const Vec3& offset);

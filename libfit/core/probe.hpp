@@ -23,14 +23,13 @@ using runtime::Indenter;
 /// carry it. values: by key of the shape's parameters (libfem/probes), SI; keys left out take their
 /// defaults. mesh: closed, outward [m], for the shape `mesh` alone. For shapes that are not round
 /// about their axis: orientation, in the shape's own axes, is the direction that points into the
-/// body (default: own z, the mesh's own -z); heading, in the body's axes, is where the shape's own
-/// z leans, or its own x when z points along the press (default: the first drag direction: the
-/// coordinate axis least along the normal). Only its part along the surface counts.
+/// body (default: own z, the mesh's own -z). Own z, or own x where z points along the press, leans
+/// to the first drag direction: the coordinate axis least along the normal.
 struct ProbeSpec {
   std::string shape = "sphere";
   std::map<std::string, std::vector<double>, std::less<>> values;
   Surface mesh;
-  std::optional<Vec3> orientation, heading;
+  std::optional<Vec3> orientation;
   double friction = 0;  ///< Coulomb coefficient of the interface, 0 for none
 };
 

@@ -49,8 +49,6 @@ void check_options(const FitOptions& o) {
           "fit option default_friction", "is not above 0", "Give a friction such as 0.3.");
   require(o.default_lateral_ratio > 0 && std::isfinite(o.default_lateral_ratio),
           "fit option default_lateral_ratio", "is not above 0", "Give a ratio such as 0.67.");
-  require(o.contact_deviation_m >= 0 && std::isfinite(o.contact_deviation_m),
-          "fit option contact_deviation", "is negative", "Give a length such as 0.1 mm, or 0.");
   require(o.nuisance_deviation > 0 && std::isfinite(o.nuisance_deviation),
           "fit option nuisance_deviation", "is not above 0",
           "Give a share of the force such as 0.05.");

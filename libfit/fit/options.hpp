@@ -53,8 +53,6 @@ struct FitOptions {
   /// Parts of each experiment's recording that are fitted with the curves, by Nuisance; each is
   /// bounded by four standard deviations of what is known of it beforehand.
   std::array<bool, 3> estimates{false, false, false};
-  /// Deviation of a contact point where the recording states none; 0: such an experiment keeps its.
-  double contact_deviation_m = 0;
   double nuisance_deviation = 0.05;  ///< of bias and drift, as a share of the point's typical force
   int jobs = 0;                      ///< threads, 0: all. Results do not depend on it.
   int worst_points = 10;             ///< length of FitReport::worst

@@ -77,6 +77,10 @@ TEST_F(AssetCommands, columns_that_say_nothing_are_named) {
     EXPECT_NE(simulated.err.find(file + ": a column is not used: " + column), std::string::npos)
         << simulated.err;
   }
+  const Samples followed = read_samples(path("s.h5"));
+  ASSERT_EQ(followed.rows(), 1);
+  EXPECT_EQ(followed.kind[0], ExperimentKind::path);
+  EXPECT_EQ(followed.deflection(0, 2), -0.001);
 }
 
 TEST_F(AssetCommands, predict_says_that_points_of_the_fit_are_no_prediction) {

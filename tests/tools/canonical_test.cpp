@@ -60,8 +60,8 @@ class Changer {
   std::optional<std::pair<std::string, Stage>> changed_;
 };
 
-constexpr Stage kStages[] = {Stage::prepare, Stage::simulate, Stage::place,
-                             Stage::fit,     Stage::export_,  Stage::validate};
+constexpr Stage kStages[] = {Stage::prepare, Stage::simulate, Stage::place, Stage::fit,
+                             Stage::validate};
 
 const std::string kFull = R"([body]
 surface = "liver.obj"
@@ -96,7 +96,7 @@ friction = 0.8
 [experiments]
 test_points = "auto"
 budget = 30
-region = { sphere = { center = [0, 0, 0.1], radius = "3 cm" }, facing = "-x", within = "40 deg" }
+region = { sphere = { center = [0, 0, 0.1], radius = "3 cm" }, facing = "-x" }
 drag_depths = ["3 mm"]
 [fit]
 family = "separable"
@@ -147,8 +147,6 @@ TEST(canonical, every_member_of_every_section_changes_the_text_of_its_stage_and_
         scene, [](Scene& s) -> ProbeSpec& { return s.probe.spec; });
     members += expect_every_member_counts<FitSection>(
         scene, [](Scene& s) -> FitSection& { return s.fit; });
-    members += expect_every_member_counts<ExportSection>(
-        scene, [](Scene& s) -> ExportSection& { return s.export_; });
     members += expect_every_member_counts<ValidateSection>(
         scene, [](Scene& s) -> ValidateSection& { return s.validate; });
     members += expect_every_member_counts<ExperimentsSection>(
@@ -223,7 +221,7 @@ TEST(canonical, marked_parts_come_back_from_a_body_as_the_same_part_of_space) {
              std::make_shared<const PaintedPart>(TetMesh{nodes, tets, {}},
                                                  std::vector<char>{1, 0, 0, 1})}};
   scene.body.fixed = regions;
-  scene.experiments.region = SurfaceRegion{regions[0], "", 0};
+  scene.experiments.region = SurfaceRegion{regions[0], ""};
   Body body;
   store_scene(scene, body);
   const Scene back = scene_of(body, "body.h5");

@@ -5,7 +5,7 @@
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
-#include <array>
+#include "tools/stages/samples/experiment_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -26,6 +26,8 @@ radius = "8 mm"
 length = "30 mm"
 orientation = "lying"
 balls = 3
+paths = 7
+held_out = 3
 [experiments]
 depth = "4 mm"
 pairs = 4
@@ -42,6 +44,15 @@ TEST(check_choices, contacts_feel_each_other_on_bodies_with_every_memory) {
         "relaxation = [[0.5, \"1 s\"]]\n[[inclusion]]\nabove = { axis = \"z\", at = \"20 mm\" }\n"
         "material = { young = \"20 kPa\", poisson = 0.45, softening = { r = 2, beta = 0.1 } }"})
     EXPECT_NO_THROW(check_choices(scene_of(memory))) << memory;
+}
+
+TEST(experiment_table, a_tool_goes_along_as_many_paths_as_the_scene_says) {
+  const Scene scene = scene_of("");
+  for (const ExperimentRow& row : kExperimentRows)
+    if (row.kind == ExperimentKind::tool) {
+      EXPECT_EQ(row.count(scene, Purpose::identify), 7);
+      EXPECT_EQ(row.count(scene, Purpose::hold_out), 3);
+    }
 }
 
 TEST(check_choices, one_material_does_one_of_the_two_and_the_simulator_is_why) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -56,16 +57,19 @@ TEST(import, a_fit_frees_contact_points_and_tabulates_errors_of_curves) {
   EXPECT_EQ(wrong.status, 1);
   EXPECT_NE(wrong.err.find("--free: there is nothing called \"slope\" to free"), std::string::npos)
       << wrong.err;
-  const Outcome freed = palpate(folder, fit + " --free contact,bias");
+  const Outcome freed = palpate(folder, fit + " --free contact,bias --degree 2");
+  EXPECT_NE(freed.err.find("pieces of degree 2 to"), std::string::npos) << freed.err;
   EXPECT_NE(freed.err.find("90 % band where its rows end"), std::string::npos) << freed.err;
   EXPECT_NE(freed.err.find("experiment 1: contact "), std::string::npos) << freed.err;
-  const Outcome table = palpate(folder, "tabulate --band " + (folder / "curves.h5").string() +
-                                            " -o " + (folder / "T.csv").string());
+  const Outcome table =
+      palpate(folder, "tabulate --band --steps 3 " + (folder / "curves.h5").string() + " -o " +
+                          (folder / "T.csv").string());
   EXPECT_EQ(table.status, 0) << table.err;
   const std::string text = content_of(folder / "T.csv");
   EXPECT_EQ(text.substr(0, text.find('\n')), "point,name,curve,at_m,value_N,slope_N_m,deviation_N");
   EXPECT_NE(text.find("\n1,b,normal,"), std::string::npos) << text;
   EXPECT_EQ(text.find("lateral"), std::string::npos);  // presses say nothing of it
+  EXPECT_EQ(std::ranges::count(text, '\n'), 1 + 2 * 4) << text;
 }
 
 TEST(import, recordings_become_samples_that_can_be_fitted) {

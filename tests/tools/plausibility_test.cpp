@@ -8,6 +8,7 @@
 #include "libfit/core/error.hpp"
 #include "tests/support/surfaces.hpp"
 #include "tests/tools/block_scene.hpp"
+#include "tools/stages/body/simulation_setup.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -39,6 +40,20 @@ Scene with_ball_at(const std::string& height) {
 
 TEST(plausibility, a_scene_that_makes_sense_passes_without_a_word) {
   EXPECT_TRUE(implausible(scene_with("", ""), block_body()).empty());
+}
+
+// (M13f), lambda = mu of a Poisson's ratio of a quarter.
+TEST(simulation_setup, a_bed_is_springs_of_its_thickness_and_slides_where_it_says_so) {
+  const std::string bed =
+      "[[bed]]\nbelow = { axis = \"z\", at = \"1 mm\" }\nthickness = \"10 mm\"\n"
+      "material = { young = \"5 kPa\", poisson = 0.25 }\n";
+  for (const bool slides : {false, true}) {
+    const fem::SimulationSetup setup =
+        make_setup(scene_with("", "", bed + (slides ? "slides = true\n" : "")), block_body());
+    EXPECT_NEAR(setup.bed_at(Vec3::Zero()).along_N_m3, 3 * 2000 / 0.01, 1e-6);
+    EXPECT_NEAR(setup.bed_at(Vec3::Zero()).across_N_m3, slides ? 0 : 2000 / 0.01, 1e-6);
+    EXPECT_EQ(setup.bed_at(Vec3(0, 0, 0.02)).along_N_m3, 0);
+  }
 }
 
 struct Slip {

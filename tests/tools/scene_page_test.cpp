@@ -31,8 +31,6 @@ std::string_view name_of(Stage stage) {
       return "placement";
     case Stage::fit:
       return "fit";
-    case Stage::export_:
-      return "export";
     case Stage::validate:
       return "validate";
     case Stage::none:
@@ -47,7 +45,6 @@ std::string may_be(const Duration&) { return "time"; }
 std::string may_be(const Tilt&) {
   return fmt::format("angle, to {:.0f} deg", kMostTilt_rad * 180 / std::numbers::pi);
 }
-std::string may_be(const Density&) { return "number"; }
 std::string may_be(const Acceleration&) { return "`[x, y, z]`"; }
 std::string may_be(const Number& n) { return fmt::format("{:g} to {:g}", n.low, n.high); }
 std::string may_be(const Whole& n) { return fmt::format("{} to {}", n.low, n.high); }
@@ -179,7 +176,6 @@ TEST(scene_page, lists_every_key_with_its_values_and_default) {
                                   {"[experiments]", keys_of<ExperimentsSection>()},
                                   {"placement", keys_of<PlacementSection>()},
                                   {"[fit]", keys_of<FitSection>()},
-                                  {"[export]", keys_of<ExportSection>()},
                                   {"[validate]", keys_of<ValidateSection>()}});
 }
 

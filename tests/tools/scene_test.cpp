@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "libfit/core/error.hpp"
 #include "tools/scene/canonical.hpp"
+#include "tools/scene/nearest_name.hpp"
 #include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
@@ -49,10 +52,8 @@ TEST(scene, a_probe_takes_the_keys_of_its_shape_in_units) {
   const ProbeSection cone =
       probe("shape = \"cone\"\nhalf_angle = \"45 deg\"\ntip_radius = 0.001\n");
   EXPECT_NEAR(cone.spec.values.at("half_angle").at(0), 0.785398163397448, 1e-15);
-  const ProbeSection leaning =
-      probe("shape = \"capsule\"\norientation = [1, 0, 1]\nheading = [0, 1, 0]\n");
+  const ProbeSection leaning = probe("shape = \"capsule\"\norientation = [1, 0, 1]\n");
   EXPECT_EQ(*leaning.spec.orientation, Vec3(1, 0, 1));
-  EXPECT_EQ(*leaning.spec.heading, Vec3(0, 1, 0));
   EXPECT_EQ(*probe("shape = \"capsule\"\norientation = \"lying\"\n").spec.orientation,
             Vec3(Vec3::UnitX()));
   const ProbeSection mesh = probe("shape = \"mesh\"\nmesh = \"tool.stl\"\nlength_unit = \"mm\"\n");
@@ -63,6 +64,27 @@ TEST(scene, a_probe_takes_the_keys_of_its_shape_in_units) {
             "friction = 0.3\nradius = 0.005\n"
             "shape = \"sphere\"\n");
   EXPECT_EQ(probe("shape = \"point\"\n").spec.shape, "point");
+}
+
+TEST(scene, keys_and_values_that_are_gone_are_answered_with_what_to_do_instead) {
+  const auto answer = [](const std::string& section, const std::string& line) {
+    return error_of(kSmallest + section + "\n" + line + "\n");
+  };
+  for (const auto& [section, line, remedy] : std::initializer_list<std::array<const char*, 3>>{
+           {"[validate]", "holds = 2", "Leave it out"},
+           {"[fit]", "family = \"auto\"", "curves are rings wherever there are drags"},
+           {"[probe]", "shape = \"ellipsoid\"", "Take shape = \"mesh\""},
+           {"[probe]\nshape = \"capsule\"", "heading = [1, 0, 0]", "play the tool as balls"},
+           {"[export]", "elsewhere = \"mean\"", "Leave it out"}})
+    EXPECT_NE(answer(section, line).find(remedy), std::string::npos) << answer(section, line);
+  for (const auto& [of, name] : {std::pair{"key", "symmetric"},
+                                 {"key", "cantilever"},
+                                 {"format", "jpk"},
+                                 {"contact", "two-line"},
+                                 {"command", "modulus"},
+                                 {"report", "--figures"}})
+    EXPECT_NE(remedy_of_former(of, name), "") << name;
+  EXPECT_EQ(remedy_of_former("key", "depth"), "");
 }
 
 TEST(scene, the_mesh_unit_may_be_any_length) {

@@ -90,6 +90,11 @@ TEST(Check, doubts_a_lid_as_wide_as_the_body_and_a_wrap_that_does_nothing) {
   EXPECT_EQ(needless.status, 0) << needless.err;
   EXPECT_NE(needless.err.find("wrap changes nothing"), std::string::npos) << needless.err;
   EXPECT_EQ(needless.err.find("a lid"), std::string::npos) << needless.err;
+
+  wrapped.replace(wrapped.find("wrap = \""), 8, "noise = \"0.");
+  folder.write("scene.toml", wrapped);
+  const Outcome smooth = palpate(folder, "check --no-trial " + (folder / "scene.toml").string());
+  EXPECT_NE(smooth.err.find("filtered noise of 0.2 mm"), std::string::npos) << smooth.err;
 }
 
 TEST(New, divides_a_window_of_twelve_triangles_and_check_takes_it) {

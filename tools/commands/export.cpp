@@ -29,22 +29,13 @@ class Export final : public Command {
                      "Depth at which glb and ply show the stiffness, such as \"5 mm\"; half of the "
                      "curves' range if not given");
     arguments.option("--engine DIR", engine_, "Folder to copy the engine and its example into");
-    arguments.option("--scene", scene_,
-                     "scene.toml whose [export] and [tool] are taken, as run takes them");
-    arguments.option("--elsewhere WHAT", elsewhere_,
-                     "What surface without test points answers with: mean, the body's mean curves, "
-                     "flagged as OUTSIDE, or none");
+    arguments.option("--scene", scene_, "scene.toml whose [tool] is taken, as run takes it");
   }
 
   int run(Reply& reply) override {
     const std::string format = settled_format();
     ExportRequest request;
-    if (!scene_.empty()) {
-      const Scene scene = open_scene(scene_);
-      request.settings = scene.export_;
-      request.tools = played_tools(scene);
-    }
-    if (!elsewhere_.empty()) request.settings.elsewhere = elsewhere_;
+    if (!scene_.empty()) request.tools = played_tools(open_scene(scene_));
     if (!engine_.empty() && format != "palp")
       throw Error("--engine", "says nothing of a " + format, "Leave it out, or export palp.");
     if (!depth_.empty() && format != "glb" && format != "ply")
@@ -52,7 +43,7 @@ class Export final : public Command {
     if (std::error_code none; !engine_.empty() && std::filesystem::exists(engine_, none) &&
                               !std::filesystem::is_directory(engine_, none))
       throw Error("--engine", engine_ + " is a file", "Name a folder.");
-    request.fingerprint = asset_fingerprint(request.settings, model_);
+    request.fingerprint = asset_fingerprint(model_);
     request.guessed_points = stored_in_hdf5(model_, kGuessedAttribute).value_or("");
     request.map_depth_m = depth_m();
     request.engine = engine_;
@@ -84,7 +75,7 @@ class Export final : public Command {
     return *depth;
   }
 
-  std::string model_, output_, format_, engine_, depth_, scene_, elsewhere_;
+  std::string model_, output_, format_, engine_, depth_, scene_;
 };
 
 }  // namespace

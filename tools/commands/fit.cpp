@@ -32,9 +32,6 @@ class Fit final : public Command {
     arguments.option(
         "--free NAMES", frees_,
         "Nuisance parameters to estimate for each recording: any of contact,bias,drift");
-    arguments.option(
-        "--contact-deviation LEN", contact_deviation_,
-        "Standard deviation of a contact point where the samples state none, such as \"0.1 mm\"");
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
   }
@@ -59,9 +56,9 @@ class Fit final : public Command {
     FittedCurves curves =
         fit_samples(samples, section_, jobs_,
                     {earlier ? &*earlier : nullptr, earlier_cache ? &*earlier_cache : nullptr},
-                    nuisance_choice(frees_, contact_deviation_), &cache);
+                    nuisances_named(frees_), &cache);
     Attributes attributes;
-    if (!earlier && frees_.empty() && contact_deviation_.empty())
+    if (!earlier && frees_.empty())
       attributes[kInputsAttribute] = curves_fingerprint(section_, samples_);
     write_curves(output_, curves, attributes);
     write_fit_cache(output_, cache);
@@ -74,7 +71,7 @@ class Fit final : public Command {
   }
 
  private:
-  std::string samples_, output_, warm_start_, frees_, contact_deviation_;
+  std::string samples_, output_, warm_start_, frees_;
   FitSection section_;
   int jobs_ = 0;
 };

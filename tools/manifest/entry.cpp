@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/importers.hpp"
@@ -81,14 +80,14 @@ void read_position(SceneTable& table, ManifestEntry& entry) {
     entry.item.position_m = position;
     entry.position.reset();
   } else {
-    entry.position = numbers(table, "position", 3);
+    entry.position = table.numbers("position", 3, -kAnyNumber, kAnyNumber);
     entry.item.position_m.reset();
   }
 }
 
 void read_normal(SceneTable& table, BatchItem& item) {
   if (!table.has("normal")) return;
-  const auto n = numbers(table, "normal", 3);
+  const auto n = table.numbers("normal", 3, -kAnyNumber, kAnyNumber);
   const Vec3 normal(n[0], n[1], n[2]);
   if (!(normal.norm() > 1e-12))
     fail(table, "normal", "normal has no direction",
@@ -186,20 +185,6 @@ bool is_table(const importers::ReadSettings& read) {
 [[noreturn]] void fail(const SceneTable& table, std::string_view key, const std::string& what,
                        const std::string& remedy) {
   throw Error(table.where(key), what, remedy);
-}
-
-std::vector<double> numbers(SceneTable& table, std::string_view key, std::size_t count) {
-  std::vector<double> out;
-  const toml::node* node = table.node(key);
-  const toml::array* list = node ? node->as_array() : nullptr;
-  for (std::size_t i = 0; list && i < list->size(); ++i)
-    if (const auto number = list->get(i)->value<double>();
-        number && list->get(i)->is_number() && std::isfinite(*number))
-      out.push_back(*number);
-  if (out.size() != count || (list && list->size() != count))
-    fail(table, key, fmt::format("{} of {} is not a list of {} numbers", key, table.name(), count),
-         "Write [1.0, 2.0, ...].");
-  return out;
 }
 
 void read_keys(SceneTable& table, ManifestEntry& entry) {

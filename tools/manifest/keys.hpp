@@ -24,8 +24,7 @@ struct ManifestEntry {
 [[noreturn]] void fail(const SceneTable& table, std::string_view key, const std::string& what,
                        const std::string& remedy);
 
-/// The numbers of a list, exactly `count`, all finite.
-std::vector<double> numbers(SceneTable& table, std::string_view key, std::size_t count);
+inline constexpr double kAnyNumber = 1e15;  // in whatever unit a rig's files have
 
 void read_columns(SceneTable table, importers::ColumnNames& names);
 void read_units(SceneTable table, importers::UnitNames& units);

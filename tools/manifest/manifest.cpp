@@ -9,7 +9,6 @@
 
 #include "libfit/io/atomic_file.hpp"
 #include "tools/manifest/keys.hpp"
-#include "tools/scene/sections.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -19,7 +18,7 @@ namespace fs = std::filesystem;
 void read_registration(SceneTable table, Manifest& manifest) {
   manifest.fits_to_surface = table.boolean("icp", false);
   if (table.has("transform")) {
-    const auto m = numbers(table, "transform", 16);
+    const auto m = table.numbers("transform", 16, -kAnyNumber, kAnyNumber);
     recordings::RigidMotion motion;
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) motion.rotation(r, c) = m[static_cast<std::size_t>(4 * r + c)];
@@ -149,7 +148,6 @@ Manifest read_manifest(const fs::path& path, KeyLog* log) {
   }
   manifest.place_tolerance_m =
       root.quantity("place_tolerance", Dimension::length, manifest.place_tolerance_m, 0, 1e3);
-  manifest.pools_repeats = root.choice("repeats", "pool", {"pool", "keep"}) == "pool";
   const std::string relaxation = root.choice("relaxation", "auto", {"auto", "none", "apply"});
   manifest.relaxation = relaxation == "none"    ? recordings::RelaxationUse::none
                         : relaxation == "apply" ? recordings::RelaxationUse::always
@@ -157,7 +155,6 @@ Manifest read_manifest(const fs::path& path, KeyLog* log) {
   read_registration(root.table("registration", "[registration]"), manifest);
   read_hold_out(root.table("validate", "[validate]"), manifest.hold_out);
   manifest.fit = read_fit(root.table("fit", "[fit]"), path);
-  manifest.export_ = read_export(root.table("export", "[export]"), path);
   ManifestEntry defaults;
   std::optional<double> friction;
   SceneTable defaults_table = root.table("defaults", "[defaults]");

@@ -34,12 +34,10 @@ struct Manifest {
   Points rig_landmarks_m{0, 3}, body_landmarks_m{0, 3};  ///< or these
   bool fits_to_surface = false;
   double place_tolerance_m = recordings::AssembleOptions{}.place_tolerance_m;
-  bool pools_repeats = recordings::AssembleOptions{}.pools_repeats;
   recordings::RelaxationUse relaxation = recordings::AssembleOptions{}.relaxation;
   double friction = kDefaultFriction;  ///< of the probe
   HoldOut hold_out;
-  FitSection fit;         ///< as in a scene, for `run`
-  ExportSection export_;  ///< likewise
+  FitSection fit;  ///< as in a scene, for `run`
 };
 
 /// Whether a TOML file says that it is a manifest: it has recordings, no body. False where it

@@ -134,10 +134,7 @@ class SceneWriter {
   void operator()(Stage stage, std::string_view key, const SurfaceRegion& value, Any) {
     toml::table table;
     if (value.part) table = table_of(*value.part);
-    if (!value.facing.empty()) {
-      table.insert("facing", value.facing);
-      table.insert("within", value.within_rad);
-    }
+    if (!value.facing.empty()) table.insert("facing", value.facing);
     put(stage, key, table);
   }
   void operator()(Stage stage, std::string_view key, const std::vector<Region>& value, Any) {
@@ -404,19 +401,16 @@ Scene scene_of(const Body& body, const std::filesystem::path& path) {
 
 std::string canonical(const Scene& scene, Stage stage) {
   SceneWriter writer(TextFor::fingerprint, stage);
-  toml::table root = table_of_scene(scene, writer), probe, exported, validate;
+  toml::table root = table_of_scene(scene, writer), probe, validate;
   writer.section(probe, scene.probe.spec);
-  writer.section(exported, scene.export_);
   writer.section(validate, scene.validate);
   root.insert("probe", probe);
-  root.insert("export", exported);
   root.insert("validate", validate);
   return lines_of(root);
 }
 
 std::string canonical(const BodySection& section) { return canonical_section(section); }
 std::string canonical(const FitSection& section) { return canonical_section(section); }
-std::string canonical(const ExportSection& section) { return canonical_section(section); }
 std::string canonical(const ProbeSpec& probe) { return canonical_section(probe); }
 std::string canonical(const ToolSection& tool) {
   return canonical_section(tool) + canonical(tool.probe.spec);

@@ -8,7 +8,7 @@
 namespace palpate::tools {
 
 /// Puts into the body what later stages need of a scene: its text with defaults filled in, without
-/// [export] and [validate], the meshes of the files that it names, and its probe. Returns whether
+/// [validate], the meshes of the files that it names, and its probe. Returns whether
 /// that changed the body.
 bool store_scene(const Scene& scene, Body& body);
 
@@ -22,7 +22,6 @@ Scene scene_of(const Body& body, const std::filesystem::path& path);
 std::string canonical(const Scene& scene, Stage stage);
 std::string canonical(const BodySection& section);
 std::string canonical(const FitSection& section);
-std::string canonical(const ExportSection& section);
 std::string canonical(const ProbeSpec& probe);
 std::string canonical(const ToolSection& tool);
 

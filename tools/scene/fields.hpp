@@ -28,7 +28,6 @@ struct Length {};        ///< m
 struct Speed {};         ///< m/s
 struct Duration {};      ///< s
 struct Tilt {};          ///< rad, from upright
-struct Density {};       ///< kg/m^3
 struct Acceleration {};  ///< m/s^2
 struct Number {
   double low = 0, high = 1;
@@ -57,12 +56,11 @@ concept SectionOf = std::same_as<std::remove_const_t<Section>, Plain>;
 // A probe is read key by key of its shape (read_probe).
 template <class Visitor>
 void visit(SectionOf<ProbeSpec> auto& section, Visitor& f) {
-  auto& [shape, values, mesh, orientation, heading, friction] = section;
+  auto& [shape, values, mesh, orientation, friction] = section;
   f(Stage::simulate, "shape", shape, Choice{});
   f(Stage::simulate, "values", values, Any{});
   f(Stage::simulate, "mesh", mesh, Any{});
   f(Stage::simulate, "orientation", orientation, Any{});
-  f(Stage::simulate, "heading", heading, Any{});
   f(Stage::simulate, "friction", friction, Number{});
 }
 
@@ -97,17 +95,16 @@ void visit(SectionOf<std::optional<fem::MaterialParameters>> auto& material, Vis
 
 template <class Visitor>
 void visit(SectionOf<InclusionSection> auto& section, Visitor& f) {
-  auto& [region, material, density_kg_m3] = section;
+  auto& [region, material] = section;
   f(Stage::simulate, "", region, Any{});
   f(Stage::simulate, "material", material, Any{});
-  f(Stage::simulate, "density", density_kg_m3, Density{});
 }
 
 template <class Visitor>
 void visit(SectionOf<GravitySection> auto& section, Visitor& f) {
   auto& [acceleration_m_s2, density_kg_m3, shape] = section;
   f(Stage::simulate, "acceleration", acceleration_m_s2, Acceleration{});
-  f(Stage::simulate, "density", density_kg_m3, Density{});
+  f(Stage::simulate, "density", density_kg_m3, Number{1e-3, 1e6});
   f(Stage::simulate, "shape", shape, Choice{{kLoaded, kAtRest}});
 }
 
@@ -162,13 +159,6 @@ void visit(SectionOf<FitSection> auto& section, Visitor& f) {
   f(Stage::fit, "degree", degree, Whole{1, 4});
   f(Stage::fit, "pieces", pieces, Whole{0, 256});
   f(Stage::fit, "tolerance", tolerance, Number{1e-6, 1});
-}
-
-template <class Visitor>
-void visit(SectionOf<ExportSection> auto& section, Visitor& f) {
-  auto& [precision, elsewhere] = section;
-  f(Stage::export_, "precision", precision, Choice{{"float32"}});
-  f(Stage::export_, "elsewhere", elsewhere, Choice{{"mean", "none"}});
 }
 
 template <class Visitor>

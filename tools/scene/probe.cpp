@@ -7,6 +7,7 @@
 #include "libfem/probes/probes.hpp"
 #include "libfit/runtime/series/root.hpp"
 #include "tools/scene/fields.hpp"
+#include "tools/scene/nearest_name.hpp"
 #include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
@@ -34,6 +35,8 @@ ProbeSection read_probe(SceneTable& table, const std::filesystem::path& folder) 
   ProbeSection probe;
   ProbeSpec& spec = probe.spec;
   spec.shape = table.text("shape", spec.shape);
+  if (const std::string remedy = remedy_of_former("shape", spec.shape); !remedy.empty())
+    throw Error(table.where("shape"), fmt::format("there is no shape \"{}\"", spec.shape), remedy);
   if (spec.shape != "sphere") spec.values.clear();
   spec.friction = table.number("friction", spec.friction, 0, 100);
   if (spec.shape == "point") {
@@ -51,10 +54,7 @@ ProbeSection read_probe(SceneTable& table, const std::filesystem::path& folder) 
   for (const fem::ProbeParameter& parameter : row.parameters)
     if (table.has(parameter.key))
       spec.values[std::string(parameter.key)] = read_values(table, parameter);
-  if (!row.is_axisymmetric) {
-    if (table.has("orientation")) spec.orientation = read_orientation(table);
-    if (table.has("heading")) spec.heading = table.direction("heading");
-  }
+  if (!row.is_axisymmetric && table.has("orientation")) spec.orientation = read_orientation(table);
   if (row.takes_mesh) {
     if (!table.has("mesh"))
       throw Error(table.where_table(), table.name() + " has no mesh",

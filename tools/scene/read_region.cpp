@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <cstdlib>
-#include <numbers>
 
 #include "libfit/core/error.hpp"
 #include "tools/scene/fields.hpp"
@@ -12,7 +11,6 @@ namespace palpate::tools {
 namespace {
 
 constexpr double kAnyNumber = 1e15;
-constexpr double kFacingWithin = 60 * std::numbers::pi / 180, kWholeTurn = std::numbers::pi;
 
 HalfSpace read_half_space(SceneTable table, bool is_below) {
   static const std::vector<std::string_view> kAxes{"x", "y", "z"};
@@ -136,10 +134,8 @@ Region read_region(SceneTable table, const std::filesystem::path& scene) {
 SurfaceRegion read_surface_region(SceneTable table, const std::filesystem::path& scene) {
   SurfaceRegion region;
   region.part = find_region(table, scene);
-  if (table.has("facing")) {
+  if (table.has("facing"))
     region.facing = table.choice("facing", "", {kSides.begin(), kSides.end()});
-    region.within_rad = table.quantity("within", Dimension::angle, kFacingWithin, 0.01, kWholeTurn);
-  }
   if (region.facing.empty() && !region.part)
     throw Error(table.where_table(), table.name() + " names no region",
                 fmt::format("Give one of {}, or facing.", kRegions));

@@ -52,8 +52,7 @@ using Region = std::variant<HalfSpace, Box, Ball, Solid, Marked>;
 /// that is nearest to its centre, on that side of the body), and of it what faces a side.
 struct SurfaceRegion {
   std::optional<Region> part;  ///< none: the whole surface
-  std::string facing;          ///< "+z"; empty: any side
-  double within_rad = 0;       ///< largest angle of the outward normal to that side
+  std::string facing;          ///< "+z", up to 60 degrees from it; empty: any side
 };
 
 /// The centre of its ball; none of other parts.

@@ -1,5 +1,4 @@
 #include "tools/scene/scene.hpp"
-#include "tools/scene/sections.hpp"
 
 #include <fmt/core.h>
 
@@ -19,10 +18,6 @@ namespace {
 
 constexpr double kMostGravity = 1e4;  // m/s^2
 
-double read_density(SceneTable& table, double fallback) {
-  return table.number("density", fallback, 1e-3, 1e6);
-}
-
 // An inclusion relaxes and softens as the body does unless it says how.
 std::vector<InclusionSection> read_inclusions(SceneTable& root, const std::filesystem::path& scene,
                                               const std::optional<fem::MaterialParameters>& body) {
@@ -36,7 +31,6 @@ std::vector<InclusionSection> read_inclusions(SceneTable& root, const std::files
       inclusion.material.relaxation = body->relaxation;
       inclusion.material.softening = body->softening;
     }
-    if (table.has("density")) inclusion.density_kg_m3 = read_density(table, 0);
     table.finish();
     inclusions.push_back(inclusion);
   }
@@ -86,9 +80,6 @@ class SectionReader {
     if (value.empty())
       throw Error(table_.where(key), fmt::format("{} names no speed", name_of(key)),
                   "Give one or more, or leave the key out.");
-  }
-  void operator()(Stage, std::string_view, double& value, Density) {
-    value = read_density(table_, value);
   }
   void operator()(Stage, std::string_view key, Vec3& value, Acceleration) {
     if (table_.has(key)) value = table_.direction(key);
@@ -215,10 +206,6 @@ FitSection read_fit(SceneTable table, const std::filesystem::path& path) {
   return read_section<FitSection>(std::move(table), path);
 }
 
-ExportSection read_export(SceneTable table, const std::filesystem::path& path) {
-  return read_section<ExportSection>(std::move(table), path);
-}
-
 Scene parse_scene(const std::string& text, const std::filesystem::path& path,
                   std::vector<Error>* errors) {
   if (text.find('\0') != std::string::npos)  // no text has one; assets and HDF5 files do
@@ -256,10 +243,6 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
   section([&] {
     if (root.has("gravity"))
       scene.gravity = read_section<GravitySection>(root.table("gravity", "[gravity]"), path);
-    for (const InclusionSection& inclusion : scene.inclusions)
-      if (inclusion.density_kg_m3 && !scene.gravity)
-        throw Error(path.string() + ": [[inclusion]]", "has a density, and nothing has weight",
-                    "Add [gravity], or leave density out.");
   });
   section([&] {
     SceneTable probe = root.table("probe", "[probe]");
@@ -276,7 +259,6 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
     scene.experiments = read_experiments(std::move(experiments), path);
   });
   section([&] { scene.fit = read_fit(root.table("fit", "[fit]"), path); });
-  section([&] { scene.export_ = read_export(root.table("export", "[export]"), path); });
   section([&] {
     SceneTable validate = root.table("validate", "[validate]");
     scene.stated = read_stated(validate, path.parent_path(), scene.probe.spec.friction);

@@ -18,14 +18,13 @@ namespace palpate::tools {
 
 /// What a setting changes first: the stage whose fingerprint it belongs to. Later stages see it
 /// through the files before them. none: it changes no result.
-enum class Stage { prepare, simulate, surface, place, fit, export_, validate, none };
+enum class Stage { prepare, simulate, surface, place, fit, validate, none };
 
 // A scene.toml with its defaults filled in, SI throughout (docs/formats/scene.md has every key).
 
 struct InclusionSection {
   Region region;
   fem::MaterialParameters material;
-  std::optional<double> density_kg_m3;  ///< with [gravity]; absent: as the body's
 };
 
 /// The body's own weight. `shape`: whether the mesh file has it under this load or without it.
@@ -81,11 +80,6 @@ struct FitSection {
   double tolerance = FitOptions{}.tolerance;
 };
 
-struct ExportSection {
-  std::string precision = "float32";
-  std::string elsewhere = "mean";  ///< what surface without test points answers with
-};
-
 struct ValidateSection {
   int points = 12;  ///< held-out contact points
   int seed = 1;
@@ -116,9 +110,11 @@ struct Scene {
   std::vector<ToolSection> stated;   ///< [[validate.tool]]
   ExperimentsSection experiments;
   FitSection fit;
-  ExportSection export_;
   ValidateSection validate;
 };
+
+/// A section that a manifest has, too. Throws Error at what is wrong in the file `path`.
+FitSection read_fit(SceneTable table, const std::filesystem::path& path);
 
 /// Makes a scene answer within minutes: five rows a press and a drag, six held-out paths, no split
 /// of the error; 80 test points where they place themselves and few are dragged, else 12 with one

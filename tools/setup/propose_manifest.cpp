@@ -42,9 +42,7 @@ bool goes_sideways(const ItemResult& result) {
 }
 
 // Files that are read alike: of one folder, ending and header.
-struct FilesAlike {
-  std::vector<fs::path> files;
-};
+using FilesAlike = std::vector<fs::path>;
 
 std::map<std::string, FilesAlike> groups_in(const fs::path& folder, std::vector<fs::path>& meshes) {
   std::map<std::string, FilesAlike> out;
@@ -71,19 +69,19 @@ std::map<std::string, FilesAlike> groups_in(const fs::path& folder, std::vector<
     std::string key = path.parent_path().string() + "\n" + ending + "\n";
     for (const std::string& column : header_of(path, head.substr(0, head.rfind('\n'))))
       if (!importers::parse_number(column, '.')) key += column + "\n";
-    out[key].files.push_back(path);
+    out[key].push_back(path);
   }
   return out;
 }
 
 // "run3/*.csv" where that is all of the files with this ending in their folder; else empty.
 std::string pattern_of(const FilesAlike& group) {
-  const fs::path& first = group.files.front();
+  const fs::path& first = group.front();
   std::size_t alike = 0;
   for (const auto& entry : fs::directory_iterator(first.parent_path()))
     alike += entry.is_regular_file() && entry.path().extension() == first.extension() &&
              !entry.path().filename().string().starts_with(".");
-  if (alike != group.files.size() || alike == 1) return {};
+  if (alike != group.size() || alike == 1) return {};
   return (first.parent_path() / ("*" + first.extension().string())).string();
 }
 
@@ -162,7 +160,7 @@ std::pair<fs::path, TriedWay> first_read(const FilesAlike& group, const fs::path
                                          ProposedManifest& out) {
   std::vector<std::string> warnings;
   std::optional<TriedWay> tried;
-  for (const fs::path& file : group.files) {
+  for (const fs::path& file : group) {
     TriedWay best = best_way(file, ways_of(file, importers::read_bytes(file, kMaxBytes)));
     if (!best.result.recordings.empty()) {
       out.warnings.insert(out.warnings.end(), warnings.begin(), warnings.end());
@@ -173,7 +171,7 @@ std::pair<fs::path, TriedWay> first_read(const FilesAlike& group, const fs::path
                                      fs::proximate(file, base).string(), failure->what));
     if (!tried) tried = std::move(best);
   }
-  return {group.files.front(), std::move(*tried)};
+  return {group.front(), std::move(*tried)};
 }
 
 // The entries of a group, and what is said of it. surface: of the body, where one lies beside.
@@ -185,10 +183,10 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
     const Failure failure = best.result.failure           ? *best.result.failure
                             : best.result.refused.empty() ? Failure{shown, "holds nothing", ""}
                                                           : best.result.refused.front().failure;
-    out.warnings.push_back(fmt::format(
-        "{}{}: not used: {} {}", shown,
-        group.files.size() == 1 ? "" : fmt::format(" and {} alike", group.files.size() - 1),
-        failure.what, failure.remedy));
+    out.warnings.push_back(
+        fmt::format("{}{}: not used: {} {}", shown,
+                    group.size() == 1 ? "" : fmt::format(" and {} alike", group.size() - 1),
+                    failure.what, failure.remedy));
     out.unread.push_back(shown + ": " + failure.what);
     return;
   }
@@ -203,7 +201,7 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
   const Conditioned& r = best.result.recordings.front();
   out.notes.push_back(fmt::format(
       "{}: {}, {}, {}{}", shown, r.source.format,
-      counted(static_cast<std::int64_t>(group.files.size()), "file alike", "files alike"),
+      counted(static_cast<std::int64_t>(group.size()), "file alike", "files alike"),
       counted(static_cast<std::int64_t>(best.result.recordings.size()), "recording in the first",
               "recordings in the first"),
       best.result.refused.empty() ? "" : fmt::format(", {} refused", best.result.refused.size())));
@@ -226,11 +224,11 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
     out.warnings.push_back(fmt::format("{}: say position and normal of each recording", shown));
   }
   const std::string pattern = has_place ? pattern_of(group) : std::string();
-  out.files += group.files.size();
+  out.files += group.size();
   std::vector<std::string> lines;
   std::istringstream text(keys);
   for (std::string line; std::getline(text, line);) lines.push_back(line);
-  for (const fs::path& file : group.files) {
+  for (const fs::path& file : group) {
     const std::string& named = pattern.empty() ? file.string() : pattern;
     entries.push_back({fs::proximate(named, base).string(), lines});
     if (!pattern.empty()) break;

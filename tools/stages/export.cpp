@@ -24,9 +24,7 @@ nlohmann::ordered_json probe_json(const ProbeSpec& probe) {
     else
       json[key + unit] = values;
   }
-  for (const auto& [key, direction] :
-       {std::pair{"orientation", probe.orientation}, std::pair{"heading", probe.heading}})
-    if (direction) json[key] = {direction->x(), direction->y(), direction->z()};
+  if (const auto& o = probe.orientation) json["orientation"] = {o->x(), o->y(), o->z()};
   if (probe.mesh.triangles.rows() > 0) {
     const Vec3 extent = extent_m(probe.mesh.vertices);
     json["mesh_triangles"] = probe.mesh.triangles.rows();
@@ -64,10 +62,7 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   }
   for (const NamedTool& tool : request.tools) meta["tools"].push_back(tool_json(tool));
   ExportOptions options;
-  const std::string& elsewhere = request.settings.elsewhere;
-  if (elsewhere != "mean" && elsewhere != "none")
-    throw Error("--elsewhere", "\"" + elsewhere + "\" is no choice", "Use mean or none.");
-  options.has_mean_elsewhere = elsewhere == "mean";
+  options.has_mean_elsewhere = true;
   options.meta_json = meta.dump();
   options.map_depth_m = request.map_depth_m;
   options.engine_dir = request.engine;

@@ -5,13 +5,11 @@
 #include <string>
 
 #include "libfit/assets/exporters.hpp"
-#include "tools/scene/scene.hpp"
 #include "tools/stages/samples/compound.hpp"
 
 namespace palpate::tools {
 
 struct ExportRequest {
-  ExportSection settings;
   std::string fingerprint;            ///< put into the asset's meta; empty for none
   double map_depth_m = 0;             ///< of a coloured surface; 0: half of the curves' range
   std::filesystem::path engine;       ///< folder to copy the engine into; empty for none

@@ -104,8 +104,8 @@ std::string model_fingerprint(const std::filesystem::path& curves,
   return hash.hex();
 }
 
-std::string asset_fingerprint(const ExportSection& section, const std::filesystem::path& model) {
-  return stage_hash("asset").add(canonical(section)).add_file(model).hex();
+std::string asset_fingerprint(const std::filesystem::path& model) {
+  return stage_hash("asset").add_file(model).hex();
 }
 
 std::string statement_fingerprint(const Scene& scene, const std::string& asset_fingerprint,

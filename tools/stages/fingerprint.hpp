@@ -31,7 +31,7 @@ std::string curves_fingerprint(const FitSection& fit, const std::filesystem::pat
 std::string model_fingerprint(const std::filesystem::path& curves,
                               const std::filesystem::path& body,
                               const std::filesystem::path& samples);
-std::string asset_fingerprint(const ExportSection& section, const std::filesystem::path& model);
+std::string asset_fingerprint(const std::filesystem::path& model);
 /// asset_fingerprint: of the asset; its own bytes change when it gets its statement.
 std::string statement_fingerprint(const Scene& scene, const std::string& asset_fingerprint,
                                   const std::filesystem::path& body);

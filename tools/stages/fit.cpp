@@ -9,7 +9,6 @@
 #include "libfem/probes/round_end.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/experiments.hpp"
-#include "libfit/core/units.hpp"
 #include "libfit/fit/damage.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/fit/radius_effect.hpp"
@@ -170,7 +169,7 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
 }
 
 FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs,
-                         const WarmStart& warm, const NuisanceChoice& nuisances, FitCache* cache,
+                         const WarmStart& warm, const Nuisances& nuisances, FitCache* cache,
                          fit::RadiusReport* radius) {
   const Samples samples =
       of_kinds(all, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
@@ -178,8 +177,7 @@ FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs
   const Samples others = of_kinds(all, {ExperimentKind::other});
   options.warm_start = warm.curves;
   options.warm_cache = warm.cache;
-  options.estimates = nuisances.estimates;
-  options.contact_deviation_m = nuisances.contact_deviation_m;
+  options.estimates = nuisances;
   FitReport report;
   FittedCurves curves;
   {
@@ -197,8 +195,8 @@ FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs
   return curves;
 }
 
-NuisanceChoice nuisance_choice(const std::string& names, const std::string& contact_deviation) {
-  NuisanceChoice choice;
+Nuisances nuisances_named(const std::string& names) {
+  Nuisances choice{};
   for (std::size_t begin = 0; begin < names.size();) {
     const std::size_t end = std::min(names.find(',', begin), names.size());
     const std::string name = names.substr(begin, end - begin);
@@ -206,15 +204,9 @@ NuisanceChoice nuisance_choice(const std::string& names, const std::string& cont
     if (row == kNuisanceNames.end())
       throw Error("--free", "there is nothing called \"" + name + "\" to free",
                   "Use contact, bias, drift, or several with commas between.");
-    choice.estimates[static_cast<std::size_t>(row - kNuisanceNames.begin())] = true;
+    choice[static_cast<std::size_t>(row - kNuisanceNames.begin())] = true;
     begin = end + 1;
   }
-  if (contact_deviation.empty()) return choice;
-  const auto length = parse_quantity(contact_deviation, Dimension::length);
-  if (!length || !(*length > 0))
-    throw Error("--contact-deviation", "\"" + contact_deviation + "\" is no length above 0",
-                "Give a length with its unit, such as \"0.1 mm\".");
-  choice.contact_deviation_m = *length;
   return choice;
 }
 

@@ -12,14 +12,10 @@
 
 namespace palpate::tools {
 
-/// What `--free` and `--contact-deviation` say of measured recordings; see FitOptions.
-struct NuisanceChoice {
-  std::array<bool, 3> estimates{false, false, false};
-  double contact_deviation_m = 0;
-};
-/// names: names with commas between. contact_deviation: a length with unit, or empty.
-/// Throws Error on names and lengths that are none.
-NuisanceChoice nuisance_choice(const std::string& names, const std::string& contact_deviation);
+/// What is free of measured recordings, as FitOptions::estimates.
+using Nuisances = std::array<bool, 3>;
+/// names: with commas between. Throws Error on a name that is none.
+Nuisances nuisances_named(const std::string& names);
 
 /// An earlier fit to go on from, and what it left; see FitOptions.
 struct WarmStart {
@@ -36,7 +32,7 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
 /// cache, radius: filled where wanted, for a later warm start and with how presses of other
 /// indenters come out. Throws Interrupted when the user stopped it: nothing half-fitted is kept.
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
-                         const WarmStart& warm = {}, const NuisanceChoice& nuisances = {},
+                         const WarmStart& warm = {}, const Nuisances& nuisances = {},
                          FitCache* cache = nullptr, fit::RadiusReport* radius = nullptr);
 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a

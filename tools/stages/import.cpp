@@ -46,7 +46,6 @@ AssembleOptions place_options(const Manifest& manifest, const std::optional<Surf
   }
   options.fits_to_surface = manifest.fits_to_surface;
   options.place_tolerance_m = manifest.place_tolerance_m;
-  options.pools_repeats = manifest.pools_repeats;
   options.relaxation = manifest.relaxation;
   return options;
 }

@@ -75,16 +75,16 @@ class FolderRun {
   }
 
   // tools: of the scene, put into the asset.
-  void export_asset(const ExportSection& settings, std::vector<NamedTool> tools) {
+  void export_asset(std::vector<NamedTool> tools) {
     const fs::path output = file("asset.palp"), picture = file("stiffness.vtu");
-    const std::string wanted = asset_fingerprint(settings, file("model.h5"));
+    const std::string wanted = asset_fingerprint(file("model.h5"));
     const auto stored = fs::exists(picture) && fs::is_directory(file("engine"))
                             ? stored_in_asset(output)
                             : std::nullopt;
     if (!is_stale("export", output, stored, wanted)) return;
     const Model model = read_model(file("model.h5"));
     export_model(model, picture, "vtu", {});
-    ExportRequest request{.settings = settings, .fingerprint = wanted, .engine = file("engine")};
+    ExportRequest request{.fingerprint = wanted, .engine = file("engine")};
     request.guessed_points = stored_in_hdf5(file("model.h5"), kGuessedAttribute).value_or("");
     request.tools = std::move(tools);
     export_model(model, output, "palp", request);
@@ -118,7 +118,7 @@ class StageRun : FolderRun {
     timed("fit, refine, export", [&] {
       fit();
       refine();
-      export_asset(scene_.export_, played_tools(scene_));
+      export_asset(played_tools(scene_));
     });
     timed("validate", [&] { validate(); });
     return result();
@@ -203,7 +203,7 @@ class StageRun : FolderRun {
 
   void validate() {
     const fs::path output = file("statement.json"), asset = file("asset.palp");
-    const std::string made_from = asset_fingerprint(scene_.export_, file("model.h5"));
+    const std::string made_from = asset_fingerprint(file("model.h5"));
     const std::string wanted = statement_fingerprint(scene_, made_from, file("body.h5"));
     const auto stored = has_statement(asset) ? stored_in_json(output) : std::nullopt;
     if (!is_stale("validate", output, stored, wanted)) return;
@@ -252,7 +252,7 @@ class RecordingsRun : FolderRun {
     timed("fit, refine, export", [&] {
       fit();
       refine();
-      export_asset(manifest_.export_, {});
+      export_asset({});
     });
     timed("validate", [&] { validate(); });
     read_result();
@@ -299,8 +299,8 @@ class RecordingsRun : FolderRun {
 
   void validate() {
     const fs::path output = file("statement.json"), asset = file("asset.palp");
-    const std::string wanted = recorded_statement_fingerprint(
-        asset_fingerprint(manifest_.export_, file("model.h5")), file("samples.h5"));
+    const std::string wanted =
+        recorded_statement_fingerprint(asset_fingerprint(file("model.h5")), file("samples.h5"));
     const auto stored = has_statement(asset) ? stored_in_json(output) : std::nullopt;
     if (!is_stale("validate", output, stored, wanted)) return;
     const FittedCurves curves = read_curves(file("curves.h5"));

@@ -40,7 +40,7 @@ Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>&
       options_(options),
       body_(mesh, materials, region_at),
       bed_(mesh, bed_at),
-      weight_N_(weight_N(mesh, region_at, weight)),
+      weight_N_(weight_N(mesh, weight)),
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
                contact),
       K_(body_.pattern()) {}

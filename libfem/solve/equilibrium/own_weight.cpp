@@ -33,7 +33,7 @@ class WeightSolver {
               int& solves) {
     elastic_.emplace(mesh, of_.materials, of_.region_at);
     bed_ = ElasticBed(mesh, of_.bed_at);
-    weight_N_ = share * weight_N(mesh, of_.region_at, of_.weight);
+    weight_N_ = share * weight_N(mesh, of_.weight);
     SymmetricBlockMatrix K = elastic_->pattern();
     double scale_N = 0;
     for (Eigen::Index n = 0; n < u.rows(); ++n)
@@ -125,21 +125,16 @@ double in_load_steps(Reach&& reach) {
 
 }  // namespace
 
-Points weight_N(const QuadraticMesh& mesh, const RegionAt& region_at, const OwnWeight& weight) {
+Points weight_N(const QuadraticMesh& mesh, const OwnWeight& weight) {
   if (!weight.is_there()) return {};
   Points out = Points::Zero(mesh.nodes.rows(), 3);
   for (const ElementPoint& point : element_points())
     for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
       Mat3 jacobian = Mat3::Zero();
-      Vec3 place = Vec3::Zero();
-      for (int a = 0; a < kElementNodes; ++a) {
+      for (int a = 0; a < kElementNodes; ++a)
         jacobian += mesh.nodes.row(mesh.tets(t, a)).transpose() * point.by_xi.row(a);
-        place += point.shape[a] * mesh.shape().row(mesh.tets(t, a)).transpose();
-      }
-      const double density =
-          weight.density_kg_m3.at(region_at ? static_cast<std::size_t>(region_at(place)) : 0);
-      const Vec3 force =
-          density * std::abs(jacobian.determinant()) * point.weight / 6 * weight.acceleration_m_s2;
+      const Vec3 force = weight.density_kg_m3 * std::abs(jacobian.determinant()) * point.weight /
+                         6 * weight.acceleration_m_s2;
       for (int a = 0; a < kElementNodes; ++a)
         out.row(mesh.tets(t, a)) += point.shape[a] * force.transpose();  // (M13h)
     }

@@ -12,9 +12,9 @@ namespace palpate::fem {
 /// What a body weighs.
 struct OwnWeight {
   Vec3 acceleration_m_s2 = Vec3::Zero();
-  std::vector<double> density_kg_m3 = {};  ///< of each material, at rest; empty: no weight
+  double density_kg_m3 = 0;  ///< at rest; 0: no weight
 
-  bool is_there() const { return !density_kg_m3.empty(); }
+  bool is_there() const { return density_kg_m3 > 0; }
 };
 
 /// What is bent by its weight: the parts of an Equilibrium without a probe.
@@ -28,7 +28,7 @@ struct WeightedBody {
 
 /// Forces of the weight at the nodes, #N x 3 [N]: rho g int N dV over the body at rest (M13h). Mass
 /// stays, so they do not depend on the displacement. Zeros of no rows without weight.
-Points weight_N(const QuadraticMesh& mesh, const RegionAt& region_at, const OwnWeight& weight);
+Points weight_N(const QuadraticMesh& mesh, const OwnWeight& weight);
 
 /// How a search for the loaded shape or the shape at rest ended.
 struct LoadedSearch {

@@ -33,16 +33,15 @@ void append(Eigen::VectorXd& column, double value) {
 void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& body) {
   const bool frees_contact = options.estimates[static_cast<std::size_t>(Nuisance::contact)];
   const auto stated = stated_deviations(samples.recordings);
-  if (frees_contact && stated.empty() && !(options.contact_deviation_m > 0))
+  if (frees_contact && stated.empty())
     throw Error("fit option estimates",
                 "asks for contact points, but the samples state no deviation of any",
-                "Say how far off a contact point may be: --contact-deviation \"0.1 mm\".");
+                "Say how far off each may be in recordings/contact_deviation of the samples.");
   for (PointData& point : body.points)
     for (PointExperiment& e : point.experiments) {
       if (frees_contact) {
         const auto found = stated.find(e.id);
-        e.unknown.contact =
-            (found != stated.end() ? found->second : options.contact_deviation_m) / body.length_m;
+        e.unknown.contact = found != stated.end() ? found->second / body.length_m : 0;
       }
       if (options.estimates[static_cast<std::size_t>(Nuisance::bias)])
         e.unknown.bias = options.nuisance_deviation;

@@ -107,17 +107,11 @@ void check_flags(const Complain& complain, const std::string& name,
 
 namespace {
 
-constexpr std::array<std::string_view, 6> kOwnNames{"shape",   "friction",      "orientation",
-                                                    "heading", "mesh/vertices", "mesh/triangles"};
+constexpr std::array<std::string_view, 5> kOwnNames{"shape", "friction", "orientation",
+                                                    "mesh/vertices", "mesh/triangles"};
 
 std::string_view unit_of(std::string_view key) {
   return probe_dimension(key) == Dimension::angle ? "rad" : "m";
-}
-
-std::optional<Vec3> read_direction(const Reader& reader, const std::string& name) {
-  if (!reader.has(name)) return std::nullopt;
-  const auto values = reader.numbers(name, kNoUnit, {3, 0});
-  return Vec3(values[0], values[1], values[2]);
 }
 
 void check(const ProbeSpec& probe, const Complain& complain, const std::string& group) {
@@ -131,9 +125,8 @@ void check(const ProbeSpec& probe, const Complain& complain, const std::string& 
     if (!std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); }))
       throw complain(name, "is not finite");
   }
-  for (const auto& [name, direction] : {std::pair{group + "orientation", probe.orientation},
-                                        std::pair{group + "heading", probe.heading}})
-    if (direction && !direction->allFinite()) throw complain(name, "is not finite");
+  if (probe.orientation && !probe.orientation->allFinite())
+    throw complain(group + "orientation", "is not finite");
   check_finite(complain, group + "mesh/vertices", probe.mesh.vertices);
   check_indices(complain, group + "mesh/triangles", probe.mesh.triangles.data(),
                 probe.mesh.triangles.rows(), 3, probe.mesh.vertices.rows());
@@ -152,8 +145,8 @@ std::optional<ProbeSpec> read_probe(const Reader& reader, const std::string& gro
     if (std::find(kOwnNames.begin(), kOwnNames.end(), key) == kOwnNames.end())
       probe.values[key] = reader.numbers(name, unit_of(key), {kAny, 0});
   }
-  probe.orientation = read_direction(reader, group + "orientation");
-  probe.heading = read_direction(reader, group + "heading");
+  if (reader.has(group + "orientation"))
+    probe.orientation = Vec3(reader.numbers(group + "orientation", kNoUnit, {3, 0}).data());
   if (reader.has(group + "mesh/vertices")) {
     ColumnReader in(reader);
     in.first(group + "mesh/vertices", probe.mesh.vertices, {"m"});
@@ -171,9 +164,8 @@ void write_probe(Writer& writer, const std::optional<ProbeSpec>& probe, const Co
   writer.numbers(group + "friction", kNoUnit, &probe->friction, {1, 0});
   for (const auto& [key, values] : probe->values)
     writer.numbers(group + key, unit_of(key), values.data(), {values.size(), 0});
-  for (const auto& [name, direction] : {std::pair{group + "orientation", probe->orientation},
-                                        std::pair{group + "heading", probe->heading}})
-    if (direction) writer.numbers(name, kNoUnit, direction->data(), {3, 0});
+  if (probe->orientation)
+    writer.numbers(group + "orientation", kNoUnit, probe->orientation->data(), {3, 0});
   if (probe->mesh.vertices.rows() == 0) return;
   ColumnWriter out(writer);
   out(group + "mesh/vertices", probe->mesh.vertices, {"m"});

@@ -186,7 +186,7 @@ void check_indices(const Complain& complain, const std::string& name, const std:
 void check_flags(const Complain& complain, const std::string& name, const std::vector<char>& flags);
 
 /// The group `probe` of a file (docs/formats.md): shape, friction, the shape's numbers with their
-/// units, orientation and heading, mesh. Nothing where the file has none. Throws Error on numbers
+/// units, orientation, mesh. Nothing where the file has none. Throws Error on numbers
 /// that are not finite, a negative friction, triangles without vertices.
 std::optional<ProbeSpec> read_probe(const Reader& reader, const std::string& group = "probe/");
 

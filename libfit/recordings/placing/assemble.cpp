@@ -293,8 +293,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   samples.point_position.resize(static_cast<Eigen::Index>(points.size()), 3);
   samples.point_normal.resize(static_cast<Eigen::Index>(points.size()), 3);
   std::vector<std::vector<Pooled>> experiments;
-  for (const auto& members : points)
-    experiments.push_back(pool(candidates, members, items, options.pools_repeats));
+  for (const auto& members : points) experiments.push_back(pool(candidates, members, items));
   if (options.relaxation != RelaxationUse::none) {
     const TimedPoints timed = presses_in_time(candidates, alike, items);
     if (!timed.member.empty()) out.relaxation = relaxation_of(candidates, timed, items);

@@ -22,7 +22,6 @@ struct AssembleOptions {
   std::optional<RigidMotion> motion;  ///< rig to body, where it is known
   bool fits_to_surface = false;       ///< refine it by the contact points
   double place_tolerance_m = 3e-3;    ///< from the surface, and from the named position
-  bool pools_repeats = true;          ///< presses of one point at one rate become one experiment
   /// Where recordings have holds or several rates: whether they tell how the body relaxes, and
   /// whether rows in time follow from it where it is doubted, too.
   RelaxationUse relaxation = RelaxationUse::where_sure;

@@ -50,10 +50,10 @@ struct Pooled {
   Eigen::VectorXd time_s = {};  ///< since first touch; empty where rows are of no time
 };
 
-/// Experiments of one point. members: candidates of it, not refused.
+/// Experiments of one point: presses at one rate are one. members: candidates of it, not refused.
 std::vector<Pooled> pool(const std::vector<Candidate>& candidates,
                          const std::vector<std::size_t>& members,
-                         const std::vector<BatchItem>& items, bool pools_repeats);
+                         const std::vector<BatchItem>& items);
 
 /// What rates and ways back do beyond the noise, a sentence each; empty when nothing stands out.
 std::vector<std::string> compare_rates(const std::string& point,

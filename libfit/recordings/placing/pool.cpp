@@ -133,12 +133,12 @@ std::string in_millimetres_per_second(double speed_m_s) { return millimetres(spe
 
 std::vector<Pooled> pool(const std::vector<Candidate>& candidates,
                          const std::vector<std::size_t>& members,
-                         const std::vector<BatchItem>& items, bool pools_repeats) {
+                         const std::vector<BatchItem>& items) {
   std::vector<Pooled> experiments;
   std::vector<std::size_t> presses;
   for (const std::size_t m : members) {
     const SignalSettings& s = items[candidates[m].item].signal;
-    if (pools_repeats && s.kind == ExperimentKind::press)
+    if (s.kind == ExperimentKind::press)
       presses.push_back(m);
     else
       experiments.push_back(alone(candidates, m));

@@ -60,7 +60,8 @@ TEST(Lengths, a_capsule_lying_touches_along_a_line_and_upright_is_a_ball) {
   EXPECT_DOUBLE_EQ(lying.contact_radius_m(0.001), 0.002);
   EXPECT_GE(lying.contact_reach_m(0.001), lying.mesh_length_m(0.001));
   const ContactLine line = lying.contact_line_m(Vec3::UnitZ(), 0.001);
-  EXPECT_LT((line.to - Vec3(0.011, 0, 0)).norm(), 1e-15);  // along the default heading there
+  EXPECT_LT((line.to - Vec3(0.011, 0, 0)).norm(),
+            1e-15);  // along the first direction of drags there
   EXPECT_EQ(line.from, Vec3(-line.to));
   const ContactLine none = upright.contact_line_m(Vec3::UnitZ(), 0.001);
   EXPECT_EQ(none.from, none.to);

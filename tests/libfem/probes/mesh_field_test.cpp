@@ -78,18 +78,17 @@ TEST(MeshField, smoothed_distance_has_two_continuous_derivatives_across_an_edges
   }
 }
 
-TEST(MeshField, orientation_and_heading_turn_a_box_as_they_say) {
+TEST(MeshField, an_orientation_turns_a_box_as_it_says) {
   ProbeSpec spec;
   spec.shape = "mesh";
   spec.mesh = box_mesh(Vec3(0.004, 0.006, 0.01));
-  spec.heading = Vec3::UnitY();  // own x along it, for own -z points into the body
-  const Probe down = make_probe(spec, "t");
-  EXPECT_NEAR(down.distance(Vec3::UnitZ(), Vec3(0, 0.005, -0.01)).distance_m, 0.001, 1e-9);
-  EXPECT_NEAR(down.distance(Vec3::UnitZ(), Vec3(0.007, 0, -0.01)).distance_m, 0.001, 1e-9);
-  spec.orientation = Vec3::UnitX();  // its side: own z leans along the heading
+  const Probe down = make_probe(spec, "t");  // own x along x, for own -z points into the body
+  EXPECT_NEAR(down.distance(Vec3::UnitZ(), Vec3(0.005, 0, -0.01)).distance_m, 0.001, 1e-9);
+  EXPECT_NEAR(down.distance(Vec3::UnitZ(), Vec3(0, 0.007, -0.01)).distance_m, 0.001, 1e-9);
+  spec.orientation = Vec3::UnitX();  // its side: own z leans along x
   const Probe side = make_probe(spec, "t");
-  EXPECT_NEAR(side.distance(Vec3::UnitZ(), Vec3(0, 0.011, -0.004)).distance_m, 0.001, 1e-9);
-  EXPECT_NEAR(side.distance(Vec3::UnitZ(), Vec3(0.007, 0, -0.004)).distance_m, 0.001, 1e-9);
+  EXPECT_NEAR(side.distance(Vec3::UnitZ(), Vec3(0.011, 0, -0.004)).distance_m, 0.001, 1e-9);
+  EXPECT_NEAR(side.distance(Vec3::UnitZ(), Vec3(0, 0.007, -0.004)).distance_m, 0.001, 1e-9);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ inline Vec3 random_unit(std::mt19937& random) {
   return Vec3(normal(random), normal(random), normal(random)).normalized();
 }
 
-/// A probe of the shared suite, pressing along +z with heading +x.
+/// A probe of the shared suite, pressing along +z.
 /// surface: a seeded point of its surface, as an offset from the reference point, from a
 /// description of the shape that owes nothing to its signed distance. spacing_m: how far apart
 /// 40000 such points lie at most, roughly. thin_m: the surface's least radius of curvature or
@@ -112,8 +112,7 @@ inline std::vector<ProbeCase> probe_cases() {
   cases.push_back(
       {"capsule_upright", capsule, R, 0.1 * L, placed(capsule_points(R, L), Vec3(0, 0, L / 2))});
   capsule.orientation = Vec3::UnitX();
-  capsule.heading = Vec3::UnitX();
-  Mat3 turn;  // own x to z (into the body), own z to the heading x
+  Mat3 turn;  // own x to z (into the body), own z to x
   turn.col(0) = Vec3::UnitZ();
   turn.col(2) = Vec3::UnitX();
   turn.col(1) = turn.col(2).cross(turn.col(0));

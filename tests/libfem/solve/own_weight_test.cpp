@@ -21,7 +21,7 @@ namespace {
 constexpr double kDensity = 1050, kGravity = 9.81;
 const Vec3 kBar_m(0.02, 0.02, 0.1);
 
-OwnWeight along_z(double acceleration) { return {Vec3(0, 0, acceleration), {kDensity}}; }
+OwnWeight along_z(double acceleration) { return {Vec3(0, 0, acceleration), kDensity}; }
 
 std::vector<Material> soft(double young_Pa, double poisson) {
   return {make_material({"neo-hookean", {young_Pa, poisson}}, "test")};
@@ -51,8 +51,8 @@ double height_of_column_m(double young_Pa, double acceleration, double up_to_m) 
 
 TEST(OwnWeight, is_density_times_volume_with_its_moment) {
   const QuadraticMesh mesh = bar(4);
-  OwnWeight weight{Vec3(1, -2, 9), {kDensity, 2000}};
-  const Points force = weight_N(mesh, {}, weight);
+  const OwnWeight weight{Vec3(1, -2, 9), kDensity};
+  const Points force = weight_N(mesh, weight);
   const double kilograms = kDensity * kBar_m.prod();
   EXPECT_LT((force.colwise().sum().transpose() - kilograms * weight.acceleration_m_s2).norm(),
             1e-12 * kilograms);
@@ -61,9 +61,6 @@ TEST(OwnWeight, is_density_times_volume_with_its_moment) {
     moment += Vec3(mesh.nodes.row(n)).cross(Vec3(force.row(n)));
   const Vec3 expected = kilograms * Vec3(kBar_m / 2).cross(weight.acceleration_m_s2);
   EXPECT_LT((moment - expected).norm(), 1e-12 * expected.norm());
-  const Points two = weight_N(
-      mesh, [](const Vec3& x) { return x.z() < 0.05 ? 1 : 0; }, weight);
-  EXPECT_NEAR(two.col(2).sum(), 9 * kBar_m.prod() * (kDensity + 2000) / 2, 1e-9);
 }
 
 TEST(OwnWeight, shortens_and_lengthens_a_soft_column_as_the_differential_equation_says) {

@@ -16,7 +16,7 @@ inline Reaction reaction(const Equilibrium& equilibrium, const QuadraticMesh& me
                          const Vec3& about = Vec3::Zero(), const OwnWeight& weight = {}) {
   Points gradient = Points::Zero(u.rows(), 3);
   equilibrium.body().add_force(u, gradient);
-  if (weight.is_there()) gradient -= weight_N(mesh, {}, weight);
+  if (weight.is_there()) gradient -= weight_N(mesh, weight);
   Reaction sum;
   for (Eigen::Index n = 0; n < u.rows(); ++n) {
     if (!mesh.is_held[n]) continue;

@@ -92,13 +92,15 @@ recordings::ContactEstimate estimate_contact(const Recording& r) {
 
 Found fit_case(const Recording& r, bool knows_contact, FitOptions options) {
   double contact_m = r.contact_m;
+  Recorder rig;
   if (!knows_contact) {
     const auto estimate = estimate_contact(r);
     contact_m = estimate.travel_m;
-    options.contact_deviation_m = std::max(estimate.deviation_m, 0.05 * r.range_m);
+    rig.samples.recordings.experiment = {0};
+    rig.samples.recordings.contact_deviation_m.setConstant(
+        1, std::max(estimate.deviation_m, 0.05 * r.range_m));
     options.estimates[0] = true;
   }
-  Recorder rig;
   std::vector<Vec3> deflection, force;
   for (Eigen::Index i = 0; i < r.travel_m.size(); ++i) {
     deflection.emplace_back(0, 0, r.travel_m[i] - contact_m);

@@ -29,7 +29,10 @@ Samples off_presses(const std::vector<Off>& offs, double noise_N, unsigned seed)
       force.push_back((kNormal(depth_m) + off.bias_N + off.drift_N * t) * u);
     }
     rig.add(p, ExperimentKind::press, deflection, force);
+    rig.samples.recordings.experiment.push_back(rig.samples.experiment.back());
   }
+  rig.samples.recordings.contact_deviation_m.setConstant(static_cast<Eigen::Index>(offs.size()),
+                                                         2e-4);
   add_noise(rig.samples, noise_N, seed);
   return rig.samples;
 }
@@ -37,7 +40,6 @@ Samples off_presses(const std::vector<Off>& offs, double noise_N, unsigned seed)
 FitOptions freeing(bool contact, bool bias, bool drift) {
   FitOptions options{.family = CurveFamily::separable};
   options.estimates = {contact, bias, drift};
-  if (contact) options.contact_deviation_m = 2e-4;
   return options;
 }
 

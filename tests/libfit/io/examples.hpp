@@ -41,7 +41,7 @@ inline ProbeSpec example_probe() {
   probe.mesh.vertices = awkward_points(4, 21);
   probe.mesh.triangles.resize(1, 3);
   probe.mesh.triangles << 3, 0, 2;
-  probe.heading = Vec3(-0.0, 1.0 / 3, 1e300);
+  probe.orientation = Vec3(-0.0, 1.0 / 3, 1e300);
   probe.friction = 0.8;
   return probe;
 }

@@ -30,7 +30,6 @@ void expect_same(const std::optional<ProbeSpec>& a, const std::optional<ProbeSpe
   EXPECT_TRUE(same_bits(a->mesh.vertices, b->mesh.vertices));
   EXPECT_TRUE(same_bits(a->mesh.triangles, b->mesh.triangles));
   EXPECT_EQ(a->orientation, b->orientation);
-  EXPECT_EQ(a->heading, b->heading);
   EXPECT_EQ(a->friction, b->friction);
 }
 

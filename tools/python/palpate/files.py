@@ -10,7 +10,7 @@ import numpy as np
 
 # Units of a samples.h5, a contract (docs/formats/samples.md); all else is without.
 _UNITS = {"points/position": "m", "points/normal_gradient": "1/m", "points/sway": "m/N", "rows/deflection": "m",
-          "rows/force": "N", "rows/torque": "N m", "rows/force_error": "N", "rows/time": "s", "rows/held": "N",
+          "rows/force": "N", "rows/torque": "N m", "rows/force_error": "N", "rows/time": "s",
           "relaxation/time": "s", "recordings/contact": "m",
           "recordings/contact_deviation": "m", "recordings/speed": "m/s", "recordings/noise": "N",
           "recordings/young": "Pa"}
@@ -20,7 +20,7 @@ _TYPES = {"rows/kind": np.int8, "rows/status": np.int8, "rows/step_check": np.in
 _NAMES = {*_UNITS, *_TYPES, "points/name", "points/normal", "points/scale", "rows/lean", "relaxation/share",
           "body/poisson", *("recordings/" + key for key in ("file", "hash", "estimator", "hysteresis", "reasons"))}
 _MAX_M = {"points/position": 10, "rows/deflection": 1}  # from the first one: of bodies and presses in mm, more
-_WITHOUT_UNIT = ("probe/shape", "probe/orientation", "probe/heading", "probe/friction", "probe/mesh/triangles")
+_WITHOUT_UNIT = ("probe/shape", "probe/orientation", "probe/friction", "probe/mesh/triangles")
 
 
 class Error(Exception):

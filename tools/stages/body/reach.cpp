@@ -39,6 +39,7 @@ std::string in_mm(const Vec3& place_m) {
 // A vertex of the patch counts as of its side up to this angle from the normal at its middle: the
 // flanks of a fold do, the back of a rim does not.
 constexpr double kSameSide = -0.17;  // cosine, 100 degrees
+constexpr double kFacing = 0.5;      // cosine, 60 degrees
 constexpr int kMostAverages = 50;
 
 // Vertex normals averaged over about width_m, so that folds and noise turn no side.
@@ -121,7 +122,7 @@ std::vector<char> region_of(const Scene& scene, const Surface& surface, double w
                                 [&](const BedSection& bed) {
                                   return contains(bed.region, surface.vertices.row(v));
                                 }) &&
-           (region.facing.empty() || normals.row(v).dot(side) >= std::cos(region.within_rad));
+           (region.facing.empty() || normals.row(v).dot(side) >= kFacing);
   });
 }
 

@@ -60,10 +60,7 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
       return fem::BedStiffness{};
     };
   if (scene.gravity) {
-    setup.weight = {scene.gravity->acceleration_m_s2, {scene.gravity->density_kg_m3}};
-    for (const InclusionSection& inclusion : scene.inclusions)
-      setup.weight.density_kg_m3.push_back(
-          inclusion.density_kg_m3.value_or(scene.gravity->density_kg_m3));
+    setup.weight = {scene.gravity->acceleration_m_s2, scene.gravity->density_kg_m3};
     setup.regions_at_rest = scene.gravity->shape == kAtRest;
   }
   setup.probe = scene.probe.spec;

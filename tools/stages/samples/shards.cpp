@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <charconv>
 #include <functional>
-#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -131,11 +130,9 @@ Experiment experiment_of(const Json& json, const TestPoints& places) {
     return out;
   }
   out.path.deflections = points_of(json.at("deflection_m"));
-  const Json& time_s = json.at("time_s");
-  out.path.time_s.resize(static_cast<Eigen::Index>(time_s.size()));
-  for (std::size_t i = 0; i < time_s.size(); ++i)  // null: NaN
-    out.path.time_s[static_cast<Eigen::Index>(i)] =
-        time_s[i].is_null() ? std::numeric_limits<double>::quiet_NaN() : time_s[i].get<double>();
+  const auto times_s = json.at("time_s").get<std::vector<double>>();
+  out.path.time_s =
+      Eigen::Map<const Eigen::VectorXd>(times_s.data(), static_cast<Eigen::Index>(times_s.size()));
   out.path.lean = Lean(json.at("lean").at(0).get<double>(), json.at("lean").at(1).get<double>());
   if (!json.contains("second")) return out;
   SecondTool second;

@@ -114,6 +114,11 @@ TEST(signal, saturated_rows_are_marked_and_never_good) {
   }
   EXPECT_GT(rejected, 5);
   EXPECT_EQ(r.grade, Grade::fair);
+  SignalSettings settings;
+  settings.force_limit_N = limit_N;  // readings above it are no more than at it
+  const Conditioned known = condition(axial_press(400, 200), settings, Vec3(0, 0, -1), "a", false);
+  EXPECT_EQ(known.status.front(), RowStatus::good);
+  EXPECT_EQ(known.status.back(), RowStatus::rejected);
 }
 
 // Once a limiter was believed only at the largest reading: noise just before it hid one in 10 000.
