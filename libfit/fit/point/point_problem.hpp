@@ -21,8 +21,8 @@ double root_mean_square_weight(const PointCurves& curves);
 /// where they are; rows further off than the robust `scale` count less. Changes nothing where that
 /// does not lower the loss. One thread, deterministic.
 inline constexpr int kMaxIterations = 60;
-void refine(const PointData& point, const Bases& bases, FitLoss loss, double scale,
-            PointCurves& curves, int max_iterations = kMaxIterations);
+void refine(const PointData& point, const Bases& bases, double scale, PointCurves& curves,
+            int max_iterations = kMaxIterations);
 
 /// The problem to first order about the curves, without loss. Columns as in pack.
 struct Linearised {

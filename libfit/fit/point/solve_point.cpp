@@ -21,15 +21,15 @@ double scale_of(const PointData& point, const Bases& bases, const PointCurves& c
 }
 
 // Curves from `start` with weak priors that weigh by the rows' noise.
-PointCurves refine_noisy(const PointData& point, const Bases& bases, FitLoss loss,
-                         const PointCurves& start, double scale, double noise) {
+PointCurves refine_noisy(const PointData& point, const Bases& bases, const PointCurves& start,
+                         double scale, double noise) {
   PointCurves again = start;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
     if (again.is_identified[kind])
       again.weak_prior[kind].strength =
           again.weak_prior[kind].per_noise * noise / start.increments[kind].sum();
   again.more_noise = noise;
-  refine(point, bases, loss, scale, again);
+  refine(point, bases, scale, again);
   again.scale = scale;
   again.noise = noise;
   return again;
@@ -63,15 +63,14 @@ bool reweight(const PointData& point, const Bases& bases, PointCurves& curves) {
 
 }  // namespace
 
-void solve_point(const PointData& point, const Bases& bases, const FitOptions& options,
-                 PointCurves& curves) {
+void solve_point(const PointData& point, const Bases& bases, PointCurves& curves) {
   curves.weight.clear();
   for (const PointExperiment& e : point.experiments) curves.weight.push_back(e.weight);
   if (pack(curves, point).size() == 0) return;
   PointCurves start = curves;
   for (WeakPrior& weak_prior : curves.weak_prior) weak_prior.strength = kWeakPrior;
   const int first_look = curves.more.size() > 0 ? kMaxIterations : kFirstLook;
-  refine(point, bases, options.loss, scale_of(point, bases, curves), curves, first_look);
+  refine(point, bases, scale_of(point, bases, curves), curves, first_look);
 
   // What the best curves leave unexplained is the rows' scatter, and weak priors weigh by it.
   const auto noise_of = [](const PointCurves& c, double scale) {
@@ -80,17 +79,17 @@ void solve_point(const PointData& point, const Bases& bases, const FitOptions& o
   double scale = scale_of(point, bases, curves);
   double noise = noise_of(curves, scale);
   if (noise < kClearNoise && first_look < kMaxIterations) {
-    refine(point, bases, options.loss, scale, curves);
+    refine(point, bases, scale, curves);
     scale = scale_of(point, bases, curves), noise = noise_of(curves, scale);
   }
   curves.scale = scale, curves.noise = noise;
   if (noise < kExactRows) return;
   start.nuisance = curves.nuisance;
-  curves = refine_noisy(point, bases, options.loss, start, scale, noise);
+  curves = refine_noisy(point, bases, start, scale, noise);
   if (point.has_errors || !reweight(point, bases, curves)) return;
   start.weight = curves.weight;
   scale = scale_of(point, bases, curves), noise = noise_of(curves, scale);
-  curves = refine_noisy(point, bases, options.loss, start, scale, noise);
+  curves = refine_noisy(point, bases, start, scale, noise);
 }
 
 }  // namespace palpate::fit
