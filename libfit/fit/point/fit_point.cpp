@@ -5,7 +5,6 @@
 #include "libfit/core/text.hpp"
 #include "libfit/fit/point/covariance.hpp"
 #include "libfit/fit/point/nuisance.hpp"
-#include "libfit/fit/point/solve_point.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
 
 namespace palpate::fit {

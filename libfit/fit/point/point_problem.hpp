@@ -32,4 +32,9 @@ struct Linearised {
 };
 Linearised linearise(const PointData& point, const Bases& bases, const PointCurves& curves);
 
+/// Refines a point's identified curves so that replaying its experiments, friction limit
+/// included, gives the forces recorded. Changes nothing where that does not lower the loss.
+/// bases: in units of the body's length. One thread; deterministic.
+void solve_point(const PointData& point, const Bases& bases, PointCurves& curves);
+
 }  // namespace palpate::fit
