@@ -13,8 +13,10 @@
 namespace palpate::fit {
 namespace {
 
+constexpr std::size_t kWorstPoints = 3;  // that are named
+
 std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
-                                     const std::vector<PointResult>& results, int count) {
+                                     const std::vector<PointResult>& results) {
   std::vector<WorstPoint> worst;
   for (std::size_t p = 0; p < results.size(); ++p) {
     if (!results[p].is_scored) continue;
@@ -29,8 +31,7 @@ std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
   std::stable_sort(worst.begin(), worst.end(), [](const WorstPoint& a, const WorstPoint& b) {
     return a.relative_residual > b.relative_residual;
   });
-  if (worst.size() > static_cast<std::size_t>(std::max(count, 0)))
-    worst.resize(static_cast<std::size_t>(std::max(count, 0)));
+  worst.resize(std::min(worst.size(), kWorstPoints));
   return worst;
 }
 
@@ -146,7 +147,7 @@ FitReport make_report(const BodyData& body, const std::vector<CurveRows>& rows,
   FitReport report;
   report.kind = bases.report;
   report.assumed = assumed_curves(rows, bases, results, options);
-  report.worst = worst_points(fitted, results, options.worst_points);
+  report.worst = worst_points(fitted, results);
   for (const PointResult& result : results) report.points.kept += result.is_kept;
   for (const FitStatus status : fitted.status) {
     report.points.good += status == FitStatus::good;

@@ -96,20 +96,19 @@ void settle_nuisances(const Samples& samples, const fit::BodyData& body, const F
   }
 }
 
+bool is_dragged(const std::vector<fit::CurveRows>& rows) {
+  return std::ranges::any_of(rows, [](const fit::CurveRows& point) { return point.drags > 0; });
+}
+
 // The family asked for, else the one that the rows support; bases are left as it has them.
-FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
-                           const std::vector<fit::CurveRows>& rows, BodyBases& bases) {
-  const bool has_drags =
-      std::ranges::any_of(rows, [](const fit::CurveRows& point) { return point.drags > 0; });
+FamilyReport settle_family(const FitOptions& options, const std::vector<fit::CurveRows>& rows,
+                           BodyBases& bases) {
+  const bool has_drags = is_dragged(rows);
   FamilyReport report{
-      options.family.value_or(has_drags ? CurveFamily::rings : CurveFamily::separable),
-      false,
-      {},
+      options.family.value_or(has_drags ? CurveFamily::rings : CurveFamily::separable), false,
       options.family ? "as asked"
       : has_drags    ? "there are drags"
                      : "no drags"};
-  if (options.judges_family)
-    report.evidence.push_back(fit::judge_family(body, rows, bases, report.family, options));
   bases = fit::of_family(std::move(bases), report.family);
   return report;
 }
@@ -131,8 +130,7 @@ void settle_rings(const Samples& samples, const fit::BodyData& body,
     fit::PointCurves curves = fit::identify(body.points[p], rows[p], bases, plain, options);
     if (!curves.problem.empty()) return;
     Eigen::VectorXd deviation = Eigen::Vector4d::Zero();
-    const Eigen::MatrixXd square =
-        fit::covariance(body.points[p], plain, curves, options.loss).more;
+    const Eigen::MatrixXd square = fit::covariance(body.points[p], plain, curves).more;
     if (square.rows() >= 4 && square.allFinite())
       deviation = square.diagonal().cwiseMax(0).cwiseSqrt();
     found[p] = Found{std::move(curves), std::move(deviation)};
@@ -208,12 +206,12 @@ struct Reading {
 };
 
 Reading read_rows(const Samples& samples, FitOptions options, bool without_sway) {
-  Reading out{fit::gather_experiments(samples, options.weight_floor, without_sway), {}, {}, {}};
+  Reading out{fit::gather_experiments(samples, without_sway), {}, {}, {}};
   fit::add_nuisances(samples, options, out.body);
   for (const fit::PointData& point : out.body.points) out.rows.push_back(fit::curve_rows(point));
   out.bases = make_bases(samples, out.body, out.rows, options);
   settle_nuisances(samples, out.body, options, out.rows, out.bases);
-  out.family = settle_family(out.body, options, out.rows, out.bases);
+  out.family = settle_family(options, out.rows, out.bases);
   return out;
 }
 
@@ -234,25 +232,20 @@ bool may_sway(const Samples& samples) {
 Reading settle_reading(const Samples& samples, const FitOptions& options) {
   if (options.sways)
     return read_rows(samples, options, *options.sways && samples.point_sway.rows() > 0);
-  const bool is_tried =
-      options.family.value_or(CurveFamily::rings) == CurveFamily::rings && may_sway(samples);
-  FitOptions judged = options;
-  judged.judges_family = options.judges_family || is_tried;
-  Reading plain = read_rows(samples, judged, false);
-  const bool has_drags =
-      std::ranges::any_of(plain.rows, [](const fit::CurveRows& point) { return point.drags > 0; });
-  if (!is_tried || !has_drags) return plain;
-  judged.family = CurveFamily::rings;
-  Reading local = read_rows(samples, judged, true);
-  const FamilyEvidence& found = local.family.evidence.front();
-  const std::string words = "; " + fit::in_words(found);
-  if (!found.sways || !fit::is_worth_its_sway(plain.family.evidence.front(), found)) {
-    plain.family.reason += words;
+  Reading plain = read_rows(samples, options, false);
+  if (plain.family.family != CurveFamily::rings || !is_dragged(plain.rows) || !may_sway(samples))
     return plain;
-  }
-  std::vector<FamilyEvidence> evidence = plain.family.evidence;
-  evidence.push_back(found);
-  local.family = {CurveFamily::rings, true, std::move(evidence), plain.family.reason + words};
+  FitOptions rings = options;
+  rings.family = CurveFamily::rings;
+  Reading local = read_rows(samples, rings, true);
+  const auto judged = [&](const Reading& reading) {
+    return fit::judge_family(reading.body, reading.rows, reading.bases, rings);
+  };
+  const fit::FamilyEvidence without = judged(plain), with = judged(local);
+  plain.family.reason +=
+      "; rings on a body that sways " + percent(with.median_error) + ", " + percent(with.p95_error);
+  if (!fit::is_worth_its_sway(without, with)) return plain;
+  local.family = {CurveFamily::rings, true, plain.family.reason};
   return local;
 }
 

@@ -37,21 +37,12 @@ void check_options(const FitOptions& o) {
   for (const int pieces : o.pieces)
     require(pieces >= 0 && pieces <= 256, "fit option pieces", "is not 0 to 256",
             "Give a number of pieces, or 0 to have it chosen.");
-  require(o.max_pieces >= 1 && o.max_pieces <= 256, "fit option max_pieces", "is not 1 to 256",
-          "Allow at least one piece.");
   require(o.tolerance >= 0 && o.tolerance < 1, "fit option tolerance", "is not in [0, 1)",
           "Give a relative error such as 0.02.");
-  require(o.poor_above > 0, "fit option poor_above", "is not above 0",
-          "Give a relative error such as 0.07.");
-  require(o.weight_floor > 0 && o.weight_floor < 1, "fit option weight_floor", "is not in (0, 1)",
-          "Give a fraction of the typical force such as 0.001.");
   require(o.default_friction > 0 && std::isfinite(o.default_friction),
           "fit option default_friction", "is not above 0", "Give a friction such as 0.3.");
   require(o.default_lateral_ratio > 0 && std::isfinite(o.default_lateral_ratio),
           "fit option default_lateral_ratio", "is not above 0", "Give a ratio such as 0.67.");
-  require(o.nuisance_deviation > 0 && std::isfinite(o.nuisance_deviation),
-          "fit option nuisance_deviation", "is not above 0",
-          "Give a share of the force such as 0.05.");
   require(o.jobs >= 0, "fit option jobs", "is negative", "Give a number of threads, or 0 for all.");
 }
 

@@ -13,10 +13,6 @@
 
 namespace palpate {
 
-/// How a row far from the curves counts: `huber` grows linearly past three robust standard
-/// deviations.
-enum class FitLoss : std::int8_t { squared = 0, huber = 1 };
-
 /// What may be unknown of a recording besides the body's curves.
 enum class Nuisance : std::int8_t { contact = 0, bias = 1, drift = 2 };
 inline constexpr std::array<std::string_view, 3> kNuisanceNames{
@@ -29,7 +25,6 @@ inline constexpr std::array<std::string_view, 3> kNuisanceNames{
 struct FitOptions {
   /// None: rings where the tool was dragged, else separable.
   std::optional<CurveFamily> family{};
-  bool judges_family = false;  ///< the report gets the family's held-out error
   /// What the body moves as a whole is taken off deflections; none: where that predicts held-out
   /// rows better.
   std::optional<bool> sways{};
@@ -38,24 +33,15 @@ struct FitOptions {
   std::array<int, kCurveKinds> pieces{0, 0, 0};
   /// Knots of each kind [m], taken as they are; empty: placed from the samples.
   std::array<std::vector<double>, kCurveKinds> knots_m{};
-  int max_pieces = 12;  ///< the search for `pieces` stops here
   /// Held-out force error that is good enough, relative; 0: as good as the rows can tell.
   double tolerance = 0.02;
-  /// A point whose relative residual is above this is `poor`: the force JND (docs/method.md, 8).
-  double poor_above = kForceJnd;
-  FitLoss loss = FitLoss::huber;
-  /// Weight floor as a fraction of the point's typical force: rows are weighted by
-  /// 1 / sqrt(force_error^2 + floor^2).
-  double weight_floor = 1e-3;
   double default_friction = kDefaultFriction;  ///< L / f^z where no row slips
   /// f^r'/f^z' where no row sticks: 2 (1-nu)/(2-nu) of a half-space, here an incompressible one.
   double default_lateral_ratio = 2.0 / 3.0;
   /// Parts of each experiment's recording that are fitted with the curves, by Nuisance; each is
   /// bounded by four standard deviations of what is known of it beforehand.
   std::array<bool, 3> estimates{false, false, false};
-  double nuisance_deviation = 0.05;  ///< of bias and drift, as a share of the point's typical force
-  int jobs = 0;                      ///< threads, 0: all. Results do not depend on it.
-  int worst_points = 10;             ///< length of FitReport::worst
+  int jobs = 0;  ///< threads, 0: all. Results do not depend on it.
   /// Curves of an earlier fit, which must outlive the call: its bases and family are kept.
   const FittedCurves* warm_start = nullptr;
   /// What that fit left: points fitted from the same rows with the same options keep their curves.

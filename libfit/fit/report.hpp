@@ -31,20 +31,10 @@ struct BasisReport {
   std::string reason;                   ///< a sentence
 };
 
-/// Relative error of rows that curves of a family did not see.
-struct FamilyEvidence {
-  CurveFamily family = CurveFamily::separable;
-  double median_error = 0, p95_error = 0;
-  bool sways = false;       ///< in series with the sway of the body as a whole
-  std::ptrdiff_t rows = 0;  ///< held out, whose points had curves
-};
-
 /// Why the body got its family.
 struct FamilyReport {
   CurveFamily family = CurveFamily::separable;
   bool sways = false;  ///< its law stands in series with the sway of the body as a whole
-  /// Of the families tried; of one that was asked for where FitOptions::judges_family.
-  std::vector<FamilyEvidence> evidence;
   std::string reason;
 };
 

@@ -60,8 +60,7 @@ bool is_usable(const FitOptions& options) {
 std::vector<std::string> fingerprints(const Samples& samples, const BodyData& body,
                                       const BodyBases& bases, const FitOptions& options) {
   std::uint64_t common =
-      mix(0, {static_cast<double>(options.loss), options.poor_above, options.weight_floor,
-              options.default_friction, options.default_lateral_ratio, ball_radius_m(samples.probe),
+      mix(0, {options.default_friction, options.default_lateral_ratio, ball_radius_m(samples.probe),
               samples.probe ? samples.probe->friction : -1});
   if (bases.family == CurveFamily::rings) {
     const RingPrior& rings = bases.rings;

@@ -5,11 +5,21 @@
 #include <limits>
 
 #include "libfit/core/closest_point.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr double kAtCorner = 1e-9;  // of the longest edge: a vertex this near a test point is at it
+
+/// Of a vertex from its triangle, in longest edges of the triangle. With evenly spread points every
+/// reachable vertex is within one spacing of a test point, so 1 covers the rim, too.
+constexpr double kLargestDistanceEdges = 1;
+
+/// Along the surface from a test point, in longest edges at that point: what is near through the
+/// air only (the next sheet, the other bank of a gap) is farther. 2 leaves room for the detours of
+/// paths along mesh edges (at most sqrt 2 on a regular grid).
+constexpr double kLargestPathEdges = 2;
 
 using Lists = std::vector<std::vector<std::int32_t>>;
 
@@ -56,12 +66,12 @@ Lists triangles_around(const Triangles& triangles, std::size_t points) {
 
 // How far along the surface each test point answers for vertices [m]; negative without triangle.
 std::vector<double> ranges_of(const Triangles& triangles, const std::vector<BlendTriangle>& facets,
-                              std::size_t points, double largest_path_edges) {
+                              std::size_t points) {
   std::vector<double> ranges(points, -1);
   for (Eigen::Index t = 0; t < triangles.rows(); ++t)
     for (int k = 0; k < 3; ++k) {
       double& range = ranges[static_cast<std::size_t>(triangles(t, k))];
-      range = std::max(range, largest_path_edges * facets[static_cast<std::size_t>(t)].longest_m);
+      range = std::max(range, kLargestPathEdges * facets[static_cast<std::size_t>(t)].longest_m);
     }
   return ranges;
 }
@@ -76,15 +86,15 @@ bool faces_alike(const BlendTriangle& facet, const Vec3& weight, const Vec3& out
 // Nearest of the candidate triangles that face alike and are near enough; the lowest among equals.
 SurfacePoint project(const Vec3& position, const Vec3& outward,
                      const std::vector<std::int32_t>& candidates,
-                     const std::vector<BlendTriangle>& facets, const RefineOptions& options) {
-  const double min_cosine = std::cos(options.largest_angle_rad);
+                     const std::vector<BlendTriangle>& facets) {
+  const double min_cosine = std::cos(kLargestAngle_rad);
   SurfacePoint best;
   for (const std::int32_t t : candidates) {
     const BlendTriangle& facet = facets[static_cast<std::size_t>(t)];
     SurfacePoint point =
         nearest_on_triangle(position, facet.corner[0], facet.corner[1], facet.corner[2]);
     if (point.distance_m < best.distance_m &&
-        point.distance_m <= options.largest_distance_edges * facet.longest_m &&
+        point.distance_m <= kLargestDistanceEdges * facet.longest_m &&
         faces_alike(facet, point.weight, outward, min_cosine)) {
       point.triangle = t;
       best = point;
@@ -116,11 +126,10 @@ Vec3 without_unusable(Vec3 weight, const bool (&is_usable)[3]) {
 
 Blend blend_by_area(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
                     const std::vector<char>& is_wanted, const Triangles& triangles,
-                    const std::vector<char>& is_usable, const std::vector<EdgePathSeeds>& seeds,
-                    const RefineOptions& options) {
+                    const std::vector<char>& is_usable, const std::vector<EdgePathSeeds>& seeds) {
   const auto facets = facets_of(curves, triangles);
   const Lists around = triangles_around(triangles, seeds.size());
-  const auto ranges = ranges_of(triangles, facets, seeds.size(), options.largest_path_edges);
+  const auto ranges = ranges_of(triangles, facets, seeds.size());
   std::vector<EdgePathSeeds> sources(seeds.size());
   for (std::size_t p = 0; p < seeds.size(); ++p)
     if (!around[p].empty()) sources[p] = seeds[p];
@@ -133,8 +142,7 @@ Blend blend_by_area(const FittedCurves& curves, const Surface& fine, const Point
     const auto point = static_cast<std::size_t>(nearest.source[i]);
     if (nearest.distance_m[i] > ranges[point]) continue;
     const Vec3 position = fine.vertices.row(v);
-    const SurfacePoint hit =
-        project(position, outward_normal.row(v), around[point], facets, options);
+    const SurfacePoint hit = project(position, outward_normal.row(v), around[point], facets);
     if (hit.triangle < 0) continue;
     const auto corners = triangles.row(hit.triangle);
     const auto usable = [&](int k) { return is_usable[static_cast<std::size_t>(corners[k])] != 0; };

@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "libfit/core/curves.hpp"
 #include "libfit/refine/edge_paths.hpp"
-#include "libfit/refine/refine.hpp"
 
 namespace palpate {
 
@@ -15,14 +15,13 @@ struct Blend {
   double largest_projection_m = 0;
 };
 
-/// Area coordinates of each wanted vertex on its test-point triangle: the nearest one within the
-/// options' bounds among those around the point that is nearest along the surface (two rings).
-/// is_usable: per point; the weight of an unusable corner goes to the others. seeds: per point,
-/// where it sits on the surface (none for points left out).
+/// Area coordinates of each wanted vertex on its test-point triangle: the nearest one that faces
+/// alike and is not too far, among those around the point that is nearest along the surface (two
+/// rings). is_usable: per point; the weight of an unusable corner goes to the others. seeds: per
+/// point, where it sits on the surface (none for points left out).
 Blend blend_by_area(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
                     const std::vector<char>& is_wanted, const Triangles& triangles,
-                    const std::vector<char>& is_usable, const std::vector<EdgePathSeeds>& seeds,
-                    const RefineOptions& options);
+                    const std::vector<char>& is_usable, const std::vector<EdgePathSeeds>& seeds);
 
 /// All weight on the point that is nearest along the surface. cell: #V, -1 for none.
 Blend blend_by_cell(const std::vector<std::int32_t>& cell, const std::vector<char>& is_wanted);

@@ -62,8 +62,8 @@ std::vector<EdgePathSeeds> place_on_surface(const Points& position, const Points
 }
 
 Triangles triangulate_over(const Surface& surface, const std::vector<std::int32_t>& cell,
-                           const Points& position, const Points& inward, double largest_angle_rad) {
-  const double min_cosine = std::cos(largest_angle_rad);
+                           const Points& position, const Points& inward) {
+  const double min_cosine = std::cos(kLargestAngle_rad);
   std::set<Corners> found;
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
     Corners corners;

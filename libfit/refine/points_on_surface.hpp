@@ -7,6 +7,10 @@
 
 namespace palpate {
 
+/// Between normals that go together: 75 degrees passes the chords of a coarse triangulation and
+/// refuses the other side of a thin part.
+inline constexpr double kLargestAngle_rad = 1.308996938995747;
+
 /// Where each test point sits on the surface: the corners of the nearest triangle whose
 /// interpolated normal is within `largest_angle_rad` of the point's. position, inward: P x 3.
 /// outward_normal: #V x 3 of the surface. No seed for a point farther than max_m from the surface.
@@ -19,7 +23,7 @@ std::vector<EdgePathSeeds> place_on_surface(const Points& position, const Points
 /// orientation as the surface; a triangle facing against the normals of its points (it closes the
 /// surface behind the outermost ones) is dropped. Each once, ascending.
 Triangles triangulate_over(const Surface& surface, const std::vector<std::int32_t>& cell,
-                           const Points& position, const Points& inward, double largest_angle_rad);
+                           const Points& position, const Points& inward);
 
 /// The triangles of the test points, over rows of `position` instead: points are paired by position
 /// within 1e-6 of `size_m` (the body's diagonal). position P x 3 [m].

@@ -62,6 +62,7 @@ std::vector<EdgePathSeeds> seeds_of(const std::vector<char>& is_usable,
   return kept;
 }
 
+constexpr double kStray = 0.05;      // of the body's diagonal: points farther off it are left out
 constexpr double kFacesAlike = 0.5;  // cosine of 60 degrees
 constexpr double kVeryNear_m = 1e-12;
 constexpr std::size_t kMinKriged = 10, kMaxKriged = 2000;
@@ -211,13 +212,6 @@ Controls left_out_normal(const InterpolationChoice& chosen) {
   return out;
 }
 
-// The tool of the presses; of no size where it is not known.
-std::optional<Indenter> round_tool(const FittedCurves& curves, const RefineOptions& options) {
-  if (options.tool) return options.tool;
-  const double ball_m = ball_radius_m(curves.probe);
-  return ball_m > 0 ? std::optional(runtime::ball_indenter(ball_m)) : std::nullopt;
-}
-
 }  // namespace
 
 Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<char>& is_reachable,
@@ -227,9 +221,8 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
   RefineReport& found = report != nullptr ? *report : own_report;
   found = {};
   const Points outward_normal = vertex_normals(fine);
-  const auto seeds = place_on_surface(
-      curves.position, curves.normal, fine, outward_normal, options.largest_angle_rad,
-      options.largest_stray_diagonals * extent_m(fine.vertices).norm());
+  const auto seeds = place_on_surface(curves.position, curves.normal, fine, outward_normal,
+                                      kLargestAngle_rad, kStray * extent_m(fine.vertices).norm());
   const auto is_usable = usable_points(curves, seeds, found.left_out);
 
   found.triangles = test_triangles;
@@ -237,37 +230,29 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
   std::vector<std::int32_t> cell;
   if (found.is_own_triangulation) {
     cell = nearest_source(fine, seeds_of(is_usable, seeds)).source;
-    found.triangles =
-        triangulate_over(fine, cell, curves.position, curves.normal, options.largest_angle_rad);
+    found.triangles = triangulate_over(fine, cell, curves.position, curves.normal);
   }
   Blend blend = found.triangles.rows() == 0
                     ? blend_by_cell(cell, is_reachable)
                     : blend_by_area(curves, fine, outward_normal, is_reachable, found.triangles,
-                                    is_usable, seeds, options);
+                                    is_usable, seeds);
   found.largest_projection_m = blend.largest_projection_m;
   const Controls slopes = slopes_of(curves);
   InterpolationChoice& chosen = found.interpolation;
   std::vector<char> is_trusted = trusted_points(curves, is_usable);
-  const KrigedPoints kriged = options.is_measured && !options.slope_share && !options.follows_gap
+  const KrigedPoints kriged = options.is_measured
                                   ? kriged_points(curves, is_usable, seeds, outward_normal)
                                   : KrigedPoints();
-  const std::optional<Indenter> tool = round_tool(curves, options);
   // The surface of measured points is not sure enough.
-  const bool may_follow =
-      options.follows_gap.value_or(!options.slope_share && !options.is_measured);
-  const GapForces gap = tool && may_follow ? gap_forces(curves, fine, outward_normal, is_reachable,
-                                                        seeds_of(is_usable, seeds), *tool)
-                                           : GapForces();
+  const bool may_follow = options.tool && !options.is_measured;
+  const GapForces gap = may_follow ? gap_forces(curves, fine, outward_normal, is_reachable,
+                                                seeds_of(is_usable, seeds), *options.tool)
+                                   : GapForces();
   chosen = choose_interpolation(curves, found.triangles, is_trusted, slopes, gap, kriged.left_out);
-  if (options.slope_share) chosen.slope_share = slopes.cols() > 0 ? *options.slope_share : 0;
-  chosen.follows_gap = gap.is_known() && options.follows_gap.value_or(chosen.follows_gap);
   const Points inward_normal = chosen.kriges_normals ? kriged_normals(kriged, fine, -outward_normal)
                                                      : Points(-outward_normal);
   if (chosen.is_kriged) found.trend = kriged_trend(kriged, curves, fine, inward_normal);
-  if (chosen.follows_gap) {
-    chosen.slope_share = 0;
-    found.trend = {kGapShare * gap.at_point, kGapShare * gap.at_vertex};
-  }
+  if (chosen.follows_gap) found.trend = {kGapShare * gap.at_point, kGapShare * gap.at_vertex};
   Model model = model_of(curves, fine, inward_normal, std::move(blend), slopes, chosen.slope_share,
                          found.trend);
   if (chosen.slope_share > 0 || found.trend.is_used()) meet_slope(model);

@@ -10,26 +10,9 @@
 
 namespace palpate {
 
-/// How far a fine vertex may look for the test points that answer for it.
+/// What is known of the presses beside their curves.
 struct RefineOptions {
-  /// Between the vertex's normal and the interpolated normal of the test-point triangle: 75 degrees
-  /// passes the chords of a coarse triangulation and refuses the other side of a thin part.
-  double largest_angle_rad = 1.308996938995747;
-  /// Of the vertex from the triangle, in longest edges of the triangle. With evenly spread points
-  /// every reachable vertex is within one spacing of a test point, so 1 covers the rim, too.
-  double largest_distance_edges = 1;
-  /// Along the surface from a test point, in longest edges at that point: what is near through the
-  /// air only (the next sheet, the other bank of a gap) is farther. 2 leaves room for the detours
-  /// of paths along mesh edges (at most sqrt 2 on a regular grid).
-  double largest_path_edges = 2;
-  /// Of a test point from the surface, in body diagonals; points beyond are left out.
-  double largest_stray_diagonals = 0.05;
-  /// Of the slopes of test points, what they pass on (B4), 0 to 1/2; none: by leaving one out.
-  std::optional<double> slope_share = {};
-  /// Whether forces follow the gap under the tool (M12g); none: by leaving one out, or not where a
-  /// share of slopes is given.
-  std::optional<bool> follows_gap = {};
-  /// The round end of the tool that was pressed; none: the curves' probe, if it is a ball.
+  /// The round end of the tool that was pressed; none: forces do not follow the gap under it.
   std::optional<Indenter> tool = {};
   /// Points were measured: neighbours differ by more than the body does, and the surface by more
   /// than its normals tell. Where leaving one out says so, forces are kriged (M12f) and normals are

@@ -25,15 +25,13 @@ class Refine final : public Command {
 
   int run(Reply& reply) override {
     say("refine {}", curves_);
-    RefineOptions options;
     const std::string made_from = model_fingerprint(curves_, body_, samples_);
     const Body body = read_body(body_);
     const bool is_of_scene = !body.scene.empty();
     const Scene scene = is_of_scene ? scene_of(body, body_) : Scene();
     const FittedCurves curves = read_curves(curves_);
-    options.is_measured = !is_of_scene;
     const Model model =
-        refine_body(curves, body, options, samples_.empty() ? Samples() : read_known(samples_),
+        refine_body(curves, body, samples_.empty() ? Samples() : read_known(samples_),
                     is_of_scene ? &scene : nullptr);
     write_model(output_, model, model_attributes(curves, made_from));
     say("wrote {}", output_);

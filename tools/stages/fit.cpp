@@ -62,13 +62,10 @@ void say_report(const FitReport& report) {
   say("  points: {} good, {} poor, {} underdetermined, {} failed ({})", report.points.good,
       report.points.poor, report.points.underdetermined, report.points.failed,
       in_words(report.seconds));
-  const std::size_t shown = std::min<std::size_t>(report.worst.size(), 3);
-  for (std::size_t i = 0; i < shown; ++i) {
-    const WorstPoint& p = report.worst[i];
+  for (const WorstPoint& p : report.worst)
     say("  worst: {} at ({:.1f}, {:.1f}, {:.1f}) mm: rms {:.2g} N, {:.1f} % of force; {}", p.name,
         1e3 * p.position[0], 1e3 * p.position[1], 1e3 * p.position[2], p.rms_residual_N,
         100 * p.relative_residual, p.reason);
-  }
 }
 
 void say_recordings(const FittedRecordings& recordings) {

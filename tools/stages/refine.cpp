@@ -3,32 +3,122 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
+#include "libfem/probes/probes.hpp"
 #include "libfem/probes/round_end.hpp"
+#include "libfit/assets/asset_bytes.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/experiments.hpp"
+#include "libfit/core/stated_error.hpp"
+#include "libfit/fit/coupling.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/refine/refine.hpp"
 #include "libfit/refine/side_force.hpp"
+#include "libfit/shape/identify_shape.hpp"
+#include "libfit/validation/replay.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/samples/coupling.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
-#include "tools/stages/shape.hpp"
 
 namespace palpate::tools {
+namespace {
+
+// How the contact radius of a probe goes with the depth, to the nearest power (M30).
+ShapeOptions options_for(const fem::Probe& probe, double depth_m) {
+  ShapeOptions options;
+  options.depth_m = depth_m;
+  options.radius_m = probe.contact_radius_m(depth_m);
+  const double quarter_m = probe.contact_radius_m(depth_m / 4);
+  options.radius_power =
+      std::clamp(static_cast<int>(std::lround(std::log2(options.radius_m / quarter_m))), 0, 2);
+  return options;
+}
+
+// Identifies how the body's surface moves from samples that tell it, and puts it into the model
+// that was made of their curves; says what was chosen. Leaves the model as it is where the samples
+// tell nothing of its surface.
+void add_shape(Model& model, const Samples& samples) {
+  if (!samples.probe || samples.surface.cols() != 3 * model.surface.vertices.rows()) return;
+  double depth_m = 0;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row)
+    depth_m = std::max(depth_m, samples.deflection.row(row).dot(samples.point_normal.row(
+                                    samples.point[static_cast<std::size_t>(row)])));
+  if (!(depth_m > 0)) return;
+  const double from_s = wall_seconds();
+  const AssetBytes bytes = make_asset_bytes(model, {});
+  runtime::Status status;
+  const auto asset = runtime::Asset::open(bytes.data(), bytes.size(), &status);
+  ShapeReport report;
+  model.shape =
+      identify_shape(asset, samples, model.blend_point, model.blend_weight,
+                     options_for(fem::make_probe(*samples.probe, "[probe]"), depth_m), &report);
+  if (model.shape.point.rows() == 0) return;
+  say("  shape: {} fields of the whole body beside the dent, from {} rows ({:.1f} s); points left "
+      "out are shown to within (p95, % of the depth, within three contact radii | everywhere)",
+      model.shape.modes, report.rows, wall_seconds() - from_s);
+  for (const ShapeReport::Count& count : report.tried)
+    say("  shape: {:>2} fields {:.2f} | {:.2f}", count.modes, 100 * count.near_p95,
+        100 * count.all_p95);
+}
+
+constexpr double kShortest = 0.5;  // its scale over the ball's radius (M62)
+
+void say_kind(const runtime::AssetView& asset, const runtime::CouplingView& coupling,
+              const Scene& scene, const Samples& all, ExperimentKind kind, const char* what) {
+  const Samples rows = of_kinds(all, {kind});
+  if (rows.rows() == 0) return;
+  const auto error = [&](const runtime::AssetView& view) {
+    return validation::summarize(
+               validation::compare(rows, follow(view, rows, scene.experiments.each.depth_m,
+                                                played_as(scene, Purpose::identify, rows))
+                                             .force_N))
+        .all.force;
+  };
+  const auto felt = error(coupled_by(asset, coupling)), alone = error(coupled_by(asset, {}));
+  say("  {}: forces of {} rows are off by {} (median), {} (p95) if contacts feel each other, {} "
+      "and {} if not",
+      what, rows.rows(), stated_percent(felt.median_rel), stated_percent(felt.p95_rel),
+      stated_percent(alone.median_rel), stated_percent(alone.p95_rel));
+}
+
+// Identifies how contacts feel each other (M62) from the pairs and the paths of [tool] among the
+// samples, into the model, and says how well; nothing where there are none.
+void add_coupling(Model& model, const Scene& scene, const Samples& samples) {
+  const Samples rows = of_kinds(samples, {ExperimentKind::pair, ExperimentKind::tool});
+  if (rows.rows() == 0) return;
+  if (model.curves.family != CurveFamily::rings) {
+    say("  coupling: the curves are {}, and only rings feel another contact",
+        name_of(model.curves.family));
+    return;
+  }
+  const AssetBytes bytes = make_asset_bytes(model, {});
+  runtime::Status status;
+  const auto asset = runtime::Asset::open(bytes.data(), bytes.size(), &status);
+  runtime::CouplingView& coupling = model.curves.coupling;
+  coupling = identify_coupling(asset,
+                               coupling_residual(asset, rows, scene.experiments.each.depth_m,
+                                                 played_as(scene, Purpose::identify, rows)),
+                               kShortest * ball_radius_m(scene.probe.spec));
+  say_kind(asset, coupling, scene, rows, ExperimentKind::pair, "two tools");
+  say_kind(asset, coupling, scene, rows, ExperimentKind::tool, "tool");
+  if (!coupling.is_any()) say("  coupling: that is no gain, there is none");
+}
+
+}  // namespace
 
 Samples read_known(const std::filesystem::path& samples) {
   return std::filesystem::exists(surface_path(samples)) ? read_with_surface(samples)
                                                         : read_samples(samples);
 }
 
-Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options,
-                  const Samples& samples, const Scene* scene) {
+Model refine_body(const FittedCurves& curves, const Body& body, const Samples& samples,
+                  const Scene* scene) {
   RefineReport report;
-  RefineOptions with_tool = options;
-  with_tool.tool = fem::round_end(curves.probe);
-  Model model = refine(curves, body, with_tool, &report);
+  Model model =
+      refine(curves, body, {.tool = fem::round_end(curves.probe), .is_measured = scene == nullptr},
+             &report);
   if (static_cast<Eigen::Index>(report.left_out.size()) == curves.position.rows())
     throw Error("curves",
                 fmt::format("none of the {} test points lies on this body with curves of its own",

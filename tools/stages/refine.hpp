@@ -17,9 +17,9 @@ Samples read_known(const std::filesystem::path& samples);
 
 /// Curves on every fine node of the body's surface, with the probe of the curves; coverage is said
 /// on stderr. samples: those of the curves, which tell how the surface moves and, of a scene with
-/// pairs or a [tool], how contacts feel each other. scene: null where it is not known.
-Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options = {},
-                  const Samples& samples = {}, const Scene* scene = nullptr);
+/// pairs or a [tool], how contacts feel each other. scene: null of points that were measured.
+Model refine_body(const FittedCurves& curves, const Body& body, const Samples& samples,
+                  const Scene* scene);
 
 /// The attribute of model.h5 that says how many test points have no curves of their own, in words.
 inline constexpr const char* kGuessedAttribute = "points_without_curves_of_their_own";

@@ -69,8 +69,7 @@ class FolderRun {
   void refine_and_write(const Body& body, const Samples& samples, const Scene* scene,
                         const std::string& wanted) {
     const FittedCurves curves = read_curves(file("curves.h5"));
-    const Model model =
-        refine_body(curves, body, {.is_measured = scene == nullptr}, samples, scene);
+    const Model model = refine_body(curves, body, samples, scene);
     write_model(file("model.h5"), model, model_attributes(curves, wanted));
   }
 

@@ -13,6 +13,7 @@ namespace {
 constexpr int kFewestGroups = 4;         // a point with fewer abscissae holds nothing out
 constexpr double kSameAbscissa = 1e-3;   // of the range: rows closer than that are one group
 constexpr double kSameDepth = 0.02;      // a drag over a curved surface wanders that much in depth
+constexpr int kMaxPieces = 12;           // the search stops here
 constexpr std::size_t kMaxPoints = 64;   // enough for a 95th percentile
 constexpr int kGrid = 64;                // where curvature is looked at
 constexpr double kCurvatureShare = 0.5;  // the rest of the knots' density is even
@@ -26,7 +27,7 @@ CurveBasis even_basis(int degree, int pieces, double range) {
 
 // Mean sqrt of |f''| over points on the grid: what a piecewise curve must follow there.
 std::vector<double> curvature_density(const std::vector<PointEvidence>& points,
-                                      const CurveBasis& reference, FitLoss loss) {
+                                      const CurveBasis& reference) {
   const SplineTables tables = tabulate(reference);
   const auto spline = view(tables);
   const double range = reference.knots_m.back(), h = range / kGrid;
@@ -34,7 +35,7 @@ std::vector<double> curvature_density(const std::vector<PointEvidence>& points,
   std::vector<double> density(kGrid, 0.0);
   for (const PointEvidence& point : points) {
     const Eigen::VectorXd b =
-        controls_of(fit_increments(spline, point.rows, lower, smoothness_prior(reference), loss));
+        controls_of(fit_increments(spline, point.rows, lower, smoothness_prior(reference)));
     for (int i = 0; i < kGrid; ++i) {
       const double curvature = runtime::curve_slope(spline, b.data(), (i + 1) * h) -
                                runtime::curve_slope(spline, b.data(), i * h);
@@ -79,18 +80,17 @@ class KnotPlacer {
         normal_(normal),
         range_(range),
         options_(options),
-        density_(curvature_density(points, even_basis(options.degree, std::min(most, 8), range),
-                                   options.loss)) {}
+        density_(curvature_density(points, even_basis(options.degree, std::min(most, 8), range))) {}
 
   /// The better of two placements.
   BasisCandidate best(int pieces, std::vector<BasisEvidence>& evidence) const {
-    BasisCandidate best = judge(points_, normal_, even_basis(options_.degree, pieces, range_),
-                                KnotPlacement::even, options_.loss);
+    BasisCandidate best =
+        judge(points_, normal_, even_basis(options_.degree, pieces, range_), KnotPlacement::even);
     evidence.push_back(best.evidence);
     if (pieces == 1) return best;
     BasisCandidate other =
         judge(points_, normal_, curvature_basis(options_.degree, pieces, range_, density_),
-              KnotPlacement::curvature, options_.loss);
+              KnotPlacement::curvature);
     evidence.push_back(other.evidence);
     return other.mean_square < best.mean_square ? std::move(other) : std::move(best);
   }
@@ -139,7 +139,7 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
   std::vector<double> groups;
   for (const PointEvidence& point : points) groups.push_back(point.rows.back().group + 1);
   const int parameters = static_cast<int>(0.8 * median(groups));  // that a training fold can carry
-  const int most = std::clamp(parameters - options.degree + 1, 1, options.max_pieces);
+  const int most = std::clamp(parameters - options.degree + 1, 1, kMaxPieces);
   const KnotPlacer placer(points, normal, range, most, options);
 
   std::vector<BasisCandidate> candidates;  // the best placement for each number of pieces
@@ -168,7 +168,7 @@ std::vector<std::size_t> evenly(const std::vector<std::size_t>& all, std::size_t
 }
 
 std::vector<PointEvidence> evidence_for(int kind, std::vector<CurveRows>& rows, double range,
-                                        const CurveBasis& normal, FitLoss loss) {
+                                        const CurveBasis& normal) {
   std::vector<std::size_t> able;
   for (std::size_t p = 0; p < rows.size(); ++p)
     if (group_by_abscissa(rows[p].curve[static_cast<std::size_t>(kind)], range,
@@ -183,7 +183,7 @@ std::vector<PointEvidence> evidence_for(int kind, std::vector<CurveRows>& rows, 
       const SplineTables tables = tabulate(normal);
       point.normal =
           fit_increments(view(tables), unit_weights(rows[p].curve[0]),
-                         Eigen::VectorXd::Zero(normal.size() - 1), smoothness_prior(normal), loss);
+                         Eigen::VectorXd::Zero(normal.size() - 1), smoothness_prior(normal));
       std::vector<double> ratios;
       for (const CurveRow& row : point.rows) {
         const double f = increment_weights(view(tables), row.x).dot(point.normal);
@@ -218,7 +218,7 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
       continue;
     }
     const CurveBasis& normal = reports[0].basis;
-    const auto points = evidence_for(kind, rows, range[k], normal, options.loss);
+    const auto points = evidence_for(kind, rows, range[k], normal);
     if (!points.empty()) {
       report = search(points, normal, wanted, 1, range[k], options);
     } else if (kind == static_cast<int>(CurveKind::limit) && wanted == 0) {
@@ -244,10 +244,10 @@ std::optional<BasisReport> choose_bed_basis(const std::vector<CurveRows>& rows,
   for (std::size_t p = 0; p < rows.size(); ++p)
     for (const CurveRow& row : rows[p].curve[0])
       if (row.is_pressed) pressed[p].curve[0].push_back(row);
-  const auto points = evidence_for(0, pressed, 1.0, {}, options.loss);
+  const auto points = evidence_for(0, pressed, 1.0, {});
   if (points.empty()) return std::nullopt;
   FitOptions exact = options;
-  exact.tolerance = std::min(options.tolerance, options.weight_floor);
+  exact.tolerance = std::min(options.tolerance, kWeightFloor);
   BasisReport report = search(points, {}, 0, kMinBedPieces, 1.0, exact);
   report.reason = "its curvature is the bed: pieces whose held-out error of presses, " +
                   percent(report.heldout_error, 2) + ", more hardly lower";

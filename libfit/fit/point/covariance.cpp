@@ -39,9 +39,8 @@ Groups rotate(const PointData& point, const PointCurves& curves, const Linearise
 }
 
 // psi and psi' of the loss at a standardised residual.
-std::array<double, 2> influence(FitLoss loss, double z) {
-  const double size = std::abs(z);
-  if (loss == FitLoss::huber && size > kHuberKnee) return {std::copysign(kHuberKnee, z), 0};
+std::array<double, 2> influence(double z) {
+  if (std::abs(z) > kHuberKnee) return {std::copysign(kHuberKnee, z), 0};
   return {z, 1};
 }
 
@@ -69,8 +68,7 @@ struct Solved {
   double freedom = 0;
 };
 
-Solved solve(const PointData& point, const PointCurves& curves, const Linearised& linear,
-             FitLoss loss) {
+Solved solve(const PointData& point, const PointCurves& curves, const Linearised& linear) {
   const Groups g = rotate(point, curves, linear);
   // Priors were weighed against residuals of this deviation.
   const double prior_sigma =
@@ -90,7 +88,7 @@ Solved solve(const PointData& point, const PointCurves& curves, const Linearised
     for (Eigen::Index i = 0; i < g.rows.rows(); ++i) {
       const int k = g.group[static_cast<std::size_t>(i)];
       if (k < 0) continue;
-      const auto psi = influence(loss, g.residual[i] / sigma[k]);
+      const auto psi = influence(g.residual[i] / sigma[k]);
       square[k] += std::pow(psi[0] * sigma[k], 2), slope[k] += psi[1], ++rows[k];
       leverage[k] +=
           g.rows.row(i).dot(out.covariance * g.rows.row(i).transpose()) / (sigma[k] * sigma[k]);
@@ -132,13 +130,12 @@ Eigen::MatrixXd bounded_moments(const Eigen::VectorXd& x, const Eigen::MatrixXd&
   return moments;
 }
 
-PointCovariance covariance(const PointData& point, const Bases& bases, const PointCurves& curves,
-                           FitLoss loss) {
+PointCovariance covariance(const PointData& point, const Bases& bases, const PointCurves& curves) {
   PointCovariance out;
   out.nuisance.resize(point.experiments.size());
   if (pack(curves, point).size() == 0) return out;
   const Linearised linear = linearise(point, bases, curves);
-  const Solved solved = solve(point, curves, linear, loss);
+  const Solved solved = solve(point, curves, linear);
   if (!solved.covariance.allFinite()) return out;
   out.freedom = solved.freedom;
   Eigen::Index at = 0;

@@ -17,8 +17,7 @@ struct PointCovariance {
 
 /// From the problem to first order, with noise, its correlation along an experiment and its
 /// outliers estimated from the residuals; bounds by projecting seeded draws.
-PointCovariance covariance(const PointData& point, const Bases& bases, const PointCurves& curves,
-                           FitLoss loss);
+PointCovariance covariance(const PointData& point, const Bases& bases, const PointCurves& curves);
 
 /// Mean of (P(x + e) - x)(P(x + e) - x)' over draws of e from N(0, covariance), P the nearest in
 /// the metric of the covariance's inverse that is at least `lower`. The covariance itself where no

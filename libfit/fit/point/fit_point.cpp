@@ -5,11 +5,13 @@
 #include "libfit/core/text.hpp"
 #include "libfit/fit/point/covariance.hpp"
 #include "libfit/fit/point/nuisance.hpp"
-#include "libfit/fit/point/solve_point.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
 
 namespace palpate::fit {
 namespace {
+
+/// A point whose relative residual is above this is `poor`: the force JND (docs/method.md, 8).
+constexpr double kPoorAbove = kForceJnd;
 
 NuisanceValues in_si(const NuisanceValues& s, double length_m, double force_N) {
   return {s.contact * length_m, s.bias * force_N, s.drift * force_N};
@@ -45,13 +47,13 @@ void add_deviations(const PointData& point, const BodyBases& bases, const Eigen:
 
 // Bands and nuisance values of a point in SI.
 void add_uncertainty(const PointData& point, const CurveRows& rows, const BodyBases& bases,
-                     const Bases& plain, const PointCurves& curves, double length_m, FitLoss loss,
+                     const Bases& plain, const PointCurves& curves, double length_m,
                      PointResult& result) {
-  const PointCovariance found = covariance(point, plain, curves, loss);
+  const PointCovariance found = covariance(point, plain, curves);
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     if (found.increments[kind].size() == 0) continue;
-    const double bias = basis_inflation(bases.plain[kind], unit_weights(rows.curve[kind]),
-                                        found.increments[kind], loss);
+    const double bias =
+        basis_inflation(bases.plain[kind], unit_weights(rows.curve[kind]), found.increments[kind]);
     result.covariance[kind] =
         pack_symmetric(found.increments[kind]) * (bias * point.force_N * point.force_N);
   }
@@ -86,7 +88,7 @@ PointCurves identify(const PointData& point, const CurveRows& rows, const BodyBa
                      const Bases& plain, const FitOptions& options) {
   PointCurves curves = start_values(point, rows, bases, options);
   if (!curves.problem.empty()) return curves;
-  solve_point(point, plain, options, curves);
+  solve_point(point, plain, curves);
   if (curves_of(bases.family) == kCurveKinds &&
       !curves.is_identified[2])  // made up from f^z, which may have moved
     curves.increments[2] =
@@ -113,7 +115,7 @@ PointResult fit_point(const Samples& samples, const PointData& point, const Curv
     at += count;
   }
 
-  add_uncertainty(point, rows, bases, plain, curves, length_m, options.loss, result);
+  add_uncertainty(point, rows, bases, plain, curves, length_m, result);
   result.score = score_point(samples, point, length_m, si, result.control, result.nuisance);
   result.is_scored = true;
   if (result.score.slipped_rows == 0 &&
@@ -121,7 +123,7 @@ PointResult fit_point(const Samples& samples, const PointData& point, const Curv
     add_sentence(curves.message, "no row slips in the fitted model: the limit curve is a guess");
   result.message = curves.message;
   result.status = curves.message.empty() ? FitStatus::good : FitStatus::underdetermined;
-  if (result.score.relative > options.poor_above) {
+  if (result.score.relative > kPoorAbove) {
     if (result.status == FitStatus::good) result.status = FitStatus::poor;
     add_sentence(result.message, "residual is " + percent(result.score.relative) +
                                      " of the force, worst in experiment " +

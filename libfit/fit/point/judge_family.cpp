@@ -4,14 +4,13 @@
 
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/core/text.hpp"
 #include "libfit/fit/point/local_curves.hpp"
 
 namespace palpate::fit {
 namespace {
 
 constexpr std::size_t kMaxPoints = 24;
-constexpr double kWorthIt = 0.9;  // of the best family's so far
+constexpr double kWorthIt = 0.9;  // of the error without a sway
 
 // The point with the rows of one parity weightless.
 PointData without_rows(PointData point, std::size_t parity) {
@@ -69,8 +68,7 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
 }  // namespace
 
 FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& rows,
-                            BodyBases bases, CurveFamily family, const FitOptions& options) {
-  bases = of_family(std::move(bases), family);
+                            const BodyBases& bases, const FitOptions& options) {
   const Bases plain = plain_bases(bases);
   std::vector<double> errors;
   // A press tells families hardly apart: where some points are dragged, these judge.
@@ -90,26 +88,17 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& 
       if (curves.problem.empty()) add_errors(seen, plain, curves, parity, errors);
     }
   }
-  const bool sways = std::ranges::any_of(
-      body.points, [](const PointData& point) { return !point.sway.isZero(0); });
-  return {family, median(errors), lower_quantile(errors, 0.95), sways,
-          static_cast<std::ptrdiff_t>(errors.size())};
-}
-
-bool is_worth_it(const FamilyEvidence& first, const FamilyEvidence& second) {
-  return second.p95_error < kWorthIt * first.p95_error && second.median_error <= first.median_error;
+  return {median(errors), lower_quantile(errors, 0.95), static_cast<std::ptrdiff_t>(errors.size())};
 }
 
 bool is_worth_its_sway(const FamilyEvidence& without, const FamilyEvidence& with) {
   // A sway that takes more than the deflection off leaves points without rows.
   if (static_cast<double>(with.rows) < kWorthIt * static_cast<double>(without.rows)) return false;
-  return is_worth_it(without, with) || (with.median_error < kWorthIt * without.median_error &&
-                                        kWorthIt * with.p95_error <= without.p95_error);
-}
-
-std::string in_words(const FamilyEvidence& evidence) {
-  return std::string(name_of(evidence.family)) + (evidence.sways ? " on a body that sways " : " ") +
-         percent(evidence.median_error) + ", " + percent(evidence.p95_error);
+  const bool has_lower_p95 =
+      with.p95_error < kWorthIt * without.p95_error && with.median_error <= without.median_error;
+  const bool has_lower_median = with.median_error < kWorthIt * without.median_error &&
+                                kWorthIt * with.p95_error <= without.p95_error;
+  return has_lower_p95 || has_lower_median;
 }
 
 }  // namespace palpate::fit

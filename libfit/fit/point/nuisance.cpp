@@ -9,6 +9,8 @@
 namespace palpate::fit {
 namespace {
 
+constexpr double kSensorDeviation = 0.05;  // of bias and drift, over the point's typical force
+
 // Standard deviation of each experiment's contact point [m]: that of the mean of its recordings.
 std::map<std::int32_t, double> stated_deviations(const MeasuredRecordings& recordings) {
   std::map<std::int32_t, std::pair<double, double>> sums;  // of squares, count
@@ -44,9 +46,9 @@ void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& 
         e.unknown.contact = found != stated.end() ? found->second / body.length_m : 0;
       }
       if (options.estimates[static_cast<std::size_t>(Nuisance::bias)])
-        e.unknown.bias = options.nuisance_deviation;
+        e.unknown.bias = kSensorDeviation;
       if (options.estimates[static_cast<std::size_t>(Nuisance::drift)])
-        e.unknown.drift = options.nuisance_deviation;
+        e.unknown.drift = kSensorDeviation;
     }
 }
 

@@ -117,18 +117,16 @@ ReplayResidual residual_of(const PointData& point, const Bases& bases, std::size
           &point.experiments[experiment],
           curves.is_identified,
           curves.increments,
-          FitLoss::squared,
-          1,
+          ReplayResidual::kNoOutliers,
           tangents_of(point.inward),
           &curves.weight[experiment]};
 }
 
 void add_experiments(const PointData& point, const Bases& bases, const PointCurves& curves,
-                     FitLoss loss, double scale, Parameters& parameters, ceres::Problem& problem,
+                     double scale, Parameters& parameters, ceres::Problem& problem,
                      std::vector<ceres::ResidualBlockId>& blocks) {
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     auto* residual = new ReplayResidual(residual_of(point, bases, e, curves));
-    residual->loss = loss;
     residual->loss_scale = scale;
     std::vector<double>& nuisance = parameters.nuisance[e];
     std::vector<double*> used{parameters.curves.data()};
@@ -270,13 +268,13 @@ double root_mean_square_weight(const PointCurves& curves) {
   return std::sqrt(sum / rows);
 }
 
-void refine(const PointData& point, const Bases& bases, FitLoss loss, double scale,
-            PointCurves& curves, int max_iterations) {
+void refine(const PointData& point, const Bases& bases, double scale, PointCurves& curves,
+            int max_iterations) {
   Parameters parameters = parameters_of(point, curves);
   ceres::Problem problem;
   std::vector<ceres::ResidualBlockId> blocks;
   add_bounds(point, curves, parameters, problem);
-  add_experiments(point, bases, curves, loss, scale, parameters, problem, blocks);
+  add_experiments(point, bases, curves, scale, parameters, problem, blocks);
   add_priors(point, curves, scale, parameters, problem, blocks);
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options(max_iterations), &problem, &summary);
@@ -289,7 +287,7 @@ Linearised linearise(const PointData& point, const Bases& bases, const PointCurv
   Parameters parameters = parameters_of(point, curves);
   ceres::Problem problem;
   std::vector<ceres::ResidualBlockId> rows, priors;
-  add_experiments(point, bases, curves, FitLoss::squared, 1, parameters, problem, rows);
+  add_experiments(point, bases, curves, ReplayResidual::kNoOutliers, parameters, problem, rows);
   add_priors(point, curves, curves.scale, parameters, problem, priors);
   std::vector<double> residual;
   Linearised out;

@@ -21,8 +21,8 @@ double root_mean_square_weight(const PointCurves& curves);
 /// where they are; rows further off than the robust `scale` count less. Changes nothing where that
 /// does not lower the loss. One thread, deterministic.
 inline constexpr int kMaxIterations = 60;
-void refine(const PointData& point, const Bases& bases, FitLoss loss, double scale,
-            PointCurves& curves, int max_iterations = kMaxIterations);
+void refine(const PointData& point, const Bases& bases, double scale, PointCurves& curves,
+            int max_iterations = kMaxIterations);
 
 /// The problem to first order about the curves, without loss. Columns as in pack.
 struct Linearised {
@@ -31,5 +31,10 @@ struct Linearised {
   Eigen::MatrixXd prior;  ///< likewise of the weak priors and of what nuisance values may be
 };
 Linearised linearise(const PointData& point, const Bases& bases, const PointCurves& curves);
+
+/// Refines a point's identified curves so that replaying its experiments, friction limit
+/// included, gives the forces recorded. Changes nothing where that does not lower the loss.
+/// bases: in units of the body's length. One thread; deterministic.
+void solve_point(const PointData& point, const Bases& bases, PointCurves& curves);
 
 }  // namespace palpate::fit

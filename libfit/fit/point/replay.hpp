@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "libfit/core/curves.hpp"
@@ -136,8 +137,9 @@ struct ReplayResidual {
   const PointExperiment* experiment;
   std::array<bool, kCurveKinds> is_fitted;
   std::array<Eigen::VectorXd, kCurveKinds> fixed;  ///< increments
-  FitLoss loss = FitLoss::squared;
-  double loss_scale = 1;
+  /// Robust deviation of the rows, from some of which on they count less (loss_factor).
+  static constexpr double kNoOutliers = std::numeric_limits<double>::infinity();
+  double loss_scale = kNoOutliers;
   std::array<Vec3, 2> tangents{};
   const std::vector<double>* weight = nullptr;  ///< of rows; null: the experiment's own
 
@@ -177,11 +179,10 @@ struct ReplayResidual {
       r[0] = w * (force[i].x - measured.x());
       r[1] = w * (force[i].y - measured.y());
       r[2] = w * (force[i].z - measured.z());
-      if (loss == FitLoss::squared) continue;
       const T squared = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
       if (!(squared > 1e-12 * loss_scale * loss_scale)) continue;
       using std::sqrt;
-      const T factor = loss_factor(loss, loss_scale, T(sqrt(squared)));
+      const T factor = loss_factor(loss_scale, T(sqrt(squared)));
       for (int k = 0; k < 3; ++k) r[k] = r[k] * factor;
     }
     return true;

@@ -30,8 +30,7 @@ int count_groups(const std::vector<CurveRow>& rows) {
   return rows.empty() ? 0 : rows.back().group + 1;  // sorted by choose_bases
 }
 
-void start_normal(const CurveRows& rows, const CurveBasis& basis, const FitOptions& options,
-                  PointCurves& out) {
+void start_normal(const CurveRows& rows, const CurveBasis& basis, PointCurves& out) {
   const auto& data = rows.curve[0];
   out.lower[0] = Eigen::VectorXd::Zero(basis.size() - 1);
   const double slope = line_slope(data);
@@ -48,8 +47,8 @@ void start_normal(const CurveRows& rows, const CurveBasis& basis, const FitOptio
   }
   const SplineTables tables = tabulate(basis);
   out.weak_prior[0] = smoothness_prior(basis);
-  out.increments[0] = fit_increments(view(tables), unit_weights(data), out.lower[0],
-                                     out.weak_prior[0], options.loss);
+  out.increments[0] =
+      fit_increments(view(tables), unit_weights(data), out.lower[0], out.weak_prior[0]);
   out.is_identified[0] = true;
   if (!(out.increments[0].sum() > 0)) out.problem = "no rising curve fits the rows";
 }
@@ -87,8 +86,8 @@ void start_lateral(const PointData& point, const CurveRows& rows, const CurveBas
   out.lower[1] = kLateralSlopeFloor * slope * greville_steps(basis);
   const SplineTables tables = tabulate(basis);
   out.weak_prior[1] = smoothness_prior(basis);
-  out.increments[1] = fit_increments(view(tables), unit_weights(data), out.lower[1],
-                                     out.weak_prior[1], options.loss);
+  out.increments[1] =
+      fit_increments(view(tables), unit_weights(data), out.lower[1], out.weak_prior[1]);
   out.is_identified[1] = true;
   if (data.size() <= 2)
     add_sentence(out.message,
@@ -116,8 +115,8 @@ void start_limit(const CurveRows& rows, const CurveBasis& normal, const CurveBas
   }
   out.weak_prior[2] = value_prior(transfer(normal, out.increments[0], basis, out.friction));
   const SplineTables tables = tabulate(basis);
-  out.increments[2] = fit_increments(view(tables), unit_weights(data), out.lower[2],
-                                     out.weak_prior[2], options.loss);
+  out.increments[2] =
+      fit_increments(view(tables), unit_weights(data), out.lower[2], out.weak_prior[2]);
   out.is_identified[2] = true;
 }
 
@@ -172,7 +171,7 @@ PointCurves start_values(const PointData& point, const CurveRows& rows, const Bo
   const std::vector<CurveBasis>& bases = body.plain;
   PointCurves out;
   out.nuisance.resize(point.experiments.size());
-  start_normal(rows, bases[0], options, out);
+  start_normal(rows, bases[0], out);
   if (!out.problem.empty()) return out;
   if (body.family == CurveFamily::rings) {
     start_rings(point, rows, bases[0], body.rings, out);

@@ -143,13 +143,13 @@ std::string find_problem(const Samples& s, const PointData& point, const GoodRow
   return {};
 }
 
-void set_weights(const Samples& s, double weight_floor, double body_error_N, PointData& point) {
+void set_weights(const Samples& s, double body_error_N, PointData& point) {
   const auto errors = known_errors(s, point);
   point.has_errors = !errors.empty();
   const double unknown_N = !errors.empty()    ? median(errors)
                            : body_error_N > 0 ? body_error_N
                                               : scatter_N(point);
-  const double floor_N = weight_floor * point.force_N;
+  const double floor_N = kWeightFloor * point.force_N;
   for (PointExperiment& e : point.experiments)
     for (const Eigen::Index i : e.row) {
       const double error_N = std::isnan(s.force_error[i]) ? unknown_N : s.force_error[i];
@@ -224,7 +224,7 @@ Mat3 offset_gradient(const Samples& samples, Eigen::Index point) {
   return principal.eigenvectors() * offset.asDiagonal() * principal.eigenvectors().transpose();
 }
 
-BodyData gather_experiments(const Samples& samples, double weight_floor, bool without_sway) {
+BodyData gather_experiments(const Samples& samples, bool without_sway) {
   check_samples(samples);
   BodyData body;
   body.points.resize(static_cast<std::size_t>(samples.points()));
@@ -267,7 +267,7 @@ BodyData gather_experiments(const Samples& samples, double weight_floor, bool wi
       point.experiments.clear();
       continue;
     }
-    set_weights(samples, weight_floor, body.error_N, point);
+    set_weights(samples, body.error_N, point);
     make_dimensionless(body.length_m, point);
   }
   return body;

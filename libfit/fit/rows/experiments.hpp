@@ -73,6 +73,10 @@ struct BodyData {
 /// unit vector or an experiment mixes points or kinds.
 void check_samples(const Samples& samples);
 
+/// Weight floor as a fraction of the point's typical force: rows are weighted by
+/// 1 / sqrt(force_error^2 + floor^2). A thousandth is what simulated presses are off by.
+inline constexpr double kWeightFloor = 1e-3;
+
 /// Rows that can be fitted, by point and experiment.
 /// Only `good` and finite rows; a drag or path ends at its first row that is not. A row without
 /// force error gets the median of its point's, else of the body's, else the scatter of the
@@ -80,7 +84,7 @@ void check_samples(const Samples& samples);
 /// Throws Error as check_samples() does.
 /// without_sway: deflections are those of the tool against the surface around it, with what the
 /// body moves as a whole taken off (docs/method-body.md, section 21); samples have point_sway then.
-BodyData gather_experiments(const Samples& samples, double weight_floor, bool without_sway = false);
+BodyData gather_experiments(const Samples& samples, bool without_sway = false);
 
 /// Change of the inward normal [1/m] along the surface on which the tool's reference point moves
 /// while it just touches (M15b): of a ball, the offset surface; of other tools, the body's own. A

@@ -28,7 +28,7 @@ struct HeldOutErrors {
   std::vector<double> weighted;  // over the point's rms force, both weighted
 };
 HeldOutErrors hold_out(const PointEvidence& point, const CurveBasis& normal,
-                       const CurveBasis& basis, FitLoss loss) {
+                       const CurveBasis& basis) {
   const SplineTables tables = tabulate(basis);
   const auto spline = view(tables);
   double force_square = 0;
@@ -40,9 +40,8 @@ HeldOutErrors hold_out(const PointEvidence& point, const CurveBasis& normal,
     for (const CurveRow& row : point.rows)
       if (!is_held_out(point, row, fold)) seen.push_back(row);
     if (seen.size() == point.rows.size()) continue;
-    const Eigen::VectorXd increments =
-        fit_increments(spline, seen, Eigen::VectorXd::Zero(basis.size() - 1),
-                       prior_for(point, normal, basis), loss);
+    const Eigen::VectorXd increments = fit_increments(
+        spline, seen, Eigen::VectorXd::Zero(basis.size() - 1), prior_for(point, normal, basis));
     for (std::size_t i = 0; i < error.size(); ++i)
       if (const CurveRow& row = point.rows[i];
           is_held_out(point, row, fold) || row.group == point.rows.back().group)
@@ -90,13 +89,12 @@ std::vector<double> common_errors(const std::vector<int>& group, const std::vect
 // Squares of the first errors, those of outliers clipped. What neighbours have in common is no
 // outlier.
 std::vector<double> clipped_squares(std::vector<double> error, std::size_t rows,
-                                    const std::vector<double>& common, FitLoss loss) {
+                                    const std::vector<double>& common) {
   error.resize(rows);
   for (double& e : error) e = std::abs(e);
   const double clip = 4 * robust_deviation(error);
   for (std::size_t i = 0; i < error.size(); ++i) {
-    if (loss != FitLoss::squared && clip > 0)
-      error[i] = std::min(error[i], std::max(clip, common[i]));
+    if (clip > 0) error[i] = std::min(error[i], std::max(clip, common[i]));
     error[i] *= error[i];
   }
   return error;
@@ -149,17 +147,16 @@ bool is_held_out(const PointEvidence& point, const CurveRow& row, int fold) {
 }
 
 BasisCandidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
-                     const CurveBasis& basis, KnotPlacement placement, FitLoss loss) {
+                     const CurveBasis& basis, KnotPlacement placement) {
   BasisCandidate candidate{{basis.pieces(), placement, 0, 0}, basis, {}, 0};
   std::vector<double> point_errors, local_errors;
   for (const PointEvidence& point : points) {
-    const HeldOutErrors errors = hold_out(point, normal, basis, loss);
+    const HeldOutErrors errors = hold_out(point, normal, basis);
     const std::vector<double> common = common_errors(errors.group, errors.relative);
-    point_errors.push_back(
-        std::sqrt(mean(clipped_squares(errors.relative, errors.rows, common, loss))));
+    point_errors.push_back(std::sqrt(mean(clipped_squares(errors.relative, errors.rows, common))));
     local_errors.push_back(lower_quantile(common, 1));
-    const auto squares = clipped_squares(errors.weighted, errors.rows,
-                                         common_errors(errors.group, errors.weighted), loss);
+    const auto squares =
+        clipped_squares(errors.weighted, errors.rows, common_errors(errors.group, errors.weighted));
     candidate.squared.insert(candidate.squared.end(), squares.begin(), squares.end());
   }
   candidate.evidence.heldout_error = lower_quantile(point_errors, 0.95);

@@ -36,7 +36,7 @@ struct BasisCandidate {
 
 /// Judges `basis` by each fold in turn. normal: basis of f^z.
 BasisCandidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
-                     const CurveBasis& basis, KnotPlacement placement, FitLoss loss);
+                     const CurveBasis& basis, KnotPlacement placement);
 
 /// Whether a candidate predicts held-out rows within the tolerance, and no three neighbouring
 /// abscissae are off together by more than one and a half of it.

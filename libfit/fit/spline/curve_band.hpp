@@ -23,7 +23,7 @@ double curve_deviation(const runtime::SplineView& spline, const Eigen::VectorXd&
 /// by the same noise, for being close to g. rows: of unit weights; 1 where they are too few for the
 /// finer basis.
 double basis_inflation(const CurveBasis& basis, const std::vector<CurveRow>& rows,
-                       const Eigen::MatrixXd& covariance, FitLoss loss);
+                       const Eigen::MatrixXd& covariance);
 
 /// How many standard errors on either side hold 90 % of a normal distribution.
 inline constexpr double kBand90 = 1.6448536269514722;

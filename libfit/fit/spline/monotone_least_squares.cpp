@@ -124,11 +124,17 @@ Eigen::VectorXd bounded_least_squares(const Eigen::MatrixXd& A, const Eigen::Vec
 
 double robust_deviation(std::vector<double> sizes) { return 1.4826 * median(std::move(sizes)); }
 
-double robust_weight(FitLoss loss, double size, double scale) {
-  if (loss == FitLoss::squared || !(scale > 0)) return 1;
+namespace {
+
+// Weight of a squared residual in reweighted least squares, loss'(s) / 2s: 1 near zero, and where
+// the scale, a robust deviation, is 0.
+double robust_weight(double size, double scale) {
+  if (!(scale > 0)) return 1;
   const double z = size / (kHuberKnee * scale);
   return z > 1 ? 1 / z : 1;
 }
+
+}  // namespace
 
 Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vector<CurveRow>& rows,
                                const Eigen::VectorXd& lower, WeakPrior& weak_prior, FitLoss loss) {
@@ -154,8 +160,8 @@ Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vec
     const Eigen::VectorXd size = (A * increments - b).cwiseAbs();
     const double scatter = robust_deviation({size.data(), size.data() + m}) *
                            std::sqrt(static_cast<double>(m) / static_cast<double>(m - n));
-    for (Eigen::Index i = 0; i < m; ++i)
-      weight[i] = std::sqrt(robust_weight(loss, size[i], scatter));
+    for (Eigen::Index i = 0; i < m && loss == FitLoss::huber; ++i)
+      weight[i] = std::sqrt(robust_weight(size[i], scatter));
     if (largest > 0)
       weak_prior.strength = std::max(weak_prior.strength, weak_prior.per_noise * scatter / largest);
   }

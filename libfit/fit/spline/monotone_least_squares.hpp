@@ -1,11 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "libfit/core/curve_basis.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/fit/options.hpp"
 #include "libfit/runtime/base/spline.hpp"
 
 namespace palpate::fit {
@@ -62,28 +62,28 @@ inline constexpr double kHuberKnee = 3;
 /// sqrt of the robust loss over the size s >= 0 of a weighted residual, 1 near zero: multiply the
 /// residual by it and its square is the loss. scale > 0 is a robust standard deviation.
 template <class T>
-T loss_factor(FitLoss loss, double scale, const T& size) {
+T loss_factor(double scale, const T& size) {
   using std::sqrt;
   const double knee = kHuberKnee * scale;
-  if (loss == FitLoss::squared || !(size > knee)) return T(1);
+  if (!(size > knee)) return T(1);
   return sqrt(knee * (2.0 * size - knee)) / size;
 }
-
-/// Weight of a squared residual in reweighted least squares, loss'(s) / 2s: 1 near zero. scale: as
-/// above; 0 gives 1.
-double robust_weight(FitLoss loss, double size, double scale);
 
 /// Standard deviation of mostly Gaussian sizes with outliers, 1.4826 times their median.
 double robust_deviation(std::vector<double> sizes);
 
+/// How a row far from the curve counts: `huber` grows linearly past kHuberKnee robust deviations.
+enum class FitLoss : std::int8_t { squared = 0, huber = 1 };
+
 /// Increments of the monotone curve nearest to the rows, each at least `lower`.
 /// Robust losses by iterated reweighting. weak_prior.strength becomes what was used.
 Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vector<CurveRow>& rows,
-                               const Eigen::VectorXd& lower, WeakPrior& weak_prior, FitLoss loss);
+                               const Eigen::VectorXd& lower, WeakPrior& weak_prior,
+                               FitLoss loss = FitLoss::huber);
 inline Eigen::VectorXd fit_increments(const runtime::SplineView& spline,
                                       const std::vector<CurveRow>& rows,
                                       const Eigen::VectorXd& lower, WeakPrior&& weak_prior,
-                                      FitLoss loss) {
+                                      FitLoss loss = FitLoss::huber) {
   return fit_increments(spline, rows, lower, weak_prior, loss);
 }
 

@@ -33,15 +33,15 @@ TEST(certified, a_line_through_zero_has_the_certified_slope_and_error) {
   std::vector<fit::CurveRow> rows;
   for (std::size_t i = 0; i < depth.size(); ++i) rows.push_back({depth[i], push[i], 1, 0});
   fit::WeakPrior none{Eigen::MatrixXd::Zero(0, 1), Eigen::VectorXd::Zero(0), 0, 0};
-  const Eigen::VectorXd a = fit::fit_increments(fit::view(tables), rows, Eigen::VectorXd::Zero(1),
-                                                none, FitLoss::squared);
+  const Eigen::VectorXd a =
+      fit::fit_increments(fit::view(tables), rows, Eigen::VectorXd::Zero(1), none);
   EXPECT_GT(digits(a[0] / 70, kNoInt1Slope), 13);
 
   // The whole fit stores float32, of 7 digits. These residuals run straight, not at random, so the
   // certified error, which takes them for independent, is a lower bound of ours.
   Recorder rig;
   record(rig, depth, push);
-  FitOptions options{.degree = 1, .loss = FitLoss::squared};
+  FitOptions options{.degree = 1};
   options.knots_m[0] = {0, 70};
   const FittedCurves fitted = fit_curves(rig.samples, options);
   EXPECT_GT(digits(fitted.curves.control[0](0, 1) / 70, kNoInt1Slope), 5);
@@ -83,7 +83,7 @@ TEST(certified, a_load_cells_parabola_offset_and_errors_are_the_certified_ones) 
   Recorder rig;  // through the whole fit, the offset a sensor's bias
   record(rig, depth, push);
   rig.samples.force_error.setConstant(residual_deviation);
-  FitOptions options{.degree = 2, .loss = FitLoss::squared, .weight_floor = 1e-9};
+  FitOptions options{.degree = 2};
   options.knots_m[0] = {0, 1};
   options.estimates[static_cast<std::size_t>(Nuisance::bias)] = true;
   const FittedCurves fitted = fit_curves(rig.samples, options);

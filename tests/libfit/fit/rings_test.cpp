@@ -309,10 +309,9 @@ TEST(fitted_rings, believe_the_points_that_are_sure) {
 // A liver: p95 of six dragged points was that of one beside a fold, 13.1 and 13.6 %, and rings that
 // had to be sway as well were off by twice as much on every held-out slide.
 TEST(family_evidence, of_a_computed_sway_may_be_the_median) {
-  FamilyEvidence without, with;
+  fit::FamilyEvidence without, with;
   without.median_error = 0.027, without.p95_error = 0.131;
   with.median_error = 0.023, with.p95_error = 0.136;
-  EXPECT_FALSE(fit::is_worth_it(without, with));
   EXPECT_TRUE(fit::is_worth_its_sway(without, with));
   with.p95_error = 0.15;
   EXPECT_FALSE(fit::is_worth_its_sway(without, with)) << "p95 is worse by more than a tenth";
@@ -332,25 +331,6 @@ TEST(fitted_rings, take_no_sway_that_leaves_no_rows) {
   const FittedCurves fitted = body.fit(&report);
   EXPECT_FALSE(report.family.sways) << report.family.reason;
   for (const FitStatus status : fitted.status) EXPECT_NE(status, FitStatus::failed);
-}
-
-// The rows are noisy: what is expected of the rings beforehand counts.
-TEST(family_evidence, of_rings_is_about_the_probes_own_friction) {
-  RingBody body;
-  for (unsigned seed = 1; seed <= 3; ++seed) body.add(seed, true, {}, 0.9, 0.05);
-  Samples& samples = body.rig.samples;
-  const auto p95 = [&] {
-    FitOptions options = options_for(samples);
-    options.family = CurveFamily::rings;
-    options.judges_family = true;
-    options.knots_m[0] = body.truth.front().basis.knots_m;
-    FitReport report;
-    fit_curves(samples, options, {}, &report);
-    return report.family.evidence.front().p95_error;
-  };
-  const double blind = p95();
-  samples.probe = sphere_spec(0.9 / (2 * 16), 0.9 / 0.95);
-  EXPECT_LT(p95(), blind);
 }
 
 TEST(fitted_rings, take_more_pieces_than_the_tolerance_asks_where_presses_support_them) {
@@ -419,9 +399,13 @@ TEST(fitted_rings, gradient_is_the_derivative_of_a_replay_that_sticks_slips_and_
     x.tail<8>() << 0.7 * draw(random), 0.3 * draw(random), 0.15 * draw(random), 0.2 * draw(random),
         draw(random) - 1, draw(random) - 1, draw(random) - 1, draw(random) - 1;
     const std::array<Eigen::VectorXd, kCurveKinds> fixed{x.head<4>(), {}, {}};
-    auto* functor = new fit::ReplayResidual{
-        &bases, fit::quadric_of(u, gradient), &e, {true, false, false}, fixed, FitLoss::squared,
-        0.1,    fit::tangents_of(u)};
+    auto* functor = new fit::ReplayResidual{&bases,
+                                            fit::quadric_of(u, gradient),
+                                            &e,
+                                            {true, false, false},
+                                            fixed,
+                                            fit::ReplayResidual::kNoOutliers,
+                                            fit::tangents_of(u)};
     ceres::DynamicAutoDiffCostFunction<fit::ReplayResidual, 8> cost(functor);
     cost.AddParameterBlock(static_cast<int>(x.size()));
     cost.SetNumResiduals(static_cast<int>(3 * e.row.size()));

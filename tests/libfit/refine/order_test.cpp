@@ -9,13 +9,6 @@
 namespace palpate::testing_refine {
 namespace {
 
-// The order is that of area interpolation alone, whatever shapes the points would follow.
-RefineOptions by_area() {
-  RefineOptions options;
-  options.follows_gap = false;
-  return options;
-}
-
 // Observed order between successive halvings of the spacing, from root mean square errors.
 std::vector<double> orders(const std::vector<FieldError>& errors, double FieldError::*measure) {
   std::vector<double> orders;
@@ -29,8 +22,7 @@ TEST(Refine, converges_with_second_order_on_a_sphere) {
   std::vector<FieldError> errors;
   for (int level = 2; level <= 4; ++level) {
     const Surface points = icosphere(level, 0.03);
-    const Model model =
-        refine(curves_at(points, kSmooth), fine, all(fine), points.triangles, by_area());
+    const Model model = refine(curves_at(points, kSmooth), fine, all(fine), points.triangles);
     errors.push_back(field_error(model, kSmooth));
     EXPECT_EQ(errors.back().covered, fine.vertices.rows());
   }
@@ -53,8 +45,7 @@ TEST(Refine, converges_with_second_order_on_a_saddle) {
   std::vector<FieldError> errors;
   for (const int cells : {6, 12, 24}) {
     const Surface points = saddle(cells);
-    const Model model =
-        refine(curves_at(points, kSmooth), fine, all(fine), points.triangles, by_area());
+    const Model model = refine(curves_at(points, kSmooth), fine, all(fine), points.triangles);
     errors.push_back(field_error(model, kSmooth));
     EXPECT_EQ(errors.back().covered, fine.vertices.rows());
     expect_partition_of_unity(model);
@@ -88,7 +79,7 @@ TEST(Refine, converges_with_second_order_on_scattered_points) {
     FittedCurves curves = curves_at(points, kSmooth);
     curves.normal = -points.vertices / 0.03;
     RefineReport report;
-    const Model model = refine(curves, fine, all(fine), kNone, by_area(), &report);
+    const Model model = refine(curves, fine, all(fine), kNone, {}, &report);
     EXPECT_EQ(report.triangles.rows(), 2 * count - 4) << "a closed triangulation, seed 7";
     errors.push_back(field_error(model, kSmooth));
     EXPECT_EQ(errors.back().covered, fine.vertices.rows());
@@ -106,7 +97,7 @@ TEST(Refine, ten_to_ten_thousand_scattered_points_close_around_a_sphere) {
     FittedCurves curves = curves_at(points, kSmooth);
     curves.normal = -points.vertices / 0.03;
     RefineReport report;
-    const Model model = refine(curves, fine, all(fine), kNone, by_area(), &report);
+    const Model model = refine(curves, fine, all(fine), kNone, {}, &report);
     EXPECT_EQ(report.triangles.rows(), 2 * count - 4) << "Euler, seed 11";
     EXPECT_TRUE(report.uncovered.empty());
     EXPECT_NEAR(model.blend_weight.rowwise().sum().minCoeff(), 1, 1e-14);

@@ -27,6 +27,7 @@ Surface wavy(int cells) {
   });
 }
 constexpr double kBall_m = 0.008;
+const RefineOptions kWithBall{.tool = runtime::ball_indenter(kBall_m)};
 
 // Curves at the coarse sheet's vertices that follow the gap under a ball at each compared depth,
 // and what they are at all vertices at the first of them.
@@ -47,7 +48,6 @@ struct Followed {
       return force_at(61 * i + j, 0);
     };
     curves = curves_at(coarse, force);
-    curves.probe = sphere_spec(kBall_m);
     const double range_m = curves.curves.basis[0].knots_m.back();
     for (const auto kind : {CurveKind::normal, CurveKind::limit}) {
       CurveBasis& basis = curves.curves.basis[static_cast<std::size_t>(kind)];
@@ -71,13 +71,11 @@ TEST(ShapeTrend, a_force_that_follows_the_gap_is_interpolated_ten_times_better) 
   const Followed of;
   RefineReport report;
   const FieldError with = field_error(
-      refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, {}, &report), of.force);
+      refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, kWithBall, &report), of.force);
   EXPECT_TRUE(report.interpolation.follows_gap) << "chosen by leaving points out";
   EXPECT_LT(report.interpolation.gap_error, 0.1 * report.interpolation.plain_error);
-  RefineOptions off;
-  off.follows_gap = false;
   const FieldError without =
-      field_error(refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, off), of.force);
+      field_error(refine(of.curves, of.fine, all(of.fine), of.coarse.triangles), of.force);
   EXPECT_LT(10 * with.rms, without.rms);
 }
 
@@ -85,16 +83,14 @@ TEST(ShapeTrend, is_used_where_too_few_points_could_be_left_out_to_tell) {
   const Followed of;
   RefineReport report;
   const Surface three = wavy(1);
-  FittedCurves curves = curves_at(three, of.force);
-  curves.probe = sphere_spec(kBall_m);
-  refine(curves, of.fine, all(of.fine), three.triangles, {}, &report);
+  refine(curves_at(three, of.force), of.fine, all(of.fine), three.triangles, kWithBall, &report);
   EXPECT_EQ(report.interpolation.points, 0);
   EXPECT_TRUE(report.interpolation.follows_gap);
 }
 
 TEST(ShapeTrend, measured_points_do_not_follow_a_surface_that_is_not_sure) {
   const Followed of;
-  RefineOptions options;
+  RefineOptions options = kWithBall;
   options.is_measured = true;
   RefineReport report;
   refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, options, &report);
@@ -110,26 +106,21 @@ TEST(ShapeTrend, a_force_that_does_not_follow_gap_is_left_alone_to_the_bit) {
     const Field force = [=](const Vec3& p) {
       return 3 + std::sin(40 * p.x() + a) + std::cos(35 * p.y() + b);
     };
-    FittedCurves curves = curves_at(coarse, force);
-    curves.probe = sphere_spec(kBall_m);
+    const FittedCurves curves = curves_at(coarse, force);
     RefineReport report;
-    const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &report);
+    const Model model = refine(curves, fine, all(fine), coarse.triangles, kWithBall, &report);
     EXPECT_FALSE(report.interpolation.follows_gap) << "seed " << seed;
-    RefineOptions off;
-    off.follows_gap = false;
     EXPECT_EQ(model.curves.control[0],
-              refine(curves, fine, all(fine), coarse.triangles, off).curves.control[0]);
+              refine(curves, fine, all(fine), coarse.triangles).curves.control[0]);
   }
 }
 
 TEST(ShapeTrend, placement_expects_what_is_left_of_the_force_over_the_gaps) {
   const Followed of;
   const auto expected_sum = [&](bool follows_gap) {
-    RefineOptions options;
-    options.follows_gap = follows_gap;
     RefineReport refined;
-    const Model model =
-        refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, options, &refined);
+    const Model model = refine(of.curves, of.fine, all(of.fine), of.coarse.triangles,
+                               follows_gap ? kWithBall : RefineOptions(), &refined);
     EXPECT_EQ(refined.interpolation.follows_gap, follows_gap);
     const auto errors = expected_errors(of.curves, model, refined, 1e-9);
     return std::accumulate(errors.begin(), errors.end(), 0.0);
@@ -145,7 +136,8 @@ TEST(ShapeTrend, a_poor_point_speaks_for_its_own_place_alone) {
     of.curves.curves.control[0].row(kPoor) *= factor;
     of.curves.status[kPoor] = status;
     RefineReport report;
-    const Model model = refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, {}, &report);
+    const Model model =
+        refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, kWithBall, &report);
     return std::pair(model.curves.control[0](kItsVertex, 1), report);
   };
   const auto [trusted_N, misled] = refined(16, FitStatus::good);
@@ -161,9 +153,7 @@ TEST(ShapeTrend, a_poor_point_speaks_for_its_own_place_alone) {
 
 TEST(ShapeTrend, keeps_curves_at_test_points_and_curves_that_rise) {
   Followed of;
-  RefineOptions on;
-  on.follows_gap = true;
-  const Model model = refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, on);
+  const Model model = refine(of.curves, of.fine, all(of.fine), of.coarse.triangles, kWithBall);
   for (int i = 0; i <= 10; ++i)
     for (int j = 0; j <= 10; ++j) {
       const Eigen::RowVectorXd own = of.curves.curves.control[0].row(i * 11 + j),

@@ -48,28 +48,25 @@ FittedCurves rings_at(const Surface& points, const Field& field, const Normals& 
   return out;
 }
 
-std::vector<double> rms_orders(const std::vector<Surface>& points, const Surface& fine,
-                               double share, const Normals& normals) {
-  std::vector<double> errors, orders;
-  for (const Surface& each : points) {
-    RefineOptions options;
-    options.slope_share = share;
-    errors.push_back(field_error(refine(rings_at(each, kSmooth, normals), fine, all(fine),
-                                        each.triangles, options),
-                                 kSmooth)
-                         .rms);
-    if (errors.size() > 1) orders.push_back(std::log2(errors.end()[-2] / errors.back()));
-  }
-  return orders;
+// The same points of which no press says anything of slopes.
+FittedCurves without_side_force(FittedCurves curves) {
+  curves.curves.control[runtime::kSide2].setZero();
+  return curves;
 }
 
 void expect_third_order(const std::vector<Surface>& points, const Surface& fine,
                         const Normals& normals = {}) {
-  const std::vector<double> with = rms_orders(points, fine, 0.5, normals);
-  const std::vector<double> quarter = rms_orders(points, fine, 0.25, normals);
-  testing::Test::RecordProperty("rms_orders", testing::PrintToString(with));
-  for (const double order : with) EXPECT_GE(order, 2.85);
-  EXPECT_LE(quarter.back(), 2.2) << "a quarter of the slopes stays at second order";
+  std::vector<double> errors, orders;
+  for (const Surface& each : points) {
+    RefineReport report;
+    const Model model =
+        refine(rings_at(each, kSmooth, normals), fine, all(fine), each.triangles, {}, &report);
+    EXPECT_EQ(report.interpolation.slope_share, 0.5) << "chosen by leaving points out";
+    errors.push_back(field_error(model, kSmooth).rms);
+    if (errors.size() > 1) orders.push_back(std::log2(errors.end()[-2] / errors.back()));
+  }
+  testing::Test::RecordProperty("rms_orders", testing::PrintToString(orders));
+  for (const double order : orders) EXPECT_GE(order, 2.85);
 }
 
 TEST(Slopes, make_refinement_third_order_on_a_sphere) {
@@ -144,9 +141,8 @@ TEST(Slopes, of_a_point_that_stands_out_are_no_side_force_beyond_ten_times_the_p
   const Field spike = [&](const Vec3& p) {
     return 1 + 1000 * std::exp(-(p - middle).squaredNorm() / (2 * 0.002 * 0.002));
   };
-  RefineOptions options;
-  options.slope_share = 0.5;
-  const Model model = refine(rings_at(coarse, spike), fine, all(fine), coarse.triangles, options);
+  Model model = refine(rings_at(coarse, spike), fine, all(fine), coarse.triangles);
+  meet_slope(model);
   const auto& control = model.curves.control;
   double most = 0;
   for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v)
@@ -178,10 +174,13 @@ TEST(Slopes, leave_curves_that_rise_from_zero) {
   FittedCurves curves = rings_at(coarse, kSmooth);
   std::mt19937 random(5);
   std::normal_distribution<double> normal(0, 1e7);
-  for (double& g : curves.curves.control[runtime::kSide3].reshaped()) g = normal(random);
-  RefineOptions options;
-  options.slope_share = 0.5;
-  const Model model = refine(curves, fine, all(fine), coarse.triangles, options);
+  for (const Eigen::Index corner : {0, 6, 42, 48}) {
+    curves.status[static_cast<std::size_t>(corner)] = FitStatus::poor;  // counts in no choice
+    for (double& g : curves.curves.control[runtime::kSide3].row(corner)) g = normal(random);
+  }
+  RefineReport report;
+  const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &report);
+  EXPECT_EQ(report.interpolation.slope_share, 0.5);
   const auto parts = parts_of(CurveFamily::rings);
   const Controls& control = model.curves.control[0];
   for (Eigen::Index v = 0; v < control.rows(); ++v)
@@ -195,21 +194,18 @@ TEST(ExpectedError, with_slopes_is_a_quarter_of_a_parabolas_and_bounds_what_a_cu
   const Surface fine = plate(24, 24, 0.1, 0.1), coarse = plate(6, 6, 0.1, 0.1);
   const auto expected = [&](const Field& field, double* actual) {
     const FittedCurves curves = rings_at(coarse, field);
-    RefineOptions options;
-    options.slope_share = 0.5;
     RefineReport refined;
-    const Model model = refine(curves, fine, all(fine), coarse.triangles, options, &refined);
+    const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &refined);
+    EXPECT_EQ(refined.interpolation.slope_share, 0.5);
     *actual = field_error(model, field).most;
     const auto errors = expected_errors(curves, model, refined, 1e-9);
     return *std::max_element(errors.begin(), errors.end());
   };
   double actual = 0;
   const Field parabola = [](const Vec3& p) { return 1 + 30 * p.x() * p.x(); };
-  const FittedCurves curves = rings_at(coarse, parabola);
-  RefineOptions plain;
-  plain.slope_share = 0;
+  const FittedCurves curves = without_side_force(rings_at(coarse, parabola));
   RefineReport refined;
-  const Model model = refine(curves, fine, all(fine), coarse.triangles, plain, &refined);
+  const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &refined);
   const auto without = expected_errors(curves, model, refined, 1e-9);
   EXPECT_NEAR(expected(parabola, &actual) / *std::max_element(without.begin(), without.end()), 0.25,
               0.05);
@@ -226,13 +222,10 @@ TEST(SideForce, meets_the_slope_of_the_normal_energy) {
   std::vector<double> plain, with;
   for (const int cells : {6, 12, 24}) {
     const Surface coarse = plate(cells, cells, 0.1, 0.1);
-    const FittedCurves curves = rings_at(coarse, kSmooth);
-    for (const double share : {0.0, 0.5}) {
-      RefineOptions options;
-      options.slope_share = share;
-      const Model model = refine(curves, fine, all(fine), coarse.triangles, options);
-      (share > 0 ? with : plain).push_back(side_mismatch(model).median);
-    }
+    FittedCurves curves = rings_at(coarse, kSmooth);
+    with.push_back(side_mismatch(refine(curves, fine, all(fine), coarse.triangles)).median);
+    curves.status.assign(curves.status.size(), FitStatus::poor);  // no choice without a good point
+    plain.push_back(side_mismatch(refine(curves, fine, all(fine), coarse.triangles)).median);
   }
   for (std::size_t i = 0; i < with.size(); ++i) EXPECT_LT(with[i], 0.5 * plain[i]) << i;
   EXPECT_LT(with[1], 0.5 * with[0]);

@@ -85,7 +85,8 @@ double plain_fit(const Samples& samples, int points, int steps) {
         if (curve == 1 && is_drag && !slips) rows.push_back({x, samples.force(at, 0), 1, 0});
         if (curve == 2 && is_drag && slips) rows.push_back({z, samples.force(at, 0), 1, 0});
       }
-      sum += fit::fit_increments(spline, rows, lower, fit::WeakPrior(weak_prior), FitLoss::squared)
+      sum += fit::fit_increments(spline, rows, lower, fit::WeakPrior(weak_prior),
+                                 fit::FitLoss::squared)
                  .sum();
     }
   return sum;

@@ -41,11 +41,10 @@ Rival played(const std::shared_ptr<Played>& on) {
   return rival;
 }
 
-Rival curves_rival(const RivalBody& body, const Samples& samples, const FitSection& fit,
-                   const RefineOptions& refinement) {
+Rival curves_rival(const RivalBody& body, const Samples& samples, const FitSection& fit) {
   const double began_s = cpu_seconds();
   const FittedCurves curves = fit_curves(samples, fit_options(samples, fit, 1));
-  const Model model = refine(curves, body.body, refinement);
+  const Model model = refine(curves, body.body);
   const auto on = std::make_shared<Played>(Played{make_bench_asset(model), {}});
   Rival rival = played(on);
   rival.preparation_cpu_s = cpu_seconds() - began_s + simulation_cpu_s(body, samples);
@@ -87,7 +86,7 @@ double simulation_cpu_s(const RivalBody& body, const Samples& samples) {
 std::vector<Rival> prepare_separable(const RivalBody& body) {
   FitSection fit = body.scene.fit;
   fit.family = "separable";
-  Rival rival = curves_rival(body, body.samples, fit, {.slope_share = 0.0, .follows_gap = false});
+  Rival rival = curves_rival(body, body.samples, fit);
   rival.name = "separable law";
   rival.size = 0;
   rival.settings += "; area interpolation alone, as published";
@@ -101,7 +100,7 @@ std::vector<Rival> prepare_palpate(const RivalBody& body) {
     if (!out.empty() && out.back().size == static_cast<double>(all)) break;
     std::vector<Eigen::Index> points(static_cast<std::size_t>(std::min(wanted, all)));
     std::iota(points.begin(), points.end(), Eigen::Index{0});
-    out.push_back(curves_rival(body, at_points(body.samples, points), body.scene.fit, {}));
+    out.push_back(curves_rival(body, at_points(body.samples, points), body.scene.fit));
     out.back().name = "Palpate";
   }
   return out;
