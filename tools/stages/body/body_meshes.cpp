@@ -22,10 +22,8 @@ namespace palpate::tools {
 namespace {
 
 // Base volume edge over the cube root of the volume: 30 mm in a liver. Grading refines it around
-// the probe and bends its boundary back onto the fine surface, which is why chords may lose this
-// much volume; what is far only has to give way.
+// the probe; what is far only has to give way.
 constexpr double kMeshSizeRatio = 0.28;
-constexpr double kChordVolumeLoss = 0.08;
 // Of the contact's radius and the distance from it. On a hand (ball of 3.1 mm, edges of 17 mm,
 // webs) presses are then at most 1.6 % off those on edges of 6 mm (p95 1.0); 0.2 and 0.35 give the
 // same, 0.5 a p95 of 7.0, and without a limit it is 5.9.
@@ -176,9 +174,8 @@ void fill_with_tets(const Scene& scene, Body& body) {
         fmt::format("Make mesh_size larger, or leave it out ({:.3g} mm): a press refines the "
                     "mesh where it is needed.",
                     to_millimetres(kMeshSizeRatio * std::cbrt(volume))));
-  const SimulationSurface coarse = simulation_surface(
-      body.surface, edge,
-      {.volume_tolerance = kChordVolumeLoss, .allowed_m = allowed_stray_m(scene, body)});
+  const SimulationSurface coarse =
+      simulation_surface(body.surface, edge, {.allowed_m = allowed_stray_m(scene, body)});
   if (!coarse.refused.empty())
     say("  simulation surface: {}{}", coarse.refused,
         coarse.target_edge_m > 0 ? "" : "; the fine surface itself is taken");
