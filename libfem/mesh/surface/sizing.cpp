@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/surface/feature_lines.hpp"
 #include "libfem/mesh/surface/remesh.hpp"
 
@@ -34,17 +35,6 @@ VertexNeighbours without_features(VertexNeighbours neighbours, const HalfEdgeMes
     std::erase_if(around,
                   [&](std::int32_t w) { return mesh.status(OpenMesh::VertexHandle(w)).feature(); });
   return neighbours;
-}
-
-double mean_edge_m(const Surface& surface, const VertexNeighbours& neighbours) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (std::size_t v = 0; v < neighbours.size(); ++v) {
-    for (const std::int32_t w : neighbours[v])
-      sum += (surface.vertices.row(w) - surface.vertices.row(static_cast<Eigen::Index>(v))).norm();
-    count += neighbours[v].size();
-  }
-  return count > 0 ? sum / static_cast<double>(count) : 0;
 }
 
 /// Averages with the neighbours until features shorter than `radius_m` are gone: each round
@@ -99,7 +89,7 @@ double edge_for_curvature_m(double curvature, double deviation_m) {
 
 Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes, double target_edge_m) {
   const VertexNeighbours neighbours = vertex_neighbours(fine);
-  const double edge_m = mean_edge_m(fine, neighbours);
+  const double edge_m = mean_edge_m(fine);
   const Points normals = vertex_normals(fine);
   const double min_m = kShortest * target_edge_m;
   HalfEdgeMesh mesh = to_half_edges(fine);
