@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace palpate {
@@ -30,25 +31,16 @@ double min_dihedral_deg(const TetCorners& c) {
   return std::acos(std::min(largest_cosine, 1.0)) * 180 / std::numbers::pi;
 }
 
-double mean_ratio(const TetCorners& c) {
-  double squared_edges = 0;
-  for (std::size_t i = 0; i < 4; ++i)
-    for (std::size_t k = i + 1; k < 4; ++k) squared_edges += (c[k] - c[i]).squaredNorm();
-  if (!(squared_edges > 0)) return 0;
-  const double volume = tet_volume_m3(c), root = std::cbrt(3 * volume);
-  return std::copysign(12 * root * root / squared_edges, volume);
-}
-
 TetQuality quality_of(const TetMesh& mesh) {
   if (mesh.tets.rows() == 0) return {};
-  TetQuality quality{180, 1, 0, 0};
+  TetQuality quality{180, std::numeric_limits<double>::infinity(), 0, 0};
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
     const TetCorners corner = corners_of(mesh, t);
-    const double angle = min_dihedral_deg(corner);
+    const double angle = min_dihedral_deg(corner), volume_m3 = tet_volume_m3(corner);
     quality.min_dihedral_deg = std::min(quality.min_dihedral_deg, angle);
-    quality.worst_mean_ratio = std::min(quality.worst_mean_ratio, mean_ratio(corner));
+    quality.min_volume_m3 = std::min(quality.min_volume_m3, volume_m3);
     quality.slivers += angle < kSliverDeg;
-    quality.volume_m3 += tet_volume_m3(corner);
+    quality.volume_m3 += volume_m3;
   }
   return quality;
 }

@@ -17,15 +17,11 @@ double tet_volume_m3(const TetCorners& corner);
 /// Smallest of the six angles between faces [deg]; 70.5 in a regular tetrahedron, 0 when flat.
 double min_dihedral_deg(const TetCorners& corner);
 
-/// Mean ratio, 12 (3 V)^(2/3) / sum of squared edges: 1 for a regular tetrahedron, 0 when flat,
-/// negative when inside out. Source: Liu and Joe 1994, doi:10.1007/BF01934249.
-double mean_ratio(const TetCorners& corner);
-
 /// A mesh's worst elements. A tet below kSliverDeg is a sliver.
 inline constexpr double kSliverDeg = 5;
 struct TetQuality {
   double min_dihedral_deg = 0;
-  double worst_mean_ratio = 0;
+  double min_volume_m3 = 0;
   int slivers = 0;
   double volume_m3 = 0;
 };

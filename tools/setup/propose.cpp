@@ -33,11 +33,9 @@ Mended mended(const Surface& surface, const std::string& mesh, bool may_move, do
   try {
     return mend_surface(surface, {}, mesh);
   } catch (const Error& error) {
-    MendOptions options;
-    options.wrap = true;
     const double diagonal_m = extent_m(surface.vertices).norm();
-    options.wrap_alpha_m = wrap_m = rounded_m(diagonal_m * kWrapShare);
-    Mended wrapped = mend_surface(surface, options, mesh);
+    wrap_m = rounded_m(diagonal_m * kWrapShare);
+    Mended wrapped = mend_surface(surface, {.wrap_alpha_m = wrap_m}, mesh);
     if (wrapped.moved_m <= kMostMoved * diagonal_m || may_move) return wrapped;
     throw Error(mesh,
                 fmt::format("{}, and a wrap moves its surface by {}, more than {} of its diagonal",

@@ -190,9 +190,8 @@ std::variant<TetMesh, std::string> run_in_child(const std::function<TetMesh()>& 
                                                 const std::function<std::string(int)>& thrown_int,
                                                 double safety_limit_s) {
   const std::string memory_remedy =
-      "Free some memory, or make mesh_size in [body] larger: no other mesher is tried, for the "
-      "body "
-      "must not differ between machines.";
+      "Free some memory, or make mesh_size in [body] larger: no other setting of the mesher is "
+      "tried, for the body must not differ between machines.";
   const ScopedFile file{::memfd_create("palpate-mesh", MFD_CLOEXEC)};
   if (file.descriptor < 0) fail("found no memory for its result", memory_remedy);
   const pid_t child = ::fork();

@@ -11,7 +11,7 @@ namespace palpate {
 /// Runs a mesher in a forked child that is watched, because meshers crash, abort and loop.
 /// Returns its mesh, or why there is none: "stopped on signal 11 (segmentation fault)", or what
 /// `mesher` threw: what would come again on any machine. What only this machine at this hour knows
-/// must not choose between meshers, so it throws Error: the safety limit, no memory, a child that
+/// must not choose between settings, so it throws Error: the safety limit, no memory, a child that
 /// was killed or could not be started. `thrown_int` puts a thrown int into words. The child only
 /// calls `mesher`, writes its mesh into anonymous memory and leaves through _exit: no destructor,
 /// exit handler or stream of the parent runs twice. Other threads do not exist in the child, which

@@ -1,3 +1,5 @@
+#include "libfem/mesh/fill/fill_tetgen.hpp"
+
 #define TETLIBRARY  // the interface that throws instead of leaving the process
 #include <tetgen.h>
 
@@ -8,7 +10,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include "libfem/mesh/fill/meshers.hpp"
 #include "libfem/mesh/tet_quality.hpp"
 
 namespace palpate {

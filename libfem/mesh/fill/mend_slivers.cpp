@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "libfem/mesh/boundary.hpp"
-#include "libfem/mesh/fill/smooth_interior.hpp"
 #include "libfem/mesh/tet_quality.hpp"
 
 namespace palpate {

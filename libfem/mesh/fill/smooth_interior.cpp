@@ -1,12 +1,12 @@
-#include "libfem/mesh/fill/smooth_interior.hpp"
+#include "libfem/mesh/fill/mend_slivers.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/tet_quality.hpp"
 
 namespace palpate {
@@ -27,23 +27,10 @@ TetsAround tets_around(const TetMesh& mesh) {
   return around;
 }
 
-/// Nodes of faces that only one tet has.
 std::vector<char> boundary_nodes(const TetMesh& mesh) {
-  std::vector<std::array<std::int32_t, 3>> faces;
-  for (const auto& t : mesh.tets.rowwise())
-    for (int k = 0; k < 4; ++k) {
-      std::array<std::int32_t, 3> face{t[(k + 1) % 4], t[(k + 2) % 4], t[(k + 3) % 4]};
-      std::sort(face.begin(), face.end());
-      faces.push_back(face);
-    }
-  std::sort(faces.begin(), faces.end());
   std::vector<char> is_boundary(static_cast<std::size_t>(mesh.nodes.rows()), 0);
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    const bool is_shared =
-        (f > 0 && faces[f] == faces[f - 1]) || (f + 1 < faces.size() && faces[f] == faces[f + 1]);
-    if (is_shared) continue;
-    for (const auto v : faces[f]) is_boundary[static_cast<std::size_t>(v)] = 1;
-  }
+  const Triangles boundary = fem::boundary_triangles(mesh.tets);
+  for (const std::int32_t v : boundary.reshaped()) is_boundary[static_cast<std::size_t>(v)] = 1;
   return is_boundary;
 }
 

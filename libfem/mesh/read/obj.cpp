@@ -62,10 +62,6 @@ void read_face(Cursor& file, RawSurface& surface, Furthest& furthest) {
                                  static_cast<std::int32_t>(corners[i])});
 }
 
-}  // namespace
-
-namespace {
-
 // Groups that the next faces belong to: those of `g`, and one each of `o` and `usemtl`.
 struct FaceGroups {
   std::vector<std::string> g, object, material;

@@ -197,7 +197,6 @@ TetMesh settle_tets(RawTetMesh raw, double length_unit_m, const std::string& whe
   for (std::int32_t& node : node_of)
     if (node == 0) node = nodes++;
   notes.dropped_nodes = raw.points.size() - static_cast<std::size_t>(nodes);
-  notes.ignored_elements = raw.ignored_elements;
 
   TetMesh mesh;
   mesh.nodes.resize(nodes, 3);

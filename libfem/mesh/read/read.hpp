@@ -21,10 +21,9 @@ Surface read_surface(const std::filesystem::path& path, double length_unit_m);
 
 /// What reading a tet mesh changed or left aside.
 struct TetReadNotes {
-  std::string duplicate_tets;        ///< the file's numbers of tets that it has twice; empty: none
-  std::size_t flipped_tets = 0;      ///< negative volume, two nodes exchanged
-  std::size_t dropped_nodes = 0;     ///< used by no tet
-  std::size_t ignored_elements = 0;  ///< points, lines and surface elements of the file
+  std::string duplicate_tets;     ///< the file's numbers of tets that it has twice; empty: none
+  std::size_t flipped_tets = 0;   ///< negative volume, two nodes exchanged
+  std::size_t dropped_nodes = 0;  ///< used by no tet
 };
 
 /// The tetrahedra of a volume mesh file, in m.
@@ -38,5 +37,12 @@ struct TetReadNotes {
 /// share the file with volume elements that are not tets.
 TetMesh read_tet_mesh(const std::filesystem::path& path, double length_unit_m,
                       TetReadNotes* notes = nullptr);
+
+/// The anatomical frame that a mesh file states for its coordinates, LPS (x to the left, y to the
+/// back, z to the head) or RAS (x to the right, y to the front); empty where it states none.
+/// 3D Slicer writes `SPACE=LPS` into the header of STL, into the title of legacy VTK and into
+/// comments of OBJ and PLY, and a text `SPACE` into the field data of VTP and VTU.
+/// Throws Error when the file cannot be read.
+std::string stated_frame(const std::filesystem::path& mesh_file);
 
 }  // namespace palpate

@@ -2,13 +2,12 @@
 
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
 
-/// The steps that CGAL makes, each in a .cpp of its own. All need a surface whose edges have at
+/// The steps that CGAL makes. All but the last need a surface whose edges have at
 /// most two triangles that agree, and whose vertices have one fan (surface_facts: is_manifold and
 /// is_oriented): CGAL crashes or loops on others. Each checks that and throws Error otherwise.
 namespace palpate::repair {

@@ -16,10 +16,9 @@ struct SurfaceFacts {
   std::int64_t non_manifold_edges = 0;  ///< with three or more triangles
   std::int64_t pinched_vertices = 0;    ///< where triangles meet that share no edge (bow ties)
   std::int64_t unlike_edges = 0;        ///< whose two triangles are oriented against each other
-  std::int64_t unused_vertices = 0;
-  bool is_closed = false;    ///< each edge has two triangles (and there is one)
-  bool is_manifold = false;  ///< no non-manifold edge, no pinched vertex
-  bool is_oriented = false;  ///< neighbours agree on a side
+  bool is_closed = false;               ///< each edge has two triangles (and there is one)
+  bool is_manifold = false;             ///< no non-manifold edge, no pinched vertex
+  bool is_oriented = false;             ///< neighbours agree on a side
   Vec3 extent_m = Vec3::Zero();
   double area_m2 = 0;
   double volume_m3 = 0;  ///< signed, positive outward; means something only if closed and oriented
@@ -28,5 +27,14 @@ struct SurfaceFacts {
 /// Facts of any surface, mended or not. Linear in its size, except for sorting edges.
 /// Throws Error (where: "surface") when a triangle's vertex is out of range.
 SurfaceFacts surface_facts(const Surface& surface);
+
+/// Mean length of a triangle's edges.
+double mean_edge_m(const Surface& surface);
+
+/// Triangles with the vertices that they use, in the order in which they do.
+Surface compact(const Points& vertices, const Triangles& triangles);
+
+/// The parts of a surface that share no vertex.
+std::vector<Surface> parts_of(const Surface& surface);
 
 }  // namespace palpate

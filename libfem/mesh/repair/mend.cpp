@@ -19,7 +19,7 @@ using repair::Changes;
 using repair::Soup;
 
 constexpr double kRelativeWeld = 1e-9;        // roundoff of nine digits
-constexpr double kRelativeAlpha = 1.0 / 50;   // of the diagonal: 5 mm on a liver
+constexpr double kSmallestPiece = 1e-4;       // of the largest piece's area
 constexpr double kRelativeOffset = 1.0 / 10;  // of alpha
 constexpr double kShellThickness = 3;         // of a wrap around a sheet, below which it is thin
 constexpr double kMostShell = 0.5;  // of the area that may be thin: fins and rims of solid bodies
@@ -47,21 +47,15 @@ void check_input(const Surface& surface, const std::string& where) {
     throw Error(where, "all vertices lie at one place", "Check the mesh and its length unit.");
 }
 
-double weld_length_m(const Surface& surface, const MendOptions& options, const std::string& where) {
-  const double diagonal_m = extent_m(surface.vertices).norm();
-  const double weld_m = options.weld_m > 0 ? options.weld_m : kRelativeWeld * diagonal_m;
+double weld_length_m(const Surface& surface) {
   // Below the coordinates' own roundoff nothing could be told apart.
   const double roundoff_m = 4e-16 * surface.vertices.cwiseAbs().maxCoeff();
-  if (weld_m > 0.1 * diagonal_m || !(options.weld_m >= 0))
-    throw Error(where, "the welding distance is not between 0 and a tenth of the mesh",
-                "Leave it out, or give a length well below the triangles' size.");
-  return std::max(weld_m, roundoff_m);
+  return std::max(kRelativeWeld * extent_m(surface.vertices).norm(), roundoff_m);
 }
 
 // Everything that needs no new geometry.
-Soup settled_soup(const Surface& surface, const MendOptions& options, const std::string& where,
-                  Changes& changes) {
-  const double weld_m = weld_length_m(surface, options, where);
+Soup settled_soup(const Surface& surface, const std::string& where, Changes& changes) {
+  const double weld_m = weld_length_m(surface);
   Soup soup = repair::to_soup(surface);
   repair::weld_vertices(soup, weld_m, changes);
   repair::drop_flat_faces(soup, weld_m, changes);
@@ -75,7 +69,7 @@ Soup settled_soup(const Surface& surface, const MendOptions& options, const std:
   repair::drop_stray_facets(soup, changes, where);
   repair::drop_unused_vertices(soup);
   repair::make_manifold(soup, changes, where);
-  repair::drop_stray_components(soup, options.smallest_component, changes);
+  repair::drop_stray_components(soup, kSmallestPiece, changes);
   repair::drop_unused_vertices(soup);
   repair::orient_outward(soup, changes);
   repair::drop_unused_vertices(soup);
@@ -216,16 +210,16 @@ Error is_open(const Surface& open, const std::string& where) {
                "Close it in a mesh editor, or wrap it.");
 }
 
-Mended mend(const Surface& surface, const MendOptions& options, const std::string& where) {
+Mended mend(const Surface& surface, bool allow_open, const std::string& where) {
   Mended mended;
-  const Soup soup = settled_soup(surface, options, where, mended.changes);
+  const Soup soup = settled_soup(surface, where, mended.changes);
   const Surface settled = repair::to_surface(soup.points, soup.faces);
   mended.surface = settled;
-  const bool needs_lid = !options.allow_open && surface_facts(settled).border_edges > 0;
+  const bool needs_lid = !allow_open && surface_facts(settled).border_edges > 0;
   try {
     if (needs_lid) mended.surface = with_holes_filled(mended.surface, where, mended.changes);
     mended.surface = without_crossings(mended.surface, soup, where, mended);
-    verify(mended.surface, options.allow_open, where);
+    verify(mended.surface, allow_open, where);
   } catch (const Error&) {
     if (needs_lid && repair::self_intersections(settled).empty()) throw is_open(settled, where);
     throw;
@@ -236,11 +230,10 @@ Mended mend(const Surface& surface, const MendOptions& options, const std::strin
 
 // What a wrap goes around: the surface without its stray parts and with its holes filled where they
 // can be, for a wrap goes into every opening wider than alpha and makes a shell of the body.
-Surface with_lids(const Surface& surface, const MendOptions& options, const std::string& where,
-                  Changes& changes) {
+Surface with_lids(const Surface& surface, const std::string& where, Changes& changes) {
   try {
     Changes settling;
-    const Soup soup = settled_soup(surface, options, where, settling);
+    const Soup soup = settled_soup(surface, where, settling);
     const Surface settled = repair::to_surface(soup.points, soup.faces);
     changes.insert(changes.end(), settling.begin(), settling.end());
     if (surface_facts(settled).border_edges == 0) return settled;
@@ -273,14 +266,11 @@ double thin_share(const Surface& closed, double thin_m) {
   return all > 0 ? thin / all : 0;
 }
 
-Mended wrap(const Surface& surface, const MendOptions& options, const std::string& where,
+Mended wrap(const Surface& surface, double alpha_m, const std::string& where,
             const std::string& why) {
-  const double diagonal_m = extent_m(surface.vertices).norm();
-  const double alpha_m =
-      options.wrap_alpha_m > 0 ? options.wrap_alpha_m : kRelativeAlpha * diagonal_m;
   const double offset_m = kRelativeOffset * alpha_m;
   Mended mended{{}, {"could not mend it (" + why + "), so wrapped it"}, true, 0};
-  const Surface lidded = with_lids(surface, options, where, mended.changes);
+  const Surface lidded = with_lids(surface, where, mended.changes);
   const Surface wrapped = repair::wrap_surface(lidded, alpha_m, offset_m);
   verify(wrapped, false, where);
   // Around an open sheet both sides of the wrap lie an offset off it.
@@ -306,11 +296,11 @@ Mended wrap(const Surface& surface, const MendOptions& options, const std::strin
 
 Mended mend_surface(const Surface& surface, const MendOptions& options, const std::string& where) {
   check_input(surface, where);
-  if (!options.wrap) return mend(surface, options, where);
   try {
-    return mend(surface, options, where);
+    return mend(surface, options.allow_open, where);
   } catch (const Error& error) {
-    return wrap(surface, options, where, error.fact());
+    if (!options.wrap_alpha_m) throw;
+    return wrap(surface, *options.wrap_alpha_m, where, error.fact());
   }
 }
 

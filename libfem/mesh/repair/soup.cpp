@@ -47,7 +47,8 @@ void replace_vertices(Soup& soup, DisjointSets& sets) {
 }  // namespace
 
 Soup to_soup(const Surface& surface) {
-  Soup soup{to_vectors(surface.vertices), to_faces(surface.triangles), {}, {}};
+  Soup soup{{}, to_faces(surface.triangles), {}, {}};
+  for (const auto& p : surface.vertices.rowwise()) soup.points.emplace_back(p.transpose());
   soup.origin.resize(soup.faces.size());
   for (std::size_t f = 0; f < soup.faces.size(); ++f) soup.origin[f] = static_cast<std::int32_t>(f);
   soup.is_turned.assign(soup.faces.size(), 0);

@@ -77,13 +77,6 @@ std::vector<Triangle> to_faces(const Triangles& triangles) {
   return faces;
 }
 
-std::vector<Vec3> to_vectors(const Points& points) {
-  std::vector<Vec3> vectors(static_cast<std::size_t>(points.rows()));
-  for (Eigen::Index p = 0; p < points.rows(); ++p)
-    vectors[static_cast<std::size_t>(p)] = points.row(p);
-  return vectors;
-}
-
 Surface to_surface(const std::vector<Vec3>& points, const std::vector<Triangle>& faces) {
   Surface surface;
   surface.vertices.resize(static_cast<Eigen::Index>(points.size()), 3);

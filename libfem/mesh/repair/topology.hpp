@@ -56,7 +56,6 @@ Components components(const std::vector<Triangle>& faces);
 std::size_t count_pinched_vertices(const std::vector<Triangle>& faces, std::size_t vertices);
 
 std::vector<Triangle> to_faces(const Triangles& triangles);
-std::vector<Vec3> to_vectors(const Points& points);
 Surface to_surface(const std::vector<Vec3>& points, const std::vector<Triangle>& faces);
 
 }  // namespace palpate::repair

@@ -16,6 +16,7 @@
 #include <optional>
 #include <vector>
 
+#include "libfem/mesh/repair/facts.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/linear_algebra.hpp"
 #include "libfit/core/statistics.hpp"
@@ -223,25 +224,6 @@ std::vector<Vec3> grid_between(const Quadrics& quadrics, const HeightAxes& frame
   return out;
 }
 
-// Vertices that no triangle has go.
-Surface compact(const Points& vertices, const std::vector<std::array<std::int32_t, 3>>& triangles) {
-  std::vector<std::int32_t> number(static_cast<std::size_t>(vertices.rows()), -1);
-  Surface out;
-  out.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
-  std::vector<Eigen::Index> kept;
-  for (std::size_t t = 0; t < triangles.size(); ++t)
-    for (std::size_t k = 0; k < 3; ++k) {
-      std::int32_t& at = number[static_cast<std::size_t>(triangles[t][k])];
-      if (at < 0) {
-        at = static_cast<std::int32_t>(kept.size());
-        kept.push_back(triangles[t][k]);
-      }
-      out.triangles(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(k)) = at;
-    }
-  out.vertices = vertices(kept, Eigen::all);
-  return out;
-}
-
 Surface height_field(const Quadrics& quadrics, const HeightAxes& frame) {
   const std::vector<Vec3> grid = grid_between(quadrics, frame);
   const Points& position = quadrics.contacts.position;
@@ -260,7 +242,7 @@ Surface height_field(const Quadrics& quadrics, const HeightAxes& frame) {
     places.emplace_back(Kernel::Point_2(at[0], at[1]), static_cast<std::int32_t>(i));
   }
   delaunay.insert(places.begin(), places.end());
-  std::vector<std::array<std::int32_t, 3>> triangles;
+  std::vector<std::int32_t> triangles;
   for (auto face = delaunay.finite_faces_begin(); face != delaunay.finite_faces_end(); ++face) {
     double longest_m = 0;
     for (int k = 0; k < 3; ++k)
@@ -269,10 +251,10 @@ Surface height_field(const Quadrics& quadrics, const HeightAxes& frame) {
                                   face->vertex(k)->point(), face->vertex((k + 1) % 3)->point())));
     if (longest_m > kLongest * quadrics.spacing_m) continue;
     // Counter-clockwise seen along the inward axis, so turned round.
-    triangles.push_back(
-        {face->vertex(0)->info(), face->vertex(2)->info(), face->vertex(1)->info()});
+    for (const int k : {0, 2, 1}) triangles.push_back(face->vertex(k)->info());
   }
-  return compact(vertices, triangles);
+  const auto count = static_cast<Eigen::Index>(triangles.size() / 3);
+  return compact(vertices, Eigen::Map<Triangles>(triangles.data(), count, 3));
 }
 
 Surface around(const Contacts& contacts) {
@@ -282,11 +264,13 @@ Surface around(const Contacts& contacts) {
   std::vector<std::array<std::size_t, 3>> facets;
   CGAL::advancing_front_surface_reconstruction(points.begin(), points.end(),
                                                std::back_inserter(facets));
-  std::vector<std::array<std::int32_t, 3>> triangles;
+  Triangles triangles(static_cast<Eigen::Index>(facets.size()), 3);
   double agreement = 0;  // of facets' normals with outward ones
-  for (const auto& facet : facets) {
-    triangles.push_back({static_cast<std::int32_t>(facet[0]), static_cast<std::int32_t>(facet[1]),
-                         static_cast<std::int32_t>(facet[2])});
+  for (std::size_t f = 0; f < facets.size(); ++f) {
+    const auto& facet = facets[f];
+    for (std::size_t k = 0; k < 3; ++k)
+      triangles(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(k)) =
+          static_cast<std::int32_t>(facet[k]);
     const auto at = [&](std::size_t k) {
       return Vec3(contacts.position.row(static_cast<Eigen::Index>(facet[k])));
     };
@@ -294,8 +278,7 @@ Surface around(const Contacts& contacts) {
     for (const std::size_t corner : facet)
       agreement -= area.dot(contacts.normal.row(static_cast<Eigen::Index>(corner)));
   }
-  if (agreement < 0)
-    for (auto& triangle : triangles) std::swap(triangle[1], triangle[2]);
+  if (agreement < 0) triangles.col(1).swap(triangles.col(2));
   return compact(contacts.position, triangles);
 }
 

@@ -1,4 +1,4 @@
-#include "libfem/mesh/surface/even_decimation.hpp"
+#include "libfem/mesh/surface/even_points.hpp"
 
 #include <Eigen/Dense>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>

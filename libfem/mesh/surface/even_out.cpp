@@ -1,4 +1,4 @@
-#include "libfem/mesh/surface/even_out.hpp"
+#include "libfem/mesh/surface/even_points.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -15,9 +15,9 @@ struct FeatureLines {
   Vec3 closest(const Vec3& query) const;
 };
 
-/// Marks edges whose triangles turn by more than `angle_deg` as features, and their vertices;
+/// Marks edges whose triangles turn by more than 60 degrees as features, and their vertices;
 /// vertices where a line ends, branches or turns sharply are locked (they stay where they are).
 /// Strings of sharp edges shorter than `min_length_m` in all are noise and not marked.
-FeatureLines mark_features(HalfEdgeMesh& mesh, double angle_deg, double min_length_m);
+FeatureLines mark_features(HalfEdgeMesh& mesh, double min_length_m);
 
 }  // namespace palpate

@@ -147,13 +147,12 @@ FilteredSurface filter_noise(const Surface& surface, double noise_m) {
   const auto moved_along = [&](const Points& vertices) -> Eigen::VectorXd {
     return (vertices - surface.vertices).cwiseProduct(outward).rowwise().sum();
   };
-  FilteredSurface out{surface, 0, 0, 0};
+  FilteredSurface out{.surface = surface};
   Points normal = facets.normal;
-  while (out.moved_m < noise_m && out.rounds < kMaxRounds) {
+  for (int round = 0; round < kMaxRounds && out.moved_m < noise_m; ++round) {
     smooth_normals(facets, beside, reach_m, normal);
     const Points next = follow(surface, around, normal);
     const Eigen::VectorXd was = moved_along(out.surface.vertices), is = moved_along(next);
-    ++out.rounds;
     // |(1 - s) was + s is| = noise_m: the share s of the last round.
     const Eigen::VectorXd step = is - was;
     const double a = step.squaredNorm(), b = was.dot(step),

@@ -8,7 +8,6 @@ struct FilteredSurface {
   Surface surface;
   double moved_m = 0;      ///< along normals, rms over vertices
   double max_moved_m = 0;  ///< farthest way of a vertex
-  int rounds = 0;          ///< of the filter; 0 where there was nothing to take off
 };
 
 /// Takes noise off the vertices of a scanned or segmented surface and keeps its edges.

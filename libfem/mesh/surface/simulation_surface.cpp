@@ -53,16 +53,12 @@ class CoarseSurfaces {
     constexpr int kRounds = 6;
     constexpr double kShorter = 0.7;        // halves a chord's deviation
     constexpr double kShortestEdge = 0.15;  // of the target
-    Eigen::VectorXd wanted = wanted_edge_m(fine_, boxes_,
-                                           {.target_edge_m = target_m,
-                                            .deviation_ratio = options_.deviation_ratio,
-                                            .min_edge_ratio = options_.min_edge_ratio,
-                                            .feature_angle_deg = options_.feature_angle_deg});
+    Eigen::VectorXd wanted = wanted_edge_m(fine_, boxes_, target_m);
     Attempt best = made(target_m, wanted), last = best;
     for (int round = 0; round < kRounds && !last.too_coarse.empty(); ++round) {
       for (const Eigen::Index v : last.too_coarse)
         wanted[v] = std::min(wanted[v], std::max(kShorter * wanted[v], kShortestEdge * target_m));
-      limit_growth(wanted, fine_, SizingOptions{}.growth);
+      limit_growth(wanted, fine_);
       last = made(target_m, wanted);
       if (!last.fault && (best.fault || last.made.excess < best.made.excess)) best = last;
     }
@@ -73,14 +69,14 @@ class CoarseSurfaces {
   Attempt made(double target_m, const Eigen::VectorXd& wanted) const {
     Attempt out;
     SimulationSurface& made = out.made;
-    made.surface = remesh(fine_, boxes_, wanted, options_.feature_angle_deg);
+    made.surface = remesh(fine_, boxes_, wanted);
     made.target_edge_m = target_m;
-    made.volume_ratio = palpate::volume_m3(made.surface) / volume_m3_;
     made.deviation_m = deviation_m(fine_, boxes_, made.surface);
     out.fault = why_not_closed(made.surface);
     if (out.fault) return out;
-    if (std::abs(made.volume_ratio - 1) > options_.volume_tolerance)
-      out.fault = "its volume is off by " + std::to_string(100 * (made.volume_ratio - 1)) + " %";
+    const double more = palpate::volume_m3(made.surface) / volume_m3_ - 1;
+    if (std::abs(more) > options_.volume_tolerance)
+      out.fault = "its volume is off by " + std::to_string(100 * more) + " %";
     else if (made.deviation_m > stray_m_)
       out.fault = "it strays by " + std::to_string(1e3 * made.deviation_m) + " mm";
     const Surface crossing = crossing_part(made.surface);
@@ -113,14 +109,14 @@ class CoarseSurfaces {
 SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
                                      const SimulationSurfaceOptions& options) {
   refuse_bad_input(fine, target_edge_m);
+  constexpr int kAttempts = 5;
   constexpr double kFiner = 0.75;  // nearly halves the chords' deviation, which goes as the square
   const CoarseSurfaces coarse(fine, target_edge_m, options);
   std::string refused;
   double target = target_edge_m;
-  for (int attempt = 1; attempt <= options.attempts; ++attempt, target *= kFiner) {
+  for (int attempt = 1; attempt <= kAttempts; ++attempt, target *= kFiner) {
     Attempt at = coarse.at(target);
     if (!at.fault) {
-      at.made.attempts = attempt;
       at.made.refused = refused;
       return at.made;
     }
@@ -130,7 +126,7 @@ SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
     throw Error("surface",
                 "it crosses itself, and no coarser surface of it is sound (" + refused + ")",
                 "Mend the self-intersections first.");
-  return {.surface = fine, .volume_ratio = 1, .attempts = options.attempts, .refused = refused};
+  return {.surface = fine, .refused = refused};
 }
 
 }  // namespace palpate

@@ -7,14 +7,10 @@
 namespace palpate {
 
 struct SimulationSurfaceOptions {
-  /// Sharper edges stay edges. At 40 degrees folds of a scanned liver counted as features, and tets
-  /// wedged between them were slivers (1.6 degrees against 6.2 and 8.2 at targets of 16 and 20 mm).
-  double feature_angle_deg = 60;
-  double deviation_ratio = 0.08;   ///< of the target edge, before a curve gets shorter edges
-  double min_edge_ratio = 0.4;     ///< of the target edge, whatever the curve or thickness
-  double volume_tolerance = 0.02;  ///< of the fine volume; beyond it a finer target is tried
-  double stray_tolerance = 0.3;    ///< of target_edge_m: deviation beyond it, likewise
-  int attempts = 5;                ///< targets tried, each 0.75 of the last, before `fine` itself
+  /// Of the fine volume; beyond it a finer target is tried. Grading bends the boundary of what is
+  /// filled back onto the fine surface, which is why chords may lose this much volume.
+  double volume_tolerance = 0.08;
+  double stray_tolerance = 0.3;  ///< of target_edge_m: deviation beyond it, likewise
   /// #V of the fine surface, or empty [m]: how far each of its vertices may be from the coarse one.
   /// Edges near those that are farther are made shorter, round after round.
   Eigen::VectorXd allowed_m = {};
@@ -25,9 +21,7 @@ struct SimulationSurface {
   Surface surface;           ///< closed, manifold, outward, free of self-intersection
   double target_edge_m = 0;  ///< the target that passed; 0 when `surface` is the fine one
   double deviation_m = 0;    ///< largest distance to the fine surface, both ways, sampled
-  double volume_ratio = 0;   ///< over the fine surface's volume
   double excess = 0;         ///< largest distance of a vertex over what it is allowed; 0: not asked
-  int attempts = 0;          ///< targets tried
   std::string refused;  ///< why earlier targets were, one sentence; empty when the first passed
 };
 

@@ -1,5 +1,3 @@
-#include "libfem/mesh/surface/sizing.hpp"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -8,10 +6,16 @@
 #include <utility>
 #include <vector>
 
+#include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/surface/feature_lines.hpp"
+#include "libfem/mesh/surface/remesh.hpp"
 
 namespace palpate {
 namespace {
+
+// Of the target edge: how far a triangle may stray from a curve, and the shortest edge.
+constexpr double kStray = 0.08, kShortest = 0.4;
+constexpr double kGrowth = 0.5;  // of size per distance along the surface
 
 using VertexNeighbours = std::vector<std::vector<std::int32_t>>;
 
@@ -31,17 +35,6 @@ VertexNeighbours without_features(VertexNeighbours neighbours, const HalfEdgeMes
     std::erase_if(around,
                   [&](std::int32_t w) { return mesh.status(OpenMesh::VertexHandle(w)).feature(); });
   return neighbours;
-}
-
-double mean_edge_m(const Surface& surface, const VertexNeighbours& neighbours) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (std::size_t v = 0; v < neighbours.size(); ++v) {
-    for (const std::int32_t w : neighbours[v])
-      sum += (surface.vertices.row(w) - surface.vertices.row(static_cast<Eigen::Index>(v))).norm();
-    count += neighbours[v].size();
-  }
-  return count > 0 ? sum / static_cast<double>(count) : 0;
 }
 
 /// Averages with the neighbours until features shorter than `radius_m` are gone: each round
@@ -94,36 +87,35 @@ double edge_for_curvature_m(double curvature, double deviation_m) {
 
 }  // namespace
 
-Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes,
-                              const SizingOptions& options) {
+Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes, double target_edge_m) {
   const VertexNeighbours neighbours = vertex_neighbours(fine);
-  const double edge_m = mean_edge_m(fine, neighbours);
+  const double edge_m = mean_edge_m(fine);
   const Points normals = vertex_normals(fine);
-  const double min_m = options.min_edge_ratio * options.target_edge_m;
+  const double min_m = kShortest * target_edge_m;
   HalfEdgeMesh mesh = to_half_edges(fine);
-  mark_features(mesh, options.feature_angle_deg, 2 * min_m);
+  mark_features(mesh, 2 * min_m);
   const VertexNeighbours smooth_neighbours = without_features(neighbours, mesh);
-  const Points smooth = smoothed(normals, smooth_neighbours, 0.5 * options.target_edge_m, edge_m);
-  const double deviation = options.deviation_ratio * options.target_edge_m;
+  const Points smooth = smoothed(normals, smooth_neighbours, 0.5 * target_edge_m, edge_m);
+  const double deviation = kStray * target_edge_m;
 
   Eigen::VectorXd size(fine.vertices.rows());
   for (Eigen::Index v = 0; v < size.size(); ++v) {
     const double curvature =
         std::max(curvature_1_m(fine, smooth, smooth_neighbours, v),
                  line_curvature_1_m(mesh, OpenMesh::VertexHandle(static_cast<int>(v))));
-    double wanted = std::min(options.target_edge_m, edge_for_curvature_m(curvature, deviation));
+    double wanted = std::min(target_edge_m, edge_for_curvature_m(curvature, deviation));
     const Vec3 inward = -smooth.row(v).transpose();
     const auto thickness =
         ray_distance_m(fine, boxes, fine.vertices.row(v), inward, 1e-3 * std::min(edge_m, min_m));
-    if (thickness) wanted = std::min(wanted, options.thickness_ratio * *thickness);
+    if (thickness) wanted = std::min(wanted, *thickness);
     size[v] = std::max(wanted, min_m);
   }
-  limit_growth(size, fine, options.growth);
+  limit_growth(size, fine);
   return size;
 }
 
 // Dijkstra's algorithm, from the least sizes on.
-void limit_growth(Eigen::VectorXd& size, const Surface& fine, double growth) {
+void limit_growth(Eigen::VectorXd& size, const Surface& fine) {
   const VertexNeighbours neighbours = vertex_neighbours(fine);
   using Entry = std::pair<double, std::int32_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
@@ -134,7 +126,7 @@ void limit_growth(Eigen::VectorXd& size, const Surface& fine, double growth) {
     queue.pop();
     if (at > size[v]) continue;
     for (const std::int32_t w : neighbours[static_cast<std::size_t>(v)]) {
-      const double allowed = at + growth * (fine.vertices.row(w) - fine.vertices.row(v)).norm();
+      const double allowed = at + kGrowth * (fine.vertices.row(w) - fine.vertices.row(v)).norm();
       if (allowed >= size[w]) continue;
       size[w] = allowed;
       queue.emplace(allowed, w);

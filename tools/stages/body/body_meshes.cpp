@@ -8,12 +8,15 @@
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/fill/fill_volume.hpp"
 #include "libfem/mesh/read/read.hpp"
+#include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfem/mesh/surface/filter_noise.hpp"
 #include "libfem/mesh/surface/simulation_surface.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/core/units.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/body/open_scene.hpp"
@@ -22,10 +25,8 @@ namespace palpate::tools {
 namespace {
 
 // Base volume edge over the cube root of the volume: 30 mm in a liver. Grading refines it around
-// the probe and bends its boundary back onto the fine surface, which is why chords may lose this
-// much volume; what is far only has to give way.
+// the probe; what is far only has to give way.
 constexpr double kMeshSizeRatio = 0.28;
-constexpr double kChordVolumeLoss = 0.08;
 // Of the contact's radius and the distance from it. On a hand (ball of 3.1 mm, edges of 17 mm,
 // webs) presses are then at most 1.6 % off those on edges of 6 mm (p95 1.0); 0.2 and 0.35 give the
 // same, 0.5 a p95 of 7.0, and without a limit it is 5.9.
@@ -37,38 +38,15 @@ constexpr double kMaxTets = 1e6;
 // noise a surface cannot be coarsened.
 constexpr double kRough = 0.08;
 
-// The boundary of a volume mesh with the vertices it uses.
-Surface boundary_surface(const TetMesh& volume) {
-  const Triangles faces = fem::boundary_triangles(volume.tets);
-  std::vector<std::int32_t> number(static_cast<std::size_t>(volume.nodes.rows()), -1);
-  Surface surface;
-  surface.triangles.resize(faces.rows(), 3);
-  std::vector<std::int32_t> used;
-  for (Eigen::Index f = 0; f < faces.rows(); ++f)
-    for (int k = 0; k < 3; ++k) {
-      auto& index = number[static_cast<std::size_t>(faces(f, k))];
-      if (index < 0) {
-        index = static_cast<std::int32_t>(used.size());
-        used.push_back(faces(f, k));
-      }
-      surface.triangles(f, k) = index;
-    }
-  surface.vertices.resize(static_cast<Eigen::Index>(used.size()), 3);
-  for (std::size_t v = 0; v < used.size(); ++v)
-    surface.vertices.row(static_cast<Eigen::Index>(v)) = volume.nodes.row(used[v]);
-  return surface;
-}
-
 void mend(const Scene& scene, bool surface_only, Body& body, const std::string& file) {
   MendOptions options;
   options.allow_open = surface_only;
-  options.wrap = scene.body.wrap_m.has_value();
-  options.wrap_alpha_m = scene.body.wrap_m.value_or(0);
+  options.wrap_alpha_m = scene.body.wrap_m;
   Mended mended;
   try {
     mended = mend_surface(body.surface, options, file);
   } catch (const Error& e) {
-    if (options.wrap || !e.remedy().ends_with("wrap it.")) throw;
+    if (options.wrap_alpha_m || !e.remedy().ends_with("wrap it.")) throw;
     throw Error(e.where(), e.fact(),
                 e.remedy() + " wrap = \"2 mm\" in [body] fills gaps narrower than that.");
   }
@@ -76,12 +54,12 @@ void mend(const Scene& scene, bool surface_only, Body& body, const std::string& 
     say("  mended: {}", change);
     body.mended.push_back(change);
   }
-  if (options.wrap && !mended.is_wrapped)
+  if (options.wrap_alpha_m && !mended.is_wrapped)
     warn(
         "[body]: wrap = \"{:.3g} mm\" is not done: the surface could be mended without, which "
         "leaves "
         "it where it is. Leave wrap out.",
-        to_millimetres(options.wrap_alpha_m));
+        to_millimetres(*options.wrap_alpha_m));
   body.surface = std::move(mended.surface);
 }
 
@@ -120,7 +98,7 @@ void read_meshes(const Scene& scene, bool surface_only, Body& body) {
     if (notes.dropped_nodes)
       body.mended.push_back(fmt::format("dropped {} unused nodes", notes.dropped_nodes));
     for (const std::string& change : body.mended) say("  mended: {}", change);
-    body.surface = boundary_surface(body.volume);
+    body.surface = compact(body.volume.nodes, fem::boundary_triangles(body.volume.tets));
   } else {
     body.surface = read_surface(*scene.body.surface, scene.body.length_unit_m);
     const std::string file = scene.body.surface->string();
@@ -176,23 +154,21 @@ void fill_with_tets(const Scene& scene, Body& body) {
         fmt::format("Make mesh_size larger, or leave it out ({:.3g} mm): a press refines the "
                     "mesh where it is needed.",
                     to_millimetres(kMeshSizeRatio * std::cbrt(volume))));
-  const SimulationSurface coarse = simulation_surface(
-      body.surface, edge,
-      {.volume_tolerance = kChordVolumeLoss, .allowed_m = allowed_stray_m(scene, body)});
+  const SimulationSurface coarse =
+      simulation_surface(body.surface, edge, {.allowed_m = allowed_stray_m(scene, body)});
   if (!coarse.refused.empty())
     say("  simulation surface: {}{}", coarse.refused,
         coarse.target_edge_m > 0 ? "" : "; the fine surface itself is taken");
-  FillOptions options;
-  options.target_edge_m = edge;
-  FillReport report;
-  body.volume = fill_volume(coarse.surface, options, &report);
-  for (const std::string& note : report.notes) say("  {}", note);
-  say("  volume: {} tets, {} nodes, edge about {:.3g} mm, smallest dihedral angle {:.0f} degrees "
-      "({}); surface within {:.2g} mm, volume {:+.2f} %",
+  body.volume = fill_volume(coarse.surface, edge);
+  const TetQuality quality = quality_of(body.volume);
+  if (quality.slivers > 0)
+    say("  TetGen left {} of {} tets", counted(quality.slivers, "sliver", "slivers"),
+        body.volume.tets.rows());
+  say("  volume: {} tets, {} nodes, edge about {:.3g} mm, smallest dihedral angle {:.0f} degrees; "
+      "surface within {:.2g} mm, volume {:+.2f} %",
       body.volume.tets.rows(), body.volume.nodes.rows(), to_millimetres(edge),
-      report.min_dihedral_deg, kMeshers[static_cast<std::size_t>(report.mesher)].name,
-      to_millimetres(coarse.deviation_m),
-      100 * (report.volume_ratio * volume_m3(coarse.surface) / volume - 1));
+      quality.min_dihedral_deg, to_millimetres(coarse.deviation_m),
+      100 * (quality.volume_m3 / volume - 1));
   if (coarse.excess > 1.1)
     say("  simulation surface: up to {:.2g} times as far from the surface as is sought near the "
         "region",

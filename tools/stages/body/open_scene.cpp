@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "libfem/mesh/boundary.hpp"
-#include "libfem/mesh/read/frame.hpp"
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfem/probes/probes.hpp"

@@ -10,6 +10,7 @@
 
 #include "libfem/materials/materials.hpp"
 #include "libfem/mesh/fill/fill_volume.hpp"
+#include "libfem/mesh/repair/facts.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
@@ -119,32 +120,6 @@ std::vector<Vec3> painted_corners(const PaintedPart& part) {
   return painted;
 }
 
-// The parts of a surface that share no vertex, the largest first; cavities are left out.
-std::vector<Surface> parts_of(const Surface& surface) {
-  const auto vertices = static_cast<std::size_t>(surface.vertices.rows());
-  const auto patches = patches_of(surface, std::vector<char>(vertices, 1));
-  std::vector<std::size_t> patch_of(vertices);
-  std::vector<std::int32_t> number(vertices);
-  for (std::size_t p = 0; p < patches.size(); ++p)
-    for (std::size_t i = 0; i < patches[p].size(); ++i) {
-      patch_of[static_cast<std::size_t>(patches[p][i])] = p;
-      number[static_cast<std::size_t>(patches[p][i])] = static_cast<std::int32_t>(i);
-    }
-  std::vector<std::vector<std::int32_t>> corners(patches.size());
-  for (const auto& triangle : surface.triangles.rowwise())
-    for (const std::int32_t v : triangle)
-      corners[patch_of[static_cast<std::size_t>(v)]].push_back(number[static_cast<std::size_t>(v)]);
-  std::vector<Surface> parts;
-  for (std::size_t p = 0; p < patches.size(); ++p) {
-    Surface part{surface.vertices(patches[p], Eigen::all),
-                 Eigen::Map<Triangles>(corners[p].data(),
-                                       static_cast<Eigen::Index>(corners[p].size() / 3), 3)};
-    if (volume_m3(part) > 0) parts.push_back(std::move(part));
-  }
-  std::ranges::stable_sort(parts, std::greater{}, volume_m3);
-  return parts;
-}
-
 // Nodes that lie where one before them does. They are sorted along a direction in which the nodes
 // of a grid differ.
 Eigen::Index coincident_nodes(const Points& nodes) {
@@ -238,8 +213,10 @@ std::vector<std::string> doubts_of_shape(const Scene& scene, const Body& body) {
         doubled));
     return doubts;
   }
-  const std::vector<Surface> parts = parts_of(body.surface);
+  std::vector<Surface> parts = parts_of(body.surface);
+  std::erase_if(parts, [](const Surface& part) { return volume_m3(part) <= 0; });  // cavities
   if (parts.size() < 2) return doubts;
+  std::ranges::stable_sort(parts, std::greater{}, volume_m3);
   const BoxTree boxes = triangle_boxes(parts[0]);
   std::string others;
   for (std::size_t p = 1; p < std::min(parts.size(), kListedParts); ++p) {

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "libfem/mesh/grade/divide.hpp"
+#include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/surface/test_points.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/refine/edge_paths.hpp"
@@ -45,11 +46,7 @@ constexpr int kMostAverages = 50;
 // Vertex normals averaged over about width_m, so that folds and noise turn no side.
 Points smoothed_normals(const Surface& surface, double width_m) {
   const Neighbours neighbours(surface.triangles, surface.vertices.rows());
-  double sum_m = 0;
-  for (const auto& t : surface.triangles.rowwise())
-    for (int k = 0; k < 3; ++k)
-      sum_m += (surface.vertices.row(t[k]) - surface.vertices.row(t[(k + 1) % 3])).norm();
-  const double edges = width_m * static_cast<double>(3 * surface.triangles.rows()) / sum_m;
+  const double edges = width_m / mean_edge_m(surface);
   Points normals = vertex_normals(surface);
   for (int i = std::clamp(static_cast<int>(edges * edges), 1, kMostAverages); i > 0; --i) {
     Points next = normals;

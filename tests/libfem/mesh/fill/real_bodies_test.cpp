@@ -7,6 +7,7 @@
 
 #include "libfem/mesh/fill/fill_volume.hpp"
 #include "libfem/mesh/read/read.hpp"
+#include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfem/mesh/surface/simulation_surface.hpp"
 #include "libfem/mesh/tet_quality.hpp"
@@ -31,24 +32,22 @@ TEST_P(RealBodies, go_from_file_to_sound_coarse_tets) {
   const auto path = testing_support::shared_data("data/surfaces") / file;
   const Surface fine = mend_surface(read_surface(path, length_unit_m), {}, file).surface;
   const auto start = std::chrono::steady_clock::now();
-  const SimulationSurface coarse = simulation_surface(fine, target_edge_m);
-  FillReport report;
-  fill_volume(coarse.surface, {}, &report);
+  const SimulationSurface coarse =
+      simulation_surface(fine, target_edge_m, {.volume_tolerance = 0.02});
+  const TetMesh mesh = fill_volume(coarse.surface, mean_edge_m(coarse.surface));
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const TetQuality quality = quality_of(mesh);
   std::printf(
-      "  %s: %d triangles at %g mm, off by %.2f mm and %.2f %% of the volume; %d nodes, "
-      "%d tets by %s, least angle %.1f deg; %.1f s\n",
-      file, static_cast<int>(coarse.surface.triangles.rows()), 1e3 * coarse.target_edge_m,
-      1e3 * coarse.deviation_m, 100 * (coarse.volume_ratio - 1), report.nodes, report.tets,
-      kMeshers[static_cast<std::size_t>(report.mesher)].name.data(), report.min_dihedral_deg,
+      "  %s: %d triangles at %g mm, off by %.2f mm; %d tets, least angle %.1f deg; %.1f s\n", file,
+      static_cast<int>(coarse.surface.triangles.rows()), 1e3 * coarse.target_edge_m,
+      1e3 * coarse.deviation_m, static_cast<int>(mesh.tets.rows()), quality.min_dihedral_deg,
       seconds);
-  EXPECT_NEAR(coarse.volume_ratio, 1, 0.02);
+  EXPECT_NEAR(volume_m3(coarse.surface) / volume_m3(fine), 1, 0.02);
   EXPECT_LT(coarse.deviation_m, 0.3 * target_edge_m);
-  EXPECT_NEAR(report.volume_ratio, 1, report.mesher == Mesher::tetgen ? 1e-6 : 0.02);
-  EXPECT_EQ(report.slivers, 0);
-  EXPECT_GT(report.min_dihedral_deg, kSliverDeg);
-  EXPECT_LT(report.tets, max_tets);
+  EXPECT_NEAR(quality.volume_m3 / volume_m3(coarse.surface), 1, 1e-6);
+  EXPECT_EQ(quality.slivers, 0);
+  EXPECT_LT(mesh.tets.rows(), max_tets);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -58,22 +57,20 @@ INSTANTIATE_TEST_SUITE_P(
                       BodyFile{"odedstein_hand_closed.obj", 0.2, 0.012, 15000}),
     [](const auto& body) { return testing_support::file_as_name(body.param.file); });
 
-// As `prepare` fills it: 3007 tets of Mesh_3 were taken, for TetGen had left one sliver. With a
-// coarse surface that may lose 2 % of the volume, in place of 8, one flat tet of 3521 is still
-// left.
-TEST(SmoothLiver, slivers_of_tetgen_are_mended_and_its_mesh_is_taken) {
+// As `prepare` fills it. With a coarse surface that may lose 2 % of the volume, in place of 8, one
+// flat tet of 3521 is still left.
+TEST(SmoothLiver, slivers_of_tetgen_are_mended) {
   PALPATE_NEEDS_DATA("data/surfaces");
   const std::string file = "sofa_liver-smooth.obj";
   const auto path = testing_support::shared_data("data/surfaces") / file;
   const Surface fine = mend_surface(read_surface(path, 0.033), {}, file).surface;
   const double edge_m = 0.28 * std::cbrt(volume_m3(fine));
-  const SimulationSurface coarse = simulation_surface(fine, edge_m, {.volume_tolerance = 0.08});
-  FillReport report;
-  fill_volume(coarse.surface, {.target_edge_m = edge_m}, &report);
-  EXPECT_EQ(report.mesher, Mesher::tetgen);
-  EXPECT_EQ(report.slivers, 0);
-  EXPECT_LT(report.tets, 1500);
-  EXPECT_NEAR(report.volume_ratio, 1, 1e-3);  // edges of the boundary gave way
+  const SimulationSurface coarse = simulation_surface(fine, edge_m);
+  const TetMesh mesh = fill_volume(coarse.surface, edge_m);
+  EXPECT_EQ(quality_of(mesh).slivers, 0);
+  EXPECT_LT(mesh.tets.rows(), 1500);
+  EXPECT_NEAR(quality_of(mesh).volume_m3 / volume_m3(coarse.surface), 1,
+              1e-3);  // edges of the boundary gave way
 }
 
 }  // namespace

@@ -9,14 +9,12 @@
 
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/structured_block.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
-#include "tests/libfem/mesh/grade/measures.hpp"
 
 namespace palpate::fem {
 namespace {
-
-constexpr double kDegree = 3.14159265358979323846 / 180;
 
 TetMesh straight(const BisectedMesh& mesh) {
   TetMesh out;
@@ -28,19 +26,6 @@ TetMesh straight(const BisectedMesh& mesh) {
     for (int k = 0; k < 4; ++k)
       out.tets(static_cast<Eigen::Index>(t), k) = mesh.tets[t].node[static_cast<std::size_t>(k)];
   return out;
-}
-
-double volume_of(const TetMesh& mesh, double* smallest = nullptr) {
-  double sum = 0, least = INFINITY;
-  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
-    const Vec3 a = mesh.nodes.row(mesh.tets(t, 0)), b = mesh.nodes.row(mesh.tets(t, 1)),
-               c = mesh.nodes.row(mesh.tets(t, 2)), d = mesh.nodes.row(mesh.tets(t, 3));
-    const double volume = (b - a).cross(c - a).dot(d - a) / 6;
-    least = std::min(least, volume);
-    sum += volume;
-  }
-  if (smallest) *smallest = least;
-  return sum;
 }
 
 double size_of(const TetMesh& mesh, Eigen::Index t) {
@@ -66,9 +51,8 @@ const GradeOptions kPress{.path = {{{0.05, 0.05, 0.04}, {0.05, 0.05, 0.04}}}};
 TEST(StructuredBlock, fills_the_box_with_positive_tets_that_meet_face_to_face) {
   for (const auto& cells : {std::array{1, 1, 1}, std::array{3, 2, 4}}) {
     const TetMesh mesh = structured_block({0.3, 0.2, 0.1}, cells);
-    double least = 0;
-    EXPECT_NEAR(volume_of(mesh, &least), 0.006, 1e-16);
-    EXPECT_GT(least, 0);
+    EXPECT_NEAR(quality_of(mesh).volume_m3, 0.006, 1e-16);
+    EXPECT_GT(quality_of(mesh).min_volume_m3, 0);
     // As many boundary triangles as the box's own grid has: no face inside is left unmatched.
     const int expected = 4 * (cells[0] * cells[1] + cells[1] * cells[2] + cells[2] * cells[0]);
     EXPECT_EQ(boundary_faces(mesh.tets).size(), static_cast<std::size_t>(expected));
@@ -84,9 +68,8 @@ TEST(Bisect, every_inner_face_joins_two_tets_and_no_volume_is_lost) {
     const BisectedMesh mesh = bisect(base, kPress);
     const TetMesh fine = straight(mesh);
     EXPECT_GT(fine.tets.rows(), base.tets.rows());
-    double least = 0;
-    EXPECT_NEAR(volume_of(fine, &least), 4e-4, 4e-16) << "seed " << seed;
-    EXPECT_GT(least, 0) << "seed " << seed;
+    EXPECT_NEAR(quality_of(fine).volume_m3, 4e-4, 4e-16) << "seed " << seed;
+    EXPECT_GT(quality_of(fine).min_volume_m3, 0) << "seed " << seed;
     // boundary_faces throws when three tets share a face; a face that hangs would be found as
     // boundary without a base face, or the other way round.
     std::size_t tagged = 0;
@@ -182,13 +165,9 @@ TEST(Bisect, dihedral_angles_shrink_boundedly) {
                         {"ball", tet_ball(0.05, 1), ball, 0.35}};
   for (const Case& c : cases) {
     const TetMesh fine = straight(bisect(c.base, c.options));
-    const DihedralRange before = dihedral_range(c.base.nodes, c.base.tets);
-    const DihedralRange after = dihedral_range(fine.nodes, fine.tets);
-    std::printf("%-22s %6ld tets, dihedral %5.1f..%5.1f -> %5.1f..%5.1f degrees\n", c.name,
-                static_cast<long>(fine.tets.rows()), before.smallest_rad / kDegree,
-                before.largest_rad / kDegree, after.smallest_rad / kDegree,
-                after.largest_rad / kDegree);
-    EXPECT_GT(after.smallest_rad, c.min_share * before.smallest_rad) << c.name;
+    const double before = quality_of(c.base).min_dihedral_deg,
+                 after = quality_of(fine).min_dihedral_deg;
+    EXPECT_GT(after, c.min_share * before) << c.name;
   }
 }
 

@@ -1,9 +1,9 @@
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 
 #include <cmath>
-#include <vector>
 
 #include "libfem/mesh/boundary.hpp"
+#include "libfem/mesh/repair/facts.hpp"
 
 namespace palpate::fem {
 
@@ -49,22 +49,7 @@ Surface cylinder(double radius_m, double length_m, int around, int along) {
 }
 
 Surface boundary_surface(const TetMesh& mesh) {
-  Surface out;
-  out.triangles = boundary_triangles(mesh.tets);
-  std::vector<std::int32_t> vertex_of(static_cast<std::size_t>(mesh.nodes.rows()), -1);
-  std::vector<std::int32_t> used;
-  for (Eigen::Index i = 0; i < out.triangles.size(); ++i) {
-    std::int32_t& n = out.triangles.data()[i];
-    if (vertex_of[n] < 0) {
-      vertex_of[n] = static_cast<std::int32_t>(used.size());
-      used.push_back(n);
-    }
-    n = vertex_of[n];
-  }
-  out.vertices.resize(static_cast<Eigen::Index>(used.size()), 3);
-  for (std::size_t v = 0; v < used.size(); ++v)
-    out.vertices.row(static_cast<Eigen::Index>(v)) = mesh.nodes.row(used[v]);
-  return out;
+  return compact(mesh.nodes, boundary_triangles(mesh.tets));
 }
 
 }  // namespace palpate::fem

@@ -9,6 +9,7 @@
 
 #include "libfem/mesh/grade/grade_mesh.hpp"
 #include "libfem/mesh/structured_block.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/libfem/mesh/grade/measures.hpp"
 
@@ -91,7 +92,7 @@ TEST(Conform, elements_stay_sound_and_neighbours_share_faces) {
   }
   EXPECT_EQ(single, mesh.faces.rows());
   const Tets corners = mesh.tets.leftCols<4>();
-  EXPECT_GT(dihedral_range(mesh.nodes, corners).smallest_rad, 0.05);
+  EXPECT_GT(quality_of({mesh.nodes, corners, {}}).min_dihedral_deg, 2.9);
 }
 
 TEST(Conform, mid_edge_nodes_of_a_curved_border_lie_on_it) {

@@ -12,6 +12,7 @@
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/grade/quadratic_geometry.hpp"
 #include "libfem/mesh/structured_block.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/libfem/mesh/grade/measures.hpp"
@@ -34,7 +35,9 @@ TetNodes nodes_of(const QuadraticMesh& mesh, Eigen::Index t) {
   return nodes;
 }
 
-Tets corners_of(const QuadraticMesh& mesh) { return mesh.tets.leftCols<4>(); }
+double min_dihedral_deg(const QuadraticMesh& mesh) {
+  return quality_of({mesh.nodes, mesh.tets.leftCols<4>(), {}}).min_dihedral_deg;
+}
 
 // Largest distance of a boundary node to the sphere about the origin, relative to its radius.
 double sphere_error(const QuadraticMesh& mesh, double radius_m) {
@@ -107,10 +110,9 @@ TEST(GradeMesh, block_keeps_its_volume_its_edges_and_its_angles) {
                 h_m * 1e3, static_cast<long>(mesh.nodes.rows()),
                 static_cast<long>(mesh.tets.rows()), seconds * 1e3);
   }
-  const DihedralRange angles = dihedral_range(mesh.nodes, corners_of(mesh));
   EXPECT_NEAR(quadratic_volume_m3(mesh), 4e-4, 4e-16);
   EXPECT_LT(mesh.deviation_m, 1e-15);
-  EXPECT_GT(angles.smallest_rad * 57.29578, 40);
+  EXPECT_GT(min_dihedral_deg(mesh), 40);
   EXPECT_GT(mesh.nodes.rows(), 3000);
   EXPECT_LT(mesh.nodes.rows(), 9000);
   for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n) {
@@ -202,13 +204,12 @@ TEST(GradeMesh, coarse_ball_becomes_the_fine_sphere_as_the_mesh_is_refined) {
     double least = 1;
     for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
       least = std::min(least, smallest_jacobian(nodes_of(mesh, t)));
-    const DihedralRange angles = dihedral_range(mesh.nodes, corners_of(mesh));
     std::printf(
         "ball, h %4.1f mm: %6ld nodes, volume error %.1e (its facets %.1e, the base %.1e), "
         "node error %.1e, dihedral >= %.1f, deviation %.1e m\n",
         h * 1e3, static_cast<long>(mesh.nodes.rows()), error, 1 - facets / exact,
         1 - volume_m3(icosphere(1, radius)) / exact, sphere_error(mesh, radius),
-        angles.smallest_rad * 57.29578, mesh.deviation_m);
+        min_dihedral_deg(mesh), mesh.deviation_m);
     EXPECT_GT(least, 0);
     EXPECT_LT(mesh.deviation_m, 1e-9);
     EXPECT_LT(sphere_error(mesh, radius), 1e-5);

@@ -1,15 +1,67 @@
+#include "libfem/mesh/repair/cgal_steps.hpp"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/border.h>
 #include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/alpha_wrap_3.h>
+
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <iterator>
 
-#include "libfem/mesh/repair/cgal_mesh.hpp"
-#include "libfem/mesh/repair/cgal_steps.hpp"
+#include "libfem/mesh/repair/facts.hpp"
+#include "libfit/core/error.hpp"
 
 namespace palpate::repair {
 namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using CgalPoint = Kernel::Point_3;
+using CgalMesh = CGAL::Surface_mesh<CgalPoint>;
+
+CgalPoint to_cgal(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
+
+/// Face i of the mesh is triangle i, vertex i vertex i.
+CgalMesh to_cgal(const Surface& surface) {
+  const SurfaceFacts facts = surface_facts(surface);
+  const auto refuse = []() {
+    throw Error("surface", "is not manifold and oriented, which this repair needs", "Wrap it.");
+  };
+  if (!facts.is_manifold || !facts.is_oriented || facts.triangles == 0) refuse();
+  CgalMesh mesh;
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v)
+    mesh.add_vertex(to_cgal(Vec3(surface.vertices.row(v))));
+  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
+    const auto corner = [&](int k) {
+      return CgalMesh::Vertex_index(static_cast<std::uint32_t>(surface.triangles(f, k)));
+    };
+    if (mesh.add_face(corner(0), corner(1), corner(2)) == CgalMesh::null_face()) refuse();
+  }
+  return mesh;
+}
+
+Surface from_cgal(CgalMesh& mesh) {
+  mesh.collect_garbage();
+  Surface surface;
+  surface.vertices.resize(static_cast<Eigen::Index>(mesh.number_of_vertices()), 3);
+  for (const auto v : mesh.vertices()) {
+    const CgalPoint& p = mesh.point(v);
+    surface.vertices.row(static_cast<Eigen::Index>(v.idx())) << p.x(), p.y(), p.z();
+  }
+  surface.triangles.resize(static_cast<Eigen::Index>(mesh.number_of_faces()), 3);
+  Eigen::Index f = 0;
+  for (const auto face : mesh.faces()) {
+    int k = 0;
+    for (const auto v : mesh.vertices_around_face(mesh.halfedge(face)))
+      if (k < 3) surface.triangles(f, k++) = static_cast<std::int32_t>(v.idx());
+    ++f;
+  }
+  return surface;
+}
 
 struct Border {
   std::size_t edges = 0;
@@ -80,6 +132,20 @@ std::optional<Surface> without_self_intersections(const Surface& surface) {
     return std::nullopt;  // a construction that rounding spoiled
   }
   if (mesh.number_of_faces() == 0) return std::nullopt;
+  return from_cgal(mesh);
+}
+
+Surface wrap_surface(const Surface& surface, double alpha_m, double offset_m) {
+  std::vector<CgalPoint> points;
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v)
+    points.push_back(to_cgal(Vec3(surface.vertices.row(v))));
+  std::vector<std::array<std::size_t, 3>> faces;
+  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f)
+    faces.push_back({static_cast<std::size_t>(surface.triangles(f, 0)),
+                     static_cast<std::size_t>(surface.triangles(f, 1)),
+                     static_cast<std::size_t>(surface.triangles(f, 2))});
+  CgalMesh mesh;
+  CGAL::alpha_wrap_3(points, faces, alpha_m, offset_m, mesh);
   return from_cgal(mesh);
 }
 
