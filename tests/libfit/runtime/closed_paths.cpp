@@ -169,7 +169,9 @@ class Path {
     runtime::ToolOutput tick;
     runtime::put(x_, in.pose.position_m);
     in.dt_s = dt_s;
-    touch_tool(asset_, tool_, in, tick);
+    runtime::Tool* const only = &tool_;
+    Status status;
+    touch_tools(asset_, &only, &in, &tick, &status, 1);
     const bool is_capped = (tick.flags & runtime::kFlagCapped) != 0;
     const Vec3d force = runtime::make_vec3<double>(now.force_on_tool_N),
                 shown = runtime::make_vec3<double>(tick.force_on_tool_N);
