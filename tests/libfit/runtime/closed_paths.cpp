@@ -279,7 +279,7 @@ Model rough_sphere(unsigned seed, double height_m) {
   std::uniform_real_distribution<double> draw(-1, 1);
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
     model.surface.vertices.row(v) *= 1 + height_m / 0.03 * draw(random);
-  make_rings(model, 1, 0.03, [](const Vec3&) { return 1.0; });
+  make_rings(model, 1, 0.03, even);
   return model;
 }
 Model groove() {
@@ -289,12 +289,12 @@ Model groove() {
     model.surface.vertices(v, 2) = std::tan(std::numbers::pi / 6) * std::abs(x);
     model.inward_normal.row(v) = Vec3(0.5 * side, 0, side == 0 ? -1 : -std::sqrt(0.75)).transpose();
   }
-  make_rings(model, 1, 0, [](const Vec3&) { return 1.0; });
+  make_rings(model, 1, 0, even);
   return model;
 }
 Model box() {
   Model model = box_model(0.03, 12, uniform(400, 300, 0.3));
-  make_rings(model, 1, 0, [](const Vec3&) { return 1.0; });
+  make_rings(model, 1, 0, even);
   return model;
 }
 
