@@ -1,11 +1,10 @@
 #include "libfit/assets/asset_bytes.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cstring>
 
 #include "libfit/assets/asset_surface.hpp"
-#include "libfit/assets/check_path.hpp"
-#include "libfit/assets/tree.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/runtime/engine.hpp"
 
@@ -23,6 +22,134 @@ struct AssetShape {
   std::vector<std::int32_t> blend_point;
   std::vector<float> blend_weight, point, drag, mode;
 };
+
+/// A bounding tree in the preorder of libfit/runtime/asset/format.hpp.
+struct Tree {
+  std::vector<runtime::TreeNode> nodes;
+  std::vector<std::int32_t> items;
+};
+
+constexpr std::ptrdiff_t kLeafTriangles = 4;  // the engine allows 8
+
+class TreeBuilder {
+ public:
+  TreeBuilder(const std::vector<float>& vertex, const std::vector<std::int32_t>& triangle,
+              std::vector<std::int32_t> items)
+      : vertex_(vertex), triangle_(triangle) {
+    tree_.items = std::move(items);
+    add(0, static_cast<std::ptrdiff_t>(tree_.items.size()));
+  }
+  Tree take() { return std::move(tree_); }
+
+ private:
+  float coordinate(std::int32_t t, std::size_t corner, std::size_t axis) const {
+    const auto v = static_cast<std::size_t>(triangle_[3 * static_cast<std::size_t>(t) + corner]);
+    return vertex_[3 * v + axis];
+  }
+  float centre(std::int32_t t, std::size_t axis) const {  // times three
+    return coordinate(t, 0, axis) + coordinate(t, 1, axis) + coordinate(t, 2, axis);
+  }
+
+  runtime::TreeNode box(std::ptrdiff_t begin, std::ptrdiff_t end) const {
+    runtime::TreeNode node{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      node.lo[axis] = node.hi[axis] =
+          coordinate(tree_.items[static_cast<std::size_t>(begin)], 0, axis);
+      for (std::ptrdiff_t i = begin; i < end; ++i)
+        for (std::size_t corner = 0; corner < 3; ++corner) {
+          const float x = coordinate(tree_.items[static_cast<std::size_t>(i)], corner, axis);
+          node.lo[axis] = std::min(node.lo[axis], x);
+          node.hi[axis] = std::max(node.hi[axis], x);
+        }
+    }
+    return node;
+  }
+
+  void add(std::ptrdiff_t begin, std::ptrdiff_t end) {
+    const std::size_t at = tree_.nodes.size();
+    tree_.nodes.push_back(box(begin, end));
+    if (end - begin <= kLeafTriangles) {
+      tree_.nodes[at].at = static_cast<std::int32_t>(begin);
+      tree_.nodes[at].items = static_cast<std::int32_t>(end - begin);
+      return;
+    }
+    const std::ptrdiff_t middle = begin + (end - begin) / 2;
+    const std::size_t axis = longest_axis(tree_.nodes[at]);
+    std::nth_element(tree_.items.begin() + begin, tree_.items.begin() + middle,
+                     tree_.items.begin() + end, [&](std::int32_t s, std::int32_t t) {
+                       const float a = centre(s, axis), b = centre(t, axis);
+                       return a < b || (!(b < a) && s < t);
+                     });
+    add(begin, middle);
+    tree_.nodes[at].at = static_cast<std::int32_t>(tree_.nodes.size());
+    add(middle, end);
+  }
+
+  static std::size_t longest_axis(const runtime::TreeNode& node) {
+    std::size_t longest = 0;
+    for (std::size_t axis = 1; axis < 3; ++axis)
+      if (node.hi[axis] - node.lo[axis] > node.hi[longest] - node.lo[longest]) longest = axis;
+    return longest;
+  }
+
+  const std::vector<float>& vertex_;
+  const std::vector<std::int32_t>& triangle_;
+  Tree tree_;
+};
+
+/// Tree over the given triangles, split at the median centre along the longest side, so its depth
+/// is log2 of the count. vertex V x 3 [m], triangle F x 3, items at least one. Deterministic.
+Tree make_tree(const std::vector<float>& vertex, const std::vector<std::int32_t>& triangle,
+               std::vector<std::int32_t> items) {
+  return TreeBuilder(vertex, triangle, std::move(items)).take();
+}
+
+constexpr int kCheckPathTicks = 64;     // one place's approach, press, drag and lift
+constexpr int kPlaces = 12;             // 768 ticks: about 1 ms on loading
+constexpr int kPress = 20, kDrag = 48;  // last tick of the press, of the drag
+
+double unit_share(std::uint64_t& state) {
+  return static_cast<double>(runtime::next_random(state) >> 11) * 0x1p-53;
+}
+
+Vec3 row(const std::vector<float>& array, std::size_t i) {
+  return Eigen::Map<const Eigen::Vector3f>(&array[3 * i]).cast<double>();
+}
+
+/// Tips of a path that presses, drags and lifts at places drawn by `seed` among vertices of solid
+/// triangles; forces are left zero for the engine to fill. depth_m: how deep it presses.
+std::vector<runtime::CheckTick> make_check_path(const AssetSurface& surface, double depth_m,
+                                                std::uint64_t seed) {
+  std::vector<runtime::CheckTick> path;
+  for (int place = 0; place < kPlaces; ++place) {
+    const auto& measured = surface.measured_triangles;
+    const auto t = static_cast<std::size_t>(measured[runtime::next_random(seed) % measured.size()]);
+    const double a = 0.2 + 0.3 * unit_share(seed), b = 0.2 + 0.3 * unit_share(seed);
+    const double depth =
+        std::min(depth_m, double(surface.max_depth_m[t])) * (0.3 + 0.7 * unit_share(seed));
+    Vec3 x = Vec3::Zero(), u = Vec3::Zero();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double n = k == 0 ? a : (k == 1 ? b : 1 - a - b);
+      const auto v = static_cast<std::size_t>(surface.triangle[3 * t + k]);
+      x += n * row(surface.vertex, v);
+      u += n * row(surface.normal, v);
+    }
+    u.normalize();
+    const Vec3 any(unit_share(seed) - 0.5, unit_share(seed) - 0.5, unit_share(seed) - 0.5);
+    const Vec3 along = u.cross(any).normalized(), aside = u.cross(along);
+    for (int tick = 0; tick < kCheckPathTicks; ++tick) {
+      const double down = tick <= kPress ? double(tick) / kPress
+                          : tick <= kDrag
+                              ? 1.0
+                              : 1 - double(tick - kDrag) / (kCheckPathTicks - 1 - kDrag);
+      const double drag = double(std::clamp(tick - kPress, 0, kDrag - kPress)) / (kDrag - kPress);
+      const Vec3 tip = surface.origin + x + u * depth * (1.25 * down - 0.25) +
+                       depth * (3 * drag * along + drag * drag * aside);
+      path.push_back({{tip[0], tip[1], tip[2]}, {0, 0, 0}});
+    }
+  }
+  return path;
+}
 
 struct AssetParts {
   AssetSurface surface;
@@ -189,10 +316,6 @@ runtime::RelaxationBlock block_of(const Relaxation& relaxation) {
   return block;
 }
 
-runtime::DamageBlock block_of(const runtime::DamageView& damage) {
-  return {damage.r, damage.scale, damage.beta, damage.reach_m, {}};
-}
-
 void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, const Model& model,
              const ExportOptions& options) {
   put(bytes, header, runtime::kVertices, parts.surface.vertex);
@@ -211,7 +334,7 @@ void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, c
   put(bytes, header, runtime::kMeta,
       std::vector<char>(options.meta_json.begin(), options.meta_json.end()));
   put_block(bytes, header, block_of(model.curves.relaxation));
-  put_block(bytes, header, block_of(model.curves.damage));
+  put_block(bytes, header, runtime::DamageBlock{model.curves.damage, {}});
   put_block(bytes, header, runtime::CouplingBlock{model.curves.coupling, {}});
   if (parts.shape.header.points > 0) put_shape(bytes, header, parts.shape);
 }

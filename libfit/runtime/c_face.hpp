@@ -37,8 +37,10 @@ static_assert(std::is_trivially_copyable<OpenAsset>::value, "a plain copy is a c
 static_assert(std::is_trivially_copyable<StartedContact>::value, "a plain copy is a copy");
 
 // Storage is filled and read by memcpy of the mark, and as the object it holds after that.
+// Null of storage that is null or holds none.
 template <class Held, class Storage>
 Held* held(Storage* storage, std::uint64_t mark) noexcept {
+  if (storage == nullptr) return nullptr;
   std::uint64_t found;
   std::memcpy(&found, storage->storage, sizeof found);
   return found == mark ? reinterpret_cast<Held*>(storage->storage) : nullptr;
@@ -48,48 +50,37 @@ const Held* held(const Storage* storage, std::uint64_t mark) noexcept {
   return held<Held>(const_cast<Storage*>(storage), mark);
 }
 
+struct StatusRow {
+  rt::Status status;
+  palpate_status c;
+};
+/// Statuses that palpate.h tells apart, the ones with its sentence first; all others are of an
+/// asset's content.
+constexpr StatusRow kStatuses[] = {
+    {rt::Status::ok, PALPATE_OK},
+    {rt::Status::tip_not_finite, PALPATE_TIP_NOT_FINITE},
+    {rt::Status::tip_teleported, PALPATE_TIP_TELEPORTED},
+    {rt::Status::contact_foreign, PALPATE_CONTACT_FOREIGN},
+    {rt::Status::force_not_finite, PALPATE_FORCE_NOT_FINITE},
+    {rt::Status::pose_wrong, PALPATE_POSE_WRONG},
+    {rt::Status::time_step_wrong, PALPATE_TIME_STEP_WRONG},
+    {rt::Status::tool_wrong, PALPATE_TOOL_WRONG},
+    {rt::Status::radius_wrong, PALPATE_TOOL_WRONG},
+    {rt::Status::bytes_missing, PALPATE_BYTES_MISSING},
+    {rt::Status::bytes_misaligned, PALPATE_BYTES_MISALIGNED},
+    {rt::Status::not_an_asset, PALPATE_NOT_AN_ASSET},
+    {rt::Status::other_endianness, PALPATE_OTHER_ENDIANNESS},
+    {rt::Status::other_version, PALPATE_OTHER_VERSION},
+    {rt::Status::size_wrong, PALPATE_SIZE_WRONG},
+    {rt::Status::layout_wrong, PALPATE_LAYOUT_WRONG},
+    {rt::Status::checksum_wrong, PALPATE_CHECKSUM_WRONG},
+    {rt::Status::replay_differs, PALPATE_REPLAY_DIFFERS},
+    {rt::Status::no_shape, PALPATE_NO_SHAPE},
+};
 inline palpate_status to_c(rt::Status status) noexcept {
-  switch (status) {
-    case rt::Status::ok:
-      return PALPATE_OK;
-    case rt::Status::tip_not_finite:
-      return PALPATE_TIP_NOT_FINITE;
-    case rt::Status::tip_teleported:
-      return PALPATE_TIP_TELEPORTED;
-    case rt::Status::contact_foreign:
-      return PALPATE_CONTACT_FOREIGN;
-    case rt::Status::force_not_finite:
-      return PALPATE_FORCE_NOT_FINITE;
-    case rt::Status::pose_wrong:
-      return PALPATE_POSE_WRONG;
-    case rt::Status::time_step_wrong:
-      return PALPATE_TIME_STEP_WRONG;
-    case rt::Status::radius_wrong:
-    case rt::Status::tool_wrong:
-      return PALPATE_TOOL_WRONG;
-    case rt::Status::bytes_missing:
-      return PALPATE_BYTES_MISSING;
-    case rt::Status::bytes_misaligned:
-      return PALPATE_BYTES_MISALIGNED;
-    case rt::Status::not_an_asset:
-      return PALPATE_NOT_AN_ASSET;
-    case rt::Status::other_endianness:
-      return PALPATE_OTHER_ENDIANNESS;
-    case rt::Status::other_version:
-      return PALPATE_OTHER_VERSION;
-    case rt::Status::size_wrong:
-      return PALPATE_SIZE_WRONG;
-    case rt::Status::layout_wrong:
-      return PALPATE_LAYOUT_WRONG;
-    case rt::Status::checksum_wrong:
-      return PALPATE_CHECKSUM_WRONG;
-    case rt::Status::replay_differs:
-      return PALPATE_REPLAY_DIFFERS;
-    case rt::Status::no_shape:
-      return PALPATE_NO_SHAPE;
-    default:
-      return PALPATE_CONTENT_WRONG;
-  }
+  for (const StatusRow& row : kStatuses)
+    if (row.status == status) return row.c;
+  return PALPATE_CONTENT_WRONG;
 }
 
 inline rt::Pose to_pose(const palpate_pose& pose) noexcept {
@@ -116,7 +107,6 @@ inline void fill(const rt::ToolOutput& from, palpate_output& out) noexcept {
   out.refused_J = from.refused_J;
   out.refused_ticks = from.refused_ticks;
   out.damped_J = from.damped_J;
-  out.damper_N = from.damper_N;
   out.triangle = from.triangle;
   out.state = static_cast<std::int32_t>(from.state);
   out.flags = from.flags;

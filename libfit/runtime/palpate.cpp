@@ -8,8 +8,6 @@
 
 using namespace palpate::c_face;
 
-std::int32_t palpate_abi() noexcept { return PALPATE_ABI; }
-
 palpate_status palpate_sizes_fit(std::int32_t abi, const std::uint32_t bytes[8]) noexcept {
   if (bytes == nullptr) return PALPATE_NULL_ARGUMENT;
   constexpr std::size_t kBytes[8] = {
@@ -21,11 +19,8 @@ palpate_status palpate_sizes_fit(std::int32_t abi, const std::uint32_t bytes[8])
 }
 
 const char* palpate_sentence(palpate_status status) noexcept {
-  for (int i = 0; i <= static_cast<int>(rt::Status::replay_differs); ++i) {
-    const auto known = static_cast<rt::Status>(i);
-    if (to_c(known) == status && status != PALPATE_CONTENT_WRONG && status != PALPATE_TOOL_WRONG)
-      return rt::sentence(known);
-  }
+  for (const StatusRow& row : kStatuses)
+    if (row.c == status) return rt::sentence(row.status);
   switch (status) {
     case PALPATE_NULL_ARGUMENT:
       return "A pointer is null; the force is zero.";
@@ -33,8 +28,6 @@ const char* palpate_sentence(palpate_status status) noexcept {
       return "The asset was not opened; the force is zero.";
     case PALPATE_NOT_STARTED:
       return "The contact was not started with palpate_start; the force is zero.";
-    case PALPATE_TOOL_WRONG:
-      return rt::sentence(rt::Status::tool_wrong);
     case PALPATE_BODY_WRONG:
       return "The bytes are no body of this asset, or nothing damages its bodies.";
     case PALPATE_COUNT_WRONG:
@@ -108,7 +101,7 @@ palpate_status palpate_read_mesh(const palpate_asset* asset, palpate_mesh* mesh)
 }
 
 std::uint64_t palpate_body_bytes(const palpate_asset* asset) noexcept {
-  const auto* opened = asset != nullptr ? held<OpenAsset>(asset, kAssetMark) : nullptr;
+  const auto* opened = held<OpenAsset>(asset, kAssetMark);
   return opened != nullptr && opened->asset.damage.softens() ? rt::body_bytes(opened->asset) : 0;
 }
 
@@ -138,7 +131,7 @@ palpate_status palpate_body_open(palpate_asset* opened_body, const palpate_asset
 }
 
 std::uint64_t palpate_indenter_bytes(const palpate_asset* asset) noexcept {
-  const auto* opened = asset != nullptr ? held<OpenAsset>(asset, kAssetMark) : nullptr;
+  const auto* opened = held<OpenAsset>(asset, kAssetMark);
   return opened != nullptr && rt::knows_radius(opened->asset) ? rt::indenter_bytes(opened->asset)
                                                               : 0;
 }
@@ -237,7 +230,7 @@ palpate_status palpate_deform(const palpate_asset* asset, const palpate_contact*
                               float* displacement_m) noexcept {
   if (displacement_m == nullptr) return PALPATE_NULL_ARGUMENT;
   if (first < 0 || vertices < 0) return PALPATE_VERTICES_WRONG;
-  const auto* opened = asset != nullptr ? held<OpenAsset>(asset, kAssetMark) : nullptr;
+  const auto* opened = held<OpenAsset>(asset, kAssetMark);
   if (opened != nullptr && vertices > opened->asset.vertices - first) return PALPATE_VERTICES_WRONG;
   for (std::int64_t i = 0; i < 3 * std::int64_t{vertices}; ++i) displacement_m[i] = 0;
   if (asset == nullptr || contacts == nullptr) return PALPATE_NULL_ARGUMENT;

@@ -221,7 +221,6 @@ typedef struct palpate_output {
   double dissipated_J;     /* by slips, less what they took; of rings while PALPATE_STICK, too */
   double refused_J;        /* that slips would have created, each joule once; see HELD_BACK */
   double damped_J;         /* by the damper */
-  double damper_N;         /* the damper's part of the force on the body, along the normal */
   double stiffness_N_m[9]; /* row-major d(force on the body) / d(tool position), elastic part,
                               the tool not turning: exact for the branch taken, with the contact
                               point of a first touch held; zero unless wanted */
@@ -267,9 +266,6 @@ typedef struct palpate_mesh {
   const int32_t* triangle;    /* 3 corners a triangle, counter-clockwise from outside */
   uint32_t reserved[8];       /* 0 */
 } palpate_mesh;
-
-/* PALPATE_ABI of the library. */
-PALPATE_API int32_t palpate_abi(void) PALPATE_NOEXCEPT;
 
 /* Compares a program's PALPATE_ABI and its sizes of asset, contact, pose, tool, input, output, info
    and mesh [bytes, in this order] with the library's: PALPATE_OK, PALPATE_HEADER_WRONG or

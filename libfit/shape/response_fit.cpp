@@ -107,7 +107,7 @@ Eigen::VectorXf ResponseFit::left_of(const runtime::AssetView& shown, const Row&
 /// use(v, place, weight) of vertices near a contact point: those under the tool count most.
 template <class Use>
 void ResponseFit::each_near(const DentState& state, const Use& use) const {
-  runtime::ShapeView lengths;
+  runtime::ShapeView lengths{};
   lengths.depth_m = shape_.depth_m;
   lengths.radius_m = shape_.radius_m;
   lengths.radius_power = shape_.radius_power;

@@ -25,12 +25,13 @@ ShapedAsset::ShapedAsset(const runtime::AssetView& asset, const ShapeResponse& s
   point_ = floats_of(shape.point.data(), shape.point.size());
   drag_ = floats_of(shape.drag.data(), shape.drag.size());
   mode_ = floats_of(shape.mode.data(), shape.mode.size());
-  view_.shape = {static_cast<int>(shape.point.rows()),
-                 shape.intervals,
-                 shape.modes,
-                 shape.radius_power,
-                 shape.depth_m,
-                 shape.radius_m,
+  view_.shape = {{static_cast<std::int32_t>(shape.point.rows()),
+                  shape.intervals,
+                  shape.modes,
+                  shape.radius_power,
+                  shape.depth_m,
+                  shape.radius_m,
+                  {}},
                  blend_point_.data(),
                  blend_weight_.data(),
                  point_.data(),

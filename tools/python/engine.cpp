@@ -204,8 +204,8 @@ PYBIND11_MODULE(_engine, module) {
     throw py::import_error(palpate_sentence(status));
   PYBIND11_NUMPY_DTYPE(palpate_output, force_on_tool_N, torque_on_tool_Nm, contact_m, normal,
                        weight, normal_m, lateral_m, stored_J, dissipated_J, refused_J, damped_J,
-                       damper_N, stiffness_N_m, refused_ticks, triangle, state, flags, status,
-                       deflection_m, acts_at_m, approach_m_s, events, touching);
+                       stiffness_N_m, refused_ticks, triangle, state, flags, status, deflection_m,
+                       acts_at_m, approach_m_s, events, touching);
   declare_contact(module);
   AssetClass asset = declare_asset(module);
   declare_surface(asset);

@@ -6,7 +6,6 @@
 
 #include "../base/status.hpp"
 #include "../law/compliance.hpp"
-#include "check_blocks.hpp"
 #include "shape.hpp"
 #include "view.hpp"
 
@@ -145,6 +144,19 @@ inline Status check_spline(const SplineView& spline) noexcept {
   return Status::ok;
 }
 
+/// Whether the side force of a vertex is one that its press can bear: (M22) at the end of the
+/// curves, the lateral deflection as long as the depth, with room for what a fit leaves to
+/// the guard. Beyond it forces have nothing to do with a body's.
+constexpr double kSideSlack = 100;
+inline bool is_side_borne(const SplineView& normal, const float* curve, const float* side2,
+                          const float* side3) noexcept {
+  const double d = normal.knots[normal.pieces], most_N = double(curve[normal.size() - 1]);
+  const auto length = [](const float* g) noexcept {
+    return std::sqrt(double(g[0]) * g[0] + double(g[1]) * g[1] + double(g[2]) * g[2]);
+  };
+  return d * d * (2 * length(side2) + 3 * length(side3) * d) <= kSideSlack * most_N;
+}
+
 /// Records that exist; of every part what the family says, all zero where a vertex answers with
 /// nothing.
 inline Status check_controls(const AssetView& view, const Header& h) noexcept {
@@ -265,22 +277,27 @@ inline bool is_good_leaf(const AssetView& view, const TreeNode& node, int items,
   return true;
 }
 
-/// Scrambles an index, so that sums of such tell sets apart. Source: Steele, Lea, Flood, Fast
-/// Splittable Pseudorandom Number Generators (2014), SplitMix64.
-inline std::uint64_t scrambled(std::uint64_t z) noexcept {
-  z = (z + 1) * 0x9e3779b97f4a7c15u;
+/// The next number of a sequence. Source: Steele, Lea, Flood, Fast Splittable Pseudorandom Number
+/// Generators (2014), SplitMix64.
+inline std::uint64_t next_random(std::uint64_t& state) noexcept {
+  std::uint64_t z = state += 0x9e3779b97f4a7c15u;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
   z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
   return z ^ (z >> 31);
+}
+
+/// Scrambles an index, so that sums of such tell sets apart.
+inline std::uint64_t scrambled(std::int32_t index) noexcept {
+  std::uint64_t state = static_cast<std::uint64_t>(index) * 0x9e3779b97f4a7c15u;
+  return next_random(state);
 }
 
 /// The items are the solid triangles, each once: nothing that could be touched is missing.
 inline bool holds_all_solid(const AssetView& view, int items) noexcept {
   std::uint64_t difference = 0;
   for (int t = 0; t < view.triangles; ++t)
-    if (view.is_solid(t)) difference += scrambled(static_cast<std::uint64_t>(t));
-  for (int i = 0; i < items; ++i)
-    difference -= scrambled(static_cast<std::uint64_t>(view.tree_item[i]));
+    if (view.is_solid(t)) difference += scrambled(t);
+  for (int i = 0; i < items; ++i) difference -= scrambled(view.tree_item[i]);
   return difference == 0;
 }
 
@@ -313,6 +330,58 @@ inline Status check_tree(const AssetView& view, int nodes, int items) noexcept {
     stack[size++] = {range.begin + 1, node.at, range.begin, range.depth + 1};
   }
   return next_item == items && holds_all_solid(view, items) ? Status::ok : Status::tree_wrong;
+}
+
+/// A Prony series that rings can follow: what the block says and nothing beside it.
+inline Status check_block(const AssetView& view, const Header& h,
+                          const RelaxationBlock& block) noexcept {
+  if (h.family != int(Family::rings) || view.curves.relaxation.branches == 0 || block.reserved != 0)
+    return Status::block_wrong;
+  for (int k = 0; k < kMaxBranches; ++k) {
+    if (k >= block.branches) {
+      if (block.share[k] != 0 || block.time_s[k] != 0) return Status::block_wrong;
+      continue;
+    }
+    const double least_s = k > 0 ? block.time_s[k - 1] : 0;
+    if (!(block.share[k] > 0 && block.share[k] <= kMaxShare) ||
+        !(block.time_s[k] >= kMinRelaxation_s && block.time_s[k] <= kMaxRelaxation_s) ||
+        !(block.time_s[k] > least_s))
+      return Status::block_wrong;
+  }
+  return Status::ok;
+}
+
+/// Numbers that damage can follow: what the block says and nothing beside it.
+inline Status check_block(const AssetView&, const Header&, const DamageBlock& block) noexcept {
+  const auto is_within = [](double x, double least, double most) noexcept {
+    return x >= least && x <= most;
+  };
+  const DamageView& damage = block.damage;
+  bool is_good = is_within(damage.r, kMinDamage, kMaxDamage) &&
+                 is_within(damage.scale, 0, kMaxDamage) && is_within(damage.beta, 0, kMaxDamage) &&
+                 damage.scale + damage.beta > 0 && is_within(damage.reach_m, 0, kMaxDamageReach_m);
+  for (const double reserved : block.reserved) is_good = is_good && reserved == 0;
+  return is_good ? Status::ok : Status::block_wrong;
+}
+
+/// Numbers that coupling can follow, on rings.
+inline Status check_block(const AssetView&, const Header& h, const CouplingBlock& block) noexcept {
+  for (const double reserved : block.reserved)
+    if (reserved != 0) return Status::block_wrong;
+  const bool is_good = h.family == static_cast<int>(Family::rings) && is_possible(block.coupling);
+  return is_good ? Status::ok : Status::block_wrong;
+}
+
+/// Of all blocks that the asset has; its sections are checked.
+template <class... Each>
+Status check_blocks(const AssetView& view, const Header& h, const void* bytes,
+                    AssetBlocks<Each...>) noexcept {
+  Status status = Status::ok;
+  const auto check = [&](const auto* block) noexcept {
+    if (status == Status::ok && block != nullptr) status = check_block(view, h, *block);
+  };
+  (check(block_of<Each>(bytes, h)), ...);
+  return status;
 }
 
 /// Everything about the sections of an asset whose envelope is good.

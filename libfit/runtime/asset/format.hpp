@@ -13,6 +13,7 @@
 
 #include "../law/coupling.hpp"
 #include "../law/families.hpp"
+#include "../law/softening.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -81,7 +82,7 @@ struct RelaxationBlock {
 /// How the body softens (law/softening.hpp).
 struct DamageBlock {
   static constexpr std::uint32_t kFlag = 8;
-  double r, scale, beta, reach_m;
+  DamageView damage;
   double reserved[4];
 };
 /// How contacts on the body move each other (law/coupling.hpp).

@@ -24,16 +24,6 @@ inline int shape_numbers(int intervals, int modes) noexcept {
 }
 inline int shape_drag_numbers(int intervals) noexcept { return kShapeDragged * intervals; }
 
-/// Counts and lengths; 64 bytes. Behind it, each at the next multiple of 64 with zeros between:
-/// the parts of ShapePart.
-struct ShapeHeader {
-  std::int32_t points, intervals, modes;
-  std::int32_t radius_power;  ///< a = radius_m (d / depth_m)^(radius_power / 2): 0, 1, 2
-  double depth_m, radius_m;
-  double reserved[4];  ///< 0
-};
-static_assert(sizeof(ShapeHeader) == 64, "the header of the shape response is packed");
-
 enum ShapePart : int {
   kShapeBlendPoint,   ///< int32 R x 3: test points whose numbers the vertex of a record blends
   kShapeBlendWeight,  ///< float R x 3, sum 1; 0 where not measured
@@ -102,13 +92,8 @@ inline ShapeView shape_view_of(const void* bytes, const Header& asset) noexcept 
   std::uint64_t offset[kShapeParts];
   lay_out_shape(header, asset, offset);
   const auto* base = static_cast<const unsigned char*>(bytes);
-  ShapeView view;
-  view.points = header.points;
-  view.intervals = header.intervals;
-  view.modes = header.modes;
-  view.radius_power = header.radius_power;
-  view.depth_m = header.depth_m;
-  view.radius_m = header.radius_m;
+  ShapeView view{};
+  static_cast<ShapeHeader&>(view) = header;
   view.blend_point = reinterpret_cast<const std::int32_t*>(base + offset[kShapeBlendPoint]);
   view.blend_weight = reinterpret_cast<const float*>(base + offset[kShapeBlendWeight]);
   view.point = reinterpret_cast<const float*>(base + offset[kShapePoint]);

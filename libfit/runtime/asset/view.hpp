@@ -5,16 +5,23 @@
 
 #include <cstdint>
 
-#include "../law/softening.hpp"
 #include "format.hpp"
 
 namespace palpate {
 namespace runtime {
 
+/// Counts and lengths; 64 bytes. Behind it, each at the next multiple of 64 with zeros between:
+/// the parts of ShapePart (shape.hpp).
+struct ShapeHeader {
+  std::int32_t points, intervals, modes;
+  std::int32_t radius_power;  ///< a = radius_m (d / depth_m)^(radius_power / 2): 0, 1, 2
+  double depth_m, radius_m;
+  double reserved[4];  ///< 0
+};
+static_assert(sizeof(ShapeHeader) == 64, "the header of the shape response is packed");
+
 /// How the surface moves under a tool (deform.hpp); no points where the asset does not say.
-struct ShapeView {
-  int points = 0, intervals = 0, modes = 0, radius_power = 0;
-  double depth_m = 0, radius_m = 0;
+struct ShapeView : ShapeHeader {
   const std::int32_t* blend_point = nullptr;  ///< three of each record
   const float* blend_weight = nullptr;
   const float* point = nullptr;
@@ -68,7 +75,7 @@ struct AssetView {
   double skin_m = 0;        ///< rounding allowance of the swept test: 1e-9 of the body's diagonal
   bool has_guard = true;
   bool sways = false;  ///< some vertex gives as a whole (sway.hpp)
-  ShapeView shape;
+  ShapeView shape = {};
   const CouplingView* coupling = nullptr;  ///< how contacts move each other; null: they do not
   DamageView damage;                       ///< how a body of this asset softens (contact/body.hpp)
   DamagedVertex* body = nullptr;  ///< of with_body(): what it has borne; null: it does not soften
@@ -104,15 +111,6 @@ inline RelaxationView relaxation_of(const RelaxationBlock& block) noexcept {
     out.time_s[k] = block.time_s[k];
     out.fast += block.share[k];
   }
-  return out;
-}
-
-inline DamageView damage_of(const DamageBlock& block) noexcept {
-  DamageView out;
-  out.r = block.r;
-  out.scale = block.scale;
-  out.beta = block.beta;
-  out.reach_m = block.reach_m;
   return out;
 }
 
@@ -153,7 +151,7 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   prepare(view.curves);
   if (const auto* block = block_of<RelaxationBlock>(bytes, h))
     view.curves.relaxation = relaxation_of(*block);
-  if (const auto* block = block_of<DamageBlock>(bytes, h)) view.damage = damage_of(*block);
+  if (const auto* block = block_of<DamageBlock>(bytes, h)) view.damage = block->damage;
   if (const auto* block = block_of<CouplingBlock>(bytes, h)) view.coupling = &block->coupling;
   view.check.tick = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
   view.check.ticks = h.check_ticks;

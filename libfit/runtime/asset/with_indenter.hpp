@@ -396,12 +396,12 @@ PALPATE_ONCE AssetView with_indenter(const AssetView& asset, const Indenter& too
   AssetView out = asset;
   const double known_m = table.measured_m();
   out.curves.view[kNormal] = table.normal();
-  out.curves.rings = ring_table<kRings>(out.curves.view[kNormal], known_m);
+  out.curves.rings = ring_table(out.curves.view[kNormal], known_m);
   IndenterView& view = table.view();
   view.has_radius_effect = asset.curves.family == int(Family::rings);
   for (int i = 0; i < kRadiusEffects; ++i) {
     view.by_radius[i] = table.by_radius(i);
-    view.rings_by_radius[i] = ring_table<kRings>(view.by_radius[i], known_m);
+    view.rings_by_radius[i] = ring_table(view.by_radius[i], known_m);
   }
   view.farther_m = tool.round_end_m - asset.probe_radius_m;
   find_ploughing(tool, asset.probe_radius_m, known_m, view);

@@ -4,8 +4,7 @@
 // The engine is header-only: whoever includes it compiles it, in 10 seconds. A program of many
 // units can compile its large functions once: PALPATE_COMPILED_ONCE is defined for every unit, and
 // one source defines PALPATE_COMPILED_HERE before it includes engine.hpp (once.cpp). A unit in
-// which ticks must not cost a call more defines PALPATE_INLINED_TOO as well (GCC and clang): it
-// compiles them as if alone, to inline, and takes no copy of its own.
+// which ticks must not cost a call more leaves PALPATE_COMPILED_ONCE undefined.
 
 #include "rounding.hpp"
 
@@ -15,9 +14,6 @@
 #elif defined(PALPATE_COMPILED_HERE)
 #define PALPATE_HAS_BODIES 1
 #define PALPATE_ONCE
-#elif defined(PALPATE_INLINED_TOO)
-#define PALPATE_HAS_BODIES 1
-#define PALPATE_ONCE inline __attribute__((gnu_inline))
 #else
 #define PALPATE_HAS_BODIES 0
 #define PALPATE_ONCE

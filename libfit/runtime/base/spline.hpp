@@ -57,14 +57,6 @@ inline int find_piece(const SplineView& spline, double x) noexcept {
   return lo;
 }
 
-/// The same by trying `guess` first, an interval of this basis: at a depth that hardly changes it
-/// is right.
-inline int find_piece(const SplineView& spline, double x, int guess) noexcept {
-  const bool is_right =
-      guess < spline.pieces && spline.knots[guess] <= x && x < spline.knots[guess + 1];
-  return is_right ? guess : find_piece(spline, x);
-}
-
 /// First control value that is alive on an interval.
 inline int first_control(const SplineView& spline, int piece) noexcept {
   if (spline.first != nullptr) return spline.first[piece];

@@ -11,14 +11,6 @@
 namespace palpate {
 namespace runtime {
 
-/// The surface point under a ball's rest position, or a tip's contact point itself.
-template <bool kIsBall, class Spot>
-Vec3d surface_point(const Spot& spot, const Arm& arm) noexcept {
-  if (!kIsBall) return spot.point;
-  const Vec3d skew = make_vec3<double>(arm.skew_m);
-  return spot.point + skew + spot.normal * (arm.reach_m - dot(skew, spot.normal));
-}
-
 /// After a slip the skew lies across the new normal; the rest position stays what it is.
 inline void lay_skew(Arm& arm, const Vec3d& normal) noexcept {
   const Vec3d skew = make_vec3<double>(arm.skew_m);
@@ -41,7 +33,11 @@ struct Said {
 inline void describe(const AssetView& asset, const ContactPoint& at, const SpotCache& cache,
                      const Depth& depth, const Vec3d& x, const Said& said, Output& out) noexcept {
   const Vec3d origin = make_vec3<double>(asset.origin_m);
-  const Vec3d c = cache.is_ball ? surface_point<true>(cache, at.arm) : cache.point;
+  Vec3d c = cache.point;  // of a ball where it rests
+  if (cache.is_ball) {
+    const Vec3d skew = make_vec3<double>(at.arm.skew_m);
+    c = c + skew + cache.normal * (at.arm.reach_m - dot(skew, cache.normal));
+  }
   put(c + origin, out.contact_m);
   put(cache.is_ball ? x + cache.normal * at.arm.reach_m + origin : x + origin, out.acts_at_m);
   put(cache.normal, out.normal);

@@ -1,17 +1,8 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// What a body remembers of a contact, as a table. A memory brings
-//   is_any   whether this body has it
-//   kFlows   whether time changes it
-//   flow     half of a tick's time (left.dt_s) passes while the tool rests: what that does to what
-//            the contact remembers beside its place, and to the law's memory
-//   energy   what the contact stores, by what the law stores: Psi(E), its slope eta by which the
-//            law's force is multiplied, and d eta / dE. eta is in [0, 1] and rises with E
-//   load     the contact has come to rest with the law at E: what the body keeps of that; it may
-//            lower Psi(E), never raise it
-// and the block of the asset that it is read from (asset/format.hpp, asset/check_blocks.hpp). To
-// add one: its header, its block, and its row here.
+// The memories of a body, as a table; docs/extending.md says what each of them brings. To add one:
+// its header, its block in the asset (asset/format.hpp, asset/check.hpp), and its row here.
 
 #include "body.hpp"
 

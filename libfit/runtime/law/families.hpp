@@ -2,31 +2,8 @@
 #pragma once
 
 // The table of curve families, and the law of the one that a body has. A family is a struct in a
-// header of its own:
-//   kName, kPart, kCurves   its name, what a node owns, and how many of these parts, from the first
-//                           on, are rising curves; the first is the normal one
-//   kSwayPart               which part is the compliance of a sway (compliance.hpp); -1
-//   kMemory, numbers, Memory, load, save   what a contact remembers beside its place, as doubles
-//                           (Contact::memory) and as the law's scalars
-//   kinematics    where a tool stands against its contact point: .spot, .d
-//   is_slipping   whether the contact point cannot hold
-//   pull, way     where it is drawn, and the path of a slide as the law follows it
-//   excess, excess_here, excess_kind, excess_scale, excess_along, lateral_m, kIsSmooth
-//                 what its slide brings to zero, at a place and at the kinematics, the pull that
-//                 its tolerance is a share of, and whether no knot is in it
-//   is_out, rest, carry_rest, let_go   the contact point's anchor: whether and where it lies beside
-//                 it, where it lies after a move, and a slip without it
-//   carry         what the contact point's way of a whole tick does to the rest of the memory
-//   under         what the law reads of a spot beside its curves, made once a tick
-//   slip          lets slip what slips while the contact point holds; .lost_J that this dissipated
-//   stick         the same without a slip
-//   stored_J      what answer() stores without a slip, alone
-//   answer        of what one of these two brought: force and stored energy, the one the gradient
-//                 of the other
-//   is_frictionless
-//   kCanRelax     whether it has a memory of time (CurveViews::relaxation); it then brings relaxes,
-//                 relax: what rests lets its dashpots flow; seen: where a slide sees the tool
-// To add one: the header, its number and its row below.
+// header of its own; docs/extending.md says what it brings. To add one: the header, its number and
+// its row below.
 
 #include "rings.hpp"
 #include "separable.hpp"
@@ -106,7 +83,7 @@ auto with_family(const CurveViews& views, const Act& act) noexcept {
 /// What the law of the body's family reads beside the bases themselves.
 inline void prepare(CurveViews& views) noexcept {
   const SplineView& normal = views.view[kNormal];
-  views.rings = ring_table<kRings>(normal, normal.knots[normal.pieces]);
+  views.rings = ring_table(normal, normal.knots[normal.pieces]);
 }
 
 }  // namespace runtime

@@ -4,11 +4,15 @@
 // The curves of a contact point at a deflection: forces and what they store (docs/method.md,
 // section 2), one template for the engine (scalar double) and the fitter (scalar double or
 // ceres::Jet). Forces are those of the tool ON the body.
+// A Spot is a place where a contact point can stand: .point [m], .normal (inward unit),
+// .control(part, j): number j of a part of the family there.
 
-#include "deflection.hpp"
+#include "curve_views.hpp"
 
 namespace palpate {
 namespace runtime {
+
+constexpr double kLateralZero_m = 1e-12;  ///< below a picometre the lateral direction is noise
 
 /// The control values alive on one interval.
 template <int kOrder, class T>
@@ -24,8 +28,7 @@ auto live_controls(const Spot& spot, int curve, int first) noexcept
   return out;
 }
 
-/// `count` numbers of a spot from number j of a part on, which may reach into the parts behind. A
-/// spot that has them in a row brings an overload.
+/// `count` numbers of a spot from number j of a part on, which may reach into the parts behind.
 template <class T, class Spot>
 void copy_controls(const Spot& spot, int part, int j, int count, T* out) noexcept {
   for (int k = 0; k < count; ++k) out[k] = spot.control(part, j + k);
@@ -143,12 +146,6 @@ struct Answer {
   Vec3<T> force_N;
   T stored_J;
 };
-
-/// f^r(dr) [N].
-template <class T, class Spot>
-T lateral_force(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
-  return curve_at(views, spot, kLateral, d.lateral_m);
-}
 
 }  // namespace runtime
 }  // namespace palpate

@@ -91,40 +91,31 @@ inline void move_out(double* kappa, double farther_m) noexcept {
 }
 
 /// The rings under a spot and the side force there.
-template <class T, int N>
+template <class T>
 struct RingBed {
   RingLimit<T> limit;
-  T stiffness_N_m[N];  ///< lambda c_i >= 0
+  T stiffness_N_m[kRings];  ///< lambda c_i >= 0
   /// lambda c_i that was cut at 0 where the normal curve is concave, as its size, where is_cut; see
   /// ring_share().
-  T excess_N_m[N];
+  T excess_N_m[kRings];
   bool is_cut;
   T spread_1_m;          ///< gamma >= 0
   Vec3<T> side2, side3;  ///< g = side2 d^2 + side3 d^3, tangential
 };
 
 /// f^z' at the edges [N/m]; with the order known the compiler unrolls it.
-template <int kOrder, class T, int N, class Spot>
-void edge_slopes(const RingTable<N>& table, const Spot& spot, T* slope) noexcept {
-  constexpr int kBatch = 16;  // control values that are read in one go
-  T row[kBatch];
-  int begin = 0, end = 0;
-  for (int i = 0; i < N; ++i) {
-    const int first = table.first[i], size = table.first[N - 1] + kOrder;
-    if (first + kOrder > end) {
-      begin = first;
-      end = size - begin < kBatch ? size : begin + kBatch;
-      copy_controls(spot, kNormal, begin, end - begin, row);
-    }
-    const T* b = row + (first - begin);
-    slope[i] = b[0] * table.slope[i][0];
-    for (int k = 1; k < kOrder; ++k) slope[i] = slope[i] + b[k] * table.slope[i][k];
+template <int kOrder, class T, class Spot>
+void edge_slopes(const RingTable& table, const Spot& spot, T* slope) noexcept {
+  for (int i = 0; i < kRings; ++i) {
+    const auto live = live_controls<kOrder>(spot, kNormal, table.first[i]);
+    slope[i] = live.b[0] * table.slope[i][0];
+    for (int k = 1; k < kOrder; ++k) slope[i] = slope[i] + live.b[k] * table.slope[i][k];
   }
 }
 
 /// c_i [N/m] (B0) of a spot.
-template <class T, int N, class Spot>
-void ring_stiffness(const RingTable<N>& table, const Spot& spot, T* c) noexcept {
+template <class T, class Spot>
+void ring_stiffness(const RingTable& table, const Spot& spot, T* c) noexcept {
   switch (table.order) {
     case 2:
       edge_slopes<2>(table, spot, c);
@@ -138,21 +129,21 @@ void ring_stiffness(const RingTable<N>& table, const Spot& spot, T* c) noexcept 
     default:
       edge_slopes<5>(table, spot, c);
   }
-  for (int i = N - 1; i > 0; --i) c[i] = c[i] - c[i - 1];
+  for (int i = kRings - 1; i > 0; --i) c[i] = c[i] - c[i - 1];
 }
 
 /// Of the c_i of a spot; side: g_2, g_3.
-template <class T, int N>
+template <class T>
 void make_ring_bed(const T* c, const RingLimit<T>& limit, const T& spread_1_m, const T* side,
-                   const Vec3<T>& normal, RingBed<T, N>& bed) noexcept {
+                   const Vec3<T>& normal, RingBed<T>& bed) noexcept {
   bed.limit = limit;
   bed.spread_1_m = spread_1_m;
   bed.is_cut = false;
-  for (int i = 0; i < N; ++i) {
+  for (int i = 0; i < kRings; ++i) {
     bed.stiffness_N_m[i] = limit.lambda * c[i];
     bed.is_cut |= !(value_of(bed.stiffness_N_m[i]) >= 0);
   }
-  for (int i = 0; bed.is_cut && i < N; ++i) {
+  for (int i = 0; bed.is_cut && i < kRings; ++i) {
     const T stiffness = bed.stiffness_N_m[i];
     const bool is_cut = !(value_of(stiffness) >= 0);
     bed.stiffness_N_m[i] = is_cut ? T(0) : stiffness;
@@ -161,10 +152,10 @@ void make_ring_bed(const T* c, const RingLimit<T>& limit, const T& spread_1_m, c
   bed.side2 = tangential<T>({side[0], side[1], side[2]}, normal);
   bed.side3 = tangential<T>({side[3], side[4], side[5]}, normal);
 }
-template <class T, int N, class Spot>
-RingBed<T, N> ring_bed(const RingTable<N>& table, const Spot& spot) noexcept {
-  RingBed<T, N> bed;
-  T c[N], side[6];
+template <class T, class Spot>
+RingBed<T> ring_bed(const RingTable& table, const Spot& spot) noexcept {
+  RingBed<T> bed;
+  T c[kRings], side[6];
   ring_stiffness(table, spot, c);
   copy_controls(spot, kSide2, 0, 3, side);
   copy_controls(spot, kSide3, 0, 3, side + 3);
@@ -180,9 +171,8 @@ template <class T>
 struct RingPress {
   T value_m, slope;
 };
-template <class T, int N>
-RingPress<T> ring_press(const RingTable<N>& table, const T& at_0, int i,
-                        const T& depth_m) noexcept {
+template <class T>
+RingPress<T> ring_press(const RingTable& table, const T& at_0, int i, const T& depth_m) noexcept {
   const double from = i > 0 ? table.edge_m[i - 1] : 0, width = table.edge_m[i] - from;
   const T in = depth_m - from;
   if (!(value_of(in) > 0)) return {T(0), T(0)};
@@ -200,12 +190,11 @@ template <class T>
 struct RingShare {
   T value, slope;
 };
-template <class T, int N>
-RingShare<T> ring_share(const RingTable<N>& table, const RingBed<T, N>& bed,
-                        const T& depth_m) noexcept {
+template <class T>
+RingShare<T> ring_share(const RingTable& table, const RingBed<T>& bed, const T& depth_m) noexcept {
   if (!bed.is_cut) return {T(1), T(0)};
   T kept = T(0), cut = T(0), kept_slope = T(0), cut_slope = T(0);
-  for (int i = 0; i < N; ++i) {
+  for (int i = 0; i < kRings; ++i) {
     const RingPress<T> press = ring_press(table, T(1), i, depth_m);
     if (!(value_of(press.value_m) > 0)) break;
     kept = kept + bed.stiffness_N_m[i] * press.value_m;
@@ -221,17 +210,17 @@ RingShare<T> ring_share(const RingTable<N>& table, const RingBed<T, N>& bed,
 /// f^z(d) over sum c_i h_i, which the limits of the rings are times (B3a): all at their limits then
 /// bear mu(d) f^z(d) at every depth, also where few of them touch. normal_N: f^z(d).
 constexpr double kMaxLimitShare = 2;  ///< where a concave curve leaves hardly any bed
-template <class T, int N>
-T limit_share(const RingTable<N>& table, const RingBed<T, N>& bed, const T& depth_m,
+template <class T>
+T limit_share(const RingTable& table, const RingBed<T>& bed, const T& depth_m,
               const T& normal_N) noexcept {
   if (!(value_of(depth_m) > 0)) return T(1);
   T sum = bed.stiffness_N_m[0] * depth_m;
-  for (int i = 1; i < N; ++i) {
+  for (int i = 1; i < kRings; ++i) {
     const T reach = depth_m - table.threshold_m[i];
     if (!(value_of(reach) > 0)) break;
     sum = sum + bed.stiffness_N_m[i] * reach;
   }
-  for (int i = 0; bed.is_cut && i < N; ++i) {
+  for (int i = 0; bed.is_cut && i < kRings; ++i) {
     const T reach = depth_m - table.threshold_m[i];
     sum = sum - bed.excess_N_m[i] * (value_of(reach) > 0 ? reach : T(0));
   }
@@ -245,15 +234,15 @@ template <class T>
 struct SideForce {
   Vec3<T> value_N, slope_N_m;
 };
-template <class T, int N>
-SideForce<T> side_force(const RingBed<T, N>& bed, const T& depth_m) noexcept {
+template <class T>
+SideForce<T> side_force(const RingBed<T>& bed, const T& depth_m) noexcept {
   const T d = depth_m, dd = d * d;
   return {bed.side2 * dd + bed.side3 * (dd * d), bed.side2 * (2.0 * d) + bed.side3 * (3.0 * dd)};
 }
 
 /// The rings under a spot. A spot that has them at hand brings an overload.
 template <class T, class Spot>
-RingBed<T, kRings> bed_under(const CurveViews& views, const Spot& spot) noexcept {
+RingBed<T> bed_under(const CurveViews& views, const Spot& spot) noexcept {
   return ring_bed<T>(views.rings, spot);
 }
 

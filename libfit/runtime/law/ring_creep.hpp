@@ -16,13 +16,13 @@
 namespace palpate {
 namespace runtime {
 
-/// What a ring remembers of time, and where that would bring it to rest; N rings, [m].
-template <class T, int N>
+/// What a ring remembers of time, and where that would bring it to rest; [m].
+template <class T>
 struct RingCreep {
-  T flow[kMaxBranches][4][N];  ///< of each branch v_k, then x, y, z of w_k
+  T flow[kMaxBranches][4][kRings];  ///< of each branch v_k, then x, y, z of w_k
   // sum share_k v_k / fast and likewise w; what is stored though the ring bears nothing, over half
   // its normal and its lateral stiffness [m^2].
-  T rests[4][N], locked[2][N];
+  T rests[4][kRings], locked[2][kRings];
   T first[kMaxBranches];  ///< v_k of ring 1
 
   Vec3<T> rest(int i) const noexcept { return {rests[1][i], rests[2][i], rests[3][i]}; }
@@ -39,8 +39,8 @@ const T& still_flowing(const T& left_m) noexcept {  // derivatives are not over
 constexpr int kCreepNumbers = 4 * kMaxBranches * kRings;  ///< of a contact
 
 /// The share of ring 1 that lies at depth 0: f^z'(0) of f^z'(e_1).
-template <class T, int N, class Spot>
-T share_at_0(const RingTable<N>& table, const RingBed<T, N>& bed, const Spot& spot) noexcept {
+template <class T, class Spot>
+T share_at_0(const RingTable& table, const RingBed<T>& bed, const Spot& spot) noexcept {
   T slope = spot.control(kNormal, table.first_at_0 + 1) * table.slope_at_0[1];
   for (int k = 0; k < table.order; ++k)
     if (k != 1 && table.slope_at_0[k] != 0)
@@ -53,22 +53,22 @@ T share_at_0(const RingTable<N>& table, const RingBed<T, N>& bed, const Spot& sp
 
 /// Brings the rests up to the branches. Ring by ring within a component: compilers then take
 /// several rings at once.
-template <class T, int N>
-void find_rests(const RelaxationView& relaxation, RingCreep<T, N>& creep) noexcept {
+template <class T>
+void find_rests(const RelaxationView& relaxation, RingCreep<T>& creep) noexcept {
   const double scale = 1 / relaxation.fast;
   for (int c = 0; c < 4; ++c) {
-    T sum[N], square[N];
-    for (int i = 0; i < N; ++i) sum[i] = square[i] = T(0);
+    T sum[kRings], square[kRings];
+    for (int i = 0; i < kRings; ++i) sum[i] = square[i] = T(0);
     for (int k = 0; k < relaxation.branches; ++k) {
       const double share = relaxation.share[k];
-      for (int i = 0; i < N; ++i) {
+      for (int i = 0; i < kRings; ++i) {
         const T part = creep.flow[k][c][i] * share;
         sum[i] = sum[i] + part;
         square[i] = square[i] + part * creep.flow[k][c][i];
       }
     }
     T* const locked = creep.locked[c > 0];
-    for (int i = 0; i < N; ++i) {
+    for (int i = 0; i < kRings; ++i) {
       const T more = square[i] - sum[i] * sum[i] * scale;
       locked[i] = c < 2 ? more : locked[i] + more;
       creep.rests[c][i] = sum[i] * scale;
@@ -79,12 +79,12 @@ void find_rests(const RelaxationView& relaxation, RingCreep<T, N>& creep) noexce
 
 /// The dashpots flow while the tool rests (M47): v_k nears y, w_k nears q, by the share of each
 /// branch's force that `left` does not leave. What rings store falls.
-template <class T, int N>
-void let_creep(const RelaxationView& relaxation, const Decay& left, const RingTable<N>& table,
-               const T& at_0, const RingDeflection<T>& at, const RingAnchors<T, N>& anchors,
-               RingCreep<T, N>& creep) noexcept {
-  T to[4][N];
-  for (int i = 0; i < N; ++i) {
+template <class T>
+void let_creep(const RelaxationView& relaxation, const Decay& left, const RingTable& table,
+               const T& at_0, const RingDeflection<T>& at, const RingAnchors<T>& anchors,
+               RingCreep<T>& creep) noexcept {
+  T to[4][kRings];
+  for (int i = 0; i < kRings; ++i) {
     const T h = ring_press(table, at_0, i, at.depth_m).value_m;
     const bool bears = value_of(h) > value_of(creep.rests[0][i]);
     const Vec3<T> q = bears ? at.q - anchors.at(i) : creep.rest(i);
@@ -96,18 +96,18 @@ void let_creep(const RelaxationView& relaxation, const Decay& left, const RingTa
   for (int k = 0; k < relaxation.branches; ++k) {
     const double share = left.share[k];
     for (int c = 0; c < 4; ++c)
-      for (int i = 0; i < N; ++i)
+      for (int i = 0; i < kRings; ++i)
         creep.flow[k][c][i] = to[c][i] - still_flowing((to[c][i] - creep.flow[k][c][i]) * share);
   }
   find_rests(relaxation, creep);
 }
 
 /// The contact point went to a place of this normal: what dashpots flowed across the old one.
-template <class T, int N>
+template <class T>
 void turn_creep(const RelaxationView& relaxation, const Vec3<T>& normal,
-                RingCreep<T, N>& creep) noexcept {
+                RingCreep<T>& creep) noexcept {
   for (int k = 0; k < relaxation.branches; ++k)
-    for (int i = 0; i < N; ++i) {
+    for (int i = 0; i < kRings; ++i) {
       const Vec3<T> w =
           tangential<T>({creep.flow[k][1][i], creep.flow[k][2][i], creep.flow[k][3][i]}, normal);
       creep.flow[k][1][i] = w.x;
@@ -119,9 +119,9 @@ void turn_creep(const RelaxationView& relaxation, const Vec3<T>& normal,
 
 /// How far a ring may be deflected beside where it would come to rest, times lambda / mu (M48): by
 /// its spring where it touches, and by its branches. share: limit_share(), of the spring.
-template <class T, int N>
-T creeping_reach(const RelaxationView& relaxation, const RingTable<N>& table,
-                 const RingCreep<T, N>& creep, const T& at_0, int i, const T& depth_m,
+template <class T>
+T creeping_reach(const RelaxationView& relaxation, const RingTable& table,
+                 const RingCreep<T>& creep, const T& at_0, int i, const T& depth_m,
                  const T& share) noexcept {
   const T touching = share * (depth_m - table.threshold_m[i]);
   const T spring = value_of(touching) > 0 ? touching : T(0);
@@ -129,22 +129,22 @@ T creeping_reach(const RelaxationView& relaxation, const RingTable<N>& table,
   return (spring + press * (relaxation.fast - 1)) * (1 / relaxation.fast) - creep.rests[0][i];
 }
 
-/// ring_pull(), or with kSlips slip_rings(), of rings that relax: forces and energy of springs and
+/// ring_pull() of rings that relax: forces and energy of springs and
 /// branches, over what the normal curve says of slow motion. A ring slips where its traction is
 /// above the friction of what it bears, |q - rest| > mu(d) (h - rest) / lambda (M48); dashpots hold
 /// still in a slip, so it shortens |q - rest| and what is stored falls; the caller books by
 /// energies, so lost_J is 0.
-template <bool kSlips, class T, int N, class Anchors>
-RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable<N>& table,
-                          const RingBed<T, N>& bed, const RingDeflection<T>& at, Anchors& anchors,
-                          const RingCreep<T, N>& creep, const T& at_0,
+template <bool kSlips, class T, class Anchors>
+RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable& table,
+                          const RingBed<T>& bed, const RingDeflection<T>& at, Anchors& anchors,
+                          const RingCreep<T>& creep, const T& at_0,
                           const T& share_of_limit) noexcept {
   const double fast = relaxation.fast;
   const T lambda = bed.limit.lambda, mu = bed.limit.friction_at(at.depth_m);
   const bool is_stiff = value_of(lambda) > 0;
   Vec3<T> force{T(0), T(0), T(0)};
   T twice(0), along(0);
-  for (int i = 0; i < N; ++i) {
+  for (int i = 0; i < kRings; ++i) {
     const T stiffness = bed.stiffness_N_m[i], normal = is_stiff ? stiffness / lambda : T(0);
     const RingPress<T> press = ring_press(table, at_0, i, at.depth_m);
     const T h = press.value_m, rest = creep.rests[0][i];
@@ -171,8 +171,8 @@ RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable<N>& 
 
 /// g(d), and for each branch its share of g at the depth that is left to its dashpot of ring 1: the
 /// side force right after a step and at rest, and smooth between (M49).
-template <class T, int N>
-SideForce<T> creeping_side(const RelaxationView& relaxation, const RingBed<T, N>& bed,
+template <class T>
+SideForce<T> creeping_side(const RelaxationView& relaxation, const RingBed<T>& bed,
                            const T& depth_m, const T* flowed_m) noexcept {
   SideForce<T> out = side_force(bed, depth_m);
   for (int k = 0; k < relaxation.branches; ++k) {

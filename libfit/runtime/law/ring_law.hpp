@@ -72,10 +72,10 @@ T ring_slip_excess(const Spot& spot, const Vec3<T>& x, const T& beyond_m, const 
 /// Where the rings are anchored, relative to the contact point and tangential there [m]. Ring 1 is
 /// anchored at the contact point itself, at[0] = 0, but where the contact point could not follow.
 /// Component by component: compilers then take several rings at once.
-template <class T, int N>
+template <class T>
 struct RingAnchors {
-  T x[N], y[N], z[N];
-  T out[N];               ///< how far outward [m]; that of ring 1 is always 0
+  T x[kRings], y[kRings], z[kRings];
+  T out[kRings];          ///< how far outward [m]; that of ring 1 is always 0
   double slip_slope = 0;  ///< see slip_along() [1]
 
   Vec3<T> at(int i) const noexcept { return {x[i], y[i], z[i]}; }
@@ -88,10 +88,10 @@ struct RingAnchors {
 
 /// After the contact point moved by `way` to a place of another normal: the anchors of rings 2 to N
 /// stay where they are in space, but for what sticks out of the tangent plane.
-template <class T, int N>
-void carry_anchors(RingAnchors<T, N>& anchors, const Vec3<T>& way, const Vec3<T>& normal) noexcept {
+template <class T>
+void carry_anchors(RingAnchors<T>& anchors, const Vec3<T>& way, const Vec3<T>& normal) noexcept {
   const Vec3<T> first = anchors.at(0);
-  for (int i = 0; i < N; ++i) anchors.set(i, tangential(anchors.at(i) - way, normal));
+  for (int i = 0; i < kRings; ++i) anchors.set(i, tangential(anchors.at(i) - way, normal));
   anchors.set(0, first);
 }
 
@@ -101,8 +101,8 @@ template <class T>
 struct RingSpread {
   T value_m, slope;
 };
-template <class T, int N>
-RingSpread<T> ring_spread(const RingTable<N>& table, const RingBed<T, N>& bed, int i,
+template <class T>
+RingSpread<T> ring_spread(const RingTable& table, const RingBed<T>& bed, int i,
                           const T& depth_m) noexcept {
   const T reach = depth_m - table.threshold_m[i];
   if (!(value_of(reach) > 0)) return {T(0), T(0)};
@@ -110,8 +110,8 @@ RingSpread<T> ring_spread(const RingTable<N>& table, const RingBed<T, N>& bed, i
           bed.spread_1_m * (2.0 * depth_m)};
 }
 
-/// What the rings of a contact do at a depth: sum of lambda c_i q_i [N], what they store [J], what
-/// those that let go have dissipated [J]. q1: deflection of ring 1. along_N: along the normal,
+/// What the rings of a contact do at a depth: sum of lambda c_i q_i [kRings], what they store [J],
+/// what those that let go have dissipated [J]. q1: deflection of ring 1. along_N: along the normal,
 /// beside the normal curve. flowed_m: of rings that relax, what the dashpots of ring 1 have flowed,
 /// in the contact's memory.
 template <class T>
@@ -122,36 +122,6 @@ struct RingPull {
   T along_N = T(0);
   const T* flowed_m = nullptr;
 };
-/// What they store [J].
-template <class T, int N>
-T ring_energy(const RingTable<N>& table, const RingBed<T, N>& bed, const RingDeflection<T>& at,
-              const RingAnchors<T, N>& anchors) noexcept {
-  const Vec3<T> q1 = at.q - anchors.at(0);
-  T twice = bed.stiffness_N_m[0] * dot(q1, q1);
-  for (int i = 1; i < N; ++i) {
-    const Vec3<T> q = at.q - anchors.at(i);
-    const T r = ring_spread(table, bed, i, at.depth_m).value_m - anchors.out[i];
-    twice = twice + bed.stiffness_N_m[i] * (dot(q, q) + r * r);
-  }
-  return 0.5 * twice;
-}
-/// At anchors that hold.
-template <class T, int N>
-RingPull<T> ring_pull(const RingTable<N>& table, const RingBed<T, N>& bed,
-                      const RingDeflection<T>& at, const RingAnchors<T, N>& anchors) noexcept {
-  const Vec3<T> q1 = at.q - anchors.at(0);
-  Vec3<T> force = q1 * bed.stiffness_N_m[0];
-  T twice = bed.stiffness_N_m[0] * dot(q1, q1), along(0);
-  for (int i = 1; i < N; ++i) {
-    const Vec3<T> q = at.q - anchors.at(i);
-    const RingSpread<T> spread = ring_spread(table, bed, i, at.depth_m);
-    const T r = spread.value_m - anchors.out[i];
-    force = force + q * bed.stiffness_N_m[i];
-    along = along + bed.stiffness_N_m[i] * r * spread.slope;
-    twice = twice + bed.stiffness_N_m[i] * (dot(q, q) + r * r);
-  }
-  return {force, q1, 0.5 * twice, 0, along};
-}
 /// Whether a ring slips (B3): lambda times its deflection is beyond limit_m, or it does not touch
 /// (limit_m 0). share: what then is left of its deflection.
 template <class T>
@@ -164,34 +134,37 @@ bool ring_slips(const T& limit_m, const T& lambda_squared, const T& squared_m2, 
   return true;
 }
 
-/// After (B3) of rings 2 to N; share_of_limit: limit_share(). Rings that do not touch are anchored
-/// under the tool. It shortens every deflection, so the stored energy falls whatever the tick.
-template <class T, int N>
-RingPull<T> slip_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
-                       const RingDeflection<T>& at, const T& share_of_limit,
-                       RingAnchors<T, N>& anchors) noexcept {
+/// At anchors that hold, or with kSlips after (B3) of rings 2 to N; share_of_limit: limit_share().
+/// Rings that do not touch are then anchored under the tool. A slip shortens every deflection, so
+/// the stored energy falls whatever the tick.
+template <bool kSlips, class T, class Anchors>
+RingPull<T> ring_pull(const RingTable& table, const RingBed<T>& bed, const RingDeflection<T>& at,
+                      Anchors& anchors, const T& share_of_limit = T(1)) noexcept {
   const T squared_lambda = bed.limit.lambda * bed.limit.lambda,
           mu = share_of_limit * bed.limit.friction_at(at.depth_m);
   const Vec3<T> q1 = at.q - anchors.at(0);
   Vec3<T> force = q1 * bed.stiffness_N_m[0];
   T twice = bed.stiffness_N_m[0] * dot(q1, q1), along(0);
   double lost = 0;
-  for (int i = 1; i < N; ++i) {
-    const T reach = at.depth_m - table.threshold_m[i], stiffness = bed.stiffness_N_m[i];
-    const T limit_m = value_of(reach) > 0 ? mu * reach : T(0);
+  for (int i = 1; i < kRings; ++i) {
+    const T stiffness = bed.stiffness_N_m[i];
     const RingSpread<T> spread = ring_spread(table, bed, i, at.depth_m);
     Vec3<T> q = at.q - anchors.at(i);
     T r = spread.value_m - anchors.out[i];
     T squared = dot(q, q) + r * r;
-    T share(0);
-    if (ring_slips(limit_m, squared_lambda, squared, share)) {
-      const double before = value_of(squared);
-      q = q * share;
-      r = r * share;
-      squared = squared * (share * share);
-      lost += value_of(stiffness) * (before - value_of(squared));
-      anchors.set(i, at.q - q);
-      anchors.out[i] = spread.value_m - r;
+    if constexpr (kSlips) {
+      const T reach = at.depth_m - table.threshold_m[i];
+      const T limit_m = value_of(reach) > 0 ? mu * reach : T(0);
+      T share(0);
+      if (ring_slips(limit_m, squared_lambda, squared, share)) {
+        const double before = value_of(squared);
+        q = q * share;
+        r = r * share;
+        squared = squared * (share * share);
+        lost += value_of(stiffness) * (before - value_of(squared));
+        anchors.set(i, at.q - q);
+        anchors.out[i] = spread.value_m - r;
+      }
     }
     force = force + q * stiffness;
     along = along + stiffness * r * spread.slope;
@@ -203,11 +176,10 @@ RingPull<T> slip_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
 /// (B1) and its gradient by x (B2), (f^z + q.g') (u - P kappa q) + g + sum lambda c_i q_i, at
 /// anchors that hold. Where d <= 0 there is no force, and what is stored is of rings that let go at
 /// this tick. side: g(d) and its slope; normal_N, normal_J: f^z_c(d) and Z_c(d).
-template <class T, int N>
-Answer<T> ring_answer(const RingTable<N>& table, const RingBed<T, N>& bed,
-                      const RingDeflection<T>& at, const RingPull<T>& pull,
-                      const SideForce<T>& side, const Vec3<T>& normal, const T& normal_N,
-                      const T& normal_J) noexcept {
+template <class T>
+Answer<T> ring_answer(const RingTable& table, const RingBed<T>& bed, const RingDeflection<T>& at,
+                      const RingPull<T>& pull, const SideForce<T>& side, const Vec3<T>& normal,
+                      const T& normal_N, const T& normal_J) noexcept {
   const RingShare<T> share = ring_share(table, bed, at.depth_m);
   const T lateral_J = share.value * pull.stored_J;
   if (!(value_of(at.depth_m) > 0)) return {{T(0), T(0), T(0)}, lateral_J};
@@ -217,16 +189,6 @@ Answer<T> ring_answer(const RingTable<N>& table, const RingBed<T, N>& bed,
   return {(normal - tangential(at.curved, normal)) * along_N + side.value_N +
               pull.force_N * share.value,
           normal_J + dot(pull.q1, side.value_N) + lateral_J};
-}
-
-/// (B1) alone. ring_J: ring_energy().
-template <class T, int N>
-T ring_stored(const RingTable<N>& table, const RingBed<T, N>& bed, const RingDeflection<T>& at,
-              const Vec3<T>& q1, const T& ring_J, const SideForce<T>& side,
-              const T& normal_J) noexcept {
-  const T lateral_J = ring_share(table, bed, at.depth_m).value * ring_J;
-  if (!(value_of(at.depth_m) > 0)) return lateral_J;
-  return normal_J + dot(q1, side.value_N) + lateral_J;
 }
 
 /// A path as the excess reads it, and the excess at s with its slope. A path that can be read

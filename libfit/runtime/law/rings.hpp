@@ -38,9 +38,9 @@ struct RingKinematics {
 
 /// Anchors, and what a body that relaxes remembers of time.
 template <class T>
-struct RingMemory : RingAnchors<T, kRings> {
-  RingCreep<T, kRings> creep;  ///< nothing in it where the body does not relax
-  T beyond_m = T(0);           ///< how much deeper the tool is than ring 1 sees it
+struct RingMemory : RingAnchors<T> {
+  RingCreep<T> creep;  ///< nothing in it where the body does not relax
+  T beyond_m = T(0);   ///< how much deeper the tool is than ring 1 sees it
 };
 
 struct Rings {
@@ -252,17 +252,17 @@ struct Rings {
     return bed_under<T>(views, kinematics.spot);
   }
   template <class T, class Spot>
-  static RingPull<T> stick(const CurveViews& views, const RingBed<T, kRings>& bed,
+  static RingPull<T> stick(const CurveViews& views, const RingBed<T>& bed,
                            const RingKinematics<T, Spot>& kinematics,
                            const Memory<T>& memory) noexcept {
     if (relaxes(views))
       return creeping_pull<false>(views.relaxation, views.rings, bed, kinematics.at, memory,
                                   memory.creep, share_at_0(views.rings, bed, kinematics.spot),
                                   T(1));
-    return ring_pull(views.rings, bed, kinematics.at, memory);
+    return ring_pull<false>(views.rings, bed, kinematics.at, memory);
   }
   template <class T, class Spot>
-  static RingPull<T> slip(const CurveViews& views, const RingBed<T, kRings>& bed,
+  static RingPull<T> slip(const CurveViews& views, const RingBed<T>& bed,
                           const RingKinematics<T, Spot>& kinematics, Memory<T>& memory) noexcept {
     RingPull<T> pull =
         relaxes(views)
@@ -270,51 +270,41 @@ struct Rings {
                   views.relaxation, views.rings, bed, kinematics.at, memory, memory.creep,
                   share_at_0(views.rings, bed, kinematics.spot),
                   share_at(views, kinematics.spot, kinematics.at.depth_m, kinematics.normal_N))
-            : slip_rings(views.rings, bed, kinematics.at, kinematics.share, memory);
+            : ring_pull<true>(views.rings, bed, kinematics.at, memory, kinematics.share);
     if (bed.is_cut)
       pull.lost_J *= value_of(ring_share(views.rings, bed, kinematics.at.depth_m).value);
     return pull;
   }
   /// (B1) at anchors that hold; of spots that are not uneven.
   template <class T, class Spot>
-  static T stored_J(const CurveViews& views, const RingBed<T, kRings>& bed,
+  static T stored_J(const CurveViews& views, const RingBed<T>& bed,
                     const RingKinematics<T, Spot>& kinematics, const Memory<T>& memory) noexcept {
     static_assert(!IsUneven<Spot>::value, "answer() has its energy");
     const T d = kinematics.at.depth_m;
-    const T normal_J =
-        value_of(d) > 0
-            ? T(piece_under(views, kinematics.spot, kNormal, value_of(d), true).energy(d))
-            : T(0);
+    const T normal_J = energy_at(views, kinematics.spot, kNormal, d);
     const SideForce<T> side = side_under(views, bed, d, memory.creep.first);
-    return ring_stored(views.rings, bed, kinematics.at, kinematics.q1,
-                       relaxes(views) ? stick(views, bed, kinematics, memory).stored_J
-                                      : ring_energy(views.rings, bed, kinematics.at, memory),
-                       side, normal_J);
+    const T lateral_J =
+        ring_share(views.rings, bed, d).value * stick(views, bed, kinematics, memory).stored_J;
+    if (!(value_of(d) > 0)) return lateral_J;
+    return normal_J + dot(kinematics.q1, side.value_N) + lateral_J;
   }
   /// (B1) and (B2).
   template <class T, class Spot>
-  static Answer<T> answer(const CurveViews& views, const RingBed<T, kRings>& bed,
-                          const RingKinematics<T, Spot>& kinematics,
-                          const RingPull<T>& pull) noexcept {
+  static Answer<T> answer(const CurveViews& views, const RingBed<T>& bed,
+                          const RingKinematics<T, Spot>& kinematics, RingPull<T> pull) noexcept {
     const T d = kinematics.at.depth_m;
-    T normal_N = kinematics.normal_N, normal_J = T(0);
-    if (value_of(d) > 0)
-      normal_J = T(piece_under(views, kinematics.spot, kNormal, value_of(d), true).energy(d));
+    T normal_N = kinematics.normal_N, normal_J = energy_at(views, kinematics.spot, kNormal, d);
     const SideForce<T> side = side_under(views, bed, d, pull.flowed_m);
     if constexpr (IsUneven<Spot>::value) {
-      RingPull<T> uneven = pull;
       const auto added = unevenness(kinematics.spot, bed, d, normal_N);
-      uneven.force_N = pull.force_N * added.stiffening;
-      uneven.stored_J = pull.stored_J * added.stiffening;
-      uneven.along_N = pull.along_N * added.stiffening;
+      pull.force_N = pull.force_N * added.stiffening;
+      pull.stored_J = pull.stored_J * added.stiffening;
+      pull.along_N = pull.along_N * added.stiffening;
       normal_N = normal_N + added.slope_N_m;
       normal_J = normal_J + added.value_N;
-      return ring_answer(views.rings, bed, kinematics.at, uneven, side, kinematics.spot.normal,
-                         normal_N, normal_J);
-    } else {
-      return ring_answer(views.rings, bed, kinematics.at, pull, side, kinematics.spot.normal,
-                         normal_N, normal_J);
     }
+    return ring_answer(views.rings, bed, kinematics.at, pull, side, kinematics.spot.normal,
+                       normal_N, normal_J);
   }
 
  private:
@@ -325,8 +315,8 @@ struct Rings {
     return limit_share(views.rings, bed_under<T>(views, spot), depth_m, normal_N);
   }
   template <class T>
-  static SideForce<T> side_under(const CurveViews& views, const RingBed<T, kRings>& bed,
-                                 const T& depth_m, const T* flowed_m) noexcept {
+  static SideForce<T> side_under(const CurveViews& views, const RingBed<T>& bed, const T& depth_m,
+                                 const T* flowed_m) noexcept {
     return relaxes(views) ? creeping_side(views.relaxation, bed, depth_m, flowed_m)
                           : side_force(bed, depth_m);
   }

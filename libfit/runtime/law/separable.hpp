@@ -18,6 +18,14 @@ struct Rest {
   double slip_slope = 0;  ///< see slip_along() [N/m], or [1] where it slides as if frictionless
 };
 
+/// A tool's deflection in the frame of its contact point.
+template <class T>
+struct Deflection {
+  T normal_m;       ///< dz, > 0 in contact
+  T lateral_m;      ///< dr >= 0; exactly 0 below kLateralZero_m
+  Vec3<T> lateral;  ///< u^r; zero vector where dr is 0
+};
+
 /// A contact point with what a tool at x feels there: made once, read by slip test and force.
 template <class T, class Spot>
 struct ContactKinematics {
@@ -33,10 +41,10 @@ bool lacks_lateral(const CurveViews& views, const Spot& spot) noexcept {
   return !(value_of(spot.control(kLateral, views.view[kLateral].size() - 1)) > 0);
 }
 
-/// What families with one anchor and the slip law (M8) have in common. F brings
-/// deflection(views, spot, x, rest).
-template <class F>
-struct OneAnchor {
+struct Separable {
+  static constexpr const char* kName = "separable";
+  static constexpr Part kPart[] = {rising_curve("normal"), rising_curve("lateral"),
+                                   rising_curve("limit", kMaxNumber)};  // friction without bounds
   static constexpr int kCurves = 3;  ///< parts that are rising curves, from the first on
   static constexpr int kMemory = 4;
   static constexpr int kSwayPart = -1;
@@ -62,11 +70,25 @@ struct OneAnchor {
   static bool is_frictionless(const CurveViews& views, const Spot& spot) noexcept {
     return lacks_lateral(views, spot);
   }
+  /// Where a tool at x stands (M2).
+  template <class T, class Spot>
+  static Deflection<T> deflection(const Spot& spot, const Vec3<T>& x,
+                                  const Vec3<T>& rest) noexcept {
+    using std::sqrt;
+    const Vec3<T> delta = x - spot.point;
+    Deflection<T> out{dot(delta, spot.normal), T(0), {T(0), T(0), T(0)}};
+    const Vec3<T> lateral = delta - spot.normal * out.normal_m - rest;
+    const T squared = dot(lateral, lateral);
+    if (!(value_of(squared) > kLateralZero_m * kLateralZero_m)) return out;
+    out.lateral_m = sqrt(squared);
+    out.lateral = lateral * (1.0 / out.lateral_m);
+    return out;
+  }
   template <class T, class Spot>
   static ContactKinematics<T, Spot> kinematics(const CurveViews& views, const Spot& spot,
                                                const Vec3<T>& x, const Memory<T>& memory) noexcept {
-    const Deflection<T> d = F::deflection(views, spot, x, memory.at);
-    return {spot, d, lateral_force(views, spot, d)};
+    const Deflection<T> d = deflection(spot, x, memory.at);
+    return {spot, d, curve_at(views, spot, kLateral, d.lateral_m)};
   }
 
   /// The same kinematics at a spot of the same place.
@@ -125,9 +147,9 @@ struct OneAnchor {
   template <class T, class Spot>
   static T excess(const CurveViews& views, const Spot& spot, const Vec3<T>& x,
                   Excess kind) noexcept {
-    const Deflection<T> d = F::deflection(views, spot, x, {T(0), T(0), T(0)});
+    const Deflection<T> d = deflection(spot, x, {T(0), T(0), T(0)});
     if (kind == Excess::all) return d.lateral_m;
-    return lateral_force(views, spot, d) - curve_at(views, spot, kLimit, d.normal_m);
+    return curve_at(views, spot, kLateral, d.lateral_m) - curve_at(views, spot, kLimit, d.normal_m);
   }
   template <class Path>
   static const Path& way(const Path& path, const Vec3d&) noexcept {
@@ -139,8 +161,8 @@ struct OneAnchor {
     return excess(views, path.at(Dual(s, 1)), widened<Dual>(x), kind);
   }
   template <class Spot>
-  static double lateral_m(const CurveViews& views, const Spot& spot, const Vec3d& x) noexcept {
-    return F::deflection(views, spot, x, Vec3d{0, 0, 0}).lateral_m;
+  static double lateral_m(const CurveViews&, const Spot& spot, const Vec3d& x) noexcept {
+    return deflection(spot, x, Vec3d{0, 0, 0}).lateral_m;
   }
 
   template <class T>
@@ -163,7 +185,7 @@ struct OneAnchor {
     memory.at = memory.at + kinematics.d.lateral * (kinematics.d.lateral_m - length_m);
     kinematics.d.lateral_m = length_m;
     if (!(value_of(length_m) > 0)) kinematics.d.lateral = {T(0), T(0), T(0)};
-    kinematics.lateral_N = lateral_force(views, kinematics.spot, kinematics.d);
+    kinematics.lateral_N = curve_at(views, kinematics.spot, kLateral, kinematics.d.lateral_m);
   }
 
   /// What the law reads of a spot beside its curves: nothing.
@@ -231,20 +253,6 @@ struct OneAnchor {
     for (int k = piece.order - 1; k > 0; --k)
       slope = slope * (at - piece.knot) + k * value_of(piece.c[k]);
     return slope;
-  }
-};
-
-struct Separable : OneAnchor<Separable> {
-  static constexpr const char* kName = "separable";
-  static constexpr Part kPart[] = {rising_curve("normal"), rising_curve("lateral"),
-                                   rising_curve("limit", kMaxNumber)};  // friction without bounds
-
-  template <class T, class Spot>
-  static Deflection<T> deflection(const CurveViews&, const Spot& spot, const Vec3<T>& x,
-                                  const Vec3<T>& rest) noexcept {
-    const Vec3<T> delta = x - spot.point;
-    const T normal_m = dot(delta, spot.normal);
-    return deflection_of(normal_m, delta - spot.normal * normal_m - rest);
   }
 };
 

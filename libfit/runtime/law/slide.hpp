@@ -6,7 +6,7 @@
 // quadric of quadric.hpp, which also has replay_drag).
 //
 // A Path is a way the contact point can slide, with parameter s >= 0 [m] measured laterally:
-//   path.at(s)   -> Spot of deflection.hpp
+//   path.at(s)   -> Spot of response.hpp
 //   path.end()   -> where the path leaves its triangle or the tick's slip budget ends, may be
 //                   infinite
 //   path.plain() -> the same path with plain numbers; path.is_blocked(): no way to go;

@@ -12,8 +12,8 @@
 // is tick_alone().
 
 #include "../base/room.hpp"
-#include "alone.hpp"
 #include "give.hpp"
+#include "series_contact.hpp"
 
 namespace palpate {
 namespace runtime {

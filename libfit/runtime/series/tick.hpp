@@ -36,6 +36,28 @@ constexpr double kSameRadius = 1e-6;  ///< of the radius that curves were measur
 inline bool is_possible_radius(double radius_m) noexcept {
   return radius_m >= 0 && radius_m <= kMaxRadius_m;
 }
+/// A contact at the beginning of a tick of its ball at place_m in the body's coordinates, in which
+/// out is filled.
+inline SeriesContact begin_tick(const AssetView& asset, Contact& contact, const double place_m[3],
+                                double radius_m, Output& out) noexcept {
+  out.state = ContactState::air;
+  out.flags = 0;
+  contact.is_inside = false;
+  SeriesContact at;
+  at.asset = &asset;
+  at.contact = &contact;
+  at.out = &out;
+  at.radius_m = radius_m;
+  at.x = make_vec3<double>(place_m) - make_vec3<double>(asset.origin_m);
+  return at;
+}
+/// approach() of one whose radius is possible.
+inline void approach(SeriesContact& at, const Vec3d& aside_m, double dt_s) noexcept {
+  at.status = Status::radius_wrong;
+  if (!is_possible_radius(at.radius_m)) return forget(*at.contact);
+  at.status = approach(*at.asset, *at.contact, at.x, aside_m, at.radius_m,
+                       has_flow(*at.asset, Memories()), dt_s, at.step);
+}
 /// Curves of another ball than this one are off by tens of percent, so that it is flagged.
 inline bool is_other_radius(const AssetView& asset, double radius_m) noexcept {
   const double of = asset.probe_radius_m;
@@ -78,25 +100,11 @@ inline void finish(const AssetView& asset, const SeriesContact& at, const Ledger
 inline Status touch_ball(const AssetView& asset, Contact& contact, const double place_m[3],
                          double radius_m, Output& out, TangentOut tangent_N_m = nullptr,
                          double dt_s = 0, double worked_J = 0) noexcept {
-  out.state = ContactState::air;
-  out.flags = 0;
-  contact.is_inside = false;
   const Ledger before = contact.ledger;
-  SeriesContact at;
-  at.asset = &asset;
-  at.contact = &contact;
-  at.out = &out;
-  at.radius_m = radius_m;
-  at.x = make_vec3<double>(place_m) - make_vec3<double>(asset.origin_m);
+  SeriesContact at = begin_tick(asset, contact, place_m, radius_m, out);
   at.tangent_N_m = tangent_N_m;
   at.worked_J = worked_J;
-  if (is_possible_radius(radius_m)) {
-    at.status = approach(asset, contact, at.x, {0, 0, 0}, radius_m, has_flow(asset, Memories()),
-                         dt_s, at.step);
-  } else {
-    at.status = Status::radius_wrong;
-    forget(contact);
-  }
+  approach(at, {0, 0, 0}, dt_s);
   if (at.status == Status::ok && contact.triangle >= 0)
     tick_contacts(asset, contact.ledger, &at, 1);
   if (out.state == ContactState::air && contact.is_inside) contact.ledger = before;  // no answer
@@ -149,11 +157,7 @@ inline void approach_together(const AssetView& asset, const BallTick* ball, Seri
     const Vec3d aside = touching > 0 && contact.triangle < 0
                             ? sunk_beside(asset, place, force, touching, at[i].x, ball[i].radius_m)
                             : Vec3d{0, 0, 0};
-    at[i].status = is_possible_radius(ball[i].radius_m)
-                       ? approach(*at[i].asset, contact, at[i].x, aside, ball[i].radius_m,
-                                  has_flow(asset, Memories()), dt_s, at[i].step)
-                       : Status::radius_wrong;
-    if (at[i].status == Status::radius_wrong) forget(contact);
+    approach(at[i], aside, dt_s);
     const bool begins = was_outside && at[i].status == Status::ok && contact.triangle >= 0;
     if (touching > 0 && begins && contact.arm.reach_m > 0)
       lay_in_series(asset, at[i], place, force, touching);
@@ -196,16 +200,8 @@ inline void touch_together(const AssetView& asset, TogetherMemory& together, Bal
   }
   Room<SeriesContact, kMaxContacts> at;
   for (int i = 0; i < count; ++i) {
-    at.make(i);
     BallTick& b = ball[i];
-    b.out.state = ContactState::air;
-    b.out.flags = 0;
-    b.contact->is_inside = false;
-    at[i].asset = &met_by(asset, b);
-    at[i].contact = b.contact;
-    at[i].out = &b.out;
-    at[i].radius_m = b.radius_m;
-    at[i].x = make_vec3<double>(b.place_m) - make_vec3<double>(asset.origin_m);
+    at.make(i, begin_tick(met_by(asset, b), *b.contact, b.place_m, b.radius_m, b.out));
     at[i].tool = b.tool;
     at[i].worked_J = b.worked_J;
     at[i].tangent_N_m = b.tangent_N_m;

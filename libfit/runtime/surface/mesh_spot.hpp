@@ -115,8 +115,8 @@ RingNumbers<T> ring_numbers(const MeshSpot<S>& spot) noexcept {
   return out;
 }
 template <class T, class S>
-RingBed<T, kRings> bed_under(const CurveViews&, const MeshSpot<S>& spot) noexcept {
-  RingBed<T, kRings> bed;
+RingBed<T> bed_under(const CurveViews&, const MeshSpot<S>& spot) noexcept {
+  RingBed<T> bed;
   T c[kRings], side[6];
   for (int i = 0; i < kRings; ++i) c[i] = row_number(spot, kStiffnessAt + i);
   for (int i = 0; i < 6; ++i) side[i] = row_number(spot, kSideAt + i);
@@ -142,15 +142,6 @@ CurvePiece<S> piece_under(const CurveViews& views, const MeshSpot<S>& spot, int 
     out.area_J = out.area_J + spot.n[k] * own.area_J;
   }
   return out;
-}
-
-/// The sum of the first kCount numbers of three rows, weighted by area coordinates n (M4) or by
-/// their rates.
-template <int kCount>
-void blend_rows(const Corner* const corner[3], const double n[3], double* __restrict out) noexcept {
-  const double *p = corner[0]->row, *q = corner[1]->row, *r = corner[2]->row;
-  const double a = n[0], b = n[1], c = n[2];
-  for (int i = 0; i < kCount; ++i) out[i] = a * p[i] + b * q[i] + c * r[i];
 }
 
 /// What tells an asset, and an indenter that meets it, from others.
@@ -231,10 +222,13 @@ struct Corners {
       blend<kNumbersAt>(n, row_);
     return row_;
   }
+  /// The sum of the first kCount numbers of the rows, weighted by area coordinates n (M4) or by
+  /// their rates.
   template <int kCount>
-  void blend(const double n[3], double* out) const noexcept {
-    const Corner* const corner[3] = {&(*this)[0], &(*this)[1], &(*this)[2]};
-    blend_rows<kCount>(corner, n, out);
+  void blend(const double n[3], double* __restrict out) const noexcept {
+    const double *p = (*this)[0].row, *q = (*this)[1].row, *r = (*this)[2].row;
+    const double a = n[0], b = n[1], c = n[2];
+    for (int i = 0; i < kCount; ++i) out[i] = a * p[i] + b * q[i] + c * r[i];
   }
 
  private:

@@ -65,11 +65,11 @@ struct IsUneven<QuadricSpot<S, C, kIsPlain>> : std::true_type {};
 constexpr double kLeastStiffening = 0.2;
 template <class T>
 struct Unevenness {
-  T value_N, slope_N_m;  ///< p.g [J] and p.g' [N]
+  T value_N, slope_N_m;  ///< p.g [J] and p.g' [kRings]
   T stiffening;          ///< of the rings
 };
 template <class S, class C, bool kIsPlain>
-Unevenness<S> unevenness(const QuadricSpot<S, C, kIsPlain>& spot, const RingBed<S, kRings>& bed,
+Unevenness<S> unevenness(const QuadricSpot<S, C, kIsPlain>& spot, const RingBed<S>& bed,
                          const S& depth_m, const S& normal_N) noexcept {
   const SideForce<S> side = side_force(bed, depth_m);
   Unevenness<S> out{dot(spot.shadow, side.value_N), dot(spot.shadow, side.slope_N_m), S(1)};

@@ -21,7 +21,7 @@ struct SpotCache {
   double length = 1;                  ///< of the blended normal
   CurvePiece<double> curve[kCurves];  ///< around the depth of the last tick
   RingNumbers<double> numbers = {};   ///< of a body of rings
-  RingBed<double, kRings> bed = {};   ///< likewise
+  RingBed<double> bed = {};           ///< likewise
   Corners corners;
 };
 
@@ -90,7 +90,7 @@ const RingNumbers<double>& ring_numbers(const CachedSpot& spot) noexcept {
   return spot.cache->numbers;
 }
 template <class T>
-const RingBed<double, kRings>& bed_under(const CurveViews&, const CachedSpot& spot) noexcept {
+const RingBed<double>& bed_under(const CurveViews&, const CachedSpot& spot) noexcept {
   return spot.cache->bed;
 }
 

@@ -59,24 +59,34 @@ inline void try_entry(const AssetView& asset, int t, const Vec3d& p, const Vec3d
   for (int k = 0; k < 3; ++k) best.n[k] = n[k] > 0 ? n[k] / sum : 0;
 }
 
-/// First entry through a solid triangle, from outside to inside, on the way from p to q [m],
-/// relative to the origin. Work: the tree nodes that the way may meet; stack of kMaxTreeDepth + 1.
-inline Entry first_entry(const AssetView& asset, const Vec3d& p, const Vec3d& q) noexcept {
-  Entry best;
+/// Calls act(t) for the triangles of the tree's leaves, left ones first, below nodes that
+/// meets(node) takes.
+template <class Meets, class Act>
+void visit(const AssetView& asset, const Meets& meets, const Act& act) noexcept {
   int stack[kMaxTreeDepth + 2];
   int size = 0;
   stack[size++] = 0;
   while (size > 0) {
     const int at = stack[--size];
     const TreeNode& node = asset.tree[at];
-    const Vec3d until = best.triangle < 0 ? q : p + (q - p) * best.along;  // later entries lose
-    if (!may_meet(node, p, until, asset.skin_m)) continue;
+    if (!meets(node)) continue;
     if (node.items == 0) {
       stack[size++] = node.at;
       stack[size++] = at + 1;
     }
-    for (int i = 0; i < node.items; ++i) try_entry(asset, asset.tree_item[node.at + i], p, q, best);
+    for (int i = 0; i < node.items; ++i) act(asset.tree_item[node.at + i]);
   }
+}
+
+/// First entry through a solid triangle, from outside to inside, on the way from p to q [m],
+/// relative to the origin. Work: the tree nodes that the way may meet.
+inline Entry first_entry(const AssetView& asset, const Vec3d& p, const Vec3d& q) noexcept {
+  Entry best;
+  const auto meets = [&](const TreeNode& node) noexcept {
+    const Vec3d until = best.triangle < 0 ? q : p + (q - p) * best.along;  // later entries lose
+    return may_meet(node, p, until, asset.skin_m);
+  };
+  visit(asset, meets, [&](int t) noexcept { try_entry(asset, t, p, q, best); });
   return best;
 }
 
@@ -100,24 +110,16 @@ inline bool is_under(const AssetView& asset, const Vec3d& x) noexcept {
   const double beyond = 1e3 * asset.skin_m;
   out[axis] = is_up ? double(root.hi[axis]) + beyond : double(root.lo[axis]) - beyond;
   const Vec3d outside = make_vec3<double>(out);
-  int stack[kMaxTreeDepth + 2];
-  int size = 0, left = 0;
-  stack[size++] = 0;
-  while (size > 0) {
-    const int n = stack[--size];
-    const TreeNode& node = asset.tree[n];
-    if (!may_meet(node, x, outside, asset.skin_m)) continue;
-    if (node.items == 0) {
-      stack[size++] = node.at;
-      stack[size++] = n + 1;
-    }
-    for (int i = 0; i < node.items; ++i) {
-      Entry leaves, enters;
-      try_entry(asset, asset.tree_item[node.at + i], outside, x, leaves);
-      try_entry(asset, asset.tree_item[node.at + i], x, outside, enters);
-      left += (leaves.triangle >= 0) - (enters.triangle >= 0);
-    }
-  }
+  int left = 0;
+  const auto meets = [&](const TreeNode& node) noexcept {
+    return may_meet(node, x, outside, asset.skin_m);
+  };
+  visit(asset, meets, [&](int t) noexcept {
+    Entry leaves, enters;
+    try_entry(asset, t, outside, x, leaves);
+    try_entry(asset, t, x, outside, enters);
+    left += (leaves.triangle >= 0) - (enters.triangle >= 0);
+  });
   return left > 0;
 }
 

@@ -30,12 +30,8 @@ struct ToolBall {
   const AssetView* met = nullptr;
 };
 
-/// What touches, and a damper parallel to the curves, b(dz) = b min(1, dz / damper_depth_m)
-/// [N s/m] against the tool's own motion along u and across it, each with its own b; of several
-/// balls each has its share of it. It fades to nothing at the surface, so contact begins and ends
-/// without a pop; it never pulls the tool in, and as it resists the tool's own motion its work is
-/// never negative, whatever other tools do to the surface. Last of all the force is brought up over
-/// ramp_s from the first tick on, and down to max_force_N; energies are those of the whole force.
+/// What touches; palpate_tool (palpate.h) says what damper, ramp and cap do. The damper resists the
+/// tool's own motion, so its work is never negative, whatever other tools do to the surface.
 struct ToolShape {
   int balls = 1;
   ToolBall ball[kMaxContacts];
@@ -110,7 +106,6 @@ struct ToolOutput {
   double normal_m = 0, lateral_m = 0;
   double stored_J = 0, dissipated_J = 0, refused_J = 0;
   std::int64_t refused_ticks = 0;
-  double damper_N = 0;  ///< part of the force on the body along the normals
   double damped_J = 0;
   int touching = 0;  ///< balls in contact
   ContactState state = ContactState::air;
@@ -324,7 +319,6 @@ class ToolTick {
       if (approach_m_s > out.approach_m_s || out.approach_m_s == 0) out.approach_m_s = approach_m_s;
     }
     const DamperForce damper = damper_force(tool_->shape, ball, step, in_->dt_s);
-    out.damper_N += damper.along_N;
     tool_->damped_J += damper.along_N * dot(step, u) + dot(damper.lateral_N, step);
     return make_vec3<double>(ball.force_on_tool_N) - u * damper.along_N - damper.lateral_N;
   }
@@ -428,14 +422,6 @@ inline void touch_tools(const AssetView& asset, Tool* const* tool, const ToolInp
     tool[i]->together = *group;
     status[i] = tick[i].end(out[i]);
   }
-}
-/// The same of one.
-inline Status touch_tool(const AssetView& asset, Tool& tool, const ToolInput& in,
-                         ToolOutput& out) noexcept {
-  Tool* const only = &tool;
-  Status status = Status::ok;
-  touch_tools(asset, &only, &in, &out, &status, 1);
-  return status;
 }
 
 }  // namespace runtime

@@ -59,7 +59,7 @@ TEST(hostile_blocks, a_shape_response_is_refused_for_every_fault_of_its_own) {
 
 AssetBytes small_relaxing_asset() {
   Model model = sphere_model(0.03, 6, uniform(400, 300, 0.3));
-  make_rings(model, 1, 0.03, [](const Vec3&) { return 1.0; });
+  make_rings(model, 1, 0.03, even);
   model.curves.relaxation.share = Eigen::Vector2d(0.5, 0.8);
   model.curves.relaxation.time_s = Eigen::Vector2d(0.05, 0.6);
   return make_asset_bytes(model, {.meta_json = "{\"a\": 1}"});

@@ -91,65 +91,49 @@ TEST(hostile_bytes, changed_bytes_with_a_good_checksum_never_harm) {
 
 TEST(hostile_bytes, each_fault_has_its_status) {
   const auto nan = std::numeric_limits<float>::quiet_NaN();
-  using D = unsigned char*;
-  EXPECT_EQ(open_changed([](D, Header& h) { h.magic[0] = 'Q'; }), Status::not_an_asset);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.endian_mark = 0x04030201; }),
-            Status::other_endianness);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.version = runtime::kVersion + 1; }),
-            Status::other_version);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.file_bytes += 64; }), Status::size_wrong);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.vertices = -1; }), Status::layout_wrong);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.triangles = 1 << 30; }), Status::layout_wrong);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.meta_bytes = ~std::uint64_t{0}; }),
-            Status::layout_wrong);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.offset[3] += 64; }), Status::layout_wrong);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.degree[1] = 5; }), Status::layout_wrong);
-  EXPECT_EQ(
-      open_changed([](D, Header& h) { h.origin_m[1] = std::numeric_limits<double>::infinity(); }),
-      Status::numbers_wrong);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.max_step_m = 0; }), Status::numbers_wrong);
-  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kVertices, 7, nan); }),
-            Status::vertices_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTriangles, 4, h.vertices); }),
-            Status::triangles_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTriangles, 4, -1); }),
-            Status::triangles_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNeighbours, 0, h.triangles); }),
-            Status::neighbours_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNeighbours, 0, 5); }),
-            Status::neighbours_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNormals, 2, 3.0F); }),
-            Status::normals_wrong);
-  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kNormals, 0, nan); }),
-            Status::normals_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kControls, 3, -1.0F); }),
-            Status::controls_wrong);
-  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kControls, 3, nan); }),
-            Status::controls_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kControls, 0, 1.0F); }),
-            Status::controls_wrong);
+  const Header whole = header_of(small_asset());
+  const auto header = [](const std::function<void(Header&)>& change) {
+    return open_changed([&](unsigned char*, Header& h) { change(h); });
+  };
+  const auto poked = [](int section, std::size_t index, auto value) {
+    return open_changed(
+        [=](unsigned char* data, Header& h) { poke(data, h, section, index, value); });
+  };
+  EXPECT_EQ(header([](Header& h) { h.magic[0] = 'Q'; }), Status::not_an_asset);
+  EXPECT_EQ(header([](Header& h) { h.endian_mark = 0x04030201; }), Status::other_endianness);
+  EXPECT_EQ(header([](Header& h) { h.version = runtime::kVersion + 1; }), Status::other_version);
+  EXPECT_EQ(header([](Header& h) { h.file_bytes += 64; }), Status::size_wrong);
+  EXPECT_EQ(header([](Header& h) { h.vertices = -1; }), Status::layout_wrong);
+  EXPECT_EQ(header([](Header& h) { h.triangles = 1 << 30; }), Status::layout_wrong);
+  EXPECT_EQ(header([](Header& h) { h.meta_bytes = ~std::uint64_t{0}; }), Status::layout_wrong);
+  EXPECT_EQ(header([](Header& h) { h.offset[3] += 64; }), Status::layout_wrong);
+  EXPECT_EQ(header([](Header& h) { h.degree[1] = 5; }), Status::layout_wrong);
+  EXPECT_EQ(header([](Header& h) { h.origin_m[1] = std::numeric_limits<double>::infinity(); }),
+            Status::numbers_wrong);
+  EXPECT_EQ(header([](Header& h) { h.max_step_m = 0; }), Status::numbers_wrong);
+  EXPECT_EQ(poked(runtime::kVertices, 7, nan), Status::vertices_wrong);
+  EXPECT_EQ(poked(runtime::kTriangles, 4, whole.vertices), Status::triangles_wrong);
+  EXPECT_EQ(poked(runtime::kTriangles, 4, -1), Status::triangles_wrong);
+  EXPECT_EQ(poked(runtime::kNeighbours, 0, whole.triangles), Status::neighbours_wrong);
+  EXPECT_EQ(poked(runtime::kNeighbours, 0, 5), Status::neighbours_wrong);
+  EXPECT_EQ(poked(runtime::kNormals, 2, 3.0F), Status::normals_wrong);
+  EXPECT_EQ(poked(runtime::kNormals, 0, nan), Status::normals_wrong);
+  EXPECT_EQ(poked(runtime::kControls, 3, -1.0F), Status::controls_wrong);
+  EXPECT_EQ(poked(runtime::kControls, 3, nan), Status::controls_wrong);
+  EXPECT_EQ(poked(runtime::kControls, 0, 1.0F), Status::controls_wrong);
   for (const std::int32_t record : {-1, 1 << 30})
-    EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kRecords, 4, record); }),
-              Status::controls_wrong);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.records = 0; }), Status::layout_wrong);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.records = h.vertices + 1; }), Status::layout_wrong);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.reserved = 1; }), Status::layout_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke<std::uint8_t>(d, h, runtime::kCovered, 2, 0); }),
-            Status::controls_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kPartTable, 2, 0.0); }),
-            Status::curves_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kPartTable + 2, 12, 0.5); }),
-            Status::curves_wrong);
-  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kMaxDepth, 1, nan); }),
-            Status::triangles_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTreeNodes, 6, 0); }),
-            Status::tree_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTreeNodes, 6, h.tree_nodes); }),
-            Status::tree_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTreeItems, 0, h.triangles); }),
-            Status::tree_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kCheckTicks, 15 * 6 + 5, 1.0); }),
-            Status::replay_differs);
+    EXPECT_EQ(poked(runtime::kRecords, 4, record), Status::controls_wrong);
+  EXPECT_EQ(header([](Header& h) { h.records = 0; }), Status::layout_wrong);
+  EXPECT_EQ(header([](Header& h) { h.records = h.vertices + 1; }), Status::layout_wrong);
+  EXPECT_EQ(header([](Header& h) { h.reserved = 1; }), Status::layout_wrong);
+  EXPECT_EQ(poked(runtime::kCovered, 2, std::uint8_t{0}), Status::controls_wrong);
+  EXPECT_EQ(poked(runtime::kPartTable, 2, 0.0), Status::curves_wrong);
+  EXPECT_EQ(poked(runtime::kPartTable + 2, 12, 0.5), Status::curves_wrong);
+  EXPECT_EQ(poked(runtime::kMaxDepth, 1, nan), Status::triangles_wrong);
+  EXPECT_EQ(poked(runtime::kTreeNodes, 6, 0), Status::tree_wrong);
+  EXPECT_EQ(poked(runtime::kTreeNodes, 6, whole.tree_nodes), Status::tree_wrong);
+  EXPECT_EQ(poked(runtime::kTreeItems, 0, whole.triangles), Status::tree_wrong);
+  EXPECT_EQ(poked(runtime::kCheckTicks, 15 * 6 + 5, 1.0), Status::replay_differs);
 }
 
 // A weight of basis function k on interval i, power m, of a part.

@@ -1,5 +1,3 @@
-#include "libfit/assets/tree.hpp"
-
 #include <gtest/gtest.h>
 
 #include <random>

@@ -17,7 +17,6 @@ Model plate(double friction, const std::function<double(const Vec3&)>& scale,
   make_rings(model, friction, 0, scale, [&](const Vec3&) { return side_N_m2; });
   return model;
 }
-double even(const Vec3&) { return 1; }
 double uneven(const Vec3& x) { return 1 + 0.8 * std::sin(200 * x[0]); }
 
 Certificate certify(const Model& model, std::uint64_t seed = 1) {

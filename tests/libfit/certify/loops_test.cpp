@@ -36,7 +36,7 @@ Model even_cylinder(int around, double friction) {
   model.inward_normal = Points::Zero(vertices, 3);
   model.inward_normal.leftCols(2) = -model.surface.vertices.leftCols(2).rowwise().normalized();
   model.is_covered.assign(static_cast<std::size_t>(vertices), 1);
-  make_rings(model, 1, 0, [](const Vec3&) { return 1.0; });
+  make_rings(model, 1, 0, even);
   model.curves.basis[0] = {1, {0, kRange_m}};
   model.curves.control[0] = Controls::Zero(vertices, 2);
   for (Eigen::Index v = 0; v < vertices; ++v) {

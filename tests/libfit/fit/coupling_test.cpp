@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "libfit/core/statistics.hpp"
-#include "libfit/runtime/asset/check_blocks.hpp"
+#include "libfit/runtime/asset/check.hpp"
 #include "tests/libfit/runtime/models.hpp"
 
 namespace palpate::test {

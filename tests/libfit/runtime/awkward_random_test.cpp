@@ -41,15 +41,11 @@ struct Walker {
   const AwkwardBody& subject;
   std::mt19937& random;
   Tool tool;
-  double radius_m;
   Vec3 x = Vec3(0, 0, 0.05), goal = x;
   double before_J = 0;        // dissipated but what friction has laid by
   std::array<int, 5> seen{};  // not finite, teleported, inside, vertex, frictionless
 
   double draw() { return std::uniform_real_distribution<double>(-1, 1)(random); }
-  void tick(const Vec3& at) {
-    tool.status = touch_ball(subject.body.asset, tool.contact, at.data(), radius_m, tool.out);
-  }
   void expect_silence() {
     for (double f : tool.out.force_on_tool_N) ASSERT_EQ(f, 0);
     ASSERT_EQ(tool.out.state, ContactState::air);
@@ -78,15 +74,15 @@ struct Walker {
                           -std::numeric_limits<double>::infinity()};
     Vec3 at = x;
     at[static_cast<int>(random() % 3)] = bad[random() % 3];
-    tick(at);
+    tool.tick(at);
     ASSERT_EQ(tool.status, Status::tip_not_finite);
     expect_silence();
     ++seen[0];
   }
   void teleport() {
-    tick(x);  // a tick after NaN only learns where the tip is
+    tool.tick(x);  // a tick after NaN only learns where the tip is
     x += Vec3(draw(), draw(), draw()).normalized() * std::pow(10.0, 1 + 10 * std::abs(draw()));
-    tick(x);
+    tool.tick(x);
     ASSERT_EQ(tool.status, Status::tip_teleported);
     expect_silence();
     x = goal = Vec3(0, 0, 0.05);
@@ -97,7 +93,7 @@ struct Walker {
     tool.contact = Contact();
     before_J = 0;
     x = goal = Vec3(0.002 * draw(), 0.002 * draw(), -0.01);
-    tick(x);
+    tool.tick(x);
     ASSERT_EQ(tool.status, Status::ok);
     expect_silence();
     ++seen[2];
@@ -113,7 +109,7 @@ struct Walker {
     tool.contact = Contact();
     before_J = 0;
     for (const Vec3& stop : {x, at, Vec3(at + 0.002 * inward)}) {
-      tick(x = goal = stop);
+      tool.tick(x = goal = stop);
       ASSERT_EQ(tool.status, Status::ok);
       expect_sense();
     }
@@ -127,7 +123,7 @@ TEST(awkward, states_in_any_order_stay_finite_bounded_and_flagged) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     const AwkwardBody subject = awkward_body(random, seed);
-    Walker walker{subject, random, Tool(subject.body.asset), seed % 4 < 2 ? 0 : 0.002};
+    Walker walker{subject, random, Tool(subject.body.asset, seed % 4 < 2 ? 0 : 0.002)};
     for (int tick = 0; tick < 4000 && !testing::Test::HasFatalFailure(); ++tick) {
       switch (random() % 200) {
         case 0:
@@ -148,7 +144,7 @@ TEST(awkward, states_in_any_order_stay_finite_bounded_and_flagged) {
           break;
         default:
           walker.x += (walker.goal - walker.x) * 0.05;
-          walker.tick(walker.x);
+          walker.tool.tick(walker.x);
           ASSERT_EQ(walker.tool.status, Status::ok) << "tick " << tick;
           walker.expect_sense();
       }

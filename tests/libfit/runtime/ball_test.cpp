@@ -12,27 +12,6 @@ namespace {
 
 using runtime::Vec3d;
 
-/// A tool that is a ball.
-struct Ball {
-  const Asset& asset;
-  double radius_m;
-  Contact contact{};
-  Output out{};
-  Status status = Status::ok;
-
-  Ball(const Asset& a, double radius) : asset(a), radius_m(radius) {}
-  Vec3 tick(const Vec3& centre_m) {  // force ON the body
-    status = touch_ball(asset, contact, centre_m.data(), radius_m, out);
-    return -Vec3::Map(out.force_on_tool_N);
-  }
-  Vec3 go(const Vec3& from_m, const Vec3& to_m, double step_m) {
-    const int steps = std::max(1, static_cast<int>(std::ceil((to_m - from_m).norm() / step_m)));
-    Vec3 force = Vec3::Zero();
-    for (int i = 1; i <= steps; ++i) force = tick(from_m + (to_m - from_m) * (double(i) / steps));
-    return force;
-  }
-};
-
 // Least distance from a point to the asset's surface, by looking at every triangle.
 double distance_m(const Asset& asset, const Vec3& at) {
   const Vec3d p{at[0] - asset.origin_m[0], at[1] - asset.origin_m[1], at[2] - asset.origin_m[2]};
@@ -55,7 +34,7 @@ Loaded load_plate(double mu = 0.3) {
 TEST(ball, a_flat_body_is_touched_one_radius_above_it_at_any_speed) {
   const Loaded plate = load_plate(1e6);
   for (double step : {1e-5, 1e-3, 0.05, 0.2}) {
-    Ball ball(plate.asset, 0.005);
+    Tool ball(plate.asset, 0.005);
     const Vec3 start(0.0012, 0.0007, 0.0051), way(0.3 * step, -0.1 * step, -step);
     Vec3 x = start;
     ball.tick(x);
@@ -102,7 +81,7 @@ TEST(ball, a_hollow_is_touched_by_facets_on_both_sides) {
     model.inward_normal.row(v) = Vec3(x < 0 ? -1 : x > 0 ? 1 : 0, 0, -1).normalized().transpose();
   }
   const Loaded valley = load(model);
-  Ball ball(valley.asset, 0.004);
+  Tool ball(valley.asset, 0.004);
   ball.go({0.0002, 0.001, 0.01}, {0.0002, 0.001, 0.004}, 1e-5);
   ASSERT_NE(ball.out.state, ContactState::air);
   EXPECT_GT(ball.out.contact_m[0], 0.0025);  // a ball stands on the slopes, off the bottom
@@ -112,7 +91,7 @@ TEST(ball, a_hollow_is_touched_by_facets_on_both_sides) {
 TEST(ball, contact_begins_and_ends_without_a_pop) {
   const Loaded sphere = load(sphere_model(0.03, 10, uniform(400, 300, 0.3)));
   for (int round = 0; round < 20; ++round) {
-    Ball ball(sphere.asset, 0.005);
+    Tool ball(sphere.asset, 0.005);
     const double a = 0.3 * round;
     const Vec3 out(std::cos(a) * 0.8, std::sin(a) * 0.8, 0.6), aside(-std::sin(a), std::cos(a), 0);
     Vec3 before = Vec3::Zero(), x = out * 0.0355;
@@ -140,7 +119,7 @@ TEST(ball, pressing_again_right_after_lifting_off_is_felt) {
   std::mt19937 random(5);
   std::normal_distribution<double> gauss;
   for (int round = 0; round < 50; ++round) {
-    Ball ball(sphere.asset, 0.006);
+    Tool ball(sphere.asset, 0.006);
     const Vec3 out = Vec3(gauss(random), gauss(random), gauss(random)).normalized();
     const Vec3 aside = out.cross(Vec3(gauss(random), gauss(random), gauss(random))).normalized();
     ball.go(out * 0.037, out * 0.033, 1e-4);
@@ -166,7 +145,7 @@ TEST(ball, one_that_lifted_off_at_an_edge_is_felt_when_it_presses_again) {
   int lifted = 0;
   double jump_N = 0;
   for (int round = 0; round < 200; ++round) {
-    Ball ball(box.asset, kRadius_m);
+    Tool ball(box.asset, kRadius_m);
     Vec3 x(place(random), place(random), place(random)), before = Vec3::Zero();
     const auto axis = static_cast<Eigen::Index>(random() % 3);
     const double side = random() % 2 == 0 ? 1 : -1;
@@ -199,7 +178,7 @@ TEST(ball, one_that_lifted_off_at_an_edge_is_felt_when_it_presses_again) {
 TEST(ball, rolling_a_depth_around_a_round_body_keeps_the_depth) {
   // x = p + R u(c): the centre goes around at R + r - d, the force stays k d.
   const Loaded sphere = load(sphere_model(0.03, 60, uniform(400, 300, 0)));
-  Ball ball(sphere.asset, 0.008);
+  Tool ball(sphere.asset, 0.008);
   const auto at = [](double angle, double depth) {
     return Vec3((0.038 - depth) * std::sin(angle), 0.0001, (0.038 - depth) * std::cos(angle));
   };
@@ -224,7 +203,7 @@ TEST(ball, a_tip_on_a_body_that_was_measured_with_a_ball_is_that_ball) {
   const Vec3 touch(0, 0, kBody_m), up(0, 0, 1);
   const std::vector<Vec3> way = {touch + 0.001 * up, touch - kDepth_m * up,
                                  touch + Vec3(kAside_m, 0, -kDepth_m)};
-  Ball tip(measured_with_ball.asset, 0), ball(measured_with_ball.asset, kBall_m),
+  Tool tip(measured_with_ball.asset, 0), ball(measured_with_ball.asset, kBall_m),
       bare(measured_with_tip.asset, 0);
   for (std::size_t i = 1; i < way.size(); ++i) {
     const Vec3 force = tip.go(way[i - 1], way[i], 2e-5);
@@ -233,7 +212,7 @@ TEST(ball, a_tip_on_a_body_that_was_measured_with_a_ball_is_that_ball) {
     EXPECT_LT((force - wanted).norm(), 1e-9 * wanted.norm()) << "leg " << i;
     EXPECT_LT((Vec3::Map(tip.out.acts_at_m) - Vec3::Map(ball.out.acts_at_m)).norm(), 1e-12);
   }
-  const auto angle = [](const Ball& at) {
+  const auto angle = [](const Tool& at) {
     return std::atan2(at.out.contact_m[0], at.out.contact_m[2]);
   };
   EXPECT_NEAR(angle(tip), std::atan2(kAside_m, kBody_m + kBall_m - kDepth_m), 0.01);
@@ -248,7 +227,7 @@ TEST(ball, a_tip_that_stands_for_a_ball_feels_nothing_where_it_touches) {
   std::normal_distribution<double> gauss;
   for (int round = 0; round < 200; ++round) {
     const Vec3 out = Vec3(gauss(random), gauss(random), gauss(random)).normalized();
-    Ball tip(body.asset, 0);
+    Tool tip(body.asset, 0);
     Vec3 force = tip.tick(0.031 * out);
     for (double r = 0.031; tip.out.state == ContactState::air; r -= 1e-5) force = tip.tick(r * out);
     EXPECT_LT(force.norm(), 700 * 1.1e-5) << "round " << round;
@@ -257,7 +236,7 @@ TEST(ball, a_tip_that_stands_for_a_ball_feels_nothing_where_it_touches) {
 
 TEST(ball, a_vanishing_ball_is_a_tip) {
   const Loaded sphere = load(sphere_model(0.03, 20, uniform(400, 300, 0.3)));
-  Ball ball(sphere.asset, 1e-9), nothing(sphere.asset, 0);
+  Tool ball(sphere.asset, 1e-9), nothing(sphere.asset, 0);
   Tool tip(sphere.asset);
   for (int i = 0; i < 3000; ++i) {
     const double t = i * 1e-3, r = 0.0295 + 0.001 * std::cos(9 * t);
@@ -271,7 +250,7 @@ TEST(ball, a_vanishing_ball_is_a_tip) {
 TEST(ball, one_that_begins_deep_inside_feels_nothing_until_it_came_out) {
   const Loaded sphere = load(sphere_model(0.03, 20, uniform(400, 300, 0.3)));
   for (double start : {0.0, 0.02, 0.028, 0.031, 0.033}) {
-    Ball ball(sphere.asset, 0.005);
+    Tool ball(sphere.asset, 0.005);
     const Vec3 out(0.48, 0.6, 0.64);
     for (int i = 0; i < 50; ++i) {
       ball.tick(out * (start + 0.0002 * std::sin(0.3 * i)));
@@ -291,7 +270,7 @@ TEST(ball, one_that_begins_deep_inside_feels_nothing_until_it_came_out) {
 TEST(ball, bad_radii_are_refused) {
   const Loaded plate = load_plate();
   for (double radius : {-1.0, std::numeric_limits<double>::quiet_NaN(), 1e300}) {
-    Ball ball(plate.asset, radius);
+    Tool ball(plate.asset, radius);
     ball.tick({0, 0, -0.001});
     EXPECT_EQ(ball.status, Status::radius_wrong);
     EXPECT_EQ(ball.out.state, ContactState::air);
@@ -308,7 +287,7 @@ TEST(ball, a_ball_larger_than_the_hollow_it_slides_in_stays_finite) {
   }
   const Loaded waves = load(model);
   for (double radius : {0.003, 0.006, 0.02, 0.2}) {
-    Ball ball(waves.asset, radius);
+    Tool ball(waves.asset, radius);
     for (int i = 0; i < 6000; ++i) {
       const double x = -0.03 + 1e-5 * i;
       const Vec3 f = ball.tick({x, 0.0013, radius + 0.004 - 0.006 * std::min(1.0, i / 500.0)});

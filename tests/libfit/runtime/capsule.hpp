@@ -50,7 +50,10 @@ struct Capsule {
     ToolInput in;
     in.pose = to_pose(pose);
     in.dt_s = dt_s;
-    return touch_tool(loaded.asset, tool, in, out);
+    runtime::Tool* const only = &tool;
+    runtime::Status status;
+    touch_tools(loaded.asset, &only, &in, &out, &status, 1);
+    return status;
   }
   Vec3 force() const { return -Vec3::Map(out.force_on_tool_N); }
   Vec3 torque() const { return -Vec3::Map(out.torque_on_tool_Nm); }

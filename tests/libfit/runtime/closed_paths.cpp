@@ -169,7 +169,9 @@ class Path {
     runtime::ToolOutput tick;
     runtime::put(x_, in.pose.position_m);
     in.dt_s = dt_s;
-    touch_tool(asset_, tool_, in, tick);
+    runtime::Tool* const only = &tool_;
+    Status status;
+    touch_tools(asset_, &only, &in, &tick, &status, 1);
     const bool is_capped = (tick.flags & runtime::kFlagCapped) != 0;
     const Vec3d force = runtime::make_vec3<double>(now.force_on_tool_N),
                 shown = runtime::make_vec3<double>(tick.force_on_tool_N);
@@ -277,7 +279,7 @@ Model rough_sphere(unsigned seed, double height_m) {
   std::uniform_real_distribution<double> draw(-1, 1);
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
     model.surface.vertices.row(v) *= 1 + height_m / 0.03 * draw(random);
-  make_rings(model, 1, 0.03, [](const Vec3&) { return 1.0; });
+  make_rings(model, 1, 0.03, even);
   return model;
 }
 Model groove() {
@@ -287,12 +289,12 @@ Model groove() {
     model.surface.vertices(v, 2) = std::tan(std::numbers::pi / 6) * std::abs(x);
     model.inward_normal.row(v) = Vec3(0.5 * side, 0, side == 0 ? -1 : -std::sqrt(0.75)).transpose();
   }
-  make_rings(model, 1, 0, [](const Vec3&) { return 1.0; });
+  make_rings(model, 1, 0, even);
   return model;
 }
 Model box() {
   Model model = box_model(0.03, 12, uniform(400, 300, 0.3));
-  make_rings(model, 1, 0, [](const Vec3&) { return 1.0; });
+  make_rings(model, 1, 0, even);
   return model;
 }
 

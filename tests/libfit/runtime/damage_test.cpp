@@ -9,15 +9,13 @@
 #include <vector>
 
 #include "libfit/runtime/palpate.h"
+#include "tests/libfit/assets/changed_bytes.hpp"
 #include "tests/libfit/runtime/damaged_body.hpp"
 
 namespace palpate::test {
 namespace {
 
 constexpr runtime::DamageView kSoft{1.3, 0.02, 0.15, 0.012};
-
-double even(const Vec3&) { return 1; }
-Model plate() { return plate_model(0.08, 16, uniform(400, 300, 0.3)); }
 
 Model softening(Model model, const runtime::DamageView& damage = kSoft, double friction = 0.5,
                 const std::function<double(const Vec3&)>& scale = even,
@@ -27,20 +25,8 @@ Model softening(Model model, const runtime::DamageView& damage = kSoft, double f
   return model;
 }
 
-struct Hand {
-  explicit Hand(const runtime::AssetView& of) : asset(of) {}
-  Vec3 go(const Vec3& at) {
-    status = touch(asset, contact, at.data(), out);
-    return -Vec3::Map(out.force_on_tool_N);
-  }
-  const runtime::AssetView& asset;
-  Contact contact;
-  Output out;
-  Status status = Status::ok;
-};
-
 // Of the law's force, that the contact bears.
-double share_of(const Hand& hand) {
+double share_of(const Tool& hand) {
   if (hand.contact.triangle < 0) return 1;
   return runtime::SofteningMemory::energy(hand.asset, hand.contact, hand.contact.law_J).share;
 }
@@ -79,12 +65,12 @@ TEST(damage, the_share_is_the_slope_of_what_is_stored_and_both_fall_with_what_wa
 TEST(damage, a_place_pressed_again_answers_with_its_softened_force_until_it_is_pressed_deeper) {
   const Loaded loaded = load(softening(plate()));
   DamagedBody body(loaded.asset);
-  Hand hand(body.view), whole(loaded.asset);
-  const auto press = [&](Hand& of, double from, double to) {
+  Tool hand(body.view), whole(loaded.asset);
+  const auto press = [&](Tool& of, double from, double to) {
     const int ticks = 200;
-    for (int k = 0; k <= ticks; ++k) of.go({1e-3, 0.7e-3, from + (to - from) * k / ticks});
+    for (int k = 0; k <= ticks; ++k) of.tick({1e-3, 0.7e-3, from + (to - from) * k / ticks});
   };
-  for (Hand* of : {&hand, &whole}) press(*of, 1e-3, -4e-3);
+  for (Tool* of : {&hand, &whole}) press(*of, 1e-3, -4e-3);
   EXPECT_EQ(std::memcmp(hand.out.force_on_tool_N, whole.out.force_on_tool_N, 24), 0)
       << "first loading";
   const double most_J = whole.out.stored_J;
@@ -93,25 +79,25 @@ TEST(damage, a_place_pressed_again_answers_with_its_softened_force_until_it_is_p
   };
   EXPECT_LT(borne_now().most_J, most_J) << "the last of it is told when the tool goes back";
   EXPECT_GT(borne_now().most_J, 0.95 * most_J);
-  for (Hand* of : {&hand, &whole}) press(*of, -4e-3, -2e-3);
+  for (Tool* of : {&hand, &whole}) press(*of, -4e-3, -2e-3);
   const runtime::Borne borne = borne_now();
   EXPECT_NEAR(borne.most_J, most_J, 1e-6 * most_J);
   const double share = runtime::softened(kSoft, borne.unit_J, most_J, whole.out.stored_J).share;
   EXPECT_LT(share, 0.6);
   EXPECT_NEAR(hand.out.force_on_tool_N[2], share * whole.out.force_on_tool_N[2],
               1e-5 * whole.out.force_on_tool_N[2]);
-  for (Hand* of : {&hand, &whole}) press(*of, -2e-3, 1e-3);
-  for (Hand* of : {&hand, &whole}) press(*of, 1e-3, -2e-3);
+  for (Tool* of : {&hand, &whole}) press(*of, -2e-3, 1e-3);
+  for (Tool* of : {&hand, &whole}) press(*of, 1e-3, -2e-3);
   EXPECT_NEAR(hand.out.force_on_tool_N[2], share * whole.out.force_on_tool_N[2],
               1e-5 * whole.out.force_on_tool_N[2])
       << "and again after it was out";
-  for (Hand* of : {&hand, &whole}) press(*of, -2e-3, -6e-3);
+  for (Tool* of : {&hand, &whole}) press(*of, -2e-3, -6e-3);
   EXPECT_NEAR(hand.out.force_on_tool_N[2], whole.out.force_on_tool_N[2],
               1e-6 * whole.out.force_on_tool_N[2])
       << "beyond";
-  Hand far(body.view), far_whole(loaded.asset);
-  for (Hand* of : {&far, &far_whole})
-    for (int k = 0; k <= 200; ++k) of->go({0.03, 0.03, 1e-3 - 3e-3 * k / 200});
+  Tool far(body.view), far_whole(loaded.asset);
+  for (Tool* of : {&far, &far_whole})
+    for (int k = 0; k <= 200; ++k) of->tick({0.03, 0.03, 1e-3 - 3e-3 * k / 200});
   EXPECT_EQ(std::memcmp(far.out.force_on_tool_N, far_whole.out.force_on_tool_N, 24), 0)
       << "elsewhere";
 }
@@ -119,23 +105,24 @@ TEST(damage, a_place_pressed_again_answers_with_its_softened_force_until_it_is_p
 TEST(damage, beside_a_place_that_has_borne_more_it_grows_without_a_jump) {
   const Loaded loaded = load(softening(plate(), {1.1, 0.01, 0.1, 0}));
   DamagedBody body(loaded.asset);
-  Hand hand(body.view);
-  for (double z = 1e-3; z > -6e-3; z -= 1e-5) hand.go({0, 0, z});
-  hand.go({0, 0, 1e-3});
-  hand.go({3.1e-3, 1.4e-3, 1e-3});
+  Tool hand(body.view);
+  for (double z = 1e-3; z > -6e-3; z -= 1e-5) hand.tick({0, 0, z});
+  hand.tick({0, 0, 1e-3});
+  hand.tick({3.1e-3, 1.4e-3, 1e-3});
   double before_N = 0, steepest_N_m = 0, softest = 1;
   for (double z = 1e-3; z > -9e-3; z -= 1e-6) {
-    const double now_N = hand.go({3.1e-3, 1.4e-3, z}).norm();
+    const double now_N = hand.tick({3.1e-3, 1.4e-3, z}).norm();
     steepest_N_m = std::max(steepest_N_m, std::abs(now_N - before_N) / 1e-6);
     softest = std::min(softest, share_of(hand));
     before_N = now_N;
   }
   EXPECT_LT(softest, 0.9);
-  Hand whole(loaded.asset);
+  Tool whole(loaded.asset);
   double stiffness_N_m = 0;
   for (double z = 1e-3; z > -9e-3; z -= 1e-5) {
     const double was_N = Vec3::Map(whole.out.force_on_tool_N).norm();
-    stiffness_N_m = std::max(stiffness_N_m, (whole.go({3.1e-3, 1.4e-3, z}).norm() - was_N) / 1e-5);
+    stiffness_N_m =
+        std::max(stiffness_N_m, (whole.tick({3.1e-3, 1.4e-3, z}).norm() - was_N) / 1e-5);
   }
   // eta' f^2 beside eta f': on its way back to first loading the force is steeper, but does not
   // jump.
@@ -145,12 +132,12 @@ TEST(damage, beside_a_place_that_has_borne_more_it_grows_without_a_jump) {
 TEST(damage, with_r_below_one_a_dent_stays) {
   const Loaded loaded = load(softening(plate(), {0.6, 0.02, 0.15, 0.012}));
   DamagedBody body(loaded.asset);
-  Hand hand(body.view);
-  for (double z = 1e-3; z > -4e-3; z -= 2e-5) hand.go({1e-3, 0.7e-3, z});
-  for (double z = -4e-3; z < 1e-3; z += 2e-5) hand.go({1e-3, 0.7e-3, z});
+  Tool hand(body.view);
+  for (double z = 1e-3; z > -4e-3; z -= 2e-5) hand.tick({1e-3, 0.7e-3, z});
+  for (double z = -4e-3; z < 1e-3; z += 2e-5) hand.tick({1e-3, 0.7e-3, z});
   double touched_m = 0;
   for (double z = 1e-3; z > -4e-3; z -= 2e-5)
-    if (hand.go({1e-3, 0.7e-3, z}).norm() > 0 && touched_m == 0) touched_m = -z;
+    if (hand.tick({1e-3, 0.7e-3, z}).norm() > 0 && touched_m == 0) touched_m = -z;
   EXPECT_GT(touched_m, 1e-3);
   EXPECT_LT(touched_m, 4e-3);
 }
@@ -169,16 +156,16 @@ TEST(damage, an_asset_without_it_has_the_bytes_of_one_that_knows_none) {
 TEST(damage, a_saved_body_goes_on_with_the_same_bits_and_bytes_that_are_none_are_refused) {
   const Loaded loaded = load(softening(plate()));
   DamagedBody body(loaded.asset);
-  Hand hand(body.view);
-  for (double z = 1e-3; z > -4e-3; z -= 1e-4) hand.go({1e-3, 0.7e-3, z});
+  Tool hand(body.view);
+  for (double z = 1e-3; z > -4e-3; z -= 1e-4) hand.tick({1e-3, 0.7e-3, z});
   const std::vector<std::uint64_t> saved = body.memory;
   const Contact kept = hand.contact;
-  const Vec3 first = hand.go({2e-3, 0.7e-3, -6e-3});
+  const Vec3 first = hand.tick({2e-3, 0.7e-3, -6e-3});
   EXPECT_NE(body.memory, saved);
   body.memory = saved;
   ASSERT_TRUE(runtime::is_body(loaded.asset, body.memory.data(), 8 * saved.size()));
   hand.contact = kept;
-  EXPECT_EQ(hand.go({2e-3, 0.7e-3, -6e-3}), first);
+  EXPECT_EQ(hand.tick({2e-3, 0.7e-3, -6e-3}), first);
 
   const auto refused = [&](std::vector<std::uint64_t> bytes) {
     return !runtime::is_body(loaded.asset, bytes.data(), 8 * bytes.size());
@@ -196,10 +183,10 @@ TEST(damage, a_saved_body_goes_on_with_the_same_bits_and_bytes_that_are_none_are
 TEST(damage, the_tangent_is_the_slope_of_what_a_tick_answers) {
   const Loaded loaded = load(softening(plate()));
   DamagedBody body(loaded.asset);
-  Hand hand(body.view);
-  for (double z = 1e-4; z > -6e-3; z -= 1e-4) hand.go({0, 0.7e-3, z});
-  for (double z = -6e-3; z < 2e-4; z += 1e-4) hand.go({0, 0.7e-3, z});
-  hand.go({0, 0.7e-3, 1e-4});
+  Tool hand(body.view);
+  for (double z = 1e-4; z > -6e-3; z -= 1e-4) hand.tick({0, 0.7e-3, z});
+  for (double z = -6e-3; z < 2e-4; z += 1e-4) hand.tick({0, 0.7e-3, z});
+  hand.tick({0, 0.7e-3, 1e-4});
   int checked = 0;
   for (int i = 1; i <= 90; ++i) {
     const Vec3 x(1e-5 * std::max(0, i - 40), 0.7e-3 + 3e-6 * std::max(0, i - 70),
@@ -234,7 +221,7 @@ TEST(damage, the_tangent_is_the_slope_of_what_a_tick_answers) {
     }
     body.memory = saved;
     hand.contact = before;
-    hand.go(x);
+    hand.tick(x);
   }
   EXPECT_GT(checked, 100);
 }
@@ -243,17 +230,11 @@ TEST(damage, numbers_that_damage_cannot_follow_are_refused) {
   const Model model = softening(plate());
   for (const double bad : {-1.0, 0.0, std::numeric_limits<double>::quiet_NaN(), 1e9})
     for (const int number : {0, 3, 5}) {
-      if (number == 3 && bad == 0) continue;  // no reach is one
-      if (number == 5 && bad == 0) continue;
+      if (number > 0 && bad == 0) continue;  // no reach is one
       AssetBytes bytes = make_asset_bytes(model, {});
       std::memcpy(bytes.data() + bytes.size() - sizeof(runtime::DamageBlock) + 8 * number, &bad, 8);
-      runtime::Header header;
-      std::memcpy(&header, bytes.data(), sizeof header);
-      header.checksum = runtime::asset_checksum(bytes.data(), bytes.size());
-      std::memcpy(bytes.data(), &header, sizeof header);
-      Status status;
-      Asset::open(bytes.data(), bytes.size(), &status);
-      EXPECT_EQ(status, Status::block_wrong) << bad << " at " << number;
+      fix_checksum(bytes, bytes.size());
+      EXPECT_EQ(open(bytes, bytes.size()), Status::block_wrong) << bad << " at " << number;
     }
 }
 

@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "tests/libfit/runtime/models.hpp"
+#include "tests/libfit/assets/changed_bytes.hpp"
 
 namespace palpate::test {
 namespace {
@@ -159,13 +159,8 @@ TEST_P(Elsewhere, stands_in_the_asset_as_another_kind_of_vertex) {
   const auto offset =
       reinterpret_cast<const unsigned char*>(mean.asset.covered) - mean.bytes.data();
   bytes.data()[offset] = 3;
-  runtime::Header header;
-  std::memcpy(&header, bytes.data(), sizeof header);
-  header.checksum = runtime::asset_checksum(bytes.data(), bytes.size());
-  std::memcpy(bytes.data(), &header, sizeof header);
-  Status status;
-  Asset::open(bytes.data(), bytes.size(), &status);
-  EXPECT_EQ(status, Status::controls_wrong);
+  fix_checksum(bytes, bytes.size());
+  EXPECT_EQ(open(bytes, bytes.size()), Status::controls_wrong);
 }
 
 }  // namespace

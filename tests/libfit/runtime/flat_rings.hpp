@@ -8,12 +8,11 @@
 
 namespace palpate::runtime {
 
-template <class T, int N>
-RingAnchors<T, N> no_anchors() noexcept {
-  RingAnchors<T, N> out;
-  for (int i = 0; i < N; ++i) {
-    out.set(i, {T(0), T(0), T(0)});
-    out.out[i] = T(0);
+inline RingAnchors<double> no_anchors() noexcept {
+  RingAnchors<double> out;
+  for (int i = 0; i < kRings; ++i) {
+    out.set(i, {0, 0, 0});
+    out.out[i] = 0;
   }
   return out;
 }

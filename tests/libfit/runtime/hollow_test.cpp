@@ -12,7 +12,7 @@ namespace {
 /// A plate with a pit of Gaussian shape; curvatures as a ball's centre sees them.
 Model pit_model(double depth_m, double width_m, double ball_m) {
   Model model = plate_model(0.08, 80, uniform(400, 300, 0.3));
-  make_rings(model, 0.5, 0, [](const Vec3&) { return 1.0; });
+  make_rings(model, 0.5, 0, even);
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
     Vec3 x = model.surface.vertices.row(v);
     const double squared = x.squaredNorm() / (width_m * width_m);

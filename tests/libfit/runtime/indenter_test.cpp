@@ -52,7 +52,7 @@ double half_space_N(const Indenter& tool, double depth_m) {
 // A plate that answers the ball as an even half-space does, on rows from kDepth_m / 14 on.
 Model half_space_model(double friction = 0) {
   Model model = plate_model(0.12, 24, uniform(400, 300, 0.3));
-  make_rings(model, friction, 0, [](const Vec3&) { return 1.0; });
+  make_rings(model, friction, 0, even);
   const Indenter ball = runtime::ball_indenter(kBall_m);
   // Degree 1 through the exact curve on fine pieces: what a fit of exact rows would find.
   constexpr int kPieces = 70;

@@ -17,41 +17,8 @@
 namespace palpate::test {
 namespace {
 
+using runtime::Jet3;
 using runtime::Vec3d;
-
-// A value with three derivatives, as the fitter's Jets.
-struct Jet {
-  double a = 0, v[3] = {0, 0, 0};
-  Jet() = default;
-  explicit Jet(double value) : a(value) {}
-};
-template <class F>
-Jet combine(double a, const Jet& x, const Jet& y, F f) {
-  Jet out(a);
-  for (int i = 0; i < 3; ++i) out.v[i] = f(x.v[i], y.v[i]);
-  return out;
-}
-Jet operator+(const Jet& x, const Jet& y) {
-  return combine(x.a + y.a, x, y, [](double p, double q) { return p + q; });
-}
-Jet operator-(const Jet& x, const Jet& y) {
-  return combine(x.a - y.a, x, y, [](double p, double q) { return p - q; });
-}
-Jet operator*(const Jet& x, const Jet& y) {
-  return combine(x.a * y.a, x, y, [&](double p, double q) { return p * y.a + x.a * q; });
-}
-Jet operator/(const Jet& x, const Jet& y) {
-  return combine(x.a / y.a, x, y, [&](double p, double q) { return (p - x.a / y.a * q) / y.a; });
-}
-Jet operator-(const Jet& x, double y) { return x - Jet(y); }
-Jet operator*(const Jet& x, double y) { return x * Jet(y); }
-Jet operator*(double x, const Jet& y) { return Jet(x) * y; }
-Jet operator/(const Jet& x, double y) { return x / Jet(y); }
-Jet operator/(double x, const Jet& y) { return Jet(x) / y; }
-Jet sqrt(const Jet& x) {
-  const double root = std::sqrt(x.a);
-  return combine(root, x, x, [&](double p, double) { return p / (2 * root); });
-}
 
 // Three straight curves over [0, 1] m: slopes are the only controls.
 struct StraightCurves {
@@ -125,7 +92,7 @@ TEST(law, forces_at_fixed_contacts_are_the_reference_cylinders) {
     }
     spot.normal = runtime::normalized(spot.normal);
     const Vec3d x{c[4], c[5], c[6]};
-    const auto d = runtime::Separable::deflection(views, spot, x, {0, 0, 0});
+    const auto d = runtime::Separable::deflection(spot, x, {0, 0, 0});
     EXPECT_NEAR(d.normal_m, c[7], 1e-15) << text;
     EXPECT_NEAR(d.lateral_m, c[8], 1e-12) << text;
     const Vec3d f = test::force_from_touch(views, spot, x);
@@ -220,10 +187,10 @@ TEST(law, derivatives_flow_through_slips_and_lifts) {
   const runtime::Quadric quadric{{0, 0, 1}, {-10, 2, 0, 2, -20, 0, 0, 0, 0}};
   const std::array<double, 3> slope{400, 300, 100};
   const std::vector<double> deflection = curved_drag();
-  std::array<Jet, 3> jets{Jet(400), Jet(300), Jet(100)};
+  std::array<Jet3, 3> jets{Jet3(400), Jet3(300), Jet3(100)};
   for (std::size_t i = 0; i < 3; ++i) jets[i].v[i] = 1;
   int slipped = 0;
-  const auto force = replay<Jet>(jets, quadric, deflection, &slipped);
+  const auto force = replay<Jet3>(jets, quadric, deflection, &slipped);
   EXPECT_GT(slipped, 15);
   for (std::size_t i = 0; i < 3; ++i) {
     auto up = slope, down = slope;
@@ -242,7 +209,7 @@ TEST(law, derivatives_flow_through_slips_and_lifts) {
 TEST(law, values_of_jets_and_doubles_agree) {
   const runtime::Quadric quadric{{0, 0, 1}, {-10, 2, 0, 2, -20, 0, 0, 0, 0}};
   const auto plain = replay<double>({400, 300, 100}, quadric, curved_drag());
-  const auto jets = replay<Jet>({Jet(400), Jet(300), Jet(100)}, quadric, curved_drag());
+  const auto jets = replay<Jet3>({Jet3(400), Jet3(300), Jet3(100)}, quadric, curved_drag());
   for (std::size_t row = 0; row < plain.size(); ++row) {
     EXPECT_NEAR(plain[row].x, jets[row].x.a, 1e-12) << row;
     EXPECT_NEAR(plain[row].z, jets[row].z.a, 1e-12) << row;

@@ -159,6 +159,9 @@ inline Model sphere_model(double radius_m, int rings,
   return model;
 }
 
+/// One everywhere: the scale of a body that is even.
+inline double even(const Vec3&) { return 1; }
+
 /// A square plate in z = 0 of `cells` x `cells` x 2 triangles, outward +z.
 inline Model plate_model(double side_m, int cells,
                          const std::function<PointCurves(const Vec3&)>& curves) {
@@ -181,6 +184,8 @@ inline Model plate_model(double side_m, int cells,
   set_curves(model, curves, 0.01, 8);
   return model;
 }
+
+inline Model plate() { return plate_model(0.08, 16, uniform(400, 300, 0.3)); }
 
 /// A closed box about the origin, `cells` x `cells` x 2 triangles a side; normals of edges and
 /// corners are those between their sides.
@@ -336,17 +341,19 @@ inline Loaded load(const Model& model, const ExportOptions& options = {}) {
   return out;
 }
 
-/// A tool that remembers its contact and latest output.
+/// A tip, or a ball, that remembers its contact and latest output.
 struct Tool {
-  const Asset& asset;
+  const runtime::AssetView& asset;
+  double radius_m, dt_s;
   Contact contact{};
   Output out{};
   Status status = Status::ok;
 
-  explicit Tool(const Asset& a) : asset(a) {}
-  Vec3 tick(const Vec3& tip_m) {  // force of the tool ON the body
-    status = touch(asset, contact, tip_m.data(), out);
-    return {-out.force_on_tool_N[0], -out.force_on_tool_N[1], -out.force_on_tool_N[2]};
+  explicit Tool(const runtime::AssetView& a, double radius = 0, double tick_s = 0)
+      : asset(a), radius_m(radius), dt_s(tick_s) {}
+  Vec3 tick(const Vec3& place_m) {  // force of the tool ON the body
+    status = touch_ball(asset, contact, place_m.data(), radius_m, out, nullptr, dt_s);
+    return -Vec3::Map(out.force_on_tool_N);
   }
   /// Straight on to `tip_m` in steps no longer than step_m; returns the last force on the body.
   Vec3 go(const Vec3& from_m, const Vec3& tip_m, double step_m) {

@@ -63,13 +63,11 @@ struct Walk {
   double max_stored_J = 0, quadrature_J = 0;
   Vec3 x, before_N = Vec3::Zero();
 
-  Walk(const Asset& asset, const Vec3& start, double radius_m) : tool(asset), radius(radius_m) {
+  Walk(const Asset& asset, const Vec3& start, double radius_m) : tool(asset, radius_m) {
     tick(x = start);
   }
   Vec3 tick(const Vec3& at) {
-    const Vec3 centre = at + Vec3(0, 0, radius);
-    tool.status = touch_ball(tool.asset, tool.contact, centre.data(), radius, tool.out);
-    const Vec3 f = -Vec3::Map(tool.out.force_on_tool_N);
+    const Vec3 f = tool.tick(at + Vec3(0, 0, tool.radius_m));
     quadrature_J += 0.5 * (f + before_N).dot(at - x);
     before_N = f;
     x = at;
@@ -88,9 +86,6 @@ struct Walk {
   }
   // The exact work so far: energies at the contact point held while the tool moved.
   double work_J() const { return tool.out.stored_J + tool.out.dissipated_J; }
-
- private:
-  double radius;
 };
 
 TEST(passivity, stored_energy_and_tank_never_rise_without_work_at_any_tick_length) {

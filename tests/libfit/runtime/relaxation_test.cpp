@@ -28,33 +28,21 @@ Model relaxing(Model model, double friction, double radius_m,
   model.curves.control[runtime::kSpread].setZero();
   return model;
 }
-double even(const Vec3&) { return 1; }
-Model plate() { return plate_model(0.08, 16, uniform(400, 300, 0.3)); }
-
-struct TimedTool {
-  explicit TimedTool(const Asset& of) : asset(of) {}
-  Vec3 go(const Vec3& at, double dt_s = kTick_s) {
-    status = touch(asset, contact, at.data(), out, nullptr, dt_s);
-    return -Vec3::Map(out.force_on_tool_N);
-  }
-  const Asset& asset;
-  Contact contact;
-  Output out;
-  Status status = Status::ok;
-};
 
 TEST(relaxation, a_pressed_plate_relaxes_to_slow_motion) {
   const Loaded fast = load(relaxing(plate(), 1, 0, even, two_branches()));
   const Loaded slow = load(relaxing(plate(), 1, 0, even, {}));
-  TimedTool tool(fast.asset), still(slow.asset);
-  tool.go({0, 0, 1e-4});
-  still.go({0, 0, 1e-4});
+  Tool tool(fast.asset, 0, kTick_s), still(slow.asset, 0, kTick_s);
+  tool.tick({0, 0, 1e-4});
+  still.tick({0, 0, 1e-4});
   const Vec3 deep(0, 0, -6e-3);
-  const double slow_N = still.go(deep).norm(), first_N = tool.go(deep, 1e-5).norm();
+  tool.dt_s = 1e-5;
+  const double slow_N = still.tick(deep).norm(), first_N = tool.tick(deep).norm();
+  tool.dt_s = kTick_s;
   EXPECT_NEAR(first_N / slow_N, 2.3, 0.01);
   double t = 1e-5;
   for (int i = 0; i < 6000; ++i) {
-    const double force_N = tool.go(deep).norm();
+    const double force_N = tool.tick(deep).norm();
     t += kTick_s;
     ASSERT_NEAR(force_N / slow_N, 1 + 0.5 * std::exp(-t / 0.05) + 0.8 * std::exp(-t / 0.6), 0.01);
   }
@@ -66,9 +54,9 @@ TEST(relaxation, a_pressed_plate_relaxes_to_slow_motion) {
 TEST(relaxation, the_fitter_replays_what_the_engine_answers) {
   const Model model = relaxing(plate(), 1, 0, even, two_branches());
   const Loaded loaded = load(model);
-  TimedTool tool(loaded.asset);
+  Tool tool(loaded.asset, 0, kTick_s);
   const Vec3 start(1.1e-3, 0.7e-3, 0);  // off the edges
-  tool.go(start + Vec3(0, 0, 1e-8));
+  tool.tick(start + Vec3(0, 0, 1e-8));
   std::vector<double> way, time_s;
   std::vector<Vec3> answers;
   for (int i = 1; i <= 3000; ++i) {
@@ -78,7 +66,7 @@ TEST(relaxation, the_fitter_replays_what_the_engine_answers) {
                  -6e-3 * std::min(t, 1.0));
     way.insert(way.end(), {x[0], x[1], x[2]});
     time_s.push_back(i * kTick_s);
-    answers.push_back(tool.go(start + x));
+    answers.push_back(tool.tick(start + x));
   }
   const float* node = loaded.asset.node(loaded.asset.corner(tool.contact.triangle, 0));
   std::vector<double> control(static_cast<std::size_t>(loaded.asset.controls_per_vertex));
@@ -98,10 +86,11 @@ TEST(relaxation, the_fitter_replays_what_the_engine_answers) {
 TEST(relaxation, a_time_step_that_is_none_is_refused) {
   const Loaded loaded = load(relaxing(plate(), 1, 0, even, two_branches()));
   for (const double dt_s : {0.0, -1.0, 1e-6, 2e6, std::nan("")}) {
-    TimedTool tool(loaded.asset);
-    tool.go({0, 0, 1e-4});
-    EXPECT_GT(tool.go({0, 0, -1e-3}).norm(), 0);
-    EXPECT_EQ(tool.go({0, 0, -1e-3}, dt_s).norm(), 0);
+    Tool tool(loaded.asset, 0, kTick_s);
+    tool.tick({0, 0, 1e-4});
+    EXPECT_GT(tool.tick({0, 0, -1e-3}).norm(), 0);
+    tool.dt_s = dt_s;
+    EXPECT_EQ(tool.tick({0, 0, -1e-3}).norm(), 0);
     EXPECT_EQ(tool.status, Status::time_step_wrong) << dt_s;
   }
 }
@@ -113,10 +102,10 @@ TEST(relaxation, without_branches_an_asset_has_the_bytes_of_one_that_knows_no_ti
       make_asset_bytes(relaxing(plate(), 1, 0, even, two_branches()), {});
   EXPECT_EQ(relaxing_bytes.size(), bytes.size() + sizeof(runtime::RelaxationBlock));
   const Loaded loaded = load(slow);
-  TimedTool with(loaded.asset), without(loaded.asset);
+  Tool with(loaded.asset, 0, kTick_s), without(loaded.asset);
   for (int i = 0; i < 500; ++i) {
     const Vec3 x(1e-5 * i, 0, 1e-4 - 1e-5 * i);
-    EXPECT_EQ(with.go(x, kTick_s), without.go(x, 0));
+    EXPECT_EQ(with.tick(x), without.tick(x));
   }
 }
 
@@ -132,12 +121,12 @@ TEST(relaxation, stored_energy_and_tank_never_rise_without_work) {
     Model model = body.model(friction);
     model.curves.relaxation = relaxation;
     const Loaded loaded = load(model);
-    TimedTool tool(loaded.asset);
+    Tool tool(loaded.asset, 0, kTick_s);
     const Vec3 top(0, 0, body.top_m());
     Vec3 x = top + Vec3(0, 0, 1e-3);
-    tool.go(x);
-    const double step_m = std::pow(10, -5 + 3 * body.unit()),
-                 dt_s = std::pow(10, -5 + 6 * body.unit());
+    tool.tick(x);
+    const double step_m = std::pow(10, -5 + 3 * body.unit());
+    tool.dt_s = std::pow(10, -5 + 6 * body.unit());
     double lost_J = 0, most_J = 0;
     for (int leg = 0; leg < 9; ++leg) {
       const bool lifts = leg % 4 == 3;
@@ -148,7 +137,7 @@ TEST(relaxation, stored_energy_and_tank_never_rise_without_work) {
       const int ticks = std::clamp(static_cast<int>((to - from).norm() / step_m), 1, 2000);
       for (int k = 1; k <= ticks; ++k) {
         x = from + (to - from) * (double(k) / ticks);
-        tool.go(x, dt_s);
+        tool.tick(x);
         ASSERT_EQ(tool.status, Status::ok) << "seed " << seed;
         most_J = std::max(most_J, tool.out.stored_J);
         const double now_J = tool.out.dissipated_J - tool.contact.ledger.tank_J;
@@ -168,8 +157,8 @@ TEST(relaxation, stored_energy_and_tank_never_rise_without_work) {
 
 TEST(relaxation, the_tangent_is_the_slope_of_what_a_tick_answers) {
   const Loaded loaded = load(relaxing(plate(), 1, 0, even, two_branches()));
-  TimedTool tool(loaded.asset);
-  tool.go({0, 0.7e-3, 1e-4});  // off the edges
+  Tool tool(loaded.asset, 0, 0.01);
+  tool.tick({0, 0.7e-3, 1e-4});  // off the edges
   int slid = 0, checked = 0;
   for (int i = 1; i <= 120; ++i) {
     const Vec3 x(1e-4 * std::max(0, i - 40), 0.7e-3 + 3e-5 * std::max(0, i - 70),
@@ -178,12 +167,12 @@ TEST(relaxation, the_tangent_is_the_slope_of_what_a_tick_answers) {
     const auto force = [&](const Vec3& at) {
       Contact contact = before;
       Output out;
-      touch(loaded.asset, contact, at.data(), out, nullptr, 0.01);
+      touch(loaded.asset, contact, at.data(), out, nullptr, tool.dt_s);
       return Vec3(-Vec3::Map(out.force_on_tool_N));
     };
     double tangent[9];
     Contact contact = before;
-    touch(loaded.asset, contact, x.data(), tool.out, tangent, 0.01);
+    touch(loaded.asset, contact, x.data(), tool.out, tangent, tool.dt_s);
     slid += tool.out.state == ContactState::slip;
     const auto slope = [&](int k, double h) {
       return Vec3((force(x + h * Vec3::Unit(k)) - force(x - h * Vec3::Unit(k))) / (2 * h));
@@ -196,7 +185,7 @@ TEST(relaxation, the_tangent_is_the_slope_of_what_a_tick_answers) {
                 1e-4 * (1 + fine.norm()))
           << "tick " << i;
     }
-    tool.go(x, 0.01);
+    tool.tick(x);
   }
   EXPECT_GT(slid, 20);
   EXPECT_GT(checked, 300);

@@ -35,11 +35,11 @@ void expect_gradient(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   for (int trial = 0; trial < 200; ++trial) {
     const Numbers numbers = random_numbers(random);
-    const auto table = ring_table<kRings>(curve.view, kDepth_m);
+    const auto table = ring_table(curve.view, kDepth_m);
     const FlatSpot<double> spot{random_vector(random, 0.01), normalized(random_vector(random, 1)),
                                 &curve, &numbers};
     const auto bed = ring_bed<double>(table, spot);
-    auto anchors = no_anchors<double, kRings>();
+    auto anchors = no_anchors();
     for (int i = 0; i < kRings; ++i)
       anchors.set(i, tangential(random_vector(random, 2e-3), spot.normal));
     for (int i = 1; i < kRings; ++i)
@@ -49,15 +49,15 @@ void expect_gradient(std::uint64_t seed) {
     const Vec3d x = spot.point + spot.normal * depth + random_vector(random, 2e-3);
     const auto energy = [&](const Vec3d& place) {
       const auto at = ring_deflection(spot, spot.numbers->curvature, place);
-      return ring_answer(table, bed, at, ring_pull(table, bed, at, anchors),
+      return ring_answer(table, bed, at, ring_pull<false>(table, bed, at, anchors),
                          side_force(bed, at.depth_m), spot.normal, 0.0, curve.energy(at.depth_m))
           .stored_J;
     };
     const auto at = ring_deflection(spot, spot.numbers->curvature, x);
     if (at.depth_m < 1e-5) continue;
     const Vec3d force =
-        ring_answer(table, bed, at, ring_pull(table, bed, at, anchors), side_force(bed, at.depth_m),
-                    spot.normal, curve.force(at.depth_m), 0.0)
+        ring_answer(table, bed, at, ring_pull<false>(table, bed, at, anchors),
+                    side_force(bed, at.depth_m), spot.normal, curve.force(at.depth_m), 0.0)
             .force_N;
     const double h = 1e-6;
     const Vec3d slope{energy(x + Vec3d{h, 0, 0}) - energy(x - Vec3d{h, 0, 0}),

@@ -29,7 +29,7 @@ Loaded groove(Flank which) {
                                                 : (x[0] > 0 ? 1 : -1);
     model.inward_normal.row(v) << side * std::sin(kSlope), 0, -(side == 0 ? 1 : std::cos(kSlope));
   }
-  make_rings(model, 1, 0, [](const Vec3&) { return 1.0; });
+  make_rings(model, 1, 0, even);
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
     const double x = model.surface.vertices(v, 0);
     if (which == Flank::both || (which == Flank::left ? x < -1e-6 : x > 1e-6)) continue;

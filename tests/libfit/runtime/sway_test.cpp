@@ -40,7 +40,6 @@ Model swaying(Model model, double friction, double radius_m, const Mat3& C,
   sway = rounded_to_float(sway);
   return model;
 }
-double even(const Vec3&) { return 1; }
 
 TEST(sway, of_a_linear_law_is_the_series_of_both) {
   constexpr unsigned kSeed = 3;

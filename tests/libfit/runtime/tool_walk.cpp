@@ -256,10 +256,7 @@ class Walk {
       in[i].dt_s = dt_s_;
       tools[i] = &tool_[i];
     }
-    if (body_.asset.coupling == nullptr)
-      for (int i = 0; i < count_; ++i) status[i] = touch_tool(body_.asset, tool_[i], in[i], out[i]);
-    else
-      touch_tools(body_.asset, tools, in, out, status, count_);
+    touch_tools(body_.asset, tools, in, out, status, count_);
     double stored_J = 0, moved_m = 0, changed_N = 0, work_J = 0;
     int touching = 0;
     for (int i = 0; i < count_; ++i) {

@@ -136,7 +136,7 @@ TEST(touch, no_press_of_a_tip_after_slides_over_a_rough_body_feels_nothing) {
   Model model = sphere_model(0.03, 24, uniform(400, 300, 0.3));
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
     model.surface.vertices.row(v) *= 1 + draw(random) / 30;
-  make_rings(model, 1, 0.03, [](const Vec3&) { return 1.0; });
+  make_rings(model, 1, 0.03, even);
   model.probe = sphere_spec(0.005);
   const Loaded body = load(model);
   const Asset& asset = body.asset;

@@ -35,7 +35,9 @@ Rival played(const std::shared_ptr<Played>& on) {
     in.dt_s = runtime::kMaxTimeStep_s;
     Eigen::Map<Vec3>(in.pose.position_m) = tip;
     runtime::ToolOutput out;
-    touch_tool(on->asset.asset, on->tool, in, out);
+    runtime::Tool* const tool = &on->tool;
+    runtime::Status status;
+    touch_tools(on->asset.asset, &tool, &in, &out, &status, 1);
     return -Eigen::Map<const Vec3>(out.force_on_tool_N);
   };
   return rival;

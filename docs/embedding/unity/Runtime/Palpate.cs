@@ -4,7 +4,7 @@
 // against the header by the project's tests (check_csharp.c). C# 7.0 is enough.
 //
 //   size palpate_asset 2048, palpate_contact 31744, palpate_pose 56, palpate_tool 408,
-//   size palpate_input 160, palpate_output 360, palpate_info 136, palpate_mesh 96
+//   size palpate_input 160, palpate_output 352, palpate_info 136, palpate_mesh 96
 using System;
 using System.Runtime.InteropServices;
 
@@ -63,7 +63,7 @@ public static unsafe class Palpate
         public fixed double ContactM[3];
         public fixed double Normal[3];
         public fixed double Weight[3];
-        public double NormalM, LateralM, StoredJ, DissipatedJ, RefusedJ, DampedJ, DamperN;
+        public double NormalM, LateralM, StoredJ, DissipatedJ, RefusedJ, DampedJ;
         public fixed double StiffnessNM[9];
         public long RefusedTicks;
         public int Triangle, State;
@@ -104,7 +104,6 @@ public static unsafe class Palpate
         public fixed uint Reserved[8];
     }
 
-    [DllImport(Library)] public static extern int palpate_abi();
     [DllImport(Library)] static extern int palpate_sizes_fit(int abi, uint* bytes);
     [DllImport(Library)] static extern IntPtr palpate_sentence(int status);
     // bytes: at a multiple of 8 (palpate_copy_aligned), unchanged while in use.

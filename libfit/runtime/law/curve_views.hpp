@@ -1,0 +1,90 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// The curves of a body as its law reads them: bases of their parts, rings (law/rings.hpp), and how
+// another indenter than the one that the body was measured with meets them
+// (docs/method-tools.md, section 30).
+
+#include <cmath>
+
+#include "../base/scalar.hpp"
+#include "../base/spline.hpp"
+#include "part.hpp"
+#include "relaxation.hpp"
+
+namespace palpate {
+namespace runtime {
+
+constexpr int kRings = 8;  ///< 4 are too few; 6 to 24 agree to 0.3 % of force
+
+/// Where the rings of a body touch, and how their stiffness follows from the control values of a
+/// normal curve (B0). Edges e_i = D (i/N)^1.5; thresholds are their middles, the first 0.
+struct RingTable {
+  int order = 0;
+  double edge_m[kRings] = {}, threshold_m[kRings] = {};
+  int first[kRings] = {};                     ///< first control value alive at edge i
+  double slope[kRings][kMaxDegree + 1] = {};  ///< [1/m], of the basis at edge i
+  int first_at_0 = 0;                         ///< likewise where contact begins
+  double slope_at_0[kMaxDegree + 1] = {};
+};
+
+/// depth_m: D > 0, where the last ring ends.
+inline RingTable ring_table(const SplineView& normal, double depth_m) noexcept {
+  RingTable table;
+  table.order = normal.degree + 1;
+  const SplineWeights<double> begin = spline_weights(normal, 0, 0.0);
+  table.first_at_0 = begin.first;
+  for (int k = 0; k < table.order; ++k) table.slope_at_0[k] = begin.slope[k];
+  for (int i = 0; i < kRings; ++i) {
+    const double share = double(i + 1) / kRings, edge_m = depth_m * (share * std::sqrt(share));
+    table.edge_m[i] = edge_m;
+    table.threshold_m[i] = i == 0 ? 0 : 0.5 * (table.edge_m[i - 1] + edge_m);
+    const SplineWeights<double> at = spline_weights(normal, find_piece(normal, edge_m), edge_m);
+    table.first[i] = at.first;
+    for (int k = 0; k < table.order; ++k) table.slope[i][k] = at.slope[k];
+  }
+  return table;
+}
+
+/// Numbers k of a node by which its stiffness changes with ln R: one, and one over the contact's
+/// radius (M83).
+constexpr int kRadiusEffects = 2;
+
+struct IndenterView {
+  bool has_radius_effect = false;
+  /// Basis functions times ln(R / R_0) and, the second, a over the widest measured: what a node's
+  /// k are times (M83). On the knots of the normal curves' own view.
+  SplineView by_radius[kRadiusEffects];
+  RingTable rings_by_radius[kRadiusEffects];
+  /// Depth at which the asset's own ball has a contact as wide, at the knots of the normal curves.
+  const double* own_depth_m = nullptr;
+  double farther_m = 0;  ///< R - R_0: how much farther out the surface of its centres lies
+  /// mu(d) = mu_0 + mu_1 (steep_m + steeper d): a ball that ploughs has R_0 / R alone (M84).
+  double steep_m = 0, steeper = 1;
+  double spread = 1;                     ///< what gamma of a node is times: R_0 / R of a ball
+  double side[2][2] = {{1, 0}, {0, 1}};  ///< g_2 and g_3 out of those of a node (M85)
+};
+
+/// That depth at any depth > 0; normal: the view of the normal curves.
+inline double own_depth(const IndenterView& view, const SplineView& normal, double d) noexcept {
+  const int at = find_piece(normal, d), from = at < normal.pieces ? at : at - 1;
+  const double* own = view.own_depth_m + from;
+  const double width = normal.knots[from + 1] - normal.knots[from];
+  return own[0] + (own[1] - own[0]) * ((d - normal.knots[from]) / width);
+}
+
+/// The parts that every family begins with: f^z(dz), f^r(dr), L(dz).
+constexpr int kNormal = 0, kLateral = 1, kLimit = 2;
+constexpr int kCurves = 3;
+
+/// The family of a body and the bases of its parts; no pieces: numbers, or not a part of it.
+struct CurveViews {
+  int family = 0;
+  SplineView view[kMaxParts];
+  RingTable rings;                         ///< of a body of rings
+  RelaxationView relaxation;               ///< likewise
+  const IndenterView* indenter = nullptr;  ///< of another than the body was measured with
+};
+
+}  // namespace runtime
+}  // namespace palpate
