@@ -33,10 +33,8 @@ class PressedBody {
   const Observations& observed() const { return observed_; }
   std::size_t presses() const { return points_.size(); }
   /// Whether forces are in proportion to the moduli: not where an inclusion or a bed keeps its
-  /// own, nor under the body's weight.
-  bool is_scaled() const {
-    return setup_.materials.size() == 1 && !setup_.bed_at && !setup_.weight.is_there();
-  }
+  /// own.
+  bool is_scaled() const { return setup_.materials.size() == 1 && !setup_.bed_at; }
 
   /// Forces at the rows, in parallel over materials and points; an empty vector where a press
   /// fails, and of all where progress stops it.

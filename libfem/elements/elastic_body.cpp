@@ -25,7 +25,7 @@ ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>&
       for (std::size_t q = 0; q < points.size(); ++q) {
         Vec3 place = Vec3::Zero();
         for (Eigen::Index a = 0; a < kElementNodes; ++a)
-          place += points[q].shape[a] * mesh.shape().row(mesh_.tets(c, a)).transpose();
+          place += points[q].shape[a] * mesh.nodes.row(mesh_.tets(c, a)).transpose();
         const Material* there =
             &materials.at(region_at ? static_cast<std::size_t>(region_at(place)) : 0);
         material_at[points.size() * cells.size() + q] = there;

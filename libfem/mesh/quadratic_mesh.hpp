@@ -22,8 +22,6 @@ using HeldAt = std::function<bool(const Vec3& rest_position, bool is_on_boundary
 /// where the boundary is curved they lie on it (isoparametric).
 /// region: #T, index of the tet's material (0: the body's own); empty means all 0.
 /// base: #T, the tet of the base mesh that each is a part of.
-/// loaded: #N x 3, where the nodes are under the body's own weight; no rows where that is not asked
-/// for. Regions are told by that place.
 /// is_held: #N, displacement fixed to zero. deviation_m: largest distance between a boundary node
 /// and the surface it should lie on, where it could not be moved there without spoiling an element;
 /// contact_deviation_m: the mean over the nodes that one contact touches, where the mesh is finest,
@@ -37,11 +35,6 @@ struct QuadraticMesh {
   double contact_deviation_m = 0;
   Eigen::VectorXi region;
   std::vector<std::int32_t> base;
-  Points loaded;
-
-  /// Where the nodes are before a probe touches the body, and how far that is from rest.
-  const Points& shape() const { return loaded.rows() > 0 ? loaded : nodes; }
-  Points displacement() const { return shape() - nodes; }
 };
 
 }  // namespace palpate::fem

@@ -87,8 +87,6 @@ std::vector<BadInputRow> bad_scenes() {
         {"bad.obj",
          "v 0 0 0\nv 80 0 0\nv 0 80 0\nv 0 0 80\ng base\nf 1 3 2\ng sides\nf 1 2 4\nf 2 3 4\n"
          "f 3 1 4\n"}}},
-      in_scene("a weight that is too much for the body", "[probe]",
-               "[gravity]\nacceleration = [0, 0, -4000]\n[probe]"),
       {"an inclusion of an open surface",
        "check bad.toml",
        1,

@@ -84,9 +84,6 @@ below = { axis = "z", at = "-10 mm" }
 material = { young = "2 kPa", poisson = 0.4 }
 thickness = "12 mm"
 slides = true
-[gravity]
-acceleration = [0, -9.81, 0]
-density = 1100
 [probe]
 shape = "capsule"
 radius = "4 mm"
@@ -126,12 +123,13 @@ int expect_every_member_counts(const Scene& scene, Section& (*section_of)(Scene&
 TEST(canonical, every_member_of_every_section_changes_the_text_of_its_stage_and_of_no_other) {
   const Scene full = parse_scene(kFull, "/s/a.toml");
   for (const Scene& scene :
-       {full, parse_scene("[body]\ntetmesh = \"a.msh\"\nlength_unit = \"m\"\n"
-                          "[material]\nyoung = 1\n[[inclusion]]\nbelow = { at = 0 }\n"
-                          "material = { young = 2 }\n[[bed]]\nabove = { at = 1 }\n"
-                          "material = { young = 2 }\nthickness = 1\n[gravity]\nshape = \"at "
-                          "rest\"\n[experiments]\ntest_points = \"p.csv\"\n",
-                          "/s/b.toml")}) {
+       {full,
+        parse_scene(
+            "[body]\ntetmesh = \"a.msh\"\nlength_unit = \"m\"\n"
+            "[material]\nyoung = 1\n[[inclusion]]\nbelow = { at = 0 }\n"
+            "material = { young = 2 }\n[[bed]]\nabove = { at = 1 }\n"
+            "material = { young = 2 }\nthickness = 1\n[experiments]\ntest_points = \"p.csv\"\n",
+            "/s/b.toml")}) {
     int members = 0;
     members += expect_every_member_counts<BodySection>(
         scene, [](Scene& s) -> BodySection& { return s.body; });
@@ -141,8 +139,6 @@ TEST(canonical, every_member_of_every_section_changes_the_text_of_its_stage_and_
         scene, [](Scene& s) -> InclusionSection& { return s.inclusions.front(); });
     members += expect_every_member_counts<BedSection>(
         scene, [](Scene& s) -> BedSection& { return s.beds.front(); });
-    members += expect_every_member_counts<GravitySection>(
-        scene, [](Scene& s) -> GravitySection& { return *s.gravity; });
     members += expect_every_member_counts<ProbeSpec>(
         scene, [](Scene& s) -> ProbeSpec& { return s.probe.spec; });
     members += expect_every_member_counts<FitSection>(

@@ -79,8 +79,6 @@ INSTANTIATE_TEST_SUITE_P(
         Slip{"noise_that_is_the_body", "length_unit = \"mm\"",
              "length_unit = \"mm\"\nnoise = \"50 mm\"", "takes its shape away"},
         Slip{"friction_of_five", "friction = 0.3", "friction = 5", "more than any tool"},
-        Slip{"density_in_g_per_cm3", "[fit]",
-             "[gravity]\nacceleration = [0, 0, -9.81]\ndensity = 1\n[fit]", "less than any tissue"},
         Slip{"body_of_80_metres", "", "", "Is length_unit right", 1000},
         Slip{"body_of_18_micrometres", "", "", "Is length_unit right", 2.2e-4}),
     [](const auto& tested) { return std::string(tested.param.name); });

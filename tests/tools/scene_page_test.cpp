@@ -172,7 +172,6 @@ TEST(scene_page, lists_every_key_with_its_values_and_default) {
                                  {{"laws", laws()},
                                   {"shapes", shapes()},
                                   {"[body]", keys_of<BodySection>()},
-                                  {"[gravity]", keys_of<GravitySection>()},
                                   {"[experiments]", keys_of<ExperimentsSection>()},
                                   {"placement", keys_of<PlacementSection>()},
                                   {"[fit]", keys_of<FitSection>()},

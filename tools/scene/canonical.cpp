@@ -264,7 +264,7 @@ std::string lines_of(const toml::table& table) {
 
 // What every stage needs.
 toml::table table_of_scene(const Scene& scene, SceneWriter writer) {
-  toml::table root, body, gravity, experiments, fit;
+  toml::table root, body, experiments, fit;
   toml::array inclusions, beds;
   writer.section(body, scene.body);
   writer.section(root, scene.material);
@@ -281,13 +281,11 @@ toml::table table_of_scene(const Scene& scene, SceneWriter writer) {
     writer.section(bed, section);
     beds.push_back(bed);
   }
-  if (scene.gravity) writer.section(gravity, *scene.gravity);
   writer.section(experiments, scene.experiments);
   writer.section(fit, scene.fit);
   root.insert("body", body);
   if (!inclusions.empty()) root.insert("inclusion", inclusions);
   if (!beds.empty()) root.insert("bed", beds);
-  if (scene.gravity) root.insert("gravity", gravity);
   root.insert("experiments", experiments);
   root.insert("fit", fit);
   return root;

@@ -24,11 +24,10 @@ inline constexpr int kMaxPoints = 10000;                  // as many as can be t
 inline constexpr double kMostTilt_rad = 1.3962634015954636;  // 80 degrees
 
 /// What a value may be.
-struct Length {};        ///< m
-struct Speed {};         ///< m/s
-struct Duration {};      ///< s
-struct Tilt {};          ///< rad, from upright
-struct Acceleration {};  ///< m/s^2
+struct Length {};    ///< m
+struct Speed {};     ///< m/s
+struct Duration {};  ///< s
+struct Tilt {};      ///< rad, from upright
 struct Number {
   double low = 0, high = 1;
 };
@@ -98,14 +97,6 @@ void visit(SectionOf<InclusionSection> auto& section, Visitor& f) {
   auto& [region, material] = section;
   f(Stage::simulate, "", region, Any{});
   f(Stage::simulate, "material", material, Any{});
-}
-
-template <class Visitor>
-void visit(SectionOf<GravitySection> auto& section, Visitor& f) {
-  auto& [acceleration_m_s2, density_kg_m3, shape] = section;
-  f(Stage::simulate, "acceleration", acceleration_m_s2, Acceleration{});
-  f(Stage::simulate, "density", density_kg_m3, Number{1e-3, 1e6});
-  f(Stage::simulate, "shape", shape, Choice{{kLoaded, kAtRest}});
 }
 
 template <class Visitor>

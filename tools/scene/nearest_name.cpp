@@ -43,6 +43,7 @@ constexpr FormerNames kFormerNames[] = {
      "Leave it out: this is no longer set."},
     {"key", " repeats ", "Give recordings that are no repeats names of their own: point."},
     {"key", " disc ", "Name the place with sphere."},
+    {"key", " gravity ", "Leave it out: give the shape that the body has under its weight."},
     {"key", " heading ", "Turn the mesh in its file, or play the tool as balls, [tool]."},
     {"key", " symmetric ", "Write a [[bed]] there, thin and stiff, with slides = true."},
     {"key", " max_array point_minutes task_minutes time_factor ",

@@ -16,8 +16,6 @@
 namespace palpate::tools {
 namespace {
 
-constexpr double kMostGravity = 1e4;  // m/s^2
-
 // An inclusion relaxes and softens as the body does unless it says how.
 std::vector<InclusionSection> read_inclusions(SceneTable& root, const std::filesystem::path& scene,
                                               const std::optional<fem::MaterialParameters>& body) {
@@ -80,14 +78,6 @@ class SectionReader {
     if (value.empty())
       throw Error(table_.where(key), fmt::format("{} names no speed", name_of(key)),
                   "Give one or more, or leave the key out.");
-  }
-  void operator()(Stage, std::string_view key, Vec3& value, Acceleration) {
-    if (table_.has(key)) value = table_.direction(key);
-    if (!(value.norm() > 0 && value.norm() < kMostGravity))
-      throw Error(
-          table_.where(key),
-          fmt::format("{} of {} is zero or above {} m/s2", key, table_.name(), kMostGravity),
-          "Write acceleration = [0, 0, -9.81] in m/s2, or leave the section out.");
   }
   void operator()(Stage, std::string_view key, double& value, const Number& may) {
     value = table_.number(key, value, may.low, may.high);
@@ -240,10 +230,6 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
   });
   section([&] { scene.inclusions = read_inclusions(root, path, scene.material); });
   section([&] { scene.beds = read_beds(root, path); });
-  section([&] {
-    if (root.has("gravity"))
-      scene.gravity = read_section<GravitySection>(root.table("gravity", "[gravity]"), path);
-  });
   section([&] {
     SceneTable probe = root.table("probe", "[probe]");
     scene.probe = read_probe(probe, path.parent_path());

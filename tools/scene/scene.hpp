@@ -27,14 +27,6 @@ struct InclusionSection {
   fem::MaterialParameters material;
 };
 
-/// The body's own weight. `shape`: whether the mesh file has it under this load or without it.
-struct GravitySection {
-  Vec3 acceleration_m_s2{0, 0, -9.81};
-  double density_kg_m3 = 1050;
-  std::string shape = "loaded";
-};
-inline constexpr std::string_view kLoaded = "loaded", kAtRest = "at rest";
-
 /// A layer between a part of the body's boundary and what does not give.
 struct BedSection {
   Region region;
@@ -103,7 +95,6 @@ struct Scene {
       material;  ///< complete values; absent only for surfaces of measured data
   std::vector<InclusionSection> inclusions;
   std::vector<BedSection> beds;
-  std::optional<GravitySection> gravity;
   ProbeSection probe;
   std::optional<ToolSection> tool;
   std::vector<ToolSection> pressed;  ///< [[experiments.probe]]

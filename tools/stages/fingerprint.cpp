@@ -45,8 +45,8 @@ std::string body_fingerprint(const Scene& scene) {
   ProbeSpec shape = scene.probe.spec;  // what it reaches depends on the tool and how deep it goes
   shape.friction = 0;
   hash.add(canonical(shape)).add(fmt::format("{}", scene.experiments.each.depth_m));
-  // How far it bends, and what its beds leave of the region.
-  if (scene.gravity || !scene.beds.empty()) hash.add(canonical(scene, Stage::simulate));
+  // What its beds leave of the region.
+  if (!scene.beds.empty()) hash.add(canonical(scene, Stage::simulate));
   hash.add_file(scene.body.surface ? *scene.body.surface : *scene.body.tetmesh);
   if (scene.experiments.points_file) hash.add_file(*scene.experiments.points_file);
   return hash.hex();

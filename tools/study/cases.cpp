@@ -236,8 +236,7 @@ class StudyReader {
         check_choices(scene);
         one.body = bodies.emplace(body_fingerprint(scene), bodies.size()).first->second;
         one.source = static_cast<int>(i);
-        if (!may_scale_ || scene.experiments.placement || !scene.material || scene.gravity)
-          continue;
+        if (!may_scale_ || scene.experiments.placement || !scene.material) continue;
         const auto [text, unit] = unscaled(scene);
         const auto& [source, source_unit] =
             scaled.emplace(text + std::to_string(one.body), std::pair(one.source, unit))

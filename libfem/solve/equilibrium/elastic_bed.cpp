@@ -14,7 +14,7 @@ ElasticBed::ElasticBed(const QuadraticMesh& mesh, const BedAt& bed_at) {
     for (const FacePoint& point : kFaceRule) {
       Vec3 place = Vec3::Zero(), along_r = Vec3::Zero(), along_s = Vec3::Zero();
       for (int a = 0; a < kFaceNodes; ++a) {
-        const Vec3 node = mesh.shape().row(face.node[a]);
+        const Vec3 node = mesh.nodes.row(face.node[a]);
         place += point.shape[a] * node;
         along_r += point.shape_r[a] * node;
         along_s += point.shape_s[a] * node;

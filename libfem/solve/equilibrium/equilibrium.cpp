@@ -15,7 +15,7 @@ std::vector<double> face_young(const QuadraticMesh& mesh, const std::vector<Mate
   std::vector<double> young(mesh.faces.rows());
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
     Vec3 centre = Vec3::Zero();
-    for (int a = 3; a < 6; ++a) centre += mesh.shape().row(mesh.faces(f, a)).transpose() / 3;
+    for (int a = 3; a < 6; ++a) centre += mesh.nodes.row(mesh.faces(f, a)).transpose() / 3;
     const Material& here =
         materials.at(region_at ? static_cast<std::size_t>(region_at(centre)) : 0);
     young[f] = here.law->small_strain(here.constants).young_Pa();
@@ -27,32 +27,24 @@ constexpr int kMaxCuts = 12;  // of a line search
 // A body that a tool has left while it still springs back: residuals are held against this share of
 // what the tool has exerted.
 constexpr double kUnloaded = 0.01;
-// Of the weight: out of balance without touch. The forces of a press are solved to far more.
-constexpr double kBalanced = 1e-8;
 
 }  // namespace
 
 Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>& materials,
                          const RegionAt& region_at, const Probe& probe,
                          const ContactSettings& contact, const EquilibriumOptions& options,
-                         const BedAt& bed_at, const OwnWeight& weight)
+                         const BedAt& bed_at)
     : mesh_(mesh),
       options_(options),
       body_(mesh, materials, region_at),
       bed_(mesh, bed_at),
-      weight_N_(weight_N(mesh, weight)),
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
                contact),
       K_(body_.pattern()) {}
 
 BodyState Equilibrium::rest(const ProbePose& pose) const {
   BodyState state;
-  state.u = mesh_.displacement();
-  if (weight_N_.rows() > 0) {
-    Points unused = Points::Zero(state.u.rows(), 3);
-    state.elastic_energy_J = body_.add_force(state.u, unused) + bed_.add_force(state.u, unused) +
-                             add_weight(state.u, unused);
-  }
+  state.u = Points::Zero(mesh_.nodes.rows(), 3);
   state.pose = pose;
   state.history = contact_.untouched(pose);
   return state;
@@ -67,20 +59,13 @@ Points Equilibrium::moved(const Points& u, const Eigen::VectorXd& direction, dou
   return out;
 }
 
-// Potential energy of the weight [J] and, added to force, its gradient.
-double Equilibrium::add_weight(const Points& u, Points& force) const {
-  if (weight_N_.rows() == 0) return 0;
-  force -= weight_N_;
-  return -weight_N_.cwiseProduct(u).sum();
-}
-
 // Tangent, forces and energy of the body at at.u.
 void Equilibrium::assemble_elastic(double geometric_scale, double max_pressure, Local& at) {
   at.elastic_force = Points::Zero(at.u.rows(), 3);
   K_.set_zero();
   at.elastic_energy_J =
       body_.add_stiffness(at.u, geometric_scale, at.elastic_force, K_, max_pressure) +
-      bed_.add_force(at.u, at.elastic_force) + add_weight(at.u, at.elastic_force);
+      bed_.add_force(at.u, at.elastic_force);
   bed_.add_stiffness(body_.free_index(), K_);
 }
 
@@ -112,8 +97,8 @@ void Equilibrium::add_contact(Step& step) {
 void Equilibrium::evaluate(Step& step) {
   Local& at = step.at;
   at.elastic_force = Points::Zero(at.u.rows(), 3);
-  at.elastic_energy_J = body_.add_force(at.u, at.elastic_force) +
-                        bed_.add_force(at.u, at.elastic_force) + add_weight(at.u, at.elastic_force);
+  at.elastic_energy_J =
+      body_.add_force(at.u, at.elastic_force) + bed_.add_force(at.u, at.elastic_force);
   step.to.min_J = body_.min_J();
   add_contact(step);
 }
@@ -251,8 +236,7 @@ bool Equilibrium::solve(const BodyState& from, const ProbePose& pose, const Poin
       is_stale_ = is_in_vain = false;
     }
     to.relative_residual = at.residual.norm() / at.contact_scale_N;
-    if (at.residual.norm() <=
-        options_.residual * at.contact_scale_N + kBalanced * weight_N_.norm()) {
+    if (at.residual.norm() <= options_.residual * at.contact_scale_N) {
       is_stale_ = since_factor > options_.stale;
       to.u = at.u;
       to.elastic_energy_J = at.elastic_energy_J;

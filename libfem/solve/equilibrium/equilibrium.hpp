@@ -8,7 +8,6 @@
 #include "libfem/solve/equilibrium/anderson.hpp"
 #include "libfem/solve/equilibrium/condensed_tangent.hpp"
 #include "libfem/solve/equilibrium/elastic_bed.hpp"
-#include "libfem/solve/equilibrium/own_weight.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 
 namespace palpate::fem {
@@ -63,10 +62,9 @@ class Equilibrium {
   /// mesh must outlive this. young_Pa of faces follows region_at at their centres.
   Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>& materials,
               const RegionAt& region_at, const Probe& probe, const ContactSettings& contact = {},
-              const EquilibriumOptions& options = {}, const BedAt& bed_at = {},
-              const OwnWeight& weight = {});
+              const EquilibriumOptions& options = {}, const BedAt& bed_at = {});
 
-  /// The body in mesh.shape() with the probe at `pose`, touching or not.
+  /// The body at rest with the probe at `pose`, touching or not.
   BodyState rest(const ProbePose& pose) const;
 
   /// Moves the probe from an accepted state to `pose`, starting the search at displacement `guess`.
@@ -129,7 +127,6 @@ class Equilibrium {
 
   class CondensedContact;
 
-  double add_weight(const Points& u, Points& force) const;
   void assemble_elastic(double geometric_scale, double max_pressure, Local& at);
   void evaluate(Step& step);
   void add_contact(Step& step);
@@ -151,7 +148,6 @@ class Equilibrium {
   EquilibriumOptions options_;
   ElasticBody body_;
   ElasticBed bed_;
-  Points weight_N_;  // of nodes; no rows without weight
   ContactInterface contact_;
   SymmetricBlockMatrix K_;  // elastic; contact is added where it is used
   SchurFactor factor_;

@@ -69,7 +69,7 @@ std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& prob
     FaceNodes nodes;
     bool is_open = false;
     for (int a = 0; a < kFaceNodes; ++a) {
-      nodes[a] = mesh.shape().row(mesh.faces(f, a)).transpose();
+      nodes[a] = mesh.nodes.row(mesh.faces(f, a)).transpose();
       is_open |= !mesh.is_held[mesh.faces(f, a)];
     }
     if (is_open && looks_against(nodes, pose.axis)) faces.push_back(nodes);

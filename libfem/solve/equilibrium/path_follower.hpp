@@ -66,7 +66,7 @@ struct PathOptions {
   bool uzawa_update = true;  ///< rows of the equilibrium after one: Equilibrium::uzawa_update
 };
 
-/// Where along `axis` the probe touches the body, at rest or bent by its weight [m], measured from
+/// Where along `axis` the probe touches the body at rest [m], measured from
 /// `tip`: from there on inward where it is free, else outward to where it first is. Only what looks
 /// against the axis counts, so not what stands behind the tool. Found to 1e-9 of its length by
 /// conservative advancement, on the curved faces and not only at their quadrature points. Empty

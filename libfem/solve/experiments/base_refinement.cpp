@@ -33,7 +33,7 @@ Eigen::VectorXd patch_shares(const QuadraticMesh& mesh, const Vec3& normal, doub
     for (const FacePoint& point : kFaceRule) {
       Vec3 x = Vec3::Zero(), by_r = Vec3::Zero(), by_s = Vec3::Zero();
       for (int a = 0; a < kFaceNodes; ++a) {
-        const Vec3 node = mesh.shape().row(face[a]);
+        const Vec3 node = mesh.nodes.row(face[a]);
         x += point.shape[a] * node;
         by_r += point.shape_r[a] * node;
         by_s += point.shape_s[a] * node;
@@ -54,7 +54,7 @@ double distortion_J(const QuadraticMesh& mesh, Eigen::Index tet, const Points& u
   Mat3 edges, stretch;
   for (int k = 0; k < 3; ++k) {
     edges.col(k) =
-        (mesh.shape().row(mesh.tets(tet, k + 1)) - mesh.shape().row(mesh.tets(tet, 0))).transpose();
+        (mesh.nodes.row(mesh.tets(tet, k + 1)) - mesh.nodes.row(mesh.tets(tet, 0))).transpose();
     stretch.col(k) = (u.row(mesh.tets(tet, k + 1)) - u.row(mesh.tets(tet, 0))).transpose();
   }
   const Mat3 gradient = stretch * edges.inverse();
@@ -102,7 +102,7 @@ PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
   const ElasticBody body(mesh, materials, region_at);
   SymmetricBlockMatrix K = body.pattern();
   Points force = Points::Zero(mesh.nodes.rows(), 3);
-  body.add_stiffness(mesh.displacement(), 1.0, force, K);
+  body.add_stiffness(Points::Zero(mesh.nodes.rows(), 3), 1.0, force, K);
   ElasticBed(mesh, bed_at).add_stiffness(body.free_index(), K);
   SchurFactor factor;
   if (shares.isZero() || !factor.factor(K, {})) return out;
@@ -124,7 +124,7 @@ PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
   out.distortion_J_N2.assign(base_tets, 0.0);
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
     Vec3 centroid = Vec3::Zero();
-    for (int k = 0; k < 4; ++k) centroid += 0.25 * mesh.shape().row(mesh.tets(t, k)).transpose();
+    for (int k = 0; k < 4; ++k) centroid += 0.25 * mesh.nodes.row(mesh.tets(t, k)).transpose();
     const Material& material =
         materials[static_cast<std::size_t>(region_at ? region_at(centroid) : 0)];
     const auto tet = static_cast<std::size_t>(t);

@@ -52,8 +52,8 @@ Simulator::Simulator(SimulationSetup setup) {
   check_setup(setup);
   const Vec3 origin = middle_of(setup.volume.nodes);
   SmoothSurface surface(moved(setup.surface, -origin));
-  auto state = std::make_unique<State>(
-      State{std::move(setup), origin, {}, std::move(surface), {}, {}, {}, {}});
+  auto state =
+      std::make_unique<State>(State{std::move(setup), origin, {}, std::move(surface), {}, {}, {}});
   state->volume = state->setup.volume;
   state->volume.nodes.rowwise() -= origin.transpose();
   for (std::size_t m = 0; m < state->setup.materials.size(); ++m)
@@ -61,7 +61,6 @@ Simulator::Simulator(SimulationSetup setup) {
         state->setup.materials[m], m == 0 ? "[material]" : "[[inclusion]] " + std::to_string(m)));
   state->probe = make_probe(state->setup.probe, "[probe]");
   state->outward = vertex_normals(state->setup.surface);
-  if (state->setup.weight.is_there()) state->bent = unbend_base(state->setup, origin);
   state_ = std::move(state);
 }
 

@@ -44,9 +44,7 @@ inline constexpr int kMaxFiner = 2;
 /// volume, is_held: base mesh. held_at: what is held between its nodes, too; may be empty.
 /// surface: fine, outward. materials: [0] is the body's own; region_at tells which one fills a
 /// place of the rest body, empty means 0 everywhere. bed_at: what its boundary rests on beside what
-/// is held; empty: nothing. weight: the shape that is given is the one under it; regions_at_rest:
-/// but held_at, region_at and bed_at speak of the shape at rest. keeps_surface: rows tell how the
-/// vertices of `surface` move.
+/// is held; empty: nothing. keeps_surface: rows tell how the vertices of `surface` move.
 struct SimulationSetup {
   TetMesh volume;
   std::vector<char> is_held;
@@ -55,8 +53,6 @@ struct SimulationSetup {
   std::vector<MaterialParameters> materials;
   RegionAt region_at;
   BedAt bed_at;
-  OwnWeight weight;
-  bool regions_at_rest = false;
   ProbeSpec probe;
   SolverOptions options;
   bool keeps_surface = false;

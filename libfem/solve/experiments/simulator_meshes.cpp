@@ -16,9 +16,8 @@ namespace {
 /// up to 1.8 % in rows that claim 1.3 %. So does one size below the whole punch
 /// (tests/validation/contact).
 constexpr double kEdgeShare = 0.3;
-constexpr double kBaseShare = 0.5;        // of force_tolerance: what the base mesh may be wrong by
-constexpr double kShapeTolerance = 1e-3;  // of the shape under load, over the probe's length
-constexpr int kRingPieces = 24;           // chords are within 0.01 of the radius
+constexpr double kBaseShare = 0.5;  // of force_tolerance: what the base mesh may be wrong by
+constexpr int kRingPieces = 24;     // chords are within 0.01 of the radius
 
 /// Displacements of the surface are rounded to 2^-13 of the probe's length: a micrometre of 8 mm.
 constexpr int kSurfaceBits = 13;
@@ -45,12 +44,12 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
   grade.halved = fineness.halved;
   if (setup.held_at)
     grade.held_at = [this](const Vec3& x, bool is_on_boundary) {
-      return setup.held_at(scene_place(x), is_on_boundary);
+      return setup.held_at(x + origin, is_on_boundary);
     };
   grade.growth = options.growth * coarsening;
   grade.interface_share = options.interface_share;
   if (setup.region_at)
-    grade.region_at = [this](const Vec3& x) { return setup.region_at(scene_place(x)); };
+    grade.region_at = [this](const Vec3& x) { return setup.region_at(x + origin); };
   const double ring = tool.edge_ring_m();
   const auto add_ring = [&](const Vec3& middle) {
     const std::vector<Vec3> out = drag_tangents(normal, kRingPieces);
@@ -89,10 +88,6 @@ MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, co
   MeshRun out;
   out.nodes = static_cast<int>(mesh.nodes.rows());
   out.rows.assign(plan.rows.size(), {});
-  if (!unbend_at(position, mesh)) {
-    for (PathRow& row : out.rows) row.status = RowStatus::not_converged;
-    return out;
-  }
   const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
   const std::optional<double> touch =
       first_touch_m(mesh, here, {Vec3::Zero(), normal}, here.half_width_m);
@@ -116,7 +111,7 @@ MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, co
   // The penalty is in moduli of slow motion; a body that is stiffer at first overlaps no further.
   if (plan.is_in_time) contact.stiffness *= at_first_over_slow(materials);
   Equilibrium equilibrium(mesh, materials, region_about(position), here, contact,
-                          setup.options.equilibrium, bed_about(position), setup.weight);
+                          setup.options.equilibrium, bed_about(position));
   OnRow on_row;
   if (keeps_surface) {
     out.surface.resize(plan.rows.size());
@@ -124,10 +119,8 @@ MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, co
     places.rowwise() -= position.transpose();
     const SurfacePlaces surface_places(mesh, places, outward);
     const double quantum_m = std::ldexp(1, std::ilogb(here.length_m) - kSurfaceBits);
-    on_row = [&out, surface_places, quantum_m, before = mesh.displacement()](int row,
-                                                                             const Points& u) {
-      out.surface[static_cast<std::size_t>(row)] =
-          surface_places.displacement(u - before, quantum_m);
+    on_row = [&out, surface_places, quantum_m](int row, const Points& u) {
+      out.surface[static_cast<std::size_t>(row)] = surface_places.displacement(u, quantum_m);
     };
   }
   out.rows = follow_paths(
@@ -141,30 +134,14 @@ MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, co
   return out;
 }
 
-// What the scene calls a place of the given shape, x about origin.
-Vec3 Simulator::State::scene_place(const Vec3& x) const {
-  return (bent && setup.regions_at_rest ? Vec3(x - bent->sag_at(x)) : x) + origin;
-}
-
-// The shape at rest of a graded mesh that is in the shape under load. False where there is none.
-bool Simulator::State::unbend_at(const Vec3& position, QuadraticMesh& mesh) const {
-  if (!bent) return true;
-  const WeightedBody body{materials, region_about(position), bed_about(position), setup.weight};
-  return unbend(body, kShapeTolerance * probe.length_m, bent->sag_of(mesh, position - origin), mesh)
-      .is_found();
-}
-
 RegionAt Simulator::State::region_about(const Vec3& position) const {
   if (!setup.region_at) return {};
-  return [this, position](const Vec3& x) {
-    return setup.region_at(scene_place(x + position - origin));
-  };
+  return [this, position](const Vec3& x) { return setup.region_at(x + position); };
 }
 
 BedAt Simulator::State::bed_about(const Vec3& position) const {
   if (!setup.bed_at) return {};
-  return
-      [this, position](const Vec3& x) { return setup.bed_at(scene_place(x + position - origin)); };
+  return [this, position](const Vec3& x) { return setup.bed_at(x + position); };
 }
 
 /// A unit load, spread over the contact at the deepest depth.
@@ -172,10 +149,6 @@ PatchResponse Simulator::State::patch_at(QuadraticMesh mesh, const ExperimentPla
                                          const Vec3& position, const Vec3& normal) const {
   const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
   const double reach_m = here.contact_reach_m(plan.depth_m);
-  if (bent) {  // near enough for a tangent
-    mesh.loaded = mesh.nodes;
-    mesh.nodes -= bent->sag_of(mesh, position - origin);
-  }
   return press_patch(mesh, static_cast<std::size_t>(volume.tets.rows()), materials,
                      region_about(position), normal, reach_m > 0 ? reach_m : here.half_width_m,
                      bed_about(position));

@@ -6,7 +6,6 @@
 #include "libfem/mesh/grade/grade_mesh.hpp"
 #include "libfem/solve/experiments/base_refinement.hpp"
 #include "libfem/solve/experiments/experiment_plan.hpp"
-#include "libfem/solve/experiments/loaded_shape.hpp"
 #include "libfem/solve/experiments/mesh_transfer.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 
@@ -44,14 +43,11 @@ struct Simulator::State {
 
   QuadraticMesh mesh_at(const Vec3& position, const Vec3& normal, const ExperimentPlan& plan,
                         const Fineness& fineness) const;
-  std::optional<LoadedShape> bent;  // of the base mesh, about origin; where there is weight
 
   /// As it leans in the plan.
   Probe probe_of(const ExperimentPlan& plan, const Vec3& normal) const {
     return tilted(probe, normal, plan.lean, "[probe]");
   }
-  Vec3 scene_place(const Vec3& x) const;
-  bool unbend_at(const Vec3& position, QuadraticMesh& mesh) const;
   RegionAt region_about(const Vec3& position) const;
   BedAt bed_about(const Vec3& position) const;
   PatchResponse patch_at(QuadraticMesh mesh, const ExperimentPlan& plan, const Vec3& position,

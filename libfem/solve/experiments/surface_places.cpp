@@ -17,7 +17,7 @@ constexpr double kNodeS[kFaceNodes] = {0, 0, 1, 0, 0.5, 0.5};
 constexpr int kQuarter[4][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}};
 
 Surface flat_boundary(const QuadraticMesh& mesh) {
-  Surface flat{mesh.shape(), Triangles(4 * mesh.faces.rows(), 3)};
+  Surface flat{mesh.nodes, Triangles(4 * mesh.faces.rows(), 3)};
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f)
     for (int q = 0; q < 4; ++q)
       for (int k = 0; k < 3; ++k) flat.triangles(4 * f + q, k) = mesh.faces(f, kQuarter[q][k]);

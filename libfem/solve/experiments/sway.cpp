@@ -33,10 +33,10 @@ Mat3 sway_under(const QuadraticMesh& mesh, const Vec3& normal, double reach_m,
   Matrix6 square = Matrix6::Zero();
   Eigen::Matrix<double, 6, 3> right = Eigen::Matrix<double, 6, 3>::Zero();
   for (const auto& face : mesh.faces.rowwise()) {
-    const Vec3 centre = at_centroid(mesh.shape(), face);
+    const Vec3 centre = at_centroid(mesh.nodes, face);
     if (!(centre.norm() >= inner && centre.norm() <= outer)) continue;
-    const Vec3 a = mesh.shape().row(face[0]), b = mesh.shape().row(face[1]),
-               c = mesh.shape().row(face[2]);
+    const Vec3 a = mesh.nodes.row(face[0]), b = mesh.nodes.row(face[1]),
+               c = mesh.nodes.row(face[2]);
     const Vec3 outward = (b - a).cross(c - a) / 2;
     if (!(outward.dot(normal) < 0)) continue;
     // A rotation w moves a place x by w x x; lengths over the reach.

@@ -13,10 +13,9 @@ struct Reaction {
 };
 
 inline Reaction reaction(const Equilibrium& equilibrium, const QuadraticMesh& mesh, const Points& u,
-                         const Vec3& about = Vec3::Zero(), const OwnWeight& weight = {}) {
+                         const Vec3& about = Vec3::Zero()) {
   Points gradient = Points::Zero(u.rows(), 3);
   equilibrium.body().add_force(u, gradient);
-  if (weight.is_there()) gradient -= weight_N(mesh, weight);
   Reaction sum;
   for (Eigen::Index n = 0; n < u.rows(); ++n) {
     if (!mesh.is_held[n]) continue;

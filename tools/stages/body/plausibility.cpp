@@ -25,7 +25,6 @@ namespace {
 constexpr double kSoftest_Pa = 50, kStiffest_Pa = 5e6;
 // Dry steel on skin has 0.6, on wet tissue 0.02 to 0.3.
 constexpr double kMostFriction = 1.5;
-constexpr double kLeastDensity_kg_m3 = 100;  // a lung full of air has some 250
 // An organ in metres that is read as one in millimetres has 0.6 mm at most; a person has 2 m.
 constexpr double kSmallestBody_m = 1e-3, kLargestBody_m = 5;
 constexpr double kCoincident = 1e-9;  // distance over the body's diagonal: roundoff of nine digits
@@ -261,11 +260,6 @@ std::vector<std::string> implausible(const Scene& scene, const Body& body) {
     warnings.push_back(fmt::format(
         "[probe]: a friction of {:.3g} is more than any tool has on tissue; 0.02 to 0.6 is usual.",
         scene.probe.spec.friction));
-  if (scene.gravity && scene.gravity->density_kg_m3 < kLeastDensity_kg_m3)
-    warnings.push_back(
-        fmt::format("[gravity]: a density of {:.3g} kg/m3 is less than any tissue has; 900 to 1100 "
-                    "is usual.",
-                    scene.gravity->density_kg_m3));
   const fem::Probe probe = fem::make_probe(scene.probe.spec, "[probe]");
   if (probe.length_m < kFinestProbe * size_m)
     warnings.push_back(fmt::format(

@@ -9,7 +9,6 @@
 
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/repair/facts.hpp"
-#include "libfem/solve/experiments/loaded_shape.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/linear_algebra.hpp"
 #include "libfit/io/csv/tables.hpp"
@@ -109,31 +108,6 @@ void choose_points(const Scene& scene, bool surface_only, Body& body) {
       reachable, body.surface.vertices.rows());
 }
 
-// Bends a body that is given at rest; of one that is given under its weight, sees to it that it
-// has a shape at rest.
-void bend(const Scene& scene, Body& body) {
-  check_simulated(scene);
-  try {
-    const fem::SimulationSetup setup = make_setup(scene, body);
-    if (!setup.regions_at_rest) {
-      const fem::LoadedShape bent = fem::unbend_base(setup);
-      say("  gravity: bends the body by up to {:.3g} mm; the shape at rest bends into the given "
-          "one "
-          "to {:.2g} mm",
-          1e3 * bent.largest_m(), 1e3 * bent.residual_m);
-      return;
-    }
-    const fem::LoadedShape bent = fem::bend_base(setup);
-    body.volume.nodes += bent.sag();
-    body.surface.vertices += Eigen::Map<const Eigen::Matrix<float, -1, 3, Eigen::RowMajor>>(
-                                 bent.surface.data(), body.surface.vertices.rows(), 3)
-                                 .cast<double>();
-    say("  gravity: bends the body by up to {:.3g} mm", 1e3 * bent.largest_m());
-  } catch (const Error& e) {
-    throw Error(scene.path.string() + ": " + e.where(), e.fact(), e.remedy());
-  }
-}
-
 // given: how many vertices the surface had before it was divided, which keep their numbers.
 void take_division(const Scene& scene, const Surface& asset, Eigen::Index given, Body& body) {
   const Points& own = body.surface.vertices;
@@ -154,7 +128,6 @@ void set_up(const Scene& scene, bool surface_only, const Surface* asset, Body& b
     hold(scene, body);
     divide_region(scene, body);
   }
-  if (scene.gravity && !surface_only) bend(scene, body);
   if (asset != nullptr) take_division(scene, *asset, given, body);
   find_reachable(scene, surface_only, body);
   choose_points(scene, surface_only, body);

@@ -59,10 +59,6 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
         if (contains(region, place)) return stiffness;
       return fem::BedStiffness{};
     };
-  if (scene.gravity) {
-    setup.weight = {scene.gravity->acceleration_m_s2, scene.gravity->density_kg_m3};
-    setup.regions_at_rest = scene.gravity->shape == kAtRest;
-  }
   setup.probe = scene.probe.spec;
   setup.options.force_tolerance = scene.experiments.force_tolerance;
   return setup;

@@ -60,7 +60,7 @@ GreenSurface make_green_surface(const fem::SimulationSetup& setup, const Points&
   std::vector<fem::Material> materials;
   for (const fem::MaterialParameters& each : setup.materials)
     materials.push_back(fem::make_material(each, "[material]"));
-  const fem::ElasticBody body(mesh, materials, setup.region_at, setup.options.equilibrium.element);
+  const fem::ElasticBody body(mesh, materials, setup.region_at);
   fem::SymmetricBlockMatrix K = body.pattern();
   Points force = Points::Zero(mesh.nodes.rows(), 3);
   body.add_stiffness(Points::Zero(mesh.nodes.rows(), 3), 1.0, force, K);
