@@ -43,11 +43,10 @@ Waypoints transferred(const Waypoints& reached, const QuadraticMesh& from,
                       const QuadraticMesh& to) {
   if (reached.empty()) return {};
   const MeshTransfer transfer(from, to);
-  const Points before = from.displacement();
   Waypoints out = reached;
   for (std::vector<Points>& path : out)
     for (Points& u : path)
-      if (u.size() > 0) u = transfer(u - before);
+      if (u.size() > 0) u = transfer(u);
   return out;
 }
 
