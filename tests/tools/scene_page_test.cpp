@@ -45,7 +45,6 @@ std::string may_be(const Duration&) { return "time"; }
 std::string may_be(const Tilt&) {
   return fmt::format("angle, to {:.0f} deg", kMostTilt_rad * 180 / std::numbers::pi);
 }
-std::string may_be(const Acceleration&) { return "`[x, y, z]`"; }
 std::string may_be(const Number& n) { return fmt::format("{:g} to {:g}", n.low, n.high); }
 std::string may_be(const Whole& n) { return fmt::format("{} to {}", n.low, n.high); }
 std::string may_be(const File&) { return "file"; }
