@@ -16,22 +16,8 @@ constexpr double kRadius_m = 0.03, kNone = 1e-7;  // friction of the model as it
 /// The paper's cylinder, R 30 mm, even: f^z = 300 N/m d, so that ring 1 is the whole bed.
 Model even_cylinder(int around, double friction) {
   constexpr double kRange_m = 0.0025;
-  constexpr int kRows = 10;
   Model model;
-  model.surface.vertices.resize(around * (kRows + 1), 3);
-  model.surface.triangles.resize(around * kRows * 2, 3);
-  for (int j = 0; j <= kRows; ++j)
-    for (int i = 0; i < around; ++i) {
-      const double angle = 2 * std::numbers::pi * i / around;
-      model.surface.vertices.row(j * around + i) << 0.03 * std::cos(angle), 0.03 * std::sin(angle),
-          0.1 * j / kRows;
-    }
-  for (int j = 0; j < kRows; ++j)
-    for (int i = 0; i < around; ++i) {
-      const int a = j * around + i, b = j * around + (i + 1) % around;
-      model.surface.triangles.row(2 * (j * around + i)) << a, b, b + around;
-      model.surface.triangles.row(2 * (j * around + i) + 1) << a, b + around, a + around;
-    }
+  model.surface = cylinder_surface(around);
   const Eigen::Index vertices = model.surface.vertices.rows();
   model.inward_normal = Points::Zero(vertices, 3);
   model.inward_normal.leftCols(2) = -model.surface.vertices.leftCols(2).rowwise().normalized();
@@ -44,9 +30,8 @@ Model even_cylinder(int around, double friction) {
     model.curves.control[0](v, 1) = 300 * kRange_m;
     model.curves.control[runtime::kFriction](v, 0) = friction;
     model.curves.control[runtime::kFrictionSlope](v, 0) = 0;
-    const Eigen::Matrix3d kappa = tangent * tangent.transpose() / 0.03;
-    model.curves.control[runtime::kCurvature].row(v) << kappa(0, 0), kappa(1, 1), kappa(2, 2),
-        kappa(0, 1), kappa(0, 2), kappa(1, 2);
+    model.curves.control[runtime::kCurvature].row(v) =
+        numbers_of(tangent * tangent.transpose() / 0.03);
   }
   return model;
 }

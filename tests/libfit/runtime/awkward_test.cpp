@@ -93,11 +93,7 @@ TEST(awkward, a_contact_is_refused_on_another_asset_and_where_other_bytes_were_l
 
 TEST(awkward, flags_say_where_the_body_was_not_measured) {
   Model model = plate_model(0.1, 20, uniform(400, 300, 0.4));
-  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
-    if (model.surface.vertices(v, 0) < 0.021) continue;
-    model.is_covered[static_cast<std::size_t>(v)] = 0;
-    for (Controls& control : model.curves.control) control.row(v).setZero();
-  }
+  uncover(model, [](const Vec3& x) { return x[0] >= 0.021; });
   const Loaded plate = load(model);
   Tool tool(plate.asset);
   tool.go({0, 0.001, 0.001}, {0, 0.001, -0.0099}, 1e-4);

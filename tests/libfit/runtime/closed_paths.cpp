@@ -7,9 +7,10 @@
 //   friction  lateral force above what friction bears; range: normal force above that at the end of
 //             the fitted depths, not EXTRAPOLATED; beside: not measured, not OUTSIDE; cap: shown
 //             above the device's cap of half of the force, or not CAPPED
-// Exits with 1 where a way gives work, a force changes by more than twice as much at an edge, touch
-// or release as within a triangle, a limit is passed, or, where the ball fits into the body's
-// hollows, a contact is lost or a ball stands in the surface without INSIDE.
+// Exits with 1 where a way gives work, what is stored and the tank rise in a tick without work, a
+// force changes by more than twice as much at an edge, touch or release as within a triangle, a
+// limit is passed, or, where the ball fits into the body's hollows, a contact is lost or a ball
+// stands in the surface without INSIDE.
 
 #include <algorithm>
 #include <cstdio>
@@ -44,6 +45,7 @@ struct Figures {
   long slid_off = 0, back_at_once = 0, lost = 0, inside = 0, unflagged_inside = 0;
   long above_friction = 0, above_range = 0, above_cap = 0, beside = 0;  // without a flag
   long blocked = 0, extrapolated = 0, outside = 0, capped = 0;          // flags
+  long risen = 0;                   // ticks after which more is stored and in the tank than work
   double most_above_N = 0;          // of the lateral force over what friction bears
   double least_work[kLevels] = {};  // of a way over what was put in, in so many times the ticks
 };
@@ -88,6 +90,7 @@ class Path {
       return;
     }
     if (has_begun_) compare(now, step_m);
+    look_at_ledger(now);
     has_begun_ = true;
     if (now.state == ContactState::air)
       look_into_surface(now);
@@ -143,6 +146,13 @@ class Path {
     ++out_.lost;
     is_watched_ = false;
   }
+  void look_at_ledger(const Output& now) {
+    const double lost_J = now.dissipated_J - contact_.ledger.tank_J;
+    most_J_ = std::max(most_J_, now.stored_J);
+    const double rounding_J = 1e-18 + 1e-11 * most_J_ + 1e-14 * std::fabs(lost_J);
+    out_.risen += !(lost_J >= lost_J_ - rounding_J);
+    lost_J_ = lost_J;
+  }
   void look_at_limits(const Output& now) {
     ++out_.in_contact;
     const auto has = [&](unsigned flag) { return (now.flags & flag) != 0; };
@@ -191,7 +201,7 @@ class Path {
   Vec3d x_{0, 0, 0};
   const int level_;  // of kFiner; above 0 work alone is measured
   OutsideWork work_;
-  double least_m_ = 0;
+  double least_m_ = 0, lost_J_ = 0, most_J_ = 0;
   int ticks_out_ = 0;
   bool has_begun_ = false, slides_in_ = false, is_watched_ = false, was_deep_ = false;
 };
@@ -283,12 +293,7 @@ Model rough_sphere(unsigned seed, double height_m) {
   return model;
 }
 Model groove() {
-  Model model = plate_model(0.04, 40, uniform(400, 300, 0.3));
-  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
-    const double x = model.surface.vertices(v, 0), side = std::abs(x) < 1e-6 ? 0 : x > 0 ? 1 : -1;
-    model.surface.vertices(v, 2) = std::tan(std::numbers::pi / 6) * std::abs(x);
-    model.inward_normal.row(v) = Vec3(0.5 * side, 0, side == 0 ? -1 : -std::sqrt(0.75)).transpose();
-  }
+  Model model = groove_model(0.04, 40, std::numbers::pi / 6);
   make_rings(model, 1, 0, even);
   return model;
 }
@@ -310,7 +315,7 @@ bool is_good(const Figures& f) {
   const bool fits = f.blocked < f.in_contact / 100;  // into the body's hollows
   return f.least_work[kLevels - 1] >= -kMostGiven && is_smooth(f.by_tick) &&
          is_smooth(f.by_small) && (f.lost + f.unflagged_inside == 0 || !fits) &&
-         f.above_friction + f.above_range + f.above_cap + f.beside == 0 && f.capped > 0;
+         f.above_friction + f.above_range + f.above_cap + f.beside + f.risen == 0 && f.capped > 0;
 }
 
 void print(const std::vector<Row>& rows) {
@@ -339,14 +344,14 @@ void print(const std::vector<Row>& rows) {
       "Ticks: in contact, in debt, in the surface without a contact; contacts that slid off a\n"
       "ridge, of these back in a tick, lost; ticks BLOCKED,\n"
       "EXTRAPOLATED, OUTSIDE; above a limit without a flag: friction (most [mN]), range, beside,\n"
-      "cap, in the surface without INSIDE\n");
+      "cap, in the surface without INSIDE; ticks in which what is stored rose without work\n");
   for (const Row& row : rows) {
     const Figures& f = row.figures;
     std::printf(
-        "%-20s %8ld %7ld %7ld | %3ld %3ld %3ld | %7ld %7ld %7ld | %ld (%.2g) %ld %ld %ld %ld\n",
+        "%-20s %8ld %7ld %7ld | %3ld %3ld %3ld | %7ld %7ld %7ld | %ld (%.2g) %ld %ld %ld %ld %ld\n",
         row.body.c_str(), f.in_contact, f.held, f.inside, f.slid_off, f.back_at_once, f.lost,
         f.blocked, f.extrapolated, f.outside, f.above_friction, 1e3 * f.most_above_N, f.above_range,
-        f.beside, f.above_cap, f.unflagged_inside);
+        f.beside, f.above_cap, f.unflagged_inside, f.risen);
   }
 }
 

@@ -21,11 +21,7 @@ class Elsewhere : public testing::TestWithParam<Law> {
         0.03, 24, [&](const Vec3& x) { return uniform(400 * scale(x), 300 * scale(x), 0.3)(x); });
     if (GetParam() == Law::rings)
       make_rings(model, 1, 0.03, scale, [](const Vec3&) { return Vec3(200, 0, 0); });
-    for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
-      if (model.surface.vertices(v, 2) > 0) continue;
-      model.is_covered[static_cast<std::size_t>(v)] = 0;
-      for (Controls& control : model.curves.control) control.row(v).setZero();
-    }
+    uncover(model, [](const Vec3& x) { return x[2] <= 0; });
     return model;
   }
   Model model = half_sphere();

@@ -36,12 +36,10 @@ inline Model rings_body(bool is_round, double friction, double slope = 0) {
 /// The same on a body that sways, more at +x.
 inline Model swaying_body(bool is_round, double friction, double slope = 0) {
   Model model = rings_body(is_round, friction, slope);
-  auto& sway = model.curves.control[runtime::kSway];
-  for (Eigen::Index v = 0; v < sway.rows(); ++v) {
-    const double more = 1 + 5 * model.surface.vertices(v, 0);
-    sway.row(v) << 0.012 * more, 0.02, 0.004, 0.003, -0.001 * more, 0.002;
-  }
-  sway = rounded_to_float(sway);
+  set_sway(model, [](const Vec3& x) {
+    const double more = 1 + 5 * x[0];
+    return Symmetric{0.012 * more, 0.02, 0.004, 0.003, -0.001 * more, 0.002};
+  });
   return model;
 }
 

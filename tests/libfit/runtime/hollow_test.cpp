@@ -25,8 +25,7 @@ Model pit_model(double depth_m, double width_m, double ball_m) {
     const double k = -sunk_m / (width_m * width_m);
     const Mat3 curvature = seen(k * (1 - squared)) * radial * radial.transpose() +
                            seen(k) * around * around.transpose();
-    model.curves.control[runtime::kCurvature].row(v) << curvature(0, 0), curvature(1, 1),
-        curvature(2, 2), curvature(0, 1), curvature(0, 2), curvature(1, 2);
+    model.curves.control[runtime::kCurvature].row(v) = numbers_of(curvature);
     model.inward_normal.row(v) = -outward.transpose();
     model.surface.vertices(v, 2) -= sunk_m;
   }

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "libfit/runtime/series/quadric_replay.hpp"
 #include "tests/libfit/runtime/models.hpp"
@@ -109,52 +108,6 @@ TEST(relaxation, without_branches_an_asset_has_the_bytes_of_one_that_knows_no_ti
   }
 }
 
-// Stiffness and side force that change from node to node, friction down to a thousandth, ticks of
-// 10 um to 1 cm and 10 us to 10 s.
-TEST(relaxation, stored_energy_and_tank_never_rise_without_work) {
-  int slid = 0, let_go = 0;
-  for (unsigned seed = 1; seed <= 160; ++seed) {
-    DrawnRings body(seed);
-    const double friction = std::pow(10, -3 * body.unit());
-    Relaxation relaxation = two_branches();
-    relaxation.share *= std::pow(10, body.unit());
-    Model model = body.model(friction);
-    model.curves.relaxation = relaxation;
-    const Loaded loaded = load(model);
-    Tool tool(loaded.asset, 0, kTick_s);
-    const Vec3 top(0, 0, body.top_m());
-    Vec3 x = top + Vec3(0, 0, 1e-3);
-    tool.tick(x);
-    const double step_m = std::pow(10, -5 + 3 * body.unit());
-    tool.dt_s = std::pow(10, -5 + 6 * body.unit());
-    double lost_J = 0, most_J = 0;
-    for (int leg = 0; leg < 9; ++leg) {
-      const bool lifts = leg % 4 == 3;
-      const Vec3 to = leg == 8 ? Vec3(x + Vec3(0, 0, 0.02))
-                               : Vec3(top + Vec3(0, 0, lifts ? 1e-3 : -3e-3) +
-                                      body.vector(0.004).cwiseProduct(Vec3(1, 1, lifts ? 0 : 0.7)));
-      const Vec3 from = x;
-      const int ticks = std::clamp(static_cast<int>((to - from).norm() / step_m), 1, 2000);
-      for (int k = 1; k <= ticks; ++k) {
-        x = from + (to - from) * (double(k) / ticks);
-        tool.tick(x);
-        ASSERT_EQ(tool.status, Status::ok) << "seed " << seed;
-        most_J = std::max(most_J, tool.out.stored_J);
-        const double now_J = tool.out.dissipated_J - tool.contact.ledger.tank_J;
-        ASSERT_GE(now_J, lost_J - 1e-12 * most_J) << "seed " << seed << " leg " << leg;
-        ASSERT_GE(tool.out.stored_J, -1e-18) << "seed " << seed;
-        ASSERT_GE(tool.out.stored_J + tool.out.dissipated_J, -1e-12 * most_J) << "seed " << seed;
-        lost_J = now_J;
-        slid += tool.out.state == ContactState::slip;
-      }
-    }
-    let_go += tool.out.state == ContactState::air;
-    EXPECT_GT(most_J, 1e-5) << "seed " << seed;
-  }
-  EXPECT_GT(slid, 3000);
-  EXPECT_EQ(let_go, 160);
-}
-
 TEST(relaxation, the_tangent_is_the_slope_of_what_a_tick_answers) {
   const Loaded loaded = load(relaxing(plate(), 1, 0, even, two_branches()));
   Tool tool(loaded.asset, 0, 0.01);
@@ -164,28 +117,14 @@ TEST(relaxation, the_tangent_is_the_slope_of_what_a_tick_answers) {
     const Vec3 x(1e-4 * std::max(0, i - 40), 0.7e-3 + 3e-5 * std::max(0, i - 70),
                  -1e-4 * std::min(i, 50));
     const Contact before = tool.contact;
-    const auto force = [&](const Vec3& at) {
-      Contact contact = before;
-      Output out;
-      touch(loaded.asset, contact, at.data(), out, nullptr, tool.dt_s);
-      return Vec3(-Vec3::Map(out.force_on_tool_N));
+    const auto tick = [&](const Vec3& at, double* tangent) {
+      tool.contact = before;
+      touch(loaded.asset, tool.contact, at.data(), tool.out, tangent, tool.dt_s);
+      return Vec3(-Vec3::Map(tool.out.force_on_tool_N));
     };
-    double tangent[9];
-    Contact contact = before;
-    touch(loaded.asset, contact, x.data(), tool.out, tangent, tool.dt_s);
+    if (i > 1) checked += expect_tangent_is_slope(tick, x);
+    tick(x, nullptr);
     slid += tool.out.state == ContactState::slip;
-    const auto slope = [&](int k, double h) {
-      return Vec3((force(x + h * Vec3::Unit(k)) - force(x - h * Vec3::Unit(k))) / (2 * h));
-    };
-    for (int k = 0; k < 3 && i > 1; ++k) {
-      const Vec3 rough = slope(k, 1e-8), fine = slope(k, 3e-9);
-      if ((rough - fine).norm() > 1e-5 * fine.norm()) continue;  // a ring begins to slip between
-      ++checked;
-      EXPECT_LT((Vec3(tangent[k], tangent[3 + k], tangent[6 + k]) - fine).norm(),
-                1e-4 * (1 + fine.norm()))
-          << "tick " << i;
-    }
-    tool.tick(x);
   }
   EXPECT_GT(slid, 20);
   EXPECT_GT(checked, 300);

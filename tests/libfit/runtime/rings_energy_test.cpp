@@ -10,69 +10,6 @@
 namespace palpate::runtime {
 namespace {
 
-template <class Random>
-Vec3d random_vector(Random& random, double scale) {
-  std::uniform_real_distribution<double> uniform(-scale, scale);
-  return {uniform(random), uniform(random), uniform(random)};
-}
-
-// A spot that leans and curves, with a side force.
-Numbers random_numbers(std::mt19937_64& random) {
-  Numbers numbers;
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  for (int k = 0; k < 3; ++k) {
-    numbers.side2[k] = 900 * uniform(random);
-    numbers.side3[k] = 5e4 * uniform(random);
-  }
-  numbers.spread = 30 * (1 + uniform(random));
-  for (double& kappa : numbers.curvature) kappa = 40 * uniform(random);
-  return numbers;
-}
-
-template <class C>
-void expect_gradient(std::uint64_t seed) {
-  const C curve;
-  std::mt19937_64 random(seed);
-  for (int trial = 0; trial < 200; ++trial) {
-    const Numbers numbers = random_numbers(random);
-    const auto table = ring_table(curve.view, kDepth_m);
-    const FlatSpot<double> spot{random_vector(random, 0.01), normalized(random_vector(random, 1)),
-                                &curve, &numbers};
-    const auto bed = ring_bed<double>(table, spot);
-    auto anchors = no_anchors();
-    for (int i = 0; i < kRings; ++i)
-      anchors.set(i, tangential(random_vector(random, 2e-3), spot.normal));
-    for (int i = 1; i < kRings; ++i)
-      anchors.out[i] = 1e-3 * std::uniform_real_distribution<double>(-1, 1)(random);
-    if (trial % 2 == 0) anchors.set(0, {0, 0, 0});
-    const double depth = 9e-3 * std::uniform_real_distribution<double>()(random);
-    const Vec3d x = spot.point + spot.normal * depth + random_vector(random, 2e-3);
-    const auto energy = [&](const Vec3d& place) {
-      const auto at = ring_deflection(spot, spot.numbers->curvature, place);
-      return ring_answer(table, bed, at, ring_pull<false>(table, bed, at, anchors),
-                         side_force(bed, at.depth_m), spot.normal, 0.0, curve.energy(at.depth_m))
-          .stored_J;
-    };
-    const auto at = ring_deflection(spot, spot.numbers->curvature, x);
-    if (at.depth_m < 1e-5) continue;
-    const Vec3d force =
-        ring_answer(table, bed, at, ring_pull<false>(table, bed, at, anchors),
-                    side_force(bed, at.depth_m), spot.normal, curve.force(at.depth_m), 0.0)
-            .force_N;
-    const double h = 1e-6;
-    const Vec3d slope{energy(x + Vec3d{h, 0, 0}) - energy(x - Vec3d{h, 0, 0}),
-                      energy(x + Vec3d{0, h, 0}) - energy(x - Vec3d{0, h, 0}),
-                      energy(x + Vec3d{0, 0, h}) - energy(x - Vec3d{0, 0, h})};
-    EXPECT_LT(size(slope * (0.5 / h) - force), 2e-6 * (1 + size(force)))
-        << "seed " << seed << " trial " << trial;
-  }
-}
-
-TEST(Rings, force_is_the_gradient_of_the_energy) { expect_gradient<Quadratic>(1); }
-TEST(Rings, force_is_the_gradient_of_the_energy_where_the_curve_is_concave) {
-  expect_gradient<Concave>(2);
-}
-
 // Work of the tool at anchors held during each move, the law's own energy, not the sampling's.
 TEST(Rings, closed_loops_create_no_energy_at_any_tick_length) {
   const Quadratic quadratic;

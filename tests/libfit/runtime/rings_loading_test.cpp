@@ -169,38 +169,36 @@ TEST(Rings, partial_slip_is_mindlins_and_masings_where_several_rings_touch) {
 
 // Independent values, by make_rings.py beside them: another language, another way. Without (B3a) it
 // brings those of the shared cases.
-void expect_reference(const std::string& name) {
-  std::ifstream file(PALPATE_REFERENCE "/rings_" + name + ".csv");
-  const Quadratic curve;
-  Bench bench(curve);
-  std::string line;
-  std::getline(file, line);
-  std::getline(file, line);
-  double peak = 0, worst = 0, worst_J = 0;
-  int rows = 0;
-  while (std::getline(file, line)) {
-    std::replace(line.begin(), line.end(), ',', ' ');
-    std::istringstream row(line);
-    double x, y, depth, tx, ty, fz, stored, dissipated;
-    ASSERT_TRUE(row >> x >> y >> depth >> tx >> ty >> fz >> stored >> dissipated);
-    const auto out = bench.go(x, y, depth);
-    const double normal_J = depth > 0 ? curve.energy(depth) : 0;
-    peak = std::max({peak, std::fabs(tx), std::fabs(ty), fz});
-    worst = std::max({worst, std::fabs(out.force_N.x - tx), std::fabs(out.force_N.y - ty),
-                      std::fabs(-out.force_N.z - std::max(fz, 0.0))});
-    worst_J = std::max({worst_J, std::fabs(out.stored_J - normal_J - stored),
-                        std::fabs(bench.dissipated_J - dissipated)});
-    ++rows;
+TEST(Rings, paths_are_those_of_another_language) {
+  for (const std::string name : {"load", "turn", "retract", "wander"}) {
+    SCOPED_TRACE(name);
+    std::ifstream file(PALPATE_REFERENCE "/rings_" + name + ".csv");
+    const Quadratic curve;
+    Bench bench(curve);
+    std::string line;
+    std::getline(file, line);
+    std::getline(file, line);
+    double peak = 0, worst = 0, worst_J = 0;
+    int rows = 0;
+    while (std::getline(file, line)) {
+      std::replace(line.begin(), line.end(), ',', ' ');
+      std::istringstream row(line);
+      double x, y, depth, tx, ty, fz, stored, dissipated;
+      ASSERT_TRUE(row >> x >> y >> depth >> tx >> ty >> fz >> stored >> dissipated);
+      const auto out = bench.go(x, y, depth);
+      const double normal_J = depth > 0 ? curve.energy(depth) : 0;
+      peak = std::max({peak, std::fabs(tx), std::fabs(ty), fz});
+      worst = std::max({worst, std::fabs(out.force_N.x - tx), std::fabs(out.force_N.y - ty),
+                        std::fabs(-out.force_N.z - std::max(fz, 0.0))});
+      worst_J = std::max({worst_J, std::fabs(out.stored_J - normal_J - stored),
+                          std::fabs(bench.dissipated_J - dissipated)});
+      ++rows;
+    }
+    EXPECT_GT(rows, 50);
+    EXPECT_LT(worst, 1e-12 * peak);
+    EXPECT_LT(worst_J, 1e-12 * peak * kDepth_m);
   }
-  EXPECT_GT(rows, 50);
-  EXPECT_LT(worst, 1e-12 * peak);
-  EXPECT_LT(worst_J, 1e-12 * peak * kDepth_m);
 }
-
-TEST(Rings, load_is_the_references) { expect_reference("load"); }
-TEST(Rings, turn_is_the_references) { expect_reference("turn"); }
-TEST(Rings, retract_is_the_references) { expect_reference("retract"); }
-TEST(Rings, wander_is_the_references) { expect_reference("wander"); }
 
 TEST(Rings, rings_of_a_concave_curve_bear_the_curve) {
   const Concave curve;

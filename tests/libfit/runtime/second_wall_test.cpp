@@ -7,8 +7,6 @@
 namespace palpate::test {
 namespace {
 
-using Mat3 = Eigen::Matrix3d;
-
 constexpr double kSlope = std::numbers::pi / 6;  // of a flank
 constexpr double kRadius_m = 0.004;
 const double kTouch_m =
@@ -16,26 +14,17 @@ const double kTouch_m =
 
 enum class Flank { left, right, both };
 
-// A groove along y, its bottom at x = z = 0. What is not measured does not answer.
+// What is not measured does not answer.
 Loaded groove(Flank which) {
-  Model model = plate_model(0.03, 30, uniform(400, 300, 0.3));
-  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
-    Vec3 x = model.surface.vertices.row(v);
-    x[2] = std::tan(kSlope) * std::abs(x[0]);
-    model.surface.vertices.row(v) = x;
-    const double side = which == Flank::left    ? -1
-                        : which == Flank::right ? 1
-                        : std::abs(x[0]) < 1e-6 ? 0
-                                                : (x[0] > 0 ? 1 : -1);
-    model.inward_normal.row(v) << side * std::sin(kSlope), 0, -(side == 0 ? 1 : std::cos(kSlope));
-  }
+  Model model = groove_model(0.03, 30, kSlope);
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
+    if (which != Flank::both && std::abs(model.surface.vertices(v, 0)) < 1e-6)
+      model.inward_normal.row(v) << (which == Flank::left ? -1 : 1) * std::sin(kSlope), 0,
+          -std::cos(kSlope);
   make_rings(model, 1, 0, even);
-  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
-    const double x = model.surface.vertices(v, 0);
-    if (which == Flank::both || (which == Flank::left ? x < -1e-6 : x > 1e-6)) continue;
-    model.is_covered[static_cast<std::size_t>(v)] = 0;
-    for (Controls& control : model.curves.control) control.row(v).setZero();
-  }
+  uncover(model, [&](const Vec3& x) {
+    return which == Flank::left ? x[0] > 1e-6 : which == Flank::right && x[0] < -1e-6;
+  });
   ExportOptions options;
   options.has_mean_elsewhere = false;
   return load(model, options);

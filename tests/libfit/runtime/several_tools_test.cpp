@@ -158,10 +158,8 @@ TEST(SeveralTools, a_tool_that_is_refused_leaves_the_others) {
 TEST(SeveralTools, six_balls_that_jump_into_a_body_that_sways_bear_what_six_that_go_slowly_do) {
   Model model = rings_body(false, 0);
   for (const double sway_m_N : {0.004, 0.06, 0.3}) {
-    auto& sway = model.curves.control[runtime::kSway];
-    for (Eigen::Index v = 0; v < sway.rows(); ++v)
-      sway.row(v) << sway_m_N, sway_m_N, 1.5 * sway_m_N, 0, 0, 0;
-    sway = rounded_to_float(sway);
+    set_sway(model,
+             [&](const Vec3&) { return Symmetric{sway_m_N, sway_m_N, 1.5 * sway_m_N, 0, 0, 0}; });
     for (const double depth_m : {0.001, 0.003, 0.004}) {
       Hands jump(model, coupling_of(0.0002), 6), slow(model, coupling_of(0.0002), 6);
       std::vector<Vec3> away, down;
@@ -189,10 +187,8 @@ TEST(SeveralTools,
      a_second_touch_on_a_round_body_that_sways_begins_without_force_and_brings_nothing) {
   for (const double step_m : {2e-6, 8e-6, 32e-6}) {
     Model model = rings_body(true, 0.3);
-    auto& sway = model.curves.control[runtime::kSway];
-    for (Eigen::Index v = 0; v < sway.rows(); ++v)
-      sway.row(v) << 0.02, 0.02, 0.03 * (1 - 15 * model.surface.vertices(v, 0)), 0, 0, 0;
-    sway = rounded_to_float(sway);
+    set_sway(model,
+             [](const Vec3& x) { return Symmetric{0.02, 0.02, 0.03 * (1 - 15 * x[0]), 0, 0, 0}; });
     Hands hands(model, coupling_of(0.004), 2);
     const auto at = [](double angle, double depth_m) {
       const double r = 0.03 + kBallRadius_m - depth_m;

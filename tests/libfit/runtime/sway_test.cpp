@@ -34,10 +34,7 @@ Vec3 eigen(const Vec3d& v) { return {v.x, v.y, v.z}; }
 Model swaying(Model model, double friction, double radius_m, const Mat3& C,
               const std::function<double(const Vec3&)>& scale) {
   make_rings(model, friction, radius_m, scale);
-  auto& sway = model.curves.control[runtime::kSway];
-  for (Eigen::Index v = 0; v < sway.rows(); ++v)
-    sway.row(v) << C(0, 0), C(1, 1), C(2, 2), C(0, 1), C(0, 2), C(1, 2);
-  sway = rounded_to_float(sway);
+  set_sway(model, [&](const Vec3&) { return numbers_of(C); });
   return model;
 }
 

@@ -17,18 +17,15 @@
 #include "tests/libfit/runtime/damaged_body.hpp"
 #include "tests/libfit/runtime/models.hpp"
 #include "tests/libfit/runtime/outside_work.hpp"
-#include "tests/libfit/runtime/random_share.hpp"
 
 namespace {
 
 using namespace palpate;
 using palpate::test::kLevels;
-using palpate::test::Random;
 using runtime::Vec3d;
 
 constexpr double kRadius_m = 0.004, kDepth_m = 0.005;
 constexpr double kLeastRadius = 0.4, kMostRadius = 2;  ///< of indenters, over kRadius_m
-/// Of walks whose forces are those of a held tool: no real friction is so small that more shows.
 /// Of a force, over the stiffest curve times all motion in a tick. A body that softens answers more
 /// steeply where a deep press turns back, the more the wider its contact: over two ticks or three,
 /// so that it is no jump.
@@ -37,6 +34,14 @@ constexpr double kMostJump = 3, kMostSoftenedJump = 10;
 /// A tool that stands moves by rounding alone, while its body relaxes.
 constexpr double kRounding_m = 1e-9;
 
+/// Shares in [0, 1), the same on every machine.
+struct Random {
+  std::uint64_t state;
+  double share() {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return double(state >> 11) / 9007199254740992.0;
+  }
+};
 double sign(Random& random) { return 2 * random.share() - 1; }
 Vec3d direction(Random& random) {
   const double x = sign(random), y = sign(random), z = sign(random);
@@ -44,7 +49,7 @@ Vec3d direction(Random& random) {
 }
 
 /// A body as a seed draws it, with its asset, its coupling and its memory of damage.
-struct Body {
+struct DrawnBody {
   test::DrawnRings drawn;
   test::Loaded loaded;
   runtime::CouplingView coupling;
@@ -53,7 +58,8 @@ struct Body {
   std::unique_ptr<MetAssets> met;
   double stiffest_N_m = 0;
 
-  explicit Body(unsigned seed) : drawn(seed), loaded(test::load(model(seed))), asset(loaded.asset) {
+  explicit DrawnBody(unsigned seed)
+      : drawn(seed), loaded(test::load(model(seed))), asset(loaded.asset) {
     if (asset.damage.softens()) {
       damaged = std::make_unique<test::DamagedBody>(loaded.asset);
       asset = damaged->view;
@@ -84,13 +90,10 @@ struct Body {
       effect.row(v) << 0.1 * drawn.unit() - 0.05 + out.surface.vertices(v, 0), 0.1 * drawn.unit();
     effect = rounded_to_float(effect);
     if (drawn.unit() < 0.6) {
-      auto& sway = out.curves.control[runtime::kSway];
       const double size = 0.02 * drawn.unit();
-      for (Eigen::Index v = 0; v < sway.rows(); ++v) {
-        const double more = 1 + 5 * out.surface.vertices(v, 0);
-        sway.row(v) << size * more, 1.6 * size, 0.4 * size, 0.2 * size, -0.1 * size, 0.1 * size;
-      }
-      sway = rounded_to_float(sway);
+      test::set_sway(out, [&](const Vec3& x) {
+        return test::Symmetric(size * test::Symmetric{1 + 5 * x[0], 1.6, 0.4, 0.2, -0.1, 0.1});
+      });
     }
     if (drawn.unit() < 0.5) {
       out.curves.relaxation.share = Eigen::Vector2d(0.2 + drawn.unit(), 0.5 * drawn.unit() + 0.1);
@@ -152,7 +155,7 @@ runtime::Pose pose_at(const Vec3d& place, const Vec3d& turn) {
 /// One walk of some tools in ticks `finer` times as short.
 class Walk {
  public:
-  Walk(Body& body, Random& random, int finer, Sums& sums)
+  Walk(DrawnBody& body, Random& random, int finer, Sums& sums)
       : body_(body), random_(random), finer_(finer), sums_(sums) {
     body.heal();
     const bool couples = body.asset.coupling != nullptr;
@@ -321,7 +324,7 @@ class Walk {
     return false;
   }
 
-  Body& body_;
+  DrawnBody& body_;
   Random& random_;
   int finer_;
   Sums& sums_;
@@ -334,7 +337,7 @@ class Walk {
 };
 
 /// Bit 0: sways, 1: relaxes, 2: softens, 3: couples.
-int kind_of(const Body& body) {
+int kind_of(const DrawnBody& body) {
   return (body.asset.sways ? 1 : 0) + (body.asset.curves.relaxation.branches > 0 ? 2 : 0) +
          (body.asset.body != nullptr ? 4 : 0) + (body.asset.coupling != nullptr ? 8 : 0);
 }
@@ -346,7 +349,7 @@ int main(int argc, char** argv) {
   const auto seed = static_cast<unsigned>(std::strtoul(argv[2], nullptr, 10));
   Sums sums;
   for (unsigned number = 0; sums.ticks < std::atol(argv[1]); ++number) {
-    Body body(1000 * seed + number);
+    DrawnBody body(1000 * seed + number);
     Random random{2 * (1000ull * seed + number) + 1};
     for (int walk = 0; walk < 10; ++walk) {
       ++sums.walks;

@@ -42,16 +42,9 @@ TEST(touch, contact_point_is_where_the_way_enters_not_the_nearest_point) {
   EXPECT_NEAR(tool.out.force_on_tool_N[2], 400 * 0.002, 1e-5);
 }
 
-TEST(touch, ways_through_vertices_and_edges_touch) {
+TEST(touch, ways_through_edges_touch) {
   const Model model = sphere_model(0.03, 20, uniform(400, 300, 0.3));
   const Loaded sphere = load(model);
-  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
-    const Vec3 x = model.surface.vertices.row(v).cast<float>().cast<double>();
-    Tool tool(sphere.asset);
-    tool.tick(1.1 * x);
-    tool.tick(0.95 * x);
-    ASSERT_NE(tool.out.state, ContactState::air) << "vertex " << v;
-  }
   for (Eigen::Index t = 0; t < model.surface.triangles.rows(); ++t) {
     const Vec3 a = model.surface.vertices.row(model.surface.triangles(t, 0)),
                b = model.surface.vertices.row(model.surface.triangles(t, 1));
@@ -72,31 +65,6 @@ TEST(touch, a_tip_resting_on_the_surface_is_not_lost) {
   tool.tick({0.0013, 0.0007, -0.001});
   EXPECT_EQ(tool.out.state, ContactState::stick);
   EXPECT_NEAR(tool.out.force_on_tool_N[2], 0.4, 1e-6);
-}
-
-TEST(touch, leaving_from_inside_through_the_surface_makes_no_contact) {
-  const Loaded sphere = load_sphere();
-  Tool tool(sphere.asset);
-  tool.go({0, 0, 0.01}, {0, 0, 0.05}, 1e-4);
-  EXPECT_EQ(tool.out.state, ContactState::air);
-  EXPECT_EQ(tool.contact.ledger.dissipated_J, 0);
-  tool.go({0, 0, 0.05}, {0, 0, 0.029}, 1e-4);
-  EXPECT_EQ(tool.out.state, ContactState::stick);
-}
-
-TEST(touch, uncovered_triangles_are_air) {
-  Model model = sphere_model(0.03, 20, uniform(400, 300, 0.3));
-  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
-    if (model.surface.vertices(v, 2) > 0) continue;
-    model.is_covered[static_cast<std::size_t>(v)] = 0;
-    for (Controls& control : model.curves.control) control.row(v).setZero();
-  }
-  const Loaded half = load(model);
-  Tool above(half.asset), below(half.asset);
-  above.go({0.001, 0.002, 0.031}, {0.001, 0.002, 0.028}, 1e-4);
-  below.go({0.001, 0.002, -0.031}, {0.001, 0.002, -0.028}, 1e-4);
-  EXPECT_NE(above.out.state, ContactState::air);
-  EXPECT_EQ(below.out.state, ContactState::air);
 }
 
 TEST(touch, tools_on_one_asset_feel_in_threads_of_their_own_what_they_feel_alone) {
@@ -179,6 +147,7 @@ TEST(touch, a_tip_that_stands_under_the_surface_says_so_until_it_has_come_out) {
     }
     for (double z = 0.0305; z < 0.033; z += 5e-4) tool.tick({0.0005, 0.0003, z});
     EXPECT_EQ(tool.out.flags, 0U);
+    EXPECT_EQ(tool.contact.ledger.dissipated_J, 0);
     tool.go({0.0005, 0.0003, 0.033}, {0.0005, 0.0003, 0.028}, 5e-4);
     EXPECT_NE(tool.out.state, ContactState::air);
   }

@@ -23,6 +23,7 @@ inline AssetBytes with_fewer_check_ticks(const AssetBytes& whole, int ticks) {
   return out;
 }
 
+inline bool is_bare(const Vec3& x) { return x[2] <= -0.02 && x[0] <= 0; }
 /// A sphere of 30 mm, stiffer towards +x; a quarter not covered.
 inline Model golden_model() {
   Model model = sphere_model(0.03, 4, uniform(400, 300, 0.3));
@@ -38,11 +39,7 @@ inline Model golden_model() {
                                                         : 1.5) *
                                            (1 + 10 * model.surface.vertices(v, 0)) * j * j / 25.0;
   }
-  for (Eigen::Index v = 0; v < vertices; ++v) {
-    if (model.surface.vertices(v, 2) > -0.02 || model.surface.vertices(v, 0) > 0) continue;
-    model.is_covered[static_cast<std::size_t>(v)] = 0;
-    for (Controls& control : model.curves.control) control.row(v).setZero();
-  }
+  uncover(model, is_bare);
   model.probe = sphere_spec(0.005);
   return model;
 }
@@ -53,10 +50,7 @@ inline AssetBytes golden_rings() {
   make_rings(
       model, 1, 0.03, [](const Vec3& x) { return 1 + 10 * x[0]; },
       [](const Vec3& x) { return Vec3(900 * x[1] / 0.03, -500 * x[0] / 0.03, 0); });
-  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
-    if (!model.is_covered[static_cast<std::size_t>(v)])
-      for (Controls& control : model.curves.control)
-        if (control.size() > 0) control.row(v).setZero();
+  uncover(model, is_bare);
   for (Controls& control : model.curves.control)  // as a fit rounds them
     control = control.cast<float>().cast<double>();
   return with_fewer_check_ticks(make_asset_bytes(model, {.meta_json = "{\"golden\": \"rings\"}"}),

@@ -1,0 +1,43 @@
+# The engine as a library for Windows: cmake -DSOURCE= -DWORK= -P this. That its bits are those of
+# other machines, one_hash.cmake says.
+set(engine ${SOURCE}/libfit/runtime)
+set(flags -O2 -ffp-contract=off -Wall -Wextra -Werror)
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
+find_program(CXX x86_64-w64-mingw32-g++)
+find_program(C x86_64-w64-mingw32-gcc)
+if(NOT CXX OR NOT C)
+  message("SKIPPED: there is no x86_64-w64-mingw32-g++")
+  return()
+endif()
+file(REMOVE_RECURSE ${WORK})
+file(MAKE_DIRECTORY ${WORK})
+
+run(${CXX} -std=c++17 ${flags} -fno-exceptions -fno-rtti -DPALPATE_EXPORTS -shared
+    ${engine}/palpate.cpp -o ${WORK}/palpate_engine.dll -static
+    -Wl,--out-implib,${WORK}/libpalpate_engine.dll.a)
+run(${C} -std=c99 ${flags} -DPALPATE_DLL -I${engine} -c
+    ${SOURCE}/tests/libfit/runtime/c_walk.c -o ${WORK}/c_walk.o)
+# Every function of the header is exported, and nothing else.
+find_program(OBJDUMP x86_64-w64-mingw32-objdump REQUIRED)
+execute_process(COMMAND ${OBJDUMP} -p ${WORK}/palpate_engine.dll OUTPUT_VARIABLE dump)
+string(REGEX REPLACE ".*\\[Ordinal/Name Pointer\\] Table" "" dump "${dump}")
+string(FIND "${dump}" "\n\n" end)
+string(SUBSTRING "${dump}" 0 ${end} dump)
+file(READ ${engine}/palpate.h header)
+string(REGEX MATCHALL "PALPATE_API [a-z][a-z0-9_ *]+\\(" declared "${header}")
+list(LENGTH declared count)
+if(count LESS 10)
+  message(FATAL_ERROR "${count} functions of the header were found")
+endif()
+foreach(function ${declared})
+  string(REGEX REPLACE ".*[ *](palpate_[a-z_]+)\\($" "\\1" name "${function}")
+  if(NOT "${dump}\n" MATCHES "\\] ${name}\n")
+    message(FATAL_ERROR "${name} is not exported:\n${dump}")
+  endif()
+endforeach()
+string(REGEX MATCHALL "\\] [A-Za-z_]+" exported "${dump}")
+foreach(line ${exported})
+  if(NOT line MATCHES "\\] palpate_")
+    message(FATAL_ERROR "exported beside the header's: ${line}")
+  endif()
+endforeach()
