@@ -45,7 +45,6 @@ std::string may_be(const Duration&) { return "time"; }
 std::string may_be(const Tilt&) {
   return fmt::format("angle, to {:.0f} deg", kMostTilt_rad * 180 / std::numbers::pi);
 }
-std::string may_be(const Acceleration&) { return "`[x, y, z]`"; }
 std::string may_be(const Number& n) { return fmt::format("{:g} to {:g}", n.low, n.high); }
 std::string may_be(const Whole& n) { return fmt::format("{} to {}", n.low, n.high); }
 std::string may_be(const File&) { return "file"; }
@@ -105,9 +104,6 @@ class KeyLister {
       return fmt::format("{:g} mm/s", fmt::join(in_thousandths(value), ", "));
     else if constexpr (std::is_same_v<Value, std::vector<double>>)
       return std::nullopt;  // filled in from other keys
-    else if constexpr (std::is_same_v<Value, Vec3>)
-      return fmt::format("{:g}",
-                         fmt::join(std::vector<double>{value[0], value[1], value[2]}, ", "));
     else if constexpr (std::is_same_v<Kind, Length>)
       return fmt::format("{:g} mm", 1e3 * value);
     else if constexpr (std::is_same_v<Kind, Duration>)
