@@ -230,7 +230,7 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
                          const SmoothSurface& surface, const GradeOptions& options) {
   check(base, is_held, options);
   BisectedMesh mesh = bisect(base, options);
-  Boundary boundary = classify_boundary(base, mesh, surface.crease_angle_rad());
+  Boundary boundary = classify_boundary(base, mesh);
   NodePlacement corners = place_corners(mesh, boundary, surface, Placing::by_birth);
   if (farthest_off_m(corners, options) > kFaithful * finest_m(options)) {
     NodePlacement spread = place_corners(mesh, boundary, surface, Placing::spread);
@@ -242,7 +242,7 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
     is_border = conform_to_held(mesh, corners, boundary, surface, options.held_at);
   if (options.region_at) {
     conform_to_regions(mesh, corners, boundary, surface, options.region_at);
-    boundary = classify_boundary(base, mesh, surface.crease_angle_rad());
+    boundary = classify_boundary(base, mesh);
   }
   const NodePlacement middles = place_middles(mesh, boundary, corners.nodes, surface);
 

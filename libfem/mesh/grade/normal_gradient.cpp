@@ -60,10 +60,6 @@ std::vector<std::int32_t> SmoothSurface::patch_around(const SurfaceHit& centre,
   return patch;
 }
 
-Mat3 SmoothSurface::normal_gradient(const Vec3& point, double radius_m) const {
-  return normal_gradient(closest(point), radius_m);
-}
-
 Mat3 SmoothSurface::normal_gradient(const SurfaceHit& centre, double radius_m) const {
   if (!(radius_m > 0))
     throw Error("normal_gradient", "the radius of the patch is not positive",

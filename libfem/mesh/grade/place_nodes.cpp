@@ -143,7 +143,7 @@ std::optional<Vec3> place_anywhere(const SmoothSurface& surface, const Vec3& gue
 
 }  // namespace
 
-Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh, double crease_angle_rad) {
+Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh) {
   Boundary out;
   out.spacing_m = boundary_spacing(base, mesh.base_faces);
   out.kind.assign(mesh.nodes.size(), NodeKind::inside);
@@ -153,7 +153,7 @@ Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh, double
     int faces;
   };
   std::vector<EdgeFaces> side;  // per edge: normal of its first face, number of faces
-  const double crease_cosine = std::cos(crease_angle_rad);
+  const double crease_cosine = std::cos(SmoothSurface::kCreaseAngle_rad);
   for (std::size_t t = 0; t < mesh.tets.size(); ++t)
     for (int f = 0; f < 4; ++f) {
       if (mesh.tets[t].face[f] < 0) continue;

@@ -31,7 +31,7 @@ struct Boundary {
   std::vector<Vec3> direction;    ///< per corner node: base normals weighted by face area
   std::vector<double> spacing_m;  ///< per base node: mean length of its boundary edges
 };
-Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh, double crease_angle_rad);
+Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh);
 
 /// Nodes on the surface, as far as elements allow.
 struct NodePlacement {

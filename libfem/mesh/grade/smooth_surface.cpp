@@ -29,8 +29,7 @@ void check(const Surface& surface) {
 
 }  // namespace
 
-SmoothSurface::SmoothSurface(Surface surface, double crease_angle_rad)
-    : surface_(std::move(surface)), crease_angle_rad_(crease_angle_rad) {
+SmoothSurface::SmoothSurface(Surface surface) : surface_(std::move(surface)) {
   check(surface_);
   const Eigen::Index count = surface_.triangles.rows();
   facet_normal_.resize(count, 3);
@@ -64,7 +63,7 @@ void SmoothSurface::find_neighbours() {
     return std::tie(l.a, l.b, l.triangle, l.edge) < std::tie(r.a, r.b, r.triangle, r.edge);
   });
 
-  const double crease_cosine = std::cos(crease_angle_rad_);
+  const double crease_cosine = std::cos(kCreaseAngle_rad);
   smooth_neighbour_ = Triangles::Constant(surface_.triangles.rows(), 3, -1);
   for (std::size_t i = 0; i < sides.size();) {
     std::size_t end = i + 1;

@@ -27,7 +27,7 @@ struct CreaseHit {
 
 /// A smooth surface through the vertices of a triangulated one, its creases kept.
 /// Each corner of a triangle has the angle-weighted normal of the fan of triangles that reaches it
-/// without crossing a crease: an edge whose triangles meet at more than `crease_angle_rad`, or that
+/// without crossing a crease: an edge whose triangles meet at more than 40 degrees, or that
 /// has not exactly two triangles. Inside a triangle, with barycentric weights w and p = sum w_i
 /// p_i,
 ///
@@ -43,7 +43,7 @@ class SmoothSurface {
   static constexpr double kCreaseAngle_rad = 40 * 3.14159265358979323846 / 180;
 
   /// Throws Error when there is no triangle with area or a triangle names a missing vertex.
-  explicit SmoothSurface(Surface surface, double crease_angle_rad = kCreaseAngle_rad);
+  explicit SmoothSurface(Surface surface);
 
   /// Nearest point over all triangles; of two as near, that of the lower triangle index.
   /// point [m]. Source: Ericson, Real-Time Collision Detection (2005), 5.1.5.
@@ -71,10 +71,8 @@ class SmoothSurface {
   /// stops at creases. A sphere is overestimated by about 0.15 (radius/R)^2. Throws Error unless
   /// radius_m > 0. Source: Cazals and Pouget 2005 (doi:10.1016/j.cagd.2004.09.004).
   Mat3 normal_gradient(const SurfaceHit& hit, double radius_m) const;
-  Mat3 normal_gradient(const Vec3& point, double radius_m) const;
 
   const Surface& surface() const { return surface_; }
-  double crease_angle_rad() const { return crease_angle_rad_; }
 
  private:
   struct Edge {
@@ -91,7 +89,6 @@ class SmoothSurface {
   std::vector<std::int32_t> patch_around(const SurfaceHit& centre, double radius_m) const;
 
   Surface surface_;
-  double crease_angle_rad_;
   Points facet_normal_;         // #F x 3 unit, zero without area
   Points corner_normal_;        // 3#F x 3 unit, row 3f + k
   Triangles smooth_neighbour_;  // #F x 3: triangle across edge (k, k+1), -1 at a crease

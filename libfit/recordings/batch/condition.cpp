@@ -23,6 +23,7 @@ constexpr double kMaxReturned = 0.05;   // of the work, beyond it: as of a loss 
 constexpr double kSeenInErrors = 3;     // deviations
 constexpr double kMinSignal = 20;       // force over noise of a fair recording
 constexpr double kOnceOfTwice = 1.5;    // a filter's bias at a ball's contact over its second one's
+constexpr double kDeepest = 30;         // radii of a press: they are a few, and a prefix is 1000
 constexpr double kContactShare = 0.02;  // contact deviation over depth of a good recording
 
 // Work that loading takes below contact, and work that unloading returns.
@@ -151,6 +152,10 @@ void grade(const SignalSettings& settings, double correlation, Conditioned& out)
     note(out.contact.deviation_m > 5 * kContactShare * depth_m ? Grade::poor : Grade::fair,
          "the contact point is uncertain by " + number(100 * out.contact.deviation_m / depth_m) +
              " % of the depth");
+  if (settings.kind == ExperimentKind::press && settings.radius_m > 0 &&
+      depth_m > kDeepest * settings.radius_m)
+    note(Grade::poor, "the press is " + number(depth_m / settings.radius_m) +
+                          " radii of its tip deep: is the unit of radius right?");
   if (out.dropped_rows > 0)
     note(Grade::fair, fmt::format("{} unusable rows were left out", out.dropped_rows));
   if (correlation > 0.9)

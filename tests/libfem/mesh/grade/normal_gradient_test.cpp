@@ -41,7 +41,8 @@ TEST(NormalGradient, cylinder_bends_around_and_not_along) {
   for (int repeat = 0; repeat < 30; ++repeat) {
     const double a = angle(random);
     const Vec3 out(std::cos(a), std::sin(a), 0), around(-std::sin(a), std::cos(a), 0);
-    const Mat3 gradient = body.normal_gradient(radius * out + Vec3(0, 0, height(random)), 0.008);
+    const Mat3 gradient =
+        body.normal_gradient(body.closest(radius * out + Vec3(0, 0, height(random))), 0.008);
     EXPECT_NEAR(around.dot(gradient * around) * radius, -1, 0.03) << "seed 4, angle " << a;
     EXPECT_NEAR(gradient(2, 2) * radius, 0, 0.01);
     EXPECT_NEAR(around.dot(gradient.col(2)) * radius, 0, 0.01);
@@ -53,7 +54,7 @@ TEST(NormalGradient, plane_has_none_even_beside_a_crease_and_on_few_triangles) {
     const SmoothSurface box(
         boundary_surface(structured_block({0.1, 0.1, 0.04}, {cells, cells, 1})));
     for (const Vec3& point : {Vec3(0.05, 0.05, 0.04), Vec3(0.001, 0.06, 0.04)})
-      EXPECT_LT(box.normal_gradient(point, 0.01).norm(), 1e-8) << cells << " cells";
+      EXPECT_LT(box.normal_gradient(box.closest(point), 0.01).norm(), 1e-8) << cells << " cells";
   }
 }
 
@@ -79,7 +80,7 @@ TEST(NormalGradient, noise_of_a_tenth_of_a_millimetre_costs_a_tenth_of_the_curva
 
 TEST(NormalGradient, patch_without_a_radius_is_refused) {
   const SmoothSurface sphere(icosphere(1, 0.05));
-  EXPECT_THROW(sphere.normal_gradient({0, 0, 0.05}, 0), Error);
+  EXPECT_THROW(sphere.normal_gradient(sphere.closest({0, 0, 0.05}), 0), Error);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from scripts import Program, normal_curves, pyplot, save
 
 PROBE = 'probe = { shape = "%s", radius = "%s" }\n'
-COMMON = 'normal = [0, 0, -1]\nposition = ["0 mm", "0 mm", "0 mm"]\n'
+COMMON = 'force_on = "body"\nnormal = [0, 0, -1]\nposition = ["0 mm", "0 mm", "0 mm"]\n'
 RECORDINGS = [  # name, title, pattern, keys, first row of numbers, units on the axes
     ("silicone_100", "silicone EF10_100T, five repeats", "compression/EF10_100T_*.csv",
      PROBE % ("flat", "25 mm"), None, (1e3, "mm", 1, "N")),
