@@ -97,7 +97,7 @@ TEST(New, divides_a_window_of_twelve_triangles_and_check_takes_it) {
   const Outcome made = palpate(folder, "new --json block.off -o s.toml </dev/null");
   ASSERT_EQ(made.status, 0) << made.err;
   const auto reply = nlohmann::json::parse(made.out);
-  EXPECT_EQ(reply.at("divided"), "s.divided.off");
+  EXPECT_EQ(reply.at("divided"), (folder / "s.divided.off").string());
   EXPECT_TRUE(holds(content_of(folder / "s.toml"), "surface = \"s.divided.off\""));
   const Outcome checked = palpate(folder, "check --no-trial s.toml");
   EXPECT_EQ(checked.status, 0) << checked.err;
