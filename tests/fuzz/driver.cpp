@@ -112,8 +112,7 @@ int main(int argc, char** argv) {
     }
   }
   if (given.empty()) {
-    for (const int version : palpate::fuzz::kAssetVersions)
-      given.push_back(palpate::fuzz::asset_seed(PALPATE_GOLDEN, version));
+    given.push_back(palpate::fuzz::asset_seed(PALPATE_GOLDEN));
     for (int kind = 0; kind < 4; ++kind) given.push_back(palpate::fuzz::ticks_seed(kind));
   }
   std::signal(SIGABRT, [](int) { write_failure(); });

@@ -11,9 +11,7 @@ int main(int argc, char** argv) {
     palpate::write_file_atomically(folder / name,
                                    {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   };
-  for (const int version : palpate::fuzz::kAssetVersions)
-    write("asset_version_" + std::to_string(version),
-          palpate::fuzz::asset_seed(PALPATE_GOLDEN, version));
+  write("asset_version_1", palpate::fuzz::asset_seed(PALPATE_GOLDEN));
   for (int kind = 0; kind < 4; ++kind)
     write("ticks_" + std::to_string(kind), palpate::fuzz::ticks_seed(kind));
   for (const auto& [name, bytes] : palpate::fuzz::recording_seeds())

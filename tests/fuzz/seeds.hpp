@@ -13,12 +13,9 @@ namespace palpate::fuzz {
 
 using Bytes = std::vector<unsigned char>;
 
-inline constexpr int kAssetVersions[] = {1};
-
-/// A version's golden asset, as a file.
-inline Bytes asset_seed(const std::string& golden_folder, int version) {
-  const std::string file =
-      read_whole_file(golden_folder + "/version_" + std::to_string(version) + ".palp");
+/// A golden asset, as a file.
+inline Bytes asset_seed(const std::string& golden_folder) {
+  const std::string file = read_whole_file(golden_folder + "/version_1.palp");
   return {file.begin(), file.end()};
 }
 

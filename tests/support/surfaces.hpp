@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <map>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
@@ -68,6 +70,16 @@ inline Surface together(const Surface& a, const Surface& b) {
 inline Surface inside_out(Surface surface) {
   surface.triangles.col(1).swap(surface.triangles.col(2));
   return surface;
+}
+
+/// As OFF, in `scale` parts of a metre.
+inline std::string off_of(const Surface& surface, double scale = 1) {
+  std::ostringstream off;
+  off.precision(9);
+  off << "OFF\n" << surface.vertices.rows() << ' ' << surface.triangles.rows() << " 0\n";
+  for (const auto& p : surface.vertices.rowwise()) off << scale * p << '\n';
+  for (const auto& t : surface.triangles.rowwise()) off << "3 " << t << '\n';
+  return off.str();
 }
 
 }  // namespace palpate::testing_support

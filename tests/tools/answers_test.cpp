@@ -29,8 +29,7 @@ std::set<std::string> commands(const std::string& help) {
 }
 
 std::string page(const std::string& name) {
-  std::ifstream in(fs::path(PALPATE_SOURCE_DIR) / "docs" / "formats" / name);
-  return {std::istreambuf_iterator<char>(in), {}};
+  return content_of(fs::path(PALPATE_SOURCE_DIR) / "docs" / "formats" / name);
 }
 
 void add_quoted(const std::string& text, std::set<std::string>& keys) {
@@ -61,83 +60,65 @@ std::set<std::string> documented_keys(const std::string& command) {
 const std::string kManifest =
     press_manifest("*.press.csv") + "probe = { shape = \"flat\", radius = \"10 mm\" }\n";
 
-std::string press(double stiffness_N_m) {
-  std::string text = "t,d,F\n";
-  for (int i = 0; i < 100; ++i)
-    text += std::to_string(0.01 * i) + "," + std::to_string(0.03 * i) + "," +
-            std::to_string(stiffness_N_m * 3e-5 * std::max(0, i - 33) + 1e-4 * (i % 3)) + "\n";
-  return text;
-}
-
 // One run for all tests. Here the program is loaded with a BLAS and LAPACK whose functions abort:
 // Debian's Ceres and CHOLMOD need one to load, and no command may compute with it.
 class Answers : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     ::setenv("LD_PRELOAD", PALPATE_ABORTING_LAPACK, 1);
-    shared = std::make_unique<Folder>();
-    shared->write("scene.toml", kScene), shared->write("block.off", block_off(8));
-    shared->write("manifest.toml", kManifest), shared->write("a.press.csv", press(1000));
+    shared = std::make_unique<BlockFolder>();
+    shared->write("manifest.toml", kManifest), shared->write("a.press.csv", press_csv(1000));
     shared->write("path.csv", "t_s,x_m,y_m,z_m\n0,0.04,0.04,0.031\n0.1,0.04,0.04,0.028\n");
     shared->write("study.toml", "scene = \"scene.toml\"\n");
     shared->write("points.csv", "x_m,y_m,z_m\n0.04,0.04,0.03\n");
     const Outcome whole = run("out");
     ASSERT_EQ(whole.status, 0) << whole.err;
-    const auto f = [](const std::string& name) { return (*shared / name).string(); };
-    ASSERT_EQ(palpate(*shared, "simulate " + f("out/body.h5") + " --shard 1/1 --points " +
-                                   f("points.csv") + " -o " + f("shards"))
-                  .status,
-              0);
+    ASSERT_EQ(
+        palpate(*shared, "simulate out/body.h5 --shard 1/1 --points points.csv -o shards").status,
+        0);
     std::string six = "x_m,y_m,z_m\n";
     for (const char* x : {"0.034", "0.04", "0.046"})
       for (const char* y : {"0.036", "0.044"}) six += std::string(x) + "," + y + ",0.03\n";
     shared->write("six.csv", six);
-    ASSERT_EQ(palpate(*shared, "simulate " + f("out/body.h5") + " --points " + f("six.csv") +
-                                   " -o " + f("six.h5"))
-                  .status,
-              0);
+    ASSERT_EQ(palpate(*shared, "simulate out/body.h5 --points six.csv -o six.h5").status, 0);
   }
   static void TearDownTestSuite() {
     shared.reset();
     ::unsetenv("LD_PRELOAD");
   }
   static Outcome run(const std::string& out, const std::string& options = "") {
-    return palpate(*shared, "run " + (*shared / "scene.toml").string() + " -o " +
-                                (*shared / out).string() + " " + options);
+    return palpate(*shared, "run scene.toml -o " + out + " " + options);
   }
   // A line that each command does well.
   std::map<std::string, std::string> lines() const {
-    const auto f = [&](const std::string& name) { return " " + (folder / name).string(); };
     return {
-        {"run", f("scene.toml") + " -o" + f("out")},
-        {"new", f("block.off") + " -o" + f("new.toml") + " </dev/null"},
-        {"check", f("scene.toml")},
-        {"prepare", f("scene.toml") + " -o" + f("b.h5")},
-        {"simulate", f("out/body.h5") + " -o" + f("s.h5") + " --points" + f("points.csv")},
-        {"merge", f("shards") + " -o" + f("merged.h5")},
-        {"import", f("manifest.toml") + " -o" + f("i.h5")},
-        {"calibrate", f("scene.toml") + " --samples" + f("out/samples.h5") + " -o" +
-                          f("calibrated.toml") + " --points 1"},
-        {"surface", f("six.h5") + " -o" + f("surface.obj")},
-        {"fit", f("out/samples.h5") + " -o" + f("c.h5")},
-        {"refine", f("out/curves.h5") + " --body" + f("out/body.h5") + " -o" + f("m.h5")},
-        {"export", f("out/model.h5") + " -o" + f("a.palp")},
-        {"replay", f("out/asset.palp") + f("path.csv") + " -o" + f("f.csv")},
-        {"validate",
-         f("out/asset.palp") + f("scene.toml") + " --points 2 --no-causes --reference" + f("out")},
-        {"predict", f("out/model.h5") + f("out/samples.h5")},
-        {"inspect", f("out/asset.palp")},
-        {"tabulate", f("out/curves.h5") + " -o" + f("t.csv")},
-        {"report", f("out") + " -o" + f("r.html")},
-        {"study", f("study.toml") + " -o" + f("study") + " --on script"},
+        {"run", " scene.toml -o out"},
+        {"new", " block.off -o new.toml </dev/null"},
+        {"check", " scene.toml"},
+        {"prepare", " scene.toml -o b.h5"},
+        {"simulate", " out/body.h5 -o s.h5 --points points.csv"},
+        {"merge", " shards -o merged.h5"},
+        {"import", " manifest.toml -o i.h5"},
+        {"calibrate", " scene.toml --samples out/samples.h5 -o calibrated.toml --points 1"},
+        {"surface", " six.h5 -o surface.obj"},
+        {"fit", " out/samples.h5 -o c.h5"},
+        {"refine", " out/curves.h5 --body out/body.h5 -o m.h5"},
+        {"export", " out/model.h5 -o a.palp"},
+        {"replay", " out/asset.palp path.csv -o f.csv"},
+        {"validate", " out/asset.palp scene.toml --points 2 --no-causes --reference out"},
+        {"predict", " out/model.h5 out/samples.h5"},
+        {"inspect", " out/asset.palp"},
+        {"tabulate", " out/curves.h5 -o t.csv"},
+        {"report", " out -o r.html"},
+        {"study", " study.toml -o study --on script"},
         {"bench", " --help"},
     };
   }
 
-  static std::unique_ptr<Folder> shared;
+  static std::unique_ptr<BlockFolder> shared;
   const Folder& folder = *shared;
 };
-std::unique_ptr<Folder> Answers::shared;
+std::unique_ptr<BlockFolder> Answers::shared;
 
 TEST_F(Answers, of_every_command_are_one_object_with_json_and_nothing_when_quiet) {
   const auto all = lines();
@@ -166,7 +147,7 @@ TEST_F(Answers, of_every_command_are_one_object_with_json_and_nothing_when_quiet
     for (const auto& [key, value] : object.items())
       EXPECT_TRUE(documented.contains(key)) << key << " is not in docs/formats/commands.md";
     for (const Json& file : object.value("wrote", Json::array()))
-      EXPECT_EQ(file.at("bytes"), fs::file_size(file.at("file").get<std::string>()));
+      EXPECT_EQ(file.at("bytes"), fs::file_size(folder / file.at("file").get<std::string>()));
     fresh();
     const Outcome quiet = palpate(folder, command + " --quiet" + all.at(command));
     EXPECT_EQ(quiet.status, 0);
@@ -192,14 +173,12 @@ TEST_F(Answers, name_with_json_what_was_wrong) {
   EXPECT_EQ(error.at("where"), "none.h5");
   EXPECT_NE(error.at("what"), "");
   EXPECT_NE(error.at("remedy"), "");
-  EXPECT_NE(outcome.err.find("palpate: error: none.h5: "), std::string::npos)
-      << "an error is said, however quiet";
+  EXPECT_TRUE(holds(outcome.err, "palpate: error: none.h5: ")) << "an error is said, however quiet";
 }
 
 TEST_F(Answers, say_failed_items_however_quiet_with_status_3) {
   const fs::path bad = folder.write("b.press.csv", "t,d,F\n0,0,0\n0,x,1\n");
-  const std::string line =
-      "import " + (folder / "manifest.toml").string() + " -o " + (folder / "i.h5").string();
+  const std::string line = "import manifest.toml -o i.h5";
   const Outcome quiet = palpate(folder, line + " --quiet");
   EXPECT_EQ(quiet.status, 3);
   EXPECT_TRUE(quiet.err.starts_with("refused: ")) << quiet.err;
@@ -211,7 +190,7 @@ TEST_F(Answers, say_failed_items_however_quiet_with_status_3) {
 
 TEST_F(Answers, of_run_have_a_table_of_eighty_columns_in_the_log) {
   const Outcome outcome = run("out");
-  ASSERT_NE(outcome.log.find("force error at"), std::string::npos) << outcome.log;
+  ASSERT_TRUE(holds(outcome.log, "force error at"));
   std::istringstream lines_of(outcome.log.substr(outcome.log.find("force error at")));
   for (std::string line; std::getline(lines_of, line);) EXPECT_LE(line.size(), 80u) << line;
   EXPECT_EQ(outcome.out.find('\033'), std::string::npos) << "this is no terminal";

@@ -16,13 +16,12 @@ class AssetCommands : public KeptRun {
  protected:
   static Outcome replay(const std::string& rows) {
     std::ofstream(path("path.csv")) << "t_s,x_m,y_m,z_m\n" << rows;
-    return palpate(*folder_, "replay --json " + path("out/asset.palp") + " " + path("path.csv") +
-                                 " -o " + path("f.csv"));
+    return palpate(*folder_, "replay --json out/asset.palp path.csv -o f.csv");
   }
 };
 
 TEST_F(AssetCommands, inspect_is_a_page_that_a_person_reads) {
-  const Outcome outcome = palpate(*folder_, "inspect " + path("out/asset.palp"));
+  const Outcome outcome = palpate(*folder_, "inspect out/asset.palp");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   for (const char* line :
        {"\n  body        80 x 80 x 30 mm, closed surface, 386 vertices and 768 triangles\n",
@@ -30,7 +29,7 @@ TEST_F(AssetCommands, inspect_is_a_page_that_a_person_reads) {
         "\n  probe       sphere, friction 0.3, radius 8 mm\n", "\n  curves      family ",
         "fitted to a depth of ", "\n  certificate ", "\n  statement   force error median ",
         "of rows within what a hand notices", "\n  size        ", "\n  made by     palpate "})
-    EXPECT_NE(outcome.out.find(line), std::string::npos) << line << "\n" << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, line));
   EXPECT_EQ(outcome.out.find('{'), std::string::npos) << outcome.out;
   std::istringstream lines(outcome.out.substr(outcome.out.find("\n  body")));
   for (std::string line; std::getline(lines, line);)
@@ -41,41 +40,37 @@ TEST_F(AssetCommands, a_replay_that_feels_nothing_says_why) {
   const Outcome good = replay("0,0.04,0.04,0.031\n0.1,0.04,0.04,0.028\n");
   EXPECT_EQ(good.status, 0) << good.err;
   EXPECT_EQ(nlohmann::json::parse(good.out).at("in_contact"), 1);
-  EXPECT_EQ(good.err.find("the path"), std::string::npos) << good.err;
+  EXPECT_FALSE(holds(good.err, "the path"));
   const Outcome inside = replay("0,0.04,0.04,0.027\n0.1,0.04,0.04,0.026\n");
-  EXPECT_NE(inside.err.find("begins 3 mm inside the body"), std::string::npos) << inside.err;
-  EXPECT_NE(inside.err.find("never touches the body"), std::string::npos) << inside.err;
+  EXPECT_TRUE(holds(inside.err, "begins 3 mm inside the body"));
+  EXPECT_TRUE(holds(inside.err, "never touches the body"));
   const Outcome away = replay("0,0.04,0.04,0.045\n0.1,0.04,0.04,0.042\n");
-  EXPECT_EQ(away.err.find("inside"), std::string::npos) << away.err;
-  EXPECT_NE(away.err.find("never touches the body"), std::string::npos) << away.err;
-  EXPECT_NE(away.err.find("its nearest row is 12 mm from"), std::string::npos) << away.err;
+  EXPECT_FALSE(holds(away.err, "inside"));
+  EXPECT_TRUE(holds(away.err, "never touches the body"));
+  EXPECT_TRUE(holds(away.err, "its nearest row is 12 mm from"));
   EXPECT_EQ(nlohmann::json::parse(away.out).at("warnings").size(), 1u) << away.out;
 }
 
 TEST_F(AssetCommands, a_replay_beyond_the_curves_says_so) {
   const Outcome outcome = replay("0,0.04,0.04,0.031\n0.1,0.04,0.04,0.028\n0.2,0.04,0.04,0.02\n");
-  EXPECT_NE(outcome.err.find("1 of 2 ticks in contact go beyond the curves"), std::string::npos)
-      << outcome.err;
+  EXPECT_TRUE(holds(outcome.err, "1 of 2 ticks in contact go beyond the curves"));
 }
 
 TEST_F(AssetCommands, columns_that_say_nothing_are_named) {
   std::ofstream(path("path.csv"))
       << "t_s,x_m,y_m,z_m,vx,vy\n0,0.04,0.04,0.031,1,0\n0.1,0.04,0.04,0.028,1,0\n";
-  const Outcome outcome = palpate(*folder_, "replay " + path("out/asset.palp") + " " +
-                                                path("path.csv") + " -o " + path("f.csv"));
+  const Outcome outcome = palpate(*folder_, "replay out/asset.palp path.csv -o f.csv");
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("path.csv: columns are not used: vx, vy"), std::string::npos)
-      << outcome.err;
+  EXPECT_TRUE(holds(outcome.err, "path.csv: columns are not used: vx, vy"));
   std::ofstream(path("points.csv")) << "x_m,y_m,z_m,depth_m\n0.04,0.04,0.03,0.002\n";
   std::ofstream(path("paths.csv"))
       << "t_s,path,x_m,y_m,z_m,dx_m,dy_m,dz_m\n0,a,0.04,0.04,0.03,0,0,-0.001\n";
   for (const auto& [option, column] : {std::pair{"points", "depth_m"}, {"paths", "t_s"}}) {
-    const std::string file = path(std::string(option) + ".csv");
-    const Outcome simulated = palpate(*folder_, "simulate " + path("out/body.h5") + " -o " +
-                                                    path("s.h5") + " --" + option + " " + file);
+    const std::string file = std::string(option) + ".csv";
+    const Outcome simulated =
+        palpate(*folder_, std::string("simulate out/body.h5 -o s.h5 --") + option + " " + file);
     EXPECT_EQ(simulated.status, 0) << simulated.err;
-    EXPECT_NE(simulated.err.find(file + ": a column is not used: " + column), std::string::npos)
-        << simulated.err;
+    EXPECT_TRUE(holds(simulated.err, file + ": a column is not used: " + column));
   }
   const Samples followed = read_samples(path("s.h5"));
   ASSERT_EQ(followed.rows(), 1);
@@ -84,40 +79,34 @@ TEST_F(AssetCommands, columns_that_say_nothing_are_named) {
 }
 
 TEST_F(AssetCommands, predict_says_that_points_of_the_fit_are_no_prediction) {
-  const std::string line = "predict " + path("out/model.h5") + " " + path("out/reference.h5") + " ";
+  const std::string line = "predict out/model.h5 out/reference.h5 ";
   const Outcome all = palpate(*folder_, line);
   EXPECT_EQ(all.status, 0) << all.err;
-  EXPECT_NE(all.err.find("points that the model was fitted at count as predicted"),
-            std::string::npos)
-      << all.err;
-  const Outcome others = palpate(*folder_, line + "--without " + path("out/curves.h5"));
+  EXPECT_TRUE(holds(all.err, "points that the model was fitted at count as predicted"));
+  const Outcome others = palpate(*folder_, line + "--without out/curves.h5");
   EXPECT_EQ(others.status, 0) << others.err;
-  EXPECT_EQ(others.err.find("warning"), std::string::npos) << others.err;
+  EXPECT_FALSE(holds(others.err, "warning"));
 }
 
 TEST_F(AssetCommands, curves_of_another_body_are_no_model) {
   FittedCurves curves = read_curves(path("out/curves.h5"));
   curves.position.col(2).array() += 0.1;
   write_curves(path("far.h5"), curves, {});
-  const Outcome outcome = palpate(*folder_, "refine " + path("far.h5") + " --body " +
-                                                path("out/body.h5") + " -o " + path("m.h5"));
+  const Outcome outcome = palpate(*folder_, "refine far.h5 --body out/body.h5 -o m.h5");
   EXPECT_EQ(outcome.status, 1) << outcome.err;
-  EXPECT_NE(outcome.err.find("lies on this body"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(holds(outcome.err, "lies on this body"));
   EXPECT_FALSE(std::filesystem::exists(path("m.h5")));
 }
 
 TEST_F(AssetCommands, export_writes_the_format_that_the_name_says) {
   for (const auto& [name, begins] : {std::pair{"a.palp", "PALP"}, std::pair{"a.vtu", "<?xml"},
                                      std::pair{"a.glb", "glTF"}, std::pair{"a.ply", "ply"}}) {
-    const Outcome outcome =
-        palpate(*folder_, "export " + path("out/model.h5") + " -o " + path(name));
+    const Outcome outcome = palpate(*folder_, "export out/model.h5 -o " + path(name));
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_TRUE(content_of(path(name)).starts_with(begins)) << name;
   }
   for (const char* name : {"deep.glb", "deep.ply"})
-    EXPECT_EQ(palpate(*folder_,
-                      "export " + path("out/model.h5") + " -o " + path(name) + " --depth '2 mm'")
-                  .status,
+    EXPECT_EQ(palpate(*folder_, "export out/model.h5 -o " + path(name) + " --depth '2 mm'").status,
               0)
         << name;
 }

@@ -32,7 +32,7 @@ TEST(usage, wrong_usage_is_an_object_with_json) {
     const auto json = nlohmann::json::parse(outcome.out, nullptr, false);
     ASSERT_TRUE(json.is_object()) << outcome.out;
     EXPECT_EQ(json.at("command"), command);
-    EXPECT_NE(outcome.err.find(json.at("errors").at(0).at("what")), std::string::npos);
+    EXPECT_TRUE(holds(outcome.err, json.at("errors").at(0).at("what")));
   }
 }
 
@@ -46,9 +46,8 @@ TEST(usage, help_lists_commands_by_group_with_an_example_each) {
     EXPECT_GT(found, at) << group;
     at = found;
   }
-  EXPECT_NE(list.find("palpate help COMMAND"), std::string::npos);
-  EXPECT_NE(palpate(folder, "help new").out.find("Example:\n  palpate new organ.stl"),
-            std::string::npos);
+  EXPECT_TRUE(holds(list, "palpate help COMMAND"));
+  EXPECT_TRUE(holds(palpate(folder, "help new").out, "Example:\n  palpate new organ.stl"));
 }
 
 TEST(usage, help_of_a_command_is_asked_for_either_way) {
@@ -60,7 +59,7 @@ TEST(usage, help_of_a_command_is_asked_for_either_way) {
   }
   const Outcome misspelt = palpate(folder, "help simulat");
   EXPECT_EQ(misspelt.status, 2);
-  EXPECT_NE(misspelt.err.find("Did you mean \"simulate\"?"), std::string::npos) << misspelt.err;
+  EXPECT_TRUE(holds(misspelt.err, "Did you mean \"simulate\"?"));
 }
 
 }  // namespace

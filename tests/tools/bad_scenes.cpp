@@ -1,7 +1,5 @@
 // Rows of the table of bad inputs (bad_inputs_table_test.cpp).
 
-#include <stdexcept>
-
 #include "tests/tools/bad_inputs.hpp"
 #include "tests/tools/block_scene.hpp"
 
@@ -16,10 +14,7 @@ BadInputRow in_scene(const char* what, const std::string& from, const std::strin
 }  // namespace
 
 std::string scene_with(const std::string& from, const std::string& to) {
-  std::string text = kScene;
-  const std::size_t at = text.find(from);
-  if (at == std::string::npos) throw std::logic_error("no \"" + from + "\" in the scene");
-  return text.replace(at, from.size(), to);
+  return replaced(kScene, from, to);
 }
 
 std::vector<BadInputRow> bad_scenes() {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -12,15 +13,25 @@
 
 namespace palpate::tools::testing_support {
 
-/// A manifest of presses on the block's top, from the CSV files that `file` matches.
-inline std::string press_manifest(const std::string& file) {
-  return "[[recording]]\nfile = \"" + file + R"("
-columns = { time = "t", depth = "d", force = "F" }
+inline const std::string kPressKeys = R"(columns = { time = "t", depth = "d", force = "F" }
 units = { time = "s", position = "mm", force = "N" }
 force_on = "body"
-position = [0, 0, 40]
-normal = [0, 0, -1]
 )";
+
+/// A manifest of presses on the block's top, from the CSV files that `file` matches.
+inline std::string press_manifest(const std::string& file) {
+  return "[[recording]]\nfile = \"" + file + "\"\n" + kPressKeys +
+         "position = [0, 0, 40]\nnormal = [0, 0, -1]\n";
+}
+
+/// Such a file: 100 rows of a press of 2 mm, in which a spring answers from 1 mm on.
+inline std::string press_csv(double stiffness_N_m) {
+  std::string text = "t,d,F\n";
+  for (int i = 0; i < 100; ++i)
+    text += std::to_string(0.01 * i) + "," + std::to_string(0.03 * i) + "," +
+            std::to_string(stiffness_N_m * 1e-3 * std::max(0.0, 0.03 * i - 1) + 1e-4 * (i % 3)) +
+            "\n";
+  return text;
 }
 
 inline const std::string kScene = R"([body]
@@ -92,19 +103,20 @@ inline std::string block_off(int cells) {
   return text;
 }
 
-// The scene in a folder of its own, and `palpate run` on it.
+/// The scene and its block in a folder of their own.
+struct BlockFolder : Folder {
+  explicit BlockFolder(const std::string& scene = kScene) {
+    write("scene.toml", scene), write("block.off", block_off(8));
+  }
+};
+
+// That folder, and `palpate run` on it.
 class BlockRun : public testing::Test {
  protected:
-  void SetUp() override {
-    scene = folder.write("scene.toml", kScene);
-    folder.write("block.off", block_off(8));
-  }
   Outcome run(const std::string& out, const std::string& options = "") {
-    return palpate(folder,
-                   "run " + scene.string() + " -o " + (folder / out).string() + " " + options);
+    return palpate(folder, "run scene.toml -o " + out + " " + options);
   }
-  Folder folder;
-  fs::path scene;
+  BlockFolder folder;
 };
 
 }  // namespace palpate::tools::testing_support

@@ -19,27 +19,26 @@ using Json = nlohmann::json;
 class Calibration : public testing::Test {
  protected:
   Outcome calibrate(const std::string& arguments) {
-    return palpate(folder,
-                   "calibrate --json -o " + (folder / "found.toml").string() + " " + arguments);
+    return palpate(folder, "calibrate --json -o found.toml " + arguments);
+  }
+  // Of tests in a file of their own.
+  Outcome calibrate_tests(const std::string& text) {
+    folder.write("tests.toml", text);
+    return calibrate("tests.toml");
   }
   Folder folder;
 };
 
 TEST_F(Calibration, writes_the_scene_back_with_the_material_of_its_presses) {
-  std::string scene = kScene;
-  scene.replace(scene.find("drag_directions = 1"), 19, "drag_directions = 0");
-  folder.write("scene.toml", scene);
-  folder.write("block.off", block_off(8));
-  const fs::path points = folder.write("p.csv", "x_m,y_m,z_m\n0.04,0.04,0.03\n");
-  const Outcome simulated =
-      palpate(folder, "simulate " + (folder / "scene.toml").string() + " --points " +
-                          points.string() + " -o " + (folder / "s.h5").string());
+  const std::string scene = replaced(kScene, "drag_directions = 1", "drag_directions = 0");
+  const BlockFolder folder(scene);
+  folder.write("p.csv", "x_m,y_m,z_m\n0.04,0.04,0.03\n");
+  const Outcome simulated = palpate(folder, "simulate scene.toml --points p.csv -o s.h5");
   ASSERT_EQ(simulated.status, 0) << simulated.err;
-  std::string other = scene;
-  other.replace(other.find("\"10 kPa\""), 8, "\"55 kPa\" # a guess");
+  const std::string other = replaced(scene, "\"10 kPa\"", "\"55 kPa\" # a guess");
   folder.write("other.toml", other);
   const Outcome outcome =
-      calibrate((folder / "other.toml").string() + " --samples " + (folder / "s.h5").string());
+      palpate(folder, "calibrate --json -o found.toml other.toml --samples s.h5");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const Json json = Json::parse(outcome.out);
   EXPECT_EQ(json.at("simulated"), 1) << "one press, one modulus";
@@ -63,7 +62,7 @@ TEST_F(Calibration, reads_specimens_by_header_by_number_and_by_unit) {
     shear += std::to_string(0.004 * y) + "\t" + std::to_string(y) + "\n";
   }
   folder.write("pull.csv", pull), folder.write("shear.txt", shear);
-  const fs::path tests = folder.write("tests.toml", R"([material]
+  const Outcome outcome = calibrate_tests(R"([material]
 young = "1 Pa"
 poisson = 0.4999
 [[test]]
@@ -78,12 +77,10 @@ strain = 2
 stress = 1
 unit = "MPa"
 )");
-  const Outcome outcome = calibrate(tests.string());
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_NEAR(Json::parse(outcome.out).at("parameters")[0].at("value").get<double>(), 12e3, 15);
   const std::string written = content_of(folder / "found.toml");
-  EXPECT_NE(written.find("[material]\nlaw = \"neo-hookean\"\nyoung = \"1"), std::string::npos)
-      << written;
+  EXPECT_TRUE(holds(written, "[material]\nlaw = \"neo-hookean\"\nyoung = \"1"));
 }
 
 // Five compressions of a silicone; published fits of the same laws are evaluated on the same rows.
@@ -116,8 +113,7 @@ TEST_F(Calibration, follows_silicones_no_worse_than_their_published_constants) {
         text += "[[test]]\nkind = \"uniaxial\"\nfile = \"" +
                 (data / (silicone + "_" + specimen + ".csv")).string() +
                 "\"\nstrain = \"Engineering Strain\"\nstress = \"Engineering Stress\"\n";
-      const std::string tests = folder.write("tests.toml", text).string();
-      const Outcome ours = calibrate(tests);
+      const Outcome ours = calibrate_tests(text);
       ASSERT_EQ(ours.status, 0) << ours.err;
       const Json found = Json::parse(ours.out);
       const double before = found.at("sum_of_squares_at_start").get<double>(),
@@ -158,7 +154,7 @@ TEST_F(Calibration, finds_the_published_ogden_constants_of_human_brain) {
                   {"uniaxial", "compression_" + region + ".txt", "stretch"},
                   {"simple-shear", "simple-shear_" + region + ".txt", "strain"}},
                  1, 2, "kPa");
-    const Outcome outcome = calibrate(folder.write("tests.toml", text).string());
+    const Outcome outcome = calibrate_tests(text);
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const Json found = Json::parse(outcome.out);
     const double mu1 = found.at("parameters")[0].at("value").get<double>(),
@@ -184,7 +180,7 @@ TEST_F(Calibration, a_search_that_goes_far_stays_finite) {
                 {"equibiaxial", "Kawabata_1981_ET.txt", "stretch"},
                 {"planar", "Kawabata_1981_PS.txt", "stretch"}},
                2, 1, "MPa");
-  const Outcome outcome = calibrate(folder.write("tests.toml", text).string());
+  const Outcome outcome = calibrate_tests(text);
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_NEAR(Json::parse(outcome.out).at("sum_of_squares").get<double>() * 1e-12, 0.00777, 1e-4);
 }
@@ -197,20 +193,14 @@ TEST(calibrate, a_wrong_unit_or_sign_of_a_test_is_told) {
     for (const double l : {1.0, 1.05, 1.1, 1.2, 1.3})
       rows += std::to_string(times * l) + "," + std::to_string(sign * 4 * (l - 1 / (l * l))) + "\n";
     folder.write("pull.csv", rows);
-    const std::string tests =
-        folder
-            .write("tests.toml",
-                   "[material]\nyoung = \"10 kPa\"\n[[test]]\nfile = \"pull.csv\"\n"
-                   "stretch = \"l\"\nstress = \"P\"\nunit = \"kPa\"\n")
-            .string();
-    return palpate(folder, "calibrate " + tests + " -o " + (folder / "c.toml").string()).err;
+    folder.write("tests.toml",
+                 "[material]\nyoung = \"10 kPa\"\n[[test]]\nfile = \"pull.csv\"\n"
+                 "stretch = \"l\"\nstress = \"P\"\nunit = \"kPa\"\n");
+    return palpate(folder, "calibrate tests.toml -o c.toml").err;
   };
-  EXPECT_EQ(answer(1, 1).find("warning"), std::string::npos) << answer(1, 1);
-  EXPECT_NE(answer(100, 1).find("the stretch reaches 130; percent are to be divided by 100"),
-            std::string::npos)
-      << answer(100, 1);
-  EXPECT_NE(answer(1, -1).find("a unit, a sign or a column is wrong"), std::string::npos)
-      << answer(1, -1);
+  EXPECT_FALSE(holds(answer(1, 1), "warning"));
+  EXPECT_TRUE(holds(answer(100, 1), "the stretch reaches 130; percent are to be divided by 100"));
+  EXPECT_TRUE(holds(answer(1, -1), "a unit, a sign or a column is wrong"));
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "libfem/probes/probes.hpp"
-#include "libfit/core/error.hpp"
+#include "tests/support/error_of.hpp"
 #include "tools/scene/fields.hpp"
 
 namespace palpate::tools {
@@ -237,14 +237,9 @@ TEST(canonical, a_body_without_a_mesh_that_its_scene_names_is_refused) {
                           "/s/a.toml"),
               body);
   body.scene_meshes.clear();
-  try {
-    scene_of(body, "out/body.h5");
-    FAIL() << "accepted";
-  } catch (const Error& e) {
-    EXPECT_EQ(std::string(e.what()),
-              "out/body.h5: scene: lacks a mesh that its text names\n"
-              "  Make the body again with `palpate prepare`.");
-  }
+  EXPECT_EQ(palpate::testing_support::error_of([&] { scene_of(body, "out/body.h5"); }),
+            "out/body.h5: scene: lacks a mesh that its text names\n"
+            "  Make the body again with `palpate prepare`.");
 }
 
 TEST(canonical, keys_of_probes_have_the_dimension_their_name_says) {

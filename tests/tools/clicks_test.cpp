@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <map>
 #include <numbers>
 
 #include "tests/libfit/runtime/models.hpp"
@@ -99,72 +97,6 @@ TEST(clicks, nothing_ablated_is_the_engine_itself_but_for_the_tolerance_of_roots
     ASSERT_NEAR(f.x, -out.force_on_tool_N[0], 1e-10) << i;
     ASSERT_NEAR(f.z, -out.force_on_tool_N[2], 1e-10) << i;
   }
-}
-
-// Case T5: at an edge both triangles must bring one force.
-TEST(clicks, an_edge_felt_from_either_side_is_one_force) {
-  const BenchAsset body = make_bench_asset(bench_cylinder(25, 10));
-  const runtime::Asset& asset = body.asset;
-  const runtime::Arm none;
-  double worst_N = 0, worst_without_N = 0;
-  for (int t = 0; t < asset.triangles; ++t)
-    for (int k = 0; k < 3; ++k) {
-      const int other = asset.neighbour[3 * t + k];
-      if (other < t) continue;
-      runtime::Vec3d force[2][2];
-      for (int side = 0; side < 2; ++side) {
-        const int triangle = side == 0 ? t : other;
-        double n[3] = {0, 0, 0};
-        for (int j = 0; j < 3; ++j) {
-          if (asset.corner(triangle, j) == asset.corner(t, k)) n[j] = 0.3;
-          if (asset.corner(triangle, j) == asset.corner(t, (k + 1) % 3)) n[j] = 0.7;
-        }
-        runtime::Corners corners;
-        const runtime::MeshSurface<double, false> surface(corners, asset, triangle, n, none);
-        const runtime::Vec3d facet = runtime::normalized(asset.area_vector(triangle)) * -1.0;
-        const auto whole = surface.standing(), bare = ablated(whole, {false, false, true}, facet);
-        const runtime::Vec3d x = whole.point + whole.normal * 0.004 + runtime::Vec3d{0, 0, 0.001};
-        const auto of = [&](const auto& spot) {
-          return test::force_from_touch(asset.curves, spot, x);
-        };
-        force[0][side] = of(whole);
-        force[1][side] = of(bare);
-      }
-      const runtime::Vec3d jump = force[0][1] - force[0][0], without = force[1][1] - force[1][0];
-      worst_N = std::max(worst_N, std::sqrt(dot(jump, jump)));
-      worst_without_N = std::max(worst_without_N, std::sqrt(dot(without, without)));
-    }
-  EXPECT_LT(worst_N, 1e-14);
-  EXPECT_GT(worst_without_N, 0.2);
-}
-
-// The independent reference slide of the cylinder, case T3_slide: tick, triangle, force.
-TEST(clicks, with_the_references_projection_the_slide_is_the_references) {
-  ExportOptions options;
-  options.fades_borders = false;
-  const test::Loaded cylinder = test::load(test::cylinder_model(), options);
-  AblatedTip tip(cylinder.asset, {true, true, false});
-  std::ifstream file(std::string(PALPATE_SOURCE_DIR) + "/tests/libfit/runtime/reference/slide.csv");
-  std::map<int, Vec3> reference;
-  for (std::string line; std::getline(file, line);) {
-    int tick = 0, triangle = 0;
-    Vec3 f;
-    if (std::sscanf(line.c_str(), "%d,%d,%lf,%lf,%lf", &tick, &triangle, &f[0], &f[1], &f[2]) == 5)
-      reference[tick] = f;
-  }
-  ASSERT_EQ(reference.size(), 241U);
-  double worst_N = 0;
-  for (int tick = 0; tick <= 1200; ++tick) {
-    const double in = std::clamp(tick / 200.0, 0.0, 1.0),
-                 along = std::clamp((tick - 200) / 800.0, 0.0, 1.0);
-    const double out = std::clamp((tick - 1000) / 200.0, 0.0, 1.0);
-    const double radius = 0.0305 - 0.0045 * (in - out), angle = 0.4 + 0.64 * along;
-    const double x[3] = {radius * std::cos(angle), radius * std::sin(angle), 0.03 + 0.04 * along};
-    const runtime::Vec3d f = tip.tick(x);
-    if (reference.count(tick))
-      worst_N = std::max(worst_N, (Vec3(f.x, f.y, f.z) - reference.at(tick)).norm());
-  }
-  EXPECT_LT(worst_N, 1e-3 * 0.9397);  // of the reference's peak
 }
 
 }  // namespace

@@ -10,9 +10,13 @@
 #include <sstream>
 #include <string>
 
+#include "tests/support/text.hpp"
+
 namespace palpate::tools::testing_support {
 
 namespace fs = std::filesystem;
+using palpate::testing_support::holds;
+using palpate::testing_support::replaced;
 
 /// A folder of its own for one test, removed afterwards.
 class Folder {
@@ -55,47 +59,32 @@ struct Outcome {
   std::string said() const { return err + log; }
 };
 
-/// Runs a line of shell and collects what it printed.
+/// Runs a line of shell in the folder and collects what it printed.
 inline Outcome shell(const Folder& folder, const std::string& line) {
   const fs::path out = folder / ".stdout", err = folder / ".stderr";
-  const int raw = std::system(("( " + line + " ) >" + out.string() + " 2>" + err.string()).c_str());
+  const int raw = std::system(("( cd '" + folder.path().string() + "' && " + line + " ) >" +
+                               out.string() + " 2>" + err.string())
+                                  .c_str());
   return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw), content_of(out),
           content_of(err)};
 }
 
 /// The log of a run with these arguments; empty for other commands.
-inline fs::path log_of(const std::string& arguments) {
+inline fs::path log_of(const Folder& folder, const std::string& arguments) {
   const std::size_t at = arguments.find(" -o ");
   if (!arguments.starts_with("run ") || at == std::string::npos) return {};
-  const std::string folder = arguments.substr(at + 4);
-  return fs::path(folder.substr(0, folder.find(' '))) / "run.log";
+  const std::string output = arguments.substr(at + 4);
+  return folder / output.substr(0, output.find(' ')) / "run.log";
 }
 
-/// Runs the program with the arguments (quoted by the caller) and collects what it said.
+/// Runs the program in the folder with the arguments (quoted by the caller) and collects what it
+/// said.
 inline Outcome palpate(const Folder& folder, const std::string& arguments) {
-  const fs::path log = log_of(arguments);
+  const fs::path log = log_of(folder, arguments);
   const std::size_t before = content_of(log).size();
   Outcome outcome = shell(folder, std::string(PALPATE_PROGRAM) + " " + arguments);
   outcome.log = content_of(log).substr(before);
   return outcome;
-}
-
-/// The same in the folder, so that names are as the user gives them. to: where stdout goes.
-inline Outcome palpate_in(const Folder& folder, const std::string& arguments,
-                          const std::string& to = "") {
-  return shell(folder, "cd '" + folder.path().string() + "' && " + std::string(PALPATE_PROGRAM) +
-                           " " + arguments + " " + to);
-}
-
-/// A box [0, size] mm of 12 triangles as OFF.
-inline std::string box_off(double x, double y, double z) {
-  std::string text = "OFF\n8 12 0\n";
-  for (int i = 0; i < 8; ++i)
-    text += std::to_string(i & 1 ? x : 0) + " " + std::to_string(i & 2 ? y : 0) + " " +
-            std::to_string(i & 4 ? z : 0) + "\n";
-  return text +
-         "3 0 2 3\n3 0 3 1\n3 4 5 7\n3 4 7 6\n3 0 1 5\n3 0 5 4\n3 2 6 7\n3 2 7 3\n3 0 4 6\n3 0 6 "
-         "2\n3 1 3 7\n3 1 7 5\n";
 }
 
 /// A square sheet of cells x cells squares as OFF; `at` writes the vertex of a column and a row.

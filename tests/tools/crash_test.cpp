@@ -27,7 +27,6 @@ class Crash : public BlockRun {
 #ifdef __SANITIZE_ADDRESS__
     GTEST_SKIP() << "the sanitizer reports";
 #endif
-    BlockRun::SetUp();
   }
   // Starts a run on one thread and kills it while it simulates its second experiment.
   int status_of_killed_run(const std::string& out) const {
@@ -36,8 +35,8 @@ class Crash : public BlockRun {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));  // until the file is kept
       return true;
     };
-    return stopped(SIGSEGV, {"run", scene, "-o", out, "--jobs", "1"}, keeps_the_first,
-                   folder / "err");
+    return stopped(SIGSEGV, {"run", folder / "scene.toml", "-o", out, "--jobs", "1"},
+                   keeps_the_first, folder / "err");
   }
 };
 
@@ -57,19 +56,18 @@ TEST_F(Crash, in_simulate_names_the_point_and_the_next_run_goes_on_to_the_same_b
   const std::string version = shell(folder, std::string(PALPATE_PROGRAM) + " --version").out;
   for (const std::string& part :
        {std::string("(SIGSEGV) in simulate, press at p"), "build: " + version.substr(8, 5),
-        "command: palpate run " + scene.string() + " -o " + out + " --jobs 1",
+        "command: palpate run " + (folder / "scene.toml").string() + " -o " + out + " --jobs 1",
         std::string("system: PRETTY_NAME="), std::string("processor:\nprocessor\t: 0\n"),
         std::string("stack:\n"), std::string("(+0x")})
-    EXPECT_NE(report.find(part), std::string::npos) << part << "\nis not in\n" << report;
+    EXPECT_TRUE(holds(report, part));
 
   const Samples kept = read_samples(out + "/samples.h5.partial");
   const std::set<std::int32_t> finished(kept.experiment.begin(), kept.experiment.end());
   EXPECT_GT(finished.size(), 0u);
   const Outcome resumed = run("out");
   EXPECT_EQ(resumed.status, 0) << resumed.err;
-  EXPECT_NE(resumed.said().find(fmt::format("resuming: {} experiments are done", finished.size())),
-            std::string::npos)
-      << resumed.said();
+  EXPECT_TRUE(
+      holds(resumed.said(), fmt::format("resuming: {} experiments are done", finished.size())));
   for (const char* file : {"body.h5", "samples.h5", "samples.surface.h5", "curves.h5", "model.h5",
                            "asset.palp", "reference.h5"})
     EXPECT_TRUE(content_of(folder / "out" / file) == content_of(folder / "whole" / file)) << file;
@@ -79,10 +77,10 @@ TEST_F(Crash, in_simulate_names_the_point_and_the_next_run_goes_on_to_the_same_b
 TEST_F(Crash, is_no_answer_to_sigterm_on_two_threads) {
   for (int tenths = 4; tenths < 16; ++tenths) {
     const Outcome outcome = shell(
-        folder, fmt::format("rm -rf {0}; {1} run {2} -o {0} --jobs 2 & sleep {3}.{4}; kill -TERM "
-                            "$!; wait $!",
-                            (folder / "out").string(), PALPATE_PROGRAM, scene.string(), tenths / 10,
-                            tenths % 10));
+        folder,
+        fmt::format("rm -rf out; {} run scene.toml -o out --jobs 2 & sleep {}.{}; kill -TERM $!; "
+                    "wait $!",
+                    PALPATE_PROGRAM, tenths / 10, tenths % 10));
     EXPECT_EQ(outcome.status, 130) << tenths << "\n" << outcome.err;
   }
 }

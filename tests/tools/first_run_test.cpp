@@ -105,7 +105,7 @@ TEST(new_scene, says_in_its_first_line_which_tissue_it_took) {
   EXPECT_EQ("# " + unknown.warnings[0], first_line(unknown));
   const ProposedScene filled = propose_scene("stomach.stl", block(24), {});
   ASSERT_FALSE(filled.warnings.empty());
-  EXPECT_NE(filled.warnings[0].find("the whole mesh is filled with it"), std::string::npos);
+  EXPECT_TRUE(holds(filled.warnings[0], "the whole mesh is filled with it"));
   const ProposedScene asked = propose_scene("prostate.stl", block(24), {.tissue = "spleen"});
   EXPECT_EQ(first_line(asked), "# tissue: spleen (2.9 kPa), as asked for");
   EXPECT_EQ("# " + asked.notes[0], first_line(asked));
@@ -123,8 +123,7 @@ TEST(tissues, each_has_a_source_and_makes_a_scene) {
 }
 
 TEST(scenes, a_mesh_below_PALPATE_DATA_needs_the_variable) {
-  const std::string text =
-      std::string(kScene).replace(kScene.find("block.off"), 9, "$PALPATE_DATA/block.off");
+  const std::string text = replaced(kScene, "block.off", "$PALPATE_DATA/block.off");
   ::unsetenv("PALPATE_DATA");
   EXPECT_THROW(parse_scene(text, "scene.toml"), Error);
   ::setenv("PALPATE_DATA", "/organs", 1);
@@ -158,27 +157,20 @@ TEST(quick, places_fewer_points_where_they_are_pressed_alone) {
 }
 
 TEST(check, says_all_that_is_wrong_at_once) {
-  const Folder folder;
-  folder.write("block.off", block_off(8));
-  std::string text = kScene;
-  text.replace(text.find("depth ="), 7, "detph =");
-  text.replace(text.find("\"10 kPa\""), 8, "\"10 mm\"");
-  text.replace(text.find("radius = "), 9, "raduis = ");
-  const fs::path scene = folder.write("scene.toml", text);
-  const Outcome outcome = palpate(folder, "check " + scene.string() + " --json");
+  const std::string text = replaced(kScene, "depth =", "detph =");
+  const BlockFolder folder(
+      replaced(replaced(text, "\"10 kPa\"", "\"10 mm\""), "radius = ", "raduis = "));
+  const Outcome outcome = palpate(folder, "check scene.toml --json");
   EXPECT_EQ(outcome.status, 1);
   const auto report = nlohmann::json::parse(outcome.out);
   ASSERT_EQ(report.at("errors").size(), 3u) << outcome.out;
   for (const auto& error : report.at("errors"))
-    EXPECT_NE(error.at("where").get<std::string>().find("scene.toml:"), std::string::npos);
+    EXPECT_TRUE(holds(error.at("where").get<std::string>(), "scene.toml:"));
 }
 
 TEST(check, tries_a_point_and_tells_what_a_run_costs) {
-  const Folder folder;
-  folder.write("block.off", block_off(8));
-  const fs::path scene = folder.write("scene.toml", kScene);
-  const Outcome outcome = palpate(
-      folder, "check " + scene.string() + " --json --vtu " + (folder / "set-up.vtu").string());
+  const BlockFolder folder;
+  const Outcome outcome = palpate(folder, "check scene.toml --json --vtu set-up.vtu");
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   const auto report = nlohmann::json::parse(outcome.out);
   EXPECT_TRUE(report.at("errors").empty());
@@ -187,19 +179,15 @@ TEST(check, tries_a_point_and_tells_what_a_run_costs) {
   EXPECT_GT(trial.at("force_N"), 0);
   EXPECT_GT(trial.at("sticking").get<int>() + trial.at("slipping").get<int>(), 5);
   EXPECT_EQ(report.at("run").at("points_at_most"), 6);  // 4 test points, 2 held out, no causes
-  EXPECT_NE(content_of(folder / "set-up.vtu").find("is_reachable"), std::string::npos);
+  EXPECT_TRUE(holds(content_of(folder / "set-up.vtu"), "is_reachable"));
 }
 
 TEST(check, fails_where_no_row_of_the_trial_is_good) {
-  const Folder folder;
-  folder.write("block.off", block_off(8));
+  const BlockFolder folder(replaced(kScene, "test_points = 4", "test_points = \"p.csv\""));
   folder.write("p.csv", "x_m,y_m,z_m\n0.04,0.04,0\n");  // where the body is held
-  std::string text = kScene;
-  text.replace(text.find("test_points = 4"), 15, "test_points = \"p.csv\"");
-  const Outcome outcome = palpate(folder, "check " + folder.write("scene.toml", text).string());
+  const Outcome outcome = palpate(folder, "check scene.toml");
   EXPECT_EQ(outcome.status, 3) << outcome.out;
-  EXPECT_NE(outcome.err.find("scene.toml: no row of the trial is good"), std::string::npos)
-      << outcome.err;
+  EXPECT_TRUE(holds(outcome.err, "scene.toml: no row of the trial is good"));
 }
 
 TEST(check, advises_what_to_change) {
@@ -215,7 +203,7 @@ TEST(check, advises_what_to_change) {
   const auto says = [&](Trial changed, const std::string& key) {
     const auto sentences = advice(scene, changed);
     ASSERT_EQ(sentences.size(), 1u) << key;
-    EXPECT_NE(sentences[0].find(key), std::string::npos) << sentences[0];
+    EXPECT_TRUE(holds(sentences[0], key));
   };
   Trial changed = trial;
   changed.slipping = 0;

@@ -75,9 +75,7 @@ file = "press.csv"
 }
 
 TEST(key_pages, study_lists_every_key) {
-  const testing_support::Folder folder;
-  folder.write("block.off", testing_support::block_off(8));
-  folder.write("scene.toml", testing_support::kScene);
+  const testing_support::BlockFolder folder;
   KeyLog log;
   read_study(folder.write("study.toml", R"(
 scene = "scene.toml"

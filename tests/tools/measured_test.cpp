@@ -13,54 +13,46 @@ namespace {
 
 using namespace testing_support;
 
+constexpr int kSide_mm = 40;
+
 // A square sheet in the plane z = 0, of 10 x 10 squares.
-std::string sheet(double side) {
-  return sheet_off(10, [side](std::ostream& out, int i, int j) {
-    out << side / 10 * i << ' ' << side / 10 * j << " 0";
+std::string sheet() {
+  return sheet_off(10, [](std::ostream& out, int i, int j) {
+    out << kSide_mm / 10 * i << ' ' << kSide_mm / 10 * j << " 0";
   });
 }
 
 // The four corners of a homogeneous specimen, each answered for by the same recordings.
-std::string at_corners(const std::string& file, const char* unit, double side) {
+std::string at_corners(const std::string& file) {
   std::ostringstream text;
   for (int k = 0; k < 4; ++k)
     text << "[[recording]]\nfile = \"" << file << "\"\npoint = \"corner" << k
-         << "\"\nposition = [\"" << side * (k % 2) << ' ' << unit << "\", \"" << side * (k / 2)
-         << ' ' << unit << "\", \"0 mm\"]\n";
+         << "\"\nposition = [\"" << kSide_mm * (k % 2) << " mm\", \"" << kSide_mm * (k / 2)
+         << " mm\", \"0 mm\"]\n";
   return text.str();
 }
 
 class Measured : public testing::Test {
  protected:
   void SetUp() override { PALPATE_NEEDS_DATA("data/indentation"); }
-  std::string path(const char* name) const { return (folder_ / name).string(); }
   std::string files(const char* pattern) const { return fs::canonical(data_).string() + pattern; }
 
-  // Import, fit, tabulate with bands, refine, export, inspect; says what the import said.
-  std::string walk(const char* unit, double side, const std::string& recordings,
-                   int status_of_fit = 0) {
-    folder_.write("sheet.off", sheet(side));
-    folder_.write("scene.toml", std::string("[body]\nsurface = \"sheet.off\"\nlength_unit = \"") +
-                                    unit + "\"\n[probe]\nradius = \"1 " + unit +
-                                    "\"\n[experiments]\ntest_points = 16\n");
-    folder_.write("manifest.toml", std::string("surface = \"sheet.off\"\nlength_unit = \"") + unit +
-                                       "\"\n" + recordings);
-    const Outcome imported =
-        run("import " + path("manifest.toml") + " -o " + path("samples.h5"), 0);
-    run("fit " + path("samples.h5") + " -o " + path("curves.h5"), status_of_fit);
-    run("tabulate --band " + path("curves.h5") + " -o " + path("band.csv"), 0);
-    run("prepare --surface-only " + path("scene.toml") + " -o " + path("body.h5"), 0);
-    run("refine " + path("curves.h5") + " --body " + path("body.h5") + " -o " + path("model.h5"),
-        0);
-    run("export " + path("model.h5") + " -o " + path("asset.palp"), 0);
-    EXPECT_NE(run("inspect " + path("asset.palp"), 0).out.find("reproduced bit for bit"),
-              std::string::npos);
-    return imported.err;
-  }
-  Outcome run(const std::string& line, int status) const {
-    const Outcome outcome = palpate(folder_, line);
-    EXPECT_EQ(outcome.status, status) << line << '\n' << outcome.err;
-    return outcome;
+  // Import, fit, tabulate with bands, refine, export, inspect.
+  void walk(const std::string& recordings) const {
+    const std::string body = "surface = \"sheet.off\"\nlength_unit = \"mm\"\n";
+    folder_.write("sheet.off", sheet());
+    folder_.write("scene.toml", "[body]\n" + body +
+                                    "[probe]\nradius = \"1 mm\"\n[experiments]\n"
+                                    "test_points = 16\n");
+    folder_.write("manifest.toml", body + recordings);
+    for (const char* line :
+         {"import manifest.toml -o samples.h5", "fit samples.h5 -o curves.h5",
+          "tabulate --band curves.h5 -o band.csv", "prepare --surface-only scene.toml -o body.h5",
+          "refine curves.h5 --body body.h5 -o model.h5", "export model.h5 -o asset.palp"}) {
+      const Outcome outcome = palpate(folder_, line);
+      EXPECT_EQ(outcome.status, 0) << line << '\n' << outcome.err;
+    }
+    EXPECT_TRUE(holds(palpate(folder_, "inspect asset.palp").out, "reproduced bit for bit"));
   }
   struct Row {
     std::string point;
@@ -97,9 +89,8 @@ class Measured : public testing::Test {
 
 TEST_F(Measured, five_compressions_of_each_silicone_become_an_asset) {
   for (const char* material : {"EF10_100T", "EF10_50T"}) {
-    walk("mm", 40,
-         "[defaults]\nforce_on = \"body\"\nprobe = { shape = \"flat\", radius = \"25 mm\" }\n" +
-             at_corners(files("/compression/") + material + "_*.csv", "mm", 40));
+    walk("[defaults]\nforce_on = \"body\"\nprobe = { shape = \"flat\", radius = \"25 mm\" }\n" +
+         at_corners(files("/compression/") + material + "_*.csv"));
     expect_bands(4, 0.2);
     const auto rows = bands();
     ASSERT_GT(rows.size(), 20u);

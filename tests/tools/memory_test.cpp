@@ -10,17 +10,12 @@ namespace {
 using namespace testing_support;
 
 struct Memory : testing::Test {
-  void SetUp() override {
-    folder.write("block.off", block_off(8));
-    folder.write("scene.toml", kScene);
-  }
   // Within `limit_KB` of address space; 124 where it had to be killed.
   Outcome within(int limit_KB, const std::string& arguments) const {
-    return shell(folder, "cd '" + folder.path().string() + "' && ulimit -v " +
-                             std::to_string(limit_KB) + " && timeout -k 1 60 " +
+    return shell(folder, "ulimit -v " + std::to_string(limit_KB) + " && timeout -k 1 60 " +
                              std::string(PALPATE_PROGRAM) + " " + arguments);
   }
-  Folder folder;
+  BlockFolder folder;
 };
 
 // A BLAS with a thread pool took 128 MB for each core when it was loaded, or span for ever.
@@ -38,10 +33,8 @@ TEST_F(Memory, that_is_too_little_is_an_error_and_no_hang) {
     ++(is_done ? done : errors);
     if (is_done) continue;
     EXPECT_EQ(outcome.status, 1) << limit_KB << "\n" << outcome.err;
-    EXPECT_NE(outcome.err.find("palpate: error: memory: there is not enough of it"),
-              std::string::npos)
-        << limit_KB << "\n"
-        << outcome.err;
+    EXPECT_TRUE(holds(outcome.err, "palpate: error: memory: there is not enough of it"))
+        << limit_KB;
   }
   EXPECT_GT(errors, 0);
   EXPECT_GT(done, 0);

@@ -25,7 +25,7 @@ struct Checked {
 
 Checked check(const Folder& folder, const std::string& text) {
   folder.write("m.toml", text);
-  Checked out{palpate(folder, "check --json " + (folder / "m.toml").string()), {}};
+  Checked out{palpate(folder, "check --json m.toml"), {}};
   if (out.said.status == 0) out.json = Json::parse(out.said.out);
   return out;
 }
@@ -67,13 +67,13 @@ TEST(OddRecordings, a_log_of_nine_places_is_nine_recordings) {
       const Json& r = nine.json.at("recordings")[k];
       EXPECT_NEAR(r.at("depth_m"), 3e-3, 0.15e-3) << r;
       EXPECT_NEAR(r.at("force_N"), hertz_N(3, k == 4 ? 40 : 10), 0.02) << r;
-      EXPECT_NE(r.dump().find(fmt::format("place {} of 9", k + 1)), std::string::npos) << r;
+      EXPECT_TRUE(holds(r.dump(), fmt::format("place {} of 9", k + 1))) << r;
     }
   }
   const Checked placed = check(folder, manifest("log.csv", "", kPlaced));
   EXPECT_NE(placed.said.status, 0);
-  EXPECT_NE(placed.said.err.find("presses at 9 places"), std::string::npos) << placed.said.err;
-  EXPECT_NE(placed.said.err.find("Leave `position` out"), std::string::npos) << placed.said.err;
+  EXPECT_TRUE(holds(placed.said.err, "presses at 9 places"));
+  EXPECT_TRUE(holds(placed.said.err, "Leave `position` out"));
 }
 
 TEST(OddRecordings, presses_that_repeat_at_each_place_stay_together) {
@@ -83,7 +83,7 @@ TEST(OddRecordings, presses_that_repeat_at_each_place_stay_together) {
   const Checked two = check(folder, manifest("log.csv", "normal = [0, 0, -1]"));
   ASSERT_EQ(two.said.status, 0) << two.said.err;
   EXPECT_EQ(two.json.at("recordings").size(), 2u);
-  EXPECT_NE(two.json.dump().find("holds 3 presses as deep"), std::string::npos) << two.json;
+  EXPECT_TRUE(holds(two.json.dump(), "holds 3 presses as deep")) << two.json;
   const Checked one = check(folder, manifest("one.csv", "normal = [0, 0, -1]"));
   ASSERT_EQ(one.said.status, 0) << one.said.err;
   EXPECT_EQ(one.json.at("recordings").size(), 1u);
@@ -99,17 +99,15 @@ TEST(OddRecordings, a_key_that_a_format_does_not_read_is_refused_where_it_stands
   };
   ASSERT_EQ(check(folder, manifest("a.csv", "", kPlaced)).said.status, 0);
   const std::string of_entry = refusal("", "normals = \"outward\"");
-  EXPECT_NE(of_entry.find("m.toml:9:11: `normals` does nothing for "), std::string::npos)
-      << of_entry;
-  EXPECT_NE(of_entry.find("turn `normal` around"), std::string::npos);
+  EXPECT_TRUE(holds(of_entry, "m.toml:9:11: `normals` does nothing for "));
+  EXPECT_TRUE(holds(of_entry, "turn `normal` around"));
   const std::string of_defaults = refusal("normals = \"outward\"", "");
-  EXPECT_NE(of_defaults.find("m.toml:4:11: `normals` does nothing for these recordings, which "
-                             "are read as csv"),
-            std::string::npos)
-      << of_defaults;
+  EXPECT_TRUE(holds(of_defaults,
+                    "m.toml:4:11: `normals` does nothing for these recordings, which "
+                    "are read as csv"));
   for (const char* key :
        {"columns = { depth = \"z_mm\", force = \"F_N\", normal = [\"a\", \"b\", \"c\"] }"})
-    EXPECT_NE(refusal("", key).find("does nothing for "), std::string::npos) << key;
+    EXPECT_TRUE(holds(refusal("", key), "does nothing for ")) << key;
 }
 
 // What `check` says of the press of kDepth_mm into 10 kPa.
@@ -132,7 +130,7 @@ TEST(OddRecordings, hints_are_relative_to_the_unit_of_the_header) {
          "The file says um, and it should probably be \"mm\": correct the header, or "
          "name `columns` by number and say units.position"}}) {
     const Checked refused = check(folder, manifest(file, "", kPlaced));
-    EXPECT_NE(refused.said.err.find(hint), std::string::npos) << refused.said.err;
+    EXPECT_TRUE(holds(refused.said.err, hint));
   }
   expect_press(check(folder, manifest("force.csv", "", kPlaced + std::string(R"(
 columns = { time = 1, depth = 2, force = 3 }
@@ -186,8 +184,7 @@ columns = { time = "t", depth = "z", force = "F" }
 units = { time = "s", position = "mm", force = "N" })",
                                       kPlaced)));
   const Checked doubt = check(folder, manifest("unsure.txt", "", kPlaced));
-  EXPECT_NE(doubt.said.err.find("may be a decimal or a thousand"), std::string::npos)
-      << doubt.said.err;
+  EXPECT_TRUE(holds(doubt.said.err, "may be a decimal or a thousand"));
   expect_press(check(folder, manifest("unsure.txt", "decimal = \".\"", kPlaced)));
   folder.write("shifted.txt", "tip load (N) z_mm\n0.1 0\n0.2 1\n");
   const Checked shifted =
@@ -195,8 +192,7 @@ units = { time = "s", position = "mm", force = "N" })",
                              "columns = { depth = \"z_mm\", force = \"load\" }\n"
                              "units = { force = \"N\" }",
                              kPlaced));
-  EXPECT_NE(shifted.said.err.find("names 4 columns, the rows have 2"), std::string::npos)
-      << shifted.said.err;
+  EXPECT_TRUE(holds(shifted.said.err, "names 4 columns, the rows have 2"));
 }
 
 // Two topics in one log: a reading of the one, of the other or of both to each stamp.
@@ -220,15 +216,13 @@ TEST(OddRecordings, positions_and_forces_of_two_rates_on_one_clock_are_read_at_t
     SCOPED_TRACE(file);
     const Checked read = check(folder, manifest(file, "", kPlaced));
     expect_press(read);
-    EXPECT_NE(read.json.dump().find("interpolated at the times of the forces"), std::string::npos);
+    EXPECT_TRUE(holds(read.json.dump(), "interpolated at the times of the forces"));
   }
   const Checked some = check(folder, manifest("lost.csv", "", kPlaced));
-  EXPECT_NE(some.said.err.find("column `F_N` has no value here"), std::string::npos)
-      << some.said.err;
+  EXPECT_TRUE(holds(some.said.err, "column `F_N` has no value here"));
   const Checked timeless = check(
       folder, manifest("apart.csv", "columns = { depth = \"z_mm\", force = \"F_N\" }", kPlaced));
-  EXPECT_NE(timeless.said.err.find("no time says how they belong"), std::string::npos)
-      << timeless.said.err;
+  EXPECT_TRUE(holds(timeless.said.err, "no time says how they belong"));
 }
 
 TEST(OddRecordings, a_way_back_that_is_written_from_its_free_end_is_turned_around) {
@@ -243,19 +237,19 @@ TEST(OddRecordings, a_way_back_that_is_written_from_its_free_end_is_turned_aroun
 columns = { depth = "Ex_mm", force = "Ex_N", retract_depth = "Rt_mm", retract_force = "Rt_N" })",
                                                 kPlaced));
   expect_press(turned);
-  EXPECT_EQ(turned.said.err.find("is not given back"), std::string::npos) << turned.said.err;
-  EXPECT_NE(turned.json.dump().find("was turned around"), std::string::npos);
+  EXPECT_FALSE(holds(turned.said.err, "is not given back"));
+  EXPECT_TRUE(holds(turned.json.dump(), "was turned around"));
 }
 
 TEST(OddRecordings, archives_that_hold_no_force_curve_are_called_by_their_name) {
   const Folder folder;
   folder.write("t_s.npy", "\x93NUMPY"), folder.write("F_N.npy", "\x93NUMPY");
-  const std::string line = "cd " + folder.path().string() + " && python3 -m zipfile -c a.npz ";
-  if (std::system((line + "t_s.npy F_N.npy").c_str()) != 0) GTEST_SKIP() << "no python3";
+  if (shell(folder, "python3 -m zipfile -c a.npz t_s.npy F_N.npy").status != 0)
+    GTEST_SKIP() << "no python3";
   for (const char* file : {"a.npz", "t_s.npy"}) {
     const Checked refused = check(folder, manifest(file, "", kPlaced));
-    EXPECT_NE(refused.said.err.find("of NumPy"), std::string::npos) << refused.said.err;
-    EXPECT_NE(refused.said.err.find("numpy.savetxt("), std::string::npos) << refused.said.err;
+    EXPECT_TRUE(holds(refused.said.err, "of NumPy"));
+    EXPECT_TRUE(holds(refused.said.err, "numpy.savetxt("));
   }
 }
 
@@ -278,8 +272,7 @@ TEST(OddRecordings, a_filter_that_moves_the_curve_is_refused_and_one_that_does_n
 
 // A folder's manifest as `new` proposes it, and what it said.
 std::pair<std::string, std::string> proposed(const Folder& folder) {
-  const Outcome said = palpate(folder, "new --recordings " + (folder / "rig").string() + " -o " +
-                                           (folder / "new.toml").string());
+  const Outcome said = palpate(folder, "new --recordings rig -o new.toml");
   EXPECT_EQ(said.status, 0) << said.err;
   return {content_of(folder / "new.toml"), said.err};
 }
@@ -301,13 +294,10 @@ TEST(OddRecordings, a_folder_is_read_though_its_first_files_are_bad) {
                table("t_s,z_mm,F_N", "{:.2f},{:.5f},{:.6f}", 1, 1e-9));  // no contact
   for (const char* name : {"c", "d", "e"}) folder.write(std::string("rig/") + name + ".csv", good);
   const auto [text, err] = proposed(folder);
-  for (const char* name : {"c", "d", "e"})
-    EXPECT_NE(text.find(std::string(name) + ".csv"), std::string::npos) << text;
-  EXPECT_NE(err.find("a_empty.csv: has no row of numbers; others alike are read"),
-            std::string::npos)
-      << err;
-  EXPECT_NE(err.find("rig/a.csv: not used: is empty"), std::string::npos) << err;
-  EXPECT_NE(err.find("b_missed.csv: "), std::string::npos) << err;
+  for (const char* name : {"c", "d", "e"}) EXPECT_TRUE(holds(text, std::string(name) + ".csv"));
+  EXPECT_TRUE(holds(err, "a_empty.csv: has no row of numbers; others alike are read"));
+  EXPECT_TRUE(holds(err, "rig/a.csv: not used: is empty"));
+  EXPECT_TRUE(holds(err, "b_missed.csv: "));
   const std::size_t defaults = text.find("[defaults]");
   ASSERT_NE(defaults, std::string::npos) << text;
   EXPECT_LT(defaults, text.find("[[recording]]"));

@@ -16,34 +16,32 @@ class PlacedRun : public BlockRun {};
 
 // A round adds half as many points, at most to the budget; a tolerance of 0 spends it.
 std::string automatic_scene(int budget) {
-  std::string text = kScene;
-  text.replace(text.find("test_points = 4"), 15,
+  std::string text =
+      replaced(kScene, "test_points = 4",
                "test_points = \"auto\"\ntolerance = 0\nbudget = " + std::to_string(budget));
-  text.replace(text.find("drag_depths = [\"3 mm\"]"), 22, "drag_depths = []");
-  text.replace(text.find("press_steps = 5"), 15, "press_steps = 3");
-  text.replace(text.find("[[\"20 mm\", \"20 mm\""), 18, "[[\"9 mm\", \"9 mm\"");
-  return text;
+  text = replaced(text, "drag_depths = [\"3 mm\"]", "drag_depths = []");
+  text = replaced(text, "press_steps = 5", "press_steps = 3");
+  return replaced(text, "[[\"20 mm\", \"20 mm\"", "[[\"9 mm\", \"9 mm\"");
 }
 
 TEST_F(PlacedRun, automatic_points_are_added_to_and_never_simulated_again) {
   folder.write("scene.toml", automatic_scene(16));
   const Outcome sixteen = run("out", "--jobs 1");
   ASSERT_EQ(sixteen.status, 0) << sixteen.err;
-  EXPECT_NE(sixteen.said().find("12 points predict 4 new ones"), std::string::npos) << sixteen.err;
-  EXPECT_NE(sixteen.said().find("others are pressed so"), std::string::npos) << sixteen.err;
+  EXPECT_TRUE(holds(sixteen.said(), "12 points predict 4 new ones"));
+  EXPECT_TRUE(holds(sixteen.said(), "others are pressed so"));
   const Outcome again = run("out");
-  EXPECT_NE(again.said().find("nothing to do"), std::string::npos) << again.err;
+  EXPECT_TRUE(holds(again.said(), "nothing to do"));
 
   folder.write("scene.toml", automatic_scene(18) +
                                  "[[validate.tool]]\nshape = \"sphere\"\n"
                                  "radius = \"5 mm\"\npoints = 1\n");
   const Outcome more = run("out", "--jobs 1");
-  EXPECT_NE(more.said().find("and the other 1 tool by theory alone"), std::string::npos)
-      << more.said();
+  EXPECT_TRUE(holds(more.said(), "and the other 1 tool by theory alone"));
   ASSERT_EQ(more.status, 0) << more.err;
-  EXPECT_NE(more.said().find("12 points predict 6 new ones"), std::string::npos) << more.err;
-  EXPECT_NE(more.said().find("simulate 18/18"), std::string::npos) << more.err;
-  EXPECT_EQ(more.said().find("simulate 16/"), std::string::npos) << "simulated again: " << more.err;
+  EXPECT_TRUE(holds(more.said(), "12 points predict 6 new ones"));
+  EXPECT_TRUE(holds(more.said(), "simulate 18/18"));
+  EXPECT_FALSE(holds(more.said(), "simulate 16/")) << "simulated again: ";
 
   const Outcome at_once = run("fresh", "--jobs 2");
   ASSERT_EQ(at_once.status, 0) << at_once.err;
@@ -55,40 +53,34 @@ TEST_F(PlacedRun, automatic_points_are_added_to_and_never_simulated_again) {
 // points go nearer where the tolerance is not met.
 TEST_F(PlacedRun, points_go_nearer_to_each_other_where_the_tolerance_is_not_met) {
   folder.write("block.off", block_off(32));
-  std::string text = automatic_scene(24);
-  text.replace(text.find("[[\"9 mm\", \"9 mm\""), 16, "[[\"32 mm\", \"32 mm\"");
-  text.replace(text.find("[\"60 mm\", \"60 mm\""), 17, "[\"46 mm\", \"46 mm\"");
-  folder.write("scene.toml", text);
-  const Outcome placed =
-      palpate(folder, "simulate " + scene.string() + " -o " + (folder / "samples.h5").string());
+  const std::string small =
+      replaced(automatic_scene(24), "[[\"9 mm\", \"9 mm\"", "[[\"32 mm\", \"32 mm\"");
+  folder.write("scene.toml", replaced(small, "\"60 mm\", \"60 mm\"", "\"46 mm\", \"46 mm\""));
+  const Outcome placed = palpate(folder, "simulate scene.toml -o samples.h5");
   ASSERT_EQ(placed.status, 0) << placed.err;
-  EXPECT_NE(placed.said().find("12 on 36 reachable"), std::string::npos) << placed.said();
-  EXPECT_NE(placed.said().find("the budget of 24 points is spent"), std::string::npos)
-      << placed.said();
+  EXPECT_TRUE(holds(placed.said(), "12 on 36 reachable"));
+  EXPECT_TRUE(holds(placed.said(), "the budget of 24 points is spent"));
 }
 
 TEST_F(PlacedRun, rounds_of_shards_have_the_bytes_of_one_process) {
   folder.write("scene.toml", automatic_scene(20));
-  const std::string shards = (folder / "shards").string();
   fs::create_directories(folder / "one");
-  const Outcome one = palpate(
-      folder, "simulate " + scene.string() + " -o " + (folder / "one" / "samples.h5").string());
+  const Outcome one = palpate(folder, "simulate scene.toml -o one/samples.h5");
   ASSERT_EQ(one.status, 0) << one.err;
   int rounds = 0;
   for (; rounds < 9 && !fs::exists(folder / "shards" / "samples.h5"); ++rounds) {
     for (const char* shard : {"1/3", "2/3", "3/3"}) {
       const Outcome done =
-          palpate(folder, "simulate " + scene.string() + " --shard " + shard + " -o " + shards);
+          palpate(folder, std::string("simulate scene.toml -o shards --shard ") + shard);
       ASSERT_EQ(done.status, 0) << done.err;
     }
-    const Outcome merged = palpate(folder, "merge " + shards + " -o " + shards + "/samples.h5");
+    const Outcome merged = palpate(folder, "merge shards -o shards/samples.h5");
     ASSERT_EQ(merged.status, 0) << merged.err;
   }
   EXPECT_GE(rounds, 3);
   folder.write("study.toml", "scene = \"scene.toml\"\n");
-  const Outcome study = palpate(
-      folder, "study " + (folder / "study.toml").string() + " -o " + (folder / "study").string());
-  EXPECT_NE(study.out.find("1 cases: 1 done"), std::string::npos) << study.err;
+  const Outcome study = palpate(folder, "study study.toml -o study");
+  EXPECT_TRUE(holds(study.out, "1 cases: 1 done"));
   for (const auto& entry : fs::directory_iterator(folder / "study" / "cases"))
     EXPECT_TRUE(content_of(entry.path() / "samples.h5") ==
                 content_of(folder / "one" / "samples.h5"));
@@ -97,9 +89,7 @@ TEST_F(PlacedRun, rounds_of_shards_have_the_bytes_of_one_process) {
 }
 
 TEST_F(PlacedRun, the_asset_carries_the_statement_and_what_it_is_made_of) {
-  std::string text = kScene;
-  text.replace(text.find("causes = false"), 14, "causes = true");
-  folder.write("scene.toml", text);
+  folder.write("scene.toml", replaced(kScene, "causes = false", "causes = true"));
   ASSERT_EQ(run("out").status, 0);
   const auto statement = nlohmann::json::parse(content_of(folder / "out" / "statement.json"));
   for (const char* cause :
@@ -118,15 +108,13 @@ TEST_F(PlacedRun, the_asset_carries_the_statement_and_what_it_is_made_of) {
   EXPECT_EQ(meta.at("statement").at("force_error"), statement.at("force_error"));
 
   // The held-out points' own experiments are new to the model; its own points are not.
-  const std::string out = (folder / "out").string();
-  const Outcome fresh =
-      palpate(folder, "predict " + out + "/model.h5 " + out + "/reference.h5 --json");
+  const Outcome fresh = palpate(folder, "predict out/model.h5 out/reference.h5 --json");
   ASSERT_EQ(fresh.status, 0) << fresh.err;
   EXPECT_EQ(nlohmann::json::parse(fresh.out).at("probes").get<int>(), 2);
-  const Outcome own = palpate(folder, "predict " + out + "/model.h5 " + out +
-                                          "/samples.h5 --without " + out + "/curves.h5");
+  const Outcome own =
+      palpate(folder, "predict out/model.h5 out/samples.h5 --without out/curves.h5");
   EXPECT_EQ(own.status, 1);
-  EXPECT_NE(own.said().find("none of its points can be predicted"), std::string::npos) << own.err;
+  EXPECT_TRUE(holds(own.said(), "none of its points can be predicted"));
 }
 
 }  // namespace

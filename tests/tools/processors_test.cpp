@@ -14,24 +14,21 @@ using namespace testing_support;
 class Processors : public BlockRun {
  protected:
   void SetUp() override {
-    BlockRun::SetUp();
-    std::string text = kScene;
-    const std::string material = "young = \"10 kPa\"\n";
-    text.replace(text.find(material), material.size(),
+    const std::string text =
+        replaced(kScene, "young = \"10 kPa\"\n",
                  "law = \"holzapfel-gasser-ogden\"\nshear = \"3.4 kPa\"\nk1 = \"10 kPa\"\n"
                  "k2 = 2\nfibre = [1, 0, 0]\n");
-    text += R"([[inclusion]]
+    folder.write("scene.toml", text + R"([[inclusion]]
 sphere = { center = ["40 mm", "40 mm", "20 mm"], radius = "6 mm" }
 [inclusion.material]
 young = "60 kPa"
 poisson = 0.45
-)";
-    scene = folder.write("scene.toml", text);
+)");
   }
 
   Outcome palpate_on(const std::string& hidden, const std::string& arguments) {
-    return shell(folder, "cd '" + folder.path().string() + "' && GLIBC_TUNABLES=glibc.cpu.hwcaps=" +
-                             hidden + " " + PALPATE_PROGRAM + " " + arguments);
+    return shell(folder, "GLIBC_TUNABLES=glibc.cpu.hwcaps=" + hidden + " " + PALPATE_PROGRAM + " " +
+                             arguments);
   }
 
   void expect_same_files(const std::string& one, const std::string& other) {
@@ -69,7 +66,7 @@ TEST_F(Processors, without_avx2_compute_as_well_and_say_whose_digits_these_are) 
   const Outcome old = palpate_on("-AVX2,-AVX512F", simulate + "old.h5");
   ASSERT_EQ(old.status, 0) << old.err;
   const std::string line = "this processor has no AVX2 with FMA";
-  EXPECT_EQ(young.err.find(line), std::string::npos) << young.err;
+  EXPECT_FALSE(holds(young.err, line));
   const std::size_t at = old.err.find(line);
   ASSERT_NE(at, std::string::npos) << old.err;
   EXPECT_EQ(old.err.find(line, at + 1), std::string::npos) << old.err;

@@ -113,16 +113,14 @@ TEST(RecordedTruth, contacts_and_forces_are_as_near_to_the_truth_as_stated) {
   int within = 0, presses = 0;
   for (const ForceLaw& law : kLaws) {
     const Folder folder;
-    const auto path = [&](const char* name) { return (folder / name).string(); };
     folder.write("sheet.off", sheet());
     const std::vector<double> contacts_mm = record(folder, "measured", law, kNoise_N);
     record(folder, "true", law, 0);
-    const Outcome ran = palpate(folder, "run " + path("measured.toml") + " -o " + path("out"));
+    const Outcome ran = palpate(folder, "run measured.toml -o out");
     ASSERT_EQ(ran.status, 0) << law.name << '\n' << ran.err;
-    ASSERT_EQ(palpate(folder, "import " + path("true.toml") + " -o " + path("true.h5")).status, 0);
+    ASSERT_EQ(palpate(folder, "import true.toml -o true.h5").status, 0);
     const Outcome compared = palpate(
-        folder, "validate " + path("out/asset.palp") + " " + path("true.h5") + " --curves " +
-                    path("out/curves.h5") + " --body " + path("out/body.h5") + " --json");
+        folder, "validate out/asset.palp true.h5 --curves out/curves.h5 --body out/body.h5 --json");
     ASSERT_EQ(compared.status, 0) << law.name << '\n' << compared.err;
     const Json stated = Json::parse(content_of(folder / "out/statement.json"))["force_error"];
     const double found = Json::parse(compared.out)["force_error"]["p95_rel"];

@@ -43,10 +43,9 @@ class Recordings : public Report {
     for (const char* file : {"a.csv", "b.csv", "c.csv"})
       manifest += "[[recording]]\nfile = \"" + std::string(file) + "\"\n";
     folder_->write("rig/manifest.toml", manifest);
-    outcome =
-        palpate(*folder_, "import " + path("rig/manifest.toml") + " -o " + path("rig/samples.h5"));
+    outcome = palpate(*folder_, "import rig/manifest.toml -o rig/samples.h5");
     ASSERT_EQ(outcome.status, 3) << outcome.err;
-    outcome = palpate(*folder_, "fit " + path("rig/samples.h5") + " -o " + path("rig/curves.h5"));
+    outcome = palpate(*folder_, "fit rig/samples.h5 -o rig/curves.h5");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
   }
   // Into the body and back, with a rest between, in 900 readings.
@@ -66,14 +65,13 @@ class Recordings : public Report {
 
 TEST_F(Recordings, all_are_in_the_page_refused_ones_first) {
   SKIP_WITHOUT_PAGE();
-  ASSERT_EQ(report(path("rig") + " -o " + path("report.html")).status, 0);
+  ASSERT_EQ(report("rig -o report.html").status, 0);
   const auto pictures = contents_of(path("report.html")).at("pictures");
   EXPECT_EQ(pictures.at("file"), (nlohmann::json{"b.csv", "c.csv", "a.csv"}));
   EXPECT_EQ(pictures.at("all"), (nlohmann::json{1, 0, 0, 2}));
   EXPECT_EQ(pictures.at("readings")[1], 0) << "nothing was read of it";
   EXPECT_NE(pictures.at("reasons")[0].get<std::string>(), "");
-  EXPECT_NE(pictures.at("reasons")[1].get<std::string>().find("`x` is not a number"),
-            std::string::npos);
+  EXPECT_TRUE(holds(pictures.at("reasons")[1].get<std::string>(), "`x` is not a number"));
   const auto of_b = pictures.at("readings")[0].get<std::size_t>();
   for (const char* key : {"push_N", "travel_m"}) {
     const auto all = unpacked<float>(pictures.at(key));
@@ -96,15 +94,12 @@ TEST_F(Recordings, of_another_import_are_not_shown) {
   folder_->write("rig/a.csv", press(true) + "9.5,0,0.1\n");
   fs::copy_file(path("rig/samples.signals.h5"), path("rig/kept.h5"),
                 fs::copy_options::overwrite_existing);
-  ASSERT_EQ(
-      palpate(*folder_, "import " + path("rig/manifest.toml") + " -o " + path("rig/samples.h5"))
-          .status,
-      3);
+  ASSERT_EQ(palpate(*folder_, "import rig/manifest.toml -o rig/samples.h5").status, 3);
   fs::rename(path("rig/kept.h5"), path("rig/samples.signals.h5"));
-  ASSERT_EQ(report(path("rig") + " -o " + path("report.html")).status, 0);
+  ASSERT_EQ(report("rig -o report.html").status, 0);
   const auto contents = contents_of(path("report.html"));
   EXPECT_FALSE(contents.contains("pictures"));
-  EXPECT_NE(contents.at("warnings").dump().find("of another import"), std::string::npos);
+  EXPECT_TRUE(holds(contents.at("warnings").dump(), "of another import"));
 }
 
 TEST_F(Recordings, are_drawn_in_both_schemes_and_on_narrow_screens) {

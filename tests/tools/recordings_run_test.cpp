@@ -65,11 +65,10 @@ class RecordingsRun : public testing::Test {
     shared = std::make_unique<Folder>();
     fs::create_directory(*shared / "rig");
     shared->write("rig/probes.csv", robot_file());
-    proposed = palpate(*shared, "new --recordings " + path("rig") + " -o " + path("manifest.toml"));
-    ran = palpate(*shared, "run " + path("manifest.toml") + " -o " + path("out"));
+    proposed = palpate(*shared, "new --recordings rig -o manifest.toml");
+    ran = palpate(*shared, "run manifest.toml -o out");
   }
   static void TearDownTestSuite() { shared.reset(); }
-  static std::string path(const std::string& name) { return (*shared / name).string(); }
   static Json statement() { return Json::parse(content_of(*shared / "out/statement.json")); }
 
   static std::unique_ptr<Folder> shared;
@@ -83,9 +82,8 @@ TEST_F(RecordingsRun, new_finds_format_signs_and_guesses_units_aloud) {
   const std::string text = content_of(*shared / "manifest.toml");
   for (const char* line : {"format = \"robot-palpation\"", "position = \"mm\", force = \"N\"",
                            "force_on = \"tool\"", "normals = \"outward\""})
-    EXPECT_NE(text.find(line), std::string::npos) << line << "\n" << text;
-  EXPECT_NE(proposed.err.find("units mm and N, which no header says"), std::string::npos)
-      << proposed.err;
+    EXPECT_TRUE(holds(text, line));
+  EXPECT_TRUE(holds(proposed.err, "units mm and N, which no header says"));
 }
 
 // Positions of a ball's centre: 4 mm off the body's surface, and off that of the contacts.
@@ -96,11 +94,10 @@ TEST(BallCentres, are_proposed_beside_a_mesh_and_become_places_of_contact) {
     fs::create_directory(folder / name);
     folder.write(name + "/probes.csv", robot_file(off_mm));
     folder.write(name + "/body.off", bump_off());
-    const std::string manifest = (folder / (name + ".toml")).string();
-    const Outcome proposed =
-        palpate(folder, "new --recordings " + (folder / name).string() + " -o " + manifest);
+    const std::string manifest = name + ".toml";
+    const Outcome proposed = palpate(folder, "new --recordings " + name + " -o " + manifest);
     ASSERT_EQ(proposed.status, 0) << proposed.err;
-    const std::string text = content_of(manifest);
+    const std::string text = content_of(folder / manifest);
     const bool is_proposed = text.find(
                                  "\npositions = \"center\"\nprobe = { shape = \"sphere\", "
                                  "radius = \"4 mm\" }") != std::string::npos;
@@ -110,16 +107,14 @@ TEST(BallCentres, are_proposed_beside_a_mesh_and_become_places_of_contact) {
     EXPECT_EQ(text.find("# positions = \"center\"") != std::string::npos, off_mm == 0) << text;
     const Outcome checked = palpate(folder, "check " + manifest);
     EXPECT_EQ(checked.status, 3) << checked.err;  // a probe failed
-    EXPECT_NE(checked.err.find("49 recordings lie 0.0"), std::string::npos) << checked.err;
+    EXPECT_TRUE(holds(checked.err, "49 recordings lie 0.0"));
   }
   // Without a mesh the surface of the contacts is the body's, not that of the centres.
   std::string text = content_of(folder / "center.toml");
   folder.write("alone.toml", text.substr(text.find("[[recording]]")));
-  const std::string samples = (folder / "alone.h5").string(), body = (folder / "b.obj").string();
-  ASSERT_EQ(palpate(folder, "import " + (folder / "alone.toml").string() + " -o " + samples).status,
-            3);
-  ASSERT_EQ(palpate(folder, "surface " + samples + " -o " + body).status, 0);
-  std::istringstream lines(content_of(body));
+  ASSERT_EQ(palpate(folder, "import alone.toml -o alone.h5").status, 3);
+  ASSERT_EQ(palpate(folder, "surface alone.h5 -o b.obj").status, 0);
+  std::istringstream lines(content_of(folder / "b.obj"));
   double worst_mm = 0;
   int vertices = 0;
   for (std::string line; std::getline(lines, line);) {
@@ -149,21 +144,18 @@ TEST(Check, says_that_a_tool_creeps_and_that_one_place_makes_no_surface) {
       "m.toml",
       "[[recording]]\nfile = \"a.csv\"\nforce_on = \"body\"\nprobe = { radius = \"5 mm\" }\n"
       "position = [\"0 mm\", \"0 mm\", \"0 mm\"]\nnormal = [0, 0, -1]\n");
-  const Outcome checked = palpate(folder, "check " + (folder / "m.toml").string());
+  const Outcome checked = palpate(folder, "check m.toml");
   EXPECT_EQ(checked.status, 0) << checked.err;
-  EXPECT_NE(checked.out.find("a.csv: csv, press with creep (force held), "), std::string::npos)
-      << checked.out;
-  EXPECT_NE(checked.err.find("1 place is too few for a surface"), std::string::npos) << checked.err;
+  EXPECT_TRUE(holds(checked.out, "a.csv: csv, press with creep (force held), "));
+  EXPECT_TRUE(holds(checked.err, "1 place is too few for a surface"));
 }
 
 TEST_F(RecordingsRun, check_says_what_each_recording_is_and_what_is_wrong) {
-  const Outcome checked = palpate(*shared, "check " + path("manifest.toml"));
+  const Outcome checked = palpate(*shared, "check manifest.toml");
   EXPECT_EQ(checked.status, 3);  // a probe failed
-  EXPECT_NE(checked.err.find("the surface normal has no direction"), std::string::npos);
-  EXPECT_NE(checked.out.find("rig/probes.csv#contact1: robot-palpation, press, "),
-            std::string::npos)
-      << checked.out;
-  EXPECT_NE(checked.out.find("49 points, 9 of them held out"), std::string::npos) << checked.out;
+  EXPECT_TRUE(holds(checked.err, "the surface normal has no direction"));
+  EXPECT_TRUE(holds(checked.out, "rig/probes.csv#contact1: robot-palpation, press, "));
+  EXPECT_TRUE(holds(checked.out, "49 points, 9 of them held out"));
 }
 
 TEST_F(RecordingsRun, ends_with_an_asset_and_a_statement_of_what_was_held_out) {
@@ -181,21 +173,20 @@ TEST_F(RecordingsRun, ends_with_an_asset_and_a_statement_of_what_was_held_out) {
   EXPECT_LT(s["left_out"]["interpolated"]["p95_rel"].get<double>(),
             s["left_out"]["nearest_point"]["p95_rel"].get<double>());
   EXPECT_LT(s["fitted"]["fitted"]["p95_rel"], own + 0.02);
-  EXPECT_NE(ran.said().find("held-out recorded points"), std::string::npos) << ran.said();
-  EXPECT_NE(content_of(*shared / "out/asset.palp").find("\"reference\":\"recorded\""),
-            std::string::npos);
+  EXPECT_TRUE(holds(ran.said(), "held-out recorded points"));
+  EXPECT_TRUE(holds(content_of(*shared / "out/asset.palp"), "\"reference\":\"recorded\""));
 }
 
 TEST_F(RecordingsRun, is_done_once) {
-  const Outcome again = palpate(*shared, "run " + path("manifest.toml") + " -o " + path("out"));
+  const Outcome again = palpate(*shared, "run manifest.toml -o out");
   EXPECT_EQ(again.status, 3);
-  EXPECT_NE(again.said().find("nothing to do"), std::string::npos) << again.said();
+  EXPECT_TRUE(holds(again.said(), "nothing to do"));
 }
 
 TEST_F(RecordingsRun, validate_states_what_run_stated) {
   const Outcome stated = palpate(
-      *shared, "validate " + path("out/asset.palp") + " " + path("out/samples.h5") + " --curves " +
-                   path("out/curves.h5") + " --body " + path("out/body.h5") + " --json");
+      *shared,
+      "validate out/asset.palp out/samples.h5 --curves out/curves.h5 --body out/body.h5 --json");
   ASSERT_EQ(stated.status, 0) << stated.err;
   const Json told = Json::parse(stated.out), own = statement();
   for (const char* part : {"force_error", "baselines", "left_out", "fitted", "verdict"}) {
@@ -208,23 +199,17 @@ TEST_F(RecordingsRun, points_are_held_out_by_name) {
   std::string text = content_of(*shared / "manifest.toml");
   text += "\n[validate]\nhold_out = [\"*#contact2*\"]\n";
   shared->write("named.toml", text);
-  const Outcome imported =
-      palpate(*shared, "import " + path("named.toml") + " -o " + path("named.h5"));
+  const Outcome imported = palpate(*shared, "import named.toml -o named.h5");
   EXPECT_EQ(imported.status, 3) << imported.err;
-  EXPECT_NE(imported.err.find("at 11 points, held out of the fit"), std::string::npos)
-      << imported.err;
-  shared->write("typo.toml", text.replace(text.find("#contact2*"), 10, "#contakt2*"));
-  const Outcome refused =
-      palpate(*shared, "import " + path("typo.toml") + " -o " + path("typo.h5"));
+  EXPECT_TRUE(holds(imported.err, "at 11 points, held out of the fit"));
+  shared->write("typo.toml", replaced(text, "#contact2*", "#contakt2*"));
+  const Outcome refused = palpate(*shared, "import typo.toml -o typo.h5");
   EXPECT_EQ(refused.status, 1);
-  EXPECT_NE(refused.err.find("hold_out names \"*#contakt2*\", and no point is so called"),
-            std::string::npos)
-      << refused.err;
+  EXPECT_TRUE(holds(refused.err, "hold_out names \"*#contakt2*\", and no point is so called"));
 }
 
 TEST_F(RecordingsRun, surface_passes_through_the_contacts_and_says_how_far_others_lie_off) {
-  const Outcome made =
-      palpate(*shared, "surface " + path("out/samples.h5") + " -o " + path("s.obj") + " --json");
+  const Outcome made = palpate(*shared, "surface out/samples.h5 -o s.obj --json");
   ASSERT_EQ(made.status, 0) << made.err;
   const Json json = Json::parse(made.out);
   EXPECT_EQ(json["contacts"], 40);
@@ -236,12 +221,9 @@ TEST_F(RecordingsRun, surface_passes_through_the_contacts_and_says_how_far_other
 TEST_F(RecordingsRun, a_folder_without_a_recording_is_refused) {
   fs::create_directory(*shared / "empty");
   shared->write("empty/notes.txt", "pressed on Monday\n");
-  const Outcome refused =
-      palpate(*shared, "new --recordings " + path("empty") + " -o " + path("none.toml"));
+  const Outcome refused = palpate(*shared, "new --recordings empty -o none.toml");
   EXPECT_EQ(refused.status, 1);
-  EXPECT_NE(refused.err.find("holds no file that a recording could be read from"),
-            std::string::npos)
-      << refused.err;
+  EXPECT_TRUE(holds(refused.err, "holds no file that a recording could be read from"));
   EXPECT_FALSE(fs::exists(*shared / "none.toml"));
 }
 

@@ -7,6 +7,7 @@
 
 #include "libfit/io/files/files.hpp"
 #include "tests/libfit/refine/surfaces.hpp"
+#include "tests/support/surfaces.hpp"
 #include "tests/support/voxels.hpp"
 #include "tests/tools/command_line.hpp"
 #include "tools/scene/canonical.hpp"
@@ -17,33 +18,25 @@ namespace {
 using namespace testing_support;
 using palpate::testing_support::voxel_surface;
 
+using palpate::testing_support::off_of;
+
 // frame: as 3D Slicer states it in a comment.
-std::string off_of(const Surface& surface, const std::string& frame = "") {
-  std::string text = "OFF\n" + (frame.empty() ? "" : "# SPACE=" + frame + "\n") +
-                     std::to_string(surface.vertices.rows()) + " " +
-                     std::to_string(surface.triangles.rows()) + " 0\n";
-  for (const auto& p : surface.vertices.rowwise())
-    text += std::to_string(1e3 * p[0]) + " " + std::to_string(1e3 * p[1]) + " " +
-            std::to_string(1e3 * p[2]) + "\n";
-  for (const auto& t : surface.triangles.rowwise())
-    text += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) +
-            "\n";
-  return text;
+std::string off_in_frame(const Surface& surface, const std::string& frame) {
+  return replaced(off_of(surface, 1e3), "OFF\n", "OFF\n# SPACE=" + frame + "\n");
 }
 
 // A body held below, a ball of 5 mm that presses 3 mm deep.
 class Region : public testing::Test {
  protected:
   Outcome prepare(const Surface& surface, const std::string& experiments) {
-    folder.write("body.off", off_of(surface, frame));
+    folder.write("body.off", frame.empty() ? off_of(surface, 1e3) : off_in_frame(surface, frame));
     folder.write("scene.toml",
                  "[body]\nsurface = \"body.off\"\nlength_unit = \"mm\"\n"
                  "fixed = [ { below = { axis = \"z\", at = \"0.5 mm\" } } ]\n"
                  "[material]\nyoung = \"10 kPa\"\n[probe]\nradius = \"5 mm\"\n"
                  "[experiments]\ndepth = \"3 mm\"\ndrag_depths = []\n" +
                      experiments);
-    return palpate(folder, "prepare " + (folder / "scene.toml").string() + " -o " +
-                               (folder / "body.h5").string());
+    return palpate(folder, "prepare scene.toml -o body.h5");
   }
   Body body() const { return read_body(folder / "body.h5"); }
   Folder folder;
@@ -80,8 +73,7 @@ TEST_F(Region, what_is_painted_on_the_mesh_is_held_and_left_out_as_that_part_of_
                      " ]\n[material]\nyoung = \"10 kPa\"\n[probe]\nradius = \"5 "
                      "mm\"\n[experiments]\ndepth = \"3 mm\"\ndrag_depths = []\n"
                      "test_points = 8\n");
-    const Outcome made = palpate(folder, "prepare " + (folder / "painted.toml").string() + " -o " +
-                                             (folder / "body.h5").string());
+    const Outcome made = palpate(folder, "prepare painted.toml -o body.h5");
     EXPECT_EQ(made.status, 0) << made.err;
     return body();
   };
@@ -128,7 +120,7 @@ Surface grooved() {
 TEST_F(Region, test_points_leave_out_a_groove_that_the_ball_bridges_and_curves_go_across_it) {
   const Outcome made = prepare(grooved(), "test_points = 12\n");
   ASSERT_EQ(made.status, 0) << made.err;
-  EXPECT_NE(made.err.find("out of reach: "), std::string::npos) << made.err;
+  EXPECT_TRUE(holds(made.err, "out of reach: "));
   const Body grooved_body = body();
   for (const auto& at : grooved_body.test_points.position.rowwise())
     EXPECT_FALSE(std::abs(at.x() - 0.02) < 2.5e-3 && at.z() > 0.0179 &&
@@ -147,13 +139,12 @@ TEST_F(Region, given_points_that_the_tool_cannot_touch_are_left_out_and_listed) 
   folder.write("points.csv", "x_m,y_m,z_m\n0.01,0.02,0.024\n0.02,0.02,0.018\n0.03,0.02,0.024\n");
   const Outcome made = prepare(grooved(), "test_points = \"points.csv\"\n");
   ASSERT_EQ(made.status, 0) << made.err;
-  EXPECT_NE(made.err.find("left out: p0002 at (20.0, 20.0, 18.0) mm"), std::string::npos)
-      << made.err;
+  EXPECT_TRUE(holds(made.err, "left out: p0002 at (20.0, 20.0, 18.0) mm"));
   EXPECT_EQ(body().test_points.name, (std::vector<std::string>{"p0001", "p0003"}));
   folder.write("points.csv", "x_m,y_m,z_m\n0.02,0.02,0.018\n");
   const Outcome none = prepare(grooved(), "test_points = \"points.csv\"\n");
   EXPECT_EQ(none.status, 1);
-  EXPECT_NE(none.err.find("the tool can touch at none"), std::string::npos) << none.err;
+  EXPECT_TRUE(holds(none.err, "the tool can touch at none"));
 }
 
 // A plate of 60 x 60 x 4 mm on a pillar, so that it has a back.
@@ -185,7 +176,7 @@ TEST_F(Region, a_sphere_leaves_out_the_back_of_a_plate_round_its_rim) {
               "test_points = 9\nregion = { sphere = { center = [0.03, 0.012, 0.024], radius = "
               "\"20 mm\" } }\n");
   ASSERT_EQ(made.status, 0) << made.err;
-  EXPECT_NE(made.err.find("the patch nearest to its centre"), std::string::npos) << made.err;
+  EXPECT_TRUE(holds(made.err, "the patch nearest to its centre"));
   const Extent extent = extent_of(body(), {0.03, 0.012, 0.024});
   EXPECT_GT(extent.low, 0.0201) << "nothing of the underside, though the rim is in the sphere";
   EXPECT_NEAR(extent.farthest, 0.02, 2e-3) << "the face up to the sphere";
@@ -208,7 +199,7 @@ TEST_F(Region, the_inside_of_a_closed_surface_is_the_box_that_it_encloses) {
   box.vertices.conservativeResize(box.vertices.rows() + 1, 3);
   box.vertices.bottomRows<1>() = box.vertices.row(box.triangles(0, 0));
   box.triangles(0, 0) = static_cast<std::int32_t>(box.vertices.rows() - 1);
-  folder.write("box.off", off_of(box));
+  folder.write("box.off", off_of(box, 1e3));
   const std::string numbers =
                         "box = [[\"8.3 mm\", \"8.3 mm\", \"20.3 mm\"], [\"32.3 mm\", "
                         "\"32.3 mm\", \"28.3 mm\"]]",
@@ -221,7 +212,7 @@ TEST_F(Region, the_inside_of_a_closed_surface_is_the_box_that_it_encloses) {
   const Body by_numbers = body();
   const Outcome made = prepare(block, scene(file));
   ASSERT_EQ(made.status, 0) << made.err;
-  EXPECT_NE(made.err.find("box.off: "), std::string::npos) << made.err;
+  EXPECT_TRUE(holds(made.err, "box.off: "));
   const Body by_file = body();
   EXPECT_GT(std::count(by_file.in_region.begin(), by_file.in_region.end(), 1), 50);
   EXPECT_EQ(by_file.in_region, by_numbers.in_region);
@@ -230,17 +221,16 @@ TEST_F(Region, the_inside_of_a_closed_surface_is_the_box_that_it_encloses) {
   // Where the file's frame is the other one of RAS and LPS, it is turned into the body's.
   Surface turned = box;
   turned.vertices.leftCols<2>() *= -1;
-  folder.write("box.off", off_of(turned, "RAS"));
+  folder.write("box.off", off_in_frame(turned, "RAS"));
   frame = "LPS";
   const Outcome in_two = prepare(block, scene(file));
   ASSERT_EQ(in_two.status, 0) << in_two.err;
-  EXPECT_NE(in_two.err.find("is in RAS, and turned"), std::string::npos) << in_two.err;
+  EXPECT_TRUE(holds(in_two.err, "is in RAS, and turned"));
   EXPECT_EQ(body().in_region, by_numbers.in_region);
-  folder.write("box.off", off_of(box));
+  folder.write("box.off", off_of(box, 1e3));
   const Outcome in_one = prepare(block, scene(file));
-  EXPECT_NE(in_one.err.find("states no frame, and body.off states LPS"), std::string::npos)
-      << in_one.err;
-  folder.write("box.off", off_of(box, "SPL"));
+  EXPECT_TRUE(holds(in_one.err, "states no frame, and body.off states LPS"));
+  folder.write("box.off", off_in_frame(box, "SPL"));
   EXPECT_EQ(prepare(block, scene(file)).status, 1);
 
   const tools::Region stored = scene_of(by_file, "body.h5").inclusions.at(0).region,

@@ -35,16 +35,13 @@ class Report : public KeptRun {
   static bool has_engine() { return fs::exists(fs::path(PALPATE_PAGE_DIR) / "engine.wasm"); }
 
   static Outcome node(const std::string& script, const std::string& arguments) {
-    const std::string out = path(".node");
-    const int raw = std::system(("node " PALPATE_SOURCE_DIR "/tests/tools/page/" + script + " " +
-                                 modules() + " " + arguments + " >" + out + " 2>&1")
-                                    .c_str());
-    return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128, content_of(out), {}};
+    return shell(*folder_, "node " PALPATE_SOURCE_DIR "/tests/tools/page/" + script + " " +
+                               modules() + " " + arguments + " 2>&1");
   }
   // A claim of browser.mjs about the report of a folder, the block's if none is given.
   static void expect_in_chromium(const std::string& claim, const std::string& output,
                                  const std::string& folder = "out") {
-    ASSERT_EQ(report(path(folder) + " -o " + path("report.html")).status, 0);
+    ASSERT_EQ(report(folder + " -o report.html").status, 0);
     const Outcome seen = node("browser.mjs", claim + " " + path("report.html") + " " + output);
     EXPECT_EQ(seen.status, 0) << seen.out;
   }
@@ -69,8 +66,8 @@ class Report : public KeptRun {
   }
   // Forces that a native replay gives along a path, against those in another table.
   static void expect_native_forces(const std::string& path_csv, const fs::path& forces_csv) {
-    const Outcome replay = palpate(*folder_, "replay " + path("out/asset.palp") + " " + path_csv +
-                                                 " -o " + path("native.csv"));
+    const Outcome replay =
+        palpate(*folder_, "replay out/asset.palp " + path_csv + " -o native.csv");
     ASSERT_EQ(replay.status, 0) << replay.err;
     const auto native = vectors(path("native.csv"), "fx_N"), other = vectors(forces_csv, "fx_N");
     ASSERT_EQ(native.size(), other.size());

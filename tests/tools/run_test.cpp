@@ -30,24 +30,21 @@ TEST_F(Run, makes_everything_once_then_only_what_changed) {
   const Outcome first = run("out");
   ASSERT_EQ(first.status, 0) << first.err;
   for (const char* file : kFiles) EXPECT_TRUE(fs::exists(folder / "out" / file)) << file;
-  EXPECT_NE(first.log.find("force error at 2 held-out contact points"), std::string::npos)
-      << first.log;
+  EXPECT_TRUE(holds(first.log, "force error at 2 held-out contact points"));
   const auto statement = nlohmann::json::parse(content_of(folder / "out" / "statement.json"));
   EXPECT_LT(statement.at("force_error").at("median_rel").get<double>(), 0.25);
   EXPECT_GT(statement.at("asset_bytes").get<double>(), 1000);
 
   const Outcome second = run("out");
   EXPECT_EQ(second.status, 0) << second.err;
-  EXPECT_NE(second.said().find("nothing to do"), std::string::npos) << second.err;
+  EXPECT_TRUE(holds(second.said(), "nothing to do"));
   EXPECT_EQ(second.out, first.out);
 
-  std::string changed = kScene;
-  changed.replace(changed.find("tolerance = 0.02"), 16, "tolerance = 0.05\npieces = 1");
-  folder.write("scene.toml", changed);
+  folder.write("scene.toml", replaced(kScene, "tolerance = 0.02", "tolerance = 0.05\npieces = 1"));
   const Outcome third = run("out");
   EXPECT_EQ(third.status, 0) << third.err;
-  EXPECT_NE(third.said().find("samples.h5 is up to date"), std::string::npos) << third.err;
-  EXPECT_EQ(third.said().find("curves.h5 is up to date"), std::string::npos) << third.err;
+  EXPECT_TRUE(holds(third.said(), "samples.h5 is up to date"));
+  EXPECT_FALSE(holds(third.said(), "curves.h5 is up to date"));
 }
 
 // It printed ninety lines.
@@ -65,29 +62,25 @@ TEST_F(Run, says_six_lines_and_keeps_the_rest_in_its_log) {
       << first.out;
   EXPECT_TRUE(first.log.starts_with("palpate run ")) << first.log;
   for (const char* note : {"held: ", "  family ", "  residual: ", "within the force just"})
-    EXPECT_NE(first.log.find(note), std::string::npos) << note;
+    EXPECT_TRUE(holds(first.log, note));
   const Outcome second = run("out", "-v");
-  EXPECT_NE(second.err.find("nothing to do"), std::string::npos) << second.err;
-  EXPECT_NE(second.log.find("nothing to do"), std::string::npos) << "is added: " << second.log;
+  EXPECT_TRUE(holds(second.err, "nothing to do"));
+  EXPECT_TRUE(holds(second.log, "nothing to do")) << "is added: ";
 }
 
 TEST_F(Run, a_warning_is_on_stderr_and_in_the_log) {
-  std::string doubtful = kScene;
-  doubtful.replace(doubtful.find("10 kPa"), 6, "10 GPa");
-  folder.write("scene.toml", doubtful);
+  folder.write("scene.toml", replaced(kScene, "10 kPa", "10 GPa"));
   const Outcome outcome = run("out");
   const std::size_t at = outcome.err.find("  warning: ");
   ASSERT_NE(at, std::string::npos) << outcome.err;
   const std::string warning = outcome.err.substr(at, outcome.err.find('\n', at) - at);
-  EXPECT_NE(outcome.log.find(warning), std::string::npos) << outcome.log;
+  EXPECT_TRUE(holds(outcome.log, warning));
   EXPECT_EQ(outcome.err.find(warning, at + 1), std::string::npos) << "once: " << outcome.err;
 }
 
 // Of a body whose forces no hand feels it said 0.0 / 0.0 / 0.0 %, 100 % of rows within JND.
 TEST_F(Run, a_body_too_soft_to_be_felt_has_an_error_and_no_share_within_jnd) {
-  std::string soft = kScene;
-  soft.replace(soft.find("10 kPa"), 6, "200 Pa");
-  folder.write("scene.toml", soft);
+  folder.write("scene.toml", replaced(kScene, "10 kPa", "200 Pa"));
   const Outcome outcome = run("out", "--quick");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const auto statement = nlohmann::json::parse(content_of(folder / "out" / "statement.json"));
@@ -98,17 +91,15 @@ TEST_F(Run, a_body_too_soft_to_be_felt_has_an_error_and_no_share_within_jnd) {
   for (const auto& [name, figures] : statement.at("by_path").items())
     EXPECT_NE(figures.at("p95_rel"), 0.0) << name;
   const std::string table = outcome.log.substr(outcome.log.find("force error at"));
-  EXPECT_EQ(table.find(" 0.0 %"), std::string::npos) << table;
-  EXPECT_NE(table.find("no force reaches 40 mN"), std::string::npos) << table;
-  EXPECT_NE(table.find("on this machine"), std::string::npos) << table;
+  EXPECT_FALSE(holds(table, " 0.0 %"));
+  EXPECT_TRUE(holds(table, "no force reaches 40 mN"));
+  EXPECT_TRUE(holds(table, "on this machine"));
 }
 
 TEST_F(Run, a_comment_or_another_spelling_changes_nothing) {
   ASSERT_EQ(run("out").status, 0);
-  std::string changed = "# said differently\n" + kScene;
-  changed.replace(changed.find("\"10 kPa\""), 8, "10000.0");
-  folder.write("scene.toml", changed);
-  EXPECT_NE(run("out").said().find("nothing to do"), std::string::npos);
+  folder.write("scene.toml", "# said differently\n" + replaced(kScene, "\"10 kPa\"", "10000.0"));
+  EXPECT_TRUE(holds(run("out").said(), "nothing to do"));
 }
 
 TEST_F(Run, one_and_two_threads_make_the_same_bytes) {
@@ -128,11 +119,9 @@ TEST_F(Run, a_damaged_file_is_noticed_and_made_again) {
 }
 
 TEST_F(Run, an_interrupted_simulate_keeps_what_is_done_and_resumes_to_the_same_bytes) {
-  ASSERT_EQ(
-      palpate(folder, "prepare " + scene.string() + " -o " + (folder / "body.h5").string()).status,
-      0);
-  const std::string command = "simulate " + (folder / "body.h5").string() + " --jobs 1 -o ";
-  ASSERT_EQ(palpate(folder, command + (folder / "whole.h5").string()).status, 0);
+  ASSERT_EQ(palpate(folder, "prepare scene.toml -o body.h5").status, 0);
+  const std::string command = "simulate body.h5 --jobs 1 -o ";
+  ASSERT_EQ(palpate(folder, command + "whole.h5").status, 0);
 
   const fs::path partial = folder / "cut.h5.partial";
   const std::string cut = (folder / "cut.h5").string();
@@ -143,7 +132,7 @@ TEST_F(Run, an_interrupted_simulate_keeps_what_is_done_and_resumes_to_the_same_b
   EXPECT_FALSE(fs::exists(cut));
   const Outcome resumed = palpate(folder, command + cut + " --resume");
   EXPECT_EQ(resumed.status, 0) << resumed.err;
-  EXPECT_NE(resumed.said().find("resuming"), std::string::npos) << resumed.err;
+  EXPECT_TRUE(holds(resumed.said(), "resuming"));
   EXPECT_TRUE(content_of(cut) == content_of(folder / "whole.h5"));
   EXPECT_TRUE(content_of(folder / "cut.surface.h5") == content_of(folder / "whole.surface.h5"));
   EXPECT_FALSE(fs::exists(partial));
@@ -152,15 +141,14 @@ TEST_F(Run, an_interrupted_simulate_keeps_what_is_done_and_resumes_to_the_same_b
 // Once a reference of another tolerance was taken for what the scene asks for now.
 TEST_F(Run, a_reference_of_another_tolerance_is_simulated_anew) {
   const auto run_with = [&](const std::string& tolerance) {
-    std::string text = kScene;
-    text.replace(text.find("points = 2"), 10, "points = 1");
-    folder.write("scene.toml", text + "force_tolerance = " + tolerance + "\n");
+    folder.write("scene.toml", replaced(kScene, "points = 2", "points = 1") +
+                                   "force_tolerance = " + tolerance + "\n");
     return run("out");
   };
   ASSERT_EQ(run_with("0.5").status, 0);
   const Outcome second = run_with("0.4");
   ASSERT_EQ(second.status, 0) << second.err;
-  EXPECT_EQ(second.said().find("need not be simulated again"), std::string::npos) << second.said();
+  EXPECT_FALSE(holds(second.said(), "need not be simulated again"));
 }
 
 // Starts a command, sends it a signal once its messages hold `begun`, and expects it to end with
@@ -183,12 +171,10 @@ void expect_end_at_signal(const Folder& folder, const std::vector<std::string>& 
 
 // It used to notice only between its steps, and meshers run for seconds.
 TEST_F(Run, prepare_ends_at_once_when_it_is_told_to_and_writes_nothing) {
-  std::string text = kScene;
-  text.replace(text.find("\"20 mm\""), 7, "\"1 mm\"");
-  folder.write("scene.toml", text);
+  folder.write("scene.toml", replaced(kScene, "\"20 mm\"", "\"1 mm\""));
   for (const int signal : {SIGTERM, SIGINT}) {
     const fs::path out = folder / "body.h5";
-    expect_end_at_signal(folder, {"prepare", scene.string(), "-o", out.string()}, signal,
+    expect_end_at_signal(folder, {"prepare", folder / "scene.toml", "-o", out}, signal,
                          "surface: ");
     EXPECT_FALSE(fs::exists(out));
   }
@@ -196,11 +182,9 @@ TEST_F(Run, prepare_ends_at_once_when_it_is_told_to_and_writes_nothing) {
 
 // On a scan of a hand it went on for up to 13 s.
 TEST_F(Run, check_ends_at_once_in_its_trial_and_says_when_that_begins) {
-  std::string text = kScene;
-  text.replace(text.find("press_steps = 5"), 15, "press_steps = 400");
-  folder.write("scene.toml", text);
+  folder.write("scene.toml", replaced(kScene, "press_steps = 5", "press_steps = 400"));
   for (const int signal : {SIGTERM, SIGINT})
-    expect_end_at_signal(folder, {"check", scene.string()}, signal, "trial at ");
+    expect_end_at_signal(folder, {"check", folder / "scene.toml"}, signal, "trial at ");
 }
 
 }  // namespace

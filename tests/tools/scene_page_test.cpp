@@ -104,9 +104,6 @@ class KeyLister {
       return fmt::format("{:g} mm/s", fmt::join(in_thousandths(value), ", "));
     else if constexpr (std::is_same_v<Value, std::vector<double>>)
       return std::nullopt;  // filled in from other keys
-    else if constexpr (std::is_same_v<Value, Vec3>)
-      return fmt::format("{:g}",
-                         fmt::join(std::vector<double>{value[0], value[1], value[2]}, ", "));
     else if constexpr (std::is_same_v<Kind, Length>)
       return fmt::format("{:g} mm", 1e3 * value);
     else if constexpr (std::is_same_v<Kind, Duration>)

@@ -4,13 +4,16 @@
 
 #include <array>
 
-#include "libfit/core/error.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/text.hpp"
 #include "tools/scene/canonical.hpp"
 #include "tools/scene/nearest_name.hpp"
 #include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
 namespace {
+
+using palpate::testing_support::holds;
 
 const std::string kSmallest = R"([body]
 surface = "liver.obj"
@@ -21,12 +24,7 @@ young = "5 kPa"
 )";
 
 std::string error_of(const std::string& text) {
-  try {
-    parse_scene(text, "scenes/liver.toml");
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "accepted";
+  return palpate::testing_support::error_of([&] { parse_scene(text, "scenes/liver.toml"); });
 }
 
 TEST(scene, fills_in_defaults_and_turns_everything_into_si) {
@@ -76,7 +74,7 @@ TEST(scene, keys_and_values_that_are_gone_are_answered_with_what_to_do_instead) 
            {"[probe]", "shape = \"ellipsoid\"", "Take shape = \"mesh\""},
            {"[probe]\nshape = \"capsule\"", "heading = [1, 0, 0]", "play the tool as balls"},
            {"[export]", "elsewhere = \"mean\"", "Leave it out"}})
-    EXPECT_NE(answer(section, line).find(remedy), std::string::npos) << answer(section, line);
+    EXPECT_TRUE(holds(answer(section, line), remedy));
   for (const auto& [of, name] : {std::pair{"key", "symmetric"},
                                  {"key", "cantilever"},
                                  {"format", "jpk"},
@@ -104,12 +102,10 @@ TEST(scene, automatic_points_have_a_tolerance_and_a_budget_and_others_do_not) {
   EXPECT_EQ(automatic.test_points, kFirstPoints);
   EXPECT_EQ(experiments("test_points = \"auto\"\nbudget = 30\n").placement->budget, 30);
   EXPECT_FALSE(experiments("test_points = 30\n").placement.has_value());
-  EXPECT_NE(error_of(kSmallest + "[experiments]\ntest_points = 30\nbudget = 40\n")
-                .find("budget of [experiments] places test points"),
-            std::string::npos);
-  EXPECT_NE(
-      error_of(kSmallest + "[experiments]\ntest_points = \"auto\"\nbudget = 4\n").find("budget"),
-      std::string::npos);
+  EXPECT_TRUE(holds(error_of(kSmallest + "[experiments]\ntest_points = 30\nbudget = 40\n"),
+                    "budget of [experiments] places test points"));
+  EXPECT_TRUE(
+      holds(error_of(kSmallest + "[experiments]\ntest_points = \"auto\"\nbudget = 4\n"), "budget"));
 }
 
 TEST(scene, up_to_six_held_out_points_say_what_an_error_is_made_of) {
@@ -149,13 +145,10 @@ TEST(scene, canonical_texts_ignore_spelling_and_notice_values) {
 
 // toml++ 3 is undefined where such a character stands (a fuzzer found it in a manifest).
 TEST(Toml, characters_that_are_not_ascii_stand_in_quotes_and_comments_alone) {
-  const auto refusal = [](const std::string& text) -> std::string {
-    try {
-      parse_toml(text, "a.toml", "");
-    } catch (const Error& error) {
-      return error.where() + ": " + error.fact();
-    }
-    return "";
+  const auto refusal = [](const std::string& text) {
+    const std::string said =
+        palpate::testing_support::error_of([&] { parse_toml(text, "a.toml", ""); });
+    return said.substr(0, said.find('\n'));
   };
   const std::string u = "\xC3\xBC", fact = ": a character that is not ASCII stands outside quotes";
   for (const std::string& good :
@@ -163,7 +156,7 @@ TEST(Toml, characters_that_are_not_ascii_stand_in_quotes_and_comments_alone) {
         "a = '" + u + "\\'\nb = \"\\\"" + u + "\"", "\"" + u + "\" = 1",
         "a = \"\"\"\n" + u + " \\\" \\\n  x" + u + "\"\"\"\"\nb = '''" + u + "\n'''",
         "a = \"\" # " + u, "a.\"" + u + "\" = [ \"" + u + "\",\n '" + u + "' ]"})
-    EXPECT_EQ(refusal(good), "") << good;
+    EXPECT_EQ(refusal(good), "accepted") << good;
   EXPECT_EQ(refusal("b = 1\na" + u + " = 1"), "a.toml:2:2" + fact);
   EXPECT_EQ(refusal("a\xC2\xA0= 1"), "a.toml:1:2" + fact);
   EXPECT_EQ(refusal("a = 1\xEF\xBB\xBF"), "a.toml:1:6" + fact);

@@ -1,6 +1,5 @@
 // What `new` proposes of meshes that are coarse, of another unit, or open: `check` takes it.
 
-#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,6 +18,7 @@ namespace {
 
 using namespace testing_support;
 using palpate::testing_support::coarse_block;
+using palpate::testing_support::off_of;
 
 TEST(Windows, are_thick_by_their_area_and_not_along_one_ray) {
   // A block with a pit of 24 mm in the middle of its top, where one ray would see 6 mm.
@@ -72,49 +72,42 @@ std::string open_off(const std::string& closed, int cells) {
 }
 
 TEST(Check, doubts_a_lid_as_wide_as_the_body_and_a_wrap_that_does_nothing) {
-  const Folder folder;
+  const BlockFolder folder;
   folder.write("block.off", open_off(block_off(8), 8));
-  folder.write("scene.toml", kScene);
-  const Outcome open =
-      palpate(folder, "check --no-trial --json " + (folder / "scene.toml").string());
+  const Outcome open = palpate(folder, "check --no-trial --json scene.toml");
   EXPECT_EQ(open.status, 0) << open.err;
-  EXPECT_NE(open.err.find("closed by a lid 80 mm wide on a body of 80 mm"), std::string::npos)
-      << open.err;
+  EXPECT_TRUE(holds(open.err, "closed by a lid 80 mm wide on a body of 80 mm"));
   EXPECT_EQ(nlohmann::json::parse(open.out).at("warnings").size(), 1u) << open.out;
 
   folder.write("block.off", block_off(8));
-  std::string wrapped = kScene;
-  wrapped.replace(wrapped.find("mesh_size"), 0, "wrap = \"2 mm\"\n");
-  folder.write("scene.toml", wrapped);
-  const Outcome needless = palpate(folder, "check --no-trial " + (folder / "scene.toml").string());
+  folder.write("scene.toml", replaced(kScene, "mesh_size", "wrap = \"2 mm\"\nmesh_size"));
+  const Outcome needless = palpate(folder, "check --no-trial scene.toml");
   EXPECT_EQ(needless.status, 0) << needless.err;
-  EXPECT_NE(needless.err.find("wrap changes nothing"), std::string::npos) << needless.err;
-  EXPECT_EQ(needless.err.find("a lid"), std::string::npos) << needless.err;
+  EXPECT_TRUE(holds(needless.err, "wrap changes nothing"));
+  EXPECT_FALSE(holds(needless.err, "a lid"));
 
-  wrapped.replace(wrapped.find("wrap = \""), 8, "noise = \"0.");
-  folder.write("scene.toml", wrapped);
-  const Outcome smooth = palpate(folder, "check --no-trial " + (folder / "scene.toml").string());
-  EXPECT_NE(smooth.err.find("filtered noise of 0.2 mm"), std::string::npos) << smooth.err;
+  folder.write("scene.toml", replaced(kScene, "mesh_size", "noise = \"0.2 mm\"\nmesh_size"));
+  const Outcome smooth = palpate(folder, "check --no-trial scene.toml");
+  EXPECT_TRUE(holds(smooth.err, "filtered noise of 0.2 mm"));
 }
 
 TEST(New, divides_a_window_of_twelve_triangles_and_check_takes_it) {
   const Folder folder;
-  folder.write("block.off", box_off(80, 80, 30));
-  const std::string mesh = (folder / "block.off").string(), scene = (folder / "s.toml").string();
-  const Outcome made = palpate(folder, "new --json " + mesh + " -o " + scene + " </dev/null");
+  folder.write("block.off", off_of(coarse_block(80, 80, 30)));
+  const Outcome made = palpate(folder, "new --json block.off -o s.toml </dev/null");
   ASSERT_EQ(made.status, 0) << made.err;
   const auto reply = nlohmann::json::parse(made.out);
   EXPECT_EQ(reply.at("divided"), (folder / "s.divided.off").string());
-  EXPECT_NE(content_of(scene).find("surface = \"s.divided.off\""), std::string::npos);
-  const Outcome checked = palpate(folder, "check --no-trial " + scene);
+  EXPECT_TRUE(holds(content_of(folder / "s.toml"), "surface = \"s.divided.off\""));
+  const Outcome checked = palpate(folder, "check --no-trial s.toml");
   EXPECT_EQ(checked.status, 0) << checked.err;
-  const Outcome again = palpate(folder, "new " + mesh + " -o " + (folder / "t.toml").string() +
-                                            " --tissue tendon-achilles-across </dev/null");
+  const Outcome again =
+      palpate(folder, "new block.off -o t.toml --tissue tendon-achilles-across </dev/null");
   EXPECT_EQ(again.status, 0) << again.err;
   // Its scene gone, the same mesh may be proposed anew; what was changed by hand stays.
   const auto anew = [&] {
-    fs::remove(scene);
-    return palpate(folder, "new " + mesh + " -o " + scene + " </dev/null");
+    fs::remove(folder / "s.toml");
+    return palpate(folder, "new block.off -o s.toml </dev/null");
   };
   const Outcome same = anew();
   EXPECT_EQ(same.status, 0) << same.err;
@@ -136,68 +129,49 @@ TEST(New, writes_no_length_that_its_reader_refuses) {
                "f 5 6 2\nf 6 7 3\nf 3 7 8\nf 1 4 8\n");
   for (const std::string unit : {"mm", "m"})
     for (const std::string side : {"-x", "+x", "-y", "+y", "-z", "+z"}) {
-      const std::string scene = (folder / (unit + side + ".toml")).string();
-      const Outcome made =
-          palpate(folder, "new " + (folder / "block.obj").string() + " -o " + scene + " --unit " +
-                              unit + " --held=" + side + " </dev/null");
+      const Outcome made = palpate(folder, "new block.obj -o " + unit + side + ".toml --unit " +
+                                               unit + " --held=" + side + " </dev/null");
       EXPECT_EQ(made.status, 0) << unit << side << made.err;
-      EXPECT_NE(made.err.find("100 x 100 x 100 " + unit), std::string::npos) << made.err;
+      EXPECT_TRUE(holds(made.err, "100 x 100 x 100 " + unit));
     }
 }
 
 // A block and one in it, both outward or the inner one inward, as OFF in mm.
 std::string nested_off(bool is_cavity) {
-  const Surface outer = coarse_block(80, 80, 80), inner = coarse_block(30, 30, 30);
-  std::string text = "OFF\n16 24 0\n";
-  for (const auto& p : outer.vertices.rowwise())
-    text += fmt::format("{} {} {}\n", p[0], p[1], p[2]);
-  for (const auto& p : inner.vertices.rowwise())
-    text += fmt::format("{} {} {}\n", p[0] + 25, p[1] + 25, p[2] + 25);
-  for (const auto& t : outer.triangles.rowwise())
-    text += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
-  for (const auto& t : inner.triangles.rowwise())
-    text += is_cavity ? fmt::format("3 {} {} {}\n", t[0] + 8, t[2] + 8, t[1] + 8)
-                      : fmt::format("3 {} {} {}\n", t[0] + 8, t[1] + 8, t[2] + 8);
-  return text;
+  using palpate::testing_support::inside_out, palpate::testing_support::together;
+  Surface inner = coarse_block(30, 30, 30);
+  inner.vertices.array() += 25;
+  return off_of(together(coarse_block(80, 80, 80), is_cavity ? inside_out(inner) : inner));
 }
 
 TEST(New, says_of_a_shell_inside_whether_it_is_a_cavity_and_that_none_floats) {
   const Folder folder;
   for (const bool is_cavity : {false, true}) {
     folder.write("nested.off", nested_off(is_cavity));
-    const Outcome made = palpate(folder, "new " + (folder / "nested.off").string() + " -o " +
-                                             (folder / (is_cavity ? "c.toml" : "s.toml")).string() +
-                                             " --unit mm </dev/null");
+    const Outcome made =
+        palpate(folder, std::string("new nested.off -o ") + (is_cavity ? "c" : "s") +
+                            ".toml --unit mm </dev/null");
     EXPECT_EQ(made.status, 0) << made.err;
-    EXPECT_NE(made.err.find(is_cavity ? "it has 1 cavity" : "the body is solid there"),
-              std::string::npos)
-        << made.err;
-    EXPECT_NE(made.err.find(is_cavity ? ", 0.485 l" : ", 0.512 l"), std::string::npos) << made.err;
-    EXPECT_EQ(made.err.find("float away"), std::string::npos) << made.err;
+    EXPECT_TRUE(holds(made.err, is_cavity ? "it has 1 cavity" : "the body is solid there"));
+    EXPECT_TRUE(holds(made.err, is_cavity ? ", 0.485 l" : ", 0.512 l"));
+    EXPECT_FALSE(holds(made.err, "float away"));
   }
 }
 
 TEST(New, doubts_the_unit_and_proposes_nothing_that_check_refuses) {
   const Folder folder;
   folder.write("block.off", block_off(8));
-  const std::string line = "new " + (folder / "block.off").string() + " -o ";
-  const Outcome large =
-      palpate(folder, line + (folder / "m.toml").string() + " --unit m </dev/null");
+  const Outcome large = palpate(folder, "new block.off -o m.toml --unit m </dev/null");
   EXPECT_EQ(large.status, 0) << large.err;
-  EXPECT_NE(large.err.find("larger than most organs"), std::string::npos) << large.err;
-  EXPECT_NE(large.err.find("--unit \"mm\" makes it 80 x 80 x 30 mm"), std::string::npos)
-      << large.err;
+  EXPECT_TRUE(holds(large.err, "larger than most organs"));
+  EXPECT_TRUE(holds(large.err, "--unit \"mm\" makes it 80 x 80 x 30 mm"));
   // Which check fills for minutes.
-  folder.write("sheet.off", box_off(200, 200, 0.01));
-  const fs::path scene = folder / "sheet.toml";
-  const Outcome sheet = palpate(folder, "new " + (folder / "sheet.off").string() + " -o " +
-                                            scene.string() + " --unit mm </dev/null");
+  folder.write("sheet.off", off_of(coarse_block(200, 200, 0.01)));
+  const Outcome sheet = palpate(folder, "new sheet.off -o sheet.toml --unit mm </dev/null");
   EXPECT_EQ(sheet.status, 1);
-  EXPECT_NE(sheet.err.find("no side of it has a window that a ball can press: it is a sheet"),
-            std::string::npos)
-      << sheet.err;
-  EXPECT_NE(sheet.err.find("\n  Give a closed surface"), std::string::npos) << sheet.err;
-  EXPECT_FALSE(fs::exists(scene) || fs::exists(folder / "sheet.divided.off"));
+  EXPECT_TRUE(holds(sheet.err, "no side of it has a window that a ball can press: it is a sheet"));
+  EXPECT_TRUE(holds(sheet.err, "\n  Give a closed surface"));
+  EXPECT_FALSE(fs::exists(folder / "sheet.toml") || fs::exists(folder / "sheet.divided.off"));
 }
 
 }  // namespace

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "libfit/core/error.hpp"
 #include "libfit/io/files/files.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/tools/block_scene.hpp"
 #include "tools/study/study_folder.hpp"
 
@@ -17,38 +17,25 @@ namespace palpate::tools {
 namespace {
 
 using namespace testing_support;
+using palpate::testing_support::error_of;
 
 std::string press_scene(const std::string& test_points = "4") {
-  std::string text = kScene;
-  const auto put = [&](const std::string& from, const std::string& to) {
-    text.replace(text.find(from), from.size(), to);
-  };
-  put("test_points = 4", "test_points = " + test_points);
-  put("drag_depths = [\"3 mm\"]", "drag_depths = []\nsurface = false");
-  put("press_steps = 5", "press_steps = 2");
-  put("points = 2\n", "points = 1\n");
-  return text;
+  std::string text = replaced(kScene, "test_points = 4", "test_points = " + test_points);
+  text = replaced(text, "drag_depths = [\"3 mm\"]", "drag_depths = []\nsurface = false");
+  text = replaced(text, "press_steps = 5", "press_steps = 2");
+  return replaced(text, "points = 2\n", "points = 1\n");
 }
 
 class StudyOfBlocks : public testing::Test {
  protected:
-  void SetUp() override {
-    folder.write("block.off", block_off(8));
-    folder.write("scene.toml", press_scene());
-  }
   Study read(const std::string& text) {
     return read_study(folder.write("study.toml", "scene = \"scene.toml\"\n" + text));
   }
   std::string refusal(const std::string& text) {
-    try {
-      read(text);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return error_of([&] { read(text); });
   }
   std::string in(const std::string& name) const { return (folder / name).string(); }
-  Folder folder;
+  BlockFolder folder{press_scene()};
 };
 
 TEST_F(StudyOfBlocks, all_combinations_of_tables_lists_and_ranges_are_cases) {
@@ -157,76 +144,69 @@ TEST_F(StudyOfBlocks, scaled_samples_are_those_of_a_direct_solution) {
 TEST_F(StudyOfBlocks, a_study_runs_here_and_again_does_nothing) {
   folder.write("study.toml",
                "scene = \"scene.toml\"\n[vary]\n\"material.young\" = [\"5 kPa\", \"10 kPa\"]\n");
-  const Outcome first = palpate(folder, "study " + in("study.toml") + " -o " + in("out"));
+  const Outcome first = palpate(folder, "study study.toml -o out");
   EXPECT_EQ(first.status, 0) << first.err;
-  EXPECT_NE(first.out.find("2 cases: 2 done"), std::string::npos) << first.out;
-  EXPECT_NE(first.said().find("forces of case 1 times 2"), std::string::npos) << first.err;
+  EXPECT_TRUE(holds(first.out, "2 cases: 2 done"));
+  EXPECT_TRUE(holds(first.said(), "forces of case 1 times 2"));
   const std::string table = content_of(folder / "out" / "results.csv");
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 3);
-  EXPECT_NE(table.find("stiffness_N_m"), std::string::npos);
+  EXPECT_TRUE(holds(table, "stiffness_N_m"));
   EXPECT_EQ(
       h5::Reader(folder / "out" / "results.h5", "").numbers("cases/p95_rel", "1", {2, 0}).size(),
       2);
-  const Outcome again = palpate(folder, "study resume " + in("out"));
+  const Outcome again = palpate(folder, "study resume out");
   EXPECT_EQ(again.status, 0) << again.err;
-  EXPECT_EQ(again.said().find("simulate"), std::string::npos) << again.err;
+  EXPECT_FALSE(holds(again.said(), "simulate"));
   EXPECT_EQ(content_of(folder / "out" / "results.csv"), table);
-  const Outcome report = palpate(folder, "report " + in("out") + " -o " + in("out/report.html"));
+  const Outcome report = palpate(folder, "report out -o out/report.html");
   EXPECT_EQ(report.status, 1);
-  EXPECT_NE(report.said().find("results.csv"), std::string::npos) << report.err;
+  EXPECT_TRUE(holds(report.said(), "results.csv"));
   // What `run` would say of a case's folder.
   for (const auto& entry : fs::directory_iterator(folder / "out" / "cases")) {
     const Outcome run = palpate(
         folder, "run " + (entry.path() / "scene.toml").string() + " -o " + entry.path().string());
-    EXPECT_NE(run.said().find("nothing to do"), std::string::npos) << run.err;
+    EXPECT_TRUE(holds(run.said(), "nothing to do"));
   }
 }
 
 TEST_F(StudyOfBlocks, a_case_that_fails_is_told_and_the_others_are_done) {
   folder.write("study.toml",
                "scene = \"scene.toml\"\n[vary]\n\"probe.radius\" = [\"400 mm\", \"8 mm\"]\n");
-  const Outcome outcome = palpate(folder, "study " + in("study.toml") + " -o " + in("out"));
+  const Outcome outcome = palpate(folder, "study study.toml -o out");
   EXPECT_EQ(outcome.status, 3) << outcome.err;
-  EXPECT_NE(outcome.out.find("1 done, 1 failed"), std::string::npos) << outcome.out;
-  EXPECT_NE(outcome.said().find("case 1 (400 mm)"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(holds(outcome.out, "1 done, 1 failed"));
+  EXPECT_TRUE(holds(outcome.said(), "case 1 (400 mm)"));
 }
 
 TEST_F(StudyOfBlocks, without_slurm_a_script_and_this_machine_remain) {
   folder.write("study.toml", "scene = \"scene.toml\"\n[cluster]\noptions = [\"--mem=1G\"]\n");
-  const std::string study = in("study.toml") + " -o " + in("out");
-  const Outcome none = [&] {
-    const std::string line = "PATH=/nowhere " PALPATE_PROGRAM " study " + study +
-                             " --on slurm >/dev/null 2>" + in("err");
-    const int raw = std::system(("/bin/sh -c '" + line + "'").c_str());
-    return Outcome{WEXITSTATUS(raw), "", content_of(folder / "err")};
-  }();
+  const Outcome none = shell(
+      folder, "PATH=/nowhere " PALPATE_PROGRAM " study study.toml -o out --on slurm >/dev/null");
   EXPECT_EQ(none.status, 1);
-  EXPECT_NE(none.said().find("this machine has no Slurm"), std::string::npos) << none.err;
-  EXPECT_NE(none.said().find("--on script"), std::string::npos) << none.err;
-  const Outcome script = palpate(folder, "study " + study + " --on script");
+  EXPECT_TRUE(holds(none.said(), "this machine has no Slurm"));
+  EXPECT_TRUE(holds(none.said(), "--on script"));
+  const Outcome script = palpate(folder, "study study.toml -o out --on script");
   ASSERT_EQ(script.status, 0) << script.err;
-  EXPECT_NE(script.out.find("#SBATCH --array=0\n"), std::string::npos) << script.out;
+  EXPECT_TRUE(holds(script.out, "#SBATCH --array=0\n"));
   // The script does it, in another shell, as another scheduler would.
   folder.write("script.sh", script.out);
-  const int raw = std::system(
-      ("SLURM_ARRAY_TASK_ID=0 bash " + in("script.sh") + " >" + in("said") + " 2>" + in("err"))
-          .c_str());
-  EXPECT_EQ(WEXITSTATUS(raw), 0) << content_of(folder / "err");
-  const Outcome status = palpate(folder, "study status " + in("out"));
-  EXPECT_NE(status.out.find("1 cases: 1 done"), std::string::npos) << status.out;
+  const Outcome done = shell(folder, "SLURM_ARRAY_TASK_ID=0 bash script.sh");
+  EXPECT_EQ(done.status, 0) << done.err;
+  const Outcome status = palpate(folder, "study status out");
+  EXPECT_TRUE(holds(status.out, "1 cases: 1 done"));
 }
 
 TEST_F(StudyOfBlocks, mistakes_are_named_with_their_place) {
-  EXPECT_NE(refusal("[vary]\nyoung = [1]\n").find("names no section"), std::string::npos);
-  EXPECT_NE(refusal("[vary]\n\"material.young\" = { from = \"1 kPa\", to = 9, count = 2 }\n")
-                .find("one unit to another"),
-            std::string::npos);
-  EXPECT_NE(refusal("[materials]\n").find("is no table of named tables"), std::string::npos);
-  EXPECT_NE(refusal("bodis = 1\n").find("bodies"), std::string::npos);
-  EXPECT_NE(refusal("[vary]\n\"material.young\" = [\"1 kPa\", \"1 mm\"]\n").find("case 2 (1 mm)"),
-            std::string::npos);
-  EXPECT_NE(refusal("[vary]\n\"material.young\" = [\"1 kPa\", \"1 kPa\"]\n").find("same scene"),
-            std::string::npos);
+  EXPECT_TRUE(holds(refusal("[vary]\nyoung = [1]\n"), "names no section"));
+  EXPECT_TRUE(
+      holds(refusal("[vary]\n\"material.young\" = { from = \"1 kPa\", to = 9, count = 2 }\n"),
+            "one unit to another"));
+  EXPECT_TRUE(holds(refusal("[materials]\n"), "is no table of named tables"));
+  EXPECT_TRUE(holds(refusal("bodis = 1\n"), "bodies"));
+  EXPECT_TRUE(
+      holds(refusal("[vary]\n\"material.young\" = [\"1 kPa\", \"1 mm\"]\n"), "case 2 (1 mm)"));
+  EXPECT_TRUE(
+      holds(refusal("[vary]\n\"material.young\" = [\"1 kPa\", \"1 kPa\"]\n"), "same scene"));
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ using namespace testing_support;
 /// A .vtu as this program writes them: arrays by their names.
 struct Vtu {
   explicit Vtu(const fs::path& path) : text(content_of(path)) {
-    EXPECT_NE(text.find("<VTKFile type=\"UnstructuredGrid\""), std::string::npos) << path;
+    EXPECT_TRUE(holds(text, "<VTKFile type=\"UnstructuredGrid\"")) << path;
   }
   template <class T>
   std::vector<T> values(const std::string& name) const {
@@ -40,19 +40,18 @@ class SurfaceFrames : public KeptRun {
     for (int i = 0; i <= 100; ++i)
       csv << i * 1e-3 << ",0.04,0.04," << 0.0305 - 0.0035 * std::min(1.0, i / 90.0) << '\n';
     csv.close();
-    return palpate(*folder_, "replay " + path("out/asset.palp") + " " + path("press.csv") + " -o " +
-                                 path("forces.csv") + " " + more);
+    return palpate(*folder_, "replay out/asset.palp press.csv -o forces.csv " + more);
   }
 };
 
 TEST_F(SurfaceFrames, show_the_dent_and_the_tool_at_every_so_many_ticks) {
-  const Outcome outcome = replay("--surface " + path("frames") + " --every 10 --json");
+  const Outcome outcome = replay("--surface frames --every 10 --json");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(nlohmann::json::parse(outcome.out).at("frames"), 11);
   const std::string series = content_of(path("frames/path.pvd"));
   for (int i = 0; i <= 10; ++i) {
     const std::string number = "0000" + std::string(i < 10 ? "0" : "") + std::to_string(i);
-    EXPECT_NE(series.find("file=\"surface_" + number + ".vtu\""), std::string::npos) << i;
+    EXPECT_TRUE(holds(series, "file=\"surface_" + number + ".vtu\"")) << i;
     const Vtu surface(path("frames/surface_" + number + ".vtu"));
     EXPECT_NEAR(surface.values<double>("TimeValue").at(0), i * 0.01, 1e-12);
     const auto tip = surface.values<double>("tool_position_m");
@@ -75,19 +74,17 @@ TEST_F(SurfaceFrames, show_the_dent_and_the_tool_at_every_so_many_ticks) {
 }
 
 TEST_F(SurfaceFrames, need_an_asset_that_says_how_it_moves_and_no_clock) {
-  EXPECT_NE(replay("--surface " + path("f") + " --every 0").err.find("--every: "),
-            std::string::npos);
-  const Outcome live = replay("--surface " + path("f") + " --realtime 0 --every 5");
+  EXPECT_TRUE(holds(replay("--surface f --every 0").err, "--every: "));
+  const Outcome live = replay("--surface f --realtime 0 --every 5");
   EXPECT_EQ(live.status, 0) << live.err;
-  const Outcome clock = replay("--surface " + path("g") + " --realtime 1000");
+  const Outcome clock = replay("--surface g --realtime 1000");
   EXPECT_EQ(clock.status, 1);
-  EXPECT_NE(clock.err.find("frames are not written in real time"), std::string::npos) << clock.err;
+  EXPECT_TRUE(holds(clock.err, "frames are not written in real time"));
   EXPECT_FALSE(fs::exists(path("g")));
   const std::string golden = PALPATE_SOURCE_DIR "/tests/libfit/runtime/golden/version_1.palp";
-  const Outcome still = palpate(*folder_, "replay " + golden + " " + path("press.csv") + " -o " +
-                                              path("n.csv") + " --surface " + path("h"));
+  const Outcome still = palpate(*folder_, "replay " + golden + " press.csv -o n.csv --surface h");
   EXPECT_EQ(still.status, 1);
-  EXPECT_NE(still.err.find("does not say how its surface moves"), std::string::npos) << still.err;
+  EXPECT_TRUE(holds(still.err, "does not say how its surface moves"));
 }
 
 }  // namespace

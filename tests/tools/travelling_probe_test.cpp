@@ -36,7 +36,6 @@ nlohmann::json meta_of(const std::string& asset) {
 
 class TravellingProbe : public BlockRun {
  protected:
-  std::string at(const std::string& name) const { return (folder / name).string(); }
   void do_command(const std::string& line, int status = 0) {
     const Outcome outcome = palpate(folder, line);
     ASSERT_EQ(outcome.status, status) << line << '\n' << outcome.err;
@@ -49,30 +48,24 @@ TEST_F(TravellingProbe, stage_by_stage_from_files_alone_gives_the_bytes_of_run) 
   fs::create_directories(folder / "scenes");
   folder.write("scenes/block.off", block_off(8));
   folder.write("scenes/tool.off", kOctahedron);
-  std::string text = kScene;
-  const auto replace = [&](const std::string& from, const std::string& to) {
-    ASSERT_NE(text.find(from), std::string::npos) << from;
-    text.replace(text.find(from), from.size(), to);
-  };
-  replace("radius = \"8 mm\"\nfriction = 0.3",
-          "shape = \"mesh\"\nmesh = \"tool.off\"\nlength_unit = \"mm\"\nsmoothing = \"2 mm\"\n"
-          "friction = 0.8");
-  replace("depth = \"4 mm\"\npress_steps = 5", "depth = \"2 mm\"\npress_steps = 3");
-  replace("drag_depths = [\"3 mm\"]", "drag_depths = []");
-  folder.write("scenes/scene.toml", text);
-  scene = folder / "scenes" / "scene.toml";
-  const Outcome whole = run("out");
+  std::string text =
+      replaced(kScene, "radius = \"8 mm\"\nfriction = 0.3",
+               "shape = \"mesh\"\nmesh = \"tool.off\"\nlength_unit = \"mm\"\nsmoothing = \"2 mm\"\n"
+               "friction = 0.8");
+  text = replaced(text, "depth = \"4 mm\"\npress_steps = 5", "depth = \"2 mm\"\npress_steps = 3");
+  folder.write("scenes/scene.toml", replaced(text, "drag_depths = [\"3 mm\"]", "drag_depths = []"));
+  const Outcome whole = palpate(folder, "run scenes/scene.toml -o out");
   ASSERT_EQ(whole.status, 0) << whole.err;
 
   fs::create_directories(folder / "step");
-  do_command("prepare " + scene.string() + " -o " + at("step/body.h5"));
+  do_command("prepare scenes/scene.toml -o step/body.h5");
   fs::remove_all(folder / "scenes");  // nothing but files of before from here on
-  do_command("simulate " + at("step/body.h5") + " -o " + at("step/samples.h5"));
-  do_command("fit " + at("step/samples.h5") + " -o " + at("step/curves.h5"));
-  do_command("refine " + at("step/curves.h5") + " --body " + at("step/body.h5") + " --samples " +
-             at("step/samples.h5") + " -o " + at("step/model.h5"));
-  do_command("export " + at("step/model.h5") + " -o " + at("step/asset.palp"));
-  do_command("export " + at("step/model.h5") + " --format vtu -o " + at("step/stiffness.vtu"));
+  do_command("simulate step/body.h5 -o step/samples.h5");
+  do_command("fit step/samples.h5 -o step/curves.h5");
+  do_command(
+      "refine step/curves.h5 --body step/body.h5 --samples step/samples.h5 -o step/model.h5");
+  do_command("export step/model.h5 -o step/asset.palp");
+  do_command("export step/model.h5 --format vtu -o step/stiffness.vtu");
   for (const char* file :
        {"body.h5", "samples.h5", "samples.surface.h5", "curves.h5", "model.h5", "stiffness.vtu"})
     EXPECT_TRUE(content_of(folder / "out" / file) == content_of(folder / "step" / file)) << file;
@@ -85,61 +78,41 @@ TEST_F(TravellingProbe, stage_by_stage_from_files_alone_gives_the_bytes_of_run) 
     EXPECT_EQ(meta.at("probe").at("smoothing_m"), 0.002);
     EXPECT_EQ(meta.at("probe").at("mesh_triangles"), 8);
   }
-  EXPECT_NE(palpate(folder, "fit " + at("step/samples.h5") + " -o " + at("again.h5"))
-                .said()
-                .find("the limit 0.8 of the normal force"),
-            std::string::npos);
+  EXPECT_TRUE(holds(palpate(folder, "fit step/samples.h5 -o again.h5").said(),
+                    "the limit 0.8 of the normal force"));
 }
 
 TEST_F(TravellingProbe, another_setting_of_experiments_leaves_the_body_and_reaches_its_file) {
   ASSERT_EQ(run("out").status, 0);
-  std::string changed = kScene;
-  changed.replace(changed.find("friction = 0.3"), 14, "friction = 0.4");
-  folder.write("scene.toml", changed);
+  folder.write("scene.toml", replaced(kScene, "friction = 0.3", "friction = 0.4"));
   const Outcome again = run("out");
   ASSERT_EQ(again.status, 0) << again.err;
-  EXPECT_NE(again.said().find("body.h5 is up to date"), std::string::npos) << again.err;
-  EXPECT_EQ(again.said().find("samples.h5 is up to date"), std::string::npos) << again.err;
-  do_command("simulate " + at("out/body.h5") + " -o " + at("samples.h5"));
+  EXPECT_TRUE(holds(again.said(), "body.h5 is up to date"));
+  EXPECT_FALSE(holds(again.said(), "samples.h5 is up to date"));
+  do_command("simulate out/body.h5 -o samples.h5");
   EXPECT_TRUE(content_of(folder / "samples.h5") == content_of(folder / "out" / "samples.h5"));
 }
 
 // It compared as if the probes were one: forces 22 to 100 % off, and not a word.
 TEST_F(TravellingProbe, of_another_probe_than_the_assets_validate_says_so) {
   ASSERT_EQ(run("out").status, 0);
-  std::string changed = kScene;
-  changed.replace(changed.find("\"8 mm\""), 6, "\"6 mm\"");
-  folder.write("other.toml", changed);
-  const std::string validate = "validate " + at("out/asset.palp") + " ",
+  folder.write("other.toml", replaced(kScene, "\"8 mm\"", "\"6 mm\""));
+  const std::string validate = "validate out/asset.palp ",
                     options = " --points 1 --no-causes --json";
-  const Outcome own = palpate(folder, validate + scene.string() + options);
+  const Outcome own = palpate(folder, validate + "scene.toml" + options);
   ASSERT_EQ(own.status, 0) << own.err;
-  EXPECT_EQ(own.said().find("probe"), std::string::npos) << own.err;
-  const Outcome other = palpate(folder, validate + at("other.toml") + options);
+  EXPECT_FALSE(holds(own.said(), "probe"));
+  const Outcome other = palpate(folder, validate + "other.toml" + options);
   ASSERT_EQ(other.status, 0) << other.err;
   const std::string said =
       "was measured with another probe (sphere, friction 0.3, radius_m 0.008) than the scene's "
       "(sphere, friction 0.3, radius_m 0.006)";
-  EXPECT_NE(other.said().find(said), std::string::npos) << other.err;
-  EXPECT_NE(nlohmann::json::parse(other.out).at("warnings").dump().find(said), std::string::npos)
-      << other.out;
-}
-
-// A press of F = 1000 N/m beyond 1 mm, 2 mm deep.
-std::string press() {
-  std::string text = "t,d,F\n";
-  for (int i = 0; i < 100; ++i)
-    text += std::to_string(0.01 * i) + "," + std::to_string(0.03 * i) + "," +
-            std::to_string(std::max(0.0, 0.03 * i - 1) + 1e-4 * (i % 3)) + "\n";
-  return text;
+  EXPECT_TRUE(holds(other.said(), said));
+  EXPECT_TRUE(holds(nlohmann::json::parse(other.out).at("warnings").dump(), said)) << other.out;
 }
 
 std::string recordings_of(const std::string& probe) {
-  std::string text =
-      "[defaults]\ncolumns = { time = \"t\", depth = \"d\", force = \"F\" }\n"
-      "units = { time = \"s\", position = \"mm\", force = \"N\" }\n"
-      "force_on = \"body\"\nnormal = [0, 0, -1]\n" +
-      probe;
+  std::string text = "[defaults]\n" + kPressKeys + "normal = [0, 0, -1]\n" + probe;
   for (const char* place : {"20, 20", "60, 20", "60, 60", "20, 60"})
     text += "[[recording]]\nfile = \"a.csv\"\npoint = \"" + std::string(place) +
             "\"\nposition = [" + place + ", 30]\n";
@@ -147,18 +120,17 @@ std::string recordings_of(const std::string& probe) {
 }
 
 TEST_F(TravellingProbe, recordings_of_a_2_mm_ball_make_an_asset_that_says_so) {
-  folder.write("a.csv", press());
+  folder.write("a.csv", press_csv(1000));
   folder.write(
       "manifest.toml",
       recordings_of("probe = { shape = \"sphere\", radius = \"2 mm\", friction = 0.6 }\n"));
-  do_command("import " + at("manifest.toml") + " -o " + at("samples.h5"));
-  const Outcome fitted = palpate(folder, "fit " + at("samples.h5") + " -o " + at("curves.h5"));
-  EXPECT_NE(fitted.said().find("the limit 0.6 of the normal force"), std::string::npos)
-      << fitted.err;
+  do_command("import manifest.toml -o samples.h5");
+  const Outcome fitted = palpate(folder, "fit samples.h5 -o curves.h5");
+  EXPECT_TRUE(holds(fitted.said(), "the limit 0.6 of the normal force"));
   // The scene of the body says 8 mm and 0.3, which is none of the recordings' business.
-  do_command("prepare --surface-only " + scene.string() + " -o " + at("body.h5"));
-  do_command("refine " + at("curves.h5") + " --body " + at("body.h5") + " -o " + at("model.h5"));
-  do_command("export " + at("model.h5") + " -o " + at("asset.palp"));
+  do_command("prepare --surface-only scene.toml -o body.h5");
+  do_command("refine curves.h5 --body body.h5 -o model.h5");
+  do_command("export model.h5 -o asset.palp");
   const std::string asset = content_of(folder / "asset.palp");
   runtime::Header header;
   std::memcpy(&header, asset.data(), sizeof header);
@@ -168,15 +140,14 @@ TEST_F(TravellingProbe, recordings_of_a_2_mm_ball_make_an_asset_that_says_so) {
 }
 
 TEST_F(TravellingProbe, recordings_of_two_probes_are_samples_of_both) {
-  folder.write("a.csv", press());
+  folder.write("a.csv", press_csv(1000));
   folder.write("manifest.toml",
                recordings_of("probe = { radius = \"2 mm\" }\n") +
                    "[[recording]]\nfile = \"a.csv\"\npoint = \"e\"\nposition = [40, 40, 30]\n"
                    "probe = { radius = \"3 mm\" }\n");
-  const Outcome outcome =
-      palpate(folder, "import " + at("manifest.toml") + " -o " + at("samples.h5"));
+  const Outcome outcome = palpate(folder, "import manifest.toml -o samples.h5");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  const Samples samples = read_samples(at("samples.h5"));
+  const Samples samples = read_samples(folder / "samples.h5");
   EXPECT_EQ(ball_radius_m(samples.probe), 0.002);
   ASSERT_EQ(samples.other_probes.size(), 1U);
   EXPECT_EQ(ball_radius_m(samples.other_probes[0]), 0.003);

@@ -132,7 +132,7 @@ TEST(Tutorial, shows_rows_of_the_recording_that_it_speaks_of) {
   ASSERT_NE(from, std::string::npos);
   std::istringstream lines(page.substr(from, page.find("\n\n", from) - from));
   for (std::string line; std::getline(lines, line);)
-    EXPECT_NE(rows.find(line.substr(4) + "\n"), std::string::npos) << line;
+    EXPECT_TRUE(holds(rows, line.substr(4) + "\n")) << line;
 }
 
 TEST(Documents, name_commands_and_options_that_are_there) {
@@ -160,11 +160,9 @@ TEST(Documents, name_commands_and_options_that_are_there) {
         continue;
       const std::string command = (*it)[1], rest = (*it)[2];
       if (command == "bench") continue;
-      EXPECT_NE(commands.find("\n  " + command + " "), std::string::npos)
-          << page << ": palpate " << command;
+      EXPECT_TRUE(holds(commands, "\n  " + command + " ")) << page << ": palpate " << command;
       for (std::sregex_iterator o(rest.begin(), rest.end(), option); o != end; ++o, ++checked)
-        EXPECT_NE(help_of(command).find(o->str()), std::string::npos)
-            << page << ": palpate " << command << rest;
+        EXPECT_TRUE(holds(help_of(command), o->str())) << page << ": palpate " << command << rest;
     }
   }
   EXPECT_GE(checked, 10);

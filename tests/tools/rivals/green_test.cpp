@@ -35,20 +35,5 @@ TEST(Green, is_our_linear_body_at_small_depth) {
   EXPECT_TRUE(contact.force(top + 2 * kRadius_m * Vec3::UnitZ()).isZero(1e-6));
 }
 
-TEST(Green, a_dragged_ball_is_held_by_friction_and_no_more) {
-  const fem::SimulationSetup setup = fem::block_setup(0.3);
-  const Vec3 top = fem::block_top();
-  const Points window = top.transpose();
-  const auto surface =
-      std::make_shared<GreenSurface>(make_green_surface(setup, window, 2e-3, 8e-3));
-  GreenContact contact(surface, {.radius_m = 8e-3, .friction = 0.3});
-  const Vec3 down = top + 7e-3 * Vec3::UnitZ();
-  for (int k = 0; k <= 50; ++k) contact.force(down + 1e-3 * (50 - k) / 50 * Vec3::UnitZ());
-  Vec3 force = Vec3::Zero();
-  for (int k = 1; k <= 100; ++k) force = contact.force(down + 2e-5 * k * Vec3::UnitX());
-  EXPECT_GT(force.x(), 0.2 * -force.z());
-  EXPECT_LT(force.x(), 0.5 * -force.z());  // a sunken ball ploughs, too
-}
-
 }  // namespace
 }  // namespace palpate::tools

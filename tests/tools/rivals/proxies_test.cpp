@@ -23,18 +23,6 @@ TEST_F(Proxies, press_as_the_samples_do_and_slide_on_their_cone) {
   }
 }
 
-TEST_F(Proxies, a_loop_that_sticks_gives_back_what_was_put_in) {
-  const Rival rival = prepare_proxy(body_).front();
-  rival.start(-Vec3::UnitZ());
-  WorkAccount account;
-  for (int k = 0; k <= 80; ++k) {
-    const Vec3 at(0.001, 0.0013, 1e-4 * (std::abs(k - 40) - 20));
-    account.add(at, rival.force(at));
-  }
-  EXPECT_NEAR(account.peak_J(), 0.5 * kStiffness_N_m * 4e-6, 1e-9);
-  EXPECT_NEAR(account.work_J(), 0, 1e-9);
-}
-
 TEST_F(Proxies, a_body_too_stiff_gets_the_modulus_of_the_presses) {
   body_.depth_m = 4e-3;
   Rival stiff = prepare_proxy(body_).front();

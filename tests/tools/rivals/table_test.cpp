@@ -6,9 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <utility>
 
-#include "libfit/core/error.hpp"
 #include "libfit/experiments/draw.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tests/tools/rivals/plate.hpp"
@@ -48,27 +46,12 @@ TEST(Rest, ends_when_the_force_is_steady_or_its_ticks_are_over) {
   }
 }
 
-struct Table {
-  nlohmann::json json;
-  std::string csv;
-};
-
-Table read_rivals(const std::filesystem::path& folder) {
-  return {nlohmann::json::parse(read_whole_file(folder / "rivals.json")).at("plate"),
-          read_whole_file(folder / "rivals.csv")};
-}
-
-std::filesystem::path fresh_folder(const char* name) {
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / name;
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  return folder;
-}
-
 TEST_F(Proxies, that_do_not_rest_are_left_out_by_name) {
   body_.paths = body_.samples;
   body_.depth_m = 4e-3;
-  const std::filesystem::path folder = fresh_folder("rivals_rest");
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "rivals_rest";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
   RivalsTable table(folder, "plate", "a", true);
   const auto prepare = [](const RivalBody&) -> std::vector<Rival> {
     Rival at_presses = settling_rival("no rest at presses", 40);
@@ -77,7 +60,7 @@ TEST_F(Proxies, that_do_not_rest_are_left_out_by_name) {
   };
   measure_part({"explicit", "bodies that settle", prepare}, body_, 1, table);
   table.write(0.01);
-  const auto [json, csv] = read_rivals(folder);
+  const auto json = nlohmann::json::parse(read_whole_file(folder / "rivals.json")).at("plate");
   ASSERT_EQ(json.at("rivals").size(), 1U);
   EXPECT_EQ(json.at("rivals")[0].at("rival"), "rests");
   EXPECT_NEAR(json.at("rivals")[0].at("p95_rel"), 0, 0.3);
@@ -86,43 +69,7 @@ TEST_F(Proxies, that_do_not_rest_are_left_out_by_name) {
             "9 of the 20 rows of its presses came to rest in 40 ticks");
   EXPECT_EQ(json.at("left_out")[1].at("why"),
             "0 of the 10 rows of its paths came to rest in 15 ticks");
-  EXPECT_EQ(csv.find("no rest"), std::string::npos);
-}
-
-TEST(RivalsTable, keeps_rows_of_the_parts_that_are_not_measured_again) {
-  const std::filesystem::path folder = fresh_folder("rivals_parts");
-  const auto measured = [](const char* name, double median) {
-    Rival rival;
-    rival.name = name;
-    Performance did;
-    did.statement.all.force.median_rel = median;
-    for (std::size_t kind = 0; kind < kUprightKinds; ++kind)
-      did.by_path.push_back({std::string(kPathKindNames[kind])});
-    return std::pair(rival, did);
-  };
-  const auto add = [](RivalsTable& table, const char* part, const auto& line) {
-    table.add(part, line.first, line.second);
-    table.end(part, 1);
-  };
-  RivalsTable whole(folder, "plate", "a", true);
-  add(whole, "green", measured("Green's functions", 0.2));
-  add(whole, "palpate", measured("Palpate", 0.02));
-  whole.leave_out("bullet", "Bullet", "its package is missing");
-  whole.write(0.01);
-  RivalsTable again(folder, "plate", "a", false);
-  add(again, "green", measured("Green's functions", 0.1));
-  again.write(0.01);
-  const auto [json, csv] = read_rivals(folder);
-  ASSERT_EQ(json.at("rivals").size(), 2U);
-  EXPECT_EQ(json.at("rivals")[0].at("median_rel"), 0.1);
-  EXPECT_EQ(json.at("rivals")[1].at("rival"), "Palpate");
-  EXPECT_EQ(json.at("left_out").size(), 1U);
-  EXPECT_EQ(std::ranges::count(csv, '\n'), 3);
-  EXPECT_THROW(RivalsTable(folder, "plate", "another", false), Error);
-  RivalsTable(folder, "ball", "another", true).write(0.01);
-  EXPECT_EQ(read_rivals(folder).csv, csv);
-  RivalsTable(folder, "plate", "another", true).write(0.01);
-  EXPECT_TRUE(read_rivals(folder).json.at("rivals").empty());
+  EXPECT_EQ(read_whole_file(folder / "rivals.csv").find("no rest"), std::string::npos);
 }
 
 }  // namespace
