@@ -1,9 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
@@ -23,38 +26,100 @@ inline Surface coarse_block(double x, double y, double z) {
   return block;
 }
 
-/// An icosahedron split `level` times: 10 * 4^level + 2 vertices on the sphere.
-inline Surface icosphere(int level, double radius_m) {
-  const double g = (1 + std::sqrt(5.0)) / 2;
-  std::vector<Vec3> vertices{{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0},
-                             {0, -1, g}, {0, 1, g}, {0, -1, -g}, {0, 1, -g},
-                             {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
-  for (Vec3& v : vertices) v.normalize();
-  std::vector<Eigen::Vector3i> faces{{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
-                                     {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                                     {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
-                                     {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
-  for (int l = 0; l < level; ++l) {
-    std::map<std::pair<int, int>, int> middle;
-    const auto split = [&](int a, int b) {
-      const auto [at, is_new] = middle.try_emplace(std::minmax(a, b), int(vertices.size()));
-      if (is_new) vertices.push_back((vertices[size_t(a)] + vertices[size_t(b)]).normalized());
-      return at->second;
-    };
-    std::vector<Eigen::Vector3i> finer;
-    for (const auto& f : faces) {
-      const int a = split(f[0], f[1]), b = split(f[1], f[2]), c = split(f[2], f[0]);
-      finer.insert(finer.end(), {{f[0], a, c}, {f[1], b, a}, {f[2], c, b}, {a, b, c}});
-    }
-    faces = finer;
-  }
+/// A cube [0, side]^3, whose triangles meet in other diagonals.
+inline Surface cube(double side_m) {
+  Surface surface{Points(8, 3), Triangles(12, 3)};
+  for (int v = 0; v < 8; ++v) surface.vertices.row(v) << v % 2, v / 2 % 2, v / 4;
+  surface.vertices *= side_m;
+  surface.triangles << 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4,
+      2, 2, 4, 6, 1, 3, 5, 3, 7, 5;
+  return surface;
+}
+
+/// A sheet over (u, v) in a grid of nu x nv cells, triangles counter-clockwise in (u, v).
+inline Surface sheet(int nu, int nv, const std::function<Vec3(double u, double v)>& at) {
   Surface s;
-  s.vertices.resize(Eigen::Index(vertices.size()), 3);
-  for (size_t i = 0; i < vertices.size(); ++i)
-    s.vertices.row(Eigen::Index(i)) = radius_m * vertices[i].transpose();
-  s.triangles.resize(Eigen::Index(faces.size()), 3);
-  for (size_t i = 0; i < faces.size(); ++i) s.triangles.row(Eigen::Index(i)) = faces[i].transpose();
+  s.vertices.resize((nu + 1) * (nv + 1), 3);
+  s.triangles.resize(2 * nu * nv, 3);
+  for (int i = 0; i <= nu; ++i)
+    for (int j = 0; j <= nv; ++j)
+      s.vertices.row(i * (nv + 1) + j) = at(double(i) / nu, double(j) / nv).transpose();
+  int t = 0;
+  for (int i = 0; i < nu; ++i)
+    for (int j = 0; j < nv; ++j) {
+      const int a = i * (nv + 1) + j, b = a + nv + 1;
+      if ((i + j) % 2 == 0) {
+        s.triangles.row(t++) << a, b, b + 1;
+        s.triangles.row(t++) << a, b + 1, a + 1;
+      } else {
+        s.triangles.row(t++) << a, b, a + 1;
+        s.triangles.row(t++) << b, b + 1, a + 1;
+      }
+    }
   return s;
+}
+
+/// Flat, facing +z at height z.
+inline Surface plate(int nu, int nv, double width_m, double height_m, double z_m = 0) {
+  return sheet(nu, nv, [=](double u, double v) { return Vec3(u * width_m, v * height_m, z_m); });
+}
+
+/// Each triangle in four, new vertices at edge midpoints.
+inline Surface subdivided(const Surface& coarse) {
+  std::map<std::pair<int, int>, int> middle;
+  std::vector<Vec3> points;
+  for (const auto& p : coarse.vertices.rowwise()) points.emplace_back(p.transpose());
+  const auto between = [&](int a, int b) {
+    const auto [at, is_new] = middle.emplace(std::minmax(a, b), static_cast<int>(points.size()));
+    if (is_new) points.push_back((coarse.vertices.row(a) + coarse.vertices.row(b)).transpose() / 2);
+    return at->second;
+  };
+  Surface fine;
+  fine.triangles.resize(4 * coarse.triangles.rows(), 3);
+  for (Eigen::Index f = 0; f < coarse.triangles.rows(); ++f) {
+    const int a = coarse.triangles(f, 0), b = coarse.triangles(f, 1), c = coarse.triangles(f, 2);
+    const int ab = between(a, b), bc = between(b, c), ca = between(c, a);
+    fine.triangles.row(4 * f) << a, ab, ca;
+    fine.triangles.row(4 * f + 1) << ab, b, bc;
+    fine.triangles.row(4 * f + 2) << ca, bc, c;
+    fine.triangles.row(4 * f + 3) << ab, bc, ca;
+  }
+  fine.vertices.resize(static_cast<Eigen::Index>(points.size()), 3);
+  for (std::size_t v = 0; v < points.size(); ++v)
+    fine.vertices.row(static_cast<Eigen::Index>(v)) = points[v];
+  return fine;
+}
+
+/// Split `levels` times, new vertices going out to the unit sphere, and then scaled.
+inline Surface blown_up(Surface surface, int levels, double radius_m) {
+  for (int level = 0; level < levels; ++level) {
+    const Eigen::Index before = surface.vertices.rows();
+    surface = subdivided(surface);
+    surface.vertices.bottomRows(surface.vertices.rows() - before).rowwise().normalize();
+  }
+  surface.vertices *= radius_m;
+  return surface;
+}
+
+/// A sphere from an icosahedron: 10 * 4^levels + 2 vertices.
+inline Surface icosphere(int levels, double radius_m) {
+  const double g = (1 + std::sqrt(5.0)) / 2;
+  Surface s{Points(12, 3), Triangles(20, 3)};
+  s.vertices << -1, g, 0, 1, g, 0, -1, -g, 0, 1, -g, 0, 0, -1, g, 0, 1, g, 0, -1, -g, 0, 1, -g, g,
+      0, -1, g, 0, 1, -g, 0, -1, -g, 0, 1;
+  s.vertices.rowwise().normalize();
+  s.triangles << 0, 11, 5, 0, 5, 1, 0, 1, 7, 0, 7, 10, 0, 10, 11, 1, 5, 9, 5, 11, 4, 11, 10, 2, 10,
+      7, 6, 7, 1, 8, 3, 9, 4, 3, 4, 2, 3, 2, 6, 3, 6, 8, 3, 8, 9, 4, 9, 5, 2, 4, 11, 6, 2, 10, 8, 6,
+      7, 9, 8, 1;
+  return blown_up(s, levels, radius_m);
+}
+
+/// A sphere from an octahedron: 8 * 4^levels triangles.
+inline Surface octasphere(int levels, double radius_m) {
+  Surface s{Points(6, 3), Triangles(8, 3)};
+  s.vertices << 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1;
+  s.triangles << 0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5;
+  return blown_up(s, levels, radius_m);
 }
 
 /// Two surfaces as one, not joined.
@@ -65,6 +130,11 @@ inline Surface together(const Surface& a, const Surface& b) {
   s.triangles.resize(a.triangles.rows() + b.triangles.rows(), 3);
   s.triangles << a.triangles, (b.triangles.array() + int(a.vertices.rows())).matrix();
   return s;
+}
+
+inline Surface moved(Surface surface, const Vec3& by) {
+  surface.vertices.rowwise() += by.transpose();
+  return surface;
 }
 
 inline Surface inside_out(Surface surface) {

@@ -26,11 +26,7 @@ SimulationSetup setup_of(const MaterialParameters& material) {
 Samples pressed(const SimulationSetup& setup, int steps) {
   Experiments press = press_only(steps);
   press.depth_m = 0.006;
-  TestPoints points;
-  points.position = block_top().transpose();
-  points.normal = -Vec3::UnitZ().transpose();
-  points.name = {"p"};
-  return simulate(Simulator(setup), experiments_at(points), press, {.jobs = 1});
+  return simulate(Simulator(setup), experiments_at(one_point()), press, {.jobs = 1});
 }
 
 const MaterialParameters kYeoh{"yeoh", {2e3, 1500, 0, 0.45, kNone}};

@@ -3,14 +3,13 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include "libfem/elements/elastic_body.hpp"
 #include "libfem/materials/neo_hookean.hpp"
-#include "tests/libfem/fields.hpp"
+#include "tests/libfem/elements/derivatives.hpp"
 #include "tests/libfem/materials/examples.hpp"
 #include "tests/libfem/matrix_entries.hpp"
 #include "tests/libfem/solve/block.hpp"
@@ -69,21 +68,6 @@ double rest_volume_m3(const QuadraticMesh& mesh) {
       sum += jacobian.determinant() * point.weight / 6;
     }
   return sum;
-}
-
-int free_nodes(const ElasticBody& body) { return 1 + std::ranges::max(body.free_index()); }
-
-Eigen::VectorXd free_entries(const ElasticBody& body, const Points& field) {
-  Eigen::VectorXd out(3 * free_nodes(body));
-  for (Eigen::Index n = 0; n < field.rows(); ++n)
-    if (const auto i = body.free_index()[n]; i >= 0) out.segment<3>(3 * i) = field.row(n);
-  return out;
-}
-
-void add_to_free(const ElasticBody& body, const Eigen::VectorXd& by, Points& field) {
-  for (Eigen::Index n = 0; n < field.rows(); ++n)
-    if (const auto i = body.free_index()[n]; i >= 0)
-      field.row(n) += by.segment<3>(3 * i).transpose();
 }
 
 ElasticBody body_of(const QuadraticMesh& mesh, const Material& material = kTissue) {
@@ -146,65 +130,16 @@ Points state_of(const QuadraticMesh& mesh, unsigned seed, bool is_flat) {
          random_field(mesh.nodes.rows(), (is_flat ? 0.001 : 0.02) * kCell_m, seed);
 }
 
-/// Least error of a central difference over several steps: which step is best depends on the state.
-template <class Difference>
-double min_error(const Difference& error_at) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const double h : {1e-4, 1e-5, 1e-6, 1e-7}) least = std::min(least, error_at(h));
-  return least;
-}
-
 const Material kWatery = make_material({"neo-hookean", {kYoung_Pa, 0.4999}}, "test");
 
-TEST(ElasticBody, force_is_the_derivative_of_energy) {
+TEST(ElasticBody, force_and_stiffness_are_derivatives_of_the_energy) {
   const QuadraticMesh mesh = bent_block();
   for (const Material& material : {kTissue, kWatery})
     for (const bool is_flat : {false, true}) {
-      const ElasticBody body = body_of(mesh, material);
       const unsigned seed = kSeed + (is_flat ? 5 : 0);
-      const Points u = state_of(mesh, seed, is_flat);
-      Points force = Points::Zero(mesh.nodes.rows(), 3);
-      const double energy = body.add_force(u, force);
-      ASSERT_TRUE(std::isfinite(energy)) << "seed " << seed << " least J " << body.min_J();
-      EXPECT_NEAR(energy / body.energy(u), 1, 1e-14);
-      const Points d = random_field(mesh.nodes.rows(), kCell_m, seed + 100);
-      const double exact = force.cwiseProduct(d).sum();
-      EXPECT_LE(
-          min_error([&](double h) {
-            return std::abs((body.energy(u + h * d) - body.energy(u - h * d)) / (2 * h) - exact);
-          }),
-          1e-7 * force.norm() * d.norm())
-          << "seed " << seed << " least J " << body.min_J();
-    }
-}
-
-TEST(ElasticBody, stiffness_is_the_derivative_of_force) {
-  const QuadraticMesh mesh = bent_block();
-  for (const Material& material : {kTissue, kWatery})
-    for (const bool is_flat : {false, true}) {
-      const ElasticBody body = body_of(mesh, material);
-      const unsigned seed = kSeed + (is_flat ? 5 : 0);
-      const Points u = state_of(mesh, seed, is_flat);
-      Points force = Points::Zero(mesh.nodes.rows(), 3), force_only = force;
-      SymmetricBlockMatrix K = body.pattern();
-      const double energy = body.add_stiffness(u, 1.0, force, K);
-      EXPECT_EQ(energy, body.add_force(u, force_only));
-      EXPECT_EQ((force - force_only).norm(), 0);
-
-      Points d = Points::Zero(mesh.nodes.rows(), 3);
-      const Eigen::VectorXd free_d =
-          free_entries(body, random_field(mesh.nodes.rows(), kCell_m, seed + 100));
-      add_to_free(body, free_d, d);
-      Eigen::VectorXd exact;
-      K.multiply(free_d, exact);
-      EXPECT_LE(min_error([&](double h) {
-                  Points ahead = Points::Zero(mesh.nodes.rows(), 3), behind = ahead;
-                  body.add_force(u + h * d, ahead);
-                  body.add_force(u - h * d, behind);
-                  return (free_entries(body, ahead - behind) / (2 * h) - exact).norm();
-                }),
-                1e-7 * exact.norm())
-          << "seed " << seed << " least J " << body.min_J();
+      SCOPED_TRACE("seed " + std::to_string(seed));
+      expect_derivatives(body_of(mesh, material), state_of(mesh, seed, is_flat),
+                         random_field(mesh.nodes.rows(), kCell_m, seed + 100), 1e-7, 1e-7);
     }
 }
 
@@ -245,9 +180,7 @@ TEST(ElasticBody, every_instruction_set_gives_the_same_bits) {
   std::vector<double> energies;
   std::vector<Points> forces;
   std::vector<std::vector<double>> stiffnesses;
-  for (const InstructionSet set :
-       {InstructionSet::portable, InstructionSet::avx2, InstructionSet::avx512}) {
-    if (!has_instruction_set(set)) continue;
+  for (const InstructionSet set : examples::instruction_sets()) {
     body.use(set);
     forces.push_back(Points::Zero(mesh.nodes.rows(), 3));
     SymmetricBlockMatrix K = body.pattern();
@@ -302,30 +235,11 @@ TEST(ElasticBody, elements_have_exact_derivatives_with_every_law) {
   for (const examples::Example& example : examples::all()) {
     SCOPED_TRACE(example.name);
     const Material material = make_material(example.parameters, "test");
-    const ElasticBody body(mesh, {material}, nullptr);
     const double a = averaged_share(material);
     EXPECT_TRUE(a > 0 && a <= 1) << a;
-    Points force = Points::Zero(mesh.nodes.rows(), 3);
-    SymmetricBlockMatrix K = body.pattern();
-    ASSERT_TRUE(std::isfinite(body.add_stiffness(u, 1.0, force, K)));
-    Points d = Points::Zero(mesh.nodes.rows(), 3);
-    const Eigen::VectorXd free_d =
-        free_entries(body, random_field(mesh.nodes.rows(), kCell_m, kSeed + 1));
-    add_to_free(body, free_d, d);
-    const double work = force.cwiseProduct(d).sum();
-    EXPECT_LE(min_error([&](double h) {
-                return std::abs((body.energy(u + h * d) - body.energy(u - h * d)) / (2 * h) - work);
-              }),
-              1e-7 * force.norm() * d.norm());
-    Eigen::VectorXd exact;
-    K.multiply(free_d, exact);
-    EXPECT_LE(min_error([&](double h) {
-                Points ahead = Points::Zero(mesh.nodes.rows(), 3), behind = ahead;
-                body.add_force(u + h * d, ahead);
-                body.add_force(u - h * d, behind);
-                return (free_entries(body, ahead - behind) / (2 * h) - exact).norm();
-              }),
-              (example.is_kinked_at_rest ? 1e-5 : 1e-6) * exact.norm());
+    expect_derivatives(body_of(mesh, material), u,
+                       random_field(mesh.nodes.rows(), kCell_m, kSeed + 1), 1e-7,
+                       example.is_kinked_at_rest ? 1e-5 : 1e-6);
   }
 }
 

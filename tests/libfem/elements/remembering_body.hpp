@@ -2,13 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
 
 #include "libfem/elements/elastic_body.hpp"
-#include "tests/libfem/fields.hpp"
+#include "tests/libfem/elements/derivatives.hpp"
+#include "tests/libfem/materials/examples.hpp"
 #include "tests/libfem/solve/block.hpp"
 
 // A small block that remembers, moved step by step: for the tests of time and of softening.
@@ -58,36 +58,37 @@ class RememberingBody {
   std::shared_ptr<const MaterialStep> step_;
 };
 
-template <class Difference>
-double min_error(const Difference& error_at) {
-  double least = kForever;
-  for (const double h : {1e-4, 1e-5, 1e-6, 1e-7}) least = std::min(least, error_at(h));
-  return least;
+/// Pulled to a length, the sides free: the deformation gradient, by secants.
+inline Mat3 pulled_to(const RememberingBody& moving, double stretch) {
+  const auto F_at = [&](double side) { return Mat3(Vec3(stretch, side, side).asDiagonal()); };
+  double a = 1 / std::sqrt(stretch), b = a + 1e-4, fa = moving.stress(F_at(a))(1, 1);
+  for (int i = 0; i < 50 && a != b; ++i) {
+    const double fb = moving.stress(F_at(b))(1, 1);
+    const double next = fb == fa ? b : b - fb * (b - a) / (fb - fa);
+    a = b;
+    fa = fb;
+    b = next;
+  }
+  return F_at(b);
 }
 
-/// Force and stiffness at u are derivatives of the energy, along d; tolerances are relative.
-inline void expect_derivatives(const RememberingBody& moving, const Points& u, const Points& d,
-                               double force_tolerance, double stiffness_tolerance) {
-  const ElasticBody& body = moving.body();
-  Points force = Points::Zero(u.rows(), 3);
-  SymmetricBlockMatrix K = body.pattern();
-  const double energy = body.add_stiffness(u, 1.0, force, K);
-  ASSERT_TRUE(std::isfinite(energy));
-  EXPECT_EQ(energy, body.energy(u));
-  EXPECT_EQ((force - moving.force(u)).norm(), 0);
-  const double work = force.cwiseProduct(d).sum();
-  EXPECT_LE(min_error([&](double h) {
-              return std::abs((body.energy(u + h * d) - body.energy(u - h * d)) / (2 * h) - work);
-            }),
-            force_tolerance * force.norm() * d.norm());
-  Eigen::VectorXd exact;
-  K.multiply(Eigen::Map<const Eigen::VectorXd>(d.data(), d.size()), exact);
-  EXPECT_LE(
-      min_error([&](double h) {
-        const Points change = (moving.force(u + h * d) - moving.force(u - h * d)) / (2 * h);
-        return (Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()) - exact).norm();
-      }),
-      stiffness_tolerance * exact.norm());
+/// A step of dt_s to u, after one of before_s to `before`, has the same bits on each.
+inline void expect_same_bits_on_every_instruction_set(const MaterialParameters& material,
+                                                      const Points& u, const Points& before,
+                                                      double before_s, double dt_s) {
+  const QuadraticMesh mesh = small_block();
+  std::vector<Points> forces;
+  for (const InstructionSet set : examples::instruction_sets()) {
+    ElasticBody body(mesh, {make_material(material, "test")}, nullptr);
+    body.use(set);
+    const auto history = std::make_shared<const MaterialHistory>(
+        body.remembered(before, body.step_from(nullptr, before_s)));
+    body.set_step(std::make_shared<const MaterialStep>(body.step_from(history, dt_s)));
+    SymmetricBlockMatrix K = body.pattern();
+    body.add_stiffness(u, 0.5, forces.emplace_back(Points::Zero(u.rows(), 3)), K);
+    forces.push_back(Eigen::Map<const Points>(K.values().data(), K.values().size() / 3, 3));
+  }
+  for (std::size_t i = 2; i < forces.size(); ++i) EXPECT_TRUE(forces[i] == forces[i % 2]) << i;
 }
 
 }  // namespace palpate::fem

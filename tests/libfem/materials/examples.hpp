@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "libfem/materials/element_kernel.hpp"
 #include "libfem/materials/materials.hpp"
 
 namespace palpate::fem::examples {
@@ -47,6 +48,14 @@ inline const std::vector<Example>& all() {
       {"dispersed_fibres", {"holzapfel-gasser-ogden", {3e3, 5e3, 0.1, 1, 2, -2, 0.2, 0.48}}, true},
   };
   return kExamples;
+}
+
+/// Of this machine.
+inline std::vector<InstructionSet> instruction_sets() {
+  std::vector<InstructionSet> sets{InstructionSet::portable, InstructionSet::avx2,
+                                   InstructionSet::avx512};
+  std::erase_if(sets, [](InstructionSet set) { return !has_instruction_set(set); });
+  return sets;
 }
 
 inline Mat3 random_matrix(std::mt19937& random, double size) {

@@ -55,14 +55,6 @@ class EightStates {
   PackArray constants_, H_{9}, J_{1}, W_{1}, P_{9}, A_{81};
 };
 
-std::vector<InstructionSet> instruction_sets() {
-  std::vector<InstructionSet> sets;
-  for (const InstructionSet set :
-       {InstructionSet::portable, InstructionSet::avx2, InstructionSet::avx512})
-    if (has_instruction_set(set)) sets.push_back(set);
-  return sets;
-}
-
 class LawKernelSuite : public testing::TestWithParam<Example> {
  protected:
   const Material material = make_material(GetParam().parameters, "test");

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "libfem/materials/materials.hpp"
-#include "libfit/core/error.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -12,12 +12,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::string message_of(const MaterialParameters& parameters) {
-  try {
-    make_material(parameters, "scene.toml [material]");
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "accepted";
+  return testing_support::error_of([&] { make_material(parameters, "scene.toml [material]"); });
 }
 
 TEST(MaterialRefusals, missing_and_infinite_values_are_refused) {

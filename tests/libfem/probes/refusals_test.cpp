@@ -2,19 +2,14 @@
 
 #include <algorithm>
 
-#include "libfit/core/error.hpp"
 #include "probe_cases.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace palpate::fem {
 namespace {
 
 std::string message_of(const ProbeSpec& spec) {
-  try {
-    make_probe(spec, "[probe]");
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "accepted";
+  return testing_support::error_of([&] { make_probe(spec, "[probe]"); });
 }
 
 // All shapes, or those that take a key.

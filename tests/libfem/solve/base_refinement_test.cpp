@@ -172,11 +172,8 @@ Samples press_plate(SimulationSetup setup) {
   Experiments experiments;
   experiments.depth_m = 0.002;
   experiments.press_steps = 2;
-  TestPoints points;
-  points.position = Eigen::RowVector3d(0.0447, 0.0183, 0.006);
-  points.normal = -Eigen::RowVector3d::UnitZ();
-  points.name = {""};
-  return simulate(Simulator(std::move(setup)), experiments_at(points), experiments, {.jobs = 1});
+  return simulate(Simulator(std::move(setup)), experiments_at(one_point({0.0447, 0.0183, 0.006})),
+                  experiments, {.jobs = 1});
 }
 
 // Both grids of a row share the base mesh: without (M13d) a plate whose clamp ends within its

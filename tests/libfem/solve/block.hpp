@@ -40,6 +40,11 @@ inline SimulationSetup block_setup(double friction, double scale = 1) {
 /// Not a node of the base mesh, nor on one of its edges.
 inline Vec3 block_top(double scale = 1) { return scale * Vec3(0.031, 0.0283, 0.03); }
 
+/// Of presses there.
+inline TestPoints one_point(const Vec3& at = block_top()) {
+  return {at.transpose(), -Vec3::UnitZ().transpose(), {"p"}, {}};
+}
+
 /// A press of 4 mm in 3 steps and one drag of 4 mm (along x) in 4 rows at full depth.
 inline Experiments press_and_one_drag(double scale = 1) {
   Experiments experiments;

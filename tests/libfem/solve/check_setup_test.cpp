@@ -1,18 +1,13 @@
 #include <gtest/gtest.h>
 
 #include "block.hpp"
-#include "libfit/core/error.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace palpate::fem {
 namespace {
 
 std::string message_of(const SimulationSetup& setup) {
-  try {
-    check_setup(setup);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "accepted";
+  return testing_support::error_of([&] { check_setup(setup); });
 }
 
 TEST(CheckSetup, refuses_a_body_that_nothing_holds) {

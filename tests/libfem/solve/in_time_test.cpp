@@ -125,10 +125,7 @@ TEST(InTime, the_series_of_a_contact_is_weaker_and_slower_than_that_of_its_mater
   const Simulator simulator(setup);
   Experiments press = press_only(3);
   press.depth_m = kDepth_m;
-  TestPoints point;
-  point.position = block_top().transpose();
-  point.normal = kInward.transpose();
-  const double at_first = force_at_first(simulator, point, press);
+  const double at_first = force_at_first(simulator, one_point(), press);
   const Material material = make_material(setup.materials[0], "test");
   const Relaxation half_space = relaxation_of_contact(material);
   EXPECT_NEAR((at_first - 1) / half_space.share[0], 1, 0.04);  // a block

@@ -60,10 +60,7 @@ TEST(Simulate, rows_keep_how_the_surface_moves_and_forces_stay_the_same_bits) {
   const Simulator plain(setup);
   setup.keeps_surface = true;
   const Simulator kept(setup);
-  TestPoints points;
-  points.position = block_top().transpose();
-  points.normal = -Vec3::UnitZ().transpose();
-  points.name = {"a"};
+  const TestPoints points = one_point();
   Experiments experiments = press_and_one_drag();
   experiments.press_steps = 2;
   experiments.drag_steps = 1;

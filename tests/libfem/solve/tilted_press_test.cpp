@@ -15,10 +15,7 @@ constexpr double kDeg = 0.017453292519943295;
 
 TEST(TiltedPress, rows_say_how_the_tool_leans) {
   const Simulator simulator(rod_setup(0.3));
-  TestPoints points;
-  points.position = block_top().transpose();
-  points.normal = kRodInward.transpose();
-  points.name = {"p"};
+  const TestPoints points = one_point();
   Points deflections(1, 3);
   deflections.row(0) = 0.001 * kRodInward;
   const Lean lean = lean_of(40 * kDeg, 1);

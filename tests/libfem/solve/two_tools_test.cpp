@@ -83,7 +83,6 @@ TEST(TwoTools, a_small_press_meets_the_surface_where_the_other_has_brought_it) {
   const double hertz = 4.0 / 3 * reduced * std::sqrt(0.004);
   const double sunk_m = e - std::pow(rows[1].second->force.dot(kInward) / hertz, 2.0 / 3);
   const double half_space_m = force_N / (std::numbers::pi * reduced * 0.006);
-  std::printf("sunk %g of %g on a half-space\n", sunk_m, half_space_m);
   EXPECT_GT(sunk_m, 0.5 * half_space_m);
   EXPECT_LT(sunk_m, 1.05 * half_space_m);
 }

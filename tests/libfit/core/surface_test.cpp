@@ -4,35 +4,28 @@
 
 #include <cmath>
 
+#include "tests/support/surfaces.hpp"
+
 namespace palpate {
 namespace {
 
-// A unit cube of 12 triangles, outward.
-Surface unit_cube() {
-  Surface cube;
-  cube.vertices.resize(8, 3);
-  for (int i = 0; i < 8; ++i) cube.vertices.row(i) << (i & 1), (i >> 1 & 1), (i >> 2 & 1);
-  cube.triangles.resize(12, 3);
-  cube.triangles << 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,  //
-      2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5;
-  return cube;
-}
+using testing_support::coarse_block;
 
 TEST(surface, cube_has_its_area_and_volume) {
-  const Surface cube = unit_cube();
+  const Surface cube = coarse_block(1, 1, 1);
   EXPECT_NEAR(area_m2(cube), 6, 1e-14);
   EXPECT_NEAR(volume_m3(cube), 1, 1e-14);
   EXPECT_EQ(extent_m(cube.vertices), Vec3(1, 1, 1));
 }
 
 TEST(surface, volume_keeps_its_digits_far_from_the_origin) {
-  Surface cube = unit_cube();
+  Surface cube = coarse_block(1, 1, 1);
   cube.vertices.array() += 1e6;
   EXPECT_NEAR(volume_m3(cube), 1, 1e-9);
 }
 
 TEST(surface, corner_normals_do_not_depend_on_the_triangulation_of_the_faces) {
-  const Points normals = vertex_normals(unit_cube());
+  const Points normals = vertex_normals(coarse_block(1, 1, 1));
   for (int i = 0; i < 8; ++i) {
     const Vec3 expected = Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1) / std::sqrt(3.0);
     EXPECT_LT((normals.row(i).transpose() - expected).norm(), 1e-14) << "vertex " << i;

@@ -1,32 +1,13 @@
 #pragma once
 
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <string>
-#include <vector>
-
 #include "tests/libfit/fit/synthetic.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace palpate::test {
 
-inline const std::filesystem::path kCaseCurves = testing_support::shared_data("cases/curves");
+using testing_support::number_rows;
 
-/// Numbers of a comma-separated file below its header.
-inline std::vector<std::vector<double>> read_columns(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::string line;
-  std::getline(in, line);
-  std::vector<std::vector<double>> rows;
-  while (std::getline(in, line)) {
-    std::vector<double> row;
-    std::istringstream cells(line);
-    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
-    rows.push_back(row);
-  }
-  return rows;
-}
+inline const std::filesystem::path kCaseCurves = testing_support::shared_data("cases/curves");
 
 /// Piecewise linear through two columns in mm and N.
 inline Curve through(const std::vector<std::vector<double>>& rows) {

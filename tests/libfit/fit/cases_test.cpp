@@ -23,9 +23,9 @@ struct Recording {
 };
 
 Recording read_case(const std::string& truth, const std::string& noise) {
-  const auto rows = read_columns(kCaseCurves / (truth + "__" + noise + ".csv"));
-  const auto clean = read_columns(kCaseCurves / (truth + "__N0.csv"));
-  const auto exact = read_columns(kCaseCurves / (truth + "__TRUTH.csv"));
+  const auto rows = number_rows(kCaseCurves / (truth + "__" + noise + ".csv"));
+  const auto clean = number_rows(kCaseCurves / (truth + "__N0.csv"));
+  const auto exact = number_rows(kCaseCurves / (truth + "__TRUTH.csv"));
   Recording out{Eigen::VectorXd(rows.size()),
                 Eigen::VectorXd(rows.size()),
                 (rows[0][1] - clean[0][1]) * 1e-3,

@@ -60,7 +60,7 @@ int record_point(Recorder& rig, const Truth& truth, const Vec3& inward, double a
 }
 
 FitOptions with_knots(const Truth& truth) {
-  FitOptions options{.family = CurveFamily::separable};
+  FitOptions options = kSeparable;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
     options.knots_m[kind] = truth.basis[kind].knots_m;
   return options;
@@ -126,7 +126,7 @@ TEST(drag, limit_and_friction_come_from_slip_rows) {
   rig.press(p, normal, 0.01, 20);
   for (const double depth_m : {0.002, 0.004, 0.006, 0.008, 0.01})
     rig.flat_drag(p, normal, lateral, limit, depth_m, 0.008, 24, depth_m * 300);
-  const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
+  const FittedCurves fitted = fit_curves(rig.samples, kSeparable);
   const Curve found_limit = fitted_curve(fitted, 0, CurveKind::limit);
   const Curve found_normal = fitted_curve(fitted, 0, CurveKind::normal);
   EXPECT_LT(relative_rmse(found_limit, limit, 0.01), 0.005);
@@ -161,8 +161,7 @@ TEST(drag, a_mindlin_contact_is_fitted_as_well_as_a_separable_model_can) {
           2 * slide_m(depth_m), 8, angle);
   }
   FitReport report;
-  const FittedCurves fitted =
-      fit_curves(rig.samples, {.family = CurveFamily::separable}, {}, &report);
+  const FittedCurves fitted = fit_curves(rig.samples, kSeparable, {}, &report);
   const Curve limit = fitted_curve(fitted, p, CurveKind::limit);
   EXPECT_EQ(fitted.status[0], FitStatus::good) << fitted.message[0];
   EXPECT_LT(report.error.median, 0.02);
@@ -225,7 +224,7 @@ TEST(drag, an_encoders_noise_leaves_the_curves) {
       std::normal_distribution<double> noise(0, jitter_m);
       for (Eigen::Index i = 0; i < rig.samples.rows(); ++i)
         for (int k = 0; k < 3; ++k) rig.samples.deflection(i, k) += noise(random);
-      const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
+      const FittedCurves fitted = fit_curves(rig.samples, kSeparable);
       const double allowed = 0.01 + 30 * jitter_m / 0.006;
       EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), normal, 0.006), allowed)
           << "jitter " << jitter_m << " m, seed " << seed << ": " << fitted.message[0];

@@ -8,8 +8,8 @@ namespace {
 
 TEST(reference, friction_falling_with_depth_comes_from_noisy_slip_rows) {
   PALPATE_NEEDS_DATA("cases/curves");
-  const auto pairs = read_columns(kCaseCurves / "mu_slip_pairs.csv");
-  const Curve mu = through(read_columns(kCaseCurves / "mu_TRUTH.csv"));
+  const auto pairs = number_rows(kCaseCurves / "mu_slip_pairs.csv");
+  const Curve mu = through(number_rows(kCaseCurves / "mu_TRUTH.csv"));
   Recorder rig;
   const int p = rig.add_point(Vec3(1, 1, 0));
   const Vec3 u = rig.inward(p), t = rig.tangent(p, 0);

@@ -1,7 +1,5 @@
 // Identification of the ring family by replay.
 
-#include <ceres/ceres.h>
-#include <ceres/gradient_checker.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -12,14 +10,6 @@
 
 namespace palpate::test {
 namespace {
-
-std::vector<Vec3> there_and_back(const Vec3& u, const Vec3& t, double depth_m, double travel_m) {
-  std::vector<Vec3> rows;
-  for (int i = 1; i <= 6; ++i) rows.push_back(depth_m * i / 6 * u);
-  for (int i = 1; i <= 8; ++i) rows.push_back(depth_m * u + travel_m * i / 8 * t);
-  for (int i = 1; i <= 12; ++i) rows.push_back(depth_m * u + travel_m * (1 - i / 8.0) * t);
-  return rows;
-}
 
 struct RingBody {
   Recorder rig;
@@ -377,49 +367,6 @@ TEST(fitted_rings, far_from_theory_or_from_the_bodys_are_said_to_be) {
   fit_curves(body.rig.samples, options, {}, &report);
   for (const char* what : {"lambda 0.7", "mu0 ", "mu1 "})
     EXPECT_NE(report.rings.warning.find(what), std::string::npos) << report.rings.warning;
-}
-
-TEST(fitted_rings, gradient_is_the_derivative_of_a_replay_that_sticks_slips_and_turns) {
-  const Vec3 u = Vec3::UnitZ(), t = Vec3(0.8, 0.6, 0);
-  for (unsigned seed = 1; seed <= 6; ++seed) {
-    Mat3 gradient = Mat3::Zero();
-    gradient(0, 0) = gradient(1, 1) = seed % 2 == 0 ? -0.2 : 0;
-    std::vector<CurveBasis> basis(parts_of(CurveFamily::rings).size());
-    basis[0] = {3, {0, 0.5, 1}};
-    const fit::Bases bases(basis, CurveFamily::rings);
-    fit::PointExperiment e;
-    e.deflection = there_and_back(u, t, 0.7, 0.8);
-    e.force.assign(e.deflection.size(), Vec3(0.1, -0.05, 0.6));
-    e.weight.assign(e.deflection.size(), 2.0);
-    e.row.resize(e.deflection.size());
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> draw(0.8, 1.2);
-    Eigen::VectorXd x(12);
-    for (int j = 0; j < 4; ++j) x[j] = 0.1 * (j + 1) * draw(random);
-    x.tail<8>() << 0.7 * draw(random), 0.3 * draw(random), 0.15 * draw(random), 0.2 * draw(random),
-        draw(random) - 1, draw(random) - 1, draw(random) - 1, draw(random) - 1;
-    const std::array<Eigen::VectorXd, kCurveKinds> fixed{x.head<4>(), {}, {}};
-    auto* functor = new fit::ReplayResidual{&bases,
-                                            fit::quadric_of(u, gradient),
-                                            &e,
-                                            {true, false, false},
-                                            fixed,
-                                            fit::ReplayResidual::kNoOutliers,
-                                            fit::tangents_of(u)};
-    ceres::DynamicAutoDiffCostFunction<fit::ReplayResidual, 8> cost(functor);
-    cost.AddParameterBlock(static_cast<int>(x.size()));
-    cost.SetNumResiduals(static_cast<int>(3 * e.row.size()));
-    ceres::NumericDiffOptions numeric;
-    numeric.ridders_relative_initial_step_size = 1e-6;
-    const std::vector<const ceres::Manifold*>* none = nullptr;
-    const ceres::GradientChecker checker(&cost, none, numeric);
-    const double* block = x.data();
-    ceres::GradientChecker::ProbeResults results;
-    checker.Probe(&block, 1e-6, &results);
-    EXPECT_LT((results.jacobians[0] - results.numeric_jacobians[0]).cwiseAbs().maxCoeff(),
-              1e-6 * results.numeric_jacobians[0].cwiseAbs().maxCoeff())
-        << "seed " << seed;
-  }
 }
 
 }  // namespace

@@ -3,8 +3,8 @@
 #include <atomic>
 #include <limits>
 
-#include "libfit/core/error.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
+#include "tests/libfit/io/scratch.hpp"
 
 namespace palpate::test {
 namespace {
@@ -48,13 +48,13 @@ TEST(fit, results_do_not_depend_on_the_number_of_threads) {
 
 TEST(fit, millinewtons_over_micrometres_and_kilonewtons_over_metres_fit_alike) {
   const Recorder rig = sound_body(2, 8);
-  const FittedCurves plain = fit_curves(rig.samples, {.family = CurveFamily::separable});
+  const FittedCurves plain = fit_curves(rig.samples, kSeparable);
   for (const double length : {1e-3, 1.0, 1e3})
     for (const double force : {1e-3, 1.0, 1e3}) {
       Samples scaled = rig.samples;
       scaled.deflection *= length;
       scaled.force *= force;
-      const FittedCurves fitted = fit_curves(scaled, {.family = CurveFamily::separable});
+      const FittedCurves fitted = fit_curves(scaled, kSeparable);
       for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
         const Controls& expected = plain.curves.control[kind];
         ASSERT_EQ(fitted.curves.control[kind].cols(), expected.cols());
@@ -70,7 +70,7 @@ TEST(fit, millinewtons_over_micrometres_and_kilonewtons_over_metres_fit_alike) {
 
 TEST(fit, residuals_are_those_of_the_stored_curves_in_the_engine_template) {
   const Recorder rig = sound_body(1, 3);
-  const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
+  const FittedCurves fitted = fit_curves(rig.samples, kSeparable);
   const fit::Bases bases(fitted.curves.basis);
   std::array<Eigen::VectorXd, kCurveKinds> control;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
@@ -122,7 +122,7 @@ TEST(fit, better_rows_count_more) {
       p, [](double d) { return 1.2 * kNormal(d); }, 0.01, 20);
   rig.samples.force_error.head(20).setConstant(0.01);
   rig.samples.force_error.tail(20).setConstant(1.0);
-  const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
+  const FittedCurves fitted = fit_curves(rig.samples, kSeparable);
   EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), kNormal, 0.01), 1e-3);
 }
 
@@ -136,7 +136,7 @@ BadPoint fit_with_bad_point(const std::function<void(Recorder&, int)>& record) {
   record_all(rig, rig.add_point(Vec3::UnitX()));
   record(rig, rig.add_point(Vec3::UnitY()));
   record_all(rig, rig.add_point(Vec3::UnitZ()));
-  const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
+  const FittedCurves fitted = fit_curves(rig.samples, kSeparable);
   for (const Eigen::Index good : {0, 2}) {
     EXPECT_EQ(fitted.status[static_cast<std::size_t>(good)], FitStatus::good)
         << fitted.message[static_cast<std::size_t>(good)];
@@ -146,27 +146,73 @@ BadPoint fit_with_bad_point(const std::function<void(Recorder&, int)>& record) {
   return {fitted.status[1], fitted.message[1]};
 }
 
-void expect_bad(const BadPoint& bad, FitStatus status, const std::string& message) {
-  EXPECT_EQ(bad.status, status);
-  EXPECT_NE(bad.message.find(message), std::string::npos) << "got: " << bad.message;
+struct BadCase {
+  const char* name;
+  std::function<void(Recorder&, int)> record;
+  FitStatus status;
+  const char* message;
+};
+
+std::function<void(Recorder&, int)> pressed(const Curve& normal, int rows = 12) {
+  return [=](Recorder& rig, int p) { rig.press(p, normal, 0.01, rows); };
 }
 
-TEST(bad_point, without_rows_fails) {
-  expect_bad(fit_with_bad_point([](Recorder&, int) {}), FitStatus::failed,
-             "no row of any experiment at this point");
+std::function<void(Recorder&, int)> dragged(const Curve& lateral, const Curve& limit) {
+  return [=](Recorder& rig, int p) {
+    rig.press(p, kNormal, 0.01, 12);
+    for (const double depth_m : {0.005, 0.01})
+      rig.flat_drag(p, kNormal, lateral, limit, depth_m, 0.012, 12, 0);
+  };
 }
 
-TEST(bad_point, with_one_row_is_underdetermined_and_gets_a_line) {
-  expect_bad(fit_with_bad_point([](Recorder& rig, int p) { rig.press(p, kNormal, 0.01, 1); }),
-             FitStatus::underdetermined,
-             "1 row(s) in contact: the normal curve is a straight line");
+// Some of its rows are no numbers.
+std::function<void(Recorder&, int)> with_nans(int bad_rows) {
+  return [=](Recorder& rig, int p) {
+    const Eigen::Index first = rig.samples.rows();
+    record_all(rig, p);
+    for (int i = 0; i < bad_rows; ++i)
+      rig.samples.force(first + 2 * i, 1) =
+          i % 2 == 0 ? std::nan("") : std::numeric_limits<double>::infinity();
+  };
 }
 
-TEST(bad_point, with_one_depth_is_underdetermined_and_gets_a_line) {
-  expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
-               for (int i = 0; i < 5; ++i) rig.press(p, kNormal, 0.01, 1);
-             }),
-             FitStatus::underdetermined, "all rows at one depth: the normal curve is a straight");
+double huge(double) { return 1e9; }
+
+TEST(bad_point, is_told_by_name_and_leaves_the_others) {
+  const auto one_depth = [](Recorder& rig, int p) {
+    for (int i = 0; i < 5; ++i) rig.press(p, kNormal, 0.01, 1);
+  };
+  const auto below_the_error = [](Recorder& rig, int p) {
+    rig.press(
+        p, [](double) { return 0.01; }, 0.01, 12);
+    rig.samples.force_error.tail(12).setConstant(0.02);
+  };
+  const auto outside = [](Recorder& rig, int p) { rig.press(p, kNormal, -0.01, 12); };
+  const BadCase kCases[] = {
+      {"no rows", [](Recorder&, int) {}, FitStatus::failed,
+       "no row of any experiment at this point"},
+      {"one row gets a line", pressed(kNormal, 1), FitStatus::underdetermined,
+       "1 row(s) in contact: the normal curve is a straight line"},
+      {"one depth gets a line", one_depth, FitStatus::underdetermined,
+       "all rows at one depth: the normal curve is a straight"},
+      {"drags that never slip get a limit above what held", dragged(kLateral, huge),
+       FitStatus::underdetermined, "no row slips: the limit is "},
+      {"drags that slip in every row get the softest line that does", dragged(huge, kLimit),
+       FitStatus::underdetermined, "no row sticks: the lateral curve is the softest line"},
+      {"many NaNs", with_nans(20), FitStatus::failed, "good rows are not finite numbers"},
+      {"few NaNs", with_nans(3), FitStatus::good, ""},
+      {"the wrong sign", pressed([](double d) { return -kNormal(d); }), FitStatus::failed,
+       "forces point out of the body"},
+      {"within the errors", below_the_error, FitStatus::failed,
+       "no contact: the largest force is within four force errors"},
+      {"no force", pressed([](double) { return 0.0; }), FitStatus::failed, "every force is zero"},
+      {"outside", outside, FitStatus::failed, "no row with the probe in the body"}};
+  for (const BadCase& bad : kCases) {
+    SCOPED_TRACE(bad.name);
+    const BadPoint found = fit_with_bad_point(bad.record);
+    EXPECT_EQ(found.status, bad.status);
+    EXPECT_NE(found.message.find(bad.message), std::string::npos) << found.message;
+  }
 }
 
 // Every kind of curve is judged by itself.
@@ -176,8 +222,7 @@ TEST(pressed_point, is_good_where_its_normal_curve_is_and_the_rest_is_assumed_on
   rig.press(rig.add_point(Vec3::UnitY()), kNormal, 0.01, 12);
   rig.press(rig.add_point(Vec3::UnitZ()), kNormal, 0.01, 1);
   FitReport report;
-  const FittedCurves fitted =
-      fit_curves(rig.samples, {.family = CurveFamily::separable}, {}, &report);
+  const FittedCurves fitted = fit_curves(rig.samples, kSeparable, {}, &report);
   EXPECT_EQ(fitted.status[1], FitStatus::good) << fitted.message[1];
   EXPECT_EQ(fitted.message[1], "");
   EXPECT_EQ(fitted.status[2], FitStatus::underdetermined);
@@ -199,53 +244,8 @@ TEST(family, without_drags_is_separable) {
   EXPECT_EQ(report.family.reason, "no drags");
 }
 
-TEST(bad_point, whose_drags_never_slip_gets_a_limit_above_what_held) {
-  expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
-               rig.press(p, kNormal, 0.01, 12);
-               for (const double depth_m : {0.005, 0.01})
-                 rig.flat_drag(
-                     p, kNormal, kLateral, [](double) { return 1e9; }, depth_m, 0.012, 12, 0);
-             }),
-             FitStatus::underdetermined, "no row slips: the limit is ");
-}
-
-TEST(bad_point, whose_drags_slip_in_every_row_gets_the_softest_line_that_does) {
-  expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
-               rig.press(p, kNormal, 0.01, 12);
-               for (const double depth_m : {0.005, 0.01})
-                 rig.flat_drag(
-                     p, kNormal, [](double) { return 1e9; }, kLimit, depth_m, 0.012, 12, 0);
-             }),
-             FitStatus::underdetermined, "no row sticks: the lateral curve is the softest line");
-}
-
-TEST(bad_point, with_many_nans_fails_and_with_few_is_fitted_without_them) {
-  const auto record = [](std::size_t bad_rows) {
-    return [bad_rows](Recorder& rig, int p) {
-      const Eigen::Index first = rig.samples.rows();
-      record_all(rig, p);
-      for (std::size_t i = 0; i < bad_rows; ++i)
-        rig.samples.force(first + static_cast<Eigen::Index>(2 * i), 1) =
-            i % 2 == 0 ? std::nan("") : std::numeric_limits<double>::infinity();
-    };
-  };
-  expect_bad(fit_with_bad_point(record(20)), FitStatus::failed, "good rows are not finite numbers");
-  EXPECT_EQ(fit_with_bad_point(record(3)).status, FitStatus::good);
-}
-
-TEST(bad_point, recorded_with_the_wrong_sign_fails_by_name) {
-  expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
-               rig.press(
-                   p, [](double d) { return -kNormal(d); }, 0.01, 12);
-             }),
-             FitStatus::failed, "forces point out of the body");
-}
-
 TEST(bad_point, whose_forces_fall_with_depth_is_marked) {
-  const BadPoint bad = fit_with_bad_point([](Recorder& rig, int p) {
-    rig.press(
-        p, [](double d) { return 5 * (1.05 - d / 0.01); }, 0.01, 12);
-  });
+  const BadPoint bad = fit_with_bad_point(pressed([](double d) { return 5 * (1.05 - d / 0.01); }));
   EXPECT_NE(bad.status, FitStatus::good);
   EXPECT_NE(bad.message.find("residual is"), std::string::npos) << bad.message;
 }
@@ -256,25 +256,9 @@ TEST(bad_point, with_contradicting_forces_at_one_depth_gets_their_middle) {
   for (const double factor : {0.9, 1.0, 1.1})
     rig.press(
         p, [factor](double d) { return factor * kNormal(d); }, 0.01, 10);
-  const FittedCurves fitted = fit_curves(rig.samples, {.family = CurveFamily::separable});
+  const FittedCurves fitted = fit_curves(rig.samples, kSeparable);
   EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), kNormal, 0.01), 0.01);
   EXPECT_GT(fitted.covariance[0](0, 0), 0);
-}
-
-TEST(bad_point, that_never_touches_fails_by_name) {
-  expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
-               rig.press(
-                   p, [](double) { return 0.01; }, 0.01, 12);
-               rig.samples.force_error.tail(12).setConstant(0.02);
-             }),
-             FitStatus::failed, "no contact: the largest force is within four force errors");
-  expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
-               rig.press(
-                   p, [](double) { return 0.0; }, 0.01, 12);
-             }),
-             FitStatus::failed, "every force is zero");
-  expect_bad(fit_with_bad_point([](Recorder& rig, int p) { rig.press(p, kNormal, -0.01, 12); }),
-             FitStatus::failed, "no row with the probe in the body");
 }
 
 TEST(fit, rows_not_good_are_left_out_and_a_drag_ends_at_the_first) {
@@ -287,8 +271,7 @@ TEST(fit, rows_not_good_are_left_out_and_a_drag_ends_at_the_first) {
   }
   for (Eigen::Index i = 18; i < 25; ++i) rig.samples.force.row(i).setConstant(-55);
   FitReport report;
-  const FittedCurves fitted =
-      fit_curves(rig.samples, {.family = CurveFamily::separable}, {}, &report);
+  const FittedCurves fitted = fit_curves(rig.samples, kSeparable, {}, &report);
   EXPECT_EQ(report.rows.not_good, 2u);
   EXPECT_EQ(report.rows.cut, 7u);
   EXPECT_EQ(report.rows.all, report.rows.used + 9);
@@ -300,8 +283,7 @@ TEST(fit, a_body_without_any_usable_row_still_answers) {
   Recorder rig;
   rig.add_point(Vec3::UnitX());
   FitReport report;
-  const FittedCurves fitted =
-      fit_curves(rig.samples, {.family = CurveFamily::separable}, {}, &report);
+  const FittedCurves fitted = fit_curves(rig.samples, kSeparable, {}, &report);
   EXPECT_EQ(fitted.status[0], FitStatus::failed);
   EXPECT_EQ(report.points.failed, 1u);
   EXPECT_EQ(fit_curves(Samples{}).curves.points(), 0);
@@ -313,8 +295,7 @@ TEST(fit, worst_points_are_named_with_place_and_reason) {
   const Eigen::Index rows = rig.samples.rows() / 4;
   rig.samples.force.row(2 * rows + 11) *= 3;  // deepest press row of point 2
   FitReport report;
-  const FittedCurves fitted =
-      fit_curves(rig.samples, {.family = CurveFamily::separable}, {}, &report);
+  const FittedCurves fitted = fit_curves(rig.samples, kSeparable, {}, &report);
   ASSERT_EQ(report.worst.size(), 3u);
   EXPECT_EQ(report.worst[0].point, 2);
   EXPECT_EQ(report.worst[0].position, Vec3(fitted.position.row(2)));
@@ -336,43 +317,26 @@ TEST(fit, stopping_leaves_the_rest_failed_by_name) {
   EXPECT_EQ(fitted.message[5], "stopped before this point was fitted");
 }
 
-std::string fact_of(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const Error& e) {
-    return e.where() + ": " + e.fact();
-  }
-  return "accepted";
-}
-
 TEST(fit, refuses_options_and_samples_that_make_no_sense) {
   const Recorder rig = sound_body(1, 1);
-  EXPECT_EQ(
-      fact_of([&] { fit_curves(rig.samples, {.family = CurveFamily::separable, .degree = 5}); }),
-      "fit option degree: is not 1 to 4");
-  EXPECT_EQ(fact_of([&] {
-              fit_curves(rig.samples, {.family = CurveFamily::separable, .tolerance = -1});
-            }),
-            "fit option tolerance: is not in [0, 1)");
-  EXPECT_EQ(
-      fact_of([&] { fit_curves(rig.samples, {.family = CurveFamily::separable, .jobs = -1}); }),
-      "fit option jobs: is negative");
+  const auto refusal = [](const Samples& samples, const FitOptions& options = kSeparable) {
+    return testing_io::error_of([&] { fit_curves(samples, options); });
+  };
+  EXPECT_EQ(refusal(rig.samples, {.degree = 5}), "fit option degree: is not 1 to 4");
+  EXPECT_EQ(refusal(rig.samples, {.tolerance = -1}), "fit option tolerance: is not in [0, 1)");
+  EXPECT_EQ(refusal(rig.samples, {.jobs = -1}), "fit option jobs: is negative");
   Samples broken = rig.samples;
   broken.point[4] = 9;
-  EXPECT_EQ(fact_of([&] { fit_curves(broken, {.family = CurveFamily::separable}); }),
-            "samples: row 4 names test point 9 of 1");
+  EXPECT_EQ(refusal(broken), "samples: row 4 names test point 9 of 1");
   broken = rig.samples;
   broken.kind[4] = ExperimentKind::drag;
-  EXPECT_EQ(fact_of([&] { fit_curves(broken, {.family = CurveFamily::separable}); }),
-            "samples: experiment 0 mixes test points or kinds");
+  EXPECT_EQ(refusal(broken), "samples: experiment 0 mixes test points or kinds");
   broken = rig.samples;
   broken.step.pop_back();
-  EXPECT_EQ(fact_of([&] { fit_curves(broken, {.family = CurveFamily::separable}); }),
-            "samples: row arrays differ in length");
+  EXPECT_EQ(refusal(broken), "samples: row arrays differ in length");
   broken = rig.samples;
   broken.point_normal.row(0) *= 2;
-  EXPECT_EQ(fact_of([&] { fit_curves(broken, {.family = CurveFamily::separable}); }),
-            "samples: test point 0 has no finite position and unit normal");
+  EXPECT_EQ(refusal(broken), "samples: test point 0 has no finite position and unit normal");
 }
 
 }  // namespace

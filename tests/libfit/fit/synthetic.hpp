@@ -17,6 +17,8 @@ namespace palpate::test {
 
 using Curve = std::function<double(double)>;
 
+inline const FitOptions kSeparable{.family = CurveFamily::separable};
+
 /// Samples grown one experiment at a time.
 class Recorder {
  public:
@@ -95,6 +97,16 @@ inline std::vector<Vec3> drag_rows(const Vec3& u, const Vec3& t, double depth_m,
                                    int steps) {
   std::vector<Vec3> rows;
   for (int i = 0; i <= steps; ++i) rows.push_back(depth_m * u + travel_m * i / steps * t);
+  return rows;
+}
+
+/// Pressed in, dragged out along t and back beyond where it began.
+inline std::vector<Vec3> there_and_back(const Vec3& u, const Vec3& t, double depth_m,
+                                        double travel_m) {
+  std::vector<Vec3> rows;
+  for (int i = 1; i <= 6; ++i) rows.push_back(depth_m * i / 6 * u);
+  for (int i = 1; i <= 8; ++i) rows.push_back(depth_m * u + travel_m * i / 8 * t);
+  for (int i = 1; i <= 12; ++i) rows.push_back(depth_m * u + travel_m * (1 - i / 8.0) * t);
   return rows;
 }
 

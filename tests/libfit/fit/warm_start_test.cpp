@@ -30,10 +30,9 @@ struct Fitted {
   FitCache cache;
   FittedCurves curves;
 
-  explicit Fitted(const Samples& samples,
-                  const FitOptions& wanted = {.family = CurveFamily::separable})
+  explicit Fitted(const Samples& samples, const FitOptions& wanted = kSeparable)
       : curves(fit_curves(samples, wanted, {}, nullptr, &cache)) {}
-  FitOptions options(FitOptions wanted = {.family = CurveFamily::separable}) const {
+  FitOptions options(FitOptions wanted = kSeparable) const {
     wanted.warm_start = &curves, wanted.warm_cache = &cache;
     return wanted;
   }
@@ -122,7 +121,7 @@ TEST(WarmStart, of_a_changed_point_reports_as_a_whole_fit) {
   FitReport report, whole_report;
   const FittedCurves warm = fit_curves(samples, first.options(), {}, &report);
   EXPECT_EQ(report.points.kept, 7U);
-  expect_the_same(warm, fit_curves(samples, {.family = CurveFamily::separable}, {}, &whole_report));
+  expect_the_same(warm, fit_curves(samples, kSeparable, {}, &whole_report));
   expect_the_same(report, whole_report);
 }
 
@@ -132,11 +131,11 @@ TEST(WarmStart, keeps_points_where_others_were_added_or_removed) {
   FitReport report, whole_report;
   const FittedCurves fewer = fit_curves(eight, of_nine.options(), {}, &report);
   EXPECT_EQ(report.points.kept, 8U);
-  expect_the_same(fewer, fit_curves(eight, {.family = CurveFamily::separable}, {}, &whole_report));
+  expect_the_same(fewer, fit_curves(eight, kSeparable, {}, &whole_report));
   expect_the_same(report, whole_report);
   const FittedCurves more = fit_curves(nine, of_eight.options(), {}, &report);
   EXPECT_EQ(report.points.kept, 8U);
-  expect_the_same(more, fit_curves(nine, {.family = CurveFamily::separable}, {}, &whole_report));
+  expect_the_same(more, fit_curves(nine, kSeparable, {}, &whole_report));
   expect_the_same(report, whole_report);
 }
 

@@ -21,37 +21,29 @@ class Damage : public ScratchTest {
  protected:
   using Change = std::function<void(Tamper&)>;
 
-  std::string samples_error(const Change& change) {
-    write_samples(at("s.h5"), example_samples());
+  template <class Read>
+  std::string error_after(const std::string& name, const Change& change, const Read& read) {
     {
-      Tamper tamper(at("s.h5"));
+      Tamper tamper(at(name));
       change(tamper);
     }
-    return error_of([&] { read_samples(at("s.h5")); });
+    return error_of([&] { read(at(name)); });
+  }
+  std::string samples_error(const Change& change) {
+    write_samples(at("s.h5"), example_samples());
+    return error_after("s.h5", change, read_samples);
   }
   std::string body_error(const Change& change) {
     write_body(at("b.h5"), example_body());
-    {
-      Tamper tamper(at("b.h5"));
-      change(tamper);
-    }
-    return error_of([&] { read_body(at("b.h5")); });
+    return error_after("b.h5", change, read_body);
   }
   std::string curves_error(const Change& change) {
     write_curves(at("c.h5"), example_curves());
-    {
-      Tamper tamper(at("c.h5"));
-      change(tamper);
-    }
-    return error_of([&] { read_curves(at("c.h5")); });
+    return error_after("c.h5", change, read_curves);
   }
   std::string model_error(const Change& change) {
     write_model(at("m.h5"), example_model());
-    {
-      Tamper tamper(at("m.h5"));
-      change(tamper);
-    }
-    return error_of([&] { read_model(at("m.h5")); });
+    return error_after("m.h5", change, read_model);
   }
 };
 
@@ -215,67 +207,56 @@ TEST_F(Damage, other_widths_that_fit_are_read) {
             "s.h5:rows/step: row 2 is beyond 32 bits");
 }
 
-TEST_F(Damage, indices_and_codes_out_of_range_are_named) {
-  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/point", H5T_NATIVE_INT, 4, 3); }),
-            "s.h5:rows/point: row 4 holds index 3, not 0..2");
-  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/point", H5T_NATIVE_INT, 5, -1); }),
-            "s.h5:rows/point: row 5 holds index -1, not 0..2");
-  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/kind", H5T_NATIVE_INT, 0, 9); }),
-            "s.h5:rows/kind: row 0 has code 9 without a name");
-  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/status", H5T_NATIVE_INT, 1, 7); }),
-            "s.h5:rows/status: row 1 has code 7 without a name");
-  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/experiment", H5T_NATIVE_INT, 5, 0); }),
-            "s.h5:rows/experiment: row 5 goes back to experiment 0");
-  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/point", H5T_NATIVE_INT, 1, 1); }),
-            "s.h5:rows/experiment: row 1 changes point or kind within experiment 0");
-  EXPECT_EQ(body_error([](Tamper& t) { t.poke("surface/triangles", H5T_NATIVE_INT, 4, 5); }),
-            "b.h5:surface/triangles: row 1 holds index 5, not 0..4");
-  EXPECT_EQ(body_error([](Tamper& t) { t.poke("volume/tets", H5T_NATIVE_INT, 0, 9); }),
-            "b.h5:volume/tets: row 0 holds index 9, not 0..3");
-  EXPECT_EQ(body_error([](Tamper& t) { t.poke("test_points/triangles", H5T_NATIVE_INT, 0, -7); }),
-            "b.h5:test_points/triangles: row 0 holds index -7, not 0..2");
-  EXPECT_EQ(body_error([](Tamper& t) { t.poke("volume/is_held", H5T_NATIVE_INT, 3, 2); }),
-            "b.h5:volume/is_held: row 3 is neither 0 nor 1");
-  EXPECT_EQ(curves_error([](Tamper& t) { t.poke("points/status", H5T_NATIVE_INT, 0, 4); }),
-            "c.h5:points/status: row 0 has code 4 without a name");
-  EXPECT_EQ(model_error([](Tamper& t) { t.poke("blend_point", H5T_NATIVE_INT, 0, -2); }),
-            "m.h5:blend_point: row 0 holds index -2, not 0..2147483646");
-}
+// One value of a data set changed; the file is that of samples, of a body, of curves or of a model.
+struct Poked {
+  char file;
+  const char* name;
+  std::size_t index;
+  double value;
+  const char* says;
+};
 
-TEST_F(Damage, numbers_that_cannot_be_are_named) {
-  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/force", H5T_NATIVE_DOUBLE, 1, kNaN); }),
-            "s.h5:rows/force: row 0 is good but not a finite number");
-  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/force", H5T_NATIVE_DOUBLE, 16, 1 / 0.0); }),
-            "s.h5:rows/force: row 5 is not a finite number");
-  EXPECT_EQ(
-      samples_error([](Tamper& t) { t.poke("rows/deflection", H5T_NATIVE_DOUBLE, 17, kNaN); }),
-      "s.h5:rows/deflection: row 5 is not a finite number");
-  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("points/normal", H5T_NATIVE_DOUBLE, 3, 2.0); }),
-            "s.h5:points/normal: row 1 is not a unit vector");
-  EXPECT_EQ(
-      samples_error([](Tamper& t) { t.poke("rows/force_error", H5T_NATIVE_DOUBLE, 1, -1.0); }),
-      "s.h5:rows/force_error: row 1 is negative");
-  EXPECT_EQ(body_error([](Tamper& t) { t.poke("surface/vertices", H5T_NATIVE_DOUBLE, 14, kNaN); }),
-            "b.h5:surface/vertices: row 4 is not a finite number");
-  const auto curves_poke = [&](const char* name, std::size_t index, double value) {
-    return curves_error([&](Tamper& t) { t.poke(name, H5T_NATIVE_DOUBLE, index, value); });
-  };
-  EXPECT_EQ(curves_poke("curves/normal/controls", 2, 1e6),
-            "c.h5:curves/normal/controls: row 0 falls");
-  EXPECT_EQ(curves_poke("curves/normal/controls", 6, 0.5),
-            "c.h5:curves/normal/controls: row 1 does not start at 0");
-  EXPECT_EQ(curves_poke("curves/normal/controls", 5, 100.1),
-            "c.h5:curves/normal/controls: row 0 is not exact in float32");
-  EXPECT_EQ(curves_poke("points/max_residual", 0, -1),
-            "c.h5:points/max_residual: row 0 is negative or infinite");
-  EXPECT_NE(curves_poke("curves/limit/knots", 1, 0.5).find("c.h5:curves/limit/knots: "),
-            std::string::npos);
-  EXPECT_EQ(model_error([](Tamper& t) { t.poke("blend_weight", H5T_NATIVE_DOUBLE, 3, 0.6); }),
-            "m.h5:blend_weight: row 1 is negative or does not sum to 1");
-  EXPECT_EQ(model_error([](Tamper& t) { t.poke("blend_weight", H5T_NATIVE_DOUBLE, 12, 0.1); }),
-            "m.h5:blend_weight: row 4 is negative or does not sum to 0");
-  EXPECT_EQ(model_error([](Tamper& t) { t.poke("probe/friction", H5T_NATIVE_DOUBLE, 0, -1.0); }),
-            "m.h5:probe/friction: is negative or not finite");
+const Poked kPoked[] = {
+    {'s', "rows/point", 4, 3, "row 4 holds index 3, not 0..2"},
+    {'s', "rows/point", 5, -1, "row 5 holds index -1, not 0..2"},
+    {'s', "rows/kind", 0, 9, "row 0 has code 9 without a name"},
+    {'s', "rows/status", 1, 7, "row 1 has code 7 without a name"},
+    {'s', "rows/experiment", 5, 0, "row 5 goes back to experiment 0"},
+    {'b', "surface/triangles", 4, 5, "row 1 holds index 5, not 0..4"},
+    {'b', "volume/tets", 0, 9, "row 0 holds index 9, not 0..3"},
+    {'b', "test_points/triangles", 0, -7, "row 0 holds index -7, not 0..2"},
+    {'b', "volume/is_held", 3, 2, "row 3 is neither 0 nor 1"},
+    {'c', "points/status", 0, 4, "row 0 has code 4 without a name"},
+    {'m', "blend_point", 0, -2, "row 0 holds index -2, not 0..2147483646"},
+    {'s', "rows/force", 1, kNaN, "row 0 is good but not a finite number"},
+    {'s', "rows/force", 16, 1 / 0.0, "row 5 is not a finite number"},
+    {'s', "rows/deflection", 17, kNaN, "row 5 is not a finite number"},
+    {'s', "points/normal", 3, 2, "row 1 is not a unit vector"},
+    {'s', "rows/force_error", 1, -1, "row 1 is negative"},
+    {'b', "surface/vertices", 14, kNaN, "row 4 is not a finite number"},
+    {'c', "curves/normal/controls", 2, 1e6, "row 0 falls"},
+    {'c', "curves/normal/controls", 6, 0.5, "row 1 does not start at 0"},
+    {'c', "curves/normal/controls", 5, 100.1, "row 0 is not exact in float32"},
+    {'c', "points/max_residual", 0, -1, "row 0 is negative or infinite"},
+    {'m', "blend_weight", 3, 0.6, "row 1 is negative or does not sum to 1"},
+    {'m', "blend_weight", 12, 0.1, "row 4 is negative or does not sum to 0"},
+    {'m', "probe/friction", 0, -1, "is negative or not finite"},
+};
+
+TEST_F(Damage, indices_codes_and_numbers_that_cannot_be_are_named) {
+  for (const Poked& poked : kPoked) {
+    const Change change = [&](Tamper& t) { t.poke(poked.name, poked.index, poked.value); };
+    EXPECT_EQ(poked.file == 's'   ? samples_error(change)
+              : poked.file == 'b' ? body_error(change)
+              : poked.file == 'c' ? curves_error(change)
+                                  : model_error(change),
+              std::string(1, poked.file) + ".h5:" + poked.name + ": " + poked.says);
+  }
+  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/point", 1, 1); }),
+            "s.h5:rows/experiment: row 1 changes point or kind within experiment 0");
+  EXPECT_TRUE(curves_error([](Tamper& t) {
+                t.poke("curves/limit/knots", 1, 0.5);
+              }).starts_with("c.h5:curves/limit/knots: "));
 }
 
 TEST_F(Damage, values_that_were_never_written_or_live_elsewhere_are_refused) {

@@ -9,6 +9,7 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/recordings/batch/plausible.hpp"
+#include "tests/support/surfaces.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -16,23 +17,10 @@ namespace {
 constexpr unsigned kDrawSeed = 7;
 
 Surface bumpy_sheet() {
-  Surface s;
-  const int n = 21;
-  s.vertices.resize(n * n, 3);
-  s.triangles.resize(2 * (n - 1) * (n - 1), 3);
-  for (int j = 0; j < n; ++j)
-    for (int i = 0; i < n; ++i) {
-      const double x = 0.005 * i, y = 0.005 * j;
-      s.vertices.row(j * n + i) << x, y, 0.004 * std::sin(60 * x) * std::cos(45 * y) + 0.1 * x * y;
-    }
-  int t = 0;
-  for (int j = 0; j + 1 < n; ++j)
-    for (int i = 0; i + 1 < n; ++i) {
-      const int a = j * n + i;
-      s.triangles.row(t++) << a, a + 1, a + n + 1;
-      s.triangles.row(t++) << a, a + n + 1, a + n;
-    }
-  return s;
+  return testing_support::sheet(20, 20, [](double u, double v) {
+    const double x = 0.1 * u, y = 0.1 * v;
+    return Vec3(x, y, 0.004 * std::sin(60 * x) * std::cos(45 * y) + 0.1 * x * y);
+  });
 }
 
 RigidMotion some_motion(double angle, double shift_m) {

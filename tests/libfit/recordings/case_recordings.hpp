@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <random>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -26,19 +24,9 @@ inline std::filesystem::path case_file(const std::string& truth, const std::stri
   return kCases / (truth + "__" + noise + ".csv");
 }
 
-/// Numbers of a case's file below its header.
 inline std::vector<std::vector<double>> case_rows(const std::string& truth,
                                                   const std::string& noise) {
-  std::ifstream in(case_file(truth, noise));
-  std::string line;
-  std::getline(in, line);
-  std::vector<std::vector<double>> rows;
-  while (std::getline(in, line)) {
-    std::istringstream cells(line);
-    rows.emplace_back();
-    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(std::stod(cell));
-  }
-  return rows;
+  return testing_support::number_rows(case_file(truth, noise));
 }
 
 /// True contact in the travel of the recording: the clean one touches at 0, and begins elsewhere.

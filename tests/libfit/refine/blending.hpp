@@ -14,6 +14,14 @@ inline const Field kSmooth = [](const Vec3& p) {
   return 3 + std::sin(60 * p.x()) + 0.5 * std::cos(50 * p.y() + 1) + 40 * p.z() * p.x();
 };
 
+/// z = (x^2 - y^2) / (2 R) over a square of 60 mm, R = 40 mm.
+inline Surface saddle(int cells) {
+  return sheet(cells, cells, [](double u, double v) {
+    const double x = 0.06 * (u - 0.5), y = 0.06 * (v - 0.5);
+    return Vec3(x, y, (x * x - y * y) / 0.08);
+  });
+}
+
 /// Root mean square and largest error of the first normal control value over covered vertices.
 struct FieldError {
   double rms = 0, most = 0;

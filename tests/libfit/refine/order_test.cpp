@@ -9,49 +9,43 @@
 namespace palpate::testing_refine {
 namespace {
 
-// Observed order between successive halvings of the spacing, from root mean square errors.
-std::vector<double> orders(const std::vector<FieldError>& errors, double FieldError::*measure) {
-  std::vector<double> orders;
-  for (std::size_t i = 1; i < errors.size(); ++i)
-    orders.push_back(std::log2(errors[i - 1].*measure / errors[i].*measure));
-  return orders;
+// Of root mean square errors between successive halvings of the spacing. Returns the largest ones.
+std::vector<double> expect_second_order(const Surface& fine,
+                                        const std::vector<FittedCurves>& points,
+                                        const std::vector<Triangles>& triangles) {
+  std::vector<double> errors, largest, orders;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Model model = refine(points[i], fine, all(fine), triangles[i]);
+    const FieldError error = field_error(model, kSmooth);
+    EXPECT_EQ(error.covered, fine.vertices.rows());
+    expect_partition_of_unity(model);
+    errors.push_back(error.rms);
+    largest.push_back(error.most);
+    if (i > 0) orders.push_back(std::log2(errors[i - 1] / errors[i]));
+  }
+  testing::Test::RecordProperty("rms_orders", testing::PrintToString(orders));
+  for (const double order : orders) EXPECT_GE(order, 1.9);
+  return largest;
+}
+
+std::vector<double> expect_second_order(const Surface& fine, const std::vector<Surface>& points) {
+  std::vector<FittedCurves> curves;
+  std::vector<Triangles> triangles;
+  for (const Surface& each : points) {
+    curves.push_back(curves_at(each, kSmooth));
+    triangles.push_back(each.triangles);
+  }
+  return expect_second_order(fine, curves, triangles);
 }
 
 TEST(Refine, converges_with_second_order_on_a_sphere) {
-  const Surface fine = icosphere(6, 0.03);
-  std::vector<FieldError> errors;
-  for (int level = 2; level <= 4; ++level) {
-    const Surface points = icosphere(level, 0.03);
-    const Model model = refine(curves_at(points, kSmooth), fine, all(fine), points.triangles);
-    errors.push_back(field_error(model, kSmooth));
-    EXPECT_EQ(errors.back().covered, fine.vertices.rows());
-  }
-  for (const double order : orders(errors, &FieldError::rms)) EXPECT_GE(order, 1.9);
-  for (const double order : orders(errors, &FieldError::most)) EXPECT_GE(order, 1.8);
-  RecordProperty("rms_orders", testing::PrintToString(orders(errors, &FieldError::rms)));
-  RecordProperty("max_orders", testing::PrintToString(orders(errors, &FieldError::most)));
-}
-
-// z = (x^2 - y^2) / (2 R) over a square of 60 mm, R = 40 mm.
-Surface saddle(int cells) {
-  return sheet(cells, cells, [](double u, double v) {
-    const double x = 0.06 * (u - 0.5), y = 0.06 * (v - 0.5);
-    return Vec3(x, y, (x * x - y * y) / 0.08);
-  });
+  const std::vector<double> largest = expect_second_order(
+      icosphere(6, 0.03), {icosphere(2, 0.03), icosphere(3, 0.03), icosphere(4, 0.03)});
+  for (std::size_t i = 1; i < 3; ++i) EXPECT_GE(std::log2(largest[i - 1] / largest[i]), 1.8);
 }
 
 TEST(Refine, converges_with_second_order_on_a_saddle) {
-  const Surface fine = saddle(144);
-  std::vector<FieldError> errors;
-  for (const int cells : {6, 12, 24}) {
-    const Surface points = saddle(cells);
-    const Model model = refine(curves_at(points, kSmooth), fine, all(fine), points.triangles);
-    errors.push_back(field_error(model, kSmooth));
-    EXPECT_EQ(errors.back().covered, fine.vertices.rows());
-    expect_partition_of_unity(model);
-  }
-  for (const double order : orders(errors, &FieldError::rms)) EXPECT_GE(order, 1.9);
-  RecordProperty("rms_orders", testing::PrintToString(orders(errors, &FieldError::rms)));
+  expect_second_order(saddle(144), {saddle(6), saddle(12), saddle(24)});
 }
 
 // Points of a rig, at no vertex: evenly spread by the golden angle, each moved at random by up to
@@ -71,21 +65,18 @@ Surface scattered_on_sphere(int points, double radius_m, unsigned seed) {
   return s;
 }
 
+FittedCurves scattered_curves(int count, unsigned seed) {
+  const Surface points = scattered_on_sphere(count, 0.03, seed);
+  FittedCurves curves = curves_at(points, kSmooth);
+  curves.normal = -points.vertices / 0.03;
+  return curves;
+}
+
 TEST(Refine, converges_with_second_order_on_scattered_points) {
-  const Surface fine = icosphere(6, 0.03);
-  std::vector<FieldError> errors;
-  for (const int count : {160, 640, 2560}) {
-    const Surface points = scattered_on_sphere(count, 0.03, 7);
-    FittedCurves curves = curves_at(points, kSmooth);
-    curves.normal = -points.vertices / 0.03;
-    RefineReport report;
-    const Model model = refine(curves, fine, all(fine), kNone, {}, &report);
-    EXPECT_EQ(report.triangles.rows(), 2 * count - 4) << "a closed triangulation, seed 7";
-    errors.push_back(field_error(model, kSmooth));
-    EXPECT_EQ(errors.back().covered, fine.vertices.rows());
-  }
-  for (const double order : orders(errors, &FieldError::rms)) EXPECT_GE(order, 1.9) << "seed 7";
-  RecordProperty("rms_orders", testing::PrintToString(orders(errors, &FieldError::rms)));
+  expect_second_order(
+      icosphere(6, 0.03),
+      {scattered_curves(160, 7), scattered_curves(640, 7), scattered_curves(2560, 7)},
+      {kNone, kNone, kNone});
 }
 
 // A rig's points as they come: between ten and ten thousand, none of them a vertex.
@@ -93,11 +84,8 @@ TEST(Refine, ten_to_ten_thousand_scattered_points_close_around_a_sphere) {
   const Surface fine = icosphere(7, 0.03);
   for (const int count : {10, 100, 1000, 10000}) {
     SCOPED_TRACE(count);
-    const Surface points = scattered_on_sphere(count, 0.03, 11);
-    FittedCurves curves = curves_at(points, kSmooth);
-    curves.normal = -points.vertices / 0.03;
     RefineReport report;
-    const Model model = refine(curves, fine, all(fine), kNone, {}, &report);
+    const Model model = refine(scattered_curves(count, 11), fine, all(fine), kNone, {}, &report);
     EXPECT_EQ(report.triangles.rows(), 2 * count - 4) << "Euler, seed 11";
     EXPECT_TRUE(report.uncovered.empty());
     EXPECT_NEAR(model.blend_weight.rowwise().sum().minCoeff(), 1, 1e-14);

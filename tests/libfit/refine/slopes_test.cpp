@@ -75,12 +75,6 @@ TEST(Slopes, make_refinement_third_order_on_a_sphere) {
 }
 
 TEST(Slopes, make_refinement_third_order_on_a_saddle) {
-  const auto saddle = [](int cells) {
-    return sheet(cells, cells, [](double u, double v) {
-      const double x = 0.06 * (u - 0.5), y = 0.06 * (v - 0.5);
-      return Vec3(x, y, (x * x - y * y) / 0.08);
-    });
-  };
   expect_third_order({saddle(6), saddle(12), saddle(24)}, saddle(144),
                      [](const Vec3& p) { return Vec3(-p.x() / 0.04, p.y() / 0.04, 1); });
 }

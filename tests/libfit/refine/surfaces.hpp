@@ -12,35 +12,9 @@
 namespace palpate::testing_refine {
 
 using testing_support::icosphere;
+using testing_support::plate;
+using testing_support::sheet;
 using testing_support::together;
-
-/// A sheet over (u, v) in a grid of nu x nv cells, triangles counter-clockwise in (u, v).
-inline Surface sheet(int nu, int nv, const std::function<Vec3(double u, double v)>& at) {
-  Surface s;
-  s.vertices.resize((nu + 1) * (nv + 1), 3);
-  s.triangles.resize(2 * nu * nv, 3);
-  for (int i = 0; i <= nu; ++i)
-    for (int j = 0; j <= nv; ++j)
-      s.vertices.row(i * (nv + 1) + j) = at(double(i) / nu, double(j) / nv).transpose();
-  int t = 0;
-  for (int i = 0; i < nu; ++i)
-    for (int j = 0; j < nv; ++j) {
-      const int a = i * (nv + 1) + j, b = a + nv + 1;
-      if ((i + j) % 2 == 0) {
-        s.triangles.row(t++) << a, b, b + 1;
-        s.triangles.row(t++) << a, b + 1, a + 1;
-      } else {
-        s.triangles.row(t++) << a, b, a + 1;
-        s.triangles.row(t++) << b, b + 1, a + 1;
-      }
-    }
-  return s;
-}
-
-/// Flat, facing +z at height z.
-inline Surface plate(int nu, int nv, double width_m, double height_m, double z_m = 0) {
-  return sheet(nu, nv, [=](double u, double v) { return Vec3(u * width_m, v * height_m, z_m); });
-}
 
 /// Closed around its axis z (last column of cells joins the first), open at both ends, outward.
 inline Surface cylinder(int around, int along, double radius_m, double length_m) {

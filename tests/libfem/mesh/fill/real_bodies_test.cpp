@@ -1,8 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
 #include "libfem/mesh/fill/fill_volume.hpp"
@@ -31,18 +29,10 @@ TEST_P(RealBodies, go_from_file_to_sound_coarse_tets) {
   PALPATE_NEEDS_DATA("data/surfaces");
   const auto path = testing_support::shared_data("data/surfaces") / file;
   const Surface fine = mend_surface(read_surface(path, length_unit_m), {}, file).surface;
-  const auto start = std::chrono::steady_clock::now();
   const SimulationSurface coarse =
       simulation_surface(fine, target_edge_m, {.volume_tolerance = 0.02});
   const TetMesh mesh = fill_volume(coarse.surface, mean_edge_m(coarse.surface));
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const TetQuality quality = quality_of(mesh);
-  std::printf(
-      "  %s: %d triangles at %g mm, off by %.2f mm; %d tets, least angle %.1f deg; %.1f s\n", file,
-      static_cast<int>(coarse.surface.triangles.rows()), 1e3 * coarse.target_edge_m,
-      1e3 * coarse.deviation_m, static_cast<int>(mesh.tets.rows()), quality.min_dihedral_deg,
-      seconds);
   EXPECT_NEAR(volume_m3(coarse.surface) / volume_m3(fine), 1, 0.02);
   EXPECT_LT(coarse.deviation_m, 0.3 * target_edge_m);
   EXPECT_NEAR(quality.volume_m3 / volume_m3(coarse.surface), 1, 1e-6);

@@ -10,8 +10,9 @@
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/structured_block.hpp"
 #include "libfem/mesh/tet_quality.hpp"
-#include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
+#include "tests/libfem/mesh/grade/measures.hpp"
+#include "tests/support/fact_of.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -92,9 +93,8 @@ TEST(Bisect, every_tet_is_as_small_as_asked_and_far_ones_are_left_alone) {
   const TetMesh base = shaken_block(5, 0.004);
   const TetMesh fine = straight(bisect(base, kPress));
   for (Eigen::Index t = 0; t < fine.tets.rows(); ++t) {
-    Vec3 centroid = Vec3::Zero();
-    for (int k = 0; k < 4; ++k) centroid += 0.25 * fine.nodes.row(fine.tets(t, k));
-    EXPECT_LE(size_of(fine, t), wanted_size_m(kPress, centroid) * (1 + 1e-12)) << "tet " << t;
+    EXPECT_LE(size_of(fine, t), wanted_size_m(kPress, centroid(fine, t)) * (1 + 1e-12))
+        << "tet " << t;
   }
   const GradeOptions coarse{.path = {{kPress.path[0].from, kPress.path[0].to, 1}}};
   EXPECT_EQ(bisect(base, coarse).tets.size(), static_cast<std::size_t>(base.tets.rows()));
@@ -118,8 +118,7 @@ TEST(Bisect, halved_base_tets_have_parts_of_half_their_size_and_others_are_left_
   EXPECT_GE(std::min(count[7], count[20]), 8);
   EXPECT_GT(std::count(count.begin(), count.end(), 1), base.tets.rows() / 2);
   options.halved.pop_back();
-  EXPECT_THROW(grade_mesh(base, std::vector<char>(base.nodes.rows(), 0),
-                          SmoothSurface({base.nodes, boundary_triangles(base.tets)}), options),
+  EXPECT_THROW(grade_mesh(base, held_nowhere(base), SmoothSurface(boundary_surface(base)), options),
                Error);
 }
 
@@ -131,21 +130,16 @@ TEST(Bisect, tets_that_two_regions_share_are_smaller_by_the_share_asked_for) {
   const TetMesh fine = straight(bisect(base, options));
   int shared = 0;
   for (Eigen::Index t = 0; t < fine.tets.rows(); ++t) {
-    Vec3 centroid = Vec3::Zero();
     std::set<int> regions;
-    for (int k = 0; k < 4; ++k) {
-      centroid += 0.25 * fine.nodes.row(fine.tets(t, k));
-      regions.insert(options.region_at(fine.nodes.row(fine.tets(t, k))));
-    }
+    for (int k = 0; k < 4; ++k) regions.insert(options.region_at(fine.nodes.row(fine.tets(t, k))));
     const double share = regions.size() == 2 ? 0.5 : 1.0;
     shared += regions.size() == 2;
-    EXPECT_LE(size_of(fine, t), share * wanted_size_m(options, centroid) * (1 + 1e-12))
+    EXPECT_LE(size_of(fine, t), share * wanted_size_m(options, centroid(fine, t)) * (1 + 1e-12))
         << "tet " << t;
   }
   EXPECT_GT(shared, 50);
   options.interface_share = 0;
-  EXPECT_THROW(grade_mesh(base, std::vector<char>(base.nodes.rows(), 0),
-                          SmoothSurface({base.nodes, boundary_triangles(base.tets)}), options),
+  EXPECT_THROW(grade_mesh(base, held_nowhere(base), SmoothSurface(boundary_surface(base)), options),
                Error);
 }
 
@@ -175,12 +169,9 @@ TEST(Bisect, refinement_without_end_is_refused) {
   GradeOptions options = kPress;
   options.path[0].h_m = 1e-5;
   options.max_corners = 5000;
-  try {
-    bisect(structured_block({0.1, 0.1, 0.04}, {5, 5, 2}), options);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.fact(), "refinement passes 5000 corner nodes");
-  }
+  const TetMesh block = structured_block({0.1, 0.1, 0.04}, {5, 5, 2});
+  EXPECT_EQ(testing_support::fact_of([&] { bisect(block, options); }),
+            "refinement passes 5000 corner nodes");
 }
 
 }  // namespace

@@ -22,8 +22,7 @@ QuadraticMesh pressed_block(const RegionAt& region_at) {
   GradeOptions options{.path = {{{0.05, 0.05, 0.04}, {0.05, 0.05, 0.04}}}};
   options.region_at = region_at;
   options.interface_share = 0.5;
-  return grade_mesh(base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0),
-                    SmoothSurface(boundary_surface(base)), options);
+  return grade_mesh(base, held_nowhere(base), SmoothSurface(boundary_surface(base)), options);
 }
 
 /// Signed distances of a tet's corners to a border: all of one sign, but for rounding.
@@ -45,11 +44,8 @@ int tets_across(const QuadraticMesh& mesh, const Distance& distance_m) {
 QuadraticMesh part_of(const QuadraticMesh& mesh, const RegionAt& region_at, int region) {
   QuadraticMesh out = mesh;
   Eigen::Index count = 0;
-  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
-    Vec3 centroid = Vec3::Zero();
-    for (int k = 0; k < 4; ++k) centroid += mesh.nodes.row(mesh.tets(t, k)) / 4;
-    if (region_at(centroid) == region) out.tets.row(count++) = mesh.tets.row(t);
-  }
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
+    if (region_at(centroid(mesh, t)) == region) out.tets.row(count++) = mesh.tets.row(t);
   out.tets.conservativeResize(count, 10);
   return out;
 }
@@ -78,10 +74,7 @@ TEST(Conform, elements_stay_sound_and_neighbours_share_faces) {
   const QuadraticMesh mesh = pressed_block(in_ball);
   std::map<std::set<std::int32_t>, int> tets_with;
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
-    TetNodes nodes;
-    for (int k = 0; k < 10; ++k)
-      nodes[static_cast<std::size_t>(k)] = mesh.nodes.row(mesh.tets(t, k));
-    EXPECT_GT(smallest_jacobian(nodes), 0) << "tet " << t;
+    EXPECT_GT(smallest_jacobian(nodes_of(mesh, t)), 0) << "tet " << t;
     for (const auto& face : kTetFace)
       ++tets_with[{mesh.tets(t, face[0]), mesh.tets(t, face[1]), mesh.tets(t, face[2])}];
   }

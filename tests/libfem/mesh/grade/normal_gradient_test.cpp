@@ -29,7 +29,6 @@ TEST(NormalGradient, sphere_has_minus_one_over_radius_on_tangents_and_none_along
     EXPECT_LT((gradient * hit.normal).norm(), 1e-12 / radius);
     EXPECT_EQ(gradient, Mat3(gradient.transpose()));
   }
-  std::printf("sphere: worst |G - exact| R = %.4f\n", worst);
   EXPECT_LT(worst, 0.03);
 }
 
@@ -74,7 +73,6 @@ TEST(NormalGradient, noise_of_a_tenth_of_a_millimetre_costs_a_tenth_of_the_curva
     sum += (sphere.normal_gradient(hit, 0.012) - exact).squaredNorm() * radius * radius;
   }
   const double rms = std::sqrt(sum / repeats);
-  std::printf("noisy sphere: rms |G - exact| R = %.3f\n", rms);
   EXPECT_LT(rms, 0.15);
 }
 

@@ -53,12 +53,8 @@ std::vector<SampleFile> all_samples() {
   return samples;
 }
 
-class EveryFormat : public testing::TestWithParam<SampleFile> {
- protected:
-  TemporaryFolder folder;
-};
-INSTANTIATE_TEST_SUITE_P(Samples, EveryFormat, testing::ValuesIn(all_samples()),
-                         [](const auto& sample) { return sample.param.name; });
+class EveryFormat : public OfSamples {};
+INSTANTIATE_TEST_SUITE_P(Samples, EveryFormat, testing::ValuesIn(all_samples()), sample_name);
 
 TEST_P(EveryFormat, cut_short_anywhere_is_an_error_or_a_mesh) {
   const SampleFile& sample = GetParam();
@@ -68,7 +64,7 @@ TEST_P(EveryFormat, cut_short_anywhere_is_an_error_or_a_mesh) {
     SCOPED_TRACE("cut to " + std::to_string(size) + " bytes");
     SampleFile cut = sample;
     cut.bytes.resize(size);
-    read += survives(folder.write(cut), is_tet_sample(sample));
+    read += survives(write(cut), is_tet_sample(sample));
   }
   // Most cuts lose something that must be missed; a text file without its last faces is a mesh.
   EXPECT_LT(read, 110) << sample.name;
@@ -83,7 +79,7 @@ TEST_P(EveryFormat, bytes_flipped_at_random_are_an_error_or_a_mesh) {
     for (int k = 0; k < flips; ++k)
       flipped.bytes[random() % sample.bytes.size()] = static_cast<char>(random());
     SCOPED_TRACE("seed " + std::to_string(kSeed) + ", variation " + std::to_string(i));
-    survives(folder.write(flipped), is_tet_sample(sample));
+    survives(write(flipped), is_tet_sample(sample));
   }
 }
 
@@ -99,14 +95,14 @@ TEST_P(EveryFormat, digits_changed_at_random_are_an_error_or_a_mesh) {
     changed.bytes[digits[random() % digits.size()]] = static_cast<char>('0' + random() % 10);
     if (i % 3 == 0) changed.bytes.insert(digits[random() % digits.size()], "99999999");
     SCOPED_TRACE("seed " + std::to_string(kSeed) + ", variation " + std::to_string(i));
-    survives(folder.write(changed), is_tet_sample(sample));
+    survives(write(changed), is_tet_sample(sample));
   }
 }
 
 TEST_P(EveryFormat, two_files_run_together_are_an_error_or_a_mesh) {
   SampleFile twice = GetParam();
   twice.bytes += twice.bytes;
-  survives(folder.write(twice), is_tet_sample(GetParam()));
+  survives(write(twice), is_tet_sample(GetParam()));
 }
 
 }  // namespace

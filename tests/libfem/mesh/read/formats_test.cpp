@@ -24,17 +24,12 @@ double tet_volume_m3(const TetMesh& mesh) {
   return sum;
 }
 
-std::string sample_name(const testing::TestParamInfo<SampleFile>& info) { return info.param.name; }
-
-class EverySurfaceFormat : public testing::TestWithParam<SampleFile> {
- protected:
-  TemporaryFolder folder;
-};
+class EverySurfaceFormat : public OfSamples {};
 INSTANTIATE_TEST_SUITE_P(Samples, EverySurfaceFormat, testing::ValuesIn(surface_samples()),
                          sample_name);
 
 TEST_P(EverySurfaceFormat, gives_the_cube_in_metres) {
-  const Surface surface = read_surface(folder.write(GetParam()), 1e-3);
+  const Surface surface = read_surface(write(GetParam()), 1e-3);
   ASSERT_EQ(surface.vertices.rows(), 8);
   ASSERT_EQ(surface.triangles.rows(), 12);
   EXPECT_NEAR(volume_m3(surface), 1e-9, 1e-18);
@@ -64,38 +59,34 @@ TEST_P(EveryTextFormat, reads_line_ends_of_every_system) {
     SampleFile sample = GetParam();
     sample.bytes.clear();
     for (const char c : GetParam().bytes) sample.bytes += c == '\n' ? line_end : std::string(1, c);
-    EXPECT_EQ(read_surface(folder.write(sample), 1).triangles.rows(), 12);
+    EXPECT_EQ(read_surface(write(sample), 1).triangles.rows(), 12);
   }
 }
 
 TEST_P(EveryTextFormat, reads_past_a_byte_order_mark) {
   SampleFile sample = GetParam();
   sample.bytes.insert(0, "\xef\xbb\xbf");
-  EXPECT_EQ(read_surface(folder.write(sample), 1).triangles.rows(), 12);
+  EXPECT_EQ(read_surface(write(sample), 1).triangles.rows(), 12);
 }
 
 // Its numbers were refused: "a vertex needs three numbers".
-TEST(obj, a_backslash_at_the_end_of_a_line_continues_it_in_every_statement) {
-  const TemporaryFolder folder;
+TEST_F(MeshFiles, of_obj_continue_a_line_after_a_backslash_in_every_statement) {
   const std::string text = "v 0 0 30\nv 10 0 30\nv 0 10 30\ng top upper\nf 1 2 3\n";
   for (const std::string blank : {" \\\n ", "\\\n ", " \\\r\n\t"}) {
     std::string broken;
     for (const char c : text) broken += c == ' ' ? blank : std::string(1, c);
-    const Surface surface = read_surface(folder.write("a.obj", broken), 1);
-    EXPECT_EQ(surface.vertices, read_surface(folder.write("b.obj", text), 1).vertices) << broken;
+    const Surface surface = read_surface(write("a.obj", broken), 1);
+    EXPECT_EQ(surface.vertices, read_surface(write("b.obj", text), 1).vertices) << broken;
     EXPECT_EQ(surface.triangles.rows(), 1) << broken;
   }
 }
 
-class EveryTetFormat : public testing::TestWithParam<SampleFile> {
- protected:
-  TemporaryFolder folder;
-};
+class EveryTetFormat : public OfSamples {};
 INSTANTIATE_TEST_SUITE_P(Samples, EveryTetFormat, testing::ValuesIn(tet_samples()), sample_name);
 
 TEST_P(EveryTetFormat, gives_the_cube_in_metres) {
   TetReadNotes notes;
-  const TetMesh mesh = read_tet_mesh(folder.write(GetParam()), 1e-3, &notes);
+  const TetMesh mesh = read_tet_mesh(write(GetParam()), 1e-3, &notes);
   const TetMesh cube = cube_tets();
   EXPECT_TRUE(mesh.nodes.isApprox(1e-3 * cube.nodes, 0));
   EXPECT_EQ(mesh.tets, cube.tets);
@@ -147,7 +138,7 @@ TEST(RealFiles, surfaces_have_the_counts_documented) {
 }
 
 // As 3D Slicer writes it; the base64 of VTP is 4 bytes of length and the characters of LPS.
-TEST(Frame, is_read_where_a_format_can_state_one) {
+TEST_F(MeshFiles, say_their_frame_where_a_format_can_state_one) {
   const auto vtp = [](const std::string& array) {
     return R"(<VTKFile type="PolyData" byte_order="LittleEndian"><PolyData><FieldData>)"
            R"(<Array type="String" Name="SPACE" NumberOfTuples="1" format=)" +
@@ -162,9 +153,8 @@ TEST(Frame, is_read_where_a_format_can_state_one) {
       {".vtp", vtp(R"("ascii">76 80 83 0 )"), "LPS"},
       {".vtp", vtp(R"("binary">BAAAAExQUwA=)"), "LPS"},
       {".off", "OFF\n0 0 0\n", ""}};
-  const TemporaryFolder folder;
   for (const auto& [extension, bytes, frame] : files)
-    EXPECT_EQ(stated_frame(folder.write({"mesh", extension, bytes})), frame) << bytes;
+    EXPECT_EQ(stated_frame(write({"mesh", extension, bytes})), frame) << bytes;
 }
 
 TEST(RealFiles, the_liver_of_1477_cubic_centimetres_points_inward) {

@@ -4,11 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstring>
-#include <map>
 #include <random>
-#include <set>
 
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/read/sample_files.hpp"
@@ -26,11 +22,11 @@ MeshMark field(const std::string& name, double equals) {
   return {MeshMark::By::field, name, equals};
 }
 
-class MarkedPart : public testing::Test {
+class MarkedPart : public MeshFiles {
  protected:
   PaintedPart part(const std::string& extension, const std::string& bytes, const MeshMark& mark,
                    bool is_tets = false) {
-    return read_marked_part(folder.write("mesh" + extension, bytes), 1, is_tets, mark);
+    return read_marked_part(write("mesh" + extension, bytes), 1, is_tets, mark);
   }
   std::string remedy(const std::string& extension, const std::string& bytes, const MeshMark& mark,
                      bool is_tets = false) {
@@ -49,7 +45,6 @@ class MarkedPart : public testing::Test {
     EXPECT_FALSE(part.contains(kRim - Vec3(0, 0, 0.01)));
     EXPECT_FALSE(part.contains(kBottom));
   }
-  TemporaryFolder folder;
 };
 
 const Surface kCube = cube_surface();
@@ -150,117 +145,9 @@ TEST_F(MarkedPart, of_a_vtk_surface_is_where_a_field_of_cells_or_points_has_a_va
   EXPECT_TRUE(vector.starts_with("field \"n\" has 39 numbers for 13 cells")) << vector;
 }
 
-// Faces of the cube's tets on its top, whose diagonals need not be those of cube_surface().
-std::vector<std::array<int, 3>> top_faces() {
-  const TetMesh cube = cube_tets();
-  std::vector<std::array<int, 3>> faces;
-  for (const auto& tet : cube.tets.rowwise())
-    for (int left_out = 0; left_out < 4; ++left_out) {
-      std::array<int, 3> face;
-      double lowest = 1;
-      for (int k = 0, at = 0; k < 4; ++k)
-        if (k != left_out) {
-          face[static_cast<std::size_t>(at++)] = tet[k];
-          lowest = std::min(lowest, cube.nodes(tet[k], 2));
-        }
-      if (lowest == 1) faces.push_back(face);
-    }
-  return faces;
-}
-
-// Bytes of an MSH file, as text or binary.
-class MshBytes {
- public:
-  explicit MshBytes(bool is_binary) : is_binary_(is_binary) {}
-  MshBytes& text(const std::string& words) { return out += words, *this; }
-  MshBytes& small(std::int32_t value) { return put(value); }
-  MshBytes& large(std::uint64_t value) { return put(value); }
-  MshBytes& real(double value) { return put(value); }
-  std::string out;
-
- private:
-  template <class Value>
-  MshBytes& put(Value value) {
-    if (!is_binary_) {
-      out += std::to_string(value) + " ";
-    } else {
-      char bytes[sizeof value];
-      std::memcpy(bytes, &value, sizeof value);
-      out.append(bytes, sizeof value);
-    }
-    return *this;
-  }
-  bool is_binary_;
-};
-
-// The cube's six tets, of which the first three are "lump" and the rest "body", and the faces on
-// its top, "upper".
-std::string msh(double version, bool is_binary) {
-  const TetMesh cube = cube_tets();
-  const std::vector<std::array<int, 3>> faces = top_faces();
-  MshBytes file(is_binary);
-  file.text(version > 4 ? "$MeshFormat\n4.1 " : "$MeshFormat\n2.2 ")
-      .text(is_binary ? "1 8\n" : "0 8\n");
-  if (is_binary) file.small(1).text("\n");
-  file.text(
-      "$EndMeshFormat\n$PhysicalNames\n3\n2 5 \"upper side\"\n3 1 \"body\"\n3 2 \"lump\"\n"
-      "$EndPhysicalNames\n");
-  if (version > 4) {
-    file.text("$Entities\n").large(1).large(0).large(1).large(2);
-    file.small(1).real(0).real(0).real(0).large(0);
-    file.small(1);
-    for (int k = 0; k < 6; ++k) file.real(k > 2);
-    file.large(1).small(5).large(2).small(1).small(-2);
-    for (const int volume : {1, 2}) {
-      file.small(volume);
-      for (int k = 0; k < 6; ++k) file.real(k > 2);
-      file.large(1).small(volume).large(0);
-    }
-    file.text("\n$EndEntities\n$Nodes\n").large(1).large(8).large(1).large(8);
-    file.small(3).small(1).small(0).large(8);
-    for (std::uint64_t v = 1; v <= 8; ++v) file.large(v);
-    for (const auto& p : cube.nodes.rowwise()) file.real(p[0]).real(p[1]).real(p[2]);
-    file.text("\n$EndNodes\n$Elements\n").large(3).large(8).large(1).large(8);
-    std::uint64_t id = 1;
-    file.small(2).small(1).small(2).large(faces.size());
-    for (const auto& face : faces) {
-      file.large(id++);
-      for (const int v : face) file.large(static_cast<std::uint64_t>(v + 1));
-    }
-    for (const int volume : {2, 1}) {
-      file.small(3).small(volume).small(4).large(3);
-      for (Eigen::Index t = volume == 2 ? 0 : 3; t < (volume == 2 ? 3 : 6); ++t) {
-        file.large(id++);
-        for (int k = 0; k < 4; ++k) file.large(static_cast<std::uint64_t>(cube.tets(t, k) + 1));
-      }
-    }
-    return file.text("\n$EndElements\n").out;
-  }
-  file.text("$Nodes\n8\n");
-  for (Eigen::Index v = 0; v < 8; ++v) {
-    file.small(static_cast<int>(v) + 1);
-    for (int k = 0; k < 3; ++k) file.real(cube.nodes(v, k));
-  }
-  file.text("\n$EndNodes\n$Elements\n8\n");
-  int id = 1;
-  const auto element = [&](int type, int physical, const auto& corners) {
-    if (is_binary)
-      file.small(type).small(1).small(2).small(id++);
-    else
-      file.small(id++).small(type).small(2);
-    file.small(physical).small(9);
-    for (const int v : corners) file.small(v + 1);
-  };
-  for (const auto& face : faces) element(2, 5, face);
-  for (Eigen::Index t = 0; t < 6; ++t)
-    element(4, t < 3 ? 2 : 1,
-            std::array{cube.tets(t, 0), cube.tets(t, 1), cube.tets(t, 2), cube.tets(t, 3)});
-  return file.text("\n$EndElements\n").out;
-}
-
 // Tets that hold a place decide within the volume, the nearest ones outside it.
 TEST_F(MarkedPart, of_tets_is_where_one_of_the_nearest_tets_is_marked) {
-  const PaintedPart lump = part(".msh", msh(2.2, false), group("lump"), true);
+  const PaintedPart lump = part(".msh", marked_msh(2.2, false), group("lump"), true);
   const TetMesh& cube = lump.volume();
   std::mt19937 random(3);
   std::uniform_int_distribution<int> eighths(-2, 10);
@@ -289,7 +176,7 @@ TEST_F(MarkedPart, of_an_msh_is_a_physical_group_of_faces_or_of_tets) {
   for (const double version : {2.2, 4.1})
     for (const bool is_binary : {false, true}) {
       SCOPED_TRACE(std::to_string(version) + (is_binary ? " binary" : " text"));
-      const std::string bytes = msh(version, is_binary);
+      const std::string bytes = marked_msh(version, is_binary);
       is_the_top(part(".msh", bytes, group("upper side"), true));
       const PaintedPart lump = part(".msh", bytes, group("lump"), true);
       EXPECT_FALSE(lump.is_on_faces());
@@ -312,8 +199,9 @@ TEST_F(MarkedPart, of_a_vtk_grid_is_tets_or_the_faces_among_them) {
     points += row_of(p);
     level += p[2] > 0.5 ? "1 " : "0 ";
   }
-  for (const auto& face : top_faces()) {
-    for (const int v : face) cells += std::to_string(v) + " ";
+  const Triangles faces = top_faces();
+  for (const auto& face : faces.rowwise()) {
+    cells += row_of(face);
     types += "5 ";
     offsets += std::to_string(offset += 3) + " ";
     label += "4 ";
@@ -348,7 +236,7 @@ TEST_F(MarkedPart, of_a_vtk_grid_is_tets_or_the_faces_among_them) {
 
 // Labels are asked for only where a region names them, but are read as safely.
 TEST_F(MarkedPart, of_damaged_files_is_refused_or_read) {
-  const std::string whole = msh(4.1, true), text = msh(2.2, false);
+  const std::string whole = marked_msh(4.1, true), text = marked_msh(2.2, false);
   for (const std::string& bytes : {whole, text})
     for (std::size_t at = 0; at < bytes.size(); at += 7) {
       std::string cut = bytes.substr(0, at), flipped = bytes;

@@ -1,14 +1,12 @@
 #include "tests/libfem/mesh/read/sample_files.hpp"
 
-#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
-#include <fstream>
 #include <sstream>
-#include <stdexcept>
+
+#include "tests/support/surfaces.hpp"
 
 namespace palpate::mesh_read_test {
 namespace {
@@ -138,10 +136,16 @@ SampleFile off(bool has_colour) {
               lines(cube.triangles, "3 ", 0, false, has_colour ? " 0.5 0.5 0.5" : "")};
 }
 
+template <typename T>
+std::string big_or_words(bool is_binary, const std::vector<double>& values) {
+  return is_binary ? numbers<T>(values, true) : words(values);
+}
+
 std::string vtk_head(bool is_binary, const std::string& dataset) {
   return "# vtk DataFile Version 3.0\na cube\n" + std::string(is_binary ? "BINARY" : "ASCII") +
          "\nDATASET " + dataset + "\nFIELD FieldData 1\ntime 1 1 double\n" +
-         (is_binary ? number<double>(0, true) : "0") + "\nPOINTS 8 float\n";
+         (is_binary ? number<double>(0, true) : "0") + "\nPOINTS 8 float\n" +
+         big_or_words<float>(is_binary, flat(cube_tets().nodes));
 }
 
 template <typename Indices>
@@ -163,25 +167,20 @@ std::vector<double> offsets(Eigen::Index cells, Eigen::Index corners, bool from_
 
 SampleFile vtk_polydata(bool is_binary) {
   const Surface cube = cube_surface();
-  const auto list = counted(cube.triangles);
-  std::string bytes = vtk_head(is_binary, "POLYDATA");
-  bytes += is_binary ? numbers<float>(flat(cube.vertices), true) : words(flat(cube.vertices));
-  bytes += "\nMETADATA\nINFORMATION 0\n\nPOLYGONS 12 48\n";
-  bytes += is_binary ? numbers<std::int32_t>(list, true) : words(list);
   return {is_binary ? "vtk_binary" : "vtk_text", ".vtk",
-          bytes + "\nPOINT_DATA 8\nSCALARS a float\n"};
+          vtk_head(is_binary, "POLYDATA") + "\nMETADATA\nINFORMATION 0\n\nPOLYGONS 12 48\n" +
+              big_or_words<std::int32_t>(is_binary, counted(cube.triangles)) +
+              "\nPOINT_DATA 8\nSCALARS a float\n"};
 }
 
 SampleFile vtk_polydata_5(bool is_binary) {
   const Surface cube = cube_surface();
   std::string bytes = vtk_head(is_binary, "POLYDATA");
-  bytes += is_binary ? numbers<float>(flat(cube.vertices), true) : words(flat(cube.vertices));
   const auto begin = offsets(12, 3, true);
   bytes += "\nPOLYGONS 13 36\nOFFSETS vtktypeint64\n";
-  bytes += is_binary ? numbers<std::int64_t>(begin, true) : words(begin);
+  bytes += big_or_words<std::int64_t>(is_binary, begin);
   bytes += "\nCONNECTIVITY vtktypeint64\n";
-  bytes +=
-      is_binary ? numbers<std::int64_t>(flat(cube.triangles), true) : words(flat(cube.triangles));
+  bytes += big_or_words<std::int64_t>(is_binary, flat(cube.triangles));
   return {is_binary ? "vtk_5_binary" : "vtk_5_text", ".vtk", bytes + "\n"};
 }
 
@@ -190,11 +189,10 @@ SampleFile vtk_grid(bool is_binary) {
   const auto list = counted(cube.tets);
   const std::vector<double> types(6, 10);
   std::string bytes = vtk_head(is_binary, "UNSTRUCTURED_GRID");
-  bytes += is_binary ? numbers<float>(flat(cube.nodes), true) : words(flat(cube.nodes));
   bytes += "\nCELLS 6 30\n";
-  bytes += is_binary ? numbers<std::int32_t>(list, true) : words(list);
+  bytes += big_or_words<std::int32_t>(is_binary, list);
   bytes += "\nCELL_TYPES 6\n";
-  bytes += is_binary ? numbers<std::int32_t>(types, true) : words(types);
+  bytes += big_or_words<std::int32_t>(is_binary, types);
   return {is_binary ? "vtk_binary" : "vtk_text", ".vtk", bytes + "\n"};
 }
 
@@ -296,52 +294,29 @@ SampleFile msh_1() {
               "$ENDELM\n"};
 }
 
-SampleFile msh_2(bool is_binary) {
-  const TetMesh cube = cube_tets();
-  std::string bytes = "$MeshFormat\n2.2 " + std::string(is_binary ? "1" : "0") + " 8\n";
-  if (is_binary) bytes += number<std::int32_t>(1, false) + "\n";
-  bytes += "$EndMeshFormat\n$PhysicalNames\n1\n3 1 \"body\"\n$EndPhysicalNames\n$Nodes\n8\n";
-  if (!is_binary) {
-    std::ostringstream elements;
-    for (Eigen::Index t = 0; t < 6; ++t)
-      elements << t + 1 << " 4 2 1 1 " << (cube.tets.row(t).array() + 1) << "\n";
-    return {"msh_2_text", ".msh",
-            bytes + lines(cube.nodes, "", 1, true) + "$EndNodes\n$Elements\n6\n" + elements.str() +
-                "$EndElements\n"};
-  }
-  for (Eigen::Index n = 0; n < 8; ++n)
-    bytes += number<std::int32_t>(static_cast<double>(n + 1), false) +
-             numbers<double>(flat(Vec3(cube.nodes.row(n))));
-  bytes += "\n$EndNodes\n$Elements\n6\n" + numbers<std::int32_t>({4, 6, 2});
-  for (Eigen::Index t = 0; t < 6; ++t)
-    bytes += numbers<std::int32_t>({static_cast<double>(t + 1), 1, 1}) +
-             numbers<std::int32_t>(flat(Eigen::Vector4i(cube.tets.row(t).array() + 1)));
-  return {"msh_2_binary", ".msh", bytes + "\n$EndElements\n"};
-}
+// Bytes of an MSH file, as text or binary.
+class MshBytes {
+ public:
+  explicit MshBytes(bool is_binary) : is_binary_(is_binary) {}
+  MshBytes& text(const std::string& words) { return out += words, *this; }
+  MshBytes& small(std::int32_t value) { return put(value); }
+  MshBytes& large(std::int64_t value) { return put(value); }
+  MshBytes& real(double value) { return put(value); }
+  std::string out;
 
-SampleFile msh_4(bool is_binary) {
-  const TetMesh cube = cube_tets();
-  const std::string head = "$MeshFormat\n4.1 " + std::string(is_binary ? "1" : "0") + " 8\n";
-  const std::vector<double> tags{11, 12, 13, 14, 15, 16, 17, 18};  // tags need not begin with 1
-  if (!is_binary) {
-    std::ostringstream elements;
-    for (Eigen::Index t = 0; t < 6; ++t)
-      elements << t + 1 << " " << (cube.tets.row(t).array() + 11) << "\n";
-    return {"msh_4_text", ".msh",
-            head + "$EndMeshFormat\n$Nodes\n1 8 11 18\n3 1 0 8\n" + words(tags) + "\n" +
-                lines(cube.nodes, "") + "$EndNodes\n$Elements\n1 6 1 6\n3 1 4 6\n" +
-                elements.str() + "$EndElements\n"};
+ private:
+  template <class Value>
+  MshBytes& put(Value value) {
+    out +=
+        is_binary_ ? number<Value>(static_cast<double>(value), false) : std::to_string(value) + " ";
+    return *this;
   }
-  std::string bytes = head + number<std::int32_t>(1, false) + "\n$EndMeshFormat\n$Nodes\n" +
-                      numbers<std::uint64_t>({1, 8, 11, 18}) + numbers<std::int32_t>({3, 1, 0}) +
-                      number<std::uint64_t>(8, false) + numbers<std::uint64_t>(tags) +
-                      numbers<double>(flat(cube.nodes)) + "\n$EndNodes\n$Elements\n" +
-                      numbers<std::uint64_t>({1, 6, 1, 6}) + numbers<std::int32_t>({3, 1, 4}) +
-                      number<std::uint64_t>(6, false);
-  for (Eigen::Index t = 0; t < 6; ++t)
-    bytes += number<std::uint64_t>(static_cast<double>(t + 1), false) +
-             numbers<std::uint64_t>(flat(Eigen::Vector4i(cube.tets.row(t).array() + 11)));
-  return {"msh_4_binary", ".msh", bytes + "\n$EndElements\n"};
+  bool is_binary_;
+};
+
+SampleFile msh(double version, bool is_binary) {
+  return {std::string(version > 4 ? "msh_4" : "msh_2") + (is_binary ? "_binary" : "_text"), ".msh",
+          marked_msh(version, is_binary)};
 }
 
 SampleFile tetgen(bool is_node_given) {
@@ -358,15 +333,7 @@ SampleFile tetgen(bool is_node_given) {
 
 }  // namespace
 
-Surface cube_surface() {
-  Surface cube;
-  cube.vertices = cube_tets().nodes;
-  cube.triangles.resize(12, 3);
-  cube.triangles << 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6,  // z
-      0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7,                // y
-      0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5;                // x
-  return cube;
-}
+Surface cube_surface() { return testing_support::cube(1); }
 
 TetMesh cube_tets() {
   TetMesh cube;
@@ -395,31 +362,85 @@ std::vector<SampleFile> surface_samples() {
 }
 
 std::vector<SampleFile> tet_samples() {
-  std::vector<SampleFile> samples{msh_1(),        msh_2(false), msh_2(true),
-                                  msh_4(false),   msh_4(true),  vtk_grid(false),
-                                  vtk_grid(true), tetgen(true), tetgen(false)};
+  std::vector<SampleFile> samples{msh_1(),         msh(2.2, false), msh(2.2, true),
+                                  msh(4.1, false), msh(4.1, true),  vtk_grid(false),
+                                  vtk_grid(true),  tetgen(true),    tetgen(false)};
   for (int way = Xml::text; way <= Xml::zlib_inline; ++way) samples.push_back(vtu(Xml::Way(way)));
   return samples;
 }
 
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "palpate_mesh_XXXXXX").string();
-  if (!mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
-  path_ = name;
+Triangles top_faces() {
+  Triangles faces(2, 3);
+  faces << 6, 4, 7, 4, 5, 7;
+  return faces;
 }
 
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
+std::string marked_msh(double version, bool is_binary) {
+  const TetMesh cube = cube_tets();
+  MshBytes file(is_binary);
+  file.text(version > 4 ? "$MeshFormat\n4.1 " : "$MeshFormat\n2.2 ")
+      .text(is_binary ? "1 8\n" : "0 8\n");
+  if (is_binary) file.small(1).text("\n");
+  file.text(
+      "$EndMeshFormat\n$PhysicalNames\n3\n2 5 \"upper side\"\n3 1 \"body\"\n3 2 \"lump\"\n"
+      "$EndPhysicalNames\n");
+  int id = 1;
+  if (version > 4) {
+    constexpr int kFirst = 11;  // tags need not begin with 1
+    file.text("$Entities\n").large(1).large(0).large(1).large(2);
+    file.small(1).real(0).real(0).real(0).large(0);
+    file.small(1);
+    for (int k = 0; k < 6; ++k) file.real(k > 2);
+    file.large(1).small(5).large(2).small(1).small(-2);
+    for (const int volume : {1, 2}) {
+      file.small(volume);
+      for (int k = 0; k < 6; ++k) file.real(k > 2);
+      file.large(1).small(volume).large(0);
+    }
+    file.text("\n$EndEntities\n$Nodes\n").large(1).large(8).large(kFirst).large(kFirst + 7);
+    file.small(3).small(1).small(0).large(8);
+    for (int v = 0; v < 8; ++v) file.large(kFirst + v);
+    for (const auto& p : cube.nodes.rowwise()) file.real(p[0]).real(p[1]).real(p[2]);
+    file.text("\n$EndNodes\n$Elements\n").large(3).large(8).large(1).large(8);
+    const auto elements = [&](int dimension, int entity, int type, const auto& corners) {
+      file.small(dimension).small(entity).small(type).large(corners.rows());
+      for (const auto& row : corners.rowwise()) {
+        file.large(id++);
+        for (const int v : row) file.large(kFirst + v);
+      }
+    };
+    elements(2, 1, 2, top_faces());
+    elements(3, 2, 4, Tets(cube.tets.topRows(3)));
+    elements(3, 1, 4, Tets(cube.tets.bottomRows(3)));
+    return file.text("\n$EndElements\n").out;
+  }
+  file.text("$Nodes\n8\n");
+  for (int v = 0; v < 8; ++v) {
+    file.small(v + 1);
+    for (int k = 0; k < 3; ++k) file.real(cube.nodes(v, k));
+  }
+  file.text("\n$EndNodes\n$Elements\n8\n");
+  const auto elements = [&](int type, int physical, const auto& corners) {
+    if (is_binary) file.small(type).small(static_cast<int>(corners.rows())).small(2);
+    for (const auto& row : corners.rowwise()) {
+      file.small(id++);
+      if (!is_binary) file.small(type).small(2);
+      file.small(physical).small(9);
+      for (const int v : row) file.small(v + 1);
+    }
+  };
+  elements(2, 5, top_faces());
+  elements(4, 2, Tets(cube.tets.topRows(3)));
+  elements(4, 1, Tets(cube.tets.bottomRows(3)));
+  return file.text("\n$EndElements\n").out;
 }
 
-std::filesystem::path TemporaryFolder::write(const std::string& name,
-                                             const std::string& bytes) const {
-  std::ofstream(path_ / name, std::ios::binary) << bytes;
-  return path_ / name;
+std::filesystem::path MeshFiles::write(const std::string& name, const std::string& bytes) const {
+  testing_io::write_quickly(at(name), bytes);
+  return at(name);
 }
 
-std::filesystem::path TemporaryFolder::write(const SampleFile& sample) const {
+std::filesystem::path MeshFiles::write(const SampleFile& sample) const {
   if (!sample.sibling_extension.empty()) write("mesh" + sample.sibling_extension, sample.sibling);
   return write("mesh" + sample.extension, sample.bytes);
 }

@@ -6,8 +6,9 @@
 #include <vector>
 
 #include "libfem/mesh/read/read.hpp"
-#include "libfit/core/error.hpp"
 #include "libfit/core/geometry.hpp"
+#include "tests/libfit/io/scratch.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace palpate::mesh_read_test {
 
@@ -33,37 +34,31 @@ TetMesh cube_tets();
 std::vector<SampleFile> surface_samples();
 std::vector<SampleFile> tet_samples();
 
+/// Faces of the cube's tets on its top, whose diagonals need not be those of cube_surface().
+Triangles top_faces();
+
+/// Of MSH: the six tets, the first three "lump" and the rest "body", and the top, "upper side".
+std::string marked_msh(double version, bool is_binary);
+
 /// The formats that a reader of meshes lists when it is given a file of none.
-template <class Read>
-std::string known_formats(Read&& read) {
-  try {
-    read("mesh.unknown");
-  } catch (const Error& error) {
-    return error.remedy();
-  }
-  return "";
-}
 inline std::string surface_formats() {
-  return known_formats([](const char* path) { read_surface(path, 1); });
+  return testing_support::error_of([] { read_surface("mesh.unknown", 1); });
 }
 inline std::string tet_mesh_formats() {
-  return known_formats([](const char* path) { read_tet_mesh(path, 1); });
+  return testing_support::error_of([] { read_tet_mesh("mesh.unknown", 1); });
 }
 
-/// An empty folder of its own, removed with the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
+/// Has a folder of its own.
+class MeshFiles : public testing_io::ScratchTest {
+ protected:
   /// Writes the sample as "mesh" + extension (and its sibling) and returns the path.
   std::filesystem::path write(const SampleFile& sample) const;
   std::filesystem::path write(const std::string& name, const std::string& bytes) const;
-
- private:
-  std::filesystem::path path_;
 };
+
+class OfSamples : public MeshFiles, public testing::WithParamInterface<SampleFile> {};
+inline std::string sample_name(const testing::TestParamInfo<SampleFile>& info) {
+  return info.param.name;
+}
 
 }  // namespace palpate::mesh_read_test

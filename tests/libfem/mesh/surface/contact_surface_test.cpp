@@ -2,10 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <random>
 
-#include "libfit/core/error.hpp"
+#include "tests/support/fact_of.hpp"
 
 namespace palpate {
 namespace {
@@ -92,12 +93,7 @@ TEST(contact_surface, of_contacts_all_around_closes) {
 
 TEST(contact_surface, refuses_what_is_no_surface) {
   const auto what = [](const Contacts& contacts) {
-    try {
-      surface_from_contacts(contacts);
-    } catch (const Error& e) {
-      return e.fact();
-    }
-    return std::string();
+    return testing_support::fact_of([&] { surface_from_contacts(contacts); });
   };
   EXPECT_EQ(what(on_ball(5, 0.1, 0)), "5 places are too few for a surface");
   Contacts line = on_ball(10, 0.1, 0);
