@@ -20,9 +20,8 @@ struct BedStiffness {
 using BedAt = std::function<BedStiffness(const Vec3& rest_position)>;
 
 /// Springs on a body's boundary (Winkler's foundation), linear in the displacement:
-/// E = 1/2 int u . k u dA, k = along n n' + across (1 - n n'), n and A of the boundary at rest, or
-/// under the body's own weight (M13f). It pulls as it pushes. Integrated with six points a face, so
-/// its border may cross one.
+/// E = 1/2 int u . k u dA, k = along n n' + across (1 - n n'), n and A of the boundary at rest
+/// (M13f). It pulls as it pushes. Integrated with six points a face, so its border may cross one.
 class ElasticBed {
  public:
   ElasticBed() = default;
