@@ -31,27 +31,27 @@ class Calibration : public testing::Test {
 
 TEST_F(Calibration, writes_the_scene_back_with_the_material_of_its_presses) {
   const std::string scene = replaced(kScene, "drag_directions = 1", "drag_directions = 0");
-  const BlockFolder folder(scene);
-  folder.write("p.csv", "x_m,y_m,z_m\n0.04,0.04,0.03\n");
-  const Outcome simulated = palpate(folder, "simulate scene.toml --points p.csv -o s.h5");
+  const BlockFolder block(scene);
+  block.write("p.csv", "x_m,y_m,z_m\n0.04,0.04,0.03\n");
+  const Outcome simulated = palpate(block, "simulate scene.toml --points p.csv -o s.h5");
   ASSERT_EQ(simulated.status, 0) << simulated.err;
   const std::string other = replaced(scene, "\"10 kPa\"", "\"55 kPa\" # a guess");
-  folder.write("other.toml", other);
+  block.write("other.toml", other);
   const Outcome outcome =
-      palpate(folder, "calibrate --json -o found.toml other.toml --samples s.h5");
+      palpate(block, "calibrate --json -o found.toml other.toml --samples s.h5");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const Json json = Json::parse(outcome.out);
   EXPECT_EQ(json.at("simulated"), 1) << "one press, one modulus";
   EXPECT_NEAR(json.at("parameters")[0].at("value").get<double>(), 10e3, 20);
   EXPECT_LE(json.at("parameters")[0].at("low").get<double>(), 10e3);
   EXPECT_GE(json.at("parameters")[0].at("high").get<double>(), 10e3);
-  std::string written = content_of(folder / "found.toml");
+  std::string written = content_of(block / "found.toml");
   EXPECT_TRUE(written.starts_with("# Calibrated by palpate: young = ")) << written;
   written.erase(0, written.find('\n') + 1);
   const std::size_t at = written.find("young = ") + 8, end = written.find(" # a guess");
   written.replace(at, end - at, "\"55 kPa\"");
   EXPECT_EQ(written, other) << "all but the value is kept";
-  EXPECT_FALSE(fs::exists(folder / "found.toml.partial"));
+  EXPECT_FALSE(fs::exists(block / "found.toml.partial"));
 }
 
 TEST_F(Calibration, reads_specimens_by_header_by_number_and_by_unit) {

@@ -14,7 +14,7 @@ struct MendOptions {
   /// it that fills every gap narrower than this and lies about a tenth of it outside. Holes are
   /// filled first where they can be; a hollow shell around an open sheet is refused. However far it
   /// moves the surface, it is done, and moved_m says how far.
-  std::optional<double> wrap_alpha_m;
+  std::optional<double> wrap_alpha_m = {};
 };
 
 struct Mended {
