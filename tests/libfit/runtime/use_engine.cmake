@@ -82,7 +82,7 @@ int main() {
   for (int i = 0; i < 8; ++i) box.vertices.row(i) << (i & 1) * 0.08, (i >> 1 & 1) * 0.08, (i >> 2) * 0.03;
   box.triangles.resize(12, 3);
   box.triangles << 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5;
-  const palpate::TetMesh tets = palpate::fill_volume(box);
+  const palpate::TetMesh tets = palpate::fill_volume(box, 0.08);
 
   constexpr int kRows = 12;
   palpate::Samples presses;
