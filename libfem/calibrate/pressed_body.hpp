@@ -32,8 +32,7 @@ class PressedBody {
 
   const Observations& observed() const { return observed_; }
   std::size_t presses() const { return points_.size(); }
-  /// Whether forces are in proportion to the moduli: not where an inclusion or a bed keeps its
-  /// own.
+  /// Forces are in proportion to the moduli, unless an inclusion or a bed keeps its own.
   bool is_scaled() const { return setup_.materials.size() == 1 && !setup_.bed_at; }
 
   /// Forces at the rows, in parallel over materials and points; an empty vector where a press

@@ -23,7 +23,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-/// Names that are gone, each between blanks, and what a user does instead.
+/// of: the kinds of name (command, key, format, ...), or the command whose options they were.
+/// names: the names that are gone, each between blanks. remedy: what a user does instead.
 struct FormerNames {
   std::string_view of, names;
   const char* remedy;

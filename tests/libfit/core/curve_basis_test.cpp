@@ -6,7 +6,7 @@
 #include <random>
 
 #include "libfit/runtime/base/spline.hpp"
-#include "tests/support/fact_of.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace palpate {
 namespace {

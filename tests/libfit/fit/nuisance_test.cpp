@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/libfit/fit/synthetic.hpp"
-#include "tests/support/fact_of.hpp"
+#include "tests/support/error_of.hpp"
 
 // Contact point, bias and drift of recordings, fitted with the curves: docs/method-recordings.md,
 // section 15.

@@ -13,7 +13,7 @@
 #include "libfem/mesh/surface/simulation_surface.hpp"
 #include "libfem/mesh/tet_quality.hpp"
 #include "tests/libfem/mesh/surface/surfaces.hpp"
-#include "tests/support/fact_of.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace palpate {
 namespace {

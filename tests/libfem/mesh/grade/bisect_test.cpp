@@ -12,7 +12,7 @@
 #include "libfem/mesh/tet_quality.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/libfem/mesh/grade/measures.hpp"
-#include "tests/support/fact_of.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace palpate::fem {
 namespace {

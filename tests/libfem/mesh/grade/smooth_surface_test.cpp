@@ -8,7 +8,7 @@
 
 #include "libfem/mesh/structured_block.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
-#include "tests/support/fact_of.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace palpate::fem {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "tests/support/fact_of.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace palpate {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "libfem/mesh/surface/surface_checks.hpp"
 #include "tests/libfem/mesh/surface/surfaces.hpp"
-#include "tests/support/fact_of.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace palpate {
 namespace {
