@@ -71,8 +71,6 @@ output(out ${prefix}/bin/palpate --version)
 expect("${out}" "palpate ${VERSION}")
 output(out ${prefix}/bin/palpate check ${prefix}/share/palpate/scenes/block.toml --no-trial --json)
 expect("${out}" "\"errors\":\\[\\]")
-output(out ${prefix}/bin/palpate bench --help)
-expect("${out}" "CalculiX")
 
 # Completion and manual say what the program itself says.
 foreach(file share/man/man1/palpate.1 share/man/man1/palpate-fit.1
