@@ -169,6 +169,18 @@ TEST_F(Report, page_sources_are_formatted_linted_and_typed) {
   EXPECT_EQ(says("node " + page + "/node_modules/typescript/bin/tsc -p tsconfig.json"), "");
 }
 
+// Playwright 1.62 wants Node.js 20, and Debian 12 has 18.
+TEST(Page, is_built_and_tested_with_the_node_of_debian_12) {
+  const auto lock =
+      nlohmann::json::parse(content_of(PALPATE_SOURCE_DIR "/tools/page/package-lock.json"));
+  for (const auto& [name, package] : lock.at("packages").items()) {
+    const std::string wanted =
+        package.value("/engines/node"_json_pointer, std::string());  // ">=18", "^18.2 || >=20"
+    const auto oldest = wanted.find_first_of("0123456789");
+    EXPECT_LE(oldest == std::string::npos ? 0 : std::stoi(wanted.substr(oldest)), 18) << name;
+  }
+}
+
 TEST_F(Report, of_a_scene_that_has_not_been_run_shows_its_set_up) {
   SKIP_WITHOUT_PAGE();
   folder_->write("scene.toml", kScene);
