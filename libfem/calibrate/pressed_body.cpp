@@ -108,7 +108,7 @@ PressedBody::PressedBody(SimulationSetup setup, const Samples& samples, const st
     const Vec3 normal = samples.point_normal.row(p);
     const double depth = samples.deflection.row(i).dot(normal);
     if (!is_press(samples, i, normal) || samples.status[at] != RowStatus::good) continue;
-    const std::pair by(p, samples.probe_number.empty() ? 0 : samples.probe_number[at]);
+    const std::pair by(p, samples.probe_of(i));
     Point& point = presses[by];
     point.position = samples.point_position.row(p);
     point.normal = normal;
@@ -196,12 +196,12 @@ void PressedBody::simulate(const std::vector<MaterialParameters>& materials, Pre
             progress.end();
             if (!result.is_complete) return;
             SimulatedPress press;
-            for (const PointRow& row : result.rows)
-              if (is_solved(row.status)) {
-                press.force_N.push_back(row.force.dot(point.normal));
-                press.error_N.push_back(row.force_error);
+            for (Eigen::Index row = 0; row < result.rows(); ++row)
+              if (is_solved(result.status[row])) {
+                press.force_N.push_back(result.force.row(row).dot(point.normal));
+                press.error_N.push_back(result.force_error[row]);
               }
-            if (press.force_N.size() != result.rows.size()) press = {};
+            if (std::ssize(press.force_N) != result.rows()) press = {};
             const std::lock_guard lock(reporting);
             known[name_of(materials[m], p, mesh)] = press;
             if (on_press) on_press();

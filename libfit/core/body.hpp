@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// Where experiments are made, and how they triangulate the reachable surface.
+/// Places of experiments, and how they triangulate the reachable surface.
 /// position P x 3 [m] on the fine surface, normal P x 3 inward unit, name P.
 /// triangles: rows index the points; empty when a rig's scattered points await `refine`.
 struct TestPoints {
@@ -28,8 +28,8 @@ struct SceneMesh {
   std::vector<char> is_painted;
 };
 
-/// What `prepare` makes (body.h5): the rest surface, the test points on it and the filled volume,
-/// and how experiments are made on it.
+/// The result of `prepare` (body.h5): the rest surface, the test points on it and the filled
+/// volume, and how experiments are made on it.
 struct Body {
   Surface surface;                 ///< fine, mended, outward; closed unless made --surface-only
   std::vector<char> in_region;     ///< per surface vertex: curves are wanted here

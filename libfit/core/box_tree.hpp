@@ -23,7 +23,7 @@ class BoxTree {
 
   /// lower, upper: # x 3 [m], corners of each primitive's box.
   BoxTree(const Points& lower, const Points& upper) {
-    order_.resize(static_cast<std::size_t>(lower.rows()));
+    order_.resize(lower.rows());
     std::iota(order_.begin(), order_.end(), 0);
     if (!order_.empty()) build(lower, upper, 0, static_cast<std::int32_t>(order_.size()));
   }
@@ -104,7 +104,7 @@ class BoxTree {
     return (node.lower - point).cwiseMax(point - node.upper).cwiseMax(0.0).squaredNorm();
   }
 
-  /// Where the ray enters a box, 0 inside; infinite when it does not.
+  /// Distance at which the ray enters a box, 0 inside; infinite when it does not.
   static double entry(const Node& node, const Vec3& origin, const Vec3& direction) {
     double begin = 0, end = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 3; ++i) {

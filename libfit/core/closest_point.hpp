@@ -86,7 +86,7 @@ double ray_hit_m(const Vec3& origin, const Vec3& direction, const Vec3& a, const
 std::optional<double> ray_distance_m(const Surface& surface, const BoxTree& boxes,
                                      const Vec3& origin, const Vec3& direction, double skip_m);
 
-/// Whether a place lies inside a closed surface: a ray crosses it an odd number of times.
+/// True if a place lies inside a closed surface: a ray crosses it an odd number of times.
 bool is_inside(const Surface& closed, const BoxTree& boxes, const Vec3& place);
 
 }  // namespace palpate

@@ -1,5 +1,6 @@
 #include "libfit/core/curve_basis.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -30,8 +31,7 @@ void check(const CurveBasis& basis) {
 std::array<Polynomial, kMaxOrder> local_polynomials(const CurveBasis& basis, int piece) {
   const int pieces = basis.pieces();
   const auto knot = [&](int i) {  // knot i of the clamped sequence, relative to the piece's start
-    return basis.knots_m[static_cast<std::size_t>(i < 0 ? 0 : (i > pieces ? pieces : i))] -
-           basis.knots_m[static_cast<std::size_t>(piece)];
+    return basis.knots_m[i < 0 ? 0 : (i > pieces ? pieces : i)] - basis.knots_m[piece];
   };
   std::array<Polynomial, kMaxOrder> current{};
   current[0][0] = 1;
@@ -41,7 +41,7 @@ std::array<Polynomial, kMaxOrder> local_polynomials(const CurveBasis& basis, int
       const double lo = knot(piece - d + 1 + k), hi = knot(piece + 1 + k);
       const double scale = 1 / (hi - lo);
       for (int m = 0; m < d; ++m) {
-        const double c = scale * current[static_cast<std::size_t>(k)][static_cast<std::size_t>(m)];
+        const double c = scale * current[k][m];
         const auto left = static_cast<std::size_t>(k), at = static_cast<std::size_t>(m);
         next[left][at] += c * hi;
         next[left][at + 1] -= c;
@@ -56,35 +56,41 @@ std::array<Polynomial, kMaxOrder> local_polynomials(const CurveBasis& basis, int
 
 }  // namespace
 
+std::vector<double> greville_abscissae(const CurveBasis& basis) {
+  std::vector<double> out;
+  for (int j = 0; j < basis.size(); ++j) {
+    double sum = 0;
+    for (int k = 1; k <= basis.degree; ++k)
+      sum += basis.knots_m[std::clamp(j - basis.degree + k, 0, basis.pieces())];
+    out.push_back(sum / basis.degree);
+  }
+  return out;
+}
+
 SplineTables tabulate(const CurveBasis& basis) {
   check(basis);
   const int order = basis.degree + 1, pieces = basis.pieces(), size = basis.size();
   SplineTables tables{basis.degree, pieces, basis.knots_m, {}, {}};
-  tables.weights.assign(static_cast<std::size_t>((pieces + 1) * order * order), 0.0);
-  tables.integrals.assign(static_cast<std::size_t>((pieces + 1) * size), 0.0);
+  tables.weights.assign((pieces + 1) * order * order, 0.0);
+  tables.integrals.assign((pieces + 1) * size, 0.0);
   for (int i = 0; i < pieces; ++i) {
     const auto local = local_polynomials(basis, i);
-    const double h =
-        basis.knots_m[static_cast<std::size_t>(i) + 1] - basis.knots_m[static_cast<std::size_t>(i)];
+    const double h = basis.knots_m[static_cast<std::size_t>(i) + 1] - basis.knots_m[i];
     for (int j = 0; j < size; ++j)
-      tables.integrals[static_cast<std::size_t>((i + 1) * size + j)] =
-          tables.integrals[static_cast<std::size_t>(i * size + j)];
+      tables.integrals[(i + 1) * size + j] = tables.integrals[i * size + j];
     for (int k = 0; k < order; ++k) {
       double value = 0, slope = 0, power = 1;  // of spline k at the piece's end
       for (int m = 0; m < order; ++m) {
-        const double c = local[static_cast<std::size_t>(k)][static_cast<std::size_t>(m)];
-        tables.weights[static_cast<std::size_t>((i * order + k) * order + m)] = c;
-        tables.integrals[static_cast<std::size_t>((i + 1) * size + i + k)] +=
-            c * power * h / (m + 1);
+        const double c = local[k][m];
+        tables.weights[(i * order + k) * order + m] = c;
+        tables.integrals[(i + 1) * size + i + k] += c * power * h / (m + 1);
         value += c * power;
-        if (m + 1 < order)
-          slope +=
-              (m + 1) * power * local[static_cast<std::size_t>(k)][static_cast<std::size_t>(m) + 1];
+        if (m + 1 < order) slope += (m + 1) * power * local[k][static_cast<std::size_t>(m) + 1];
         power *= h;
       }
       if (i + 1 == pieces) {
-        tables.weights[static_cast<std::size_t>((pieces * order + k) * order)] = value;
-        tables.weights[static_cast<std::size_t>((pieces * order + k) * order + 1)] = slope;
+        tables.weights[(pieces * order + k) * order] = value;
+        tables.weights[(pieces * order + k) * order + 1] = slope;
       }
     }
   }

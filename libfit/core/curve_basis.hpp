@@ -31,6 +31,9 @@ struct SplineTables {
   std::vector<double> integrals;  ///< (pieces + 1) x size
 };
 
+/// Greville abscissae [m]: the control values of f(x) = x, means of `degree` successive knots.
+std::vector<double> greville_abscissae(const CurveBasis& basis);
+
 /// Throws Error when the degree is not 1..4, there are fewer than 2 knots, the first is not 0, or
 /// knots do not increase by at least 1e-9 of their range (de Boor 1978, chapter X).
 SplineTables tabulate(const CurveBasis& basis);

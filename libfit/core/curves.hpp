@@ -29,7 +29,7 @@ inline constexpr std::array<std::string_view, kCurveKinds> kCurveNames{"normal",
 /// exactly, so what was fitted and scored is what an asset stores.
 using Controls = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// How forces and the stored energy of a contact point are made of its parts: a row of
+/// The law that makes forces and the stored energy of a contact point of its parts: a row of
 /// libfit/runtime/law/families.hpp.
 using CurveFamily = runtime::Family;
 
@@ -45,7 +45,7 @@ inline constexpr auto kCurveFamilyNames = [] {
 }();
 constexpr std::string_view name_of(CurveFamily family) { return runtime::row_of(family).name; }
 
-/// What a node of a family owns, part by part; the first curves_of() are the curve kinds.
+/// The parts that a node of a family owns; the first curves_of() are the curve kinds.
 inline std::span<const runtime::Part> parts_of(CurveFamily family) {
   const runtime::FamilyRow& row = runtime::row_of(family);
   return {row.part, static_cast<std::size_t>(row.parts)};
@@ -58,7 +58,7 @@ inline int size_of(const runtime::Part& part, const CurveBasis& basis) {
   return part.is_curve() ? basis.size() : part.count;
 }
 
-/// Whether a fit knows standard errors of a part's numbers: not those of curves, which have bands,
+/// True if a fit knows standard errors of a part's numbers: not those of curves, which have bands,
 /// nor of what the surface tells.
 inline bool has_deviation(const runtime::Part& part) {
   return !part.is_curve() && part.known == runtime::Known::no;
@@ -69,7 +69,7 @@ struct CurveSet {
   CurveFamily family = CurveFamily::separable;
   std::vector<CurveBasis> basis =
       std::vector<CurveBasis>(kCurveKinds);  ///< of each part; no knots where it is numbers
-  /// Of each part: # x width size_of() numbers, control value by control value.
+  /// Per part # x width size_of() numbers, control value by control value.
   std::vector<Controls> control = std::vector<Controls>(kCurveKinds);
   Relaxation relaxation;           ///< of the body: the curves are those of slow motion
   runtime::DamageView damage;      ///< of the body: the curves are those of first loading
@@ -83,7 +83,7 @@ struct CurveSet {
   Eigen::Index points() const { return control[0].rows(); }
 };
 
-/// How the fit of one test point went.
+/// Outcome of the fit of one test point.
 enum class FitStatus : std::int8_t {
   good = 0,
   underdetermined = 1,  ///< too few rows of a kind recorded; curves filled as the message says
@@ -91,9 +91,10 @@ enum class FitStatus : std::int8_t {
   failed = 3,           ///< no curve; the point is left out of refinement
 };
 
-/// What a fit found of recordings besides the curves; a row per experiment, none when nothing was
-/// unknown. The tip was `contact_m` deeper than recorded, the sensor read bias + drift t along the
-/// normal, t from -1/2 to 1/2 along the experiment. Deviations are 0 for what was known.
+/// Unknowns of recordings that a fit found besides the curves; a row per experiment, none when
+/// nothing was unknown. The tip was `contact_m` deeper than recorded, the sensor read bias + drift
+/// t along the normal, t from -1/2 to 1/2 along the experiment. Deviations are 0 for what was
+/// known.
 struct FittedRecordings {
   std::vector<std::int32_t> experiment, point;  ///< of the samples
   Eigen::VectorXd contact_m, contact_deviation_m;
@@ -112,7 +113,7 @@ struct FittedCurves {
   Eigen::VectorXd rms_residual_N;    ///< P, over the good rows; NaN without any
   Eigen::VectorXd max_residual_N;    ///< P
   Eigen::VectorXd depth_range_m;     ///< P, deepest good row: past it curves are extrapolated
-  /// How far curves may be off (docs/method-identification.md, section 14): P x n (n + 1) / 2 [N^2]
+  /// Uncertainty of the curves (docs/method-identification.md, section 14): P x n (n + 1) / 2 [N^2]
   /// for a kind of n increments, the covariance of those of each point, lower triangle row by row;
   /// NaN for a curve that no row speaks of. No columns when unknown.
   std::array<Controls, kCurveKinds> covariance;
@@ -123,7 +124,7 @@ struct FittedCurves {
   std::optional<ProbeSpec> probe;  ///< of the samples
 };
 
-/// How the surface moves under a tool (docs/method-body.md, section 20), P test points, V vertices,
+/// Motion of the surface under a tool (docs/method-body.md, section 20), P test points, V vertices,
 /// K modes; all numbers exact in float32. No rows of `point` where it is not known.
 struct ShapeResponse {
   int intervals = 0, modes = 0;
@@ -148,8 +149,9 @@ struct Model {
   ShapeResponse shape;
 };
 
-/// What a warm start needs besides the curves of the earlier fit, so that points whose rows did not
-/// change keep theirs. It saves time, never changes a result, and may be thrown away. P points.
+/// Data that a warm start needs besides the curves of the earlier fit, so that points whose rows
+/// did not change keep theirs. It saves time, never changes a result, and may be thrown away. P
+/// points.
 struct FitCache {
   /// P, 16 hex digits: fingerprint of what each point was fitted from, its rows and the options.
   std::vector<std::string> fingerprint;

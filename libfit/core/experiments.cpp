@@ -38,33 +38,8 @@ class Key {
   std::string bytes_;
 };
 
-// A column that is NaN where it is missing.
-double number_at(const Eigen::VectorXd& column, Eigen::Index row) {
-  return column.size() > 0 ? column[row] : std::numeric_limits<double>::quiet_NaN();
-}
-
 bool is_of_point(ExperimentKind kind) {
   return kind == ExperimentKind::press || kind == ExperimentKind::drag;
-}
-
-std::string key_of(const ExperimentList& list, const Experiment& one) {
-  Key key;
-  key.add(static_cast<double>(one.kind));
-  key.add(one.probe_number);
-  key.add_place(list.places.position, list.places.normal, one.place);
-  if (is_of_point(one.kind)) {
-    key.add(one.effort.is_dragged);
-    key.add(one.effort.scale);
-    return key.bytes();
-  }
-  const ToolPath& path = one.path;
-  for (Eigen::Index row = 0; row < path.deflections.rows(); ++row)
-    key.add_row(path.deflections.row(row), number_at(path.time_s, row), path.lean);
-  if (!path.second) return key.bytes();
-  key.add_place(list.places.position, list.places.normal, path.second->place);
-  for (Eigen::Index row = 0; row < path.second->deflections.rows(); ++row)
-    key.add(path.second->deflections.row(row));
-  return key.bytes();
 }
 
 // The rows of one experiment of a list: of a test point, of all its presses and drags.
@@ -81,28 +56,21 @@ std::string key_of(const Samples& samples, const std::vector<Eigen::Index>& rows
   const std::int32_t place = samples.point[first];
   Key key;
   key.add(static_cast<double>(kind));
-  key.add(samples.probe_number.empty() ? 0 : samples.probe_number[first]);
+  key.add(samples.probe_of(first));
   key.add_place(samples.point_position, samples.point_normal, place);
   if (is_of_point(kind)) {
-    key.add(std::ranges::any_of(rows, [&](Eigen::Index row) {
-      return samples.kind[static_cast<std::size_t>(row)] == ExperimentKind::drag;
-    }));
+    key.add(std::ranges::any_of(
+        rows, [&](Eigen::Index row) { return samples.kind[row] == ExperimentKind::drag; }));
     key.add(samples.point_scale.size() > 0 ? samples.point_scale[place] : 0);
     return key.bytes();
   }
-  const auto tool_of = [&](Eigen::Index row) {
-    return samples.tool.empty() ? 0 : samples.tool[static_cast<std::size_t>(row)];
-  };
   for (const Eigen::Index row : rows)
-    if (tool_of(row) == 0)
-      key.add_row(samples.deflection.row(row), number_at(samples.time_s, row),
-                  samples.lean.rows() > 0 ? Lean(samples.lean.row(row)) : Lean(Lean::Zero()));
+    if (samples.tool_of(row) == 0)
+      key.add_row(samples.deflection.row(row), samples.time_of(row), samples.lean_at(row));
   bool is_first = true;
   for (const Eigen::Index row : rows) {
-    if (tool_of(row) == 0) continue;
-    if (is_first)
-      key.add_place(samples.point_position, samples.point_normal,
-                    samples.point[static_cast<std::size_t>(row)]);
+    if (samples.tool_of(row) == 0) continue;
+    if (is_first) key.add_place(samples.point_position, samples.point_normal, samples.point[row]);
     is_first = false;
     key.add(samples.deflection.row(row));
   }
@@ -114,11 +82,10 @@ std::vector<FoundExperiment> experiments_in(const Samples& samples) {
   std::map<std::int32_t, std::size_t> of_point;  // presses and drags of a place
   std::map<std::int32_t, std::size_t> of_number;
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    auto& index = is_of_point(samples.kind[r]) ? of_point : of_number;
+    auto& index = is_of_point(samples.kind[row]) ? of_point : of_number;
     const auto [at, is_new] = index.emplace(
-        is_of_point(samples.kind[r]) ? samples.point[r] : samples.experiment[r], out.size());
-    if (is_new) out.push_back({{}, {}, samples.experiment[r]});
+        is_of_point(samples.kind[row]) ? samples.point[row] : samples.experiment[row], out.size());
+    if (is_new) out.push_back({{}, {}, samples.experiment[row]});
     out[at->second].rows.push_back(row);
   }
   for (FoundExperiment& found : out) found.key = key_of(samples, found.rows);
@@ -133,17 +100,16 @@ struct Renumbered {
   void add(const Samples& from, const FoundExperiment& found, std::int32_t first_number) {
     for (const Eigen::Index row : found.rows) {
       rows.push_back(row);
-      experiment.push_back(first_number + from.experiment[static_cast<std::size_t>(row)] -
-                           found.first_number);
+      experiment.push_back(first_number + from.experiment[row] - found.first_number);
     }
   }
 };
 
 void copy_place(const Samples& from, Eigen::Index place, Samples& to, Eigen::Index at) {
-  if (from.point_normal_gradient.rows() > 0)
-    to.point_normal_gradient.row(at) = from.point_normal_gradient.row(place);
-  if (from.point_sway.rows() > 0) to.point_sway.row(at) = from.point_sway.row(place);
-  if (from.point_scale.size() > 0) to.point_scale[at] = from.point_scale[place];
+  each_point_column([&](auto, auto column, auto&&, auto... fill) {
+    if constexpr (sizeof...(fill) > 0)
+      if ((from.*column).rows() > 0) (to.*column).row(at) = (from.*column).row(place);
+  });
 }
 
 Samples at_places(const TestPoints& places, const Samples& like) {
@@ -163,12 +129,11 @@ Samples at_places(const TestPoints& places, const Samples& like) {
 ExperimentList experiments_at(const TestPoints& points, const std::vector<Effort>& effort) {
   ExperimentList out{points, {}};
   for (Eigen::Index p = 0; p < points.position.rows(); ++p)
-    out.experiments.push_back(
-        {ExperimentKind::press,
-         static_cast<std::int32_t>(p),
-         effort.empty() ? Effort{true, 0} : effort[static_cast<std::size_t>(p)],
-         {},
-         0});
+    out.experiments.push_back({ExperimentKind::press,
+                               static_cast<std::int32_t>(p),
+                               effort.empty() ? Effort{true, 0} : effort[p],
+                               {},
+                               0});
   return out;
 }
 
@@ -189,7 +154,7 @@ ExperimentList paths_at(const TestPoints& points, const std::vector<ToolPath>& p
     places.normal.conservativeResize(at + 1, 3);
     places.position.row(at) = path.second->position;
     places.normal.row(at) = path.second->normal;
-    places.name.push_back(points.name[static_cast<std::size_t>(path.point)] + "b");
+    places.name.push_back(points.name[path.point] + "b");
   }
   return out;
 }
@@ -218,12 +183,11 @@ void append(ExperimentList& to, const ExperimentList& more) {
     const Eigen::Index at = before + static_cast<Eigen::Index>(i);
     to.places.position.row(at) = more.places.position.row(added[i]);
     to.places.normal.row(at) = more.places.normal.row(added[i]);
-    to.places.name.push_back(more.places.name[static_cast<std::size_t>(added[i])]);
+    to.places.name.push_back(more.places.name[added[i]]);
   }
   for (Experiment one : more.experiments) {
-    one.place = one.path.point = number[static_cast<std::size_t>(one.place)];
-    if (one.path.second)
-      one.path.second->place = number[static_cast<std::size_t>(one.path.second->place)];
+    one.place = one.path.point = number[one.place];
+    if (one.path.second) one.path.second->place = number[one.path.second->place];
     to.experiments.push_back(std::move(one));
   }
 }
@@ -246,8 +210,7 @@ ExperimentList taken(const ExperimentList& list, const std::vector<std::size_t>&
   out.places.position = list.places.position(places, Eigen::all);
   out.places.normal = list.places.normal(places, Eigen::all);
   out.places.triangles.resize(0, 3);
-  for (const std::int32_t place : places)
-    out.places.name.push_back(list.places.name[static_cast<std::size_t>(place)]);
+  for (const std::int32_t place : places) out.places.name.push_back(list.places.name[place]);
   return out;
 }
 
@@ -261,29 +224,105 @@ std::vector<std::int32_t> first_numbers(const ExperimentList& list, int per_poin
   return out;
 }
 
+Samples planned_rows(const ExperimentList& list) {
+  Samples out = at_places(list.places, {});
+  std::vector<Vec3> deflection;
+  std::vector<double> time_s;
+  std::vector<Lean> lean;
+  const auto add = [&](const Experiment& one, ExperimentKind kind, std::int32_t number,
+                       Eigen::Index step, int tool, const Vec3& to) {
+    out.point.push_back(tool == 0 ? one.place : one.path.second->place);
+    out.experiment.push_back(number);
+    out.kind.push_back(kind);
+    out.step.push_back(static_cast<std::int32_t>(step));
+    out.tool.push_back(tool);
+    out.probe_number.push_back(one.probe_number);
+    out.path.push_back(one.path.kind);
+    out.status.push_back(RowStatus::not_reached);
+    deflection.push_back(to);
+    time_s.push_back(one.path.time_of(step));
+    lean.push_back(one.path.lean);
+  };
+  const std::vector<std::int32_t> number = first_numbers(list, 2);
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const Experiment& one = list.experiments[i];
+    if (is_of_point(one.kind)) {
+      add(one, ExperimentKind::press, number[i], 0, 0, Vec3::Zero());
+      if (one.effort.is_dragged) add(one, ExperimentKind::drag, number[i] + 1, 0, 0, Vec3::Zero());
+      out.point_scale[one.place] = one.effort.scale;
+      continue;
+    }
+    for (Eigen::Index row = 0; row < one.path.deflections.rows(); ++row) {
+      add(one, one.kind, number[i], row, 0, one.path.deflections.row(row));
+      if (one.path.second)
+        add(one, one.kind, number[i], row, 1, one.path.second->deflections.row(row));
+    }
+  }
+  const Eigen::Index rows = std::ssize(deflection);
+  out.force = out.torque = Points::Zero(rows, 3);
+  out.force_error.setConstant(rows, std::numeric_limits<double>::quiet_NaN());
+  out.deflection.resize(rows, 3);
+  out.time_s.resize(rows);
+  out.lean.resize(rows, 2);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    out.deflection.row(row) = deflection[row];
+    out.time_s[row] = time_s[row];
+    out.lean.row(row) = lean[row];
+  }
+  remove_void_columns(out);
+  return out;
+}
+
+ExperimentList list_of(const Samples& planned) {
+  ExperimentList out{
+      {planned.point_position, planned.point_normal, planned.point_name, Triangles(0, 3)}, {}};
+  for (const FoundExperiment& found : experiments_in(planned)) {
+    const Eigen::Index first = found.rows.front();
+    Experiment& one = out.experiments.emplace_back();
+    one.place = one.path.point = planned.point[first];
+    one.probe_number = planned.probe_of(first);
+    if (is_of_point(planned.kind[first])) {
+      one.effort = {found.rows.size() > 1, planned.point_scale[one.place]};
+      continue;
+    }
+    one.kind = planned.kind[first];
+    one.path.kind = planned.path_of(first);
+    one.path.lean = planned.lean_at(first);
+    std::vector<Eigen::Index> of_first, of_second;
+    for (const Eigen::Index row : found.rows)
+      (planned.tool_of(row) == 0 ? of_first : of_second).push_back(row);
+    one.path.deflections = planned.deflection(of_first, Eigen::all);
+    if (!std::isnan(planned.time_of(first))) one.path.time_s = planned.time_s(of_first);
+    if (of_second.empty()) continue;
+    const std::int32_t place = planned.point[of_second.front()];
+    one.path.second = SecondTool{planned.point_position.row(place), planned.point_normal.row(place),
+                                 planned.deflection(of_second, Eigen::all), place};
+  }
+  return out;
+}
+
 Samples known_rows(const ExperimentList& wanted, const Samples& known, int per_point) {
   const std::vector<FoundExperiment> all = experiments_in(known);
   std::map<std::string, const FoundExperiment*> by_key;
   for (const FoundExperiment& found : all) by_key.emplace(found.key, &found);
+  const std::vector<FoundExperiment> planned = experiments_in(planned_rows(wanted));
   const std::vector<std::int32_t> number = first_numbers(wanted, per_point);
   Samples out = at_places(wanted.places, known);
   Renumbered taken;
   std::vector<std::int32_t> place;
-  // Of a place, the first experiment that is known there tells, whatever file it comes from.
-  std::vector<char> is_told(static_cast<std::size_t>(out.points()), 0);
+  // The first experiment that is known at a place supplies its columns, whatever file it is from.
+  std::vector<char> has_columns(out.points(), 0);
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const Experiment& one = wanted.experiments[i];
-    const auto at = by_key.find(key_of(wanted, one));
+    const auto at = by_key.find(planned[i].key);
     if (at == by_key.end()) continue;
     taken.add(known, *at->second, number[i]);
     for (const Eigen::Index row : at->second->rows) {
-      const auto r = static_cast<std::size_t>(row);
-      const bool is_second = !known.tool.empty() && known.tool[r] > 0;
+      const bool is_second = known.tool_of(row) > 0;
       place.push_back(is_second ? one.path.second->place : one.place);
-      if (!is_told[static_cast<std::size_t>(place.back())])
-        copy_place(known, known.point[r], out, place.back());
+      if (!has_columns[place.back()]) copy_place(known, known.point[row], out, place.back());
     }
-    is_told[static_cast<std::size_t>(one.place)] = 1;
+    has_columns[one.place] = 1;
   }
   append_rows(out, known, taken.rows);
   if (taken.rows.empty()) out.surface.resize(0, known.surface.cols());
@@ -304,7 +343,7 @@ std::vector<std::size_t> without_rows(const ExperimentList& list, const Samples&
 
 Samples beyond(const Samples& samples, const ExperimentList& list) {
   std::set<std::string> known;
-  for (const Experiment& one : list.experiments) known.insert(key_of(list, one));
+  for (const FoundExperiment& one : experiments_in(planned_rows(list))) known.insert(one.key);
   Samples out =
       at_places({samples.point_position, samples.point_normal, samples.point_name, {}}, samples);
   for (Eigen::Index p = 0; p < samples.points(); ++p) copy_place(samples, p, out, p);

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "libfit/core/body.hpp"
-#include "libfit/core/join_samples.hpp"
 #include "libfit/core/samples.hpp"
 
 namespace palpate {
@@ -19,7 +18,7 @@ struct Experiment {
   std::int32_t probe_number = 0;  ///< of Samples
 };
 
-/// What is done to a body, in order, and where.
+/// Experiments on a body, in order, and their places.
 struct ExperimentList {
   TestPoints places;
   std::vector<Experiment> experiments;
@@ -38,11 +37,17 @@ void append(ExperimentList& to, const ExperimentList& more);
 /// Those of a list, by their numbers, with their places alone.
 ExperimentList taken(const ExperimentList& list, const std::vector<std::size_t>& which);
 
-/// How many numbers of Samples::experiment each one takes, and the first of them. per_point: of a
+/// The experiments of a list as samples whose rows are not reached yet. A press has one row, and one
+/// more if it is dragged; its scale is that of its place.
+Samples planned_rows(const ExperimentList& list);
+/// The list that rows were planned for.
+ExperimentList list_of(const Samples& planned);
+
+/// First number of Samples::experiment that each one takes. per_point: of a
 /// press with all its drags.
 std::vector<std::int32_t> first_numbers(const ExperimentList& list, int per_point);
 
-/// What `known` has of the wanted experiments, in their order and with their numbers, at all of
+/// The wanted experiments that `known` has, in their order and with their numbers, at all of
 /// their places. An experiment is known where all that is asked for is the same to the bit: kind,
 /// place, normal, effort, and of a path every deflection, time and lean of every tool. Of one that
 /// is there twice the first counts.

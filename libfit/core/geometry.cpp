@@ -3,8 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <utility>
+
+#include "libfit/core/disjoint_sets.hpp"
 
 namespace palpate {
 
@@ -60,7 +60,7 @@ Vec3 extent_m(const Points& points) {
 }
 
 bool begin_alike(const Points& a, const Points& b) {
-  // Of the extent: eight times the rounding of a float; at half, bodies far off their origin
+  // Share of the extent: eight times the rounding of a float; at half, bodies far off their origin
   // would seem others, at twice nothing changes.
   constexpr double kRounding = 1e-6;
   const Eigen::Index both = std::min(a.rows(), b.rows());
@@ -70,32 +70,20 @@ bool begin_alike(const Points& a, const Points& b) {
 
 std::vector<std::vector<std::int32_t>> patches_of(const Surface& surface,
                                                   const std::vector<char>& is_in) {
-  std::vector<std::int32_t> parent(is_in.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](std::int32_t v) {
-    while (parent[static_cast<std::size_t>(v)] != v) {
-      std::int32_t& up = parent[static_cast<std::size_t>(v)];
-      v = up = parent[static_cast<std::size_t>(up)];
-    }
-    return v;
-  };
+  DisjointSets sets(is_in.size());
   for (const auto& t : surface.triangles.rowwise())
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t a = t[k], b = t[(k + 1) % 3];
-      if (!is_in[static_cast<std::size_t>(a)] || !is_in[static_cast<std::size_t>(b)]) continue;
-      const auto [first, second] = std::minmax({root(a), root(b)});
-      parent[static_cast<std::size_t>(second)] = first;
-    }
+    for (int k = 0; k < 3; ++k)
+      if (const std::int32_t a = t[k], b = t[(k + 1) % 3]; is_in[a] && is_in[b]) sets.join(a, b);
   std::vector<std::vector<std::int32_t>> patches;
   std::vector<std::int32_t> number(is_in.size(), -1);
   for (std::size_t v = 0; v < is_in.size(); ++v) {
     if (!is_in[v]) continue;
-    std::int32_t& patch = number[static_cast<std::size_t>(root(static_cast<std::int32_t>(v)))];
+    std::int32_t& patch = number[sets.find(v)];
     if (patch < 0) {
       patch = static_cast<std::int32_t>(patches.size());
       patches.emplace_back();
     }
-    patches[static_cast<std::size_t>(patch)].push_back(static_cast<std::int32_t>(v));
+    patches[patch].push_back(static_cast<std::int32_t>(v));
   }
   return patches;
 }

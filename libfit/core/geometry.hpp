@@ -38,7 +38,7 @@ double volume_m3(const Surface& surface);
 /// Extent of the axis-aligned bounding box [m]; zero without vertices.
 Vec3 extent_m(const Points& points);
 
-/// Whether the first points of two lists, as many as the shorter has, are the same but for their
+/// True if the first points of two lists, as many as the shorter has, are the same but for their
 /// rounding to float.
 bool begin_alike(const Points& a, const Points& b);
 

@@ -8,7 +8,8 @@
 
 namespace palpate {
 
-/// What people are shown of the nodes of a curve set, whatever its family. The set must outlive it.
+/// Forces and stiffnesses of the nodes of a curve set as people are shown them, whatever its
+/// family. The set must outlive it.
 class NodeForces {
  public:
   explicit NodeForces(const CurveSet& curves) : curves_(curves) {
@@ -39,11 +40,11 @@ class NodeForces {
 
  private:
   runtime::SplineView view(CurveKind kind) const {
-    const SplineTables& t = tables_[static_cast<std::size_t>(kind)];
+    const SplineTables& t = tables_[static_cast<int>(kind)];
     return {t.degree, t.pieces, t.knots.data(), t.weights.data(), t.integrals.data()};
   }
   const double* of(CurveKind kind, Eigen::Index row) const {
-    return curves_.control[static_cast<std::size_t>(kind)].row(row).data();
+    return curves_.control[static_cast<int>(kind)].row(row).data();
   }
 
   const CurveSet& curves_;

@@ -16,7 +16,7 @@ namespace palpate {
 inline constexpr double kDefaultBallRadius_m = 5e-3;
 inline constexpr double kDefaultFriction = 0.3;
 
-/// How a tool ends that is round about its press, as the engine plays it.
+/// The end of a tool that is round about its press, as the engine plays it.
 using runtime::Indenter;
 
 /// The rigid tool of an experiment. It travels with the data: samples, curves, model and asset
@@ -48,7 +48,7 @@ inline double ball_radius_m(const std::optional<ProbeSpec>& probe) {
                                                                  : radius->second.front();
 }
 
-/// What a key of ProbeSpec::values measures: keys that end in "angle" are angles, others lengths.
+/// Dimension of a key of ProbeSpec::values: keys that end in "angle" are angles, others lengths.
 constexpr Dimension probe_dimension(std::string_view key) {
   return key.ends_with("angle") ? Dimension::angle : Dimension::length;
 }

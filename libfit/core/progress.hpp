@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-/// How long work reports itself and learns that it must stop. Libraries never print.
+/// Callbacks by which long work reports itself and learns that it must stop. Libraries never print.
 /// `step` is called with items done and in all, and a short word on the latest one; it may come
 /// from any thread, one at a time. `is_stopped` is polled often (at least once a second) and makes
 /// the work return early with what is finished. `item` is called by the thread that begins one,

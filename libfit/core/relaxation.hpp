@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-/// How a body's forces relax: a Prony series (docs/method-body.md, section 24). At time t after a
-/// step the body is 1 + sum_k share_k e^{-t/time_k} times as stiff as in slow motion. K <=
+/// Relaxation of a body's forces as a Prony series (docs/method-body.md, section 24). At time t
+/// after a step the body is 1 + sum_k share_k e^{-t/time_k} times as stiff as in slow motion. K <=
 /// runtime::kMaxBranches; none: the body has no memory of time.
 struct Relaxation {
   Eigen::VectorXd share;   ///< K, > 0: of the stiffness of slow motion

@@ -2,9 +2,11 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <initializer_list>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,7 +19,7 @@
 
 namespace palpate {
 
-/// What was done to the body in an experiment.
+/// Kind of an experiment.
 enum class ExperimentKind : std::int8_t {
   press = 0,
   drag = 1,
@@ -30,7 +32,21 @@ enum class ExperimentKind : std::int8_t {
 inline constexpr std::array<std::string_view, 7> kExperimentKindNames{
     "press", "drag", "path", "cycle", "pair", "tool", "other"};
 
-/// What is done at every test point (docs/method.md, section 5): a press to depth_m in equal steps,
+/// The shape of a drawn path. Draws take the upright ones in turn.
+enum class PathKind : std::int8_t {
+  straight = 0,
+  oblique = 1,
+  sliding = 2,
+  back_and_forth = 3,
+  wandering = 4,
+  tilting = 5,  ///< with a tool that leans; only where it is asked for
+  none = 6,     ///< a press, a drag or a path that nobody drew
+};
+inline constexpr std::size_t kUprightKinds = 5;
+inline constexpr std::array<std::string_view, 7> kPathKindNames{
+    "straight", "oblique", "sliding", "back_and_forth", "wandering", "tilting", "none"};
+
+/// Experiments at every test point (docs/method.md, section 5): a press to depth_m in equal steps,
 /// and at each drag depth a drag of drag_distance_m along each direction, at constant depth, with
 /// rows that lie closer at the beginning, where the interface sticks and slips in part.
 struct Experiments {
@@ -42,7 +58,7 @@ struct Experiments {
   int drag_steps = 8;
 };
 
-/// Whether a row can be believed. Recorded, never dropped: only `good` rows are fitted.
+/// Outcome of a row. Every row is recorded, but only `good` rows are fitted.
 enum class RowStatus : std::int8_t {
   good = 0,
   not_converged = 1,  ///< the equations were not solved to tolerance
@@ -53,12 +69,12 @@ enum class RowStatus : std::int8_t {
   wedged = 6,         ///< a press whose force stands more than 45 degrees off it; force is kept
 };
 
-/// Whether a row's force is the solution of its equations, to be believed or not.
+/// True if a row's force is the solution of its equations, to be believed or not.
 inline bool is_solved(RowStatus status) {
   return status == RowStatus::good || status == RowStatus::wedged;
 }
 
-/// What a row's checks found (docs/method-simulator.md, section 10, Acceptance). `falls` is of good
+/// Finding of a row's checks (docs/method-simulator.md, section 10, Acceptance). `falls` is of good
 /// rows, the others say why a row is `rejected` or `inverted`.
 enum class StepCheck : std::int8_t {
   none = 0,
@@ -76,7 +92,18 @@ inline constexpr std::array<std::string_view, 7> kStepCheckNames{
 inline constexpr std::array<std::string_view, 7> kRowStatusNames{
     "good", "not_converged", "inverted", "rejected", "no_contact", "not_reached", "wedged"};
 
-/// What is known of the recordings behind measured samples: group `recordings` of samples.h5. R
+constexpr std::string_view name_of(ExperimentKind kind) {
+  return kExperimentKindNames[static_cast<int>(kind)];
+}
+constexpr std::string_view name_of(PathKind kind) { return kPathKindNames[static_cast<int>(kind)]; }
+constexpr std::string_view name_of(RowStatus status) {
+  return kRowStatusNames[static_cast<int>(status)];
+}
+constexpr std::string_view name_of(StepCheck check) {
+  return kStepCheckNames[static_cast<int>(check)];
+}
+
+/// The recordings behind measured samples: group `recordings` of samples.h5. R
 /// recordings, in the order of the manifest; several of one experiment were pooled. All empty for
 /// simulated samples.
 struct MeasuredRecordings {
@@ -110,7 +137,7 @@ inline Eigen::Matrix<double, 1, 6> numbers_of(const Mat3& m) {
   return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)};
 }
 
-/// Where experiments are made, P places of a body.
+/// P places of a body at which experiments are made.
 struct SamplePlaces {
   Points point_position;                ///< P x 3 [m]
   Points point_normal;                  ///< P x 3, inward unit
@@ -130,10 +157,19 @@ struct SamplePlaces {
   Eigen::Index points() const { return point_position.rows(); }
 };
 
-/// What a tool did and met, N rows in experiment order. deflection N x 3 [m], force N x 3 [N] of
-/// the tool ON the body, torque N x 3 [N m] about the probe's reference point, force_error N [N].
-/// Where several tools are on the body at once each has a row of its own, one after the other, at
-/// its own place and with its number in `tool`.
+/// Format of a column in a file. names: of its codes. is_optional: without rows it is not
+/// written.
+struct ColumnFormat {
+  std::string_view unit = "1";
+  bool may_be_nan = false;
+  std::span<const std::string_view> names = {};
+  bool is_optional = false;
+};
+
+/// Motion of a tool and the body's answer, N rows in experiment order. deflection N x 3 [m], force
+/// N x 3 [N] of the tool ON the body, torque N x 3 [N m] about the probe's reference point,
+/// force_error N [N]. Where several tools are on the body at once each has a row of its own, one
+/// after the other, at its own place and with its number in `tool`.
 struct SampleRows {
   std::vector<std::int32_t> point;       ///< N, index of the place
   std::vector<std::int32_t> experiment;  ///< N, unique per press, drag or path
@@ -142,6 +178,7 @@ struct SampleRows {
   std::vector<std::int32_t> tool;        ///< N, from 0 on; or none: each experiment has one tool
   /// N: 0 of the samples' own probe, i of other_probes[i - 1]; or none: all are of their own.
   std::vector<std::int32_t> probe_number;
+  std::vector<PathKind> path;         ///< N; or none: no path was drawn
   Points deflection;                  ///< N x 3 [m]
   Points force;                       ///< N x 3 [N]
   Points torque;                      ///< N x 3 [N m]
@@ -159,9 +196,18 @@ struct SampleRows {
   SurfaceMotion surface;
 
   Eigen::Index rows() const { return deflection.rows(); }
+  int tool_of(Eigen::Index row) const { return tool.empty() ? 0 : tool[row]; }
+  int probe_of(Eigen::Index row) const { return probe_number.empty() ? 0 : probe_number[row]; }
+  double time_of(Eigen::Index row) const {
+    return time_s.size() > 0 ? time_s[row] : std::numeric_limits<double>::quiet_NaN();
+  }
+  Lean lean_at(Eigen::Index row) const {
+    return lean.rows() > 0 ? Lean(lean.row(row)) : Lean(Lean::Zero());
+  }
+  PathKind path_of(Eigen::Index row) const { return path.empty() ? PathKind::none : path[row]; }
 };
 
-/// What made the rows, and of which body.
+/// Probes, body and recordings that rows come from.
 struct SampleOrigin {
   std::optional<ProbeSpec> probe;       ///< that made them; none where unknown
   std::vector<ProbeSpec> other_probes;  ///< that rows of the kind `other` are of
@@ -173,36 +219,80 @@ struct SampleOrigin {
 /// Experiments at places of a body, simulated or measured: samples.h5 in memory (docs/formats.md).
 struct Samples : SamplePlaces, SampleRows, SampleOrigin {};
 
-/// Each column of places, each of rows, for whatever copies, reads or writes all of them: f(column
-/// of a, column of b, what a place or row has where the column is missing; no such argument: it is
-/// never missing). The surface's motion, which is as large as the rest a thousand times, stands by
-/// itself.
-template <class A, class B, class F>
-void each_point_column(A& a, B& b, const F& f) {
-  f(a.point_position, b.point_position);
-  f(a.point_normal, b.point_normal);
-  f(a.point_name, b.point_name);
-  f(a.point_normal_gradient, b.point_normal_gradient, 0.0);
-  f(a.point_sway, b.point_sway, 0.0);
-  f(a.point_scale, b.point_scale, 0.0);
+/// The columns of places and of rows, for whatever copies, reads or writes all of them:
+/// f(name in a file, member, format, entry of a place or row where the column is missing; no such
+/// argument: it is never missing). The surface's motion, which is as large as the rest a thousand
+/// times, stands by itself.
+template <class F>
+void each_point_column(const F& f) {
+  using S = SamplePlaces;
+  f("points/position", &S::point_position, ColumnFormat{"m"});
+  f("points/normal", &S::point_normal, ColumnFormat{});
+  f("points/name", &S::point_name, ColumnFormat{});
+  f("points/normal_gradient", &S::point_normal_gradient,
+    ColumnFormat{.unit = "1/m", .is_optional = true}, 0.0);
+  f("points/sway", &S::point_sway, ColumnFormat{.unit = "m/N", .is_optional = true}, 0.0);
+  f("points/scale", &S::point_scale, ColumnFormat{.is_optional = true}, 0.0);
 }
-template <class A, class B, class F>
-void each_row_column(A& a, B& b, const F& f) {
-  f(a.point, b.point);
-  f(a.experiment, b.experiment);
-  f(a.kind, b.kind);
-  f(a.step, b.step);
-  f(a.tool, b.tool, std::int32_t{0});
-  f(a.probe_number, b.probe_number, std::int32_t{0});
-  f(a.deflection, b.deflection);
-  f(a.force, b.force);
-  f(a.torque, b.torque);
-  f(a.force_error, b.force_error);
-  f(a.status, b.status);
-  f(a.step_check, b.step_check, StepCheck::none);
-  f(a.time_s, b.time_s, std::numeric_limits<double>::quiet_NaN());
-  f(a.lean, b.lean, 0.0);
+template <class F>
+void each_row_column(const F& f) {
+  using S = SampleRows;
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const ColumnFormat optional{.is_optional = true};
+  f("rows/point", &S::point, ColumnFormat{});
+  f("rows/experiment", &S::experiment, ColumnFormat{});
+  f("rows/kind", &S::kind, ColumnFormat{.names = kExperimentKindNames});
+  f("rows/step", &S::step, ColumnFormat{});
+  f("rows/tool", &S::tool, optional, std::int32_t{0});
+  f("rows/probe", &S::probe_number, optional, std::int32_t{0});
+  f("rows/path", &S::path, ColumnFormat{.names = kPathKindNames, .is_optional = true},
+    PathKind::none);
+  f("rows/deflection", &S::deflection, ColumnFormat{"m"});
+  f("rows/force", &S::force, ColumnFormat{"N", true});
+  f("rows/torque", &S::torque, ColumnFormat{"N m", true});
+  f("rows/force_error", &S::force_error, ColumnFormat{"N", true});
+  f("rows/status", &S::status, ColumnFormat{.names = kRowStatusNames});
+  f("rows/step_check", &S::step_check, ColumnFormat{.names = kStepCheckNames, .is_optional = true},
+    StepCheck::none);
+  f("rows/time", &S::time_s, ColumnFormat{"s", true, {}, true}, kNaN);
+  f("rows/lean", &S::lean, optional, 0.0);
 }
+
+/// Appends places, or rows, of `from` by their numbers. Columns that either lacks are filled; where
+/// rows of either do not say how the surface moved, none of the result do.
+void append_points(SamplePlaces& to, const SamplePlaces& from,
+                   const std::vector<Eigen::Index>& which);
+void append_rows(SampleRows& to, const SampleRows& from, const std::vector<Eigen::Index>& which);
+/// Rows of all parts, one after the other.
+SampleRows joined_rows(const std::vector<const SampleRows*>& parts);
+
+/// Places and rows of both, those of `first` in front, experiments numbered anew; places of both
+/// come twice. Rows of a second without places are at those of the first.
+Samples joined(const Samples& first, const Samples& second);
+
+/// Rows from `first` on, at the same places.
+Samples row_range(const Samples& samples, Eigen::Index first, Eigen::Index count);
+
+/// Removes optional columns of rows in which every entry is that of a missing one.
+void remove_void_columns(SampleRows& rows);
+
+/// The rows that are wanted, by number, at their places, which keep their order; columns that are
+/// then void are left out.
+Samples rows_where(const Samples& samples, const std::function<bool(Eigen::Index row)>& is_wanted);
+Samples of_kinds(const Samples& samples, std::initializer_list<ExperimentKind> kinds);
+/// The rows at the places that are marked, or at the others.
+Samples rows_at(const Samples& samples, const std::vector<char>& is_marked, bool wanted);
+
+/// Puts deflection and force of presses, holds and cycles onto the normal of their place: a press
+/// tells force over depth, and what an encoder's noise, a rig that leans or a frame that drifted
+/// add sideways is neither motion along the surface nor friction. A press that goes straight keeps
+/// every bit, its side force too (simulated ones do). A press stays as it is also where it was
+/// moved sideways on purpose: by more than a third of its depth, and with a force along that motion
+/// beyond what the rows scatter by. Returns the experiments that stay so, ascending.
+std::vector<std::int32_t> straighten_presses(Samples& samples);
+
+/// True if straighten_presses() would change a row.
+bool has_crooked_press(const Samples& samples);
 
 /// A second tool of the same shape on the same body: where it touches first, and how it moves from
 /// there while the first one follows its path.
@@ -212,7 +302,7 @@ struct SecondTool {
   std::int32_t place = -1;  ///< its number, in a list of experiments
 };
 
-/// Where a tool goes: successive deflections (N x 3 [m]) from first touch at a test point. time_s:
+/// Path of a tool: successive deflections (N x 3 [m]) from first touch at a test point. time_s:
 /// when it is there, as of Samples; empty: in slow motion. lean: all along.
 struct ToolPath {
   int point = 0;
@@ -220,9 +310,14 @@ struct ToolPath {
   Eigen::VectorXd time_s = {};  ///< N [s] since first touch; empty: slow motion
   Lean lean = Lean::Zero();
   std::optional<SecondTool> second = std::nullopt;
+  PathKind kind = PathKind::none;
+
+  double time_of(Eigen::Index row) const {
+    return time_s.size() > 0 ? time_s[row] : std::numeric_limits<double>::quiet_NaN();
+  }
 };
 
-/// What is simulated at a test point.
+/// Work at a test point.
 struct Effort {
   bool is_dragged = false;  ///< or pressed alone
   double scale = 0;         ///< of a press on one mesh (Samples::point_scale); 0: on two

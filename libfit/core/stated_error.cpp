@@ -23,7 +23,7 @@ double relative_floor_N(double largest_N) {
 double relative_floor_N(const Samples& reference) {
   double largest_N = 0;
   for (Eigen::Index row = 0; row < reference.rows(); ++row)
-    if (reference.status[static_cast<std::size_t>(row)] == RowStatus::good)
+    if (reference.status[row] == RowStatus::good)
       largest_N = std::max(largest_N, reference.force.row(row).norm());
   return relative_floor_N(largest_N);
 }

@@ -1,4 +1,4 @@
-#include "libfit/core/straight_presses.hpp"
+#include "libfit/core/samples.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@ namespace palpate {
 namespace {
 
 constexpr double kRounding = 1e-6;  // of the depth
-// Of the depth, tan 20 degrees: rigs and normals of surfaces are off by a few degrees, and a tool
-// that slides on purpose goes farther.
+// Share of the depth, tan 20 degrees: rigs and normals of surfaces are off by a few degrees, and a
+// tool that slides on purpose goes farther.
 constexpr double kSideways = 0.36;
 constexpr double kWindowShare = 0.25;  // of the rows whose mean is a place, not noise
 constexpr double kSeenInErrors = 4;
@@ -19,19 +19,17 @@ using RowNumbers = std::vector<Eigen::Index>;
 std::map<std::int32_t, RowNumbers> rows_of_presses(const Samples& samples) {
   std::map<std::int32_t, RowNumbers> out;
   for (Eigen::Index i = 0; i < samples.rows(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const ExperimentKind kind = samples.kind[at];
+    const ExperimentKind kind = samples.kind[i];
     if (kind == ExperimentKind::press || kind == ExperimentKind::cycle)
-      out[samples.experiment[at]].push_back(i);
+      out[samples.experiment[i]].push_back(i);
   }
   for (auto& [number, rows] : out)
-    std::ranges::stable_sort(
-        rows, {}, [&](Eigen::Index i) { return samples.step[static_cast<std::size_t>(i)]; });
+    std::ranges::stable_sort(rows, {}, [&](Eigen::Index i) { return samples.step[i]; });
   return out;
 }
 
 Vec3 inward_at(const Samples& samples, Eigen::Index row) {
-  return samples.point_normal.row(samples.point[static_cast<std::size_t>(row)]);
+  return samples.point_normal.row(samples.point[row]);
 }
 
 Vec3 lateral(const Vec3& vector, const Vec3& inward) {
@@ -51,7 +49,7 @@ double sideways_m(const std::vector<Vec3>& aside) {
   return most;
 }
 
-// Whether force goes along lateral motion, by more than what scatters about that.
+// True if force goes along lateral motion, by more than what scatters about that.
 bool is_friction_seen(const std::vector<Vec3>& aside, const std::vector<Vec3>& force) {
   double squares = 0, along = 0, left = 0;
   for (std::size_t i = 0; i < aside.size(); ++i)
@@ -64,8 +62,8 @@ bool is_friction_seen(const std::vector<Vec3>& aside, const std::vector<Vec3>& f
 }
 
 bool is_usable(const Samples& samples, Eigen::Index row) {
-  return samples.status[static_cast<std::size_t>(row)] == RowStatus::good &&
-         samples.deflection.row(row).allFinite() && samples.force.row(row).allFinite();
+  return samples.status[row] == RowStatus::good && samples.deflection.row(row).allFinite() &&
+         samples.force.row(row).allFinite();
 }
 
 bool is_on_purpose(const Samples& samples, const RowNumbers& rows) {

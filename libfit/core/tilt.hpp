@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// How a tool leans: sin(tilt) times the direction that its shaft leans to, in tilt_frame(). Zero
+/// Lean of a tool: sin(tilt) times the direction that its shaft leans to, in tilt_frame(). Zero
 /// is upright, its axis along the normal; shorter than 1.
 using Lean = Eigen::Vector2d;
 
@@ -37,7 +37,7 @@ inline Mat3 tilt_turn(const Vec3& inward, const Lean& lean) {
       .toRotationMatrix();
 }
 
-/// How a tool stands: its own axes in the body's, as columns, and in them its reference point,
+/// Pose of a tool: its own axes in the body's, as columns, and in them its reference point,
 /// which a path moves [m].
 struct Stance {
   Mat3 axes = Mat3::Identity();

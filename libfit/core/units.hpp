@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-/// What a quantity measures; inside the program everything is in the SI unit beside it.
+/// Dimension of a quantity; inside the program everything is in the SI unit beside it.
 enum class Dimension {
   length,    ///< m
   pressure,  ///< Pa

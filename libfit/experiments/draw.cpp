@@ -81,7 +81,7 @@ std::pair<Vec3, Vec3> draw_point(const Body& body, const ReachableArea& area, co
   return {position, normal.normalized()};
 }
 
-// Whether the contact point stays reachable when it follows a tip this way from there.
+// Tells if the contact point stays reachable where a tip has moved to.
 class Reach {
  public:
   explicit Reach(const Body& body) : body_(body), boxes_(triangle_boxes(body.surface)) {}
@@ -130,6 +130,7 @@ std::vector<std::pair<double, double>> depth_and_travel(PathKind kind, double de
       break;
     case PathKind::tilting:  // its motion is of another kind
     case PathKind::wandering:
+    case PathKind::none:
       break;  // leaves the plane: wandering_path
   }
   return rows;
@@ -186,13 +187,13 @@ Points draw_path(PathKind kind, const Vec3& position, const Vec3& normal, const 
   const double drag = range.drag_distance_m * uniform(0.5, 1);
   const auto rows = depth_and_travel(kind, depth, slope, drag);
   const Vec3 tangent = direction_of(rows, position, normal, angle_rad, reach);
-  Points path(static_cast<Eigen::Index>(rows.size()), 3);
+  Points path(rows.size(), 3);
   for (std::size_t k = 0; k < rows.size(); ++k)
     path.row(k) = rows[k].first * normal + rows[k].second * tangent;
   return path;
 }
 
-// What experiments that no fit saw are drawn with, one after the other.
+// Draws experiments for validation, one after the other.
 class PathDrawer {
  public:
   PathDrawer(const Body& body, const HeldOutRange& range, int paths, std::uint64_t seed)
@@ -226,9 +227,9 @@ class PathDrawer {
     out_.points.position.row(i) = position;
     out_.points.normal.row(i) = normal;
     out_.points.name.push_back(fmt::format("v{:04}", i + 1));
-    out_.kind.push_back(kind);
-    out_.paths.push_back(
-        {i, draw_path(motion, position, normal, range_, reach_, uniform_), {}, lean});
+    ToolPath& path = out_.paths.emplace_back();
+    path = {i, draw_path(motion, position, normal, range_, reach_, uniform_), {}, lean};
+    path.kind = kind;
   }
   HeldOut done() { return std::move(out_); }
 
@@ -347,7 +348,6 @@ HeldOut draw_two_tools(const Body& body, const HeldOutRange& range, int paths, d
     out.points.position.row(i) = at.position;
     out.points.normal.row(i) = at.normal;
     out.points.name.push_back(fmt::format("t{:04}", i + 1));
-    out.kind.push_back(PathKind::straight);
   }
   return out;
 }

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
-#include <string_view>
 #include <vector>
 
 #include "libfit/core/body.hpp"
@@ -12,30 +10,16 @@
 
 namespace palpate {
 
-/// The ways a tool goes at held-out points, in turn.
-enum class PathKind : int {
-  straight = 0,
-  oblique = 1,
-  sliding = 2,
-  back_and_forth = 3,
-  wandering = 4,
-  tilting = 5  ///< with a tool that leans; only where it is asked for
-};
-inline constexpr std::size_t kUprightKinds = 5;
-inline constexpr std::array<std::string_view, kUprightKinds + 1> kPathKindNames{
-    "straight", "oblique", "sliding", "back_and_forth", "wandering", "tilting"};
-
 /// Experiments that no fit saw, for validation.
 struct HeldOut {
   TestPoints points;            ///< contact points on the body's facets, blended inward normals
   std::vector<ToolPath> paths;  ///< one per point
-  std::vector<PathKind> kind;   ///< of each path
 };
 
 struct HeldOutRange {
   double depth_m = 0;          ///< deepest press; paths reach 0.5 to 0.95 of it
   double drag_distance_m = 0;  ///< longest drag; slides reach 0.5 to 1 of it
-  /// Whether the tool can touch there; another point is drawn where not. Empty: everywhere.
+  /// True where the tool can touch; another point is drawn where not. Empty: everywhere.
   std::function<bool(const Vec3& position, const Vec3& inward)> can_touch = {};
   double tilt_rad = 0;  ///< up to which the tool leans on tilting paths; 0: there are none
   /// The same of a tool that leans; empty: everywhere.

@@ -15,7 +15,7 @@ constexpr double kMaxTick_s = 1e-3;
 // Tools that are on a body together, and where the point of each is.
 class ToolsWalk {
  public:
-  ToolsWalk(const runtime::AssetView& asset, MetAssets& met, std::vector<PlayedTool> played,
+  ToolsWalk(const runtime::AssetView& asset, IndenterAssets& met, std::vector<PlayedTool> played,
             std::vector<Vec3> places)
       : asset_(asset), played_(std::move(played)), at_(std::move(places)) {
     const bool is_apart = asset.coupling == nullptr;
@@ -47,14 +47,14 @@ class ToolsWalk {
 
   const std::vector<Vec3>& places() const { return at_; }
 
-  // dt_s: of the whole way; not finite: in slow motion.
+  // dt_s: of the path; not finite: in slow motion.
   void go(const std::vector<Vec3>& to, double dt_s) {
     const std::vector<Vec3> from = at_;
-    double way_m = 0;
-    for (std::size_t i = 0; i < to.size(); ++i) way_m = std::max(way_m, (to[i] - from[i]).norm());
+    double path_m = 0;
+    for (std::size_t i = 0; i < to.size(); ++i) path_m = std::max(path_m, (to[i] - from[i]).norm());
     const bool is_timed = std::isfinite(dt_s);
-    const int steps =
-        std::max(ticks_over(way_m), is_timed ? static_cast<int>(std::ceil(dt_s / kMaxTick_s)) : 1);
+    const int steps = static_cast<int>(
+        std::ceil(std::max({1.0, path_m / kWalkTick_m, is_timed ? dt_s / kMaxTick_s : 0})));
     for (int k = 1; k <= steps; ++k) {
       for (std::size_t i = 0; i < to.size(); ++i)
         at_[i] = from[i] + (to[i] - from[i]) * (double(k) / steps);
@@ -110,38 +110,51 @@ class ToolsWalk {
 
 // Rows of an experiment at one time: one of each tool.
 Eigen::Index tools_at(const Samples& samples, Eigen::Index row) {
-  const auto r = static_cast<std::size_t>(row);
-  Eigen::Index count = 1;
-  for (; row + count < samples.rows(); ++count) {
-    const auto next = r + static_cast<std::size_t>(count);
-    if (samples.experiment[next] != samples.experiment[r] || samples.step[next] != samples.step[r])
-      break;
-  }
-  return count;
+  Eigen::Index next = row + 1;
+  while (next < samples.rows() && samples.experiment[next] == samples.experiment[row] &&
+         samples.step[next] == samples.step[row])
+    ++next;
+  return next - row;
 }
 
 }  // namespace
 
-FollowedRows follow(const runtime::AssetView& asset, const Samples& samples, double depth_m,
-                    const PlayedAs& played_as, const OnFollowed& on_row) {
+const runtime::AssetView* IndenterAssets::of(const Indenter& end) {
+  const double own_m = asset_.probe_radius_m;
+  if (!runtime::knows_radius(asset_) || !runtime::is_possible(end)) return nullptr;
+  if (end.points == 0 && std::abs(end.round_end_m - own_m) <= runtime::kSameRadius * own_m)
+    return nullptr;
+  const std::uint64_t mark = runtime::mark_of(end);
+  for (const Entry& entry : entries_)
+    if (entry.mark == mark) return &entry.view;
+  Entry& made = entries_.emplace_back();
+  made.mark = mark;
+  made.memory.resize(runtime::indenter_bytes(asset_) / sizeof(std::uint64_t));
+  made.view = runtime::with_indenter(asset_, end, made.memory.data());
+  return &made.view;
+}
+
+void IndenterAssets::put_into(const std::vector<Indenter>& end, runtime::ToolShape& shape) {
+  for (int i = 0; i < shape.balls && i < static_cast<int>(end.size()); ++i)
+    shape.ball[i].met = of(end[i]);
+}
+
+Replayed follow(const runtime::AssetView& asset, const Samples& samples, double depth_m,
+                const PlayedAs& played_as, const OnFollowed& on_row) {
   return Follower(asset).follow(samples, depth_m, played_as, on_row);
 }
 
-FollowedRows Follower::follow(const Samples& samples, double depth_m, const PlayedAs& played_as,
-                              const OnFollowed& on_row) {
-  FollowedRows out{Points::Zero(samples.rows(), 3), Points::Zero(samples.rows(), 3),
-                   std::vector<char>(static_cast<std::size_t>(samples.rows()), 0)};
-  const auto time_s = [&](Eigen::Index row) {
-    return samples.time_s.size() > 0 ? samples.time_s[row]
-                                     : std::numeric_limits<double>::quiet_NaN();
-  };
+Replayed Follower::follow(const Samples& samples, double depth_m, const PlayedAs& played_as,
+                          const OnFollowed& on_row) {
+  Replayed out(samples);
+  out.is_answered.assign(samples.rows(), 1);
   for (Eigen::Index row = 0; row < samples.rows();) {
-    const std::int32_t experiment = samples.experiment[static_cast<std::size_t>(row)];
+    const std::int32_t experiment = samples.experiment[row];
     const Eigen::Index tools = tools_at(samples, row);
     std::vector<PlayedTool> played;
     std::vector<Vec3> outside, down, to(static_cast<std::size_t>(tools));
     for (Eigen::Index i = 0; i < tools; ++i) {
-      const std::int32_t place = samples.point[static_cast<std::size_t>(row + i)];
+      const std::int32_t place = samples.point[row + i];
       const Vec3 at = samples.point_position.row(place), normal = samples.point_normal.row(place);
       const double depth = Vec3(samples.deflection.row(row + i)).dot(normal);
       played.push_back(played_as ? played_as(row + i) : PlayedTool());
@@ -149,21 +162,19 @@ FollowedRows Follower::follow(const Samples& samples, double depth_m, const Play
       down.push_back(at + depth * normal);
     }
     ToolsWalk walk(body_.fresh(), met_, std::move(played), std::move(outside));
-    if (samples.kind[static_cast<std::size_t>(row)] == ExperimentKind::drag)
+    if (samples.kind[row] == ExperimentKind::drag)
       walk.go(down, std::numeric_limits<double>::quiet_NaN());
-    for (double before_s = 0;
-         row < samples.rows() && samples.experiment[static_cast<std::size_t>(row)] == experiment;
-         before_s = time_s(row), row += tools) {
+    for (double before_s = 0; row < samples.rows() && samples.experiment[row] == experiment;
+         before_s = samples.time_of(row), row += tools) {
       for (Eigen::Index i = 0; i < tools; ++i)
-        to[static_cast<std::size_t>(i)] =
-            samples.point_position.row(samples.point[static_cast<std::size_t>(row + i)]) +
-            samples.deflection.row(row + i);
-      walk.go(to, time_s(row) - before_s);
+        to[i] =
+            samples.point_position.row(samples.point[row + i]) + samples.deflection.row(row + i);
+      walk.go(to, samples.time_of(row) - before_s);
       for (Eigen::Index i = 0; i < tools; ++i) {
         const auto tool = static_cast<std::size_t>(i);
         out.force_N.row(row + i) = walk.force_N(tool);
         out.torque_Nm.row(row + i) = walk.torque_Nm(tool);
-        out.is_sliding[static_cast<std::size_t>(row + i)] = walk.is_sliding(tool);
+        out.is_sliding[row + i] = walk.is_sliding(tool);
         if (on_row) on_row(row + i, walk.tool(tool));
       }
     }
@@ -181,21 +192,17 @@ runtime::AssetView coupled_by(const runtime::AssetView& asset,
 
 Eigen::VectorXd row_scales_N(const Samples& samples) {
   std::map<std::pair<std::int32_t, int>, double> largest_N;  // of an experiment's tool
-  const auto tool_of = [&](std::size_t row) {
-    return std::pair<std::int32_t, int>(samples.experiment[row],
-                                        samples.tool.empty() ? 0 : samples.tool[row]);
+  const auto largest_of = [&](Eigen::Index row) -> double& {
+    return largest_N[{samples.experiment[row], samples.tool_of(row)}];
   };
+  const Eigen::VectorXd force_N = samples.force.rowwise().norm();
+  for (Eigen::Index row = 0; row < samples.rows(); ++row)
+    if (samples.status[row] == RowStatus::good)
+      largest_of(row) = std::max(largest_of(row), force_N[row]);
   Eigen::VectorXd out = Eigen::VectorXd::Zero(samples.rows());
-  for (std::size_t row = 0; row < samples.status.size(); ++row) {
-    double& largest = largest_N[tool_of(row)];
+  for (Eigen::Index row = 0; row < samples.rows(); ++row)
     if (samples.status[row] == RowStatus::good)
-      largest = std::max(largest, samples.force.row(static_cast<Eigen::Index>(row)).norm());
-  }
-  for (std::size_t row = 0; row < samples.status.size(); ++row)
-    if (samples.status[row] == RowStatus::good)
-      out[static_cast<Eigen::Index>(row)] =
-          std::max(samples.force.row(static_cast<Eigen::Index>(row)).norm(),
-                   relative_floor(largest_N[tool_of(row)]));
+      out[row] = std::max(force_N[row], relative_floor(largest_of(row)));
   return out;
 }
 

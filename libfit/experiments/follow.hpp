@@ -1,15 +1,64 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <deque>
 #include <functional>
 #include <vector>
 
+#include "libfit/core/probe.hpp"
 #include "libfit/core/samples.hpp"
-#include "libfit/experiments/met_assets.hpp"
-#include "libfit/experiments/walk.hpp"
 #include "libfit/runtime/engine.hpp"
 
 namespace palpate {
+
+/// Longest move of a followed tool in a tick: 20 mm/s at 1 kHz.
+inline constexpr double kWalkTick_m = 20e-6;
+/// Share of the depth from which a followed tool comes to its first row, outside.
+inline constexpr double kApproachRatio = 0.1;
+
+/// An asset as indenters meet it (docs/method-tools.md, section 30), each tabulated once.
+class IndenterAssets {
+ public:
+  explicit IndenterAssets(const runtime::AssetView& asset) : asset_(asset) {}
+  IndenterAssets(const IndenterAssets&) = delete;
+  IndenterAssets& operator=(const IndenterAssets&) = delete;
+
+  /// Null: as it is, for its own ball, and where it does not say which ball that was.
+  const runtime::AssetView* of(const Indenter& end);
+  /// The same for the balls of a tool.
+  void put_into(const std::vector<Indenter>& end, runtime::ToolShape& shape);
+
+ private:
+  struct Entry {
+    std::uint64_t mark;
+    std::vector<std::uint64_t> memory;
+    runtime::AssetView view;
+  };
+  const runtime::AssetView& asset_;
+  std::deque<Entry> entries_;
+};
+
+/// An asset with a body of its own where contacts damage one.
+class WalkedBody {
+ public:
+  explicit WalkedBody(const runtime::AssetView& asset)
+      : view_(asset), memory_(asset.damage.softens() ? runtime::body_bytes(asset) / 8 : 0) {
+    if (!memory_.empty()) view_ = runtime::with_body(asset, memory_.data());
+  }
+  WalkedBody(const WalkedBody&) = delete;
+  WalkedBody& operator=(const WalkedBody&) = delete;
+
+  /// The body as it was before any touch.
+  const runtime::AssetView& fresh() {
+    if (!memory_.empty()) runtime::start_body(view_, memory_.data());
+    return view_;
+  }
+
+ private:
+  runtime::AssetView view_;
+  std::vector<std::uint64_t> memory_;
+};
 
 /// A tool as the engine plays it, and how it stands: its axes in the body's, and the point of it
 /// that deflections and torques are of. By default an upright tip. end: how each ball meets the
@@ -22,11 +71,19 @@ struct PlayedTool {
 /// Which tool made a row, by the row's number.
 using PlayedAs = std::function<PlayedTool(Eigen::Index row)>;
 
-/// What the engine answered to rows of samples, row for row. torque_Nm: about the tool's point.
-struct FollowedRows {
-  Points force_N, torque_Nm;     ///< ON THE BODY
+/// Answers to rows of samples, as columns beside theirs. torque_Nm: about the tool's point, where
+/// an engine answered.
+struct Replayed {
+  Points force_N, torque_Nm;     ///< ON THE BODY; 0 where nothing was answered
   std::vector<char> is_sliding;  ///< the last tick of the row slipped
-  std::size_t ticks = 0;         ///< of all tools that are on the body together
+  std::vector<char> is_answered;
+  std::size_t ticks = 0;  ///< of all tools that are on the body together
+
+  explicit Replayed(const SampleRows& asked)
+      : force_N(Points::Zero(asked.rows(), 3)),
+        torque_Nm(force_N),
+        is_sliding(asked.rows(), 0),
+        is_answered(is_sliding) {}
 };
 /// Called after each row with the tool that made it.
 using OnFollowed = std::function<void(Eigen::Index row, const runtime::Tool& tool)>;
@@ -40,24 +97,24 @@ using OnFollowed = std::function<void(Eigen::Index row, const runtime::Tool& too
 class Follower {
  public:
   explicit Follower(const runtime::AssetView& asset) : body_(asset), met_(body_.fresh()) {}
-  FollowedRows follow(const Samples& samples, double depth_m, const PlayedAs& played_as = {},
-                      const OnFollowed& on_row = {});
+  Replayed follow(const Samples& samples, double depth_m, const PlayedAs& played_as = {},
+                  const OnFollowed& on_row = {});
 
  private:
   WalkedBody body_;
-  MetAssets met_;  ///< tabulated when a tool is first followed
+  IndenterAssets met_;  ///< tabulated when a tool is first followed
 };
 /// The same once.
-FollowedRows follow(const runtime::AssetView& asset, const Samples& samples, double depth_m,
-                    const PlayedAs& played_as = {}, const OnFollowed& on_row = {});
+Replayed follow(const runtime::AssetView& asset, const Samples& samples, double depth_m,
+                const PlayedAs& played_as = {}, const OnFollowed& on_row = {});
 
 /// The asset with another coupling, which must outlive it; none: contacts are by themselves.
 runtime::AssetView coupled_by(const runtime::AssetView& asset,
                               const runtime::CouplingView& coupling);
 
-/// Of good rows, the force that its error is over where experiments are weighed against each other:
-/// its own, or where that is more relative_floor() of the largest of its tool in its experiment. 0
-/// of others.
+/// Force of each good row that its error is divided by where experiments are weighed against each
+/// other: its own, or where that is more relative_floor() of the largest of its tool in its
+/// experiment. 0 of others.
 Eigen::VectorXd row_scales_N(const Samples& samples);
 
 }  // namespace palpate

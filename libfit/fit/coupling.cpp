@@ -139,7 +139,7 @@ CouplingResidual coupling_residual(const runtime::AssetView& asset, const Sample
                                    double depth_m, const PlayedAs& played_as) {
   return [&asset, &samples, depth_m, played_as](const runtime::CouplingView& coupling) {
     const runtime::AssetView view = coupled_by(asset, coupling);
-    const FollowedRows answered = follow(view, samples, depth_m, played_as);
+    const Replayed answered = follow(view, samples, depth_m, played_as);
     const Eigen::VectorXd scale_N = row_scales_N(samples);
     Eigen::VectorXd out = Eigen::VectorXd::Zero(6 * samples.rows());
     for (Eigen::Index row = 0; row < samples.rows(); ++row) {

@@ -9,7 +9,7 @@
 #include <mutex>
 
 #include "libfit/core/error.hpp"
-#include "libfit/core/straight_presses.hpp"
+#include "libfit/core/samples.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/fit/basis/choose_basis.hpp"
 #include "libfit/fit/collect.hpp"

@@ -99,7 +99,7 @@ std::string read_whole_file(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::string bytes;
   const std::uintmax_t known = fs::file_size(path, ignored);
-  if (!ignored) bytes.reserve(static_cast<std::size_t>(known));
+  if (!ignored) bytes.reserve(known);
   std::string part(kPartBytes, '\0');
   while (file.good()) {
     file.read(part.data(), static_cast<std::streamsize>(part.size()));

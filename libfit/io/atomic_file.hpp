@@ -19,7 +19,7 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
 
   void write(std::string_view bytes);
-  /// Where a library that writes by name must write, instead of `write`.
+  /// Name to which a library that writes by name must write, instead of `write`.
   const std::filesystem::path& partial_path() const { return partial_; }
   /// Everything is on the disk under the final name when this returns. Call it once, last.
   void commit();

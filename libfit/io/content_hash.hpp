@@ -9,7 +9,7 @@
 namespace palpate {
 
 /// A 64-bit hash of what a file was made from, as 16 hex digits: equal inputs, equal hash.
-/// Where one input ends counts, so ("ab", "c") and ("a", "bc") differ.
+/// The end of each input counts, so ("ab", "c") and ("a", "bc") differ.
 class ContentHash {
  public:
   ContentHash& add(std::string_view bytes) {

@@ -17,12 +17,9 @@ Eigen::Matrix<double, Eigen::Dynamic, 3> powers_on(const CurveBasis& basis) {
   const int n = basis.size();
   Eigen::MatrixXd value = Eigen::MatrixXd::Zero(n, n);
   Eigen::Matrix<double, Eigen::Dynamic, 3> wanted(n, 3);
-  const auto knot = [&](int i) {
-    return basis.knots_m[static_cast<std::size_t>(std::clamp(i, 0, basis.pieces()))];
-  };
+  const std::vector<double> abscissae = greville_abscissae(basis);
   for (int j = 0; j < n; ++j) {
-    double x = 0;
-    for (int k = 1; k <= basis.degree; ++k) x += knot(j - basis.degree + k) / basis.degree;
+    const double x = abscissae[j];
     const auto at = runtime::spline_weights(view, runtime::find_piece(view, x), x);
     for (int k = 0; k <= basis.degree; ++k) value(j, at.first + k) = at.value[k];
     wanted.row(j) << x, x * x, x * x * x;

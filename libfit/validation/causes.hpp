@@ -1,8 +1,5 @@
 #pragma once
 
-#include <functional>
-#include <span>
-#include <string_view>
 #include <vector>
 
 #include "libfit/core/curves.hpp"
@@ -12,7 +9,7 @@
 
 namespace palpate::validation {
 
-/// What the error of an asset is made of (M11b), a figure per cause:
+/// The causes of an asset's error (M11b), a figure each:
 /// interpolation, curve_fit, curve_family, friction_law and float_precision.
 /// reference.own must hold presses and drags at held-out points. Paths at other points, and at
 /// those whose own curves failed, are left out.
@@ -26,12 +23,5 @@ std::vector<StatedError> error_causes(const runtime::AssetView& asset, const Ref
 std::vector<StatedError> baseline_errors(const runtime::AssetView& asset,
                                          const Reference& reference, double depth_m, double first_m,
                                          const FittedCurves* curves, const Model* model);
-
-/// Errors of answers to rows of one kind, group by group. group: of a row, an index of `names`;
-/// others are in no group. Groups without a row are left out. radius_m: of compare().
-std::vector<StatedError> errors_by(const Samples& reference, const Replayed& engine,
-                                   double radius_m, const ErrorFloors& floors,
-                                   std::span<const std::string_view> names,
-                                   const std::function<std::size_t(Eigen::Index row)>& group);
 
 }  // namespace palpate::validation

@@ -15,13 +15,11 @@ namespace {
 constexpr double kSamePlace = 1e-6;  // of what the points span
 
 bool is_good_press(const Samples& samples, Eigen::Index row) {
-  const auto r = static_cast<std::size_t>(row);
-  return samples.kind[r] == ExperimentKind::press && samples.status[r] == RowStatus::good;
+  return samples.kind[row] == ExperimentKind::press && samples.status[row] == RowStatus::good;
 }
 
 double along(const Points& vectors, Eigen::Index row, const Samples& samples) {
-  return vectors.row(row).dot(
-      samples.point_normal.row(samples.point[static_cast<std::size_t>(row)]));
+  return vectors.row(row).dot(samples.point_normal.row(samples.point[row]));
 }
 
 double mean_push_N(const std::vector<PressTable>& presses, double depth_m) {
@@ -31,9 +29,8 @@ double mean_push_N(const std::vector<PressTable>& presses, double depth_m) {
 }
 
 void answer(const Samples& asked, Eigen::Index row, double push_N, Replayed& replayed) {
-  const auto r = static_cast<std::size_t>(row);
-  replayed.force_N.row(row) = push_N * asked.point_normal.row(asked.point[r]);
-  replayed.is_answered[r] = 1;
+  replayed.force_N.row(row) = push_N * asked.point_normal.row(asked.point[row]);
+  replayed.is_answered[row] = 1;
 }
 
 }  // namespace
@@ -50,8 +47,7 @@ std::map<std::int32_t, std::vector<PressTable>> presses_of(const Samples& sample
   std::map<std::int32_t, std::map<std::int32_t, PressTable>> found;
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
     if (!is_good_press(samples, row)) continue;
-    const auto r = static_cast<std::size_t>(row);
-    PressTable& press = found[samples.point[r]][samples.experiment[r]];
+    PressTable& press = found[samples.point[row]][samples.experiment[row]];
     const double depth_m = along(samples.deflection, row, samples);
     if (!(depth_m > press.depth_m.back())) continue;
     press.depth_m.push_back(depth_m);
@@ -72,7 +68,7 @@ Replayed neighbouring_presses(const Samples& fitted, const Samples& asked, int n
   std::vector<std::vector<std::pair<double, std::int32_t>>> near(
       static_cast<std::size_t>(asked.points()));
   for (std::size_t p = 0; p < near.size(); ++p) {
-    const auto at = asked.point_position.row(static_cast<Eigen::Index>(p));
+    const auto at = asked.point_position.row(p);
     for (const auto& [point, tables] : presses)
       if (const double away_m = (fitted.point_position.row(point) - at).norm(); away_m > same_m)
         near[p].emplace_back(away_m, point);
@@ -80,7 +76,7 @@ Replayed neighbouring_presses(const Samples& fitted, const Samples& asked, int n
     near[p].resize(std::min(near[p].size(), static_cast<std::size_t>(neighbours)));
   }
   for (Eigen::Index row = 0; row < asked.rows(); ++row) {
-    const auto& around = near[static_cast<std::size_t>(asked.point[static_cast<std::size_t>(row)])];
+    const auto& around = near[asked.point[row]];
     if (!is_good_press(asked, row) || around.empty()) continue;
     const double depth_m = along(asked.deflection, row, asked);
     double sum_N = 0, weights = 0;
@@ -107,7 +103,7 @@ Replayed left_out_presses(const FittedCurves& curves, const InterpolationChoice&
   for (Eigen::Index row = 0; row < asked.rows(); ++row) {
     if (!is_good_press(asked, row)) continue;
     Eigen::Index nearest = 0;
-    const auto at = asked.point_position.row(asked.point[static_cast<std::size_t>(row)]);
+    const auto at = asked.point_position.row(asked.point[row]);
     const double away_m = (known.rowwise() - at).rowwise().norm().minCoeff(&nearest);
     if (away_m <= same_m)
       answer(asked, row, forces.normal_N(nearest, along(asked.deflection, row, asked)), out);
@@ -131,7 +127,7 @@ PlacedPoints placed_points(const runtime::AssetView& asset, const Samples& sampl
     for (int k = 0; k < 3; ++k)
       is_covered &= hit->weight[k] <= kSamePlace ||
                     asset.covered[surface.triangles(hit->triangle, k)] == runtime::kMeasured;
-    out.is_covered[static_cast<std::size_t>(p)] = is_covered;
+    out.is_covered[p] = is_covered;
   }
   return out;
 }

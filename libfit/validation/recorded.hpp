@@ -10,7 +10,7 @@
 #include "libfit/runtime/asset/view.hpp"
 #include "libfit/validation/replay.hpp"
 
-// What recordings say of an asset that was made of others: what stands beside it, and where it
+// Recordings against an asset that was made of others: baselines beside it, and places where it
 // answers at all.
 
 namespace palpate::validation {

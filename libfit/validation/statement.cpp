@@ -20,11 +20,11 @@ ErrorFigures figures(const std::vector<double>& size, const std::vector<double>&
 }
 
 // (M11a)
-ErrorFigures force_figures(const std::vector<ComparedRow>& rows, double floor_N) {
+ErrorFigures force_figures(const Comparison& compared, double floor_N) {
   std::vector<double> size, error, relative;
-  for (const ComparedRow& row : rows) {
-    size.push_back(row.reference_N.norm());
-    error.push_back((row.engine_N - row.reference_N).norm());
+  for (const Eigen::Index row : compared.rows) {
+    size.push_back(compared.force_N(row));
+    error.push_back(compared.error_N(row));
     if (size.back() > floor_N)
       relative.push_back(relative_error(error.back(), size.back(), floor_N));
   }
@@ -32,12 +32,12 @@ ErrorFigures force_figures(const std::vector<ComparedRow>& rows, double floor_N)
 }
 
 // (M58a)
-ErrorFigures torque_figures(const std::vector<ComparedRow>& rows, double floor_Nm) {
+ErrorFigures torque_figures(const Comparison& compared, double floor_Nm) {
   std::vector<double> size, error, relative;
-  for (const ComparedRow& row : rows) {
-    if (row.reference_Nm.hasNaN() || row.engine_Nm.hasNaN()) continue;
-    size.push_back(row.reference_Nm.norm());
-    error.push_back((row.engine_Nm - row.reference_Nm).norm());
+  for (const Eigen::Index row : compared.rows) {
+    if (!compared.radius_m || compared.torque_error_Nm(row).hasNaN()) continue;
+    size.push_back(compared.torque_Nm(row).norm());
+    error.push_back(compared.torque_error_Nm(row).norm());
     if (floor_Nm > 0) relative.push_back(relative_error(error.back(), size.back(), floor_Nm));
   }
   return figures(size, error, relative);
@@ -54,13 +54,12 @@ constexpr double kUpperEnd = 1.5;
 double student_95(double freedom) { return 1.645 + 1.524 / freedom + 1.42 / (freedom * freedom); }
 
 // (M11c)
-void find_band(const std::vector<ComparedRow>& rows, double floor_N, Statement& statement) {
+void find_band(const Comparison& compared, double floor_N, Statement& statement) {
   std::map<std::int32_t, std::vector<double>> by_place;
-  for (const ComparedRow& row : rows) {
-    const double size = row.reference_N.norm();
-    std::vector<double>& errors = by_place[row.place];
-    if (size > floor_N)
-      errors.push_back(relative_error((row.engine_N - row.reference_N).norm(), size, floor_N));
+  for (const Eigen::Index row : compared.rows) {
+    const double size = compared.force_N(row);
+    std::vector<double>& errors = by_place[compared.reference.point[row]];
+    if (size > floor_N) errors.push_back(relative_error(compared.error_N(row), size, floor_N));
   }
   if (by_place.size() < 2 || statement.rows_above_floor == 0) return;
   std::vector<const std::vector<double>*> places;
@@ -99,46 +98,80 @@ const std::vector<StatedError>& Statement::lines_of(std::string_view section) co
   return found == sections.end() ? kNone : found->lines;
 }
 
-ErrorFloors floors_of(const std::vector<ComparedRow>& rows) {
+Vec3 Comparison::torque_Nm(Eigen::Index row) const {
+  const Vec3 to_centre = *radius_m * reference.point_normal.row(reference.point[row]);
+  return reference.torque.row(row).transpose() + to_centre.cross(Vec3(reference.force.row(row)));
+}
+
+Vec3 Comparison::torque_error_Nm(Eigen::Index row) const {
+  const Vec3 to_centre = *radius_m * reference.point_normal.row(reference.point[row]);
+  return answer.torque_Nm.row(row).transpose() + to_centre.cross(Vec3(answer.force_N.row(row))) -
+         torque_Nm(row);
+}
+
+Comparison compare(const Samples& reference, const Replayed& answer,
+                   std::optional<double> radius_m) {
+  Comparison out{reference, answer, {}, radius_m};
+  for (Eigen::Index row = 0; row < reference.rows(); ++row)
+    if (reference.status[row] == RowStatus::good && answer.is_answered[row])
+      out.rows.push_back(row);
+  return out;
+}
+
+ErrorFloors floors_of(const Comparison& compared) {
   double largest_N = 0, largest_Nm = 0;
-  for (const ComparedRow& row : rows) {
-    largest_N = std::max(largest_N, row.reference_N.norm());
-    if (!row.reference_Nm.hasNaN()) largest_Nm = std::max(largest_Nm, row.reference_Nm.norm());
+  for (const Eigen::Index row : compared.rows) {
+    largest_N = std::max(largest_N, compared.force_N(row));
+    if (compared.radius_m && !compared.torque_Nm(row).hasNaN())
+      largest_Nm = std::max(largest_Nm, compared.torque_Nm(row).norm());
   }
   return {relative_floor_N(largest_N), relative_floor_Nm(largest_Nm)};
 }
 
-StatedError stated_error(std::string name, const std::vector<ComparedRow>& rows,
-                         const ErrorFloors& floors) {
-  return {std::move(name), rows.size(), force_figures(rows, floors.force_N),
-          torque_figures(rows, floors.torque_Nm)};
+StatedError stated_error(std::string name, const Comparison& compared, const ErrorFloors& floors) {
+  return {std::move(name), compared.rows.size(), force_figures(compared, floors.force_N),
+          torque_figures(compared, floors.torque_Nm)};
 }
 
-Statement summarize(const std::vector<ComparedRow>& rows) {
-  return summarize(rows, floors_of(rows));
+std::vector<StatedError> errors_by(const Comparison& compared, const ErrorFloors& floors,
+                                   std::span<const std::string_view> names,
+                                   const std::function<std::size_t(Eigen::Index row)>& group) {
+  std::vector<StatedError> errors;
+  Comparison of_group = compared;
+  for (std::size_t g = 0; g < names.size(); ++g) {
+    of_group.rows.clear();
+    std::ranges::copy_if(compared.rows, std::back_inserter(of_group.rows),
+                         [&](Eigen::Index row) { return group(row) == g; });
+    if (!of_group.rows.empty())
+      errors.push_back(stated_error(std::string(names[g]), of_group, floors));
+  }
+  return errors;
 }
 
-Statement summarize(const std::vector<ComparedRow>& rows, const ErrorFloors& floors) {
+Statement summarize(const Comparison& compared) { return summarize(compared, floors_of(compared)); }
+
+Statement summarize(const Comparison& compared, const ErrorFloors& floors) {
   Statement statement;
-  statement.all = stated_error("all", rows, floors);
+  statement.all = stated_error("all", compared, floors);
   statement.floor_N = floors.force_N;
   std::vector<double> reference_rel;
   std::size_t within = 0, within_reference = 0;
-  double felt_N = 0;  // most that a hand met, of either
-  for (const ComparedRow& row : rows) {
-    const double error = (row.engine_N - row.reference_N).norm(), force = row.reference_N.norm();
-    felt_N = std::max({felt_N, force, row.engine_N.norm()});
+  double largest_N = 0;  // of either
+  for (const Eigen::Index row : compared.rows) {
+    const double error = compared.error_N(row), force = compared.force_N(row),
+                 own_error = compared.reference.force_error[row];
+    largest_N = std::max({largest_N, force, compared.answer.force_N.row(row).norm()});
     if (is_within_jnd(error, force)) ++within;
     if (force <= floors.force_N) continue;
     ++statement.rows_above_floor;
-    if (!std::isfinite(row.reference_error_N)) continue;
-    reference_rel.push_back(relative_error(row.reference_error_N, force, floors.force_N));
-    if (error <= row.reference_error_N) ++within_reference;
+    if (!std::isfinite(own_error)) continue;
+    reference_rel.push_back(relative_error(own_error, force, floors.force_N));
+    if (error <= own_error) ++within_reference;
   }
   statement.reference_p95_rel = stated_quantile(reference_rel, 0.95);
   statement.within_reference = share(within_reference, reference_rel.size());
-  find_band(rows, floors.force_N, statement);
-  if (felt_N > kForceFloor_N) statement.within_jnd = share(within, rows.size());
+  find_band(compared, floors.force_N, statement);
+  if (largest_N > kForceFloor_N) statement.within_jnd = share(within, compared.rows.size());
   return statement;
 }
 

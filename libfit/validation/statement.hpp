@@ -1,43 +1,57 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
+#include <functional>
 #include <limits>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "libfit/core/geometry.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/experiments/follow.hpp"
 #include "libfit/shape/shape_error.hpp"
 
 namespace palpate::validation {
 
-/// What a figure is where no row counts: no number, null in JSON.
+/// Figure where no row counts: no number, null in JSON.
 inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
-/// One row of a comparison: what the reference says and what the engine answers, both on the body.
-struct ComparedRow {
-  Vec3 reference_N = Vec3::Zero();
-  Vec3 engine_N = Vec3::Zero();
-  double reference_error_N = 0;  ///< the reference's own estimate; NaN where unknown
-  /// Torques about the same point [N m]; no numbers where they are not compared.
-  Vec3 reference_Nm = Vec3::Constant(kNoNumber);
-  Vec3 engine_Nm = Vec3::Constant(kNoNumber);
-  std::int32_t place = 0;  ///< at which contact point it was held out
+/// A reference beside the answers to its rows, both of which must outlive it.
+struct Comparison {
+  const Samples& reference;
+  const Replayed& answer;
+  std::vector<Eigen::Index> rows;  ///< that are compared
+  /// Torques are compared about the centre of a ball of this radius, where only friction turns it;
+  /// 0: about the tool's point (M58a). None: they are not compared.
+  std::optional<double> radius_m;
+
+  double force_N(Eigen::Index row) const { return reference.force.row(row).norm(); }
+  double error_N(Eigen::Index row) const {
+    return (answer.force_N.row(row) - reference.force.row(row)).norm();
+  }
+  /// Torque of the reference, and the answer's error [N m].
+  Vec3 torque_Nm(Eigen::Index row) const;
+  Vec3 torque_error_Nm(Eigen::Index row) const;
 };
+
+/// Good reference rows that were answered.
+Comparison compare(const Samples& reference, const Replayed& answer,
+                   std::optional<double> radius_m = std::nullopt);
 
 /// Floors of the relative errors of a body (docs/method.md, M11a, docs/method-tools.md, M58a).
 struct ErrorFloors {
   double force_N = 0, torque_Nm = 0;
 };
 
-/// Of a body of which these rows are all.
-ErrorFloors floors_of(const std::vector<ComparedRow>& rows);
+/// The floors of a body of which these rows are all.
+ErrorFloors floors_of(const Comparison& compared);
 
-/// Of the p95 of a relative error: an asset above it is poor.
+/// Relative error (p95) above which an asset is poor.
 inline constexpr double kPoor = 0.1;
 
-/// Of the error that is stated: a reference whose own error is above this share is told.
+/// Share of the stated error above which a reference's own error is mentioned.
 inline constexpr double kToldReference = 0.5;
 
 /// Sizes of the errors of some rows, in N or N m, and the same over what the reference says there.
@@ -47,7 +61,7 @@ struct ErrorFigures {
   double median_rel = kNoNumber, p95_rel = kNoNumber, max_rel = kNoNumber;
 };
 
-/// How far off one answer to some rows is. Relative errors of forces are of the rows above the
+/// Errors of one answer to some rows. Relative errors of forces are of the rows above the
 /// floor, those of torques of all rows, over the floor at least.
 struct StatedError {
   std::string name;
@@ -91,15 +105,20 @@ struct Statement {
 };
 
 /// Figures of some rows of a body with these floors; quantiles are nearest-rank.
-StatedError stated_error(std::string name, const std::vector<ComparedRow>& rows,
-                         const ErrorFloors& floors);
+StatedError stated_error(std::string name, const Comparison& compared, const ErrorFloors& floors);
+
+/// The same, group by group. group: of a row, an index of `names`; others are in no group. Groups
+/// without a row are left out.
+std::vector<StatedError> errors_by(const Comparison& compared, const ErrorFloors& floors,
+                                   std::span<const std::string_view> names,
+                                   const std::function<std::size_t(Eigen::Index row)>& group);
 
 /// The statement of all rows of a body (M11a), without sections; the other fields are the caller's.
 /// floors: of the body that the rows are some of; without them, of these rows.
-Statement summarize(const std::vector<ComparedRow>& rows, const ErrorFloors& floors);
-Statement summarize(const std::vector<ComparedRow>& rows);
+Statement summarize(const Comparison& compared, const ErrorFloors& floors);
+Statement summarize(const Comparison& compared);
 
-/// What an asset carries of its statement: all but the advice and what differs from one machine or
+/// The statement as an asset carries it: all but the advice and what differs from one machine or
 /// one writing to the next (tick_ns, asset_bytes), so that the same scene gives the same bytes.
 std::string to_asset_json(const Statement& statement);
 
@@ -112,10 +131,10 @@ std::string to_json(const Statement& statement, const std::string& inputs);
 /// Reads what to_json wrote. Throws Error at `where` when a name is missing or no number.
 Statement parse_statement(const std::string& json, const std::string& where);
 
-/// How good an asset is, in a sentence or two.
+/// Grades an asset in a sentence or two.
 std::string verdict(const Statement& statement);
 
-/// What to do about an asset that is off by more than kPoor, a sentence each; else nothing.
+/// Remedies for an asset that is off by more than kPoor, a sentence each; else nothing.
 std::vector<std::string> advice(const Statement& statement);
 
 /// A table for people, 80 columns wide at most, then verdict and advice.

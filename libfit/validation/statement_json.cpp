@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 template <class Owner>
 using Numbers = std::pair<std::string_view, double Owner::*>;
 
-// Of figures in N or N m: sizes with the unit behind their name.
+// Sizes of figures in N or N m, with the unit behind their name.
 constexpr Numbers<ErrorFigures> kSizes[] = {{"typical", &ErrorFigures::typical},
                                             {"median", &ErrorFigures::median},
                                             {"p95", &ErrorFigures::p95},

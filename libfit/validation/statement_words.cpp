@@ -15,7 +15,8 @@ namespace palpate::validation {
 namespace {
 
 constexpr std::size_t kColumns = 80;
-// Of the error of recordings: a part of it worth a word; another answer that is clearly better.
+// Shares of the error of recordings: a part that is mentioned; another answer that is clearly
+// better.
 constexpr double kHalf = 0.5, kClearly = 0.9;
 
 struct Remedy {
@@ -175,7 +176,7 @@ std::string verdict(const Statement& s) {
 
 namespace {
 
-// Of recordings: what stands beside them says where the error comes from.
+// Baselines beside recordings show where the error comes from.
 std::vector<std::string> recorded_advice(const Statement& s) {
   std::vector<std::string> out;
   const double p95_rel = s.all.force.p95_rel;

@@ -33,20 +33,6 @@ bool answers(const runtime::AssetView& asset, int vertex) {
                      [](float value) { return value != 0; });
 }
 
-// Control values of x -> x are the Greville abscissae, the means of `degree` successive knots.
-std::vector<double> greville_abscissae(const CurveBasis& basis) {
-  std::vector<double> knots(static_cast<std::size_t>(basis.degree), basis.knots_m.front());
-  knots.insert(knots.end(), basis.knots_m.begin() + 1, basis.knots_m.end() - 1);
-  knots.insert(knots.end(), static_cast<std::size_t>(basis.degree), basis.knots_m.back());
-  std::vector<double> abscissae;
-  for (int j = 0; j < basis.size(); ++j) {
-    double sum = 0;
-    for (int k = 0; k < basis.degree; ++k) sum += knots[static_cast<std::size_t>(j + k)];
-    abscissae.push_back(sum / basis.degree);
-  }
-  return abscissae;
-}
-
 }  // namespace
 
 CurveBasis basis_of(const runtime::AssetView& asset, int part) {
@@ -68,8 +54,8 @@ SubstitutedAsset SubstitutedAsset::with_one_response(const runtime::AssetView& a
     offset += static_cast<int>(curves.control[part].cols());
   }
   out.control_ = values;
-  out.record_.assign(static_cast<std::size_t>(asset.vertices), 0);
-  out.covered_.assign(static_cast<std::size_t>(asset.vertices), 1);
+  out.record_.assign(asset.vertices, 0);
+  out.covered_.assign(asset.vertices, 1);
   out.view_.control = out.control_.data();
   out.view_.record = out.record_.data();
   out.view_.records = 1;
@@ -127,8 +113,7 @@ SubstitutedAsset SubstitutedAsset::linear(const runtime::AssetView& asset, doubl
       const std::vector<double> values(control, control + basis.size());
       const double slope =
           runtime::curve_value(asset.curves.view[part], values.data(), at_m) / at_m;
-      for (int j = 0; j < basis.size(); ++j)
-        control[j] = static_cast<float>(slope * at[static_cast<std::size_t>(j)]);
+      for (int j = 0; j < basis.size(); ++j) control[j] = static_cast<float>(slope * at[j]);
     }
   }
   out.view_.control = out.control_.data();

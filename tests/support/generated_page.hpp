@@ -78,10 +78,17 @@ inline std::string content_of_page(const std::string& document) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+/// Expects that a document is this. PALPATE_WRITE_DOCS=1 writes it.
+inline void expect_content(const std::string& document, const std::string& wanted) {
+  const std::string found = content_of_page(document);
+  if (std::getenv("PALPATE_WRITE_DOCS") != nullptr)
+    std::ofstream(std::filesystem::path(PALPATE_SOURCE_DIR) / "docs" / document) << wanted;
+  EXPECT_EQ(found, wanted) << "run this test with PALPATE_WRITE_DOCS=1 and look at " << document;
+}
+
 /// Expects these tables, and no others, in a document. PALPATE_WRITE_DOCS=1 writes them.
 inline void expect_tables(const std::string& document,
                           const std::map<std::string, PageTable>& tables) {
-  const auto path = std::filesystem::path(PALPATE_SOURCE_DIR) / "docs" / document;
   const std::string page = content_of_page(document);
   const std::string mark = "<!-- table: ";
   std::istringstream lines(page);
@@ -99,8 +106,7 @@ inline void expect_tables(const std::string& document,
     wanted += table_text(table->second, old) + line + "\n";
   }
   EXPECT_EQ(found, tables.size()) << document << " has not all tables";
-  if (std::getenv("PALPATE_WRITE_DOCS") != nullptr) std::ofstream(path) << wanted;
-  EXPECT_EQ(page, wanted) << "run this test with PALPATE_WRITE_DOCS=1 and look at " << document;
+  expect_content(document, wanted);
 }
 
 }  // namespace palpate::testing_support

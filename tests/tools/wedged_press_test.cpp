@@ -69,7 +69,7 @@ TEST(WedgedPress, is_listed_kept_and_not_fitted) {
   const Samples read = read_samples(folder / "samples.h5");
   Eigen::Index wedged = 0;
   for (Eigen::Index row = 0; row < read.rows(); ++row)
-    if (read.status[static_cast<std::size_t>(row)] == RowStatus::wedged) {
+    if (read.status[row] == RowStatus::wedged) {
       EXPECT_GT(read.force.row(row).norm(), 0) << "row " << row;
       ++wedged;
     }
@@ -93,7 +93,7 @@ Samples presses_at(const FittedCurves& known, const Surface& fine,
   for (Eigen::Index row = 0; row < kSteps * count; ++row) {
     const Eigen::Index i = row / kSteps;
     const double depth_m = 0.01 * static_cast<double>(row % kSteps + 1) / kSteps;
-    const double stiffness_N = field(fine.vertices.row(vertices[static_cast<std::size_t>(i)]));
+    const double stiffness_N = field(fine.vertices.row(vertices[i]));
     out.point.push_back(static_cast<std::int32_t>(known.position.rows() + i));
     out.experiment.push_back(out.point.back());
     out.kind.push_back(ExperimentKind::press);
@@ -122,12 +122,12 @@ TEST(PlacementRound, is_not_judged_by_points_whose_fit_is_poor) {
   const Model model = refine(known, fine, all(fine), coarse.triangles);
   const std::vector<std::int32_t> vertices{57, 133, 201, 346};
   const Samples samples = presses_at(known, fine, vertices, field, 1.0 / 3);
-  std::vector<FitStatus> fits(static_cast<std::size_t>(samples.points()), FitStatus::good);
+  std::vector<FitStatus> fits(samples.points(), FitStatus::good);
   const PlacementRound misled = judge_round(samples, model, vertices, fits);
   EXPECT_NEAR(misled.p95_rel, 2, 1e-4) << "else this test tells nothing";
   EXPECT_EQ(misled.rows, 12);
 
-  fits[static_cast<std::size_t>(known.position.rows())] = FitStatus::poor;
+  fits[known.position.rows()] = FitStatus::poor;
   const PlacementRound round = judge_round(samples, model, vertices, fits);
   EXPECT_LT(round.p95_rel, 1e-4);
   EXPECT_LT(round.max_rel, 1e-4);

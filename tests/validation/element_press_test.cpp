@@ -35,8 +35,8 @@ TEST_P(ElementPress, one_mesh_is_near_the_truth) {
       Simulator(setup).press_and_drag(Vec3::Zero(), -Vec3::UnitZ(), experiments);
   const double cost = validation::cpu_seconds() - start;
   for (std::size_t k = 0; k < reference_N.size(); ++k) {
-    ASSERT_EQ(result.rows[k].status, RowStatus::good) << k + 1 << " mm";
-    const double force_N = -result.rows[k].force.z(), error = force_N / reference_N[k] - 1;
+    ASSERT_EQ(result.status[k], RowStatus::good) << k + 1 << " mm";
+    const double force_N = -result.force.row(k).z(), error = force_N / reference_N[k] - 1;
     char id[64];
     std::snprintf(id, sizeof id, "AXI/nu%.2f/d%zu", poisson, k + 1);
     validation::record_case(id, reference_N[k], force_N, "N", error, cost);

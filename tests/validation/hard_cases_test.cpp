@@ -77,31 +77,32 @@ int expect_right_or_refused(const HardCase& hard) {
       Simulator(finer).press_and_drag(hard.position, hard.normal, hard.experiments);
   int good = 0;
   const Vec3 drag_way = drag_tangents(hard.normal, 1)[0];
-  for (std::size_t i = 0; i < shipped.rows.size(); ++i) {
-    const PointRow& row = shipped.rows[i];
-    const PointRow& fine = reference.rows[i];
+  for (Eigen::Index i = 0; i < shipped.rows(); ++i) {
     const std::string where = hard.name + " row " + std::to_string(i);
     std::printf(
         "%-34s status %d step check %d, %.6f N (error bound %.6f), finer %.6f N status %d\n",
-        where.c_str(), static_cast<int>(row.status), static_cast<int>(row.step_check),
-        row.force.norm(), row.force_error, fine.force.norm(), static_cast<int>(fine.status));
-    if (row.status != RowStatus::good) {
-      EXPECT_TRUE(std::isnan(row.force_error)) << where << ": a refused row claims an error";
+        where.c_str(), static_cast<int>(shipped.status[i]), static_cast<int>(shipped.step_check[i]),
+        shipped.force.row(i).norm(), shipped.force_error[i], reference.force.row(i).norm(),
+        static_cast<int>(reference.status[i]));
+    if (shipped.status[i] != RowStatus::good) {
+      EXPECT_TRUE(std::isnan(shipped.force_error[i])) << where << ": a refused row claims an error";
       continue;
     }
     ++good;
-    EXPECT_GT(row.force.dot(hard.normal), 0) << where;
-    EXPECT_TRUE(row.force_error >= 0) << where << ": no error estimate";
-    if (fine.status != RowStatus::good) continue;
-    const bool is_drag = row.kind == ExperimentKind::drag;
+    EXPECT_GT(shipped.force.row(i).dot(hard.normal), 0) << where;
+    EXPECT_TRUE(shipped.force_error[i] >= 0) << where << ": no error estimate";
+    if (reference.status[i] != RowStatus::good) continue;
+    const bool is_drag = shipped.kind[i] == ExperimentKind::drag;
     const auto along = [&](const Vec3& v) { return v.dot(is_drag ? drag_way : hard.normal); };
-    record_curve(hard.name, is_drag ? "drag" : "press", 1e3 * along(row.deflection),
-                 along(row.force), row.force_error, along(fine.force));
-    const double difference = (row.force - fine.force).norm(), size = fine.force.norm();
-    EXPECT_LT(difference, row.force_error + kAgreement * size) << where;
-    if (i + 1 == shipped.rows.size())
-      record_case("hard/" + hard.name, size, row.force.norm(), "N", row.force.norm() / size - 1,
-                  cost);
+    record_curve(hard.name, is_drag ? "drag" : "press", 1e3 * along(shipped.deflection.row(i)),
+                 along(shipped.force.row(i)), shipped.force_error[i],
+                 along(reference.force.row(i)));
+    const double difference = (shipped.force.row(i) - reference.force.row(i)).norm(),
+                 size = reference.force.row(i).norm();
+    EXPECT_LT(difference, shipped.force_error[i] + kAgreement * size) << where;
+    if (i + 1 == shipped.rows())
+      record_case("hard/" + hard.name, size, shipped.force.row(i).norm(), "N",
+                  shipped.force.row(i).norm() / size - 1, cost);
   }
   return good;
 }
@@ -172,10 +173,9 @@ TEST(HardCases, one_sliver_in_a_hundred_changes_little_and_a_mesh_of_slivers_is_
       Simulator(fine_block()).press_and_drag(hard.position, hard.normal, experiments);
   const PointRows with =
       Simulator(hard.setup).press_and_drag(hard.position, hard.normal, experiments);
-  for (std::size_t i = 0; i < even.rows.size(); ++i) {
-    const double size_N = even.rows[i].force.norm();
-    EXPECT_LT((with.rows[i].force - even.rows[i].force).norm(),
-              with.rows[i].force_error + 0.005 * size_N)
+  for (Eigen::Index i = 0; i < even.rows(); ++i) {
+    const double size_N = even.force.row(i).norm();
+    EXPECT_LT((with.force.row(i) - even.force.row(i)).norm(), with.force_error[i] + 0.005 * size_N)
         << "row " << i;
   }
 
@@ -273,10 +273,10 @@ TEST(HardCases, an_arch_is_followed_past_its_limit_and_says_that_it_falls) {
   const PointRows pressed =
       Simulator(hard.setup).press_and_drag(top, hard.normal, hard.experiments);
   int falling = 0;
-  for (std::size_t i = 1; i < pressed.rows.size(); ++i) {
-    if (pressed.rows[i].status != RowStatus::good) continue;
-    const bool is_less = pressed.rows[i].force.norm() < pressed.rows[i - 1].force.norm();
-    EXPECT_EQ(pressed.rows[i].step_check == StepCheck::falls, is_less) << "row " << i;
+  for (Eigen::Index i = 1; i < pressed.rows(); ++i) {
+    if (pressed.status[i] != RowStatus::good) continue;
+    const bool is_less = pressed.force.row(i).norm() < pressed.force.row(i - 1).norm();
+    EXPECT_EQ(pressed.step_check[i] == StepCheck::falls, is_less) << "row " << i;
     falling += is_less;
   }
   EXPECT_GE(falling, 2);

@@ -7,7 +7,7 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/certify/certificate.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/experiments/met_assets.hpp"
+#include "libfit/experiments/follow.hpp"
 #include "tools/scene/devices.hpp"
 #include "tools/scene/scene.hpp"
 #include "tools/stages/samples/compound.hpp"
@@ -124,7 +124,8 @@ std::string device_words(const std::vector<DeviceVerdict>& devices) {
 }
 
 // The asset as the round end of a scene's probe meets it.
-const runtime::AssetView& met_by(const std::string& path, MetAssets& met, const AssetFile& file) {
+const runtime::AssetView& met_by(const std::string& path, IndenterAssets& met,
+                                 const AssetFile& file) {
   const Scene scene = read_scene(path);
   const std::optional<Indenter> end = own_end(scene);
   if (!end)
@@ -142,7 +143,7 @@ const runtime::AssetView& met_by(const std::string& path, MetAssets& met, const 
 
 AssetAnswer check_asset(const AssetCheck& check) {
   const AssetFile file = read_asset_file(check.asset);
-  MetAssets met(file.asset());
+  IndenterAssets met(file.asset());
   const runtime::AssetView& asset =
       check.tool.empty() ? file.asset() : met_by(check.tool, met, file);
   const Certificate certificate =

@@ -1,6 +1,5 @@
 #include "tools/stages/import.hpp"
 #include "libfit/io/files/files.hpp"
-#include "libfit/io/files/signals_file.hpp"
 #include "tools/command.hpp"
 
 namespace palpate::tools {

@@ -8,7 +8,7 @@
 #include "libfit/core/curves.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
-#include "libfit/experiments/met_assets.hpp"
+#include "libfit/experiments/follow.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/runtime/asset/format.hpp"
@@ -244,7 +244,7 @@ Reply answer_of(const std::string& scene_path, const runtime::AssetView& asset) 
   if (!runtime::knows_radius(asset))
     throw Error("--tool", "the asset was measured with no ball, and knows no other tool",
                 "Leave --tool out.");
-  MetAssets met(asset);
+  IndenterAssets met(asset);
   const runtime::AssetView* other = met.of(*end);
   const double known_m = other != nullptr ? other->max_fitted_m : asset.max_fitted_m;
   const std::vector<double> r_m(end->r_m, end->r_m + end->points),

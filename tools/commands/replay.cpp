@@ -11,7 +11,7 @@
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/misread_unit.hpp"
-#include "libfit/experiments/met_assets.hpp"
+#include "libfit/experiments/follow.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "libfit/io/vtu.hpp"
 #include "libfit/runtime/engine.hpp"
@@ -107,7 +107,7 @@ class ToolSet {
   std::vector<runtime::Tool>& tools() { return tool_; }
 
   /// Tabulates how their ends meet the asset.
-  void meet(MetAssets& met) {
+  void meet(IndenterAssets& met) {
     for (std::size_t k = 0; k < end_.size(); ++k) met.put_into(end_[k], tool_[k].shape);
   }
 
@@ -367,7 +367,7 @@ class Replay final : public Command {
     warn_of_unused(path_, path.ignored);
     ToolSet tools(tool_, path.tools);
     check(file.asset(), tools);
-    MetAssets met(file.asset());
+    IndenterAssets met(file.asset());
     tools.meet(met);
     const PathOnBody on_body(file.asset(), tools.along(path), path_);
     std::optional<Frames> frames;

@@ -1,7 +1,6 @@
 #include <nlohmann/json.hpp>
 
 #include "libfit/io/files/files.hpp"
-#include "libfit/io/files/signals_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/crash_report.hpp"

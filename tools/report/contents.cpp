@@ -10,7 +10,7 @@
 #include "libfit/core/statistics.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
 #include "libfit/io/content_hash.hpp"
-#include "libfit/io/files/signals_file.hpp"
+#include "libfit/io/files/files.hpp"
 #include "libfit/validation/statement.hpp"
 #include "tools/report/parts.hpp"
 

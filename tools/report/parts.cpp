@@ -189,7 +189,7 @@ void add_curves(Json& json, const FittedCurves& fitted) {
 
 // Rows as they were measured or simulated, and what the curves of their own point answer.
 void add_samples(Json& json, const Samples& samples, const FittedCurves* fitted) {
-  validation::Replayed replayed(samples);
+  Replayed replayed(samples);
   std::vector<std::int32_t> point_of(samples.point_name.size(), -1);
   for (std::size_t p = 0; fitted && p < point_of.size(); ++p) {
     const auto row = point_called(*fitted, samples.point_name[p]);

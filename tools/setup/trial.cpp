@@ -39,16 +39,16 @@ double thread_seconds() {
 Vec3 across(const Vec3& vector, const Vec3& normal) { return vector - vector.dot(normal) * normal; }
 
 // Sticking and slipping rows of the drags. Each drag starts from a press: what it had there counts.
-void count_drags(const std::vector<fem::PointRow>& rows, const Vec3& normal, Trial& trial) {
-  std::map<int, const fem::PointRow*> first;
-  for (const fem::PointRow& row : rows) {
-    if (row.kind != ExperimentKind::drag || row.status != RowStatus::good) continue;
-    const auto [start, is_first] = first.try_emplace(row.experiment, &row);
-    const auto stiffness = [&](const fem::PointRow& of) {
-      const double distance = across(of.deflection, normal).norm();
-      return distance > 0 ? across(of.force, normal).norm() / distance : 0;
+void count_drags(const SampleRows& rows, const Vec3& normal, Trial& trial) {
+  std::map<int, Eigen::Index> first;
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    if (rows.kind[row] != ExperimentKind::drag || rows.status[row] != RowStatus::good) continue;
+    const auto [start, is_first] = first.try_emplace(rows.experiment[row], row);
+    const auto stiffness = [&](Eigen::Index of) {
+      const double distance = across(rows.deflection.row(of), normal).norm();
+      return distance > 0 ? across(rows.force.row(of), normal).norm() / distance : 0;
     };
-    const double initial = stiffness(*start->second);
+    const double initial = stiffness(start->second);
     if (!(initial > 0)) continue;
     (stiffness(row) < kSlipShare * initial ? trial.slipping : trial.sticking) += 1;
   }
@@ -77,18 +77,18 @@ Trial simulate_middle_point(const Scene& scene, const Body& body) {
   set_item("");
   if (!done.is_complete) throw Interrupted("check: the trial was not finished");
   trial.nodes = done.cost.nodes;
-  trial.rows = done.rows.size();
-  trial.force_error = fem::achieved_error(done.rows);
-  for (const fem::PointRow& row : done.rows) {
-    if (row.kind == ExperimentKind::press) ++trial.pressed;
-    if (row.status == RowStatus::wedged) ++trial.wedged;
-    if (row.status != RowStatus::good) continue;
+  trial.rows = done.rows();
+  trial.force_error = fem::achieved_error(done);
+  for (Eigen::Index row = 0; row < done.rows(); ++row) {
+    if (done.kind[row] == ExperimentKind::press) ++trial.pressed;
+    if (done.status[row] == RowStatus::wedged) ++trial.wedged;
+    if (done.status[row] != RowStatus::good) continue;
     ++trial.good;
-    const double depth_m = row.deflection.dot(normal);
-    if (row.kind == ExperimentKind::press && depth_m > trial.depth_m) {
+    const double depth_m = done.deflection.row(row).dot(normal);
+    if (done.kind[row] == ExperimentKind::press && depth_m > trial.depth_m) {
       trial.depth_m = depth_m;
-      trial.force_N = row.force.dot(normal);
-      trial.sway_m = symmetric_eigen(row.sway_m_N).values[2] * row.force.norm();
+      trial.force_N = done.force.row(row).dot(normal);
+      trial.sway_m = symmetric_eigen(done.sway_m_N).values[2] * done.force.row(row).norm();
     }
   }
   // Hertz with the contact radius a of the probe: F = 4/3 E* a d.
@@ -97,7 +97,7 @@ Trial simulate_middle_point(const Scene& scene, const Body& body) {
   const fem::Probe probe = fem::make_probe(scene.probe.spec, "[probe]");
   trial.half_space_N = 4.0 / 3 * small.young_Pa() / (1 - small.poisson() * small.poisson()) *
                        probe.contact_radius_m(trial.depth_m) * trial.depth_m;
-  count_drags(done.rows, normal, trial);
+  count_drags(done, normal, trial);
   return trial;
 }
 

@@ -8,11 +8,10 @@
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/join_samples.hpp"
+#include "libfit/core/samples.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/files.hpp"
-#include "libfit/io/files/signals_file.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "tools/console.hpp"
@@ -144,15 +143,6 @@ void report(const ImportRequest& request, const Manifest& manifest,
 }
 
 }  // namespace
-
-Samples rows_at(const Samples& samples, const std::vector<char>& is_marked, bool wanted) {
-  std::vector<Eigen::Index> rows;
-  for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    if ((is_marked[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(row)])] != 0) ==
-        wanted)
-      rows.push_back(row);
-  return rows_of(samples, rows);
-}
 
 std::optional<Surface> surface_of(const Manifest& manifest) {
   if (!manifest.surface) return std::nullopt;

@@ -45,9 +45,6 @@ struct ImportResult {
 /// (docs/formats/manifest.md). Throws Error when nothing could be imported.
 ImportResult write_recordings(const ImportRequest& request, const ReadRecordings& read);
 
-/// Rows at the points that are marked (a flag each), or at the others.
-Samples rows_at(const Samples& samples, const std::vector<char>& is_marked, bool wanted);
-
 /// Of the manifest's `surface`, mended as `prepare` does; nothing where it names none.
 std::optional<Surface> surface_of(const Manifest& manifest);
 

@@ -13,6 +13,7 @@
 #include "libfit/core/experiments.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/fit/coupling.hpp"
+#include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/refine/refine.hpp"
 #include "libfit/refine/side_force.hpp"
@@ -70,11 +71,9 @@ void say_kind(const runtime::AssetView& asset, const runtime::CouplingView& coup
   const Samples rows = of_kinds(all, {kind});
   if (rows.rows() == 0) return;
   const auto error = [&](const runtime::AssetView& view) {
-    return validation::summarize(
-               validation::compare(rows, follow(view, rows, scene.experiments.each.depth_m,
-                                                played_as(scene, Purpose::identify, rows))
-                                             .force_N))
-        .all.force;
+    const Replayed answered = follow(view, rows, scene.experiments.each.depth_m,
+                                     played_as(scene, Purpose::identify, rows));
+    return validation::summarize(validation::compare(rows, answered)).all.force;
   };
   const auto felt = error(coupled_by(asset, coupling)), alone = error(coupled_by(asset, {}));
   say("  {}: forces of {} rows are off by {} (median), {} (p95) if contacts feel each other, {} "

@@ -3,7 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <map>
+#include <cmath>
 #include <string>
 
 #include "libfem/probes/probes.hpp"
@@ -25,30 +25,40 @@ using Lines = std::vector<StatedError>;
 // The paths' rows in groups. group: of a row of reference.paths.
 Lines grouped(const StatedAsset& of, std::span<const std::string_view> names,
               const std::function<std::size_t(Eigen::Index row)>& group) {
-  return errors_by(of.reference.paths, of.engine, of.radius_m, of.floors, names, group);
+  return errors_by(compare(of.reference.paths, of.engine, of.radius_m), of.floors, names, group);
+}
+
+// By the kind of path of rows.
+std::function<std::size_t(Eigen::Index)> kinds_of(const Samples& rows) {
+  return [&](Eigen::Index row) { return static_cast<std::size_t>(rows.path_of(row)); };
 }
 
 // The scene's probe is another than that of the asset.
 bool is_other_tool(const StatedAsset& of) { return &of.met != &of.asset; }
 
-std::size_t path_of(const StatedAsset& of, Eigen::Index row) {
-  return static_cast<std::size_t>(of.reference.paths.point[static_cast<std::size_t>(row)]);
-}
-
 Lines by_path(const StatedAsset& of) {
-  return grouped(of, kPathKindNames, [&](Eigen::Index row) {
-    return static_cast<std::size_t>(of.reference.held_out.kind[path_of(of, row)]);
-  });
+  return grouped(of, kPathKindNames, kinds_of(of.reference.paths));
 }
 
-// Paths take turns in the speeds of the scene (draw_held_out_paths).
+// By the speed of the first row, which a path keeps to its end.
 Lines by_speed(const StatedAsset& of) {
   if (!relaxes(of.scene)) return {};
   const std::vector<double>& speeds = of.scene.validate.speeds_m_s;
   std::vector<std::string> words;
   for (const double speed : speeds) words.push_back(fmt::format("{:g} mm/s", 1e3 * speed));
   const std::vector<std::string_view> names(words.begin(), words.end());
-  return grouped(of, names, [&](Eigen::Index row) { return path_of(of, row) % speeds.size(); });
+  const Samples& rows = of.reference.paths;
+  std::vector<std::size_t> group(rows.rows(), speeds.size());
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    if (row > 0 && rows.experiment[row] == rows.experiment[row - 1]) {
+      group[row] = group[row - 1];
+    } else if (const double time_s = rows.time_of(row); time_s > 0) {
+      const double speed = rows.deflection.row(row).norm() / time_s;
+      const auto off = [&](double other) { return std::abs(other - speed); };
+      group[row] = std::ranges::min_element(speeds, {}, off) - speeds.begin();
+    }
+  }
+  return grouped(of, names, [&](Eigen::Index row) { return group[row]; });
 }
 
 // Deeper than a path has been before, or within what it has softened already.
@@ -56,17 +66,16 @@ Lines by_cycle(const StatedAsset& of) {
   static constexpr std::string_view kNames[] = {"primary_loading", "unload_and_reload"};
   if (!softens(of.scene)) return {};
   const Samples& rows = of.reference.paths;
-  std::vector<std::size_t> group(static_cast<std::size_t>(rows.rows()));
+  std::vector<std::size_t> group(rows.rows());
   double deepest_m = 0;
   for (Eigen::Index row = 0; row < rows.rows(); ++row) {
-    if (row == 0 || path_of(of, row) != path_of(of, row - 1)) deepest_m = 0;
-    const std::int32_t point = rows.point[static_cast<std::size_t>(row)];
+    if (row == 0 || rows.point[row] != rows.point[row - 1]) deepest_m = 0;
+    const std::int32_t point = rows.point[row];
     const double m = rows.deflection.row(row).dot(rows.point_normal.row(point));
-    group[static_cast<std::size_t>(row)] = m > deepest_m ? 0 : 1;
+    group[row] = m > deepest_m ? 0 : 1;
     deepest_m = std::max(deepest_m, m);
   }
-  return grouped(of, kNames,
-                 [&](Eigen::Index row) { return group[static_cast<std::size_t>(row)]; });
+  return grouped(of, kNames, [&](Eigen::Index row) { return group[row]; });
 }
 
 Lines by_cause(const StatedAsset& of) {
@@ -78,7 +87,7 @@ Lines by_cause(const StatedAsset& of) {
 // of two balls on a half-space (Hertz 1882); end_m: 0 of a tool that is no ball.
 Lines as_own_ball(const StatedAsset& of, const Samples& rows, const ProbeSpec& tool, double end_m,
                   const ErrorFloors& floors) {
-  Replayed own = replay(of.asset, rows, of.depth_m);
+  Replayed own = follow(of.asset, rows, of.depth_m);
   Lines lines{stated_error("as_the_assets_ball", compare(rows, own), floors)};
   if (tool.shape != "sphere" || !(end_m > 0)) return lines;
   own.force_N *= std::sqrt(end_m / of.asset.probe_radius_m);
@@ -101,20 +110,6 @@ struct StatedAnswer {
   PlayedTool (*played_as)(const Scene&, const Samples&, Eigen::Index row);
 };
 
-// Rows of one of the other probes.
-Samples of_probe(const Samples& samples, std::int32_t number) {
-  std::vector<Eigen::Index> rows;
-  for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    if (samples.probe_number[static_cast<std::size_t>(row)] == number) rows.push_back(row);
-  return rows_of(samples, rows);
-}
-// Experiments by their numbers, from 0 on.
-std::map<std::int32_t, std::size_t> order_of(const std::vector<std::int32_t>& experiment) {
-  std::map<std::int32_t, std::size_t> order;
-  for (const std::int32_t number : experiment) order.emplace(number, order.size());
-  return order;
-}
-
 // Experiments of a kind, answered as the engine plays them, which is timed, and otherwise.
 Lines of_kind(const StatedAsset& of, ExperimentKind kind, double radius_m,
               std::initializer_list<StatedAnswer> answers) {
@@ -127,7 +122,8 @@ Lines of_kind(const StatedAsset& of, ExperimentKind kind, double radius_m,
         answer.played_as == nullptr
             ? played_as(of.scene, Purpose::hold_out, rows)
             : PlayedAs([&](Eigen::Index row) { return answer.played_as(of.scene, rows, row); });
-    const auto compared = compare_torques(rows, replay(view, rows, of.depth_m, as), radius_m);
+    const Replayed answered = follow(view, rows, of.depth_m, as);
+    const Comparison compared = compare(rows, answered, radius_m);
     lines.push_back(
         stated_error(answer.name, compared, {of.floors.force_N, floors_of(compared).torque_Nm}));
     if (lines.size() == 1) lines[0].tick_ns = time_ticks_ns(view, rows, of.depth_m, as);
@@ -151,26 +147,22 @@ Lines of_tool(const StatedAsset& of) {
 // would feel in its place.
 std::vector<StatementSection> of_stated_tools(const StatedAsset& of) {
   std::vector<StatementSection> sections;
-  const Samples all = of_kinds(of.reference.all, {ExperimentKind::other});
+  const Samples& all = of.reference.all;
   const auto& tools = other_tools(of.scene, Purpose::hold_out);
   for (std::size_t i = 0; i < tools.size(); ++i) {
-    const Samples rows = of_probe(all, static_cast<std::int32_t>(i + 1));
+    const Samples rows = rows_where(
+        all, [&](Eigen::Index row) { return all.probe_of(row) == static_cast<int>(i + 1); });
     if (rows.rows() == 0) continue;
     const PlayedAs as = played_as(of.scene, Purpose::hold_out, rows);
-    const Replayed answer = replay(of.asset, rows, of.depth_m, as);
+    const Replayed answer = follow(of.asset, rows, of.depth_m, as);
     const double radius_m =
         fem::round_end_m(fem::make_probe(tools[i].probe.spec, of.scene.path.string()));
-    const auto compared = compare_torques(rows, answer, radius_m);
+    const Comparison compared = compare(rows, answer, radius_m);
     const ErrorFloors floors{of.floors.force_N, floors_of(compared).torque_Nm};
     Lines lines{stated_error("all", compared, floors)};
     lines[0].tick_ns = time_ticks_ns(of.asset, rows, of.depth_m, as);
     if (!tools[i].has_balls()) {
-      // Paths of a tool take turns in their kinds (draw_held_out).
-      const std::map<std::int32_t, std::size_t> order = order_of(rows.experiment);
-      const Lines kinds =
-          errors_by(rows, answer, radius_m, floors, kPathKindNames, [&](Eigen::Index row) {
-            return order.at(rows.experiment[static_cast<std::size_t>(row)]) % kUprightKinds;
-          });
+      const Lines kinds = errors_by(compared, floors, kPathKindNames, kinds_of(rows));
       lines.insert(lines.end(), kinds.begin(), kinds.end());
       const Lines own = as_own_ball(of, rows, tools[i].probe.spec, radius_m, floors);
       lines.insert(lines.end(), own.begin(), own.end());
@@ -184,20 +176,15 @@ std::vector<StatementSection> of_stated_tools(const StatedAsset& of) {
 // where no row was answered.
 void add_recorded(Lines& lines, const char* name, const StatedAsset& of, const Samples& rows,
                   const Replayed& answer) {
-  const std::vector<ComparedRow> compared = compare(rows, answer);
-  if (!compared.empty()) lines.push_back(stated_error(name, compared, of.floors));
+  const Comparison compared = compare(rows, answer);
+  if (!compared.rows.empty()) lines.push_back(stated_error(name, compared, of.floors));
 }
 
 Lines by_kind(const StatedAsset& of) {
-  Lines lines;
-  for (const ExperimentKind kind :
-       {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path}) {
-    const auto rows = compare(of.reference.paths, of.engine.force_N, [&](Eigen::Index row) {
-      return of.reference.paths.kind[static_cast<std::size_t>(row)] == kind;
-    });
-    const std::string_view name = kExperimentKindNames[static_cast<std::size_t>(kind)];
-    if (!rows.empty()) lines.push_back(stated_error(std::string(name), rows, of.floors));
-  }
+  const Samples& rows = of.reference.paths;
+  const Lines lines =
+      errors_by(compare(rows, of.engine), of.floors, kExperimentKindNames,
+                [&](Eigen::Index row) { return static_cast<std::size_t>(rows.kind[row]); });
   return lines.size() > 1 ? lines : Lines();
 }
 
@@ -213,7 +200,7 @@ Lines by_recorded_baseline(const StatedAsset& of) {
   add("nearest_point", neighbouring_presses(fitted, asked, 1));
   add("inverse_distance", neighbouring_presses(fitted, asked, kNeighbours));
   add("one_response",
-      replay(SubstitutedAsset::with_mean_response(of.asset).view(), asked, of.depth_m));
+      follow(SubstitutedAsset::with_mean_response(of.asset).view(), asked, of.depth_m));
   return lines;
 }
 
@@ -237,7 +224,7 @@ Lines of_left_out(const StatedAsset& of) {
 
 Lines followed(const char* name, const StatedAsset& of, const Samples& rows) {
   Lines lines;
-  add_recorded(lines, name, of, rows, replay(of.asset, rows, of.depth_m));
+  add_recorded(lines, name, of, rows, follow(of.asset, rows, of.depth_m));
   return lines;
 }
 // Recordings that the asset was made of.
@@ -289,37 +276,31 @@ void write_compared_rows(const std::filesystem::path& path, const StatedAsset& o
   };
   const auto write = [&](const Samples& rows, const Replayed& engine, const auto& path_name) {
     for (Eigen::Index row = 0; row < rows.rows(); ++row) {
-      const auto r = static_cast<std::size_t>(row);
-      if (rows.status[r] != RowStatus::good) continue;
-      const auto point = static_cast<std::size_t>(rows.point[r]);
-      csv.text(rows.point_name[point]).text(path_name(row)).integer(rows.step[r]);
-      numbers(rows.point_position.row(rows.point[r]));
+      if (rows.status[row] != RowStatus::good) continue;
+      const auto point = static_cast<std::size_t>(rows.point[row]);
+      csv.text(rows.point_name[point]).text(path_name(row)).integer(rows.step[row]);
+      numbers(rows.point_position.row(rows.point[row]));
       numbers(rows.deflection.row(row));
       numbers(rows.force.row(row));
       numbers(engine.force_N.row(row));
       csv.number((engine.force_N.row(row) - rows.force.row(row)).norm());
       numbers(rows.torque.row(row));
       numbers(engine.torque_Nm.row(row));
-      csv.integer(rows.tool.empty() ? 0 : rows.tool[r]);
-      for (int k = 0; k < 2; ++k) csv.number(rows.lean.rows() > 0 ? rows.lean(row, k) : 0);
+      csv.integer(rows.tool_of(row));
+      numbers(rows.lean_at(row));
       csv.end_row();
     }
   };
-  write(of.reference.paths, of.engine, [&](Eigen::Index row) {
-    if (of.recorded != nullptr)
-      return std::string(kExperimentKindNames[static_cast<std::size_t>(
-          of.reference.paths.kind[static_cast<std::size_t>(row)])]);
-    return std::string(
-        kPathKindNames[static_cast<std::size_t>(of.reference.held_out.kind[path_of(of, row)])]);
+  const Samples& paths = of.reference.paths;
+  write(paths, of.engine, [&](Eigen::Index row) {
+    return of.recorded != nullptr ? name_of(paths.kind[row]) : name_of(paths.path_of(row));
   });
   if (of.recorded != nullptr) return csv.commit();
   for (const ExperimentKind kind :
        {ExperimentKind::pair, ExperimentKind::tool, ExperimentKind::other}) {
     const Samples rows = of_kinds(of.reference.all, {kind});
-    write(rows, replay(of.asset, rows, of.depth_m, played_as(of.scene, Purpose::hold_out, rows)),
-          [&](Eigen::Index) {
-            return std::string(kExperimentKindNames[static_cast<std::size_t>(kind)]);
-          });
+    write(rows, follow(of.asset, rows, of.depth_m, played_as(of.scene, Purpose::hold_out, rows)),
+          [&](Eigen::Index) { return name_of(kind); });
   }
   csv.commit();
 }

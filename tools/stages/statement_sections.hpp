@@ -18,15 +18,15 @@ struct RecordedReference {
   const InterpolationChoice* left_out = nullptr;
 };
 
-/// What a section is made of. asset: as it is; met: as the scene's probe meets it, the same where
+/// Input of a section. asset: as it is; met: as the scene's probe meets it, the same where
 /// it is that of the asset. engine: what `met` answered to reference.paths. radius_m: of the
 /// probe's round end, about whose centre torques are compared (M58a). floors: of the paths.
 /// recorded: null where the reference is simulated; else `scene` says nothing.
 struct StatedAsset {
   const runtime::AssetView &asset, &met;
   const Scene& scene;
-  const SimulatedReference& reference;
-  const validation::Replayed& engine;
+  const validation::Reference& reference;
+  const Replayed& engine;
   double radius_m;
   validation::ErrorFloors floors;
   const ValidateRequest& request;

@@ -89,26 +89,25 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   check_same_surface(path, asset, body.surface);
   warn_of_other_probe(path, file.meta_json(), scene.probe.spec);
   const double depth_m = scene.experiments.each.depth_m;
-  const SimulatedReference reference =
-      simulate_reference(scene, body,
-                         {.settings = request.settings,
-                          .jobs = request.jobs,
-                          .folder = request.reference,
-                          .fingerprint = point_fingerprint(scene, body),
-                          .resume = request.resume});
-  MetAssets met_assets(asset);
+  const Reference reference = simulate_reference(scene, body,
+                                                 {.settings = request.settings,
+                                                  .jobs = request.jobs,
+                                                  .folder = request.reference,
+                                                  .fingerprint = point_fingerprint(scene, body),
+                                                  .resume = request.resume});
+  IndenterAssets indenter_assets(asset);
   const auto end = own_end(scene);
-  const runtime::AssetView* other = end ? met_assets.of(*end) : nullptr;
+  const runtime::AssetView* other = end ? indenter_assets.of(*end) : nullptr;
   const runtime::AssetView& met = other != nullptr ? *other : asset;
-  const Replayed engine = replay(met, reference.paths, depth_m);
+  const Replayed engine = follow(met, reference.paths, depth_m);
   const double radius_m = fem::round_end_m(fem::make_probe(scene.probe.spec, "[probe]"));
-  const std::vector<ComparedRow> rows = compare_torques(reference.paths, engine, radius_m);
-  Statement statement = summarize(rows);
-  statement.probes = reference.held_out.paths.size();
-  statement.reference_failures = static_cast<std::size_t>(reference.paths.rows()) - rows.size();
+  const Comparison compared = compare(reference.paths, engine, radius_m);
+  Statement statement = summarize(compared);
+  statement.probes = reference.paths.points();
+  statement.reference_failures = reference.paths.rows() - compared.rows.size();
   statement.all.tick_ns = time_ticks_ns(met, reference.paths, depth_m);
-  const StatedAsset of{asset,           met,     scene,  reference, engine, radius_m,
-                       floors_of(rows), request, depth_m};
+  const StatedAsset of{asset,   met,    scene, reference, engine, radius_m, floors_of(compared),
+                       request, depth_m};
   if (!request.rows_csv.empty()) write_compared_rows(request.rows_csv, of);
   statement.sections = statement_sections(of);
   if (asset.shape.points > 0 && reference.paths.surface.cols() == 3 * asset.vertices)
@@ -130,12 +129,11 @@ Statement state_asset(const std::filesystem::path& path, const Scene& scene, con
   return statement;
 }
 
-SimulatedReference simulate_reference(const Scene& whole, const Body& body,
-                                      const ReferenceRequest& request) {
-  Scene scene = whole;
+Reference simulate_reference(const Scene& of, const Body& body, const ReferenceRequest& request) {
+  Scene scene = of;
   scene.validate = request.settings;
-  SimulatedReference out;
-  out.held_out = draw_held_out_paths({scene, body, body.test_points, Purpose::hold_out});
+  Reference out;
+  const HeldOut held_out = draw_held_out_paths({scene, body, body.test_points, Purpose::hold_out});
   const Simulators simulators(scene, body, Purpose::hold_out);
   const std::filesystem::path output =
       request.folder.empty() ? request.folder : request.folder / "reference.h5";
@@ -148,8 +146,7 @@ SimulatedReference simulate_reference(const Scene& whole, const Body& body,
       .resume = request.resume,
       .surface_columns = surface_columns(scene, body)};
   out.all = SampleCache(simulate).at(
-      std::cref(simulators),
-      draw_experiments({scene, body, out.held_out.points, Purpose::hold_out}),
+      std::cref(simulators), draw_experiments({scene, body, held_out.points, Purpose::hold_out}),
       experiments_of(scene), "validate");
   out.paths = of_kinds(out.all, {ExperimentKind::path});
   out.own = of_kinds(out.all, {ExperimentKind::press, ExperimentKind::drag});

@@ -38,9 +38,9 @@ validation::Statement state_asset(const std::filesystem::path& asset, const Scen
 struct RecordedSamples {
   Samples fitted, held_out;
 };
-/// Where held-out ones are kept beside samples: samples.h5, samples.held_out.h5.
+/// Name under which held-out ones are kept beside samples: samples.h5, samples.held_out.h5.
 std::filesystem::path held_out_path(std::filesystem::path samples_path);
-/// Of a samples.h5 and the file beside it, where there is one.
+/// Reads a samples.h5 and the file beside it, where there is one.
 RecordedSamples read_recorded(const std::filesystem::path& samples_path);
 
 /// An asset that was made of recordings against those held out of the fit (docs/measured-data.md,
@@ -68,14 +68,9 @@ struct ReferenceRequest {
   bool resume = true;
 };
 
-/// A reference with all that was simulated for it, of every kind.
-struct SimulatedReference : validation::Reference {
-  Samples all;
-};
-
 /// Draws the held-out experiments of a scene and simulates them, but for those that the folder's
 /// `reference.h5` holds already. An interruption (exception Interrupted) keeps what is done.
-SimulatedReference simulate_reference(const Scene& scene, const Body& body,
-                                      const ReferenceRequest& request);
+validation::Reference simulate_reference(const Scene& scene, const Body& body,
+                                         const ReferenceRequest& request);
 
 }  // namespace palpate::tools

@@ -5,7 +5,7 @@
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/join_samples.hpp"
+#include "libfit/core/samples.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
@@ -22,7 +22,7 @@ namespace {
 
 using namespace validation;
 
-// What the engine follows of recordings made with the asset's own probe.
+// Rows that the engine follows, of recordings with the asset's own probe.
 Samples followed(const Samples& samples) {
   return of_kinds(samples, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
 }
@@ -30,8 +30,8 @@ Samples followed(const Samples& samples) {
 double deepest_m(const Samples& samples) {
   double deepest_m = 0;
   for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    deepest_m = std::max(deepest_m, samples.deflection.row(row).dot(samples.point_normal.row(
-                                        samples.point[static_cast<std::size_t>(row)])));
+    deepest_m = std::max(
+        deepest_m, samples.deflection.row(row).dot(samples.point_normal.row(samples.point[row])));
   return deepest_m;
 }
 
@@ -72,19 +72,19 @@ Statement validate_recordings(const std::filesystem::path& path, const RecordedS
     refine(*request.curves, *body, {.is_measured = true}, &refined);
     recorded.left_out = &refined.interpolation;
   }
-  SimulatedReference reference;
+  Reference reference;
   reference.paths = rows_at(held_out, places.is_covered, true);
   const double depth_m = std::max(deepest_m(recorded.fitted), deepest_m(held_out));
-  const Replayed engine = replay(asset, reference.paths, depth_m);
-  const std::vector<ComparedRow> rows = compare(reference.paths, engine);
+  const Replayed engine = follow(asset, reference.paths, depth_m);
+  const Comparison compared = compare(reference.paths, engine);
   const ErrorFloors floors{std::max(relative_floor_N(recorded.fitted), relative_floor_N(held_out)),
                            0};
-  Statement statement = summarize(rows, floors);
+  Statement statement = summarize(compared, floors);
   statement.is_recorded = true;
-  statement.probes = static_cast<std::size_t>(reference.paths.points());
-  statement.beyond = static_cast<std::size_t>(recorded.beyond.points());
-  statement.reference_failures = static_cast<std::size_t>(reference.paths.rows()) - rows.size();
-  const Samples& timed = rows.empty() ? recorded.fitted : reference.paths;
+  statement.probes = reference.paths.points();
+  statement.beyond = recorded.beyond.points();
+  statement.reference_failures = reference.paths.rows() - compared.rows.size();
+  const Samples& timed = compared.rows.empty() ? recorded.fitted : reference.paths;
   if (timed.rows() > 0) statement.all.tick_ns = time_ticks_ns(asset, timed, depth_m);
   const Scene none;
   const StatedAsset of{asset,  asset,   none,    reference, engine, asset.probe_radius_m,

@@ -8,15 +8,11 @@
 #include <tuple>
 #include <utility>
 
+#include "libfit/core/disjoint_sets.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
 namespace {
-
-std::int32_t root_of(std::vector<std::int32_t>& parent, std::int32_t i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
 
 void check(const Surface& surface) {
   const auto& t = surface.triangles;
@@ -93,8 +89,7 @@ void SmoothSurface::find_neighbours() {
 
 void SmoothSurface::average_corner_normals() {
   const auto& triangles = surface_.triangles;
-  std::vector<std::int32_t> fan(static_cast<std::size_t>(triangles.size()));
-  std::iota(fan.begin(), fan.end(), 0);
+  DisjointSets fans(triangles.size());
   const auto corner_at = [&](std::int32_t f, std::int32_t vertex) {
     const int k = triangles(f, 0) == vertex ? 0 : triangles(f, 1) == vertex ? 1 : 2;
     return 3 * f + k;
@@ -103,11 +98,8 @@ void SmoothSurface::average_corner_normals() {
     for (int k = 0; k < 3; ++k) {
       const std::int32_t g = smooth_neighbour_(f, k);
       if (g < f) continue;
-      for (const std::int32_t vertex : {triangles(f, k), triangles(f, (k + 1) % 3)}) {
-        const std::int32_t a = root_of(fan, corner_at(f, vertex));
-        const std::int32_t b = root_of(fan, corner_at(g, vertex));
-        fan[std::max(a, b)] = std::min(a, b);
-      }
+      for (const std::int32_t vertex : {triangles(f, k), triangles(f, (k + 1) % 3)})
+        fans.join(corner_at(f, vertex), corner_at(g, vertex));
     }
 
   Points sum = Points::Zero(triangles.size(), 3);
@@ -116,11 +108,11 @@ void SmoothSurface::average_corner_normals() {
       const Vec3 e1 = corner(f, (k + 1) % 3) - corner(f, k);
       const Vec3 e2 = corner(f, (k + 2) % 3) - corner(f, k);
       const double angle = std::atan2(e1.cross(e2).norm(), e1.dot(e2));
-      sum.row(root_of(fan, 3 * f + k)) += angle * facet_normal_.row(f);
+      sum.row(fans.find(3 * f + k)) += angle * facet_normal_.row(f);
     }
   corner_normal_.resize(triangles.size(), 3);
   for (std::int32_t c = 0; c < triangles.size(); ++c) {
-    const Vec3 total = sum.row(root_of(fan, c));
+    const Vec3 total = sum.row(fans.find(c));
     const double length = total.norm();
     corner_normal_.row(c) = length > 0 ? Vec3(total / length) : Vec3(facet_normal_.row(c / 3));
   }

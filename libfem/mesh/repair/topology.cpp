@@ -20,22 +20,6 @@ std::vector<Side> sorted_sides(const std::vector<Triangle>& faces) {
   return sides;
 }
 
-DisjointSets::DisjointSets(std::size_t size) {
-  parent_.reserve(size);
-  for (std::size_t i = 0; i < size; ++i) parent_.push_back(i);
-}
-
-std::size_t DisjointSets::find(std::size_t member) {
-  while (parent_[member] != member) member = parent_[member] = parent_[parent_[member]];
-  return member;
-}
-
-void DisjointSets::join(std::size_t a, std::size_t b) {
-  a = find(a);
-  b = find(b);
-  parent_[std::max(a, b)] = std::min(a, b);
-}
-
 Components components(const std::vector<Triangle>& faces) {
   DisjointSets sets(faces.size());
   for_each_edge(sorted_sides(faces), [&](auto begin, auto end) {

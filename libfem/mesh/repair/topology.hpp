@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "libfit/core/disjoint_sets.hpp"
 #include "libfit/core/geometry.hpp"
 
 namespace palpate::repair {
@@ -32,18 +33,6 @@ void for_each_edge(const std::vector<Side>& sides, Use use) {
     begin = end;
   }
 }
-
-/// Disjoint sets of 0..size-1; the smallest member stands for its set.
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t size);
-  std::size_t find(std::size_t member);
-  void join(std::size_t a, std::size_t b);
-
- private:
-  std::vector<std::size_t> parent_;
-};
-
 /// Component of each face, numbered from 0 in the order of faces; faces that share an edge belong
 /// together.
 struct Components {

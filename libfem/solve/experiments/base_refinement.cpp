@@ -1,15 +1,18 @@
 #include "libfem/solve/experiments/base_refinement.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <optional>
 
 #include "libfem/contact/face_rule.hpp"
-#include "libfem/solve/experiments/sway.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
+#include "libfit/core/linear_algebra.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -22,11 +25,70 @@ constexpr double kUnseen = 0.35;
 /// An error of second order hides so much of force beyond what halving changes, and leaves so much.
 constexpr double kHidden = 4.0 / 3, kLeft = 1.0 / 3;
 
-/// Of max_error: below, the coarse grid's word is taken that tets stay whole; above, that they are
-/// halved, as its own error makes no such change of nothing. Between them both grids are asked.
+/// Shares of max_error: below the first the coarse grid's word is taken that tets stay whole;
+/// above, that they are halved, as its own error makes no such change of nothing. Between them both
+/// grids are asked.
 constexpr double kSurelyWhole = 2.0 / 3, kSurelyHalved = 2 * kHidden;
 
-/// Share of a unit force that each node bears, #N.
+/// The ring of boundary faces around a contact whose rigid motion is the body's sway there (M33):
+/// those that look as the contact point does and lie between kSwayInner and kSwayOuter times the
+/// contact's reach from it. Nearer, a dent moves them; farther, another part of the body.
+constexpr double kSwayInner = 3.5, kSwayOuter = 5.5;
+constexpr double kLeastShare = 0.1;    // of a flat ring's area
+constexpr double kLeastSpread = 1e-3;  // of a ring's rigid motions: else some motion is not told
+constexpr double kLeastGive = 1e-3;    // of the largest: rounding to float keeps it positive
+constexpr double kCorner = -1.0 / 9, kMiddle = 4.0 / 9;  // shape functions at a face's centroid
+
+template <class Face>
+Vec3 at_centroid(const Points& rows, const Face& face) {
+  Vec3 out = Vec3::Zero();
+  for (int a = 0; a < kFaceNodes; ++a)
+    out += (a < 3 ? kCorner : kMiddle) * rows.row(face[a]).transpose();
+  return out;
+}
+
+/// Motion of the body as a whole around a contact, by force [m/N]: the symmetric matrix, nowhere
+/// negative, nearest to the translations at the contact point of the rigid motions that are nearest
+/// to the ring's, by area, where unit forces along the axes move the nodes (each N x 3 [m/N]).
+/// mesh: in coordinates about the contact point, whose inward unit normal is `normal`. Zero where
+/// less than a tenth of a flat ring is there.
+Mat3 sway_under(const QuadraticMesh& mesh, const Vec3& normal, double reach_m,
+                const std::array<Points, 3>& by_axis) {
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  const double inner = kSwayInner * reach_m, outer = kSwayOuter * reach_m;
+  double area_m2 = 0;
+  Matrix6 square = Matrix6::Zero();
+  Eigen::Matrix<double, 6, 3> right = Eigen::Matrix<double, 6, 3>::Zero();
+  for (const auto& face : mesh.faces.rowwise()) {
+    const Vec3 centre = at_centroid(mesh.nodes, face);
+    if (!(centre.norm() >= inner && centre.norm() <= outer)) continue;
+    const Vec3 a = mesh.nodes.row(face[0]), b = mesh.nodes.row(face[1]),
+               c = mesh.nodes.row(face[2]);
+    const Vec3 outward = (b - a).cross(c - a) / 2;
+    if (!(outward.dot(normal) < 0)) continue;
+    // A rotation w moves a place x by w x x; lengths over the reach.
+    const Vec3 x = centre / reach_m;
+    Eigen::Matrix<double, 3, 6> rigid;
+    rigid.leftCols<3>().setIdentity();
+    rigid.rightCols<3>() << 0, x.z(), -x.y(), -x.z(), 0, x.x(), x.y(), -x.x(), 0;
+    Mat3 moved;
+    for (int axis = 0; axis < 3; ++axis) moved.col(axis) = at_centroid(by_axis[axis], face);
+    square += outward.norm() * rigid.transpose() * rigid;
+    right += outward.norm() * rigid.transpose() * moved;
+    area_m2 += outward.norm();
+  }
+  const double flat_m2 = std::numbers::pi * (outer * outer - inner * inner);
+  if (!(area_m2 >= kLeastShare * flat_m2)) return Mat3::Zero();
+  const Eigen::VectorXd spread = symmetric_eigen(Eigen::MatrixXd(square)).values;
+  if (!(spread[0] > kLeastSpread * spread[5])) return Mat3::Zero();
+  const Mat3 sway = square.ldlt().solve(right).topRows<3>();
+  const auto [values, vectors] = symmetric_eigen(Mat3(0.5 * (sway + sway.transpose())));
+  const double most = values.maxCoeff();
+  if (!(most > 0)) return Mat3::Zero();
+  return vectors * values.cwiseMax(kLeastGive * most).asDiagonal() * vectors.transpose();
+}
+
+/// Share of a unit force that each node carries, #N.
 Eigen::VectorXd patch_shares(const QuadraticMesh& mesh, const Vec3& normal, double radius_m) {
   Eigen::VectorXd shares = Eigen::VectorXd::Zero(mesh.nodes.rows());
   for (const auto& face : mesh.faces.rowwise())
@@ -125,10 +187,8 @@ PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
     Vec3 centroid = Vec3::Zero();
     for (int k = 0; k < 4; ++k) centroid += 0.25 * mesh.nodes.row(mesh.tets(t, k)).transpose();
-    const Material& material =
-        materials[static_cast<std::size_t>(region_at ? region_at(centroid) : 0)];
-    const auto tet = static_cast<std::size_t>(t);
-    out.distortion_J_N2[static_cast<std::size_t>(mesh.base[tet])] +=
+    const Material& material = materials[region_at ? region_at(centroid) : 0];
+    out.distortion_J_N2[mesh.base[t]] +=
         distortion_J(mesh, t, moved, material.law->small_strain(material.constants).mu_Pa);
   }
   return out;

@@ -8,7 +8,7 @@
 
 namespace palpate::fem {
 
-/// How a body at rest gives way, linearly, to a unit force along `normal` (inward, unit) on a patch
+/// Linear response of a body at rest to a unit force along `normal` (inward, unit) on a patch
 /// of its surface. The force is spread as Hertz's pressure over faces within `radius_m` of the
 /// origin that look against `normal`; compliance_m_N is the mean of the displacement, weighted
 /// alike, under a unit force along each axis (a column each). distortion_J_N2: #base tets, the

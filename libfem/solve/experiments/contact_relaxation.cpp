@@ -15,10 +15,10 @@ double force_at_first(const Simulator& simulator, const TestPoints& points,
     const Vec3 position = points.position.row(p), normal = points.normal.row(p);
     const PointRows slow = simulator.press_quickly(position, normal, experiments, progress);
     const PointRows first = simulator.press_at_once(position, normal, experiments, progress);
-    for (std::size_t i = 0; i < slow.rows.size() && i < first.rows.size(); ++i)
-      if (slow.rows[i].status == RowStatus::good && first.rows[i].status == RowStatus::good &&
-          slow.rows[i].force.dot(normal) > 0)
-        ratios.push_back(first.rows[i].force.dot(normal) / slow.rows[i].force.dot(normal));
+    for (Eigen::Index i = 0; i < slow.rows() && i < first.rows(); ++i)
+      if (slow.status[i] == RowStatus::good && first.status[i] == RowStatus::good &&
+          slow.force.row(i).dot(normal) > 0)
+        ratios.push_back(first.force.row(i).dot(normal) / slow.force.row(i).dot(normal));
   }
   return ratios.empty() ? 0 : median(ratios);
 }

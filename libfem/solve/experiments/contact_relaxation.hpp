@@ -4,7 +4,7 @@
 
 namespace palpate::fem {
 
-/// What the forces of a press are at first over those of slow motion: the median over points and
+/// Forces of a press at first over those of slow motion: the median over points and
 /// rows, one coarse mesh each way. 0 where no point tells. Points that fail are left out.
 double force_at_first(const Simulator& simulator, const TestPoints& points,
                       const Experiments& experiments, const Progress& progress = {});

@@ -4,24 +4,31 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace palpate::fem {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kTau = 6.283185307179586;
+constexpr double kTau = 2 * std::numbers::pi;
 
 }  // namespace
 
-int ExperimentPlan::add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection) {
-  PointRow row;
-  row.kind = kind;
-  row.experiment = experiment;
-  row.step = step;
-  row.deflection = deflection;
-  row.force_error = kNaN;
-  rows.push_back(row);
-  return static_cast<int>(rows.size()) - 1;
+int ExperimentPlan::add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection,
+                            int tool) {
+  const Eigen::Index row = rows.rows();
+  rows.point.push_back(tool);
+  rows.experiment.push_back(experiment);
+  rows.kind.push_back(kind);
+  rows.step.push_back(step);
+  rows.tool.push_back(tool);
+  rows.status.push_back(RowStatus::not_reached);
+  rows.step_check.push_back(StepCheck::none);
+  rows.deflection.conservativeResize(row + 1, 3);
+  rows.deflection.row(row) = deflection.transpose();
+  rows.force.setZero(row + 1, 3);
+  rows.torque.setZero(row + 1, 3);
+  rows.force_error.setConstant(row + 1, std::numeric_limits<double>::quiet_NaN());
+  return static_cast<int>(row);
 }
 
 ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& normal) {
@@ -85,28 +92,30 @@ ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3&
   for (Eigen::Index i = 0; i < deflections.rows(); ++i) {
     const Vec3 here = deflections.row(i);
     const double depth = here.dot(normal);
+    const int step = static_cast<int>(i), row = plan.add_row(ExperimentKind::path, 0, step, here);
+    if (path.second)
+      plan.add_row(ExperimentKind::path, 0, step, path.second->deflections.row(i), 1);
     plan.depth_m = std::max(plan.depth_m, depth);
-    plan.paths[0].targets.push_back(
-        {here, plan.add_row(ExperimentKind::path, 0, static_cast<int>(i), here)});
-    plan.rows.back().lean = path.lean;
-    if (plan.is_in_time) plan.rows.back().time_s = plan.paths[0].targets.back().time_s = time_s[i];
+    plan.paths[0].targets.push_back({here, row});
+    if (plan.is_in_time) plan.paths[0].targets.back().time_s = time_s[i];
     const Vec3 lateral = here - depth * normal;
     plan.segments.push_back({before, lateral, std::min(depth, depth_before)});
     before = lateral;
     depth_before = depth;
   }
+  if (plan.is_in_time)
+    plan.rows.time_s =
+        path.second ? Eigen::VectorXd(time_s.replicate(1, 2).transpose().reshaped()) : time_s;
   if (!path.second) return plan;
   const SecondTool& other = *path.second;
   plan.second = {other.position - position, other.normal};
   before = plan.second->from_first_m;
   depth_before = 0;
   for (Eigen::Index i = 0; i < deflections.rows(); ++i) {
-    const auto row = static_cast<std::size_t>(i);
     const Vec3 here = other.deflections.row(i);
     const double depth = here.dot(other.normal);
     plan.depth_m = std::max(plan.depth_m, depth);
-    plan.paths[0].targets[row].second_deflection = here;
-    plan.rows[row].second = {here, Vec3::Zero()};
+    plan.paths[0].targets[i].second_deflection = here;
     const Vec3 lateral = plan.second->from_first_m + here - depth * other.normal;
     plan.segments.push_back({before, lateral, std::max(0.0, std::min(depth, depth_before))});
     before = lateral;
@@ -123,7 +132,6 @@ ExperimentPlan with_press(const ExperimentPlan& path, const Vec3& normal) {
     const Vec3 deflection = plan.depth_m * step / kRows * normal;
     press.targets.push_back(
         {deflection, plan.add_row(ExperimentKind::press, 1, step - 1, deflection), true});
-    plan.rows.back().lean = plan.lean;
   }
   plan.paths.insert(plan.paths.begin(), std::move(press));
   return plan;

@@ -14,7 +14,7 @@ struct ContactSegment {
   double depth_m = 0;
 };
 
-/// Where a second probe stands: its test point, from the first one's, and its inward normal.
+/// Place of a second probe: its test point, from the first one's, and its inward normal.
 struct SecondPlace {
   Vec3 from_first_m, normal;
 };
@@ -22,7 +22,7 @@ struct SecondPlace {
 /// Rows of one test point, the paths of the probe that fill them, and the segments of the surface
 /// that contact visits.
 struct ExperimentPlan {
-  std::vector<PointRow> rows;
+  SampleRows rows;  ///< not reached yet; of two tools that of the second comes after the first's
   std::vector<ProbePath> paths;
   std::vector<ContactSegment> segments;
   double depth_m = 0;  // deepest
@@ -30,8 +30,8 @@ struct ExperimentPlan {
   Lean lean = Lean::Zero();  // of the tool, all along
   std::optional<SecondPlace> second = std::nullopt;
 
-  /// Appends a row and returns its number.
-  int add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection);
+  /// Appends a row of a tool and returns its number.
+  int add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection, int tool = 0);
 };
 
 /// The press passes every row and every depth where a drag starts; drags branch off there.
@@ -49,7 +49,7 @@ ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3&
 /// experiment 1.
 ExperimentPlan with_press(const ExperimentPlan& path, const Vec3& normal);
 
-/// Of a press: the body answers as it does at first, before anything has relaxed.
+/// The plan of a press to which the body answers as it does at first, before anything has relaxed.
 ExperimentPlan at_once(ExperimentPlan plan);
 
 }  // namespace palpate::fem

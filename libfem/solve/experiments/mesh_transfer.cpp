@@ -15,14 +15,14 @@ constexpr std::array<std::array<int, 2>, 6> kEdges{
 MeshTransfer::MeshTransfer(const QuadraticMesh& from, const QuadraticMesh& to) {
   const TetMesh corners{from.nodes, from.tets.leftCols<4>(), {}};
   const BoxTree boxes = tet_boxes(corners);
-  places_.resize(static_cast<std::size_t>(to.nodes.rows()));
+  places_.resize(to.nodes.rows());
   for (std::size_t n = 0; n < places_.size(); ++n) {
     NodePlace& place = places_[n];
     place = {};
     if (to.is_held[n]) continue;
-    const auto found = closest_in_volume(corners, boxes, to.nodes.row(static_cast<Eigen::Index>(n)),
-                                         std::numeric_limits<double>::infinity(),
-                                         [](const VolumePoint&) { return true; });
+    const auto found =
+        closest_in_volume(corners, boxes, to.nodes.row(n), std::numeric_limits<double>::infinity(),
+                          [](const VolumePoint&) { return true; });
     if (!found) continue;
     const Eigen::Vector4d& w = found->weight;
     for (int k = 0; k < 4; ++k) place.shape[k] = w[k] * (2 * w[k] - 1);
@@ -32,10 +32,9 @@ MeshTransfer::MeshTransfer(const QuadraticMesh& from, const QuadraticMesh& to) {
 }
 
 Points MeshTransfer::operator()(const Points& u) const {
-  Points out = Points::Zero(static_cast<Eigen::Index>(places_.size()), 3);
+  Points out = Points::Zero(places_.size(), 3);
   for (std::size_t n = 0; n < places_.size(); ++n)
-    for (int k = 0; k < 10; ++k)
-      out.row(static_cast<Eigen::Index>(n)) += places_[n].shape[k] * u.row(places_[n].node[k]);
+    for (int k = 0; k < 10; ++k) out.row(n) += places_[n].shape[k] * u.row(places_[n].node[k]);
   return out;
 }
 

@@ -25,8 +25,8 @@ class MeshTransfer {
   std::vector<NodePlace> places_;
 };
 
-/// What the paths on one mesh moved its nodes by, from before the probe touched, at those of
-/// another.
+/// Displacements by which the paths on one mesh moved its nodes, from before the probe touched, at
+/// those of another.
 Waypoints transferred(const Waypoints& reached, const QuadraticMesh& from, const QuadraticMesh& to);
 
 }  // namespace palpate::fem

@@ -19,9 +19,8 @@ constexpr double kRidge = 0.05;  // sum of squares of ln force at which a slope 
 std::map<std::pair<std::int32_t, std::int32_t>, Eigen::Index> pressed(const Samples& samples) {
   std::map<std::pair<std::int32_t, std::int32_t>, Eigen::Index> out;
   for (Eigen::Index i = 0; i < samples.rows(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    if (samples.kind[at] == ExperimentKind::press && samples.status[at] == RowStatus::good)
-      out[{samples.point[at], samples.step[at]}] = i;
+    if (samples.kind[i] == ExperimentKind::press && samples.status[i] == RowStatus::good)
+      out[{samples.point[i], samples.step[i]}] = i;
   }
   return out;
 }
@@ -115,7 +114,7 @@ std::set<std::int32_t> points_of(const RowsByStep& steps) {
   return out;
 }
 
-// What is left in each row by factors that the other points tell; none of a point that is alone.
+// Residual of each row by factors from the other points; none of a point that is alone.
 std::map<std::int32_t, std::vector<double>> left_out(const RowsByStep& steps, bool is_line) {
   std::map<std::int32_t, std::vector<double>> out;
   for (const std::int32_t point : points_of(steps)) {
@@ -165,8 +164,7 @@ QuickScale compare_quick(const Samples& two_meshes, const Samples& one_mesh, dou
       all_left.push_back(relative_error(here[i] * rows[i].force_N, rows[i].force_N,
                                         relative_floor(rows[i].largest_N)));
     }
-    out.steps[static_cast<std::size_t>(step)].error =
-        *std::ranges::max_element(here) + median(std::move(own));
+    out.steps[step].error = *std::ranges::max_element(here) + median(std::move(own));
   }
   for (std::size_t s = 0; s < out.steps.size(); ++s)
     if (steps.count(static_cast<std::int32_t>(s)) == 0)

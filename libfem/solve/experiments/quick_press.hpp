@@ -7,7 +7,7 @@
 
 namespace palpate::fem {
 
-/// What one step of a press on one mesh is multiplied with: a line over the logarithm of its force
+/// Factor of one step of a press on one mesh: a line over the logarithm of its force
 /// [N], held beyond the forces that it was found at.
 struct QuickStep {
   double scale = 1;  ///< at log_force
@@ -16,7 +16,7 @@ struct QuickStep {
                      ///< own rows state (median)
 };
 
-/// What presses on one mesh lack, told by points that were pressed on two as well (M13e).
+/// Correction of presses on one mesh, from points that were pressed on two as well (M13e).
 /// steps: of the press; empty where nothing is told. slope: of all their lines, 0 where one factor
 /// for all points is as good. p95: of what is left in all rows, light rows over relative_floor() of
 /// their point's largest force.

@@ -6,7 +6,7 @@
 
 namespace palpate::fem {
 
-/// What a mesh and a coarse grid say about the forces of one experiment, all relative to them.
+/// Comparison of a mesh with a coarse grid by the forces of one experiment, all relative to them.
 /// excess: by how much forces on the mesh exceed those of an ever finer one, to be taken off.
 /// error: of what is then left, per row, at 95 %; NaN where nothing can be compared.
 struct Richardson {
@@ -14,9 +14,9 @@ struct Richardson {
   std::vector<double> error;
 };
 
-/// What grids that agree do not see: forces of balls and cones on exact layers are up to 1.1 % off
-/// (tests/validation/contact), and 1.2 % where the border of another material, whose elements
-/// differ from it, is within two contact radii (soft and stiff lumps: tests/libfem/solve).
+/// Errors that grids which agree have in common: forces of balls and cones on exact layers are up
+/// to 1.1 % off (tests/validation/contact), and 1.2 % where the border of another material, whose
+/// elements differ from it, is within two contact radii (soft and stiff lumps: tests/libfem/solve).
 inline constexpr double kMinError = 0.01, kMinErrorAtBorder = 0.012;
 
 /// Richardson extrapolation to elements of size zero of the rows of one experiment. fine, coarse:

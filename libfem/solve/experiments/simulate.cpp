@@ -16,16 +16,17 @@ namespace {
 
 /// Rows of a press on one mesh as those on two are expected to be.
 PointRows scaled(PointRows pressed, double number, const QuickScale& quick) {
-  for (PointRow& row : pressed.rows) {
-    row.scale = number;
-    if (!is_solved(row.status) || !quick) {
-      row.force_error = std::numeric_limits<double>::quiet_NaN();
+  pressed.scale = number;
+  for (Eigen::Index row = 0; row < pressed.rows(); ++row) {
+    if (!is_solved(pressed.status[row]) || !quick) {
+      pressed.force_error[row] = std::numeric_limits<double>::quiet_NaN();
       continue;
     }
-    const double factor = quick.factor(row.step, row.force.norm());
-    row.force *= factor;
-    row.torque *= factor;
-    row.force_error = factor * row.force_error + quick.step(row.step).error * row.force.norm();
+    const double factor = quick.factor(pressed.step[row], pressed.force.row(row).norm());
+    pressed.force.row(row) *= factor;
+    pressed.torque.row(row) *= factor;
+    pressed.force_error[row] = factor * pressed.force_error[row] +
+                               quick.step(pressed.step[row]).error * pressed.force.row(row).norm();
   }
   return pressed;
 }
@@ -50,11 +51,10 @@ class SimulationWork {
   }
 
   std::size_t size() const { return list_.size(); }
-  bool is_done(std::size_t i) const { return !rows_[i].empty(); }
+  bool is_done(std::size_t i) const { return rows_[i].rows() > 0; }
   std::string name(std::size_t i) const {
     const Experiment& one = list_.experiments[i];
-    return std::string(kExperimentKindNames[static_cast<std::size_t>(one.kind)]) + " at " +
-           list_.places.name[static_cast<std::size_t>(one.place)];
+    return std::string(name_of(one.kind)) + " at " + list_.places.name[one.place];
   }
 
   PointRows make(std::size_t i) const {
@@ -64,7 +64,7 @@ class SimulationWork {
                normal = list_.places.normal.row(one.place);
     if (one.kind != ExperimentKind::press) {
       PointRows out = by.follow(position, normal, one.path, progress_);
-      for (PointRow& row : out.rows) row.kind = one.kind;
+      std::ranges::fill(out.kind, one.kind);
       return out;
     }
     if (one.effort.scale > 0)
@@ -72,41 +72,39 @@ class SimulationWork {
                     options_.quick);
     return by.press_and_drag(position, normal, one.effort.is_dragged ? each_ : press_, progress_);
   }
-  void take(std::size_t i, std::vector<PointRow> rows) { rows_[i] = std::move(rows); }
+  void take(std::size_t i, PointRows rows) { rows_[i] = std::move(rows); }
 
   Samples gather() const {
     Samples out = places_;
-    Eigen::Index rows = 0;
-    for (const auto& item : rows_)
-      for (const PointRow& row : item) rows += row.second ? 2 : 1;
-    out.deflection.resize(rows, 3);
-    out.force.resize(rows, 3);
-    out.torque.resize(rows, 3);
-    out.force_error.resize(rows);
-    out.time_s.resize(rows);
-    out.lean.resize(rows, 2);
-    if (surface_columns_ > 0) out.surface.setZero(rows, surface_columns_);
-    std::vector<char> is_known(static_cast<std::size_t>(out.points()), 0);
+    std::vector<const SampleRows*> parts;
+    for (const PointRows& rows : rows_) parts.push_back(&rows);
+    static_cast<SampleRows&>(out) = joined_rows(parts);
+    out.probe_number.resize(out.rows());
+    out.path.resize(out.rows());
+    if (surface_columns_ > 0) out.surface.setZero(out.rows(), surface_columns_);
+    std::vector<char> is_known(out.points(), 0);
+    Eigen::Index row = 0;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Experiment& one = list_.experiments[i];
-      for (const PointRow& row : rows_[i]) {
-        put(out, row, number_[i], one.place, 0, row.deflection, row.force);
-        if (row.second)
-          put(out, row, number_[i], one.path.second->place, 1, row.second->deflection,
-              row.second->force);
-        out.probe_number.resize(out.point.size(), one.probe_number);
+      const PointRows& done = rows_[i];
+      if (done.surface.rows() > 0 && surface_columns_ > 0)
+        out.surface.middleRows(row, done.rows()) = done.surface;
+      for (const Eigen::Index end = row + done.rows(); row < end; ++row) {
+        out.point[row] = out.tool_of(row) > 0 ? one.path.second->place : one.place;
+        out.experiment[row] += number_[i];
+        out.probe_number[row] = one.probe_number;
+        out.path[row] = one.path.kind;
       }
-      if (rows_[i].empty() || is_known[static_cast<std::size_t>(one.place)]) continue;
-      is_known[static_cast<std::size_t>(one.place)] = 1;
-      out.point_sway.row(one.place) = numbers_of(rows_[i].back().sway_m_N);
-      out.point_scale[one.place] = rows_[i].back().scale;
+      if (!is_done(i) || std::exchange(is_known[one.place], 1)) continue;
+      out.point_sway.row(one.place) = numbers_of(done.sway_m_N);
+      out.point_scale[one.place] = done.scale;
     }
-    leave_out_what_says_nothing(out);
+    remove_void_columns(out);
     return out;
   }
 
  private:
-  // Of the probe, which most experiments are made with.
+  // The places as the probe of most experiments touches them.
   void place_at_surface() {
     const TestPoints& at = list_.places;
     places_.point_position = at.position;
@@ -115,9 +113,9 @@ class SimulationWork {
     places_.point_normal_gradient.setZero(at.position.rows(), 9);
     places_.point_sway.setZero(at.position.rows(), 6);
     places_.point_scale.setZero(at.position.rows());
-    std::vector<char> is_known(static_cast<std::size_t>(at.position.rows()), 0);
+    std::vector<char> is_known(at.position.rows(), 0);
     const auto look = [&](const Simulator& by, std::int32_t p) {
-      if (std::exchange(is_known[static_cast<std::size_t>(p)], 1)) return;
+      if (std::exchange(is_known[p], 1)) return;
       const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> gradient =
           by.normal_gradient(at.position.row(p), at.normal.row(p));
       places_.point_normal_gradient.row(p) =
@@ -132,56 +130,19 @@ class SimulationWork {
   }
   // Rows of an earlier run, which are numbered as ours.
   void keep(const Samples& done) {
-    for (Eigen::Index i = 0; i < done.rows(); ++i) {
-      const auto r = static_cast<std::size_t>(i);
-      const auto after = std::upper_bound(number_.begin(), number_.end(), done.experiment[r]);
-      if (after == number_.begin()) continue;
-      std::vector<PointRow>& rows = rows_[static_cast<std::size_t>(after - number_.begin()) - 1];
-      if (!done.tool.empty() && done.tool[r] > 0) {
-        rows.back().second = {done.deflection.row(i), done.force.row(i)};
-        continue;
-      }
-      rows.push_back(row_of(done, i));
-      rows.back().experiment = done.experiment[r] - *(after - 1);
+    std::vector<std::vector<Eigen::Index>> of(rows_.size());
+    for (Eigen::Index row = 0; row < done.rows(); ++row) {
+      const auto after = std::upper_bound(number_.begin(), number_.end(), done.experiment[row]);
+      if (after != number_.begin()) of[after - number_.begin() - 1].push_back(row);
     }
-  }
-  static PointRow row_of(const Samples& samples, Eigen::Index i) {
-    const auto at = static_cast<std::size_t>(i);
-    PointRow row;
-    row.kind = samples.kind[at];
-    row.step = samples.step[at];
-    row.deflection = samples.deflection.row(i);
-    row.force = samples.force.row(i);
-    row.torque = samples.torque.row(i);
-    row.force_error = samples.force_error[i];
-    row.status = samples.status[at];
-    if (!samples.step_check.empty()) row.step_check = samples.step_check[at];
-    if (samples.point_sway.rows() > 0)
-      row.sway_m_N = symmetric_of(samples.point_sway.row(samples.point[at]));
-    if (samples.point_scale.size() > 0) row.scale = samples.point_scale[samples.point[at]];
-    if (samples.time_s.size() > 0) row.time_s = samples.time_s[i];
-    if (samples.lean.rows() > 0) row.lean = samples.lean.row(i);
-    if (samples.surface.rows() > 0) row.surface = samples.surface.row(i);
-    return row;
-  }
-  static void put(Samples& out, const PointRow& row, std::int32_t number, std::int32_t place,
-                  std::int32_t tool, const Vec3& deflection, const Vec3& force) {
-    const auto i = static_cast<Eigen::Index>(out.point.size());
-    out.point.push_back(place);
-    out.experiment.push_back(number + row.experiment);
-    out.kind.push_back(row.kind);
-    out.step.push_back(row.step);
-    out.tool.push_back(tool);
-    out.status.push_back(row.status);
-    out.step_check.push_back(row.step_check);
-    out.deflection.row(i) = deflection.transpose();
-    out.force.row(i) = force.transpose();
-    out.torque.row(i) = (tool == 0 ? row.torque : Vec3(Vec3::Zero())).transpose();
-    out.force_error[i] = row.force_error;
-    out.time_s[i] = row.time_s;
-    out.lean.row(i) = row.lean.transpose();
-    if (row.surface.size() > 0 && out.surface.rows() > 0)
-      out.surface.row(i) = row.surface.transpose();
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (of[i].empty()) continue;
+      append_rows(rows_[i], done, of[i]);
+      for (std::int32_t& experiment : rows_[i].experiment) experiment -= number_[i];
+      const std::int32_t place = done.point[of[i].front()];
+      if (done.point_sway.rows() > 0) rows_[i].sway_m_N = symmetric_of(done.point_sway.row(place));
+      if (done.point_scale.size() > 0) rows_[i].scale = done.point_scale[place];
+    }
   }
 
   const SimulatorOf& simulator_;
@@ -193,7 +154,7 @@ class SimulationWork {
   Samples places_;  // without rows
   Eigen::Index surface_columns_ = 0;
   std::vector<std::int32_t> number_;
-  std::vector<std::vector<PointRow>> rows_;
+  std::vector<PointRows> rows_;  // of each experiment, which are numbered from 0
 };
 
 }  // namespace
@@ -215,7 +176,7 @@ Samples simulate(const SimulatorOf& simulator, const ExperimentList& list, const
     progress.end();
     if (!result.is_complete) return;
     const std::lock_guard<std::mutex> lock(reporting);
-    work.take(i, std::move(result.rows));
+    work.take(i, std::move(result));
     if (on_done) on_done([&] { return work.gather(); });
     progress.report(++done, work.size(), "experiment " + std::to_string(i + 1));
   };

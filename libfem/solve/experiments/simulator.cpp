@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
-#include "libfem/solve/experiments/record_rows.hpp"
 #include "libfem/solve/experiments/richardson.hpp"
 #include "libfem/solve/experiments/simulator_state.hpp"
 #include "libfit/core/statistics.hpp"
@@ -11,13 +11,12 @@
 namespace palpate::fem {
 namespace {
 
-/// Of a force, relative: a mesh whose distance from the surface does more has a bump under the
+/// Share of a force: a mesh whose distance from the surface changes it by more has a bump under the
 /// tool.
 constexpr double kBump = 0.01;
 
-std::ptrdiff_t count_solved(const std::vector<PointRow>& rows) {
-  return std::count_if(rows.begin(), rows.end(),
-                       [](const PointRow& row) { return is_solved(row.status); });
+std::ptrdiff_t count_solved(const SampleRows& rows) {
+  return std::ranges::count_if(rows.status, is_solved);
 }
 
 Surface moved(Surface surface, const Vec3& by) {
@@ -36,10 +35,21 @@ bool is_straight(const ExperimentPlan& path) {
   });
 }
 
-// Of a force, relative (M13c): to first order a mesh off the surface presses deeper by the mean of
-// what it is off over the contact, and force goes as depth^(3/2).
+// Relative error of a force (M13c): to first order a mesh off the surface presses deeper by the
+// mean of what it is off over the contact, and force goes as depth^(3/2).
 double bump_error(const QuadraticMesh& mesh, double depth_m) {
   return 1.5 * mesh.contact_deviation_m / depth_m;
+}
+
+// The motion of the surface in good rows, of each on the finer mesh that has it.
+void keep_surface(const std::vector<Eigen::VectorXf>& fine,
+                  const std::vector<Eigen::VectorXf>& coarse, SampleRows& out) {
+  for (std::size_t row = 0; row < fine.size(); ++row) {
+    if (out.status[row] != RowStatus::good) continue;
+    const Eigen::VectorXf& moved = fine[row].size() > 0 ? fine[row] : coarse[row];
+    if (out.surface.rows() == 0) out.surface.setZero(out.rows(), moved.size());
+    out.surface.row(row) = moved;
+  }
 }
 
 Vec3 middle_of(const Points& points) {
@@ -78,7 +88,7 @@ Mat3 Simulator::normal_gradient(const Vec3& position, const Vec3& normal) const 
                                          state_->probe.half_width_m);
 }
 
-// Where no force error is asked for (M13k).
+// Rows beside the press are then taken from the coarse grid (M13k).
 bool Simulator::State::is_told_by_press(const ExperimentPlan& plan) const {
   return plan.paths.size() > 1 && setup.options.coarse_ratio > 0 &&
          setup.options.force_tolerance == 0;
@@ -98,25 +108,21 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
   const bool is_by_press = is_told_by_press(plan);
   const ExperimentPlan on_fine = fine_part(plan);
   const auto recorded = [&](const MeshRun& fine, const MeshRun& coarse) {
-    PointRows out;
+    PointRows out{plan.rows, base.sway_m_N};
     out.is_complete = fine.is_complete && coarse.is_complete;
     out.touch_offset_m = fine.touch_m;
     out.cost = {fine.nodes, coarse.nodes, fine.counts};
-    out.rows = plan.rows;
-    record_rows(fine.rows, coarse.rows, ratio, min_error, out.rows);
-    if (is_by_press) record_by_press(coarse.rows, out.rows);
-    mark_wedged(normal, out.rows);
-    for (PointRow& row : out.rows) {
-      const double of_step = plan.is_in_time ? kStepError : 0;
-      row.force_error = std::hypot(std::hypot(row.force_error, of_step * row.force.norm()),
-                                   base.error * row.force.norm(),
-                                   bump_error(fine.mesh, plan.depth_m) * row.force.norm());
-      row.sway_m_N = base.sway_m_N;
+    if (!plan.lean.isZero(0)) out.lean = plan.lean.transpose().replicate(out.rows(), 1);
+    record_rows(fine.rows, coarse.rows, ratio, min_error, out);
+    if (is_by_press) record_by_press(coarse.rows, out);
+    mark_wedged(normal, out);
+    for (Eigen::Index row = 0; row < out.rows(); ++row) {
+      const double force_N = out.force.row(row).norm(), of_step = plan.is_in_time ? kStepError : 0;
+      out.force_error[row] =
+          std::hypot(std::hypot(out.force_error[row], of_step * force_N), base.error * force_N,
+                     bump_error(fine.mesh, plan.depth_m) * force_N);
     }
-    for (std::size_t row = 0; row < fine.surface.size(); ++row)
-      if (out.rows[row].status == RowStatus::good)
-        out.rows[row].surface =
-            fine.surface[row].size() > 0 ? fine.surface[row] : coarse.surface[row];
+    keep_surface(fine.surface, coarse.surface, out);
     return out;
   };
   const auto run_at = [&](double coarsening, const ExperimentPlan& of, bool keeps_surface,
@@ -130,8 +136,8 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
   PointRows out = recorded(fine, coarse);
   double coarsening = 1;
   for (int finer = 0; finer < kMaxFiner && out.is_complete && ratio > 0; ++finer) {
-    // Where the base mesh alone is worse, its grids need not be better than half of what is asked.
-    const double wanted = setup.options.force_tolerance, achieved = achieved_error(out.rows);
+    // If the base mesh alone is worse, its grids need not be better than half of what is asked.
+    const double wanted = setup.options.force_tolerance, achieved = achieved_error(out);
     if (!(wanted > 0 && achieved > std::max(wanted, std::hypot(base.error, wanted / 2)))) break;
     const double finer_by = coarsening / ratio;
     QuadraticMesh finer_mesh = mesh_at(position, normal, plan, {finer_by, base.halved});
@@ -141,10 +147,11 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     fine =
         run(std::move(finer_mesh), plan, position, normal, setup.keeps_surface, progress, &coarse);
     PointRows next = recorded(fine, coarse);
-    if (count_solved(next.rows) < count_solved(out.rows) && next.is_complete)
+    if (count_solved(next) < count_solved(out) && next.is_complete)
       break;  // what solved is not given up
     out = std::move(next);
   }
+  complete_second_tools(out);
   return out;
 }
 
@@ -162,27 +169,24 @@ PointRows Simulator::State::quick_press(const ExperimentPlan& plan, const Vec3& 
   const double ratio = setup.options.coarse_ratio;
   const QuadraticMesh mesh = mesh_at(position, normal, plan, {ratio > 0 ? ratio : 1, none_halved});
   const MeshRun run = this->run(mesh, plan, position, normal, setup.keeps_surface, progress);
-  PointRows out;
+  PointRows out{plan.rows};
   out.is_complete = run.is_complete;
   out.touch_offset_m = run.touch_m;
   out.cost = {run.nodes, 0, run.counts};
-  out.rows = plan.rows;
   if (!run.is_complete) return out;
-  const Mat3 sway = patch_at(mesh, plan, position, normal).sway_m_N;
-  for (std::size_t i = 0; i < out.rows.size(); ++i) {
+  out.sway_m_N = patch_at(mesh, plan, position, normal).sway_m_N;
+  for (Eigen::Index i = 0; i < out.rows(); ++i) {
     const PathRow& solved = run.rows[i];
-    PointRow& row = out.rows[i];
-    row.status = solved.status;
-    row.step_check = solved.step_check;
-    row.sway_m_N = sway;
+    out.status[i] = solved.status;
+    out.step_check[i] = solved.step_check;
     if (solved.status != RowStatus::good) continue;
-    row.force = solved.force_N;
-    row.torque = solved.torque_Nm;
-    row.force_error = std::hypot(solved.penalty_error_N, solved.solver_error_N,
-                                 bump_error(mesh, plan.depth_m) * row.force.norm());
-    if (!run.surface.empty()) row.surface = run.surface[i];
+    out.force.row(i) = solved.force_N;
+    out.torque.row(i) = solved.torque_Nm;
+    out.force_error[i] = std::hypot(solved.penalty_error_N, solved.solver_error_N,
+                                    bump_error(mesh, plan.depth_m) * solved.force_N.norm());
   }
-  mark_wedged(normal, out.rows);
+  keep_surface(run.surface, {}, out);
+  mark_wedged(normal, out);
   return out;
 }
 
@@ -209,15 +213,19 @@ PointRows Simulator::follow(const Vec3& position, const Vec3& normal, const Tool
   const ExperimentPlan with = with_press(plan, normal);
   if (!state_->is_told_by_press(with)) return simulated(plan);
   PointRows out = simulated(with);
-  const auto press = out.rows.begin() + static_cast<std::ptrdiff_t>(plan.rows.size());
-  const auto is_good = [](const PointRow& row) { return row.status == RowStatus::good; };
-  const auto is_followed = [&](const PointRow& row) {
-    return is_good(row) || row.status == RowStatus::no_contact;
+  const auto press = out.status.begin() + plan.rows.rows();
+  const auto is_good = [](RowStatus status) { return status == RowStatus::good; };
+  const auto is_followed = [&](RowStatus status) {
+    return is_good(status) || status == RowStatus::no_contact;
   };
-  const bool is_told = std::all_of(out.rows.begin(), press, is_followed) &&
-                       std::all_of(press, out.rows.end(), is_good);
+  const bool is_told = std::all_of(out.status.begin(), press, is_followed) &&
+                       std::all_of(press, out.status.end(), is_good);
   if (out.is_complete && !is_told) return simulated(plan);
-  out.rows.erase(press, out.rows.end());
+  std::vector<Eigen::Index> of_path(plan.rows.rows());
+  std::iota(of_path.begin(), of_path.end(), Eigen::Index{0});
+  SampleRows kept;
+  append_rows(kept, out, of_path);
+  static_cast<SampleRows&>(out) = std::move(kept);
   return out;
 }
 

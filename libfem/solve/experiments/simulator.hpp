@@ -16,7 +16,7 @@ namespace palpate::fem {
 
 using palpate::Experiments;
 
-/// How fine, how exact.
+/// Sizes of meshes and accuracy of the solution.
 struct SolverOptions {
   double element_size = 0.6;  ///< finest h, over the probe's contact radius at the shallowest depth
   /// h over distance from first touch or the probe's path, so at any rim too. Growth ends at 1: a
@@ -58,51 +58,28 @@ struct SimulationSetup {
   bool keeps_surface = false;
 };
 
-/// One row as experiments record it; see Samples. Force and torque are extrapolated to size
-/// zero and to a rigid probe (method, 10). force_error is NaN unless the row was solved.
-/// step_check: of the step that failed, where the status is rejected or inverted. surface: 3V [m],
-/// displacement of the surface's vertices on the finest mesh, where SimulationSetup::keeps_surface
-/// asks for it and the row is good; empty elsewhere.
-struct PointRow {
-  ExperimentKind kind = ExperimentKind::press;
-  int experiment = 0;  ///< within the test point: 0 the press, then the drags
-  int step = 0;
-  Vec3 deflection = Vec3::Zero();
-  Vec3 force = Vec3::Zero();
-  Vec3 torque = Vec3::Zero();
-  struct Second {
-    Vec3 deflection = Vec3::Zero(), force = Vec3::Zero();
-  };
-  std::optional<Second> second = std::nullopt;  ///< of a second tool
-  double force_error = 0;
-  RowStatus status = RowStatus::not_reached;
-  StepCheck step_check = StepCheck::none;
-  Eigen::VectorXf surface = {};
-  Mat3 sway_m_N = Mat3::Zero();  ///< of the point, the same in all its rows (sway.hpp)
-  double scale = 0;              ///< Samples::point_scale of the point
-  /// Since first touch; NaN in slow motion.
-  double time_s = std::numeric_limits<double>::quiet_NaN();
-  Lean lean = Lean::Zero();
-};
-
-/// Largest force_error of good rows, over their force or, where that is lighter, relative_floor()
-/// of the point's largest. Infinite where none is good or one has no error.
-double achieved_error(const std::vector<PointRow>& rows);
-
-/// What was spent on a point, on the meshes that its rows come from; deterministic.
+/// Work that a point took, on the meshes that its rows come from; deterministic.
 struct PointCost {
   int nodes = 0, coarse_nodes = 0;
   SolverCounts solver;
 };
 
-/// The rows of one test point. touch_offset_m: from the given position to first touch along the
-/// normal. is_complete: false when progress stopped it; such rows are for the bin.
-struct PointRows {
-  std::vector<PointRow> rows;
-  double touch_offset_m = 0;
-  bool is_complete = false;
-  PointCost cost;
+/// The rows of one test point, their experiments numbered from 0: the press, then the drags. Force
+/// and torque are extrapolated to size zero and to a rigid probe (method, 10). force_error is NaN
+/// unless the row was solved. step_check: of the step that failed, where the status is rejected or
+/// inverted. surface: where SimulationSetup::keeps_surface asks for it, on the finest mesh.
+struct PointRows : SampleRows {
+  Mat3 sway_m_N = Mat3::Zero();  ///< of the point (base_refinement.hpp)
+  double scale = 0;              ///< Samples::point_scale of the point
+  double touch_offset_m = 0;     ///< from the given position to first touch along the normal
+  bool is_complete = false;      ///< not stopped by progress: such rows are for the bin
+  PointCost cost = {};
 };
+
+/// Largest force_error of good rows, over their force or, where that is lighter, relative_floor()
+/// of the largest. Infinite where none is good or one has no error. which: rows by their numbers.
+double achieved_error(const SampleRows& rows, const std::vector<Eigen::Index>& which);
+double achieved_error(const SampleRows& rows);
 
 /// Makes experiments on one body. Const members are thread-safe and deterministic: each call owns
 /// its mesh, factor and state. Work is in coordinates about the test point, so a body far from the
@@ -132,7 +109,7 @@ class Simulator {
   /// The probe follows successive deflections from first touch: one experiment `path`; path.time_s,
   /// where it has some, are felt by a body that relaxes, and recorded. A tool that leans touches
   /// with another point of it: from where that touches deflections count, about it torques are.
-  /// Of two tools (path.second) forces and errors are of both, the shape is a sphere.
+  /// For two tools (path.second) forces and errors are of both, the shape is a sphere.
   PointRows follow(const Vec3& position, const Vec3& normal, const ToolPath& path,
                    const Progress& progress = {}) const;
 

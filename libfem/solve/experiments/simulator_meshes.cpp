@@ -87,7 +87,7 @@ MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, co
                               const MeshRun* coarser) const {
   MeshRun out;
   out.nodes = static_cast<int>(mesh.nodes.rows());
-  out.rows.assign(plan.rows.size(), {});
+  out.rows.assign(plan.rows.rows(), {});
   const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
   const std::optional<double> touch =
       first_touch_m(mesh, here, {Vec3::Zero(), normal}, here.half_width_m);
@@ -114,17 +114,17 @@ MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, co
                           setup.options.equilibrium, bed_about(position));
   OnRow on_row;
   if (keeps_surface) {
-    out.surface.resize(plan.rows.size());
+    out.surface.resize(plan.rows.rows());
     Points places = setup.surface.vertices;
     places.rowwise() -= position.transpose();
     const SurfacePlaces surface_places(mesh, places, outward);
     const double quantum_m = std::ldexp(1, std::ilogb(here.length_m) - kSurfaceBits);
     on_row = [&out, surface_places, quantum_m](int row, const Points& u) {
-      out.surface[static_cast<std::size_t>(row)] = surface_places.displacement(u, quantum_m);
+      out.surface[row] = surface_places.displacement(u, quantum_m);
     };
   }
   out.rows = follow_paths(
-      equilibrium, here, pose, plan.paths, static_cast<int>(plan.rows.size()), setup.options.path,
+      equilibrium, here, pose, plan.paths, static_cast<int>(plan.rows.rows()), setup.options.path,
       progress, on_row,
       coarser != nullptr ? transferred(coarser->reached, coarser->mesh, mesh) : Waypoints{},
       &out.reached);
@@ -171,7 +171,7 @@ BaseRefinement Simulator::State::base_at(const ExperimentPlan& plan, const Vec3&
           : options.max_base_error);
 }
 
-/// Whether another material than that at the test point is so close that its border matters: on a
+/// True if another material than that at the test point is so close that its border matters: on a
 /// grid of half contact radii, two of them about the point.
 bool Simulator::State::sees_interface(const Vec3& position, const Probe& here,
                                       double depth_m) const {

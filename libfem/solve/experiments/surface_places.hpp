@@ -8,7 +8,7 @@
 
 namespace palpate::fem {
 
-/// Where places of a surface lie on the boundary of a solved mesh, so that they move as it does.
+/// Places of a surface on the boundary of a solved mesh, so that they move as it does.
 /// A place belongs to the nearest boundary face that faces its way (each face as four flat
 /// triangles between its six nodes), and moves by the face's own shape functions: at a node by
 /// exactly what the node moves.

@@ -16,17 +16,18 @@ constexpr std::array kBefore{0.3, 0.65, 1.0, 0.5, -0.05};
 }  // namespace
 
 ToolPath cycled_press(int point, const Vec3& inward, double depth_m) {
-  ToolPath path{point, Points(static_cast<Eigen::Index>(kCycle.size()), 3)};
+  ToolPath path{point, Points(kCycle.size(), 3)};
   for (std::size_t i = 0; i < kCycle.size(); ++i)
-    path.deflections.row(static_cast<Eigen::Index>(i)) = kCycle[i] * depth_m * inward.transpose();
+    path.deflections.row(i) = kCycle[i] * depth_m * inward.transpose();
   return path;
 }
 
 ToolPath after_press(const ToolPath& path, const Vec3& inward, double preload_m) {
   constexpr auto kRows = static_cast<Eigen::Index>(kBefore.size());
   ToolPath out{path.point, Points(kRows + path.deflections.rows(), 3)};
+  out.kind = path.kind;
   for (Eigen::Index i = 0; i < kRows; ++i)
-    out.deflections.row(i) = kBefore[static_cast<std::size_t>(i)] * preload_m * inward.transpose();
+    out.deflections.row(i) = kBefore[i] * preload_m * inward.transpose();
   out.deflections.bottomRows(path.deflections.rows()) = path.deflections;
   return out;
 }
@@ -50,12 +51,10 @@ ToolPath in_time(const ToolPath& path, double speed_m_s, double hold_s) {
     time_s.push_back(now_s +
                      hold_s * std::pow(10, kHoldDecades * (k - kHoldRows) / (kHoldRows - 1)));
   }
-  ToolPath out{
-      path.point, Points(static_cast<Eigen::Index>(place.size()), 3),
-      Eigen::Map<const Eigen::VectorXd>(time_s.data(), static_cast<Eigen::Index>(time_s.size())),
-      path.lean};
-  for (std::size_t i = 0; i < place.size(); ++i)
-    out.deflections.row(static_cast<Eigen::Index>(i)) = place[i].transpose();
+  ToolPath out = path;
+  out.deflections.resize(place.size(), 3);
+  out.time_s = Eigen::Map<const Eigen::VectorXd>(time_s.data(), time_s.size());
+  for (std::size_t i = 0; i < place.size(); ++i) out.deflections.row(i) = place[i].transpose();
   return out;
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-// Where a field came from, for errors.
+// Line and column of a field, for errors.
 struct Place {
   const std::filesystem::path& path;
   std::size_t line;

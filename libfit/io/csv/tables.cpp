@@ -58,11 +58,11 @@ Error error_at(const CsvTable& table, std::size_t row, const std::string& what,
 }
 
 Points columns(const CsvTable& table, std::string_view x, std::string_view y, std::string_view z) {
-  Points points(static_cast<Eigen::Index>(table.rows()), 3);
+  Points points(table.rows(), 3);
   const std::array names{x, y, z};
   for (std::size_t k = 0; k < 3; ++k)
-    points.col(static_cast<Eigen::Index>(k)) = Eigen::Map<const Eigen::VectorXd>(
-        table.number(names[k]).data(), static_cast<Eigen::Index>(table.rows()));
+    points.col(k) = Eigen::Map<const Eigen::VectorXd>(table.number(names[k]).data(),
+                                                      static_cast<Eigen::Index>(table.rows()));
   return points;
 }
 
@@ -118,19 +118,18 @@ std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path,
       throw error_at(table, first, "path `" + name[first] + "` comes back after another one",
                      "Keep the rows of a path together.");
     for (last = first; last < table.rows() && name[last] == name[first]; ++last)
-      if (point.row(static_cast<Eigen::Index>(last)) != point.row(static_cast<Eigen::Index>(first)))
+      if (point.row(last) != point.row(first))
         throw error_at(table, last, "path `" + name[last] + "` changes its test point",
                        "Repeat the point's x_m,y_m,z_m in all rows of a path.");
-    paths.push_back({name[first], point.row(static_cast<Eigen::Index>(first)),
-                     deflection.middleRows(static_cast<Eigen::Index>(first),
-                                           static_cast<Eigen::Index>(last - first))});
+    paths.push_back({name[first], point.row(first),
+                     deflection.middleRows(first, static_cast<Eigen::Index>(last - first))});
   }
   return paths;
 }
 
 namespace {
 
-// How many tools a path has: as many as rows have its first time.
+// Number of tools of a path: as many as rows have its first time.
 std::size_t tools_of(const CsvTable& table) {
   if (!table.has("tool")) return 1;
   const auto& time_s = table.number("t_s");
@@ -176,8 +175,8 @@ Quaternions unit_quaternions(const CsvTable& table) {
                 "Give all or none.");
   Quaternions out(static_cast<Eigen::Index>(table.rows()), 4);
   for (std::size_t k = 0; k < 4; ++k)
-    out.col(static_cast<Eigen::Index>(k)) = Eigen::Map<const Eigen::VectorXd>(
-        table.number(kNames[k]).data(), static_cast<Eigen::Index>(table.rows()));
+    out.col(k) = Eigen::Map<const Eigen::VectorXd>(table.number(kNames[k]).data(),
+                                                   static_cast<Eigen::Index>(table.rows()));
   for (Eigen::Index i = 0; i < out.rows(); ++i)
     if (!(std::abs(out.row(i).norm() - 1) <= kQuaternionTolerance))
       throw error_at(table, static_cast<std::size_t>(i),
@@ -206,7 +205,7 @@ void write_tip_path(const std::filesystem::path& path, const TipPath& tip) {
   CsvWriter csv(path, header(kTipPathRules, false));
   for (std::size_t i = 0; i < tip.time_s.size(); ++i) {
     csv.number(tip.time_s[i]);
-    put(csv, tip.position.row(static_cast<Eigen::Index>(i)));
+    put(csv, tip.position.row(i));
     csv.end_row();
   }
   csv.commit();
@@ -235,7 +234,7 @@ void write_curve_rows(const std::filesystem::path& path, const std::vector<Curve
       });
   CsvWriter csv(path, header(kCurveRules, has_deviation));
   for (const auto& row : rows) {
-    csv.integer(row.point).text(row.name).text(kCurveNames[static_cast<std::size_t>(row.curve)]);
+    csv.integer(row.point).text(row.name).text(kCurveNames[static_cast<int>(row.curve)]);
     csv.number(row.at_m).number(row.value_N).number(row.slope_N_m);
     if (has_deviation) csv.number(row.deviation_N);
     csv.end_row();

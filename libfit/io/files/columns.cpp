@@ -60,7 +60,7 @@ std::vector<int> read_codes(const Reader& reader, const std::string& column, std
     if (code < 0 || static_cast<std::size_t>(code) >= meanings.size())
       throw reader.error(column,
                          fmt::format("row {} has code {} without a name", out.size(), code));
-    out.push_back(meanings[static_cast<std::size_t>(code)]);
+    out.push_back(meanings[code]);
   }
   return out;
 }

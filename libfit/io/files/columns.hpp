@@ -10,7 +10,7 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/core/geometry.hpp"
-#include "libfit/core/probe.hpp"
+#include "libfit/core/samples.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/io/hdf5/hdf5.hpp"
 
@@ -39,14 +39,6 @@ Controls read_table(const Reader& reader, const std::string& name, std::string_v
 void write_table(Writer& writer, const std::string& name, std::string_view unit,
                  const Controls& values);
 
-/// How a column is kept. names: of its codes. is_optional: without rows it is not written.
-struct Kept {
-  std::string_view unit = kNoUnit;
-  bool may_be_nan = false;
-  std::span<const std::string_view> names = {};
-  bool is_optional = false;
-};
-
 template <class Column>
 Eigen::Index rows_of(const Column& column) {
   if constexpr (requires { column.rows(); })
@@ -64,21 +56,21 @@ class ColumnReader {
   explicit ColumnReader(const Reader& in) : in_(in) {}
 
   template <class Column>
-  bool first(const std::string& name, Column& column, const Kept& kept = {}) {
+  bool first(const std::string& name, Column& column, const ColumnFormat& kept = {}) {
     rows_ = kAny;
     (*this)(name, column, kept);
     rows_ = static_cast<std::size_t>(rows_of(column));
     return !kept.is_optional || in_.has(name);
   }
   template <class Column>
-  void operator()(const std::string& name, Column& column, const Kept& kept = {}) const {
+  void operator()(const std::string& name, Column& column, const ColumnFormat& kept = {}) const {
     if (!kept.is_optional || in_.has(name)) get(name, column, kept);
   }
 
  private:
   template <class Matrix>
   requires requires { Matrix::ColsAtCompileTime; }
-  void get(const std::string& name, Matrix& out, const Kept& kept) const {
+  void get(const std::string& name, Matrix& out, const ColumnFormat& kept) const {
     constexpr int kColumns = Matrix::ColsAtCompileTime;
     const Shape shape{rows_, kColumns == 1 ? std::size_t{0} : std::size_t{kColumns}};
     const auto fill = [&](const auto& values) {
@@ -90,18 +82,19 @@ class ColumnReader {
     else
       fill(in_.integers(name, kept.unit, shape));
   }
-  void get(const std::string& name, std::vector<std::string>& out, const Kept&) const {
+  void get(const std::string& name, std::vector<std::string>& out, const ColumnFormat&) const {
     out = in_.strings(name, rows_);
   }
-  void get(const std::string& name, std::vector<std::int32_t>& out, const Kept& kept) const {
+  void get(const std::string& name, std::vector<std::int32_t>& out,
+           const ColumnFormat& kept) const {
     out = in_.integers(name, kept.unit, {rows_, 0});
   }
-  void get(const std::string& name, std::vector<char>& out, const Kept& kept) const {
+  void get(const std::string& name, std::vector<char>& out, const ColumnFormat& kept) const {
     const auto values = in_.bytes(name, kept.unit, {rows_, 0});
     out.assign(values.begin(), values.end());
   }
   template <class Code>
-  void get(const std::string& name, std::vector<Code>& out, const Kept& kept) const {
+  void get(const std::string& name, std::vector<Code>& out, const ColumnFormat& kept) const {
     out.clear();
     for (const int code : read_codes(in_, name, rows_, kept.names))
       out.push_back(static_cast<Code>(code));
@@ -116,12 +109,12 @@ class ColumnWriter {
   explicit ColumnWriter(Writer& out) : out_(out) {}
 
   template <class Column>
-  bool first(const std::string& name, const Column& column, const Kept& kept = {}) {
+  bool first(const std::string& name, const Column& column, const ColumnFormat& kept = {}) {
     (*this)(name, column, kept);
     return !kept.is_optional || rows_of(column) > 0;
   }
   template <class Column>
-  void operator()(const std::string& name, const Column& column, const Kept& kept = {}) {
+  void operator()(const std::string& name, const Column& column, const ColumnFormat& kept = {}) {
     if (kept.is_optional && rows_of(column) == 0) return;
     put(name, column, kept);
     if (!kept.names.empty())
@@ -130,7 +123,7 @@ class ColumnWriter {
 
  private:
   template <class Column>
-  void put(const std::string& name, const Column& column, const Kept& kept) {
+  void put(const std::string& name, const Column& column, const ColumnFormat& kept) {
     const auto rows = static_cast<std::size_t>(rows_of(column));
     if constexpr (requires { Column::ColsAtCompileTime; }) {
       constexpr int kColumns = Column::ColsAtCompileTime;
@@ -162,12 +155,13 @@ class RowChecker {
   explicit RowChecker(const Complain& complain) : complain_(complain) {}
 
   template <class Column>
-  bool first(const std::string&, const Column& column, const Kept& = {}) {
+  bool first(const std::string&, const Column& column, const ColumnFormat& = {}) {
     rows_ = rows_of(column);
     return true;
   }
   template <class Column>
-  void operator()(const std::string& name, const Column& column, const Kept& kept = {}) const {
+  void operator()(const std::string& name, const Column& column,
+                  const ColumnFormat& kept = {}) const {
     if (!kept.is_optional || rows_of(column) > 0)
       check_rows(complain_, name, rows_of(column), rows_);
   }

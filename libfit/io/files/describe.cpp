@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "libfit/io/files/signals_file.hpp"
+#include "libfit/io/files/files.hpp"
 
 namespace palpate {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "libfit/core/body.hpp"
 #include "libfit/core/curves.hpp"
+#include "libfit/core/recorded_signals.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/io/hdf5/hdf5.hpp"
 
@@ -31,7 +32,8 @@ Samples read_samples(const std::filesystem::path& path);
 void write_samples(const std::filesystem::path& path, const Samples& samples,
                    const Attributes& attributes = {});
 
-/// Where the motion of the surface is kept beside samples: samples.h5, samples.surface.h5.
+/// Name under which the motion of the surface is kept beside samples: samples.h5,
+/// samples.surface.h5.
 std::filesystem::path surface_path(std::filesystem::path samples_path);
 
 /// Reads the motion of the surface of these samples into samples.surface. Throws Error on a
@@ -56,7 +58,7 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& curves,
 /// The side file of a curves.h5, `curves.h5.warm`: may be deleted at any time.
 std::filesystem::path fit_cache_path(const std::filesystem::path& curves_path);
 
-/// What the fit of these curves left for a warm start. Nothing where the side file is missing,
+/// Fit cache of these curves for a warm start. Nothing where the side file is missing,
 /// damaged, or not of the curves.h5 as it is now: then a warm start takes longer.
 std::optional<FitCache> read_fit_cache(const std::filesystem::path& curves_path,
                                        const FittedCurves& curves);
@@ -92,6 +94,21 @@ inline constexpr FileSchema kModelSchema{"palpate-model", "Make it again with `p
 inline constexpr std::array kFileSchemas{kBodySchema,   kSamplesSchema,  kSurfaceSchema,
                                          kCurvesSchema, kFitCacheSchema, kModelSchema};
 
+inline constexpr FileSchema kSignalsSchema{"palpate-signals",
+                                           "Make it again with `palpate import`."};
+
+/// Name under which the signals of the recordings behind samples are kept: samples.h5,
+/// samples.signals.h5.
+std::filesystem::path signals_path(std::filesystem::path samples_path);
+
+/// Recordings as they came, for pictures (docs/formats/samples.md). Throws Error on a malformed
+/// file.
+std::vector<RecordedSignal> read_signals(const std::filesystem::path& path);
+
+/// Stores them, whole or not at all. Refuses what read_signals would refuse.
+void write_signals(const std::filesystem::path& path, const std::vector<RecordedSignal>& signals,
+                   const Attributes& attributes = {});
+
 struct DataSetDescription {
   std::string name;  ///< "rows/force"
   std::string type;  ///< "float64", "int32", "text", ...
@@ -99,7 +116,7 @@ struct DataSetDescription {
   std::string unit;  ///< empty when the file has none
 };
 
-/// What an HDF5 file says about itself, without its values.
+/// Description of an HDF5 file without its values.
 struct FileDescription {
   std::string schema;  ///< "palpate-samples", ...
   int version = 0;

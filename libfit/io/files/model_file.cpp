@@ -99,7 +99,7 @@ void check_blend(const h5::Complain& complain, const Model& model) {
   check_indices(complain, "blend_point", model.blend_point.data(), vertices, 3,
                 std::numeric_limits<std::int32_t>::max());
   for (Eigen::Index v = 0; v < vertices; ++v) {
-    const double sum = model.is_covered[static_cast<std::size_t>(v)] != 0 ? 1 : 0;
+    const double sum = model.is_covered[v] != 0 ? 1 : 0;
     const auto weight = model.blend_weight.row(v);
     if (!(weight.minCoeff() >= 0) || !(std::abs(weight.sum() - sum) <= kWeightSumTolerance))
       throw complain("blend_weight", "row " + std::to_string(v) +

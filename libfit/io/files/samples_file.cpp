@@ -19,27 +19,16 @@ constexpr std::array<std::string_view, 3> kGradeNames{"good", "fair", "poor"};
 // S: Samples or const Samples.
 template <class S, class F>
 void columns(S& s, F& f) {
-  f.first("points/position", s.point_position, {"m"});
-  f("points/normal", s.point_normal);
-  f("points/name", s.point_name);
-  f("points/normal_gradient", s.point_normal_gradient, {.unit = "1/m", .is_optional = true});
-  f("points/sway", s.point_sway, {.unit = "m/N", .is_optional = true});
-  f("points/scale", s.point_scale, {.is_optional = true});
-
-  f.first("rows/point", s.point);
-  f("rows/experiment", s.experiment);
-  f("rows/kind", s.kind, {.names = kExperimentKindNames});
-  f("rows/step", s.step);
-  f("rows/tool", s.tool, {.is_optional = true});
-  f("rows/probe", s.probe_number, {.is_optional = true});
-  f("rows/deflection", s.deflection, {"m"});
-  f("rows/force", s.force, {"N", true});
-  f("rows/torque", s.torque, {"N m", true});
-  f("rows/force_error", s.force_error, {"N", true});
-  f("rows/status", s.status, {.names = kRowStatusNames});
-  f("rows/step_check", s.step_check, {.names = kStepCheckNames, .is_optional = true});
-  f("rows/time", s.time_s, {.unit = "s", .may_be_nan = true, .is_optional = true});
-  f("rows/lean", s.lean, {.is_optional = true});
+  const auto of_group = [&s, &f](const char* first) {
+    return [&s, &f, first](const char* name, auto column, const ColumnFormat& format, auto...) {
+      if (std::string_view(name) == first)
+        f.first(name, s.*column, format);
+      else
+        f(name, s.*column, format);
+    };
+  };
+  each_point_column(of_group("points/position"));
+  each_row_column(of_group("rows/point"));
 
   relaxation_columns(s.relaxation, f);
 
@@ -74,18 +63,17 @@ void check_numbers(const Samples& s, const h5::Complain& complain) {
   if (!s.point_scale.allFinite()) throw complain("points/scale", "is not finite");
   check_finite(complain, "rows/deflection", s.deflection);
   for (Eigen::Index i = 0; i < s.rows(); ++i) {
-    const bool is_good = s.status[static_cast<std::size_t>(i)] == RowStatus::good;
+    const bool is_good = s.status[i] == RowStatus::good;
     if (is_good && !s.force.row(i).allFinite())
       throw complain("rows/force", row_name(i) + " is good but not a finite number");
     if (is_good && !s.torque.row(i).allFinite())
       throw complain("rows/torque", row_name(i) + " is good but not a finite number");
-    if (s.lean.rows() > 0 && !(s.lean.row(i).norm() < 1))
+    if (!(s.lean_at(i).norm() < 1))
       throw complain("rows/lean", row_name(i) + " is not shorter than 1");
     if (s.force_error[i] < 0) throw complain("rows/force_error", row_name(i) + " is negative");
     if (s.time_s.size() == 0 || std::isnan(s.time_s[i])) continue;
-    const bool is_first = i == 0 || s.experiment[static_cast<std::size_t>(i)] !=
-                                        s.experiment[static_cast<std::size_t>(i - 1)];
-    const bool is_next_tool = !s.tool.empty() && s.tool[static_cast<std::size_t>(i)] > 0;
+    const bool is_first = i == 0 || s.experiment[i] != s.experiment[i - 1];
+    const bool is_next_tool = s.tool_of(i) > 0;
     if (!(s.time_s[i] >= 0) || !std::isfinite(s.time_s[i]) ||
         (!is_first && !is_next_tool && !(s.time_s[i] > s.time_s[i - 1])))
       throw complain("rows/time", row_name(i) + " does not come after the row before");
@@ -95,7 +83,6 @@ void check_numbers(const Samples& s, const h5::Complain& complain) {
 // Rows of an experiment follow one another and share kind and, tool by tool, place.
 void check_experiments(const Samples& s, const h5::Complain& complain) {
   std::unordered_set<std::int32_t> finished;
-  const auto tool_of = [&](std::size_t row) { return s.tool.empty() ? 0 : s.tool[row]; };
   std::vector<std::int32_t> place;  // of each tool of the experiment
   for (std::size_t i = 0; i < s.point.size(); ++i) {
     if (i > 0 && s.experiment[i] != s.experiment[i - 1]) {
@@ -105,18 +92,17 @@ void check_experiments(const Samples& s, const h5::Complain& complain) {
         throw complain("rows/experiment",
                        fmt::format("{} goes back to experiment {}", row_name(i), s.experiment[i]));
     }
-    const int tool = tool_of(i), before = i > 0 && !place.empty() ? tool_of(i - 1) : -1;
+    const int tool = s.tool_of(i), before = i > 0 && !place.empty() ? s.tool_of(i - 1) : -1;
     if (tool != 0 && tool != before + 1)
       throw complain("rows/tool", row_name(i) + " does not follow the tool before");
     if (static_cast<std::size_t>(tool) == place.size()) place.push_back(s.point[i]);
-    if (s.point[i] != place[static_cast<std::size_t>(tool)] ||
-        (before >= 0 && s.kind[i] != s.kind[i - 1]))
+    if (s.point[i] != place[tool] || (before >= 0 && s.kind[i] != s.kind[i - 1]))
       throw complain("rows/experiment", fmt::format("{} changes point or kind within experiment {}",
                                                     row_name(i), s.experiment[i]));
   }
 }
 
-// Of which of the probes a row is.
+// Rows name probes that the file has.
 void check_probes(const Samples& s, const h5::Complain& complain) {
   const auto others = static_cast<std::int32_t>(s.other_probes.size());
   for (std::size_t i = 0; i < s.probe_number.size(); ++i) {
@@ -127,7 +113,7 @@ void check_probes(const Samples& s, const h5::Complain& complain) {
       throw complain("rows/probe", row_name(i) + " changes the probe within an experiment");
   }
   for (std::size_t i = 0; i < s.kind.size(); ++i)
-    if ((s.kind[i] == ExperimentKind::other) != (!s.probe_number.empty() && s.probe_number[i] > 0))
+    if ((s.kind[i] == ExperimentKind::other) != (s.probe_of(i) > 0))
       throw complain("rows/probe", row_name(i) +
                                        " of kind `other` is of the samples' own probe, "
                                        "or the other way round");

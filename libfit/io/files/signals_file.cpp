@@ -1,4 +1,4 @@
-#include "libfit/io/files/signals_file.hpp"
+#include "libfit/io/files/files.hpp"
 
 #include <algorithm>
 
@@ -101,19 +101,15 @@ std::vector<RecordedSignal> read_signals(const std::filesystem::path& path) {
   Eigen::Index at = 0;
   for (std::size_t i = 0; i < signals.size(); ++i) {
     RecordedSignal& s = signals[i];
-    const auto row = static_cast<Eigen::Index>(i);
-    s = {c.file[i],        c.point[i],
-         c.experiment[i],  c.grade[i],
-         c.reasons[i],     c.estimator[i],
-         c.contact_m[row], c.contact_deviation_m[row],
-         c.noise_N[row],   {}};
-    s.trace.bias_N = c.bias_N[row], s.trace.drift_N_m = c.drift_N_m[row];
+    s = {c.file[i],      c.point[i],     c.experiment[i],          c.grade[i],   c.reasons[i],
+         c.estimator[i], c.contact_m[i], c.contact_deviation_m[i], c.noise_N[i], {}};
+    s.trace.bias_N = c.bias_N[i], s.trace.drift_N_m = c.drift_N_m[i];
     for (const Eigen::Index end = at + c.readings[i]; at < end; ++at) {
       s.trace.time_s.push_back(static_cast<float>(c.time_s[at]));
       s.trace.travel_m.push_back(static_cast<float>(c.travel_m[at]));
       s.trace.push_N.push_back(static_cast<float>(c.push_N[at]));
-      s.trace.phase.push_back(c.phase[static_cast<std::size_t>(at)]);
-      s.trace.is_used.push_back(c.is_used[static_cast<std::size_t>(at)]);
+      s.trace.phase.push_back(c.phase[at]);
+      s.trace.is_used.push_back(c.is_used[at]);
     }
   }
   return signals;

@@ -69,7 +69,7 @@ struct Shape {
 /// "12", "12 x 3".
 std::string to_string(const Shape& shape);
 
-/// Of every format: the root attribute `version` (docs/formats.md).
+/// Root attribute of every format, `version` (docs/formats.md).
 inline constexpr int kFileVersion = 1;
 
 /// Wildcard in the shape a reader expects.

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "libfit/core/experiments.hpp"
-#include "libfit/core/straight_presses.hpp"
+#include "libfit/core/samples.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/batch/plausible.hpp"
 #include "libfit/recordings/placing/place.hpp"

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "libfem/solve/experiments/simulate.hpp"
-#include "libfit/core/join_samples.hpp"
+#include "libfit/core/samples.hpp"
 #include "tests/libfem/calibrate/region_holds.hpp"
 #include "tests/libfem/solve/block.hpp"
 

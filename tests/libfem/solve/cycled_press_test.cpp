@@ -27,12 +27,12 @@ TEST(CycledPress, a_press_in_and_out_and_in_again_is_softer_up_to_where_it_had_b
   double deepest_m = 0, work_J = 0, before_N = 0, before_m = 0;
   int unloaded = 0;
   std::vector<double> force_N, share;
-  for (std::size_t i = 0; i < soft.rows.size(); ++i) {
-    ASSERT_EQ(soft.rows[i].status, RowStatus::good) << i;
-    ASSERT_EQ(whole.rows[i].status, RowStatus::good) << i;
-    const double d = soft.rows[i].deflection.dot(kInward);
-    force_N.push_back(soft.rows[i].force.dot(kInward));
-    share.push_back(force_N.back() / whole.rows[i].force.dot(kInward));
+  for (Eigen::Index i = 0; i < soft.rows(); ++i) {
+    ASSERT_EQ(soft.status[i], RowStatus::good) << i;
+    ASSERT_EQ(whole.status[i], RowStatus::good) << i;
+    const double d = soft.deflection.row(i).dot(kInward);
+    force_N.push_back(soft.force.row(i).dot(kInward));
+    share.push_back(force_N.back() / whole.force.row(i).dot(kInward));
     work_J += 0.5 * (force_N.back() + before_N) * (d - before_m);
     before_N = force_N.back();
     before_m = d;

@@ -93,7 +93,7 @@ TEST(DenseKernels, a_general_system_is_solved_with_row_exchanges) {
       if (size == 1) continue;
       A.bottomLeftCorner(size > 0 ? 1 : 0, size > 0 ? 1 : 0).array() += static_cast<float>(size);
       Eigen::VectorXf found = A * x;
-      std::vector<int> exchanges(static_cast<std::size_t>(size));
+      std::vector<int> exchanges(size);
       dense_kernels(set).factor_general(A.data(), size, exchanges.data());
       dense_kernels(set).solve_general(A.data(), size, exchanges.data(), found.data());
       EXPECT_LT(relative(found.cast<double>(), x.cast<double>()), 2e-5)

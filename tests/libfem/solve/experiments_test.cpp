@@ -26,9 +26,9 @@ const PointRows& with_friction() {
 /// Greatest difference of force between runs, over the greatest force.
 double difference(const PointRows& a, const PointRows& b, double factor = 1) {
   double largest = 0, worst = 0;
-  for (std::size_t i = 0; i < a.rows.size(); ++i) {
-    largest = std::max(largest, a.rows[i].force.norm());
-    worst = std::max(worst, (a.rows[i].force - factor * b.rows[i].force).norm());
+  for (Eigen::Index i = 0; i < a.rows(); ++i) {
+    largest = std::max(largest, a.force.row(i).norm());
+    worst = std::max(worst, (a.force.row(i) - factor * b.force.row(i)).norm());
   }
   return worst / largest;
 }
@@ -54,9 +54,9 @@ TEST(PressAndDrag, what_stands_behind_the_tool_is_not_met) {
     slot.surface = {slot.volume.nodes, boundary_triangles(slot.volume.tets)};
     const PointRows b = pressed(slot);
     EXPECT_NEAR(b.touch_offset_m, 0, 1e-9);
-    for (std::size_t i = 0; i < a.rows.size(); ++i) {
-      ASSERT_EQ(b.rows[i].status, RowStatus::good);
-      EXPECT_NEAR((b.rows[i].force - a.rows[i].force).norm(), 0, 1e-6 * a.rows[i].force.norm());
+    for (Eigen::Index i = 0; i < a.rows(); ++i) {
+      ASSERT_EQ(b.status[i], RowStatus::good);
+      EXPECT_NEAR((b.force.row(i) - a.force.row(i)).norm(), 0, 1e-6 * a.force.row(i).norm());
     }
   }
 }
@@ -65,49 +65,49 @@ TEST(PressAndDrag, every_row_on_a_flat_block_is_good) {
   const PointRows& result = with_friction();
   EXPECT_TRUE(result.is_complete);
   EXPECT_NEAR(result.touch_offset_m, 0, 1e-9);
-  ASSERT_EQ(result.rows.size(), 7u);
-  for (const PointRow& row : result.rows)
-    EXPECT_EQ(row.status, RowStatus::good)
-        << "experiment " << row.experiment << " step " << row.step;
+  ASSERT_EQ(result.rows(), 7);
+  for (Eigen::Index row = 0; row < result.rows(); ++row)
+    EXPECT_EQ(result.status[row], RowStatus::good)
+        << "experiment " << result.experiment[row] << " step " << result.step[row];
 }
 
 // Thick layers of Hertz: 4/3 E* sqrt(R d) d is a lower bound on a block held at its bottom, and at
 // half an R of depth on 4 R of thickness it is exceeded by less than three times.
 TEST(PressAndDrag, press_force_exceeds_hertz_by_no_more_than_the_bottom_explains) {
   for (int i = 0; i < 3; ++i) {
-    const PointRow& row = with_friction().rows[i];
-    const double d = row.deflection.norm();
+    const double d = with_friction().deflection.row(i).norm();
     const double hertz = 4.0 / 3 * kYoung_Pa / (1 - kPoisson * kPoisson) * std::sqrt(0.008 * d) * d;
-    EXPECT_GT(row.force.dot(kInward), 0.95 * hertz) << d;
-    EXPECT_LT(row.force.dot(kInward), 3 * hertz) << d;
+    EXPECT_GT(with_friction().force.row(i).dot(kInward), 0.95 * hertz) << d;
+    EXPECT_LT(with_friction().force.row(i).dot(kInward), 3 * hertz) << d;
   }
 }
 
 TEST(PressAndDrag, drag_pushes_the_body_along_the_motion_and_reaches_a_plateau) {
   const PointRows& result = with_friction();
   double before = 0;
-  for (std::size_t i = 3; i < result.rows.size(); ++i) {
-    const PointRow& row = result.rows[i];
-    EXPECT_EQ(row.kind, ExperimentKind::drag);
-    const Vec3 lateral = row.deflection - kInward * kInward.dot(row.deflection);
-    const double along = row.force.dot(lateral.normalized()), normal = row.force.dot(kInward);
-    EXPECT_GT(along, 0.99 * before) << "step " << row.step;
-    EXPECT_LT(along, normal) << "step " << row.step;
-    EXPECT_GT(along, 0.05 * normal) << "step " << row.step;
+  for (Eigen::Index i = 3; i < result.rows(); ++i) {
+    EXPECT_EQ(result.kind[i], ExperimentKind::drag);
+    const Vec3 lateral =
+        result.deflection.row(i).transpose() - kInward * kInward.dot(result.deflection.row(i));
+    const double along = result.force.row(i).dot(lateral.normalized()),
+                 normal = result.force.row(i).dot(kInward);
+    EXPECT_GT(along, 0.99 * before) << "step " << result.step[i];
+    EXPECT_LT(along, normal) << "step " << result.step[i];
+    EXPECT_GT(along, 0.05 * normal) << "step " << result.step[i];
     before = along;
   }
-  const auto along = [&](std::size_t i) { return result.rows[i].force.x(); };
+  const auto along = [&](std::size_t i) { return result.force.row(i).x(); };
   EXPECT_LT(along(6) - along(5), 0.15 * (along(3))) << "no plateau";
-  EXPECT_GT(along(6), 0.8 * kFriction * result.rows[6].force.dot(kInward));
+  EXPECT_GT(along(6), 0.8 * kFriction * result.force.row(6).dot(kInward));
 }
 
 TEST(PressAndDrag, drag_without_friction_costs_almost_nothing_on_a_flat_block) {
   const PointRows result = run(block_setup(0));
-  for (std::size_t i = 3; i < result.rows.size(); ++i) {
-    const PointRow& row = result.rows[i];
-    ASSERT_EQ(row.status, RowStatus::good);
-    EXPECT_LT((row.force - kInward * kInward.dot(row.force)).norm(), 0.05 * row.force.norm())
-        << "step " << row.step;
+  for (Eigen::Index i = 3; i < result.rows(); ++i) {
+    ASSERT_EQ(result.status[i], RowStatus::good);
+    EXPECT_LT((result.force.row(i).transpose() - kInward * kInward.dot(result.force.row(i))).norm(),
+              0.05 * result.force.row(i).norm())
+        << "step " << result.step[i];
   }
 }
 
@@ -131,7 +131,8 @@ TEST(PressAndDrag, force_over_modulus_and_area_does_not_know_the_unit_of_length)
   SimulationSetup setup = tight_block(kScale);
   setup.materials[0].values[0] *= kSofter;
   const PointRows large = run(setup, kScale);
-  for (const PointRow& row : large.rows) EXPECT_EQ(row.status, RowStatus::good);
+  for (Eigen::Index row = 0; row < large.rows(); ++row)
+    EXPECT_EQ(large.status[row], RowStatus::good);
   EXPECT_LT(difference(tight_run(), large, 1 / (kScale * kScale * kSofter)), kSameRun);
 }
 
@@ -148,13 +149,13 @@ TEST(PressAndDrag, the_coarse_grid_gives_a_finite_error_of_a_few_percent) {
   setup.options.coarse_ratio = SolverOptions{}.coarse_ratio;
   setup.options.element_size = setup.options.growth = SolverOptions{}.growth;
   const PointRows result = Simulator(setup).press_and_drag(block_top(), kInward, press_only(2));
-  for (const PointRow& row : result.rows) {
-    ASSERT_EQ(row.status, RowStatus::good);
-    EXPECT_GT(row.force_error, 0);
-    EXPECT_LT(row.force_error, 0.2 * row.force.norm());
+  for (Eigen::Index row = 0; row < result.rows(); ++row) {
+    ASSERT_EQ(result.status[row], RowStatus::good);
+    EXPECT_GT(result.force_error[row], 0);
+    EXPECT_LT(result.force_error[row], 0.2 * result.force.row(row).norm());
   }
   EXPECT_LT(result.cost.coarse_nodes, result.cost.nodes);
-  EXPECT_TRUE(std::isnan(with_friction().rows[0].force_error)) << "no coarse grid, no estimate";
+  EXPECT_TRUE(std::isnan(with_friction().force_error[0])) << "no coarse grid, no estimate";
 }
 
 TEST(Equilibrium, force_and_torque_of_the_probe_balance_the_ground_to_the_tolerance_of_the_solver) {
@@ -201,14 +202,16 @@ TEST(PressAndDrag, a_drag_on_the_coarse_grid_times_the_factor_of_its_press_is_th
   const PointRows quick = run(setup);
   setup.options.force_tolerance = 0.5;  // no finer mesh
   const PointRows both = run(setup);
-  ASSERT_EQ(quick.rows.size(), 7u);
-  for (std::size_t i = 0; i < quick.rows.size(); ++i) {
-    const PointRow &row = quick.rows[i], &other = both.rows[i];
-    ASSERT_EQ(row.status, RowStatus::good) << i;
-    const bool is_press = row.kind == ExperimentKind::press;
-    EXPECT_LT((row.force - other.force).norm(), 0.02 * other.force.norm()) << i;
-    EXPECT_EQ(row.force_error > 0.015 * row.force.norm(), !is_press) << i;
-    EXPECT_LT((row.torque - other.torque).norm(), 0.02 * 0.008 * other.force.norm()) << i;
+  ASSERT_EQ(quick.rows(), 7);
+  for (Eigen::Index i = 0; i < quick.rows(); ++i) {
+    ASSERT_EQ(quick.status[i], RowStatus::good) << i;
+    const bool is_press = quick.kind[i] == ExperimentKind::press;
+    EXPECT_LT((quick.force.row(i) - both.force.row(i)).norm(), 0.02 * both.force.row(i).norm())
+        << i;
+    EXPECT_EQ(quick.force_error[i] > 0.015 * quick.force.row(i).norm(), !is_press) << i;
+    EXPECT_LT((quick.torque.row(i) - both.torque.row(i)).norm(),
+              0.02 * 0.008 * both.force.row(i).norm())
+        << i;
   }
   EXPECT_LT(2 * quick.cost.solver.newton, both.cost.solver.newton);
 }
@@ -227,15 +230,16 @@ TEST(Paths, on_the_coarse_grid_times_the_factor_of_a_press_are_those_on_both) {
   turning << 0, 0, -0.002, 0, 0, -0.004, 0.002, 0, -0.0035, 0.004, 0, -0.003, 0.003, 0.002, -0.003,
       0.001, 0.003, -0.0035;
   const PointRows cheap = follow(quick, turning), dear = follow(both, turning);
-  ASSERT_EQ(cheap.rows.size(), 6u) << "without those of the press";
-  for (std::size_t i = 0; i < cheap.rows.size(); ++i) {
-    const PointRow &row = cheap.rows[i], &other = dear.rows[i];
-    ASSERT_EQ(row.status, RowStatus::good) << i;
-    EXPECT_EQ(row.kind, ExperimentKind::path);
-    EXPECT_LT((row.force - other.force).norm(), row.force_error) << i;
-    EXPECT_LT((row.torque - other.torque).norm(), 0.02 * 0.008 * other.force.norm()) << i;
-    EXPECT_GT(row.force_error, 0.014 * row.force.norm()) << i;
-    EXPECT_LT(row.force_error, 0.03 * row.force.norm()) << i;
+  ASSERT_EQ(cheap.rows(), 6) << "without those of the press";
+  for (Eigen::Index i = 0; i < cheap.rows(); ++i) {
+    ASSERT_EQ(cheap.status[i], RowStatus::good) << i;
+    EXPECT_EQ(cheap.kind[i], ExperimentKind::path);
+    EXPECT_LT((cheap.force.row(i) - dear.force.row(i)).norm(), cheap.force_error[i]) << i;
+    EXPECT_LT((cheap.torque.row(i) - dear.torque.row(i)).norm(),
+              0.02 * 0.008 * dear.force.row(i).norm())
+        << i;
+    EXPECT_GT(cheap.force_error[i], 0.014 * cheap.force.row(i).norm()) << i;
+    EXPECT_LT(cheap.force_error[i], 0.03 * cheap.force.row(i).norm()) << i;
   }
   EXPECT_LT(2 * cheap.cost.solver.newton, dear.cost.solver.newton);
   EXPECT_EQ(difference(follow(quick, turning.topRows(2)), follow(both, turning.topRows(2))), 0)
@@ -251,22 +255,22 @@ TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_on_a_finer_mesh) {
   setup.options.max_base_error = 0;
   setup.materials[0].values[1] = 0.49;
   const PointRows plain = Simulator(setup).press_and_drag(block_top(), kInward, press_only(1));
-  const double before = achieved_error(plain.rows);
+  const double before = achieved_error(plain);
   ASSERT_GT(before, 0.012);
 
   setup.options.force_tolerance = 1.01 * before;
   const PointRows same = Simulator(setup).press_and_drag(block_top(), kInward, press_only(1));
   EXPECT_EQ(same.cost.nodes, plain.cost.nodes);
-  EXPECT_EQ(same.rows.back().force, plain.rows.back().force);
+  EXPECT_EQ(same.force.row(same.rows() - 1), plain.force.row(plain.rows() - 1));
 
   setup.options.force_tolerance = 0.7 * before;
   const PointRows finer = Simulator(setup).press_and_drag(block_top(), kInward, press_only(1));
-  EXPECT_LT(achieved_error(finer.rows), 0.7 * before);
+  EXPECT_LT(achieved_error(finer), 0.7 * before);
   EXPECT_GT(finer.cost.nodes, 3 * plain.cost.nodes / 2);
   EXPECT_EQ(finer.cost.coarse_nodes, plain.cost.nodes);
-  for (std::size_t i = 0; i < plain.rows.size(); ++i)
-    EXPECT_LT((finer.rows[i].force - plain.rows[i].force).norm(),
-              finer.rows[i].force_error + plain.rows[i].force_error);
+  for (Eigen::Index i = 0; i < plain.rows(); ++i)
+    EXPECT_LT((finer.force.row(i) - plain.force.row(i)).norm(),
+              finer.force_error[i] + plain.force_error[i]);
 }
 
 TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_with_what_the_base_mesh_hides) {
@@ -275,11 +279,10 @@ TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_with_what_the_base_mes
   setup.options.max_base_error = 1;  // what the base mesh hides is stated, not halved
   setup.options.element_size = setup.options.growth = SolverOptions{}.growth;
   const double before =
-      achieved_error(Simulator(setup).press_and_drag(block_top(), kInward, press_only(2)).rows);
+      achieved_error(Simulator(setup).press_and_drag(block_top(), kInward, press_only(2)));
   setup.options.force_tolerance = 0.9 * before;
-  EXPECT_LT(
-      achieved_error(Simulator(setup).press_and_drag(block_top(), kInward, press_only(2)).rows),
-      0.9 * before);
+  EXPECT_LT(achieved_error(Simulator(setup).press_and_drag(block_top(), kInward, press_only(2))),
+            0.9 * before);
 }
 
 }  // namespace

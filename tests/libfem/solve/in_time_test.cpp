@@ -26,8 +26,7 @@ ToolPath press_and_hold(double depth_m, int rows, double press_s,
   path.time_s.resize(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     path.deflections.row(i) = depth_m * std::min(1.0, double(i + 1) / rows) * kInward.transpose();
-    path.time_s[i] = i < rows ? press_s * double(i + 1) / rows
-                              : press_s + hold_s[static_cast<std::size_t>(i - rows)];
+    path.time_s[i] = i < rows ? press_s * double(i + 1) / rows : press_s + hold_s[i - rows];
   }
   return path;
 }
@@ -36,9 +35,9 @@ ToolPath press_and_hold(double depth_m, int rows, double press_s,
 class SlowCurve {
  public:
   SlowCurve(const PointRows& press) {
-    for (const PointRow& row : press.rows) {
-      depth_.push_back(row.deflection.dot(kInward));
-      over_.push_back(row.force.dot(kInward) / std::pow(depth_.back(), 1.5));
+    for (Eigen::Index row = 0; row < press.rows(); ++row) {
+      depth_.push_back(press.deflection.row(row).dot(kInward));
+      over_.push_back(press.force.row(row).dot(kInward) / std::pow(depth_.back(), 1.5));
     }
   }
   double operator()(double d) const {
@@ -84,9 +83,9 @@ SimulationSetup block(double poisson, const Relaxation& relaxation) {
 /// Largest difference of a timed press from what is expected, over what is expected there.
 double largest_difference(const PointRows& rows, const std::vector<double>& expected) {
   double worst = 0;
-  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
-    EXPECT_EQ(rows.rows[i].status, RowStatus::good) << i;
-    worst = std::max(worst, std::abs(rows.rows[i].force.dot(kInward) / expected[i] - 1));
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    EXPECT_EQ(rows.status[i], RowStatus::good) << i;
+    worst = std::max(worst, std::abs(rows.force.row(i).dot(kInward) / expected[i] - 1));
   }
   return worst;
 }
@@ -178,13 +177,13 @@ TEST(InTime, slow_and_fast_motion_are_elastic_with_long_term_and_first_moduli) {
     const PointRows rows = simulator.follow(block_top(), kInward, path);
     const PointRows elastic = Simulator(is_fast ? fast_elastic : slow_elastic)
                                   .follow(block_top(), kInward, {0, path.deflections});
-    for (std::size_t i = 0; i < rows.rows.size(); ++i) {
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
       // The share of U that an element averages is that of slow motion; the mesh is coarse.
-      EXPECT_NEAR(rows.rows[i].force.dot(kInward) / elastic.rows[i].force.dot(kInward), 1,
+      EXPECT_NEAR(rows.force.row(i).dot(kInward) / elastic.force.row(i).dot(kInward), 1,
                   is_fast ? 0.01 : 0.003)
           << is_fast << " " << i;
-      EXPECT_EQ(rows.rows[i].time_s, path.time_s[static_cast<Eigen::Index>(i)]);
-      EXPECT_TRUE(std::isnan(elastic.rows[i].time_s));
+      EXPECT_EQ(rows.time_s[i], path.time_s[i]);
+      EXPECT_TRUE(std::isnan(elastic.time_s[i]));
     }
   }
 }
@@ -194,8 +193,8 @@ TEST(InTime, a_body_that_does_not_relax_feels_no_time) {
   const ToolPath path = press_and_hold(0.003, 3, 0.1, {0.1});
   const PointRows timed = simulator.follow(block_top(), kInward, path);
   const PointRows slow = simulator.follow(block_top(), kInward, {0, path.deflections});
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(timed.rows[i].force, slow.rows[i].force);
-  EXPECT_LT((timed.rows[3].force - timed.rows[2].force).norm(), 1e-3 * timed.rows[2].force.norm());
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(timed.force.row(i), slow.force.row(i));
+  EXPECT_LT((timed.force.row(3) - timed.force.row(2)).norm(), 1e-3 * timed.force.row(2).norm());
 }
 
 // Tissue springs back more slowly than the tool leaves: contact shrinks, and nothing pulls.
@@ -214,11 +213,10 @@ TEST(InTime, a_tool_that_leaves_fast_is_never_pulled_and_lets_go_early) {
   double before = kYoung_Pa;
   bool has_let_go = false;
   for (Eigen::Index i = pressed; i < rows; ++i) {
-    const PointRow& row = result.rows[static_cast<std::size_t>(i)];
-    ASSERT_EQ(row.status, RowStatus::good) << i;
-    EXPECT_GE(row.force.dot(kInward), 0) << i;
-    EXPECT_LE(row.force.dot(kInward), before) << i;
-    before = row.force.dot(kInward);
+    ASSERT_EQ(result.status[i], RowStatus::good) << i;
+    EXPECT_GE(result.force.row(i).dot(kInward), 0) << i;
+    EXPECT_LE(result.force.row(i).dot(kInward), before) << i;
+    before = result.force.row(i).dot(kInward);
     has_let_go |= before == 0;
   }
   EXPECT_TRUE(has_let_go);
@@ -239,7 +237,9 @@ TEST(InTime, what_time_steps_leave_is_of_second_order) {
           (0.003 + 0.002 * double(i + 1) / steps) * kInward.transpose();
       path.time_s[before + i] = path.time_s[before - 1] + 0.1 * double(i + 1) / steps;
     }
-    return simulator.follow(block_top(), kInward, path).rows.back().force.dot(kInward);
+    return simulator.follow(block_top(), kInward, path)
+        .force.bottomRows<1>()
+        .dot(kInward.transpose());
   };
   const double at_2 = force_after(2), at_4 = force_after(4), at_8 = force_after(8);
   EXPECT_NEAR(std::log2((at_4 - at_2) / (at_8 - at_4)), 2, 0.3);

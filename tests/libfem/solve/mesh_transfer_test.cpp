@@ -33,7 +33,7 @@ TEST(MeshTransfer, is_exact_for_parabolas_and_leaves_what_is_held) {
   const Points found = MeshTransfer(coarse, fine)(parabolas(coarse.nodes)),
                wanted = parabolas(fine.nodes);
   for (Eigen::Index n = 0; n < found.rows(); ++n) {
-    if (fine.is_held[static_cast<std::size_t>(n)])
+    if (fine.is_held[n])
       EXPECT_EQ(found.row(n).norm(), 0) << n;
     else
       EXPECT_LT((found.row(n) - wanted.row(n)).norm(), 1e-12) << n;

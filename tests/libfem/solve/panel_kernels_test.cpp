@@ -24,7 +24,7 @@ struct Supernode {
     columns.diagonal().array() += 0.7F * static_cast<float>(own) + 1;
     panel.assign(panel_size(own, under) + kPanelPadding, 0.0F);
     pack_panel(columns.data(), own, under, panel.data());
-    rows.resize(static_cast<std::size_t>(under / 3));
+    rows.resize(under / 3);
     std::iota(rows.begin(), rows.end(), own / 3);
     std::shuffle(rows.begin(), rows.end(), std::mt19937(kSeed));
   }

@@ -30,7 +30,7 @@ BothWays presses(const std::vector<double>& stiffness_N,
   }
   for (Eigen::Index row = 0; row < rows; ++row) {
     const auto point = static_cast<int>(row / kSteps), step = static_cast<int>(row % kSteps);
-    const double force_N = stiffness_N[static_cast<std::size_t>(point)] * (step + 1);
+    const double force_N = stiffness_N[point] * (step + 1);
     for (Samples* each : {&out.two_meshes, &out.one_mesh}) {
       each->point.push_back(point);
       each->step.push_back(step);
@@ -63,8 +63,7 @@ TEST(QuickPress, over_something_stiff_another_factor_holds) {
     SCOPED_TRACE(seed);
     const auto by_stiffness = [](const std::vector<double>& stiffness_N) {
       return [&](int point, double) {
-        return 0.97 - 0.05 * std::log(stiffness_N[static_cast<std::size_t>(point)] / 0.2) +
-               scatter(point);
+        return 0.97 - 0.05 * std::log(stiffness_N[point] / 0.2) + scatter(point);
       };
     };
     const auto first_N = two_stiffnesses(kPoints, seed), later_N = two_stiffnesses(40, seed + 100);
@@ -75,7 +74,7 @@ TEST(QuickPress, over_something_stiff_another_factor_holds) {
     EXPECT_NEAR(quick.slope, -0.05, 0.015);
     EXPECT_LT(quick.p95, 0.01);
     for (Eigen::Index row = 0; row < later.one_mesh.force.rows(); ++row) {
-      const auto step = later.one_mesh.step[static_cast<std::size_t>(row)];
+      const auto step = later.one_mesh.step[row];
       const double force_N = later.one_mesh.force.row(row).norm();
       const double off =
           quick.factor(step, force_N) * force_N / later.two_meshes.force.row(row).norm() - 1;
@@ -97,9 +96,8 @@ TEST(QuickPress, where_the_force_tells_nothing_one_factor_holds) {
             [&](std::size_t a, std::size_t b) { return stiffness_N[a] < stiffness_N[b]; });
   for (std::size_t k = 0; k < order.size(); ++k) ratios[order[k]] = k % 2 == 0 ? 0.96875 : 0.984375;
   for (const bool is_even : {true, false}) {
-    const BothWays both = presses(stiffness_N, [&](int point, double) {
-      return is_even ? 0.96875 : ratios[static_cast<std::size_t>(point)];
-    });
+    const BothWays both =
+        presses(stiffness_N, [&](int point, double) { return is_even ? 0.96875 : ratios[point]; });
     const QuickScale quick = compare_quick(both.two_meshes, both.one_mesh);
     ASSERT_EQ(quick.steps.size(), std::size_t{kSteps});
     EXPECT_EQ(quick.slope, 0);
@@ -119,7 +117,7 @@ TEST(QuickPress, where_the_force_tells_nothing_one_factor_holds) {
 TEST(QuickPress, beyond_the_forces_that_were_seen_the_factor_stays) {
   const auto stiffness_N = two_stiffnesses(kPoints, 1);
   const BothWays both = presses(stiffness_N, [&](int point, double) {
-    return 0.97 - 0.05 * std::log(stiffness_N[static_cast<std::size_t>(point)] / 0.2);
+    return 0.97 - 0.05 * std::log(stiffness_N[point] / 0.2);
   });
   const QuickScale quick = compare_quick(both.two_meshes, both.one_mesh);
   EXPECT_LT(quick.slope, 0);

@@ -138,8 +138,7 @@ TEST(Simulate, a_press_on_one_mesh_is_that_on_two_but_for_a_factor_of_the_body) 
                one_mesh);
   EXPECT_NE(scaled.point_sway.norm(), 0) << "as points on two meshes";
   for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    ASSERT_EQ(scaled.step[at], full.step[at]);
+    ASSERT_EQ(scaled.step[i], full.step[i]);
     EXPECT_LT((scaled.force.row(i) - full.force.row(i)).norm(), scaled.force_error[i]);
     EXPECT_LT(scaled.force_error[i], 0.05 * scaled.force.row(i).norm());
   }

@@ -63,14 +63,14 @@ TEST(ValidationForceError, bounds_the_true_error_in_nineteen_rows_of_twenty_and_
     const PointRows ours = Simulator(c.setup).press_and_drag(c.place, c.normal, c.experiments);
     c.setup.options = truth_options();
     const PointRows truth = Simulator(c.setup).press_and_drag(c.place, c.normal, c.experiments);
-    for (std::size_t i = 0; i < ours.rows.size(); ++i) {
-      const PointRow &row = ours.rows[i], &true_row = truth.rows[i];
-      ASSERT_EQ(row.status, RowStatus::good) << c.name << " row " << i;
-      ASSERT_EQ(true_row.status, RowStatus::good) << c.name << " row " << i;
-      const double size = true_row.force.norm(), error = (row.force - true_row.force).norm() / size;
-      const double bound = row.force_error / size;
-      std::printf("%-20s %d/%d: error %.2f %%, bound %.2f %%\n", c.name, row.experiment, row.step,
-                  100 * error, 100 * bound);
+    for (Eigen::Index i = 0; i < ours.rows(); ++i) {
+      ASSERT_EQ(ours.status[i], RowStatus::good) << c.name << " row " << i;
+      ASSERT_EQ(truth.status[i], RowStatus::good) << c.name << " row " << i;
+      const double size = truth.force.row(i).norm(),
+                   error = (ours.force.row(i) - truth.force.row(i)).norm() / size;
+      const double bound = ours.force_error[i] / size;
+      std::printf("%-20s %d/%d: error %.2f %%, bound %.2f %%\n", c.name, ours.experiment[i],
+                  ours.step[i], 100 * error, 100 * bound);
       ++rows;
       covered += error <= bound;
       worst = std::max(worst, error);

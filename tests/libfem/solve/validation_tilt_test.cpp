@@ -17,8 +17,9 @@ constexpr double kDeg = 0.017453292519943295;
 /// as depth to some power within each interval.
 double work_J(const PointRows& press) {
   double work = 0, before_N = 0, before_m = 0;
-  for (const PointRow& row : press.rows) {
-    const double depth = row.deflection.dot(kRodInward), force = row.force.dot(kRodInward);
+  for (Eigen::Index row = 0; row < press.rows(); ++row) {
+    const double depth = press.deflection.row(row).dot(kRodInward),
+                 force = press.force.row(row).dot(kRodInward);
     if (before_m > 0) {
       const double power = std::log(force / before_N) / std::log(depth / before_m);
       work += (force * depth - before_N * before_m) / (power + 1);
@@ -40,17 +41,20 @@ TEST(TiltedPress, without_friction_torque_is_the_derivative_of_the_stored_energy
     const auto at = [&](double tilt) { return press_rod(simulator, lean_of(tilt, direction)); };
     const PointRows less = at(25 * kDeg - kStep), here = at(25 * kDeg),
                     more = at(25 * kDeg + kStep);
-    for (const PointRow& row : here.rows) ASSERT_EQ(row.status, RowStatus::good);
+    for (Eigen::Index row = 0; row < here.rows(); ++row)
+      ASSERT_EQ(here.status[row], RowStatus::good);
     const double slope_Nm = (work_J(more) - work_J(less)) / (2 * kStep);
     const Vec3 towards =
         tilt_frame(kRodInward).leftCols<2>() * Lean(std::cos(direction), std::sin(direction));
     const Vec3 about = (-kRodInward).cross(towards);
-    const PointRow& last = here.rows.back();
-    const double torque_Nm = (last.torque + kRodEdge_m * kRodInward.cross(last.force)).dot(about);
+    const Eigen::Index last = here.rows() - 1;
+    const double torque_Nm =
+        (here.torque.row(last).transpose() + kRodEdge_m * kRodInward.cross(here.force.row(last)))
+            .dot(about);
     RecordProperty("torque_Nmm", std::to_string(1e3 * torque_Nm));
     RecordProperty("slope_Nmm", std::to_string(1e3 * slope_Nm));
     std::printf("  torque %.4f, slope of the energy %.4f N mm; force %.4f N\n", 1e3 * torque_Nm,
-                1e3 * slope_Nm, last.force.norm());
+                1e3 * slope_Nm, here.force.row(last).norm());
     EXPECT_LT(torque_Nm, 0) << "the body turns it upright: tilted further it meets less";
     EXPECT_NEAR(torque_Nm, slope_Nm, 0.08 * std::abs(slope_Nm));
   }

@@ -5,7 +5,8 @@
 #include <numbers>
 
 #include "block.hpp"
-#include "libfem/solve/experiments/record_rows.hpp"
+#include "libfem/solve/experiments/experiment_plan.hpp"
+#include "libfem/solve/experiments/simulator_state.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -28,8 +29,8 @@ SimulationSetup step_setup() {
   return setup;
 }
 
-double angle_deg(const PointRow& row) {
-  return std::acos(row.force.normalized().dot(kInward)) * 180 / std::numbers::pi;
+double angle_deg(const PointRows& rows, Eigen::Index row) {
+  return std::acos(rows.force.row(row).normalized().dot(kInward)) * 180 / std::numbers::pi;
 }
 
 TEST(WedgedPress, at_the_foot_of_a_step_says_so_and_keeps_its_force) {
@@ -40,11 +41,11 @@ TEST(WedgedPress, at_the_foot_of_a_step_says_so_and_keeps_its_force) {
   for (const bool is_quick : {false, true}) {
     const PointRows result = is_quick ? simulator.press_quickly(foot, kInward, press)
                                       : simulator.press_and_drag(foot, kInward, press);
-    ASSERT_EQ(result.rows.size(), 2u);
-    for (const PointRow& row : result.rows) {
-      EXPECT_GT(angle_deg(row), 45);
-      EXPECT_GT(row.force.norm(), 1e-3);
-      EXPECT_EQ(row.status, RowStatus::wedged) << angle_deg(row) << " degrees";
+    ASSERT_EQ(result.rows(), 2);
+    for (Eigen::Index row = 0; row < result.rows(); ++row) {
+      EXPECT_GT(angle_deg(result, row), 45);
+      EXPECT_GT(result.force.row(row).norm(), 1e-3);
+      EXPECT_EQ(result.status[row], RowStatus::wedged) << angle_deg(result, row) << " degrees";
     }
   }
 }
@@ -52,21 +53,21 @@ TEST(WedgedPress, at_the_foot_of_a_step_says_so_and_keeps_its_force) {
 TEST(WedgedPress, ten_millimetres_away_from_the_step_is_good) {
   const PointRows result =
       Simulator(step_setup()).press_and_drag({0.013, 0.0283, kFloor_m}, kInward, press_only(2));
-  for (const PointRow& row : result.rows) {
-    EXPECT_LT(angle_deg(row), 15);
-    EXPECT_EQ(row.status, RowStatus::good);
+  for (Eigen::Index row = 0; row < result.rows(); ++row) {
+    EXPECT_LT(angle_deg(result, row), 15);
+    EXPECT_EQ(result.status[row], RowStatus::good);
   }
 }
 
 TEST(WedgedPress, begins_at_45_degrees_and_is_none_of_drags_and_paths) {
   const auto status_at = [](double degrees, ExperimentKind kind, RowStatus before) {
     const double angle = degrees * std::numbers::pi / 180;
-    std::vector<PointRow> rows(1);
-    rows[0].kind = kind;
-    rows[0].status = before;
-    rows[0].force = 0.3 * (std::cos(angle) * kInward + std::sin(angle) * Vec3::UnitY());
-    mark_wedged(kInward, rows);
-    return rows[0].status;
+    ExperimentPlan plan;
+    plan.add_row(kind, 0, 0, Vec3::Zero());
+    plan.rows.status[0] = before;
+    plan.rows.force.row(0) = 0.3 * (std::cos(angle) * kInward + std::sin(angle) * Vec3::UnitY());
+    mark_wedged(kInward, plan.rows);
+    return plan.rows.status[0];
   };
   const RowStatus good = RowStatus::good;
   EXPECT_EQ(status_at(30, ExperimentKind::press, good), good);
@@ -76,10 +77,11 @@ TEST(WedgedPress, begins_at_45_degrees_and_is_none_of_drags_and_paths) {
   EXPECT_EQ(status_at(71, ExperimentKind::press, RowStatus::rejected), RowStatus::rejected);
   EXPECT_EQ(status_at(71, ExperimentKind::drag, good), good);
   EXPECT_EQ(status_at(71, ExperimentKind::path, good), good);
-  std::vector<PointRow> without_force(1);
-  without_force[0].status = good;
-  mark_wedged(kInward, without_force);
-  EXPECT_EQ(without_force[0].status, good);
+  ExperimentPlan without_force;
+  without_force.add_row(ExperimentKind::press, 0, 0, Vec3::Zero());
+  without_force.rows.status[0] = good;
+  mark_wedged(kInward, without_force.rows);
+  EXPECT_EQ(without_force.rows.status[0], good);
 }
 
 }  // namespace

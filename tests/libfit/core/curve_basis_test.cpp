@@ -19,7 +19,7 @@ runtime::SplineView view(const SplineTables& t) {
 std::vector<double> random_controls(const CurveBasis& basis, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> increment(0, 1);
-  std::vector<double> control(static_cast<std::size_t>(basis.size()), 0.0);
+  std::vector<double> control(basis.size(), 0.0);
   for (std::size_t j = 1; j < control.size(); ++j) control[j] = control[j - 1] + increment(random);
   return control;
 }

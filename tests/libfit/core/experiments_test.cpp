@@ -18,11 +18,11 @@ Samples samples_at(const std::vector<double>& places, double force_N) {
   s.deflection = s.force = s.torque = Points::Zero(4 * points, 3);
   s.force_error = Eigen::VectorXd::Zero(4 * points);
   for (std::int32_t p = 0; p < points; ++p) {
-    s.point_position(p, 0) = places[static_cast<std::size_t>(p)];
+    s.point_position(p, 0) = places[p];
     s.point_normal(p, 2) = -1;
     s.point_name.push_back("p");
     for (int row = 0; row < 4; ++row) {
-      s.force(4 * p + row, 0) = force_N + 10 * places[static_cast<std::size_t>(p)] + row;
+      s.force(4 * p + row, 0) = force_N + 10 * places[p] + row;
       s.point.push_back(p);
       s.experiment.push_back(2 * p + row / 2);
       s.kind.push_back(row < 2 ? ExperimentKind::press : ExperimentKind::drag);
@@ -146,39 +146,6 @@ TEST(KnownRows, of_presses_on_one_mesh_are_used_again_under_the_same_factor_alon
   EXPECT_EQ(joined(same, quick).point_scale, (Eigen::Vector4d{0.98, 0, 0.98, 0}));
 }
 
-// Rows as a simulator makes them of a list of paths.
-Samples rows_of(const ExperimentList& list) {
-  Samples out;
-  out.point_position = list.places.position;
-  out.point_normal = list.places.normal;
-  out.point_name = list.places.name;
-  std::vector<Vec3> deflection;
-  std::vector<double> time_s;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    const Experiment& one = list.experiments[i];
-    for (Eigen::Index row = 0; row < one.path.deflections.rows(); ++row)
-      for (int tool = 0; tool < (one.path.second ? 2 : 1); ++tool) {
-        out.point.push_back(tool == 0 ? one.place : one.path.second->place);
-        out.experiment.push_back(static_cast<std::int32_t>(i));
-        out.kind.push_back(one.kind);
-        out.step.push_back(static_cast<std::int32_t>(row));
-        out.tool.push_back(tool);
-        out.status.push_back(RowStatus::good);
-        deflection.push_back(
-            (tool == 0 ? one.path.deflections : one.path.second->deflections).row(row));
-        time_s.push_back(one.path.time_s.size() > 0 ? one.path.time_s[row] : NAN);
-      }
-  }
-  const auto rows = static_cast<Eigen::Index>(deflection.size());
-  out.deflection = out.force = out.torque = Points::Zero(rows, 3);
-  out.force_error = out.time_s = Eigen::VectorXd::Zero(rows);
-  for (Eigen::Index row = 0; row < rows; ++row) {
-    out.deflection.row(row) = deflection[static_cast<std::size_t>(row)];
-    out.time_s[row] = time_s[static_cast<std::size_t>(row)];
-  }
-  return out;
-}
-
 // Two pairs, a timed path and a cycle; the second pair stands where its list says.
 ExperimentList some_of_each(double second_at) {
   ToolPath path{0, Points::Constant(2, 3, 0.5)};
@@ -195,8 +162,8 @@ ExperimentList some_of_each(double second_at) {
 TEST(KnownRows, of_paths_are_those_with_the_same_tools_places_and_times) {
   const ExperimentList list = some_of_each(5);
   EXPECT_EQ(list.places.position.rows(), 3) << "a place of two experiments comes once";
-  const Samples rows = rows_of(list);
-  const Samples taken = known_rows(list, joined(rows_of(some_of_each(6)), rows), 2);
+  const Samples rows = planned_rows(list);
+  const Samples taken = known_rows(list, joined(planned_rows(some_of_each(6)), rows), 2);
   EXPECT_EQ(taken.point, rows.point);
   EXPECT_EQ(taken.experiment, rows.experiment);
   EXPECT_EQ(taken.tool, rows.tool);
@@ -213,10 +180,24 @@ TEST(KnownRows, of_paths_are_those_with_the_same_tools_places_and_times) {
   EXPECT_EQ(without_rows(other, known_rows(other, rows, 2), 2), Numbers{3});
 }
 
+TEST(PlannedRows, come_back_as_the_list_that_they_were_planned_for) {
+  ExperimentList list = some_of_each(5);
+  list.experiments[3].path.lean = {0.1, 0.2};
+  list.experiments[3].path.kind = PathKind::sliding;
+  list.experiments[3].probe_number = 2;
+  append(list, experiments_at(points_at({4, 5}), {Effort{true, 0}, Effort{false, 0.9}}));
+  const ExperimentList back = list_of(planned_rows(list));
+  ASSERT_EQ(back.size(), list.size());
+  EXPECT_TRUE(without_rows(back, known_rows(back, planned_rows(list), 2), 2).empty());
+  EXPECT_EQ(back.places.name, list.places.name);
+  EXPECT_EQ(back.experiments[3].path.kind, PathKind::sliding);
+  EXPECT_EQ(back.experiments[5].effort.scale, 0.9);
+}
+
 // Shards that press and cycle at one place say each its own of it; one process has the first one's.
 TEST(KnownRows, of_a_place_in_two_files_the_first_experiment_tells_how_it_sways) {
   const ExperimentList list = some_of_each(5);
-  Samples a = rows_of(taken(list, {0, 2})), b = rows_of(taken(list, {1, 3}));
+  Samples a = planned_rows(taken(list, {0, 2})), b = planned_rows(taken(list, {1, 3}));
   a.point_sway.setConstant(a.points(), 6, 1);
   b.point_sway.setConstant(b.points(), 6, 2);
   for (const Samples& both : {joined(a, b), joined(b, a)}) {
@@ -227,7 +208,7 @@ TEST(KnownRows, of_a_place_in_two_files_the_first_experiment_tells_how_it_sways)
 }
 
 TEST(KnownRows, of_some_kinds_keep_their_places_and_lose_columns_that_say_nothing) {
-  const Samples rows = rows_of(some_of_each(5));
+  const Samples rows = planned_rows(some_of_each(5));
   const Samples pair = of_kinds(rows, {ExperimentKind::pair});
   EXPECT_EQ(pair.points(), 3);
   EXPECT_EQ(pair.time_s.size(), 0);

@@ -21,10 +21,10 @@ TEST(rounded_to_float, six_values_of_fixed_size_are_floats) {
     const Six rounded = rounded_to_float(Eigen::Map<const Six>(value.data()));
     const Eigen::VectorXd copy = rounded_to_float(Eigen::Map<const Six>(value.data()));
     for (int i = 0; i < 6; ++i) {
-      volatile float expected = static_cast<float>(value[static_cast<std::size_t>(i)]);
+      volatile float expected = static_cast<float>(value[i]);
       EXPECT_EQ(rounded[i], static_cast<double>(expected)) << "seed 5, round " << round;
       EXPECT_EQ(copy[i], rounded[i]);
-      EXPECT_NE(rounded[i], value[static_cast<std::size_t>(i)]) << "the case tests nothing";
+      EXPECT_NE(rounded[i], value[i]) << "the case tests nothing";
     }
   }
 }

@@ -1,4 +1,4 @@
-#include "libfit/core/straight_presses.hpp"
+#include "libfit/core/samples.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,6 @@
 
 #include "libfit/io/csv/tables.hpp"
 #include "libfit/io/files/files.hpp"
-#include "libfit/io/files/signals_file.hpp"
 #include "tests/libfit/io/examples.hpp"
 #include "tests/libfit/io/scratch.hpp"
 #include "tests/support/generated_page.hpp"
@@ -18,6 +17,7 @@ namespace palpate::testing_io {
 namespace {
 
 using testing_support::content_of_page;
+using testing_support::expect_content;
 using testing_support::expect_tables;
 using testing_support::PageTable;
 
@@ -62,6 +62,7 @@ Samples whole_samples() {
   s.point_scale = Eigen::Vector3d::Ones();
   s.tool.assign(6, 0);
   s.probe_number.assign(6, 0);
+  s.path.assign(6, PathKind::sliding);
   s.step_check.assign(6, StepCheck{});
   s.time_s = Eigen::VectorXd::Constant(6, std::numeric_limits<double>::quiet_NaN());
   s.lean = Eigen::Matrix<double, 6, 2>::Constant(0.1);
@@ -113,6 +114,13 @@ TEST_F(Documents, name_every_data_set_of_samples) {
   expect_tables("formats/samples.md", {{"samples", data_sets(at("s.h5"), own)},
                                        {"surface", data_sets(at("s.surface.h5"), own)},
                                        {"signals", data_sets(at("s.signals.h5"), own)}});
+  std::string columns;
+  for (const DataSetDescription& set : describe(at("s.h5")).data_sets)
+    if (!is_in(set.name,
+               {"probe/half_angle", "probe/semi_axes", "probe/mesh/vertices", "probe_1/"}))
+      columns += fmt::format("{}\n  \"{}\": [\"{}\", \"{}\"]", columns.empty() ? "{" : ",",
+                             set.name, set.type, set.unit.empty() ? "1" : set.unit);
+  expect_content("../tools/python/palpate/samples.json", columns + "\n}\n");
 }
 
 TEST_F(Documents, name_every_data_set_of_curves) {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "libfit/io/files/signals_file.hpp"
+#include "libfit/io/files/files.hpp"
 #include "tests/libfit/io/scratch.hpp"
 #include "tests/libfit/io/tamper.hpp"
 

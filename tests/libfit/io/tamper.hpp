@@ -47,7 +47,7 @@ class Tamper {
   void poke(const std::string& name, std::size_t index, double value) {
     const hid_t set = H5Dopen2(file_, name.c_str(), H5P_DEFAULT);
     const hid_t space = H5Dget_space(set);
-    std::vector<double> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
+    std::vector<double> values(H5Sget_simple_extent_npoints(space));
     H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
     values.at(index) = value;
     H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/files/signals_file.hpp"
+#include "libfit/io/files/files.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "tests/libfit/io/scratch.hpp"
 #include "tests/libfit/recordings/synthetic.hpp"

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "libfit/experiments/met_assets.hpp"
+#include "libfit/experiments/follow.hpp"
 #include "libfit/runtime/engine.hpp"
 #include "libfit/runtime/palpate.h"
 #include "tests/libfit/runtime/c_face.hpp"
@@ -123,7 +123,7 @@ TEST(Indenter, depth_of_a_contact_is_that_of_closed_forms) {
 
 TEST(Indenter, presses_an_even_half_space_as_closed_forms_have_it) {
   const Loaded loaded = load(half_space_model());
-  MetAssets met(loaded.asset);
+  IndenterAssets met(loaded.asset);
   EXPECT_EQ(met.of(runtime::ball_indenter(kBall_m)), nullptr);
   for (const auto& [tool, deepest_m] : {std::pair{runtime::ball_indenter(0.004), 0.006},
                                         {runtime::ball_indenter(0.012), 0.0038},
@@ -143,7 +143,7 @@ TEST(Indenter, presses_an_even_half_space_as_closed_forms_have_it) {
 // Beyond the widest contact that was measured K goes on as of a half-space.
 TEST(Indenter, wider_than_what_was_measured_is_said_and_goes_on_as_of_a_half_space) {
   const Loaded loaded = load(half_space_model());
-  MetAssets met(loaded.asset);
+  IndenterAssets met(loaded.asset);
   const Indenter tool = runtime::ball_indenter(0.012);
   const runtime::AssetView& view = *met.of(tool);
   EXPECT_NEAR(view.max_fitted_m,
@@ -171,7 +171,7 @@ TEST(Indenter, slips_in_part_over_its_own_depths) {
   for (const int part : {runtime::kFrictionSlope, runtime::kSpread})
     model.curves.control[static_cast<std::size_t>(part)].setZero();
   const Loaded loaded = load(model);
-  MetAssets met(loaded.asset);
+  IndenterAssets met(loaded.asset);
   const double lambda = model.curves.control[runtime::kLambda](0, 0);
   for (const Indenter& tool : {runtime::ball_indenter(0.012), runtime::ball_indenter(0.016),
                                runtime::ball_indenter(0.004), cone(1.05, 0.001)}) {
@@ -214,7 +214,7 @@ TEST(Indenter, radius_effect_goes_with_the_logarithm_of_the_radius) {
   Model model = half_space_model();
   model.curves.control[runtime::kRadiusEffect].col(0).setConstant(0.0625);
   const Loaded loaded = load(model), plain = load(half_space_model());
-  MetAssets met(loaded.asset), without(plain.asset);
+  IndenterAssets met(loaded.asset), without(plain.asset);
   for (const double radius_m : {0.004, 0.006, 0.012}) {
     const Indenter tool = runtime::ball_indenter(radius_m);
     for (const double d : {0.001, 0.0025}) {
@@ -234,7 +234,7 @@ TEST(Indenter, force_is_the_slope_of_what_is_stored) {
     model.curves.control[runtime::kRadiusEffect].row(v) << float(0.1 * unit(random)),
         float(0.1 * unit(random));
   const Loaded loaded = load(model);
-  MetAssets met(loaded.asset);
+  IndenterAssets met(loaded.asset);
   for (const Indenter& tool : {runtime::ball_indenter(0.005), cone(1.05, 0.001), rod(0.005, 5e-4)})
     for (int i = 0; i < 40; ++i) {
       const runtime::AssetView& view = *met.of(tool);
@@ -260,7 +260,7 @@ TEST(Indenter, of_no_ball_or_twice_is_refused) {
   Model model = half_space_model();
   model.probe.reset();
   const Loaded unknown = load(model), known = load(half_space_model());
-  MetAssets none(unknown.asset), met(known.asset);
+  IndenterAssets none(unknown.asset), met(known.asset);
   const Indenter small = runtime::ball_indenter(0.004);
   EXPECT_EQ(none.of(small), nullptr);
   ASSERT_NE(met.of(small), nullptr);
@@ -274,7 +274,7 @@ TEST(Indenter, of_no_ball_or_twice_is_refused) {
 // A contact that one indenter began is not another's.
 TEST(Indenter, contact_of_another_indenter_begins_anew) {
   const Loaded loaded = load(half_space_model());
-  MetAssets met(loaded.asset);
+  IndenterAssets met(loaded.asset);
   Contact contact;
   Output out;
   for (int i = 0; i <= 100; ++i) {

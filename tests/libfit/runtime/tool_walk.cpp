@@ -12,7 +12,7 @@
 #include <memory>
 #include <vector>
 
-#include "libfit/experiments/met_assets.hpp"
+#include "libfit/experiments/follow.hpp"
 #include "libfit/runtime/engine.hpp"
 #include "tests/libfit/runtime/damaged_body.hpp"
 #include "tests/libfit/runtime/models.hpp"
@@ -55,7 +55,7 @@ struct DrawnBody {
   runtime::CouplingView coupling;
   std::unique_ptr<test::DamagedBody> damaged;
   runtime::AssetView asset;
-  std::unique_ptr<MetAssets> met;
+  std::unique_ptr<IndenterAssets> met;
   double stiffest_N_m = 0;
 
   explicit DrawnBody(unsigned seed)
@@ -65,7 +65,7 @@ struct DrawnBody {
       asset = damaged->view;
     }
     if (drawn.unit() < 0.75) couple();
-    met = std::make_unique<MetAssets>(asset);
+    met = std::make_unique<IndenterAssets>(asset);
     for (int v = 0; v < asset.vertices; ++v) {
       const runtime::SplineView& spline = asset.curves.view[runtime::kNormal];
       stiffest_N_m = std::max(

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "libfit/core/error.hpp"
+#include "libfit/experiments/draw.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/runtime/series/quadric_replay.hpp"
 #include "libfit/validation/causes.hpp"
@@ -51,14 +52,14 @@ TEST(HeldOut, slides_stay_where_one_can_reach) {
   const Body body = cylinder_body();
   double low = 1, high = 0;
   for (Eigen::Index v = 0; v < body.surface.vertices.rows(); ++v) {
-    if (!body.is_reachable[static_cast<std::size_t>(v)]) continue;
+    if (!body.is_reachable[v]) continue;
     low = std::min(low, body.surface.vertices(v, 2));
     high = std::max(high, body.surface.vertices(v, 2));
   }
   const HeldOut held_out = draw_held_out(body, kRange, 400, 5);
   int near_border = 0;
   for (std::size_t i = 0; i < 400; ++i) {
-    const Vec3 at = held_out.points.position.row(static_cast<Eigen::Index>(i));
+    const Vec3 at = held_out.points.position.row(i);
     near_border += std::min(at.z() - low, high - at.z()) < 0.3 * kRange.drag_distance_m;
     for (const auto& row : held_out.paths[i].deflections.rowwise()) {
       const double z = at.z() + row[2];  // normals have no part along the axis
@@ -89,15 +90,15 @@ TEST(HeldOut, points_lie_where_the_tool_can_touch_and_stay_where_they_all_do) {
 TEST(HeldOut, every_kind_of_path_comes_in_turn_and_starts_inward) {
   const HeldOut held_out = draw_held_out(cylinder_body(), kRange, 20, 1);
   for (std::size_t i = 0; i < 20; ++i) {
-    EXPECT_EQ(static_cast<std::size_t>(held_out.kind[i]), i % kUprightKinds);
+    EXPECT_EQ(static_cast<std::size_t>(held_out.paths[i].kind), i % kUprightKinds);
     const Points& path = held_out.paths[i].deflections;
-    const Vec3 normal = held_out.points.normal.row(static_cast<Eigen::Index>(i));
+    const Vec3 normal = held_out.points.normal.row(i);
     const Eigen::VectorXd depth = path * normal;
     const Eigen::VectorXd travel = (path - depth * normal.transpose()).rowwise().norm();
     EXPECT_GT(depth[0], 0);
     EXPECT_LE(depth.maxCoeff(), 0.95 * kRange.depth_m + 1e-12);
     EXPECT_GE(depth.maxCoeff(), 0.5 * kRange.depth_m - 1e-12);
-    switch (held_out.kind[i]) {
+    switch (held_out.paths[i].kind) {
       case PathKind::straight:
         EXPECT_LT(travel.maxCoeff(), 1e-12);
         break;
@@ -129,6 +130,7 @@ TEST(HeldOut, every_kind_of_path_comes_in_turn_and_starts_inward) {
         break;
       }
       case PathKind::tilting:
+      case PathKind::none:
         ADD_FAILURE() << "nobody asked for leaning tools";
         break;
     }
@@ -150,7 +152,7 @@ TEST(HeldOut, tilting_paths_come_last_and_change_no_other) {
   EXPECT_GT(asked, 3);
   for (std::size_t i = 0; i < 15; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    EXPECT_EQ(tilting.kind[i] == PathKind::tilting, i >= 12);
+    EXPECT_EQ(tilting.paths[i].kind == PathKind::tilting, i >= 12);
     if (i < 12) {
       EXPECT_EQ(tilting.points.position.row(row), upright.points.position.row(row));
       EXPECT_EQ(tilting.paths[i].deflections, upright.paths[i].deflections);
@@ -185,6 +187,7 @@ Samples rows_of(const HeldOut& held_out) {
       s.point.push_back(static_cast<std::int32_t>(path));
       s.experiment.push_back(static_cast<std::int32_t>(path));
       s.kind.push_back(ExperimentKind::path);
+      s.path.push_back(held_out.paths[path].kind);
       s.step.push_back(static_cast<std::int32_t>(step));
       s.status.push_back(RowStatus::good);
     }
@@ -195,7 +198,7 @@ Samples rows_of(const HeldOut& held_out) {
 }
 
 Points forces_of(const runtime::AssetView& asset, const HeldOut& held_out) {
-  return replay(asset, rows_of(held_out), kRange.depth_m).force_N;
+  return follow(asset, rows_of(held_out), kRange.depth_m).force_N;
 }
 
 class Substituted : public testing::Test {
@@ -263,17 +266,15 @@ Samples samples_of(const runtime::AssetView& asset, const HeldOut& held_out) {
 
 std::vector<StatedError> by_path(const Reference& reference, const Replayed& engine,
                                  double radius_m) {
-  const ErrorFloors floors = floors_of(compare_torques(reference.paths, engine, radius_m));
-  return errors_by(
-      reference.paths, engine, radius_m, floors, kPathKindNames, [&](Eigen::Index row) {
-        const auto path = reference.paths.point[static_cast<std::size_t>(row)];
-        return static_cast<std::size_t>(reference.held_out.kind[static_cast<std::size_t>(path)]);
-      });
+  const Comparison compared = compare(reference.paths, engine, radius_m);
+  return errors_by(compared, floors_of(compared), kPathKindNames, [&](Eigen::Index row) {
+    return static_cast<std::size_t>(reference.paths.path[row]);
+  });
 }
 
 TEST_F(Substituted, baselines_and_paths_of_an_exact_reference_say_what_they_lose) {
-  const Reference reference{held_out, samples_of(body.asset, held_out), {}};
-  const Replayed engine = replay(body.asset, reference.paths, kRange.depth_m);
+  const Reference reference{samples_of(body.asset, held_out), {}, {}};
+  const Replayed engine = follow(body.asset, reference.paths, kRange.depth_m);
   for (const StatedError& error : by_path(reference, engine, 0))
     EXPECT_EQ(error.force.p95, 0) << error.name;
   const auto baselines =
@@ -286,7 +287,7 @@ TEST_F(Substituted, baselines_and_paths_of_an_exact_reference_say_what_they_lose
 }
 
 TEST_F(Substituted, causes_are_of_the_paths_whose_places_were_pressed) {
-  const Reference paths{held_out, samples_of(body.asset, held_out), {}};
+  const Reference paths{samples_of(body.asset, held_out), {}, {}};
   const auto causes_of_place = [&](Eigen::Index place) {
     HeldOut press;
     press.points.position = held_out.points.position.row(place);
@@ -298,7 +299,7 @@ TEST_F(Substituted, causes_are_of_the_paths_whose_places_were_pressed) {
     Reference reference = paths;
     reference.own = samples_of(body.asset, press);
     reference.own.kind.assign(8, ExperimentKind::press);
-    return error_causes(body.asset, reference, replay(body.asset, paths.paths, kRange.depth_m),
+    return error_causes(body.asset, reference, follow(body.asset, paths.paths, kRange.depth_m),
                         kRange.depth_m, 1);
   };
   for (const Eigen::Index place : {0, 5}) {  // the straight ones
@@ -316,13 +317,11 @@ TEST_F(Substituted, rows_replayed_on_the_quadric_are_the_engines_on_a_press) {
     const Points engine = forces_of(one.view(), held_out);
     Replayed replayed(presses);
     replay_point(presses, point, model.curves, 500, replayed);
-    const auto rows = compare(presses, replayed);
+    const auto rows = compare(presses, replayed).rows;
     ASSERT_EQ(rows.size(), 6u);
-    const Eigen::Index first = point == 0 ? 0 : 6 + 6 + 9 + 14 + 14;
-    for (Eigen::Index row = 0; row < 6; ++row)  // the tip enters the facet, below the round body
-      EXPECT_LT((rows[static_cast<std::size_t>(row)].engine_N.transpose() - engine.row(first + row))
-                    .norm(),
-                0.02 * engine.row(first + row).norm() + 1e-3);
+    for (const Eigen::Index row : rows)  // the tip enters the facet, below the round body
+      EXPECT_LT((replayed.force_N.row(row) - engine.row(row)).norm(),
+                0.02 * engine.row(row).norm() + 1e-3);
   }
 }
 
@@ -360,22 +359,22 @@ TEST(OneFloor, a_fit_report_and_a_statement_of_the_same_rows_state_the_same_erro
 }
 
 TEST_F(Substituted, a_row_that_failed_is_not_compared_and_ends_a_path_replayed_by_the_law) {
-  Reference reference{held_out, samples_of(body.asset, held_out), {}};
+  Reference reference{samples_of(body.asset, held_out), {}, {}};
   const auto all = static_cast<std::size_t>(reference.paths.rows());
   reference.paths.status[3] = RowStatus::not_converged;  // of the six of path 0
   reference.paths.force.row(3).setConstant(std::nan(""));
-  const Replayed engine = replay(body.asset, reference.paths, kRange.depth_m);
-  const auto rows = compare(reference.paths, engine);
-  EXPECT_EQ(rows.size(), all - 1);
-  EXPECT_EQ(summarize(rows).all.force.max, 0) << "the engine passes the failed row on its way";
+  const Replayed engine = follow(body.asset, reference.paths, kRange.depth_m);
+  const Comparison compared = compare(reference.paths, engine);
+  EXPECT_EQ(compared.rows.size(), all - 1);
+  EXPECT_EQ(summarize(compared).all.force.max, 0) << "the engine passes the failed row on its way";
   Replayed by_law(reference.paths);
   replay_point(reference.paths, 0, model.curves, 500, by_law);
-  EXPECT_EQ(compare(reference.paths, by_law).size(), 3u);
+  EXPECT_EQ(compare(reference.paths, by_law).rows.size(), 3u);
 }
 
 TEST_F(Substituted, torques_of_an_exact_reference_have_no_error_and_all_of_it_without_torque) {
-  Reference reference{held_out, samples_of(body.asset, held_out), {}};
-  const Replayed engine = replay(body.asset, reference.paths, kRange.depth_m);
+  Reference reference{samples_of(body.asset, held_out), {}, {}};
+  const Replayed engine = follow(body.asset, reference.paths, kRange.depth_m);
   reference.paths.torque = engine.torque_Nm;
   constexpr double kRadius_m = 0.01;
   const auto exact = by_path(reference, engine, kRadius_m);
@@ -388,15 +387,28 @@ TEST_F(Substituted, torques_of_an_exact_reference_have_no_error_and_all_of_it_wi
   EXPECT_TRUE(none.empty()) << "what was not replayed is not compared";
   Replayed numb(reference.paths);
   numb.is_answered = engine.is_answered;
-  const ErrorFigures lost = summarize(compare_torques(reference.paths, numb, kRadius_m)).all.torque;
+  const ErrorFigures lost = summarize(compare(reference.paths, numb, kRadius_m)).all.torque;
   EXPECT_EQ(lost.median, lost.typical);
 }
 
+Samples one_row(const Vec3& force_N, const Vec3& torque_Nm) {
+  Samples rows;
+  rows.point_normal = Vec3(0, 0, 1).transpose();
+  rows.point = {0};
+  rows.status = {RowStatus::good};
+  rows.deflection = Vec3(0.001, 0, 0.002).transpose();
+  rows.force = force_N.transpose();
+  rows.force_error = Eigen::VectorXd::Zero(1);
+  rows.torque = torque_Nm.transpose();
+  return rows;
+}
+
 double largest_share(const Vec3& reference_Nm, const Vec3& engine_Nm) {
-  ComparedRow row;
-  row.reference_Nm = reference_Nm;
-  row.engine_Nm = engine_Nm;
-  return summarize({row}).all.torque.max_rel;
+  const Samples rows = one_row(Vec3::Zero(), reference_Nm);
+  Replayed engine(rows);
+  engine.is_answered = {1};
+  engine.torque_Nm = engine_Nm.transpose();
+  return summarize(compare(rows, engine, 0)).all.torque.max_rel;
 }
 
 TEST(Torque, of_a_soft_body_is_over_a_tenth_of_its_largest_and_of_none_has_no_share) {
@@ -405,23 +417,16 @@ TEST(Torque, of_a_soft_body_is_over_a_tenth_of_its_largest_and_of_none_has_no_sh
 }
 
 TEST(Torque, is_about_the_centre_of_a_ball_where_a_force_through_it_does_not_count) {
-  Samples rows;
-  rows.point_normal = Vec3(0, 0, 1).transpose();
-  rows.point = {0};
-  rows.status = {RowStatus::good};
-  rows.deflection = Vec3(0.001, 0, 0.002).transpose();
-  rows.force = Vec3(1, 0, 5).transpose();
-  rows.force_error = Eigen::VectorXd::Zero(1);
-  rows.torque = Vec3(0, 0.001, 0).transpose();
+  const Samples rows = one_row({1, 0, 5}, {0, 0.001, 0});
   Replayed engine(rows);
   engine.is_answered = {1};
-  const auto of_ball = compare_torques(rows, engine, 0.01);
-  ASSERT_EQ(of_ball.size(), 1u);
-  EXPECT_LT((of_ball[0].reference_Nm - Vec3(0, 0.011, 0)).norm(), 1e-15);
+  const Comparison of_ball = compare(rows, engine, 0.01);
+  ASSERT_EQ(of_ball.rows.size(), 1u);
+  EXPECT_LT((of_ball.torque_Nm(0) - Vec3(0, 0.011, 0)).norm(), 1e-15);
   const ErrorFigures error = summarize(of_ball).all.torque;
   EXPECT_NEAR(error.max, 0.011, 1e-15);
   EXPECT_NEAR(error.max_rel, 1, 1e-12);
-  EXPECT_NEAR(summarize(compare_torques(rows, engine, 0)).all.torque.max, 0.001, 1e-15);
+  EXPECT_NEAR(summarize(compare(rows, engine, 0)).all.torque.max, 0.001, 1e-15);
 }
 
 }  // namespace

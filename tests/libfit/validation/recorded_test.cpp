@@ -16,8 +16,7 @@ Samples presses(const std::vector<double>& x_m, const std::vector<double>& stiff
   out.deflection = out.force = out.torque = Points::Zero(kRows * points, 3);
   out.force_error = Eigen::VectorXd::Constant(kRows * points, 0.01);
   for (Eigen::Index p = 0; p < points; ++p) {
-    const auto i = static_cast<std::size_t>(p);
-    out.point_position(p, 0) = x_m[i];
+    out.point_position(p, 0) = x_m[p];
     out.point_name.push_back("p" + std::to_string(p));
     for (int k = 0; k < kRows; ++k) {
       const double depth_m = 1e-4 * (k + 1);
@@ -27,7 +26,7 @@ Samples presses(const std::vector<double>& x_m, const std::vector<double>& stiff
       out.step.push_back(k);
       out.status.push_back(RowStatus::good);
       out.deflection(kRows * p + k, 2) = -depth_m;
-      out.force(kRows * p + k, 2) = -stiffness_N_m[i] * depth_m;
+      out.force(kRows * p + k, 2) = -stiffness_N_m[p] * depth_m;
     }
   }
   return out;

@@ -14,19 +14,46 @@
 namespace palpate::validation {
 namespace {
 
-ComparedRow row(double reference_N, double error_N) {
-  return {Vec3(0, 0, reference_N), Vec3(error_N, 0, reference_N), 0.01 * reference_N};
+// Reference rows with their answers.
+struct Rows {
+  Samples reference;
+  std::vector<Vec3> answer_N;
+
+  Rows(std::initializer_list<std::array<double, 2>> rows = {}) {
+    for (const auto& [reference_N, error_N] : rows) add(reference_N, error_N);
+  }
+  void add(double reference_N, double error_N, std::int32_t place = 0) {
+    const Eigen::Index row = reference.rows();
+    reference.point.push_back(place);
+    reference.status.push_back(RowStatus::good);
+    reference.deflection.setZero(row + 1, 3);
+    reference.force.conservativeResize(row + 1, 3);
+    reference.force.row(row) << 0, 0, reference_N;
+    reference.force_error.conservativeResize(row + 1);
+    reference.force_error[row] = 0.01 * reference_N;
+    answer_N.emplace_back(error_N, 0, reference_N);
+  }
+  Replayed answer() const {
+    Replayed out(reference);
+    for (std::size_t i = 0; i < answer_N.size(); ++i) out.force_N.row(i) = answer_N[i];
+    out.is_answered.assign(answer_N.size(), 1);
+    return out;
+  }
+};
+
+Statement summarize(const Rows& rows) {
+  return validation::summarize(compare(rows.reference, rows.answer()));
 }
 
 // A line of rows of a body whose floor is 0.04 N, or of a softer one.
-StatedError line(std::string name, const std::vector<ComparedRow>& rows, double floor_N = 0.04) {
-  return stated_error(std::move(name), rows, {floor_N});
+StatedError line(std::string name, const Rows& rows, double floor_N = 0.04) {
+  return stated_error(std::move(name), compare(rows.reference, rows.answer()), {floor_N});
 }
 
 TEST(statement, quantiles_are_nearest_rank_over_rows_above_the_floor) {
-  std::vector<ComparedRow> rows;
-  for (int i = 1; i <= 100; ++i) rows.push_back(row(1, i * 1e-3));
-  rows.push_back(row(0.01, 0.03));  // below the floor: counts in N, not in %
+  Rows rows;
+  for (int i = 1; i <= 100; ++i) rows.add(1, i * 1e-3);
+  rows.add(0.01, 0.03);  // below the floor: counts in N, not in %
   const Statement s = summarize(rows);
   EXPECT_EQ(s.rows_above_floor, 100u);
   EXPECT_NEAR(s.all.force.median_rel, 0.050, 1e-12);
@@ -38,11 +65,11 @@ TEST(statement, quantiles_are_nearest_rank_over_rows_above_the_floor) {
 
 TEST(statement, says_when_it_compares_noise) {
   // Stated 1 % of each row; errors of 0.5, 0.9 and 1.5 %.
-  const Statement noise = summarize({row(1, 0.005), row(1, 0.009), row(1, 0.015)});
+  const Statement noise = summarize({{1, 0.005}, {1, 0.009}, {1, 0.015}});
   EXPECT_NEAR(noise.within_reference, 2.0 / 3, 1e-12);
   EXPECT_NE(in_words(noise).find("at 67 % of rows the error is within"), std::string::npos)
       << in_words(noise);
-  const Statement clear = summarize({row(1, 0.05), row(1, 0.09)});
+  const Statement clear = summarize({{1, 0.05}, {1, 0.09}});
   EXPECT_EQ(clear.within_reference, 0);
   EXPECT_EQ(in_words(clear).find("noise"), std::string::npos) << in_words(clear);
 }
@@ -63,8 +90,8 @@ TEST(statement, without_rows_nothing_is_claimed) {
 
 // It said 0.0 / 0.0 / 0.0 %, 100 % of rows within JND, of a spleen of 200 Pa that was off by 13 %.
 TEST(statement, of_a_body_softer_than_a_hand_feels_has_its_error_and_no_share_within_jnd) {
-  std::vector<ComparedRow> rows;
-  for (int i = 1; i <= 20; ++i) rows.push_back(row(1e-3 * i, 0.13e-3 * i));
+  Rows rows;
+  for (int i = 1; i <= 20; ++i) rows.add(1e-3 * i, 0.13e-3 * i);
   const Statement s = summarize(rows);
   EXPECT_DOUBLE_EQ(s.floor_N, 0.002);
   EXPECT_EQ(s.rows_above_floor, 18u);
@@ -79,23 +106,23 @@ TEST(statement, of_a_body_softer_than_a_hand_feels_has_its_error_and_no_share_wi
   EXPECT_EQ(words.find(" 0.0 %"), std::string::npos) << words;
   EXPECT_NE(words.find("Poor: 19 of 20 rows"), std::string::npos) << words;
   // A hand that meets what no reference has does feel the error.
-  rows[3].engine_N = Vec3(0, 0, 3);
+  rows.answer_N[3] = Vec3(0, 0, 3);
   EXPECT_NEAR(summarize(rows).within_jnd, 19.0 / 20, 1e-12);
 }
 
 TEST(statement, the_floor_is_what_a_person_feels_where_a_tenth_of_the_largest_force_is_more) {
-  EXPECT_EQ(summarize({row(0.05, 0), row(0.4, 0), row(7, 0)}).floor_N, 0.04);
-  EXPECT_DOUBLE_EQ(summarize({row(0.05, 0), row(0.2, 0)}).floor_N, 0.02);
-  EXPECT_EQ(summarize({row(0, 0.1)}).floor_N, 0);
-  EXPECT_EQ(verdict(summarize({row(0, 0.1)})), "No verdict: no row above 0 N.");
+  EXPECT_EQ(summarize({{0.05, 0}, {0.4, 0}, {7, 0}}).floor_N, 0.04);
+  EXPECT_DOUBLE_EQ(summarize({{0.05, 0}, {0.2, 0}}).floor_N, 0.02);
+  EXPECT_EQ(summarize({{0, 0.1}}).floor_N, 0);
+  EXPECT_EQ(verdict(summarize({{0, 0.1}})), "No verdict: no row above 0 N.");
 }
 
 TEST(statement, a_kind_of_path_of_which_no_row_counts_has_newtons_and_no_share) {
-  Statement s = summarize({row(1, 0.02), row(0.01, 0.001)});
-  s.sections = {{"by_path",
-                 "by path",
-                 {line("straight", {row(1, 0.02)}), line("wandering", {row(0.01, 0.001)}),
-                  line("tilting", {})}}};
+  Statement s = summarize({{1, 0.02}, {0.01, 0.001}});
+  s.sections = {
+      {"by_path",
+       "by path",
+       {line("straight", {{1, 0.02}}), line("wandering", {{0.01, 0.001}}), line("tilting", {})}}};
   const auto json = nlohmann::json::parse(to_json(s)).at("by_path");
   EXPECT_TRUE(json.at("wandering").at("p95_rel").is_null());
   EXPECT_NEAR(json.at("wandering").at("p95_N").get<double>(), 0.001, 1e-12);
@@ -112,7 +139,7 @@ TEST(statement, a_kind_of_path_of_which_no_row_counts_has_newtons_and_no_share) 
 
 // A soft body was told "more than the 7 % that a person notices" of rows that nobody feels.
 TEST(statement, the_verdict_says_in_how_many_rows_a_person_notices_the_error) {
-  const Statement s = summarize({row(0.05, 0.005), row(0.05, 0.004), row(0.045, 0.004)});
+  const Statement s = summarize({{0.05, 0.005}, {0.05, 0.004}, {0.045, 0.004}});
   EXPECT_EQ(s.within_jnd, 1);
   EXPECT_EQ(verdict(s),
             "Fair: 19 of 20 rows are off by 10.0 % of their force at most; a person notices it in "
@@ -124,12 +151,11 @@ TEST(statement, p95_of_all_places_lies_in_the_band_of_eight_of_them_eight_times_
   const auto drawn = [](unsigned seed, std::int32_t places) {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
-    std::vector<ComparedRow> rows;
+    Rows rows;
     for (std::int32_t place = 0; place < places; ++place) {
       const double factor = 0.04 * std::exp(0.4 * normal(random));
       for (int i = 0; i < 20; ++i) {
-        rows.push_back(row(1, factor * std::abs(1 + 0.3 * normal(random))));
-        rows.back().place = place;
+        rows.add(1, factor * std::abs(1 + 0.3 * normal(random)), place);
       }
     }
     return summarize(rows);
@@ -151,11 +177,10 @@ TEST(statement, p95_of_all_places_lies_in_the_band_of_eight_of_them_eight_times_
 }
 
 TEST(statement, a_verdict_names_the_grades_at_both_ends_of_its_band) {
-  std::vector<ComparedRow> rows;
+  Rows rows;
   for (std::int32_t place = 0; place < 6; ++place)
     for (int i = 0; i < 10; ++i) {
-      rows.push_back(row(1, place < 5 ? 0.05 : 0.09));
-      rows.back().place = place;
+      rows.add(1, place < 5 ? 0.05 : 0.09, place);
     }
   EXPECT_EQ(
       verdict(summarize(rows)),
@@ -164,14 +189,14 @@ TEST(statement, a_verdict_names_the_grades_at_both_ends_of_its_band) {
 }
 
 TEST(statement, a_poor_asset_ends_with_what_to_do_about_it) {
-  Statement s = summarize({row(1, 0.15), row(2, 0.3)});
+  Statement s = summarize({{1, 0.15}, {2, 0.3}});
   EXPECT_NE(in_words(s).find("set causes = true"), std::string::npos) << in_words(s);
   s.sections = {
-      {"by_path", "by path", {line("straight", {row(1, 0.02)}), line("sliding", {row(1, 0.4)})}},
+      {"by_path", "by path", {line("straight", {{1, 0.02}}), line("sliding", {{1, 0.4}})}},
       {"causes",
        "by cause",
-       {line("interpolation", {row(1, 0.05)}), line("curve_fit", {}),
-        line("friction_law", {row(1, 0.14)})}}};
+       {line("interpolation", {{1, 0.05}}), line("curve_fit", {}),
+        line("friction_law", {{1, 0.14}})}}};
   const auto advised = advice(s);
   ASSERT_EQ(advised.size(), 2u);
   EXPECT_EQ(advised[0], "It is worst on paths of the kind sliding, 40.0 %.");
@@ -180,14 +205,13 @@ TEST(statement, a_poor_asset_ends_with_what_to_do_about_it) {
   EXPECT_EQ(verdict(s),
             "Poor: 19 of 20 rows are off by 15.0 % of their force at most; a person notices it in "
             "100 % of the rows.");
-  const Statement fair = summarize({row(1, 0.09)}), good = summarize({row(1, 0.02)});
+  const Statement fair = summarize({{1, 0.09}}), good = summarize({{1, 0.02}});
   EXPECT_TRUE(advice(fair).empty());
   EXPECT_EQ(verdict(fair).rfind("Fair", 0), 0u);
   EXPECT_EQ(verdict(good).rfind("Good", 0), 0u);
-  for (ComparedRow noisy : {row(1, 0.15)}) {
-    noisy.reference_error_N = 0.12;
-    EXPECT_NE(advice(summarize({noisy})).at(0).find("force_tolerance = 0.04"), std::string::npos);
-  }
+  Rows noisy{{1, 0.15}};
+  noisy.reference.force_error[0] = 0.12;
+  EXPECT_NE(advice(summarize(noisy)).at(0).find("force_tolerance = 0.04"), std::string::npos);
 }
 
 // Advances by what a test says.
@@ -213,13 +237,13 @@ TEST(statement, a_tick_is_timed_as_if_a_loaded_machine_were_idle) {
 }
 
 TEST(statement, unknown_reference_errors_do_not_count) {
-  ComparedRow unknown = row(1, 0.01);
-  unknown.reference_error_N = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(std::isnan(summarize({unknown}).reference_p95_rel));
+  Rows unknown{{1, 0.01}};
+  unknown.reference.force_error[0] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::isnan(summarize(unknown).reference_p95_rel));
 }
 
 TEST(statement, reads_back_what_it_wrote) {
-  Statement s = summarize({row(1, 0.02), row(3, 0.5)});
+  Statement s = summarize({{1, 0.02}, {3, 0.5}});
   s.probes = 2;
   s.all.tick_ns = 123.5;
   s.asset_bytes = 4567;
@@ -229,15 +253,14 @@ TEST(statement, reads_back_what_it_wrote) {
 }
 
 TEST(statement, sections_of_any_name_are_read_back_in_order_and_said) {
-  Statement s = summarize({row(1, 0.02)});
-  StatedError felt = line("felt", {row(1, 0.05)}), foremost = line("foremost_ball", {row(1, 0.5)});
+  Statement s = summarize({{1, 0.02}});
+  StatedError felt = line("felt", {{1, 0.05}}), foremost = line("foremost_ball", {{1, 0.5}});
   felt.torque = {5e-3, 1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03};
   felt.tick_ns = 9000;
-  s.sections = {{"causes",
-                 "by cause",
-                 {line("interpolation", {row(1, 0.05)}), line("curve_fit", {row(2, 0.1)})}},
-                {"baselines", "baselines", {}},
-                {"tool", "the tool, as balls", {felt, foremost}}};
+  s.sections = {
+      {"causes", "by cause", {line("interpolation", {{1, 0.05}}), line("curve_fit", {{2, 0.1}})}},
+      {"baselines", "baselines", {}},
+      {"tool", "the tool, as balls", {felt, foremost}}};
   const Statement back = parse_statement(to_json(s), "statement.json");
   EXPECT_EQ(to_json(back), to_json(s));
   ASSERT_EQ(back.sections.size(), 3u);
@@ -259,8 +282,8 @@ TEST(statement, sections_of_any_name_are_read_back_in_order_and_said) {
 
 // An asset that was made for a capsule did not say how right the capsule is.
 TEST(statement, an_asset_carries_what_is_stated_of_its_tool_but_no_time_of_a_tick) {
-  Statement s = summarize({row(1, 0.02)});
-  s.sections = {{"tool", "the tool, as balls", {line("felt", {row(1, 0.05)})}}};
+  Statement s = summarize({{1, 0.02}});
+  s.sections = {{"tool", "the tool, as balls", {line("felt", {{1, 0.05}})}}};
   s.sections[0].lines[0].torque = {5e-3, 1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03};
   const std::string untimed = to_asset_json(s);
   s.sections[0].lines[0].tick_ns = 9000;
@@ -271,7 +294,7 @@ TEST(statement, an_asset_carries_what_is_stated_of_its_tool_but_no_time_of_a_tic
 }
 
 TEST(statement, how_well_the_surface_is_shown_is_read_back_and_said_in_a_sentence) {
-  Statement s = summarize({row(1, 0.02)});
+  Statement s = summarize({{1, 0.02}});
   EXPECT_EQ(in_words(s).find("surface"), std::string::npos);
   EXPECT_TRUE(nlohmann::json::parse(to_json(s)).at("shape_error").empty());
   s.shape = {{1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03}, {4e-4, 5e-4, 6e-4, 0.04, 0.05, 0.06}, 7e-5, 12};
@@ -287,21 +310,20 @@ TEST(statement, how_well_the_surface_is_shown_is_read_back_and_said_in_a_sentenc
 }
 
 TEST(statement, words_fit_eighty_columns) {
-  Statement s = summarize({row(1, 0.02), row(200, 150)});
+  Statement s = summarize({{1, 0.02}, {200, 150}});
   s.probes = 1000;
   s.all.rows = 123456;
   s.reference_failures = 10000;
   s.reference_p95_rel = 0.5;
-  s.sections = {{"by_path", "by path", {line("back_and_forth", {row(1, 99.9)})}},
-                {"causes", "by cause", {line("float_precision", {row(100, 1e-9)})}},
-                {"baselines", "baselines", {line("one_response", {row(200, 199)})}}};
+  s.sections = {{"by_path", "by path", {line("back_and_forth", {{1, 99.9}})}},
+                {"causes", "by cause", {line("float_precision", {{100, 1e-9}})}},
+                {"baselines", "baselines", {line("one_response", {{200, 199}})}}};
   s.sections[0].lines[0].torque = {5e-3, 0.999, 0.999, 0.999, 0.5, 0.9, 2};
   s.sections[0].lines[0].tick_ns = 123456;
   s.shape = {{0.01, 0.02, 0.03, 0.5, 0.9, 2}, {0.01, 0.02, 0.03, 0.5, 0.9, 2}, 1, 10000};
-  Statement soft = summarize({row(2e-7, 1e-7), row(3e-7, 0)});
-  soft.sections = {
-      {"by_path", "by path", {line("back_and_forth", {row(1e-9, 1e-9)}, soft.floor_N)}},
-      {"causes", "by cause", {line("interpolation", {row(2e-7, 1e-7)}, soft.floor_N)}}};
+  Statement soft = summarize({{2e-7, 1e-7}, {3e-7, 0}});
+  soft.sections = {{"by_path", "by path", {line("back_and_forth", {{1e-9, 1e-9}}, soft.floor_N)}},
+                   {"causes", "by cause", {line("interpolation", {{2e-7, 1e-7}}, soft.floor_N)}}};
   for (const Statement& statement : {s, soft}) {
     std::istringstream words(in_words(statement));
     for (std::string text; std::getline(words, text);) EXPECT_LE(text.size(), 80u) << text;
@@ -309,7 +331,7 @@ TEST(statement, words_fit_eighty_columns) {
 }
 
 TEST(statement, an_asset_carries_nothing_that_changes_from_one_machine_to_the_next) {
-  Statement s = summarize({row(1, 0.02)});
+  Statement s = summarize({{1, 0.02}});
   s.all.tick_ns = 100;
   s.asset_bytes = 5;
   Statement other = s;
@@ -320,7 +342,7 @@ TEST(statement, an_asset_carries_nothing_that_changes_from_one_machine_to_the_ne
 }
 
 TEST(statement, json_holds_the_names_others_read) {
-  const auto json = nlohmann::json::parse(to_json(summarize({row(1, 0.02)})));
+  const auto json = nlohmann::json::parse(to_json(summarize({{1, 0.02}})));
   for (const char* name :
        {"median_N", "p95_N", "max_N", "median_rel", "p95_rel", "max_rel", "within_jnd"})
     EXPECT_TRUE(json.at("force_error").at(name).is_number()) << name;

@@ -42,8 +42,8 @@ double simulated_press_N() {
   setup.options.coarse_ratio = 1.6;
   const fem::PointRows rows =
       fem::Simulator(setup).press_and_drag(fem::block_top(), -Vec3::UnitZ(), experiments);
-  EXPECT_EQ(rows.rows.at(0).status, RowStatus::good);
-  return rows.rows.at(0).force.z();
+  EXPECT_EQ(rows.status[0], RowStatus::good);
+  return rows.force.row(0).z();
 }
 
 // Presses by 2 mm in steps of 40 um and stays for some ticks, on blocks of more and more cells: its

@@ -21,7 +21,7 @@ TEST(Green, is_our_linear_body_at_small_depth) {
   setup.options.coarse_ratio = 1.6;
   const fem::PointRows rows =
       fem::Simulator(setup).press_and_drag(top, -Vec3::UnitZ(), experiments);
-  ASSERT_EQ(rows.rows.at(0).status, RowStatus::good);
+  ASSERT_EQ(rows.status[0], RowStatus::good);
   const Points window = top.transpose();
   const auto surface =
       std::make_shared<GreenSurface>(make_green_surface(setup, window, 1.2e-3, 5e-3));
@@ -30,7 +30,7 @@ TEST(Green, is_our_linear_body_at_small_depth) {
   Vec3 force = Vec3::Zero();
   for (int k = 0; k <= 50; ++k)
     force = contact.force(top + (kRadius_m - kDepth_m * k / 50) * Vec3::UnitZ());
-  EXPECT_NEAR(force.z() / rows.rows[0].force.z(), 1, 0.05) << force.transpose();
+  EXPECT_NEAR(force.z() / rows.force.row(0).z(), 1, 0.05) << force.transpose();
   EXPECT_LT(force.head<2>().norm(), 0.02 * force.norm());
   EXPECT_TRUE(contact.force(top + 2 * kRadius_m * Vec3::UnitZ()).isZero(1e-6));
 }

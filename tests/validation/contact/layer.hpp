@@ -43,7 +43,7 @@ struct Pressed {
   PointRows result;
   double cpu_s;
 
-  double force_N(std::size_t row) const { return -result.rows.at(row).force.z(); }
+  double force_N(std::size_t row) const { return -result.force.row(row).z(); }
 };
 
 inline Pressed press(const SimulationSetup& setup, double depth_m, int steps) {

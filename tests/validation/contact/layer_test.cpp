@@ -32,13 +32,13 @@ void compare(const std::string& case_id, SimulationSetup setup, const std::vecto
     const double error = pressed.force_N(row) / at.force_N - 1;
     std::printf("  %.4f mm: %.6f N, exact %.6f N, %+.2f %%, bound %.2f %%\n", 1e3 * at.depth_m,
                 pressed.force_N(row), at.force_N, 100 * error,
-                100 * pressed.result.rows[row].force_error / at.force_N);
+                100 * pressed.result.force_error[row] / at.force_N);
     validation::record_case(case_id + "/d" + std::to_string(1e3 * at.depth_m), at.force_N,
                             pressed.force_N(row), "N", error, pressed.cpu_s);
-    EXPECT_EQ(pressed.result.rows[row].status, RowStatus::good);
+    EXPECT_EQ(pressed.result.status[row], RowStatus::good);
     EXPECT_LT(std::abs(error), allowed) << case_id << " at " << 1e3 * at.depth_m << " mm";
     EXPECT_LT(std::abs(error) * at.force_N,
-              pressed.result.rows[row].force_error + nonlinearity * at.depth_m * at.force_N)
+              pressed.result.force_error[row] + nonlinearity * at.depth_m * at.force_N)
         << case_id << " at " << 1e3 * at.depth_m << " mm is outside its own bound";
   }
 }

@@ -35,9 +35,9 @@ Moved move_aside() {
   out.result = Simulator(setup).follow(layer_top(), -Vec3::UnitZ(), {0, way});
   out.cpu_s = validation::cpu_seconds() - start;
   for (int i = 0; i < kAside; ++i) {
-    const PointRow& row = out.result.rows[kPress + i];
-    out.aside_m.push_back(row.deflection.x());
-    out.force_share.push_back(row.force.x() / (kFriction * -row.force.z()));
+    out.aside_m.push_back(out.result.deflection.row(kPress + i).x());
+    out.force_share.push_back(out.result.force.row(kPress + i).x() /
+                              (kFriction * -out.result.force.row(kPress + i).z()));
   }
   return out;
 }

@@ -30,9 +30,9 @@ TEST(Ripple, force_of_a_ball_rises_smoothly_over_tenths_of_a_millimetre) {
   const Pressed pressed =
       press(layer_setup(0.45, sphere_spec(0.01), {0.04, 0.12, 0.04}), 0.005, 50);
   std::vector<double> depth, force;
-  for (std::size_t i = 0; i < pressed.result.rows.size(); ++i) {
-    ASSERT_EQ(pressed.result.rows[i].status, RowStatus::good) << "step " << i;
-    depth.push_back(-pressed.result.rows[i].deflection.z());
+  for (Eigen::Index i = 0; i < pressed.result.rows(); ++i) {
+    ASSERT_EQ(pressed.result.status[i], RowStatus::good) << "step " << i;
+    depth.push_back(-pressed.result.deflection.row(i).z());
     force.push_back(pressed.force_N(i));
   }
   double squared = 0, most = 0;
@@ -58,13 +58,12 @@ TEST(SmallBall, pressed_to_three_radii_neither_pops_through_nor_reports_no_force
   const Pressed pressed =
       press(layer_setup(0.45, sphere_spec(0.002), {0.04, 0.12, 0.04}), 0.006, 12);
   double before = 0, deepest_m = 0;
-  for (std::size_t i = 0; i < pressed.result.rows.size(); ++i) {
-    const PointRow& row = pressed.result.rows[i];
-    EXPECT_NE(row.status, RowStatus::no_contact);
-    if (row.status != RowStatus::good) continue;
+  for (Eigen::Index i = 0; i < pressed.result.rows(); ++i) {
+    EXPECT_NE(pressed.result.status[i], RowStatus::no_contact);
+    if (pressed.result.status[i] != RowStatus::good) continue;
     EXPECT_GT(pressed.force_N(i), before) << "step " << i;
     before = pressed.force_N(i);
-    deepest_m = -row.deflection.z();
+    deepest_m = -pressed.result.deflection.row(i).z();
   }
   std::printf("%d nodes, %.2f s CPU: %.4f N at %.2f mm, the deepest good row\n",
               pressed.result.cost.nodes, pressed.cpu_s, before, 1e3 * deepest_m);

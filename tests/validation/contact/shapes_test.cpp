@@ -37,9 +37,9 @@ Pressed press_and_drag(const ProbeSpec& probe) {
 
 double difference(const Pressed& a, const Pressed& b) {
   double worst = 0;
-  for (std::size_t i = 0; i < a.result.rows.size(); ++i)
-    worst = std::max(worst, (a.result.rows[i].force - b.result.rows[i].force).norm() /
-                                b.result.rows[i].force.norm());
+  for (Eigen::Index i = 0; i < a.result.rows(); ++i)
+    worst = std::max(worst, (a.result.force.row(i) - b.result.force.row(i)).norm() /
+                                b.result.force.row(i).norm());
   return worst;
 }
 
@@ -49,7 +49,8 @@ const Pressed& ball() {
 }
 
 TEST(Shapes, a_capsule_end_presses_as_a_ball_does) {
-  for (const PointRow& row : ball().result.rows) EXPECT_EQ(row.status, RowStatus::good);
+  for (Eigen::Index row = 0; row < ball().result.rows(); ++row)
+    EXPECT_EQ(ball().result.status[row], RowStatus::good);
   const Pressed capsule =
       press_and_drag(shape("capsule", {{"radius", {kRadius_m}}, {"length", {0.04}}}));
   EXPECT_LT(difference(capsule, ball()), 2e-4);  // the solver's residual is 1e-3
@@ -82,10 +83,11 @@ TEST(Shapes, every_shape_is_pressed_and_dragged_to_the_end) {
     const Pressed pressed = press_and_drag(probe);
     int good = 0;
     double before = 0;
-    for (std::size_t i = 0; i < pressed.result.rows.size(); ++i) {
-      const PointRow& row = pressed.result.rows[i];
-      good += row.status == RowStatus::good;
-      if (row.kind != ExperimentKind::press || row.status != RowStatus::good) continue;
+    for (Eigen::Index i = 0; i < pressed.result.rows(); ++i) {
+      good += pressed.result.status[i] == RowStatus::good;
+      if (pressed.result.kind[i] != ExperimentKind::press ||
+          pressed.result.status[i] != RowStatus::good)
+        continue;
       EXPECT_GT(pressed.force_N(i), before) << name << " step " << i;
       before = pressed.force_N(i);
     }
@@ -94,12 +96,11 @@ TEST(Shapes, every_shape_is_pressed_and_dragged_to_the_end) {
         "%s: %d nodes, %.2f s CPU, %d Newton, %d factorizations, %d of %zu rows, %.4f N at 1.5 "
         "mm\n",
         name.c_str(), pressed.result.cost.nodes, pressed.cpu_s, counts.newton,
-        counts.factorizations, good, pressed.result.rows.size(), before);
+        counts.factorizations, good, pressed.result.rows(), before);
     std::fflush(stdout);
     validation::record_case("SHAPES/" + name + "/good_rows",
-                            static_cast<double>(pressed.result.rows.size()), good, "", 0,
-                            pressed.cpu_s);
-    EXPECT_EQ(good, static_cast<int>(pressed.result.rows.size())) << name;
+                            static_cast<double>(pressed.result.rows()), good, "", 0, pressed.cpu_s);
+    EXPECT_EQ(good, static_cast<int>(pressed.result.rows())) << name;
   }
 }
 

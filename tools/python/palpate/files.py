@@ -8,19 +8,11 @@ import tempfile
 
 import numpy as np
 
-# Units of a samples.h5, a contract (docs/formats/samples.md); all else is without.
-_UNITS = {"points/position": "m", "points/normal_gradient": "1/m", "points/sway": "m/N", "rows/deflection": "m",
-          "rows/force": "N", "rows/torque": "N m", "rows/force_error": "N", "rows/time": "s",
-          "relaxation/time": "s", "recordings/contact": "m",
-          "recordings/contact_deviation": "m", "recordings/speed": "m/s", "recordings/noise": "N",
-          "recordings/young": "Pa"}
-_TYPES = {"rows/kind": np.int8, "rows/status": np.int8, "rows/step_check": np.int8, "recordings/grade": np.int8,
-          **dict.fromkeys(("rows/point", "rows/experiment", "rows/step", "rows/tool", "rows/probe",
-                           "recordings/experiment", "probe/mesh/triangles"), np.int32)}
-_NAMES = {*_UNITS, *_TYPES, "points/name", "points/normal", "points/scale", "rows/lean", "relaxation/share",
-          "body/poisson", *("recordings/" + key for key in ("file", "hash", "estimator", "hysteresis", "reasons"))}
+# Type and unit of each data set of a samples.h5 but a probe's own numbers, as the program writes them: a list
+# that a test of the program writes.
+with open(os.path.join(os.path.dirname(__file__), "samples.json"), encoding="utf-8") as _file:
+    _COLUMNS = json.load(_file)
 _MAX_M = {"points/position": 10, "rows/deflection": 1}  # from the first one: of bodies and presses in mm, more
-_WITHOUT_UNIT = ("probe/shape", "probe/orientation", "probe/friction", "probe/mesh/triangles")
 
 
 class Error(Exception):
@@ -96,12 +88,10 @@ def write_samples(path, samples):
             for name, value in full.items():
                 if name.endswith("/names"):
                     continue
-                value = np.asarray(value)
-                if value.dtype.kind in "OU":
-                    made = file.create_dataset(name, data=value.astype(object), dtype=h5py.string_dtype())
-                else:
-                    made = file.create_dataset(name, data=value.astype(_type_of(name)))
-                made.attrs["unit"] = _unit_of(name)
+                kind, unit = _column(name)
+                made = file.create_dataset(name, data=np.asarray(value).astype(object if kind == "text" else kind),
+                                           dtype=h5py.string_dtype() if kind == "text" else kind)
+                made.attrs["unit"] = unit
                 if name + "/names" in full:
                     made.attrs["names"] = full[name + "/names"]
         os.replace(partial, path)
@@ -113,13 +103,13 @@ def write_samples(path, samples):
 def _check(samples):
     """Refuses arrays that the file would hold otherwise than they are meant."""
     for name, value in samples.items():
-        plain, value = _of_any_probe(name), np.asarray(value)
-        if plain not in _NAMES and not plain.startswith("probe/") and not name.endswith("/names"):
-            near = difflib.get_close_matches(name, _NAMES, 1)
+        (kind, _), value = _column(name), np.asarray(value)
+        if not kind and not name.endswith("/names"):
+            near = difflib.get_close_matches(name, _COLUMNS, 1)
             raise Error("samples", f"{name} is no array of samples" + (f"; is it {near[0]}?" if near else ""),
                         "docs/formats/samples.md lists what samples hold.")
-        if np.issubdtype(_type_of(name), np.integer) and value.dtype.kind in "iuf":
-            limits = np.iinfo(_type_of(name))
+        if kind.startswith("int") and value.dtype.kind in "iuf":
+            limits = np.iinfo(kind)
             bad = ~((value == np.floor(value)) & (value >= limits.min) & (value <= limits.max))
             if bad.any():
                 raise Error(f"samples: {name}", f"{value[bad][0]} is no whole number from {limits.min} to {limits.max}",
@@ -130,20 +120,12 @@ def _check(samples):
                 raise Error(f"samples: {name}", f"reaches over {far_m:.3g} m", "Lengths are in metres.")
 
 
-def _type_of(name):
-    return _TYPES.get(_of_any_probe(name), np.float64)
-
-
-def _of_any_probe(name):
-    """A name of another probe, probe_1/radius, as of the first one."""
-    return re.sub(r"^probe_\d+/", "probe/", name)
-
-
-def _unit_of(name):
-    name = _of_any_probe(name)
-    if name.startswith("probe/") and name not in _WITHOUT_UNIT:
-        return "rad" if name.endswith("angle") else "m"
-    return _UNITS.get(name, "1")
+def _column(name):
+    """Type and unit of a data set of samples; empty where it is none."""
+    name = re.sub(r"^probe_\d+/", "probe/", name)
+    if name.startswith("probe/") and name not in _COLUMNS:
+        return "float64", "rad" if name.endswith("angle") else "m"
+    return _COLUMNS.get(name, ("", ""))
 
 
 def by_point(samples):

@@ -20,7 +20,7 @@ namespace {
 Scene same(const Scene& scene, Purpose, std::int32_t) { return scene; }
 Scene of_tool(const Scene& scene, Purpose, std::int32_t) { return with_tool(scene, *scene.tool); }
 Scene of_other(const Scene& scene, Purpose purpose, std::int32_t number) {
-  return with_tool(scene, other_tools(scene, purpose)[static_cast<std::size_t>(number - 1)]);
+  return with_tool(scene, other_tools(scene, purpose)[number - 1]);
 }
 
 // Draws places where the scene's tool can touch, upright and as it leans.
@@ -49,7 +49,7 @@ int presses(const Scene& scene, Purpose purpose) {
 }
 ExperimentList draw_presses(const Drawing& drawing) {
   const bool is_dragged = !experiments_of(drawing.scene).drag_depths_m.empty();
-  std::vector<std::size_t> which(static_cast<std::size_t>(presses(drawing.scene, drawing.purpose)));
+  std::vector<std::size_t> which(presses(drawing.scene, drawing.purpose));
   for (std::size_t i = 0; i < which.size(); ++i) which[i] = 2 * i;
   return taken(
       experiments_at(drawing.points,
@@ -84,8 +84,8 @@ ExperimentList draw_cycles(const Drawing& drawing) {
 int pairs(const Scene& scene, Purpose purpose) {
   return purpose == Purpose::identify ? scene.experiments.pairs : scene.validate.pairs;
 }
-// What presses in pairs: to identify, the narrowest ball, which comes nearest to another one; null:
-// the probe.
+// The tool that presses in pairs: to identify, the narrowest ball, which comes nearest to another
+// one; null: the probe.
 const ToolSection* pair_tool(const Scene& scene, Purpose purpose) {
   const ToolSection* narrowest = nullptr;
   if (purpose == Purpose::hold_out) return narrowest;
@@ -195,9 +195,8 @@ ExperimentList draw_others(const Drawing& drawing) {
 }
 PlayedTool other_played_as(const Scene& scene, Purpose purpose, ToolShapes& shapes,
                            const Samples& samples, Eigen::Index row) {
-  const std::int32_t number = samples.probe_number[static_cast<std::size_t>(row)];
-  return played_as_tool(scene, other_tools(scene, purpose)[static_cast<std::size_t>(number - 1)],
-                        shapes, samples, row);
+  const std::int32_t number = samples.probe_number[row];
+  return played_as_tool(scene, other_tools(scene, purpose)[number - 1], shapes, samples, row);
 }
 
 }  // namespace
@@ -258,9 +257,7 @@ const std::vector<ToolSection>& other_tools(const Scene& scene, Purpose purpose)
 PlayedAs played_as(const Scene& scene, Purpose purpose, const Samples& samples) {
   auto shapes = std::make_shared<ToolShapes>();
   return [&scene, purpose, &samples, shapes](Eigen::Index row) {
-    const auto is_of = [&](const ExperimentRow& each) {
-      return each.kind == samples.kind[static_cast<std::size_t>(row)];
-    };
+    const auto is_of = [&](const ExperimentRow& each) { return each.kind == samples.kind[row]; };
     const auto found = std::ranges::find_if(kExperimentRows, is_of);
     return found == kExperimentRows.end() || found->played_as == nullptr
                ? PlayedTool()

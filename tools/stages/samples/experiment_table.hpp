@@ -15,33 +15,33 @@
 
 namespace palpate::tools {
 
-/// What experiments are made for: to identify curves and constants, or to be held out and compared
+/// Purpose of experiments: to identify curves and constants, or to be held out and compared
 /// with the asset.
 enum class Purpose { identify, hold_out };
 
-/// What experiments of a kind are drawn from. points: the test points, or those held out.
+/// Input from which experiments of a kind are drawn. points: the test points, or those held out.
 struct Drawing {
   const Scene& scene;
   const Body& body;
   const TestPoints& points;
   Purpose purpose;
 
-  /// Of what is drawn at random.
+  /// Seed of a kind's random draws.
   std::uint64_t seed(std::uint64_t of_kind) const {
     return purpose == Purpose::identify ? of_kind : static_cast<std::uint64_t>(scene.validate.seed);
   }
 };
 
-/// What is done to a body, kind by kind: a new kind is a row here.
+/// A kind of experiment; a new kind is a new row of the table.
 struct ExperimentRow {
   ExperimentKind kind;
-  /// What the simulator is told: the scene's own probe, or another in its place. number: of
+  /// The scene that the simulator gets: with its own probe, or another in its place. number: of
   /// Samples::probe_number.
   Scene (*scene)(const Scene&, Purpose, std::int32_t number);
-  /// How many are wanted; 0: none.
+  /// Number of experiments that are wanted; 0: none.
   int (*count)(const Scene&, Purpose);
   ExperimentList (*draw)(const Drawing&);
-  /// How the engine plays a row of them; null: as a tip.
+  /// The tool as which the engine plays a row; null: a tip.
   PlayedTool (*played_as)(const Scene&, Purpose, ToolShapes&, const Samples&, Eigen::Index row);
 };
 extern const std::vector<ExperimentRow> kExperimentRows;

@@ -8,7 +8,7 @@
 namespace palpate::tools {
 namespace {
 
-// Of a force, tangential over normal: the rings that a drag of it tells are those of flat surface.
+// Tangential over normal force up to which the rings of a drag are those of a flat surface.
 constexpr double kMostLean = 0.1;
 
 struct Pressed {
@@ -19,13 +19,13 @@ struct Pressed {
 };
 
 std::vector<Pressed> deepest_rows(const Samples& presses) {
-  std::vector<Pressed> out(static_cast<std::size_t>(presses.points()));
+  std::vector<Pressed> out(presses.points());
   for (std::size_t p = 0; p < out.size(); ++p) out[p].point = p;
   for (Eigen::Index row = 0; row < presses.rows(); ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    Pressed& point = out[static_cast<std::size_t>(presses.point[r])];
-    if (presses.status[r] != RowStatus::good) point.is_whole = false;
-    const Vec3 force = presses.force.row(row), normal = presses.point_normal.row(presses.point[r]);
+    Pressed& point = out[presses.point[row]];
+    if (presses.status[row] != RowStatus::good) point.is_whole = false;
+    const Vec3 force = presses.force.row(row),
+               normal = presses.point_normal.row(presses.point[row]);
     if (!(force.norm() > point.force_N)) continue;
     point.force_N = force.norm();
     const double pressed_N = force.dot(normal);

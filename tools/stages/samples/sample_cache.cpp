@@ -12,8 +12,8 @@
 namespace palpate::tools {
 namespace {
 
-// Of the time, spent on keeping: a process that is killed loses the points in flight and those done
-// within fifty times what keeping takes, half a minute on the liver phantom.
+// Share of the time that is spent on keeping: a process that is killed loses the points in flight
+// and those done within fifty times what keeping takes, half a minute on the liver phantom.
 constexpr double kKeepShare = 0.02;
 
 }  // namespace
@@ -86,7 +86,7 @@ Samples SampleCache::at(const fem::SimulatorOf& simulator, const ExperimentList&
     return known;
   }
   if (request_.only_known) throw ExperimentsMissing{{taken(list, missing), quick}};
-  // What is known of other experiments stays known: rounds of a placement come back to them.
+  // Experiments of other lists stay known: rounds of a placement come back to them.
   const Samples others = beyond(interrupted_, list);
   const auto on_done = [&](const std::function<Samples()>& so_far) {
     clock_.keep([&] {

@@ -11,7 +11,7 @@
 
 namespace palpate::tools {
 
-/// Where simulated points are remembered, and what they must come from to be used again.
+/// The file that remembers simulated points, and the fingerprints they need to be used again.
 struct SimulateRequest {
   int jobs = 0;
   std::filesystem::path output;      ///< samples.h5; what is done is kept beside it until all is.
@@ -69,7 +69,7 @@ class SampleCache {
   KeepClock clock_;
 };
 
-/// What samples carry so that they are known again.
+/// Attributes by which samples are known again.
 Attributes attributes_of(const SimulateRequest& request);
 
 /// Samples with what is known of their surface beside them (surface_path), each whole or not at
@@ -82,7 +82,7 @@ Samples read_with_surface(const std::filesystem::path& path);
 /// Deletes what an unfinished simulate kept.
 void remove_partial(const std::filesystem::path& output);
 
-/// Where what is done of an output is kept until all of it is.
+/// File that keeps the finished part of an output until all of it is done.
 std::filesystem::path partial_of(const std::filesystem::path& output);
 
 }  // namespace palpate::tools

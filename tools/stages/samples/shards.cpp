@@ -12,7 +12,6 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
-#include "libfit/io/atomic_file.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/canonical.hpp"
@@ -32,6 +31,7 @@ constexpr const char* kShard = "shard";
 constexpr const char* kRound = "round";
 constexpr const char* kProgram = "program_hash";
 constexpr const char* kCpu = "cpu_s";
+constexpr const char* kQuick = "quick";
 
 // A press on one mesh takes this share of one on two (docs/cluster.md).
 constexpr double kQuickShare = 0.35;
@@ -66,7 +66,7 @@ SimulateRequest request_of(const Settled& settled, int jobs, const fs::path& out
           .surface_columns = surface_columns(settled.scene, settled.body)};
 }
 
-// Whether a file says all this of itself.
+// True if a file has all these attributes.
 bool carries(const Attributes& stored, const Attributes& wanted) {
   return std::all_of(wanted.begin(), wanted.end(), [&](const auto& attribute) {
     const auto found = stored.find(attribute.first);
@@ -89,97 +89,36 @@ double cpu_seconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-Json to_json(const Points& points) {
-  Json out = Json::array();
-  for (Eigen::Index row = 0; row < points.rows(); ++row)
-    out.push_back({points(row, 0), points(row, 1), points(row, 2)});
-  return out;
+Json to_json(const fem::QuickScale& quick) {
+  Json json{{"steps", Json::array()}, {"slope", quick.slope}, {"p95", quick.p95}};
+  for (const fem::QuickStep& step : quick.steps)
+    json["steps"].push_back({step.scale, step.log_force, step.lowest, step.highest, step.error});
+  return json;
 }
-Points points_of(const Json& json) {
-  Points out(static_cast<Eigen::Index>(json.size()), 3);
-  Eigen::Index row = 0;
-  for (const Json& point : json) {
-    for (const int axis : {0, 1, 2}) out(row, axis) = point.at(static_cast<std::size_t>(axis));
-    ++row;
-  }
-  return out;
+fem::QuickScale quick_of(const Json& json) {
+  fem::QuickScale quick{{}, json.at("slope"), json.at("p95")};
+  for (const Json& step : json.at("steps"))
+    quick.steps.push_back({step.at(0), step.at(1), step.at(2), step.at(3), step.at(4)});
+  return quick;
 }
 
-Json to_json(const Experiment& one) {
-  Json out{{"kind", static_cast<int>(one.kind)}, {"place", one.place}, {"probe", one.probe_number}};
-  if (one.kind == ExperimentKind::press) {
-    out["is_dragged"] = one.effort.is_dragged;
-    out["scale"] = one.effort.scale;
-    return out;
-  }
-  out["deflection_m"] = to_json(one.path.deflections);
-  out["time_s"] = std::vector<double>(one.path.time_s.begin(), one.path.time_s.end());
-  out["lean"] = {one.path.lean.x(), one.path.lean.y()};
-  if (one.path.second)
-    out["second"] = {{"place", one.path.second->place},
-                     {"deflection_m", to_json(one.path.second->deflections)}};
-  return out;
-}
-Experiment experiment_of(const Json& json, const TestPoints& places) {
-  Experiment out;
-  out.kind = static_cast<ExperimentKind>(json.at("kind").get<int>());
-  out.place = out.path.point = json.at("place");
-  out.probe_number = json.at("probe");
-  if (out.kind == ExperimentKind::press) {
-    out.effort = {json.at("is_dragged"), json.at("scale")};
-    return out;
-  }
-  out.path.deflections = points_of(json.at("deflection_m"));
-  const auto times_s = json.at("time_s").get<std::vector<double>>();
-  out.path.time_s =
-      Eigen::Map<const Eigen::VectorXd>(times_s.data(), static_cast<Eigen::Index>(times_s.size()));
-  out.path.lean = Lean(json.at("lean").at(0).get<double>(), json.at("lean").at(1).get<double>());
-  if (!json.contains("second")) return out;
-  SecondTool second;
-  second.place = json.at("second").at("place");
-  second.position = places.position.row(second.place);
-  second.normal = places.normal.row(second.place);
-  second.deflections = points_of(json.at("second").at("deflection_m"));
-  out.path.second = std::move(second);
-  return out;
-}
-
-std::string to_json(const ShardRound& round, const std::string& fingerprint) {
-  Json json{{kInputsAttribute, fingerprint},
-            {kRound, round.number},
-            {"quick",
-             {{"steps", Json::array()},
-              {"slope", round.batch.quick.slope},
-              {"p95", round.batch.quick.p95}}}};
-  for (const fem::QuickStep& step : round.batch.quick.steps)
-    json["quick"]["steps"].push_back(
-        {step.scale, step.log_force, step.lowest, step.highest, step.error});
-  const ExperimentList& list = round.batch.list;
-  json["places"] = {{"name", list.places.name},
-                    {"position_m", to_json(list.places.position)},
-                    {"normal", to_json(list.places.normal)}};
-  for (const Experiment& one : list.experiments) json["experiments"].push_back(to_json(one));
-  return json.dump(1) + "\n";
+void write_round(const fs::path& path, const ShardRound& round, const std::string& fingerprint) {
+  Samples planned = planned_rows(round.batch.list);
+  for (const std::int32_t number : planned.probe_number)
+    planned.other_probes.resize(std::max<std::size_t>(planned.other_probes.size(), number));
+  write_samples(path, planned,
+                {{kInputsAttribute, fingerprint},
+                 {kRound, std::to_string(round.number)},
+                 {kQuick, to_json(round.batch.quick).dump()}});
 }
 
 std::optional<ShardRound> read_round(const fs::path& path, const std::string& fingerprint) {
-  if (!fs::exists(path)) return std::nullopt;
+  if (stored_in_hdf5(path) != fingerprint) return std::nullopt;  // none, or of an earlier scene
   try {
-    const Json json = Json::parse(read_whole_file(path));
-    if (json.at(kInputsAttribute) != fingerprint) return std::nullopt;  // of an earlier scene
-    ShardRound round{json.at(kRound), {}};
-    auto& [list, quick] = round.batch;
-    for (const Json& step : json.at("quick").at("steps"))
-      quick.steps.push_back({step.at(0), step.at(1), step.at(2), step.at(3), step.at(4)});
-    quick.slope = json.at("quick").at("slope");
-    quick.p95 = json.at("quick").at("p95");
-    list.places = {points_of(json.at("places").at("position_m")),
-                   points_of(json.at("places").at("normal")), json.at("places").at("name"),
-                   Triangles(0, 3)};
-    for (const Json& one : json.at("experiments"))
-      list.experiments.push_back(experiment_of(one, list.places));
-    return round;
-  } catch (const Json::exception& e) {
+    const Attributes stored = read_attributes(path);
+    return ShardRound{std::stoi(stored.at(kRound)),
+                      {list_of(read_samples(path)), quick_of(Json::parse(stored.at(kQuick)))}};
+  } catch (const std::exception& e) {
     throw Error(path.string(), fmt::format("is no round of shards: {}", e.what()),
                 "Delete it and merged.h5; the rounds then start again.");
   }
@@ -211,7 +150,7 @@ std::string again(const fs::path& folder, const Shard& shard) {
                      name_of(shard), folder.string());
 }
 
-// How many shards the round is dealt to, and that all are there.
+// Number of shards of the round, all of which must be there.
 int check_complete(const fs::path& folder) {
   const auto found = shards_in(folder);
   if (found.empty())
@@ -295,7 +234,7 @@ fs::path shard_path(const fs::path& folder, const Shard& shard) {
 }
 
 ShardRound round_of(const fs::path& folder, const Scene& scene, const Body& body) {
-  if (auto round = read_round(folder / "round.json", samples_fingerprint(scene, body)))
+  if (auto round = read_round(folder / "round.h5", samples_fingerprint(scene, body)))
     return *std::move(round);
   try {
     SimulateRequest request;
@@ -324,7 +263,7 @@ std::vector<std::size_t> dealt_to(const Shard& shard, const ExperimentList& list
   std::vector<std::size_t> order(cost.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, std::greater(), [&](std::size_t i) { return cost[i]; });
-  std::vector<double> load(static_cast<std::size_t>(shard.count), 0);
+  std::vector<double> load(shard.count, 0);
   std::vector<std::size_t> own;
   for (const std::size_t i : order) {
     const auto least = std::min_element(load.begin(), load.end());
@@ -415,13 +354,12 @@ Merged merge_shards(const fs::path& folder, const fs::path& output, int jobs) {
     merged.next_round = round.number + 1;
     merged.next_experiments = missing.batch.list.size();
     write_with_surface(earlier, known, {{kInputsAttribute, fingerprint}});
-    write_file_atomically(folder / "round.json",
-                          to_json({merged.next_round, std::move(missing.batch)}, fingerprint));
+    write_round(folder / "round.h5", {merged.next_round, std::move(missing.batch)}, fingerprint);
   }
   remove_shards(folder);
   if (merged.samples) {
     std::error_code ignored;
-    for (const fs::path& done : {folder / "round.json", surface_path(earlier), earlier})
+    for (const fs::path& done : {folder / "round.h5", surface_path(earlier), earlier})
       fs::remove(done, ignored);
   }
   return merged;

@@ -13,7 +13,7 @@ namespace palpate::tools {
 // Experiments of one scene simulated by several processes, which share a folder and nothing else:
 //
 //   body.h5                  body and scene; the first process makes it, all others read it
-//   round.json, merged.h5    points that place themselves: what a merge wants next, what it has
+//   round.h5, merged.h5    points that place themselves: what a merge wants next, what it has
 //   shard-3-of-8.h5          what process 3 of 8 simulated (.partial while it is at it)
 //
 // A merge puts all shards of a round together, and has the bytes that one process would have.
@@ -28,7 +28,7 @@ Shard parse_shard(const std::string& text);
 
 std::filesystem::path shard_path(const std::filesystem::path& folder, const Shard& shard);
 
-/// What a round simulates: all that needs nothing else first, or in later rounds what round.json
+/// The experiments of a round: all that need nothing else first, or in later rounds what round.h5
 /// says.
 struct ShardRound {
   int number = 0;
@@ -36,7 +36,7 @@ struct ShardRound {
 };
 ShardRound round_of(const std::filesystem::path& folder, const Scene& scene, const Body& body);
 
-/// How long an experiment takes, in rows of a press on two meshes.
+/// Cost of an experiment, in rows of a press on two meshes.
 double cost_of(const Experiment& experiment, const fem::Experiments& each);
 
 /// Numbers of the experiments that a shard simulates, ascending: the costliest first, each to
@@ -56,7 +56,7 @@ std::size_t simulate_shard(const std::filesystem::path& folder, const Shard& sha
 void settle_body(const std::filesystem::path& folder, const Scene& scene, const Body& body,
                  const std::string& fingerprint);
 
-/// What merging gave: samples, or one more round to simulate.
+/// Result of merging: samples, or one more round to simulate.
 struct Merged {
   std::optional<Samples> samples;
   int next_round = 0;
@@ -65,7 +65,7 @@ struct Merged {
 };
 
 /// Puts the shards of a folder together. Where points place themselves and more are wanted, writes
-/// merged.h5 and round.json instead of the output, and removes the shards of the round.
+/// merged.h5 and round.h5 instead of the output, and removes the shards of the round.
 /// Throws Error at a shard of another scene, version or round's points, at shards of several
 /// counts, and naming those that are missing.
 Merged merge_shards(const std::filesystem::path& folder, const std::filesystem::path& output,

@@ -82,7 +82,7 @@ namespace {
 
 // "rejected: overlaps"
 std::string reason_of(const Samples& samples, std::size_t row) {
-  std::string reason(kRowStatusNames[static_cast<std::size_t>(samples.status[row])]);
+  std::string reason(name_of(samples.status[row]));
   if (samples.status[row] == RowStatus::wedged) {
     const auto at = static_cast<Eigen::Index>(row);
     const Vec3 force = samples.force.row(at), inward = samples.point_normal.row(samples.point[row]);
@@ -91,25 +91,18 @@ std::string reason_of(const Samples& samples, std::size_t row) {
   }
   if (!samples.step_check.empty() && samples.step_check[row] != StepCheck::none &&
       samples.status[row] != RowStatus::inverted)
-    reason +=
-        ": " + std::string(kStepCheckNames[static_cast<std::size_t>(samples.step_check[row])]);
+    reason += ": " + std::string(name_of(samples.step_check[row]));
   return reason;
 }
 
 }  // namespace
 
 std::size_t say_force_errors(const Samples& samples, double wanted) {
-  std::vector<std::vector<fem::PointRow>> rows(static_cast<std::size_t>(samples.points()));
-  for (Eigen::Index i = 0; i < samples.rows(); ++i) {
-    fem::PointRow row;
-    row.status = samples.status[static_cast<std::size_t>(i)];
-    row.force = samples.force.row(i);
-    row.force_error = samples.force_error[i];
-    rows[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(i)])].push_back(row);
-  }
+  std::vector<std::vector<Eigen::Index>> rows(samples.points());
+  for (Eigen::Index row = 0; row < samples.rows(); ++row) rows[samples.point[row]].push_back(row);
   std::vector<double> errors;  // of points that have one
   for (const auto& of_point : rows)
-    if (const double error = fem::achieved_error(of_point); std::isfinite(error))
+    if (const double error = fem::achieved_error(samples, of_point); std::isfinite(error))
       errors.push_back(error);
   if (rows.empty()) return 0;
   std::sort(errors.begin(), errors.end());
@@ -133,9 +126,8 @@ std::size_t list_bad_experiments(const Samples& samples) {
   // First bad row of each experiment, with the first reason that is not a consequence.
   std::map<std::int32_t, std::pair<Eigen::Index, std::size_t>> bad;
   for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    if (samples.status[static_cast<std::size_t>(row)] != RowStatus::good)
-      ++bad.try_emplace(samples.experiment[static_cast<std::size_t>(row)], row, 0)
-            .first->second.second;
+    if (samples.status[row] != RowStatus::good)
+      ++bad.try_emplace(samples.experiment[row], row, 0).first->second.second;
   std::size_t listed = 0;
   for (const auto& [experiment, place] : bad) {
     if (listed++ == kListed) {
@@ -144,11 +136,10 @@ std::size_t list_bad_experiments(const Samples& samples) {
     }
     const auto row = static_cast<std::size_t>(place.first);
     const Vec3 at = samples.point_position.row(samples.point[row]);
-    say_failed(
-        "  not good: {} at ({:.1f}, {:.1f}, {:.1f}) mm, {} from {:.2f} mm on: {} ({} rows)",
-        samples.point_name[static_cast<std::size_t>(samples.point[row])], 1e3 * at[0], 1e3 * at[1],
-        1e3 * at[2], kExperimentKindNames[static_cast<std::size_t>(samples.kind[row])],
-        1e3 * samples.deflection.row(place.first).norm(), reason_of(samples, row), place.second);
+    say_failed("  not good: {} at ({:.1f}, {:.1f}, {:.1f}) mm, {} from {:.2f} mm on: {} ({} rows)",
+               samples.point_name[samples.point[row]], 1e3 * at[0], 1e3 * at[1], 1e3 * at[2],
+               name_of(samples.kind[row]), 1e3 * samples.deflection.row(place.first).norm(),
+               reason_of(samples, row), place.second);
   }
   return bad.size();
 }

@@ -23,7 +23,7 @@ inline constexpr Eigen::Index kMaxSurfaceVertices = 20000;
 /// Columns of Samples::surface of a scene: 0 where its samples do not tell how the surface moves.
 Eigen::Index surface_columns(const Scene& scene, const Body& body);
 
-/// Whether some material of the scene relaxes; softens where it was strained.
+/// True if some material of the scene relaxes; if one softens where it was strained.
 bool relaxes(const Scene& scene);
 bool softens(const Scene& scene);
 

@@ -89,16 +89,16 @@ FemRun run_case(const FemCase& what, const fem::Experiments& experiments) {
 
 double greatest_difference(const fem::PointRows& a, const fem::PointRows& b) {
   double out = 0;
-  for (std::size_t i = 0; i < std::min(a.rows.size(), b.rows.size()); ++i)
-    if (a.rows[i].status == RowStatus::good && b.rows[i].status == RowStatus::good)
-      out = std::max(out, (a.rows[i].force - b.rows[i].force).norm() / b.rows[i].force.norm());
+  for (std::size_t i = 0; i < std::min(a.rows(), b.rows()); ++i)
+    if (a.status[i] == RowStatus::good && b.status[i] == RowStatus::good)
+      out = std::max(out, (a.force.row(i) - b.force.row(i)).norm() / b.force.row(i).norm());
   return out;
 }
 
 CaseError force_error(const fem::PointRows& rows, const std::vector<double>& force_N) {
   CaseError out;
-  for (std::size_t i = 0; i < force_N.size() && i < rows.rows.size(); ++i) {
-    const double error = rows.rows[i].force.norm() / force_N[i] - 1;
+  for (std::size_t i = 0; i < force_N.size() && i < rows.rows(); ++i) {
+    const double error = rows.force.row(i).norm() / force_N[i] - 1;
     if (std::abs(error) > std::abs(out.worst)) out.worst = error;
     out.mean += std::abs(error) / static_cast<double>(force_N.size());
   }

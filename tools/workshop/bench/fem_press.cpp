@@ -52,8 +52,7 @@ void add_choices(const std::string& experiment, FemCase what, const fem::Experim
     kChoices[c].apply(here.setup.options);
     const FemRun run = run_case(here, experiments);
     if (c == 0) plain = run;
-    const auto bad = std::count_if(run.rows.rows.begin(), run.rows.rows.end(),
-                                   [](const auto& row) { return row.status != RowStatus::good; });
+    const auto bad = run.rows.rows() - std::ranges::count(run.rows.status, RowStatus::good);
     const fem::SolverCounts& n = run.rows.cost.solver;
     say("  {}, {}, {}: {:.2f} s", experiment, poisson, kChoices[c].name, run.cpu_s);
     table.rows.push_back({experiment, fmt::format("{}", poisson), std::string(kChoices[c].name),
@@ -106,9 +105,9 @@ BenchTable fem_uniform(const BenchRequest& request) {
     if (what == &uniform) uniform_s = run.cpu_s;
     table.rows.push_back({what == &uniform ? "uniform" : "graded",
                           fmt::format("{}", run.rows.cost.nodes),
-                          fmt::format("{}", run.rows.rows.size()), seconds(run.cpu_s),
+                          fmt::format("{}", run.rows.rows()), seconds(run.cpu_s),
                           fmt::format("{:.1f}", uniform_s / run.cpu_s),
-                          fmt::format("{:.5f}", run.rows.rows.back().force.norm()),
+                          fmt::format("{:.5f}", run.rows.force.row(run.rows.rows() - 1).norm()),
                           fmt::format("{}", run.rows.cost.solver.factorizations)});
   }
   return table;
@@ -138,9 +137,9 @@ BenchTable fem_accuracy(const BenchRequest& request) {
       const CaseError error = force_error(run.rows, exact_N);
       double bound = 0;
       std::size_t bounded = 0;
-      for (std::size_t i = 0; i < run.rows.rows.size(); ++i) {
-        const double force_N = run.rows.rows[i].force.norm(),
-                     stated = run.rows.rows[i].force_error / force_N;
+      for (Eigen::Index i = 0; i < run.rows.rows(); ++i) {
+        const double force_N = run.rows.force.row(i).norm(),
+                     stated = run.rows.force_error[i] / force_N;
         bound = std::max(bound, stated);
         bounded += std::abs(force_N / exact_N[i] - 1) <= stated + kReferenceError;
       }
@@ -150,7 +149,7 @@ BenchTable fem_accuracy(const BenchRequest& request) {
            fmt::format("{}", run.rows.cost.coarse_nodes), seconds(run.cpu_s), percent(error.worst),
            fmt::format("{:.2f}", 100 * error.mean),
            choice.coarse > 0 ? fmt::format("{:.2f}", 100 * bound) : "-",
-           choice.coarse > 0 ? fmt::format("{} of {}", bounded, run.rows.rows.size()) : "-"});
+           choice.coarse > 0 ? fmt::format("{} of {}", bounded, run.rows.rows()) : "-"});
     }
   return table;
 }
@@ -163,16 +162,17 @@ BenchTable fem_bodies(const BenchRequest& request) {
                        const FemCase& what, const fem::Experiments& experiments) {
     const FemRun run = run_case(what, experiments);
     std::vector<double> bounds;
-    for (const fem::PointRow& row : run.rows.rows)
-      if (row.status == RowStatus::good) bounds.push_back(row.force_error / row.force.norm());
+    for (Eigen::Index row = 0; row < run.rows.rows(); ++row)
+      if (run.rows.status[row] == RowStatus::good)
+        bounds.push_back(run.rows.force_error[row] / run.rows.force.row(row).norm());
     std::sort(bounds.begin(), bounds.end());
     std::vector<std::string> line{
         body,
         fmt::format("{}", poisson),
         kind,
         fmt::format("{:.1f}", 1e3 * experiments.depth_m),
-        fmt::format("{}", run.rows.rows.size()),
-        fmt::format("{}", run.rows.rows.size() - bounds.size()),
+        fmt::format("{}", run.rows.rows()),
+        fmt::format("{}", run.rows.rows() - bounds.size()),
         fmt::format("{}", run.rows.cost.nodes),
         fmt::format("{}", run.rows.cost.coarse_nodes),
         seconds(run.cpu_s),
@@ -204,10 +204,10 @@ BenchTable fem_ripple(const BenchRequest& request) {
   what.setup.options.coarse_ratio = 0;
   const int steps = 50, first = 10;
   const FemRun run = run_case(what, press_of(0.005, request.is_quick ? 25 : steps));
-  const auto& rows = run.rows.rows;
+  const fem::PointRows& rows = run.rows;
   std::vector<double> scaled;
-  for (const fem::PointRow& row : rows)
-    scaled.push_back(row.force.norm() / std::pow(row.deflection.norm(), 1.5));
+  for (Eigen::Index row = 0; row < rows.rows(); ++row)
+    scaled.push_back(rows.force.row(row).norm() / std::pow(rows.deflection.row(row).norm(), 1.5));
   double squares = 0, worst = 0;
   int count = 0;
   constexpr int kHalf = 7;

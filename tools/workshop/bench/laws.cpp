@@ -52,14 +52,11 @@ void bench_laws(const BenchRequest& request) {
         replay_point(paths, p, curves.curves, q, replayed);
     }
     const auto add = [&](std::string_view name, int kind) {
-      const Statement s = summarize(
-          compare(paths, replayed.force_N,
-                  [&](Eigen::Index row) {
-                    const auto r = static_cast<std::size_t>(row);
-                    return replayed.is_answered[r] &&
-                           (kind < 0 || paths.point[r] % static_cast<int>(kUprightKinds) == kind);
-                  }),
-          {relative_floor_N(paths)});
+      Comparison compared = compare(paths, replayed);
+      std::erase_if(compared.rows, [&](Eigen::Index row) {
+        return kind >= 0 && paths.path_of(row) != static_cast<PathKind>(kind);
+      });
+      const Statement s = summarize(compared, {relative_floor_N(paths)});
       const ErrorFigures& force = s.all.force;
       csv.text(std::string(family.name))
           .text(std::string(name))

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "libfit/assets/asset_bytes.hpp"
-#include "libfit/core/join_samples.hpp"
+#include "libfit/core/samples.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/refine/refine.hpp"
 #include "libfit/runtime/engine.hpp"
@@ -59,26 +59,23 @@ Rival curves_rival(const RivalBody& body, const Samples& samples, const FitSecti
 }  // namespace
 
 Samples at_points(const Samples& samples, const std::vector<Eigen::Index>& points) {
-  std::vector<std::int32_t> place(static_cast<std::size_t>(samples.points()), -1);
-  for (std::size_t i = 0; i < points.size(); ++i)
-    place[static_cast<std::size_t>(points[i])] = static_cast<std::int32_t>(i);
+  std::vector<std::int32_t> place(samples.points(), -1);
+  for (std::size_t i = 0; i < points.size(); ++i) place[points[i]] = static_cast<std::int32_t>(i);
   std::vector<Eigen::Index> rows;
   for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    if (place[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(row)])] >= 0)
-      rows.push_back(row);
+    if (place[samples.point[row]] >= 0) rows.push_back(row);
   Samples out;
   static_cast<SampleOrigin&>(out) = samples;
   append_points(out, samples, points);
   append_rows(out, samples, rows);
-  for (std::int32_t& point : out.point) point = place[static_cast<std::size_t>(point)];
+  for (std::int32_t& point : out.point) point = place[point];
   return out;
 }
 
 double simulation_cpu_s(const RivalBody& body, const Samples& samples) {
-  std::vector<char> is_dragged(static_cast<std::size_t>(samples.points()), 0);
+  std::vector<char> is_dragged(samples.points(), 0);
   for (std::size_t row = 0; row < samples.kind.size(); ++row)
-    if (samples.kind[row] == ExperimentKind::drag)
-      is_dragged[static_cast<std::size_t>(samples.point[row])] = 1;
+    if (samples.kind[row] == ExperimentKind::drag) is_dragged[samples.point[row]] = 1;
   const auto dragged =
       static_cast<double>(std::accumulate(is_dragged.begin(), is_dragged.end(), 0));
   return dragged * body.dragged_cpu_s +
@@ -100,7 +97,7 @@ std::vector<Rival> prepare_palpate(const RivalBody& body) {
   const Eigen::Index all = body.samples.points();
   for (const Eigen::Index wanted : kPointCounts) {
     if (!out.empty() && out.back().size == static_cast<double>(all)) break;
-    std::vector<Eigen::Index> points(static_cast<std::size_t>(std::min(wanted, all)));
+    std::vector<Eigen::Index> points(std::min(wanted, all));
     std::iota(points.begin(), points.end(), Eigen::Index{0});
     out.push_back(curves_rival(body, at_points(body.samples, points), body.scene.fit));
     out.back().name = "Palpate";

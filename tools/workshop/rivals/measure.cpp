@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfit/core/join_samples.hpp"
+#include "libfit/core/samples.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/experiments/draw.hpp"
 #include "libfit/validation/replay.hpp"
@@ -107,14 +107,13 @@ Vec3 place_of(const Samples& paths, const PathPlace& path, Eigen::Index step) {
 }
 
 void follow_path(const Rival& rival, const RivalBody& body, const PathPlace& path,
-                 validation::Replayed& replayed, std::vector<double>& contact_ns,
-                 Performance& out) {
+                 Replayed& replayed, std::vector<double>& contact_ns, Performance& out) {
   RivalWalk walk(rival, path.inward, path.outside(body.depth_m));
   for (Eigen::Index step = 0; step < path.count; ++step) {
     walk.go(place_of(body.paths, path, step), rival.step_m);
     walk.rest(out.rest);
     replayed.force_N.row(path.first + step) = walk.force_N();
-    replayed.is_answered[static_cast<std::size_t>(path.first + step)] = 1;
+    replayed.is_answered[path.first + step] = 1;
   }
   // Out as far as it went in, and a depth beyond: a surface that was dragged along has let go.
   const Vec3 last = place_of(body.paths, path, path.count - 1);
@@ -138,11 +137,6 @@ void slide_finely(const Rival& rival, const RivalBody& body, const PathPlace& pa
   }
 }
 
-PathKind kind_of(const Samples& paths, Eigen::Index row) {
-  return static_cast<PathKind>(paths.point[static_cast<std::size_t>(row)] %
-                               static_cast<int>(kUprightKinds));
-}
-
 }  // namespace
 
 void WorkAccount::add(const Vec3& place_m, const Vec3& force_N) {
@@ -154,7 +148,7 @@ void WorkAccount::add(const Vec3& place_m, const Vec3& force_N) {
 
 Performance measure(const Rival& rival, const RivalBody& body, double budget_s) {
   Performance out;
-  validation::Replayed replayed(body.paths);
+  Replayed replayed(body.paths);
   std::vector<double> contact_ns;
   const std::vector<PathPlace> paths = paths_of(body.paths);
   const double began_s = spent_s(rival);
@@ -164,20 +158,11 @@ Performance measure(const Rival& rival, const RivalBody& body, double budget_s) 
     ++out.paths;
   }
   const validation::ErrorFloors floors{relative_floor_N(body.paths)};
-  const auto is_answered = [&](Eigen::Index row) {
-    return replayed.is_answered[static_cast<std::size_t>(row)] != 0;
-  };
-  out.statement =
-      validation::summarize(validation::compare(body.paths, replayed.force_N, is_answered), floors);
-  for (std::size_t kind = 0; kind < kUprightKinds; ++kind)
-    out.by_path.push_back(validation::stated_error(
-        std::string(kPathKindNames[kind]),
-        validation::compare(body.paths, replayed.force_N,
-                            [&](Eigen::Index row) {
-                              return is_answered(row) &&
-                                     kind_of(body.paths, row) == static_cast<PathKind>(kind);
-                            }),
-        floors));
+  const validation::Comparison compared = validation::compare(body.paths, replayed);
+  out.statement = validation::summarize(compared, floors);
+  out.by_path = validation::errors_by(
+      compared, floors, std::span(kPathKindNames).first(kUprightKinds),
+      [&](Eigen::Index row) { return static_cast<std::size_t>(body.paths.path_of(row)); });
   const double clock = clock_ns();
   out.tick_median_us = 1e-3 * std::max(0.0, quantile(contact_ns, 0.5) - clock);
   out.tick_p999_us = 1e-3 * std::max(0.0, quantile(contact_ns, 0.999) - clock);
@@ -188,7 +173,7 @@ Performance measure(const Rival& rival, const RivalBody& body, double budget_s) 
   const double slides_from_s = spent_s(rival);
   const auto is_over = [&] { return spent_s(rival) - slides_from_s > budget_s / 3; };
   for (const PathPlace& path : paths)
-    if (kind_of(body.paths, path.first) == PathKind::sliding && !is_over())
+    if (body.paths.path_of(path.first) == PathKind::sliding && !is_over())
       slide_finely(rival, body, path, is_over, out);
   return out;
 }

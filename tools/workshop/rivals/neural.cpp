@@ -59,7 +59,7 @@ TrainingRows training_rows(const RivalBody& body, const Features& features, doub
     Vec3 deflection = Vec3::Zero();
     const auto go = [&](const Vec3& end) {
       const Vec3 from = at;
-      const int steps = ticks_over((end - from).norm());
+      const int steps = std::max(1, static_cast<int>(std::ceil((end - from).norm() / kWalkTick_m)));
       for (int k = 1; k <= steps; ++k) {
         at = from + (end - from) * (double(k) / steps);
         deflection = eigen(proxy->deflection(at.data()));

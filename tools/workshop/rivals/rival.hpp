@@ -11,7 +11,7 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/body.hpp"
 #include "libfit/core/samples.hpp"
-#include "libfit/experiments/walk.hpp"
+#include "libfit/experiments/follow.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
@@ -22,7 +22,7 @@ struct RivalBody {
   Scene scene;
   Body body;
   Samples samples;                 ///< presses and drags at test points
-  Samples paths;                   ///< held out; point: number of the path, PathKind by turns
+  Samples paths;                   ///< held out, a path at each point
   AssetFile asset;                 ///< Palpate's; of rivals its surface alone
   std::filesystem::path packages;  ///< folder of node_modules, of a rival in Node; empty: none
   double depth_m = 0, radius_m = 0;

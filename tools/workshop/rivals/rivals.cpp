@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "libfit/core/error.hpp"
-#include "libfit/core/join_samples.hpp"
+#include "libfit/core/samples.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/experiments/draw.hpp"
@@ -78,8 +78,7 @@ RivalBody read_run(const std::filesystem::path& run) {
 double own_error(const Samples& paths) {
   std::vector<ForceError> rows;
   for (Eigen::Index row = 0; row < paths.rows(); ++row)
-    if (paths.status[static_cast<std::size_t>(row)] == RowStatus::good &&
-        std::isfinite(paths.force_error[row]))
+    if (paths.status[row] == RowStatus::good && std::isfinite(paths.force_error[row]))
       rows.push_back({paths.force_error[row], paths.force.row(row).norm()});
   return stated_quantile(stated_errors(rows), 0.95);
 }

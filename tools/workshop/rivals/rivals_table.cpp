@@ -5,7 +5,7 @@
 #include <span>
 
 #include "libfit/core/error.hpp"
-#include "libfit/core/join_samples.hpp"
+#include "libfit/core/samples.hpp"
 #include "libfit/experiments/draw.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
@@ -85,7 +85,9 @@ void write_csv(const std::filesystem::path& path, const ordered_json& tables) {
       csv.text(body);
       for (const std::string_view key : std::span(kColumns).subspan(1)) put(rival.at(key));
       for (std::size_t kind = 0; kind < kUprightKinds; ++kind)
-        put(rival.at("by_path").at(kPathKindNames[kind]).at("median_rel"));
+        put(rival.at("by_path")
+                .value(std::string(kPathKindNames[kind]), ordered_json{{"median_rel", nullptr}})
+                .at("median_rel"));
       csv.end_row();
     }
   csv.commit();
