@@ -122,7 +122,11 @@ Statement state_asset(const std::filesystem::path& path, const Scene& scene, con
                       const std::filesystem::path& statement_json) {
   const std::string inputs =
       statement_fingerprint(scene, stored_in_asset(path).value_or(""), body_file);
-  Statement statement = validate_asset(path, scene, body, request);
+  return store_statement(path, validate_asset(path, scene, body, request), inputs, statement_json);
+}
+
+Statement store_statement(const std::filesystem::path& path, Statement statement,
+                          const std::string& inputs, const std::filesystem::path& statement_json) {
   put_statement(path, to_asset_json(statement));
   statement.asset_bytes = std::filesystem::file_size(path);
   write_file_atomically(statement_json, to_json(statement, inputs));

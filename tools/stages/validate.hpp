@@ -34,6 +34,11 @@ validation::Statement state_asset(const std::filesystem::path& asset, const Scen
                                   const std::filesystem::path& body_file,
                                   const std::filesystem::path& statement_json);
 
+/// Writes a statement into the asset and, with the hash of what it was made from, statement.json.
+validation::Statement store_statement(const std::filesystem::path& asset,
+                                      validation::Statement statement, const std::string& inputs,
+                                      const std::filesystem::path& statement_json);
+
 /// Recordings of a body: those that were fitted, and those held out of the fit, at other points.
 struct RecordedSamples {
   Samples fitted, held_out;

@@ -7,7 +7,6 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/core/stated_error.hpp"
-#include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/refine/refine.hpp"
 #include "libfit/validation/recorded.hpp"
@@ -101,11 +100,9 @@ Statement state_recordings(const std::filesystem::path& path,
                            const std::filesystem::path& statement_json) {
   const std::string inputs =
       recorded_statement_fingerprint(stored_in_asset(path).value_or(""), samples_file);
-  Statement statement = validate_recordings(path, read_recorded(samples_file), request, body);
-  put_statement(path, to_asset_json(statement));
-  statement.asset_bytes = std::filesystem::file_size(path);
-  write_file_atomically(statement_json, to_json(statement, inputs));
-  return statement;
+  return store_statement(path,
+                         validate_recordings(path, read_recorded(samples_file), request, body),
+                         inputs, statement_json);
 }
 
 }  // namespace palpate::tools

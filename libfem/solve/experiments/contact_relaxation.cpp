@@ -1,4 +1,4 @@
-#include "libfem/solve/experiments/contact_relaxation.hpp"
+#include "libfem/solve/experiments/simulate.hpp"
 
 #include <cmath>
 #include <vector>

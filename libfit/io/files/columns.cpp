@@ -39,13 +39,6 @@ Writer create(const std::filesystem::path& path, const FileSchema& schema,
   return Writer(path, schema.name, attributes);
 }
 
-Controls read_table(const Reader& reader, const std::string& name, std::string_view unit,
-                    Eigen::Index rows, Eigen::Index columns, bool may_be_nan) {
-  const auto values = reader.numbers(
-      name, unit, {static_cast<std::size_t>(rows), static_cast<std::size_t>(columns)}, may_be_nan);
-  return Eigen::Map<const Controls>(values.data(), rows, columns);
-}
-
 std::vector<int> read_codes(const Reader& reader, const std::string& column, std::size_t rows,
                             std::span<const std::string_view> names) {
   std::vector<std::string> listed(names.begin(), names.end());
@@ -63,13 +56,6 @@ std::vector<int> read_codes(const Reader& reader, const std::string& column, std
     out.push_back(meanings[code]);
   }
   return out;
-}
-
-void write_table(Writer& writer, const std::string& name, std::string_view unit,
-                 const Controls& values) {
-  writer.numbers(
-      name, unit, values.data(),
-      {static_cast<std::size_t>(values.rows()), static_cast<std::size_t>(values.cols())});
 }
 
 void check_rows(const Complain& complain, const std::string& name, Eigen::Index found,

@@ -33,12 +33,6 @@ Writer create(const std::filesystem::path& path, const FileSchema& schema,
 std::vector<int> read_codes(const Reader& reader, const std::string& column, std::size_t rows,
                             std::span<const std::string_view> names);
 
-/// rows x columns numbers.
-Controls read_table(const Reader& reader, const std::string& name, std::string_view unit,
-                    Eigen::Index rows, Eigen::Index columns, bool may_be_nan = false);
-void write_table(Writer& writer, const std::string& name, std::string_view unit,
-                 const Controls& values);
-
 template <class Column>
 Eigen::Index rows_of(const Column& column) {
   if constexpr (requires { column.rows(); })
@@ -53,7 +47,7 @@ Eigen::Index rows_of(const Column& column) {
 
 class ColumnReader {
  public:
-  explicit ColumnReader(const Reader& in) : in_(in) {}
+  explicit ColumnReader(const Reader& in, std::size_t rows = kAny) : in_(in), rows_(rows) {}
 
   template <class Column>
   bool first(const std::string& name, Column& column, const ColumnFormat& kept = {}) {
@@ -72,12 +66,20 @@ class ColumnReader {
   requires requires { Matrix::ColsAtCompileTime; }
   void get(const std::string& name, Matrix& out, const ColumnFormat& kept) const {
     constexpr int kColumns = Matrix::ColsAtCompileTime;
-    const Shape shape{rows_, kColumns == 1 ? std::size_t{0} : std::size_t{kColumns}};
-    const auto fill = [&](const auto& values) {
-      const auto rows = static_cast<Eigen::Index>(values.size() / kColumns);
-      out = Eigen::Map<const Matrix>(values.data(), rows, kColumns);
+    using Scalar =
+        std::conditional_t<std::is_floating_point_v<typename Matrix::Scalar>, double, std::int32_t>;
+    const std::size_t wanted = kColumns == 1 ? 0 : kColumns == Eigen::Dynamic ? kAny : kColumns;
+    const Shape shape{rows_, wanted};
+    const auto fill = [&](const std::vector<Scalar>& values) {
+      const Eigen::Index columns =
+          kColumns == Eigen::Dynamic ? in_.shape_of(name).columns : kColumns;
+      const Eigen::Index rows = columns == 0 ? 0 : values.size() / columns;
+      constexpr int kOrder = kColumns == 1 ? Eigen::ColMajor : Eigen::RowMajor;
+      using Values = Eigen::Matrix<Scalar, Eigen::Dynamic, kColumns, kOrder>;
+      out = Eigen::Map<const Values>(values.data(), rows, columns)
+                .template cast<typename Matrix::Scalar>();
     };
-    if constexpr (std::is_same_v<typename Matrix::Scalar, double>)
+    if constexpr (std::is_same_v<Scalar, double>)
       fill(in_.numbers(name, kept.unit, shape, kept.may_be_nan));
     else
       fill(in_.integers(name, kept.unit, shape));
@@ -101,7 +103,7 @@ class ColumnReader {
   }
 
   const Reader& in_;
-  std::size_t rows_ = kAny;
+  std::size_t rows_;
 };
 
 class ColumnWriter {
@@ -115,7 +117,7 @@ class ColumnWriter {
   }
   template <class Column>
   void operator()(const std::string& name, const Column& column, const ColumnFormat& kept = {}) {
-    if (kept.is_optional && rows_of(column) == 0) return;
+    if (kept.is_optional && column.size() == 0) return;
     put(name, column, kept);
     if (!kept.names.empty())
       out_.attribute(name, "names", std::vector<std::string>(kept.names.begin(), kept.names.end()));
@@ -126,10 +128,12 @@ class ColumnWriter {
   void put(const std::string& name, const Column& column, const ColumnFormat& kept) {
     const auto rows = static_cast<std::size_t>(rows_of(column));
     if constexpr (requires { Column::ColsAtCompileTime; }) {
-      constexpr int kColumns = Column::ColsAtCompileTime;
-      const Shape shape{rows, kColumns == 1 ? std::size_t{0} : std::size_t{kColumns}};
+      const std::size_t columns = Column::ColsAtCompileTime == 1 ? 0 : column.cols();
+      const Shape shape{rows, columns};
       if constexpr (std::is_same_v<typename Column::Scalar, double>)
         out_.numbers(name, kept.unit, column.data(), shape);
+      else if constexpr (std::is_same_v<typename Column::Scalar, float>)
+        out_.numbers(name, kept.unit, Controls(column.template cast<double>()).data(), shape);
       else
         out_.integers(name, kept.unit, column.data(), shape);
     } else if constexpr (std::is_same_v<Column, std::vector<std::string>>) {

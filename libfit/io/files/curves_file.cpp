@@ -35,16 +35,31 @@ void columns(Curves& c, F& f) {
   f("experiments/drift_deviation", r.drift_deviation_N, {"N"});
 }
 
+std::string covariance_name(std::size_t kind) {
+  return fmt::format("curves/{}/covariance", kCurveNames[kind]);
+}
+std::string deviation_name(const runtime::Part& part) {
+  return fmt::format("curves/{}/deviation", part.name);
+}
+
+template <class Curves, class F>
+void uncertainty_columns(Curves& c, F& f) {
+  for (std::size_t kind = 0; kind < curves_of(c.curves.family); ++kind)
+    f(covariance_name(kind), c.covariance[kind],
+      {.unit = "N^2", .may_be_nan = true, .is_optional = true});
+  const auto parts = parts_of(c.curves.family);
+  for (std::size_t i = 0; i < c.deviation.size(); ++i)
+    if (has_deviation(parts[i]))
+      f(deviation_name(parts[i]), c.deviation[i],
+        {.unit = parts[i].unit, .may_be_nan = true, .is_optional = true});
+}
+
 // Residuals and ranges: not negative; NaN where there is none.
 void check_measure(const h5::Complain& complain, const std::string& name,
                    const Eigen::VectorXd& values) {
   for (Eigen::Index i = 0; i < values.size(); ++i)
     if (values[i] < 0 || std::isinf(values[i]))
       throw complain(name, fmt::format("row {} is negative or infinite", i));
-}
-
-std::string covariance_name(std::size_t kind) {
-  return fmt::format("curves/{}/covariance", kCurveNames[kind]);
 }
 
 // Entries of the lower triangle of a curve's increments.
@@ -67,10 +82,6 @@ void check_covariance(const h5::Complain& complain, const FittedCurves& f, std::
     for (Eigen::Index i = 0, at = 0; at < values.cols(); ++i, at += i + 1)
       if (values(p, at) < 0) throw complain(name, row + " has a negative variance");
   }
-}
-
-std::string deviation_name(const runtime::Part& part) {
-  return fmt::format("curves/{}/deviation", part.name);
 }
 
 void check_deviations(const h5::Complain& complain, const FittedCurves& f) {
@@ -119,17 +130,9 @@ FittedCurves read_curves(const std::filesystem::path& path) {
   ColumnReader in(reader);
   columns(f, in);
   f.curves = read_curve_set(reader, f.name.size());
-  for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind) {
-    if (!reader.has(covariance_name(kind))) continue;
-    f.covariance[kind] = read_table(reader, covariance_name(kind), "N^2", f.position.rows(),
-                                    covariance_columns(f.curves.basis[kind]), true);
-  }
-  const auto parts = parts_of(f.curves.family);
-  f.deviation.resize(parts.size());
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    if (has_deviation(parts[i]) && reader.has(deviation_name(parts[i])))
-      f.deviation[i] = read_table(reader, deviation_name(parts[i]), parts[i].unit,
-                                  f.position.rows(), f.curves.control[i].cols(), true);
+  f.deviation.resize(parts_of(f.curves.family).size());
+  const ColumnReader of_points(reader, f.name.size());
+  uncertainty_columns(f, of_points);
   f.probe = read_probe(reader);
   check(f, complain_about(reader));
   return f;
@@ -142,13 +145,7 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
   ColumnWriter out(writer);
   columns(f, out);
   write_curve_set(writer, f.curves);
-  for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind)
-    if (f.covariance[kind].size() > 0)
-      write_table(writer, covariance_name(kind), "N^2", f.covariance[kind]);
-  const auto parts = parts_of(f.curves.family);
-  for (std::size_t i = 0; i < f.deviation.size(); ++i)
-    if (f.deviation[i].size() > 0)
-      write_table(writer, deviation_name(parts[i]), parts[i].unit, f.deviation[i]);
+  uncertainty_columns(f, out);
   write_probe(writer, f.probe, complain_about(path));
   writer.commit();
 }

@@ -25,37 +25,37 @@ void columns(M& model, F& f) {
   f("blend_weight", model.blend_weight);
 }
 
-ShapeResponse read_shape(const h5::Reader& reader, Eigen::Index vertices) {
+// S: ShapeResponse or const ShapeResponse.
+template <class S, class Lengths, class F>
+bool shape_columns(S& shape, Lengths& lengths_m, F& f) {
+  if (!f.first("shape/point", shape.point, {.is_optional = true})) return false;
+  f.first("shape/lengths", lengths_m, {"m"});
+  f.first("shape/drag", shape.drag);
+  f.first("shape/mode", shape.mode, {.is_optional = true});
+  return true;
+}
+
+ShapeResponse read_shape(const h5::Reader& reader) {
   ShapeResponse shape;
-  if (!reader.has("shape/point")) return shape;
-  const auto whole = [&](const char* name) {
+  ColumnReader in(reader);
+  Eigen::VectorXd lengths_m;
+  if (!shape_columns(shape, lengths_m, in)) return shape;
+  const auto integer = [&](const char* name) {
     return static_cast<int>(reader.integer_attribute("shape", name));
   };
-  shape.intervals = whole("intervals");
-  shape.modes = whole("modes");
-  shape.radius_power = whole("radius_power");
-  const std::vector<double> lengths = reader.numbers("shape/lengths", "m", {2, 0});
-  shape.depth_m = lengths[0];
-  shape.radius_m = lengths[1];
-  const auto rows = static_cast<Eigen::Index>(reader.shape_of("shape/point").rows);
-  const auto columns = static_cast<Eigen::Index>(reader.shape_of("shape/point").columns);
-  shape.point = read_table(reader, "shape/point", kNoUnit, rows, columns);
-  const std::vector<double> drag = reader.numbers("shape/drag", kNoUnit, {kAny, 0});
-  shape.drag =
-      Eigen::Map<const Eigen::VectorXd>(drag.data(), static_cast<Eigen::Index>(drag.size()));
-  if (shape.modes > 0)
-    shape.mode = read_table(reader, "shape/mode", kNoUnit, vertices, 3 * shape.modes);
+  shape.intervals = integer("intervals");
+  shape.modes = integer("modes");
+  shape.radius_power = integer("radius_power");
+  if (lengths_m.size() != 2) throw reader.error("shape/lengths", "are not two");
+  shape.depth_m = lengths_m[0];
+  shape.radius_m = lengths_m[1];
   return shape;
 }
 
 void write_shape(h5::Writer& writer, const ShapeResponse& shape) {
-  if (shape.point.rows() == 0) return;
-  write_table(writer, "shape/point", kNoUnit, shape.point);
-  const double lengths[2] = {shape.depth_m, shape.radius_m};
-  writer.numbers("shape/lengths", "m", lengths, {2, 0});
-  writer.numbers("shape/drag", kNoUnit, shape.drag.data(),
-                 {static_cast<std::size_t>(shape.drag.size()), 0});
-  if (shape.modes > 0) write_table(writer, "shape/mode", kNoUnit, shape.mode);
+  const Eigen::VectorXd lengths_m = Eigen::Vector2d(shape.depth_m, shape.radius_m);
+  ColumnWriter out(writer);
+  if (!shape_columns(shape, lengths_m, out)) return;
   writer.attribute("shape", "intervals", shape.intervals);
   writer.attribute("shape", "modes", shape.modes);
   writer.attribute("shape", "radius_power", shape.radius_power);
@@ -131,7 +131,7 @@ Model read_model(const std::filesystem::path& path) {
   columns(model, in);
   model.curves = read_curve_set(reader, model.is_covered.size());
   model.probe = read_probe(reader);
-  model.shape = read_shape(reader, model.surface.vertices.rows());
+  model.shape = read_shape(reader);
   check(model, complain_about(reader));
   return model;
 }

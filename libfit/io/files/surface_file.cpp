@@ -10,15 +10,16 @@ using namespace h5;
 
 namespace {
 
+constexpr const char* kDisplacement = "rows/displacement";
+
 // S: Samples or const Samples.
 template <class S, class F>
 void columns(S& s, F& f) {
   f.first("rows/point", s.point);
   f("rows/experiment", s.experiment);
   f("rows/step", s.step);
+  f(kDisplacement, s.surface, {"m"});
 }
-
-constexpr const char* kDisplacement = "rows/displacement";
 
 }  // namespace
 
@@ -34,14 +35,9 @@ void read_surface_motion(const std::filesystem::path& path, Samples& samples) {
   if (stored.point != samples.point || stored.experiment != samples.experiment ||
       stored.step != samples.step)
     throw reader.error("rows", "are not those of the samples beside it");
-  const auto rows = static_cast<std::size_t>(samples.rows());
-  const std::vector<double> values = reader.numbers(kDisplacement, "m", {rows, kAny});
-  const auto width = rows > 0 ? static_cast<Eigen::Index>(values.size() / rows) : 0;
-  if (width % 3 != 0) throw reader.error(kDisplacement, "has no three columns a vertex");
-  samples.surface =
-      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
-          values.data(), samples.rows(), width)
-          .cast<float>();
+  if (stored.surface.cols() % 3 != 0)
+    throw reader.error(kDisplacement, "has no three columns a vertex");
+  samples.surface = std::move(stored.surface);
 }
 
 void write_surface_motion(const std::filesystem::path& path, const Samples& samples,
@@ -53,11 +49,6 @@ void write_surface_motion(const std::filesystem::path& path, const Samples& samp
   h5::Writer writer = h5::create(path, kSurfaceSchema, attributes);
   ColumnWriter out(writer);
   columns(samples, out);
-  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> values =
-      samples.surface.cast<double>();
-  writer.numbers(
-      kDisplacement, "m", values.data(),
-      {static_cast<std::size_t>(values.rows()), static_cast<std::size_t>(values.cols())});
   writer.commit();
 }
 

@@ -150,7 +150,6 @@ class Reader {
   std::vector<std::string> texts_attribute(const std::string& object,
                                            const std::string& name) const;
   std::int64_t integer_attribute(const std::string& object, const std::string& name) const;
-  double number_attribute(const std::string& object, const std::string& name) const;
   /// All string attributes of the root.
   Attributes root_texts() const;
 

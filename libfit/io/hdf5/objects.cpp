@@ -139,17 +139,6 @@ std::int64_t Reader::integer_attribute(const std::string& object, const std::str
   return value;
 }
 
-double Reader::number_attribute(const std::string& object, const std::string& name) const {
-  const Handle attribute = open_attribute(object, name);
-  const Handle type(H5Aget_type(attribute.id()), H5Tclose);
-  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
-  double value = 0;
-  if (H5Tget_class(type.id()) != H5T_FLOAT || H5Sget_simple_extent_npoints(space.id()) != 1 ||
-      H5Aread(attribute.id(), H5T_NATIVE_DOUBLE, &value) < 0)
-    throw attribute_error(object, name, "is not one number");
-  return value;
-}
-
 Attributes Reader::root_texts() const {
   std::vector<std::string> names;
   const auto collect = [](hid_t, const char* name, const H5A_info_t*, void* out) -> herr_t {

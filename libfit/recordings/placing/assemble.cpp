@@ -336,7 +336,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     out.notes.insert(out.notes.begin(), told.begin(), told.end());
   }
   fill_numbers(parts, samples);
-  leave_out_what_says_nothing(samples);
+  remove_void_columns(samples);
   samples = joined(samples, cycles_of(candidates, [&](const Candidate& c) {
                      return number_of(c) == 0;  // damage is of the first tip's curves
                    }));

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "block.hpp"
-#include "libfem/solve/experiments/contact_relaxation.hpp"
+#include "libfem/solve/experiments/simulate.hpp"
 #include "libfem/solve/experiments/tool_paths.hpp"
 
 namespace palpate::fem {

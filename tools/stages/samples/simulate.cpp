@@ -7,7 +7,7 @@
 #include <map>
 #include <numbers>
 
-#include "libfem/solve/experiments/contact_relaxation.hpp"
+#include "libfem/solve/experiments/simulate.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
