@@ -10,8 +10,7 @@ namespace palpate {
 
 TetCorners corners_of(const TetMesh& mesh, Eigen::Index tet) {
   TetCorners corner;
-  for (int k = 0; k < 4; ++k)
-    corner[static_cast<std::size_t>(k)] = mesh.nodes.row(mesh.tets(tet, k));
+  for (int k = 0; k < 4; ++k) corner[k] = mesh.nodes.row(mesh.tets(tet, k));
   return corner;
 }
 

@@ -121,8 +121,7 @@ bool ToolReach::has_way_out(const std::vector<Vec3>& centres,
     for (std::size_t i = 0; i < outside.size(); ++i)
       nearest.emplace_back((outside[i] - centre).squaredNorm(), i);
     const std::size_t tried = std::min(kTriedPlaces, nearest.size());
-    std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(tried),
-                      nearest.end());
+    std::partial_sort(nearest.begin(), nearest.begin() + tried, nearest.end());
     for (std::size_t i = 0; i < tried; ++i) {
       const Vec3 way = outside[nearest[i].second] - centre;
       if (passes(centre, way.normalized(), way.norm())) return true;
@@ -166,7 +165,7 @@ void ToolReach::drop_enclosed(const Points& outward, std::vector<char>& is_reach
   }
   for (const FreePatch& patch : patches)
     if (!patch.is_out)
-      for (const std::int32_t v : patch.vertices) is_reached[static_cast<std::size_t>(v)] = 0;
+      for (const std::int32_t v : patch.vertices) is_reached[v] = 0;
 }
 
 std::vector<char> ToolReach::vertices(const std::vector<char>& is_candidate, const Points& outward,

@@ -7,9 +7,7 @@
 #include <utility>
 #include <variant>
 
-#include "libfem/mesh/fill/child_process.hpp"
-#include "libfem/mesh/fill/fill_tetgen.hpp"
-#include "libfem/mesh/fill/mend_slivers.hpp"
+#include "libfem/mesh/fill/fill_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/surface/surface_checks.hpp"
 #include "libfem/mesh/tet_quality.hpp"

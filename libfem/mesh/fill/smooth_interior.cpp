@@ -1,4 +1,4 @@
-#include "libfem/mesh/fill/mend_slivers.hpp"
+#include "libfem/mesh/fill/fill_steps.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -21,16 +21,16 @@ constexpr int kMaxRounds = 12;        // of a node's search, so that it ends
 using TetsAround = std::vector<std::vector<Eigen::Index>>;
 
 TetsAround tets_around(const TetMesh& mesh) {
-  TetsAround around(static_cast<std::size_t>(mesh.nodes.rows()));
+  TetsAround around(mesh.nodes.rows());
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
-    for (int k = 0; k < 4; ++k) around[static_cast<std::size_t>(mesh.tets(t, k))].push_back(t);
+    for (int k = 0; k < 4; ++k) around[mesh.tets(t, k)].push_back(t);
   return around;
 }
 
 std::vector<char> boundary_nodes(const TetMesh& mesh) {
-  std::vector<char> is_boundary(static_cast<std::size_t>(mesh.nodes.rows()), 0);
+  std::vector<char> is_boundary(mesh.nodes.rows(), 0);
   const Triangles boundary = fem::boundary_triangles(mesh.tets);
-  for (const std::int32_t v : boundary.reshaped()) is_boundary[static_cast<std::size_t>(v)] = 1;
+  for (const std::int32_t v : boundary.reshaped()) is_boundary[v] = 1;
   return is_boundary;
 }
 
@@ -113,8 +113,7 @@ void smooth_interior(TetMesh& mesh) {
       if (!is_boundary[v] && !around[v].empty())
         order.emplace_back(worst_around(mesh, around[v]), static_cast<std::int32_t>(v));
     std::sort(order.begin(), order.end());
-    for (const auto& [angle, node] : order)
-      smooth_node(mesh, node, around[static_cast<std::size_t>(node)]);
+    for (const auto& [angle, node] : order) smooth_node(mesh, node, around[node]);
   }
 }
 

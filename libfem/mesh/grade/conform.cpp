@@ -1,11 +1,9 @@
-#include "libfem/mesh/grade/conform.hpp"
+#include "libfem/mesh/grade/grade_steps.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <optional>
 #include <utility>
-
-#include "libfem/mesh/grade/quadratic_geometry.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -171,7 +169,7 @@ class Conforming {
 
 TetNodes nodes_of(const QuadraticMesh& mesh, Eigen::Index t) {
   TetNodes out;
-  for (int k = 0; k < 10; ++k) out[static_cast<std::size_t>(k)] = mesh.nodes.row(mesh.tets(t, k));
+  for (int k = 0; k < 10; ++k) out[k] = mesh.nodes.row(mesh.tets(t, k));
   return out;
 }
 
@@ -270,7 +268,7 @@ std::vector<char> conform_to_held(const BisectedMesh& mesh, NodePlacement& place
 void curve_borders(QuadraticMesh& mesh, std::int32_t first, const RegionAt& region_at) {
   // Normal of the border at inner mid-edge nodes: faces weighted by their tets' regions, so that
   // faces between equal regions cancel.
-  std::vector<Vec3> normal(static_cast<std::size_t>(mesh.nodes.rows() - first), Vec3::Zero());
+  std::vector<Vec3> normal(mesh.nodes.rows() - first, Vec3::Zero());
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
     const TetNodes x = nodes_of(mesh, t);
     const int region = region_at((x[0] + x[1] + x[2] + x[3]) / 4);
@@ -303,7 +301,7 @@ void curve_borders(QuadraticMesh& mesh, std::int32_t first, const RegionAt& regi
       mesh.nodes.row(node) = low + crossing(region_at, low, high) * (high - low);
       curved.push_back(node);
     }
-  std::vector<char> is_curved(static_cast<std::size_t>(mesh.nodes.rows()), 0);
+  std::vector<char> is_curved(mesh.nodes.rows(), 0);
   for (const std::int32_t n : curved) is_curved[n] = 1;
   for (bool is_changed = true; is_changed;) {
     is_changed = false;

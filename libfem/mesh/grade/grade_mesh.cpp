@@ -9,9 +9,8 @@
 
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/edge_map.hpp"
-#include "libfem/mesh/grade/bisect.hpp"
-#include "libfem/mesh/grade/conform.hpp"
-#include "libfem/mesh/grade/place_nodes.hpp"
+#include "libfem/mesh/grade/grade_steps.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
@@ -62,7 +61,7 @@ void number_nodes(const BisectedMesh& mesh, const Boundary& boundary, const Node
   std::vector<Vec3> nodes = corners.nodes;
   nodes.insert(nodes.end(), middles.nodes.begin(), middles.nodes.end());
   EdgeMap inner(mesh.tets.size() * 2);
-  out.tets.resize(static_cast<Eigen::Index>(mesh.tets.size()), 10);
+  out.tets.resize(mesh.tets.size(), 10);
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     const auto& n = mesh.tets[t].node;
     const auto row = static_cast<Eigen::Index>(t);
@@ -79,22 +78,19 @@ void number_nodes(const BisectedMesh& mesh, const Boundary& boundary, const Node
       out.tets(row, 4 + k) = node;
     }
   }
-  out.nodes.resize(static_cast<Eigen::Index>(nodes.size()), 3);
-  for (std::size_t n = 0; n < nodes.size(); ++n)
-    out.nodes.row(static_cast<Eigen::Index>(n)) = nodes[n];
+  out.nodes = rows_of(nodes);
 }
 
 void list_faces(const BisectedMesh& mesh, const Boundary& boundary, QuadraticMesh& out) {
   const auto corner_count = static_cast<std::int32_t>(mesh.nodes.size());
-  out.faces.resize(static_cast<Eigen::Index>(boundary.faces.size()), 6);
+  out.faces.resize(boundary.faces.size(), 6);
   for (std::size_t f = 0; f < boundary.faces.size(); ++f) {
     const auto [tet, face] = boundary.faces[f];
     std::int32_t n[3];
     for (int k = 0; k < 3; ++k) n[k] = mesh.tets[tet].node[kTetFace[face][k]];
     for (int k = 0; k < 3; ++k) {
-      out.faces(static_cast<Eigen::Index>(f), k) = n[k];
-      out.faces(static_cast<Eigen::Index>(f), 3 + k) =
-          corner_count + boundary.edge_of.find(n[k], n[(k + 1) % 3]);
+      out.faces(f, k) = n[k];
+      out.faces(f, 3 + k) = corner_count + boundary.edge_of.find(n[k], n[(k + 1) % 3]);
     }
   }
 }
@@ -104,7 +100,7 @@ void list_faces(const BisectedMesh& mesh, const Boundary& boundary, QuadraticMes
 void hold(const TetMesh& base, const std::vector<char>& is_held, const HeldAt& held_at,
           const std::vector<char>& is_border, const BisectedMesh& mesh, const Boundary& boundary,
           QuadraticMesh& out) {
-  out.is_held.assign(static_cast<std::size_t>(out.nodes.rows()), 0);
+  out.is_held.assign(out.nodes.rows(), 0);
   std::copy(is_held.begin(), is_held.end(), out.is_held.begin());
   std::vector<char> is_face_held;
   for (const auto [tet, face] : mesh.base_faces) {
@@ -115,26 +111,25 @@ void hold(const TetMesh& base, const std::vector<char>& is_held, const HeldAt& h
   for (std::size_t f = 0; f < boundary.faces.size(); ++f) {
     const auto [tet, face] = boundary.faces[f];
     if (!is_face_held[mesh.tets[tet].face[face]]) continue;
-    for (const std::int32_t n : out.faces.row(static_cast<Eigen::Index>(f))) out.is_held[n] = 1;
+    for (const std::int32_t n : out.faces.row(f)) out.is_held[n] = 1;
   }
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     bool is_all = true;
     for (const std::int32_t n : base.tets.row(mesh.tets[t].base)) is_all &= is_held[n] != 0;
     if (!is_all) continue;
-    for (const std::int32_t n : out.tets.row(static_cast<Eigen::Index>(t))) out.is_held[n] = 1;
+    for (const std::int32_t n : out.tets.row(t)) out.is_held[n] = 1;
   }
   if (!held_at) return;
   std::vector<char> is_on_boundary(out.is_held.size(), 0);
-  for (const std::int32_t n : out.faces.reshaped()) is_on_boundary[static_cast<std::size_t>(n)] = 1;
+  for (const std::int32_t n : out.faces.reshaped()) is_on_boundary[n] = 1;
   for (Eigen::Index n = base.nodes.rows(); n < out.nodes.rows(); ++n)
-    if (held_at(out.nodes.row(n), is_on_boundary[static_cast<std::size_t>(n)] != 0))
-      out.is_held[static_cast<std::size_t>(n)] = 1;
+    if (held_at(out.nodes.row(n), is_on_boundary[n] != 0)) out.is_held[n] = 1;
   for (std::size_t n = 0; n < is_border.size(); ++n) out.is_held[n] |= is_border[n];
   // Which side of the border a mid-edge node on it is on is a matter of rounding.
   const auto hold_where_corners_are = [&](const auto& nodes, int corners) {
     for (int k = 0; k < corners; ++k)
-      if (!out.is_held[static_cast<std::size_t>(nodes[k])]) return;
-    for (const std::int32_t n : nodes) out.is_held[static_cast<std::size_t>(n)] = 1;
+      if (!out.is_held[nodes[k]]) return;
+    for (const std::int32_t n : nodes) out.is_held[n] = 1;
   };
   for (const auto& tet : out.tets.rowwise()) hold_where_corners_are(tet, 4);
   for (const auto& face : out.faces.rowwise()) hold_where_corners_are(face, 3);
@@ -258,7 +253,7 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
   if (base.region.size() > 0) {
     out.region.resize(out.tets.rows());
     for (std::size_t t = 0; t < mesh.tets.size(); ++t)
-      out.region[static_cast<Eigen::Index>(t)] = base.region[mesh.tets[t].base];
+      out.region[t] = base.region[mesh.tets[t].base];
   }
   return out;
 }

@@ -30,7 +30,7 @@ struct GradeOptions {
   RegionAt region_at = {};
   double interface_share = 1;
   /// Whether a place is held: new nodes there are, and nodes near the border of what is held are
-  /// moved onto it (conform.hpp). Empty: as the base's nodes tell.
+  /// moved onto it (grade_steps.hpp). Empty: as the base's nodes tell.
   HeldAt held_at = {};
   std::vector<char> halved = {};      ///< #base tets: parts are at most half as large; empty: none
   std::int32_t max_corners = 200000;  ///< refuses to make more corner nodes than this
@@ -55,7 +55,7 @@ struct GradeOptions {
 /// where held_at says so; so are nodes on the border of what held_at holds.
 ///
 /// Where region_at is given, tets end at the border between regions, whose mid-edge nodes follow it
-/// (conform.hpp).
+/// (grade_steps.hpp).
 ///
 /// Throws Error on options out of range, on is_held of another length, on a tet that is not
 /// positive and when max_corners is passed. Depends on nothing but its arguments; thread-safe.

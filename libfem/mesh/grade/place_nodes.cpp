@@ -1,13 +1,14 @@
-#include "libfem/mesh/grade/place_nodes.hpp"
+#include "libfem/mesh/grade/grade_steps.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "libfem/mesh/grade/quadratic_geometry.hpp"
+#include "libfem/mesh/topology.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -31,7 +32,7 @@ double distance_off(const SmoothSurface& surface, const Vec3& node, const Vec3& 
 
 // Mean length of the boundary edges at each base node, 0 inside. Every edge counts twice.
 std::vector<double> boundary_spacing(const TetMesh& base, const std::vector<BoundaryFace>& faces) {
-  std::vector<double> sum(static_cast<std::size_t>(base.nodes.rows()), 0.0);
+  std::vector<double> sum(base.nodes.rows(), 0.0);
   std::vector<int> count(sum.size(), 0);
   for (const auto [tet, face] : faces)
     for (int k = 0; k < 3; ++k) {
@@ -64,8 +65,7 @@ std::vector<Vec3> move_unless_spoilt(const std::vector<Vec3>& start, const std::
       if (is_suspect[e] && is_spoilt(e, at))
         for (const std::int32_t n : nodes_of(e))
           if (scale[n] > 0 && goal[n] != start[n]) back.push_back(n);
-    std::sort(back.begin(), back.end());
-    back.erase(std::unique(back.begin(), back.end()), back.end());
+    sort_unique(back);
     if (back.empty()) return at;
 
     std::fill(is_moved.begin(), is_moved.end(), 0);
@@ -95,8 +95,7 @@ void spread(const BisectedMesh& mesh, const Boundary& boundary, std::vector<Vec3
   for (const BisectedTet& tet : mesh.tets)
     for (const auto& edge : kTetEdge)
       for (int way = 0; way < 2; ++way) {
-        const auto a = static_cast<std::size_t>(tet.node[edge[way]]),
-                   b = static_cast<std::size_t>(tet.node[edge[1 - way]]);
+        const std::int32_t a = tet.node[edge[way]], b = tet.node[edge[1 - way]];
         if (row[a] < 0) continue;
         const double stiffness = 1 / (mesh.nodes[a] - mesh.nodes[b]).norm();
         springs.emplace_back(row[a], row[a], stiffness);
@@ -201,7 +200,7 @@ NodePlacement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
     if (n < static_cast<std::size_t>(mesh.base_nodes)) {
       spacing_m = boundary.spacing_m[n];
     } else {
-      const auto [a, b] = mesh.parents[n - static_cast<std::size_t>(mesh.base_nodes)];
+      const auto [a, b] = mesh.parents[n - mesh.base_nodes];
       goal[n] = 0.5 * (goal[a] + goal[b]);
       spacing_m = (goal[a] - goal[b]).norm();
     }
@@ -279,6 +278,31 @@ NodePlacement place_middles(const BisectedMesh& mesh, const Boundary& boundary,
   for (std::size_t e = 0; e < count; ++e)
     out.off_m[e] = distance_off(surface, out.nodes[e], goal[e], is_lost[e]);
   return out;
+}
+
+double jacobian_determinant(const TetNodes& nodes, const Eigen::Vector4d& at) {
+  Eigen::Matrix<double, 3, 4> by_coordinate;  // dx/dL_k, the four taken as independent
+  for (int k = 0; k < 4; ++k) by_coordinate.col(k) = (4 * at[k] - 1) * nodes[k];
+  for (int e = 0; e < 6; ++e) {
+    const int a = kTetEdge[e][0], b = kTetEdge[e][1];
+    by_coordinate.col(a) += 4 * at[b] * nodes[4 + e];
+    by_coordinate.col(b) += 4 * at[a] * nodes[4 + e];
+  }
+  Mat3 jacobian;
+  for (int k = 0; k < 3; ++k) jacobian.col(k) = by_coordinate.col(k + 1) - by_coordinate.col(0);
+  return jacobian.determinant();
+}
+
+double smallest_jacobian(const TetNodes& nodes) {
+  constexpr double kNear = 0.58541019662496852, kFar = 0.13819660112501050;  // degree-2 rule
+  double smallest = jacobian_determinant(nodes, Eigen::Vector4d::Constant(0.25));
+  for (int k = 0; k < 4; ++k) {
+    Eigen::Vector4d at = Eigen::Vector4d::Constant(kFar);
+    at[k] = kNear;
+    smallest = std::min({smallest, jacobian_determinant(nodes, at),
+                         jacobian_determinant(nodes, Eigen::Vector4d::Unit(k))});
+  }
+  return smallest;
 }
 
 }  // namespace palpate::fem

@@ -5,7 +5,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "libfem/mesh/read/formats.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
 
 namespace palpate::mesh_read {
 namespace {
@@ -170,7 +170,7 @@ class MshFile {
     std::array<std::int64_t, 4> number;
     for (std::int64_t& n : number) n = large();
     for (int dimension = 0; dimension < 4; ++dimension)
-      for (std::int64_t e = 0; e < number[static_cast<std::size_t>(dimension)]; ++e) {
+      for (std::int64_t e = 0; e < number[dimension]; ++e) {
         const std::int64_t tag = small();
         for (int i = 0; i < (dimension == 0 ? 3 : 6); ++i) file_.real();
         auto& groups = physical_of_[{dimension, tag}];

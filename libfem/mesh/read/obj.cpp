@@ -2,7 +2,7 @@
 // and normal lines are passed over.
 #include <string>
 
-#include "libfem/mesh/read/formats.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
 
 namespace palpate::mesh_read {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "libfem/mesh/read/formats.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
 
 namespace palpate::mesh_read {
 namespace {
@@ -20,7 +20,7 @@ struct HashBits {
   std::size_t operator()(const PointBits& p) const {
     std::uint64_t hash = 0;
     for (const std::uint64_t b : p.bits) hash = (hash ^ b ^ (b >> 29)) * 0x9E3779B97F4A7C15u;
-    return static_cast<std::size_t>(hash ^ (hash >> 32));
+    return hash ^ (hash >> 32);
   }
 };
 

@@ -1,4 +1,4 @@
-#include "libfem/mesh/read/vtk_cells.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
 
 #include <algorithm>
 #include <span>
@@ -63,7 +63,7 @@ void note_cells(const VtkCells& cells, RawLabels& labels) {
   std::int64_t begin = 0;
   for (const std::int64_t end : cells.end) {
     const std::int64_t triangles = std::max<std::int64_t>(end - begin - 2, 0);
-    labels.cell.insert(labels.cell.end(), static_cast<std::size_t>(triangles), labels.cells);
+    labels.cell.insert(labels.cell.end(), triangles, labels.cells);
     ++labels.cells;
     begin = end;
   }

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/linear_algebra.hpp"
 #include "libfit/core/statistics.hpp"
@@ -63,7 +64,7 @@ struct Quadrics {
       return (contacts.position.row(i).transpose() - at).squaredNorm();
     };
     const auto kept = std::min<std::size_t>(all.size(), kNear);
-    std::partial_sort(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(kept), all.end(),
+    std::partial_sort(all.begin(), all.begin() + kept, all.end(),
                       [&](Eigen::Index a, Eigen::Index b) {
                         return std::pair(away(a), a) < std::pair(away(b), b);
                       });
@@ -76,12 +77,12 @@ struct Quadrics {
                                Eigen::Index without = -1, double damping = kRidge) const {
     const Vec3 at = frame.origin + frame.axes.transpose() * Vec3(u, v, 0);
     const auto used = near(frame, at, without);
-    if (static_cast<Eigen::Index>(used.size()) < kMinContacts) return std::nullopt;
+    if (std::ssize(used) < kMinContacts) return std::nullopt;
     const auto n = static_cast<Eigen::Index>(used.size()), per = Eigen::Index{uses_normals ? 3 : 1};
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(per * n + 3, 6);
     Eigen::VectorXd b = Eigen::VectorXd::Zero(per * n + 3);
     for (Eigen::Index i = 0; i < n; ++i) {
-      const Eigen::Index c = used[static_cast<std::size_t>(i)];
+      const Eigen::Index c = used[i];
       const Vec3 x = frame.local(contacts.position.row(c));
       const Vec3 normal = frame.axes * contacts.normal.row(c).transpose();
       const double s = (x[0] - u) / spacing_m, t = (x[1] - v) / spacing_m;
@@ -227,10 +228,10 @@ std::vector<Vec3> grid_between(const Quadrics& quadrics, const HeightAxes& frame
 Surface height_field(const Quadrics& quadrics, const HeightAxes& frame) {
   const std::vector<Vec3> grid = grid_between(quadrics, frame);
   const Points& position = quadrics.contacts.position;
-  Points vertices(position.rows() + static_cast<Eigen::Index>(grid.size()), 3);
+  Points vertices(position.rows() + std::ssize(grid), 3);
   vertices.topRows(position.rows()) = position;
   for (std::size_t i = 0; i < grid.size(); ++i)
-    vertices.row(position.rows() + static_cast<Eigen::Index>(i)) =
+    vertices.row(position.rows() + i) =
         (frame.origin + frame.axes.transpose() * grid[i]).transpose();
   using Base = CGAL::Triangulation_vertex_base_with_info_2<std::int32_t, Kernel>;
   using Delaunay =
@@ -242,7 +243,7 @@ Surface height_field(const Quadrics& quadrics, const HeightAxes& frame) {
     places.emplace_back(Kernel::Point_2(at[0], at[1]), static_cast<std::int32_t>(i));
   }
   delaunay.insert(places.begin(), places.end());
-  std::vector<std::int32_t> triangles;
+  std::vector<Triangle> triangles;
   for (auto face = delaunay.finite_faces_begin(); face != delaunay.finite_faces_end(); ++face) {
     double longest_m = 0;
     for (int k = 0; k < 3; ++k)
@@ -251,10 +252,10 @@ Surface height_field(const Quadrics& quadrics, const HeightAxes& frame) {
                                   face->vertex(k)->point(), face->vertex((k + 1) % 3)->point())));
     if (longest_m > kLongest * quadrics.spacing_m) continue;
     // Counter-clockwise seen along the inward axis, so turned round.
-    for (const int k : {0, 2, 1}) triangles.push_back(face->vertex(k)->info());
+    triangles.push_back(
+        {face->vertex(0)->info(), face->vertex(2)->info(), face->vertex(1)->info()});
   }
-  const auto count = static_cast<Eigen::Index>(triangles.size() / 3);
-  return compact(vertices, Eigen::Map<Triangles>(triangles.data(), count, 3));
+  return compact(vertices, rows_of(triangles));
 }
 
 Surface around(const Contacts& contacts) {
@@ -264,19 +265,14 @@ Surface around(const Contacts& contacts) {
   std::vector<std::array<std::size_t, 3>> facets;
   CGAL::advancing_front_surface_reconstruction(points.begin(), points.end(),
                                                std::back_inserter(facets));
-  Triangles triangles(static_cast<Eigen::Index>(facets.size()), 3);
+  Triangles triangles(facets.size(), 3);
   double agreement = 0;  // of facets' normals with outward ones
   for (std::size_t f = 0; f < facets.size(); ++f) {
     const auto& facet = facets[f];
-    for (std::size_t k = 0; k < 3; ++k)
-      triangles(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(k)) =
-          static_cast<std::int32_t>(facet[k]);
-    const auto at = [&](std::size_t k) {
-      return Vec3(contacts.position.row(static_cast<Eigen::Index>(facet[k])));
-    };
+    for (std::size_t k = 0; k < 3; ++k) triangles(f, k) = static_cast<std::int32_t>(facet[k]);
+    const auto at = [&](std::size_t k) { return Vec3(contacts.position.row(facet[k])); };
     const Vec3 area = (at(1) - at(0)).cross(at(2) - at(0));
-    for (const std::size_t corner : facet)
-      agreement -= area.dot(contacts.normal.row(static_cast<Eigen::Index>(corner)));
+    for (const std::size_t corner : facet) agreement -= area.dot(contacts.normal.row(corner));
   }
   if (agreement < 0) triangles.col(1).swap(triangles.col(2));
   return compact(contacts.position, triangles);

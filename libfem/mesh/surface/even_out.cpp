@@ -1,4 +1,4 @@
-#include "libfem/mesh/surface/even_points.hpp"
+#include "libfem/mesh/surface/half_edge.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -44,7 +44,7 @@ class EvenOut {
         origin_(origin),
         graph_(graph_of(part)) {
     is_used_.assign(graph_.neighbours.size(), 0);
-    for (const auto v : mesh_.vertices()) is_used_[std::size_t(mesh_.property(origin_, v))] = 1;
+    for (const auto v : mesh_.vertices()) is_used_[mesh_.property(origin_, v)] = 1;
   }
 
   void run() {
@@ -118,8 +118,8 @@ class EvenOut {
     double least = (part_position(at) - goal).squaredNorm();
     for (;;) {
       int best = at;
-      for (const int w : graph_.neighbours[std::size_t(at)]) {
-        if (is_border && !graph_.is_border[std::size_t(w)]) continue;
+      for (const int w : graph_.neighbours[at]) {
+        if (is_border && !graph_.is_border[w]) continue;
         const double squared_distance = (part_position(w) - goal).squaredNorm();
         if (squared_distance >= least) continue;
         least = squared_distance;
@@ -131,8 +131,8 @@ class EvenOut {
   }
 
   void place(VertexHandle v, int part_vertex) {
-    is_used_[std::size_t(mesh_.property(origin_, v))] = 0;
-    is_used_[std::size_t(part_vertex)] = 1;
+    is_used_[mesh_.property(origin_, v)] = 0;
+    is_used_[part_vertex] = 1;
     mesh_.property(origin_, v) = part_vertex;
     mesh_.set_point(v, to_open_mesh(part_position(part_vertex)));
   }
@@ -142,8 +142,8 @@ class EvenOut {
     const int old = mesh_.property(origin_, v);
     const Vec3 goal = (wanted(v) + position(mesh_, v)) / 2;  // half-way: neighbours move too
     const int next = walk(old, goal, mesh_.is_boundary(v));
-    if (is_used_[std::size_t(next)] || !may_stand_[std::size_t(next)]) return;
-    if (!mesh_.is_boundary(v) && graph_.is_border[std::size_t(next)]) return;
+    if (is_used_[next] || !may_stand_[next]) return;
+    if (!mesh_.is_boundary(v) && graph_.is_border[next]) return;
     const double before = worst_around(v);
     place(v, next);
     if (worst_around(v) < std::min(before, 0.5)) place(v, old);
@@ -152,20 +152,20 @@ class EvenOut {
   /// From where no point may stand to the nearest vertex of the part, by edges, where one may.
   void leave(VertexHandle v) {
     const int old = mesh_.property(origin_, v);
-    if (may_stand_[std::size_t(old)]) return;
+    if (may_stand_[old]) return;
     std::vector<int> found{old};
     std::vector<char> is_found(graph_.neighbours.size(), 0);
-    is_found[std::size_t(old)] = 1;
+    is_found[old] = 1;
     for (std::size_t i = 0; i < found.size(); ++i) {
       const int at = found[i];
-      if (may_stand_[std::size_t(at)] && !is_used_[std::size_t(at)]) {
+      if (may_stand_[at] && !is_used_[at]) {
         place(v, at);
         if (worst_around(v) >= 0) return;
         place(v, old);
       }
-      for (const int w : graph_.neighbours[std::size_t(at)])
-        if (!is_found[std::size_t(w)]) {
-          is_found[std::size_t(w)] = 1;
+      for (const int w : graph_.neighbours[at])
+        if (!is_found[w]) {
+          is_found[w] = 1;
           found.push_back(w);
         }
     }

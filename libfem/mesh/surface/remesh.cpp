@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libfem/mesh/surface/feature_lines.hpp"
+#include "libfem/mesh/surface/half_edge.hpp"
 
 namespace palpate {
 namespace {
@@ -172,7 +172,7 @@ void Remeshing::collapse_short_edges() {
   for (const auto v : mesh.vertices()) mesh.property(origin, v) = v.idx();
   mesh.garbage_collection();
   for (const auto v : mesh.vertices()) {
-    const auto from = static_cast<std::size_t>(mesh.property(origin, v));
+    const int from = mesh.property(origin, v);
     sizes.push_back(size_m[from]);
     normals.push_back(normal[from]);
   }

@@ -7,6 +7,7 @@
 
 #include "libfem/mesh/surface/remesh.hpp"
 #include "libfem/mesh/surface/surface_checks.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate {
@@ -92,9 +93,7 @@ class CoarseSurfaces {
     made.excess = excess.maxCoeff();
     for (Eigen::Index v = 0; v < wanted.size(); ++v)
       if (excess[v] > 1) out.too_coarse.push_back(v);
-    std::ranges::sort(out.too_coarse);
-    const auto twice = std::ranges::unique(out.too_coarse);
-    out.too_coarse.erase(twice.begin(), twice.end());
+    sort_unique(out.too_coarse);
     return out;
   }
 
