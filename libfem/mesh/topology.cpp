@@ -67,9 +67,7 @@ Components components(const Eigen::Ref<const Triangles>& triangles) {
   return result;
 }
 
-std::vector<std::int32_t> pinched_vertices(const Eigen::Ref<const Triangles>& triangles,
-                                           std::size_t count) {
-  // A set per corner; corners at one vertex whose faces share an edge there join.
+DisjointSets corner_fans(const Eigen::Ref<const Triangles>& triangles) {
   DisjointSets corners(triangles.size());
   const auto corner_at = [&](const TriangleSide& side, std::int32_t vertex) {
     const int k = side.corner;
@@ -80,12 +78,18 @@ std::vector<std::int32_t> pinched_vertices(const Eigen::Ref<const Triangles>& tr
       for (const std::int32_t vertex : {begin->low, begin->high})
         corners.join(corner_at(*begin, vertex), corner_at(*side, vertex));
   });
+  return corners;
+}
+
+std::vector<std::int32_t> pinched_vertices(const Eigen::Ref<const Triangles>& triangles,
+                                           std::size_t count) {
+  DisjointSets fan_of = corner_fans(triangles);
   std::vector<int> fans(count, 0);
-  for (std::int32_t c = 0; c < triangles.size(); ++c)
-    fans[triangles(c / 3, c % 3)] += corners.find(c) == static_cast<std::size_t>(c);
+  for (std::size_t c = 0; c < 3 * std::size_t(triangles.rows()); ++c)
+    fans[triangles(c / 3, c % 3)] += fan_of.find(c) == c;
   std::vector<std::int32_t> pinched;
   for (std::size_t v = 0; v < count; ++v)
-    if (fans[v] > 1) pinched.push_back(static_cast<std::int32_t>(v));
+    if (fans[v] > 1) pinched.push_back(v);
   return pinched;
 }
 

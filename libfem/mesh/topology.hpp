@@ -77,6 +77,19 @@ struct Components {
 };
 Components components(const Eigen::Ref<const Triangles>& triangles);
 
+/// Sets of the corners of triangles, 3 f + k each: those at one vertex whose triangles share an
+/// edge there, one after another, are one set, a fan.
+DisjointSets corner_fans(const Eigen::Ref<const Triangles>& triangles);
+
+/// Cells around each of `count` vertices, ascending.
+template <class Cells>
+std::vector<std::vector<std::int32_t>> cells_around(const Cells& cells, std::size_t count) {
+  std::vector<std::vector<std::int32_t>> around(count);
+  for (std::int32_t c = 0; c < cells.rows(); ++c)
+    for (const std::int32_t v : cells.row(c)) around[v].push_back(c);
+  return around;
+}
+
 /// Vertices below `count` whose triangles fall into several fans that share no edge there;
 /// ascending.
 std::vector<std::int32_t> pinched_vertices(const Eigen::Ref<const Triangles>& triangles,

@@ -140,16 +140,17 @@ SignedDistance MeshField::nearest(const Vec3& x, double within_m) const {
   if (hit.triangle < 0) return out;  // not a number
   const std::int32_t triangle = hit.triangle;
   const Vec3& weights = hit.weight;
-  int zeros = 0, zero = 0, whole = 0;
+  int zeros = 0, zero = 0, nonzero = 0;
   for (int k = 0; k < 3; ++k)
     if (weights[k] == 0) {
       ++zeros;
       zero = k;
     } else
-      whole = k;
-  const Vec3 normal = zeros == 0   ? Vec3(face_normal_.row(triangle))
-                      : zeros == 1 ? Vec3(edge_normal_.row(3 * triangle + (zero + 1) % 3))
-                                   : Vec3(vertex_normal_.row(surface_.triangles(triangle, whole)));
+      nonzero = k;
+  const Vec3 normal = zeros == 0 ? Vec3(face_normal_.row(triangle))
+                      : zeros == 1
+                          ? Vec3(edge_normal_.row(3 * triangle + (zero + 1) % 3))
+                          : Vec3(vertex_normal_.row(surface_.triangles(triangle, nonzero)));
   const Vec3 away = x - hit.position;
   const double size = hit.distance_m;
   out.distance_m = away.dot(normal) < 0 ? -size : size;

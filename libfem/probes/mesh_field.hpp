@@ -13,7 +13,7 @@ namespace palpate::fem {
 
 /// Signed distance to a closed triangle mesh, exact and smoothed.
 /// The exact distance has kinks at every edge and no curvature on facets, where Newton's method
-/// would chatter. What contact feels is its smooth image: the exact distance sampled on a grid of
+/// would chatter. Contact uses its smooth image: the exact distance sampled on a grid of
 /// spacing `smoothing`, in between a cubic B-spline whose coefficients c = f - 1/6 sum of second
 /// differences reproduce cubics, so that smooth parts stay where they are to fourth order and edges
 /// are rounded over about one spacing. It has two continuous derivatives, and gradient and hessian
@@ -38,7 +38,7 @@ class MeshField {
   double smoothing_m() const { return spacing_; }
   double extent_m() const { return extent_; }
 
-  /// Of the section across `inward` (unit) that lies depth_m behind `tip`: its area [m^2], and
+  /// The section across `inward` (unit) that lies depth_m behind `tip`, by its area [m^2], and
   /// across the axis, from `tip`, the ends [m] of the line from which none of its border is farther
   /// than width_m; a section that is not slender has a point for a line.
   struct CrossSection {

@@ -6,7 +6,6 @@
 #include <charconv>
 
 #include "libfem/probes/probes.hpp"
-#include "libfem/probes/round_end.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/experiments.hpp"
 #include "libfit/fit/damage.hpp"

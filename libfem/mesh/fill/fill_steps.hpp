@@ -22,7 +22,7 @@ std::variant<TetMesh, std::string> run_in_child(const std::function<TetMesh()>& 
                                                 const std::function<std::string(int)>& thrown_int,
                                                 double safety_limit_s);
 
-/// How TetGen is asked to refine (TetGen 1.5 manual, section 4.2).
+/// Refinement that TetGen is asked for (TetGen 1.5 manual, section 4.2).
 struct TetGenSettings {
   double radius_edge_ratio, min_dihedral_deg;
   double max_volume_m3;  ///< of any tet

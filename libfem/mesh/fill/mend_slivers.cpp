@@ -30,7 +30,7 @@ using Indices = std::vector<std::size_t>;
 struct Change {
   Indices old;
   std::vector<Corners> fresh;
-  std::optional<Vec3> node;  ///< a new one, which `fresh` knows by the number that is next
+  std::optional<Vec3> node;  ///< a new one, whose number in `fresh` is the next
   double worst_deg = -1;     ///< of `fresh`; 180 where there are none
 };
 
@@ -188,8 +188,8 @@ std::optional<EdgeRing> Mender::ring_of(std::int32_t a, std::int32_t b) const {
   return is_one ? std::optional(ring) : std::nullopt;
 }
 
-/// Whether a boundary edge may go: flat across it and no dent, and what replaces it was not on the
-/// boundary.
+/// A boundary edge may go where it is flat across it and no dent, and what replaces it was not on
+/// the boundary.
 bool Mender::may_give_way(const EdgeRing& ring, std::int32_t a, std::int32_t b) const {
   const std::int32_t from = ring.nodes.front(), to = ring.nodes.back();
   const Vec3 edge = at(b) - at(a), in = edge.cross(at(from) - at(a)),
@@ -260,7 +260,7 @@ Change Mender::remove_face(std::int32_t a, std::int32_t b, std::int32_t c) const
   return change;
 }
 
-/// Whether a node may move onto a neighbour: an inner one, or one of the boundary that lies next to
+/// A node may move onto a neighbour if it is an inner one, or one of the boundary that lies next to
 /// the other; and the body stays a body (the link condition).
 bool Mender::may_move(std::int32_t v, std::int32_t onto, double near_m) const {
   if (!is_on_boundary(v)) return true;

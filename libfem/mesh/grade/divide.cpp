@@ -14,7 +14,7 @@ namespace {
 
 using Edge = std::pair<std::int32_t, std::int32_t>;
 
-// A corner of a part, with its weights in the whole triangle.
+// A corner of a part, with its weights in the undivided triangle.
 struct PartCorner {
   std::int32_t vertex;
   Vec3 weights;
@@ -30,7 +30,7 @@ struct FacePart {
   Vec3 middle(std::size_t k) const { return (corner[k].weights + next(k).weights) / 2; }
 };
 
-// What the faces of a cut edge say of its middle.
+// Middle of a cut edge, as the mean over its faces.
 struct EdgeMiddle {
   Vec3 sum = Vec3::Zero();
   int faces = 0;
@@ -97,7 +97,8 @@ class Division {
     }
     return false;
   }
-  // Of edges of one length that with the lower vertices, so that both its triangles choose alike.
+  // Among edges of one length the one with the lower vertices is first, so that both its triangles
+  // choose alike.
   void turn_longest_first(FacePart& face) const {
     std::size_t longest = 0;
     const auto rank = [&](std::size_t k) {

@@ -10,6 +10,7 @@
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/edge_map.hpp"
 #include "libfem/mesh/grade/grade_steps.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
@@ -46,9 +47,7 @@ void check(const TetMesh& base, const std::vector<char>& is_held, const GradeOpt
     if (!(piece.reach_m >= 0)) refuse("reach_m is negative", "Give a distance in metres.");
   }
   for (Eigen::Index t = 0; t < base.tets.rows(); ++t) {
-    const Vec3 a = base.nodes.row(base.tets(t, 0)), b = base.nodes.row(base.tets(t, 1)),
-               c = base.nodes.row(base.tets(t, 2)), d = base.nodes.row(base.tets(t, 3));
-    if (!((b - a).cross(c - a).dot(d - a) > 0))
+    if (!(tet_volume_m3(corners_of(base, t)) > 0))
       refuse("tet " + std::to_string(t) + " has no positive volume",
              "Order its nodes so that it is positive, or fill the body again.");
   }
@@ -146,20 +145,20 @@ double wanted_size_m(const Segment& piece, double growth, const Vec3& x) {
   return std::max(piece.h_m, growth * (distance_m(piece, x) - piece.reach_m));
 }
 
-// Whether a place, or one so far away, is where some piece wants its h_m.
+// True of a place, or one so far away, where some piece wants its h_m.
 bool is_finest_of_a_piece(const GradeOptions& options, const Vec3& x, double away_m) {
   return std::ranges::any_of(options.path, [&](const Segment& piece) {
     return options.growth * (distance_m(piece, x) - away_m - piece.reach_m) <= piece.h_m;
   });
 }
 
-// Of nodes where the mesh is finest.
-double farthest_off_m(const NodePlacement& placed, const GradeOptions& options) {
+// Largest offset of nodes where the mesh is finest.
+double largest_offset_m(const NodePlacement& placed, const GradeOptions& options) {
   double largest_m = 0;
   for (std::size_t n = 0; n < placed.nodes.size(); ++n)
-    if (placed.off_m[n] > largest_m &&
-        is_finest_of_a_piece(options, placed.nodes[n], placed.off_m[n]))
-      largest_m = placed.off_m[n];
+    if (placed.offset_m[n] > largest_m &&
+        is_finest_of_a_piece(options, placed.nodes[n], placed.offset_m[n]))
+      largest_m = placed.offset_m[n];
   return largest_m;
 }
 
@@ -167,8 +166,8 @@ double finest_m(const GradeOptions& options) {
   return std::ranges::min_element(options.path, {}, &Segment::h_m)->h_m;
 }
 
-// Of boundary nodes: the mean over what a contact touches, largest of the contacts along the path.
-double contact_deviation_m(const std::vector<Vec3>& nodes, const std::vector<double>& off_m,
+// Mean offset of the boundary nodes that a contact touches, largest of the contacts along the path.
+double contact_deviation_m(const std::vector<Vec3>& nodes, const std::vector<double>& offset_m,
                            const GradeOptions& options) {
   double largest_m = 0;
   for (const Segment& piece : options.path) {
@@ -180,9 +179,9 @@ double contact_deviation_m(const std::vector<Vec3>& nodes, const std::vector<dou
       double sum_m = 0;
       int count = 0;
       for (std::size_t n = 0; n < nodes.size(); ++n) {
-        // A node may be as far from where it should be as it is off.
-        if ((nodes[n] - middle).norm() - off_m[n] > radius_m) continue;
-        sum_m += off_m[n];
+        // A node may be as far from where it should be as its offset.
+        if ((nodes[n] - middle).norm() - offset_m[n] > radius_m) continue;
+        sum_m += offset_m[n];
         ++count;
       }
       if (count > 0) largest_m = std::max(largest_m, sum_m / count);
@@ -194,24 +193,24 @@ double contact_deviation_m(const std::vector<Vec3>& nodes, const std::vector<dou
 void note_deviation(const NodePlacement& corners, const NodePlacement& middles,
                     const Boundary& boundary, const GradeOptions& options, QuadraticMesh& out) {
   std::vector<Vec3> nodes = middles.nodes;
-  std::vector<double> off_m = middles.off_m;
+  std::vector<double> offset_m = middles.offset_m;
   for (std::size_t n = 0; n < corners.nodes.size(); ++n) {
     if (boundary.kind[n] == NodeKind::inside) continue;
     nodes.push_back(corners.nodes[n]);
-    off_m.push_back(corners.off_m[n]);
+    offset_m.push_back(corners.offset_m[n]);
   }
-  for (const double one_m : off_m) out.deviation_m = std::max(out.deviation_m, one_m);
-  if (out.deviation_m > 0) out.contact_deviation_m = contact_deviation_m(nodes, off_m, options);
+  for (const double one_m : offset_m) out.deviation_m = std::max(out.deviation_m, one_m);
+  if (out.deviation_m > 0) out.contact_deviation_m = contact_deviation_m(nodes, offset_m, options);
 }
 
 }  // namespace
 
 double tet_size_m(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  const double six_volumes = std::abs((b - a).cross(c - a).dot(d - a));
+  const double volumes = std::abs(six_volumes(a, b, c, d));
   const double longest =
       std::sqrt(std::max({(a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm(),
                           (a - d).squaredNorm(), (b - d).squaredNorm(), (c - d).squaredNorm()}));
-  return std::max(std::cbrt(six_volumes), longest / std::sqrt(3.0));
+  return std::max(std::cbrt(volumes), longest / std::sqrt(3.0));
 }
 
 double wanted_size_m(const GradeOptions& options, const Vec3& x) {
@@ -227,9 +226,9 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
   BisectedMesh mesh = bisect(base, options);
   Boundary boundary = classify_boundary(base, mesh);
   NodePlacement corners = place_corners(mesh, boundary, surface, Placing::by_birth);
-  if (farthest_off_m(corners, options) > kFaithful * finest_m(options)) {
+  if (largest_offset_m(corners, options) > kFaithful * finest_m(options)) {
     NodePlacement spread = place_corners(mesh, boundary, surface, Placing::spread);
-    if (farthest_off_m(spread, options) < farthest_off_m(corners, options))
+    if (largest_offset_m(spread, options) < largest_offset_m(corners, options))
       corners = std::move(spread);
   }
   std::vector<char> is_border;

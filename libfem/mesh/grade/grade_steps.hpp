@@ -22,7 +22,7 @@ double jacobian_determinant(const TetNodes& nodes, const Eigen::Vector4d& at);
 /// Smallest determinant [m^3] over the 4 quadrature points, the 4 corners and the centroid.
 double smallest_jacobian(const TetNodes& nodes);
 
-/// A tet that knows where it came from.
+/// A tet and its origin in the base mesh.
 struct BisectedTet {
   std::array<std::int32_t, 4> node;
   std::array<std::int32_t, 4> face;  ///< opposite each corner: base boundary face, -1 inside
@@ -43,8 +43,8 @@ struct BisectedMesh {
 /// what makes neighbours agree and the propagation end. Throws Error past options.max_corners.
 BisectedMesh bisect(const TetMesh& base, const GradeOptions& options);
 
-/// What a node of the boundary may do: inside ones follow, `smooth` ones go to the surface,
-/// `crease` ones to the crease, `corner` ones (where creases meet) stay.
+/// Motion that a node of the boundary is allowed: inside ones follow, `smooth` ones go to the
+/// surface, `crease` ones to the crease, `corner` ones (where creases meet) stay.
 enum class NodeKind : std::int8_t { inside, smooth, crease, corner };
 
 /// An edge of the boundary between two faces.
@@ -67,16 +67,16 @@ Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh);
 
 /// Nodes on the surface, as far as elements allow.
 struct NodePlacement {
-  std::vector<Vec3> nodes;    ///< [m]
-  std::vector<double> off_m;  ///< distance of each to where it should be; 0 inside
+  std::vector<Vec3> nodes;       ///< [m]
+  std::vector<double> offset_m;  ///< distance of each to where it should be; 0 inside
 };
 
-/// Where a boundary node near `guess` belongs: on the surface that faces `direction`, or on its
+/// Place of a boundary node near `guess`: on the surface that faces `direction`, or on its
 /// crease. Nothing if that is not known or farther than a third of `spacing_m`.
 std::optional<Vec3> place_on(const SmoothSurface& surface, const Vec3& guess, NodeKind kind,
                              const Vec3& direction, double spacing_m);
 
-/// How corner nodes are placed. by_birth: creases on creases, inside nodes in the middle of their
+/// Order of placing corner nodes. by_birth: creases on creases, inside nodes in the middle of their
 /// placed parents. spread: creases are not sought, and inside nodes go where the boundary's motion
 /// spreads evenly (one sparse factorization); for where the first leaves nodes off the surface.
 enum class Placing { by_birth, spread };
@@ -104,7 +104,7 @@ void conform_to_regions(BisectedMesh& mesh, NodePlacement& placed, const Boundar
 /// Makes the border of what is held a border of elements, as far as nodes can move: of each edge
 /// that crosses it the nearer end is moved onto it, where no tet is spoilt; nodes of the surface go
 /// along its edges, those of creases along creases. No edge is split: what is held does not move,
-/// and elements in it cost and tell nothing. Returns which corner nodes are on the border.
+/// and elements in it have no influence. Returns which corner nodes are on the border.
 std::vector<char> conform_to_held(const BisectedMesh& mesh, NodePlacement& placed,
                                   const Boundary& boundary, const SmoothSurface& surface,
                                   const HeldAt& held_at);

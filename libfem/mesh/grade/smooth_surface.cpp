@@ -130,8 +130,8 @@ std::optional<SurfaceHit> SmoothSurface::closest(const Vec3& point, const Vec3& 
   });
 }
 
-std::optional<CreaseHit> SmoothSurface::closest_crease(const Vec3& point, double within_m) const {
-  std::optional<CreaseHit> hit;
+std::optional<Vec3> SmoothSurface::closest_crease(const Vec3& point, double within_m) const {
+  std::optional<Vec3> hit;
   double squared_best = within_m * within_m;
   crease_boxes_.visit_nearest(point, squared_best, [&](std::int32_t e, double& best) {
     const Vec3 a = surface_.vertices.row(crease_[e].a), b = surface_.vertices.row(crease_[e].b);
@@ -139,7 +139,7 @@ std::optional<CreaseHit> SmoothSurface::closest_crease(const Vec3& point, double
     const double squared = (nearest - point).squaredNorm();
     if (squared > best || (hit && squared == best)) return;
     best = squared;
-    hit = CreaseHit{nearest, std::sqrt(squared)};
+    hit = nearest;
   });
   return hit;
 }

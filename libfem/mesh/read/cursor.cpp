@@ -133,7 +133,7 @@ std::int64_t decode_integer(const char* bytes, NumberType type, Encoding encodin
   return with_type(type, [&](auto number) {
     using T = decltype(number);
     const T value = decode<T>(bytes, encoding);
-    // What no index can be becomes one that every range check refuses.
+    // A value that is no index becomes one that every range check refuses.
     if constexpr (std::is_floating_point_v<T>) {
       return value >= 0 && value < 0x1p53 ? static_cast<std::int64_t>(value) : std::int64_t{-1};
     } else if constexpr (std::is_same_v<T, std::uint64_t>) {

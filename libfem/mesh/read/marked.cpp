@@ -20,7 +20,7 @@ using mesh_read::RawLabels;
 constexpr double kEqual = 1e-6;  // of a float32 and what was typed
 constexpr std::size_t kListed = 10;
 
-// What a file says of a mark: flags by point or by cell; one of both is there.
+// Flags of a mark in a file: by point or by cell; one of both is there.
 struct MarkFlags {
   std::vector<char> points, cells;
 };
@@ -209,10 +209,11 @@ PaintedPart read_marked_part(const std::filesystem::path& path, double length_un
   const mesh_read::RawTetMesh raw = mesh_read::read_raw_tets(path, &labels);
   const MarkFlags marked = find_mark(labels, raw.points.size(), mark, where);
   std::vector<char> flags = corner_flags<4>(marked, raw.tets, labels.cell);
-  bool has_whole = false;
+  bool has_full_tet = false;
   for (std::size_t t = 0; t < raw.tets.size(); ++t)
-    has_whole |= std::all_of(&flags[4 * t], &flags[4 * t] + 4, [](char flag) { return flag != 0; });
-  if (!has_whole) return marked_boundary(raw, labels, marked, length_unit_m, where, mark);
+    has_full_tet |=
+        std::all_of(&flags[4 * t], &flags[4 * t] + 4, [](char flag) { return flag != 0; });
+  if (!has_full_tet) return marked_boundary(raw, labels, marked, length_unit_m, where, mark);
   return {TetMesh{length_unit_m * rows_of(raw.points), rows_of(raw.tets), {}}, std::move(flags)};
 }
 

@@ -23,6 +23,12 @@ std::int32_t checked_index(std::int64_t index, std::size_t points, const Cursor&
 
 }  // namespace
 
+void RawLabels::add_face(std::span<const std::int64_t> corners, std::int32_t of_cell) {
+  std::array<std::int32_t, 3>& face = faces.emplace_back();
+  std::copy_n(corners.begin(), 3, face.begin());
+  face_cell.push_back(of_cell);
+}
+
 RawLabels::Field& RawLabels::field(std::string_view name, bool is_on_points) {
   for (Field& known : fields)
     if (known.name == name && known.is_on_points == is_on_points) return known;

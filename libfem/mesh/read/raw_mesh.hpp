@@ -14,14 +14,14 @@
 
 namespace palpate::mesh_read {
 
-/// What a surface reader fills, in file units. Corners index `points` (checked by the reader, or by
+/// Result of a surface reader, in file units. Corners index `points` (checked by the reader, or by
 /// add_polygon).
 struct RawSurface {
   std::vector<Vec3> points;
   std::vector<std::array<std::int32_t, 3>> triangles;
 };
 
-/// What a tet reader fills, in file units. tet_id: the file's own number of each tet, for messages.
+/// Result of a tet reader, in file units. tet_id: the file's own number of each tet, for messages.
 struct RawTetMesh {
   std::vector<Vec3> points;
   std::vector<std::array<std::int32_t, 4>> tets;
@@ -29,7 +29,7 @@ struct RawTetMesh {
   std::size_t ignored_elements = 0;
 };
 
-/// What a file says of its points and cells beside where they are. A reader fills it where it is
+/// Fields and groups of a file's points and cells. A reader fills it where it is
 /// asked to; cells are counted as the file counts them, from 0.
 struct RawLabels {
   struct Field {
@@ -48,6 +48,11 @@ struct RawLabels {
   std::vector<std::int32_t> cell;                  ///< that each triangle or tet is made of
   std::vector<std::array<std::int32_t, 3>> faces;  ///< triangles in a file of tets
   std::vector<std::int32_t> face_cell;
+
+  /// Counts a cell that the last `triangles` of a surface were made of.
+  void add_cell(std::size_t triangles) { cell.insert(cell.end(), triangles, cells++); }
+  /// Notes a triangle of a file of tets.
+  void add_face(std::span<const std::int64_t> corners, std::int32_t of_cell);
 
   /// The field or group of this name, made where there is none.
   Field& field(std::string_view name, bool is_on_points);

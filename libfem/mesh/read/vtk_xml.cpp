@@ -284,9 +284,9 @@ std::string VtkXmlFile::inflate(std::string_view block, std::size_t position) co
   const auto damaged = [&]() { file_.fail_at(position, "a compressed array is damaged"); };
   if (block.size() < 3 * size_of(header_)) damaged();
   const std::int64_t blocks = in.integer(header_);
-  const std::int64_t whole = in.integer(header_), last = in.integer(header_);
-  if (blocks < 0 || whole < 0 || last < 0 || last > std::int64_t{1} << 32 ||
-      whole > std::int64_t{1} << 32 ||
+  const std::int64_t block_bytes = in.integer(header_), last = in.integer(header_);
+  if (blocks < 0 || block_bytes < 0 || last < 0 || last > std::int64_t{1} << 32 ||
+      block_bytes > std::int64_t{1} << 32 ||
       static_cast<std::uint64_t>(blocks) > in.remaining() / size_of(header_))
     damaged();
   std::vector<std::size_t> packed(blocks);
@@ -295,7 +295,7 @@ std::string VtkXmlFile::inflate(std::string_view block, std::size_t position) co
   std::string out;
   for (std::size_t b = 0; b < packed.size(); ++b) {
     const bool is_partial = b + 1 == packed.size() && last > 0;
-    const auto size = static_cast<std::size_t>(is_partial ? last : whole);
+    const auto size = static_cast<std::size_t>(is_partial ? last : block_bytes);
     if (packed[b] > in.remaining() || size / kMaxInflation > packed[b]) damaged();
     const std::size_t before = out.size();
     out.resize(before + size);
@@ -346,12 +346,12 @@ std::string VtkXmlFile::field_text(std::string_view name) const {
 std::vector<std::int64_t> VtkXmlFile::integers(const VtkPiece& piece, std::string_view section,
                                                std::string_view name, std::int64_t number) const {
   const std::vector<double> values = reals(piece, section, name, number);
-  std::vector<std::int64_t> whole(values.size());
+  std::vector<std::int64_t> integers(values.size());
   // Indices are below 2^31, so a double holds them; what is no index becomes -1, refused later.
-  std::ranges::transform(values, whole.begin(), [](double value) {
+  std::ranges::transform(values, integers.begin(), [](double value) {
     return value >= 0 && value < 0x1p53 ? static_cast<std::int64_t>(value) : std::int64_t{-1};
   });
-  return whole;
+  return integers;
 }
 
 void append_points(const VtkXmlFile& xml, const VtkPiece& piece, const Cursor& file,

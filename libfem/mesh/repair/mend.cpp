@@ -223,7 +223,7 @@ Mended mend(const Surface& surface, bool allow_open, const std::string& where) {
   return mended;
 }
 
-// What a wrap goes around: the surface without its stray parts and with its holes filled where they
+// The surface that a wrap goes around without its stray parts and with its holes filled where they
 // can be, for a wrap goes into every opening wider than alpha and makes a shell of the body.
 Surface with_lids(const Surface& surface, const std::string& where, Changes& changes) {
   try {

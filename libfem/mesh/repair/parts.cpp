@@ -33,7 +33,7 @@ class SurfaceParts {
     }
   }
 
-  // How each component is to be turned, and whether it bounds the body at all. A shell inside the
+  // A component may have to be turned, and may bound nothing. A shell inside the
   // body that points as the body's own surface does has the body on both its sides.
   struct PartRole {
     bool is_turned = false;
@@ -174,10 +174,10 @@ class SurfaceParts {
   std::vector<SurfacePart> parts_;
 };
 
-// Of the volume of the body's box, what a piece with a border must enclose, closed by a fan, to be
-// a part of the body that lost a lid: a bag of a tenth of the body's length. A facet has 0, a dozen
-// bent ones some 1e-5; a gall bladder beside its liver 0.01. Half and twice: 0.08 and 0.13 of the
-// length.
+// Least share of the volume of the body's box that a piece with a border encloses, closed by a fan,
+// as a part of the body that lost a lid: a bag of a tenth of the body's length. A facet has 0, a
+// dozen bent ones some 1e-5; a gall bladder beside its liver 0.01. Half and twice: 0.08 and 0.13 of
+// the length.
 constexpr double kLeastPiece = 1e-3;
 
 }  // namespace
@@ -210,8 +210,8 @@ void drop_stray_facets(Soup& soup, Changes& changes, const std::string& where) {
   for (std::size_t f = 0; f < soup.faces.size(); ++f)
     if (!keep[f])
       for (const std::int32_t v : soup.faces[f]) body.extend(soup.points[v]);
-  Changes unsaid;
-  make_manifold(open, unsaid, where);
+  Changes unreported;
+  make_manifold(open, unreported, where);
   const SurfaceParts pieces(open);
   std::vector<char> is_kept(soup.faces.size(), 1);
   std::size_t dropped = 0;

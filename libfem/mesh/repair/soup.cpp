@@ -26,16 +26,10 @@ double lowest_height_m(const Soup& soup, std::size_t f) {
   return longest > 0 ? 2 * face_area(soup, f) / longest : 0;
 }
 
-struct Cell {
-  std::int64_t x, y, z;
-  bool operator==(const Cell&) const = default;
-};
+using Cell = std::array<std::int64_t, 3>;
 struct HashCell {
-  std::size_t operator()(const Cell& c) const {
-    auto hash = static_cast<std::uint64_t>(c.x) * 0x9E3779B97F4A7C15u;
-    hash = (hash ^ static_cast<std::uint64_t>(c.y)) * 0xC2B2AE3D27D4EB4Fu;
-    hash = (hash ^ static_cast<std::uint64_t>(c.z)) * 0x165667B19E3779F9u;
-    return hash ^ (hash >> 31);
+  std::size_t operator()(const Cell& cell) const {
+    return hash_of({reinterpret_cast<const char*>(cell.data()), sizeof cell});
   }
 };
 
@@ -84,7 +78,7 @@ void weld_vertices(Soup& soup, double weld_m, Changes& changes) {
     bool is_new = true;
     for (int i = 0; i < 27 && is_new; ++i) {
       const auto found =
-          grid.find({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1});
+          grid.find({cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1});
       if (found == grid.end()) continue;
       for (const std::size_t other : found->second)
         if (is_new && (soup.points[other] - soup.points[v]).norm() <= weld_m) {

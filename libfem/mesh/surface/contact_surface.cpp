@@ -31,7 +31,7 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 constexpr Eigen::Index kMinContacts = 6, kNear = 24;
 constexpr double kFacesAlike = 0.3;   // cosine: not the other side of a thin body
 constexpr double kHeightField = 0.5;  // cosine of 60 degrees
-// Of curvature: where contacts do not determine it, and where it would run away from them.
+// Damping of curvature where contacts do not determine it, and where it would run away from them.
 constexpr double kRidge = 1e-3, kRidgeBeyond = 1;
 constexpr double kReaches[] = {0.7, 1, 1.5, 2, 3};
 constexpr double kGrid = 0.5, kApart = 0.25, kNearby = 0.75, kBeyond = 2,
@@ -126,19 +126,18 @@ double spacing_of(const Points& position) {
 }
 
 // Contacts at one place are one; deviations that are not known are as the others'.
-Contacts checked(const Contacts& given) {
-  const double spacing_m = spacing_of(given.position);
-  Contacts out{Points(given.position.rows(), 3), Points(given.position.rows(), 3),
-               given.deviation_m};
+Contacts checked(const Contacts& raw) {
+  const double spacing_m = spacing_of(raw.position);
+  Contacts out{Points(raw.position.rows(), 3), Points(raw.position.rows(), 3), raw.deviation_m};
   Eigen::Index count = 0;
-  for (Eigen::Index i = 0; i < given.position.rows(); ++i) {
+  for (Eigen::Index i = 0; i < raw.position.rows(); ++i) {
     bool is_new = true;
     for (Eigen::Index j = 0; j < count; ++j)
-      is_new &= (out.position.row(j) - given.position.row(i)).norm() > 1e-3 * spacing_m;
+      is_new &= (out.position.row(j) - raw.position.row(i)).norm() > 1e-3 * spacing_m;
     if (!is_new) continue;
-    out.position.row(count) = given.position.row(i);
-    out.normal.row(count) = given.normal.row(i);
-    out.deviation_m[count++] = given.deviation_m[i];
+    out.position.row(count) = raw.position.row(i);
+    out.normal.row(count) = raw.normal.row(i);
+    out.deviation_m[count++] = raw.deviation_m[i];
   }
   out.position.conservativeResize(count, 3);
   out.normal.conservativeResize(count, 3);
@@ -159,17 +158,17 @@ Contacts checked(const Contacts& given) {
   return out;
 }
 
-// The choice that foretells contacts left out best.
+// The choice that predicts contacts left out best.
 Quadrics chosen_quadrics(const Contacts& contacts, double spacing_m) {
   Quadrics best{contacts, spacing_m}, tried = best;
   double least = std::numeric_limits<double>::infinity();
   for (const bool uses_normals : {false, true})
     for (const double reach : kReaches) {
       tried.reach = reach, tried.uses_normals = uses_normals;
-      std::vector<double> off;
+      std::vector<double> residuals;
       for (const double m : tried.left_out_m())
-        if (std::isfinite(m)) off.push_back(std::abs(m));
-      if (const double middle = upper_median(off); !off.empty() && middle < least) {
+        if (std::isfinite(m)) residuals.push_back(std::abs(m));
+      if (const double middle = upper_median(residuals); !residuals.empty() && middle < least) {
         least = middle;
         best.reach = reach, best.uses_normals = uses_normals;
       }
@@ -185,9 +184,9 @@ std::optional<HeightAxes> height_frame(const Contacts& contacts, double spacing_
   if (!((contacts.normal * mean.normalized()).minCoeff() > kHeightField)) return std::nullopt;
   for (Eigen::Index i = 0; i < contacts.position.rows(); ++i)
     for (Eigen::Index j = 0; j < i; ++j) {
-      const Vec3 way =
+      const Vec3 between =
           frame.axes * (contacts.position.row(i) - contacts.position.row(j)).transpose();
-      if (way.head<2>().norm() < kApart * spacing_m && std::abs(way[2]) > spacing_m)
+      if (between.head<2>().norm() < kApart * spacing_m && std::abs(between[2]) > spacing_m)
         return std::nullopt;
     }
   return frame;
@@ -199,11 +198,11 @@ std::vector<Vec3> grid_between(const Quadrics& quadrics, const HeightAxes& frame
   const double step_m = kGrid * quadrics.spacing_m, around_m = kBeyond * quadrics.spacing_m;
   std::vector<Vec3> contact;
   Eigen::AlignedBox2d box;
-  std::vector<double> off_m;  // of the contact, from the quadric
+  std::vector<double> residual_m;  // of the contact, from the quadric
   for (Eigen::Index i = 0; i < position.rows(); ++i) {
     contact.push_back(frame.local(position.row(i)));
     box.extend(contact.back().head<2>());
-    off_m.push_back(
+    residual_m.push_back(
         contact.back()[2] -
         quadrics.height(frame, contact.back()[0], contact.back()[1]).value_or(contact.back()[2]));
   }
@@ -215,7 +214,7 @@ std::vector<Vec3> grid_between(const Quadrics& quadrics, const HeightAxes& frame
         const double away =
             (contact[i].head<2>() - Eigen::Vector2d(u, v)).norm() / quadrics.spacing_m;
         nearest = std::min(nearest, away);
-        correction_m += off_m[i] * std::exp(-0.5 * std::pow(away / (0.5 * kGrid), 2));
+        correction_m += residual_m[i] * std::exp(-0.5 * std::pow(away / (0.5 * kGrid), 2));
       }
       if (nearest < kApart || nearest > kBeyond) continue;
       const double ridge = nearest > kNearby ? kRidgeBeyond : kRidge;
@@ -280,8 +279,8 @@ Surface around(const Contacts& contacts) {
 
 }  // namespace
 
-ContactSurface surface_from_contacts(const Contacts& given) {
-  const Contacts contacts = checked(given);
+ContactSurface surface_from_contacts(const Contacts& raw) {
+  const Contacts contacts = checked(raw);
   ContactSurface out;
   out.spacing_m = spacing_of(contacts.position);
   const Quadrics quadrics = chosen_quadrics(contacts, out.spacing_m);

@@ -9,8 +9,6 @@
 namespace palpate {
 namespace {
 
-using OpenMesh::EdgeHandle;
-using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 
 /// Least cosine of a triangle to the mean normal of its corners, where a change may lead.
@@ -84,7 +82,7 @@ class EvenOut {
     return worst;
   }
 
-  /// Where the vertex would best be: the middle of its neighbours (of its border neighbours, on a
+  /// Best place of the vertex: the middle of its neighbours (of its border neighbours, on a
   /// border), long edges pulling harder.
   Vec3 wanted(VertexHandle v) const {
     const bool is_border = mesh_.is_boundary(v);
@@ -171,34 +169,13 @@ class EvenOut {
     }
   }
 
+  // Not across a crease: the new triangles face the surface at least about as well.
   void flip_edges() {
-    constexpr int kMaxSweeps = 4;
-    for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
-      int flips = 0;
-      for (const auto e : mesh_.edges())
-        if (mesh_.is_flip_ok(e) && is_flip_better(e)) {
-          mesh_.flip(e);
-          ++flips;
-        }
-      if (flips == 0) return;
-    }
-  }
-
-  bool is_flip_better(EdgeHandle e) const {
-    const HalfedgeHandle h = mesh_.halfedge_handle(e, 0), o = mesh_.halfedge_handle(e, 1);
-    const VertexHandle a = mesh_.from_vertex_handle(h), b = mesh_.to_vertex_handle(h);
-    const VertexHandle c = mesh_.to_vertex_handle(mesh_.next_halfedge_handle(h));
-    const VertexHandle d = mesh_.to_vertex_handle(mesh_.next_halfedge_handle(o));
-    const auto round = [&](VertexHandle p, VertexHandle q, VertexHandle r) {
-      return roundness(position(mesh_, p), position(mesh_, q), position(mesh_, r));
-    };
-    const double before = std::min(round(a, b, c), round(b, a, d));
-    const double after = std::min(round(a, d, c), round(d, b, c));
-    if (!(after > before + 1e-9)) return false;
-    // Not across a crease: the new triangles face the surface at least about as well.
-    const double facing_before = std::min(facing(a, b, c), facing(b, a, d));
-    const double facing_after = std::min(facing(a, d, c), facing(d, b, c));
-    return facing_after > std::max(kMinFacing, facing_before - 0.1);
+    flip_to_rounder(mesh_, 4, [&](VertexHandle a, VertexHandle b, VertexHandle c, VertexHandle d) {
+      const double before = std::min(facing(a, b, c), facing(b, a, d));
+      const double after = std::min(facing(a, d, c), facing(d, b, c));
+      return after > std::max(kMinFacing, before - 0.1);
+    });
   }
 
   HalfEdgeMesh& mesh_;

@@ -20,14 +20,6 @@ constexpr int kFollow = 20;  // steps in which vertices follow the normals; 10 l
 
 using Around = std::vector<std::vector<std::int32_t>>;
 
-Around triangles_around(const Surface& surface) {
-  Around around(surface.vertices.rows());
-  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
-    for (const std::int32_t v : surface.triangles.row(t))
-      around[v].push_back(static_cast<std::int32_t>(t));
-  return around;
-}
-
 // Triangles that share a vertex with each, itself left out.
 Around neighbours_of(const Surface& surface, const Around& around) {
   Around beside(surface.triangles.rows());
@@ -84,10 +76,10 @@ Points follow(const Surface& surface, const Around& around, const Points& normal
     for (std::size_t v = 0; v < around.size(); ++v) {
       if (around[v].empty()) continue;
       const auto row = static_cast<Eigen::Index>(v);
-      Vec3 way = Vec3::Zero();
+      Vec3 move = Vec3::Zero();
       for (const std::int32_t t : around[v])
-        way += normal.row(t).dot(centre.row(t) - moved.vertices.row(row)) * normal.row(t);
-      moved.vertices.row(row) += way / static_cast<double>(around[v].size());
+        move += normal.row(t).dot(centre.row(t) - moved.vertices.row(row)) * normal.row(t);
+      moved.vertices.row(row) += move / static_cast<double>(around[v].size());
     }
   }
   return moved.vertices;
@@ -118,7 +110,8 @@ std::vector<char> on_creases(const Surface& surface, const Points& normal) {
 }  // namespace
 
 FilteredSurface filter_noise(const Surface& surface, double noise_m) {
-  const Around around = triangles_around(surface), beside = neighbours_of(surface, around);
+  const Around around = cells_around(surface.triangles, surface.vertices.rows()),
+               beside = neighbours_of(surface, around);
   const Facets facets = facets_of(surface);
   const Points outward = vertex_normals(surface);
   double reach_m = 0;
@@ -172,7 +165,7 @@ double roughness_m(const Surface& surface) {
   identity.setIdentity();
   laplacian += identity;
   const Matrix twice = laplacian * laplacian;
-  const Points off = twice * surface.vertices, normals = vertex_normals(surface);
+  const Points residual = twice * surface.vertices, normals = vertex_normals(surface);
   std::vector<char> is_apart = on_creases(surface, facets_of(surface).normal);
   const std::vector<char> on_crease = is_apart;
   for (const auto& t : surface.triangles.rowwise())
@@ -182,7 +175,7 @@ double roughness_m(const Surface& surface) {
   std::vector<double> size;
   for (Eigen::Index v = 0; v < count; ++v)
     if (const double gain = twice.row(v).norm(); gain > 0 && !is_apart[v])
-      size.push_back(std::abs(off.row(v).dot(normals.row(v))) / gain);
+      size.push_back(std::abs(residual.row(v).dot(normals.row(v))) / gain);
   constexpr double kOfNormal = 1.4826;  // standard deviation over the median of absolute values
   return size.empty() ? 0 : kOfNormal * median(size);
 }

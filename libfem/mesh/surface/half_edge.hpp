@@ -2,6 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <algorithm>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -36,7 +38,31 @@ inline Vec3 scaled_normal(const Vec3& a, const Vec3& b, const Vec3& c) {
 /// 1 for an equilateral triangle, 0 for a degenerate one: 4 sqrt(3) area / sum of squared edges.
 inline double roundness(const Vec3& a, const Vec3& b, const Vec3& c) {
   const double squared = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
-  return squared > 0 ? 3.4641016151377544 * scaled_normal(a, b, c).norm() / squared : 0;
+  return squared > 0 ? 2 * std::numbers::sqrt3 * scaled_normal(a, b, c).norm() / squared : 0;
+}
+
+/// Flips edges that are no features where the worse of both triangles gets rounder, in sweeps until
+/// none does. may_flip(a, b, c, d): whether edge ab may become cd.
+template <class MayFlip>
+void flip_to_rounder(HalfEdgeMesh& mesh, int max_sweeps, const MayFlip& may_flip) {
+  int flips = 1;
+  for (int sweep = 0; sweep < max_sweeps && flips > 0; ++sweep) {
+    flips = 0;
+    for (const auto e : mesh.edges()) {
+      if (mesh.status(e).feature() || !mesh.is_flip_ok(e)) continue;
+      const auto h = mesh.halfedge_handle(e, 0), o = mesh.halfedge_handle(e, 1);
+      const auto a = mesh.from_vertex_handle(h), b = mesh.to_vertex_handle(h);
+      const auto c = mesh.to_vertex_handle(mesh.next_halfedge_handle(h));
+      const auto d = mesh.to_vertex_handle(mesh.next_halfedge_handle(o));
+      const Vec3 pa = position(mesh, a), pb = position(mesh, b), pc = position(mesh, c),
+                 pd = position(mesh, d);
+      const double before = std::min(roundness(pa, pb, pc), roundness(pb, pa, pd));
+      const double after = std::min(roundness(pa, pd, pc), roundness(pd, pb, pc));
+      if (!(after > before + 1e-9) || !may_flip(a, b, c, d)) continue;
+      mesh.flip(e);
+      ++flips;
+    }
+  }
 }
 
 /// Builds the half-edge structure; the surface must be manifold (borders allowed).

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-// Of the target edge: how far a triangle may stray from a curve, and the shortest edge.
+// Shares of the target edge: a triangle may stray so far from a curve, and the shortest edge.
 constexpr double kStray = 0.08, kShortest = 0.4;
 constexpr double kGrowth = 0.5;  // of size per distance along the surface
 

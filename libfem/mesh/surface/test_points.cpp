@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <map>
 #include <string>
 #include <utility>
 
@@ -47,53 +46,33 @@ TriangleList reachable_triangles(const Surface& fine, const std::vector<char>& i
   return kept;
 }
 
-/// Splits the triangles around a vertex into fans: those that hang together by edges at it.
-std::vector<TriangleList> fans_at(const Surface& fine, std::int32_t vertex,
-                                  const TriangleList& around) {
-  std::vector<TriangleList> fans;
-  std::vector<std::vector<std::int32_t>> rims;  // the other vertices of each fan
-  for (const Eigen::Index f : around) {
-    TriangleList merged{f};
-    std::vector<std::int32_t> rim;
-    for (int k = 0; k < 3; ++k)
-      if (fine.triangles(f, k) != vertex) rim.push_back(fine.triangles(f, k));
-    for (std::size_t i = 0; i < fans.size();) {
-      const bool touches = std::any_of(rims[i].begin(), rims[i].end(), [&](std::int32_t v) {
-        return std::find(rim.begin(), rim.end(), v) != rim.end();
-      });
-      if (!touches) {
-        ++i;
-        continue;
-      }
-      merged.insert(merged.end(), fans[i].begin(), fans[i].end());
-      rim.insert(rim.end(), rims[i].begin(), rims[i].end());
-      fans.erase(fans.begin() + i);
-      rims.erase(rims.begin() + i);
-    }
-    fans.push_back(std::move(merged));
-    rims.push_back(std::move(rim));
-  }
-  return fans;
-}
-
 /// Drops all but the largest fan at vertices that have several; true when something was dropped.
+/// Of fans as large, the one stays whose last triangle comes first.
 bool drop_pinches(const Surface& fine, TriangleList& kept) {
-  std::map<std::int32_t, TriangleList> around;
-  for (const Eigen::Index f : kept)
-    for (int k = 0; k < 3; ++k) around[fine.triangles(f, k)].push_back(f);
-  TriangleList dropped;
-  for (const auto& [vertex, triangles] : around) {
-    const auto fans = fans_at(fine, vertex, triangles);
-    if (fans.size() < 2) continue;
-    const auto largest = std::max_element(
-        fans.begin(), fans.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
-    for (auto fan = fans.begin(); fan != fans.end(); ++fan)
-      if (fan != largest) dropped.insert(dropped.end(), fan->begin(), fan->end());
+  const Triangles triangles = fine.triangles(kept, Eigen::all);
+  DisjointSets fan_of = corner_fans(triangles);
+  std::vector<std::pair<int, int>> rank(triangles.size());  // of each fan: size, last triangle
+  std::vector<std::size_t> largest(fine.vertices.rows());   // fan of each vertex
+  for (int c = 0; c < triangles.size(); ++c) {
+    auto& [size, last] = rank[fan_of.find(c)];
+    ++size;
+    last = -c / 3;
   }
-  std::sort(dropped.begin(), dropped.end());
-  std::erase_if(
-      kept, [&](Eigen::Index f) { return std::binary_search(dropped.begin(), dropped.end(), f); });
-  return !dropped.empty();
+  for (int c = 0; c < triangles.size(); ++c) {
+    const std::size_t fan = fan_of.find(c);
+    std::size_t& best = largest[triangles(c / 3, c % 3)];
+    if (rank[fan] >= rank[best] || triangles(best / 3, best % 3) != triangles(c / 3, c % 3))
+      best = fan;
+  }
+  const std::size_t before = kept.size();
+  std::size_t f = 0;
+  std::erase_if(kept, [&](Eigen::Index) {
+    bool is_dropped = false;
+    for (int k = 0; k < 3; ++k) is_dropped |= fan_of.find(3 * f + k) != largest[triangles(f, k)];
+    ++f;
+    return is_dropped;
+  });
+  return kept.size() < before;
 }
 
 /// Triangles whose three vertices are reachable, without those that would make a vertex join two

@@ -8,7 +8,6 @@
 #include <numeric>
 
 #include "libfem/probes/probes.hpp"
-#include "libfem/probes/round_end.hpp"
 #include "libfem/solve/experiments/quick_press.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/fit/fit_curves.hpp"
