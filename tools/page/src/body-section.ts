@@ -4,7 +4,7 @@ import { BodyView, type MarkerMode } from "./body";
 import { css, kSetUpColours, kUncovered, kUncoveredTissue, viridis, viridisGradient } from "./colours";
 import { type Contents, floats, nearest, vector } from "./contents";
 import type { PointSection } from "./curves";
-import { choice, details, html, section, swatch } from "./dom";
+import { button, checkbox, choice, details, html, section, slider, swatch } from "./dom";
 import { Poke } from "./poke";
 import type { MapName } from "./surface";
 import { Task } from "./task";
@@ -78,15 +78,7 @@ class BodySection {
     });
     this.view = new BodyView(contents, canvas);
     const range = contents.maps?.depths_m.at(-1) ?? 0;
-    this.depth = html("input", {
-      type: "range",
-      id: "map-depth",
-      min: 0.05 * range,
-      max: range,
-      step: range / 200,
-      value: 0.6 * range,
-      input: () => this.colour(),
-    });
+    this.depth = slider("map-depth", 0.05 * range, range, () => this.colour());
     const maps = choice(
       "Colour",
       kMaps.filter(([name]) => contents.maps || name === "tissue").map(([name, text]) => [name, text]),
@@ -94,8 +86,10 @@ class BodySection {
     );
     this.maps = maps.select;
     this.maps.id = "map-choice";
-    const modes: [MarkerMode, string][] = [["none", "none"]];
-    modes.push(["points", "test points"]);
+    const modes: [MarkerMode, string][] = [
+      ["none", "none"],
+      ["points", "test points"],
+    ];
     if (this.heldOut.error.length) modes.push(["held_out", "held-out errors"]);
     const marks = choice("Marks", modes, (value) => {
       this.markerMode = value as MarkerMode;
@@ -106,12 +100,7 @@ class BodySection {
     // Of what can be poked the body itself is seen first, of a set-up what was set up.
     this.markerMode = contents.asset ? "none" : "points";
     marks.select.value = this.markerMode;
-    this.setUpBox = html("input", {
-      type: "checkbox",
-      id: "show-set-up",
-      checked: !contents.asset && !!contents.set_up,
-      change: () => this.showSetUp(),
-    });
+    this.setUpBox = checkbox("show-set-up", !contents.asset && !!contents.set_up, () => this.showSetUp());
     const controls = html("div", { class: "controls" });
     if (contents.maps)
       controls.append(
@@ -123,11 +112,8 @@ class BodySection {
     );
     if (contents.set_up)
       controls.append(html("span", {}, html("label", {}, this.setUpBox, " set-up"), " ", ask("set-up")));
-    const buttons = html(
-      "div",
-      { class: "on-picture buttons" },
-      html("button", { type: "button", id: "reset-view", click: () => this.resetView() }, "Reset view"),
-    );
+    const reset = button("reset-view", "Reset view", () => this.resetView());
+    const buttons = html("div", { class: "on-picture buttons" }, reset);
     const stage = html("div", { class: "stage" }, canvas, buttons, html("div", { class: "overlay" }, this.bar));
     const bench = html("div", { class: "bench" }, stage);
     this.element = section("body", "Body", bench);

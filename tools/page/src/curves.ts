@@ -1,28 +1,12 @@
 // The curves of one test point with its samples, bands and residuals.
 
 import { seriesColour } from "./colours";
-import {
-  across,
-  type Contents,
-  dot,
-  type Experiment,
-  experimentsOf,
-  floats,
-  largest,
-  type Row,
-  vector,
-} from "./contents";
+import { across, type Contents, dot, type Experiment, experimentsOf, floats, type Row, vector } from "./contents";
 import { choice, figure, html, section } from "./dom";
-import { type Axis, errorPlot, plot, type Series } from "./plot";
-import { plain, quantity, scaleFor } from "./words";
+import { axisOf, errorPlot, plot, type Series } from "./plot";
+import { plain, quantity } from "./words";
 
 const flatten = (series: Series[], axis: "x" | "y") => series.flatMap((s) => s[axis]);
-
-/** An axis in the unit that suits these values. */
-function scaled(label: string, base: string, values: number[]): Axis {
-  const { unit, scale } = scaleFor(largest(values.map(Math.abs)), base);
-  return { label: `${label} [${unit}]`, scale };
-}
 
 /** Samples of the test points, read once. */
 class Curves {
@@ -94,8 +78,8 @@ class Curves {
     series.push(good, bad);
     return plot(
       "Normal force over depth",
-      { ...scaled("depth", "m", knots), min: 0 },
-      scaled("normal force", "N", [...good.y, ...series[0].y]),
+      axisOf("depth", "m", knots, { min: 0 }),
+      axisOf("normal force", "N", [...good.y, ...series[0].y]),
       series,
     );
   }
@@ -129,8 +113,8 @@ class Curves {
       });
     return plot(
       "Force along a drag over the way",
-      scaled("path along the drag", "m", flatten(series, "x")),
-      scaled("force along it", "N", flatten(series, "y")),
+      axisOf("path along the drag", "m", flatten(series, "x")),
+      axisOf("force along it", "N", flatten(series, "y")),
       series,
     );
   }
@@ -161,8 +145,8 @@ class Curves {
     const series = this.curveSeries(kind, point, seriesColour(2));
     return plot(
       `${name} force`,
-      { ...scaled(name === "lateral" ? "lateral deflection" : "depth", "m", flatten(series, "x")), min: 0 },
-      { ...scaled(name === "limit" ? "force at which it slides" : `${name} force`, "N", flatten(series, "y")), min: 0 },
+      axisOf(name === "lateral" ? "lateral deflection" : "depth", "m", flatten(series, "x"), { min: 0 }),
+      axisOf(name === "limit" ? "force at which it slides" : `${name} force`, "N", flatten(series, "y"), { min: 0 }),
       series,
     );
   }

@@ -2,7 +2,7 @@
 // sets the depth and presses, right stick turns the body, the lowest right button (A) presses and lifts.
 
 import type { BodyView } from "./body";
-import type { Tool } from "./tool-input";
+import type { Poke } from "./poke";
 
 const kDead = 0.15; // of a stick's way: sticks do not come back to zero
 const kTouch = 0.05; // of the trigger's way, from which it presses
@@ -16,7 +16,7 @@ function stick(x = 0, y = 0): [number, number] {
 }
 
 /** Asks the gamepads before each frame while one is connected. said: told what its parts do. */
-export function listenForGamepad(view: BodyView, tool: Tool, said: (sentence: string) => void): void {
+export function listenForGamepad(view: BodyView, tool: Poke, said: (sentence: string) => void): void {
   let isPolling = false;
   let before_ms = 0;
   let isTriggered = false;

@@ -33,6 +33,16 @@ const kRight = 12;
 const kTop = 12;
 const kBottom = 42;
 
+/** An axis in the unit that suits the largest of these values. */
+export function axisOf(label: string, base: string, values: number[], limits: Partial<Axis> = {}): Axis {
+  const { unit, scale } = scaleFor(largest(values.map(Math.abs)), base);
+  return { label: `${label} [${unit}]`, scale, ...limits };
+}
+
+function picture(title: string, height: number): SVGSVGElement {
+  return svg("svg", { viewBox: `0 0 ${kWidth} ${height}`, role: "img", class: "plot", "aria-label": title });
+}
+
 function range(axis: Axis, values: number[]): [number, number] {
   const finite = values.filter(Number.isFinite);
   let low = axis.min ?? Math.min(...finite);
@@ -59,7 +69,7 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[], height =
   ).map((v) => v * sy);
   const px = (v: number) => kLeft + ((v * sx - x0) / (x1 - x0)) * (kWidth - kLeft - kRight);
   const py = (v: number) => bottom - ((v * sy - y0) / (y1 - y0)) * (bottom - kTop);
-  const root = svg("svg", { viewBox: `0 0 ${kWidth} ${height}`, role: "img", class: "plot", "aria-label": title });
+  const root = picture(title, height);
   const middle = (kTop + bottom) / 2;
   const xs = ticks(x0, x1);
   const ys = ticks(y0, y1, Math.max(3, Math.round((bottom - kTop) / 43)));
@@ -99,12 +109,7 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[], height =
       root.append(svg("polygon", { ...shape, points: edge.join(" ") }));
     } else {
       for (const i of good) {
-        const dot = svg("circle", {
-          ...shape,
-          cx: px(s.x[i]).toFixed(2),
-          cy: py(s.y[i]).toFixed(2),
-          r: 3,
-        });
+        const dot = svg("circle", { ...shape, cx: px(s.x[i]).toFixed(2), cy: py(s.y[i]).toFixed(2), r: 3 });
         if (s.titles) dot.append(svg("title", {}, s.titles[i]));
         root.append(dot);
       }
@@ -127,14 +132,8 @@ export function errorPlot(
   const errors = largest(dots.flatMap((s) => s.y));
   const isFelt = most > floor_N; // of a microscope nothing is, and the limit would hide the errors
   const highest = 1.05 * ((isFelt ? largest([...limit, errors]) : errors) || 1);
-  const [x, y] = [most, highest].map((v) => scaleFor(v, "N"));
-  const axis = (label: string, max: number, { unit, scale }: typeof x) => ({
-    label: `${label} [${unit}]`,
-    scale,
-    min: 0,
-    max,
-  });
-  return plot(title, axis(forceLabel, most, x), axis(errorLabel, highest, y), [
+  const axis = (label: string, max: number) => axisOf(label, "N", [max], { min: 0, max });
+  return plot(title, axis(forceLabel, most), axis(errorLabel, highest), [
     ...(isFelt
       ? [
           { kind: "band" as const, look: "unfelt", x: at, y: limit, y2: [0, 0, 0] },
@@ -161,13 +160,8 @@ export function bars(title: string, rows: Bar[], jnd: number): SVGSVGElement {
   const px = (v: number) => left + (Math.min(v, highest) / highest) * (kWidth - left - right);
   // Not across the line of what is noticeable.
   const labelAt = (x: number) => (x < px(jnd) + 2 && x > px(jnd) - 36 ? px(jnd) + 5 : x);
-  const said = rows.map((r) => `${r.name} ${percent(r.p95)}`).join(", ");
-  const root = svg("svg", {
-    viewBox: `0 0 ${kWidth} ${height}`,
-    role: "img",
-    class: "plot",
-    "aria-label": `${title}, 95th percentiles: ${said}`,
-  });
+  const shares = rows.map((r) => `${r.name} ${percent(r.p95)}`).join(", ");
+  const root = picture(`${title}, 95th percentiles: ${shares}`, height);
   const at = ticks(0, 100 * highest, 4);
   for (const v of at) {
     root.append(

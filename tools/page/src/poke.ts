@@ -5,7 +5,7 @@ import workerSource from "worker-source";
 import type { BodyView } from "./body";
 import { seriesColour } from "./colours";
 import { bytes, type Contents, floats, largest, type Vector } from "./contents";
-import { choice, details, html, swatch } from "./dom";
+import { button, checkbox, choice, details, html, slider, swatch } from "./dom";
 import { Answer, type Ball, kTip } from "./engine";
 import { ForceGraph } from "./force-graph";
 import { listenForGamepad } from "./gamepad";
@@ -13,7 +13,7 @@ import type { SeenTool } from "./glyphs";
 import { ForceSound } from "./sound";
 import type { Place } from "./surface";
 import { ask, type Term } from "./terms";
-import { kKeyStep, listenForTool, type Tool } from "./tool-input";
+import { kKeyStep, listenForTool } from "./tool-input";
 import type { Batch, News, Order, Turn } from "./worker";
 import { millimetres, quantity } from "./words";
 
@@ -40,7 +40,7 @@ function toolsOf(contents: Contents): { name: string; balls: readonly Ball[] }[]
   return [own, ...others];
 }
 
-export class Poke implements Tool {
+export class Poke {
   readonly panel: HTMLElement;
   readonly help = html("p", { class: "small hint" });
   /** On the picture: the switch between pressing and turning, the look from the side, what is not measured. */
@@ -57,6 +57,7 @@ export class Poke implements Tool {
   private readonly tools: { name: string; balls: readonly Ball[] }[];
   private tool: readonly Ball[];
   private readonly turn = new Quaternion();
+  /** How many tools there are, for as many fingers on a screen. */
   fingers = 1;
   /** Of each finger: where it presses, and whether it does. */
   private readonly places: (Place | undefined)[] = [undefined, undefined];
@@ -92,36 +93,13 @@ export class Poke implements Tool {
     this.fullForce_N = largest(floats(contents.maps?.force_N)) || 1; // of an asset alone nothing is known
     this.graph = new ForceGraph(0.1 * this.fullForce_N);
     this.sound = new ForceSound(this.fullForce_N);
-    this.depth = html("input", {
-      type: "range",
-      id: "poke-depth",
-      min: 0,
-      max: this.range_m,
-      step: this.range_m / 200,
-      value: 0.6 * this.range_m,
-      input: () => this.follow(),
-    });
-    this.turnButton = html(
-      "button",
-      { type: "button", id: "turn-only", "aria-pressed": "false", click: () => this.set(!this.isPoking) },
-      "Turn",
-    );
-    this.sideButton = html(
-      "button",
-      { type: "button", id: "side-view", "aria-pressed": "false", click: () => this.lookFromSide(!this.view.isCut) },
-      "Cut",
-    );
-    this.blendBox = html("input", { type: "checkbox", id: "poke-blend", checked: true, change: () => this.lift() });
-    this.pressButton = html(
-      "button",
-      { type: "button", id: "poke-press", click: () => (this.isPressed ? this.lift() : this.pressHere()) },
-      "Press",
-    );
-    this.healButton = html(
-      "button",
-      { type: "button", id: "poke-heal", hidden: true, click: () => this.heal() },
-      "Heal the body",
-    );
+    this.depth = slider("poke-depth", 0, this.range_m, () => this.follow());
+    const isOff = { "aria-pressed": "false" };
+    this.turnButton = button("turn-only", "Turn", () => this.set(!this.isPoking), isOff);
+    this.sideButton = button("side-view", "Cut", () => this.lookFromSide(!this.view.isCut), isOff);
+    this.blendBox = checkbox("poke-blend", true, () => this.lift());
+    this.pressButton = button("poke-press", "Press", () => (this.isPressed ? this.lift() : this.pressHere()));
+    this.healButton = button("poke-heal", "Heal the body", () => this.heal(), { hidden: true });
     const row = (key: string, label: string, term: Term, first = "0") => {
       const value = html("dd", { id: `poke-${key}` }, first);
       this.values.set(key, value);
@@ -159,11 +137,7 @@ export class Poke implements Tool {
         html(
           "p",
           { class: "buttons" },
-          html(
-            "button",
-            { type: "button", id: "poke-save", click: () => this.order({ order: "record" }) },
-            "Save path and forces",
-          ),
+          button("poke-save", "Save path and forces", () => this.order({ order: "record" })),
         ),
       ),
     );
@@ -261,6 +235,7 @@ export class Poke implements Tool {
     if (!isPoking) this.liftAll();
   }
 
+  /** The pointer comes down where nothing was measured, or where something was. */
   note(isMeasured: boolean): void {
     this.unmeasured.hidden = isMeasured;
   }
@@ -380,6 +355,7 @@ export class Poke implements Tool {
     this.follow();
   }
 
+  /** Along the surface, as the screen has right and up, by a share of the range. */
   moveBy(right: number, up: number, share = kKeyStep): void {
     const place = this.places[0];
     if (!place) return;
@@ -394,6 +370,7 @@ export class Poke implements Tool {
     this.hover();
   }
 
+  /** By a key's angle about the screen's right and up, and about the surface's normal. */
   turnBy(right: number, up: number, outward: number): void {
     const place = this.places[0];
     if (!place || this.tool === kTip) return;

@@ -3,7 +3,7 @@
 import { Vector3 } from "three";
 import type { BodyView } from "./body";
 import { type Contents, floats } from "./contents";
-import { html } from "./dom";
+import { button, html } from "./dom";
 import type { Place } from "./surface";
 import { millimetres } from "./words";
 
@@ -41,7 +41,6 @@ export class Task {
   readonly element: HTMLElement;
   private readonly lumps: Lump[];
   private readonly said = html("p", { id: "task-said", role: "status" });
-  private readonly revealButton: HTMLButtonElement;
   private began_ms: number | undefined;
   private deepest_m = 0;
   private result: { place: Place; seconds: number; deepest_m: number } | undefined;
@@ -54,14 +53,13 @@ export class Task {
     private readonly reveal: (isShown: boolean) => void,
   ) {
     this.lumps = lumpsOf(contents);
-    this.revealButton = html("button", { type: "button", id: "task-reveal", click: () => this.end() }, "Reveal");
     this.element = html(
       "div",
       { class: "task", id: "task" },
       this.said,
-      html("button", { type: "button", id: "task-mark", click: () => this.mark() }, "Mark here"),
-      this.revealButton,
-      html("button", { type: "button", id: "task-again", click: () => this.begin() }, "Start again"),
+      button("task-mark", "Mark here", () => this.mark()),
+      button("task-reveal", "Reveal", () => this.end()),
+      button("task-again", "Start again", () => this.begin()),
     );
     this.ask();
   }
