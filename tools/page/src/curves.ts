@@ -84,7 +84,7 @@ class Curves {
     );
   }
 
-  /** Lateral force over lateral way of the drags: rows, and what the fitted law answers to them. */
+  /** Lateral force over lateral path of the drags: the rows, and the fitted law's answer to them. */
   private dragPlot(point: number): SVGSVGElement {
     const u = vector(this.normal, point);
     const series: Series[] = [];
@@ -92,12 +92,12 @@ class Curves {
       .filter((e) => !e.isPress)
       .forEach((e, k) => {
         const first = e.rows[0].deflection;
-        const way = (row: Row) => across(row.deflection, u).map((v, i) => v - across(first, u)[i]);
-        const last = way(e.rows[e.rows.length - 1]);
+        const offset = (row: Row) => across(row.deflection, u).map((v, i) => v - across(first, u)[i]);
+        const last = offset(e.rows[e.rows.length - 1]);
         const length = Math.hypot(...last) || 1;
         const along = last.map((v) => v / length);
         const depth = quantity(dot(first, u), "m");
-        const x = e.rows.map((row) => dot(way(row), along));
+        const x = e.rows.map((row) => dot(offset(row), along));
         series.push(
           { kind: "line", colour: seriesColour(k), x, y: e.rows.map((row) => dot(row.fitted, along)) },
           {
@@ -112,14 +112,14 @@ class Curves {
         );
       });
     return plot(
-      "Force along a drag over the way",
+      "Force along a drag over its path",
       axisOf("path along the drag", "m", flatten(series, "x")),
       axisOf("force along it", "N", flatten(series, "y")),
       series,
     );
   }
 
-  /** How far the fitted law is off at each good row, against what can be felt. */
+  /** Residual of the fitted law at each good row, beside the just noticeable difference. */
   private residualPlot(point: number): SVGSVGElement {
     const u = vector(this.normal, point);
     const press: Series = { kind: "dots", look: "sample", x: [], y: [], titles: [] };
@@ -128,12 +128,12 @@ class Curves {
       for (const row of e.rows) {
         if (row.status !== "good" || !row.fitted.every(Number.isFinite)) continue;
         const size = Math.hypot(...row.force);
-        const off = Math.hypot(...row.force.map((v, k) => v - row.fitted[k]));
+        const residual_N = Math.hypot(...row.force.map((v, k) => v - row.fitted[k]));
         const into = e.isPress ? press : drag;
         into.x.push(size);
-        into.y.push(off);
+        into.y.push(residual_N);
         into.titles?.push(
-          `${quantity(dot(row.deflection, u), "m")} deep, ${quantity(size, "N")}: off by ${quantity(off, "N")}`,
+          `${quantity(dot(row.deflection, u), "m")} deep, ${quantity(size, "N")}: off by ${quantity(residual_N, "N")}`,
         );
       }
     return errorPlot("Residual of each row over its force", "force", "residual", this.contents.jnd, [press, drag]);
@@ -213,7 +213,7 @@ export class PointSection {
     this.chosen(point);
   }
 
-  /** Of the points that were dragged, or of all, the one nearest to the middle of all. */
+  /** Chooses the point nearest to the middle of all, a dragged one if there is any. */
   chooseFirst(): void {
     const places = floats(this.contents.points?.position_m);
     const count = places.length / 3;

@@ -93,7 +93,7 @@ export function swatch(text: string, colour: string, look = ""): HTMLElement {
   return html("span", {}, html("i", { class: `swatch ${look}`, style: colour ? `--c: ${colour}` : false }), text);
 }
 
-/** What is behind a heading until it is asked for. */
+/** A heading with contents that are folded away at first. */
 export function details(title: string, ...children: Child[]): HTMLElement {
   return html("details", {}, html("summary", {}, title), ...children);
 }

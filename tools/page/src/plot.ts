@@ -1,12 +1,12 @@
 // Small plots as SVG, so that they print, scale and follow the colour scheme.
 
-import { type Contents, type Figure, largest } from "./contents";
+import { type Contents, largest, type StatedError } from "./contents";
 import { svg } from "./dom";
-import { percent, scaleFor, tickLabel, ticks } from "./words";
+import { percent, plain, scaleFor, tickLabel, ticks } from "./words";
 
 export interface Axis {
   label: string;
-  /** What a value is multiplied by to be shown. */
+  /** Factor from a value to the number on the axis. */
   scale?: number;
   min?: number;
   max?: number;
@@ -22,7 +22,7 @@ export interface Series {
   y: number[];
   /** The other edge of a band. */
   y2?: number[];
-  /** What is said of each dot. */
+  /** Text of each dot. */
   titles?: string[];
 }
 
@@ -118,7 +118,7 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[], height =
   return root;
 }
 
-/** Errors over forces [N], as dots, above what cannot be felt of them: a shaded area. Labels without unit. */
+/** Errors over forces [N], as dots, with those below the just noticeable difference shaded. Labels without unit. */
 export function errorPlot(
   title: string,
   forceLabel: string,
@@ -130,11 +130,11 @@ export function errorPlot(
   const at = [0, Math.min(floor_N / share, most), most];
   const limit = at.map((force) => Math.max(floor_N, share * force));
   const errors = largest(dots.flatMap((s) => s.y));
-  const isFelt = most > floor_N; // of a microscope nothing is, and the limit would hide the errors
-  const highest = 1.05 * ((isFelt ? largest([...limit, errors]) : errors) || 1);
+  const isNoticeable = most > floor_N; // of a microscope nothing is, and the limit would hide the errors
+  const highest = 1.05 * ((isNoticeable ? largest([...limit, errors]) : errors) || 1);
   const axis = (label: string, max: number) => axisOf(label, "N", [max], { min: 0, max });
   return plot(title, axis(forceLabel, most), axis(errorLabel, highest), [
-    ...(isFelt
+    ...(isNoticeable
       ? [
           { kind: "band" as const, look: "unfelt", x: at, y: limit, y2: [0, 0, 0] },
           { kind: "line" as const, look: "jnd", x: at, y: limit },
@@ -144,17 +144,12 @@ export function errorPlot(
   ]);
 }
 
-export interface Bar {
-  name: string;
-  median: Figure;
-  p95: Figure;
-}
-
 /** Shares of force as bars, the median in front of the 95th percentile, with a line at `jnd`. */
-export function bars(title: string, rows: Bar[], jnd: number): SVGSVGElement {
+export function bars(title: string, lines: [string, StatedError][], jnd: number): SVGSVGElement {
   const left = 118;
   const right = 56;
   const step = 26;
+  const rows = lines.map(([name, e]) => ({ name: plain(name), median: e.median_rel, p95: e.p95_rel }));
   const height = rows.length * step + 34;
   const highest = Math.max(jnd * 1.15, ...rows.map((r) => r.p95 ?? 0));
   const px = (v: number) => left + (Math.min(v, highest) / highest) * (kWidth - left - right);

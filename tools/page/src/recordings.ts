@@ -216,7 +216,7 @@ export function recordingsSection(contents: Contents): HTMLElement | undefined {
     ),
   );
   const drawing = new Map<Element, () => void>();
-  const seen = new IntersectionObserver(
+  const visible = new IntersectionObserver(
     (entries) => {
       for (const entry of entries) if (entry.isIntersecting) drawing.get(entry.target)?.();
     },
@@ -228,7 +228,7 @@ export function recordingsSection(contents: Contents): HTMLElement | undefined {
       const { element, draw } = picture(all, i, signals[i]);
       drawing.set(element, draw);
       if (i < kOpen) draw();
-      else seen.observe(element);
+      else visible.observe(element);
       pictures.append(element);
     }
     return pictures;

@@ -1,5 +1,5 @@
-// Force as sound: what of the force signal a hand would feel as a click. A smooth touch is next to
-// silent; a step of the force is a click.
+// Force as sound: a step of the force is a click, as a hand senses it; a smooth touch is next to
+// silent.
 
 import { checkbox, html } from "./dom";
 import type { Batch } from "./worker";

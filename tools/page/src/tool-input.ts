@@ -1,4 +1,4 @@
-// What hands do with the tool: mouse, pen, fingers and keys on the body's view.
+// Input devices of the tool: mouse, pen, fingers and keys on the body's view.
 
 import type { BodyView } from "./body";
 import type { Poke } from "./poke";
