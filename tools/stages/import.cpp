@@ -148,9 +148,7 @@ void report(const ImportRequest& request, const Manifest& manifest,
 Samples rows_at(const Samples& samples, const std::vector<char>& is_marked, bool wanted) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    if ((is_marked[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(row)])] != 0) ==
-        wanted)
-      rows.push_back(row);
+    if ((is_marked[samples.point[row]] != 0) == wanted) rows.push_back(row);
   return rows_of(samples, rows);
 }
 

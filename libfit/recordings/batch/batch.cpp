@@ -123,7 +123,7 @@ void weigh_with_surface(const std::vector<ItemResult>& results, const BatchOptio
   if (contacts.size() < kMinContacts) return;
   Points places(static_cast<Eigen::Index>(contacts.size()), 3);
   for (std::size_t k = 0; k < contacts.size(); ++k)
-    places.row(static_cast<Eigen::Index>(k)) = *contacts[k].recording->contact_m;
+    places.row(k) = *contacts[k].recording->contact_m;
   const RigidMotion motion =
       options.fits_to_surface
           ? register_to_surface(places, *options.surface, options.body_from_rig).motion
@@ -135,7 +135,7 @@ void weigh_with_surface(const std::vector<ItemResult>& results, const BatchOptio
     if (!nearest[k]) continue;
     const double cosine = nearest[k]->inward.dot(motion.rotation * *contacts[k].recording->inward);
     if (cosine < kMinCosine) continue;
-    const Vec3 gap_m = nearest[k]->position_m - Vec3(places.row(static_cast<Eigen::Index>(k)));
+    const Vec3 gap_m = nearest[k]->position_m - Vec3(places.row(k));
     met.push_back(contacts[k]);
     met.back().off_m = nearest[k]->inward.dot(gap_m) / cosine;
   }

@@ -76,9 +76,7 @@ PressWork press_work(const Signal& signal, const Eigen::VectorXd& push_N, const 
 Eigen::VectorXd push_after_N(const Signal& signal, double delay_s) {
   const Eigen::VectorXd push_N = signal.push_N();
   Eigen::VectorXd later_N(push_N.size());
-  const auto time_s = [&](Eigen::Index row) {
-    return signal.time_s[static_cast<std::size_t>(row)];
-  };
+  const auto time_s = [&](Eigen::Index row) { return signal.time_s[row]; };
   for (Eigen::Index i = 0, j = 0; i < push_N.size(); ++i) {
     const double at_s = time_s(i) + delay_s;
     while (j + 2 < push_N.size() && time_s(j + 1) < at_s) ++j;
@@ -97,8 +95,7 @@ std::optional<double> delay_of(const Signal& signal, const RowRange& way_in, con
                       out.noise_N)
                .lost_share() > 0;
   };
-  double least_s = 0, most_s = signal.time_s[static_cast<std::size_t>(way_in.end - 1)] -
-                               signal.time_s[static_cast<std::size_t>(way_in.begin)];
+  double least_s = 0, most_s = signal.time_s[way_in.end - 1] - signal.time_s[way_in.begin];
   if (!loses(most_s)) return std::nullopt;
   for (int halved = 0; halved < 30; ++halved) {
     const double tried_s = (least_s + most_s) / 2;
@@ -139,7 +136,7 @@ void grade(const SignalSettings& settings, double correlation, Conditioned& out)
       static_cast<Eigen::Index>(std::count(out.status.begin(), out.status.end(), RowStatus::good));
   double depth_m = 0, force_N = 0;
   for (Eigen::Index i = 0; i < out.deflection_m.rows(); ++i)
-    if (out.status[static_cast<std::size_t>(i)] == RowStatus::good) {
+    if (out.status[i] == RowStatus::good) {
       depth_m = std::max(depth_m, out.deflection_m.row(i).norm());
       force_N = std::max(force_N, out.force_N.row(i).norm());
     }

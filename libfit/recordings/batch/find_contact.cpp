@@ -52,8 +52,8 @@ double speed_of(const Signal& signal, const Approach& approach, double contact_m
   Eigen::Index first = 0;
   while (first + 2 < approach.travel.size() && approach.travel[first] < contact_m) ++first;
   const Eigen::Index last = approach.travel.size() - 1;
-  const double dt = signal.time_s[static_cast<std::size_t>(approach.range.begin + last)] -
-                    signal.time_s[static_cast<std::size_t>(approach.range.begin + first)];
+  const double dt =
+      signal.time_s[approach.range.begin + last] - signal.time_s[approach.range.begin + first];
   return dt > 0 ? (approach.travel[last] - approach.travel[first]) / dt : kNan;
 }
 

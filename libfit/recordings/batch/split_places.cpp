@@ -132,8 +132,7 @@ std::vector<RawRecording> split_places(const RawRecording& raw, const SignalSett
     const std::size_t last = (k + 1 < begins.size() ? begins[k + 1] : presses.size()) - 1;
     const RowRange rows = rows_at_place(signal, presses[begins[k]], presses[last], earliest);
     earliest = rows.end;
-    RawRecording part = part_of(raw, signal.line[static_cast<std::size_t>(rows.begin)],
-                                signal.line[static_cast<std::size_t>(rows.end - 1)]);
+    RawRecording part = part_of(raw, signal.line[rows.begin], signal.line[rows.end - 1]);
     part.name += fmt::format("{}{}", raw.name.empty() ? "" : ".", k + 1);
     part.place =
         fmt::format("place {} of {} that the tool pressed in one recording", k + 1, begins.size());

@@ -100,7 +100,7 @@ void append_rows(const Pooled& pooled, std::int32_t point, std::int32_t experime
     samples.kind.push_back(kind);
     samples.probe_number.push_back(probe);
     samples.step.push_back(static_cast<std::int32_t>(i));
-    samples.status.push_back(pooled.status[static_cast<std::size_t>(i)]);
+    samples.status.push_back(pooled.status[i]);
   }
   parts.push_back(&pooled);
 }
@@ -112,7 +112,7 @@ void name_others(Samples& samples) {
 }
 
 void fill_numbers(const std::vector<const Pooled*>& parts, Samples& samples) {
-  const auto rows = static_cast<Eigen::Index>(samples.point.size());
+  const Eigen::Index rows = samples.point.size();
   samples.deflection.resize(rows, 3);
   samples.force.resize(rows, 3);
   samples.force_error.resize(rows);
@@ -139,12 +139,12 @@ MeasuredRecordings provenance(const std::vector<BatchItem>& items,
   std::vector<const Candidate*> used;
   for (const Candidate& c : candidates)
     if (c.experiment >= 0) used.push_back(&c);
-  const auto n = static_cast<Eigen::Index>(used.size());
+  const Eigen::Index n = used.size();
   for (Eigen::VectorXd* column : {&out.contact_m, &out.contact_deviation_m, &out.speed_m_s,
                                   &out.noise_N, &out.hysteresis, &out.young_Pa})
     column->resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Candidate& c = *used[static_cast<std::size_t>(i)];
+    const Candidate& c = *used[i];
     const Conditioned& r = *c.recording;
     out.experiment.push_back(c.experiment);
     out.file.push_back(shown(items, c));
@@ -173,8 +173,7 @@ std::string sideways_note(const Samples& samples, const std::vector<std::int32_t
   std::vector<std::string> points;
   for (const std::int32_t e : experiments) {
     const auto at = std::ranges::find(samples.experiment, e) - samples.experiment.begin();
-    points.push_back(
-        samples.point_name[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(at)])]);
+    points.push_back(samples.point_name[samples.point[at]]);
   }
   return "presses that move sideways by more than a third of their depth, and feel it, count as "
          "drags; say kind = \"drag\" of them, or correct the normal: " +
@@ -290,8 +289,8 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   const auto number_of = [&](const Candidate& c) { return tip_number(out.tips, items, c); };
 
   Samples& samples = out.samples;
-  samples.point_position.resize(static_cast<Eigen::Index>(points.size()), 3);
-  samples.point_normal.resize(static_cast<Eigen::Index>(points.size()), 3);
+  samples.point_position.resize(points.size(), 3);
+  samples.point_normal.resize(points.size(), 3);
   std::vector<std::vector<Pooled>> experiments;
   for (const auto& members : points) experiments.push_back(pool(candidates, members, items));
   if (options.relaxation != RelaxationUse::none) {
@@ -313,8 +312,8 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   std::int32_t number = 0;
   for (std::size_t p = 0; p < points.size(); ++p) {
     const Candidate& first = candidates[points[p][0]];
-    samples.point_position.row(static_cast<Eigen::Index>(p)) = first.position_m;
-    samples.point_normal.row(static_cast<Eigen::Index>(p)) = first.inward;
+    samples.point_position.row(p) = first.position_m;
+    samples.point_normal.row(p) = first.inward;
     samples.point_name.push_back(first.point);
     for (const Pooled& pooled : experiments[p]) {
       append_rows(pooled, static_cast<std::int32_t>(p), number,

@@ -25,7 +25,7 @@ Points measured_contacts(const std::vector<Candidate>& candidates) {
     if (!c.failure && c.recording->contact_m && !c.recording->is_axial)
       points.push_back(*c.recording->contact_m);
   Points out(static_cast<Eigen::Index>(points.size()), 3);
-  for (std::size_t i = 0; i < points.size(); ++i) out.row(static_cast<Eigen::Index>(i)) = points[i];
+  for (std::size_t i = 0; i < points.size(); ++i) out.row(i) = points[i];
   return out;
 }
 
@@ -74,7 +74,7 @@ std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
     Candidate& c = candidates[i];
     c.surface_distance_m = kNan;
     if (c.failure || !find_position(items[c.item], motion, options, items, c)) continue;
-    wanted.row(static_cast<Eigen::Index>(i)) = c.position_m;
+    wanted.row(i) = c.position_m;
     if (items[c.item].normal)
       c.inward = *items[c.item].normal;
     else if (c.recording->inward)

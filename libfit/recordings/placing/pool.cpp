@@ -48,7 +48,7 @@ std::optional<At> interpolate(const Pooled& p, const Eigen::VectorXd& depth_m, d
   double before_m = 0;
   At before;
   for (Eigen::Index i = 0; i < depth_m.size(); ++i) {
-    if (p.status[static_cast<std::size_t>(i)] != RowStatus::good) continue;
+    if (p.status[i] != RowStatus::good) continue;
     if (depth_m[i] < at_m) {
       before_m = depth_m[i];
       before = row_of(p, i);
@@ -74,8 +74,7 @@ Pooled together(const std::vector<Pooled>& repeats, const Vec3& inward) {
     depth.push_back(depths(p, inward));
     double deepest = 0;
     for (Eigen::Index i = 0; i < depth.back().size(); ++i)
-      if (p.status[static_cast<std::size_t>(i)] == RowStatus::good)
-        deepest = std::max(deepest, depth.back()[i]);
+      if (p.status[i] == RowStatus::good) deepest = std::max(deepest, depth.back()[i]);
     reach.push_back(deepest);
     rows = std::max(rows, depth.back().size());
   }
@@ -112,18 +111,18 @@ Pooled together(const std::vector<Pooled>& repeats, const Vec3& inward) {
     errors.push_back(std::sqrt(
         std::max(0.0, (squares - n * std::pow(mean.dot(inward), 2)) / (n - 1)) + own / n));
   }
-  const auto n = static_cast<Eigen::Index>(forces.size());
+  const Eigen::Index n = forces.size();
   out.deflection_m.resize(n, 3);
   out.force_N.resize(n, 3);
   out.error_N.resize(n);
   out.torque_Nm.resize(has_torque ? n : 0, 3);
   for (Eigen::Index i = 0; i < n; ++i) {
-    out.deflection_m.row(i) = deflections[static_cast<std::size_t>(i)];
-    out.force_N.row(i) = forces[static_cast<std::size_t>(i)];
-    if (has_torque) out.torque_Nm.row(i) = torques[static_cast<std::size_t>(i)];
-    out.error_N[i] = errors[static_cast<std::size_t>(i)];
+    out.deflection_m.row(i) = deflections[i];
+    out.force_N.row(i) = forces[i];
+    if (has_torque) out.torque_Nm.row(i) = torques[i];
+    out.error_N[i] = errors[i];
   }
-  out.status.assign(static_cast<std::size_t>(n), RowStatus::good);
+  out.status.assign(n, RowStatus::good);
   return out;
 }
 
@@ -199,7 +198,7 @@ std::vector<std::string> compare_rates(const std::string& point,
     const Eigen::VectorXd slow_depth = depths(*slow, inward), fast_depth = depths(*fast, inward);
     double difference = 0, force = 0, error = 0;
     for (Eigen::Index i = 0; i < slow_depth.size(); ++i) {
-      if (slow->status[static_cast<std::size_t>(i)] != RowStatus::good) continue;
+      if (slow->status[i] != RowStatus::good) continue;
       const auto at = interpolate(*fast, fast_depth, slow_depth[i]);
       if (!at) continue;
       difference += (at->force - Vec3(slow->force_N.row(i))).dot(inward);

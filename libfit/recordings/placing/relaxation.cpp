@@ -50,7 +50,7 @@ void find_common_contact(const std::vector<RelaxingPress>& presses, const Signal
     }
     if (!(presses[r].contact_deviation_m > 0)) return;  // the rig knows it
   }
-  const auto n = static_cast<Eigen::Index>(travel.size());
+  const Eigen::Index n = travel.size();
   if (n < kMinMeans) return;
   const Eigen::Map<const Eigen::VectorXd> x(travel.data(), n), y(push.data(), n);
   PressCurve curve = mean_curve(x, y, kMeans);
@@ -84,7 +84,7 @@ double drift_share(const Conditioned& r) {
   const double held_s = p.time_s[end] - p.time_s[most], lost_N = p.push_N[most] - p.push_N[end];
   if (!(held_s > 0) || !(lost_N > 0)) return 0;
   if (t.size() < 4) return std::numeric_limits<double>::quiet_NaN();
-  const auto n = static_cast<Eigen::Index>(t.size());
+  const Eigen::Index n = t.size();
   const Eigen::Map<const Eigen::VectorXd> x(t.data(), n), y(f.data(), n);
   const Line line = fit_line(x, y);
   const double spread = (x.array() - x.mean()).matrix().norm();
@@ -325,7 +325,7 @@ std::optional<Pooled> in_time(const std::vector<Candidate>& candidates, std::siz
   Pooled out;
   out.member = {member};
   out.speed_m_s = r.speed_m_s;
-  const auto n = static_cast<Eigen::Index>(rows.size());
+  const Eigen::Index n = rows.size();
   Points deflection = Points::Zero(n, 3), force = Points::Zero(n, 3);
   if (p.deflection_m.rows() > 0) {
     deflection = p.deflection_m(rows, Eigen::all), force = p.force_N(rows, Eigen::all);

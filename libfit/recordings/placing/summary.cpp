@@ -76,7 +76,7 @@ Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>&
     return row;
   }
   row["experiment"] = o.experiment;
-  row["grade"] = kGradeNames[static_cast<std::size_t>(r->grade)];
+  row["grade"] = kGradeNames[static_cast<int>(r->grade)];
   row["reason"] = listed(r->reasons, "; ");
   const FoundContact contact = contact_of(*r, o.aligned);
   row["contact_m"] = number(contact.travel_m);
@@ -106,7 +106,7 @@ Json as_json(const RelaxationFit& fit) {
     branch["share_band"] = {number(fit.share_low[k]), number(fit.share_high[k])};
     branch["time_s"] = fit.relaxation.time_s[k];
     branch["time_band_s"] = {number(fit.time_low_s[k]), number(fit.time_high_s[k])};
-    branch["is_slower_than_recordings"] = fit.is_slower[static_cast<std::size_t>(k)] != 0;
+    branch["is_slower_than_recordings"] = fit.is_slower[k] != 0;
     json["branches"].push_back(branch);
   }
   return json;
@@ -132,8 +132,7 @@ Json as_json(const BodyRelaxation& found) {
 Json totals(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
             const Assembled& a) {
   std::array<std::size_t, 3> grades{};
-  for (const std::int8_t grade : a.samples.recordings.grade)
-    ++grades[static_cast<std::size_t>(grade)];
+  for (const std::int8_t grade : a.samples.recordings.grade) ++grades[grade];
   Json json;
   json["files"] = items.size();
   json["imported"] = a.samples.recordings.size();

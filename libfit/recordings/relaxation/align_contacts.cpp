@@ -39,7 +39,7 @@ Alignment align_contacts(const std::vector<RelaxingPress>& presses, const Relaxa
   for (std::size_t r = 0; r < presses.size(); ++r) {
     const double deviation_m = presses[r].contact_deviation_m;
     if (const int k = group.shift_of(r); k >= 0) {
-      out[r].moved_m = values.shift[0][static_cast<std::size_t>(k)] * deviation_m;
+      out[r].moved_m = values.shift[0][k] * deviation_m;
       const Eigen::Index at = 2 * relaxation.branches() + k;
       shift_variance[r] = covariance(at, at) * deviation_m * deviation_m;
     }

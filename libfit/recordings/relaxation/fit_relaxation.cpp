@@ -37,9 +37,7 @@ bool is_gain(const std::vector<double>& before, const std::vector<double>& after
 bool is_told(const RelaxationFit& fit) {
   const Eigen::Index branches = fit.relaxation.branches();
   for (Eigen::Index k = 0; k < branches; ++k)
-    if (fit.is_faster[static_cast<std::size_t>(k)] ||
-        !(fit.covariance(k, k) < kToldShare * kToldShare))
-      return false;
+    if (fit.is_faster[k] || !(fit.covariance(k, k) < kToldShare * kToldShare)) return false;
   return true;
 }
 
@@ -91,7 +89,7 @@ void describe(const SeriesSearch& with, const std::vector<std::vector<RelaxingPr
   fit.time_low_s = fit.relaxation.time_s.cwiseQuotient(wide.tail(branches));
   fit.time_high_s = fit.relaxation.time_s.cwiseProduct(wide.tail(branches));
   for (Eigen::Index k = 0; k < branches; ++k) {
-    const double at = values.branch[static_cast<std::size_t>(branches + k)];
+    const double at = values.branch[branches + k];
     fit.is_slower.push_back(with.is_slowest(at));
     fit.is_faster.push_back(with.is_fastest(at));
     if (fit.is_slower.back()) fit.time_high_s[k] = std::numeric_limits<double>::infinity();

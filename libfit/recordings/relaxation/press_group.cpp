@@ -59,8 +59,7 @@ Eigen::MatrixXd curve_basis(SlowCurve kind, const Eigen::VectorXd& ring_m, doubl
           }));
   }
   Eigen::MatrixXd out(ring_m.size(), static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t j = 0; j < columns.size(); ++j)
-    out.col(static_cast<Eigen::Index>(j)) = columns[j];
+  for (std::size_t j = 0; j < columns.size(); ++j) out.col(j) = columns[j];
   return out;
 }
 
@@ -77,7 +76,7 @@ DriftPrior expected_drift(const RelaxingPress& one, double margin_m, double most
   for (Eigen::Index i = 0; i < p.rows() && p.depth_m[i] < -margin_m; ++i)
     if (p.readings[i] > 0)
       time.push_back(p.time_s[i]), force.push_back(p.push_N[i]), readings += p.readings[i];
-  const auto n = static_cast<Eigen::Index>(time.size());
+  const Eigen::Index n = time.size();
   if (n < kMinFreeRows) return usual;
   const Eigen::Map<const Eigen::VectorXd> t(time.data(), n), f(force.data(), n);
   const double whole_s = p.time_s[p.rows() - 1] - p.time_s[0],
@@ -122,12 +121,12 @@ Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& gram,
       const Eigen::VectorXd wanted = ldlt_solve(part, b(passive));
       double way = 1;
       for (std::size_t k = 0; k < passive.size(); ++k) {
-        const double to = wanted[static_cast<Eigen::Index>(k)], from = x[passive[k]];
+        const double to = wanted[k], from = x[passive[k]];
         if (to <= 0) way = std::min(way, from > 0 ? from / (from - to) : 0.);
       }
       for (std::size_t k = 0; k < passive.size(); ++k) {
         double& at = x[passive[k]];
-        at += way * (wanted[static_cast<Eigen::Index>(k)] - at);
+        at += way * (wanted[k] - at);
       }
       if (way >= 1) break;
       std::erase_if(passive, [&](Eigen::Index i) {
@@ -144,7 +143,7 @@ PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curv
   double deepest_m = 0, deviation_m = 0, free_m = 0;
   for (const RelaxingPress& one : presses) rows_ += one.press.rows();
   push_N_.resize(rows_), noise_N_ = weight_ = Eigen::VectorXd::Zero(rows_);
-  stretch_.assign(static_cast<std::size_t>(rows_), -1);
+  stretch_.assign(rows_, -1);
   Eigen::Index first = 0;
   for (const RelaxingPress& one : presses) {
     const TimedPress& p = one.press;
@@ -182,8 +181,7 @@ PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curv
     Eigen::Index seen = 0;
     for (Eigen::Index i = 0; i < p.rows(); ++i)
       if (p.depth_m[i] > 0 && weight_[first + i] > 0)
-        stretch_[static_cast<std::size_t>(first + i)] =
-            stretches_ + static_cast<int>(kStretches * seen++ / touching);
+        stretch_[first + i] = stretches_ + static_cast<int>(kStretches * seen++ / touching);
     stretches_ += kStretches;
     presses_.push_back(std::move(part));
     first += p.rows();
@@ -202,7 +200,7 @@ PressGroup::FittedRows PressGroup::counted(std::size_t recording) const {
   out.noise = out.weight.cwiseProduct(noise_N_(out.row));
   out.time_s.resize(out.weight.size());
   for (std::size_t k = 0; k < out.row.size(); ++k)
-    out.time_s[static_cast<Eigen::Index>(k)] = part.time_s[out.row[k] - part.first];
+    out.time_s[k] = part.time_s[out.row[k] - part.first];
   return out;
 }
 
@@ -233,7 +231,7 @@ PressGroup::Solution PressGroup::solve(const Eigen::MatrixXd& column, const doub
   Eigen::VectorXd precision = Eigen::VectorXd::Zero(sensors), expected = precision;
   for (std::size_t r = 0; r < presses_.size(); ++r) {
     const PressInGroup& part = presses_[r];
-    const auto level_at = static_cast<Eigen::Index>(2 * r);
+    const Eigen::Index level_at = 2 * r;
     const Eigen::Index n = part.time_s.size();
     sensor.col(level_at).segment(part.first, n).setOnes();
     sensor.col(level_at + 1).segment(part.first, n) =
@@ -244,7 +242,7 @@ PressGroup::Solution PressGroup::solve(const Eigen::MatrixXd& column, const doub
   }
   Eigen::VectorXd weight = weight_;
   for (Eigen::Index i = 0; i < rows_; ++i)
-    if (held_out[static_cast<std::size_t>(i)]) weight[i] = 0;
+    if (held_out[i]) weight[i] = 0;
 
   Eigen::MatrixXd weighted = weight.asDiagonal() * column;
   Eigen::VectorXd right = weight.cwiseProduct(push_N_);

@@ -30,7 +30,7 @@ class PressGroup {
   Eigen::Index priors() const { return shifts() + drifts_; }
   /// Contact of the second and of later recordings against the first, in deviations; none where the
   /// contact is known.
-  Eigen::Index shifts() const { return static_cast<Eigen::Index>(shifted_.size()); }
+  Eigen::Index shifts() const { return shifted_.size(); }
   Eigen::Index rows() const { return rows_; }
   /// Stretches of time of equal numbers of rows in contact, that are held out as a whole; -1 of
   /// rows that are not in contact.

@@ -9,7 +9,7 @@ struct SeriesValues {
   std::vector<double> branch;              ///< logarithms of shares, then of times
   std::vector<std::vector<double>> shift;  ///< of each group
 
-  Eigen::Index branches() const { return static_cast<Eigen::Index>(branch.size() / 2); }
+  Eigen::Index branches() const { return branch.size() / 2; }
   Relaxation relaxation() const;
 };
 

@@ -39,12 +39,12 @@ std::vector<Eigen::Index> corners_of(const Eigen::VectorXd& time, const Eigen::V
           off > most)
         most = off, at = i;
     if (at < 0) continue;
-    is_corner[static_cast<std::size_t>(at)] = 1;
+    is_corner[at] = 1;
     open.emplace_back(a, at), open.emplace_back(at, b);
   }
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < time.size(); ++i)
-    if (is_corner[static_cast<std::size_t>(i)]) rows.push_back(i);
+    if (is_corner[i]) rows.push_back(i);
   return rows;
 }
 
@@ -165,13 +165,13 @@ TimedPress timed_press(const Signal& signal, double contact_travel_m,
     touch_s -= r.depth_m[touched] / (r.depth_m[touched] - r.depth_m[touched - 1]) *
                (r.time_s[touched] - r.time_s[touched - 1]);
   const std::vector<Part> parts = parts_of(r, noise_N);
-  const auto rows = static_cast<Eigen::Index>(parts.size());
+  const Eigen::Index rows = parts.size();
   if (rows > kMaxRows) return out;
   for (Eigen::VectorXd* column : {&out.time_s, &out.depth_m, &out.push_N, &out.readings})
     column->setZero(rows);
   if (contact_m) out.deflection_m.setZero(rows, 3), out.force_N.setZero(rows, 3);
   for (Eigen::Index i = 0; i < rows; ++i) {
-    const auto [a, b] = parts[static_cast<std::size_t>(i)];
+    const auto [a, b] = parts[i];
     out.time_s[i] = r.time_s.segment(a, b - a).mean() - touch_s;
     out.depth_m[i] = r.depth_m.segment(a, b - a).mean();
     if (contact_m)
@@ -179,7 +179,7 @@ TimedPress timed_press(const Signal& signal, double contact_travel_m,
           signal.position_m.middleRows(a, b - a).colwise().mean() - contact_m->transpose();
     double good = 0;
     for (Eigen::Index k = a; k < b; ++k)
-      if (r.is_good[static_cast<std::size_t>(k)]) {
+      if (r.is_good[k]) {
         out.push_N[i] += r.push_N[k], good += 1;
         if (contact_m) out.force_N.row(i) += signal.force_N.row(k);
       }

@@ -39,9 +39,9 @@ std::vector<Eigen::Index> turning_rows(const Eigen::VectorXd& travel, double min
 }
 
 std::vector<RowRange> runs_of(const std::vector<Phase>& phases, Phase phase) {
-  const auto rows = static_cast<Eigen::Index>(phases.size());
+  const Eigen::Index rows = phases.size();
   const auto belongs = [&](Eigen::Index i) {  // a hold on the way does not end it
-    const Phase at = phases[static_cast<std::size_t>(i)];
+    const Phase at = phases[i];
     return at == phase || at == Phase::hold;
   };
   std::vector<RowRange> runs;
@@ -121,9 +121,9 @@ std::vector<Phase> find_phases(const Signal& signal) {
     const double in_m = std::abs(travel[b] - travel[a]), side_m = sideways.way_m(a, b);
     const double mean_m = path_m * static_cast<double>(b - a) / static_cast<double>(rows);
     if (side_m > in_m && side_m > kHoldShare * mean_m)
-      phases[static_cast<std::size_t>(i)] = Phase::slide;
+      phases[i] = Phase::slide;
     else if (in_m < kHoldShare * mean_m && side_m < kHoldShare * mean_m)
-      phases[static_cast<std::size_t>(i)] = Phase::hold;
+      phases[i] = Phase::hold;
   }
   return phases;
 }
@@ -179,15 +179,14 @@ std::vector<RowRange> presses_like(const Signal& signal, const std::vector<Phase
 }
 
 RowRange retract_after(const std::vector<Phase>& phases, const RowRange& approach) {
-  const auto rows = static_cast<Eigen::Index>(phases.size());
+  const Eigen::Index rows = phases.size();
   Eigen::Index begin = approach.end;
-  while (begin < rows && phases[static_cast<std::size_t>(begin)] != Phase::retract) {
-    if (phases[static_cast<std::size_t>(begin)] == Phase::approach && begin > approach.end + 2)
-      return {};
+  while (begin < rows && phases[begin] != Phase::retract) {
+    if (phases[begin] == Phase::approach && begin > approach.end + 2) return {};
     ++begin;
   }
   Eigen::Index end = begin;
-  while (end < rows && phases[static_cast<std::size_t>(end)] != Phase::approach) ++end;
+  while (end < rows && phases[end] != Phase::approach) ++end;
   return {begin, end};
 }
 
