@@ -1,7 +1,7 @@
-#include "libfit/recordings/batch/condition.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "libfit/recordings/batch/steps.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -38,16 +38,9 @@ double error_of_mean_N(double noise_N, double count, double correlation) {
 
 }  // namespace
 
-Eigen::Index end_of_drag(const Signal& signal, const std::vector<Phase>& phases,
-                         const RowRange& approach) {
-  Eigen::Index end = approach.end;
-  while (end < signal.rows() && phases[end] != Phase::retract) ++end;
-  return end;
-}
-
-void take_rows(const Signal& signal, const RowRange& used, const std::vector<RowRange>& more,
-               double contact_travel_m, const SignalSettings& settings, double correlation,
-               Conditioned& out) {
+void take_rows(const Signal& signal, const SignalSettings& settings, Conditioned& out) {
+  const RowRange& used = signal.range.used.back();
+  const double contact_travel_m = signal.contact_m;
   const bool is_press = settings.kind == ExperimentKind::press;
   const Eigen::VectorXd travel = signal.travel_m().segment(used.begin, used.rows());
   Eigen::Index touched = 0;
@@ -77,8 +70,8 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
     mean.is_saturated |= signal.is_saturated[row] != 0;
   };
   for (Eigen::Index i = 0; i < used.rows(); ++i) add(used.begin + i, at[i]);
-  for (const RowRange& other : more)
-    for (Eigen::Index row = other.begin; row < other.end; ++row)
+  for (std::size_t k = 0; k + 1 < signal.range.used.size(); ++k)
+    for (Eigen::Index row = signal.range.used[k].begin; row < signal.range.used[k].end; ++row)
       add(row, signal.position_m.row(row).dot(signal.inward) - contact_travel_m);
   std::erase_if(means, [](const RowMean& mean) { return mean.count == 0; });
   const Eigen::Index rows = means.size();
@@ -94,20 +87,13 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
     if (out.torque_Nm.rows() > 0) out.torque_Nm.row(i) = mean.torque / mean.count;
     if (out.time_s.size() > 0)
       out.time_s[i] = mean.time_s / mean.count - signal.time_s[used.begin + touched];
-    out.error_N[i] = error_of_mean_N(out.noise_N, mean.count, correlation);
+    out.error_N[i] = error_of_mean_N(out.noise_N, mean.count, signal.correlation);
     out.status.push_back(mean.is_saturated ? RowStatus::rejected : RowStatus::good);
   }
 }
 
-double saturated_share(const Conditioned& r) {
-  const auto first =
-      std::find(r.status.begin(), r.status.end(), RowStatus::rejected) - r.status.begin();
-  return 1 - static_cast<double>(first) / static_cast<double>(r.status.size());
-}
-
-void take_cycles(const Signal& signal, const std::vector<Phase>& phases, double contact_travel_m,
-                 double correlation, Conditioned& out) {
-  const Eigen::VectorXd depth = signal.travel_m().array() - contact_travel_m,
+void take_cycles(const Signal& signal, Conditioned& out) {
+  const Eigen::VectorXd depth = signal.travel_m().array() - signal.contact_m,
                         push = signal.push_N();
   const double level_m = depth.maxCoeff() / kLevels;
   struct Mean {
@@ -118,7 +104,7 @@ void take_cycles(const Signal& signal, const std::vector<Phase>& phases, double 
   std::vector<Mean> means;
   for (Eigen::Index i = 0; i < depth.size(); ++i) {
     const auto row = static_cast<std::size_t>(i);
-    const Phase phase = phases[row];
+    const Phase phase = signal.phase[row];
     if (signal.is_saturated[row]) break;
     if (signal.is_spike[row] || !(depth[i] > 0)) continue;
     if (phase != Phase::approach && phase != Phase::retract) continue;
@@ -136,7 +122,7 @@ void take_cycles(const Signal& signal, const std::vector<Phase>& phases, double 
     const Mean& mean = means[i];
     out.cycles.depth_m[i] = mean.depth_m / mean.count;
     out.cycles.push_N[i] = mean.push_N / mean.count;
-    out.cycles.error_N[i] = error_of_mean_N(out.noise_N, mean.count, correlation);
+    out.cycles.error_N[i] = error_of_mean_N(out.noise_N, mean.count, signal.correlation);
   }
 }
 

@@ -31,7 +31,7 @@ std::vector<Press> presses_of(const Signal& signal) {
   const Points beside = sideways_m(signal);
   const double noise_N = neighbour_scatter(push);
   std::vector<Press> out;
-  for (const RowRange& way : approaches(signal, find_phases(signal))) {
+  for (const RowRange& way : approaches(signal)) {
     Press press{.way = way, .touched = way.end - 1};
     press.free_N = push.segment(way.begin, std::max<Eigen::Index>(1, way.rows() / 20)).mean();
     press.rise_N = push.segment(way.begin, way.rows()).maxCoeff() - press.free_N;
@@ -118,6 +118,7 @@ std::vector<RawRecording> split_places(const RawRecording& raw, const SignalSett
   try {
     std::size_t dropped = 0;
     signal = align(raw, settings, inward, "", drop_invalid, dropped);
+    signal.phase = find_phases(signal);
   } catch (const Error&) {
     return {raw};
   }

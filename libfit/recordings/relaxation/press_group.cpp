@@ -68,8 +68,7 @@ struct DriftPrior {
 };
 
 // Over a recording, from the free rows before contact and from what sensors usually do.
-DriftPrior expected_drift(const RelaxingPress& one, double margin_m, double most_N) {
-  const TimedPress& p = one.press;
+DriftPrior expected_drift(const TimedPress& p, double margin_m, double most_N) {
   DriftPrior usual{0, kUsualDrift * most_N};
   std::vector<double> time, force;
   double readings = 0;
@@ -81,7 +80,7 @@ DriftPrior expected_drift(const RelaxingPress& one, double margin_m, double most
   const Eigen::Map<const Eigen::VectorXd> t(time.data(), n), f(force.data(), n);
   const double whole_s = p.time_s[p.rows() - 1] - p.time_s[0],
                spread_s = (t.array() - t.mean()).matrix().norm(),
-               row_N = one.noise_N / std::sqrt(readings / static_cast<double>(n));
+               row_N = p.noise_N / std::sqrt(readings / static_cast<double>(n));
   if (!(spread_s > 0)) return usual;
   const Line line = fit_line(t, f);
   const double told_N = line.slope * whole_s,
@@ -139,25 +138,24 @@ Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& gram,
   return scale.cwiseProduct(x);
 }
 
-PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curve) {
+PressGroup::PressGroup(const std::vector<TimedPress>& presses, SlowCurve curve) {
   double deepest_m = 0, deviation_m = 0, free_m = 0;
-  for (const RelaxingPress& one : presses) rows_ += one.press.rows();
+  for (const TimedPress& p : presses) rows_ += p.rows();
   push_N_.resize(rows_), noise_N_ = weight_ = Eigen::VectorXd::Zero(rows_);
   stretch_.assign(rows_, -1);
   Eigen::Index first = 0;
-  for (const RelaxingPress& one : presses) {
-    const TimedPress& p = one.press;
+  for (const TimedPress& p : presses) {
     PressInGroup part{p.time_s, p.depth_m, first};
-    part.contact_deviation_m = one.contact_deviation_m;
-    if (!presses_.empty() && one.contact_deviation_m > 0) {
+    part.contact_deviation_m = p.contact_deviation_m;
+    if (!presses_.empty() && p.contact_deviation_m > 0) {
       part.shift = static_cast<int>(shifted_.size());
       shifted_.push_back(presses_.size());
     }
     deepest_m = std::max(deepest_m, p.depth_m.maxCoeff());
     free_m = std::max(free_m, -p.depth_m.minCoeff());
-    deviation_m = std::max(deviation_m, one.contact_deviation_m);
+    deviation_m = std::max(deviation_m, p.contact_deviation_m);
     const double most_N = p.push_N.maxCoeff();
-    const double margin_m = kDeviations * one.contact_deviation_m;
+    const double margin_m = kDeviations * p.contact_deviation_m;
     // Without a free part the level is that of first touch, where the body bears nothing.
     const double level_N = p.depth_m[0] < -margin_m ? 0 : p.push_N[0];
     Eigen::Index before = 0, after = 0, touching = 0;
@@ -166,15 +164,15 @@ PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curv
       push_N_[first + i] = p.push_N[i];
       was_in |= p.depth_m[i] > 0;
       if (!(p.readings[i] > 0) ||
-          (was_in && p.push_N[i] < level_N - std::max(3 * one.noise_N, kPull * most_N)))
+          (was_in && p.push_N[i] < level_N - std::max(3 * p.noise_N, kPull * most_N)))
         continue;
-      noise_N_[first + i] = one.noise_N / std::sqrt(p.readings[i]);
+      noise_N_[first + i] = p.noise_N / std::sqrt(p.readings[i]);
       weight_[first + i] = 1 / std::hypot(noise_N_[first + i], kModelError * most_N);
       if (p.depth_m[i] < -margin_m) (was_in ? after : before) += 1;
       touching += p.depth_m[i] > 0;
     }
     if (before < kMinFreeRows || after < kMinFreeRows) {
-      const DriftPrior drift = expected_drift(one, margin_m, most_N);
+      const DriftPrior drift = expected_drift(p, margin_m, most_N);
       part.drift_N = drift.over_N, part.drift_deviation_N = drift.deviation_N;
       drifts_ += 1;
     }

@@ -87,7 +87,7 @@ Relaxation SeriesValues::relaxation() const {
   return relaxation_of(branch.data(), static_cast<int>(branches()));
 }
 
-SeriesSearch::SeriesSearch(const std::vector<std::vector<RelaxingPress>>& points, SlowCurve curve,
+SeriesSearch::SeriesSearch(const std::vector<std::vector<TimedPress>>& points, SlowCurve curve,
                            double shortest_s, double longest_s)
     : low_(std::log(shortest_s)), high_(std::log(longest_s)) {
   for (const auto& presses : points) groups_.emplace_back(presses, curve);

@@ -87,10 +87,10 @@ void divide(const Readings& r, Eigen::Index a, Eigen::Index b, const Spans& span
   divide(r, (a + b) / 2, b, spans, parts);
 }
 
-Readings readings_of(const Signal& signal, double contact_travel_m) {
+Readings readings_of(const Signal& signal) {
   Readings r;
   r.time_s = Eigen::Map<const Eigen::VectorXd>(signal.time_s.data(), signal.rows());
-  r.depth_m = signal.travel_m().array() - contact_travel_m;
+  r.depth_m = signal.travel_m().array() - signal.contact_m;
   r.push_N = signal.push_N();
   r.is_good.resize(signal.time_s.size());
   for (std::size_t i = 0; i < r.is_good.size(); ++i)
@@ -151,19 +151,22 @@ ThirdMeans means_of_thirds(const TimedPress& p, const Eigen::VectorXd& of, Eigen
 
 }  // namespace
 
-TimedPress timed_press(const Signal& signal, double contact_travel_m,
-                       const std::optional<Vec3>& contact_m, double noise_N, double correlation) {
+double touch_time_s(const Eigen::VectorXd& time_s, const Eigen::VectorXd& depth_m,
+                    Eigen::Index first) {
+  if (first == 0) return time_s[0];
+  return time_s[first] - depth_m[first] / (depth_m[first] - depth_m[first - 1]) *
+                             (time_s[first] - time_s[first - 1]);
+}
+
+TimedPress timed_press(const Signal& signal, const std::optional<Vec3>& contact_m, double noise_N) {
   TimedPress out;
   const Eigen::Index n = signal.rows();
   if (signal.time_s.empty() || n < 3) return out;
-  const Readings r = readings_of(signal, contact_travel_m);
+  const Readings r = readings_of(signal);
   Eigen::Index touched = 0;
   while (touched < n && r.depth_m[touched] <= 0) ++touched;
   if (touched == n) return out;
-  double touch_s = r.time_s[touched];
-  if (touched > 0)
-    touch_s -= r.depth_m[touched] / (r.depth_m[touched] - r.depth_m[touched - 1]) *
-               (r.time_s[touched] - r.time_s[touched - 1]);
+  const double touch_s = touch_time_s(r.time_s, r.depth_m, touched);
   const std::vector<Part> parts = parts_of(r, noise_N);
   const Eigen::Index rows = parts.size();
   if (rows > kMaxRows) return out;
@@ -186,7 +189,7 @@ TimedPress timed_press(const Signal& signal, double contact_travel_m,
     if (good == 0) continue;
     out.push_N[i] /= good;
     if (contact_m) out.force_N.row(i) /= good;
-    out.readings[i] = std::max(1., good * (1 - correlation) / (1 + correlation));
+    out.readings[i] = std::max(1., good * (1 - signal.correlation) / (1 + signal.correlation));
   }
   return out;
 }
