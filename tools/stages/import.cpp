@@ -103,7 +103,7 @@ void report_formats(const Manifest& manifest, const std::vector<ItemResult>& res
 void report_distance(const Assembled& assembled) {
   double squares = 0, largest = 0;
   std::size_t n = 0;
-  for (const Outcome& outcome : assembled.outcomes)
+  for (const PlacedRecording& outcome : assembled.outcomes)
     if (!outcome.failure && outcome.surface_distance_m >= 0) {
       squares += outcome.surface_distance_m * outcome.surface_distance_m;
       largest = std::max(largest, outcome.surface_distance_m);
@@ -131,7 +131,7 @@ void report(const ImportRequest& request, const Manifest& manifest,
   for (std::size_t i = 0; i < assembled.notes.size() && i < kListed; ++i)
     say("note: {}", assembled.notes[i]);
   std::size_t listed = 0;
-  for (const Outcome& outcome : assembled.outcomes)
+  for (const PlacedRecording& outcome : assembled.outcomes)
     if (outcome.failure && ++listed <= kListed)
       say_failed("refused: {}: {}\n  {}", outcome.failure->where, outcome.failure->what,
                  outcome.failure->remedy);
@@ -148,9 +148,7 @@ void report(const ImportRequest& request, const Manifest& manifest,
 Samples rows_at(const Samples& samples, const std::vector<char>& is_marked, bool wanted) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    if ((is_marked[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(row)])] != 0) ==
-        wanted)
-      rows.push_back(row);
+    if ((is_marked[samples.point[row]] != 0) == wanted) rows.push_back(row);
   return rows_of(samples, rows);
 }
 
@@ -229,8 +227,7 @@ ImportResult write_recordings(const ImportRequest& request, const ReadRecordings
     write_samples(beside_it, held_out, fingerprint);
   else
     fs::remove(beside_it);
-  write_signals(signals_path(request.output), signals_of(items, read.results, assembled),
-                fingerprint);
+  write_signals(signals_path(request.output), signals_of(items, assembled), fingerprint);
   say("wrote {}: {} rows at {} points", request.output.string(), fitted.rows(), fitted.points());
   if (held_out.rows() > 0)
     say("wrote {}: {} rows at {} points, held out of the fit for the error statement",
