@@ -12,7 +12,7 @@
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/files.hpp"
-#include "libfit/shape/contact_states.hpp"
+#include "libfit/shape/shape_error.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/body/reach.hpp"
 #include "tools/stages/export.hpp"

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
 #include "libfem/probes/probes.hpp"
@@ -76,8 +75,8 @@ std::vector<std::int32_t> choose(const Body& body, const TestPoints& points, con
                                  const std::vector<double>& expected_error, int count,
                                  double tolerance, double least_m) {
   const auto seeds =
-      place_on_surface(points.position, points.normal, body.surface, -model.inward_normal,
-                       std::numbers::pi, extent_m(body.surface.vertices).norm());
+      place_on_surface(points.position, points.normal, body.surface, -model.inward_normal, -1,
+                       extent_m(body.surface.vertices).norm());
   NextPointsOptions options;
   options.count = count;
   if (tolerance > 0) options.gap_error = tolerance / 4;
