@@ -38,8 +38,7 @@ int main(int argc, char** argv) {
   /* 1. The asset's bytes, at a multiple of 8. They outlive the asset, which reads them in place. */
   void* bytes = argc == 2 ? read_file(argv[1], &size) : NULL;
   if (bytes == NULL) return fprintf(stderr, "usage: loop ASSET.palp\n"), 2;
-  /* 2. Open it once. All bytes are checked here and none later; every later call is safe on them.
-   */
+  /* 2. Open it once. All bytes are checked here; every later call is safe on them. */
   status = palpate_open(&asset, bytes, size);
   if (status != PALPATE_OK) return fprintf(stderr, "%s\n", palpate_sentence(status)), 1;
   /* 3. Where the body is, and the ball that its curves were measured with. */

@@ -13,9 +13,8 @@ int main() try {
   const double young_Pa = 10e3, poisson = 0.45, radius_m = 0.008;
   fem::SimulationSetup setup;
 
-  // 1. The body: a block of 60 x 60 x 30 mm of tetrahedra. This mesh may be coarse; each press
-  // makes
-  //    a finer one around its contact.
+  // 1. The body: a block of 60 x 60 x 30 mm of tetrahedra. This mesh may be coarse: each press
+  //    makes a finer one around its contact.
   setup.volume = fem::structured_block({0.06, 0.06, 0.03}, {4, 4, 2});
   setup.surface = {setup.volume.nodes, fem::boundary_triangles(setup.volume.tets)};
 
@@ -27,9 +26,8 @@ int main() try {
   setup.materials = {{"neo-hookean", {young_Pa, poisson}}};
   setup.probe = sphere_spec(radius_m);
 
-  // 4. Accuracy: elements of 0.9 contact radii. Each press is solved on a second mesh, too, of
-  // which
-  //    the force for elements of size zero is extrapolated.
+  // 4. Accuracy: elements of 0.9 contact radii. Each press is solved on a second mesh, too, from
+  //    which the force for elements of size zero is extrapolated.
   setup.options.element_size = 0.9;
 
   // 5. The experiment: a press of 3 mm in 6 steps, no drags. The normal points into the body.
