@@ -6,8 +6,7 @@
 #include "tools/console.hpp"
 #include "tools/crash_report.hpp"
 #include "tools/manifest/manifest.hpp"
-#include "tools/report/contents.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/report_page.hpp"
 #include "tools/stages/run.hpp"
 
 namespace palpate::tools {

@@ -7,7 +7,7 @@
 
 namespace palpate::tools {
 
-/// What a spot is made of. All true is the engine itself.
+/// Parts of the engine's interpolation; all true is the engine itself.
 struct Ablation {
   bool blends_normals = true;      ///< else the facet's own normal
   bool blends_curves = true;       ///< else the mean curve of the facet's corners, all over it

@@ -47,6 +47,19 @@ export function table(head: string[], rows: Child[][]): HTMLElement {
   );
 }
 
+export function button(id: string, text: string, click: () => void, attributes: Attributes = {}): HTMLButtonElement {
+  return html("button", { type: "button", id, click, ...attributes }, text);
+}
+
+export function checkbox(id: string, isChecked: boolean, change: () => void): HTMLInputElement {
+  return html("input", { type: "checkbox", id, checked: isChecked, change });
+}
+
+/** A range up to `max` in 200 steps, at 0.6 of it. */
+export function slider(id: string, min: number, max: number, input: () => void): HTMLInputElement {
+  return html("input", { type: "range", id, min, max, step: max / 200, value: 0.6 * max, input });
+}
+
 /** A labelled <select>. */
 export function choice(
   label: string,
@@ -80,7 +93,7 @@ export function swatch(text: string, colour: string, look = ""): HTMLElement {
   return html("span", {}, html("i", { class: `swatch ${look}`, style: colour ? `--c: ${colour}` : false }), text);
 }
 
-/** What is behind a heading until it is asked for. */
+/** A heading with contents that are folded away at first. */
 export function details(title: string, ...children: Child[]): HTMLElement {
   return html("details", {}, html("summary", {}, title), ...children);
 }
