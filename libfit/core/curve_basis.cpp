@@ -56,17 +56,6 @@ std::array<Polynomial, kMaxOrder> local_polynomials(const CurveBasis& basis, int
 
 }  // namespace
 
-std::vector<double> greville_abscissae(const CurveBasis& basis) {
-  std::vector<double> out;
-  for (int j = 0; j < basis.size(); ++j) {
-    double sum = 0;
-    for (int k = 1; k <= basis.degree; ++k)
-      sum += basis.knots_m[std::clamp(j - basis.degree + k, 0, basis.pieces())];
-    out.push_back(sum / basis.degree);
-  }
-  return out;
-}
-
 SplineTables tabulate(const CurveBasis& basis) {
   check(basis);
   const int order = basis.degree + 1, pieces = basis.pieces(), size = basis.size();
@@ -95,6 +84,13 @@ SplineTables tabulate(const CurveBasis& basis) {
     }
   }
   return tables;
+}
+
+double greville_m(const CurveBasis& basis, int j) {
+  double sum = 0;  // the outer knots count `degree` times
+  for (int k = 1; k <= basis.degree; ++k)
+    sum += basis.knots_m[std::clamp(j + k - basis.degree, 0, basis.pieces())];
+  return sum / basis.degree;
 }
 
 }  // namespace palpate

@@ -37,8 +37,8 @@ void append(ExperimentList& to, const ExperimentList& more);
 /// Those of a list, by their numbers, with their places alone.
 ExperimentList taken(const ExperimentList& list, const std::vector<std::size_t>& which);
 
-/// The experiments of a list as samples whose rows are not reached yet. A press has one row, and one
-/// more if it is dragged; its scale is that of its place.
+/// The experiments of a list as samples whose rows are not reached yet. A press has one row, and
+/// one more if it is dragged; its scale is that of its place.
 Samples planned_rows(const ExperimentList& list);
 /// The list that rows were planned for.
 ExperimentList list_of(const Samples& planned);

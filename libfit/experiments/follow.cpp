@@ -136,7 +136,7 @@ const runtime::AssetView* IndenterAssets::of(const Indenter& end) {
 
 void IndenterAssets::put_into(const std::vector<Indenter>& end, runtime::ToolShape& shape) {
   for (int i = 0; i < shape.balls && i < static_cast<int>(end.size()); ++i)
-    shape.ball[i].met = of(end[i]);
+    shape.ball[i].asset = of(end[i]);
 }
 
 Replayed follow(const runtime::AssetView& asset, const Samples& samples, double depth_m,

@@ -107,13 +107,13 @@ SubstitutedAsset SubstitutedAsset::linear(const runtime::AssetView& asset, doubl
   for (std::size_t part = 0; part < parts.size(); ++part) {
     const CurveBasis basis = basis_of(asset, static_cast<int>(part));
     if (basis.knots_m.empty()) continue;
-    const std::vector<double> at = greville_abscissae(basis);
     for (int r = 0; r < asset.records; ++r) {
       float* control = out.control_.data() + std::size_t(r) * stride + asset.control_offset[part];
       const std::vector<double> values(control, control + basis.size());
       const double slope =
           runtime::curve_value(asset.curves.view[part], values.data(), at_m) / at_m;
-      for (int j = 0; j < basis.size(); ++j) control[j] = static_cast<float>(slope * at[j]);
+      for (int j = 0; j < basis.size(); ++j)
+        control[j] = static_cast<float>(slope * greville_m(basis, j));
     }
   }
   out.view_.control = out.control_.data();

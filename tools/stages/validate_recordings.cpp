@@ -94,15 +94,4 @@ Statement validate_recordings(const std::filesystem::path& path, const RecordedS
   return statement;
 }
 
-Statement state_recordings(const std::filesystem::path& path,
-                           const std::filesystem::path& samples_file,
-                           const ValidateRequest& request, const Body* body,
-                           const std::filesystem::path& statement_json) {
-  const std::string inputs =
-      recorded_statement_fingerprint(stored_in_asset(path).value_or(""), samples_file);
-  return store_statement(path,
-                         validate_recordings(path, read_recorded(samples_file), request, body),
-                         inputs, statement_json);
-}
-
 }  // namespace palpate::tools

@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
-#include <tuple>
 #include <utility>
 
-#include "libfit/core/disjoint_sets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
@@ -43,46 +41,27 @@ SmoothSurface::SmoothSurface(Surface surface) : surface_(std::move(surface)) {
 }
 
 void SmoothSurface::find_neighbours() {
-  struct TriangleSide {
-    std::int32_t a, b, triangle;
-    int edge;
-  };
-  std::vector<TriangleSide> sides;
-  sides.reserve(static_cast<std::size_t>(surface_.triangles.size()));
-  for (std::int32_t f = 0; f < surface_.triangles.rows(); ++f)
-    for (int k = 0; k < 3; ++k) {
-      const auto [a, b] =
-          std::minmax({surface_.triangles(f, k), surface_.triangles(f, (k + 1) % 3)});
-      sides.push_back({a, b, f, k});
-    }
-  std::sort(sides.begin(), sides.end(), [](const TriangleSide& l, const TriangleSide& r) {
-    return std::tie(l.a, l.b, l.triangle, l.edge) < std::tie(r.a, r.b, r.triangle, r.edge);
-  });
-
   const double crease_cosine = std::cos(kCreaseAngle_rad);
   smooth_neighbour_ = Triangles::Constant(surface_.triangles.rows(), 3, -1);
-  for (std::size_t i = 0; i < sides.size();) {
-    std::size_t end = i + 1;
-    while (end < sides.size() && sides[end].a == sides[i].a && sides[end].b == sides[i].b) ++end;
-    const TriangleSide &f = sides[i], &g = sides[end - 1];
-    const Vec3 normal_f = facet_normal_.row(f.triangle), normal_g = facet_normal_.row(g.triangle);
+  for_each_edge(sorted_sides(surface_.triangles), [&](auto begin, auto end) {
+    const TriangleSide &f = *begin, &g = *(end - 1);
+    const Vec3 normal_f = facet_normal_.row(f.face), normal_g = facet_normal_.row(g.face);
     // A triangle without area has no say: it joins what it touches.
-    const bool is_smooth = end - i == 2 && (normal_f.isZero(0) || normal_g.isZero(0) ||
-                                            normal_f.dot(normal_g) >= crease_cosine);
+    const bool is_smooth = end - begin == 2 && (normal_f.isZero(0) || normal_g.isZero(0) ||
+                                                normal_f.dot(normal_g) >= crease_cosine);
     if (is_smooth) {
-      smooth_neighbour_(f.triangle, f.edge) = g.triangle;
-      smooth_neighbour_(g.triangle, g.edge) = f.triangle;
+      smooth_neighbour_(f.face, f.corner) = g.face;
+      smooth_neighbour_(g.face, g.corner) = f.face;
     } else {
-      crease_.push_back({f.a, f.b});
+      crease_.push_back({f.low, f.high});
     }
-    i = end;
-  }
+  });
 
-  Points lower(static_cast<Eigen::Index>(crease_.size()), 3), upper = lower;
+  Points lower(crease_.size(), 3), upper = lower;
   for (std::size_t e = 0; e < crease_.size(); ++e) {
     const auto a = surface_.vertices.row(crease_[e].a), b = surface_.vertices.row(crease_[e].b);
-    lower.row(static_cast<Eigen::Index>(e)) = a.cwiseMin(b);
-    upper.row(static_cast<Eigen::Index>(e)) = a.cwiseMax(b);
+    lower.row(e) = a.cwiseMin(b);
+    upper.row(e) = a.cwiseMax(b);
   }
   crease_boxes_ = BoxTree(lower, upper);
 }
@@ -151,8 +130,8 @@ std::optional<SurfaceHit> SmoothSurface::closest(const Vec3& point, const Vec3& 
   });
 }
 
-std::optional<CreaseHit> SmoothSurface::closest_crease(const Vec3& point, double within_m) const {
-  std::optional<CreaseHit> hit;
+std::optional<Vec3> SmoothSurface::closest_crease(const Vec3& point, double within_m) const {
+  std::optional<Vec3> hit;
   double squared_best = within_m * within_m;
   crease_boxes_.visit_nearest(point, squared_best, [&](std::int32_t e, double& best) {
     const Vec3 a = surface_.vertices.row(crease_[e].a), b = surface_.vertices.row(crease_[e].b);
@@ -160,7 +139,7 @@ std::optional<CreaseHit> SmoothSurface::closest_crease(const Vec3& point, double
     const double squared = (nearest - point).squaredNorm();
     if (squared > best || (hit && squared == best)) return;
     best = squared;
-    hit = CreaseHit{nearest, std::sqrt(squared)};
+    hit = nearest;
   });
   return hit;
 }
