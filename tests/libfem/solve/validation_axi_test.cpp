@@ -44,12 +44,12 @@ TEST_P(ValidationAxi,
     const double cost_s = validation::cpu_seconds() - start;
     std::printf("poisson %.2f: %d nodes, coarse %d, %.2f s CPU\n", GetParam().poisson,
                 result.cost.nodes, result.cost.coarse_nodes, cost_s);
-    ASSERT_EQ(result.rows(), GetParam().force_N.size());
+    ASSERT_EQ(result.rows(), std::ssize(GetParam().force_N));
     for (Eigen::Index k = 0; k < result.rows(); ++k) {
       const double reference = GetParam().force_N[k], force = -result.force.row(k).z();
       const double error = force / reference - 1,
                    bound = result.force_error[k] / result.force.row(k).norm();
-      std::printf("  %2zu mm: %.6f N, error %+.2f %%, bound %.2f %%\n", k + 1, force, 100 * error,
+      std::printf("  %2td mm: %.6f N, error %+.2f %%, bound %.2f %%\n", k + 1, force, 100 * error,
                   100 * bound);
       EXPECT_EQ(result.status[k], RowStatus::good) << k + 1 << " mm";
       EXPECT_LT(std::abs(error), kWorst) << k + 1 << " mm";

@@ -93,7 +93,7 @@ TEST(Shapes, every_shape_is_pressed_and_dragged_to_the_end) {
     }
     const SolverCounts& counts = pressed.result.cost.solver;
     std::printf(
-        "%s: %d nodes, %.2f s CPU, %d Newton, %d factorizations, %d of %zu rows, %.4f N at 1.5 "
+        "%s: %d nodes, %.2f s CPU, %d Newton, %d factorizations, %d of %td rows, %.4f N at 1.5 "
         "mm\n",
         name.c_str(), pressed.result.cost.nodes, pressed.cpu_s, counts.newton,
         counts.factorizations, good, pressed.result.rows(), before);
