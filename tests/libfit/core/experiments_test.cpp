@@ -182,9 +182,8 @@ TEST(KnownRows, of_paths_are_those_with_the_same_tools_places_and_times) {
 
 TEST(PlannedRows, come_back_as_the_list_that_they_were_planned_for) {
   ExperimentList list = some_of_each(5);
-  list.experiments[3].path.lean = {0.1, 0.2};
-  list.experiments[3].path.kind = PathKind::sliding;
-  list.experiments[3].probe_number = 2;
+  Experiment& one = list.experiments[3];
+  one.path.lean = {0.1, 0.2}, one.path.kind = PathKind::sliding, one.probe_number = 2;
   append(list, experiments_at(points_at({4, 5}), {Effort{true, 0}, Effort{false, 0.9}}));
   const ExperimentList back = list_of(planned_rows(list));
   ASSERT_EQ(back.size(), list.size());

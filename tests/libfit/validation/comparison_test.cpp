@@ -6,6 +6,7 @@
 #include <set>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/experiments.hpp"
 #include "libfit/experiments/draw.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/runtime/series/quadric_replay.hpp"
@@ -175,25 +176,9 @@ TEST(HeldOut, the_body_and_the_seed_alone_decide) {
 
 // Rows of the held-out paths, without forces.
 Samples rows_of(const HeldOut& held_out) {
-  Samples s;
-  s.point_position = held_out.points.position;
-  s.point_normal = held_out.points.normal;
-  s.point_name = held_out.points.name;
-  for (std::size_t path = 0; path < held_out.paths.size(); ++path) {
-    const Points& deflections = held_out.paths[path].deflections;
-    s.deflection.conservativeResize(s.deflection.rows() + deflections.rows(), 3);
-    s.deflection.bottomRows(deflections.rows()) = deflections;
-    for (Eigen::Index step = 0; step < deflections.rows(); ++step) {
-      s.point.push_back(static_cast<std::int32_t>(path));
-      s.experiment.push_back(static_cast<std::int32_t>(path));
-      s.kind.push_back(ExperimentKind::path);
-      s.path.push_back(held_out.paths[path].kind);
-      s.step.push_back(static_cast<std::int32_t>(step));
-      s.status.push_back(RowStatus::good);
-    }
-  }
-  s.force = s.torque = Points::Zero(s.deflection.rows(), 3);
-  s.force_error = Eigen::VectorXd::Constant(s.deflection.rows(), 0.001);
+  Samples s = planned_rows(paths_at(held_out.points, held_out.paths));
+  s.status.assign(s.rows(), RowStatus::good);
+  s.force_error.setConstant(0.001);
   return s;
 }
 
