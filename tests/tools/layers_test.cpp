@@ -37,7 +37,7 @@ const std::vector<Row> kLayers{
      {"libfit/core", "libfit/experiments", "libfit/runtime", "libfit/io", "libfit/fit",
       "libfit/refine", "libfit/assets", "libfit/shape"}},
     {"libfit/certify", {"libfit/runtime"}},
-    {"libfem/probes", {"libfit/core"}},
+    {"libfem/probes", {"libfit/core", "libfem/mesh"}},
     {"libfem/materials", {"libfit/core"}},
     {"libfem/mesh", {"libfit/core"}},
     {"libfem/contact", {"libfit/core", "libfem/probes"}},

@@ -9,9 +9,8 @@ namespace palpate::tools {
 
 /// Parts of the engine's interpolation; all true is the engine itself.
 struct Ablation {
-  bool blends_normals = true;      ///< else the facet's own normal
-  bool blends_curves = true;       ///< else the mean curve of the facet's corners, all over it
-  bool projects_obliquely = true;  ///< else slides follow u^r projected straight onto the facet
+  bool blends_normals = true;  ///< else the facet's own normal
+  bool blends_curves = true;   ///< else the mean curve of the facet's corners, all over it
 };
 
 template <class S>
@@ -52,9 +51,7 @@ class AblatedSurface {
     return ablated(whole_.standing(), ablation_, facet_normal());
   }
   AblatedPath aim(const runtime::MeshSpot<double>& spot, const runtime::Vec3d& lateral) noexcept {
-    runtime::MeshSpot<double> from = spot;
-    if (!ablation_.projects_obliquely) from.normal = facet_normal();
-    return {whole_.aim(from, lateral), ablation_, facet_normal()};
+    return {whole_.aim(spot, lateral), ablation_, facet_normal()};
   }
   bool is_spent() const noexcept { return whole_.is_spent(); }
   void move(const AblatedPath& path, double s) noexcept { whole_.move(path.whole, s); }

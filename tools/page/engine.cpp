@@ -155,8 +155,7 @@ PAGE_EXPORT(blend) void page_blend(std::int32_t interpolates_now) {
   interpolates = interpolates_now != 0;
   const auto* opened = held<OpenAsset>(&asset, kAssetMark);
   if (!interpolates && opened != nullptr)
-    faceted =
-        new (faceted_storage) palpate::tools::AblatedTip(opened->asset, {false, false, false});
+    faceted = new (faceted_storage) palpate::tools::AblatedTip(opened->asset, {false, false});
 }
 
 // One tick of so many tools where `question` has them, dt_s after the one before; returns the

@@ -4,8 +4,7 @@
 
 #include <Eigen/LU>
 
-#include "libfit/fit/point/judge_family.hpp"
-#include "libfit/fit/ring_constants.hpp"
+#include "libfit/fit/fit_steps.hpp"
 #include "tests/libfit/fit/ring_truth.hpp"
 
 namespace palpate::test {
@@ -85,8 +84,8 @@ TEST(fitted_rings, have_the_curvature_of_a_ball_that_is_half_deep) {
   constexpr double R = 0.008, kHollow_m = 0.02, kRidge_m = 0.03, kUnit_m = 0.01;
   const Mat3 touching = s * s.transpose() / (kHollow_m - R) - t * t.transpose() / (kRidge_m + R);
   const auto k = fit::part_controls<double>(parts_of(CurveFamily::rings)[runtime::kCurvature],
-                                            {s, t}, fit::quadric_of(u, kUnit_m * touching),
-                                            static_cast<const double*>(nullptr), 0);
+                                            fit::quadric_of(u, kUnit_m * touching),
+                                            static_cast<const double*>(nullptr));
   Mat3 kappa;
   kappa << k[0], k[3], k[4], k[3], k[1], k[5], k[4], k[5], k[2];
   const double half_m = runtime::kCurvatureDepth * kUnit_m;
