@@ -20,7 +20,7 @@
      palpate_tick(&asset, &contact, 1, &in, &out);                   every tick: out.force_on_tool_N
 
    Units are SI: metres, newtons, newton metres, joules, seconds. Coordinates are right-handed and
-   those of the world in which both poses are given; with the body's pose left at rest, the world is
+   those of the world in which both poses are; with the body's pose left at rest, the world is
    the body's own frame, that of the mesh it was made from.
 
    Real time. No function but palpate_open takes longer than its bound below. No function allocates,
@@ -28,7 +28,7 @@
    memset and memcmp are used. Everything is allocated by the caller.
    Threads. An opened asset is never written: any number of threads and tools may share it. One
    contact belongs to one thread at a time. There are no globals.
-   Determinism. The same bytes and inputs give the same bits with every compiler and optimization
+   Determinism. The same bytes and inputs lead to the same bits with every compiler and optimization
    level on machines with IEEE doubles; palpate_open verifies it on the asset's own check path.
    Errors. A status other than PALPATE_OK always comes with zero force and torque, never a stale
    one.
@@ -63,7 +63,7 @@ extern "C" {
 
 #define PALPATE_ABI 1
 
-/* What the engine has to say. palpate_sentence() has a sentence for people on each. */
+/* Results of calls. palpate_sentence() has a sentence for people on each. */
 typedef int32_t palpate_status;
 enum {
   PALPATE_OK = 0,
@@ -104,7 +104,7 @@ enum { PALPATE_MAX_BALLS = 8 }; /* of one tool, and of all that are ticked toget
 typedef struct palpate_asset {
   uint64_t storage[256];
 } palpate_asset;
-/* What one tool remembers on one body. A tick reads and writes what its balls need, 4 kB each. */
+/* State of one tool on one body. A tick reads and writes what its balls need, 4 kB each. */
 typedef struct palpate_contact {
   uint64_t storage[3968];
 } palpate_contact;
@@ -115,7 +115,7 @@ typedef struct palpate_pose {
   double orientation[4]; /* unit quaternion w, x, y, z; q and -q are the same */
 } palpate_pose;
 
-/* What touches: 1 to PALPATE_MAX_BALLS balls fixed to each other. A tip or a ball is one; a lying
+/* A rigid tool: 1 to PALPATE_MAX_BALLS balls fixed to each other. A tip or a ball is one; a lying
    capsule, a finger, a grasper's jaw are several, each with a radius of its own. Several are for
    assets that couple (palpate_info.couples). The asset's curves were measured with a ball of
    palpate_info.probe_radius_m: for another radius, a cone or a rod open the asset with an indenter
@@ -141,7 +141,7 @@ typedef struct palpate_tool {
   double damping_Ns_m;                   /* N s/m, 0 to 1e4; 0: none */
   double damper_depth_m;       /* depth at which it is whole; > 0 where there is damping */
   double lateral_damping_Ns_m; /* 0 to 1e4; 0: none */
-  double max_force_N;          /* what the device can bear; 0: no cap */
+  double max_force_N;          /* largest force of the device; 0: no cap */
   double ramp_s;               /* 0: none */
   const palpate_asset* ball_asset[PALPATE_MAX_BALLS]; /* the asset as each ball meets it, opened by
                                             palpate_indenter_open of the asset that is ticked; it
@@ -206,10 +206,10 @@ enum { PALPATE_TOUCHED = 1, PALPATE_RELEASED = 2 };
 /* One tick's answer, in world coordinates. In the air, and with any status but PALPATE_OK, force,
    torque and stiffness are exactly zero and triangle is -1. Energies are sums since
    palpate_start. Of a tool of several balls force and torque are sums over them; contact_m,
-   acts_at_m and normal are means, each ball by what it bears; triangle, weight, normal_m and
-   lateral_m are those of the ball that bears most. */
+   acts_at_m and normal are means, weighted by the force of each ball; triangle, weight, normal_m
+   and lateral_m are those of the ball with the largest force. */
 typedef struct palpate_output {
-  double force_on_tool_N[3];   /* what a device displays; the body feels the negative */
+  double force_on_tool_N[3];   /* what a device displays; that on the body is its negative */
   double torque_on_tool_Nm[3]; /* of that force about the tool's position: it acts at the tip, or
                                   one radius from a ball's centre along the contact's normal */
   double contact_m[3];         /* the point of the resting surface that the tool holds on to */
@@ -237,7 +237,7 @@ typedef struct palpate_output {
   uint32_t reserved[6];    /* 0 */
 } palpate_output;
 
-/* What an opened asset says about itself. */
+/* Description of an opened asset. */
 typedef struct palpate_info {
   int32_t vertices, triangles;
   double max_step_m;     /* a tip moving farther in one tick has teleported */
@@ -289,7 +289,7 @@ PALPATE_API palpate_status palpate_describe(const palpate_asset* asset,
 PALPATE_API palpate_status palpate_read_mesh(const palpate_asset* asset,
                                              palpate_mesh* mesh) PALPATE_NOEXCEPT;
 
-/* A body that contacts damage (palpate_info.softens): what each of its vertices has borne, in
+/* A body that contacts damage (palpate_info.softens): the largest energies of its vertices, in
    memory of the caller's beside the asset. Any number of bodies may share an asset. palpate_tick on
    the asset itself is that of a body that nothing damages.
 
@@ -347,13 +347,13 @@ PALPATE_API palpate_status palpate_release(palpate_contact* contact) PALPATE_NOE
 /* One tick of the tools on one body: contacts, in and out [count], 1 to PALPATE_MAX_BALLS with no
    more balls between them, in any order; tools may join and leave between ticks. Call it at
    any rate. The first tick only learns where the tools are. Contact begins where a tip or ball
-   first touches on its straight way from the previous tick, at any speed up to max_step_m. One that
-   starts inside the body feels nothing until it has come out.
+   first touches on its straight path from the previous tick, at any speed up to max_step_m. One
+   that starts inside the body has no force until it has come out.
 
-   On an asset that couples (palpate_info.couples) what one ball bears moves the surface under the
+   On an asset that couples (palpate_info.couples) the force on one ball moves the surface under the
    others: of the same tool, and of the others. Then the stored_J add up to what all store together,
    dissipated_J, refused_J and refused_ticks are of all tools, and tools are passive as a whole: one
-   may give back what another has put in. Inputs say the same body and the same dt_s. On other
+   may return what another has put in. Inputs say the same body and the same dt_s. On other
    assets each tool is by itself. A tool that is refused is out of contact, and the others go on.
 
    Writes all of out whatever happens, each with its status, and returns the first that is not
@@ -362,13 +362,13 @@ PALPATE_API palpate_status palpate_release(palpate_contact* contact) PALPATE_NOE
    slip at most 16 segments of 15 evaluations and 2 energies, usually one segment of 2 and 2; where
    the body sways or balls move each other at most 54 of these, usually 3 to 7; where it relaxes 2
    more. A first loading of a body that softens visits at most 96 triangles. In the air the tree
-   boxes near the way, 2 log2(triangles) for a tip in free space and never more than 2 x triangles.
+   boxes near the path, 2 log2(triangles) for a tip in free space and never more than 2 x triangles.
    No data-dependent loop is longer. */
 PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contacts,
                                         int32_t count, const palpate_input* in,
                                         palpate_output* out) PALPATE_NOEXCEPT;
 
-/* How far tools have moved vertices first to first + vertices - 1 of the surface, in metres and in
+/* Displacements by tools of vertices first to first + vertices - 1 of the surface, in metres and in
    the body's frame: displacement_m [3 vertices], x, y, z of each; add it to palpate_read_mesh's
    vertices. For the thread that draws. `contacts` [count] is a copy that the force thread made
    after a tick (a plain copy of the structures, handed over as the program likes); it is only read.
@@ -385,7 +385,7 @@ PALPATE_API palpate_status palpate_deform(const palpate_asset* asset,
                                           int32_t first, int32_t vertices,
                                           float* displacement_m) PALPATE_NOEXCEPT;
 
-/* Whether the library is the one that this header belongs to. Structures grow within what they
+/* Checks that the library is the one of this header. Structures grow within what they
    reserve; where that is not enough PALPATE_ABI is raised. */
 static inline palpate_status palpate_header_fits(void) {
   const uint32_t bytes[8] = {sizeof(palpate_asset), sizeof(palpate_contact), sizeof(palpate_pose),

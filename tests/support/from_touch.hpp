@@ -12,8 +12,8 @@ runtime::Answer<T> answer_from_touch(const runtime::CurveViews& views, const Spo
   return runtime::with_family(views, [&](auto f) noexcept {
     const auto memory = f.template load<T>(runtime::no_memory());
     const auto kinematics = f.kinematics(views, spot, x, memory);
-    const auto& under = f.under(views, kinematics);
-    return f.answer(views, under, kinematics, f.stick(views, under, kinematics, memory));
+    const auto& bed = f.bed(views, kinematics);
+    return f.answer(views, bed, kinematics, f.stick(views, bed, kinematics, memory));
   });
 }
 template <class T, class Spot>

@@ -75,7 +75,7 @@ RealtimeReport play_in_real_time(const AssetView& asset, const Points& tip_m, do
   if (!(rate_Hz >= 1 && rate_Hz <= 1e5))
     throw Error("--realtime", "the rate must be between 1 and 100000 Hz", "1000 is usual.");
   RealtimeReport report;
-  const auto ticks = static_cast<std::size_t>(tip_m.rows());
+  const std::size_t ticks = tip_m.rows();
   played.assign(ticks, {});
   report.jitter_ns.assign(ticks, 0);
   report.tick_ns.assign(ticks, 0);
@@ -84,11 +84,10 @@ RealtimeReport play_in_real_time(const AssetView& asset, const Points& tip_m, do
     const RealtimePrivileges privileges(report);
     const double period_ns = 1e9 / rate_Hz, start_ns = now_ns() + 10e6;
     for (std::size_t i = 0; i < ticks && !is_interrupted(); ++i) {
-      const double due_ns = start_ns + static_cast<double>(i) * period_ns;
+      const double due_ns = start_ns + i * period_ns;
       sleep_until_ns(due_ns);
       const double began_ns = now_ns();
-      const auto row = static_cast<Eigen::Index>(i);
-      const double x[3] = {tip_m(row, 0), tip_m(row, 1), tip_m(row, 2)};
+      const double x[3] = {tip_m(i, 0), tip_m(i, 1), tip_m(i, 2)};
       tip.tick(static_cast<int>(i), x, played[i]);
       const double ended_ns = now_ns();
       report.jitter_ns[i] = began_ns - due_ns;

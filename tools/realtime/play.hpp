@@ -29,7 +29,7 @@ struct PlayedTick {
 
 /// Plays one tip per tick at rate_Hz on the machine's monotonic clock, in the paper's arrangement
 /// of two threads: the force thread computes the contact at every tick; while the tip is in the air
-/// it hands its ways to a search thread, which sweeps them and hands back the first touch. So a
+/// it hands its path to a search thread, which sweeps them and hands back the first touch. So a
 /// contact begins at the same point as in a plain replay, but its force comes one tick late or more
 /// (worst_touch_delay); until then it is zero. All else is the same engine on the same tips.
 /// tip_m: # x 3 [m]. Fills played, # ticks. Stops early when is_interrupted() says so.

@@ -41,7 +41,7 @@ class Queue {
 };
 
 // A stay in the air is an epoch: what belongs to an earlier one is out of date.
-struct Way {
+struct Motion {
   std::uint64_t epoch;
   int tick;
   runtime::Vec3d from, to;
@@ -52,7 +52,7 @@ struct Touch {
   runtime::Contact contact;
 };
 
-// Sweeps ways that the force thread hands over and hands back the first touch of each epoch.
+// Sweeps motions that the force thread hands over and hands back the first touch of each epoch.
 class SearchThread {
  public:
   explicit SearchThread(const runtime::AssetView& asset) : asset_(asset) {
@@ -74,9 +74,9 @@ class SearchThread {
   SearchThread(const SearchThread&) = delete;
   SearchThread& operator=(const SearchThread&) = delete;
 
-  /// False when the search has fallen a queue behind: the force thread searches this way itself.
-  bool hand_over(const Way& way) noexcept {
-    const bool is_taken = ways_.push(way);
+  /// False when the search has fallen a queue behind: the force thread searches this motion itself.
+  bool hand_over(const Motion& motion) noexcept {
+    const bool is_taken = motions_.push(motion);
     if (is_taken) sem_post(&work_);
     return is_taken;
   }
@@ -89,25 +89,25 @@ class SearchThread {
       while (sem_wait(&work_) != 0) {
       }
       if (stops_.load()) return;
-      Way way;
-      if (!ways_.pop(way) || way.epoch == done_epoch) continue;
+      Motion motion;
+      if (!motions_.pop(motion) || motion.epoch == done_epoch) continue;
       runtime::Contact contact;
-      runtime::find_contact(asset_, contact, way.from, way.to);
+      runtime::find_contact(asset_, contact, motion.from, motion.to);
       if (contact.triangle < 0) continue;
-      done_epoch = way.epoch;
-      touches_.push({way.epoch, way.tick, contact});
+      done_epoch = motion.epoch;
+      touches_.push({motion.epoch, motion.tick, contact});
     }
   }
 
   const runtime::AssetView& asset_;
-  Queue<Way, 1024> ways_;
+  Queue<Motion, 1024> motions_;
   Queue<Touch, 1024> touches_;
   sem_t work_;
   std::atomic<bool> stops_{false};
   std::thread thread_;
 };
 
-// The force thread's side of a contact: touch() while in contact, ways handed over in the air.
+// The force thread's side of a contact: touch() while in contact, motions handed over in the air.
 class TwoThreadTip {
  public:
   TwoThreadTip(const runtime::AssetView& asset, double tick_s, RealtimeReport& report)
@@ -138,7 +138,7 @@ class TwoThreadTip {
       report_.worst_touch_delay = std::max(report_.worst_touch_delay, at - touch.tick);
     }
   }
-  // In the air with nothing unusual about the way. The rest is left to touch().
+  // In the air with nothing unusual about the motion. The rest is left to touch().
   bool hands_over(int at, const runtime::Vec3d& x) noexcept {
     const runtime::Vec3d before = contact_.has_tip ? runtime::make_vec3<double>(contact_.tip_m) : x,
                          step = x - before;

@@ -200,7 +200,7 @@ inline double diagonal_of(const AssetView& view) noexcept {
   return std::sqrt(squared);
 }
 
-/// Indices in range and distinct; neighbours share the reversed edge, both ways.
+/// Indices in range and distinct; neighbours share the reversed edge in both directions.
 inline Status check_triangles(const AssetView& view) noexcept {
   const double diagonal_m = diagonal_of(view) * (1 + 1e-6);  // the exporter's, to rounding
   for (int t = 0; t < view.triangles; ++t) {
@@ -283,7 +283,7 @@ inline std::uint64_t next_random(std::uint64_t& state) noexcept {
   return z ^ (z >> 31);
 }
 
-/// Scrambles an index, so that sums of such tell sets apart.
+/// Scrambles an index, so that sums of them differ between sets.
 inline std::uint64_t scrambled(std::int32_t index) noexcept {
   std::uint64_t state = static_cast<std::uint64_t>(index) * 0x9e3779b97f4a7c15u;
   return next_random(state);

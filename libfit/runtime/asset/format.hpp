@@ -2,10 +2,10 @@
 #pragma once
 
 // The bytes of an asset (.palp), version 1. Little-endian or big-endian as the writer's
-// machine; the mark tells. A header, then the sections of `Section` in order, each beginning at the
-// next multiple of 64 with zeros between, then the blocks of `Blocks` that the flags name, and with
-// kFlagShape a shape response (shape.hpp); the whole size is a multiple of 64. Nothing else is
-// allowed.
+// machine; the mark shows which. A header, then the sections of `Section` in order, each beginning
+// at the next multiple of 64 with zeros between, then the blocks of `Blocks` that the flags name,
+// and with kFlagShape a shape response (shape.hpp); the whole size is a multiple of 64. Nothing
+// else is allowed.
 
 #include <cstddef>
 #include <cstdint>
@@ -23,7 +23,7 @@ constexpr std::uint32_t kVersion = 1;
 constexpr std::int32_t kLawRevision = 4;
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
-constexpr std::uint64_t kByteAlignment = 8;  ///< of the bytes in memory: what any malloc gives
+constexpr std::uint64_t kByteAlignment = 8;  ///< of the bytes in memory: that of any malloc
 constexpr std::uint32_t kFlagGuard = 1;      ///< refuse the energy-creating part of slips
 constexpr std::uint32_t kFlagShape = 2;      ///< a shape response follows the sections
 
@@ -149,15 +149,13 @@ inline int controls_per_vertex(const Header& h) noexcept {
 
 inline std::uint64_t table_doubles(const Header& h, int part) noexcept {
   if (h.pieces[part] == 0) return 0;
-  const std::uint64_t rows = static_cast<std::uint64_t>(h.pieces[part]) + 1;
-  const std::uint64_t order = static_cast<std::uint64_t>(h.degree[part]) + 1;
-  return rows + rows * order * order + rows * static_cast<std::uint64_t>(part_size(h, part));
+  const std::uint64_t rows = h.pieces[part] + 1, order = h.degree[part] + 1;
+  return rows + rows * order * order + rows * part_size(h, part);
 }
 
 /// Bytes of a section without padding. The counts are within the bounds above.
 inline std::uint64_t section_bytes(const Header& h, int section) noexcept {
-  const auto v = static_cast<std::uint64_t>(h.vertices);
-  const auto f = static_cast<std::uint64_t>(h.triangles);
+  const std::uint64_t v = h.vertices, f = h.triangles, r = h.records;
   switch (section) {
     case kVertices:
     case kNormals:
@@ -167,19 +165,18 @@ inline std::uint64_t section_bytes(const Header& h, int section) noexcept {
     case kRecords:
       return 4 * v;
     case kControls:
-      return 4 * static_cast<std::uint64_t>(h.records) *
-             static_cast<std::uint64_t>(controls_per_vertex(h));
+      return 4 * r * controls_per_vertex(h);
     case kTriangles:
     case kNeighbours:
       return 12 * f;
     case kMaxDepth:
       return 4 * f;
     case kTreeNodes:
-      return sizeof(TreeNode) * static_cast<std::uint64_t>(h.tree_nodes);
+      return sizeof(TreeNode) * h.tree_nodes;
     case kTreeItems:
-      return 4 * static_cast<std::uint64_t>(h.tree_items);
+      return std::uint64_t{4} * h.tree_items;
     case kCheckTicks:
-      return sizeof(CheckTick) * static_cast<std::uint64_t>(h.check_ticks);
+      return sizeof(CheckTick) * h.check_ticks;
     case kMeta:
       return h.meta_bytes;
     default:

@@ -34,18 +34,17 @@ enum ShapePart : int {
 
 inline std::uint64_t shape_part_bytes(const ShapeHeader& s, const Header& asset,
                                       int part) noexcept {
-  const auto v = static_cast<std::uint64_t>(asset.vertices);
+  const std::uint64_t v = asset.vertices, r = asset.records, p = s.points;
   switch (part) {
     case kShapeBlendPoint:
     case kShapeBlendWeight:
-      return 12 * static_cast<std::uint64_t>(asset.records);
+      return 12 * r;
     case kShapePoint:
-      return 4 * static_cast<std::uint64_t>(s.points) *
-             static_cast<std::uint64_t>(shape_numbers(s.intervals, s.modes));
+      return 4 * p * shape_numbers(s.intervals, s.modes);
     case kShapeDrag:
-      return 4 * static_cast<std::uint64_t>(shape_drag_numbers(s.intervals));
+      return 4 * shape_drag_numbers(s.intervals);
     default:
-      return 12 * v * static_cast<std::uint64_t>(s.modes);
+      return 12 * v * s.modes;
   }
 }
 
@@ -112,12 +111,10 @@ inline Status check_shape(const AssetView& view) noexcept {
       if (!(std::fabs(double(x[i])) <= kMaxShapeNumber)) return false;
     return true;
   };
-  const auto numbers = static_cast<std::uint64_t>(shape_numbers(shape.intervals, shape.modes));
-  const auto drag = static_cast<std::uint64_t>(shape_drag_numbers(shape.intervals));
-  const auto modes = 3 * static_cast<std::uint64_t>(shape.modes);
-  if (!are_good(shape.point, numbers * static_cast<std::uint64_t>(shape.points)) ||
-      !are_good(shape.drag, drag) ||
-      !are_good(shape.mode, modes * static_cast<std::uint64_t>(view.vertices)))
+  const std::uint64_t points = shape.points, vertices = view.vertices;
+  if (!are_good(shape.point, points * shape_numbers(shape.intervals, shape.modes)) ||
+      !are_good(shape.drag, shape_drag_numbers(shape.intervals)) ||
+      !are_good(shape.mode, vertices * 3 * shape.modes))
     return Status::shape_wrong;
   for (int v = 0; v < view.vertices; ++v) {
     double sum = 0;

@@ -24,8 +24,8 @@ inline int max_indenter_pieces(const AssetView& asset) noexcept {
 }
 /// Bytes that with_indenter() needs, 8-byte aligned.
 inline std::uint64_t indenter_bytes(const AssetView& asset) noexcept {
-  const auto rows = static_cast<std::uint64_t>(max_indenter_pieces(asset)) + 1;
-  const auto size = static_cast<std::uint64_t>(asset.curves.view[kNormal].size());
+  const std::uint64_t rows = max_indenter_pieces(asset) + 1;
+  const std::uint64_t size = asset.curves.view[kNormal].size();
   constexpr std::uint64_t kOrder = kMaxDegree + 1;
   return sizeof(IndenterView) + 8 * (2 * rows + (rows + 1) / 2 +
                                      (1 + kRadiusEffects) * rows * (kOrder * kOrder + 2 * size));
@@ -355,7 +355,7 @@ inline void find_side(const Indenter& tool, double ball_m, double depth_m,
   }
 }
 
-/// Number that tells an indenter from others, for contacts.
+/// Number that identifies an indenter, for contacts.
 inline std::uint64_t mark_of(const Indenter& tool) noexcept {
   std::uint64_t hash = 0xcbf29ce484222325u;
   const auto add = [&hash](double x) noexcept {

@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// Rigid motions: poses as callers give them, frames as the engine computes with them.
+// Rigid motions: poses of callers, frames as the engine computes with them.
 
 #include <limits>
 

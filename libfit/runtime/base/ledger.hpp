@@ -3,7 +3,7 @@
 
 // The energy that a contact may store (docs/method.md, section 18). Between slips the law's force
 // is the gradient of its energy E. A slip over an uneven body may raise E although nobody works.
-// What earlier slips dissipated pays for it (the tank); what they cannot pay becomes a debt b, and
+// The energy that earlier slips dissipated pays for it (the tank); the rest becomes a debt b, and
 // the contact then stores and answers
 //
 //     U = E^2 / (E + b)        f = (dU/dE) dE/dx,    dU/dE = 1 - (b / (E + b))^2 (M20)

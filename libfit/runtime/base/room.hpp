@@ -17,8 +17,7 @@ class Room {
  public:
   template <class... Arguments>
   T& make(int i, const Arguments&... arguments) noexcept {
-    return *new (static_cast<void*>(bytes_ + sizeof(T) * static_cast<std::size_t>(i)))
-        T(arguments...);
+    return *new (static_cast<void*>(bytes_ + sizeof(T) * i)) T(arguments...);
   }
   T& operator[](int i) noexcept { return begin()[i]; }
   const T& operator[](int i) const noexcept { return begin()[i]; }

@@ -94,7 +94,7 @@ inline Jet3 sqrt(const Jet3& x) noexcept {
   return Jet3::chain(root, 1 / (2 * root), x, 0, x);
 }
 
-/// A point, vector or force; units belong to the name it is given.
+/// A point, vector or force; units belong to its name.
 template <class T>
 struct Vec3 {
   T x, y, z;

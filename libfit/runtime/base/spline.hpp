@@ -82,17 +82,17 @@ SplineWeights<T> spline_weights(const SplineView& spline, int piece, const T& x)
   return out;
 }
 
-/// One basis polynomial, c[0] + c[1] t + ... of `order` terms, by Horner's rule (M6).
-template <class T>
-T basis_value(const double* c, int order, const T& t) noexcept {
+/// A polynomial, c[0] + c[1] t + ... of `order` terms, by Horner's rule (M6).
+template <class T, class C>
+T basis_value(const C* c, int order, const T& t) noexcept {
   T value = T(c[order - 1]);
   for (int m = order - 2; m >= 0; --m) value = value * t + c[m];
   return value;
 }
 
 /// Its integral from 0 to t, divided by t (M7). The divisions by m + 1 are of constants.
-template <class T>
-T basis_integral(const double* c, int order, const T& t) noexcept {
+template <class T, class C>
+T basis_integral(const C* c, int order, const T& t) noexcept {
   constexpr double kShare[kMaxDegree + 1] = {1.0, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5};
   T part = T(c[order - 1] * kShare[order - 1]);
   for (int m = order - 2; m >= 0; --m) part = part * t + c[m] * kShare[m];

@@ -29,7 +29,7 @@ struct DamagedVertex {
 };
 
 inline std::uint64_t body_bytes(const AssetView& asset) noexcept {
-  const auto softening = static_cast<std::uint64_t>(asset.damage.softens() ? asset.vertices : 0);
+  const std::uint64_t softening = asset.damage.softens() ? asset.vertices : 0;
   return sizeof(BodyHeader) + sizeof(DamagedVertex) * softening;
 }
 

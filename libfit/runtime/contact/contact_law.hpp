@@ -291,7 +291,7 @@ ConfigurationalForce configurational_force(const AssetView& asset, Contact& cont
     F::transport_anchor(memory, path_m, spot.normal, false);
     const auto kinematics = F::kinematics(views, spot, widened<Dual>(x), memory);
     Dual energy = F::stored_J(views, F::bed(views, kinematics), kinematics, memory);
-    if (asset.sways) {  // at a given sway a softer hold stores less
+    if (asset.sways) {  // at fixed sway a softer place stores less
       const Vec3d force = make_vec3<double>(contact.series.force_N);
       const double rate[3] = {value_of(path.rate[0]), value_of(path.rate[1]),
                               value_of(path.rate[2])};

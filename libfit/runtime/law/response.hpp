@@ -42,19 +42,13 @@ struct CurvePiece {
   /// Force [N] (M5); x is on the interval.
   template <class S>
   S force(const S& x) const noexcept {
-    const S t = x - knot;
-    S sum = S(c[order - 1]);
-    for (int k = order - 2; k >= 0; --k) sum = sum * t + c[k];
-    return sum;
+    return basis_value(c, order, S(x - knot));
   }
   /// Area from 0 to x [J] (M7).
   template <class S>
   S energy(const S& x) const noexcept {
-    constexpr double kShare[kMaxDegree + 1] = {1.0, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5};
     const S t = x - knot;
-    S sum = S(c[order - 1] * kShare[order - 1]);
-    for (int k = order - 2; k >= 0; --k) sum = sum * t + c[k] * kShare[k];
-    return sum * t + area_J;
+    return basis_integral(c, order, t) * t + area_J;
   }
 };
 

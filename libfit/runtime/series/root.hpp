@@ -237,7 +237,7 @@ class RootSearch {
 
 /// Brings the forces to the root of (M63), by Newton's steps with stiffnesses that each answer
 /// corrects. matrix: of an earlier root near this one, or a fresh one; it is made where it is
-/// needed and where steps are slow. before: the relative positions at which the laws gave the
+/// needed and where steps are slow. before: the relative positions of the laws that led to the
 /// guess; null where that is as good as can be had. respond(i, y): the force of law i for a tool at
 /// y; its last calls are with the forces that are kept. false: kMaxSettleSteps were not enough, and
 /// the nearest forces are kept.

@@ -290,8 +290,7 @@ class Series {
   void take(const SlipTrial& trial, Contact& to) noexcept {
     static_cast<ContactPlace&>(to) = trial.at;
     with_family(asset_.curves, [&](auto f) noexcept {
-      const auto numbers = static_cast<std::size_t>(decltype(f)::numbers(relaxation_));
-      std::memcpy(to.memory, trial.at.memory, numbers * sizeof(double));
+      std::memcpy(to.memory, trial.at.memory, sizeof(double) * f.numbers(relaxation_));
     });
     if (trial.slipped.has_moved) to.cache = trial.cache;
   }

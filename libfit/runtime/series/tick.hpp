@@ -88,7 +88,7 @@ inline void finish(const AssetView& asset, const SeriesContact& at, const Ledger
 /// kMaxTimeStep_s. worked_J: done on the contact since the tick before, beside its force's work.
 /// tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(place): of the branches this tick
 /// took; zero without force. Asking for it makes a tick several times as long and changes no other
-/// bit. Deterministic: the same bytes and places give the same bits. Work: in the air the tree
+/// bit. Deterministic: the same bytes and places lead to the same bits. Work: in the air the tree
 /// nodes near the path; in contact, where the body does not sway, one slip of at most kMaxSegments
 /// segments of kMaxRootSteps + 3 evaluations of the law's slip, and two energies; where it sways at
 /// most 3 (kMaxSettleSteps + 2) of these. A longer slip continues at the next tick.

@@ -62,7 +62,7 @@ TEST(spot_cache, a_contact_that_forgets_it_at_every_tick_feels_the_same_bits) {
         goal = Vec3(0.008 * share(random), 0.008 * share(random),
                     top_m + radius_m - 0.0025 + 0.0035 * share(random));
       x += (goal - x) * 0.02;
-      filled += kept.cache.of != nullptr;
+      filled += kept.cache.basis != nullptr;
       runtime::clear(forgetful.cache);
       touch_ball(body.asset, kept, x.data(), radius_m, a);
       touch_ball(body.asset, forgetful, x.data(), radius_m, b);
@@ -110,7 +110,7 @@ TEST(spot_cache, is_not_read_at_another_place_or_by_another_tool) {
   const Loaded soft = load(plate_model(0.1, 20, uniform(400, 300, 0.4)));
   Tool tool(soft.asset);
   tool.go({0, 0.001, 0.001}, {0, 0.001, -0.003}, 1e-4);
-  ASSERT_NE(tool.contact.cache.of, nullptr);
+  ASSERT_NE(tool.contact.cache.basis, nullptr);
   const double tip[3] = {0, 0.001, -0.003};
   Output out;
   Contact moved = tool.contact;

@@ -67,11 +67,11 @@ inline long flops_of_a_tick(const runtime::AssetView& asset, const runtime::Cont
   const runtime::Vec3<Counted> x = make_vec3<Counted>(tip_m) - make_vec3<Counted>(asset.origin_m);
   with_family(asset.curves, [&](auto f) noexcept {
     auto memory = f.template load<Counted>(contact.memory);
-    const auto& under = f.under(asset.curves, f.kinematics(asset.curves, spot, x, memory));
+    const auto& bed = f.bed(asset.curves, f.kinematics(asset.curves, spot, x, memory));
     Counted::operations = 0;  // what is under the spot is at hand
     const auto kinematics = f.kinematics(asset.curves, spot, x, memory);
     f.is_slipping(asset.curves, kinematics);
-    f.answer(asset.curves, under, kinematics, f.slip(asset.curves, under, kinematics, memory));
+    f.answer(asset.curves, bed, kinematics, f.slip(asset.curves, bed, kinematics, memory));
   });
   return Counted::operations;
 }
