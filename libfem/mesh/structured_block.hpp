@@ -54,7 +54,7 @@ inline TetMesh structured_block(const Vec3& size_m, const std::array<int, 3>& ce
 }
 
 /// The square [-1, 1] x [-1, 1] bent to the unit disc: straight near the middle, its border the
-/// circle. Gives the factor by which (x, y) moves towards or away from the middle.
+/// circle. Returns the factor by which (x, y) moves from the middle.
 inline double square_to_disc(double x, double y) {
   const double ring = std::max(std::abs(x), std::abs(y)), away = std::hypot(x, y);
   return 1 - ring * ring + ring * ring * (away > 0 ? ring / away : 1);
