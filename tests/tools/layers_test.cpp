@@ -116,8 +116,7 @@ const std::vector<Row> kRooms{
     {"libfit/runtime/example", {"libfit/runtime/engine"}},
     {"libfit/runtime/palpate.h", {}},
     {"libfit/runtime/once", {"libfit/runtime/engine"}},
-    {"libfit/runtime/c_face", {"libfit/runtime/engine", "libfit/runtime/palpate.h"}},
-    {"libfit/runtime/palpate", {"libfit/runtime/c_face", "libfit/runtime/palpate.h"}},
+    {"libfit/runtime/palpate", {"libfit/runtime/engine", "libfit/runtime/palpate.h"}},
 
     {"libfit/io/hdf5", {"libfit/io"}},
     {"libfit/io/csv", {"libfit/io"}},
