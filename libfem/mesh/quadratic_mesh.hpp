@@ -11,7 +11,7 @@ namespace palpate::fem {
 /// Index of the material that fills a place [m]; 0 is the body's own.
 using RegionAt = std::function<int(const Vec3& rest_position)>;
 
-/// Tells held places of the body at rest [m] from others; a place of its boundary may be where the
+/// True of held places of the body at rest [m]; a place of its boundary may be where the
 /// inside beside it is not.
 using HeldAt = std::function<bool(const Vec3& rest_position, bool is_on_boundary)>;
 
@@ -25,7 +25,7 @@ using HeldAt = std::function<bool(const Vec3& rest_position, bool is_on_boundary
 /// is_held: #N, displacement fixed to zero. deviation_m: largest distance between a boundary node
 /// and the surface it should lie on, where it could not be moved there without spoiling an element;
 /// contact_deviation_m: the mean over the nodes that one contact touches, where the mesh is finest,
-/// largest of the contacts: what bears on a force.
+/// largest of the contacts, which acts on a force.
 struct QuadraticMesh {
   Points nodes;
   Eigen::Matrix<std::int32_t, Eigen::Dynamic, 10, Eigen::RowMajor> tets;

@@ -10,10 +10,10 @@ namespace palpate::fem {
 namespace {
 
 constexpr double kResolution = 0.25;  // of the tolerance, to which overlaps are known
-constexpr double kTight = 0.8;        // of the ball's radius: what a exit must leave room for
-constexpr double kLeastStep = 0.1;    // of the radius, along a exit
+constexpr double kTight = 0.8;        // of the ball's radius: what an exit must leave room for
+constexpr double kLeastStep = 0.1;    // of the radius, along an exit
 constexpr std::size_t kPlacesOfPatch = 200;  // from where exits are tried, where no normal is one
-constexpr std::size_t kTriedPlaces = 3;      // nearest places with a exit, from each of them
+constexpr std::size_t kTriedPlaces = 3;      // nearest places with an exit, from each of them
 
 // To the faces, edges and corners of a cube: exits that are tried beside the normal.
 std::vector<Vec3> straight_directions() {
@@ -137,7 +137,7 @@ void ToolReach::drop_enclosed(const Points& outward, std::vector<char>& is_reach
     bool is_out = false;
   };
   std::vector<FreePatch> patches;
-  std::vector<Vec3> outside;  // centres of patches that have a exit
+  std::vector<Vec3> outside;  // centres of patches that have an exit
   const auto found_out = [&](FreePatch& patch) {
     patch.is_out = true;
     outside.insert(outside.end(), patch.centres.begin(), patch.centres.end());

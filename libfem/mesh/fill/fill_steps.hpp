@@ -38,8 +38,8 @@ TetMesh fill_with_tetgen(const Surface& closed, const Points& cavities,
 std::string tetgen_failure(int code);
 
 /// Mends tets with a dihedral angle below `below_deg` where they are, worst first: a node goes to a
-/// neighbour, an edge or a face gives way to others, an inner edge gets a node. The boundary stays
-/// but for edges across which it is flat to 20 degrees and bulges out, which give way, and for
+/// neighbour, an edge or a face is replaced by others, an inner edge gets a node. The boundary
+/// stays but for edges across which it is flat to 20 degrees and bulges out, which may go, and for
 /// nodes and edges next to each other (3 % of an edge). Each change makes the worst angle of what
 /// it touches larger and no new sliver, so it ends; a mesh without such tets stays as it is.
 /// Returns how many changes were made. Deterministic. After Freitag and Ollivier-Gooch 1997,

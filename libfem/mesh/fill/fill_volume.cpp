@@ -38,7 +38,7 @@ void refuse_bad_input(const Surface& closed, double edge_m) {
 
 double volume_of_edge_m3(double edge_m) { return edge_m * edge_m * edge_m / (6 * std::sqrt(2.0)); }
 
-/// Half-way from the piece's largest triangle to what lies across the cavity.
+/// Midpoint from the piece's largest triangle to what lies across the cavity.
 Vec3 point_across(const Surface& piece, const Surface& closed, const BoxTree& boxes) {
   double largest = -1;
   Vec3 start = Vec3::Zero(), direction = Vec3::Zero();
@@ -97,11 +97,11 @@ bool is_better(const Filled& denser, const Filled& best) {
 }
 
 /// TetGen's luck varies with its settings, and a run takes a few hundredths of a second: of several
-/// runs, the first that is good, else the best, is kept. The boundary is never split: that gave 6
-/// to 10 times the tets on the liver and no better angle.
+/// runs, the first that is good, else the best, is kept. The boundary is never split: with that it
+/// has 6 to 10 times the tets on the liver and no better angle.
 TetMesh run_tetgen(const Surface& closed, double interior_edge_m) {
   constexpr double kGoodDeg = 15;
-  // Sparse first: each next pair gives about a tenth more tets.
+  // Sparse first: each next pair makes about a tenth more tets.
   constexpr std::pair<double, double> kRatioAndAngle[] = {{1.8, 0},  {1.4, 0},  {1.8, 12},
                                                           {1.4, 12}, {1.2, 12}, {1.4, 18}};
   const Points cavities = cavity_points(closed);

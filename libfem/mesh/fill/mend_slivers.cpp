@@ -19,14 +19,14 @@ namespace {
 
 constexpr int kMaxRounds = 8;
 constexpr double kMinGainDeg = 0.25;  // a change must earn: it may make more tets
-constexpr double kFlatDeg = 20;       // a boundary edge that turns less may give way
+constexpr double kFlatDeg = 20;       // a boundary edge that turns less may go
 constexpr double kNear = 0.03;        // over an edge's length: the boundary may move that far
 constexpr std::size_t kMaxRing = 10;  // tets around an edge that is removed
 
 using Corners = std::array<std::int32_t, 4>;
 using Indices = std::vector<std::size_t>;
 
-/// Tets that give way to others.
+/// Tets that are replaced by others.
 struct Change {
   Indices old;
   std::vector<Corners> fresh;
@@ -148,7 +148,7 @@ class Mender {
   Change collapse(std::int32_t v, std::int32_t onto) const;
   Change split_edge(std::int32_t a, std::int32_t b) const;
   bool may_move(std::int32_t v, std::int32_t onto, double near_m) const;
-  bool may_give_way(const EdgeRing& ring, std::int32_t a, std::int32_t b) const;
+  bool may_go(const EdgeRing& ring, std::int32_t a, std::int32_t b) const;
   bool mend(std::size_t tet, double deg);
 
   std::vector<Vec3> nodes_;
@@ -190,7 +190,7 @@ std::optional<EdgeRing> Mender::ring_of(std::int32_t a, std::int32_t b) const {
 
 /// A boundary edge may go where it is flat across it and no dent, and what replaces it was not on
 /// the boundary.
-bool Mender::may_give_way(const EdgeRing& ring, std::int32_t a, std::int32_t b) const {
+bool Mender::may_go(const EdgeRing& ring, std::int32_t a, std::int32_t b) const {
   const std::int32_t from = ring.nodes.front(), to = ring.nodes.back();
   const Vec3 edge = at(b) - at(a), in = edge.cross(at(from) - at(a)),
              out = edge.cross(at(to) - at(a));
@@ -212,7 +212,7 @@ bool Mender::may_give_way(const EdgeRing& ring, std::int32_t a, std::int32_t b) 
 Change Mender::remove_edge(std::int32_t a, std::int32_t b) const {
   const auto ring = ring_of(a, b);
   if (!ring || ring->tets.size() > kMaxRing) return {};
-  if (!ring->is_closed && !may_give_way(*ring, a, b)) return {};
+  if (!ring->is_closed && !may_go(*ring, a, b)) return {};
   const auto& v = ring->nodes;
   const std::size_t n = v.size();
   if (ring->is_closed && n < 3) return {};

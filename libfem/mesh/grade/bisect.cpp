@@ -86,7 +86,7 @@ class Bisection {
     return !is_fine_[t];
   }
 
-  // True where several regions fill a tet, as its corners, edges' middles and centroid tell.
+  // True where several regions fill a tet, as its corners, edges' middles and centroid show.
   bool is_shared(const std::array<Vec3, 4>& x) const {
     if (!options_.region_at) return false;
     const int region = options_.region_at(0.25 * (x[0] + x[1] + x[2] + x[3]));

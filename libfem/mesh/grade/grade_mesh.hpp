@@ -54,7 +54,7 @@ struct GradeOptions {
 /// taken. A new node is held when it lies on a boundary face or in a tet of the base whose corners
 /// all are, or where held_at says so; so are nodes on the border of what held_at holds.
 ///
-/// Where region_at is given, tets end at the border between regions, whose mid-edge nodes follow it
+/// With region_at, tets end at the border between regions, whose mid-edge nodes follow it
 /// (grade_steps.hpp).
 ///
 /// Throws Error on options out of range, on is_held of another length, on a tet that is not

@@ -47,18 +47,18 @@ void read_elements(Cursor& file, std::int64_t first, RawTetMesh& mesh) {
 }  // namespace
 
 RawTetMesh read_tetgen(Cursor& file, RawLabels*) {
-  const std::filesystem::path given(file.file());
-  const bool is_node = same_word(given.extension().string(), ".node");
-  std::filesystem::path other = given;
+  const std::filesystem::path path(file.file());
+  const bool is_node = same_word(path.extension().string(), ".node");
+  std::filesystem::path other = path;
   other.replace_extension(is_node ? ".ele" : ".node");
   if (!std::filesystem::exists(other))
-    throw Error(given.string(), "its other half, " + other.filename().string() + ", is missing",
+    throw Error(path.string(), "its other half, " + other.filename().string() + ", is missing",
                 "TetGen writes X.node and X.ele as a pair; put both into one folder.");
   const std::string other_bytes = load_file(other);
   Cursor nodes(is_node ? file.bytes() : std::string_view(other_bytes),
-               (is_node ? given : other).string());
+               (is_node ? path : other).string());
   Cursor elements(is_node ? std::string_view(other_bytes) : file.bytes(),
-                  (is_node ? other : given).string());
+                  (is_node ? other : path).string());
   nodes.comment = elements.comment = '#';
   RawTetMesh mesh;
   const std::int64_t first = read_nodes(nodes, mesh);

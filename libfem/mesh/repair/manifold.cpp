@@ -11,7 +11,7 @@ namespace palpate::repair {
 namespace {
 
 // Copies of a vertex are moved apart by this share of their shortest edge: far above what exact
-// predicates and the mesher's tolerance (1e-8) confuse, far below what a probe feels.
+// predicates and the mesher's tolerance (1e-8) confuse, far below what a probe can sense.
 constexpr double kApart = 1e-3;
 
 struct Glue {

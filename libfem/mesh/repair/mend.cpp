@@ -47,7 +47,7 @@ void check_input(const Surface& surface, const std::string& where) {
 }
 
 double weld_length_m(const Surface& surface) {
-  // Below the coordinates' own roundoff nothing could be told apart.
+  // Below the coordinates' own roundoff nothing can be distinguished.
   const double roundoff_m = 4e-16 * surface.vertices.cwiseAbs().maxCoeff();
   return std::max(kRelativeWeld * extent_m(surface.vertices).norm(), roundoff_m);
 }

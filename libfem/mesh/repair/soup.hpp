@@ -8,7 +8,7 @@
 
 namespace palpate::repair {
 
-/// Triangles on their way to a surface. origin: the input's triangle that each came from.
+/// Triangles that become a surface. origin: the input's triangle that each came from.
 /// is_turned: oriented against it.
 struct Soup {
   std::vector<Vec3> points;
@@ -39,7 +39,7 @@ void drop_unused_vertices(Soup& soup);
 
 /// Glues triangles into sheets that are manifold and oriented, keeping the input's orientation of
 /// most triangles of each. At an edge of more than two triangles, neighbours with the body between
-/// them are glued if the input's orientation tells where it is, else none. Vertices are copied so
+/// them are glued if the input's orientation shows where it is, else none. Vertices are copied so
 /// that each has one fan; copies are moved apart by 1e-3 of their shortest edge.
 /// Throws Error when a sheet is one-sided.
 void make_manifold(Soup& soup, Changes& changes, const std::string& where);

@@ -47,7 +47,7 @@ class EvenOut {
 
   void run() {
     constexpr int kRounds =
-        10;  // hops are half-way, so the last moves are a thousandth of the first
+        10;  // hops go half the distance, so the last moves are a thousandth of the first
     for (int round = 0; round < kRounds; ++round) {
       flip_edges();
       for (const auto v : mesh_.vertices()) hop(v);
@@ -138,7 +138,7 @@ class EvenOut {
   void hop(VertexHandle v) {
     if (is_pinned(v)) return;
     const int old = mesh_.property(origin_, v);
-    const Vec3 goal = (wanted(v) + position(mesh_, v)) / 2;  // half-way: neighbours move too
+    const Vec3 goal = (wanted(v) + position(mesh_, v)) / 2;  // half: neighbours move too
     const int next = walk(old, goal, mesh_.is_boundary(v));
     if (is_used_[next] || !may_stand_[next]) return;
     if (!mesh_.is_boundary(v) && graph_.is_border[next]) return;

@@ -20,7 +20,7 @@ struct SimulationSurfaceOptions {
 struct SimulationSurface {
   Surface surface;           ///< closed, manifold, outward, free of self-intersection
   double target_edge_m = 0;  ///< the target that passed; 0 when `surface` is the fine one
-  double deviation_m = 0;    ///< largest distance to the fine surface, both ways, sampled
+  double deviation_m = 0;    ///< largest distance to the fine surface, both directions, sampled
   double excess = 0;         ///< largest distance of a vertex over what it is allowed; 0: not asked
   std::string refused;  ///< why earlier targets were, one sentence; empty when the first passed
 };

@@ -19,9 +19,9 @@ bool is_self_intersecting(const Surface& surface);
 /// The triangles that do, with all vertices.
 Surface crossing_part(const Surface& surface);
 
-/// Largest distance [m] between two surfaces, both ways, sampled at vertices, edge midpoints and
-/// triangle centres of each: a lower bound of their Hausdorff distance, close to it when the
-/// sampled features are no larger than the triangles. boxes_of_a: triangle_boxes(a).
+/// Largest distance [m] between two surfaces, in both directions, sampled at vertices, edge
+/// midpoints and triangle centres of each: a lower bound of their Hausdorff distance, close to it
+/// when the sampled features are no larger than the triangles. boxes_of_a: triangle_boxes(a).
 double deviation_m(const Surface& a, const BoxTree& boxes_of_a, const Surface& b);
 
 }  // namespace palpate

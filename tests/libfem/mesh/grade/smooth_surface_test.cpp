@@ -6,9 +6,9 @@
 #include <limits>
 #include <random>
 
+#include "libfem/mesh/structured_block.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/support/error_of.hpp"
-#include "tests/support/structured_block.hpp"
 
 namespace palpate::fem {
 namespace {

@@ -6,15 +6,20 @@
 #include <utility>
 
 #include "libfem/mesh/tet_quality.hpp"
+#include "libfit/core/error.hpp"
 
 namespace palpate::fem {
 
 /// A box [0, size] filled with cells[0] x cells[1] x cells[2] bricks of six tets each.
 /// size_m: edges of the box [m]. Node (i, j, k) is row i + (nx+1) (j + (ny+1) k). Bricks are mirror
 /// images of their neighbours, so the mesh is symmetric about every brick wall and bisection of its
-/// longest edges makes three shapes only.
+/// longest edges makes three shapes only. Throws Error unless sizes and cells are positive.
 /// Source: triangulation J1 of Todd 1976 (doi:10.1007/978-3-642-50327-6), bricks split as by Kuhn.
 inline TetMesh structured_block(const Vec3& size_m, const std::array<int, 3>& cells) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(size_m[axis] > 0) || cells[axis] < 1)
+      throw Error("structured_block", "a size or a number of cells is not positive",
+                  "Give three positive sizes in metres and three numbers of cells from 1 up.");
   const int nx = cells[0], ny = cells[1], nz = cells[2];
   const auto node = [&](const std::array<int, 3>& at) {
     return at[0] + (nx + 1) * (at[1] + (ny + 1) * at[2]);
@@ -54,7 +59,7 @@ inline TetMesh structured_block(const Vec3& size_m, const std::array<int, 3>& ce
 }
 
 /// The square [-1, 1] x [-1, 1] bent to the unit disc: straight near the middle, its border the
-/// circle. Gives the factor by which (x, y) moves towards or away from the middle.
+/// circle. Returns the factor by which (x, y) moves from the middle.
 inline double square_to_disc(double x, double y) {
   const double ring = std::max(std::abs(x), std::abs(y)), away = std::hypot(x, y);
   return 1 - ring * ring + ring * ring * (away > 0 ? ring / away : 1);
