@@ -6,8 +6,8 @@
 
 #include "libfit/assets/asset_surface.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/shape_arrays.hpp"
 #include "libfit/runtime/engine.hpp"
+#include "libfit/shape/shaped_asset.hpp"
 
 namespace palpate {
 namespace {
