@@ -183,7 +183,8 @@ TEST(hostile_bytes, tails_above_one_and_slow_falls_beyond_narrow_intervals_are_r
   w[1] = w[5] = -1e11 - 9e4;         // the sum falls to -899
   w[3] = w[7] = 1e11, w[4] = 1 - 1e9, w[6] = 1e9;
   for (int k = 0; k < 2; ++k)
-    steep.integrals[2 + k] = runtime::basis_integral(w + 2 * k, 2, kEnd_m) * kEnd_m;
+    steep.integrals[static_cast<std::size_t>(2 + k)] =
+        runtime::basis_integral(w + 2 * k, 2, kEnd_m) * kEnd_m;
   EXPECT_EQ(check(steep), Status::curves_wrong);
 
   SplineTables narrow = tabulate(CurveBasis{1, {0, kEnd_m, kEnd_m + 1e-7}});

@@ -66,7 +66,7 @@ struct Glb {
   }
   template <class T>
   std::vector<T> values(int accessor) const {
-    const auto& a = json["accessors"][accessor];
+    const auto& a = json["accessors"][static_cast<std::size_t>(accessor)];
     const auto& view = json["bufferViews"][a["bufferView"].get<std::size_t>()];
     const std::size_t begin = view["byteOffset"], size = view["byteLength"];
     EXPECT_LE(begin + size, buffer.size());
@@ -130,11 +130,12 @@ TEST(pictures, ply_holds_places_colours_stiffness_and_triangles) {
   std::size_t at = header.size() + end.size();
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
     for (int k = 0; k < 3; ++k) EXPECT_EQ(take<double>(bytes, at), model.surface.vertices(v, k));
-    for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(take<std::uint8_t>(bytes, at), map.colour[v][k]);
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_EQ(take<std::uint8_t>(bytes, at), map.colour[static_cast<std::size_t>(v)][k]);
     const float stiffness = take<float>(bytes, at);
     EXPECT_EQ(std::isnan(stiffness), v == 3);
     if (v != 3) {
-      EXPECT_EQ(stiffness, map.stiffness_N_m[v]);
+      EXPECT_EQ(stiffness, map.stiffness_N_m[static_cast<std::size_t>(v)]);
     }
   }
   for (Eigen::Index t = 0; t < model.surface.triangles.rows(); ++t) {
@@ -168,7 +169,7 @@ TEST(pictures, glb_holds_the_surface_in_metres_with_linear_colours) {
   for (std::size_t v = 0; v < normals.size(); v += 3) {
     const Vec3 n(normals[v], normals[v + 1], normals[v + 2]);
     EXPECT_NEAR(n.norm(), 1, 1e-6);
-    EXPECT_GT(n.dot(model.surface.vertices.row(v / 3)), 0);  // outward
+    EXPECT_GT(n.dot(model.surface.vertices.row(static_cast<Eigen::Index>(v / 3))), 0);  // outward
   }
   for (std::size_t c = 0; c < corners.size(); ++c)
     EXPECT_EQ(corners[c], static_cast<std::uint32_t>(model.surface.triangles.data()[c]));
@@ -196,7 +197,7 @@ TEST(pictures, glb_targets_are_dents_at_the_stiffest_and_softest_test_points) {
     ASSERT_EQ(std::sscanf(names[i].c_str(), "press at vertex %ld, %lf mm", &vertex, &depth_mm), 2);
     EXPECT_NE(names[i].find(i < 2 ? "stiffest" : "softest"), std::string::npos);
     EXPECT_NEAR(depth_mm, model.shape.depth_m * 1e3, 0.05);
-    stiffness.push_back(map.stiffness_N_m[vertex]);
+    stiffness.push_back(map.stiffness_N_m[static_cast<std::size_t>(vertex)]);
     const auto moved = glb.values<float>(targets[i]["POSITION"]);
     const auto turned = glb.values<float>(targets[i]["NORMAL"]);
     EXPECT_GT(*std::max_element(turned.begin(), turned.end()), 0.01F);

@@ -21,7 +21,7 @@ Model even_cylinder(int around, double friction) {
   const Eigen::Index vertices = model.surface.vertices.rows();
   model.inward_normal = Points::Zero(vertices, 3);
   model.inward_normal.leftCols(2) = -model.surface.vertices.leftCols(2).rowwise().normalized();
-  model.is_covered.assign(vertices, 1);
+  model.is_covered.assign(static_cast<std::size_t>(vertices), 1);
   make_rings(model, 1, 0, even);
   model.curves.basis[0] = {1, {0, kRange_m}};
   model.curves.control[0] = Controls::Zero(vertices, 2);

@@ -33,8 +33,8 @@ Recording read_case(const std::string& truth, const std::string& noise) {
                 exact.back()[0] * 1e-3,
                 0};
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    out.travel_m[i] = rows[i][1] * 1e-3;
-    out.push_N[i] = rows[i][2];
+    out.travel_m[static_cast<Eigen::Index>(i)] = rows[i][1] * 1e-3;
+    out.push_N[static_cast<Eigen::Index>(i)] = rows[i][2];
   }
   for (const auto& row : exact) out.full_N = std::max(out.full_N, row[1]);
   return out;
@@ -58,11 +58,11 @@ double oracle_error(const Recording& r) {
   const double limit = 6 * fit::robust_deviation(off) + 1e-12;
   std::vector<Eigen::Index> used;
   for (Eigen::Index i = 0; i < r.travel_m.size(); ++i)
-    if (r.travel_m[i] > r.contact_m && off[i] < limit) used.push_back(i);
+    if (r.travel_m[i] > r.contact_m && off[static_cast<std::size_t>(i)] < limit) used.push_back(i);
   Eigen::MatrixXd A(static_cast<Eigen::Index>(used.size()), 2 * kOraclePieces + 1);
   Eigen::VectorXd b(A.rows());
   for (Eigen::Index k = 0; k < A.rows(); ++k) {
-    const Eigen::Index i = used[k];
+    const Eigen::Index i = used[static_cast<std::size_t>(k)];
     A.row(k) = hermite_row((r.travel_m[i] - r.contact_m) / r.range_m);
     b[k] = r.push_N[i];
   }
@@ -132,10 +132,11 @@ double knot_jump(const FittedCurves& fitted) {
   const int order = tables.degree + 1;
   double jump = 0;
   for (int piece = 0; piece + 1 < tables.pieces; ++piece) {
-    const double h = tables.knots[piece + 1] - tables.knots[piece];
+    const auto at = static_cast<std::size_t>(piece);
+    const double h = tables.knots[at + 1] - tables.knots[at];
     double value = 0, slope = 0, next_value = 0, next_slope = 0;
     for (int k = 0; k < order; ++k) {
-      const double* c = &tables.weights[(piece * order + k) * order];
+      const double* c = &tables.weights[static_cast<std::size_t>((piece * order + k) * order)];
       const double* n = c + order * order;
       for (int m = 0; m < order; ++m) value += b[piece + k] * c[m] * std::pow(h, m);
       for (int m = 1; m < order; ++m) slope += b[piece + k] * c[m] * m * std::pow(h, m - 1);

@@ -68,8 +68,9 @@ TEST(certified, a_load_cells_parabola_offset_and_errors_are_the_certified_ones) 
   Eigen::MatrixXd A(40, 3);
   Eigen::VectorXd b(40), lower(3);
   for (Eigen::Index i = 0; i < 40; ++i) {
-    A.row(i) << fit::increment_weights(fit::view(tables), depth[i]).transpose(), 1;
-    b[i] = push[i];
+    const auto at = static_cast<std::size_t>(i);
+    A.row(i) << fit::increment_weights(fit::view(tables), depth[at]).transpose(), 1;
+    b[i] = push[at];
   }
   lower << 0, 0, -1;  // an offset has no sign
   const Eigen::VectorXd x = fit::bounded_least_squares(A, b, lower);

@@ -29,7 +29,7 @@ struct PairsOnAPlate {
     samples.deflection = samples.force = samples.torque = Points::Zero(rows, 3);
     samples.force_error = Eigen::VectorXd::Zero(rows);
     for (std::int32_t pair = 0; pair < pairs; ++pair) {
-      const double turn = 1.3 * pair, r = distances_m[pair];
+      const double turn = 1.3 * pair, r = distances_m[static_cast<std::size_t>(pair)];
       samples.point_position.row(1 + pair) << r * std::cos(turn), r * std::sin(turn), 0;
       for (int row = 0; row < kRows; ++row) {
         const double first = std::clamp(row - 1, 0, 3) / 3., second = std::min(row + 1, 2) / 2.;

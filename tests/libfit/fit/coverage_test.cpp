@@ -34,18 +34,22 @@ void add_growing_noise(Samples& samples, double full_N, double base, double shar
 
 struct Coverage {
   std::array<double, kCurveKinds> inside{}, count{};
-  double of(CurveKind kind) const { return inside[kind] / count[kind]; }
+  double of(CurveKind kind) const {
+    const auto k = static_cast<std::size_t>(kind);
+    return inside[k] / count[k];
+  }
   // Counts abscissae of one curve.
   void add(const FittedCurves& fitted, CurveKind kind, const Curve& truth, double from_m,
            double to_m) {
-    const SplineTables tables = tabulate(fitted.curves.basis[kind]);
+    const auto k = static_cast<std::size_t>(kind);
+    const SplineTables tables = tabulate(fitted.curves.basis[k]);
     const Curve curve = fitted_curve(fitted, 0, kind);
-    const Eigen::VectorXd covariance = fitted.covariance[kind].row(0);
+    const Eigen::VectorXd covariance = fitted.covariance[k].row(0);
     for (const double share : kShares) {
       const double x = from_m + share * (to_m - from_m);
       const double band = fit::kBand90 * fit::curve_deviation(fit::view(tables), covariance, x);
-      inside[kind] += std::abs(curve(x) - truth(x)) <= band;
-      ++count[kind];
+      inside[k] += std::abs(curve(x) - truth(x)) <= band;
+      ++count[k];
     }
   }
 };

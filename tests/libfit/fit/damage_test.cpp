@@ -103,7 +103,7 @@ TEST(damage, with_noise_its_numbers_are_within_the_deviations_that_are_stated) {
     for (int draw = 0; draw < 20; ++draw) {
       Samples samples = clean;
       for (Eigen::Index i = 0; i < samples.rows(); ++i)
-        samples.force(i, 2) += noise(random) * (samples.point[i] + 1);
+        samples.force(i, 2) += noise(random) * (samples.point[static_cast<std::size_t>(i)] + 1);
       fit::DamageReport report;
       const auto found = fit::identify_damage(parabolas(samples), samples, &report, true);
       const std::array off{std::log(found.r / truth.r), std::log(found.scale / truth.scale),

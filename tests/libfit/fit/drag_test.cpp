@@ -88,7 +88,8 @@ void expect_recovered(const FittedCurves& fitted, Eigen::Index p, const Truth& t
         << where << " " << kCurveNames[kind] << "\nfound " << found.transpose() << "\ntruth "
         << truth.control[kind].transpose();
   }
-  EXPECT_EQ(fitted.status[p], FitStatus::good) << where << fitted.message[p];
+  EXPECT_EQ(fitted.status[static_cast<std::size_t>(p)], FitStatus::good)
+      << where << fitted.message[static_cast<std::size_t>(p)];
 }
 
 TEST(drag, recovers_all_three_curves_on_a_flat_surface) {

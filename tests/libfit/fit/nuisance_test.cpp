@@ -31,7 +31,8 @@ Samples off_presses(const std::vector<Off>& offs, double noise_N, unsigned seed)
     rig.add(p, ExperimentKind::press, deflection, force);
     rig.samples.recordings.experiment.push_back(rig.samples.experiment.back());
   }
-  rig.samples.recordings.contact_deviation_m.setConstant(offs.size(), 2e-4);
+  rig.samples.recordings.contact_deviation_m.setConstant(static_cast<Eigen::Index>(offs.size()),
+                                                         2e-4);
   add_noise(rig.samples, noise_N, seed);
   return rig.samples;
 }
@@ -47,7 +48,7 @@ TEST(nuisance, bias_and_drift_of_each_recording_are_found_within_their_errors) {
   const FittedCurves fitted = fit_curves(off_presses(offs, 0.01, 3), freeing(false, true, true));
   ASSERT_EQ(fitted.recordings.experiment, (std::vector<std::int32_t>{0, 1, 2}));
   for (Eigen::Index i = 0; i < 3; ++i) {
-    const Off& off = offs[i];
+    const Off& off = offs[static_cast<std::size_t>(i)];
     EXPECT_NEAR(fitted.recordings.bias_N[i], off.bias_N, 4 * fitted.recordings.bias_deviation_N[i]);
     EXPECT_NEAR(fitted.recordings.drift_N[i], off.drift_N,
                 4 * fitted.recordings.drift_deviation_N[i]);
@@ -68,7 +69,7 @@ TEST(nuisance, contact_points_of_repeats_are_brought_together) {
   const FittedCurves fitted = fit_curves(off_presses(offs, 0.01, 4), freeing(true, false, false));
   for (Eigen::Index i = 0; i < 4; ++i)  // relative to each other; the mean is the prior's
     EXPECT_NEAR(fitted.recordings.contact_m[i] - fitted.recordings.contact_m.mean(),
-                offs[i].contact_m, 3e-5)
+                offs[static_cast<std::size_t>(i)].contact_m, 3e-5)
         << i;
   EXPECT_LT(fitted.rms_residual_N[0], 0.0185);  // noise of three axes: 0.0173
   const FittedCurves fixed = fit_curves(off_presses(offs, 0.01, 4), freeing(false, false, false));

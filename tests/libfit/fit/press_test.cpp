@@ -35,10 +35,11 @@ TEST(press, recovers_curves_of_the_model_class_from_noiseless_rows) {
     const FittedCurves fitted = fit_curves(rig.samples, options);
     for (Eigen::Index p = 0; p < fitted.curves.points(); ++p) {
       const Eigen::VectorXd found = fitted.curves.control[0].row(p);
-      EXPECT_LT((found - truth[p]).cwiseAbs().maxCoeff(), 1e-6 * truth[p].maxCoeff())
+      const auto at = static_cast<std::size_t>(p);
+      EXPECT_LT((found - truth[at]).cwiseAbs().maxCoeff(), 1e-6 * truth[at].maxCoeff())
           << "degree " << degree << " seed " << p + 1 << "\n"
           << found << "\n\n"
-          << truth[p];
+          << truth[at];
     }
   }
 }
@@ -85,7 +86,7 @@ TEST(press, order_of_rows_does_not_matter) {
   const FittedCurves forward = fit_curves(rig.samples);
   Samples shuffled = rig.samples;
   std::vector<Eigen::Index> order(30);
-  for (Eigen::Index i = 0; i < 30; ++i) order[i] = (7 * i + 4) % 30;
+  for (Eigen::Index i = 0; i < 30; ++i) order[static_cast<std::size_t>(i)] = (7 * i + 4) % 30;
   shuffled.deflection = rig.samples.deflection(order, Eigen::all);
   shuffled.force = rig.samples.force(order, Eigen::all);
   const FittedCurves mixed = fit_curves(shuffled);
@@ -130,7 +131,8 @@ TEST(press, three_axes_give_the_curve_that_one_axis_gives) {
           EXPECT_LT(off, 1e-5) << "jitter " << jitter_m << " m, lean " << degrees
                                << " degrees, seed " << seed << ", point " << p;
           EXPECT_LT(relative_rmse(fitted_curve(three, p, CurveKind::normal), hertz, 3e-3), 0.02);
-          EXPECT_EQ(three.status[p], FitStatus::good) << three.message[p];
+          EXPECT_EQ(three.status[static_cast<std::size_t>(p)], FitStatus::good)
+              << three.message[static_cast<std::size_t>(p)];
         }
       }
 }

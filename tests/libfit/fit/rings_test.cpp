@@ -100,14 +100,15 @@ TEST(fitted_rings, are_those_of_a_body_that_obeys_the_law) {
   const FittedCurves fitted = body.fit();
   ASSERT_EQ(fitted.curves.family, CurveFamily::rings);
   for (std::size_t p = 0; p < body.truth.size(); ++p) {
+    const auto at = static_cast<Eigen::Index>(p);
     EXPECT_EQ(fitted.status[p], FitStatus::good) << fitted.message[p];
-    EXPECT_LT(fitted.max_residual_N[p], 1e-4);
+    EXPECT_LT(fitted.max_residual_N[at], 1e-4);
     for (std::size_t part = 0; part < body.truth[p].control.size(); ++part) {
       const auto& exact = body.truth[p].control[part];
       double size = 0;
       for (const double x : exact) size = std::max(size, std::abs(x));
       for (std::size_t j = 0; j < exact.size(); ++j)
-        EXPECT_NEAR(fitted.curves.control[part](p, static_cast<Eigen::Index>(j)), exact[j],
+        EXPECT_NEAR(fitted.curves.control[part](at, static_cast<Eigen::Index>(j)), exact[j],
                     2e-3 * size)
             << "point " << p << " " << parts_of(CurveFamily::rings)[part].name;
     }
@@ -129,11 +130,14 @@ TEST(fitted_rings, on_a_body_that_sways_are_those_of_the_contact) {
   EXPECT_TRUE(report.family.sways) << report.family.reason;
   EXPECT_LT(report.error.p95, 1e-3);
   for (std::size_t p = 0; p < body.truth.size(); ++p) {
+    const auto at = static_cast<Eigen::Index>(p);
     EXPECT_EQ(fitted.status[p], FitStatus::good) << fitted.message[p];
     for (const int part : {runtime::kLambda, runtime::kFriction})
-      EXPECT_NEAR(fitted.curves.control[part](p, 0), body.truth[p].control[part][0], 3e-3);
+      EXPECT_NEAR(fitted.curves.control[static_cast<std::size_t>(part)](at, 0),
+                  body.truth[p].control[static_cast<std::size_t>(part)][0], 3e-3);
     for (int j = 0; j < 6; ++j)
-      EXPECT_NEAR(fitted.curves.control[runtime::kSway](p, j), sway[j], 1e-8);
+      EXPECT_NEAR(fitted.curves.control[runtime::kSway](at, j), sway[static_cast<std::size_t>(j)],
+                  1e-8);
   }
 }
 
@@ -195,15 +199,18 @@ TEST(fitted_rings, of_a_point_without_drags_are_the_bodys) {
   EXPECT_EQ(fitted.status[3], FitStatus::good) << fitted.message[3];
   for (const int part : {runtime::kLambda, runtime::kFriction, runtime::kFrictionSlope}) {
     std::vector<double> others;
-    for (Eigen::Index p = 0; p < 3; ++p) others.push_back(fitted.curves.control[part](p, 0));
+    for (Eigen::Index p = 0; p < 3; ++p)
+      others.push_back(fitted.curves.control[static_cast<std::size_t>(part)](p, 0));
     std::sort(others.begin(), others.end());
-    EXPECT_NEAR(fitted.curves.control[part](3, 0), others[1], 1e-2 * std::abs(others[1]));
+    EXPECT_NEAR(fitted.curves.control[static_cast<std::size_t>(part)](3, 0), others[1],
+                1e-2 * std::abs(others[1]));
   }
   // The side force is told by the press itself.
   const auto& exact = body.truth[3].control;
   for (int k = 0; k < 3; ++k) {
-    const double truth_N = exact[runtime::kSide2][k] * std::pow(kDepth_m, 2) +
-                           exact[runtime::kSide3][k] * std::pow(kDepth_m, 3);
+    const auto j = static_cast<std::size_t>(k);
+    const double truth_N = exact[runtime::kSide2][j] * std::pow(kDepth_m, 2) +
+                           exact[runtime::kSide3][j] * std::pow(kDepth_m, 3);
     const double found_N = fitted.curves.control[runtime::kSide2](3, k) * std::pow(kDepth_m, 2) +
                            fitted.curves.control[runtime::kSide3](3, k) * std::pow(kDepth_m, 3);
     EXPECT_NEAR(found_N, truth_N, 1e-3);
@@ -234,7 +241,7 @@ TEST(fitted_rings, know_from_drags_how_a_press_spreads_them) {
     EXPECT_NEAR(fitted.curves.control[runtime::kSpread](p, 0), 25 + 5.0 * static_cast<double>(p),
                 1);
     EXPECT_NEAR(fitted.curves.control[runtime::kLambda](p, 0),
-                body.truth[p].control[runtime::kLambda][0], 0.01);
+                body.truth[static_cast<std::size_t>(p)].control[runtime::kLambda][0], 0.01);
   }
   EXPECT_NEAR(report.rings.spread_1_m, 30, 5);
 }

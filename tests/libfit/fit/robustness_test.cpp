@@ -79,7 +79,7 @@ TEST(fit, residuals_are_those_of_the_stored_curves_in_the_engine_template) {
   for (int experiment = 0; experiment < rig.experiments; ++experiment) {
     std::vector<Vec3> rows, force;
     for (Eigen::Index i = 0; i < rig.samples.rows(); ++i)
-      if (rig.samples.experiment[i] == experiment) {
+      if (rig.samples.experiment[static_cast<std::size_t>(i)] == experiment) {
         rows.emplace_back(rig.samples.deflection.row(i));
         force.emplace_back(rig.samples.force.row(i));
       }
@@ -138,7 +138,8 @@ BadPoint fit_with_bad_point(const std::function<void(Recorder&, int)>& record) {
   record_all(rig, rig.add_point(Vec3::UnitZ()));
   const FittedCurves fitted = fit_curves(rig.samples, kSeparable);
   for (const Eigen::Index good : {0, 2}) {
-    EXPECT_EQ(fitted.status[good], FitStatus::good) << fitted.message[good];
+    EXPECT_EQ(fitted.status[static_cast<std::size_t>(good)], FitStatus::good)
+        << fitted.message[static_cast<std::size_t>(good)];
     EXPECT_LT(relative_rmse(fitted_curve(fitted, good, CurveKind::normal), kNormal, 0.01), 0.01);
   }
   for (const auto& control : fitted.curves.control) EXPECT_TRUE(control.allFinite());
@@ -266,7 +267,7 @@ TEST(fit, rows_not_good_are_left_out_and_a_drag_ends_at_the_first) {
   // A press row and the sixth row of the first drag did not converge and hold nonsense.
   for (const std::size_t bad : {std::size_t{3}, std::size_t{17}}) {
     rig.samples.status[bad] = RowStatus::not_converged;
-    rig.samples.force.row(bad).setConstant(77);
+    rig.samples.force.row(static_cast<Eigen::Index>(bad)).setConstant(77);
   }
   for (Eigen::Index i = 18; i < 25; ++i) rig.samples.force.row(i).setConstant(-55);
   FitReport report;

@@ -120,8 +120,9 @@ inline void add_noise(Samples& samples, double deviation_N, unsigned seed) {
 
 /// One fitted curve of one point.
 inline Curve fitted_curve(const FittedCurves& fitted, Eigen::Index point, CurveKind kind) {
-  const SplineTables tables = tabulate(fitted.curves.basis[kind]);
-  const Eigen::VectorXd control = fitted.curves.control[kind].row(point);
+  const auto k = static_cast<std::size_t>(kind);
+  const SplineTables tables = tabulate(fitted.curves.basis[k]);
+  const Eigen::VectorXd control = fitted.curves.control[k].row(point);
   return [tables, control](double x) {
     return runtime::curve_value(fit::view(tables), control.data(), x);
   };

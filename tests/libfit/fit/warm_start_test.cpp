@@ -22,7 +22,7 @@ Samples some_points(int count) {
 
 void scale_rows_of(Samples& samples, std::int32_t point, double factor) {
   for (Eigen::Index i = 0; i < samples.rows(); ++i)
-    if (samples.point[i] == point) samples.force.row(i) *= factor;
+    if (samples.point[static_cast<std::size_t>(i)] == point) samples.force.row(i) *= factor;
 }
 
 // A fit and what it leaves for the next.

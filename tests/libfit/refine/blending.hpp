@@ -30,7 +30,7 @@ struct FieldError {
 inline FieldError field_error(const Model& model, const Field& field) {
   FieldError error;
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
-    if (!model.is_covered[v]) continue;
+    if (!model.is_covered[static_cast<std::size_t>(v)]) continue;
     const double e = std::abs(model.curves.control[0](v, 1) - field(model.surface.vertices.row(v)));
     error.rms += e * e;
     error.most = std::max(error.most, e);
@@ -43,7 +43,7 @@ inline FieldError field_error(const Model& model, const Field& field) {
 inline void expect_partition_of_unity(const Model& model) {
   for (Eigen::Index v = 0; v < model.blend_weight.rows(); ++v) {
     EXPECT_GE(model.blend_weight.row(v).minCoeff(), 0) << "vertex " << v;
-    const double sum = model.is_covered[v] ? 1 : 0;
+    const double sum = model.is_covered[static_cast<std::size_t>(v)] ? 1 : 0;
     EXPECT_NEAR(model.blend_weight.row(v).sum(), sum, 1e-14) << "vertex " << v;
   }
 }

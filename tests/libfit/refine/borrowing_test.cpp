@@ -15,7 +15,7 @@ TEST(Refine, plates_one_millimetre_apart_do_not_borrow) {
     RefineReport report;
     const Model model = refine(curves_at(points, kSmooth), both, all(both), triangles, {}, &report);
     for (Eigen::Index v = 0; v < both.vertices.rows(); ++v)
-      EXPECT_EQ(bool(model.is_covered[v]), v < lower.vertices.rows());
+      EXPECT_EQ(bool(model.is_covered[static_cast<std::size_t>(v)]), v < lower.vertices.rows());
     EXPECT_EQ(report.uncovered.size(), static_cast<std::size_t>(upper.vertices.rows()));
   }
 }
@@ -68,7 +68,7 @@ TEST(Refine, sides_of_a_thin_curved_rim_do_not_borrow) {
       const double from_rim = 0.05 - fine.vertices.row(v).head(2).norm();
       if (from_rim < 0.0055) continue;  // within a spacing of the crest, blends are meant
       const bool is_upper = fine.vertices(v, 2) > 0;
-      ASSERT_TRUE(model.is_covered[v]) << "vertex " << v;
+      ASSERT_TRUE(model.is_covered[static_cast<std::size_t>(v)]) << "vertex " << v;
       EXPECT_EQ(model.curves.control[0](v, 1), is_upper ? 1 : 9) << "vertex " << v;
       ++(is_upper ? upper : lower);
     }

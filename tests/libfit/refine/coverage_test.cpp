@@ -16,15 +16,15 @@ TEST(Refine, an_open_sheet_is_covered_one_spacing_beyond_its_outermost_points) {
   for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v) {
     const double x = fine.vertices(v, 0);
     if (x < 0.050) {
-      EXPECT_TRUE(model.is_covered[v]) << "x " << x;
+      EXPECT_TRUE(model.is_covered[static_cast<std::size_t>(v)]) << "x " << x;
     }
     if (x > 0.055) {
-      EXPECT_FALSE(model.is_covered[v]) << "x " << x;
+      EXPECT_FALSE(model.is_covered[static_cast<std::size_t>(v)]) << "x " << x;
     }
   }
   EXPECT_NEAR(report.largest_projection_m, std::sqrt(2e-4), 0.0021);
   for (const std::int32_t v : report.uncovered) {
-    EXPECT_FALSE(model.is_covered[v]);
+    EXPECT_FALSE(model.is_covered[static_cast<std::size_t>(v)]);
     EXPECT_TRUE(model.curves.control[0].row(v).isZero(0));
   }
   expect_partition_of_unity(model);
@@ -43,10 +43,10 @@ TEST(Refine, points_on_part_of_a_closed_surface_do_not_close_it_behind_them) {
   const Model model = refine(curves, fine, all(fine), kNone, {}, &report);
   for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v) {
     if (fine.vertices(v, 2) > 0) {
-      EXPECT_TRUE(model.is_covered[v]);
+      EXPECT_TRUE(model.is_covered[static_cast<std::size_t>(v)]);
     }
     if (fine.vertices(v, 2) < -0.012) {
-      EXPECT_FALSE(model.is_covered[v]) << fine.vertices.row(v);
+      EXPECT_FALSE(model.is_covered[static_cast<std::size_t>(v)]) << fine.vertices.row(v);
     }
   }
 }

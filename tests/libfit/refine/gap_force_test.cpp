@@ -21,7 +21,7 @@ Eigen::RowVectorXd forces_at(const Surface& surface, Eigen::Index vertex, double
   FittedCurves curves = curves_at(surface, [](const Vec3&) { return 1; });
   curves.curves.basis[0].knots_m.back() = deepest_m;
   std::vector<char> is_wanted(static_cast<std::size_t>(surface.vertices.rows()), 0);
-  is_wanted[vertex] = 1;
+  is_wanted[static_cast<std::size_t>(vertex)] = 1;
   return gap_forces(curves, surface, vertex_normals(surface), is_wanted, {}, tool)
       .at_vertex.row(vertex)
       .array()

@@ -15,7 +15,7 @@ namespace {
 
 TestPoints points_of(const Surface& surface) {
   TestPoints points{surface.vertices, -vertex_normals(surface), {}, surface.triangles};
-  points.name.assign(surface.vertices.rows(), "p");
+  points.name.assign(static_cast<std::size_t>(surface.vertices.rows()), "p");
   return points;
 }
 

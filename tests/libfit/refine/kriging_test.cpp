@@ -162,7 +162,7 @@ TEST(Refine, normals_are_those_of_the_presses_where_the_surface_is_rough) {
   EXPECT_TRUE(report.interpolation.kriges_normals);
   EXPECT_GT(report.interpolation.surface_normal_rad, 0.05);
   for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v)
-    if (model.is_covered[v]) {
+    if (model.is_covered[static_cast<std::size_t>(v)]) {
       EXPECT_NEAR(model.inward_normal.row(v).dot(-Vec3::UnitZ()), 1, 1e-12) << v;
     }
   const Model simulated = refine(curves, fine, all(fine), {});

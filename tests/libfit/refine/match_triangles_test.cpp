@@ -24,7 +24,8 @@ TEST(MatchTriangles, follow_points_given_in_another_order) {
   const Triangles matched = match_triangles(shuffled, test_points, 0.1);
   ASSERT_EQ(matched.rows(), points.triangles.rows());
   for (Eigen::Index t = 0; t < matched.rows(); ++t)
-    for (int k = 0; k < 3; ++k) EXPECT_EQ(order[matched(t, k)], points.triangles(t, k));
+    for (int k = 0; k < 3; ++k)
+      EXPECT_EQ(order[static_cast<std::size_t>(matched(t, k))], points.triangles(t, k));
 }
 
 TEST(MatchTriangles, other_points_have_none) {

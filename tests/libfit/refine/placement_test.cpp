@@ -39,9 +39,9 @@ TEST(ExpectedError, bounds_what_a_parabola_loses_and_is_near_it) {
     const Vec3 at = fine.vertices.row(v);
     const double value = parabola(at);
     const double actual = std::abs(model.curves.control[0](v, 1) - value) / value;
-    EXPECT_GE(errors[v], 0.9 * actual - 1e-6) << "vertex " << v;
+    EXPECT_GE(errors[static_cast<std::size_t>(v)], 0.9 * actual - 1e-6) << "vertex " << v;
     actual_sum += actual;
-    expected_sum += errors[v];
+    expected_sum += errors[static_cast<std::size_t>(v)];
   }
   EXPECT_LT(expected_sum, 2 * actual_sum);
 }
@@ -107,7 +107,7 @@ TEST(NextPoints, keep_a_least_distance_however_wrong_a_corner_is) {
   const Surface fine = plate(40, 40, 0.1, 0.1);
   std::vector<double> errors(static_cast<std::size_t>(fine.vertices.rows()), 0.01);
   for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v)
-    if (fine.vertices.row(v).norm() < 0.02) errors[v] = 100;
+    if (fine.vertices.row(v).norm() < 0.02) errors[static_cast<std::size_t>(v)] = 100;
   const auto near_corner = [&](double least_m) {
     const auto picked = next_points(fine, all(fine), {{{0, 0.0}}}, errors,
                                     {.count = 60, .gap_share = 0, .least_m = least_m});

@@ -50,8 +50,8 @@ struct Followed {
     curves = curves_at(coarse, force);
     const double range_m = curves.curves.basis[0].knots_m.back();
     for (const auto kind : {CurveKind::normal, CurveKind::limit}) {
-      CurveBasis& basis = curves.curves.basis[kind];
-      Controls& control = curves.curves.control[kind];
+      CurveBasis& basis = curves.curves.basis[static_cast<std::size_t>(kind)];
+      Controls& control = curves.curves.control[static_cast<std::size_t>(kind)];
       basis = {1, {0}};
       control.setZero(121, kComparedDepths + 1);
       for (int k = 1; k <= kComparedDepths; ++k) {

@@ -169,7 +169,7 @@ TEST(Slopes, leave_curves_that_rise_from_zero) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal(0, 1e7);
   for (const Eigen::Index corner : {0, 6, 42, 48}) {
-    curves.status[corner] = FitStatus::poor;  // counts in no choice
+    curves.status[static_cast<std::size_t>(corner)] = FitStatus::poor;  // counts in no choice
     for (double& g : curves.curves.control[runtime::kSide3].row(corner)) g = normal(random);
   }
   RefineReport report;

@@ -48,9 +48,9 @@ Samples experiments(const Model& model) {
       add(p, 2 * p + 1, ExperimentKind::drag, k - 1,
           {0.0004 * k * (p % 4 ? 1 : -1), 0.0002 * k, -0.004});
   }
-  samples.deflection.resize(deflection.size(), 3);
+  samples.deflection.resize(static_cast<Eigen::Index>(deflection.size()), 3);
   for (std::size_t i = 0; i < deflection.size(); ++i)
-    samples.deflection.row(i) = deflection[i].transpose();
+    samples.deflection.row(static_cast<Eigen::Index>(i)) = deflection[i].transpose();
   return samples;
 }
 
@@ -64,7 +64,8 @@ void show(const Asset& asset, Samples& samples) {
     const runtime::Deformation deformation(asset, *contacts[row], state);
     for (int v = 0; v < asset.vertices; ++v) {
       const runtime::Vec3d u = deformation.at(v);
-      samples.surface.row(row).segment(3 * v, 3) << float(u.x), float(u.y), float(u.z);
+      samples.surface.row(static_cast<Eigen::Index>(row)).segment(3 * v, 3) << float(u.x),
+          float(u.y), float(u.z);
     }
   }
 }
@@ -122,7 +123,7 @@ TEST(shape_error, is_of_the_surface_that_a_scene_sees) {
     const auto contacts = contact_states(body.asset, samples, kDepth_m);
     for (std::size_t row = 0; row < contacts.size(); ++row)
       ASSERT_EQ(runtime::deform(body.asset, *contacts.at(row), 0, 0, body.asset.vertices,
-                                samples.surface.row(row).data()),
+                                samples.surface.row(static_cast<Eigen::Index>(row)).data()),
                 runtime::Status::ok);
     EXPECT_LT(shape_error(body.asset, samples, contacts).all.max_m, 1e-9) << "seed " << seed;
     unpushed_m =
@@ -146,7 +147,7 @@ TEST(identify_shape, rows_that_are_not_good_tell_nothing) {
     if (samples.point[row] == 3) samples.status[row] = RowStatus::not_converged;
   const ShapeResponse before = found();
   for (std::size_t row = 0; row < samples.point.size(); ++row)
-    if (samples.point[row] == 3) samples.surface.row(row).setConstant(1);
+    if (samples.point[row] == 3) samples.surface.row(static_cast<Eigen::Index>(row)).setConstant(1);
   const ShapeResponse after = found();
   EXPECT_EQ(before.point, after.point);
   EXPECT_EQ(before.mode, after.mode);
