@@ -16,7 +16,7 @@ constexpr double kStep = 0.5;  // has the least error of held-out paths; 1 the l
 
 /// Side force of a vertex over its press where curves end, by (M22), at most. Sound bodies have 4;
 /// beside a point without good rows a slope is that of what is not known, and the engine refuses
-/// 100 (runtime::is_side_borne).
+/// 100 (runtime::is_side_carried).
 constexpr double kMaxSide = 10;
 
 // Reads the curves of a model of rings.
@@ -102,7 +102,8 @@ NodeShape::NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& norma
     : across(Mat3::Identity() - normal * normal.transpose()) {
   double k[6];
   for (int i = 0; i < 6; ++i) k[i] = curves.control[runtime::kCurvature](row, i);
-  runtime::move_out(k, runtime::kCurvatureDepth * curves.basis[0].knots_m.back());  // (M15c)
+  runtime::offset_curvature(k,
+                            runtime::kCurvatureDepth * curves.basis[0].knots_m.back());  // (M15c)
   curvature << k[0], k[3], k[4], k[3], k[1], k[5], k[4], k[5], k[2];
   curvature = (across * curvature * across).eval();
   stretch = (Mat3::Identity() - radius_m * curvature).inverse();

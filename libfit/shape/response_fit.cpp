@@ -178,7 +178,7 @@ void ResponseFit::each_near(const DentState& state, const Use& use) const {
   ShapePlace place;
   for (int v = 0; v < asset_.vertices; ++v) {
     const Vec3d X = asset_.vertex_at(v);
-    if (!see_place(state, a, shape_.intervals, X, asset_.normal_at(v), place)) continue;
+    if (!find_place(state, a, shape_.intervals, X, asset_.normal_at(v), place)) continue;
     const Vec3d offset = X - state.point;
     const double s2 = runtime::dot(offset, offset) / (a * a);
     use(v, place, 1 / ((1 + s2 / 9) * state.normal_m * state.normal_m));

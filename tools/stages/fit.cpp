@@ -6,7 +6,6 @@
 #include <charconv>
 
 #include "libfem/probes/probes.hpp"
-#include "libfem/probes/round_end.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/experiments.hpp"
 #include "libfit/fit/damage.hpp"
@@ -166,20 +165,19 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
 }
 
 FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs,
-                         const WarmStart& warm, const Nuisances& nuisances, FitCache* cache,
-                         fit::RadiusReport* radius) {
+                         const FitChoices& choices, fit::RadiusReport* radius) {
   const Samples samples =
       of_kinds(all, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
   FitOptions options = fit_options(all, section, jobs);
   const Samples others = of_kinds(all, {ExperimentKind::other});
-  options.warm_start = warm.curves;
-  options.warm_cache = warm.cache;
-  options.estimates = nuisances;
+  options.warm_start = choices.curves;
+  options.warm_cache = choices.warm_cache;
+  options.estimates = choices.nuisances;
   FitReport report;
   FittedCurves curves;
   {
     ConsoleProgress progress("fit");
-    curves = fit_curves(samples, options, progress.progress(), &report, cache);
+    curves = fit_curves(samples, options, progress.progress(), &report, choices.cache);
   }
   say_fit(curves, report);
   curves.probe = samples.probe;

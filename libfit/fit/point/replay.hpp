@@ -88,7 +88,7 @@ std::vector<T> part_controls(const runtime::Part& part, const runtime::Quadric& 
   if (part.known == runtime::Known::curvature) {
     double kappa[6];
     for (int i = 0; i < 6; ++i) kappa[i] = -quadric.gradient[3 * kAt[i][0] + kAt[i][1]];
-    runtime::move_out(kappa, -runtime::kCurvatureDepth);  // (M15c)
+    runtime::offset_curvature(kappa, -runtime::kCurvatureDepth);  // (M15c)
     for (const double k : kappa) control.push_back(T(k));
   }
   if (part.known == runtime::Known::sway)

@@ -45,7 +45,7 @@ struct RingBody {
     rig.samples.probe = sphere_spec(radius_m, friction);
     for (std::size_t p = 0; p < truth.size(); ++p) {
       auto k = truth[p].control[runtime::kCurvature];
-      runtime::move_out(k.data(), runtime::kCurvatureDepth * kDepth_m);  // (M15c)
+      runtime::offset_curvature(k.data(), runtime::kCurvatureDepth * kDepth_m);  // (M15c)
       Mat3 offset;
       offset << -k[0], -k[3], -k[4], -k[3], -k[1], -k[5], -k[4], -k[5], -k[2];
       const Mat3 own = offset * (Mat3::Identity() + radius_m * offset).inverse();

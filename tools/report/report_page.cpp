@@ -1,14 +1,14 @@
-#include "tools/report/contents.hpp"
+#include "tools/report/report_page.hpp"
 
 #include <algorithm>
 #include <array>
 #include <functional>
-#include <optional>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/recorded_signals.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/signals_file.hpp"
 #include "libfit/validation/statement.hpp"
@@ -85,6 +85,9 @@ Json statement_of(const fs::path& folder) {
   return Json::parse(text);
 }
 
+// The place of the data in tools/page/page.html: the content of a <script type="application/json">.
+constexpr std::string_view kPlace = "{\"schema\":\"none\"}";
+
 constexpr std::size_t kShown = 1000;  // recordings: 2.5 MB of a page
 
 // Indices of the recordings that are shown: refused ones first, then from poor to good. Of more
@@ -101,22 +104,17 @@ std::vector<std::size_t> chosen(const std::vector<RecordedSignal>& signals) {
   return shown;
 }
 
-// What the page draws of recordings.
+// Recordings as the page draws them.
 Json pictures_json(const std::vector<RecordedSignal>& signals) {
   std::array<int, kRecordingGradeNames.size()> all{};
-  for (const RecordedSignal& signal : signals) ++all[static_cast<std::size_t>(signal.grade)];
+  for (const RecordedSignal& signal : signals) ++all[signal.grade];
   const std::vector<std::size_t> shown = chosen(signals);
   const auto listed = [&](auto value) {
     Json list = Json::array();
     for (const std::size_t i : shown) list.push_back(std::invoke(value, signals[i]));
     return list;
   };
-  const auto numbers = [&](auto value) {
-    std::vector<float> list;
-    for (const std::size_t i : shown)
-      list.push_back(static_cast<float>(std::invoke(value, signals[i])));
-    return packed(list);
-  };
+  const auto numbers = [&](auto value) { return packed_as<float>(listed(value)); };
   const auto readings = [&](auto member) {
     auto list = SignalTrace().*member;
     for (const std::size_t i : shown) {
@@ -191,6 +189,39 @@ std::string contents_of_set_up(const std::string& name, const Body& body,
   add_body(json, body);
   for (const std::string& sentence : warnings) json["warnings"].push_back(sentence);
   return text_of(json);
+}
+
+std::optional<fs::path> find_page() {
+  std::error_code ignored;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  for (const char* place : {"../share/palpate/page.html", "page/page.html"})
+    if (fs::is_regular_file(folder / place, ignored)) return (folder / place).lexically_normal();
+  return std::nullopt;
+}
+
+void write_page(const fs::path& output, const std::string& contents) {
+  const auto path = find_page();
+  if (!path)
+    throw Error("report", "the page that it fills is not there (share/palpate/page.html)",
+                "Install Node.js 18 or newer with npm, then `cmake --build build/PRESET --target "
+                "palpate_page`, or copy the page from another installation.");
+  const std::string page = read_whole_file(*path);
+  const std::size_t at = page.find(kPlace);
+  if (at == std::string::npos)
+    throw Error(path->string(), "is no page of Palpate's",
+                "Build it again: `cmake --build build/PRESET --target palpate_page`.");
+  AtomicFile file(output);
+  file.write(std::string_view(page).substr(0, at));
+  // A text within may not end the element it stands in.
+  std::string_view rest = contents;
+  for (std::size_t less; (less = rest.find('<')) != std::string_view::npos;) {
+    file.write(rest.substr(0, less));
+    file.write("\\u003c");
+    rest.remove_prefix(less + 1);
+  }
+  file.write(rest);
+  file.write(std::string_view(page).substr(at + kPlace.size()));
+  file.commit();
 }
 
 }  // namespace palpate::tools
