@@ -6,8 +6,8 @@
 
 #include "libfit/assets/asset_surface.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/shape_arrays.hpp"
 #include "libfit/runtime/engine.hpp"
+#include "libfit/shape/shaped_asset.hpp"
 
 namespace palpate {
 namespace {
@@ -162,6 +162,24 @@ std::vector<double> table_of(const CurveBasis& basis) {
   return out;
 }
 
+runtime::RelaxationBlock block_of(const Relaxation& relaxation) {
+  runtime::RelaxationBlock block{};
+  block.branches = relaxation.branches();
+  for (Eigen::Index k = 0; k < relaxation.branches(); ++k) {
+    block.share[k] = relaxation.share[k];
+    block.time_s[k] = relaxation.time_s[k];
+  }
+  return block;
+}
+
+// Visits the blocks of the body's memories that it has.
+template <class Visit>
+void each_block(const CurveSet& curves, const Visit& visit) {
+  if (curves.relaxation.branches() > 0) visit(block_of(curves.relaxation));
+  if (curves.damage.softens()) visit(runtime::DamageBlock{curves.damage, {}});
+  if (curves.coupling.is_any()) visit(runtime::CouplingBlock{curves.coupling, {}});
+}
+
 AssetParts make_parts(const Model& model, const ExportOptions& options) {
   AssetParts parts;
   parts.surface = make_asset_surface(model, options);
@@ -214,9 +232,7 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
   if (!runtime::has_possible_counts(header))
     throw Error("model", "it has more vertices, triangles or meta data than an asset can hold",
                 "Export a coarser surface.");
-  if (model.curves.relaxation.branches() > 0) header.flags |= runtime::RelaxationBlock::kFlag;
-  if (model.curves.damage.softens()) header.flags |= runtime::DamageBlock::kFlag;
-  if (model.curves.coupling.is_any()) header.flags |= runtime::CouplingBlock::kFlag;
+  each_block(model.curves, [&](const auto& block) { header.flags |= block.kFlag; });
   header.file_bytes = runtime::lay_out(header, header.offset);
   if (parts.shape.header.points == 0) return header;
   if (!runtime::has_possible_shape(parts.shape.header))
@@ -256,26 +272,14 @@ void put_shape(AssetBytes& bytes, const Header& header, const ShapeArrays& shape
   put_part(runtime::kShapeMode, shape.mode);
 }
 
-// A block of the asset, if the header's flags name it.
 template <class Block>
 void put_block(AssetBytes& bytes, const Header& header, const Block& block) {
-  if ((header.flags & Block::kFlag) == 0) return;
   std::uint64_t sections[runtime::kSections];
   const std::uint64_t begin =
       runtime::lay_out(header, sections) - runtime::block_bytes(header.flags, 0, runtime::Blocks());
   std::memcpy(
       bytes.data() + begin + runtime::block_bytes(header.flags, Block::kFlag, runtime::Blocks()),
       &block, sizeof block);
-}
-
-runtime::RelaxationBlock block_of(const Relaxation& relaxation) {
-  runtime::RelaxationBlock block{};
-  block.branches = relaxation.branches();
-  for (Eigen::Index k = 0; k < relaxation.branches(); ++k) {
-    block.share[k] = relaxation.share[k];
-    block.time_s[k] = relaxation.time_s[k];
-  }
-  return block;
 }
 
 void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, const Model& model,
@@ -295,9 +299,7 @@ void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, c
   put(bytes, header, runtime::kCheckTicks, parts.check);
   put(bytes, header, runtime::kMeta,
       std::vector<char>(options.meta_json.begin(), options.meta_json.end()));
-  put_block(bytes, header, block_of(model.curves.relaxation));
-  put_block(bytes, header, runtime::DamageBlock{model.curves.damage, {}});
-  put_block(bytes, header, runtime::CouplingBlock{model.curves.coupling, {}});
+  each_block(model.curves, [&](const auto& block) { put_block(bytes, header, block); });
   if (parts.shape.header.points > 0) put_shape(bytes, header, parts.shape);
 }
 

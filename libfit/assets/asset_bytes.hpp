@@ -25,11 +25,12 @@ class AssetBytes {
 };
 
 /// An asset as it goes into a file: surface, curves, tree, check path with the engine's own forces.
-/// Refusals as make_asset_surface's, plus bad bases. Fills the report when given. Deterministic.
+/// Refusals as make_asset_surface's, plus bad bases. Fills the report where there is one.
+/// Deterministic.
 AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options,
                             ExportReport* report = nullptr);
 
-/// The same asset with other meta data; its check path is recorded again. Throws Error where the
+/// An asset with other meta data; its check path is recorded again. Throws Error where the
 /// engine refuses the numbers.
 AssetBytes with_meta(const runtime::AssetView& asset, const std::string& meta_json);
 

@@ -27,7 +27,7 @@ class AssetFile {
   runtime::Asset asset_;
 };
 
-/// Whether the file begins with an asset's magic. Throws Error when it cannot be read.
+/// True where the file begins with an asset's magic. Throws Error when it cannot be read.
 bool is_asset_file(const std::filesystem::path& path);
 
 /// Maps an asset file read-only and opens it, check path included. Safe on any file that nobody

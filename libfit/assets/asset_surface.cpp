@@ -99,8 +99,8 @@ void fade_borders(AssetSurface& surface) {
   }
 }
 
-// Of every part the mean over the covered vertices (M12e); of one with directions, which belong to
-// their place, nothing; but the body sways as a whole.
+// The mean of every part over the covered vertices (M12e); zero for one with directions, which
+// belong to their place, but for the sway, which is rigid.
 std::vector<Eigen::RowVectorXd> mean_controls(const Model& model) {
   std::vector<Eigen::RowVectorXd> mean;
   for (const Controls& control : model.curves.control)

@@ -32,11 +32,11 @@ struct AssetSurface {
 /// points with the mean where options.has_mean_elsewhere.
 /// Throws Error, naming the model's element, when: nothing is covered; array sizes differ; a number
 /// is not finite; a normal of a covered vertex is not unit; a triangle names a missing vertex or
-/// one twice; an edge has three triangles, or two that run the same way; a curve decreases.
+/// one twice; an edge has three triangles, or two along it in one direction; a curve decreases.
 AssetSurface make_asset_surface(const Model& model, const ExportOptions& options);
 
 /// Triangle across the edge from corner k to k+1 of each triangle, -1 at borders. F x 3.
-/// Throws Error on an edge with three triangles or two that run the same way.
+/// Throws Error on an edge with three triangles or two along it in one direction.
 std::vector<std::int32_t> triangle_neighbours(const Triangles& triangles);
 
 }  // namespace palpate

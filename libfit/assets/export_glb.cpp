@@ -29,7 +29,7 @@ Floats normals_of(const Surface& surface) {
   return normals.cast<float>();
 }
 
-/// How the surface lies under a press, for a morph target.
+/// Displacement of the surface under a press, for a morph target.
 struct PressedShape {
   std::string name;       ///< "press at vertex 12, 10.0 mm, stiffest 1"
   Points displacement_m;  ///< V x 3

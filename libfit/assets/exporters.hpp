@@ -11,11 +11,11 @@
 
 namespace palpate {
 
-/// What an export may be told.
+/// Options of an export.
 struct ExportOptions {
   bool fades_borders = true;  ///< forces fade out over the last ring before an open border
   /// Surface without test points answers with the mean curves of the covered vertices and says so
-  /// (kFlagOutside), so that no hole is felt; false: with nothing.
+  /// (kFlagOutside), so that no hole is noticed; false: with nothing.
   bool has_mean_elsewhere = false;
   std::string meta_json = "{}";           ///< for people: error statement, scene hash
   std::filesystem::path engine_dir = {};  ///< where the engine's folder goes; empty: not copied
@@ -25,7 +25,7 @@ struct ExportOptions {
   double map_depth_m = 0;  ///< at which glb and ply are coloured; 0: half of the curves' range
 };
 
-/// What was exported; remarks are whole sentences for people.
+/// Report of an export; remarks are sentences for people.
 struct ExportReport {
   std::uint64_t bytes = 0;
   int vertices = 0, triangles = 0;
@@ -48,7 +48,7 @@ const Exporter& find_exporter(std::string_view name);
 /// The row whose extension a file's name has. Throws Error listing the extensions when none has it.
 const Exporter& exporter_of_file(const std::filesystem::path& path);
 
-/// Whether the arrays of a model have the sizes that belong together.
+/// True where the arrays of a model have the sizes that belong together.
 bool has_matching_arrays(const Model& model);
 
 /// The report of a file that holds all of the model's surface.

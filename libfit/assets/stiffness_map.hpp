@@ -19,7 +19,7 @@ inline constexpr Rgb kUncoveredGrey{158, 158, 158};
 /// A model's normal stiffness at one depth, as a picture of it. V vertices.
 struct StiffnessMap {
   double depth_m = 0;
-  double low_N_m = 0, high_N_m = 0;  ///< what the ends of the colours stand for
+  double low_N_m = 0, high_N_m = 0;  ///< stiffness at the ends of the colours
   std::vector<float> stiffness_N_m;  ///< V, NaN where not covered
   std::vector<Rgb> colour;           ///< V
 };

@@ -13,7 +13,7 @@ using runtime::Vec3d;
 constexpr double kAir_m = 2e-4;   // a slide begins and ends that far above the surface
 constexpr int kLegs = 6;          // of a slide in contact
 constexpr double kLegDepths = 1;  // length of a leg, in depths of the triangle
-// A pull below it is none: a fortieth of what a hand feels. Dashpots of a breast leave 0.2 mN.
+// A pull below it is none: a fortieth of what a hand notices. Dashpots of a breast leave 0.2 mN.
 constexpr double kPull_N = 1e-3;
 
 class SeededSlide {

@@ -19,20 +19,20 @@ struct ForceJumps {
   double edge_N = 0;       ///< the contact point went to another triangle
   double knot_N = 0;       ///< the depth went over a knot of the normal curves
   double range_end_N = 0;  ///< or over the end of what was fitted
-  double held_N = 0;       ///< the guard bore a share of the force
+  double held_N = 0;       ///< the guard carried a share of the force
   double inside_N = 0;     ///< nothing of that
 };
 
-/// What seeded slides over an asset find (docs/method-certificate.md, section 19). Sampled, not
+/// Findings of seeded slides over an asset (docs/method-certificate.md, section 19). Sampled, not
 /// bounded.
 struct Certificate {
   std::int64_t ticks = 0;          ///< in contact
   std::int64_t pulling_ticks = 0;  ///< the tool was pulled in, or less than nothing was stored
   ForceJumps jumps;
-  double edge_jump_at_m[3] = {0, 0, 0};  ///< contact point where jumps.edge_N was met
+  double edge_jump_at_m[3] = {0, 0, 0};  ///< contact point of jumps.edge_N
   double stiffness_N_m = 0;              ///< largest jump over a tick's step
   double force_N = 0;                    ///< largest
-  std::int64_t held_ticks = 0;           ///< the guard bore a share of the force
+  std::int64_t held_ticks = 0;           ///< the guard carried a share of the force
   double refused_J = 0;                  ///< sum that slips would have created without the guard
   double work_J = 0;                     ///< sum of the work that the tool put in
 

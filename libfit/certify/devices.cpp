@@ -7,7 +7,7 @@
 namespace palpate::certify {
 namespace {
 
-constexpr double kNoticeable_N = 0.04;  // smallest change of a force that a hand feels
+constexpr double kNoticeable_N = 0.04;  // smallest change of a force that a hand notices
 constexpr double kApproach_s = 0.3, kRest_s = 1, kWatch_s = 0.3;
 constexpr int kSubsteps = 20;  // of a tick
 

@@ -31,7 +31,7 @@ struct ServoLoop {
   unsigned seed = 1;
 };
 
-/// With how many of the loop's hands the force keeps swinging, by more than can be felt (0.04 N),
+/// Number of the loop's hands with which the force keeps swinging by more than is noticed (0.04 N),
 /// a second after the hand has come to rest. A hand is mass, damper and spring, drawn evenly on
 /// logarithms of 50 to 300 g, 1 to 10 N s/m and 50 to 800 N/m; it presses with half of force_N, or
 /// of what the device can. Device and hand move as one mass with the device's Coulomb friction, in
@@ -39,7 +39,7 @@ struct ServoLoop {
 int swinging_hands(const Device& device, double stiffness_N_m, double force_N,
                    const ServoLoop& loop = {});
 
-/// What a device says to a body.
+/// Verdict on a device for a body.
 struct DeviceVerdict {
   Device device;
   bool force_fits = true;      ///< its force is the largest of the body's, or more

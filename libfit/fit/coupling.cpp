@@ -14,8 +14,8 @@ constexpr int kMaxSteps = 12, kMaxHalvings = 6;
 constexpr double kProbed = 0.02;  // of that limit: a derivative by differences
 constexpr double kRidge = 1e-6;   // of the largest entry of the Gram matrix
 constexpr double kLimitSpring = 1e3;
-// Of what the softest place of the body allows a probe: beyond it all contacts have their bound
-// (coupling_share), but those of balls that are narrower.
+// Limit of compliances, over what the softest place allows a probe: beyond it all contacts have
+// their bound (coupling_share), but those of balls that are narrower.
 constexpr double kLimit = 3;
 constexpr double kWorth = 0.9;
 
@@ -49,8 +49,8 @@ Unknowns bounded_minimum(const Gram& gram, const Unknowns& right, const Unknowns
   return x;
 }
 
-// The same with sums of unknowns that are below a limit: sum over k of rows.col(i) x <= limit[i].
-// A sum that is not is brought to its limit by a stiff spring, and stays there.
+// Does the same with sums of unknowns that are below a limit: sum over k of rows.col(i) x <=
+// limit[i]. A sum that is not is brought to its limit by a stiff spring, and stays there.
 Unknowns limited_minimum(Gram gram, Unknowns right, const Unknowns& least,
                          const Eigen::Matrix<double, kUnknowns, 2>& rows,
                          const Eigen::Vector2d& limit) {
@@ -65,7 +65,7 @@ Unknowns limited_minimum(Gram gram, Unknowns right, const Unknowns& least,
   return x;
 }
 
-// Of the vertex whose contact is the softest.
+// The least excess over all vertices, that of the softest contact.
 double least_excess(const runtime::AssetView& asset, const runtime::CouplingView& coupling) {
   double least = std::numeric_limits<double>::infinity();
   constexpr double kCorner[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -78,7 +78,7 @@ double least_excess(const runtime::AssetView& asset, const runtime::CouplingView
   return least;
 }
 
-// Of the balls about their middle, and of what the largest one's own surface adds.
+// Root mean square distance of the balls from their middle, and the largest radius.
 double lever_m(const runtime::ToolShape& shape) {
   const auto centre = [&](int i) { return Eigen::Map<const Vec3>(shape.ball[i].centre_m); };
   Vec3 middle = Vec3::Zero();
@@ -97,7 +97,7 @@ runtime::CouplingView identify_coupling(const runtime::AssetView& asset,
                                         const CouplingResidual& residual_of, double length_m) {
   Unknowns x = Unknowns::Zero();
   const auto left = [&](const Unknowns& at) { return residual_of(coupling_of(length_m, at)); };
-  // What sums of compliances may be: all of the a_k, and with them all of the b_k.
+  // Limits of the sum of all a_k, and of that of all b_k.
   constexpr int kScales = runtime::kCouplingScales;
   const auto most = [&](int k) {
     return 1 / least_excess(asset, coupling_of(length_m, Unknowns::Unit(k)));
@@ -118,12 +118,12 @@ runtime::CouplingView identify_coupling(const runtime::AssetView& asset,
     Gram gram = slope.transpose() * slope;
     gram.diagonal().array() += kRidge * gram.diagonal().maxCoeff();
     const Unknowns here = x / own_m_N;
-    const Unknowns way = own_m_N * limited_minimum(gram, -slope.transpose() * residual, -here, sums,
-                                                   limit - sums.transpose() * here);
+    const Unknowns direction = own_m_N * limited_minimum(gram, -slope.transpose() * residual, -here,
+                                                         sums, limit - sums.transpose() * here);
     double share = 1;
     bool is_better = false;
     for (int cut = 0; cut < kMaxHalvings && !is_better; ++cut, share /= 2) {
-      const Unknowns next = (x + share * way).cwiseMax(0);
+      const Unknowns next = (x + share * direction).cwiseMax(0);
       const Eigen::VectorXd there = left(next);
       is_better = there.squaredNorm() < (1 - 1e-4 * share) * residual.squaredNorm();
       if (!is_better) continue;

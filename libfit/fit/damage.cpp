@@ -21,20 +21,20 @@ constexpr double kLeast = 1e-3;        // rms, of a cycle's largest force
 // Contact radii; see docs/validation.md, Damage.
 constexpr double kDamageReach = 1.5;
 
-// A cycle over what the undamaged curve stores and bears at its depths.
+// A cycle, with the energy and the force of the undamaged curve at its depths.
 struct Cycle {
   std::vector<double> depth_m, law_J, law_N, force_N;
   double unit_J = 0, largest_N = 0;
 };
 
-// Of a straight press that nothing has damaged: force and work at each depth, from an even table.
+// Force and work of a straight press without damage at each depth, from an even table.
 class StraightPress {
  public:
   StraightPress(const LocalCurves& curves, const Vec3& inward, double deepest_m)
       : step_m_(deepest_m / kSteps) {
-    Points way(kSteps, 3);
-    for (int i = 1; i <= kSteps; ++i) way.row(i - 1) = step_m_ * i * inward;
-    const Points force = local_answer(curves, way).force;
+    Points path(kSteps, 3);
+    for (int i = 1; i <= kSteps; ++i) path.row(i - 1) = step_m_ * i * inward;
+    const Points force = local_answer(curves, path).force;
     force_N_.push_back(0);
     work_J_.push_back(0);
     for (int i = 0; i < kSteps; ++i) {
@@ -171,7 +171,8 @@ struct DamageResiduals {
   }
 };
 
-// Of the logarithms, so relative: from the curvature of the squares and what is left of them.
+// Deviations of the logarithms, so relative ones, from the curvature of the squares and their
+// minimum.
 std::array<double, 3> deviations(const DamageResiduals& residuals, const Eigen::Vector3d& p) {
   const Eigen::MatrixXd slopes = residuals.slopes(p, 1e-3);
   const double variance = residuals.at(p).squaredNorm() / std::max(1, residuals.rows - 3);
@@ -216,11 +217,11 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
     const double least_r = may_dent ? kLeastDented : 1;
     const DamageResiduals residuals{cycles, int(undamaged.size()), least_r};
     const auto rows = double(undamaged.size());
-    double whole = 0;
+    double squares = 0;
     answer(cycles, {}, [&](const Cycle& cycle, double answered_N, double force_N) {
-      whole += std::pow((answered_N - force_N) / cycle.largest_N, 2);
+      squares += std::pow((answered_N - force_N) / cycle.largest_N, 2);
     });
-    double least = whole > kLeast * kLeast * rows ? kWorth * kWorth * whole : 0;
+    double least = squares > kLeast * kLeast * rows ? kWorth * kWorth * squares : 0;
     std::vector<Eigen::Vector3d> starts;
     for (const double r : {0.3, 0.5, 0.7, 0.9, 1.2, 2.0, 5.0})
       for (const double scale : {0.02, 0.2})

@@ -14,13 +14,13 @@ namespace palpate::fit {
 struct DamageReport {
   std::size_t cycles = 0, rows = 0;
   RelativeErrors damaged, undamaged;
-  /// Relative standard deviations of r, m and beta, from what the rows are off by; infinite where
-  /// they do not tell a number.
+  /// Relative standard deviations of r, m and beta, from the residuals of the rows; infinite where
+  /// they do not determine a number.
   std::array<double, 3> deviation{};
   double dent = 0;  ///< depth below which nothing answers after the deepest press, over it; median
 };
 
-/// How the body softens (M56), from straight presses that go in, out and in again: any experiments
+/// Softening of the body (M56), from straight presses that go in, out and in again: any experiments
 /// of `cycles` that stay on the normal of a test point that `curves` has a curve for (by place).
 /// Least squares over r, m and beta of all rows together, each row's force over the largest of its
 /// cycle; the curves hold. r is 1 or more unless a dent may be found. m is over the energy under

@@ -129,10 +129,10 @@ void settle_rings(const Samples& samples, const fit::BodyData& body,
     const fit::PointCurves curves = fit::identify(body.points[p], rows[p], bases, plain, options);
     if (!curves.problem.empty()) return;
     Eigen::VectorXd deviation = Eigen::Vector4d::Zero();
-    const Eigen::MatrixXd square = fit::covariance(body.points[p], plain, curves).more;
+    const Eigen::MatrixXd square = fit::covariance(body.points[p], plain, curves).constants;
     if (square.rows() >= 4 && square.allFinite())
       deviation = square.diagonal().cwiseMax(0).cwiseSqrt();
-    found[p] = fit::ring_point(curves.log_force, curves.more.data(), deviation.data());
+    found[p] = fit::ring_point(curves.log_force, curves.constants.data(), deviation.data());
   });
   std::vector<fit::RingPoint> points;
   for (const auto& point : found)
@@ -204,7 +204,7 @@ Reading read_rows(const Samples& samples, FitOptions options, bool without_sway)
   return out;
 }
 
-// Whether the body moves as a whole by more than kLeastSway of what the tool does, at some row.
+// True where the rigid motion of the body exceeds kLeastSway of the tool's at some row.
 bool may_sway(const Samples& samples) {
   if (samples.point_sway.rows() == 0) return false;
   for (Eigen::Index i = 0; i < samples.rows(); ++i) {

@@ -10,8 +10,8 @@
 
 namespace palpate::fit {
 
-/// Whether rows have times and the body's relaxation is known: curves are then fitted to what the
-/// forces would be in slow motion.
+/// True where rows have times and the body's relaxation is known: curves are then fitted to what
+/// the forces would be in slow motion.
 inline bool depends_on_time(const Samples& samples) {
   return samples.time_s.size() > 0 && samples.relaxation.branches() > 0;
 }
@@ -31,7 +31,7 @@ FitOptions as_before(FitOptions options);
 /// be found and no recording states how uncertain any of them is.
 void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& body);
 
-/// Whether anything is unknown of any experiment.
+/// True where anything is unknown of any experiment.
 bool has_nuisances(const BodyData& body);
 
 /// A point's rows as they would have been recorded without its nuisance values.
@@ -64,7 +64,7 @@ struct FamilyEvidence {
 FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& rows,
                             const BodyBases& bases, const FitOptions& options);
 
-/// Whether a body's computed sway, which adds no unknown, is to be subtracted: p95 is lower by a
+/// Decides that a body's computed sway, which adds no unknown, is subtracted: p95 is lower by a
 /// tenth and the median no higher, or the median is lower by a tenth and p95 not worse by one; not
 /// where it leaves a tenth of the rows unjudged. Of a few dragged points p95 is that of the one
 /// beside a fold.

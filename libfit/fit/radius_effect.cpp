@@ -17,8 +17,8 @@ using Effect = Eigen::Matrix<double, runtime::kRadiusEffects, 1>;
 
 constexpr double kUsual = 0.1;      // standard deviation of k_0 and k_1 from 0
 constexpr double kRowError = 0.01;  // of a force, of rows that state none
-constexpr double kWorth = 0.95;     // of the error of theory alone, to be worth anything
-constexpr double kAside = 0.1;      // of the depth: farther it is no press
+constexpr double kWorth = 0.95;  // share of the error of theory alone below which an effect is kept
+constexpr double kAside = 0.1;   // of the depth: farther it is no press
 
 // Control values of a point as a spot of the engine's templates.
 struct PointSpot {
@@ -91,16 +91,16 @@ std::vector<PressedPoint> pressed_points(const FittedCurves& curves, const Sampl
     const double aside_m = (deflection - depth_m * inward).norm();
     if (!(depth_m > 1e-3 * largest_m) || !(normal_N > 0) || aside_m > kAside * depth_m) continue;
     const PointSpot spot{curves.curves.control[runtime::kNormal].row(p).data()};
-    const runtime::AssetView& met = tables.of(others.probe_number[row] - 1);
-    if (depth_m > met.max_fitted_m) continue;
+    const runtime::AssetView& other = tables.of(others.probe_number[row] - 1);
+    if (depth_m > other.max_fitted_m) continue;
     PressedPoint& point = out[p];
     point.point = p;
     point.force_N.push_back(normal_N);
     point.as_own_ball_N.push_back(force_of(bases.views.view[runtime::kNormal], spot, depth_m));
-    point.theory_N.push_back(force_of(met.curves.view[runtime::kNormal], spot, depth_m));
+    point.theory_N.push_back(force_of(other.curves.view[runtime::kNormal], spot, depth_m));
     Effect by_radius;
     for (int i = 0; i < runtime::kRadiusEffects; ++i)
-      by_radius[i] = force_of(met.curves.indenter->by_radius[i], spot, depth_m);
+      by_radius[i] = force_of(other.curves.indenter->by_radius[i], spot, depth_m);
     point.by_radius_N.push_back(by_radius);
     const double stated = others.force_error[row];
     point.error_N.push_back(std::max(std::isfinite(stated) ? stated : 0, kRowError * normal_N));

@@ -11,13 +11,12 @@
 
 namespace palpate::fit {
 
-/// How presses of other indenters come out, relative as a statement has them (M11a): median and
-/// p95. theory: by (M81) alone. left_out: each point with what the others say. fitted: with its
-/// own.
+/// Errors of presses of other indenters, relative as a statement has them (M11a). theory: by (M81)
+/// alone. left_out: each point with the effect of the others. fitted: with its own.
 struct RadiusReport {
   std::size_t points = 0, rows = 0;
   RelativeErrors as_own_ball, theory, left_out, fitted;
-  std::string chosen = "theory alone";  ///< what points without such presses get
+  std::string chosen = "theory alone";  ///< effect of points without such presses
 };
 
 /// Finds how the stiffness of the body's contacts changes with the indenter's radius beside what

@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// How knots got where they are: equal pieces, or equal shares of the curves' curvature.
+/// Placement of knots: equal pieces, or equal shares of the curves' curvature.
 enum class KnotPlacement : std::int8_t { even = 0, curvature = 1 };
 
 /// One candidate of the search for a basis: mean error of rows the curve did not see.
@@ -19,7 +19,7 @@ struct BasisEvidence {
   int pieces = 0;
   KnotPlacement placement = KnotPlacement::even;
   double heldout_error = 0;  ///< 95th percentile over points of the relative rms error
-  /// Likewise of the largest error that three neighbouring abscissae have in common.
+  /// The same figure of the largest error that three neighbouring abscissae have in common.
   double local_error = 0;
 };
 
@@ -35,11 +35,11 @@ struct BasisReport {
 /// Why the body got its family.
 struct FamilyReport {
   CurveFamily family = CurveFamily::separable;
-  bool sways = false;  ///< its law stands in series with the sway of the body as a whole
+  bool sways = false;  ///< its law stands in series with the rigid sway of the body
   std::string reason;
 };
 
-/// Constants of a body's rings, of a point of median force as the dragged ones tell (ring_lines),
+/// Constants of a body's rings, of a point of median force by the dragged ones (ring_lines),
 /// beside theory's; NaN where samples do not say what theory needs.
 struct RingsReport {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -53,7 +53,7 @@ struct RingsReport {
   double expected_lambda = kUnknown, expected_friction = kUnknown;
   double expected_friction_slope_1_m = kUnknown;
   std::vector<Eigen::Index> uneven;  ///< points whose lambda is far from the median
-  std::string warning;               ///< what is far from theory, and likely reasons; or empty
+  std::string warning;  ///< names constants far from theory, and likely reasons; or empty
 };
 
 /// A point that the curves describe badly, worst first.
@@ -91,13 +91,13 @@ struct BandWidths {
   std::array<Eigen::Index, kCurveKinds> widest_point{-1, -1, -1};
 };
 
-/// How the fit went. All but `seconds` is independent of the number of threads.
+/// Report of a fit. All but `seconds` is independent of the number of threads.
 struct FitReport {
   std::array<BasisReport, kCurveKinds> kind;
   FamilyReport family;
   RingsReport rings;
-  /// What points that were only pressed got as lateral and limit curves or as rings, a sentence;
-  /// empty where drags tell. Such points are graded by their normal curve alone.
+  /// A sentence on the lateral and limit curves, or rings, of points that were only pressed; empty
+  /// where drags determine them. Such points are graded by their normal curve alone.
   std::string assumed;
   std::vector<WorstPoint> worst;
   PointCounts points;

@@ -17,7 +17,7 @@ namespace {
 // within half of these, points above a lump do not.
 constexpr double kFarLambda = 0.2, kFarFriction = 0.15, kFarFrictionSlope = 0.5;
 
-constexpr double kApart = 0.05;   // of ln force: pairs that are closer tell no slope
+constexpr double kApart = 0.05;   // of ln force: pairs that are closer determine no slope
 constexpr double kSpread = 0.05;  // sum of squares at which a slope counts half
 
 constexpr double kClear = 2;  // standard errors: what is nearer may be the same
@@ -59,7 +59,7 @@ void compare_with_theory(const Samples& samples, RingsReport& report) {
         "as a whole");
 }
 
-// Of the points that were dragged, those whose lambda is far from the body's; they say so.
+// Finds the dragged points whose lambda is far from the body's; their messages say so.
 void find_uneven(const std::vector<std::size_t>& dragged, FittedCurves& fitted,
                  RingsReport& report) {
   for (const std::size_t p : dragged) {

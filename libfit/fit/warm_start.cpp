@@ -43,7 +43,7 @@ void mix_rows(const Samples& s, std::vector<std::uint64_t>& hash) {
   }
 }
 
-// Whether the cache is there and belongs to the curves.
+// True where there is a cache and it belongs to the curves.
 bool is_usable(const FitOptions& options) {
   const FittedCurves* earlier = options.warm_start;
   const FitCache* cache = options.warm_cache;

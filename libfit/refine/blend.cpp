@@ -1,5 +1,3 @@
-#include "libfit/refine/blend.hpp"
-
 #include <algorithm>
 #include <iterator>
 
@@ -11,8 +9,9 @@ namespace {
 
 constexpr double kAtCorner = 1e-9;  // of the longest edge: a vertex this near a test point is at it
 
-/// Of a vertex from its triangle, in longest edges of the triangle. With evenly spread points every
-/// reachable vertex is within one spacing of a test point, so 1 covers the rim, too.
+/// Largest distance of a vertex from its triangle, in longest edges of the triangle. With evenly
+/// spread points every reachable vertex is within one spacing of a test point, so 1 covers the rim,
+/// too.
 constexpr double kLargestDistanceEdges = 1;
 
 /// Along the surface from a test point, in longest edges at that point: what is near through the

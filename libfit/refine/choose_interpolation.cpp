@@ -21,7 +21,7 @@ constexpr int kDepths = kComparedDepths;
 constexpr int kShares = 4;  // eighths up to a half
 // Fewer points agree by chance.
 constexpr int kMinPoints = 4, kMinKrigedPoints = 6;
-constexpr int kMaxPoints = 500;      // evenly taken: more tell nothing new
+constexpr int kMaxPoints = 500;      // evenly taken: more do not change the choice
 constexpr double kFacesAlike = 0.3;  // cosine: not the other side of a thin body
 constexpr double kSlopesPay = 0.95;  // of the error without
 
@@ -155,9 +155,10 @@ void add_errors(const FittedCurves& curves, const Controls& control, LeftOutErro
     const double depth_m = range_m * step / kDepths, true_N = forces.normal_N(truth, depth_m);
     if (!(true_N > 0)) continue;
     const double plain_N = forces.normal_N(plain, depth_m),
-                 more_N = forces.normal_N(slope, depth_m);
+                 slope_N = forces.normal_N(slope, depth_m);
     for (int share = 0; share <= kShares; ++share)
-      errors.share[share] += std::abs(plain_N + 0.125 * share * more_N - true_N) / true_N / kDepths;
+      errors.share[share] +=
+          std::abs(plain_N + 0.125 * share * slope_N - true_N) / true_N / kDepths;
     for (const int as : {over_gap, kriged})
       errors.as[as] += std::abs(forces.normal_N(as, depth_m) - true_N) / true_N / kDepths;
   }

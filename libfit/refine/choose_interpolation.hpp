@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// What interpolation between test points makes use of, and the evidence: mean error of the normal
+/// The interpolation between test points that is used, and the evidence: mean error of the normal
 /// force at test points left out, relative: as chosen, without anything, with the best share of
 /// slopes, over the gap's force, over the trend of tilt as well, kriged. Errors are 0 where no
 /// point could be left out.
@@ -29,7 +29,7 @@ struct InterpolationChoice {
 /// and is_usable then 0.
 Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usable);
 
-/// What kriging makes of each measured point from the others: log_forces (P) and the inward normal
+/// Each measured point kriged from the others: log_forces (P) and the inward normal
 /// (P x 3, not unit). Empty: not measured, or too few.
 struct MeasuredPoints {
   Eigen::VectorXd force;

@@ -40,7 +40,7 @@ struct Neighbours : NumberLists {
   Neighbours(const Triangles& triangles, Eigen::Index vertices);
 };
 
-/// Where a point enters the edge graph: a vertex and how far it is [m].
+/// Entry of a point into the edge graph: a vertex and its distance [m].
 struct EdgePathSeed {
   std::int32_t vertex = 0;
   double distance_m = 0;

@@ -108,7 +108,7 @@ class HeightGrid {
                       kSide);
   }
 
-  // Whether it faces the tool and reaches under it.
+  // Adds the heights of a triangle; false where it does not face the tool or reach under it.
   bool add(std::int32_t f) {
     Vec3 corner[3];
     for (int k = 0; k < 3; ++k)

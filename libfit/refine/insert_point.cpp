@@ -67,19 +67,21 @@ class Mesh {
   }
 
   /// The edge's two triangles get the other diagonal where that is rounder, manifold and faces out.
-  bool flip_if_better(const DirectedEdge& edge) {
+  /// Returns its ends.
+  std::optional<DirectedEdge> flip_if_better(const DirectedEdge& edge) {
     const auto [a, b] = edge;
     const auto one = left_of(a, b), other = left_of(b, a);
-    if (!one || !other) return false;
+    if (!one || !other) return std::nullopt;
     const std::int32_t c = apex(*one, a, b), d = apex(*other, a, b);
-    if (c == d || left_of(c, d) || left_of(d, c)) return false;
-    if (angle(a, c, b) + angle(a, d, b) <= std::numbers::pi + kFlipMargin_rad) return false;
-    if (!faces_out({c, a, d}) || !faces_out({d, b, c})) return false;
+    if (c == d || left_of(c, d) || left_of(d, c) ||
+        angle(a, c, b) + angle(a, d, b) <= std::numbers::pi + kFlipMargin_rad ||
+        !faces_out({c, a, d}) || !faces_out({d, b, c}))
+      return std::nullopt;
     forget(*one), forget(*other);
     triangle_[*one] = {c, a, d};
     triangle_[*other] = {d, b, c};
     index(*one), index(*other);
-    return true;
+    return DirectedEdge(c, d);
   }
 
   void store() const {
@@ -204,12 +206,9 @@ void legalise(Mesh& mesh, std::vector<DirectedEdge> edges) {
   while (!edges.empty() && most-- > 0) {
     const DirectedEdge edge = edges.back();
     edges.pop_back();
-    const auto one = mesh.left_of(edge.first, edge.second);
-    const auto other = mesh.left_of(edge.second, edge.first);
-    if (!one || !other) continue;
-    const std::int32_t c = mesh.apex(*one, edge.first, edge.second);
-    const std::int32_t d = mesh.apex(*other, edge.first, edge.second);
-    if (!mesh.flip_if_better(edge)) continue;
+    const auto diagonal = mesh.flip_if_better(edge);
+    if (!diagonal) continue;
+    const auto [c, d] = *diagonal;
     edges.insert(edges.end(),
                  {{c, edge.first}, {edge.first, d}, {d, edge.second}, {edge.second, c}});
   }

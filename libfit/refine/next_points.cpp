@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kDepths = kComparedDepths;
 constexpr int kFeatures = 2 * kDepths;  // normal force, then limit force
-// Of twice the share of slopes, by which the second difference falls: what is left of it shows
+// Factor of twice the share of slopes by which the second difference falls: its rest shows
 // features that lie between test points, where slopes agree by chance.
 constexpr double kTrusted = 1.5;
 using Features = Eigen::Matrix<double, 1, kFeatures>;
@@ -69,7 +69,7 @@ std::vector<Gradient> gradients_of(const FittedCurves& curves, const FeatureTabl
   return gradients;
 }
 
-// What side forces say of the same (B4a): of the limit force as of the normal one.
+// The same gradients by side forces (B4a): those of the limit force as of the normal one.
 std::vector<Gradient> side_gradients_of(const FittedCurves& curves, const FeatureTable& features) {
   const Controls slopes = slopes_of(curves);
   const Eigen::Index size = slopes.cols() / 3;
@@ -147,7 +147,7 @@ std::vector<double> expected_errors(const FittedCurves& curves, const Model& mod
   const auto gradients = gradients_of(curves, at_points, triangles);
   const auto slopes = slope_share > 0 ? side_gradients_of(curves, at_points) : gradients;
   // Twice what the tangent at one end gets wrong at the other: the second difference along the
-  // edge, seen from either end; the larger one, because it is a feature that is being sought.
+  // edge, from either end; the larger one, because it is a feature that is being sought.
   const auto second_difference = [&](std::int32_t i, std::int32_t j) -> Features {
     const Vec3 offset = (curves.position.row(j) - curves.position.row(i)).transpose();
     const Features rise = at_points.row(j) - at_points.row(i);
@@ -155,7 +155,7 @@ std::vector<double> expected_errors(const FittedCurves& curves, const Model& mod
     const Features from_j = rise - offset.transpose() * gradients[j];
     return 2 * from_i.cwiseAbs().cwiseMax(from_j.cwiseAbs());
   };
-  // By how much the two differ where side forces tell the slopes: what half of them leaves.
+  // The difference of the two where side forces determine the slopes, of which half remains.
   const auto third_difference = [&](std::int32_t i, std::int32_t j) -> Features {
     const Vec3 offset = (curves.position.row(j) - curves.position.row(i)).transpose();
     const Features both = offset.transpose() * (slopes[i] + slopes[j]);

@@ -8,11 +8,11 @@
 
 namespace palpate {
 
-/// Where the next test points go.
+/// Choice of the next test points.
 struct NextPointsOptions {
   int count = 4;
   /// Share of them that fill the largest gaps, whatever is expected there: a feature that no test
-  /// point has felt shows in no curve.
+  /// point has touched shows in no curve.
   double gap_share = 0.25;
   /// Expected error at the middle of the largest gap when nothing speaks for any [1].
   double gap_error = 0.02;
@@ -31,13 +31,13 @@ std::vector<std::int32_t> next_points(const Surface& fine, const std::vector<cha
                                       std::vector<double> expected_error,
                                       const NextPointsOptions& options);
 
-/// What interpolation between test points is expected to get wrong at each vertex of a model,
-/// relative to the force there (M12a), (M12b). #V; 0 where not covered.
-/// curves: what the model was refined from. refined: what refine() reported.
-/// floor_N: forces below it count as it. Curves are compared at four depths; normal force and limit
-/// force both count. Points whose fit is poor are compared with none: what they differ by is no
-/// feature of the body to be sought. Exact up to third order for smooth fields; of features smaller
-/// than the spacing it sees that neighbours disagree, not how much is hidden between them.
+/// Expected error of interpolation between test points at each vertex of a model, relative to the
+/// force there (M12a), (M12b). #V; 0 where not covered. curves: what the model was refined from.
+/// refined: what refine() reported. floor_N: forces below it count as it. Curves are compared at
+/// four depths; normal force and limit force both count. Points whose fit is poor are compared with
+/// none: what they differ by is no feature of the body to be sought. Exact up to third order for
+/// smooth fields; of features smaller than the spacing it shows that neighbours disagree, not how
+/// much is hidden between them.
 std::vector<double> expected_errors(const FittedCurves& curves, const Model& model,
                                     const RefineReport& refined, double floor_N);
 

@@ -14,7 +14,7 @@ namespace {
 
 using Corners = std::array<std::int32_t, 3>;
 
-// The same cyclic order, smallest index first, so that each triangle has one spelling.
+// Corners in the same cyclic order, smallest index first, so that each triangle has one spelling.
 Corners canonical(Corners corners) {
   std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
   return corners;

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "libfit/core/body.hpp"
+#include "libfit/core/curves.hpp"
 #include "libfit/refine/edge_paths.hpp"
 
 namespace palpate {
@@ -11,7 +12,7 @@ namespace palpate {
 /// triangulation and refuses the other side of a thin part.
 inline constexpr double kMinCosine = 0.25881904510252074;
 
-/// Whether a normal, of any length, is within acos(cosine) of a unit vector.
+/// True where a normal, of any length, is within acos(cosine) of a unit vector.
 inline bool faces_alike(const Vec3& normal, const Vec3& unit, double cosine = kMinCosine) {
   return normal.dot(unit) > cosine * normal.norm();
 }
@@ -24,7 +25,7 @@ Vec3 blended(const Points& rows, const Corners& corners, const Vec3& weight) {
   return out;
 }
 
-/// Where each test point sits on the surface: the corners of the nearest triangle whose
+/// The place of each test point on the surface: the corners of the nearest triangle whose
 /// interpolated normal is within acos(min_cosine) of the point's. position, inward: P x 3.
 /// outward_normal: #V x 3 of the surface. No seed for a point farther than max_m from the surface.
 std::vector<EdgePathSeeds> place_on_surface(const Points& position, const Points& inward,
@@ -42,5 +43,24 @@ Triangles triangulate_over(const Surface& surface, const std::vector<std::int32_
 /// within 1e-6 of `size_m` (the body's diagonal). position P x 3 [m].
 /// Empty when the pairing is not one to one: then the points are not the body's own.
 Triangles match_triangles(const Points& position, const TestPoints& points, double size_m);
+
+/// The test points that answer for each fine vertex, and their weights. V rows; a row of zero
+/// weights is a vertex that nothing answers for.
+struct Blend {
+  Triangles point;
+  Points weight;
+  double largest_projection_m = 0;
+};
+
+/// Area coordinates of each wanted vertex on its test-point triangle: the nearest one that faces
+/// alike and is not too far, among those around the point that is nearest along the surface (two
+/// rings). is_usable: per point; the weight of an unusable corner goes to the others. seeds: per
+/// point, where it sits on the surface (none for points left out).
+Blend blend_by_area(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
+                    const std::vector<char>& is_wanted, const Triangles& triangles,
+                    const std::vector<char>& is_usable, const std::vector<EdgePathSeeds>& seeds);
+
+/// All weight on the point that is nearest along the surface. cell: #V, -1 for none.
+Blend blend_by_cell(const std::vector<std::int32_t>& cell, const std::vector<char>& is_wanted);
 
 }  // namespace palpate

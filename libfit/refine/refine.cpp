@@ -7,7 +7,6 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/geometry.hpp"
-#include "libfit/refine/blend.hpp"
 #include "libfit/refine/kriging.hpp"
 #include "libfit/refine/points_on_surface.hpp"
 #include "libfit/refine/side_force.hpp"

@@ -9,25 +9,25 @@
 
 namespace palpate {
 
-/// What is known of the presses beside their curves.
+/// Knowledge of the presses beside their curves.
 struct RefineOptions {
   /// The round end of the tool that was pressed; none: forces do not follow the gap under it.
   std::optional<Indenter> tool = {};
   /// Points were measured: neighbours differ by more than the body does, and the surface by more
-  /// than its normals tell. Where leaving one out says so, forces are kriged (M12f) and normals are
-  /// blends of the points' own.
+  /// than its normals show. Where leaving one out decides so, forces are kriged (M12f) and normals
+  /// are blends of the points' own.
   bool is_measured = false;
 };
 
-/// What refinement did, for the report.
+/// Report of a refinement.
 struct RefineReport {
   Triangles triangles;                  ///< test-point triangulation used, rows index the curves
   bool is_own_triangulation = false;    ///< made here; false: the body's
   std::vector<std::int32_t> left_out;   ///< test points not used: fit failed, or off the surface
   std::vector<std::int32_t> uncovered;  ///< reachable vertices that no test point answers for
   double largest_projection_m = 0;      ///< from a covered vertex to its triangle
-  InterpolationChoice interpolation;    ///< what it makes use of, and why
-  LogForces trend;                      ///< of the surface's shape or kriged, where one is used
+  InterpolationChoice interpolation;    ///< the interpolation chosen, and why
+  LogForces trend;                      ///< over which forces are blended, where one is used
 };
 
 /// Curves on every vertex of the fine surface by area interpolation (docs/method.md, section 7;
@@ -37,7 +37,7 @@ struct RefineReport {
 /// A vertex at a test point gets its curves unchanged. Second order in the spacing of test points.
 /// test_triangles: rows index the points of `curves`; empty: triangulate_over(fine). When that
 /// finds no triangle (fewer than three points, points on a line) each vertex takes the curves of
-/// the point nearest along the surface. A point whose fit failed gives its weight to the other
+/// the point nearest along the surface. A point whose fit failed leaves its weight to the other
 /// corners. One whose fit is poor stays, but counts in no choice: neither of interpolation nor for
 /// the trend of shape. is_reachable: per vertex of `fine`. Vertices that are not reachable, or that
 /// nothing answers for, are not covered and have zero curves. The result does not depend on the
@@ -47,7 +47,7 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
              const Triangles& test_triangles, const RefineOptions& options = {},
              RefineReport* report = nullptr);
 
-/// The same over a body: on its own triangulation when the curves' points are its test points
+/// Refines over a body: on its own triangulation when the curves' points are its test points
 /// (match_triangles), else on one made for the points.
 Model refine(const FittedCurves& curves, const Body& body, const RefineOptions& options = {},
              RefineReport* report = nullptr);

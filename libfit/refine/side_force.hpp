@@ -4,7 +4,7 @@
 
 namespace palpate {
 
-/// How the normal curve changes along the surface from each test point, by the side force of its
+/// Slope of the normal curve along the surface from each test point, by the side force of its
 /// presses (B4a): P x 3 n, x, y, z of control value after control value [N/m]. No columns where the
 /// family knows no side force.
 Controls slopes_of(const FittedCurves& curves);
@@ -27,9 +27,9 @@ SideMismatch side_mismatch(const Model& model);
 /// Only for the rings family.
 void match_slope(Model& model);
 
-/// Of a node: the projection to its tangent plane, the curvature kappa [1/m] of the surface that
-/// the tool's reference point touches along, and (1 - R kappa)^-1: how far that point moves while
-/// the contact point moves by 1 (M15b).
+/// Geometry of a node: the projection to its tangent plane, the curvature kappa [1/m] of the
+/// surface that the tool's reference point touches along, and (1 - R kappa)^-1: how far that point
+/// moves while the contact point moves by 1 (M15b).
 struct NodeShape {
   Mat3 across, curvature, stretch;
   NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& normal, double radius_m);

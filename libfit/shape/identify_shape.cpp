@@ -16,7 +16,7 @@ constexpr std::array kModeCounts{0, 2, 4, 6, 8, 12, 16, 24};
 /// 0.5 MB more.
 constexpr double kAsGood = 1.2;
 
-/// The same response with its first modes alone.
+/// A response with its first modes alone.
 ShapeResponse with_modes(const ShapeResponse& shape, int modes) {
   ShapeResponse out = shape;
   const int M = shape.intervals, pressed = runtime::shape_numbers(M, 0);

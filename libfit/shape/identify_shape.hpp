@@ -17,8 +17,8 @@ struct ShapeOptions {
   std::optional<int> modes = {};  ///< none: by held-out rows
 };
 
-/// What was chosen and why; errors as shares of the depth, p95 over vertices within three contact
-/// radii and over all, of the rows of points held out while modes were counted.
+/// The numbers of modes that were tried; errors as shares of the depth, p95 over vertices within
+/// three contact radii and over all, of the rows of points held out while modes were counted.
 struct ShapeReport {
   struct Count {
     int modes;

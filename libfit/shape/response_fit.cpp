@@ -156,7 +156,7 @@ Vec3d ResponseFit::residual_of(const Deformation& shown, const Row& row, int v) 
   return Vec3d{double(moved[0]), double(moved[1]), double(moved[2])} - shown.at(v);
 }
 
-/// The same of all vertices, 3V.
+/// Residuals of all vertices, 3V.
 Eigen::VectorXf ResponseFit::residual_of(const runtime::AssetView& shown, const Row& row) const {
   const Deformation deformation(shown, *row.contact, row.state);
   Eigen::VectorXf out(3 * asset_.vertices);
@@ -230,7 +230,7 @@ void ResponseFit::fit_presses() {
   store(out, smooth, size, shape_.point);
 }
 
-/// How the surface follows a tool sideways (M31): functions of the body.
+/// Lateral motion of the surface with a tool (M31): functions of the body.
 void ResponseFit::fit_drags() {
   const int M = shape_.intervals;
   NormalEquations equations(runtime::kShapeDragged * M);
@@ -267,7 +267,7 @@ void ResponseFit::fit_drags() {
     for (int power = 0; power < kDepths; ++power) shape_.drag[j] += dent[power * M + j];
 }
 
-/// Modes, fields of the whole body (M32): principal components of what is left of rows, over their
+/// Modes, fields of the body (M32): principal components of the residuals of rows, over their
 /// depth.
 void ResponseFit::find_modes(int modes) {
   const ShapedAsset near(asset_, shape_, blend_point_, blend_weight_);
@@ -297,8 +297,8 @@ void ResponseFit::find_modes(int modes) {
   shape_.point.rightCols(3 * found).setZero();
 }
 
-/// How far each mode goes by the force, by test point, of what the near functions leave; each held
-/// to all points' mean, which tells what a point's own forces do not.
+/// Amplitude of each mode by the force, by test point, from the residual of the near functions;
+/// each is held to all points' mean, which decides where a point's own forces do not.
 void ResponseFit::fit_amplitudes() {
   const auto found = modes_.cols();
   const int at = runtime::shape_numbers(shape_.intervals, 0);

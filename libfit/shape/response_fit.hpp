@@ -8,8 +8,8 @@
 namespace palpate {
 
 /// The least squares fits that a shape response is made of (docs/method-body.md, section 20): the
-/// dent of each test point, how the surface follows a drag, and modes of the whole body. Keeps
-/// references to what it is given; arguments as identify_shape().
+/// dent of each test point, how the surface follows a drag, and modes of the body. Keeps
+/// references to its arguments; arguments as identify_shape().
 class ResponseFit {
  public:
   ResponseFit(const runtime::AssetView& asset, const Samples& samples, const Triangles& blend_point,
@@ -20,7 +20,7 @@ class ResponseFit {
 
   /// The engine's contact at each row of the samples; see contact_states().
   const std::vector<std::optional<runtime::Contact>>& contacts() const { return contacts_; }
-  /// Whether a row touches where measured curves answer alone.
+  /// True where a row touches where measured curves answer alone.
   bool is_measured(std::size_t row) const;
   /// Rows that the latest response was found from.
   std::size_t rows() const { return rows_.size(); }

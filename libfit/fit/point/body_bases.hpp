@@ -30,7 +30,7 @@ struct RingPrior {
   double log_force = 0;                         ///< where the line has `constant`
   RingConstants deviation{0.3, 0.1, 0.3, 0.1};  ///< of a point
 
-  /// Whether a press may spread rings: a ball's, of a body that does not relax.
+  /// True where a press may spread rings: a ball's, of a body that does not relax.
   bool has_spread() const { return constant[3] > 0; }
   /// lambda, mu_0, mu_1 and gamma of a point with this force of a press, within their bounds.
   RingConstants at(double log_force_of_point) const {

@@ -139,8 +139,8 @@ PointCovariance covariance(const PointData& point, const Bases& bases, const Poi
         bounded_moments(curves.increments[kind], all.block(at, at, n, n), curves.lower[kind]);
     at += n;
   }
-  out.more = all.block(at, at, curves.more.size(), curves.more.size());
-  at += curves.more.size();
+  out.constants = all.block(at, at, curves.constants.size(), curves.constants.size());
+  at += curves.constants.size();
   for (std::size_t e = 0; e < point.experiments.size(); ++e)
     for (int k = 0; k < kNuisances; ++k)
       if (point.experiments[e].unknown[k] > 0) out.nuisance[e][k] = std::sqrt(all(at, at)), ++at;

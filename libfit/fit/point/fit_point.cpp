@@ -81,9 +81,9 @@ void add_uncertainty(const PointData& point, const CurveRows& rows, const BodyBa
   }
   each_other_part(bases.family, [&](std::size_t i, const runtime::Part& part, int at) {
     const int count = count_unknowns(part);
-    if (has_deviation(part) && found.more.size() > 0)
+    if (has_deviation(part) && found.constants.size() > 0)
       fitted.deviation[i].row(p) =
-          part_deviation(part, point, length_m, found.more.block(at, at, count, count));
+          part_deviation(part, point, length_m, found.constants.block(at, at, count, count));
   });
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     result.nuisance.push_back(in_si(curves.nuisance[e], length_m, point.force_N));
@@ -195,7 +195,7 @@ PointResult fit_point(const Samples& samples, const BodyData& body, Eigen::Index
         stored_controls(curves.increments[kind], point.force_N, kind == 1);
   each_other_part(bases.family, [&](std::size_t i, const runtime::Part& part, int at) {
     fitted.curves.control[i].row(p) =
-        stored_part(part, point, curves.more.data() + at, body.length_m);
+        stored_part(part, point, curves.constants.data() + at, body.length_m);
   });
 
   add_uncertainty(point, rows, bases, plain, curves, body.length_m, p, fitted, result);

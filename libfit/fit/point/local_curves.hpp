@@ -24,11 +24,11 @@ struct LocalAnswer {
   int slipped_rows = 0;
 };
 /// Forces of a tool that follows `path`, #rows x 3, deflections from the place, in order: the
-/// law of section 4 as the fit sees it. time_s: of each row since first touch, or null in slow
+/// law of section 4 as the fit has it. time_s: of each row since first touch, or null in slow
 /// motion. sensor: nuisance values, added to its reading (M18). Units are those of the curves.
 LocalAnswer local_answer(const LocalCurves& curves, const Points& path,
                          const double* time_s = nullptr, const NuisanceValues& sensor = {});
-/// The same of rows of samples, in their time where they have one [m, N].
+/// Answers to rows of samples, in their time where they have one [m, N].
 LocalAnswer local_answer(const LocalCurves& curves, const Samples& samples,
                          const std::vector<Eigen::Index>& rows, const NuisanceValues& sensor = {});
 

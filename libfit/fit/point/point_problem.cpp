@@ -11,7 +11,7 @@ namespace {
 constexpr int kJetWidth = 8;  // derivatives per replay: a Jet of 8 fits one AVX-512 register
 constexpr double kWidestNuisance = 4;  // deviations: what is no rounding of the prior
 
-// strength (matrix x - target) on one slice of the parameters, among rows of the given weight.
+// strength (matrix x - target) on one slice of the parameters, among rows of this weight.
 struct WeakPriorResidual {
   const WeakPrior* weak_prior;
   Eigen::Index offset;
@@ -84,7 +84,7 @@ struct Parameters {
 };
 
 Parameters parameters_of(const PointData& point, const PointCurves& curves) {
-  Parameters out{pack(curves, curves.increments, curves.more), {}};
+  Parameters out{pack(curves, curves.increments, curves.constants), {}};
   for (std::size_t e = 0; e < point.experiments.size(); ++e)
     out.nuisance.push_back(pack_nuisances(curves.nuisance[e], point.experiments[e].unknown));
   return out;
@@ -98,7 +98,7 @@ void store(const Parameters& parameters, const PointData& point, PointCurves& cu
     curves.increments[kind] = parameters.curves.segment(at, n).cwiseMax(curves.lower[kind]);
     at += n;
   }
-  curves.more = parameters.curves.tail(curves.more.size());
+  curves.constants = parameters.curves.tail(curves.constants.size());
   for (std::size_t e = 0; e < point.experiments.size(); ++e)
     for (int k = 0, at_nuisance = 0; k < kNuisances; ++k)
       curves.nuisance[e][k] =
@@ -156,9 +156,10 @@ void add_priors(const PointData& point, const PointCurves& curves, double noise,
   };
   if (offset < all) {
     const Eigen::VectorXd strength =
-        curves.more_noise > 0 ? Eigen::VectorXd(curves.more_noise / curves.more_deviation.array())
-                              : Eigen::VectorXd::Constant(all - offset, kWeakPrior);
-    expect(block, {offset, weight * strength, curves.more_expected}, all);
+        curves.constants_noise > 0
+            ? Eigen::VectorXd(curves.constants_noise / curves.constants_deviation.array())
+            : Eigen::VectorXd::Constant(all - offset, kWeakPrior);
+    expect(block, {offset, weight * strength, curves.constants_expected}, all);
   }
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     const NuisanceValues& unknown = point.experiments[e].unknown;
@@ -180,7 +181,8 @@ void add_bounds(const PointData& point, const PointCurves& curves, Parameters& p
     for (int j = values.size() - upper.size(), k = 0; j < values.size(); ++j, ++k)
       problem.SetParameterUpperBound(values.data(), j, upper[k]);
   };
-  bound(parameters.curves, pack(curves, curves.lower, curves.more_lower), curves.more_upper);
+  bound(parameters.curves, pack(curves, curves.lower, curves.constants_lower),
+        curves.constants_upper);
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     const NuisanceValues& unknown = point.experiments[e].unknown;
     const Eigen::VectorXd widest = kWidestNuisance * pack_nuisances(unknown, unknown);
@@ -222,7 +224,7 @@ Eigen::MatrixXd evaluate(ceres::Problem& problem, Parameters& parameters,
 }  // namespace
 
 bool has_unknowns(const PointData& point, const PointCurves& curves) {
-  return curves.more.size() > 0 || std::ranges::count(curves.is_identified, true) > 0 ||
+  return curves.constants.size() > 0 || std::ranges::count(curves.is_identified, true) > 0 ||
          std::ranges::any_of(point.experiments, is_any, &PointExperiment::unknown);
 }
 

@@ -7,7 +7,7 @@
 
 namespace palpate::fit {
 
-/// Whether anything is fitted at a point.
+/// True where a point has anything to be fitted.
 bool has_unknowns(const PointData& point, const PointCurves& curves);
 
 /// Robust deviation of the sizes of weighted residuals at the curves.
@@ -29,7 +29,7 @@ void refine(const PointData& point, const Bases& bases, double scale, PointCurve
 struct Linearised {
   Eigen::MatrixXd rows;  ///< d residual / d parameter, 3 per row of each experiment in turn
   Eigen::VectorXd residual;
-  Eigen::MatrixXd prior;  ///< likewise of the weak priors and of what nuisance values may be
+  Eigen::MatrixXd prior;  ///< the same for the weak priors and those of nuisance values
 };
 Linearised linearise(const PointData& point, const Bases& bases, const PointCurves& curves);
 
@@ -38,7 +38,7 @@ struct PointCovariance {
   /// Second moments of the error of each curve's increments, # x #, in the point's unit of force
   /// squared; empty for a curve that no row depends on.
   std::array<Eigen::MatrixXd, kCurveKinds> increments;
-  Eigen::MatrixXd more;                  ///< of PointCurves::more; empty when unknown
+  Eigen::MatrixXd constants;             ///< of PointCurves::constants; empty when unknown
   std::vector<NuisanceValues> nuisance;  ///< standard deviations, of each experiment
 };
 
@@ -47,7 +47,7 @@ struct PointCovariance {
 PointCovariance covariance(const PointData& point, const Bases& bases, const PointCurves& curves);
 
 /// Refines a point's identified curves so that replaying its experiments, friction limit
-/// included, gives the forces recorded. Changes nothing where that does not lower the loss.
+/// included, yields the recorded forces. Changes nothing where that does not lower the loss.
 /// bases: in units of the body's length. One thread; deterministic.
 void solve_point(const PointData& point, const Bases& bases, PointCurves& curves);
 

@@ -40,7 +40,7 @@ inline Bases bases_of(const CurveSet& curves) {
   return Bases(curves.basis, curves.family, curves.relaxation);
 }
 
-/// How many numbers of a part that is no curve are fitted at a point: vectors and tensors are
+/// Number of unknowns of a part that is no curve at a point: vectors and tensors are
 /// tangential.
 inline int count_unknowns(const runtime::Part& part) {
   if (part.known != runtime::Known::no) return 0;
@@ -101,7 +101,7 @@ std::vector<T> part_controls(const runtime::Part& part, const runtime::Quadric& 
   return control;
 }
 
-/// Where the numbers of parts are that each have a container of their own.
+/// Pointers to the numbers of parts that each have a container of their own.
 template <class T, class Values>
 runtime::ControlPointers<T> pointers_to(const Values& values) {
   runtime::ControlPointers<T> out{};
@@ -109,7 +109,7 @@ runtime::ControlPointers<T> pointers_to(const Values& values) {
   return out;
 }
 
-/// Where the numbers of a row of a curve set are.
+/// Pointers to the numbers of a row of a curve set.
 inline runtime::ControlPointers<double> controls_at(const CurveSet& curves, Eigen::Index row) {
   runtime::ControlPointers<double> out{};
   for (std::size_t part = 0; part < curves.control.size(); ++part)

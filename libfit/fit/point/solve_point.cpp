@@ -8,8 +8,8 @@ namespace {
 
 constexpr double kExactRows = 1e-5;   // of the force: rows this close to a curve need no smoothing
 constexpr double kClearNoise = 1e-3;  // of the force: what a dozen steps leave will not go away
-// Iterations that tell noise from a curve not yet found; what a family has beside curves is found
-// late, and gets all.
+// Iterations that divide noise from a curve not yet found; the constants of a family converge
+// late, and get all.
 constexpr int kFirstLook = 12;
 
 constexpr std::size_t kFewestRows = 20;
@@ -29,8 +29,8 @@ struct NoiseModel {
 // The model nearest to residuals: sizes of weighted residuals over the forces predicted, by
 // reweighted least squares on their squares, those beyond three deviations clipped. Both parts are
 // zero or more; `base` is at least a tenth of the rows' common deviation, so that light touches
-// cannot take the whole weight. Constant (share 0) where growing noise is not significant: its
-// estimate must exceed three of its own errors. Fewer than 20 rows give a constant, too.
+// cannot take all of the weight. Constant (share 0) where growing noise is not significant: its
+// estimate must exceed three of its own errors. Fewer than 20 rows yield a constant, too.
 // Source: Carroll and Ruppert, Transformation and Weighting in Regression (1988), chapter 3.
 NoiseModel estimate_noise(const std::vector<double>& force, const std::vector<double>& size) {
   const double common = robust_deviation(size);
@@ -60,7 +60,7 @@ NoiseModel estimate_noise(const std::vector<double>& force, const std::vector<do
   return model;
 }
 
-// Below a thousandth of the weight floor residuals are rounding: no outlier is told from them.
+// Below a thousandth of the weight floor residuals are rounding: no outlier differs from them.
 double scale_of(const PointData& point, const Bases& bases, const PointCurves& curves) {
   return std::max(residual_scale(point, bases, curves), 1e-3);
 }
@@ -73,14 +73,14 @@ PointCurves refine_noisy(const PointData& point, const Bases& bases, const Point
     if (again.is_identified[kind])
       again.weak_prior[kind].strength =
           again.weak_prior[kind].per_noise * noise / start.increments[kind].sum();
-  again.more_noise = noise;
+  again.constants_noise = noise;
   refine(point, bases, scale, again);
   again.scale = scale;
   again.noise = noise;
   return again;
 }
 
-// Whether the rows' weights were changed by what their residuals say of growing noise.
+// Changes the rows' weights where their residuals show growing noise, and returns whether.
 bool reweight(const PointData& point, const Bases& bases, PointCurves& curves) {
   const Linearised linear = linearise(point, bases, curves);
   std::vector<double> force, size;
@@ -114,10 +114,10 @@ void solve_point(const PointData& point, const Bases& bases, PointCurves& curves
   if (!has_unknowns(point, curves)) return;
   PointCurves start = curves;
   for (WeakPrior& weak_prior : curves.weak_prior) weak_prior.strength = kWeakPrior;
-  const int first_look = curves.more.size() > 0 ? kMaxIterations : kFirstLook;
+  const int first_look = curves.constants.size() > 0 ? kMaxIterations : kFirstLook;
   refine(point, bases, scale_of(point, bases, curves), curves, first_look);
 
-  // What the best curves leave unexplained is the rows' scatter, and weak priors weigh by it.
+  // The residual of the best curves is the rows' scatter, and weak priors weigh by it.
   const auto noise_of = [](const PointCurves& c, double scale) {
     return scale / std::sqrt(3.0) / root_mean_square_weight(c);
   };

@@ -14,7 +14,7 @@ namespace {
 // Smallest slope of f^r, of its mean slope: strictly increasing through rounding to float32 (6e-8),
 // and a slip's root always exists.
 constexpr double kLateralSlopeFloor = 1e-4;
-constexpr double kHoldMargin = 1.05;  // a limit made up exceeds every lateral force seen by 5 %
+constexpr double kHoldMargin = 1.05;  // a limit made up exceeds every recorded lateral force by 5 %
 
 // Slope of the straight line through zero nearest to the rows.
 double line_slope(const std::vector<CurveRow>& rows) {
@@ -109,7 +109,7 @@ void start_limit(const CurveRows& rows, const CurveBasis& normal, const CurveBas
   out.is_identified[2] = true;
 }
 
-// g_2 and g_3 along the tangents that give presses the lateral force they have.
+// g_2 and g_3 along the tangents that best fit the lateral force of presses.
 Eigen::Vector4d start_side(const PointData& point) {
   const auto tangents = tangents_of(point.inward);
   Eigen::Matrix2d square = kWeakPrior * Eigen::Matrix2d::Identity(),
@@ -137,20 +137,20 @@ void start_rings(const PointData& point, const CurveRows& rows, const CurveBasis
   out.log_force =
       std::log(point.force_N * curve_at(normal, out.increments[0], normal.knots_m.back()));
   const auto [lambda, friction, friction_slope, spread] = prior.at(out.log_force);
-  out.more.resize(8);
-  out.more << std::clamp(lambda, kLeastLambda, kMost), std::min(friction, kMost),
+  out.constants.resize(8);
+  out.constants << std::clamp(lambda, kLeastLambda, kMost), std::min(friction, kMost),
       std::clamp(friction_slope, -0.5 * friction, kMost), std::min(spread, kMost),
       start_side(point);
-  out.more_expected = out.more;
-  out.more_expected.tail<4>().setZero();
-  out.more_deviation.resize(8);
-  out.more_deviation << Eigen::Map<const Eigen::Vector4d>(prior.deviation.data()),
+  out.constants_expected = out.constants;
+  out.constants_expected.tail<4>().setZero();
+  out.constants_deviation.resize(8);
+  out.constants_deviation << Eigen::Map<const Eigen::Vector4d>(prior.deviation.data()),
       Eigen::Vector4d::Ones();
-  if (rows.drags == 0) out.more_deviation.head<4>() *= kHeld;
-  out.more_lower.resize(8);
-  out.more_lower << kLeastLambda, 0, -0.5 * friction, 0, Eigen::Vector4d::Constant(-kMostSide);
-  out.more_upper.resize(8);
-  out.more_upper << kMost, kMost, kMost, prior.has_spread() ? kMost : kNoSpread,
+  if (rows.drags == 0) out.constants_deviation.head<4>() *= kHeld;
+  out.constants_lower.resize(8);
+  out.constants_lower << kLeastLambda, 0, -0.5 * friction, 0, Eigen::Vector4d::Constant(-kMostSide);
+  out.constants_upper.resize(8);
+  out.constants_upper << kMost, kMost, kMost, prior.has_spread() ? kMost : kNoSpread,
       Eigen::Vector4d::Constant(kMostSide);
 }
 

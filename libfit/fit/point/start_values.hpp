@@ -8,21 +8,21 @@
 
 namespace palpate::fit {
 
-/// The curves of one point on their way: increments in units of the point's force, on bases in
-/// units of the body's length.
+/// The curves of one point while they are fitted: increments in units of the point's force, on
+/// bases in units of the body's length.
 struct PointCurves {
   std::array<Eigen::VectorXd, kCurveKinds> increments;
   std::array<Eigen::VectorXd, kCurveKinds> lower;  ///< bounds; > 0 for the lateral curve
   std::array<bool, kCurveKinds> is_identified{false, false, false};  ///< rows speak of it
   std::array<WeakPrior, kCurveKinds>
-      weak_prior;  ///< what decides where rows are silent, of identified ones
-  /// What is fitted of the family's parts after the curve kinds, one after the other
-  /// (part_controls), on the same units.
-  Eigen::VectorXd more;
-  /// What they are likely to be, with which deviation, and within which bounds.
-  Eigen::VectorXd more_expected, more_deviation, more_lower, more_upper;
-  double log_force = 0;   ///< of a press to the end of its basis [ln N], where rings ask for it
-  double more_noise = 0;  ///< of the rows' force, to which the deviations compare; 0: unknown
+      weak_prior;  ///< of identified curves, decides where there are no rows
+  /// Unknowns of the family's parts after the curve kinds, one after the other (part_controls), in
+  /// the same units.
+  Eigen::VectorXd constants;
+  /// Their expected values, deviations and bounds.
+  Eigen::VectorXd constants_expected, constants_deviation, constants_lower, constants_upper;
+  double log_force = 0;  ///< of a press to the end of its basis [ln N], where rings ask for it
+  double constants_noise = 0;  ///< of the rows' force, to which the deviations compare; 0: unknown
   std::vector<NuisanceValues>
       nuisance;  ///< of each experiment, where a part of it is unknown; else 0
   /// Set by solve_point: robust deviation of the weighted residuals' sizes, the rows' noise over

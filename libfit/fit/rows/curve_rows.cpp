@@ -15,11 +15,11 @@ namespace {
 constexpr double kPlateauSlope = 0.25;
 constexpr double kPlateauForce = 0.95;
 constexpr double kContactDepth = 1e-9;  // of the deepest row
-constexpr double kFirmForce = 0.1;      // of the typical force: lighter rows tell no friction
+constexpr double kFirmForce = 0.1;      // of the typical force: lighter rows have no clear friction
 constexpr double kRounding = 1e-6;      // of the depth, of a place that is written down
-constexpr double kSeenInJitters = 3;    // of a motion that noise of the place does not make
+constexpr double kClearInJitters = 3;   // above it a motion is not noise of the place
 
-// Lateral force of the point's presses at a depth, linear between their rows: a body that gives way
+// Lateral force of the point's presses at a depth, linear between their rows: a body that moves
 // sideways pushes so before any drag begins.
 Vec3 pressed_sideways(const PointData& point, double depth) {
   double below = 0, above = std::numeric_limits<double>::infinity();
@@ -37,7 +37,7 @@ Vec3 pressed_sideways(const PointData& point, double depth) {
   return at_below + (depth - below) / (above - below) * (at_above - at_below);
 }
 
-// What an encoder's noise adds to the places of a drag, rms: by how far they lie beside its line.
+// The rms noise of an encoder in the places of a drag, by their distances from its line.
 // None of a drag that goes straight to rounding, and none of paths, which may wander.
 double jitter_of(const PointData& point, const PointExperiment& e) {
   if (e.kind != ExperimentKind::drag) return 0;
@@ -55,59 +55,59 @@ double jitter_of(const PointData& point, const PointExperiment& e) {
   return rms > kRounding * point.depth ? rms : 0;
 }
 
-// The way out of a drag: rows until the lateral deflection first shrinks by more than noise. force:
-// what the drag adds to that of a press as deep.
-struct WayOut {
+// The outward stroke of a drag: its rows until the lateral deflection first shrinks by more than
+// noise. force: what the drag adds to that of a press as deep.
+struct Stroke {
   std::vector<std::size_t> row;
   std::vector<double> dr, force;  // lateral
 };
 
-WayOut way_out(const PointData& point, const PointExperiment& e) {
-  WayOut way;
-  const double unseen = kSeenInJitters * jitter_of(point, e);
+Stroke outward_stroke(const PointData& point, const PointExperiment& e) {
+  Stroke stroke;
+  const double jitter = kClearInJitters * jitter_of(point, e);
   double reached = 0;
   for (std::size_t i = 0; i < e.row.size(); ++i) {
     const Vec3 lateral = lateral_of(point, e.deflection[i]);
-    const double dr = lateral.norm() > unseen ? lateral.norm() : 0;
-    if (reached > kRounding * point.depth && dr < reached * (1 - 1e-6) - unseen) break;
+    const double dr = lateral.norm() > jitter ? lateral.norm() : 0;
+    if (reached > kRounding * point.depth && dr < reached * (1 - 1e-6) - jitter) break;
     reached = std::max(reached, dr);
     if (!(depth_of(point, e.deflection[i]) > kContactDepth)) continue;
-    way.row.push_back(i);
-    way.dr.push_back(dr);
+    stroke.row.push_back(i);
+    stroke.dr.push_back(dr);
     const Vec3 added = e.force[i] - pressed_sideways(point, depth_of(point, e.deflection[i]));
-    way.force.push_back(dr > 0 ? added.dot(lateral) / dr : 0.0);
+    stroke.force.push_back(dr > 0 ? added.dot(lateral) / dr : 0.0);
   }
-  return way;
+  return stroke;
 }
 
-// Index into the way where gross slip begins; its size when there is none.
-std::size_t plateau_begin(const WayOut& way) {
+// Index into the stroke where gross slip begins; its size when there is none.
+std::size_t plateau_begin(const Stroke& stroke) {
   std::vector<std::size_t> moved;
-  for (std::size_t k = 0; k < way.row.size(); ++k)
-    if (way.dr[k] > 1e-6 * way.dr.back()) moved.push_back(k);
+  for (std::size_t k = 0; k < stroke.row.size(); ++k)
+    if (stroke.dr[k] > 1e-6 * stroke.dr.back()) moved.push_back(k);
   const std::size_t n = moved.size();
-  if (n < 2) return way.row.size();
+  if (n < 2) return stroke.row.size();
 
   std::vector<double> secants;
   for (std::size_t k = 0; k < std::max<std::size_t>(1, n / 3); ++k)
-    secants.push_back(way.force[moved[k]] / way.dr[moved[k]]);
+    secants.push_back(stroke.force[moved[k]] / stroke.dr[moved[k]]);
   const std::size_t from = n - std::max<std::size_t>(2, n / 3);
   double mean_dr = 0, mean_force = 0, cross = 0, square = 0;
   const auto count = static_cast<double>(n - from);
   for (std::size_t k = from; k < n; ++k) {
-    mean_dr += way.dr[moved[k]] / count;
-    mean_force += way.force[moved[k]] / count;
+    mean_dr += stroke.dr[moved[k]] / count;
+    mean_force += stroke.force[moved[k]] / count;
   }
   for (std::size_t k = from; k < n; ++k) {
-    cross += (way.dr[moved[k]] - mean_dr) * (way.force[moved[k]] - mean_force);
-    square += std::pow(way.dr[moved[k]] - mean_dr, 2);
+    cross += (stroke.dr[moved[k]] - mean_dr) * (stroke.force[moved[k]] - mean_force);
+    square += std::pow(stroke.dr[moved[k]] - mean_dr, 2);
   }
-  if (!(square > 0) || cross / square > kPlateauSlope * median(secants)) return way.row.size();
+  if (!(square > 0) || cross / square > kPlateauSlope * median(secants)) return stroke.row.size();
 
-  const double plateau = kPlateauForce * lower_quantile(way.force, 0.9);
+  const double plateau = kPlateauForce * lower_quantile(stroke.force, 0.9);
   for (const std::size_t k : moved)
-    if (way.force[k] >= plateau) return k;
-  return way.row.size();
+    if (stroke.force[k] >= plateau) return k;
+  return stroke.row.size();
 }
 
 void add_stick_row(const PointData& point, const PointExperiment& e, std::size_t i, double dr,
@@ -140,21 +140,22 @@ void add_slip_row(const PointData& point, const PointExperiment& e, std::size_t 
 }
 
 void add_drag(const PointData& point, const PointExperiment& e, CurveRows& out) {
-  const WayOut way = way_out(point, e);
-  if (way.row.empty() || !(way.dr.back() > kRounding * point.depth)) {
-    for (std::size_t k = 0; k < way.row.size(); ++k) add_stick_row(point, e, way.row[k], 0, 0, out);
+  const Stroke stroke = outward_stroke(point, e);
+  if (stroke.row.empty() || !(stroke.dr.back() > kRounding * point.depth)) {
+    for (std::size_t k = 0; k < stroke.row.size(); ++k)
+      add_stick_row(point, e, stroke.row[k], 0, 0, out);
     return;
   }
-  const std::size_t slip = e.is_drag ? plateau_begin(way) : way.row.size();
+  const std::size_t slip = e.is_drag ? plateau_begin(stroke) : stroke.row.size();
   out.drags += e.is_drag;
-  out.slipping_drags += e.is_drag && slip < way.row.size();
-  const double hold = way.dr[std::min(slip, way.row.size() - 1)];
+  out.slipping_drags += e.is_drag && slip < stroke.row.size();
+  const double hold = stroke.dr[std::min(slip, stroke.row.size() - 1)];
   out.lateral_reach = std::max(out.lateral_reach, hold);
-  for (std::size_t k = 0; k < way.row.size(); ++k) {
+  for (std::size_t k = 0; k < stroke.row.size(); ++k) {
     if (k < slip)
-      add_stick_row(point, e, way.row[k], way.dr[k], way.force[k], out);
+      add_stick_row(point, e, stroke.row[k], stroke.dr[k], stroke.force[k], out);
     else
-      add_slip_row(point, e, way.row[k], way.dr[k] - hold, out);
+      add_slip_row(point, e, stroke.row[k], stroke.dr[k] - hold, out);
   }
 }
 

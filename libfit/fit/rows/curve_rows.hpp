@@ -7,14 +7,14 @@
 
 namespace palpate::fit {
 
-/// What a point's rows say about each curve when a plateau test tells stick from slip: start
-/// values and evidence for a basis. The final fit does not use this division.
+/// A point's rows by the curve that they determine when a plateau test divides stick from slip:
+/// start values and evidence for a basis. The final fit does not use this division.
 struct CurveRows {
   std::array<std::vector<CurveRow>, kCurveKinds> curve;
   double lateral_reach = 0;     ///< largest lateral deflection before gross slip
   double largest_friction = 0;  ///< lateral over normal force of rows that stick
   int drags = 0;                ///< experiments with a lateral deflection
-  int slipping_drags = 0;       ///< of them, those that reach a plateau
+  int slipping_drags = 0;       ///< drags that reach a plateau
 };
 
 /// Normal rows come from presses and drags, lateral rows from drags before their plateau, limit

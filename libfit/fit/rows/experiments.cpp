@@ -14,7 +14,7 @@ namespace palpate::fit {
 namespace {
 
 constexpr double kTangentialShare = 1e-6;  // of the depth: rounding of a press along the normal
-// Of 1 + R kappa: a hollow narrower than 1.4 times the ball's radius counts as that wide, for no
+// Least 1 + R kappa: a hollow narrower than 1.4 times the ball's radius counts as that wide, for no
 // offset surface is left where the ball touches at its rim.
 constexpr double kNarrowestHollow = 0.3;
 constexpr double kNotFiniteShare = 0.2;  // of a point's rows: beyond it the record is not trusted
@@ -72,8 +72,8 @@ std::vector<GoodRows> sort_rows(const Samples& s, BodyData& body) {
   return counts;
 }
 
-// Takes the sway off the deflections.
-void take_sway_off(PointData& point) {
+// Subtracts the sway from the deflections.
+void subtract_sway(PointData& point) {
   for (PointExperiment& e : point.experiments) {
     for (const Vec3& force : e.force) e.sway.push_back(point.sway * force);
     for (std::size_t i = 0; i < e.sway.size(); ++i) e.deflection[i] -= e.sway[i];
@@ -239,7 +239,7 @@ BodyData gather_experiments(const Samples& samples, bool without_sway) {
     std::erase_if(point.experiments, [](const PointExperiment& e) { return e.row.empty(); });
     if (without_sway) {
       point.sway = symmetric_of(samples.point_sway.row(p));
-      take_sway_off(point);
+      subtract_sway(point);
     }
     point.problem = find_problem(samples, point, counts[p], has_rows);
     if (!point.problem.empty()) continue;

@@ -10,9 +10,9 @@
 
 namespace palpate::fit {
 
-/// What a recording adds to the body's answer, by Nuisance: the tip was `contact` deeper than
-/// recorded, and the sensor reads bias + drift t along the inward normal, t from -1/2 at the first
-/// row to 1/2 at the last. Lengths and forces in the caller's units.
+/// Errors that a recording adds to the body's answer, by Nuisance: the tip was `contact` deeper
+/// than recorded, and the sensor reads bias + drift t along the inward normal, t from -1/2 at the
+/// first row to 1/2 at the last. Lengths and forces in the caller's units.
 using NuisanceValues = std::array<double, kNuisances>;
 inline bool is_any(const NuisanceValues& values) { return values != NuisanceValues{}; }
 
@@ -27,7 +27,7 @@ inline double place_in_recording(std::size_t i, std::size_t n) {
   return n > 1 ? double(i) / double(n - 1) - 0.5 : 0;
 }
 
-/// One press, drag or path of a test point as the fit sees it: usable rows in step order, lengths
+/// One press, drag or path of a test point as the fit reads it: usable rows in step order, lengths
 /// over the body's `length_m`, forces over the point's `force_N`, so that every number is of
 /// order 1 whatever the body's size and stiffness.
 struct PointExperiment {
@@ -36,12 +36,12 @@ struct PointExperiment {
   /// A press that never leaves the normal, as straighten_presses() makes them, is f^z alone;
   /// everything else is replayed as a path.
   bool is_replayed = false;
-  /// The tool itself leaves the normal. A press on a body that sways is replayed, and tells nothing
-  /// of friction.
+  /// The tool itself leaves the normal. A press on a body that sways is replayed, and determines
+  /// nothing of friction.
   bool is_drag = false;
   std::vector<Vec3> deflection;
   std::vector<Vec3> force;
-  std::vector<Vec3> sway;         ///< what was taken off the deflection; none: nothing was
+  std::vector<Vec3> sway;         ///< subtracted from the deflection; none: nothing was
   std::vector<double> weight;     ///< 1 / sqrt(force_error^2 + floor^2), in 1 / force_N
   std::vector<Eigen::Index> row;  ///< in the samples
   /// Standard deviations of what is not known of the sensor beforehand; 0: known exactly.
@@ -53,7 +53,7 @@ struct PointExperiment {
   }
 };
 
-/// What became of a point's rows.
+/// Counts of a point's rows by their use.
 struct RowCounts {
   std::int32_t used = 0, not_good = 0, not_finite = 0, cut = 0;
 };
@@ -62,7 +62,7 @@ struct PointData {
   Vec3 inward = Vec3::Zero();
   Mat3 normal_gradient = Mat3::Zero();  ///< du/dc times length_m
   double force_N = 1;                   ///< typical force, the unit of force
-  Mat3 sway = Mat3::Zero();             ///< compliance C, lengths over forces; 0: none taken off
+  Mat3 sway = Mat3::Zero();             ///< compliance C, lengths over forces; 0: none subtracted
   double depth = 0;                     ///< deepest usable row, over length_m
   double depth_m = 0;                   ///< the same [m]
   RowCounts rows;
@@ -90,8 +90,9 @@ inline constexpr double kWeightFloor = 1e-3;
 /// force error gets the median of its point's, else of the body's, else the scatter of the
 /// point's own forces about smoothness.
 /// Throws Error as check_samples() does.
-/// without_sway: deflections are those of the tool against the surface around it, with what the
-/// body moves as a whole taken off (docs/method-body.md, section 21); samples have point_sway then.
+/// without_sway: deflections are those of the tool against the surface around it, with the
+/// rigid motion of the body subtracted (docs/method-body.md, section 21); samples have point_sway
+/// then.
 BodyData gather_experiments(const Samples& samples, bool without_sway = false);
 
 /// Change of the inward normal [1/m] along the surface on which the tool's reference point moves

@@ -16,16 +16,16 @@ Eigen::VectorXd pack_symmetric(const Eigen::MatrixXd& matrix);
 double curve_deviation(const runtime::SplineView& spline, const Eigen::VectorXd& covariance,
                        double x);
 
-/// What the covariance of a curve's increments is to be multiplied with for what its basis cannot
-/// follow (docs/method-identification.md, section 14): 1 + the mean over the rows' range of (f -
-/// g)^2 / s^2, f the curve on the basis, s its standard error and g the curve on one with every
-/// piece halved. Without bias f and g differ by noise, which is not taken off: the basis was chosen
-/// by the same noise, for being close to g. rows: of unit weights; 1 where they are too few for the
+/// Factor of the covariance of a curve's increments for the bias of its basis
+/// (docs/method-identification.md, section 14): 1 + the mean over the rows' range of (f - g)^2 /
+/// s^2, f the curve on the basis, s its standard error and g the curve on one with every piece
+/// halved. Without bias f and g differ by noise, which is not taken off: the basis was chosen by
+/// the same noise, for being close to g. rows: of unit weights; 1 where they are too few for the
 /// finer basis.
 double basis_inflation(const CurveBasis& basis, const std::vector<CurveRow>& rows,
                        const Eigen::MatrixXd& covariance);
 
-/// How many standard errors on either side hold 90 % of a normal distribution.
+/// Standard errors on either side that hold 90 % of a normal distribution.
 inline constexpr double kBand90 = 1.6448536269514722;
 
 }  // namespace palpate::fit

@@ -17,7 +17,7 @@ using palpate::view;
 struct CurveRow {
   double x = 0, f = 0, weight = 1;
   int group = 0;
-  double depth = 0;         ///< of a lateral row
+  double depth = 0;         ///< that a lateral row has
   bool is_pressed = false;  ///< a normal row before any lateral deflection
 };
 
@@ -71,7 +71,7 @@ T loss_factor(double scale, const T& size) {
 /// Standard deviation of mostly Gaussian sizes with outliers, 1.4826 times their median.
 double robust_deviation(std::vector<double> sizes);
 
-/// How a row far from the curve counts: `huber` grows linearly past kHuberKnee robust deviations.
+/// Loss of a row far from the curve: `huber` grows linearly past kHuberKnee robust deviations.
 enum class FitLoss : std::int8_t { squared = 0, huber = 1 };
 
 /// Increments of the monotone curve nearest to the rows, each at least `lower`.
@@ -79,7 +79,7 @@ enum class FitLoss : std::int8_t { squared = 0, huber = 1 };
 Eigen::VectorXd fit_increments(const CurveBasis& basis, const std::vector<CurveRow>& rows,
                                const Eigen::VectorXd& lower, WeakPrior weak_prior,
                                FitLoss loss = FitLoss::huber);
-/// The same of at least 0, with a smoothness_prior.
+/// Increments of at least 0, with a smoothness_prior.
 Eigen::VectorXd fit_smooth(const CurveBasis& basis, const std::vector<CurveRow>& rows);
 
 /// Value at x of the curve with these increments.

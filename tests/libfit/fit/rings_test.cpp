@@ -301,13 +301,13 @@ TEST(family_evidence, of_a_computed_sway_may_be_the_median) {
   fit::FamilyEvidence without, with;
   without.median_error = 0.027, without.p95_error = 0.131;
   with.median_error = 0.023, with.p95_error = 0.136;
-  EXPECT_TRUE(fit::is_worth_its_sway(without, with));
+  EXPECT_TRUE(fit::improves_by_sway(without, with));
   with.p95_error = 0.15;
-  EXPECT_FALSE(fit::is_worth_its_sway(without, with)) << "p95 is worse by more than a tenth";
+  EXPECT_FALSE(fit::improves_by_sway(without, with)) << "p95 is worse by more than a tenth";
   with.median_error = 0.026, with.p95_error = 0.136;
-  EXPECT_FALSE(fit::is_worth_its_sway(without, with)) << "the median is hardly better";
+  EXPECT_FALSE(fit::improves_by_sway(without, with)) << "the median is hardly better";
   with.p95_error = 0.1;
-  EXPECT_TRUE(fit::is_worth_its_sway(without, with));
+  EXPECT_TRUE(fit::improves_by_sway(without, with));
 }
 
 // A thin muscle held at its ends: to first order it gives by more than the tool goes, and what was

@@ -35,7 +35,7 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
   }
   each_other_part(bases.family, [&](std::size_t, const runtime::Part& part, int at) {
     control.push_back(
-        part_controls<double>(part, quadric_of(point), curves.more.data() + at, point.sway));
+        part_controls<double>(part, quadric_of(point), curves.constants.data() + at, point.sway));
   });
   const LocalCurves local{&bases, pointers_to<double>(control), quadric_of(point)};
   const double floor = relative_floor(largest_force(point));
@@ -57,7 +57,7 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& 
                             const BodyBases& bases, const FitOptions& options) {
   const Bases plain = plain_bases(bases);
   std::vector<double> errors;
-  // A press tells families hardly apart: where some points are dragged, these judge.
+  // Presses of the families hardly differ: where some points are dragged, these judge.
   std::vector<std::size_t> judges, dragged;
   for (std::size_t p = 0; p < body.points.size(); ++p) {
     if (!body.points[p].problem.empty()) continue;

@@ -1,10 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/fit/fit_steps.hpp"
-#include "libfit/fit/rows/held_out.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -16,6 +17,178 @@ constexpr int kMaxPieces = 12;           // the search stops here
 constexpr std::size_t kMaxPoints = 64;   // enough for a 95th percentile
 constexpr int kGrid = 64;                // where curvature is looked at
 constexpr double kCurvatureShare = 0.5;  // the rest of the knots' density is even
+
+// Rows of one point for the choice of a basis.
+struct PointEvidence {
+  std::vector<CurveRow> rows;  // of unit weights, grouped by abscissa
+  double largest = 0;          // force
+  double friction = 0;         // limit kind only: L / f^z overall
+  Eigen::VectorXd normal;      // limit kind only: increments of f^z; else empty
+};
+
+// A basis and how well its curves predict rows they did not see.
+struct BasisCandidate {
+  BasisEvidence evidence;
+  CurveBasis basis;
+  std::vector<double> squared;  // weighted, of every held-out row of every point
+  double mean_square = 0;
+};
+
+// The largest of many medians of three: noise of deviation 1 reaches 1.5 in one point of three.
+constexpr double kLocalShare = 1.5;
+
+// The knowledge that fills gaps: a limit curve is shaped like f^z, others are smooth.
+WeakPrior prior_for(const PointEvidence& point, const CurveBasis& normal, const CurveBasis& basis) {
+  if (point.normal.size() == 0) return smoothness_prior(basis);
+  return value_prior(transfer(normal, point.normal, basis, point.friction));
+}
+
+constexpr int kFolds = 5;  // a point's abscissae are held out a fifth at a time
+
+// True where a fold holds the row out. Only interpolation is judged: the deepest group is never
+// held out, and of a limit curve neither is the shallowest.
+bool is_held_out(const PointEvidence& point, const CurveRow& row, int fold) {
+  const int first = point.normal.size() > 0 ? 0 : -1;
+  return row.group % kFolds == fold && row.group != first && row.group != point.rows.back().group;
+}
+
+// Errors of rows by group, each predicted by a fit that left its fold out; then, as one of them
+// left them, those of the deepest group, which every fold sees.
+struct HeldOutErrors {
+  std::size_t rows = 0;  // held out
+  std::vector<int> group;
+  std::vector<double> relative;  // over the row's force
+  std::vector<double> weighted;  // over the point's rms force, both weighted
+};
+HeldOutErrors hold_out(const PointEvidence& point, const CurveBasis& normal,
+                       const CurveBasis& basis) {
+  const SplineTables tables = tabulate(basis);
+  double force_square = 0;
+  for (const CurveRow& row : point.rows) force_square += std::pow(row.weight * row.f, 2);
+  const double rms = std::sqrt(force_square / double(point.rows.size()));
+  std::vector<double> error(point.rows.size(), std::numeric_limits<double>::quiet_NaN());
+  for (int fold = 0; fold < kFolds; ++fold) {
+    std::vector<CurveRow> training;
+    for (const CurveRow& row : point.rows)
+      if (!is_held_out(point, row, fold)) training.push_back(row);
+    if (training.size() == point.rows.size()) continue;
+    const Eigen::VectorXd increments = fit_increments(
+        basis, training, Eigen::VectorXd::Zero(basis.size() - 1), prior_for(point, normal, basis));
+    for (std::size_t i = 0; i < error.size(); ++i)
+      if (const CurveRow& row = point.rows[i];
+          is_held_out(point, row, fold) || row.group == point.rows.back().group)
+        error[i] = increment_weights(view(tables), row.x).dot(increments) - row.f;
+  }
+  HeldOutErrors out;
+  for (std::size_t i = 0; i < error.size(); ++i) {
+    const CurveRow& row = point.rows[i];
+    if (std::isnan(error[i])) continue;
+    out.rows += row.group != point.rows.back().group;
+    out.group.push_back(row.group);
+    out.relative.push_back(
+        relative_error(error[i], std::abs(row.f), relative_floor(point.largest)));
+    out.weighted.push_back(error[i] * row.weight / rms);
+  }
+  return out;
+}
+
+// The error of each row that its abscissa has in common with its neighbours: the median of three
+// groups' median errors. What noise and single outliers leave of it is small.
+std::vector<double> common_errors(const std::vector<int>& group, const std::vector<double>& error) {
+  std::vector<double> of_group;
+  std::vector<std::size_t> index;  // of each row, into of_group
+  for (std::size_t i = 0; i < error.size();) {
+    std::vector<double> same;
+    const int here = group[i];
+    for (; i < error.size() && group[i] == here; ++i) {
+      same.push_back(error[i]);
+      index.push_back(of_group.size());
+    }
+    of_group.push_back(median(std::move(same)));
+  }
+  std::vector<double> out;
+  for (const std::size_t g : index) {
+    if (of_group.size() < 3) {
+      out.push_back(0);
+      continue;
+    }
+    const std::size_t middle = std::clamp<std::size_t>(g, 1, of_group.size() - 2);
+    out.push_back(std::abs(median({of_group[middle - 1], of_group[middle], of_group[middle + 1]})));
+  }
+  return out;
+}
+
+// Squares of the first errors, those of outliers clipped. What neighbours have in common is no
+// outlier.
+std::vector<double> clipped_squares(std::vector<double> error, std::size_t rows,
+                                    const std::vector<double>& common) {
+  error.resize(rows);
+  for (double& e : error) e = std::abs(e);
+  const double clip = 4 * robust_deviation(error);
+  for (std::size_t i = 0; i < error.size(); ++i) {
+    if (clip > 0) error[i] = std::min(error[i], std::max(clip, common[i]));
+    error[i] *= error[i];
+  }
+  return error;
+}
+
+// Standard error of the difference between the mean squares of two candidates, row by row.
+double error_of_difference(const BasisCandidate& a, const BasisCandidate& b) {
+  const double mean = a.mean_square - b.mean_square;
+  double square = 0;
+  for (std::size_t i = 0; i < a.squared.size(); ++i)
+    square += std::pow(a.squared[i] - b.squared[i] - mean, 2);
+  return std::sqrt(square) / double(a.squared.size());
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double v : values) sum += v;
+  return values.empty() ? 0 : sum / double(values.size());
+}
+
+// Judges `basis` by each fold in turn. normal: basis of f^z.
+BasisCandidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
+                     const CurveBasis& basis, KnotPlacement placement) {
+  BasisCandidate candidate{{basis.pieces(), placement, 0, 0}, basis, {}, 0};
+  std::vector<double> point_errors, local_errors;
+  for (const PointEvidence& point : points) {
+    const HeldOutErrors errors = hold_out(point, normal, basis);
+    const std::vector<double> common = common_errors(errors.group, errors.relative);
+    point_errors.push_back(std::sqrt(mean(clipped_squares(errors.relative, errors.rows, common))));
+    local_errors.push_back(lower_quantile(common, 1));
+    const auto squares =
+        clipped_squares(errors.weighted, errors.rows, common_errors(errors.group, errors.weighted));
+    candidate.squared.insert(candidate.squared.end(), squares.begin(), squares.end());
+  }
+  candidate.evidence.heldout_error = lower_quantile(point_errors, 0.95);
+  candidate.evidence.local_error = lower_quantile(local_errors, 0.95);
+  candidate.mean_square = mean(candidate.squared);
+  return candidate;
+}
+
+// True where a candidate predicts held-out rows within the tolerance, and no three neighbouring
+// abscissae share an error of more than one and a half of it.
+bool meets(const BasisCandidate& candidate, double tolerance) {
+  return candidate.evidence.heldout_error <= tolerance &&
+         candidate.evidence.local_error <= kLocalShare * tolerance;
+}
+
+// True where a candidate's local error exceeds the best one's, and the tolerance, by less than
+// half: the rest is noise, of which more pieces leave as much.
+bool is_as_good_locally(const BasisCandidate& candidate, const BasisCandidate& best,
+                        double tolerance) {
+  return candidate.evidence.local_error <=
+         kLocalShare * std::max(tolerance, best.evidence.local_error);
+}
+
+// True where a candidate is as good locally and its held-out errors exceed the best one's by no
+// more than the tolerance or, row by row, their scatter, which is noise.
+bool is_as_good(const BasisCandidate& candidate, const BasisCandidate& best, double tolerance) {
+  if (!is_as_good_locally(candidate, best, tolerance)) return false;
+  const double worse = candidate.mean_square - best.mean_square;
+  return worse <= tolerance * tolerance || worse <= error_of_difference(candidate, best);
+}
 
 CurveBasis even_basis(int degree, int pieces, double range) {
   CurveBasis basis{degree, {}};
@@ -65,38 +238,6 @@ CurveBasis curvature_basis(int degree, int pieces, double range,
   return basis;
 }
 
-// Bases of one kind for any number of pieces.
-class KnotPlacer {
- public:
-  KnotPlacer(const std::vector<PointEvidence>& points, const CurveBasis& normal, double range,
-             int most, const FitOptions& options)
-      : points_(points),
-        normal_(normal),
-        range_(range),
-        options_(options),
-        density_(curvature_density(points, even_basis(options.degree, std::min(most, 8), range))) {}
-
-  /// The better of two placements.
-  BasisCandidate best(int pieces, std::vector<BasisEvidence>& evidence) const {
-    BasisCandidate best =
-        judge(points_, normal_, even_basis(options_.degree, pieces, range_), KnotPlacement::even);
-    evidence.push_back(best.evidence);
-    if (pieces == 1) return best;
-    BasisCandidate other =
-        judge(points_, normal_, curvature_basis(options_.degree, pieces, range_, density_),
-              KnotPlacement::curvature);
-    evidence.push_back(other.evidence);
-    return other.mean_square < best.mean_square ? std::move(other) : std::move(best);
-  }
-
- private:
-  const std::vector<PointEvidence>& points_;
-  const CurveBasis& normal_;
-  double range_;
-  const FitOptions& options_;
-  std::vector<double> density_;
-};
-
 // The first candidate within the tolerance, or else as good as the best, where more pieces do not
 // lower what neighbouring rows are off together.
 std::size_t fewest(const std::vector<BasisCandidate>& candidates, std::size_t best,
@@ -129,18 +270,31 @@ std::string reason_for(const BasisCandidate& chosen, bool is_wanted, double tole
 BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& normal, int wanted,
                    int min_pieces, double range, const FitOptions& options) {
   BasisReport report;
-  report.points = static_cast<int>(points.size());
+  report.points = int(points.size());
   std::vector<double> groups;
   for (const PointEvidence& point : points) groups.push_back(point.rows.back().group + 1);
-  const int parameters = static_cast<int>(0.8 * median(groups));  // that a training fold can carry
+  const int parameters = int(0.8 * median(groups));  // that a training fold can carry
   const int most = std::clamp(parameters - options.degree + 1, 1, kMaxPieces);
-  const KnotPlacer placer(points, normal, range, most, options);
+  const std::vector<double> density =
+      curvature_density(points, even_basis(options.degree, std::min(most, 8), range));
+  const auto judged = [&](const CurveBasis& basis, KnotPlacement placement) {
+    BasisCandidate candidate = judge(points, normal, basis, placement);
+    report.evidence.push_back(candidate.evidence);
+    return candidate;
+  };
+  const auto better_placement = [&](int pieces) {
+    BasisCandidate even = judged(even_basis(options.degree, pieces, range), KnotPlacement::even);
+    if (pieces == 1) return even;
+    BasisCandidate other =
+        judged(curvature_basis(options.degree, pieces, range, density), KnotPlacement::curvature);
+    return other.mean_square < even.mean_square ? other : even;
+  };
 
   std::vector<BasisCandidate> candidates;  // the best placement for each number of pieces
   std::size_t best = 0;
   for (int pieces = wanted > 0 ? wanted : std::min(min_pieces, most);
        pieces <= std::max(most, wanted); pieces += pieces < 6 ? 1 : 2) {
-    candidates.push_back(placer.best(pieces, report.evidence));
+    candidates.push_back(better_placement(pieces));
     if (candidates.back().mean_square < candidates[best].mean_square) best = candidates.size() - 1;
     if (wanted > 0 || meets(candidates.back(), options.tolerance)) break;
     if (candidates.size() > best + 4) break;  // four in a row that do not help
@@ -225,7 +379,7 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
   return reports;
 }
 
-// Of one cubic the curvature, which is the bed, is a line, and that of a ball on a half-space falls
+// The curvature of one cubic, which is the bed, is a line, and that of a ball on a half-space falls
 // like 1/sqrt(d).
 constexpr int kMinBedPieces = 2;
 
