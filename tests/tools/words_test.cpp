@@ -16,11 +16,13 @@
 #include <sstream>
 #include <string>
 
+#include "tests/support/sources.hpp"
+
+namespace palpate {
 namespace {
 
-namespace fs = std::filesystem;
-
-const fs::path kRoot(PALPATE_SOURCE_DIR), kAllowance = kRoot / "tests/tools/words_allowed.txt";
+const std::filesystem::path kAllowance =
+    testing_support::kSourceRoot / "tests/tools/words_allowed.txt";
 const char kConstants[] = "named_numeric_constants";
 
 const std::set<std::string> kPrivate{
@@ -90,22 +92,15 @@ int numeric_constants(const std::string& code) {
 }
 
 std::map<std::string, int> counted() {
-  static const std::set<std::string> extensions{".cpp", ".hpp", ".h", ".inc", ".ts", ".py", ".cs"};
   std::map<std::string, int> counts{{kConstants, 0}};
-  for (const char* folder : {"libfem", "libfit", "tools"})
-    for (auto entry = fs::recursive_directory_iterator(kRoot / folder);
-         entry != fs::recursive_directory_iterator(); ++entry) {
-      if (entry->path().filename() == "node_modules") entry.disable_recursion_pending();
-      if (!extensions.contains(entry->path().extension().string())) continue;
-      std::ifstream stream(entry->path());
-      const std::string comment = entry->path().extension() == ".py" ? "#" : "//";
-      const std::string code =
-          without_quotations({std::istreambuf_iterator<char>(stream), {}}, comment);
-      const std::string name = fs::relative(entry->path(), kRoot).generic_string();
-      const int found = private_words(code) + riddling_comments(code, comment);
-      if (found > 0) counts[name] = found;
-      if (!name.starts_with("tools/workshop")) counts[kConstants] += numeric_constants(code);
-    }
+  for (const auto& [name, text] : testing_support::source_files(
+           {"libfem", "libfit", "tools"}, {".cpp", ".hpp", ".h", ".inc", ".ts", ".py", ".cs"})) {
+    const std::string comment = name.ends_with(".py") ? "#" : "//";
+    const std::string code = without_quotations(text, comment);
+    const int found = private_words(code) + riddling_comments(code, comment);
+    if (found > 0) counts[name] = found;
+    if (!name.starts_with("tools/workshop")) counts[kConstants] += numeric_constants(code);
+  }
   return counts;
 }
 
@@ -127,3 +122,4 @@ TEST(words, are_those_of_the_field) {
 }
 
 }  // namespace
+}  // namespace palpate
