@@ -16,7 +16,7 @@
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/plausibility.hpp"
 #include "tools/stages/body/prepare.hpp"
-#include "tools/stages/check_choices.hpp"
+#include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {

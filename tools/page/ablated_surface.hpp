@@ -83,7 +83,7 @@ class AblatedTip {
     const Vec3d before = contact_.has_tip ? make_vec3<double>(contact_.tip_m) : x;
     contact_.has_tip = true;
     put(x, contact_.tip_m);
-    if (contact_.triangle < 0) seek_contact(asset_, contact_, before, x);
+    if (contact_.triangle < 0) find_contact(asset_, contact_, before, x);
     if (contact_.triangle < 0) return {0, 0, 0};
     AblatedSurface surface(asset_, contact_.triangle, contact_.weight, ablation_);
     return with_family(asset_.curves, [&](auto f) noexcept {

@@ -144,7 +144,7 @@ PAGE_EXPORT(start) std::int32_t page_start(std::int32_t tool, std::int32_t balls
   for (std::int32_t i = 0; i < balls && i < PALPATE_MAX_BALLS; ++i) {
     copy3(shape[i], made.centre_m[i]);
     made.radius_m[i] = shape[i][3];
-    made.met[i] = asset_for(i, shape[i][3]);
+    made.ball_asset[i] = asset_for(i, shape[i][3]);
   }
   return palpate_start(&contact[tool], &made);
 }

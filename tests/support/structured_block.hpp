@@ -1,19 +1,20 @@
-#include "libfem/mesh/structured_block.hpp"
+#pragma once
 
-#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
-#include "libfit/core/error.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 
 namespace palpate::fem {
 
-TetMesh structured_block(const Vec3& size_m, const std::array<int, 3>& cells) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (!(size_m[axis] > 0) || cells[static_cast<std::size_t>(axis)] < 1)
-      throw Error("structured_block", "a size or a number of cells is not positive",
-                  "Give three positive sizes in metres and three numbers of cells from 1 up.");
+/// A box [0, size] filled with cells[0] x cells[1] x cells[2] bricks of six tets each.
+/// size_m: edges of the box [m]. Node (i, j, k) is row i + (nx+1) (j + (ny+1) k). Bricks are mirror
+/// images of their neighbours, so the mesh is symmetric about every brick wall and bisection of its
+/// longest edges makes three shapes only.
+/// Source: triangulation J1 of Todd 1976 (doi:10.1007/978-3-642-50327-6), bricks split as by Kuhn.
+inline TetMesh structured_block(const Vec3& size_m, const std::array<int, 3>& cells) {
   const int nx = cells[0], ny = cells[1], nz = cells[2];
   const auto node = [&](const std::array<int, 3>& at) {
     return at[0] + (nx + 1) * (at[1] + (ny + 1) * at[2]);
@@ -44,22 +45,24 @@ TetMesh structured_block(const Vec3& size_m, const std::array<int, 3>& cells) {
             at[order[step]] = odd[order[step]];
             corner[step + 1] = node(at);
           }
-          const Vec3 a = mesh.nodes.row(corner[0]), b = mesh.nodes.row(corner[1]),
-                     c = mesh.nodes.row(corner[2]), d = mesh.nodes.row(corner[3]);
-          Mat3 edges;
-          edges << b - a, c - a, d - a;
-          if (edges.determinant() < 0) std::swap(corner[2], corner[3]);
+          if (tet_volume_m3({mesh.nodes.row(corner[0]), mesh.nodes.row(corner[1]),
+                             mesh.nodes.row(corner[2]), mesh.nodes.row(corner[3])}) < 0)
+            std::swap(corner[2], corner[3]);
           mesh.tets.row(row++) << corner[0], corner[1], corner[2], corner[3];
         }
   return mesh;
 }
 
-double square_to_disc(double x, double y) {
+/// The square [-1, 1] x [-1, 1] bent to the unit disc: straight near the middle, its border the
+/// circle. Gives the factor by which (x, y) moves towards or away from the middle.
+inline double square_to_disc(double x, double y) {
   const double ring = std::max(std::abs(x), std::abs(y)), away = std::hypot(x, y);
   return 1 - ring * ring + ring * ring * (away > 0 ? ring / away : 1);
 }
 
-TetMesh structured_cylinder(double radius_m, double height_m, int across, int layers) {
+/// A cylinder of height_m with its top in z = 0 about the z axis: a structured block of
+/// across x across x layers bricks, each layer bent to a disc of radius_m.
+inline TetMesh structured_cylinder(double radius_m, double height_m, int across, int layers) {
   TetMesh mesh = structured_block(Vec3(2, 2, 1), {across, across, layers});
   for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n) {
     const double x = mesh.nodes(n, 0) - 1, y = mesh.nodes(n, 1) - 1;

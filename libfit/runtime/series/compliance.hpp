@@ -1,16 +1,15 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// How the body gives under the contacts of a tick (docs/method-body.md, section 21,
-// docs/method-tools.md, section 28): C between them, what it stores, and how its dashpots flow
+// The body's compliance under the contacts of a tick (docs/method-body.md, section 21,
+// docs/method-tools.md, section 28): C between them, its energy, and the flow of its dashpots
 // where the body relaxes. All of it is in the space of forces: a branch k of contact i has flowed
 // as far as the force w_k would press it, so one C serves sway and coupling, springs and dashpots.
 
 #include "../contact/contact.hpp"
 #include "root.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 /// A place where contacts move each other.
 struct CouplingPlace {
@@ -19,7 +18,7 @@ struct CouplingPlace {
   ComplianceRoot root;  ///< of the sway
 };
 
-/// asset: as the ball meets it; one with coupling.
+/// asset: that of the ball; it has a coupling.
 inline CouplingPlace coupling_place(const AssetView& asset, const ContactPoint& at) noexcept {
   CouplingPlace out;
   out.share = coupling_share(asset, *asset.coupling, at.triangle, at.weight);
@@ -34,8 +33,8 @@ inline CouplingPlace coupling_place(const AssetView& asset, const ContactPoint& 
 /// C_ij (M62), (M62a) of two places, and C_ji, which is its transpose.
 inline void couple(const AssetView& asset, const CouplingPlace& a, const CouplingPlace& b,
                    double ab[9], double ba[9]) noexcept {
-  const Vec3d way = a.point - b.point;
-  const Coupling by = coupling_at(*asset.coupling, dot(way, way));
+  const Vec3d distance = a.point - b.point;
+  const Coupling by = coupling_at(*asset.coupling, dot(distance, distance));
   const Vec3d axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   for (int c = 0; c < 3; ++c) {
     Vec3d column = coupled(by, a.normal, b.normal, axis[c]) * (a.share * b.share);
@@ -45,16 +44,17 @@ inline void couple(const AssetView& asset, const CouplingPlace& a, const Couplin
   }
 }
 
-/// How far contacts that bear `force` move the body under a ball or tip in the air at x: as if it
-/// touched along the normal of each, and swayed as the nearest one does.
-inline Vec3d sunk_beside(const AssetView& asset, const CouplingPlace* place, const Vec3d* force,
-                         int count, const Vec3d& x, double radius_m) noexcept {
+/// Displacement of the body under a ball or tip in the air at x by contacts that carry `force`: as
+/// if it touched along the normal of each, and swayed as the nearest one does.
+inline Vec3d displacement_beside(const AssetView& asset, const CouplingPlace* place,
+                                 const Vec3d* force, int count, const Vec3d& x,
+                                 double radius_m) noexcept {
   Vec3d sum{0, 0, 0}, pulled{0, 0, 0};
   int nearest = 0;
   double least = 1e300;
   for (int k = 0; k < count; ++k) {
-    const Vec3d way = x + place[k].normal * radius_m - place[k].point;
-    const double squared = dot(way, way);
+    const Vec3d distance = x + place[k].normal * radius_m - place[k].point;
+    const double squared = dot(distance, distance);
     sum = sum + coupled(coupling_at(*asset.coupling, squared), place[k].normal, place[k].normal,
                         force[k] * place[k].share);
     if (asset.sways) pulled = pulled + place[k].root.back_times(force[k]);
@@ -64,7 +64,7 @@ inline Vec3d sunk_beside(const AssetView& asset, const CouplingPlace* place, con
   return asset.sways && count > 0 ? sum + place[nearest].root.times(pulled) : sum;
 }
 
-/// Force under which the body has given as far in slow motion as its dashpots have flowed.
+/// Force under which the slow displacement of the body equals the flow of its dashpots.
 inline Vec3d rest_force(const RelaxationView& relaxation, const SeriesMemory& memory) noexcept {
   Vec3d sum{0, 0, 0};
   for (int k = 0; k < relaxation.branches; ++k)
@@ -78,16 +78,15 @@ inline Vec3d slow_force(const RelaxationView& relaxation, const SeriesMemory& me
 }
 /// The dashpots flow over the whole of a tick while the body stays where it is under `slow`; left:
 /// of half of its time.
-inline void let_creep(const RelaxationView& relaxation, const Decay& left, const Vec3d& slow,
-                      SeriesMemory& memory) noexcept {
+inline void relax_compliance(const RelaxationView& relaxation, const Decay& left, const Vec3d& slow,
+                             SeriesMemory& memory) noexcept {
   for (int k = 0; k < relaxation.branches; ++k) {
-    const Vec3d off = (slow - memory.flowed(k)) * (left.share[k] * left.share[k]);
+    const Vec3d lag = (slow - memory.flowed(k)) * (left.share[k] * left.share[k]);
     const auto is_over = [](double f) noexcept { return !(std::fabs(f) > kSettleZero_N * 1e-12); };
-    put({slow.x - (is_over(off.x) ? 0 : off.x), slow.y - (is_over(off.y) ? 0 : off.y),
-         slow.z - (is_over(off.z) ? 0 : off.z)},
+    put({slow.x - (is_over(lag.x) ? 0 : lag.x), slow.y - (is_over(lag.y) ? 0 : lag.y),
+         slow.z - (is_over(lag.z) ? 0 : lag.z)},
         memory.flowed_N[k]);
   }
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

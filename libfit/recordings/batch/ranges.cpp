@@ -1,5 +1,3 @@
-#include "libfit/recordings/batch/ways_in.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <limits>
 
 #include "libfit/core/text.hpp"
+#include "libfit/recordings/batch/steps.hpp"
 #include "libfit/recordings/contact_point/approach.hpp"
 
 namespace palpate::recordings {
@@ -27,9 +26,9 @@ double push_at_depth_N(const Signal& signal, const RowRange& way, double from_m,
 }
 
 // The press that the settings ask for, of those that go as deep, and a word on there being others.
-RowRange chosen_cycle(const Signal& signal, const std::vector<Phase>& phases, const RowRange& main,
-                      const SignalSettings& settings, const std::string& file, Conditioned& out) {
-  const std::vector<RowRange> presses = presses_like(signal, phases, main);
+RowRange chosen_cycle(const Signal& signal, const RowRange& main, const SignalSettings& settings,
+                      const std::string& file, Conditioned& out) {
+  const std::vector<RowRange> presses = presses_like(signal, main);
   const auto count = static_cast<int>(presses.size());
   if (settings.cycle > std::max(1, count))
     throw Error(file,
@@ -63,46 +62,32 @@ RowRange chosen_cycle(const Signal& signal, const std::vector<Phase>& phases, co
 
 }  // namespace
 
-WaysIn ways_in(const Signal& signal, const std::vector<Phase>& phases,
-               const SignalSettings& settings, const std::string& file, Conditioned& recording) {
-  WaysIn out;
+void find_ranges(const SignalSettings& settings, const std::string& file, Signal& signal,
+                 Conditioned& recording) {
+  SignalRanges& out = signal.range;
   const bool is_press = settings.kind == ExperimentKind::press;
   const bool presses_once = is_press && settings.use == Use::approach;
   if (!is_press && (settings.use == Use::mean || settings.cycle != kDeepestCycle))
     throw Error(file, "`cycle` is for presses", "Leave it out, or say kind = \"press\".");
-  if (presses_once && settings.cycle == kDeepestCycle)
-    out.loadings = first_loadings(signal, phases);
-  out.range = out.loadings.empty() ? main_approach(signal, phases) : out.loadings.front();
-  if (is_press && settings.use != Use::mean && out.loadings.empty() && out.range.rows() >= 2)
-    out.range = chosen_cycle(signal, phases, out.range, settings, file, recording);
-  for (const RowRange& way : out.loadings.empty() ? std::vector{out.range} : out.loadings)
-    if (presses_once && !out.broken) out.broken = break_in_row(signal, way);
-  if (out.broken) {  // beyond it there is no curve of the body
-    const Eigen::Index end = *out.broken + 1;
-    std::erase_if(out.loadings, [&](const RowRange& way) { return way.begin >= end; });
-    for (RowRange& way : out.loadings) way.end = std::min(way.end, end);
-    out.range.end = std::min(out.range.end, end);
+  std::vector<RowRange>& loadings = out.first_loadings;
+  if (presses_once && settings.cycle == kDeepestCycle) loadings = first_loadings(signal);
+  RowRange& approach = out.approach;
+  approach = loadings.empty() ? main_approach(signal) : loadings.front();
+  if (is_press && settings.use != Use::mean && loadings.empty() && approach.rows() >= 2)
+    approach = chosen_cycle(signal, approach, settings, file, recording);
+  for (const RowRange& range : loadings.empty() ? std::vector{approach} : loadings)
+    if (presses_once && !out.break_in) out.break_in = break_in_row(signal, range);
+  if (out.break_in) {  // beyond it there is no curve of the body
+    const Eigen::Index end = *out.break_in + 1;
+    std::erase_if(loadings, [&](const RowRange& range) { return range.begin >= end; });
+    for (RowRange& range : loadings) range.end = std::min(range.end, end);
+    approach.end = std::min(approach.end, end);
   }
-  out.whole = out.range;
-  if (out.range.rows() >= 2 && is_press && !out.broken) out.range = loading_part(signal, out.range);
-  if (out.range.rows() < 2)
+  out.loading =
+      approach.rows() >= 2 && is_press && !out.break_in ? loading_part(signal, approach) : approach;
+  if (out.loading.rows() < 2)
     throw Error(place(file, signal, 0), "the tip never goes in",
                 "Check the normal, or turn the depth around: depth = \"-NAME\".");
-  if (settings.use == Use::mean) out.cycles = cycles_like(signal, phases, out.range);
-  return out;
-}
-
-RowRange used_rows(const Signal& signal, const std::vector<Phase>& phases,
-                   const SignalSettings& settings, const WaysIn& ways, const RowRange& back) {
-  switch (settings.kind) {
-    case ExperimentKind::press:
-      if (settings.use == Use::retract) return back;
-      return ways.loadings.empty() ? ways.range : ways.loadings.back();
-    case ExperimentKind::drag:
-      return {ways.range.begin, end_of_drag(signal, phases, ways.range)};
-    default:
-      return {ways.range.begin, signal.rows()};
-  }
 }
 
 }  // namespace palpate::recordings
