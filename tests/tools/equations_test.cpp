@@ -4,33 +4,30 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <regex>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "tests/support/sources.hpp"
+
+namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
+using testing_support::source_files;
 
 // Paths of files by the label that they mention.
 using Mentions = std::map<std::string, std::set<std::string>>;
 
-std::string read(const fs::path& path) {
-  std::ifstream stream(path);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 // Texts of the method's pages by file name.
 std::map<std::string, std::string> method_pages() {
   std::map<std::string, std::string> pages;
-  for (const auto& entry : fs::directory_iterator(fs::path(PALPATE_SOURCE_DIR) / "docs")) {
+  for (const auto& entry : fs::directory_iterator(testing_support::kSourceRoot / "docs")) {
     const std::string name = entry.path().filename().string();
     if (name == "method.md" || (name.starts_with("method-") && name.ends_with(".md")))
-      pages[name] = read(entry.path());
+      pages[name] = testing_support::text_of(entry.path());
   }
   return pages;
 }
@@ -71,24 +68,12 @@ std::set<std::string> defined() {
   return {labels.begin(), labels.end()};
 }
 
-template <class Visit>
-void visit_files(const std::vector<std::string>& folders, const std::set<std::string>& extensions,
-                 const Visit& visit) {
-  const fs::path root(PALPATE_SOURCE_DIR);
-  for (const std::string& folder : folders)
-    for (const auto& entry : fs::recursive_directory_iterator(root / folder))
-      if (extensions.count(entry.path().extension().string()))
-        visit(fs::relative(entry.path(), root).generic_string(), read(entry.path()));
-}
-
 const std::set<std::string> kCode{".cpp", ".hpp", ".h", ".inc"};
 
 Mentions cited_in_code() {
   Mentions cited;
-  visit_files({"libfit", "libfem", "tools"}, kCode,
-              [&](const std::string& file, const std::string& text) {
-                for (const std::string& label : mentioned_labels(text)) cited[label].insert(file);
-              });
+  for (const auto& [file, text] : source_files({"libfit", "libfem", "tools"}, kCode))
+    for (const std::string& label : mentioned_labels(text)) cited[label].insert(file);
   return cited;
 }
 
@@ -107,12 +92,11 @@ TEST(equations, code_cites_every_label) {
 
 TEST(equations, a_label_cited_in_code_or_docs_exists) {
   const std::set<std::string> labels = defined();
-  const auto check = [&](const std::string& file, const std::string& text) {
-    for (const std::string& label : mentioned_labels(text))
-      EXPECT_TRUE(labels.count(label)) << file << " cites (" << label << ")";
-  };
-  visit_files({"libfit", "libfem", "tools", "tests"}, kCode, check);
-  visit_files({"docs"}, {".md"}, check);
+  for (const auto& files : {source_files({"libfit", "libfem", "tools", "tests"}, kCode),
+                            source_files({"docs"}, {".md"})})
+    for (const auto& [file, text] : files)
+      for (const std::string& label : mentioned_labels(text))
+        EXPECT_TRUE(labels.count(label)) << file << " cites (" << label << ")";
 }
 
 // method.md has the index of all sections; of another page the section has to be there.
@@ -128,13 +112,11 @@ TEST(equations, a_section_of_the_method_cited_in_code_exists) {
       sections[name].insert(section);
     }
   EXPECT_GE(sections["method.md"].size(), 10u);
-  visit_files({"libfit", "libfem", "tools", "tests"}, kCode,
-              [&](const std::string& file, const std::string& text) {
-                for (std::sregex_iterator it(text.begin(), text.end(), citation), end; it != end;
-                     ++it)
-                  EXPECT_TRUE(sections[(*it)[1]].count((*it)[2]))
-                      << file << " cites section " << (*it)[2] << " of " << (*it)[1];
-              });
+  for (const auto& [file, text] : source_files({"libfit", "libfem", "tools", "tests"}, kCode))
+    for (std::sregex_iterator it(text.begin(), text.end(), citation), end; it != end; ++it)
+      EXPECT_TRUE(sections[(*it)[1]].count((*it)[2]))
+          << file << " cites section " << (*it)[2] << " of " << (*it)[1];
 }
 
 }  // namespace
+}  // namespace palpate

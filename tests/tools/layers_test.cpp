@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
+
+#include "tests/support/sources.hpp"
 
 namespace {
 
@@ -201,25 +203,21 @@ struct Include {
 
 std::vector<Include> read_includes() {
   static const std::regex pattern(R"re(^\s*#\s*include\s*(["<])([^">]+)[">])re");
-  static const std::set<std::string> kExtensions{".cpp", ".hpp", ".h", ".inc"};
   std::vector<Include> includes;
-  for (const char* top : {"libfit", "libfem", "tools", "data"})
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(PALPATE_SOURCE_DIR) / top)) {
-      if (!kExtensions.count(entry.path().extension().string())) continue;
-      const std::string file = fs::relative(entry.path(), PALPATE_SOURCE_DIR).generic_string();
-      std::ifstream stream(entry.path());
-      for (std::string line; std::getline(stream, line);) {
-        std::smatch match;
-        if (!std::regex_search(line, match, pattern)) continue;
-        const std::string target = match[2];
-        const fs::path beside = fs::path(file).parent_path() / target;
-        const bool is_beside =
-            match[1] == "\"" && fs::exists(fs::path(PALPATE_SOURCE_DIR) / beside);
-        includes.push_back({file, target,
-                            is_beside ? beside.lexically_normal().generic_string() : target,
-                            match[1] == "\""});
-      }
+  for (const auto& [file, text] : palpate::testing_support::source_files(
+           {"libfit", "libfem", "tools", "data"}, {".cpp", ".hpp", ".h", ".inc"})) {
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);) {
+      std::smatch match;
+      if (!std::regex_search(line, match, pattern)) continue;
+      const std::string target = match[2];
+      const fs::path beside = fs::path(file).parent_path() / target;
+      const bool is_beside = match[1] == "\"" && fs::exists(fs::path(PALPATE_SOURCE_DIR) / beside);
+      includes.push_back({file, target,
+                          is_beside ? beside.lexically_normal().generic_string() : target,
+                          match[1] == "\""});
     }
+  }
   return includes;
 }
 
@@ -299,17 +297,16 @@ TEST(layers, a_type_name_is_defined_once) {
   static const std::regex pattern(
       R"re(^\s*(?:struct|class|enum|enum class) (\w+)(?: final)?(?: :[^:;{(][^;{(]*)? \{)re");
   std::map<std::string, std::string> defined;
-  for (const char* top : {"libfit", "libfem", "tools"})
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(PALPATE_SOURCE_DIR) / top)) {
-      if (entry.path().extension() != ".hpp" && entry.path().extension() != ".cpp") continue;
-      std::ifstream file(entry.path());
-      std::smatch match;
-      for (std::string line; std::getline(file, line);) {
-        if (!std::regex_search(line, match, pattern) || match[1] == "Excess") continue;
-        const auto [first, is_new] = defined.emplace(match[1], entry.path().string());
-        EXPECT_TRUE(is_new) << match[1] << " in " << entry.path() << " and " << first->second;
-      }
+  for (const auto& [file, text] :
+       palpate::testing_support::source_files({"libfit", "libfem", "tools"}, {".hpp", ".cpp"})) {
+    std::istringstream stream(text);
+    std::smatch match;
+    for (std::string line; std::getline(stream, line);) {
+      if (!std::regex_search(line, match, pattern) || match[1] == "Excess") continue;
+      const auto [first, is_new] = defined.emplace(match[1], file);
+      EXPECT_TRUE(is_new) << match[1] << " in " << file << " and " << first->second;
     }
+  }
   EXPECT_GT(defined.size(), 300);
 }
 

@@ -3,35 +3,23 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <regex>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "tests/support/sources.hpp"
+
+namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kRoot(PALPATE_SOURCE_DIR);
+using testing_support::source_files;
+using testing_support::SourceFile;
+using testing_support::text_of;
 
-std::string read(const fs::path& path) {
-  std::ifstream stream(path);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-std::vector<fs::path> files_of(const std::vector<std::string>& folders,
-                               const std::set<std::string>& extensions) {
-  std::vector<fs::path> files;
-  for (const std::string& folder : folders)
-    for (auto entry = fs::recursive_directory_iterator(kRoot / folder);
-         entry != fs::recursive_directory_iterator(); ++entry) {
-      if (entry->path().filename() == "node_modules") entry.disable_recursion_pending();
-      if (extensions.contains(entry->path().extension().string())) files.push_back(entry->path());
-    }
-  return files;
-}
+const fs::path& kRoot = testing_support::kSourceRoot;
 
 // As the hosts of repositories make one of a heading: lower case, blanks to hyphens, only letters,
 // digits, hyphens and underscores.
@@ -49,7 +37,7 @@ std::string anchor_of(const std::string& heading) {
 
 std::set<std::string> anchors_of(const fs::path& page) {
   static const std::regex heading("(?:^|\n)#+ ([^\n]+)");
-  const std::string text = read(page);
+  const std::string text = text_of(page);
   std::set<std::string> anchors;
   for (std::sregex_iterator it(text.begin(), text.end(), heading), end; it != end; ++it)
     anchors.insert(anchor_of((*it)[1]));
@@ -58,11 +46,11 @@ std::set<std::string> anchors_of(const fs::path& page) {
 
 TEST(links, of_documents_lead_to_files_and_headings_that_are_there) {
   static const std::regex link(R"re(\]\(([^)\s]+)\))re");
-  std::vector<fs::path> pages = files_of({"docs"}, {".md"});
-  pages.push_back(kRoot / "README.md");
+  std::vector<SourceFile> pages = source_files({"docs"}, {".md"});
+  pages.push_back({"README.md", text_of(kRoot / "README.md")});
   int checked = 0;
-  for (const fs::path& page : pages) {
-    const std::string text = read(page);
+  for (const auto& [name, text] : pages) {
+    const fs::path page = kRoot / name;
     for (std::sregex_iterator it(text.begin(), text.end(), link), end; it != end; ++it, ++checked) {
       const std::string target = (*it)[1];
       if (target.find("://") != std::string::npos || target.starts_with("mailto:")) continue;
@@ -80,14 +68,13 @@ TEST(links, of_documents_lead_to_files_and_headings_that_are_there) {
 TEST(links, pages_that_code_names_are_there) {
   static const std::regex page(R"re(docs/[a-zA-Z0-9_/-]+\.md)re");
   int checked = 0;
-  for (const fs::path& file :
-       files_of({"libfit", "libfem", "tools", "tests", "data"},
-                {".cpp", ".hpp", ".h", ".ts", ".py", ".toml", ".cmake", ".txt", ".sh"})) {
-    const std::string text = read(file);
+  for (const auto& [file, text] :
+       source_files({"libfit", "libfem", "tools", "tests", "data"},
+                    {".cpp", ".hpp", ".h", ".ts", ".py", ".toml", ".cmake", ".txt", ".sh"}))
     for (std::sregex_iterator it(text.begin(), text.end(), page), end; it != end; ++it, ++checked)
       EXPECT_TRUE(fs::exists(kRoot / it->str())) << file << " names " << it->str();
-  }
   EXPECT_GT(checked, 50);
 }
 
 }  // namespace
+}  // namespace palpate

@@ -16,12 +16,13 @@
 #include <sstream>
 #include <string>
 
+#include "tests/support/sources.hpp"
+
+namespace palpate {
 namespace {
 
-namespace fs = std::filesystem;
-
-const fs::path kRoot(PALPATE_SOURCE_DIR), kAllowance = kRoot / "tests/tools/words_allowed.txt";
-const char kConstants[] = "named_numeric_constants";
+const std::filesystem::path kAllowance =
+    testing_support::kSourceRoot / "tests/tools/words_allowed.txt";
 
 const std::set<std::string> kPrivate{
     "way",  "ways",  "told", "tell", "tells",   "telling", "borne", "bear",   "bears", "bearing",
@@ -89,36 +90,24 @@ int numeric_constants(const std::string& code) {
   return found;
 }
 
-std::map<std::string, int> counted() {
-  static const std::set<std::string> extensions{".cpp", ".hpp", ".h", ".inc", ".ts", ".py", ".cs"};
-  std::map<std::string, int> counts{{kConstants, 0}};
-  for (const char* folder : {"libfem", "libfit", "tools"})
-    for (auto entry = fs::recursive_directory_iterator(kRoot / folder);
-         entry != fs::recursive_directory_iterator(); ++entry) {
-      if (entry->path().filename() == "node_modules") entry.disable_recursion_pending();
-      if (!extensions.contains(entry->path().extension().string())) continue;
-      std::ifstream stream(entry->path());
-      const std::string comment = entry->path().extension() == ".py" ? "#" : "//";
-      const std::string code =
-          without_quotations({std::istreambuf_iterator<char>(stream), {}}, comment);
-      const std::string name = fs::relative(entry->path(), kRoot).generic_string();
-      const int found = private_words(code) + riddling_comments(code, comment);
-      if (found > 0) counts[name] = found;
-      if (!name.starts_with("tools/workshop")) counts[kConstants] += numeric_constants(code);
-    }
-  return counts;
-}
-
 TEST(words, are_those_of_the_field) {
-  std::map<std::string, int> counts = counted();
+  std::map<std::string, int> counts{{"named_numeric_constants", 0}};
+  for (const auto& [name, text] : testing_support::source_files(
+           {"libfem", "libfit", "tools"}, {".cpp", ".hpp", ".h", ".inc", ".ts", ".py", ".cs"})) {
+    const std::string comment = name.ends_with(".py") ? "#" : "//";
+    const std::string code = without_quotations(text, comment);
+    const int found = private_words(code) + riddling_comments(code, comment);
+    if (found > 0) counts[name] = found;
+    if (!name.starts_with("tools/workshop"))
+      counts["named_numeric_constants"] += numeric_constants(code);
+  }
   if (std::getenv("PALPATE_WRITE_WORDS") != nullptr) {
     std::ofstream out(kAllowance);
     for (const auto& [name, count] : counts) out << name << ' ' << count << '\n';
   }
   std::map<std::string, int> allowed;
   std::ifstream stream(kAllowance);
-  std::string name;
-  for (int count; stream >> name >> count;) allowed[name] = count;
+  for (std::string name; stream >> name;) stream >> allowed[name];
   for (const auto& row : allowed) counts.try_emplace(row.first, 0);
   for (const auto& [file, count] : counts) {
     EXPECT_LE(count, allowed[file]) << file << " has a new private word, beginning or constant";
@@ -127,3 +116,4 @@ TEST(words, are_those_of_the_field) {
 }
 
 }  // namespace
+}  // namespace palpate

@@ -39,8 +39,8 @@ Json maps_json(const Model& model) {
   const NodeForces forces(model.curves);
   const double range_m = model.curves.basis[0].knots_m.back();
   std::vector<std::int32_t> vertices;
-  for (std::size_t v = 0; v < model.is_covered.size(); ++v)
-    if (model.is_covered[v]) vertices.push_back(static_cast<std::int32_t>(v));
+  for (std::int32_t v = 0; v < std::ssize(model.is_covered); ++v)
+    if (model.is_covered[v]) vertices.push_back(v);
   std::vector<float> force, stiffness, friction;
   std::vector<double> depths;
   for (int k = 1; k <= kDepths; ++k) {
@@ -139,8 +139,8 @@ void add_scene(Json& set_up, const Body& body) {
 void add_body(Json& json, const Body& body) {
   json["surface"] = surface_json(body.surface);
   std::vector<Eigen::Index> held;
-  for (std::size_t n = 0; n < body.is_held.size(); ++n)
-    if (body.is_held[n]) held.push_back(static_cast<Eigen::Index>(n));
+  for (Eigen::Index n = 0; n < std::ssize(body.is_held); ++n)
+    if (body.is_held[n]) held.push_back(n);
   json["set_up"] = {
       {"held_m", packed_as<float>(body.volume.nodes(held, Eigen::all))},
       {"tets", body.volume.tets.rows()},
@@ -190,13 +190,12 @@ void add_curves(Json& json, const FittedCurves& fitted) {
 void add_samples(Json& json, const Samples& samples, const FittedCurves* fitted) {
   Replayed replayed(samples);
   std::vector<std::int32_t> point_of(samples.point_name.size(), -1);
-  for (std::size_t p = 0; fitted && p < point_of.size(); ++p) {
+  for (std::int32_t p = 0; fitted && p < std::ssize(point_of); ++p) {
     const auto found = std::ranges::find(fitted->name, samples.point_name[p]);
     if (found == fitted->name.end()) continue;
     point_of[p] = static_cast<std::int32_t>(found - fitted->name.begin());
     if (fitted->status[point_of[p]] != FitStatus::failed)
-      validation::replay_point(samples, static_cast<std::int32_t>(p), fitted->curves, point_of[p],
-                               replayed);
+      validation::replay_point(samples, p, fitted->curves, point_of[p], replayed);
   }
   Points answer = replayed.force_N;
   std::vector<std::int32_t> point;

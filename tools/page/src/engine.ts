@@ -36,6 +36,8 @@ export const Answer = {
   size: 19,
 } as const;
 
+/** Ticks a second. */
+export const kRate_Hz = 1000;
 /** Balls of all tools together, as palpate.h has it. */
 export const kMaxBalls = 8;
 /** Numbers of a pose: x, y, z [m] and the quaternion w, x, y, z. */
@@ -136,7 +138,7 @@ export class Engine {
   /** One tick with each tool in its pose, kPose numbers each, a millisecond after the one before; returns the status, 0 for good. */
   tick(poses: ArrayLike<number>): number {
     this.doubles(this.wasm.question(), poses.length).set(poses);
-    return this.wasm.tick(this.tools.length, 1e-3);
+    return this.wasm.tick(this.tools.length, 1 / kRate_Hz);
   }
 
   get deforms(): boolean {

@@ -1,7 +1,7 @@
 // First intersection of a ray with a surface, quickly enough for every move of a pointer over
 // 100,000 triangles: neighbours share a ball, and only balls that the ray crosses are searched.
 
-import { type Ray, Triangle, Vector3 } from "three";
+import { Box3, type Ray, Triangle, Vector3 } from "three";
 
 const kTogether = 32; // triangles of a ball
 
@@ -32,21 +32,15 @@ export class Picker {
     private readonly index: ArrayLike<number>,
   ) {
     const count = index.length / 3;
-    const low = [Infinity, Infinity, Infinity];
-    const high = [-Infinity, -Infinity, -Infinity];
-    vertices.forEach((v, i) => {
-      low[i % 3] = Math.min(low[i % 3], v);
-      high[i % 3] = Math.max(high[i % 3], v);
-    });
-    const cell = Math.max(high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-12) / 1023;
+    const box = new Box3().setFromArray(vertices);
+    const low = box.min.toArray();
+    const cell = Math.max(...box.getSize(new Vector3()).toArray(), 1e-12) / 1023;
     const keys = new Float64Array(count);
     for (let t = 0; t < count; ++t) {
-      const at = [0, 1, 2].map((k) => {
-        let sum = 0;
-        for (let c = 0; c < 3; ++c) sum += vertices[3 * index[3 * t + c] + k] / 3;
-        return Math.floor((sum - low[k]) / cell);
-      });
-      keys[t] = morton(at[0], at[1], at[2]) * 2 ** 22 + t;
+      const [a, b, c] = this.load(t);
+      const at = new Vector3().addVectors(a, b).add(c).divideScalar(3).toArray();
+      const [i, j, k] = at.map((v, n) => Math.floor((v - low[n]) / cell));
+      keys[t] = morton(i, j, k) * 2 ** 22 + t;
     }
     keys.sort();
     this.order = Uint32Array.from(keys, (key) => key % 2 ** 22);
@@ -54,18 +48,21 @@ export class Picker {
     for (let b = 0; b < this.balls.length / 4; ++b) this.bound(b);
   }
 
+  /** The corners of a triangle. */
+  private load(triangle: number): Vector3[] {
+    this.corners.forEach((corner, n) => {
+      corner.fromArray(this.vertices, 3 * this.index[3 * triangle + n]);
+    });
+    return this.corners;
+  }
+
   private bound(ball: number): void {
-    const [a] = this.corners;
     const own = this.order.subarray(ball * kTogether, (ball + 1) * kTogether);
     const middle = new Vector3();
-    const each = (act: (corner: Vector3) => void) => {
-      for (const t of own) for (let c = 0; c < 3; ++c) act(a.fromArray(this.vertices, 3 * this.index[3 * t + c]));
-    };
-    each((corner) => middle.addScaledVector(corner, 1 / (3 * own.length)));
+    for (const t of own) for (const corner of this.load(t)) middle.addScaledVector(corner, 1 / (3 * own.length));
     let squared = 0;
-    each((corner) => {
-      squared = Math.max(squared, corner.distanceToSquared(middle));
-    });
+    for (const t of own)
+      for (const corner of this.load(t)) squared = Math.max(squared, corner.distanceToSquared(middle));
     this.balls.set([middle.x, middle.y, middle.z, Math.sqrt(squared)], 4 * ball);
   }
 
@@ -81,9 +78,7 @@ export class Picker {
       if (ray.distanceSqToPoint(middle.fromArray(this.balls, 4 * k)) > reach * reach) continue;
       for (let i = k * kTogether; i < Math.min((k + 1) * kTogether, this.order.length); ++i) {
         const t = this.order[i];
-        [a, b, c].forEach((corner, n) => {
-          corner.fromArray(this.vertices, 3 * this.index[3 * t + n]);
-        });
+        this.load(t);
         if (!ray.intersectTriangle(a, b, c, false, at)) continue;
         const squared = at.distanceToSquared(ray.origin);
         if (squared >= nearest) continue;
@@ -92,9 +87,7 @@ export class Picker {
       }
     }
     if (first < 0) return undefined;
-    [a, b, c].forEach((corner, n) => {
-      corner.fromArray(this.vertices, 3 * this.index[3 * first + n]);
-    });
+    this.load(first);
     const weights = Triangle.getBarycoord(position, a, b, c, new Vector3()) ?? new Vector3(1, 0, 0);
     return { triangle: first, position, weights };
   }

@@ -2,10 +2,10 @@
 // silent.
 
 import { checkbox, html } from "./dom";
+import { kRate_Hz } from "./engine";
 import type { Batch } from "./worker";
 import { quantity } from "./words";
 
-const kTicks_Hz = 1000;
 const kFullShare = 0.05; // of the largest force of the curves: a step as loud as it gets
 const kAhead_s = 0.04; // of what is heard, so that batches follow without gaps
 
@@ -33,7 +33,7 @@ export class ForceSignal {
     const out: number[] = [];
     batch.pressing_N.forEach((pressing, i) => {
       const next = this.highPass(pressing + batch.sliding_N[i]);
-      for (; this.at < 1; this.at += kTicks_Hz / this.rate_Hz) out.push(this.last + this.at * (next - this.last));
+      for (; this.at < 1; this.at += kRate_Hz / this.rate_Hz) out.push(this.last + this.at * (next - this.last));
       this.at -= 1;
       this.last = next;
     });

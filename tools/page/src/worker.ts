@@ -2,7 +2,7 @@
 // wakes a worker every few milliseconds at best, so ticks that are due come in small batches.
 
 import { type Vector, vector } from "./contents";
-import { Answer, type Ball, Engine, kMaxBalls } from "./engine";
+import { Answer, type Ball, Engine, kMaxBalls, kRate_Hz } from "./engine";
 import { Recording } from "./recording";
 
 /** A quaternion w, x, y, z. */
@@ -41,9 +41,8 @@ export type News =
   | { news: "batch"; batch: Batch }
   | { news: "record"; table: string; ticks: number };
 
-const kRate_Hz = 1000;
 const kSlip = 2; // PALPATE_SLIP
-const kMaxDue = 100; // after a pause the tool goes on where it reportedState
+const kMaxDue = 100; // after a pause the tool goes on where it was
 const kNews_ms = 15;
 const kNearing = 0.08; // of the distance to the target, a tick, twice: 25 ms until the tool has followed, without a jerk
 const kDeformShare = 0.3; // of the time: large bodies are drawn less often than forces are reported
