@@ -21,9 +21,8 @@ VolumePoint nearest_in_tet(const Vec3& p, const Vec3& a, const Vec3& b, const Ve
   constexpr int kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
   const std::array<Vec3, 4> corner{a, b, c, d};
   for (const auto& face : kFaces) {
-    const SurfacePoint on_face = nearest_on_triangle(p, corner[static_cast<std::size_t>(face[0])],
-                                                     corner[static_cast<std::size_t>(face[1])],
-                                                     corner[static_cast<std::size_t>(face[2])]);
+    const SurfacePoint on_face =
+        nearest_on_triangle(p, corner[face[0]], corner[face[1]], corner[face[2]]);
     if (on_face.distance_m >= point.distance_m) continue;
     point.distance_m = on_face.distance_m;
     point.weight.setZero();

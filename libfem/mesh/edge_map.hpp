@@ -7,7 +7,7 @@
 
 namespace palpate::fem {
 
-/// From an edge {a, b}, whichever way round, to an index >= 0.
+/// From an edge {a, b} in either order to an index >= 0.
 /// Open addressing in flat arrays: a few nanoseconds a look-up, no allocation per edge.
 class EdgeMap {
  public:

@@ -8,11 +8,11 @@
 
 namespace palpate::fem {
 
-/// What fills a place [m]: the index of its material; 0 is the body's own.
+/// Index of the material that fills a place [m]; 0 is the body's own.
 using RegionAt = std::function<int(const Vec3& rest_position)>;
 
-/// Whether a place of the body at rest [m] is held; a place of its boundary may be where the inside
-/// beside it is not.
+/// Tells held places of the body at rest [m] from others; a place of its boundary may be where the
+/// inside beside it is not.
 using HeldAt = std::function<bool(const Vec3& rest_position, bool is_on_boundary)>;
 
 /// Ten-node tetrahedra at rest, what the solver works on.

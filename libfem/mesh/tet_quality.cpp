@@ -10,14 +10,11 @@ namespace palpate {
 
 TetCorners corners_of(const TetMesh& mesh, Eigen::Index tet) {
   TetCorners corner;
-  for (int k = 0; k < 4; ++k)
-    corner[static_cast<std::size_t>(k)] = mesh.nodes.row(mesh.tets(tet, k));
+  for (int k = 0; k < 4; ++k) corner[k] = mesh.nodes.row(mesh.tets(tet, k));
   return corner;
 }
 
-double tet_volume_m3(const TetCorners& c) {
-  return (c[1] - c[0]).cross(c[2] - c[0]).dot(c[3] - c[0]) / 6;
-}
+double tet_volume_m3(const TetCorners& c) { return six_volumes(c[0], c[1], c[2], c[3]) / 6; }
 
 double min_dihedral_deg(const TetCorners& c) {
   // Outward normals of the faces opposite each corner; the angle is pi minus that between normals.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 
 #include "libfit/core/geometry.hpp"
@@ -10,6 +11,11 @@ namespace palpate {
 using TetCorners = std::array<Vec3, 4>;
 
 TetCorners corners_of(const TetMesh& mesh, Eigen::Index tet);
+
+/// Six times the signed volume [m^3].
+inline double six_volumes(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  return (b - a).cross(c - a).dot(d - a);
+}
 
 /// Signed volume [m^3]; positive in the order of `Tets`.
 double tet_volume_m3(const TetCorners& corner);

@@ -58,23 +58,19 @@ struct CapsuleShape {
   static double contact_radius_m(const ProbeGeometry& probe, double depth_m) {
     return std::sqrt(radius_m(probe) * std::min(depth_m, radius_m(probe)));
   }
-  /// Along a line: up to twice, for elements as fine as the narrow way would be wanted along all of
-  /// it.
+  /// Along a line: up to twice, for elements as fine as across it would be wanted along all of it.
   static double mesh_length_m(const ProbeGeometry& probe, double depth_m) {
     const double radius = contact_radius_m(probe, depth_m);
     const ContactLine line = contact_line_m(probe, depth_m);
     return radius + std::min(radius, 0.5 * (line.to - line.from).norm());
-  }
-  static double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
-    return mesh_length_m(probe, depth_m);
   }
   /// Lying it touches along its whole segment at once, tilted from one end on.
   static ContactLine contact_line_m(const ProbeGeometry& probe, double depth_m) {
     const Vec3 along = half_segment_m(probe) * probe.turn.col(2);
     if (is_lying(probe)) return {-along, along};
     const Vec3 across(along.x(), along.y(), 0);
-    const double sunk = std::min(2.0, depth_m / std::max(std::abs(along.z()), 1e-12));
-    return {Vec3::Zero(), std::copysign(sunk, -along.z()) * across};
+    const double share = std::min(2.0, depth_m / std::max(std::abs(along.z()), 1e-12));
+    return {Vec3::Zero(), std::copysign(share, -along.z()) * across};
   }
   static double tip_radius_m(const ProbeGeometry& probe) { return radius_m(probe); }
   static double half_width_m(const ProbeGeometry& probe) {

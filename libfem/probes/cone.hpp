@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "libfem/probes/sphere.hpp"
 
@@ -15,7 +16,7 @@ struct ConeShape {
   static constexpr ProbeParameter kParameters[] = {
       {"half_angle", "between the axis and the flank", "30 deg", Dimension::angle},
       {"tip_radius", "of the rounded tip", "0.5 mm"}};
-  static constexpr double kMin_rad = 0.017453292519943295, kMax_rad = 1.5533430342749532;
+  static constexpr double kMin_rad = std::numbers::pi / 180, kMax_rad = 89 * kMin_rad;
 
   static double half_angle_rad(const ProbeGeometry& probe) { return probe.number[0]; }
   static double tip_radius_m(const ProbeGeometry& probe) { return probe.number[1]; }
@@ -68,12 +69,6 @@ struct ConeShape {
       (depth_of(probe, middle) < depth_m ? low : high) = middle;
     }
     return high;
-  }
-  static double mesh_length_m(const ProbeGeometry& probe, double depth_m) {
-    return contact_radius_m(probe, depth_m);
-  }
-  static double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
-    return contact_radius_m(probe, depth_m);
   }
   static double half_width_m(const ProbeGeometry&) {
     return std::numeric_limits<double>::infinity();

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -39,6 +41,65 @@ struct CubicWeights {
   }
 };
 
+void check_edges(const Triangles& triangles, const std::string& where) {
+  std::int64_t open = 0, crowded = 0, unlike = 0;
+  std::int32_t first = -1;
+  for_each_edge(sorted_sides(triangles), [&](auto begin, auto end) {
+    const auto sides = end - begin;
+    const bool is_open = sides == 1, is_crowded = sides > 2;
+    const bool is_unlike = sides == 2 && begin->is_forward == (begin + 1)->is_forward;
+    open += is_open;
+    crowded += is_crowded;
+    unlike += is_unlike;
+    if ((is_open || is_crowded || is_unlike) && first < 0) first = begin->face + 1;
+  });
+  const std::string at = ", the first at triangle " + std::to_string(first);
+  if (open)
+    throw Error(
+        where,
+        "the probe's mesh is open: " + counted(open, "edge has", "edges have") + " one triangle" +
+            at,
+        "Close it, for example with a mesh editor's \"fill holes\"; a probe needs an inside.");
+  if (crowded)
+    throw Error(where,
+                "the probe's mesh is not manifold: " + counted(crowded, "edge has", "edges have") +
+                    " more than two triangles" + at,
+                "Remove walls inside it, or unite its parts into one solid.");
+  if (unlike)
+    throw Error(where,
+                "triangles of the probe's mesh disagree about its outside at " +
+                    counted(unlike, "edge", "edges") + at,
+                "Make its normals consistent and export it again.");
+}
+
+/// Refuses a mesh that has no inside: counts and names (from 1) its faults.
+void check_probe_mesh(const Surface& surface, const std::string& where) {
+  const Triangles& triangles = surface.triangles;
+  if (triangles.rows() == 0)
+    throw Error(where, "the probe's mesh has no triangle", "Name a closed triangle mesh.");
+  if (triangles.minCoeff() < 0 || triangles.maxCoeff() >= surface.vertices.rows() ||
+      !surface.vertices.allFinite())
+    throw Error(where,
+                "a triangle of the probe's mesh names a vertex that is not there, or not finite",
+                "Repair the mesh.");
+  const double extent = extent_m(surface.vertices).maxCoeff();
+  for (Eigen::Index f = 0; f < triangles.rows(); ++f) {
+    const auto corner = [&](int k) { return Vec3(surface.vertices.row(triangles(f, k))); };
+    if (!((corner(1) - corner(0)).cross(corner(2) - corner(0)).norm() > 1e-14 * extent * extent))
+      throw Error(
+          where, "triangle " + std::to_string(f + 1) + " of the probe's mesh has no area",
+          "Remove triangles without area, for example with a mesh editor's \"merge vertices\".");
+  }
+  check_edges(triangles, where);
+  if (const auto pinched = pinched_vertices(triangles, surface.vertices.rows()); !pinched.empty())
+    throw Error(where,
+                "the probe's mesh is not manifold: several sheets meet at vertex " +
+                    std::to_string(pinched.front() + 1),
+                "Separate or unite the parts that touch in one point.");
+  if (!(volume_m3(surface) > 0))
+    throw Error(where, "the probe's mesh is inside out", "Turn its triangles around.");
+}
+
 }  // namespace
 
 MeshField::MeshField(Surface surface, double smoothing_m, const std::string& where)
@@ -65,11 +126,11 @@ void MeshField::average_normals() {
         (corner(f, 1) - corner(f, 0)).cross(corner(f, 2) - corner(f, 0)).normalized();
   vertex_normal_ = vertex_normals(surface_);
   edge_normal_.resize(3 * faces, 3);
-  for (const EdgePair& edge : edge_pairs(surface_.triangles)) {
-    const auto sum = face_normal_.row(edge.side[0] / 3) + face_normal_.row(edge.side[1] / 3);
-    edge_normal_.row(edge.side[0]) = sum;
-    edge_normal_.row(edge.side[1]) = sum;
-  }
+  for_each_edge(sorted_sides(surface_.triangles), [&](auto begin, auto end) {
+    const Vec3 sum = face_normal_.row(begin->face) + face_normal_.row((begin + 1)->face);
+    for (auto side = begin; side < end; ++side)
+      edge_normal_.row(3 * side->face + side->corner) = sum;
+  });
 }
 
 SignedDistance MeshField::nearest(const Vec3& x, double within_m) const {
@@ -79,16 +140,17 @@ SignedDistance MeshField::nearest(const Vec3& x, double within_m) const {
   if (hit.triangle < 0) return out;  // not a number
   const std::int32_t triangle = hit.triangle;
   const Vec3& weights = hit.weight;
-  int zeros = 0, zero = 0, whole = 0;
+  int zeros = 0, zero = 0, nonzero = 0;
   for (int k = 0; k < 3; ++k)
     if (weights[k] == 0) {
       ++zeros;
       zero = k;
     } else
-      whole = k;
-  const Vec3 normal = zeros == 0   ? Vec3(face_normal_.row(triangle))
-                      : zeros == 1 ? Vec3(edge_normal_.row(3 * triangle + (zero + 1) % 3))
-                                   : Vec3(vertex_normal_.row(surface_.triangles(triangle, whole)));
+      nonzero = k;
+  const Vec3 normal = zeros == 0 ? Vec3(face_normal_.row(triangle))
+                      : zeros == 1
+                          ? Vec3(edge_normal_.row(3 * triangle + (zero + 1) % 3))
+                          : Vec3(vertex_normal_.row(surface_.triangles(triangle, nonzero)));
   const Vec3 away = x - hit.position;
   const double size = hit.distance_m;
   out.distance_m = away.dot(normal) < 0 ? -size : size;

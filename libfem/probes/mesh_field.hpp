@@ -13,7 +13,7 @@ namespace palpate::fem {
 
 /// Signed distance to a closed triangle mesh, exact and smoothed.
 /// The exact distance has kinks at every edge and no curvature on facets, where Newton's method
-/// would chatter. What contact feels is its smooth image: the exact distance sampled on a grid of
+/// would chatter. Contact uses its smooth image: the exact distance sampled on a grid of
 /// spacing `smoothing`, in between a cubic B-spline whose coefficients c = f - 1/6 sum of second
 /// differences reproduce cubics, so that smooth parts stay where they are to fourth order and edges
 /// are rounded over about one spacing. It has two continuous derivatives, and gradient and hessian
@@ -38,7 +38,7 @@ class MeshField {
   double smoothing_m() const { return spacing_; }
   double extent_m() const { return extent_; }
 
-  /// Of the section across `inward` (unit) that lies depth_m behind `tip`: its area [m^2], and
+  /// The section across `inward` (unit) that lies depth_m behind `tip`, by its area [m^2], and
   /// across the axis, from `tip`, the ends [m] of the line from which none of its border is farther
   /// than width_m; a section that is not slender has a point for a line.
   struct CrossSection {
@@ -68,20 +68,5 @@ class MeshField {
   std::array<int, 3> count_{};
   std::vector<double> coefficient_;
 };
-
-/// The two sides of an edge of a closed mesh: 3 * triangle + k for the side from corner k to the
-/// next.
-struct EdgePair {
-  std::array<std::int32_t, 2> side;
-};
-
-/// Every edge of a mesh that check_probe_mesh accepted.
-std::vector<EdgePair> edge_pairs(const Triangles& triangles);
-
-/// Refuses a mesh that has no inside. Throws Error at `where`, counting and naming (from 1) the
-/// faults: no triangle, a missing vertex, a triangle without area, an edge with one triangle (open)
-/// or more than two or two against each other, a vertex where several sheets meet, volume not
-/// positive.
-void check_probe_mesh(const Surface& surface, const std::string& where);
 
 }  // namespace palpate::fem

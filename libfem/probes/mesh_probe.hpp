@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "libfem/probes/mesh_field.hpp"
 #include "libfem/probes/probe_frame.hpp"
@@ -53,10 +54,7 @@ struct MeshShape {
   /// sqrt(A / 2 pi) with the section's area A at that depth: exact for a ball's paraboloid.
   static double contact_radius_m(const ProbeGeometry& probe, double depth_m) {
     const double area = section(probe, depth_m).area_m2;
-    return std::max(std::sqrt(area / 6.283185307179586), probe.mesh->smoothing_m());
-  }
-  static double mesh_length_m(const ProbeGeometry& probe, double depth_m) {
-    return contact_radius_m(probe, depth_m);
+    return std::max(std::sqrt(area / (2 * std::numbers::pi)), probe.mesh->smoothing_m());
   }
   static double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
     return std::max(section(probe, depth_m).width_m, contact_radius_m(probe, depth_m));

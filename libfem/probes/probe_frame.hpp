@@ -31,7 +31,8 @@ inline Mat3 turn_inward(const Vec3& inward) {
   return frame_about(u, is_along_z ? Vec3::UnitX() : Vec3::UnitZ()).transpose();
 }
 
-/// Evaluates a shape given in own axes at an offset from the reference point in the body's axes.
+/// Evaluates a shape described in own axes at an offset from the reference point in the body's
+/// axes.
 template <class OwnDistance>
 SignedDistance in_own_axes(const ProbeGeometry& probe, const Vec3& axis, const Vec3& offset,
                            const OwnDistance& own_distance) {
@@ -42,7 +43,7 @@ SignedDistance in_own_axes(const ProbeGeometry& probe, const Vec3& axis, const V
   return out;
 }
 
-/// Where an offset lies about the axis: height above the tip's plane, against u, distance from the
+/// Position of an offset about the axis: height above the tip's plane, against u, distance from the
 /// axis and the unit vector away from it (zero on the axis).
 struct AxialPlace {
   double height_m, away_m;

@@ -28,6 +28,22 @@ double edge_ring_m(const ProbeGeometry& probe) {
   return 0;
 }
 
+/// The contact radius for shapes that say no other length.
+template <class Shape>
+double mesh_length_m(const ProbeGeometry& probe, double depth_m) {
+  if constexpr (requires { Shape::mesh_length_m(probe, depth_m); })
+    return Shape::mesh_length_m(probe, depth_m);
+  else
+    return Shape::contact_radius_m(probe, depth_m);
+}
+template <class Shape>
+double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
+  if constexpr (requires { Shape::contact_reach_m(probe, depth_m); })
+    return Shape::contact_reach_m(probe, depth_m);
+  else
+    return mesh_length_m<Shape>(probe, depth_m);
+}
+
 template <class Shape>
 constexpr ShapeRow shape_row(std::string_view name, std::string_view summary, bool is_axisymmetric,
                              bool takes_mesh = false) {
@@ -40,8 +56,8 @@ constexpr ShapeRow shape_row(std::string_view name, std::string_view summary, bo
           Shape::signed_distance,
           Shape::bounding_ball,
           Shape::contact_radius_m,
-          Shape::mesh_length_m,
-          Shape::contact_reach_m,
+          mesh_length_m<Shape>,
+          contact_reach_m<Shape>,
           Shape::tip_radius_m,
           Shape::half_width_m,
           contact_line_m<Shape>,
@@ -189,14 +205,14 @@ double Probe::contact_reach_m(double depth_m) const {
 
 namespace {
 
-// The foremost point of a convex shape along `way`, in its own axes: the nearest to a place far
-// out; twice, as the first sees the shape under an angle of its width over the distance.
-std::optional<Vec3> foremost(const Probe& probe, const Vec3& axis, const Vec3& way) {
+// The foremost point of a convex shape along `direction`, in its own axes: the nearest to a place
+// far out; twice, as the first sees the shape under an angle of its width over the distance.
+std::optional<Vec3> foremost(const Probe& probe, const Vec3& axis, const Vec3& direction) {
   constexpr double kFar = 1e6, kNear = 1e2;  // of the tool's width
   const double width = std::max(probe.half_width_m, probe.length_m);
   Vec3 nearest = Vec3::Zero();
   for (int look = 0; look < 2; ++look) {
-    const Vec3 far = nearest + kFar * width * way;
+    const Vec3 far = nearest + kFar * width * direction;
     const SignedDistance at = probe.shape->signed_distance(probe.geometry, axis, far);
     nearest = far - at.distance_m * at.gradient;
     if (!(nearest.norm() < kNear * width)) return std::nullopt;

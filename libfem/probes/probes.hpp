@@ -22,7 +22,7 @@ class MeshField;
 /// Signed distance to a probe's surface and its derivatives at one place.
 /// distance_m > 0 outside; gradient is the probe's outward unit normal there; hessian [1/m] is the
 /// curvature of the distance field, which contact stiffness needs. On the medial axis, where the
-/// nearest point of the surface is not unique, one of the normals is given or zero.
+/// nearest point of the surface is not unique, it is one of the normals or zero.
 struct SignedDistance {
   double distance_m = 0;
   Vec3 gradient = Vec3::Zero();
@@ -112,7 +112,7 @@ struct Probe {
   double length_m = 0;
   double half_width_m = 0;
   double friction = 0;
-  /// Of a tool that leans and is round about its axis (tilted()): its turn in the body's axes, and
+  /// For a tool that leans and is round about its axis (tilted()): its turn in the body's axes, and
   /// the reference point from the point that touches a flat surface first when it is upright.
   Mat3 turn = Mat3::Identity();
   Vec3 touch = Vec3::Zero();
@@ -137,13 +137,13 @@ struct Probe {
   double contact_radius_m(double depth_m) const {
     return shape->contact_radius_m(geometry, depth_m);
   }
-  /// The length that element sizes are given in: the contact radius of round shapes.
+  /// The length in which element sizes are measured: the contact radius of round shapes.
   double mesh_length_m(double depth_m) const;
   /// The line along which it touches a flat surface at a depth, in the body's axes.
   ContactLine contact_line_m(const Vec3& axis, double depth_m) const;
   /// Radius of the edge about the axis at which pressure is all but singular; 0 for shapes without.
   double edge_ring_m() const { return leans ? 0 : shape->edge_ring_m(geometry); }
-  /// How far from there the mesh has to be that fine: the contact radius of round shapes.
+  /// Distance from there to which the mesh has to be that fine: the contact radius of round shapes.
   double contact_reach_m(double depth_m) const;
 };
 
@@ -158,14 +158,22 @@ Probe make_probe(const ProbeSpec& spec, const std::string& where);
 /// a cone, the shaft of a rod.
 Probe tilted(const Probe& upright, const Vec3& axis, const Lean& lean, const std::string& where);
 
-/// How a tool stands, upright or leaning (tilted()), at a place whose inward unit normal is `axis`.
+/// Pose of a tool, upright or leaning (tilted()), at a place whose inward unit normal is `axis`.
 /// One that is round about its axis has the tip of the upright tool at its origin and its shaft
 /// along own z.
 Stance stance(const Probe& probe, const Vec3& axis);
 
 /// Radius of the ball that a tool which is round about its axis ends with [m]; 0 where it ends with
-/// none, or is not round (a lying capsule, a mesh, a rod that is not rounded whole).
+/// none, or is not round (a lying capsule, a mesh, a rod that is not rounded fully).
 double round_end_m(const Probe& probe);
+
+/// Profile of a tool's end along its press, for whatever plays it (docs/method-tools.md, section
+/// 30): of any shape, by its signed distance. Nothing of a tool that is not round about the press
+/// (a lying capsule, a mesh that is not) or not convex there. What is steeper than 84 degrees
+/// counts as a wall.
+std::optional<Indenter> round_end(const Probe& probe);
+/// The same of what travels with data; nothing of no probe and of a point.
+std::optional<Indenter> round_end(const std::optional<ProbeSpec>& probe);
 
 /// The same probe for presses down to depth_m: length_m becomes a(d)^2 / d with the contact radius
 /// a (R for a ball), at least the tip's radius and at most the half width. A ball keeps R and a

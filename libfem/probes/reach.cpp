@@ -10,20 +10,19 @@ namespace palpate::fem {
 namespace {
 
 constexpr double kResolution = 0.25;  // of the tolerance, to which overlaps are known
-constexpr double kTight = 0.8;        // of the ball's radius: what a way out must leave room for
-constexpr double kLeastStep = 0.1;    // of the radius, along a way out
-constexpr std::size_t kPlacesOfPatch =
-    200;                                 // from where ways out are tried, where no normal is one
-constexpr std::size_t kTriedPlaces = 3;  // nearest places with a way out, from each of them
+constexpr double kTight = 0.8;        // of the ball's radius: what a exit must leave room for
+constexpr double kLeastStep = 0.1;    // of the radius, along a exit
+constexpr std::size_t kPlacesOfPatch = 200;  // from where exits are tried, where no normal is one
+constexpr std::size_t kTriedPlaces = 3;      // nearest places with a exit, from each of them
 
-// To the faces, edges and corners of a cube: ways out that are tried beside the normal.
-std::vector<Vec3> straight_ways() {
-  std::vector<Vec3> ways;
+// To the faces, edges and corners of a cube: exits that are tried beside the normal.
+std::vector<Vec3> straight_directions() {
+  std::vector<Vec3> directions;
   for (int x = -1; x <= 1; ++x)
     for (int y = -1; y <= 1; ++y)
       for (int z = -1; z <= 1; ++z)
-        if (x != 0 || y != 0 || z != 0) ways.push_back(Vec3(x, y, z).normalized());
-  return ways;
+        if (x != 0 || y != 0 || z != 0) directions.push_back(Vec3(x, y, z).normalized());
+  return directions;
 }
 
 }  // namespace
@@ -53,7 +52,8 @@ double ToolReach::overlap_with_triangle_m(const Probe& probe, const Vec3& positi
       continue;
     const SignedDistance at = probe.distance(inward, middle - position);
     least_m = std::max(least_m, -at.distance_m);
-    // A distance changes by no more than the way; that to a convex shape by no less than its slope.
+    // A distance changes by no more than the path; that to a convex shape by no less than its
+    // slope.
     double fall = radius;
     if (!probe.shape->takes_mesh && at.gradient.squaredNorm() > 0.5)
       fall = std::max(
@@ -95,7 +95,7 @@ double ToolReach::overlap_m(const Vec3& position, const Vec3& inward, const Lean
   return overlap;
 }
 
-bool ToolReach::passes(Vec3 centre, const Vec3& way, double length_m) const {
+bool ToolReach::passes(Vec3 centre, const Vec3& direction, double length_m) const {
   const double radius = ball_radius_m();
   for (double gone = 0; gone < length_m;) {
     if (((centre - low_).array() < -radius).any() || ((high_ - centre).array() < -radius).any())
@@ -103,29 +103,28 @@ bool ToolReach::passes(Vec3 centre, const Vec3& way, double length_m) const {
     const double distance = closest_point(surface_, boxes_, centre)->distance_m;
     if (distance < kTight * radius) return false;
     const double step = std::max(distance - radius, kLeastStep * radius);
-    centre += step * way;
+    centre += step * direction;
     gone += step;
   }
   return true;
 }
 
-bool ToolReach::has_way_out(const std::vector<Vec3>& centres,
-                            const std::vector<Vec3>& outside) const {
-  static const std::vector<Vec3> kWays = straight_ways();
+bool ToolReach::can_leave(const std::vector<Vec3>& centres,
+                          const std::vector<Vec3>& outside) const {
+  static const std::vector<Vec3> kDirections = straight_directions();
   constexpr double kFar = std::numeric_limits<double>::infinity();
   for (const Vec3& centre : centres) {
-    if (std::any_of(kWays.begin(), kWays.end(),
-                    [&](const Vec3& way) { return passes(centre, way, kFar); }))
+    if (std::any_of(kDirections.begin(), kDirections.end(),
+                    [&](const Vec3& direction) { return passes(centre, direction, kFar); }))
       return true;
     std::vector<std::pair<double, std::size_t>> nearest;
     for (std::size_t i = 0; i < outside.size(); ++i)
       nearest.emplace_back((outside[i] - centre).squaredNorm(), i);
     const std::size_t tried = std::min(kTriedPlaces, nearest.size());
-    std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(tried),
-                      nearest.end());
+    std::partial_sort(nearest.begin(), nearest.begin() + tried, nearest.end());
     for (std::size_t i = 0; i < tried; ++i) {
-      const Vec3 way = outside[nearest[i].second] - centre;
-      if (passes(centre, way.normalized(), way.norm())) return true;
+      const Vec3 direction = outside[nearest[i].second] - centre;
+      if (passes(centre, direction.normalized(), direction.norm())) return true;
     }
   }
   return false;
@@ -138,7 +137,7 @@ void ToolReach::drop_enclosed(const Points& outward, std::vector<char>& is_reach
     bool is_out = false;
   };
   std::vector<FreePatch> patches;
-  std::vector<Vec3> outside;  // centres of patches that have a way out
+  std::vector<Vec3> outside;  // centres of patches that have a exit
   const auto found_out = [&](FreePatch& patch) {
     patch.is_out = true;
     outside.insert(outside.end(), patch.centres.begin(), patch.centres.end());
@@ -159,14 +158,14 @@ void ToolReach::drop_enclosed(const Points& outward, std::vector<char>& is_reach
   for (bool is_changed = true; is_changed;) {
     is_changed = false;
     for (FreePatch& patch : patches) {
-      if (patch.is_out || !has_way_out(patch.centres, outside)) continue;
+      if (patch.is_out || !can_leave(patch.centres, outside)) continue;
       found_out(patch);
       is_changed = true;
     }
   }
   for (const FreePatch& patch : patches)
     if (!patch.is_out)
-      for (const std::int32_t v : patch.vertices) is_reached[static_cast<std::size_t>(v)] = 0;
+      for (const std::int32_t v : patch.vertices) is_reached[v] = 0;
 }
 
 std::vector<char> ToolReach::vertices(const std::vector<char>& is_candidate, const Points& outward,

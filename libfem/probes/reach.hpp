@@ -17,8 +17,8 @@ class ToolReach {
   /// closed: outward [m]. tolerance_m > 0.
   ToolReach(const Surface& closed, Probe probe, double tolerance_m);
 
-  /// How deep [m] the tool that first touches at `position` along `inward` (unit) cuts into the
-  /// body: the deepest that a point of the body's surface lies in the tool, to a quarter of the
+  /// Depth [m] by which the tool that first touches at `position` along `inward` (unit) cuts into
+  /// the body: the deepest that a point of the body's surface lies in the tool, to a quarter of the
   /// tolerance, by branch and bound over the triangles; or, if that is more, how deep the tool's
   /// middle lies in both. Of a ball this is its radius less the signed distance of its centre. 0
   /// where it cuts nothing. Any shape, exact as its signed distance. lean: of the tool (tilted()).
@@ -27,11 +27,11 @@ class ToolReach {
     return overlap_m(position, inward, lean) <= tolerance_m_;
   }
 
-  /// Per vertex, of those that are candidates: 1 where the tool is free and has a way in. Patches
-  /// of free vertices have one when the ball that presses like the tool leaves one of their places
-  /// straight, along the normal or another of 26 directions, or comes straight to a patch that has
-  /// one; so neither cavities nor chambers with a narrow mouth count. Shapes with a shaft that has
-  /// no end need none: where they are free, so was their way in. overlap_m (may be null): per
+  /// Per vertex, of those that are candidates: 1 where the tool is free and can be reached. Patches
+  /// of free vertices can when the ball that presses like the tool leaves one of their places
+  /// straight, along the normal or another of 26 directions, or comes straight to a patch that
+  /// can; so neither cavities nor chambers with a narrow mouth count. Shapes with a shaft that has
+  /// no end need none: where they are free, they could be reached. overlap_m (may be null): per
   /// vertex, 0 of others than candidates.
   /// outward: vertex_normals(closed).
   std::vector<char> vertices(const std::vector<char>& is_candidate, const Points& outward,
@@ -41,8 +41,8 @@ class ToolReach {
   double overlap_with_triangle_m(const Probe& probe, const Vec3& position, const Vec3& inward,
                                  std::int32_t triangle, double least_m) const;
   double ball_radius_m() const { return std::min(probe_.length_m, probe_.half_width_m); }
-  bool passes(Vec3 centre, const Vec3& way, double length_m) const;
-  bool has_way_out(const std::vector<Vec3>& centres, const std::vector<Vec3>& outside) const;
+  bool passes(Vec3 centre, const Vec3& direction, double length_m) const;
+  bool can_leave(const std::vector<Vec3>& centres, const std::vector<Vec3>& outside) const;
   void drop_enclosed(const Points& outward, std::vector<char>& is_reached) const;
 
   Surface surface_;

@@ -1,4 +1,4 @@
-#include "libfem/probes/round_end.hpp"
+#include "libfem/probes/probes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -26,10 +26,10 @@ std::optional<double> angle_at(const Probe& probe, double r_m, double around_rad
     const SignedDistance at = probe.distance(axis, r_m * out - height_m * axis);
     const double along = at.gradient.dot(axis);
     if (!(along > std::cos(kSteepest_rad) / 2)) return std::nullopt;
-    const double more_m = at.distance_m / along;  // distance falls as the place rises into the tool
+    const double step_m = at.distance_m / along;  // distance falls as the place rises into the tool
     if (std::abs(at.distance_m) <= 1e-13 * probe.length_m)
       return std::atan2(at.gradient.dot(out), along);
-    height_m += more_m;
+    height_m += step_m;
   }
   return std::nullopt;
 }
@@ -63,9 +63,9 @@ void keep_turns(const std::vector<ProfilePlace>& places, std::size_t from, std::
     const double share = (places[i].r_m - places[from].r_m) / (places[to].r_m - places[from].r_m);
     const double line =
         (1 - share) * std::tan(places[from].angle_rad) + share * std::tan(places[to].angle_rad);
-    const double off =
+    const double residual =
         std::abs(std::atan(line) - places[i].angle_rad) / (kShallow_rad + places[i].angle_rad);
-    if (off > most) most = off, at = i;
+    if (residual > most) most = residual, at = i;
   }
   if (!(most > tolerance)) return;
   is_kept[at] = 1;

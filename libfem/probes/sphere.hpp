@@ -42,12 +42,6 @@ struct SphereShape {
   static double contact_radius_m(const ProbeGeometry& probe, double depth_m) {
     return std::sqrt(radius_m(probe) * std::min(depth_m, radius_m(probe)));
   }
-  static double mesh_length_m(const ProbeGeometry& probe, double depth_m) {
-    return contact_radius_m(probe, depth_m);
-  }
-  static double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
-    return contact_radius_m(probe, depth_m);
-  }
   static double tip_radius_m(const ProbeGeometry& probe) { return radius_m(probe); }
   static double half_width_m(const ProbeGeometry& probe) { return radius_m(probe); }
 };

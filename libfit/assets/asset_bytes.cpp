@@ -6,6 +6,7 @@
 
 #include "libfit/assets/asset_surface.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/shape_arrays.hpp"
 #include "libfit/runtime/engine.hpp"
 
 namespace palpate {
@@ -16,13 +17,6 @@ using runtime::Header;
 /// A hand at 2.5 m/s in a loop of 50 Hz, the slowest in use; at 1 kHz 50 m/s, which no hand does.
 constexpr double kMaxStep_m = 0.05;
 
-/// The shape response as its section holds it; no points: none.
-struct AssetShape {
-  runtime::ShapeHeader header{};
-  std::vector<std::int32_t> blend_point;
-  std::vector<float> blend_weight, point, drag, mode;
-};
-
 /// A bounding tree in the preorder of libfit/runtime/asset/format.hpp.
 struct Tree {
   std::vector<runtime::TreeNode> nodes;
@@ -31,19 +25,21 @@ struct Tree {
 
 constexpr std::ptrdiff_t kLeafTriangles = 4;  // the engine allows 8
 
+/// Tree over triangles, split at the median centre along the longest side, so its depth is log2 of
+/// the count. vertex V x 3 [m], triangle F x 3, items at least one. Deterministic.
 class TreeBuilder {
  public:
   TreeBuilder(const std::vector<float>& vertex, const std::vector<std::int32_t>& triangle,
               std::vector<std::int32_t> items)
       : vertex_(vertex), triangle_(triangle) {
     tree_.items = std::move(items);
-    add(0, static_cast<std::ptrdiff_t>(tree_.items.size()));
+    add(0, tree_.items.size());
   }
   Tree take() { return std::move(tree_); }
 
  private:
   float coordinate(std::int32_t t, std::size_t corner, std::size_t axis) const {
-    const auto v = static_cast<std::size_t>(triangle_[3 * static_cast<std::size_t>(t) + corner]);
+    const std::int32_t v = triangle_[3 * t + corner];
     return vertex_[3 * v + axis];
   }
   float centre(std::int32_t t, std::size_t axis) const {  // times three
@@ -53,11 +49,10 @@ class TreeBuilder {
   runtime::TreeNode box(std::ptrdiff_t begin, std::ptrdiff_t end) const {
     runtime::TreeNode node{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      node.lo[axis] = node.hi[axis] =
-          coordinate(tree_.items[static_cast<std::size_t>(begin)], 0, axis);
+      node.lo[axis] = node.hi[axis] = coordinate(tree_.items[begin], 0, axis);
       for (std::ptrdiff_t i = begin; i < end; ++i)
         for (std::size_t corner = 0; corner < 3; ++corner) {
-          const float x = coordinate(tree_.items[static_cast<std::size_t>(i)], corner, axis);
+          const float x = coordinate(tree_.items[i], corner, axis);
           node.lo[axis] = std::min(node.lo[axis], x);
           node.hi[axis] = std::max(node.hi[axis], x);
         }
@@ -69,8 +64,8 @@ class TreeBuilder {
     const std::size_t at = tree_.nodes.size();
     tree_.nodes.push_back(box(begin, end));
     if (end - begin <= kLeafTriangles) {
-      tree_.nodes[at].at = static_cast<std::int32_t>(begin);
-      tree_.nodes[at].items = static_cast<std::int32_t>(end - begin);
+      tree_.nodes[at].at = begin;
+      tree_.nodes[at].items = end - begin;
       return;
     }
     const std::ptrdiff_t middle = begin + (end - begin) / 2;
@@ -81,7 +76,7 @@ class TreeBuilder {
                        return a < b || (!(b < a) && s < t);
                      });
     add(begin, middle);
-    tree_.nodes[at].at = static_cast<std::int32_t>(tree_.nodes.size());
+    tree_.nodes[at].at = tree_.nodes.size();
     add(middle, end);
   }
 
@@ -96,13 +91,6 @@ class TreeBuilder {
   const std::vector<std::int32_t>& triangle_;
   Tree tree_;
 };
-
-/// Tree over the given triangles, split at the median centre along the longest side, so its depth
-/// is log2 of the count. vertex V x 3 [m], triangle F x 3, items at least one. Deterministic.
-Tree make_tree(const std::vector<float>& vertex, const std::vector<std::int32_t>& triangle,
-               std::vector<std::int32_t> items) {
-  return TreeBuilder(vertex, triangle, std::move(items)).take();
-}
 
 constexpr int kCheckPathTicks = 64;     // one place's approach, press, drag and lift
 constexpr int kPlaces = 12;             // 768 ticks: about 1 ms on loading
@@ -123,14 +111,14 @@ std::vector<runtime::CheckTick> make_check_path(const AssetSurface& surface, dou
   std::vector<runtime::CheckTick> path;
   for (int place = 0; place < kPlaces; ++place) {
     const auto& measured = surface.measured_triangles;
-    const auto t = static_cast<std::size_t>(measured[runtime::next_random(seed) % measured.size()]);
+    const std::int32_t t = measured[runtime::next_random(seed) % measured.size()];
     const double a = 0.2 + 0.3 * unit_share(seed), b = 0.2 + 0.3 * unit_share(seed);
     const double depth =
         std::min(depth_m, double(surface.max_depth_m[t])) * (0.3 + 0.7 * unit_share(seed));
     Vec3 x = Vec3::Zero(), u = Vec3::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
       const double n = k == 0 ? a : (k == 1 ? b : 1 - a - b);
-      const auto v = static_cast<std::size_t>(surface.triangle[3 * t + k]);
+      const std::int32_t v = surface.triangle[3 * t + k];
       x += n * row(surface.vertex, v);
       u += n * row(surface.normal, v);
     }
@@ -156,13 +144,13 @@ struct AssetParts {
   Tree tree;
   std::array<std::vector<double>, runtime::kMaxParts> table;  ///< of the family's curves
   std::vector<runtime::CheckTick> check;
-  AssetShape shape;
+  ShapeArrays shape;
 };
 
 std::vector<std::int32_t> solid_triangles(const AssetSurface& surface) {
   std::vector<std::int32_t> solid;
   for (std::size_t t = 0; t < surface.max_depth_m.size(); ++t)
-    if (surface.max_depth_m[t] > 0) solid.push_back(static_cast<std::int32_t>(t));
+    if (surface.max_depth_m[t] > 0) solid.push_back(t);
   return solid;
 }
 
@@ -174,41 +162,12 @@ std::vector<double> table_of(const CurveBasis& basis) {
   return out;
 }
 
-template <class Matrix>
-std::vector<float> floats_of(const Matrix& values) {
-  std::vector<float> out;
-  for (Eigen::Index i = 0; i < values.size(); ++i)
-    out.push_back(static_cast<float>(values.data()[i]));
-  return out;
-}
-
-AssetShape shape_of(const Model& model, const AssetSurface& surface) {
-  AssetShape out;
-  const ShapeResponse& shape = model.shape;
-  if (shape.point.rows() == 0) return out;
-  out.header.points = static_cast<std::int32_t>(shape.point.rows());
-  out.header.intervals = shape.intervals;
-  out.header.modes = shape.modes;
-  out.header.radius_power = shape.radius_power;
-  out.header.depth_m = shape.depth_m;
-  out.header.radius_m = shape.radius_m;
-  for (std::int32_t v : surface.recorded)
-    for (int k = 0; k < 3; ++k) {
-      const bool answers = surface.covered[static_cast<std::size_t>(v)] == runtime::kMeasured;
-      out.blend_point.push_back(answers ? model.blend_point(v, k) : 0);
-      out.blend_weight.push_back(answers ? static_cast<float>(model.blend_weight(v, k)) : 0.0F);
-    }
-  out.point = floats_of(shape.point);
-  out.drag = floats_of(shape.drag);
-  out.mode = floats_of(shape.mode);
-  return out;
-}
-
 AssetParts make_parts(const Model& model, const ExportOptions& options) {
   AssetParts parts;
   parts.surface = make_asset_surface(model, options);
   parts.tree =
-      make_tree(parts.surface.vertex, parts.surface.triangle, solid_triangles(parts.surface));
+      TreeBuilder(parts.surface.vertex, parts.surface.triangle, solid_triangles(parts.surface))
+          .take();
   for (std::size_t part = 0; part < model.curves.basis.size(); ++part) {
     const CurveBasis& basis = model.curves.basis[part];
     if (basis.knots_m.empty()) continue;
@@ -218,7 +177,10 @@ AssetParts make_parts(const Model& model, const ExportOptions& options) {
                   "Fit with fewer pieces.");
     parts.table[part] = table_of(basis);
   }
-  parts.shape = shape_of(model, parts.surface);
+  const AssetSurface& surface = parts.surface;
+  if (model.shape.point.rows() > 0)
+    parts.shape = shape_arrays(model.shape, surface.covered.data(), surface.record.data(),
+                               surface.recorded.size(), model.blend_point, model.blend_weight);
   parts.check = make_check_path(parts.surface, model.curves.basis[0].knots_m.back(), options.seed);
   return parts;
 }
@@ -230,14 +192,14 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
   header.flags = runtime::kFlagGuard;
   header.version = runtime::kVersion;
   header.law_revision = runtime::kLawRevision;
-  header.vertices = static_cast<std::int32_t>(parts.surface.covered.size());
-  header.records = static_cast<std::int32_t>(parts.surface.recorded.size());
-  header.triangles = static_cast<std::int32_t>(parts.surface.max_depth_m.size());
-  header.tree_nodes = static_cast<std::int32_t>(parts.tree.nodes.size());
-  header.tree_items = static_cast<std::int32_t>(parts.tree.items.size());
-  header.check_ticks = static_cast<std::int32_t>(parts.check.size());
+  header.vertices = std::int32_t(parts.surface.covered.size());
+  header.records = std::int32_t(parts.surface.recorded.size());
+  header.triangles = std::int32_t(parts.surface.max_depth_m.size());
+  header.tree_nodes = std::int32_t(parts.tree.nodes.size());
+  header.tree_items = std::int32_t(parts.tree.items.size());
+  header.check_ticks = std::int32_t(parts.check.size());
   header.check_path_ticks = kCheckPathTicks;
-  header.family = static_cast<std::int32_t>(model.curves.family);
+  header.family = std::int32_t(model.curves.family);
   for (std::size_t part = 0; part < model.curves.basis.size(); ++part) {
     if (model.curves.basis[part].knots_m.empty()) continue;
     header.degree[part] = model.curves.basis[part].degree;
@@ -275,7 +237,7 @@ void put(AssetBytes& bytes, const Header& header, int section, const std::vector
   std::memcpy(bytes.data() + header.offset[section], values.data(), values.size() * sizeof(T));
 }
 
-void put_shape(AssetBytes& bytes, const Header& header, const AssetShape& shape) {
+void put_shape(AssetBytes& bytes, const Header& header, const ShapeArrays& shape) {
   std::uint64_t sections[runtime::kSections], offset[runtime::kShapeParts];
   unsigned char* base = bytes.data() + runtime::lay_out(header, sections);
   std::memcpy(base, &shape.header, sizeof shape.header);
@@ -329,7 +291,7 @@ void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, c
   put(bytes, header, runtime::kTreeNodes, parts.tree.nodes);
   put(bytes, header, runtime::kTreeItems, parts.tree.items);
   for (int part = 0; part < runtime::kMaxParts; ++part)
-    put(bytes, header, runtime::kPartTable + part, parts.table[static_cast<std::size_t>(part)]);
+    put(bytes, header, runtime::kPartTable + part, parts.table[part]);
   put(bytes, header, runtime::kCheckTicks, parts.check);
   put(bytes, header, runtime::kMeta,
       std::vector<char>(options.meta_json.begin(), options.meta_json.end()));
@@ -371,25 +333,22 @@ int record_check_forces(AssetBytes& bytes) {
 void fill_report(const AssetParts& parts, const Header& header, int touching,
                  ExportReport& report) {
   const AssetSurface& surface = parts.surface;
+  report = surface.report;
   report.bytes = header.file_bytes;
   report.vertices = header.vertices;
   report.triangles = header.triangles;
-  report.mean_vertices = surface.mean_vertices;
-  report.faded_vertices = surface.faded_vertices;
-  report.folded_triangles = surface.folded_triangles;
-  report.air_triangles = surface.air_triangles;
   report.min_max_depth_m = surface.diagonal_m;
   for (float depth : surface.max_depth_m)
     if (depth > 0) report.min_max_depth_m = std::min(report.min_max_depth_m, double(depth));
-  if (surface.folded_triangles > 0)
-    report.remarks.push_back(std::to_string(surface.folded_triangles) +
+  if (report.folded_triangles > 0)
+    report.remarks.push_back(std::to_string(report.folded_triangles) +
                              " triangles have no area or a normal that does not point through "
                              "them; they cannot be touched.");
-  if (surface.faded_vertices > 0)
-    report.remarks.push_back(std::to_string(surface.faded_vertices) +
+  if (report.faded_vertices > 0)
+    report.remarks.push_back(std::to_string(report.faded_vertices) +
                              " covered vertices lie on open borders, where forces fade to zero.");
-  if (surface.mean_vertices > 0)
-    report.remarks.push_back(std::to_string(surface.mean_vertices) +
+  if (report.mean_vertices > 0)
+    report.remarks.push_back(std::to_string(report.mean_vertices) +
                              " vertices without test points answer with the body's mean curves; "
                              "the engine flags contact there as OUTSIDE.");
   if (touching == 0)

@@ -19,17 +19,7 @@ constexpr double kMinFacing = 0.02;  // cosine of a corner's normal to its trian
 std::string at(const char* what, Eigen::Index i) { return what + (' ' + std::to_string(i)); }
 
 void check_counts(const Model& model) {
-  const Eigen::Index vertices = model.surface.vertices.rows();
-  bool is_fitting = model.inward_normal.rows() == vertices &&
-                    static_cast<Eigen::Index>(model.is_covered.size()) == vertices;
-  const auto parts = parts_of(model.curves.family);
-  is_fitting = is_fitting && model.curves.basis.size() == parts.size() &&
-               model.curves.control.size() == parts.size();
-  for (std::size_t i = 0; i < parts.size() && is_fitting; ++i)
-    is_fitting =
-        model.curves.control[i].rows() == vertices &&
-        model.curves.control[i].cols() == parts[i].width * size_of(parts[i], model.curves.basis[i]);
-  if (!is_fitting)
+  if (!has_matching_arrays(model))
     throw Error("model", "the arrays of vertices, normals, coverage and controls differ in size",
                 "Make the model again with `palpate refine`.");
   if (std::none_of(model.is_covered.begin(), model.is_covered.end(), [](char c) { return c != 0; }))
@@ -43,7 +33,7 @@ void check_vertices(const Model& model) {
                 "vertices are not finite, all in one place, or farther than 1 km apart",
                 "Check the unit the surface was read with.");
   for (Eigen::Index v = 0; v < model.inward_normal.rows(); ++v) {
-    if (!model.is_covered[static_cast<std::size_t>(v)]) continue;
+    if (!model.is_covered[v]) continue;
     const double length = model.inward_normal.row(v).norm();
     if (!(std::abs(length - 1) < 1e-6))
       throw Error("model " + at("vertex", v), "its inward normal is not a unit vector",
@@ -68,7 +58,7 @@ void check_controls(const Model& model) {
   const auto parts = parts_of(model.curves.family);
   for (std::size_t i = 0; i < parts.size(); ++i)
     for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
-      if (!model.is_covered[static_cast<std::size_t>(v)]) continue;
+      if (!model.is_covered[v]) continue;
       if (runtime::is_good_part(parts[i], model.curves.control[i].row(v).data(),
                                 size_of(parts[i], model.curves.basis[i]), false))
         continue;
@@ -86,14 +76,14 @@ void round_vertices(const Model& model, bool has_mean, AssetSurface& out) {
   out.origin = (0.5 * (x.colwise().minCoeff() + x.colwise().maxCoeff())).transpose();
   const Points outward = vertex_normals(model.surface);
   for (Eigen::Index v = 0; v < x.rows(); ++v) {
-    const bool is_covered = model.is_covered[static_cast<std::size_t>(v)] != 0;
+    const bool is_covered = model.is_covered[v] != 0;
     const Vec3 inward = is_covered ? Vec3(model.inward_normal.row(v)) : Vec3(-outward.row(v));
     for (int k = 0; k < 3; ++k) {
-      out.vertex.push_back(static_cast<float>(x(v, k) - out.origin[k]));
-      out.normal.push_back(static_cast<float>(inward[k]));
+      out.vertex.push_back(float(x(v, k) - out.origin[k]));
+      out.normal.push_back(float(inward[k]));
     }
     out.covered.push_back(is_covered ? runtime::kMeasured : has_mean ? runtime::kMean : 0);
-    out.mean_vertices += out.covered.back() == runtime::kMean;
+    out.report.mean_vertices += out.covered.back() == runtime::kMean;
   }
 }
 
@@ -101,9 +91,9 @@ void fade_borders(AssetSurface& surface) {
   for (std::size_t edge = 0; edge < surface.neighbour.size(); ++edge) {
     if (surface.neighbour[edge] >= 0) continue;
     for (std::size_t corner : {edge, edge / 3 * 3 + (edge + 1) % 3}) {
-      std::uint8_t& covered = surface.covered[static_cast<std::size_t>(surface.triangle[corner])];
-      surface.faded_vertices += covered == runtime::kMeasured;
-      surface.mean_vertices -= covered == runtime::kMean;
+      std::uint8_t& covered = surface.covered[surface.triangle[corner]];
+      surface.report.faded_vertices += covered == runtime::kMeasured;
+      surface.report.mean_vertices -= covered == runtime::kMean;
       covered = 0;
     }
   }
@@ -120,7 +110,7 @@ std::vector<Eigen::RowVectorXd> mean_controls(const Model& model) {
     if (!model.is_covered[v]) continue;
     ++covered;
     for (std::size_t part = 0; part < mean.size(); ++part)
-      mean[part] += model.curves.control[part].row(static_cast<Eigen::Index>(v));
+      mean[part] += model.curves.control[part].row(v);
   }
   for (std::size_t i = 0; i < mean.size(); ++i) {
     const runtime::Part& part = parts_of(model.curves.family)[i];
@@ -135,8 +125,8 @@ void make_records(AssetSurface& out) {
   for (std::size_t v = 0; v < out.covered.size(); ++v) {
     std::int32_t& row = shared[out.covered[v]];
     if (row < 0 || out.covered[v] == runtime::kMeasured) {
-      row = static_cast<std::int32_t>(out.recorded.size());
-      out.recorded.push_back(static_cast<std::int32_t>(v));
+      row = out.recorded.size();
+      out.recorded.push_back(v);
     }
     out.record.push_back(row);
   }
@@ -147,16 +137,16 @@ void round_controls(const Model& model, AssetSurface& out) {
   for (std::int32_t v : out.recorded)
     for (std::size_t part = 0; part < mean.size(); ++part)
       for (Eigen::Index j = 0; j < mean[part].size(); ++j) {
-        const std::uint8_t covered = out.covered[static_cast<std::size_t>(v)];
+        const std::uint8_t covered = out.covered[v];
         const double value = covered == runtime::kMeasured ? model.curves.control[part](v, j)
                              : covered == runtime::kMean   ? mean[part][j]
                                                            : 0;
-        out.control.push_back(static_cast<float>(value));
+        out.control.push_back(float(value));
       }
 }
 
 Vec3 row(const std::vector<float>& array, std::int32_t i) {
-  return Eigen::Map<const Eigen::Vector3f>(&array[3 * static_cast<std::size_t>(i)]).cast<double>();
+  return Eigen::Map<const Eigen::Vector3f>(&array[3 * i]).cast<double>();
 }
 
 // Depth [m] up to which slides over a triangle of corners x with inward unit normals u are
@@ -193,15 +183,13 @@ double depth_bound_of(const AssetSurface& surface, std::size_t t) {
 void bound_depths(AssetSurface& surface) {
   for (std::size_t t = 0; 3 * t < surface.triangle.size(); ++t) {
     std::uint8_t answering = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      answering |= surface.covered[static_cast<std::size_t>(surface.triangle[3 * t + k])];
+    for (std::size_t k = 0; k < 3; ++k) answering |= surface.covered[surface.triangle[3 * t + k]];
     const bool is_answering = answering != 0;
     const double depth = is_answering ? depth_bound_of(surface, t) : 0;
-    surface.max_depth_m.push_back(static_cast<float>(depth));
-    surface.folded_triangles += is_answering && !(depth > 0);
-    surface.air_triangles += !(depth > 0);
-    if (depth > 0 && (answering & runtime::kMeasured) != 0)
-      surface.measured_triangles.push_back(static_cast<std::int32_t>(t));
+    surface.max_depth_m.push_back(float(depth));
+    surface.report.folded_triangles += is_answering && !(depth > 0);
+    surface.report.air_triangles += !(depth > 0);
+    if (depth > 0 && (answering & runtime::kMeasured) != 0) surface.measured_triangles.push_back(t);
   }
 }
 
@@ -212,18 +200,18 @@ std::vector<std::int32_t> triangle_neighbours(const Triangles& triangles) {
     return static_cast<std::uint64_t>(from) << 32 | static_cast<std::uint32_t>(to);
   };
   std::unordered_map<std::uint64_t, std::int32_t> half_edge;
-  half_edge.reserve(static_cast<std::size_t>(triangles.size()));
+  half_edge.reserve(triangles.size());
   for (Eigen::Index t = 0; t < triangles.rows(); ++t)
     for (int k = 0; k < 3; ++k) {
       const std::int32_t from = triangles(t, k), to = triangles(t, (k + 1) % 3);
-      if (!half_edge.emplace(key(from, to), static_cast<std::int32_t>(t)).second)
+      if (!half_edge.emplace(key(from, to), t).second)
         throw Error(
             "model edge " + std::to_string(from) + "-" + std::to_string(to),
             "two triangles run along it the same way: not manifold, or not all outward",
             "Make the body again with `palpate prepare`, which mends or names such places.");
     }
   std::vector<std::int32_t> neighbour;
-  neighbour.reserve(static_cast<std::size_t>(triangles.size()));
+  neighbour.reserve(triangles.size());
   for (Eigen::Index t = 0; t < triangles.rows(); ++t)
     for (int k = 0; k < 3; ++k) {
       const auto found = half_edge.find(key(triangles(t, (k + 1) % 3), triangles(t, k)));

@@ -9,7 +9,7 @@
 namespace palpate {
 
 /// A model's surface and curves rounded to what an asset stores. V vertices, F triangles.
-/// Arrays as in libfit/runtime/asset/format.hpp. counts say what could not be walked on.
+/// Arrays as in libfit/runtime/asset/format.hpp.
 struct AssetSurface {
   Vec3 origin;                        ///< [m], centre of the bounding box
   std::vector<float> vertex;          ///< V x 3 [m] about the origin
@@ -24,10 +24,7 @@ struct AssetSurface {
   std::vector<std::int32_t> measured_triangles;   ///< solid ones with a measured corner
   double diagonal_m = 0;                          ///< of the bounding box
 
-  int mean_vertices = 0;     ///< not covered in the model: they answer with the mean
-  int faded_vertices = 0;    ///< on a border, so part of the skirt
-  int folded_triangles = 0;  ///< no area, or a corner's normal does not point through: made air
-  int air_triangles = 0;     ///< all, folded ones included
+  ExportReport report;  ///< its counts of vertices and triangles
 };
 
 /// Rounds a model to its asset's arrays, finds neighbours, and bounds each triangle's depth.

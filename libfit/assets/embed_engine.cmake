@@ -1,5 +1,5 @@
 # Writes a source file that holds the text of the engine's files: cmake -DOUT= -DDIR= -DFILES= -P this
-set(text "#include \"libfit/assets/engine_folder.hpp\"\n\nnamespace palpate {\nnamespace {\n\nconstexpr EngineFile kFiles[] = {\n")
+set(text "#include \"libfit/assets/exporters.hpp\"\n\nnamespace palpate {\nnamespace {\n\nconstexpr EngineFile kFiles[] = {\n")
 foreach(name ${FILES})
   file(READ "${DIR}/${name}" content)
   string(APPEND text "    {\"${name}\", R\"=palpate=(${content})=palpate=\"},\n")

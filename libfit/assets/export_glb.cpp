@@ -36,25 +36,22 @@ struct PressedShape {
 };
 
 constexpr std::size_t kOfEachEnd = 2;
-constexpr double kStep_m = 50e-6;  // of a tick on the way in
+constexpr double kStep_m = 50e-6;  // of a tick of the press
 
 // The vertex that each test point answers for most, softest first.
 std::vector<Eigen::Index> test_vertices(const Model& model, const StiffnessMap& map) {
-  std::vector<Eigen::Index> vertex(static_cast<std::size_t>(model.shape.point.rows()), -1);
+  std::vector<Eigen::Index> vertex(model.shape.point.rows(), -1);
   std::vector<double> most(vertex.size(), 0.9);
   for (Eigen::Index v = 0; v < model.blend_point.rows(); ++v)
     for (int k = 0; k < 3; ++k) {
-      const auto point = static_cast<std::size_t>(model.blend_point(v, k));
-      if (!model.is_covered[static_cast<std::size_t>(v)] ||
-          !(model.blend_weight(v, k) > most[point]))
-        continue;
+      const std::int32_t point = model.blend_point(v, k);
+      if (!model.is_covered[v] || !(model.blend_weight(v, k) > most[point])) continue;
       most[point] = model.blend_weight(v, k);
       vertex[point] = v;
     }
   std::erase(vertex, -1);
   std::stable_sort(vertex.begin(), vertex.end(), [&](Eigen::Index a, Eigen::Index b) {
-    return map.stiffness_N_m[static_cast<std::size_t>(a)] <
-           map.stiffness_N_m[static_cast<std::size_t>(b)];
+    return map.stiffness_N_m[a] < map.stiffness_N_m[b];
   });
   return vertex;
 }
@@ -72,7 +69,7 @@ std::vector<PressedShape> pressed_shapes(const Model& model, const StiffnessMap&
   const auto press = [&](Eigen::Index v, const char* end, std::size_t rank) {
     const double depth_m = model.shape.depth_m;
     const Vec3 inward = model.inward_normal.row(v), place = model.surface.vertices.row(v);
-    const int ticks = static_cast<int>(std::ceil(1.1 * depth_m / kStep_m));
+    const int ticks = int(std::ceil(1.1 * depth_m / kStep_m));
     runtime::Contact contact;
     runtime::Output tick;
     for (int i = 0; i <= ticks; ++i) {
@@ -80,7 +77,7 @@ std::vector<PressedShape> pressed_shapes(const Model& model, const StiffnessMap&
       runtime::touch(asset, contact, tip.data(), tick, nullptr, runtime::kMaxTimeStep_s);
     }
     if (contact.triangle < 0) return;
-    Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> moved(asset.vertices, 3);
+    Floats moved(asset.vertices, 3);
     runtime::deform(asset, contact, 0, 0, asset.vertices, moved.data());
     char name[96];
     std::snprintf(name, sizeof name, "press at vertex %lld, %.1f mm, %s %zu",
@@ -114,7 +111,7 @@ struct Glb {
       low.push_back(rows.col(k).minCoeff());
       high.push_back(rows.col(k).maxCoeff());
     }
-    return add(rows.data(), static_cast<std::size_t>(rows.size()) * sizeof(float),
+    return add(rows.data(), rows.size() * sizeof(float),
                {{"componentType", kFloat},
                 {"count", rows.rows()},
                 {"type", "VEC3"},
@@ -151,13 +148,12 @@ ExportReport export_glb(const Model& model, const std::filesystem::path& path,
   const Floats rest = surface.vertices.cast<float>(), normals = normals_of(surface);
   Floats colour(rest.rows(), 3);
   for (Eigen::Index v = 0; v < rest.rows(); ++v)
-    for (int k = 0; k < 3; ++k)
-      colour(v, k) = linear(map.colour[static_cast<std::size_t>(v)][static_cast<std::size_t>(k)]);
+    for (int k = 0; k < 3; ++k) colour(v, k) = linear(map.colour[v][k]);
   Glb glb;
   Json primitive{{"material", 0}};
   primitive["attributes"] = {
       {"POSITION", glb.add(rest)}, {"NORMAL", glb.add(normals)}, {"COLOR_0", glb.add(colour)}};
-  const auto corners = static_cast<std::size_t>(surface.triangles.size());
+  const std::size_t corners = surface.triangles.size();
   primitive["indices"] = glb.add(
       surface.triangles.data(), corners * sizeof(std::int32_t),
       {{"componentType", Glb::kUnsigned}, {"count", corners}, {"type", "SCALAR"}}, Glb::kIndices);

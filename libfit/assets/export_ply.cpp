@@ -33,8 +33,8 @@ ExportReport export_ply(const Model& model, const std::filesystem::path& path,
       "\nproperty list uchar int vertex_indices\nend_header\n";
   for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
     for (int k = 0; k < 3; ++k) append(bytes, surface.vertices(v, k));
-    for (const std::uint8_t part : map.colour[static_cast<std::size_t>(v)]) append(bytes, part);
-    append(bytes, map.stiffness_N_m[static_cast<std::size_t>(v)]);
+    for (const std::uint8_t part : map.colour[v]) append(bytes, part);
+    append(bytes, map.stiffness_N_m[v]);
   }
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
     append(bytes, std::uint8_t{3});

@@ -20,8 +20,7 @@ template <class F>
 std::vector<float> per_vertex(const Model& model, F value) {
   std::vector<float> out;
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
-    out.push_back(model.is_covered[static_cast<std::size_t>(v)] ? static_cast<float>(value(v))
-                                                                : kUncovered);
+    out.push_back(model.is_covered[v] ? float(value(v)) : kUncovered);
   return out;
 }
 

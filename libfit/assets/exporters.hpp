@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,6 +48,9 @@ const Exporter& find_exporter(std::string_view name);
 /// The row whose extension a file's name has. Throws Error listing the extensions when none has it.
 const Exporter& exporter_of_file(const std::filesystem::path& path);
 
+/// Whether the arrays of a model have the sizes that belong together.
+bool has_matching_arrays(const Model& model);
+
 /// The report of a file that holds all of the model's surface.
 ExportReport written(const Model& model, std::uint64_t bytes);
 
@@ -58,6 +62,19 @@ ExportReport export_ply(const Model& model, const std::filesystem::path& path,
                         const ExportOptions& options);
 ExportReport export_vtu(const Model& model, const std::filesystem::path& path,
                         const ExportOptions& options);
+
+/// A file of libfit/runtime, kept inside this library so that an export needs no source tree.
+struct EngineFile {
+  std::string_view name, text;
+};
+
+/// All headers, the licence, the example and the page that explain the engine.
+std::span<const EngineFile> engine_files();
+
+/// Writes the engine's files into `folder`, made when missing; other files there stay, and so do
+/// those of these names where `folder` holds no engine: Error.
+/// Throws Error when the folder or a file cannot be written.
+void write_engine_folder(const std::filesystem::path& folder);
 
 /// Every format a model can be exported to.
 inline constexpr Exporter kExporters[] = {

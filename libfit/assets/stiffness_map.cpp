@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libfit/assets/exporters.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/node_forces.hpp"
 #include "libfit/core/text.hpp"
@@ -21,24 +22,17 @@ constexpr std::size_t kIntervals = std::size(kAnchors) / 3 - 1;
 
 Rgb viridis(double share) {
   const double at = std::clamp(share, 0.0, 1.0) * kIntervals;
-  const std::size_t k = std::min(static_cast<std::size_t>(at), kIntervals - 1);
+  const std::size_t k = std::min(std::size_t(at), kIntervals - 1);
   Rgb out;
   for (std::size_t i = 0; i < 3; ++i) {
     const double low = kAnchors[3 * k + i], high = kAnchors[3 * k + 3 + i];
-    out[i] =
-        static_cast<std::uint8_t>(std::lround(low + (at - static_cast<double>(k)) * (high - low)));
+    out[i] = static_cast<std::uint8_t>(std::lround(low + (at - double(k)) * (high - low)));
   }
   return out;
 }
 
 void check_sizes(const Model& model) {
-  const Eigen::Index vertices = model.surface.vertices.rows();
-  bool is_fitting = vertices > 0 && model.inward_normal.rows() == vertices &&
-                    static_cast<Eigen::Index>(model.is_covered.size()) == vertices;
-  for (std::size_t kind = 0; kind < curves_of(model.curves.family); ++kind)
-    is_fitting = is_fitting && model.curves.control[kind].rows() == vertices &&
-                 model.curves.control[kind].cols() == model.curves.basis[kind].size();
-  if (!is_fitting)
+  if (model.surface.vertices.rows() == 0 || !has_matching_arrays(model))
     throw Error("model", "it has no vertices, or its arrays differ in size",
                 "Make the model again with `palpate refine`.");
 }
@@ -54,10 +48,9 @@ StiffnessMap stiffness_map(const Model& model, double depth_m) {
   map.low_N_m = std::numeric_limits<double>::infinity();
   const NodeForces forces(model.curves);
   for (std::size_t v = 0; v < model.is_covered.size(); ++v) {
-    const double slope = model.is_covered[v]
-                             ? forces.normal_slope_N_m(static_cast<Eigen::Index>(v), map.depth_m)
-                             : std::numeric_limits<double>::quiet_NaN();
-    map.stiffness_N_m.push_back(static_cast<float>(slope));
+    const double slope = model.is_covered[v] ? forces.normal_slope_N_m(v, map.depth_m)
+                                             : std::numeric_limits<double>::quiet_NaN();
+    map.stiffness_N_m.push_back(float(slope));
     if (!model.is_covered[v]) continue;
     map.low_N_m = std::min(map.low_N_m, slope);
     map.high_N_m = std::max(map.high_N_m, slope);

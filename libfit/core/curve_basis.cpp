@@ -1,5 +1,6 @@
 #include "libfit/core/curve_basis.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -89,6 +90,13 @@ SplineTables tabulate(const CurveBasis& basis) {
     }
   }
   return tables;
+}
+
+double greville_m(const CurveBasis& basis, int j) {
+  double sum = 0;  // the outer knots count `degree` times
+  for (int k = 1; k <= basis.degree; ++k)
+    sum += basis.knots_m[std::clamp(j + k - basis.degree, 0, basis.pieces())];
+  return sum / basis.degree;
 }
 
 }  // namespace palpate

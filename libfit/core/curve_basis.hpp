@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include "libfit/runtime/base/spline.hpp"
+
 namespace palpate {
 
 /// A shared spline basis of one curve kind (docs/method.md, section 3).
@@ -30,6 +32,15 @@ struct SplineTables {
   std::vector<double> weights;    ///< (pieces + 1) x (degree + 1) x (degree + 1)
   std::vector<double> integrals;  ///< (pieces + 1) x size
 };
+
+/// Tables as the engine's templates read them. Not valid after `tables` is gone.
+inline runtime::SplineView view(const SplineTables& tables) {
+  return {tables.degree, tables.pieces, tables.knots.data(), tables.weights.data(),
+          tables.integrals.data()};
+}
+
+/// Greville abscissa of control value j: the mean of the knots between the ends of B_j.
+double greville_m(const CurveBasis& basis, int j);
 
 /// Throws Error when the degree is not 1..4, there are fewer than 2 knots, the first is not 0, or
 /// knots do not increase by at least 1e-9 of their range (de Boor 1978, chapter X).

@@ -39,8 +39,7 @@ class NodeForces {
 
  private:
   runtime::SplineView view(CurveKind kind) const {
-    const SplineTables& t = tables_[static_cast<std::size_t>(kind)];
-    return {t.degree, t.pieces, t.knots.data(), t.weights.data(), t.integrals.data()};
+    return palpate::view(tables_[static_cast<std::size_t>(kind)]);
   }
   const double* of(CurveKind kind, Eigen::Index row) const {
     return curves_.control[static_cast<std::size_t>(kind)].row(row).data();

@@ -21,7 +21,7 @@ const runtime::AssetView* MetAssets::of(const Indenter& end) {
 
 void MetAssets::put_into(const std::vector<Indenter>& end, runtime::ToolShape& shape) {
   for (int i = 0; i < shape.balls && i < static_cast<int>(end.size()); ++i)
-    shape.ball[i].met = of(end[static_cast<std::size_t>(i)]);
+    shape.ball[i].asset = of(end[static_cast<std::size_t>(i)]);
 }
 
 }  // namespace palpate

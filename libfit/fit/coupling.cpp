@@ -25,8 +25,8 @@ runtime::CouplingView coupling_of(double length_m, const Unknowns& of) {
   runtime::CouplingView out;
   out.length_m = length_m;
   for (int k = 0; k < runtime::kCouplingScales; ++k) {
-    out.give_m_N[k] = of[k];
-    out.across_m_N[k] = of[runtime::kCouplingScales + k];
+    out.isotropic_m_N[k] = of[k];
+    out.tangential_m_N[k] = of[runtime::kCouplingScales + k];
   }
   return out;
 }

@@ -14,7 +14,6 @@
 namespace palpate::fit {
 namespace {
 
-constexpr double kSamePlace_m = 1e-9;
 constexpr double kOffNormal = 1e-6;    // of the depth
 constexpr double kLeastDented = 0.05;  // r of the largest dent
 constexpr double kWorth = 0.9;         // of the error without damage
@@ -27,14 +26,6 @@ struct Cycle {
   std::vector<double> depth_m, law_J, law_N, force_N;
   double unit_J = 0, largest_N = 0;
 };
-
-Eigen::Index point_at(const FittedCurves& curves, const Vec3& place) {
-  for (Eigen::Index p = 0; p < curves.position.rows(); ++p)
-    if ((Vec3(curves.position.row(p)) - place).norm() <= kSamePlace_m &&
-        curves.status[static_cast<std::size_t>(p)] != FitStatus::failed)
-      return p;
-  return -1;
-}
 
 // Of a straight press that nothing has damaged: force and work at each depth, from an even table.
 class StraightPress {
@@ -69,12 +60,10 @@ class StraightPress {
 std::vector<Cycle> cycles_of(const FittedCurves& curves, const Samples& samples) {
   const Bases bases = bases_of(curves.curves);
   std::map<std::int32_t, std::vector<Eigen::Index>> experiments;
-  for (Eigen::Index i = 0; i < samples.rows(); ++i)
-    experiments[samples.experiment[static_cast<std::size_t>(i)]].push_back(i);
+  for (Eigen::Index i = 0; i < samples.rows(); ++i) experiments[samples.experiment[i]].push_back(i);
   std::vector<Cycle> out;
   for (const auto& [number, rows] : experiments) {
-    const auto of_samples =
-        static_cast<Eigen::Index>(samples.point[static_cast<std::size_t>(rows.front())]);
+    const Eigen::Index of_samples = samples.point[rows.front()];
     const Eigen::Index point = point_at(curves, samples.point_position.row(of_samples));
     const Vec3 inward = samples.point_normal.row(of_samples);
     double deepest_m = 0;
@@ -94,7 +83,7 @@ std::vector<Cycle> cycles_of(const FittedCurves& curves, const Samples& samples)
     double before_m = 0;
     bool goes_out = false;
     for (const Eigen::Index i : rows) {
-      if (samples.status[static_cast<std::size_t>(i)] != RowStatus::good) break;
+      if (samples.status[i] != RowStatus::good) break;
       const double depth_m = samples.deflection.row(i).dot(inward);
       goes_out = goes_out || depth_m < before_m;
       before_m = depth_m;
@@ -194,7 +183,7 @@ std::array<double, 3> deviations(const DamageResiduals& residuals, const Eigen::
       const double part = std::pow(parts.eigenvectors()(k, i), 2);
       if (part > 1e-12) sum += part / std::max(1e-300, parts.eigenvalues()[i]);
     }
-    out[static_cast<std::size_t>(k)] = std::sqrt(variance * sum);
+    out[k] = std::sqrt(variance * sum);
   }
   return out;
 }
@@ -204,12 +193,11 @@ double dent_of(const std::vector<Cycle>& cycles, const runtime::DamageView& dama
   std::vector<double> shares;
   for (const Cycle& cycle : cycles) {
     const auto deepest = std::ranges::max_element(cycle.depth_m) - cycle.depth_m.begin();
-    const auto at = static_cast<std::size_t>(deepest);
     double dent_m = 0;
     for (std::size_t i = 0; i < cycle.depth_m.size(); ++i)
-      if (runtime::softened(damage, cycle.unit_J, cycle.law_J[at], cycle.law_J[i]).share <= 0)
+      if (runtime::softened(damage, cycle.unit_J, cycle.law_J[deepest], cycle.law_J[i]).share <= 0)
         dent_m = std::max(dent_m, cycle.depth_m[i]);
-    shares.push_back(dent_m / cycle.depth_m[at]);
+    shares.push_back(dent_m / cycle.depth_m[deepest]);
   }
   return quantile(shares, 0.5);
 }
@@ -226,8 +214,8 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
   runtime::DamageView best;
   if (!cycles.empty()) {
     const double least_r = may_dent ? kLeastDented : 1;
-    const DamageResiduals residuals{cycles, static_cast<int>(undamaged.size()), least_r};
-    const auto rows = static_cast<double>(undamaged.size());
+    const DamageResiduals residuals{cycles, int(undamaged.size()), least_r};
+    const auto rows = double(undamaged.size());
     double whole = 0;
     answer(cycles, {}, [&](const Cycle& cycle, double answered_N, double force_N) {
       whole += std::pow((answered_N - force_N) / cycle.largest_N, 2);
@@ -254,12 +242,8 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
       found.deviation = deviations(residuals, p);
     }
     found.dent = best.softens() ? dent_of(cycles, best) : 0;
-    const std::vector<double> whole_body = stated_errors(undamaged);
-    found.median_undamaged = quantile(whole_body, 0.5);
-    found.p95_undamaged = quantile(whole_body, 0.95);
-    const std::vector<double> left = stated_errors(errors(cycles, best));
-    found.median = quantile(left, 0.5);
-    found.p95 = quantile(left, 0.95);
+    found.undamaged = relative_errors(undamaged);
+    found.damaged = relative_errors(errors(cycles, best));
   }
   if (best.softens()) {
     const double radius_m = ball_radius_m(samples.probe ? samples.probe : curves.probe);

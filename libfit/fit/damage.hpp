@@ -5,6 +5,7 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/fit/report.hpp"
 
 namespace palpate::fit {
 
@@ -12,7 +13,7 @@ namespace palpate::fit {
 /// damage.
 struct DamageReport {
   std::size_t cycles = 0, rows = 0;
-  double median = 0, p95 = 0, median_undamaged = 0, p95_undamaged = 0;
+  RelativeErrors damaged, undamaged;
   /// Relative standard deviations of r, m and beta, from what the rows are off by; infinite where
   /// they do not tell a number.
   std::array<double, 3> deviation{};

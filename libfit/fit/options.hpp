@@ -13,9 +13,9 @@
 
 namespace palpate {
 
-/// What may be unknown of a recording besides the body's curves.
-enum class Nuisance : std::int8_t { contact = 0, bias = 1, drift = 2 };
-inline constexpr std::array<std::string_view, 3> kNuisanceNames{
+/// Unknowns of a recording beside the body's curves.
+enum Nuisance : int { kContact, kBias, kDrift, kNuisances };
+inline constexpr std::array<std::string_view, kNuisances> kNuisanceNames{
     "contact",  ///< where the tip touched first
     "bias",     ///< of the force along the normal
     "drift",    ///< likewise, linear from the first row to the last
@@ -40,7 +40,7 @@ struct FitOptions {
   double default_lateral_ratio = 2.0 / 3.0;
   /// Parts of each experiment's recording that are fitted with the curves, by Nuisance; each is
   /// bounded by four standard deviations of what is known of it beforehand.
-  std::array<bool, 3> estimates{false, false, false};
+  std::array<bool, kNuisances> estimates{false, false, false};
   int jobs = 0;  ///< threads, 0: all. Results do not depend on it.
   /// Curves of an earlier fit, which must outlive the call: its bases and family are kept.
   const FittedCurves* warm_start = nullptr;
@@ -53,10 +53,4 @@ struct FitOptions {
 /// and the lateral ratio of a half-space of the body's Poisson's ratio.
 FitOptions options_for(const Samples& samples);
 
-namespace fit {
-
-/// Throws Error on options out of range.
-void check_options(const FitOptions& options);
-
-}  // namespace fit
 }  // namespace palpate

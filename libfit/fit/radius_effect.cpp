@@ -7,7 +7,7 @@
 
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/fit/point/replay.hpp"
+#include "libfit/fit/point/local_curves.hpp"
 #include "libfit/runtime/asset/with_indenter.hpp"
 
 namespace palpate::fit {
@@ -15,11 +15,10 @@ namespace {
 
 using Effect = Eigen::Matrix<double, runtime::kRadiusEffects, 1>;
 
-constexpr double kUsual = 0.1;       // standard deviation of k_0 and k_1 from 0
-constexpr double kRowError = 0.01;   // of a force, of rows that state none
-constexpr double kWorth = 0.95;      // of the error of theory alone, to be worth anything
-constexpr double kAside = 0.1;       // of the depth: farther it is no press
-constexpr double kSamePlace = 1e-6;  // of the points' extent
+constexpr double kUsual = 0.1;      // standard deviation of k_0 and k_1 from 0
+constexpr double kRowError = 0.01;  // of a force, of rows that state none
+constexpr double kWorth = 0.95;     // of the error of theory alone, to be worth anything
+constexpr double kAside = 0.1;      // of the depth: farther it is no press
 
 // Control values of a point as a spot of the engine's templates.
 struct PointSpot {
@@ -75,26 +74,16 @@ double force_of(const runtime::SplineView& view, const PointSpot& spot, double d
   return runtime::piece_of(view, spot, runtime::kNormal, depth_m, false).force(depth_m);
 }
 
-Eigen::Index point_at(const FittedCurves& curves, const Vec3& place, double tolerance_m) {
-  Eigen::Index best = 0;
-  const double apart =
-      (curves.position.rowwise() - place.transpose()).rowwise().norm().minCoeff(&best);
-  return apart <= tolerance_m ? best : -1;
-}
-
 std::vector<PressedPoint> pressed_points(const FittedCurves& curves, const Samples& others,
                                          const Bases& bases, const IndenterTables& tables) {
-  const double tolerance_m = kSamePlace * extent_m(curves.position).norm();
   const double largest_m =
       bases.views.view[runtime::kNormal].knots[bases.views.view[runtime::kNormal].pieces];
   std::map<Eigen::Index, PressedPoint> out;
   for (Eigen::Index row = 0; row < others.rows(); ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    if (others.status[r] != RowStatus::good) continue;
-    const Eigen::Index p =
-        point_at(curves, others.point_position.row(others.point[r]), tolerance_m);
-    if (p < 0 || curves.status[static_cast<std::size_t>(p)] == FitStatus::failed) continue;
-    const Vec3 inward = others.point_normal.row(others.point[r]), force = others.force.row(row);
+    if (others.status[row] != RowStatus::good) continue;
+    const Eigen::Index p = point_at(curves, others.point_position.row(others.point[row]));
+    if (p < 0) continue;
+    const Vec3 inward = others.point_normal.row(others.point[row]), force = others.force.row(row);
     Vec3 deflection = others.deflection.row(row);
     if (!curves.curves.control[runtime::kSway].row(p).isZero(0))
       deflection -= symmetric_of(curves.curves.control[runtime::kSway].row(p)) * force;
@@ -102,7 +91,7 @@ std::vector<PressedPoint> pressed_points(const FittedCurves& curves, const Sampl
     const double aside_m = (deflection - depth_m * inward).norm();
     if (!(depth_m > 1e-3 * largest_m) || !(normal_N > 0) || aside_m > kAside * depth_m) continue;
     const PointSpot spot{curves.curves.control[runtime::kNormal].row(p).data()};
-    const runtime::AssetView& met = tables.of(static_cast<std::size_t>(others.probe_number[r] - 1));
+    const runtime::AssetView& met = tables.of(others.probe_number[row] - 1);
     if (depth_m > met.max_fitted_m) continue;
     PressedPoint& point = out[p];
     point.point = p;
@@ -121,15 +110,10 @@ std::vector<PressedPoint> pressed_points(const FittedCurves& curves, const Sampl
   return points;
 }
 
-RadiusReport::PressErrors figures(const std::vector<ForceError>& errors) {
-  const std::vector<double> relative = stated_errors(errors);
-  return {median(relative), quantile(relative, 0.95)};
-}
-
-// What points say of a place where none of them is: by inverse squares of distances, or on average.
-Effect said_at(const FittedCurves& curves, const std::vector<PressedPoint>& points,
-               const std::vector<Effect>& effect, const Vec3& place, std::size_t without,
-               bool by_distance) {
+// The effect at a place by that of points: weighted by inverse squares of distances, or the mean.
+Effect effect_at(const FittedCurves& curves, const std::vector<PressedPoint>& points,
+                 const std::vector<Effect>& effect, const Vec3& place, std::size_t without,
+                 bool by_distance) {
   Effect sum = Effect::Zero();
   double weights = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -167,18 +151,18 @@ void identify_radius_effect(FittedCurves& curves, const Samples& others,
     if (report != nullptr) *report = found;
     return;
   }
-  found.as_own_ball = figures(own);
-  found.theory = figures(theory);
-  found.fitted = figures(fitted);
+  found.as_own_ball = relative_errors(own);
+  found.theory = relative_errors(theory);
+  found.fitted = relative_errors(fitted);
   found.left_out = found.theory;
   std::optional<bool> by_distance;
   for (const bool is_near : {true, false}) {
     std::vector<ForceError> left_out;
     for (std::size_t i = 0; i < points.size(); ++i)
       points[i].errors(
-          said_at(curves, points, effect, curves.position.row(points[i].point), i, is_near),
+          effect_at(curves, points, effect, curves.position.row(points[i].point), i, is_near),
           left_out);
-    const RadiusReport::PressErrors is = figures(left_out);
+    const RelativeErrors is = relative_errors(left_out);
     if (points.size() > 1 &&
         is.p95 + is.median < kWorth * (found.theory.p95 + found.theory.median) &&
         is.p95 + is.median < found.left_out.p95 + found.left_out.median) {
@@ -191,7 +175,7 @@ void identify_radius_effect(FittedCurves& curves, const Samples& others,
   for (Eigen::Index p = 0; p < control.rows(); ++p)
     if (by_distance)
       control.row(p) =
-          said_at(curves, points, effect, curves.position.row(p), points.size(), *by_distance)
+          effect_at(curves, points, effect, curves.position.row(p), points.size(), *by_distance)
               .transpose();
   for (std::size_t i = 0; i < points.size(); ++i)
     control.row(points[i].point) = effect[i].transpose();

@@ -7,6 +7,7 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/fit/report.hpp"
 
 namespace palpate::fit {
 
@@ -14,11 +15,8 @@ namespace palpate::fit {
 /// p95. theory: by (M81) alone. left_out: each point with what the others say. fitted: with its
 /// own.
 struct RadiusReport {
-  struct PressErrors {
-    double median = 0, p95 = 0;
-  };
   std::size_t points = 0, rows = 0;
-  PressErrors as_own_ball, theory, left_out, fitted;
+  RelativeErrors as_own_ball, theory, left_out, fitted;
   std::string chosen = "theory alone";  ///< what points without such presses get
 };
 

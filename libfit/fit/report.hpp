@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libfit/core/curves.hpp"
+#include "libfit/core/stated_error.hpp"
 
 namespace palpate {
 
@@ -77,10 +78,11 @@ struct ReportedRows {
   std::size_t all = 0, used = 0, not_good = 0, not_finite = 0, cut = 0;
 };
 
-/// Of force differences, as a statement has them (M11a), over the rows used.
+/// Figures of relative force differences as a statement has them (M11a).
 struct RelativeErrors {
   double median = 0, p95 = 0, max = 0;
 };
+RelativeErrors relative_errors(const std::vector<ForceError>& rows);
 
 /// Half widths of the curves' bands of 90 % at the end of their rows, over the curve there: median
 /// over the points that have one, and the widest, with its point; -1: none.
@@ -100,7 +102,7 @@ struct FitReport {
   std::vector<WorstPoint> worst;
   PointCounts points;
   ReportedRows rows;
-  RelativeErrors error;
+  RelativeErrors error;  ///< of the rows used
   BandWidths bands;
   bool is_stopped = false;  ///< Progress asked to stop; the points left are `failed`
   double seconds = 0;       ///< wall clock

@@ -1,7 +1,6 @@
-#include "libfit/fit/ring_constants.hpp"
-
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <tuple>
@@ -9,7 +8,7 @@
 #include "libfit/core/node_forces.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
-#include "libfit/fit/options.hpp"
+#include "libfit/fit/fit_steps.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -33,13 +32,11 @@ void warn_of(RingsReport& report, const char* what, double found, double expecte
                                            number(expected), why));
 }
 
-double constant_of(const FittedCurves& fitted, int part, std::size_t point) {
-  return fitted.curves.control[static_cast<std::size_t>(part)](static_cast<Eigen::Index>(point), 0);
+double constant_of(const FittedCurves& fitted, int part, Eigen::Index point) {
+  return fitted.curves.control[part](point, 0);
 }
-double deviation_of(const FittedCurves& fitted, int part, std::size_t point) {
-  return fitted.deviation[static_cast<std::size_t>(part)]
-      .row(static_cast<Eigen::Index>(point))
-      .norm();
+double deviation_of(const FittedCurves& fitted, int part, Eigen::Index point) {
+  return fitted.deviation[part].row(point).norm();
 }
 
 void compare_with_theory(const Samples& samples, RingsReport& report) {
@@ -70,7 +67,7 @@ void find_uneven(const std::vector<std::size_t>& dragged, FittedCurves& fitted,
     if (!is_far(lambda, report.lambda, kFarLambda) ||
         std::abs(lambda - report.lambda) < kClear * deviation_of(fitted, runtime::kLambda, p))
       continue;
-    report.uneven.push_back(static_cast<Eigen::Index>(p));
+    report.uneven.push_back(p);
     const std::string sentence =
         fmt::format("lambda {} is far from the body's {}: a lump or an anisotropy below",
                     number(lambda, 2), number(report.lambda, 2));
@@ -80,6 +77,15 @@ void find_uneven(const std::vector<std::size_t>& dragged, FittedCurves& fitted,
 }
 
 }  // namespace
+
+RingPoint ring_point(double log_force, const double* constant, const double* error) {
+  RingPoint out{log_force};
+  std::copy_n(constant, out.constant.size(), out.constant.begin());
+  std::copy_n(error, out.error.size(), out.error.begin());
+  out.error[0] /= out.constant[0];  // of the logarithm
+  out.constant[0] = std::log(out.constant[0]);
+  return out;
+}
 
 RingPrior ring_lines(const std::vector<RingPoint>& points, const RingConstants& deviation,
                      const std::optional<RingConstants>& theory) {
@@ -126,23 +132,20 @@ RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& ro
   std::array<std::vector<double>, 5> deviations;
   for (std::size_t p = 0; p < rows.size(); ++p) {
     if (fitted.status[p] == FitStatus::failed) continue;
-    all_log_force.push_back(std::log(forces.normal_N(static_cast<Eigen::Index>(p), depth_m)));
+    all_log_force.push_back(std::log(forces.normal_N(p, depth_m)));
     if (rows[p].drags == 0) continue;
     dragged.push_back(p);
-    RingPoint& point = points.emplace_back();
-    point.log_force = all_log_force.back();
-    for (std::size_t k = 0; k < point.constant.size(); ++k) {
-      const int part = runtime::kLambda + static_cast<int>(k);
-      point.constant[k] = constant_of(fitted, part, p);
-      deviations[k].push_back(deviation_of(fitted, part, p));
-      point.error[k] = deviations[k].back();
+    RingConstants constant{}, error{};
+    for (int k = 0; k < 4; ++k) {
+      constant[k] = constant_of(fitted, runtime::kLambda + k, p);
+      error[k] = deviation_of(fitted, runtime::kLambda + k, p);
+      deviations[k].push_back(error[k]);
     }
-    point.error[0] /= point.constant[0];  // of the logarithm
-    point.constant[0] = std::log(point.constant[0]);
+    points.push_back(ring_point(all_log_force.back(), constant.data(), error.data()));
     deviations[4].push_back(deviation_of(fitted, runtime::kSide2, p) * depth_m * depth_m /
                             std::exp(all_log_force.back()));
   }
-  report.points = static_cast<int>(dragged.size());
+  report.points = int(dragged.size());
   if (dragged.empty()) return report;
   RingConstants usual = kUsualRings;
   usual[2] /= depth_m;

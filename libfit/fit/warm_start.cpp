@@ -1,12 +1,10 @@
-#include "libfit/fit/warm_start.hpp"
-
 #include <cmath>
 #include <initializer_list>
 #include <unordered_map>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
-#include "libfit/fit/point/nuisance.hpp"
+#include "libfit/fit/fit_steps.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -30,18 +28,17 @@ static_assert(sizeof(RowContent) == 7 * 8 + 4 * 4, "hashed byte by byte: no padd
 void mix_rows(const Samples& s, std::vector<std::uint64_t>& hash) {
   std::vector<std::int32_t> first_experiment(hash.size(), -1);
   for (std::size_t i = 0; i < s.point.size(); ++i) {
-    const auto p = static_cast<std::size_t>(s.point[i]);
-    const auto at = static_cast<Eigen::Index>(i);
+    const std::int32_t p = s.point[i];
     if (first_experiment[p] < 0) first_experiment[p] = s.experiment[i];
     RowContent row{{},
                    {},
-                   s.force_error[at],
+                   s.force_error[i],
                    s.experiment[i] - first_experiment[p],
                    s.step[i],
                    static_cast<std::int32_t>(s.kind[i]),
                    static_cast<std::int32_t>(s.status[i])};
-    for (int k = 0; k < 3; ++k) row.deflection_m[k] = s.deflection(at, k);
-    for (int k = 0; k < 3; ++k) row.force_N[k] = s.force(at, k);
+    for (int k = 0; k < 3; ++k) row.deflection_m[k] = s.deflection(i, k);
+    for (int k = 0; k < 3; ++k) row.force_N[k] = s.force(i, k);
     hash[p] = mix(hash[p], &row, 1);
   }
 }
@@ -72,19 +69,18 @@ std::vector<std::string> fingerprints(const Samples& samples, const BodyData& bo
   mix_rows(samples, hash);
   std::vector<std::string> out;
   for (std::size_t p = 0; p < hash.size(); ++p) {
-    const auto at = static_cast<Eigen::Index>(p);
     const PointData& point = body.points[p];
     std::uint64_t& h = hash[p];
     for (int k = 0; k < 3; ++k)
-      h = mix(h, {samples.point_position(at, k), samples.point_normal(at, k)});
+      h = mix(h, {samples.point_position(p, k), samples.point_normal(p, k)});
     if (samples.point_normal_gradient.rows() > 0)
-      for (int k = 0; k < 9; ++k) h = mix(h, {samples.point_normal_gradient(at, k)});
+      for (int k = 0; k < 9; ++k) h = mix(h, {samples.point_normal_gradient(p, k)});
     if (!point.has_errors && point.problem.empty()) h = mix(h, {body.error_N});
     for (const PointExperiment& e : point.experiments)
       for (const Vec3& sway : e.sway) h = mix(h, sway.data(), 3);
     for (const PointExperiment& e : point.experiments)
-      h = mix(h, {e.unknown.contact * body.length_m, e.unknown.bias * point.force_N,
-                  e.unknown.drift * point.force_N});
+      h = mix(h, {e.unknown[kContact] * body.length_m, e.unknown[kBias] * point.force_N,
+                  e.unknown[kDrift] * point.force_N});
     out.push_back(hex16(h));
   }
   return out;
@@ -109,30 +105,10 @@ std::vector<Eigen::Index> earlier_points(const FitOptions& options,
   if (!is_usable(options)) return out;
   std::unordered_map<std::string_view, Eigen::Index> known;
   const std::vector<std::string>& before = options.warm_cache->fingerprint;
-  for (std::size_t p = 0; p < before.size(); ++p)
-    known.emplace(before[p], static_cast<Eigen::Index>(p));
+  for (std::size_t p = 0; p < before.size(); ++p) known.emplace(before[p], p);
   for (std::size_t p = 0; p < out.size(); ++p)
     if (const auto found = known.find(fingerprint[p]); found != known.end()) out[p] = found->second;
   return out;
-}
-
-PointResult kept_point(const FitOptions& options, Eigen::Index earlier, std::size_t experiments) {
-  const FittedCurves& fitted = *options.warm_start;
-  const auto at = static_cast<std::size_t>(earlier);
-  PointResult result;
-  for (const Controls& control : fitted.curves.control)
-    result.control.emplace_back(control.row(earlier));
-  for (std::size_t kind = 0; kind < curves_of(fitted.curves.family); ++kind)
-    result.covariance[kind] = fitted.covariance[kind].row(earlier);
-  result.deviation.resize(fitted.deviation.size());
-  for (std::size_t i = 0; i < fitted.deviation.size(); ++i)
-    if (fitted.deviation[i].size() > 0) result.deviation[i] = fitted.deviation[i].row(earlier);
-  result.status = fitted.status[at];
-  result.message = fitted.message[at];
-  result.is_kept = true;
-  result.is_scored = !std::isnan(fitted.rms_residual_N[earlier]);
-  restore_nuisances(fitted.recordings, earlier, experiments, result);
-  return result;
 }
 
 }  // namespace palpate::fit

@@ -12,8 +12,7 @@
 #include "libfit/core/node_forces.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/refine/edge_paths.hpp"
-#include "libfit/refine/shape_trend.hpp"
-#include "libfit/refine/slopes.hpp"
+#include "libfit/refine/side_force.hpp"
 
 namespace palpate {
 namespace {
@@ -36,19 +35,12 @@ std::vector<std::int32_t> points_around(const FittedCurves& curves, const Neighb
   }
   found.erase(point);
   std::erase_if(found, [&](std::int32_t q) {
-    return is_usable[static_cast<std::size_t>(q)] == 0 ||
-           curves.normal.row(q).dot(curves.normal.row(point)) < kFacesAlike;
+    return is_usable[q] == 0 || curves.normal.row(q).dot(curves.normal.row(point)) < kFacesAlike;
   });
   return {found.begin(), found.end()};
 }
 
-// A test point, and its place as a blend of three others.
-struct LeftOutPoint {
-  std::int32_t point = 0;
-  std::array<std::int32_t, 3> corner{};
-  Vec3 weight = Vec3::Zero();
-};
-
+// A place as a blend of three points.
 struct BlendPoints {
   std::array<std::int32_t, 3> point{};
   Vec3 weight = Vec3::Zero();
@@ -77,8 +69,8 @@ std::optional<BlendPoints> without(const FittedCurves& curves,
   const Vec3 first = normal.unitOrthogonal(), second = normal.cross(first);
   std::vector<Eigen::Vector2d> flat;
   for (const std::int32_t q : near) {
-    const Vec3 way = (curves.position.row(q) - curves.position.row(point)).transpose();
-    flat.emplace_back(way.dot(first), way.dot(second));
+    const Vec3 offset = (curves.position.row(q) - curves.position.row(point)).transpose();
+    flat.emplace_back(offset.dot(first), offset.dot(second));
   }
   std::optional<BlendPoints> best;
   for (std::size_t a = 0; a < near.size(); ++a)
@@ -97,12 +89,12 @@ std::optional<BlendPoints> without(const FittedCurves& curves,
 std::optional<BlendPoints> beside(const FittedCurves& curves, const std::vector<std::int32_t>& near,
                                   std::int32_t point) {
   std::optional<BlendPoints> best;
-  const auto way = [&](std::int32_t q) {
+  const auto offset = [&](std::int32_t q) {
     return Vec3((curves.position.row(q) - curves.position.row(point)).transpose());
   };
   for (std::size_t a = 0; a < near.size(); ++a)
     for (std::size_t b = a + 1; b < near.size(); ++b) {
-      const Vec3 from = way(near[a]), along = way(near[b]) - from;
+      const Vec3 from = offset(near[a]), along = offset(near[b]) - from;
       const double share =
           along.norm() > 0 ? std::clamp(-from.dot(along) / along.squaredNorm(), 0.0, 1.0) : 0;
       const double away = (from + share * along).norm();
@@ -112,29 +104,29 @@ std::optional<BlendPoints> beside(const FittedCurves& curves, const std::vector<
   return best;
 }
 
-// Of a point left out, the normal curve that is true, and what stands for it.
+// Normal curves of a point left out: its own, and those predicted from its neighbours.
 enum Prediction : int { truth, plain, slope, over_gap, kriged, kPredictions };
 
 struct Evidence {
   const FittedCurves& curves;
   const Controls& slopes;
-  const GapForces& gap;
+  const LogForces& gap;
   const Eigen::VectorXd& log_force;
   const Eigen::VectorXd& kriged_force;
 };
 
-Controls normal_controls(const Evidence& of, const LeftOutPoint& row) {
+Controls normal_controls(const Evidence& of, std::int32_t p, const BlendPoints& around) {
   const Controls& normal = of.curves.curves.control[0];
-  const std::int32_t p = row.point;
   Controls control = Controls::Zero(kPredictions, normal.cols());
   control.row(truth) = normal.row(p);
   for (int k = 0; k < 3; ++k) {
-    const std::int32_t l = row.corner[static_cast<std::size_t>(k)];
-    const Eigen::RowVectorXd part = row.weight[k] * normal.row(l);
-    const Vec3 way = (of.curves.position.row(p) - of.curves.position.row(l)).transpose();
+    const std::int32_t l = around.point[k];
+    const Eigen::RowVectorXd part = around.weight[k] * normal.row(l);
+    const Vec3 offset = (of.curves.position.row(p) - of.curves.position.row(l)).transpose();
     control.row(plain) += part;
     for (Eigen::Index j = 0; j < normal.cols() && of.slopes.cols() > 0; ++j)
-      control(slope, j) += row.weight[k] * of.slopes.row(l).segment<3>(3 * j).dot(way.transpose());
+      control(slope, j) +=
+          around.weight[k] * of.slopes.row(l).segment<3>(3 * j).dot(offset.transpose());
     if (of.gap.is_known())
       control.row(over_gap).array() +=
           part.array() * at_controls(of.curves.curves.basis[0],
@@ -165,28 +157,10 @@ void add_errors(const FittedCurves& curves, const Controls& control, LeftOutErro
     const double plain_N = forces.normal_N(plain, depth_m),
                  more_N = forces.normal_N(slope, depth_m);
     for (int share = 0; share <= kShares; ++share)
-      errors.share[static_cast<std::size_t>(share)] +=
-          std::abs(plain_N + 0.125 * share * more_N - true_N) / true_N / kDepths;
+      errors.share[share] += std::abs(plain_N + 0.125 * share * more_N - true_N) / true_N / kDepths;
     for (const int as : {over_gap, kriged})
-      errors.as[static_cast<std::size_t>(as)] +=
-          std::abs(forces.normal_N(as, depth_m) - true_N) / true_N / kDepths;
+      errors.as[as] += std::abs(forces.normal_N(as, depth_m) - true_N) / true_N / kDepths;
   }
-}
-
-// Points, at most kMaxPoints, that neighbours surround; and those at the rim, if wanted.
-std::vector<LeftOutPoint> left_out_points(const FittedCurves& curves, const Triangles& triangles,
-                                          const std::vector<char>& is_used, bool with_rim) {
-  std::vector<LeftOutPoint> out;
-  const Neighbours neighbours(triangles, curves.curves.points());
-  const auto points = static_cast<std::int32_t>(curves.curves.points());
-  for (std::int32_t p = 0; p < points; p += 1 + points / kMaxPoints) {
-    if (is_used[static_cast<std::size_t>(p)] == 0) continue;
-    const auto near = points_around(curves, neighbours, is_used, p);
-    auto around = without(curves, near, p);
-    if (!around && with_rim) around = beside(curves, near, p);
-    if (around) out.push_back({p, around->point, around->weight});
-  }
-  return out;
 }
 
 double angle(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
@@ -200,9 +174,9 @@ void choose(bool knows_gap, double gap_ratio, double best_share, InterpolationCh
     out.slope_share = best_share;
     out.error = out.slope_error;
   }
-  // The method that is expected to be better is left where it errs by more than chance alone has
-  // it.
-  const double by_chance = 1 + 1 / std::sqrt(static_cast<double>(out.points));
+  // The method that is expected to be better is not used where its error exceeds what chance alone
+  // makes it.
+  const double by_chance = 1 + 1 / std::sqrt(double(out.points));
   out.follows_gap = knows_gap && gap_ratio < by_chance &&
                     !(out.slope_share > 0 && out.slope_error < out.gap_error);
   if (out.follows_gap) out.error = out.gap_error;
@@ -213,6 +187,20 @@ void choose(bool knows_gap, double gap_ratio, double best_share, InterpolationCh
   if (out.follows_gap || out.is_kriged) out.slope_share = 0;
 }
 
+// Normal curves of points left out, as the model interpolates.
+Controls left_out_normal(const InterpolationChoice& chosen,
+                         const std::array<Controls, kPredictions>& normal) {
+  Controls out = chosen.is_kriged ? normal[kriged]
+                 : chosen.follows_gap
+                     ? normal[over_gap]
+                     : Controls(normal[plain] + chosen.slope_share * normal[slope]);
+  for (Eigen::Index row = 0; row < out.rows(); ++row) {
+    out(row, 0) = 0;
+    clamp_rising(out.row(row));
+  }
+  return out;
+}
+
 }  // namespace
 
 Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usable) {
@@ -220,42 +208,46 @@ Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usa
   const double range_m = curves.curves.basis[0].knots_m.back();
   Eigen::VectorXd log_force = Eigen::VectorXd::Zero(curves.curves.points());
   for (Eigen::Index p = 0; p < log_force.size(); ++p)
-    for (int step = 1; step <= kDepths && is_usable[static_cast<std::size_t>(p)] != 0; ++step) {
+    for (int step = 1; step <= kDepths && is_usable[p] != 0; ++step) {
       const double force_N = forces.normal_N(p, range_m * step / kDepths);
       if (force_N > 0)
         log_force[p] += std::log(force_N) / kDepths;
       else
-        is_usable[static_cast<std::size_t>(p)] = 0;
+        is_usable[p] = 0;
     }
   return log_force;
 }
 
 InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
                                          const std::vector<char>& is_usable, const Controls& slopes,
-                                         const GapForces& gap, const MeasuredPoints& measured) {
+                                         const LogForces& gap, const MeasuredPoints& measured) {
   InterpolationChoice out;
   std::vector<char> is_used = is_usable;
   const Eigen::VectorXd log_force = log_forces(curves, is_used);
   const Evidence evidence{curves, slopes, gap, log_force, measured.force};
   LeftOutErrors errors;
   std::vector<double> by_area, by_gap;  // of each point
-  const std::vector<LeftOutPoint> rows =
-      left_out_points(curves, triangles, is_used, measured.is_there());
-  const std::array<Controls*, kPredictions> kept{nullptr, &out.plain_normal, &out.slope_normal,
-                                                 &out.gap_normal, &out.kriged_normal};
-  for (int as = plain; as < kPredictions; ++as)
-    kept[static_cast<std::size_t>(as)]->resize(static_cast<Eigen::Index>(rows.size()),
-                                               curves.curves.control[0].cols());
-  for (const LeftOutPoint& row : rows) {
-    const Controls control = normal_controls(evidence, row);
-    for (int as = plain; as < kPredictions; ++as)
-      kept[static_cast<std::size_t>(as)]->row(out.points) = control.row(as);
-    if (measured.is_there()) {
-      const Vec3 own = curves.normal.row(row.point);
-      out.surface_normal_rad += angle(measured.surface_normal.row(row.point), own);
-      out.kriged_normal_rad += angle(measured.normal.row(row.point), own);
+  std::array<Controls, kPredictions> normal;
+  normal.fill(Controls(0, curves.curves.control[0].cols()));
+  const Neighbours neighbours(triangles, curves.curves.points());
+  const std::int32_t points = curves.curves.points();
+  for (std::int32_t p = 0; p < points; p += 1 + points / kMaxPoints) {
+    if (is_used[p] == 0) continue;
+    const auto near = points_around(curves, neighbours, is_used, p);
+    auto around = without(curves, near, p);
+    if (!around && measured.is_there()) around = beside(curves, near, p);  // at the rim
+    if (!around) continue;
+    const Controls control = normal_controls(evidence, p, *around);
+    for (int as = plain; as < kPredictions; ++as) {
+      normal[as].conservativeResize(out.points + 1, Eigen::NoChange);
+      normal[as].row(out.points) = control.row(as);
     }
-    out.left_out.push_back(row.point);
+    if (measured.is_there()) {
+      const Vec3 own = curves.normal.row(p);
+      out.surface_normal_rad += angle(measured.surface_normal.row(p), own);
+      out.kriged_normal_rad += angle(measured.normal.row(p), own);
+    }
+    out.left_out.push_back(p);
     ++out.points;
     const LeftOutErrors before = errors;
     add_errors(curves, control, errors);
@@ -276,7 +268,8 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
   if (gap.is_known()) out.gap_error = errors.as[over_gap];
   if (measured.is_there()) out.kriged_error = errors.as[kriged];
   choose(gap.is_known(), median(by_gap) / median(by_area),
-         0.125 * static_cast<double>(best - errors.share.begin()), out);
+         0.125 * double(best - errors.share.begin()), out);
+  out.left_out_normal = left_out_normal(out, normal);
   return out;
 }
 

@@ -22,10 +22,7 @@ struct InterpolationChoice {
   double error = 0, plain_error = 0, slope_error = 0, gap_error = 0, kriged_error = 0;
   double surface_normal_rad = 0, kriged_normal_rad = 0;  ///< mean angles to points' own normals
   std::vector<std::int32_t> left_out;  ///< the points that were left out, one by one
-  /// Their normal curves as the neighbours have them: without anything, what the whole of the
-  /// slopes adds, over the gap's force, kriged. A row of control values for each [N].
-  Controls plain_normal, slope_normal, gap_normal, kriged_normal;
-  Controls left_out_normal;  ///< the same as the model interpolates; by refine()
+  Controls left_out_normal;  ///< their normal curves, rows of controls, as the model interpolates
 };
 
 /// Logarithm of the normal force of each test point, mean over four depths; 0 where there is none,
@@ -50,6 +47,6 @@ struct MeasuredPoints {
 /// are neither left out nor predict. slopes: slopes_of(curves).
 InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
                                          const std::vector<char>& is_usable, const Controls& slopes,
-                                         const GapForces& gap, const MeasuredPoints& measured = {});
+                                         const LogForces& gap, const MeasuredPoints& measured = {});
 
 }  // namespace palpate

@@ -37,8 +37,7 @@ Springs springs_of(const Indenter& tool, double range_m) {
   for (int i = 1; i <= kCircles; ++i) {
     out.share[i][0] = 1;
     for (int j = 0; j < i; ++j) {
-      const double angle =
-          std::asin(static_cast<double>(j + 1) / i) - std::asin(static_cast<double>(j) / i);
+      const double angle = std::asin((j + 1.0) / i) - std::asin(double(j) / i);
       out.share[i][j] -= i * angle;
       out.share[i][j + 1] += i * angle;
     }
@@ -51,26 +50,13 @@ class HeightGrid {
  public:
   HeightGrid(const Surface& fine, double radius_m)
       : fine_(fine),
-        seen_(static_cast<std::size_t>(fine.vertices.rows()), -1),
-        triangle_seen_(static_cast<std::size_t>(fine.triangles.rows()), -1),
-        first_(static_cast<std::size_t>(fine.vertices.rows()) + 1),
-        is_border_(static_cast<std::size_t>(fine.vertices.rows())),
+        seen_(fine.vertices.rows(), -1),
+        triangle_seen_(fine.triangles.rows(), -1),
+        triangles_(fine.triangles, fine.vertices.rows()),
         radius_m_(radius_m) {
-    for (const auto& t : fine.triangles.rowwise())
-      for (int k = 0; k < 3; ++k) ++first_[static_cast<std::size_t>(t[k]) + 1];
-    for (std::size_t v = 1; v < first_.size(); ++v) first_[v] += first_[v - 1];
-    triangle_.resize(static_cast<std::size_t>(3 * fine.triangles.rows()));
-    auto next = first_;
-    for (std::int32_t f = 0; f < fine.triangles.rows(); ++f)
-      for (int k = 0; k < 3; ++k)
-        triangle_[static_cast<std::size_t>(
-            next[static_cast<std::size_t>(fine.triangles(f, k))]++)] = f;
     const Neighbours neighbours(fine.triangles, fine.vertices.rows());
-    for (std::int32_t v = 0; v < fine.vertices.rows(); ++v) {
-      const auto i = static_cast<std::size_t>(v);
-      is_border_[i] =
-          static_cast<std::int32_t>(neighbours.of(v).size()) > first_[i + 1] - first_[i];
-    }
+    for (std::int32_t v = 0; v < fine.vertices.rows(); ++v)
+      is_border_.push_back(neighbours.of(v).size() > triangles_.of(v).size());
   }
 
   // From the vertices `from` on, what hangs together and faces the tool.
@@ -84,11 +70,10 @@ class HeightGrid {
     patch_.clear();
     for (const std::int32_t v : from) visit(v);
     for (std::size_t i = 0; i < patch_.size(); ++i) {  // grows
-      const auto v = static_cast<std::size_t>(patch_[i]);
+      const std::int32_t v = patch_[i];
       has_border_ |= is_border_[v] != 0;
-      for (std::int32_t k = first_[v]; k < first_[v + 1]; ++k) {
-        const std::int32_t f = triangle_[static_cast<std::size_t>(k)];
-        if (std::exchange(triangle_seen_[static_cast<std::size_t>(f)], turn_) == turn_) continue;
+      for (const std::int32_t f : triangles_.of(v)) {
+        if (std::exchange(triangle_seen_[f], turn_) == turn_) continue;
         if (!add(f)) continue;
         for (int corner = 0; corner < 3; ++corner) visit(fine_.triangles(f, corner));
       }
@@ -115,7 +100,7 @@ class HeightGrid {
   static constexpr int kSide = 2 * kCells + 1;
 
   void visit(std::int32_t v) {
-    if (std::exchange(seen_[static_cast<std::size_t>(v)], turn_) != turn_) patch_.push_back(v);
+    if (std::exchange(seen_[v], turn_) != turn_) patch_.push_back(v);
   }
   double node(int i) const { return radius_m_ * (i - kCells) / kCells; }
   int first_node(double x) const {
@@ -145,7 +130,7 @@ class HeightGrid {
         const double s = (q.x() * w.y() - q.y() * w.x()) / area,
                      t = (u.x() * q.y() - u.y() * q.x()) / area;
         if (s < -kSlack || t < -kSlack || s + t > 1 + kSlack) continue;
-        double& height = height_[static_cast<std::size_t>(i * kSide + j)];
+        double& height = height_[i * kSide + j];
         height = std::max(height, corner[0].z() + s * (corner[1].z() - corner[0].z()) +
                                       t * (corner[2].z() - corner[0].z()));
       }
@@ -157,9 +142,7 @@ class HeightGrid {
     const double s = x / radius_m_ * kCells + kCells, t = y / radius_m_ * kCells + kCells;
     const int i = std::min(static_cast<int>(s), kSide - 2),
               j = std::min(static_cast<int>(t), kSide - 2);
-    const auto height = [&](int k, int l) {
-      return std::min(height_[static_cast<std::size_t>(k * kSide + l)], radius_m_);
-    };
+    const auto height = [&](int k, int l) { return std::min(height_[k * kSide + l], radius_m_); };
     const double a = s - i, b = t - j;
     double sum = 0, weight = 0;
     for (const auto& [w, h] :
@@ -170,7 +153,8 @@ class HeightGrid {
   }
 
   const Surface& fine_;
-  std::vector<std::int32_t> seen_, triangle_seen_, first_, triangle_, patch_;
+  std::vector<std::int32_t> seen_, triangle_seen_, patch_;
+  TrianglesAt triangles_;
   std::vector<char> is_border_;
   bool has_border_ = false;
   double radius_m_;
@@ -196,7 +180,7 @@ double spring_sum(const Springs& springs, const std::array<double, kCircles + 1>
 
 }  // namespace
 
-GapForces gap_forces(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
+LogForces gap_forces(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
                      const std::vector<char>& is_wanted, const std::vector<EdgePathSeeds>& seeds,
                      const Indenter& tool) {
   const double range_m = curves.curves.basis[0].knots_m.back();
@@ -218,20 +202,29 @@ GapForces gap_forces(const FittedCurves& curves, const Surface& fine, const Poin
     return out;
   };
 
-  GapForces out;
-  out.at_point.setZero(static_cast<Eigen::Index>(seeds.size()), kComparedDepths);
+  LogForces out;
+  out.at_point.setZero(seeds.size(), kComparedDepths);
   out.at_vertex.setZero(fine.vertices.rows(), kComparedDepths);
   std::vector<std::int32_t> from;
   for (std::size_t p = 0; p < seeds.size(); ++p) {
     from.clear();
     for (const EdgePathSeed& seed : seeds[p]) from.push_back(seed.vertex);
-    const auto row = static_cast<Eigen::Index>(p);
     if (!from.empty())
-      out.at_point.row(row) = force(curves.position.row(row), -curves.normal.row(row), from);
+      out.at_point.row(p) = force(curves.position.row(p), -curves.normal.row(p), from);
   }
   for (std::int32_t v = 0; v < fine.vertices.rows(); ++v)
-    if (is_wanted[static_cast<std::size_t>(v)] != 0)
+    if (is_wanted[v] != 0)
       out.at_vertex.row(v) = force(fine.vertices.row(v), outward_normal.row(v), {v});
+  return out;
+}
+
+Eigen::RowVectorXd at_controls(const CurveBasis& basis, const Eigen::RowVectorXd& log_force) {
+  Eigen::RowVectorXd out(basis.size());
+  for (int j = 0; j < basis.size(); ++j) {
+    const double step = kComparedDepths * greville_m(basis, j) / basis.knots_m.back() - 1;
+    const int i = std::clamp(int(step), 0, kComparedDepths - 2);
+    out[j] = log_force[i] + std::clamp(step - i, 0.0, 1.0) * (log_force[i + 1] - log_force[i]);
+  }
   return out;
 }
 

@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "libfit/core/closest_point.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr double kSamePlace = 1e-6;  // of the triangle's longest edge
-constexpr double kMinFacing = 0.26;  // cosine of 75 degrees, as refinement has it
 constexpr double kOnEdge = 0.02;     // weight below which an inner edge is split
 constexpr double kOnBorder = 0.15;   // a sliver along the border could not be flipped away
 constexpr double kFlipMargin_rad = 1e-9;
@@ -30,7 +30,7 @@ class Mesh {
   explicit Mesh(TestPoints& points) : points_(points) {
     for (Eigen::Index t = 0; t < points.triangles.rows(); ++t) {
       triangle_.push_back({points.triangles(t, 0), points.triangles(t, 1), points.triangles(t, 2)});
-      index(static_cast<std::size_t>(t));
+      index(t);
     }
   }
 
@@ -83,11 +83,9 @@ class Mesh {
   }
 
   void store() const {
-    points_.triangles.resize(static_cast<Eigen::Index>(triangle_.size()), 3);
+    points_.triangles.resize(triangle_.size(), 3);
     for (std::size_t t = 0; t < triangle_.size(); ++t)
-      for (int k = 0; k < 3; ++k)
-        points_.triangles(static_cast<Eigen::Index>(t), k) =
-            triangle_[t][static_cast<std::size_t>(k)];
+      for (int k = 0; k < 3; ++k) points_.triangles(t, k) = triangle_[t][k];
   }
 
  private:
@@ -99,7 +97,7 @@ class Mesh {
     const Vec3 normal = (at(c[1]) - at(c[0])).cross(at(c[2]) - at(c[0]));
     Vec3 inward = Vec3::Zero();
     for (const std::int32_t corner : c) inward += points_.normal.row(corner).transpose();
-    return -inward.dot(normal) > kMinFacing * inward.norm() * normal.norm();
+    return -inward.dot(normal) > kMinCosine * inward.norm() * normal.norm();
   }
 
   TestPoints& points_;
@@ -139,10 +137,8 @@ std::optional<InsertionPlace> find_place(const Mesh& mesh, const TestPoints& poi
     const SurfacePoint hit =
         nearest_on_triangle(added.position, mesh.at(c[0]), mesh.at(c[1]), mesh.at(c[2]));
     if (best && !(hit.distance_m < best->point.distance_m)) continue;
-    Vec3 normal = Vec3::Zero();
-    for (int k = 0; k < 3; ++k)
-      normal += hit.weight[k] * points.normal.row(c[static_cast<std::size_t>(k)]).transpose();
-    if (normal.dot(added.normal) > kMinFacing * normal.norm()) best = InsertionPlace{t, hit};
+    if (faces_alike(blended(points.normal, c, hit.weight), added.normal))
+      best = InsertionPlace{t, hit};
   }
   return best;
 }
@@ -194,8 +190,8 @@ std::vector<DirectedEdge> split_at(Mesh& mesh, const InsertionPlace& place, std:
   const Corners corners = mesh.triangles()[place.triangle];
   int least = 0;
   place.point.weight.minCoeff(&least);
-  const std::int32_t a = corners[static_cast<std::size_t>(least + 1) % 3];
-  const std::int32_t b = corners[static_cast<std::size_t>(least + 2) % 3];
+  const std::int32_t a = corners[(least + 1) % 3];
+  const std::int32_t b = corners[(least + 2) % 3];
   const bool is_border = !mesh.left_of(b, a);
   if (place.point.weight[least] < (is_border ? kOnBorder : kOnEdge))
     return split_edge(mesh, place.triangle, a, b, point);
@@ -227,7 +223,7 @@ bool insert_point(TestPoints& points, const NewTestPoint& added) {
   if (!place ||
       is_taken(mesh, mesh.triangles()[place->triangle], added.position, place->point.weight))
     return false;
-  const auto point = static_cast<std::int32_t>(points.position.rows());
+  const std::int32_t point = points.position.rows();
   points.position.conservativeResize(point + 1, 3);
   points.normal.conservativeResize(point + 1, 3);
   points.position.row(point) = added.position;

@@ -60,11 +60,11 @@ Kriging::FittedCovariance Kriging::fitted(const Covariance& of, const Points& po
   const double total = of_ones.sum();
   FittedCovariance out;
   out.mean = of_ones.dot(value) / total;
-  const Eigen::VectorXd off = value.array() - out.mean;
-  out.weight = inverse * off;
-  const double squares = std::max(off.dot(out.weight), std::numeric_limits<double>::min());
+  const Eigen::VectorXd residual = value.array() - out.mean;
+  out.weight = inverse * residual;
+  const double squares = std::max(residual.dot(out.weight), std::numeric_limits<double>::min());
   out.log_likelihood =
-      -0.5 * (static_cast<double>(n - 1) * std::log(squares) + log_determinant + std::log(total));
+      -0.5 * (double(n - 1) * std::log(squares) + log_determinant + std::log(total));
   const Eigen::VectorXd precision = inverse.diagonal() - of_ones.cwiseProduct(of_ones) / total;
   out.left_out = value - out.weight.cwiseQuotient(precision);
   return out;
@@ -76,7 +76,7 @@ Kriging::Kriging(const Points& position, const Points& normal, const Eigen::Vect
   std::vector<Eigen::Index> some;
   for (Eigen::Index p = 0; p < value.size(); p += 1 + (value.size() - 1) / kJudged)
     some.push_back(p);
-  const bool is_all = static_cast<Eigen::Index>(some.size()) == value.size();
+  const bool is_all = std::ssize(some) == value.size();
   const bool has_normals = normal.rows() > 0;
   const Points some_position = position(some, Eigen::all),
                some_normal = has_normals ? Points(normal(some, Eigen::all)) : normal;
@@ -94,11 +94,11 @@ Kriging::Kriging(const Points& position, const Points& normal, const Eigen::Vect
   for (std::size_t k = 0; k < tried.size(); ++k) {
     const double share = std::exp(tried[k].log_likelihood - likeliest);
     if (!(share > kLikely)) continue;
-    FittedCovariance whole =
+    FittedCovariance all =
         is_all ? std::move(tried[k]) : fitted(covariances[k], position, normal, value);
-    left_out_ += share * whole.left_out;
+    left_out_ += share * all.left_out;
     sum += share;
-    kept_.push_back({covariances[k], share, whole.mean, std::move(whole.weight)});
+    kept_.push_back({covariances[k], share, all.mean, std::move(all.weight)});
   }
   left_out_ /= sum;
   for (KeptCovariance& k : kept_) k.share /= sum;
@@ -109,12 +109,12 @@ Eigen::VectorXd Kriging::at(const Points& position, const Points& normal) const 
   for (Eigen::Index first = 0; first < out.size(); first += kAtOnce) {
     const Eigen::Index count = std::min(kAtOnce, out.size() - first);
     for (const KeptCovariance& k : kept_) {
-      const Eigen::VectorXd off =
+      const Eigen::VectorXd residual =
           between(k.covariance, position.middleRows(first, count),
                   normal_.rows() > 0 ? Points(normal.middleRows(first, count)) : normal_, position_,
                   normal_) *
           k.weight;
-      out.segment(first, count).array() += k.share * (k.mean + off.array());
+      out.segment(first, count).array() += k.share * (k.mean + residual.array());
     }
   }
   return out;

@@ -8,7 +8,7 @@
 
 #include "libfit/core/node_forces.hpp"
 #include "libfit/core/stated_error.hpp"
-#include "libfit/refine/slopes.hpp"
+#include "libfit/refine/side_force.hpp"
 
 namespace palpate {
 namespace {
@@ -39,7 +39,7 @@ FeatureTable features_of(const CurveSet& curves) {
 }
 
 bool is_poor(const FittedCurves& curves, std::int32_t point) {
-  return curves.status[static_cast<std::size_t>(point)] == FitStatus::poor;
+  return curves.status[point] == FitStatus::poor;
 }
 
 /// Least-squares gradient of each feature along the surface at every test point, from its
@@ -53,12 +53,13 @@ std::vector<Gradient> gradients_of(const FittedCurves& curves, const FeatureTabl
     const Vec3 second = Vec3(curves.normal.row(p)).cross(first);
     Eigen::Matrix2d normal_matrix = Eigen::Matrix2d::Zero();
     Eigen::Matrix<double, 2, kFeatures> right = Eigen::Matrix<double, 2, kFeatures>::Zero();
-    for (const std::int32_t q : neighbours.of(static_cast<std::int32_t>(p))) {
-      const Vec3 way = (curves.position.row(q) - curves.position.row(p)).transpose();
-      if (!(way.squaredNorm() > 0) || is_poor(curves, q)) continue;
-      const Eigen::Vector2d flat = Eigen::Vector2d(way.dot(first), way.dot(second)) / way.norm();
+    for (const std::int32_t q : neighbours.of(p)) {
+      const Vec3 offset = (curves.position.row(q) - curves.position.row(p)).transpose();
+      if (!(offset.squaredNorm() > 0) || is_poor(curves, q)) continue;
+      const Eigen::Vector2d flat =
+          Eigen::Vector2d(offset.dot(first), offset.dot(second)) / offset.norm();
       normal_matrix += flat * flat.transpose();
-      right += flat * (features.row(q) - features.row(p)) / way.norm();
+      right += flat * (features.row(q) - features.row(p)) / offset.norm();
     }
     // Minimum norm where all neighbours lie in one direction.
     const Eigen::Matrix<double, 2, kFeatures> flat =
@@ -73,8 +74,6 @@ std::vector<Gradient> side_gradients_of(const FittedCurves& curves, const Featur
   const Controls slopes = slopes_of(curves);
   const Eigen::Index size = slopes.cols() / 3;
   const SplineTables t = tabulate(curves.curves.basis[0]);
-  const runtime::SplineView view{t.degree, t.pieces, t.knots.data(), t.weights.data(),
-                                 t.integrals.data()};
   std::vector<Gradient> gradients;
   for (Eigen::Index p = 0; p < slopes.rows(); ++p) {
     Gradient gradient = Gradient::Zero();
@@ -83,7 +82,7 @@ std::vector<Gradient> side_gradients_of(const FittedCurves& curves, const Featur
       const Eigen::VectorXd control = by_axis.row(axis);
       for (int step = 0; step < kDepths; ++step)
         gradient(axis, step) =
-            runtime::curve_value(view, control.data(), t.knots.back() * (step + 1) / kDepths);
+            runtime::curve_value(view(t), control.data(), t.knots.back() * (step + 1) / kDepths);
     }
     for (int step = 0; step < kDepths; ++step)
       if (features(p, step) > 0)
@@ -113,15 +112,14 @@ std::vector<std::int32_t> next_points(const Surface& fine, const std::vector<cha
       expected_error[v] += options.gap_error * share * share;
     }
 
-  const int gaps = static_cast<int>(std::lround(options.gap_share * options.count));
+  const auto gaps = int(std::lround(options.gap_share * options.count));
   std::vector<std::int32_t> picked;
-  while (static_cast<int>(picked.size()) < options.count) {
-    const bool fills_gap = static_cast<int>(picked.size()) >= options.count - gaps;
+  while (std::ssize(picked) < options.count) {
+    const bool fills_gap = std::ssize(picked) >= options.count - gaps;
     const std::vector<double>& score = fills_gap ? distance_m : expected_error;
     std::int32_t best = -1;
     for (std::size_t v = 0; v < score.size(); ++v)
-      if (is_free(v) && (best < 0 || score[v] > score[static_cast<std::size_t>(best)]))
-        best = static_cast<std::int32_t>(v);
+      if (is_free(v) && (best < 0 || score[v] > score[best])) best = v;
     if (best < 0) break;
     picked.push_back(best);
     const auto from_pick = nearest_source(fine, {{{best, 0.0}}}).distance_m;
@@ -140,7 +138,7 @@ std::vector<double> expected_errors(const FittedCurves& curves, const Model& mod
   const double slope_share = refined.interpolation.slope_share;
   const Triangles& triangles = refined.triangles;
   FeatureTable at_points = features_of(curves.curves), at_vertices = features_of(model.curves);
-  if (refined.trend.is_used()) {  // what is interpolated is the force over its trend
+  if (refined.trend.is_known()) {  // what is interpolated is the force over its trend
     for (int f = 0; f < kFeatures; ++f) {
       at_points.col(f).array() *= (-refined.trend.at_point.col(f % kDepths)).array().exp();
       at_vertices.col(f).array() *= (-refined.trend.at_vertex.col(f % kDepths)).array().exp();
@@ -151,22 +149,21 @@ std::vector<double> expected_errors(const FittedCurves& curves, const Model& mod
   // Twice what the tangent at one end gets wrong at the other: the second difference along the
   // edge, seen from either end; the larger one, because it is a feature that is being sought.
   const auto second_difference = [&](std::int32_t i, std::int32_t j) -> Features {
-    const Vec3 way = (curves.position.row(j) - curves.position.row(i)).transpose();
+    const Vec3 offset = (curves.position.row(j) - curves.position.row(i)).transpose();
     const Features rise = at_points.row(j) - at_points.row(i);
-    const Features from_i = way.transpose() * gradients[static_cast<std::size_t>(i)] - rise;
-    const Features from_j = rise - way.transpose() * gradients[static_cast<std::size_t>(j)];
+    const Features from_i = offset.transpose() * gradients[i] - rise;
+    const Features from_j = rise - offset.transpose() * gradients[j];
     return 2 * from_i.cwiseAbs().cwiseMax(from_j.cwiseAbs());
   };
   // By how much the two differ where side forces tell the slopes: what half of them leaves.
   const auto third_difference = [&](std::int32_t i, std::int32_t j) -> Features {
-    const Vec3 way = (curves.position.row(j) - curves.position.row(i)).transpose();
-    const Features both = way.transpose() * (slopes[static_cast<std::size_t>(i)] +
-                                             slopes[static_cast<std::size_t>(j)]);
+    const Vec3 offset = (curves.position.row(j) - curves.position.row(i)).transpose();
+    const Features both = offset.transpose() * (slopes[i] + slopes[j]);
     return 2 * (both - 2 * (at_points.row(j) - at_points.row(i))).cwiseAbs();
   };
-  std::vector<double> errors(static_cast<std::size_t>(model.blend_weight.rows()), 0.0);
+  std::vector<double> errors(model.blend_weight.rows(), 0.0);
   for (Eigen::Index v = 0; v < model.blend_weight.rows(); ++v) {
-    if (!model.is_covered[static_cast<std::size_t>(v)]) continue;
+    if (!model.is_covered[v]) continue;
     Features error = Features::Zero();
     for (int k = 0; k < 3; ++k) {
       const int l = (k + 1) % 3;
@@ -179,7 +176,7 @@ std::vector<double> expected_errors(const FittedCurves& curves, const Model& mod
     }
     for (int f = 0; f < kFeatures; ++f) {
       const double relative = relative_error(error[f], at_vertices(v, f % kDepths), floor_N);
-      errors[static_cast<std::size_t>(v)] = std::max(errors[static_cast<std::size_t>(v)], relative);
+      errors[v] = std::max(errors[v], relative);
     }
   }
   return errors;

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <numeric>
 #include <set>
 #include <vector>
@@ -21,14 +20,12 @@ Corners canonical(Corners corners) {
   return corners;
 }
 
-bool faces_along(const Corners& c, const Points& position, const Points& inward,
-                 double min_cosine) {
+bool faces_along(const Corners& c, const Points& position, const Points& inward) {
   const Vec3 origin = position.row(c[0]);
   const Vec3 normal =
       (position.row(c[1]).transpose() - origin).cross(position.row(c[2]).transpose() - origin);
-  return std::all_of(c.begin(), c.end(), [&](std::int32_t point) {
-    return -inward.row(point).dot(normal) > min_cosine * normal.norm();
-  });
+  return std::ranges::all_of(
+      c, [&](std::int32_t point) { return faces_alike(normal, -inward.row(point)); });
 }
 
 constexpr double kPositionTolerance = 1e-6;  // of the body: far above rounding, far below spacing
@@ -37,25 +34,21 @@ constexpr double kPositionTolerance = 1e-6;  // of the body: far above rounding,
 
 std::vector<EdgePathSeeds> place_on_surface(const Points& position, const Points& inward,
                                             const Surface& surface, const Points& outward_normal,
-                                            double largest_angle_rad, double max_m) {
+                                            double min_cosine, double max_m) {
   const BoxTree boxes = triangle_boxes(surface);
-  const double min_cosine = std::cos(largest_angle_rad);
-  std::vector<EdgePathSeeds> seeds(static_cast<std::size_t>(position.rows()));
+  std::vector<EdgePathSeeds> seeds(position.rows());
   for (Eigen::Index i = 0; i < position.rows(); ++i) {
     const Vec3 outward = -inward.row(i);
-    const auto faces_alike = [&](const SurfacePoint& point) {
-      Vec3 normal = Vec3::Zero();
-      for (int k = 0; k < 3; ++k)
-        normal +=
-            point.weight[k] * outward_normal.row(surface.triangles(point.triangle, k)).transpose();
-      return normal.dot(outward) > min_cosine * normal.norm();
+    const auto is_alike = [&](const SurfacePoint& point) {
+      return faces_alike(
+          blended(outward_normal, surface.triangles.row(point.triangle), point.weight), outward,
+          min_cosine);
     };
-    const auto hit = closest_point(surface, boxes, position.row(i), max_m, faces_alike);
+    const auto hit = closest_point(surface, boxes, position.row(i), max_m, is_alike);
     if (!hit) continue;
     for (int k = 0; k < 3; ++k) {
       const std::int32_t vertex = surface.triangles(hit->triangle, k);
-      seeds[static_cast<std::size_t>(i)].push_back(
-          {vertex, (surface.vertices.row(vertex) - position.row(i)).norm()});
+      seeds[i].push_back({vertex, (surface.vertices.row(vertex) - position.row(i)).norm()});
     }
   }
   return seeds;
@@ -63,19 +56,16 @@ std::vector<EdgePathSeeds> place_on_surface(const Points& position, const Points
 
 Triangles triangulate_over(const Surface& surface, const std::vector<std::int32_t>& cell,
                            const Points& position, const Points& inward) {
-  const double min_cosine = std::cos(kLargestAngle_rad);
   std::set<Corners> found;
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
     Corners corners;
-    for (std::size_t k = 0; k < 3; ++k)
-      corners[k] = cell[static_cast<std::size_t>(surface.triangles(t, static_cast<int>(k)))];
+    for (int k = 0; k < 3; ++k) corners[k] = cell[surface.triangles(t, k)];
     const bool joins_three = corners[0] >= 0 && corners[1] >= 0 && corners[2] >= 0 &&
                              corners[0] != corners[1] && corners[1] != corners[2] &&
                              corners[2] != corners[0];
-    if (joins_three && faces_along(corners, position, inward, min_cosine))
-      found.insert(canonical(corners));
+    if (joins_three && faces_along(corners, position, inward)) found.insert(canonical(corners));
   }
-  Triangles triangles(static_cast<Eigen::Index>(found.size()), 3);
+  Triangles triangles(found.size(), 3);
   Eigen::Index row = 0;
   for (const Corners& corners : found) triangles.row(row++) << corners[0], corners[1], corners[2];
   return triangles;
@@ -85,7 +75,7 @@ Triangles match_triangles(const Points& position, const TestPoints& points, doub
   const Triangles none(0, 3);
   if (position.rows() != points.position.rows()) return none;
   const double tolerance_m = kPositionTolerance * size_m;
-  std::vector<std::int32_t> by_x(static_cast<std::size_t>(position.rows()));
+  std::vector<std::int32_t> by_x(position.rows());
   std::iota(by_x.begin(), by_x.end(), 0);
   std::sort(by_x.begin(), by_x.end(),
             [&](auto a, auto b) { return position(a, 0) < position(b, 0); });
@@ -96,15 +86,13 @@ Triangles match_triangles(const Points& position, const TestPoints& points, doub
     auto at = std::lower_bound(by_x.begin(), by_x.end(), wanted[0] - tolerance_m,
                                [&](auto row, double x) { return position(row, 0) < x; });
     while (at != by_x.end() && position(*at, 0) <= wanted[0] + tolerance_m &&
-           (is_taken[static_cast<std::size_t>(*at)] != 0 ||
-            (position.row(*at) - wanted).norm() > tolerance_m))
+           (is_taken[*at] != 0 || (position.row(*at) - wanted).norm() > tolerance_m))
       ++at;
     if (at == by_x.end() || position(*at, 0) > wanted[0] + tolerance_m) return none;
-    is_taken[static_cast<std::size_t>(*at)] = 1;
-    row_of[static_cast<std::size_t>(i)] = *at;
+    is_taken[*at] = 1;
+    row_of[i] = *at;
   }
-  return points.triangles.unaryExpr(
-      [&](std::int32_t point) { return row_of[static_cast<std::size_t>(point)]; });
+  return points.triangles.unaryExpr([&](std::int32_t point) { return row_of[point]; });
 }
 
 }  // namespace palpate

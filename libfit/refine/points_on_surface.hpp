@@ -7,16 +7,29 @@
 
 namespace palpate {
 
-/// Between normals that go together: 75 degrees passes the chords of a coarse triangulation and
-/// refuses the other side of a thin part.
-inline constexpr double kLargestAngle_rad = 1.308996938995747;
+/// Cosine of 75 degrees, between normals that go together: passes the chords of a coarse
+/// triangulation and refuses the other side of a thin part.
+inline constexpr double kMinCosine = 0.25881904510252074;
+
+/// Whether a normal, of any length, is within acos(cosine) of a unit vector.
+inline bool faces_alike(const Vec3& normal, const Vec3& unit, double cosine = kMinCosine) {
+  return normal.dot(unit) > cosine * normal.norm();
+}
+
+/// Blend of three rows.
+template <class Corners>
+Vec3 blended(const Points& rows, const Corners& corners, const Vec3& weight) {
+  Vec3 out = Vec3::Zero();
+  for (int k = 0; k < 3; ++k) out += weight[k] * rows.row(corners[k]).transpose();
+  return out;
+}
 
 /// Where each test point sits on the surface: the corners of the nearest triangle whose
-/// interpolated normal is within `largest_angle_rad` of the point's. position, inward: P x 3.
+/// interpolated normal is within acos(min_cosine) of the point's. position, inward: P x 3.
 /// outward_normal: #V x 3 of the surface. No seed for a point farther than max_m from the surface.
 std::vector<EdgePathSeeds> place_on_surface(const Points& position, const Points& inward,
                                             const Surface& surface, const Points& outward_normal,
-                                            double largest_angle_rad, double max_m);
+                                            double min_cosine, double max_m);
 
 /// Test-point triangles dual to the cells of nearest test points: a fine triangle whose vertices
 /// belong to three points joins them. cell: #V, the nearest point along the surface. Same

@@ -11,7 +11,6 @@
 #include "libfit/refine/kriging.hpp"
 #include "libfit/refine/points_on_surface.hpp"
 #include "libfit/refine/side_force.hpp"
-#include "libfit/refine/slopes.hpp"
 
 namespace palpate {
 namespace {
@@ -23,11 +22,11 @@ void check(const FittedCurves& curves, const Surface& fine, const std::vector<ch
   };
   const Eigen::Index points = curves.position.rows();
   if (points == 0) refuse("the curves hold no test point");
-  if (curves.normal.rows() != points || static_cast<Eigen::Index>(curves.status.size()) != points)
+  if (curves.normal.rows() != points || std::ssize(curves.status) != points)
     refuse("the curves' columns differ in length");
   for (const Controls& control : curves.curves.control)
     if (control.rows() != points) refuse("the curves' columns differ in length");
-  if (static_cast<Eigen::Index>(is_reachable.size()) != fine.vertices.rows())
+  if (std::ssize(is_reachable) != fine.vertices.rows())
     refuse("the body's columns differ in length");
   const auto fits = [](const Triangles& t, Eigen::Index end) {
     return t.rows() == 0 || (t.minCoeff() >= 0 && t.maxCoeff() < end);
@@ -42,7 +41,7 @@ std::vector<char> usable_points(const FittedCurves& curves, const std::vector<Ed
   std::vector<char> is_usable(seeds.size());
   for (std::size_t p = 0; p < seeds.size(); ++p) {
     is_usable[p] = curves.status[p] != FitStatus::failed && !seeds[p].empty();
-    if (!is_usable[p]) left_out.push_back(static_cast<std::int32_t>(p));
+    if (!is_usable[p]) left_out.push_back(p);
   }
   return is_usable;
 }
@@ -77,11 +76,10 @@ struct KrigedPoints {
 
 // The surface's inward normals where points lie, between vertices: nearer ones count more.
 Points surface_normals(const std::vector<EdgePathSeeds>& seeds, const Points& outward_normal) {
-  Points out = Points::Zero(static_cast<Eigen::Index>(seeds.size()), 3);
+  Points out = Points::Zero(seeds.size(), 3);
   for (std::size_t p = 0; p < seeds.size(); ++p)
     for (const EdgePathSeed& seed : seeds[p])
-      out.row(static_cast<Eigen::Index>(p)) -=
-          outward_normal.row(seed.vertex) / (seed.distance_m + kVeryNear_m);
+      out.row(p) -= outward_normal.row(seed.vertex) / (seed.distance_m + kVeryNear_m);
   return out;
 }
 
@@ -90,7 +88,7 @@ KrigedPoints kriged_points(const FittedCurves& curves, std::vector<char> is_usab
   KrigedPoints out;
   out.log_force = log_forces(curves, is_usable);
   for (std::size_t p = 0; p < is_usable.size(); ++p)
-    if (is_usable[p]) out.point.push_back(static_cast<std::int32_t>(p));
+    if (is_usable[p]) out.point.push_back(p);
   if (out.point.size() < kMinKriged || out.point.size() > kMaxKriged) return out;
   const Points position = curves.position(out.point, Eigen::all),
                normal = curves.normal(out.point, Eigen::all);
@@ -104,8 +102,8 @@ KrigedPoints kriged_points(const FittedCurves& curves, std::vector<char> is_usab
   return out;
 }
 
-ShapeTrend kriged_trend(const KrigedPoints& kriged, const FittedCurves& curves, const Surface& fine,
-                        const Points& inward_normal) {
+LogForces kriged_trend(const KrigedPoints& kriged, const FittedCurves& curves, const Surface& fine,
+                       const Points& inward_normal) {
   Eigen::VectorXd at_point = kriged.force->at(curves.position, curves.normal);
   at_point(kriged.point) = kriged.log_force(kriged.point);
   return {at_point.replicate(1, kComparedDepths),
@@ -127,7 +125,7 @@ Points kriged_normals(const KrigedPoints& kriged, const Surface& fine, Points in
 // Sums in the fixed order of corners: monotone in each control value, so rows stay monotone.
 // Numbers that go with a power of the force are blended over their trend (M12g), curves by depth;
 // at a test point they are its own.
-Controls blend_controls(const Controls& control, const Blend& blend, const ShapeTrend& trend,
+Controls blend_controls(const Controls& control, const Blend& blend, const LogForces& trend,
                         const runtime::Part& part, const CurveBasis* basis) {
   const int force = part.known == runtime::Known::sway ? 0 : part.force;
   Controls fine = Controls::Zero(blend.point.rows(), control.cols());
@@ -136,7 +134,7 @@ Controls blend_controls(const Controls& control, const Blend& blend, const Shape
       const double weight = blend.weight(v, k);
       if (!(weight > 0)) continue;  // a corner without weight may hold anything
       const std::int32_t l = blend.point(v, k);
-      if (!trend.is_used() || force == 0 || !(weight < 1 || trend.smooths)) {
+      if (!trend.is_known() || force == 0 || !(weight < 1 || trend.smooths)) {
         fine.row(v) += weight * control.row(l);
         continue;
       }
@@ -147,12 +145,12 @@ Controls blend_controls(const Controls& control, const Blend& blend, const Shape
       else
         fine.row(v) += weight * std::exp(more.mean()) * control.row(l);
     }
-    if (part.rises && trend.is_used()) clamp_rising(fine.row(v));
+    if (part.rises && trend.is_known()) clamp_rising(fine.row(v));
   }
   return rounded_to_float(fine);
 }
 
-// Adds the share of the test points' slopes times the ways from them (B4), and has curves rise.
+// Adds the share of the test points' slopes times the offsets from them (B4); curves rise again.
 void add_slopes(const FittedCurves& curves, const Surface& fine, const Blend& blend,
                 const Controls& slopes, double share, Controls& normal) {
   for (Eigen::Index v = 0; v < normal.rows(); ++v) {
@@ -160,9 +158,9 @@ void add_slopes(const FittedCurves& curves, const Surface& fine, const Blend& bl
     for (int k = 0; k < 3; ++k) {
       if (!(blend.weight(v, k) > 0)) continue;
       const std::int32_t l = blend.point(v, k);
-      const Eigen::RowVector3d way = fine.vertices.row(v) - curves.position.row(l);
+      const Eigen::RowVector3d offset = fine.vertices.row(v) - curves.position.row(l);
       for (Eigen::Index j = 0; j < more.size(); ++j)
-        more[j] += share * blend.weight(v, k) * slopes.row(l).segment<3>(3 * j).dot(way);
+        more[j] += share * blend.weight(v, k) * slopes.row(l).segment<3>(3 * j).dot(offset);
     }
     more += normal.row(v);
     more[0] = 0;
@@ -173,17 +171,12 @@ void add_slopes(const FittedCurves& curves, const Surface& fine, const Blend& bl
 }
 
 Model model_of(const FittedCurves& curves, const Surface& fine, Points inward_normal, Blend blend,
-               const Controls& slopes, double slope_share, const ShapeTrend& trend) {
+               const Controls& slopes, double slope_share, const LogForces& trend) {
   Model model;
   model.surface = fine;
   model.probe = curves.probe;
   model.inward_normal = std::move(inward_normal);
-  model.curves = CurveSet(curves.curves.family);
-  model.curves.basis = curves.curves.basis;
-  model.curves.relaxation = curves.curves.relaxation;
-  model.curves.damage = curves.curves.damage;
-  model.curves.coupling = curves.curves.coupling;
-  model.curves.first_row_m = curves.curves.first_row_m;
+  model.curves = curves.curves;
   for (std::size_t part = 0; part < model.curves.control.size(); ++part) {
     const runtime::Part& of = parts_of(model.curves.family)[part];
     model.curves.control[part] =
@@ -199,19 +192,6 @@ Model model_of(const FittedCurves& curves, const Surface& fine, Points inward_no
   return model;
 }
 
-// Normal curves of points left out, as the model interpolates.
-Controls left_out_normal(const InterpolationChoice& chosen) {
-  Controls out = chosen.is_kriged ? chosen.kriged_normal
-                 : chosen.follows_gap
-                     ? chosen.gap_normal
-                     : Controls(chosen.plain_normal + chosen.slope_share * chosen.slope_normal);
-  for (Eigen::Index row = 0; row < out.rows(); ++row) {
-    out(row, 0) = 0;
-    clamp_rising(out.row(row));
-  }
-  return out;
-}
-
 }  // namespace
 
 Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<char>& is_reachable,
@@ -222,7 +202,7 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
   found = {};
   const Points outward_normal = vertex_normals(fine);
   const auto seeds = place_on_surface(curves.position, curves.normal, fine, outward_normal,
-                                      kLargestAngle_rad, kStray * extent_m(fine.vertices).norm());
+                                      kMinCosine, kStray * extent_m(fine.vertices).norm());
   const auto is_usable = usable_points(curves, seeds, found.left_out);
 
   found.triangles = test_triangles;
@@ -245,9 +225,9 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
                                   : KrigedPoints();
   // The surface of measured points is not sure enough.
   const bool may_follow = options.tool && !options.is_measured;
-  const GapForces gap = may_follow ? gap_forces(curves, fine, outward_normal, is_reachable,
+  const LogForces gap = may_follow ? gap_forces(curves, fine, outward_normal, is_reachable,
                                                 seeds_of(is_usable, seeds), *options.tool)
-                                   : GapForces();
+                                   : LogForces();
   chosen = choose_interpolation(curves, found.triangles, is_trusted, slopes, gap, kriged.left_out);
   const Points inward_normal = chosen.kriges_normals ? kriged_normals(kriged, fine, -outward_normal)
                                                      : Points(-outward_normal);
@@ -255,11 +235,9 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
   if (chosen.follows_gap) found.trend = {kGapShare * gap.at_point, kGapShare * gap.at_vertex};
   Model model = model_of(curves, fine, inward_normal, std::move(blend), slopes, chosen.slope_share,
                          found.trend);
-  if (chosen.slope_share > 0 || found.trend.is_used()) meet_slope(model);
-  chosen.left_out_normal = left_out_normal(chosen);
+  if (chosen.slope_share > 0 || found.trend.is_known()) match_slope(model);
   for (std::size_t v = 0; v < is_reachable.size(); ++v)
-    if (is_reachable[v] && !model.is_covered[v])
-      found.uncovered.push_back(static_cast<std::int32_t>(v));
+    if (is_reachable[v] && !model.is_covered[v]) found.uncovered.push_back(v);
   return model;
 }
 

@@ -6,7 +6,6 @@
 #include "libfit/core/body.hpp"
 #include "libfit/core/curves.hpp"
 #include "libfit/refine/choose_interpolation.hpp"
-#include "libfit/refine/shape_trend.hpp"
 
 namespace palpate {
 
@@ -28,7 +27,7 @@ struct RefineReport {
   std::vector<std::int32_t> uncovered;  ///< reachable vertices that no test point answers for
   double largest_projection_m = 0;      ///< from a covered vertex to its triangle
   InterpolationChoice interpolation;    ///< what it makes use of, and why
-  ShapeTrend trend;                     ///< of the surface's shape or kriged, where one is used
+  LogForces trend;                      ///< of the surface's shape or kriged, where one is used
 };
 
 /// Curves on every vertex of the fine surface by area interpolation (docs/method.md, section 7;

@@ -1,20 +1,22 @@
 #include "libfit/refine/side_force.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 
 #include "libfit/core/geometry.hpp"
+#include "libfit/core/linear_algebra.hpp"
 #include "libfit/core/statistics.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr int kDepths = 4;        // where energies are compared
-constexpr double kHalfWay = 0.5;  // least error of held-out paths; all the way, least mismatch
+constexpr int kDepths = 4;     // where energies are compared
+constexpr double kStep = 0.5;  // has the least error of held-out paths; 1 the least mismatch
 
 /// Side force of a vertex over its press where curves end, by (M22), at most. Sound bodies have 4;
 /// beside a point without good rows a slope is that of what is not known, and the engine refuses
-/// 100 (runtime::is_side_borne).
+/// 100 (runtime::is_side_carried).
 constexpr double kMaxSide = 10;
 
 // Reads the curves of a model of rings.
@@ -25,7 +27,7 @@ class SideForceReader {
 
   double depth_m(int step) const { return tables_.knots.back() * (step + 1) / kDepths; }
   double force_N(Eigen::Index vertex, double depth_m) const {
-    return runtime::curve_value(view(), normal(vertex), depth_m);
+    return runtime::curve_value(view(tables_), normal(vertex), depth_m);
   }
   Vec3 side_N(Eigen::Index vertex, double d) const {
     const auto& control = model_.curves.control;
@@ -35,7 +37,7 @@ class SideForceReader {
   }
   bool is_covered(const Eigen::RowVector3i& triangle) const {
     for (int k = 0; k < 3; ++k)
-      if (!model_.is_covered[static_cast<std::size_t>(triangle[k])]) return false;
+      if (!model_.is_covered[triangle[k]]) return false;
     return true;
   }
   // Gradient of the normal energy over a triangle at a depth [N], and twice the triangle's area
@@ -47,9 +49,8 @@ class SideForceReader {
     std::array<Vec3, 3> corner;
     std::array<double, 3> energy_J{};
     for (int k = 0; k < 3; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      corner[at] = model_.surface.vertices.row(triangle[k]);
-      energy_J[at] = runtime::curve_energy(view(), normal(triangle[k]), depth_m);
+      corner[k] = model_.surface.vertices.row(triangle[k]);
+      energy_J[k] = runtime::curve_energy(view(tables_), normal(triangle[k]), depth_m);
     }
     const Vec3 ab = corner[1] - corner[0], ac = corner[2] - corner[0], n = ab.cross(ac);
     return {
@@ -59,10 +60,6 @@ class SideForceReader {
   }
 
  private:
-  runtime::SplineView view() const {
-    return {tables_.degree, tables_.pieces, tables_.knots.data(), tables_.weights.data(),
-            tables_.integrals.data()};
-  }
   const double* normal(Eigen::Index vertex) const {
     return model_.curves.control[0].row(vertex).data();
   }
@@ -83,16 +80,57 @@ void bound_side_force(CurveSet& curves) {
   }
 }
 
+// Control values of d, d^2 and d^3 on a basis, a column each: exact up to its degree, else exact at
+// its Greville abscissae.
+Eigen::Matrix<double, Eigen::Dynamic, 3> powers_on(const CurveBasis& basis) {
+  const SplineTables tables = tabulate(basis);
+  const int n = basis.size();
+  Eigen::MatrixXd value = Eigen::MatrixXd::Zero(n, n);
+  Eigen::Matrix<double, Eigen::Dynamic, 3> wanted(n, 3);
+  for (int j = 0; j < n; ++j) {
+    const double x = greville_m(basis, j);
+    const auto at = runtime::spline_weights(view(tables), runtime::find_piece(view(tables), x), x);
+    for (int k = 0; k <= basis.degree; ++k) value(j, at.first + k) = at.value[k];
+    wanted.row(j) << x, x * x, x * x * x;
+  }
+  return lu_solve(value, wanted);
+}
+
 }  // namespace
 
 NodeShape::NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& normal, double radius_m)
     : across(Mat3::Identity() - normal * normal.transpose()) {
   double k[6];
   for (int i = 0; i < 6; ++i) k[i] = curves.control[runtime::kCurvature](row, i);
-  runtime::move_out(k, runtime::kCurvatureDepth * curves.basis[0].knots_m.back());  // (M15c)
+  runtime::offset_curvature(k,
+                            runtime::kCurvatureDepth * curves.basis[0].knots_m.back());  // (M15c)
   curvature << k[0], k[3], k[4], k[3], k[1], k[5], k[4], k[5], k[2];
   curvature = (across * curvature * across).eval();
   stretch = (Mat3::Identity() - radius_m * curvature).inverse();
+}
+
+Controls slopes_of(const FittedCurves& fitted) {
+  const CurveSet& curves = fitted.curves;
+  if (curves.family != CurveFamily::rings) return Controls(curves.points(), 0);
+  const Eigen::Matrix<double, Eigen::Dynamic, 3> power = powers_on(curves.basis[0]);
+  Controls slopes(curves.points(), 3 * power.rows());
+  for (Eigen::Index p = 0; p < curves.points(); ++p) {
+    const NodeShape shape(curves, p, fitted.normal.row(p), ball_radius_m(fitted.probe));
+    const Vec3 g2 = shape.across * curves.control[runtime::kSide2].row(p).transpose();
+    const Vec3 g3 = shape.across * curves.control[runtime::kSide3].row(p).transpose();
+    const Vec3 by_power[] = {2 * g2, 3 * (g3 - shape.curvature * g2), -4 * shape.curvature * g3};
+    for (Eigen::Index j = 0; j < power.rows(); ++j) {
+      Vec3 slope = Vec3::Zero();
+      for (int k = 0; k < 3; ++k) slope += power(j, k) * by_power[k];
+      slopes.row(p).segment<3>(3 * j) = (shape.stretch * slope).transpose();
+    }
+  }
+  return slopes;
+}
+
+void clamp_rising(Eigen::Ref<Eigen::RowVectorXd> control) {
+  for (Eigen::Index j = 1; j < control.size(); ++j)
+    control[j] = std::max(control[j], control[j - 1]);
 }
 
 SideMismatch side_mismatch(const Model& model) {
@@ -121,17 +159,17 @@ SideMismatch side_mismatch(const Model& model) {
   return {median(found), lower_quantile(found, 0.95), lower_quantile(found, 1)};
 }
 
-void meet_slope(Model& model) {
+void match_slope(Model& model) {
   if (model.curves.family != CurveFamily::rings) return;
   const SideForceReader reader(model);
   const Eigen::Index vertices = model.surface.vertices.rows();
   // Sums over the triangles about a vertex, weighted by area; a border has none.
   Eigen::VectorXd area = Eigen::VectorXd::Zero(vertices);
   Eigen::MatrixXd slope = Eigen::MatrixXd::Zero(vertices, 3 * kDepths);
-  std::vector<char> moves(static_cast<std::size_t>(vertices), 1);
+  std::vector<char> moves(vertices, 1);
   for (const auto& t : model.surface.triangles.rowwise()) {
     const bool is_covered = reader.is_covered(t);
-    for (int k = 0; k < 3 && !is_covered; ++k) moves[static_cast<std::size_t>(t[k])] = 0;
+    for (int k = 0; k < 3 && !is_covered; ++k) moves[t[k]] = 0;
     for (int step = 0; step < kDepths && is_covered; ++step) {
       const auto [slope_N, normal] = reader.slope(t, reader.depth_m(step));
       for (int k = 0; k < 3; ++k) {
@@ -141,7 +179,7 @@ void meet_slope(Model& model) {
     }
   }
   for (Eigen::Index v = 0; v < vertices; ++v) {
-    if (moves[static_cast<std::size_t>(v)] == 0 || !(area[v] > 0)) continue;
+    if (moves[v] == 0 || !(area[v] > 0)) continue;
     const NodeShape shape(model.curves, v, model.inward_normal.row(v), ball_radius_m(model.probe));
     Eigen::Matrix2d square = Eigen::Matrix2d::Zero();  // of g / d^2 = g_2 + g_3 d
     Eigen::Matrix<double, 2, 3> right = Eigen::Matrix<double, 2, 3>::Zero();
@@ -157,13 +195,13 @@ void meet_slope(Model& model) {
     const Eigen::Matrix<double, 2, 3> wanted = square.ldlt().solve(right);
     if (!wanted.allFinite()) continue;
     for (const int k : {0, 1}) {
-      auto own = model.curves.control[static_cast<std::size_t>(runtime::kSide2 + k)].row(v);
-      own += kHalfWay * (wanted.row(k) - own);
+      auto own = model.curves.control[runtime::kSide2 + k].row(v);
+      own += kStep * (wanted.row(k) - own);
     }
   }
   bound_side_force(model.curves);
   for (const int part : {runtime::kSide2, runtime::kSide3}) {
-    Controls& control = model.curves.control[static_cast<std::size_t>(part)];
+    Controls& control = model.curves.control[part];
     control = rounded_to_float(control);
   }
 }

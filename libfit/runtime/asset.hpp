@@ -6,8 +6,7 @@
 #include "asset/check.hpp"
 #include "series/tick.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 /// Runs the path's ticks and calls back with the tick's index and its force. Fresh contact at every
 /// multiple of check_path_ticks.
@@ -25,7 +24,7 @@ bool replay_check_path(const AssetView& view, Callback callback) noexcept {
 
 constexpr double kRevisionTolerance = 1e-6;  ///< of the peak force, for an older law revision
 
-/// Whether the engine brings the forces of the check path: bit for bit, or within
+/// Returns true if the engine brings the forces of the check path: bit for bit, or within
 /// kRevisionTolerance where an older revision of the law recorded them.
 inline bool meets_check_path(const AssetView& view) noexcept {
   double peak = 0;
@@ -42,7 +41,7 @@ inline bool meets_check_path(const AssetView& view) noexcept {
   });
 }
 
-/// An asset that has been checked whole: what touch() takes.
+/// An asset whose bytes have all been checked, for touch().
 class Asset : public AssetView {
  public:
   Asset() noexcept = default;
@@ -101,5 +100,4 @@ PALPATE_ONCE Asset Asset::open_without_replay(const void* bytes, std::size_t siz
 }
 #endif
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -119,8 +119,8 @@ typedef struct palpate_pose {
    capsule, a finger, a grasper's jaw are several, each with a radius of its own. Several are for
    assets that couple (palpate_info.couples). The asset's curves were measured with a ball of
    palpate_info.probe_radius_m: for another radius, a cone or a rod open the asset with an indenter
-   (palpate_indenter_open), for all balls in place of the asset or for one ball in `met`. Without
-   that another radius changes where contact begins, not the curves, and is flagged
+   (palpate_indenter_open), for all balls in place of the asset or for one ball in `ball_asset`.
+   Without that another radius changes where contact begins, not the curves, and is flagged
    PALPATE_FLAG_OTHER_RADIUS. What a turn of the tool drags along under its balls counts.
    The damper acts parallel to the curves: b(dz) = b min(1, dz / damper_depth_m) against the tool's
    motion along the contact's normal (damping_Ns_m) and across it (lateral_damping_Ns_m), shared
@@ -143,10 +143,10 @@ typedef struct palpate_tool {
   double lateral_damping_Ns_m; /* 0 to 1e4; 0: none */
   double max_force_N;          /* what the device can bear; 0: no cap */
   double ramp_s;               /* 0: none */
-  const palpate_asset* met[PALPATE_MAX_BALLS]; /* the asset as each ball meets it, opened by
+  const palpate_asset* ball_asset[PALPATE_MAX_BALLS]; /* the asset as each ball meets it, opened by
                                             palpate_indenter_open of the asset that is ticked; it
                                             must stay where it is. Null: as it is */
-  double reserved[5];                          /* 0; another number is refused */
+  double reserved[5];                                 /* 0; another number is refused */
 } palpate_tool;
 
 enum { PALPATE_MAX_PROFILE = 48 };
@@ -314,12 +314,12 @@ PALPATE_API palpate_status palpate_body_open(palpate_asset* opened, const palpat
 
 /* The asset as another indenter than its own ball meets it (docs/method-tools.md, section 30):
    tables in memory of the caller's, made once; a tick then costs what it costs. *opened is to be
-   used in place of the asset, which must outlive it, or as palpate_tool.met; with a body of a
-   softening asset, open the body first. Contacts are of one indenter: start them anew for another.
-   palpate_indenter_bytes: how much memory, 8-byte aligned, some 20 to 100 kB; 0 where the asset is
-   not open or was not measured with a ball. palpate_indenter_open: some milliseconds, not for the
-   real-time thread. PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN or PALPATE_TOOL_WRONG
-   (numbers of the indenter, memory of another size, an asset of no ball). */
+   used in place of the asset, which must outlive it, or as palpate_tool.ball_asset; with a body of
+   a softening asset, open the body first. Contacts are of one indenter: start them anew for
+   another. palpate_indenter_bytes: how much memory, 8-byte aligned, some 20 to 100 kB; 0 where the
+   asset is not open or was not measured with a ball. palpate_indenter_open: some milliseconds, not
+   for the real-time thread. PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN or
+   PALPATE_TOOL_WRONG (numbers of the indenter, memory of another size, an asset of no ball). */
 PALPATE_API uint64_t palpate_indenter_bytes(const palpate_asset* asset) PALPATE_NOEXCEPT;
 PALPATE_API palpate_status palpate_indenter_open(palpate_asset* opened, const palpate_asset* asset,
                                                  const palpate_indenter* indenter, void* memory,

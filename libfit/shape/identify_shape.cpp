@@ -62,12 +62,12 @@ ShapeResponse identify_shape(const runtime::AssetView& asset, const Samples& sam
   ResponseFit fit(asset, samples, blend_point, blend_weight, options);
   int modes = options.modes.value_or(0);
   if (!options.modes) {
-    // Modes that only tell points apart help none between them.
-    std::vector<char> is_held_out(samples.point.size()), is_told(is_held_out);
+    // Modes that differ from point to point alone do not help between points.
+    std::vector<char> is_held_out(samples.point.size()), is_fitted(is_held_out);
     for (std::size_t row = 0; row < is_held_out.size(); ++row)
-      (is_left_out(samples.point[row]) ? is_held_out : is_told)[row] = fit.can_tell(row);
+      (is_left_out(samples.point[row]) ? is_held_out : is_fitted)[row] = fit.is_measured(row);
     const ShapeResponse most =
-        filled_in(fit.of(is_told, kModeCounts.back()), samples.point_position);
+        filled_in(fit.of(is_fitted, kModeCounts.back()), samples.point_position);
     std::vector<ShapeReport::Count> tried;
     double best = std::numeric_limits<double>::infinity();
     for (const int count : kModeCounts) {
@@ -85,7 +85,7 @@ ShapeResponse identify_shape(const runtime::AssetView& asset, const Samples& sam
     if (report != nullptr) report->tried = tried;
   }
   ShapeResponse shape = fit.of({}, modes);
-  if (report != nullptr) report->rows = static_cast<int>(fit.rows());
+  if (report != nullptr) report->rows = int(fit.rows());
   if (fit.rows() == 0) return {};
   return shape;
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "libfit/core/linear_algebra.hpp"
-#include "libfit/shape/contact_states.hpp"
+#include "libfit/shape/shape_error.hpp"
 
 namespace palpate {
 namespace {
@@ -23,9 +23,72 @@ constexpr double kEven = 1e3;         // that the dent has no tip
 // wider than the contact, they had no bound and moved vertices by twice the depth.
 constexpr double kToZero = 1e-4;
 constexpr double kToMean = 1e-3;    // of a point towards the body's mean
+constexpr double kRidge = 1e-9;     // where there are no rows
 constexpr int kMaxGramRows = 400;   // that modes are found from
 constexpr int kRounds = 2;          // near functions and modes are found by turns
 constexpr double kAnswered = 0.99;  // share of a contact point that measured curves answer for
+
+// Normal equations A x = b of a linear least squares problem whose rows have few entries.
+struct NormalEquations {
+  Eigen::MatrixXd A;
+  Eigen::VectorXd b;
+
+  explicit NormalEquations(Eigen::Index size)
+      : A(Eigen::MatrixXd::Zero(size, size)), b(Eigen::VectorXd::Zero(size)) {}
+
+  bool is_empty() const { return !(A.trace() > 0); }
+
+  // Adds weight (row . x - value)^2, row having `count` entries at these columns.
+  void add(const double* row, const int* column, int count, double value, double weight) {
+    for (int i = 0; i < count; ++i) {
+      b[column[i]] += weight * row[i] * value;
+      for (int j = 0; j < count; ++j) A(column[i], column[j]) += weight * row[i] * row[j];
+    }
+  }
+
+  // The least of the sum of squares + s x'prior x + s to_mean |x - mean|^2, s the mean diagonal of
+  // A: so the prior's weight does not depend on units. A ridge decides where there are no rows.
+  Eigen::VectorXd solve(const Eigen::MatrixXd& prior, double to_mean,
+                        const Eigen::VectorXd& mean) const {
+    const double scale = is_empty() ? 1e-300 : A.trace() / double(A.rows());
+    Eigen::MatrixXd all = A + scale * prior;
+    all.diagonal().array() += scale * (to_mean + kRidge);
+    return ldlt_solve(all, b + scale * to_mean * mean);
+  }
+  Eigen::VectorXd solve(const Eigen::MatrixXd& prior) const {
+    return solve(prior, 0, Eigen::VectorXd::Zero(b.size()));
+  }
+};
+
+// The prior that uniform splines of `intervals` coefficients, `blocks` of them in turn, are
+// smooth and go to 0 at their end: the squares of second differences.
+Eigen::MatrixXd second_differences(int intervals, int blocks) {
+  constexpr double kDifference[3] = {1, -2, 1};
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(intervals * blocks, intervals * blocks);
+  for (int block = 0; block < blocks; ++block)
+    for (int j = 0; j < intervals; ++j) {
+      Eigen::VectorXd d = Eigen::VectorXd::Zero(intervals * blocks);
+      for (int k = 0; k < 3; ++k)
+        if (j + k < intervals) d[block * intervals + j + k] = kDifference[k];
+      out += d * d.transpose();
+    }
+  return out;
+}
+
+// Each point's own numbers, held to the mean of all points, which is that of points without rows,
+// from column `at` on.
+void store(const std::vector<NormalEquations>& of_points, const Eigen::MatrixXd& prior, int at,
+           Controls& point) {
+  NormalEquations all(prior.rows());
+  for (const NormalEquations& one : of_points) {
+    all.A += one.A;
+    all.b += one.b;
+  }
+  const Eigen::VectorXd mean = all.solve(prior);
+  for (std::size_t p = 0; p < of_points.size(); ++p)
+    point.row(p).segment(at, prior.rows()) =
+        of_points[p].is_empty() ? mean : of_points[p].solve(prior, kToMean, mean);
+}
 
 }  // namespace
 
@@ -66,7 +129,7 @@ ShapeResponse ResponseFit::of(const std::vector<char>& counts, int modes) {
   return shape_;
 }
 
-bool ResponseFit::can_tell(std::size_t row) const {
+bool ResponseFit::is_measured(std::size_t row) const {
   if (!contacts_[row]) return false;
   double answered = 0;
   for (int k = 0; k < 3; ++k)
@@ -79,26 +142,26 @@ void ResponseFit::take_rows(const std::vector<char>& counts) {
   rows_.clear();
   for (std::size_t row = 0; row < contacts_.size(); ++row) {
     DentState state;
-    if (!can_tell(row) || (!counts.empty() && !counts[row])) continue;
+    if (!is_measured(row) || (!counts.empty() && !counts[row])) continue;
     if (!runtime::shape_state(asset_, *contacts_[row], 0, state)) continue;
     state.radius_m = 0;  // what the ball pushes out is not the response's
-    rows_.push_back({static_cast<Eigen::Index>(row), samples_.kind[row] == ExperimentKind::press,
-                     &*contacts_[row], state});
+    rows_.push_back(
+        {Eigen::Index(row), samples_.kind[row] == ExperimentKind::press, &*contacts_[row], state});
   }
 }
 
-/// What the engine's response leaves of a vertex's motion [m].
-Vec3d ResponseFit::left_of(const Deformation& shown, const Row& row, int v) const {
+/// Motion of a vertex minus the engine's response [m].
+Vec3d ResponseFit::residual_of(const Deformation& shown, const Row& row, int v) const {
   const float* moved = samples_.surface.data() + row.row * samples_.surface.cols() + 3 * v;
   return Vec3d{double(moved[0]), double(moved[1]), double(moved[2])} - shown.at(v);
 }
 
 /// The same of all vertices, 3V.
-Eigen::VectorXf ResponseFit::left_of(const runtime::AssetView& shown, const Row& row) const {
+Eigen::VectorXf ResponseFit::residual_of(const runtime::AssetView& shown, const Row& row) const {
   const Deformation deformation(shown, *row.contact, row.state);
   Eigen::VectorXf out(3 * asset_.vertices);
   for (int v = 0; v < asset_.vertices; ++v) {
-    const Vec3d left = left_of(deformation, row, v);
+    const Vec3d left = residual_of(deformation, row, v);
     out.segment<3>(3 * v) = Vec3(left.x, left.y, left.z).cast<float>();
   }
   return out;
@@ -115,18 +178,18 @@ void ResponseFit::each_near(const DentState& state, const Use& use) const {
   ShapePlace place;
   for (int v = 0; v < asset_.vertices; ++v) {
     const Vec3d X = asset_.vertex_at(v);
-    if (!see_place(state, a, shape_.intervals, X, asset_.normal_at(v), place)) continue;
-    const Vec3d way = X - state.point;
-    const double s2 = runtime::dot(way, way) / (a * a);
+    if (!find_place(state, a, shape_.intervals, X, asset_.normal_at(v), place)) continue;
+    const Vec3d offset = X - state.point;
+    const double s2 = runtime::dot(offset, offset) / (a * a);
     use(v, place, 1 / ((1 + s2 / 9) * state.normal_m * state.normal_m));
   }
 }
 
-/// The dent along u and the way in and out (M31), each by itself, since they are perpendicular, of
-/// what the modes leave.
+/// The dent along u and the motion towards and away (M31), each by itself, since they are
+/// perpendicular, from the residual of the modes.
 void ResponseFit::fit_presses() {
   const int M = shape_.intervals, size = kDepths * M;
-  const auto points = static_cast<std::size_t>(samples_.points());
+  const std::size_t points = samples_.points();
   std::vector<NormalEquations> dent(points, NormalEquations(size)), out = dent;
   shape_.point.leftCols(runtime::shape_numbers(M, 0)).setZero();
   shape_.drag.setZero();
@@ -134,10 +197,10 @@ void ResponseFit::fit_presses() {
   for (const Row& row : rows_) {
     if (!row.is_press) continue;
     const Deformation shown(far.view(), *row.contact, row.state);
-    const auto p = static_cast<std::size_t>(samples_.point[static_cast<std::size_t>(row.row)]);
+    const std::int32_t p = samples_.point[row.row];
     const double d = row.state.normal_m, x = d / shape_.depth_m;
     each_near(row.state, [&](int v, const ShapePlace& place, double weight) {
-      const Vec3d left = left_of(shown, row, v);
+      const Vec3d left = residual_of(shown, row, v);
       const auto add = [&](NormalEquations& to, double scale, double value) {
         double entry[4 * kDepths];
         int column[4 * kDepths], count = 0;
@@ -162,20 +225,9 @@ void ResponseFit::fit_presses() {
     even += kEven * tip * tip.transpose();
   }
   even.diagonal().tail(size - M).array() += kToZero;
-  store(dent, even, 0);
+  store(dent, even, 0, shape_.point);
   smooth.diagonal().array() += kToZero;
-  store(out, smooth, size);
-}
-
-/// Each point's own numbers, held to the mean of all points, which stands for points without rows.
-void ResponseFit::store(const std::vector<NormalEquations>& of_points, const Eigen::MatrixXd& prior,
-                        int at) {
-  NormalEquations all(prior.rows());
-  for (const NormalEquations& one : of_points) all += one;
-  const Eigen::VectorXd mean = all.solve(prior);
-  for (std::size_t p = 0; p < of_points.size(); ++p)
-    shape_.point.row(static_cast<Eigen::Index>(p)).segment(at, prior.rows()) =
-        of_points[p].is_empty() ? mean : of_points[p].solve(prior, kToMean, mean);
+  store(out, smooth, size, shape_.point);
 }
 
 /// How the surface follows a tool sideways (M31): functions of the body.
@@ -188,7 +240,7 @@ void ResponseFit::fit_drags() {
     const Deformation shown(pressed.view(), *row.contact, row.state);
     const Vec3d q = row.state.carried_m, u = row.state.normal;
     each_near(row.state, [&](int v, const ShapePlace& place, double weight) {
-      const Vec3d left = left_of(shown, row, v);
+      const Vec3d left = residual_of(shown, row, v);
       const double along = runtime::dot(q, place.out);
       const Vec3d term[runtime::kShapeDragged] = {q, place.out * along, u * along};
       for (const auto part : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
@@ -222,11 +274,11 @@ void ResponseFit::find_modes(int modes) {
   const std::size_t stride = (rows_.size() + kMaxGramRows - 1) / kMaxGramRows;
   Eigen::MatrixXf left((rows_.size() + stride - 1) / stride, 3 * asset_.vertices);
   for (std::size_t i = 0; i < rows_.size(); i += stride)
-    left.row(static_cast<Eigen::Index>(i / stride)) =
-        left_of(near.view(), rows_[i]).transpose() / static_cast<float>(rows_[i].state.normal_m);
+    left.row(i / stride) =
+        residual_of(near.view(), rows_[i]).transpose() / float(rows_[i].state.normal_m);
   const Eigen::MatrixXd gram = (left * left.transpose()).cast<double>();
   const SymmetricEigen eigen = symmetric_eigen(gram);
-  const auto count = static_cast<int>(std::min<Eigen::Index>(modes, gram.rows()));
+  const int count = std::min<Eigen::Index>(modes, gram.rows());
   modes_.resize(3 * asset_.vertices, count);
   int found = 0;
   for (int k = 0; k < count; ++k) {
@@ -252,17 +304,17 @@ void ResponseFit::fit_amplitudes() {
   const int at = runtime::shape_numbers(shape_.intervals, 0);
   shape_.point.rightCols(3 * found).setZero();
   const ShapedAsset near(asset_, shape_, blend_point_, blend_weight_);
-  const auto points = static_cast<std::size_t>(samples_.points());
+  const std::size_t points = samples_.points();
   std::vector<Mat3> A(points, Mat3::Zero());
   std::vector<Eigen::MatrixXd> b(points, Eigen::MatrixXd::Zero(3, found));
   Mat3 all_A = Mat3::Zero();
   Eigen::MatrixXd all_b = Eigen::MatrixXd::Zero(3, found);
   for (const Row& row : rows_) {
-    const auto p = static_cast<std::size_t>(samples_.point[static_cast<std::size_t>(row.row)]);
+    const std::int32_t p = samples_.point[row.row];
     const double weight = 1 / (row.state.normal_m * row.state.normal_m);
     const Vec3 force(row.state.force_N.x, row.state.force_N.y, row.state.force_N.z);
     A[p] += weight * force * force.transpose();
-    b[p] += weight * force * (left_of(near.view(), row).transpose() * modes_).cast<double>() /
+    b[p] += weight * force * (residual_of(near.view(), row).transpose() * modes_).cast<double>() /
             mode_scale_;
   }
   for (std::size_t p = 0; p < points; ++p) {
@@ -270,14 +322,13 @@ void ResponseFit::fit_amplitudes() {
     all_b += b[p];
   }
   if (!(all_A.trace() > 0)) return;
-  const double hold = kToMean * all_A.trace() / static_cast<double>(points);
+  const double hold = kToMean * all_A.trace() / double(points);
   const Eigen::MatrixXd mean = (all_A + hold * Mat3::Identity()).ldlt().solve(all_b);
   for (std::size_t p = 0; p < points; ++p) {
     const Eigen::MatrixXd amplitude =
         (A[p] + hold * Mat3::Identity()).ldlt().solve(b[p] + hold * mean);
     for (int axis = 0; axis < 3; ++axis)
-      shape_.point.row(static_cast<Eigen::Index>(p)).segment(at + axis * found, found) =
-          amplitude.row(axis);
+      shape_.point.row(p).segment(at + axis * found, found) = amplitude.row(axis);
   }
 }
 

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "libfit/shape/identify_shape.hpp"
-#include "libfit/shape/normal_equations.hpp"
 
 namespace palpate {
 
@@ -22,7 +21,7 @@ class ResponseFit {
   /// The engine's contact at each row of the samples; see contact_states().
   const std::vector<std::optional<runtime::Contact>>& contacts() const { return contacts_; }
   /// Whether a row touches where measured curves answer alone.
-  bool can_tell(std::size_t row) const;
+  bool is_measured(std::size_t row) const;
   /// Rows that the latest response was found from.
   std::size_t rows() const { return rows_.size(); }
 
@@ -40,9 +39,8 @@ class ResponseFit {
   void fit_drags();
   void find_modes(int modes);
   void fit_amplitudes();
-  void store(const std::vector<NormalEquations>& of_points, const Eigen::MatrixXd& prior, int at);
-  runtime::Vec3d left_of(const runtime::Deformation& shown, const Row& row, int v) const;
-  Eigen::VectorXf left_of(const runtime::AssetView& shown, const Row& row) const;
+  runtime::Vec3d residual_of(const runtime::Deformation& shown, const Row& row, int v) const;
+  Eigen::VectorXf residual_of(const runtime::AssetView& shown, const Row& row) const;
   template <class Use>
   void each_near(const runtime::DentState& state, const Use& use) const;
 

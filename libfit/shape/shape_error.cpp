@@ -5,6 +5,7 @@
 
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/stated_error.hpp"
+#include "libfit/experiments/follow.hpp"
 
 namespace palpate {
 namespace {
@@ -44,12 +45,25 @@ double deepest_in_ball(const runtime::AssetView& asset, const runtime::DentState
 
 }  // namespace
 
+std::vector<std::optional<runtime::Contact>> contact_states(const runtime::AssetView& asset,
+                                                            const Samples& samples,
+                                                            double depth_m) {
+  std::vector<std::optional<runtime::Contact>> states(samples.point.size());
+  bool has_failed = false;
+  follow(asset, samples, depth_m, {}, [&](Eigen::Index at, const runtime::Tool& tool) {
+    if (at == 0 || samples.experiment[at] != samples.experiment[at - 1]) has_failed = false;
+    has_failed = has_failed || samples.status[at] != RowStatus::good;
+    if (!has_failed && tool.contact[0].triangle >= 0) states[at] = tool.contact[0];
+  });
+  return states;
+}
+
 ShapeError shape_error(const runtime::AssetView& asset, const Samples& samples,
                        const std::vector<std::optional<runtime::Contact>>& contacts,
                        const std::vector<char>& counts, bool is_shown) {
   Errors near, all;
   ShapeError out;
-  std::vector<runtime::Vec3d> at(static_cast<std::size_t>(asset.vertices));
+  std::vector<runtime::Vec3d> at(asset.vertices);
   for (std::size_t row = 0; row < contacts.size(); ++row) {
     runtime::DentState state;
     if (!contacts[row] || (!counts.empty() && !counts[row])) continue;
@@ -58,18 +72,19 @@ ShapeError shape_error(const runtime::AssetView& asset, const Samples& samples,
     const runtime::Deformation deformation(asset, *contacts[row], state);
     const double depth_m = std::max(state.normal_m, kLeastDepth * asset.shape.depth_m);
     const double reach_m = kNearRadii * runtime::shape_radius_m(asset.shape, state.normal_m);
-    const float* moved = samples.surface.row(static_cast<Eigen::Index>(row)).data();
+    const float* moved = samples.surface.row(row).data();
     for (int v = 0; v < asset.vertices; ++v) {
       const runtime::Vec3d rest = asset.vertex_at(v);
       runtime::Vec3d u = deformation.at(v);
       deformation.push_out(rest, u);
-      const runtime::Vec3d off = u - runtime::Vec3d{double(moved[3 * v]), double(moved[3 * v + 1]),
-                                                    double(moved[3 * v + 2])};
-      const double error_m = std::sqrt(runtime::dot(off, off));
-      const runtime::Vec3d way = rest - state.point;
+      const runtime::Vec3d difference =
+          u -
+          runtime::Vec3d{double(moved[3 * v]), double(moved[3 * v + 1]), double(moved[3 * v + 2])};
+      const double error_m = std::sqrt(runtime::dot(difference, difference));
+      const runtime::Vec3d offset = rest - state.point;
       all.add(error_m, depth_m);
-      if (runtime::dot(way, way) <= reach_m * reach_m) near.add(error_m, depth_m);
-      at[static_cast<std::size_t>(v)] = rest + u;
+      if (runtime::dot(offset, offset) <= reach_m * reach_m) near.add(error_m, depth_m);
+      at[v] = rest + u;
     }
     if (state.radius_m > 0)
       out.penetration_m = std::max(out.penetration_m, deepest_in_ball(asset, state, at));

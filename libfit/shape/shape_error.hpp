@@ -8,6 +8,12 @@
 
 namespace palpate {
 
+/// The engine's contact at each row of the samples, every experiment replayed from outside at 20 um
+/// a tick; a drag is first pressed to its depth. Empty where a row is not good, nothing touches, or
+/// an earlier row of its experiment was not good. depth_m: loading begins a tenth of it outside.
+std::vector<std::optional<runtime::Contact>> contact_states(const runtime::AssetView& asset,
+                                                            const Samples& samples, double depth_m);
+
 /// Quantiles of the distance between where the engine shows vertices and where the reference has
 /// them [m], and the same over the depth of the row. NaN where there is no such vertex.
 struct ShapeErrorFigures {

@@ -114,7 +114,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         break;
       case 1: {  // anything, but for addresses
         palpate_tool tool = in.take<palpate_tool>();
-        for (auto& met : tool.met) met = any_met(in.take<std::uint8_t>());
+        for (auto& each : tool.ball_asset) each = any_met(in.take<std::uint8_t>());
         tools.start(which, tool);
         break;
       }

@@ -1,6 +1,6 @@
 // What a scene may ask for at once.
 
-#include "tools/stages/check_choices.hpp"
+#include "tools/stages/stage_table.hpp"
 
 #include <fmt/core.h>
 #include <gtest/gtest.h>

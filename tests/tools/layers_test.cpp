@@ -37,7 +37,7 @@ const std::vector<Row> kLayers{
      {"libfit/core", "libfit/experiments", "libfit/runtime", "libfit/io", "libfit/fit",
       "libfit/refine", "libfit/assets", "libfit/shape"}},
     {"libfit/certify", {"libfit/runtime"}},
-    {"libfem/probes", {"libfit/core"}},
+    {"libfem/probes", {"libfit/core", "libfem/mesh"}},
     {"libfem/materials", {"libfit/core"}},
     {"libfem/mesh", {"libfit/core"}},
     {"libfem/contact", {"libfit/core", "libfem/probes"}},
@@ -116,8 +116,7 @@ const std::vector<Row> kRooms{
     {"libfit/runtime/example", {"libfit/runtime/engine"}},
     {"libfit/runtime/palpate.h", {}},
     {"libfit/runtime/once", {"libfit/runtime/engine"}},
-    {"libfit/runtime/c_face", {"libfit/runtime/engine", "libfit/runtime/palpate.h"}},
-    {"libfit/runtime/palpate", {"libfit/runtime/c_face", "libfit/runtime/palpate.h"}},
+    {"libfit/runtime/palpate", {"libfit/runtime/engine", "libfit/runtime/palpate.h"}},
 
     {"libfit/io/hdf5", {"libfit/io"}},
     {"libfit/io/csv", {"libfit/io"}},

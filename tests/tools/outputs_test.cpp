@@ -8,7 +8,7 @@
 
 #include <csignal>
 
-#include "libfit/assets/engine_folder.hpp"
+#include "libfit/assets/exporters.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tests/support/error_of.hpp"

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "libfem/mesh/structured_block.hpp"
 #include "libfit/core/error.hpp"
+#include "tests/support/structured_block.hpp"
 #include "tests/support/surfaces.hpp"
 #include "tests/tools/block_scene.hpp"
 #include "tools/stages/body/simulation_setup.hpp"

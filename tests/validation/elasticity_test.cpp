@@ -4,9 +4,9 @@
 #include <cmath>
 #include <random>
 
-#include "libfem/mesh/structured_block.hpp"
 #include "record.hpp"
 #include "static_problem.hpp"
+#include "tests/support/structured_block.hpp"
 
 // Closed forms and independently computed references. Case ids are those of the references.
 

@@ -21,10 +21,10 @@
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/place_points.hpp"
 #include "tools/stages/body/prepare.hpp"
-#include "tools/stages/check_choices.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
 #include "tools/stages/samples/simulate.hpp"
+#include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {

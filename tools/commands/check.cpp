@@ -9,15 +9,14 @@
 #include "tools/commands/check_asset.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/manifest.hpp"
-#include "tools/report/contents.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/report_page.hpp"
 #include "tools/setup/check_manifest.hpp"
 #include "tools/setup/doubts.hpp"
 #include "tools/setup/trial.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/plausibility.hpp"
 #include "tools/stages/body/prepare.hpp"
-#include "tools/stages/check_choices.hpp"
+#include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -124,7 +124,8 @@ std::string device_words(const std::vector<DeviceVerdict>& devices) {
 }
 
 // The asset as the round end of a scene's probe meets it.
-const runtime::AssetView& met_by(const std::string& path, MetAssets& met, const AssetFile& file) {
+const runtime::AssetView& ball_asset(const std::string& path, MetAssets& met,
+                                     const AssetFile& file) {
   const Scene scene = read_scene(path);
   const std::optional<Indenter> end = own_end(scene);
   if (!end)
@@ -144,7 +145,7 @@ AssetAnswer check_asset(const AssetCheck& check) {
   const AssetFile file = read_asset_file(check.asset);
   MetAssets met(file.asset());
   const runtime::AssetView& asset =
-      check.tool.empty() ? file.asset() : met_by(check.tool, met, file);
+      check.tool.empty() ? file.asset() : ball_asset(check.tool, met, file);
   const Certificate certificate =
       certify::certify(asset, {.radius_m = asset.probe_radius_m});  // a tip stands for the ball
   std::vector<DeviceVerdict> devices;

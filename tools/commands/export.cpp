@@ -1,5 +1,3 @@
-#include "tools/stages/export.hpp"
-
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -10,9 +8,7 @@
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/body/open_scene.hpp"
-#include "tools/stages/fingerprint.hpp"
-#include "tools/stages/refine.hpp"
-#include "tools/stages/samples/compound.hpp"
+#include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -34,8 +30,8 @@ class Export final : public Command {
 
   int run(Reply& reply) override {
     const std::string format = settled_format();
-    ExportRequest request;
-    if (!scene_.empty()) request.tools = played_tools(open_scene(scene_));
+    Pipeline stage{.files = {.model = model_, .asset = output_, .engine = engine_}};
+    if (!scene_.empty()) stage.scene = open_scene(scene_);
     if (!engine_.empty() && format != "palp")
       throw Error("--engine", "says nothing of a " + format, "Leave it out, or export palp.");
     if (!depth_.empty() && format != "glb" && format != "ply")
@@ -43,11 +39,10 @@ class Export final : public Command {
     if (std::error_code none; !engine_.empty() && std::filesystem::exists(engine_, none) &&
                               !std::filesystem::is_directory(engine_, none))
       throw Error("--engine", engine_ + " is a file", "Name a folder.");
-    request.fingerprint = asset_fingerprint(model_);
-    request.guessed_points = stored_in_hdf5(model_, kGuessedAttribute).value_or("");
-    request.map_depth_m = depth_m();
-    request.engine = engine_;
-    const ExportReport report = export_model(read_model(model_), output_, format, request);
+    stage.exported_format = format;
+    stage.map_depth_m = depth_m();
+    remake(kExportStage, stage);
+    const ExportReport& report = stage.exported;
     reply.json = nlohmann::ordered_json{{"vertices", report.vertices},
                                         {"triangles", report.triangles},
                                         {"mean_vertices", report.mean_vertices},

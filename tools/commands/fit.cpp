@@ -5,8 +5,7 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/fingerprint.hpp"
-#include "tools/stages/fit.hpp"
+#include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -18,12 +17,13 @@ class Fit final : public Command {
   explicit Fit(Arguments& arguments) {
     arguments.positional("samples", samples_, "Samples to fit, samples.h5");
     arguments.output("-o,--output", output_, "curves.h5 to write", {kCurvesSchema.name});
-    arguments.option("--degree", section_.degree, "Degree of the curves, 1 to 4");
+    FitSection& section = stage_.fit;
+    arguments.option("--degree", section.degree, "Degree of the curves, 1 to 4");
     arguments.option(
-        "--pieces", section_.pieces,
+        "--pieces", section.pieces,
         "Number of pieces of every curve; 0 takes the fewest that held-out rows support");
     arguments.option(
-        "--family NAME", section_.family,
+        "--family NAME", section.family,
         "Curve family of docs/method.md, sections 2 and 17: rings, which without drags are "
         "separable, or separable");
     arguments.option(
@@ -32,16 +32,17 @@ class Fit final : public Command {
     arguments.option(
         "--free NAMES", frees_,
         "Nuisance parameters to estimate for each recording: any of contact,bias,drift");
-    arguments.option("--jobs", jobs_,
+    arguments.option("--jobs", stage_.jobs,
                      "Number of threads; 0 uses all cores; results do not depend on it");
   }
 
   int run(Reply& reply) override {
-    if (section_.degree < 1 || section_.degree > 4)
-      throw Error("--degree", fmt::format("{} is no degree of a curve", section_.degree),
+    const FitSection& section = stage_.fit;
+    if (section.degree < 1 || section.degree > 4)
+      throw Error("--degree", fmt::format("{} is no degree of a curve", section.degree),
                   "Use 1 to 4.");
-    if (section_.pieces < 0 || section_.pieces > 256)
-      throw Error("--pieces", fmt::format("there cannot be {} pieces", section_.pieces),
+    if (section.pieces < 0 || section.pieces > 256)
+      throw Error("--pieces", fmt::format("there cannot be {} pieces", section.pieces),
                   "Use 1 to 256, or 0 to have the number chosen.");
     check_output(fit_cache_path(output_), kCacheKinds, {});
     say("fit {}", samples_);
@@ -52,17 +53,13 @@ class Fit final : public Command {
       earlier_cache = read_fit_cache(warm_start_, *earlier);
     }
     FitCache cache;
-    const Samples samples = read_samples(samples_);
-    FittedCurves curves =
-        fit_samples(samples, section_, jobs_,
-                    {earlier ? &*earlier : nullptr, earlier_cache ? &*earlier_cache : nullptr},
-                    nuisances_named(frees_), &cache);
-    Attributes attributes;
-    if (!earlier && frees_.empty())
-      attributes[kInputsAttribute] = curves_fingerprint(section_, samples_);
-    write_curves(output_, curves, attributes);
+    stage_.files = {.samples = samples_, .curves = output_};
+    stage_.fit_choices = {earlier ? &*earlier : nullptr, earlier_cache ? &*earlier_cache : nullptr,
+                          nuisances_named(frees_), &cache};
+    kFitStage.make(stage_, !earlier && frees_.empty() ? kFitStage.wanted(stage_) : "");
     write_fit_cache(output_, cache);
     say("wrote {}", output_);
+    const FittedCurves curves = read_curves(output_);
     const std::size_t bad = list_bad_points(curves);
     reply.json = nlohmann::ordered_json{{"points", curves.position.rows()},
                                         {"family", name_of(curves.curves.family)},
@@ -72,8 +69,7 @@ class Fit final : public Command {
 
  private:
   std::string samples_, output_, warm_start_, frees_;
-  FitSection section_;
-  int jobs_ = 0;
+  Pipeline stage_;
 };
 
 }  // namespace

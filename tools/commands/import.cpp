@@ -1,7 +1,7 @@
-#include "tools/stages/import.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/io/files/signals_file.hpp"
 #include "tools/command.hpp"
+#include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -22,25 +22,25 @@ class Import final : public Command {
                      "beside it",
                      {kSamplesSchema.name});
     arguments.named_outputs(output_, kBeside);
-    arguments.option("--jobs", request_.jobs,
+    arguments.option("--jobs", stage_.import.jobs,
                      "Number of threads; 0 uses all cores; results do not depend on it");
-    arguments.flag("--drop-invalid", request_.drop_invalid,
+    arguments.flag("--drop-invalid", stage_.import.drop_invalid,
                    "Leave out rows that are not numbers or go back in time, and count them");
     arguments.flag("--force", force_, "Replace files beside the output that Palpate did not write");
   }
 
   int run(Reply& reply) override {
-    request_.manifest = manifest_;
-    request_.output = output_;
-    const ImportResult result = write_recordings(request_, read_recordings(request_));
-    reply.json = result.json;
-    return result.refused > 0 ? kSomeFailed : kDone;
+    stage_.import.manifest = manifest_;
+    stage_.import.output = output_;
+    remake(kImportStage, stage_);
+    reply.json = stage_.imported;
+    return *stage_.bad_experiments > 0 ? kSomeFailed : kDone;
   }
 
  private:
   std::string manifest_, output_;
   bool force_ = false;  // of Arguments, which looks for it
-  ImportRequest request_;
+  Pipeline stage_;
 };
 
 }  // namespace

@@ -19,7 +19,7 @@
 #include "tools/setup/propose_path.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
-#include "tools/stages/check_choices.hpp"
+#include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {

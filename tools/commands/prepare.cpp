@@ -1,12 +1,10 @@
-#include "tools/stages/body/prepare.hpp"
-#include "tools/stages/body/open_scene.hpp"
-
 #include <nlohmann/json.hpp>
 
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/fingerprint.hpp"
+#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -16,19 +14,17 @@ class Prepare final : public Command {
   explicit Prepare(Arguments& arguments) {
     arguments.positional("scene", scene_, "Scene to read, scene.toml");
     arguments.output("-o,--output", output_, "body.h5 to write", {kBodySchema.name});
-    arguments.flag("--surface-only", surface_only_,
+    arguments.flag("--surface-only", stage_.surface_only,
                    "Make no volume mesh, which is enough for measured data and for open surfaces");
   }
 
   int run(Reply& reply) override {
-    const Scene scene = open_scene(scene_);
+    stage_.scene = open_scene(scene_);
+    stage_.files.body = output_;
     say("prepare {}", scene_);
-    const Body body = prepare_body(scene, surface_only_);
-    if (!surface_only_) check_experiments(scene, body);
-    write_body(
-        output_, body,
-        surface_only_ ? Attributes{} : Attributes{{kInputsAttribute, body_fingerprint(scene)}});
+    kPrepareStage.make(stage_, stage_.surface_only ? "" : kPrepareStage.wanted(stage_));
     say("wrote {}", output_);
+    const Body& body = stage_.body;
     reply.json = nlohmann::ordered_json{{"vertices", body.surface.vertices.rows()},
                                         {"tets", body.volume.tets.rows()},
                                         {"test_points", body.test_points.position.rows()}};
@@ -37,7 +33,7 @@ class Prepare final : public Command {
 
  private:
   std::string scene_, output_;
-  bool surface_only_ = false;
+  Pipeline stage_;
 };
 
 }  // namespace

@@ -4,9 +4,7 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/scene/canonical.hpp"
-#include "tools/stages/fingerprint.hpp"
-#include "tools/stages/refine.hpp"
+#include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -25,16 +23,11 @@ class Refine final : public Command {
 
   int run(Reply& reply) override {
     say("refine {}", curves_);
-    const std::string made_from = model_fingerprint(curves_, body_, samples_);
-    const Body body = read_body(body_);
-    const bool is_of_scene = !body.scene.empty();
-    const Scene scene = is_of_scene ? scene_of(body, body_) : Scene();
-    const FittedCurves curves = read_curves(curves_);
-    const Model model =
-        refine_body(curves, body, samples_.empty() ? Samples() : read_known(samples_),
-                    is_of_scene ? &scene : nullptr);
-    write_model(output_, model, model_attributes(curves, made_from));
+    Pipeline stage;
+    stage.files = {.body = body_, .samples = samples_, .curves = curves_, .model = output_};
+    remake(kRefineStage, stage);
     say("wrote {}", output_);
+    const Model model = read_model(output_);
     const auto covered = std::count(model.is_covered.begin(), model.is_covered.end(), 1);
     reply.json =
         nlohmann::ordered_json{{"vertices", model.is_covered.size()}, {"covered", covered}};

@@ -314,7 +314,7 @@ std::vector<Felt> play_tools(const runtime::AssetView& asset, const PosePath& pa
   for (runtime::Tool& each : tool) {
     all.push_back(&each);
     for (int i = 0; i < each.shape.balls; ++i)
-      dents.push_back({&each.contact[i], each.shape.ball[i].radius_m, each.shape.ball[i].met});
+      dents.push_back({&each.contact[i], each.shape.ball[i].radius_m, each.shape.ball[i].asset});
   }
   std::vector<runtime::ToolInput> in(tools);
   std::vector<runtime::ToolOutput> out(tools);

@@ -2,8 +2,7 @@
 
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/report/contents.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/report_page.hpp"
 
 namespace palpate::tools {
 namespace {

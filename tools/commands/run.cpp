@@ -5,9 +5,7 @@
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/crash_report.hpp"
-#include "tools/manifest/manifest.hpp"
-#include "tools/report/contents.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/report_page.hpp"
 #include "tools/stages/run.hpp"
 
 namespace palpate::tools {
@@ -57,8 +55,7 @@ class Run final : public Command {
 
   int run(Reply& reply) override {
     RunLog log;
-    const RunResult result =
-        is_manifest(request_.scene) ? run_recordings(request_, &log) : run_stages(request_, &log);
+    const RunResult result = tools::run(request_, &log);
     say("{}", validation::in_words(result.statement));
     reply.text = validation::verdict(result.statement);
     for (const std::string& sentence : validation::advice(result.statement))

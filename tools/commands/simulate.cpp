@@ -12,11 +12,11 @@
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/place_points.hpp"
 #include "tools/stages/body/prepare.hpp"
-#include "tools/stages/check_choices.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/placement.hpp"
 #include "tools/stages/samples/shards.hpp"
 #include "tools/stages/samples/simulate.hpp"
+#include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -27,14 +27,13 @@ constexpr NamedOutput kBeside[] = {{".surface.h5", kSurfaceSchema.name},
 
 namespace fs = std::filesystem;
 
-int say_samples(const std::string& output, const Samples& samples, double force_tolerance,
-                Reply& reply) {
-  say("wrote {}: {} rows at {} points", output, samples.rows(), samples.points());
-  say_force_errors(samples, force_tolerance);
-  const std::size_t bad = list_bad_experiments(samples);
+int say_samples(Pipeline& stage, Reply& reply) {
+  const Eigen::Index rows = stage.samples.rows(), points = stage.samples.points();
+  say("wrote {}: {} rows at {} points", stage.files.samples.string(), rows, points);
+  kSimulateStage.say(stage);
   reply.json = nlohmann::ordered_json{
-      {"rows", samples.rows()}, {"points", samples.points()}, {"experiments_not_good", bad}};
-  return bad ? kSomeFailed : kDone;
+      {"rows", rows}, {"points", points}, {"experiments_not_good", *stage.bad_experiments}};
+  return *stage.bad_experiments ? kSomeFailed : kDone;
 }
 
 class Simulate final : public Command {
@@ -51,18 +50,19 @@ class Simulate final : public Command {
     arguments.option("--shard I/N", shard_,
                      "Share of the experiments to simulate, such as 3/8, for several processes; "
                      "-o then names a folder that they share, and merge puts them together");
-    arguments.option("--jobs", jobs_,
+    arguments.option("--jobs", stage_.jobs,
                      "Number of threads; 0 uses all cores; results do not depend on it");
-    arguments.flag("--resume", resume_, "Go on from the rows that an interrupted run kept");
+    arguments.flag("--resume", stage_.resume, "Go on from the rows that an interrupted run kept");
   }
 
   int run(Reply& reply) override {
     if (!points_.empty() && !paths_.empty())
       throw Error("--points", "says nothing beside --paths, which name their own points",
                   "Leave one of them out.");
+    stage_.files.samples = output_;
     load();
-    check_choices(scene_);
-    check_experiments(scene_, body_);
+    check_choices(stage_.scene);
+    check_experiments(stage_.scene, stage_.body);
     return shard_.empty() ? simulate(reply) : simulate_share(reply);
   }
 
@@ -70,34 +70,30 @@ class Simulate final : public Command {
   void load() {
     const fs::path shared = fs::path(output_) / "body.h5";
     if (input_.ends_with(".h5")) {
-      body_ = read_body(input_);
-      scene_ = scene_of(body_, input_);
+      stage_.body = read_body(input_);
+      stage_.scene = scene_of(stage_.body, input_);
       made_from_ = stored_in_hdf5(input_).value_or("");
     } else {
-      scene_ = open_scene(input_);
-      made_from_ = body_fingerprint(scene_);
+      stage_.scene = open_scene(input_);
+      made_from_ = body_fingerprint(stage_.scene);
       const bool is_made = !shard_.empty() && stored_in_hdf5(shared) == made_from_;
-      body_ = is_made ? read_body(shared) : prepare_body(scene_, false);
+      stage_.body = is_made ? read_body(shared) : prepare_body(stage_.scene, false);
     }
     if (points_.empty()) return;
     const PointTable points = read_point_table(points_);
     warn_of_unused(points_, points.ignored);
-    body_.test_points = place_points(points, body_.surface, points_);
-    refuse_same_place(body_.test_points.position, points_);
-    scene_.experiments.placement.reset();
+    stage_.body.test_points = place_points(points, stage_.body.surface, points_);
+    refuse_same_place(stage_.body.test_points.position, points_);
+    stage_.scene.experiments.placement.reset();
   }
 
   int simulate(Reply& reply) {
     const OutputLock lock(output_);
-    const SimulateRequest request{.jobs = jobs_,
-                                  .output = output_,
-                                  .fingerprint = point_fingerprint(scene_, body_),
-                                  .tool = tool_fingerprint(scene_, scene_.pressed),
-                                  .resume = resume_,
-                                  .surface_columns = surface_columns(scene_, body_)};
-    const Samples samples =
-        paths_.empty() ? simulate_scene(scene_, body_, request) : follow_paths();
-    return say_samples(output_, samples, scene_.experiments.force_tolerance, reply);
+    if (paths_.empty())
+      remake(kSimulateStage, stage_);
+    else
+      follow_paths();
+    return say_samples(stage_, reply);
   }
 
   int simulate_share(Reply& reply) {
@@ -105,37 +101,34 @@ class Simulate final : public Command {
     if (!paths_.empty())
       throw Error("--shard", "deals test points, not the paths of --paths",
                   "Cut the table of paths into several files instead.");
-    settle_body(output_, scene_, body_, made_from_);
-    const std::size_t dealt = simulate_shard(output_, shard, jobs_);
+    settle_body(output_, stage_.scene, stage_.body, made_from_);
+    const std::size_t dealt = simulate_shard(output_, shard, stage_.jobs);
     say("{}: {} experiments", shard_path(output_, shard).string(), dealt);
     reply.json = nlohmann::ordered_json{{"experiments", dealt}};
     return kDone;
   }
 
-  Samples follow_paths() {
+  void follow_paths() {
     std::vector<std::string> unused;
     const std::vector<PathInTable> table = read_tool_paths(paths_, &unused);
     warn_of_unused(paths_, unused);
-    const PlacedPaths paths = place_paths(table, body_.surface, paths_);
-    const fem::Simulator simulator = make_simulator(scene_, body_);
+    const PlacedPaths paths = place_paths(table, stage_.body.surface, paths_);
+    const fem::Simulator simulator = make_simulator(stage_.scene, stage_.body);
     const fem::SimulatorOf of_all = [&](const Experiment&) -> const fem::Simulator& {
       return simulator;
     };
     const ExperimentList list = paths_at(paths.points, paths.paths);
     ConsoleProgress progress("simulate");
-    Samples samples =
-        fem::simulate(of_all, list, experiments_of(scene_),
-                      {.jobs = job_count(jobs_), .already_done = {}}, {}, progress.progress());
+    Samples& samples = stage_.samples;
+    samples = fem::simulate(of_all, list, experiments_of(stage_.scene),
+                            {.jobs = job_count(stage_.jobs), .already_done = {}}, {},
+                            progress.progress());
     add_origin(samples, of_all, list);
     write_with_surface(output_, samples, {});
-    return samples;
   }
 
   std::string input_, output_, points_, paths_, shard_, made_from_;
-  int jobs_ = 0;
-  bool resume_ = false;
-  Scene scene_;
-  Body body_;
+  Pipeline stage_{.resume = false};
 };
 
 class Merge final : public Command {
@@ -150,10 +143,12 @@ class Merge final : public Command {
 
   int run(Reply& reply) override {
     const OutputLock lock(output_);
-    const Merged merged = merge_shards(folder_, output_, jobs_);
-    const Scene scene = scene_of(read_body(fs::path(folder_) / "body.h5"), folder_);
-    if (merged.samples)
-      return say_samples(output_, *merged.samples, scene.experiments.force_tolerance, reply);
+    Merged merged = merge_shards(folder_, output_, jobs_);
+    if (merged.samples) {
+      Pipeline stage{.files = {.samples = output_}, .samples = *std::move(merged.samples)};
+      stage.scene = scene_of(read_body(fs::path(folder_) / "body.h5"), folder_);
+      return say_samples(stage, reply);
+    }
     say("round {} simulates {} more experiments; run all shards again, then merge",
         merged.next_round, merged.next_experiments);
     reply.json = nlohmann::ordered_json{{"next_round", merged.next_round},

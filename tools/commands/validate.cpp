@@ -8,8 +8,7 @@
 #include "tools/outputs.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
-#include "tools/stages/check_choices.hpp"
-#include "tools/stages/validate.hpp"
+#include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -29,7 +28,7 @@ class Validate final : public Command {
                      "Number of held-out contact points; 0: as the scene's [validate] has it");
     arguments.option("--seed", seed_,
                      "Seed of the contact points and paths; 0: as the scene's [validate] has it");
-    arguments.option("--jobs", request_.jobs,
+    arguments.option("--jobs", stage_.jobs,
                      "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.option("--body", body_,
                      "body.h5 of the scene; without it the body is prepared again");
@@ -65,32 +64,20 @@ class Validate final : public Command {
     if (!statement_.empty() && body_.empty())
       throw Error("--statement", "says what the body is by its file, and there is none",
                   "Give --body body.h5, too.");
-    Scene scene = open_scene(scene_);
+    Scene& scene = stage_.scene;
+    scene = open_scene(scene_);
     if (points_ != 0) scene.validate.points = points_;
     if (seed_ != 0) scene.validate.seed = seed_;
     if (no_causes_) scene.validate.causes = false;
     check_choices(scene);
     const RemovedIfEmpty made{keep_reference()};
-    const Body body = body_of(scene);
-    check_experiments(scene, body);
-    request_.rows_csv = rows_;
-    request_.settings = scene.validate;
+    stage_.body = body_of(scene);
+    check_experiments(scene, stage_.body);
     if (curves_.empty() != model_.empty())
       throw Error(curves_.empty() ? "--curves" : "--model", "is missing beside the other one",
                   "Give both --curves and --model, or none.");
-    FittedCurves curves;
-    Model model;
-    if (!curves_.empty()) {
-      curves = read_curves(curves_);
-      model = read_model(model_);
-      request_.curves = &curves;
-      request_.model = &model;
-    }
-    const Statement statement = statement_.empty()
-                                    ? validate_asset(asset_, scene, body, request_)
-                                    : state_asset(asset_, scene, body, request_, body_, statement_);
-    reply = {in_words(statement), nlohmann::ordered_json::parse(to_json(statement))};
-    return statement.reference_failures ? kSomeFailed : kDone;
+    make_statement(kValidateStage, reply);
+    return stage_.statement.reference_failures ? kSomeFailed : kDone;
   }
 
  private:
@@ -113,22 +100,22 @@ class Validate final : public Command {
   // that was stopped goes on. Returns the folder that was made, if one was.
   std::filesystem::path keep_reference() {
     namespace fs = std::filesystem;
-    request_.reference = reference_;
+    stage_.files.reference = reference_;
     if (reference_.empty())
-      request_.reference =
+      stage_.files.reference =
           fs::path(asset_).replace_extension(fs::path(scene_).stem().string() + ".reference");
     std::error_code failed;
-    const bool is_made = fs::create_directories(request_.reference, failed);
+    const bool is_made = fs::create_directories(stage_.files.reference, failed);
     if (!failed) {
-      check_named_outputs(request_.reference, kReference, false);
-      return is_made ? request_.reference : "";
+      check_named_outputs(stage_.files.reference, kReference, false);
+      return is_made ? stage_.files.reference : "";
     }
     if (!reference_.empty())
       throw Error(reference_, "cannot be made: " + failed.message(),
                   "Choose a folder that can be written.");
     warn("{}: cannot be made ({}), so nothing is kept of what is simulated",
-         request_.reference.string(), failed.message());
-    request_.reference.clear();
+         stage_.files.reference.string(), failed.message());
+    stage_.files.reference.clear();
     return {};
   }
 
@@ -145,24 +132,22 @@ class Validate final : public Command {
     if (curves_.empty() != body_.empty())
       throw Error(curves_.empty() ? "--curves" : "--body", "is missing beside the other one",
                   "Give both, for what points left out show, or none.");
-    FittedCurves curves;
-    Body body;
-    if (!curves_.empty()) {
-      request_.curves = &(curves = read_curves(curves_));
-      body = read_body(body_);
-    }
-    const Body* known = curves_.empty() ? nullptr : &body;
-    request_.rows_csv = rows_;
-    const Statement statement =
-        statement_.empty() ? validate_recordings(asset_, read_recorded(scene_), request_, known)
-                           : state_recordings(asset_, scene_, request_, known, statement_);
-    reply = {in_words(statement), nlohmann::ordered_json::parse(to_json(statement))};
-    return statement.all.rows == 0 ? kSomeFailed : kDone;
+    stage_.files.samples = scene_;
+    make_statement(kRecordedValidateStage, reply);
+    return stage_.statement.all.rows == 0 ? kSomeFailed : kDone;
+  }
+
+  void make_statement(const StageRow& stage, Reply& reply) {
+    StageFiles& files = stage_.files;
+    files.asset = asset_, files.body = body_, files.rows = rows_;
+    files.curves = curves_, files.model = model_, files.statement = statement_;
+    stage.make(stage_, statement_.empty() ? "" : stage.wanted(stage_));
+    reply = {in_words(stage_.statement), nlohmann::ordered_json::parse(to_json(stage_.statement))};
   }
 
   std::string asset_, scene_, body_, rows_, curves_, model_, reference_, statement_;
   int points_ = 0, seed_ = 0;
-  ValidateRequest request_;
+  Pipeline stage_;
   bool no_causes_ = false;
 };
 

@@ -26,9 +26,6 @@ struct ManifestEntry {
 
 inline constexpr double kAnyNumber = 1e15;  // in whatever unit a rig's files have
 
-void read_columns(SceneTable table, importers::ColumnNames& names);
-void read_units(SceneTable table, importers::UnitNames& units);
-
 /// The keys of [defaults] and of [[recording]] alike.
 void read_keys(SceneTable& table, ManifestEntry& entry);
 

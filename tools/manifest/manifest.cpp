@@ -21,8 +21,8 @@ void read_registration(SceneTable table, Manifest& manifest) {
     const auto m = table.numbers("transform", 16, -kAnyNumber, kAnyNumber);
     recordings::RigidMotion motion;
     for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) motion.rotation(r, c) = m[static_cast<std::size_t>(4 * r + c)];
-      motion.translation_m[r] = m[static_cast<std::size_t>(4 * r + 3)];
+      for (int c = 0; c < 3; ++c) motion.rotation(r, c) = m[4 * r + c];
+      motion.translation_m[r] = m[4 * r + 3];
     }
     const bool is_rigid =
         (motion.rotation * motion.rotation.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() <
@@ -35,11 +35,11 @@ void read_registration(SceneTable table, Manifest& manifest) {
     manifest.motion = motion;
   }
   auto landmarks = table.tables("landmarks", "landmarks of [registration]");
-  manifest.rig_landmarks_m.resize(static_cast<Eigen::Index>(landmarks.size()), 3);
+  manifest.rig_landmarks_m.resize(landmarks.size(), 3);
   manifest.body_landmarks_m = manifest.rig_landmarks_m;
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    manifest.rig_landmarks_m.row(static_cast<Eigen::Index>(i)) = landmarks[i].point("rig");
-    manifest.body_landmarks_m.row(static_cast<Eigen::Index>(i)) = landmarks[i].point("body");
+    manifest.rig_landmarks_m.row(i) = landmarks[i].point("rig");
+    manifest.body_landmarks_m.row(i) = landmarks[i].point("body");
     landmarks[i].finish();
   }
   if (manifest.motion && !landmarks.empty())

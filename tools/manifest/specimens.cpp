@@ -116,7 +116,7 @@ fem::HomogeneousTest read_test(SceneTable& table, const std::filesystem::path& f
          "Add unit = \"kPa\"; known: " + known_units(Dimension::pressure) + ".");
   table.finish();
   const auto& columns = read.table.column;
-  const auto n = static_cast<Eigen::Index>(columns[0].size());
+  const Eigen::Index n = columns[0].size();
   test.stretch = Eigen::Map<const Eigen::VectorXd>(columns[0].data(), n);
   test.stress = *factor * Eigen::Map<const Eigen::VectorXd>(columns[1].data(), n);
   if (n > 0 && !(test.stress.cwiseAbs().maxCoeff() > 0))
@@ -125,8 +125,7 @@ fem::HomogeneousTest read_test(SceneTable& table, const std::filesystem::path& f
   if (!is_stretch && !test.row->is_shear) test.stretch.array() += 1;
   for (Eigen::Index i = 0; i < n && !test.row->is_shear; ++i)
     if (!(test.stretch[i] > 0))
-      throw Error(fmt::format("{}:{}", (folder / file).string(),
-                              read.table.line[static_cast<std::size_t>(i)]),
+      throw Error(fmt::format("{}:{}", (folder / file).string(), read.table.line[i]),
                   fmt::format("a stretch of {:.6g} is none", test.stretch[i]),
                   "Give stretches above 0, or say strain where the column has strains.");
   return test;

@@ -7,11 +7,10 @@
 
 namespace palpate::tools {
 
-/// What a spot is made of. All true is the engine itself.
+/// Parts of the engine's interpolation; all true is the engine itself.
 struct Ablation {
-  bool blends_normals = true;      ///< else the facet's own normal
-  bool blends_curves = true;       ///< else the mean curve of the facet's corners, all over it
-  bool projects_obliquely = true;  ///< else slides follow u^r projected straight onto the facet
+  bool blends_normals = true;  ///< else the facet's own normal
+  bool blends_curves = true;   ///< else the mean curve of the facet's corners, all over it
 };
 
 template <class S>
@@ -52,9 +51,7 @@ class AblatedSurface {
     return ablated(whole_.standing(), ablation_, facet_normal());
   }
   AblatedPath aim(const runtime::MeshSpot<double>& spot, const runtime::Vec3d& lateral) noexcept {
-    runtime::MeshSpot<double> from = spot;
-    if (!ablation_.projects_obliquely) from.normal = facet_normal();
-    return {whole_.aim(from, lateral), ablation_, facet_normal()};
+    return {whole_.aim(spot, lateral), ablation_, facet_normal()};
   }
   bool is_spent() const noexcept { return whole_.is_spent(); }
   void move(const AblatedPath& path, double s) noexcept { whole_.move(path.whole, s); }
@@ -86,7 +83,7 @@ class AblatedTip {
     const Vec3d before = contact_.has_tip ? make_vec3<double>(contact_.tip_m) : x;
     contact_.has_tip = true;
     put(x, contact_.tip_m);
-    if (contact_.triangle < 0) seek_contact(asset_, contact_, before, x);
+    if (contact_.triangle < 0) find_contact(asset_, contact_, before, x);
     if (contact_.triangle < 0) return {0, 0, 0};
     AblatedSurface surface(asset_, contact_.triangle, contact_.weight, ablation_);
     return with_family(asset_.curves, [&](auto f) noexcept {

@@ -19,11 +19,11 @@ void* body = nullptr;
 std::uint64_t body_size = 0;
 double question[PALPATE_MAX_BALLS][7];  // x, y, z and the quaternion w, x, y, z of each tool
 double shape[PALPATE_MAX_BALLS][4];     // of a tool that starts: x, y, z and radius of each ball
-// Of each ball how it ends: how many points, places and slopes of its profile (0: a ball). All
+// End of each ball: the number of points of its profile (0: a ball), their places and slopes. All
 // tools have the same.
 constexpr int kProfile = 1 + 2 * PALPATE_MAX_PROFILE;
 double profile[PALPATE_MAX_BALLS][kProfile];
-palpate_asset met[PALPATE_MAX_BALLS];  // the asset as each ball meets it, where it does otherwise
+palpate_asset resized[PALPATE_MAX_BALLS];  // the asset for balls other than its own
 void* room[PALPATE_MAX_BALLS] = {};
 double answer[PALPATE_MAX_BALLS][kAnswer];  // of each tool at the latest tick
 
@@ -50,7 +50,7 @@ void tick_faceted() {
   to[18] = triangle >= 0;
 }
 
-void tell(const palpate_output& out, double* to) {
+void write_answer(const palpate_output& out, double* to) {
   copy3(out.force_on_tool_N, to);
   copy3(out.contact_m, to + 3);
   copy3(out.normal, to + 6);
@@ -70,8 +70,8 @@ void* reserve(std::uint64_t bytes) {
   return pages == ~std::size_t{0} ? nullptr : reinterpret_cast<void*>(pages * kPage);
 }
 
-// The asset as ball i meets it; null: as its own ball, and where it knows no other.
-const palpate_asset* met_by(std::int32_t i, double radius_m) {
+// The asset for ball i; null: it is of that ball, or knows no other.
+const palpate_asset* asset_for(std::int32_t i, double radius_m) {
   palpate_indenter end = palpate_ball_indenter(radius_m);
   end.points = static_cast<std::int32_t>(profile[i][0]);
   for (std::int32_t k = 0; k < end.points; ++k) {
@@ -85,8 +85,9 @@ const palpate_asset* met_by(std::int32_t i, double radius_m) {
     return nullptr;
   if (room[i] == nullptr) room[i] = reserve(bytes);
   if (room[i] == nullptr) return nullptr;
-  return palpate_indenter_open(&met[i], &asset, &end, room[i], bytes) == PALPATE_OK ? &met[i]
-                                                                                    : nullptr;
+  return palpate_indenter_open(&resized[i], &asset, &end, room[i], bytes) == PALPATE_OK
+             ? &resized[i]
+             : nullptr;
 }
 
 }  // namespace
@@ -124,7 +125,7 @@ PAGE_EXPORT(sentence) const char* page_sentence(std::int32_t status) {
   return palpate_sentence(status);
 }
 
-// Whether balls of a tool, and tools, move each other.
+// 1 where balls of a tool, and tools, move each other.
 PAGE_EXPORT(couples) std::int32_t page_couples() {
   palpate_info info;
   return palpate_describe(&asset, &info) == PALPATE_OK && info.couples;
@@ -143,7 +144,7 @@ PAGE_EXPORT(start) std::int32_t page_start(std::int32_t tool, std::int32_t balls
   for (std::int32_t i = 0; i < balls && i < PALPATE_MAX_BALLS; ++i) {
     copy3(shape[i], made.centre_m[i]);
     made.radius_m[i] = shape[i][3];
-    made.met[i] = met_by(i, shape[i][3]);
+    made.ball_asset[i] = asset_for(i, shape[i][3]);
   }
   return palpate_start(&contact[tool], &made);
 }
@@ -154,8 +155,7 @@ PAGE_EXPORT(blend) void page_blend(std::int32_t interpolates_now) {
   interpolates = interpolates_now != 0;
   const auto* opened = held<OpenAsset>(&asset, kAssetMark);
   if (!interpolates && opened != nullptr)
-    faceted =
-        new (faceted_storage) palpate::tools::AblatedTip(opened->asset, {false, false, false});
+    faceted = new (faceted_storage) palpate::tools::AblatedTip(opened->asset, {false, false});
 }
 
 // One tick of so many tools where `question` has them, dt_s after the one before; returns the
@@ -175,11 +175,11 @@ PAGE_EXPORT(tick) std::int32_t page_tick(std::int32_t count, double dt_s) {
     in[i].dt_s = dt_s;
   }
   const palpate_status status = palpate_tick(&asset, contact, count, in, out);
-  for (std::int32_t i = 0; i < count; ++i) tell(out[i], answer[i]);
+  for (std::int32_t i = 0; i < count; ++i) write_answer(out[i], answer[i]);
   return status;
 }
 
-// How many vertices `deform` answers for; 0 where the asset has no shape response.
+// Number of vertices that `deform` answers for; 0 where the asset has no shape response.
 PAGE_EXPORT(vertices) std::int32_t page_vertices() {
   palpate_info info;
   return palpate_describe(&asset, &info) == PALPATE_OK && info.has_shape ? info.vertices : 0;

@@ -154,7 +154,7 @@ class PyContact {
       const palpate_status status = palpate_indenter_open(
           &met_->asset[at], asset_->open(), &indenter, met_->memory[at].data(), bytes);
       if (status != PALPATE_OK) refuse_tool_or_bytes("tool", status);
-      tool_.met[i] = &met_->asset[at];
+      tool_.ball_asset[i] = &met_->asset[at];
     }
   }
 

@@ -8,7 +8,7 @@
 
 namespace palpate::tools {
 
-/// How a real-time replay went.
+/// Result of a real-time replay.
 struct RealtimeReport {
   bool is_fifo = false;           ///< the force thread ran under SCHED_FIFO
   bool is_locked = false;         ///< memory was locked, so no page fault could delay a tick
@@ -21,7 +21,7 @@ struct RealtimeReport {
   std::vector<double> tick_ns;    ///< how long each took
 };
 
-/// What a tick brought.
+/// Output of one tick.
 struct PlayedTick {
   runtime::Status status = runtime::Status::ok;
   runtime::Output out;

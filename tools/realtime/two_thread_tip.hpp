@@ -92,7 +92,7 @@ class SearchThread {
       Way way;
       if (!ways_.pop(way) || way.epoch == done_epoch) continue;
       runtime::Contact contact;
-      runtime::seek_contact(asset_, contact, way.from, way.to);
+      runtime::find_contact(asset_, contact, way.from, way.to);
       if (contact.triangle < 0) continue;
       done_epoch = way.epoch;
       touches_.push({way.epoch, way.tick, contact});

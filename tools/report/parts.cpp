@@ -1,9 +1,9 @@
 #include "tools/report/parts.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "libfem/materials/materials.hpp"
 #include "libfem/mesh/boundary.hpp"
@@ -34,7 +34,7 @@ Json probe_json(const ProbeSpec& probe) {
   return json;
 }
 
-// What the surface is coloured by: a row per depth, of covered vertices alone.
+// Colours of the surface: a row per depth, of covered vertices alone.
 Json maps_json(const Model& model) {
   const NodeForces forces(model.curves);
   const double range_m = model.curves.basis[0].knots_m.back();
@@ -61,49 +61,48 @@ Json maps_json(const Model& model) {
           {"friction", packed(friction)}};
 }
 
-// Values at equal abscissae up to the last knot; standard errors where they are known.
+// Values at equal abscissae from 0 to the last knot, of each point in turn.
+template <class Value>
+std::vector<float> sampled(Eigen::Index points, double last_knot_m, const Value& value) {
+  std::vector<float> values;
+  for (Eigen::Index p = 0; p < points; ++p)
+    for (int step = 0; step <= kCurveSteps; ++step)
+      values.push_back(static_cast<float>(value(p, last_knot_m * step / kCurveSteps)));
+  return values;
+}
+
+// The curves of one kind, with standard errors where they are known.
 Json curve_json(const FittedCurves& fitted, std::size_t kind) {
   const SplineTables tables = tabulate(fitted.curves.basis[kind]);
   const runtime::SplineView spline = fit::view(tables);
-  const Controls& control = fitted.curves.control[kind];
-  std::vector<float> values, deviations;
-  for (Eigen::Index p = 0; p < control.rows(); ++p)
-    for (int step = 0; step <= kCurveSteps; ++step) {
-      const double at = tables.knots.back() * step / kCurveSteps;
-      values.push_back(static_cast<float>(runtime::curve_value(spline, control.row(p).data(), at)));
-      if (p < fitted.covariance[kind].rows())
-        deviations.push_back(
-            static_cast<float>(fit::curve_deviation(spline, fitted.covariance[kind].row(p), at)));
-    }
+  const Controls &control = fitted.curves.control[kind], &covariance = fitted.covariance[kind];
+  const double last_m = tables.knots.back();
+  const auto value = [&](Eigen::Index p, double at) {
+    return runtime::curve_value(spline, control.row(p).data(), at);
+  };
+  const auto deviation = [&](Eigen::Index p, double at) {
+    return fit::curve_deviation(spline, covariance.row(p), at);
+  };
   return {{"name", kCurveNames[kind]},
           {"knots_m", tables.knots},
-          {"value_N", packed(values)},
-          {"deviation_N", packed(deviations)}};
+          {"value_N", packed(sampled(control.rows(), last_m, value))},
+          {"deviation_N", packed(sampled(covariance.rows(), last_m, deviation))}};
 }
 
-// Of a family without a limit curve, the limit that its friction makes.
+// A family without a limit curve has the limit of its friction.
 Json limit_json(const FittedCurves& fitted) {
   const NodeForces forces(fitted.curves);
   const std::vector<double>& knots = fitted.curves.basis[0].knots_m;
-  std::vector<float> values;
-  for (Eigen::Index p = 0; p < fitted.curves.points(); ++p)
-    for (int step = 0; step <= kCurveSteps; ++step)
-      values.push_back(static_cast<float>(forces.limit_N(p, knots.back() * step / kCurveSteps)));
+  const auto limit = [&](Eigen::Index p, double at) { return forces.limit_N(p, at); };
   return {{"name", "limit"},
           {"knots_m", knots},
-          {"value_N", packed(values)},
-          {"deviation_N", packed(std::vector<float>{})}};
-}
-
-std::optional<Eigen::Index> point_called(const FittedCurves& fitted, const std::string& name) {
-  for (std::size_t p = 0; p < fitted.name.size(); ++p)
-    if (fitted.name[p] == name) return static_cast<Eigen::Index>(p);
-  return std::nullopt;
+          {"value_N", packed(sampled(fitted.curves.points(), knots.back(), limit))},
+          {"deviation_N", ""}};
 }
 
 Json numbers_json(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
-// What is drawn of a region: a ball, a box or a surface; nothing of others.
+// A region as it is drawn: a ball, a box or a surface; nothing of others.
 Json region_json(const Region& region) {
   if (const auto* ball = std::get_if<Ball>(&region))
     return {{"center_m", numbers_json(ball->center_m)}, {"radius_m", ball->radius_m}};
@@ -192,27 +191,27 @@ void add_samples(Json& json, const Samples& samples, const FittedCurves* fitted)
   validation::Replayed replayed(samples);
   std::vector<std::int32_t> point_of(samples.point_name.size(), -1);
   for (std::size_t p = 0; fitted && p < point_of.size(); ++p) {
-    const auto row = point_called(*fitted, samples.point_name[p]);
-    if (!row) continue;
-    point_of[p] = static_cast<std::int32_t>(*row);
-    if (fitted->status[static_cast<std::size_t>(*row)] != FitStatus::failed)
-      validation::replay_point(samples, static_cast<std::int32_t>(p), fitted->curves, *row,
+    const auto found = std::ranges::find(fitted->name, samples.point_name[p]);
+    if (found == fitted->name.end()) continue;
+    point_of[p] = static_cast<std::int32_t>(found - fitted->name.begin());
+    if (fitted->status[point_of[p]] != FitStatus::failed)
+      validation::replay_point(samples, static_cast<std::int32_t>(p), fitted->curves, point_of[p],
                                replayed);
   }
   Points answer = replayed.force_N;
   std::vector<std::int32_t> point;
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
-    point.push_back(point_of[static_cast<std::size_t>(samples.point[row])]);
+    point.push_back(point_of[samples.point[row]]);
     if (!replayed.is_answered[row]) answer.row(row).setConstant(std::nan(""));
   }
   json["rows"] = {{"point", packed(point)},
                   {"experiment", packed(samples.experiment)},
-                  {"kind", packed_each<std::uint8_t>(samples.kind)},
+                  {"kind", packed_as<std::uint8_t>(samples.kind)},
                   {"deflection_m", packed_as<float>(samples.deflection)},
                   {"force_N", packed_as<float>(samples.force)},
                   {"force_error_N", packed_as<float>(samples.force_error)},
                   {"fitted_N", packed_as<float>(answer)},
-                  {"status", packed_each<std::uint8_t>(samples.status)},
+                  {"status", packed_as<std::uint8_t>(samples.status)},
                   {"status_names", kRowStatusNames}};
 }
 

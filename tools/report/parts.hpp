@@ -36,19 +36,15 @@ template <class T>
 std::string packed(const std::vector<T>& values) {
   return base64({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)});
 }
-/// Entries of a matrix, row by row, each as a T.
-template <class T, class Matrix>
-std::string packed_as(const Matrix& values) {
+/// Entries of a matrix, row by row, or of a list, each as a T.
+template <class T, class Values>
+std::string packed_as(const Values& values) {
   std::vector<T> all;
-  for (Eigen::Index i = 0; i < values.rows(); ++i)
-    for (Eigen::Index j = 0; j < values.cols(); ++j) all.push_back(static_cast<T>(values(i, j)));
-  return packed(all);
-}
-/// Values of a list, each as a T.
-template <class T, class Value>
-std::string packed_each(const std::vector<Value>& values) {
-  std::vector<T> all;
-  for (const Value value : values) all.push_back(static_cast<T>(value));
+  if constexpr (requires { values.rows(); })
+    for (const auto& row : values.rowwise())
+      for (const auto value : row) all.push_back(static_cast<T>(value));
+  else
+    for (const auto& value : values) all.push_back(static_cast<T>(value));
   return packed(all);
 }
 

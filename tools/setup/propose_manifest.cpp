@@ -166,9 +166,10 @@ std::pair<fs::path, TriedWay> first_read(const FilesAlike& group, const fs::path
       out.warnings.insert(out.warnings.end(), warnings.begin(), warnings.end());
       return {file, std::move(best)};
     }
-    if (const auto& failure = best.result.failure)
+    if (!best.result.refused.empty())
       warnings.push_back(fmt::format("{}: {}; others alike are read",
-                                     fs::proximate(file, base).string(), failure->what));
+                                     fs::proximate(file, base).string(),
+                                     best.result.refused.front().failure.what));
     if (!tried) tried = std::move(best);
   }
   return {group.front(), std::move(*tried)};
@@ -180,9 +181,8 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
   auto [first, best] = first_read(group, base, out);
   const std::string shown = fs::proximate(first, base).string();
   if (best.result.recordings.empty()) {
-    const Failure failure = best.result.failure           ? *best.result.failure
-                            : best.result.refused.empty() ? Failure{shown, "holds nothing", ""}
-                                                          : best.result.refused.front().failure;
+    const Failure failure = best.result.refused.empty() ? Failure{shown, "holds nothing", ""}
+                                                        : best.result.refused.front().failure;
     out.warnings.push_back(
         fmt::format("{}{}: not used: {} {}", shown,
                     group.size() == 1 ? "" : fmt::format(" and {} alike", group.size() - 1),

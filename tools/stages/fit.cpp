@@ -6,7 +6,6 @@
 #include <charconv>
 
 #include "libfem/probes/probes.hpp"
-#include "libfem/probes/round_end.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/experiments.hpp"
 #include "libfit/fit/damage.hpp"
@@ -98,14 +97,14 @@ void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent) {
   const runtime::DamageView& damage = curves.curves.damage;
   if (!damage.softens()) {
     say("  damage   none: {} cycles of {} rows, {:.1f} % off without it (median)", report.cycles,
-        report.rows, 100 * report.median_undamaged);
+        report.rows, 100 * report.undamaged.median);
     return;
   }
   say("  damage   r {:.3g}, m {:.3g} of a whole press's energy, beta {:.3g}: {} cycles of {} rows "
       "are off by {:.1f} % "
       "(median), {:.1f} % (p95); without it {:.1f} % and {:.1f} %",
-      damage.r, damage.scale, damage.beta, report.cycles, report.rows, 100 * report.median,
-      100 * report.p95, 100 * report.median_undamaged, 100 * report.p95_undamaged);
+      damage.r, damage.scale, damage.beta, report.cycles, report.rows, 100 * report.damaged.median,
+      100 * report.damaged.p95, 100 * report.undamaged.median, 100 * report.undamaged.p95);
   say("           standard deviations: r {:.2g} %, m {:.2g} %, beta {:.2g} %",
       100 * report.deviation[0], 100 * report.deviation[1], 100 * report.deviation[2]);
   if (report.dent > 0)
@@ -132,7 +131,7 @@ fit::RadiusReport add_radius_effect(FittedCurves& curves, const Samples& others)
                              : "what it changes is known of rings alone, and the law is another");
     return report;
   }
-  const auto words = [](const fit::RadiusReport::PressErrors& e) {
+  const auto words = [](const RelativeErrors& e) {
     return fmt::format("{:.1f} and {:.1f} %", 100 * e.median, 100 * e.p95);
   };
   say("  radius   {} presses' rows of other tools at {} points, median and p95: as the own ball "
@@ -166,20 +165,19 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
 }
 
 FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs,
-                         const WarmStart& warm, const Nuisances& nuisances, FitCache* cache,
-                         fit::RadiusReport* radius) {
+                         const FitChoices& choices, fit::RadiusReport* radius) {
   const Samples samples =
       of_kinds(all, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
   FitOptions options = fit_options(all, section, jobs);
   const Samples others = of_kinds(all, {ExperimentKind::other});
-  options.warm_start = warm.curves;
-  options.warm_cache = warm.cache;
-  options.estimates = nuisances;
+  options.warm_start = choices.curves;
+  options.warm_cache = choices.warm_cache;
+  options.estimates = choices.nuisances;
   FitReport report;
   FittedCurves curves;
   {
     ConsoleProgress progress("fit");
-    curves = fit_curves(samples, options, progress.progress(), &report, cache);
+    curves = fit_curves(samples, options, progress.progress(), &report, choices.cache);
   }
   say_fit(curves, report);
   curves.probe = samples.probe;

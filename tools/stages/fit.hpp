@@ -17,10 +17,13 @@ using Nuisances = std::array<bool, 3>;
 /// names: with commas between. Throws Error on a name that is none.
 Nuisances nuisances_named(const std::string& names);
 
-/// An earlier fit to go on from, and what it left; see FitOptions.
-struct WarmStart {
+/// What a fit takes beside samples and [fit]; see FitOptions. curves, warm_cache: of an earlier fit
+/// to go on from. cache: filled where wanted, for a later one.
+struct FitChoices {
   const FittedCurves* curves = nullptr;
-  const FitCache* cache = nullptr;
+  const FitCache* warm_cache = nullptr;
+  Nuisances nuisances{};
+  FitCache* cache = nullptr;
 };
 
 /// What a fit is told: by the samples (friction of their probe, Poisson's ratio of their body), and
@@ -29,11 +32,10 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
 
 /// Curves at the test points, with basis, residuals and worst points said on stderr, and how the
 /// body softens where there are cycles. They carry the probe of the samples.
-/// cache, radius: filled where wanted, for a later warm start and with how presses of other
-/// indenters come out. Throws Interrupted when the user stopped it: nothing half-fitted is kept.
+/// radius: filled where wanted, with how presses of other indenters come out. Throws Interrupted
+/// when the user stopped it: nothing half-fitted is kept.
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
-                         const WarmStart& warm = {}, const Nuisances& nuisances = {},
-                         FitCache* cache = nullptr, fit::RadiusReport* radius = nullptr);
+                         const FitChoices& choices = {}, fit::RadiusReport* radius = nullptr);
 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a
 /// screenful, and `poor` ones where all of these are a quarter of the points or more. Returns how

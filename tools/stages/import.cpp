@@ -103,7 +103,7 @@ void report_formats(const Manifest& manifest, const std::vector<ItemResult>& res
 void report_distance(const Assembled& assembled) {
   double squares = 0, largest = 0;
   std::size_t n = 0;
-  for (const Outcome& outcome : assembled.outcomes)
+  for (const PlacedRecording& outcome : assembled.outcomes)
     if (!outcome.failure && outcome.surface_distance_m >= 0) {
       squares += outcome.surface_distance_m * outcome.surface_distance_m;
       largest = std::max(largest, outcome.surface_distance_m);
@@ -131,7 +131,7 @@ void report(const ImportRequest& request, const Manifest& manifest,
   for (std::size_t i = 0; i < assembled.notes.size() && i < kListed; ++i)
     say("note: {}", assembled.notes[i]);
   std::size_t listed = 0;
-  for (const Outcome& outcome : assembled.outcomes)
+  for (const PlacedRecording& outcome : assembled.outcomes)
     if (outcome.failure && ++listed <= kListed)
       say_failed("refused: {}: {}\n  {}", outcome.failure->where, outcome.failure->what,
                  outcome.failure->remedy);
@@ -148,9 +148,7 @@ void report(const ImportRequest& request, const Manifest& manifest,
 Samples rows_at(const Samples& samples, const std::vector<char>& is_marked, bool wanted) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    if ((is_marked[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(row)])] != 0) ==
-        wanted)
-      rows.push_back(row);
+    if ((is_marked[samples.point[row]] != 0) == wanted) rows.push_back(row);
   return rows_of(samples, rows);
 }
 
@@ -165,14 +163,19 @@ std::optional<Surface> surface_of(const Manifest& manifest) {
   return std::move(mended.surface);
 }
 
-std::string recorded_samples_fingerprint(const ReadRecordings& read) {
+std::string recorded_samples_fingerprint(const ImportRequest& request) {
+  const Manifest manifest = read_manifest(request.manifest);
   ContentHash hash;
-  hash.add(import_fingerprint()).add_file(read.manifest.path);
-  if (read.manifest.surface) hash.add_file(*read.manifest.surface);
-  for (const ItemResult& result : read.results) hash.add(result.hash);
-  hash.add({read.is_held_out.data(), read.is_held_out.size()});
-  return hash.hex();
+  hash.add(import_fingerprint()).add_file(manifest.path);
+  if (manifest.surface) hash.add_file(*manifest.surface);
+  for (const BatchItem& item : manifest.items) {
+    hash.add(item.shown);
+    if (fs::is_regular_file(item.file)) hash.add_file(item.file);
+  }
+  return hash.add(fmt::format("{} {}", request.drop_invalid, request.holds_out)).hex();
 }
+
+fs::path import_summary_path(const fs::path& samples) { return beside(samples, ".json"); }
 
 void check_recordings_exist(const Manifest& manifest) {
   if (std::ranges::any_of(manifest.items,
@@ -205,7 +208,8 @@ ReadRecordings read_recordings(const ImportRequest& request) {
   return out;
 }
 
-ImportResult write_recordings(const ImportRequest& request, const ReadRecordings& read) {
+nlohmann::ordered_json write_recordings(const ImportRequest& request, const ReadRecordings& read,
+                                        const std::string& inputs) {
   const Assembled& assembled = read.assembled;
   const auto& items = read.manifest.items;
   write_summary(beside(request.output, ".csv"), beside(request.output, ".json"), items,
@@ -219,7 +223,7 @@ ImportResult write_recordings(const ImportRequest& request, const ReadRecordings
                     " recordings could be imported; " + request.output.string() +
                     " was not written",
                 "See the list above, or " + beside(request.output, ".csv").string() + ".");
-  const Attributes fingerprint{{kInputsAttribute, recorded_samples_fingerprint(read)}};
+  const Attributes fingerprint{{kInputsAttribute, inputs}};
   const Samples held_out = rows_at(assembled.samples, read.is_held_out, true),
                 fitted = held_out.rows() == 0 ? assembled.samples
                                               : rows_at(assembled.samples, read.is_held_out, false);
@@ -229,14 +233,12 @@ ImportResult write_recordings(const ImportRequest& request, const ReadRecordings
     write_samples(beside_it, held_out, fingerprint);
   else
     fs::remove(beside_it);
-  write_signals(signals_path(request.output), signals_of(items, read.results, assembled),
-                fingerprint);
+  write_signals(signals_path(request.output), signals_of(items, assembled), fingerprint);
   say("wrote {}: {} rows at {} points", request.output.string(), fitted.rows(), fitted.points());
   if (held_out.rows() > 0)
     say("wrote {}: {} rows at {} points, held out of the fit for the error statement",
         beside_it.string(), held_out.rows(), held_out.points());
-  return {nlohmann::ordered_json::parse(summary_json(items, read.results, assembled)),
-          assembled.failed()};
+  return nlohmann::ordered_json::parse(summary_json(items, read.results, assembled));
 }
 
 }  // namespace palpate::tools

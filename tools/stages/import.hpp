@@ -36,14 +36,13 @@ void check_recordings_exist(const Manifest& manifest);
 /// user stopped it.
 ReadRecordings read_recordings(const ImportRequest& request);
 
-struct ImportResult {
-  nlohmann::ordered_json json;  ///< totals, notes, refusals
-  std::size_t refused = 0;
-};
-
 /// Writes them: samples.h5, without points that are held out, and what lies beside it
-/// (docs/formats/manifest.md). Throws Error when nothing could be imported.
-ImportResult write_recordings(const ImportRequest& request, const ReadRecordings& read);
+/// (docs/formats/manifest.md). Returns totals, notes and refusals. Throws Error when nothing could
+/// be imported.
+nlohmann::ordered_json write_recordings(const ImportRequest& request, const ReadRecordings& read,
+                                        const std::string& fingerprint);
+/// Totals and every recording, of an import to samples.h5.
+std::filesystem::path import_summary_path(const std::filesystem::path& samples);
 
 /// Rows at the points that are marked (a flag each), or at the others.
 Samples rows_at(const Samples& samples, const std::vector<char>& is_marked, bool wanted);
@@ -51,7 +50,8 @@ Samples rows_at(const Samples& samples, const std::vector<char>& is_marked, bool
 /// Of the manifest's `surface`, mended as `prepare` does; nothing where it names none.
 std::optional<Surface> surface_of(const Manifest& manifest);
 
-/// What samples.h5 of a manifest was made from: manifest, surface, recordings' files and program.
-std::string recorded_samples_fingerprint(const ReadRecordings& read);
+/// What samples.h5 of a manifest is made from: manifest, surface, bytes of the recordings' files,
+/// choices of the request and program.
+std::string recorded_samples_fingerprint(const ImportRequest& request);
 
 }  // namespace palpate::tools

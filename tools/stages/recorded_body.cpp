@@ -22,7 +22,7 @@ Contacts contacts_of(const Samples& samples) {
     if (row == samples.experiment.end()) continue;
     const auto at = static_cast<std::size_t>(row - samples.experiment.begin());
     double& deviation_m = out.deviation_m[samples.point[at]];
-    const double found_m = recordings.contact_deviation_m[static_cast<Eigen::Index>(r)];
+    const double found_m = recordings.contact_deviation_m[r];
     if (found_m > 0 && (deviation_m == 0 || found_m < deviation_m)) deviation_m = found_m;
   }
   return out;

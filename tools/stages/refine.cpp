@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "libfem/probes/probes.hpp"
-#include "libfem/probes/round_end.hpp"
 #include "libfit/assets/asset_bytes.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/experiments.hpp"

@@ -8,7 +8,7 @@ namespace palpate::tools {
 
 class RunLog;
 
-/// What `palpate run` is asked for. jobs: threads, 0 for all cores.
+/// What `palpate run` is asked for. scene: or a manifest. jobs: threads, 0 for all cores.
 struct RunRequest {
   std::string scene, folder;
   int jobs = 0;
@@ -23,13 +23,9 @@ struct RunResult {
   validation::Statement statement;
 };
 
-/// All stages from a scene to an asset and its statement, those that are up to date left out
-/// (docs/formats/run.md). Keeps a second run out of the folder. log: opened in the
-/// folder as kRunLog; a line a stage stays on stderr.
-RunResult run_stages(const RunRequest& request, RunLog* log = nullptr);
-
-/// The same from a manifest of recordings: import, body, fit, refine, export and the statement of
-/// what was held out. request.scene is the manifest; request.quick says nothing here.
-RunResult run_recordings(const RunRequest& request, RunLog* log = nullptr);
+/// All stages from a scene or a manifest of recordings to an asset and its statement, those that
+/// are up to date left out (docs/formats/run.md). Keeps a second run out of the folder. log: opened
+/// in the folder as kRunLog; a line a stage stays on stderr.
+RunResult run(const RunRequest& request, RunLog* log = nullptr);
 
 }  // namespace palpate::tools

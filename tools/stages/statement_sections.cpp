@@ -70,7 +70,7 @@ Lines by_cycle(const StatedAsset& of) {
 }
 
 Lines by_cause(const StatedAsset& of) {
-  if (!of.request.settings.causes || is_other_tool(of)) return {};
+  if (!of.scene.validate.causes || is_other_tool(of)) return {};
   return error_causes(of.asset, of.reference, of.engine, of.depth_m, of.request.jobs);
 }
 

@@ -12,13 +12,14 @@
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/files.hpp"
-#include "libfit/shape/contact_states.hpp"
+#include "libfit/shape/shape_error.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/body/reach.hpp"
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/compound.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
+#include "tools/stages/samples/placement.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
 #include "tools/stages/samples/simulate.hpp"
 #include "tools/stages/statement_sections.hpp"
@@ -80,6 +81,30 @@ void warn_of_other_probe(const std::filesystem::path& path, std::string_view met
   }
 }
 
+// Draws the held-out experiments of a scene and simulates them, but for those that `reference.h5`
+// of the request's folder holds already. An interruption (exception Interrupted) keeps what is
+// done.
+SimulatedReference simulate_reference(const Scene& scene, const Body& body,
+                                      const ValidateRequest& request) {
+  SimulatedReference out;
+  out.held_out = draw_held_out_paths({scene, body, body.test_points, Purpose::hold_out});
+  const Simulators simulators(scene, body, Purpose::hold_out);
+  const std::filesystem::path output =
+      request.reference.empty() ? request.reference : request.reference / "reference.h5";
+  const SimulateRequest simulate =
+      request_for(scene, body, Purpose::hold_out, request.jobs, output, request.resume);
+  out.all = SampleCache(simulate).at(
+      std::cref(simulators),
+      draw_experiments({scene, body, out.held_out.points, Purpose::hold_out}),
+      experiments_of(scene), "validate");
+  out.paths = of_kinds(out.all, {ExperimentKind::path});
+  out.own = of_kinds(out.all, {ExperimentKind::press, ExperimentKind::drag});
+  if (output.empty()) return out;
+  write_with_surface(output, out.all, attributes_of(simulate));
+  remove_partial(output);
+  return out;
+}
+
 }  // namespace
 
 Statement validate_asset(const std::filesystem::path& path, const Scene& scene, const Body& body,
@@ -89,13 +114,7 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   check_same_surface(path, asset, body.surface);
   warn_of_other_probe(path, file.meta_json(), scene.probe.spec);
   const double depth_m = scene.experiments.each.depth_m;
-  const SimulatedReference reference =
-      simulate_reference(scene, body,
-                         {.settings = request.settings,
-                          .jobs = request.jobs,
-                          .folder = request.reference,
-                          .fingerprint = point_fingerprint(scene, body),
-                          .resume = request.resume});
+  const SimulatedReference reference = simulate_reference(scene, body, request);
   MetAssets met_assets(asset);
   const auto end = own_end(scene);
   const runtime::AssetView* other = end ? met_assets.of(*end) : nullptr;
@@ -116,47 +135,6 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
         shape_error(met, reference.paths, contact_states(met, reference.paths, depth_m));
   statement.asset_bytes = asset.file.bytes;
   return statement;
-}
-
-Statement state_asset(const std::filesystem::path& path, const Scene& scene, const Body& body,
-                      const ValidateRequest& request, const std::filesystem::path& body_file,
-                      const std::filesystem::path& statement_json) {
-  const std::string inputs =
-      statement_fingerprint(scene, stored_in_asset(path).value_or(""), body_file);
-  Statement statement = validate_asset(path, scene, body, request);
-  put_statement(path, to_asset_json(statement));
-  statement.asset_bytes = std::filesystem::file_size(path);
-  write_file_atomically(statement_json, to_json(statement, inputs));
-  return statement;
-}
-
-SimulatedReference simulate_reference(const Scene& whole, const Body& body,
-                                      const ReferenceRequest& request) {
-  Scene scene = whole;
-  scene.validate = request.settings;
-  SimulatedReference out;
-  out.held_out = draw_held_out_paths({scene, body, body.test_points, Purpose::hold_out});
-  const Simulators simulators(scene, body, Purpose::hold_out);
-  const std::filesystem::path output =
-      request.folder.empty() ? request.folder : request.folder / "reference.h5";
-  const std::string asked = fmt::format("{}", scene.validate.force_tolerance);
-  const SimulateRequest simulate{
-      .jobs = request.jobs,
-      .output = output,
-      .fingerprint = ContentHash().add(request.fingerprint).add(asked).hex(),
-      .tool = tool_fingerprint(scene, scene.stated),
-      .resume = request.resume,
-      .surface_columns = surface_columns(scene, body)};
-  out.all = SampleCache(simulate).at(
-      std::cref(simulators),
-      draw_experiments({scene, body, out.held_out.points, Purpose::hold_out}),
-      experiments_of(scene), "validate");
-  out.paths = of_kinds(out.all, {ExperimentKind::path});
-  out.own = of_kinds(out.all, {ExperimentKind::press, ExperimentKind::drag});
-  if (output.empty()) return out;
-  write_with_surface(output, out.all, attributes_of(simulate));
-  remove_partial(output);
-  return out;
 }
 
 }  // namespace palpate::tools

@@ -12,10 +12,9 @@
 namespace palpate::tools {
 
 struct ValidateRequest {
-  ValidateSection settings;
   int jobs = 0;
-  std::filesystem::path rows_csv;        ///< every compared row; empty for none
-  std::filesystem::path reference;       ///< folder that keeps what is simulated; empty: none
+  std::filesystem::path rows_csv = {};   ///< every compared row; empty for none
+  std::filesystem::path reference = {};  ///< folder that keeps what is simulated; empty: none
   bool resume = true;                    ///< use what that folder holds
   const FittedCurves* curves = nullptr;  ///< what the asset was made from, for the baseline
   const Model* model = nullptr;          ///< without interpolation; both or none
@@ -26,13 +25,6 @@ struct ValidateRequest {
 /// and simpler responses on the same paths.
 validation::Statement validate_asset(const std::filesystem::path& asset, const Scene& scene,
                                      const Body& body, const ValidateRequest& request);
-
-/// The same, written: the asset carries its statement from then on, and statement.json has the hash
-/// of what it was made from. body_file: body.h5 of the body.
-validation::Statement state_asset(const std::filesystem::path& asset, const Scene& scene,
-                                  const Body& body, const ValidateRequest& request,
-                                  const std::filesystem::path& body_file,
-                                  const std::filesystem::path& statement_json);
 
 /// Recordings of a body: those that were fitted, and those held out of the fit, at other points.
 struct RecordedSamples {
@@ -53,29 +45,9 @@ validation::Statement validate_recordings(const std::filesystem::path& asset,
                                           const ValidateRequest& request,
                                           const Body* body = nullptr);
 
-/// The same, written as state_asset() does. samples_file: samples.h5.
-validation::Statement state_recordings(const std::filesystem::path& asset,
-                                       const std::filesystem::path& samples_file,
-                                       const ValidateRequest& request, const Body* body,
-                                       const std::filesystem::path& statement_json);
-
-struct ReferenceRequest {
-  ValidateSection settings;
-  int jobs = 0;
-  /// Folder in which what is simulated is kept and looked for; empty: nowhere.
-  std::filesystem::path folder;
-  std::string fingerprint;  ///< point_fingerprint of the scene and the body
-  bool resume = true;
-};
-
 /// A reference with all that was simulated for it, of every kind.
 struct SimulatedReference : validation::Reference {
   Samples all;
 };
-
-/// Draws the held-out experiments of a scene and simulates them, but for those that the folder's
-/// `reference.h5` holds already. An interruption (exception Interrupted) keeps what is done.
-SimulatedReference simulate_reference(const Scene& scene, const Body& body,
-                                      const ReferenceRequest& request);
 
 }  // namespace palpate::tools

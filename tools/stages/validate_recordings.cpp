@@ -95,17 +95,4 @@ Statement validate_recordings(const std::filesystem::path& path, const RecordedS
   return statement;
 }
 
-Statement state_recordings(const std::filesystem::path& path,
-                           const std::filesystem::path& samples_file,
-                           const ValidateRequest& request, const Body* body,
-                           const std::filesystem::path& statement_json) {
-  const std::string inputs =
-      recorded_statement_fingerprint(stored_in_asset(path).value_or(""), samples_file);
-  Statement statement = validate_recordings(path, read_recorded(samples_file), request, body);
-  put_statement(path, to_asset_json(statement));
-  statement.asset_bytes = std::filesystem::file_size(path);
-  write_file_atomically(statement_json, to_json(statement, inputs));
-  return statement;
-}
-
 }  // namespace palpate::tools

@@ -17,8 +17,8 @@
 #include "tools/scene/rewrite.hpp"
 #include "tools/scene/toml_table.hpp"
 #include "tools/stages/body/open_scene.hpp"
-#include "tools/stages/check_choices.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/stage_table.hpp"
 #include "tools/study/axes.hpp"
 
 namespace palpate::tools {

@@ -147,7 +147,7 @@ void StudyFolder::run_case(int number, int jobs) const {
            {"scaled_by", to_text(one.factor)}});
     }
     const RunResult run =
-        run_stages({(folder / "scene.toml").string(), folder.string(), jobs, false, false});
+        tools::run({(folder / "scene.toml").string(), folder.string(), jobs, false, false});
     const Samples samples = read_samples(output);
     write_json(folder / "result.json", {{"name", listed(one.inputs)},
                                         {"points", samples.points()},

@@ -1,4 +1,4 @@
-#include "libfem/mesh/fill/child_process.hpp"
+#include "libfem/mesh/fill/fill_steps.hpp"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -27,7 +27,7 @@ namespace {
 
 constexpr int kExitMesh = 0, kExitReason = 3, kExitNoMemory = 4;
 
-/// What the child leaves in the shared file: a header, then nodes and tets, or a text.
+/// The child leaves in the shared file a header, then nodes and tets, or a text.
 struct ResultHeader {
   std::int64_t nodes = 0, tets = 0, text_bytes = 0;
 };

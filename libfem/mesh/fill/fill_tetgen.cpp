@@ -1,4 +1,4 @@
-#include "libfem/mesh/fill/fill_tetgen.hpp"
+#include "libfem/mesh/fill/fill_steps.hpp"
 
 #define TETLIBRARY  // the interface that throws instead of leaving the process
 #include <tetgen.h>
@@ -8,9 +8,9 @@
 #include <cstdio>
 #include <new>
 #include <stdexcept>
-#include <vector>
 
 #include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/topology.hpp"
 
 namespace palpate {
 namespace {
@@ -21,11 +21,11 @@ constexpr int kOutOfMemory = 1;  // of what TetGen throws
 void set_input(tetgenio& in, const Surface& closed, const Points& cavities) {
   in.firstnumber = 0;
   in.numberofpoints = static_cast<int>(closed.vertices.rows());
-  in.pointlist = new REAL[static_cast<std::size_t>(closed.vertices.size())];
+  in.pointlist = new REAL[closed.vertices.size()];
   std::copy_n(closed.vertices.data(), closed.vertices.size(), in.pointlist);
 
   in.numberoffacets = static_cast<int>(closed.triangles.rows());
-  in.facetlist = new tetgenio::facet[static_cast<std::size_t>(in.numberoffacets)];
+  in.facetlist = new tetgenio::facet[in.numberoffacets];
   for (Eigen::Index f = 0; f < closed.triangles.rows(); ++f) {
     tetgenio::facet& facet = in.facetlist[f];
     tetgenio::init(&facet);
@@ -39,7 +39,7 @@ void set_input(tetgenio& in, const Surface& closed, const Points& cavities) {
   }
   if (cavities.rows() == 0) return;
   in.numberofholes = static_cast<int>(cavities.rows());
-  in.holelist = new REAL[static_cast<std::size_t>(cavities.size())];
+  in.holelist = new REAL[cavities.size()];
   std::copy_n(cavities.data(), cavities.size(), in.holelist);
 }
 
@@ -55,23 +55,10 @@ std::array<char, 128> switches_of(const TetGenSettings& settings) {
 /// Nodes and tets, each turned positive; nodes that no tet uses are left out.
 TetMesh to_tet_mesh(const tetgenio& out) {
   TetMesh mesh;
-  mesh.tets.resize(out.numberoftetrahedra, 4);
-  std::vector<std::int32_t> index(static_cast<std::size_t>(out.numberofpoints), -1);
-  std::vector<int> used;
-  for (int t = 0; t < out.numberoftetrahedra; ++t)
-    for (int k = 0; k < 4; ++k) {
-      const int point = out.tetrahedronlist[t * out.numberofcorners + k];
-      auto& to = index[static_cast<std::size_t>(point)];
-      if (to < 0) {
-        to = static_cast<std::int32_t>(used.size());
-        used.push_back(point);
-      }
-      mesh.tets(t, k) = to;
-    }
-  mesh.nodes.resize(static_cast<Eigen::Index>(used.size()), 3);
-  for (std::size_t i = 0; i < used.size(); ++i)
-    for (int k = 0; k < 3; ++k)
-      mesh.nodes(static_cast<Eigen::Index>(i), k) = out.pointlist[3 * used[i] + k];
+  mesh.tets = Eigen::Map<const Tets>(out.tetrahedronlist, out.numberoftetrahedra, 4);
+  const auto used = renumber({mesh.tets.data(), std::size_t(mesh.tets.size())}, out.numberofpoints,
+                             Numbering::by_use);
+  mesh.nodes = Eigen::Map<const Points>(out.pointlist, out.numberofpoints, 3)(used, Eigen::all);
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
     if (tet_volume_m3(corners_of(mesh, t)) < 0) std::swap(mesh.tets(t, 0), mesh.tets(t, 1));
   return mesh;

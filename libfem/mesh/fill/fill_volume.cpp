@@ -7,9 +7,7 @@
 #include <utility>
 #include <variant>
 
-#include "libfem/mesh/fill/child_process.hpp"
-#include "libfem/mesh/fill/fill_tetgen.hpp"
-#include "libfem/mesh/fill/mend_slivers.hpp"
+#include "libfem/mesh/fill/fill_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/surface/surface_checks.hpp"
 #include "libfem/mesh/tet_quality.hpp"
@@ -87,7 +85,7 @@ std::variant<Filled, std::string> finish(std::variant<TetMesh, std::string> resu
   return filled;
 }
 
-/// Whether a mesh of one setting is to be taken for that of a sparser one: not for a tenth of a
+/// Compares a mesh of one setting with that of a sparser one: it is not better for a tenth of a
 /// degree, and for a better angle alone not at half as many tets again.
 bool is_better(const Filled& denser, const Filled& best) {
   constexpr double kMinGainDeg = 0.1, kMaxMoreTets = 1.5;

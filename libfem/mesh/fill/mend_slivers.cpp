@@ -1,4 +1,4 @@
-#include "libfem/mesh/fill/mend_slivers.hpp"
+#include "libfem/mesh/fill/fill_steps.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -12,6 +12,7 @@
 
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/topology.hpp"
 
 namespace palpate {
 namespace {
@@ -29,7 +30,7 @@ using Indices = std::vector<std::size_t>;
 struct Change {
   Indices old;
   std::vector<Corners> fresh;
-  std::optional<Vec3> node;  ///< a new one, which `fresh` knows by the number that is next
+  std::optional<Vec3> node;  ///< a new one, whose number in `fresh` is the next
   double worst_deg = -1;     ///< of `fresh`; 180 where there are none
 };
 
@@ -43,7 +44,7 @@ struct EdgeRing {
 /// A mesh whose tets come and go.
 class Mender {
  public:
-  explicit Mender(const TetMesh& mesh) : around_(static_cast<std::size_t>(mesh.nodes.rows())) {
+  explicit Mender(const TetMesh& mesh) : around_(mesh.nodes.rows()) {
     for (const auto& p : mesh.nodes.rowwise()) nodes_.emplace_back(p);
     for (const auto& t : mesh.tets.rowwise()) add({t[0], t[1], t[2], t[3]});
   }
@@ -61,35 +62,20 @@ class Mender {
   }
 
   TetMesh mesh() const {
-    std::vector<std::int32_t> number(nodes_.size(), -1);
-    TetMesh out{Points(static_cast<Eigen::Index>(nodes_.size()), 3),
-                Tets(static_cast<Eigen::Index>(tets_.size()), 4),
-                {}};
-    Eigen::Index nodes = 0, tets = 0;
-    for (std::size_t t = 0; t < tets_.size(); ++t) {
-      if (!is_alive_[t]) continue;
-      for (int k = 0; k < 4; ++k) {
-        const std::int32_t v = tets_[t][static_cast<std::size_t>(k)];
-        auto& to = number[static_cast<std::size_t>(v)];
-        if (to < 0) {
-          to = static_cast<std::int32_t>(nodes);
-          out.nodes.row(nodes++) = at(v);
-        }
-        out.tets(tets, k) = to;
-      }
-      ++tets;
-    }
-    out.nodes.conservativeResize(nodes, 3);
-    out.tets.conservativeResize(tets, 4);
-    return out;
+    std::vector<Corners> tets;
+    for (std::size_t t = 0; t < tets_.size(); ++t)
+      if (is_alive_[t]) tets.push_back(tets_[t]);
+    const auto used =
+        renumber({tets.front().data(), 4 * tets.size()}, nodes_.size(), Numbering::by_use);
+    return {rows_of(nodes_)(used, Eigen::all), rows_of(tets), {}};
   }
 
  private:
-  const Vec3& at(std::int32_t v) const { return nodes_[static_cast<std::size_t>(v)]; }
-  const Indices& around(std::int32_t v) const { return around_[static_cast<std::size_t>(v)]; }
+  const Vec3& at(std::int32_t v) const { return nodes_[v]; }
+  const Indices& around(std::int32_t v) const { return around_[v]; }
 
   void add(const Corners& tet) {
-    for (const std::int32_t v : tet) around_[static_cast<std::size_t>(v)].push_back(tets_.size());
+    for (const std::int32_t v : tet) around_[v].push_back(tets_.size());
     tets_.push_back(tet);
     is_alive_.push_back(1);
   }
@@ -101,7 +87,7 @@ class Mender {
     }
     for (const std::size_t t : change.old) {
       is_alive_[t] = 0;
-      for (const std::int32_t v : tets_[t]) std::erase(around_[static_cast<std::size_t>(v)], t);
+      for (const std::int32_t v : tets_[t]) std::erase(around_[v], t);
     }
     for (const Corners& tet : change.fresh) add(tet);
   }
@@ -147,7 +133,7 @@ class Mender {
   bool is_on_boundary(std::int32_t v) const {
     for (const std::size_t t : around(v))
       for (const auto& face : fem::kTetFace) {
-        const auto corner = [&](int k) { return tets_[t][static_cast<std::size_t>(face[k])]; };
+        const auto corner = [&](int k) { return tets_[t][face[k]]; };
         if (corner(0) != v && corner(1) != v && corner(2) != v) continue;
         if (with(corner(0), corner(1), corner(2)).size() == 1) return true;
       }
@@ -191,7 +177,7 @@ std::optional<EdgeRing> Mender::ring_of(std::int32_t a, std::int32_t b) const {
   EdgeRing ring;
   while (link != links.end() && ring.tets.size() < tets.size()) {
     ring.nodes.push_back((*link)[0]);
-    ring.tets.push_back(tets[static_cast<std::size_t>(link - links.begin())]);
+    ring.tets.push_back(tets[link - links.begin()]);
     const std::int32_t next = (*link)[1];
     link = leaves_to(next, 0);
     if (link == links.end()) ring.nodes.push_back(next);
@@ -202,8 +188,8 @@ std::optional<EdgeRing> Mender::ring_of(std::int32_t a, std::int32_t b) const {
   return is_one ? std::optional(ring) : std::nullopt;
 }
 
-/// Whether a boundary edge may go: flat across it and no dent, and what replaces it was not on the
-/// boundary.
+/// A boundary edge may go where it is flat across it and no dent, and what replaces it was not on
+/// the boundary.
 bool Mender::may_give_way(const EdgeRing& ring, std::int32_t a, std::int32_t b) const {
   const std::int32_t from = ring.nodes.front(), to = ring.nodes.back();
   const Vec3 edge = at(b) - at(a), in = edge.cross(at(from) - at(a)),
@@ -274,7 +260,7 @@ Change Mender::remove_face(std::int32_t a, std::int32_t b, std::int32_t c) const
   return change;
 }
 
-/// Whether a node may move onto a neighbour: an inner one, or one of the boundary that lies next to
+/// A node may move onto a neighbour if it is an inner one, or one of the boundary that lies next to
 /// the other; and the body stays a body (the link condition).
 bool Mender::may_move(std::int32_t v, std::int32_t onto, double near_m) const {
   if (!is_on_boundary(v)) return true;
@@ -353,14 +339,10 @@ bool Mender::mend(std::size_t tet, double deg) {
   for (const std::int32_t from : v)
     for (const std::int32_t onto : v)
       if (onto != from && may_move(from, onto, kNear * longest_m)) offer(collapse(from, onto));
-  for (const auto& edge : fem::kTetEdge)
-    offer(remove_edge(v[static_cast<std::size_t>(edge[0])], v[static_cast<std::size_t>(edge[1])]));
-  for (const auto& face : fem::kTetFace)
-    offer(remove_face(v[static_cast<std::size_t>(face[0])], v[static_cast<std::size_t>(face[1])],
-                      v[static_cast<std::size_t>(face[2])]));
+  for (const auto& edge : fem::kTetEdge) offer(remove_edge(v[edge[0]], v[edge[1]]));
+  for (const auto& face : fem::kTetFace) offer(remove_face(v[face[0]], v[face[1]], v[face[2]]));
   if (best.worst_deg < kSliverDeg)  // a node more is the last means
-    for (const auto& edge : fem::kTetEdge)
-      offer(split_edge(v[static_cast<std::size_t>(edge[0])], v[static_cast<std::size_t>(edge[1])]));
+    for (const auto& edge : fem::kTetEdge) offer(split_edge(v[edge[0]], v[edge[1]]));
   if (best.worst_deg <= deg) return false;
   make(best);
   return true;

@@ -1,4 +1,4 @@
-#include "libfem/mesh/fill/mend_slivers.hpp"
+#include "libfem/mesh/fill/fill_steps.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -8,6 +8,7 @@
 
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/topology.hpp"
 
 namespace palpate {
 namespace {
@@ -18,28 +19,19 @@ constexpr int kSweeps = 4;             // a fifth changed nothing on the liver
 constexpr double kMinGainDeg = 0.02;  // less is not worth an evaluation
 constexpr int kMaxRounds = 12;        // of a node's search, so that it ends
 
-using TetsAround = std::vector<std::vector<Eigen::Index>>;
-
-TetsAround tets_around(const TetMesh& mesh) {
-  TetsAround around(static_cast<std::size_t>(mesh.nodes.rows()));
-  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
-    for (int k = 0; k < 4; ++k) around[static_cast<std::size_t>(mesh.tets(t, k))].push_back(t);
-  return around;
-}
-
 std::vector<char> boundary_nodes(const TetMesh& mesh) {
-  std::vector<char> is_boundary(static_cast<std::size_t>(mesh.nodes.rows()), 0);
+  std::vector<char> is_boundary(mesh.nodes.rows(), 0);
   const Triangles boundary = fem::boundary_triangles(mesh.tets);
-  for (const std::int32_t v : boundary.reshaped()) is_boundary[static_cast<std::size_t>(v)] = 1;
+  for (const std::int32_t v : boundary.reshaped()) is_boundary[v] = 1;
   return is_boundary;
 }
 
 /// Smallest dihedral angle of the tets around a node [deg], negative when one is inside out; stops
 /// at the first tet no better than `enough_deg`.
-double worst_around(const TetMesh& mesh, const std::vector<Eigen::Index>& around,
+double worst_around(const TetMesh& mesh, const std::vector<std::int32_t>& around,
                     double enough_deg = -1) {
   double worst = 180;
-  for (const Eigen::Index t : around) {
+  for (const std::int32_t t : around) {
     if (worst <= enough_deg) break;
     const TetCorners corner = corners_of(mesh, t);
     if (!(tet_volume_m3(corner) > 0)) return -1;
@@ -48,11 +40,11 @@ double worst_around(const TetMesh& mesh, const std::vector<Eigen::Index>& around
   return worst;
 }
 
-double mean_edge_m(const TetMesh& mesh, std::int32_t node, const std::vector<Eigen::Index>& around,
+double mean_edge_m(const TetMesh& mesh, std::int32_t node, const std::vector<std::int32_t>& around,
                    Vec3& centre) {
   double sum = 0;
   centre.setZero();
-  for (const Eigen::Index t : around)
+  for (const std::int32_t t : around)
     for (int k = 0; k < 4; ++k) {
       const auto other = mesh.tets(t, k);
       if (other == node) continue;
@@ -65,7 +57,7 @@ double mean_edge_m(const TetMesh& mesh, std::int32_t node, const std::vector<Eig
 }
 
 /// Pattern search over the axes, their diagonals and towards the middle of the neighbours.
-void smooth_node(TetMesh& mesh, std::int32_t node, const std::vector<Eigen::Index>& around) {
+void smooth_node(TetMesh& mesh, std::int32_t node, const std::vector<std::int32_t>& around) {
   double best = worst_around(mesh, around);
   if (best > kGoodEnoughDeg) return;
   Vec3 centre;
@@ -105,7 +97,7 @@ void search_place(Vec3& at, double edge_m, const std::function<bool(const Vec3&)
 }
 
 void smooth_interior(TetMesh& mesh) {
-  const TetsAround around = tets_around(mesh);
+  const auto around = cells_around(mesh.tets, mesh.nodes.rows());
   const std::vector<char> is_boundary = boundary_nodes(mesh);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     std::vector<std::pair<double, std::int32_t>> order;
@@ -113,8 +105,7 @@ void smooth_interior(TetMesh& mesh) {
       if (!is_boundary[v] && !around[v].empty())
         order.emplace_back(worst_around(mesh, around[v]), static_cast<std::int32_t>(v));
     std::sort(order.begin(), order.end());
-    for (const auto& [angle, node] : order)
-      smooth_node(mesh, node, around[static_cast<std::size_t>(node)]);
+    for (const auto& [angle, node] : order) smooth_node(mesh, node, around[node]);
   }
 }
 

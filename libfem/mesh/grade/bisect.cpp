@@ -1,4 +1,4 @@
-#include "libfem/mesh/grade/bisect.hpp"
+#include "libfem/mesh/grade/grade_steps.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -16,16 +16,16 @@ namespace {
 class Bisection {
  public:
   Bisection(const TetMesh& base, const GradeOptions& options)
-      : options_(options), midpoint_(static_cast<std::size_t>(base.nodes.rows()) * 8) {
+      : options_(options), midpoint_(base.nodes.rows() * 8) {
     mesh_.base_nodes = static_cast<std::int32_t>(base.nodes.rows());
-    mesh_.nodes.reserve(static_cast<std::size_t>(base.nodes.rows()));
+    mesh_.nodes.reserve(base.nodes.rows());
     for (Eigen::Index n = 0; n < base.nodes.rows(); ++n) mesh_.nodes.push_back(base.nodes.row(n));
     halved_at_.assign(mesh_.nodes.size(), 0);
     for (std::int32_t t = 0; t < base.tets.rows(); ++t) {
       const auto row = base.tets.row(t);
       mesh_.tets.push_back({{row[0], row[1], row[2], row[3]}, {-1, -1, -1, -1}, t});
       if (!options.halved.empty())
-        largest_m_.push_back(options.halved[static_cast<std::size_t>(t)] != 0
+        largest_m_.push_back(options.halved[t] != 0
                                  ? tet_size_m(mesh_.nodes[row[0]], mesh_.nodes[row[1]],
                                               mesh_.nodes[row[2]], mesh_.nodes[row[3]]) /
                                        2
@@ -80,14 +80,13 @@ class Bisection {
     const Vec3 centroid = 0.25 * (x0 + x1 + x2 + x3);
     const double size = tet_size_m(x0, x1, x2, x3);
     double wanted = wanted_size_m(options_, centroid);
-    if (!largest_m_.empty())
-      wanted = std::min(wanted, largest_m_[static_cast<std::size_t>(tet.base)]);
+    if (!largest_m_.empty()) wanted = std::min(wanted, largest_m_[tet.base]);
     is_fine_[t] = size <= wanted &&
                   (size <= options_.interface_share * wanted || !is_shared({x0, x1, x2, x3}));
     return !is_fine_[t];
   }
 
-  // Whether several regions fill a tet, as its corners, edges' middles and centroid tell.
+  // True where several regions fill a tet, as its corners, edges' middles and centroid tell.
   bool is_shared(const std::array<Vec3, 4>& x) const {
     if (!options_.region_at) return false;
     const int region = options_.region_at(0.25 * (x[0] + x[1] + x[2] + x[3]));

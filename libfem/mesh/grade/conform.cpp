@@ -1,11 +1,10 @@
-#include "libfem/mesh/grade/conform.hpp"
+#include "libfem/mesh/grade/grade_steps.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <optional>
 #include <utility>
-
-#include "libfem/mesh/grade/quadratic_geometry.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -16,7 +15,7 @@ constexpr double kSpoilt = 0.2;   // of the former volume or determinant
 constexpr int kHalvings = 40;     // of an edge, to find where it crosses
 constexpr int kOnBorder = -1;
 
-// Where region_at changes between a and b, as a share of the way from a; a's own region before it.
+// Share of the segment from a to b at which region_at changes; a's own region before it.
 double crossing(const RegionAt& region_at, const Vec3& a, const Vec3& b) {
   const int own = region_at(a);
   double low = 0, high = 1;
@@ -39,17 +38,17 @@ struct MovableNodes {
       for (const std::int32_t n : tets[t].node) tets_of[n].push_back(static_cast<std::int32_t>(t));
   }
 
-  double six_volumes(std::int32_t t) const {
+  double volumes(std::int32_t t) const {
     const auto& n = tets[t].node;
-    return (at[n[1]] - at[n[0]]).cross(at[n[2]] - at[n[0]]).dot(at[n[3]] - at[n[0]]);
+    return six_volumes(at[n[0]], at[n[1]], at[n[2]], at[n[3]]);
   }
 
   bool move(std::int32_t n, const Vec3& to) {
     std::vector<double> before;
-    for (const std::int32_t t : tets_of[n]) before.push_back(six_volumes(t));
+    for (const std::int32_t t : tets_of[n]) before.push_back(volumes(t));
     const Vec3 from = std::exchange(at[n], to);
     for (std::size_t k = 0; k < before.size(); ++k)
-      if (six_volumes(tets_of[n][k]) < kSpoilt * before[k]) {
+      if (volumes(tets_of[n][k]) < kSpoilt * before[k]) {
         at[n] = from;
         return false;
       }
@@ -57,17 +56,43 @@ struct MovableNodes {
   }
 };
 
-class Conforming {
+/// Nodes that are moved onto a border.
+class BorderNodes {
+ protected:
+  BorderNodes(const std::vector<BisectedTet>& tets, NodePlacement& placed, const Boundary& boundary,
+              const SmoothSurface& surface)
+      : at_(placed.nodes),
+        offset_m_(placed.offset_m),
+        boundary_(boundary),
+        surface_(surface),
+        movable_(tets, at_) {}
+
+  // The nearest node across the border along an edge of node n, no farther than `limit`, and the
+  // share of the edge where it crosses; -1 where there is none.
+  template <class Crosses, class ShareTo>
+  std::pair<std::int32_t, double> nearest_across(std::int32_t n, double limit, Crosses&& crosses,
+                                                 ShareTo&& share_to) const {
+    std::pair<std::int32_t, double> nearest{-1, limit};
+    for (const std::int32_t t : movable_.tets_of[n])
+      for (const std::int32_t m : movable_.tets[t].node) {
+        if (m == n || !crosses(m)) continue;
+        if (const double share = share_to(m); share < nearest.second) nearest = {m, share};
+      }
+    return nearest;
+  }
+
+  std::vector<Vec3>& at_;
+  std::vector<double>& offset_m_;
+  const Boundary& boundary_;
+  const SmoothSurface& surface_;
+  MovableNodes movable_;
+};
+
+class Conforming : BorderNodes {
  public:
   Conforming(BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
              const SmoothSurface& surface, const RegionAt& region_at)
-      : mesh_(mesh),
-        at_(placed.nodes),
-        off_m_(placed.off_m),
-        boundary_(boundary),
-        surface_(surface),
-        region_at_(region_at),
-        movable_(mesh.tets, at_) {
+      : BorderNodes(mesh.tets, placed, boundary, surface), mesh_(mesh), region_at_(region_at) {
     for (const Vec3& x : at_) region_.push_back(region_at_(x));
   }
 
@@ -84,20 +109,12 @@ class Conforming {
     return region_[a] != region_[b] && region_[a] != kOnBorder && region_[b] != kOnBorder;
   }
 
-  // The nearest place of the border on an edge of node n, if it is near.
+  // To the nearest place of the border on an edge of node n, if it is near.
   void snap(std::int32_t n) {
     if (region_[n] == kOnBorder) return;
-    double nearest = kNear;
-    std::int32_t towards = -1;
-    for (const std::int32_t t : movable_.tets_of[n])
-      for (const std::int32_t m : mesh_.tets[t].node) {
-        if (m == n || !crosses(n, m)) continue;
-        const double share = crossing(region_at_, at_[n], at_[m]);
-        if (share < nearest) {
-          nearest = share;
-          towards = m;
-        }
-      }
+    const auto [towards, nearest] = nearest_across(
+        n, kNear, [&](std::int32_t m) { return crosses(n, m); },
+        [&](std::int32_t m) { return crossing(region_at_, at_[n], at_[m]); });
     if (towards < 0) return;
     if (boundary_.kind[n] == NodeKind::inside &&
         movable_.move(n, at_[n] + nearest * (at_[towards] - at_[n])))
@@ -126,7 +143,7 @@ class Conforming {
     const double share = std::clamp(crossing(region_at_, at_[a], at_[b]), kTouches, 1 - kTouches);
     const auto middle = static_cast<std::int32_t>(at_.size());
     at_.push_back(at_[a] + share * (at_[b] - at_[a]));
-    off_m_.push_back(0);
+    offset_m_.push_back(0);
     mesh_.nodes.push_back(mesh_.nodes[a] + share * (mesh_.nodes[b] - mesh_.nodes[a]));
     region_.push_back(kOnBorder);
     movable_.tets_of.emplace_back();
@@ -156,22 +173,17 @@ class Conforming {
     const auto place =
         place_on(surface_, at_[n], edge.is_crease ? NodeKind::crease : NodeKind::smooth,
                  edge.direction, length_m);
-    if (!place || !movable_.move(n, *place)) off_m_[n] = surface_.closest(at_[n]).distance_m;
+    if (!place || !movable_.move(n, *place)) offset_m_[n] = surface_.closest(at_[n]).distance_m;
   }
 
   BisectedMesh& mesh_;
-  std::vector<Vec3>& at_;
-  std::vector<double>& off_m_;
-  const Boundary& boundary_;
-  const SmoothSurface& surface_;
   const RegionAt& region_at_;
   std::vector<int> region_;  // per node; kOnBorder
-  MovableNodes movable_;
 };
 
 TetNodes nodes_of(const QuadraticMesh& mesh, Eigen::Index t) {
   TetNodes out;
-  for (int k = 0; k < 10; ++k) out[static_cast<std::size_t>(k)] = mesh.nodes.row(mesh.tets(t, k));
+  for (int k = 0; k < 10; ++k) out[k] = mesh.nodes.row(mesh.tets(t, k));
   return out;
 }
 
@@ -185,17 +197,12 @@ void conform_to_regions(BisectedMesh& mesh, NodePlacement& placed, const Boundar
 namespace {
 
 /// Nodes in the order of their numbers, each moved once.
-class HeldBorder {
+class HeldBorder : BorderNodes {
  public:
   HeldBorder(const BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
              const SmoothSurface& surface, const HeldAt& held_at)
-      : mesh_(mesh),
-        at_(placed.nodes),
-        off_m_(placed.off_m),
-        boundary_(boundary),
-        surface_(surface),
+      : BorderNodes(mesh.tets, placed, boundary, surface),
         held_at_(held_at),
-        movable_(mesh.tets, at_),
         is_border_(at_.size(), 0) {}
 
   std::vector<char> run() {
@@ -226,16 +233,12 @@ class HeldBorder {
   }
 
   void snap(std::int32_t n) {
-    double nearest = 0.5;
-    std::int32_t towards = -1;
-    for (const std::int32_t t : movable_.tets_of[n])
-      for (const std::int32_t m : mesh_.tets[t].node) {
-        if (is_held_[m] == is_held_[n] || is_border_[m] || !may_move_along(n, m)) continue;
-        const double share = border_between(n, m);
-        if (share >= nearest) continue;
-        nearest = share;
-        towards = m;
-      }
+    const auto [towards, nearest] = nearest_across(
+        n, 0.5,
+        [&](std::int32_t m) {
+          return is_held_[m] != is_held_[n] && !is_border_[m] && may_move_along(n, m);
+        },
+        [&](std::int32_t m) { return border_between(n, m); });
     if (towards < 0) return;
     Vec3 to = at_[n] + nearest * (at_[towards] - at_[n]);
     if (boundary_.kind[n] != NodeKind::inside) {
@@ -245,17 +248,11 @@ class HeldBorder {
       to = *place;
     }
     if (!movable_.move(n, to)) return;
-    off_m_[n] = 0;
+    offset_m_[n] = 0;
     is_border_[n] = is_held_[n] = 1;
   }
 
-  const BisectedMesh& mesh_;
-  std::vector<Vec3>& at_;
-  std::vector<double>& off_m_;
-  const Boundary& boundary_;
-  const SmoothSurface& surface_;
   const HeldAt& held_at_;
-  MovableNodes movable_;
   std::vector<char> is_border_, is_held_;
 };
 
@@ -270,7 +267,7 @@ std::vector<char> conform_to_held(const BisectedMesh& mesh, NodePlacement& place
 void curve_borders(QuadraticMesh& mesh, std::int32_t first, const RegionAt& region_at) {
   // Normal of the border at inner mid-edge nodes: faces weighted by their tets' regions, so that
   // faces between equal regions cancel.
-  std::vector<Vec3> normal(static_cast<std::size_t>(mesh.nodes.rows() - first), Vec3::Zero());
+  std::vector<Vec3> normal(mesh.nodes.rows() - first, Vec3::Zero());
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
     const TetNodes x = nodes_of(mesh, t);
     const int region = region_at((x[0] + x[1] + x[2] + x[3]) / 4);
@@ -303,7 +300,7 @@ void curve_borders(QuadraticMesh& mesh, std::int32_t first, const RegionAt& regi
       mesh.nodes.row(node) = low + crossing(region_at, low, high) * (high - low);
       curved.push_back(node);
     }
-  std::vector<char> is_curved(static_cast<std::size_t>(mesh.nodes.rows()), 0);
+  std::vector<char> is_curved(mesh.nodes.rows(), 0);
   for (const std::int32_t n : curved) is_curved[n] = 1;
   for (bool is_changed = true; is_changed;) {
     is_changed = false;
@@ -312,7 +309,7 @@ void curve_borders(QuadraticMesh& mesh, std::int32_t first, const RegionAt& regi
       for (int k = 4; k < 10; ++k) any |= is_curved[mesh.tets(t, k)] != 0;
       if (!any) continue;
       const TetNodes x = nodes_of(mesh, t);
-      const double straight = (x[1] - x[0]).cross(x[2] - x[0]).dot(x[3] - x[0]);
+      const double straight = six_volumes(x[0], x[1], x[2], x[3]);
       if (smallest_jacobian(x) >= kSpoilt * straight) continue;
       for (int k = 0; k < 6; ++k) {
         const std::int32_t node = mesh.tets(t, 4 + k);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/closest_point.hpp"
 
 namespace palpate::fem {
@@ -13,7 +14,7 @@ namespace {
 
 using Edge = std::pair<std::int32_t, std::int32_t>;
 
-// A corner of a part, with its weights in the whole triangle.
+// A corner of a part, with its weights in the undivided triangle.
 struct PartCorner {
   std::int32_t vertex;
   Vec3 weights;
@@ -29,7 +30,7 @@ struct FacePart {
   Vec3 middle(std::size_t k) const { return (corner[k].weights + next(k).weights) / 2; }
 };
 
-// What the faces of a cut edge say of its middle.
+// Middle of a cut edge, as the mean over its faces.
 struct EdgeMiddle {
   Vec3 sum = Vec3::Zero();
   int faces = 0;
@@ -43,8 +44,7 @@ class Division {
     for (const auto& p : surface.vertices.rowwise()) places_.emplace_back(p);
     for (std::int32_t f = 0; f < surface.triangles.rows(); ++f) {
       FacePart face{f, {}};
-      for (int k = 0; k < 3; ++k)
-        face.corner[static_cast<std::size_t>(k)] = {surface.triangles(f, k), Vec3::Unit(k)};
+      for (int k = 0; k < 3; ++k) face.corner[k] = {surface.triangles(f, k), Vec3::Unit(k)};
       faces_.push_back(face);
     }
   }
@@ -68,20 +68,14 @@ class Division {
   }
 
   Surface surface() const {
-    Surface out;
-    out.vertices.resize(static_cast<Eigen::Index>(places_.size()), 3);
-    out.triangles.resize(static_cast<Eigen::Index>(faces_.size()), 3);
-    for (std::size_t v = 0; v < places_.size(); ++v)
-      out.vertices.row(static_cast<Eigen::Index>(v)) = places_[v];
-    for (std::size_t f = 0; f < faces_.size(); ++f)
-      for (std::size_t k = 0; k < 3; ++k)
-        out.triangles(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(k)) =
-            faces_[f].corner[k].vertex;
-    return out;
+    std::vector<Triangle> corners;
+    for (const FacePart& face : faces_)
+      corners.push_back({face.corner[0].vertex, face.corner[1].vertex, face.corner[2].vertex});
+    return {rows_of(places_), rows_of(corners)};
   }
 
  private:
-  const Vec3& place(std::int32_t v) const { return places_[static_cast<std::size_t>(v)]; }
+  const Vec3& place(std::int32_t v) const { return places_[v]; }
   const Vec3& place(const FacePart& face, std::size_t k) const {
     return place(face.corner[k].vertex);
   }
@@ -103,7 +97,8 @@ class Division {
     }
     return false;
   }
-  // Of edges of one length that with the lower vertices, so that both its triangles choose alike.
+  // Among edges of one length the one with the lower vertices is first, so that both its triangles
+  // choose alike.
   void turn_longest_first(FacePart& face) const {
     std::size_t longest = 0;
     const auto rank = [&](std::size_t k) {
@@ -111,8 +106,7 @@ class Division {
     };
     for (std::size_t k = 1; k < 3; ++k)
       if (rank(k) < rank(longest)) longest = k;
-    std::rotate(face.corner.begin(), face.corner.begin() + static_cast<std::ptrdiff_t>(longest),
-                face.corner.end());
+    std::rotate(face.corner.begin(), face.corner.begin() + longest, face.corner.end());
   }
   // A triangle that is cut at all is cut at its longest edge.
   void spread() {

@@ -15,7 +15,7 @@ struct DivisionLimits {
   double shortest_m = 0;
 };
 
-/// Whether a triangle with these corners [m], a part of triangle `of` of the whole surface, is to
+/// True where a triangle with these corners [m], a part of triangle `of` of the surface, is to
 /// be divided where it is too large.
 using IsDivided = std::function<bool(std::int32_t of, const Vec3& a, const Vec3& b, const Vec3& c)>;
 

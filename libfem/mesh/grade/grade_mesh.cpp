@@ -9,9 +9,9 @@
 
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/edge_map.hpp"
-#include "libfem/mesh/grade/bisect.hpp"
-#include "libfem/mesh/grade/conform.hpp"
-#include "libfem/mesh/grade/place_nodes.hpp"
+#include "libfem/mesh/grade/grade_steps.hpp"
+#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
@@ -47,9 +47,7 @@ void check(const TetMesh& base, const std::vector<char>& is_held, const GradeOpt
     if (!(piece.reach_m >= 0)) refuse("reach_m is negative", "Give a distance in metres.");
   }
   for (Eigen::Index t = 0; t < base.tets.rows(); ++t) {
-    const Vec3 a = base.nodes.row(base.tets(t, 0)), b = base.nodes.row(base.tets(t, 1)),
-               c = base.nodes.row(base.tets(t, 2)), d = base.nodes.row(base.tets(t, 3));
-    if (!((b - a).cross(c - a).dot(d - a) > 0))
+    if (!(tet_volume_m3(corners_of(base, t)) > 0))
       refuse("tet " + std::to_string(t) + " has no positive volume",
              "Order its nodes so that it is positive, or fill the body again.");
   }
@@ -62,7 +60,7 @@ void number_nodes(const BisectedMesh& mesh, const Boundary& boundary, const Node
   std::vector<Vec3> nodes = corners.nodes;
   nodes.insert(nodes.end(), middles.nodes.begin(), middles.nodes.end());
   EdgeMap inner(mesh.tets.size() * 2);
-  out.tets.resize(static_cast<Eigen::Index>(mesh.tets.size()), 10);
+  out.tets.resize(mesh.tets.size(), 10);
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     const auto& n = mesh.tets[t].node;
     const auto row = static_cast<Eigen::Index>(t);
@@ -79,22 +77,19 @@ void number_nodes(const BisectedMesh& mesh, const Boundary& boundary, const Node
       out.tets(row, 4 + k) = node;
     }
   }
-  out.nodes.resize(static_cast<Eigen::Index>(nodes.size()), 3);
-  for (std::size_t n = 0; n < nodes.size(); ++n)
-    out.nodes.row(static_cast<Eigen::Index>(n)) = nodes[n];
+  out.nodes = rows_of(nodes);
 }
 
 void list_faces(const BisectedMesh& mesh, const Boundary& boundary, QuadraticMesh& out) {
   const auto corner_count = static_cast<std::int32_t>(mesh.nodes.size());
-  out.faces.resize(static_cast<Eigen::Index>(boundary.faces.size()), 6);
+  out.faces.resize(boundary.faces.size(), 6);
   for (std::size_t f = 0; f < boundary.faces.size(); ++f) {
     const auto [tet, face] = boundary.faces[f];
     std::int32_t n[3];
     for (int k = 0; k < 3; ++k) n[k] = mesh.tets[tet].node[kTetFace[face][k]];
     for (int k = 0; k < 3; ++k) {
-      out.faces(static_cast<Eigen::Index>(f), k) = n[k];
-      out.faces(static_cast<Eigen::Index>(f), 3 + k) =
-          corner_count + boundary.edge_of.find(n[k], n[(k + 1) % 3]);
+      out.faces(f, k) = n[k];
+      out.faces(f, 3 + k) = corner_count + boundary.edge_of.find(n[k], n[(k + 1) % 3]);
     }
   }
 }
@@ -104,7 +99,7 @@ void list_faces(const BisectedMesh& mesh, const Boundary& boundary, QuadraticMes
 void hold(const TetMesh& base, const std::vector<char>& is_held, const HeldAt& held_at,
           const std::vector<char>& is_border, const BisectedMesh& mesh, const Boundary& boundary,
           QuadraticMesh& out) {
-  out.is_held.assign(static_cast<std::size_t>(out.nodes.rows()), 0);
+  out.is_held.assign(out.nodes.rows(), 0);
   std::copy(is_held.begin(), is_held.end(), out.is_held.begin());
   std::vector<char> is_face_held;
   for (const auto [tet, face] : mesh.base_faces) {
@@ -115,26 +110,25 @@ void hold(const TetMesh& base, const std::vector<char>& is_held, const HeldAt& h
   for (std::size_t f = 0; f < boundary.faces.size(); ++f) {
     const auto [tet, face] = boundary.faces[f];
     if (!is_face_held[mesh.tets[tet].face[face]]) continue;
-    for (const std::int32_t n : out.faces.row(static_cast<Eigen::Index>(f))) out.is_held[n] = 1;
+    for (const std::int32_t n : out.faces.row(f)) out.is_held[n] = 1;
   }
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     bool is_all = true;
     for (const std::int32_t n : base.tets.row(mesh.tets[t].base)) is_all &= is_held[n] != 0;
     if (!is_all) continue;
-    for (const std::int32_t n : out.tets.row(static_cast<Eigen::Index>(t))) out.is_held[n] = 1;
+    for (const std::int32_t n : out.tets.row(t)) out.is_held[n] = 1;
   }
   if (!held_at) return;
   std::vector<char> is_on_boundary(out.is_held.size(), 0);
-  for (const std::int32_t n : out.faces.reshaped()) is_on_boundary[static_cast<std::size_t>(n)] = 1;
+  for (const std::int32_t n : out.faces.reshaped()) is_on_boundary[n] = 1;
   for (Eigen::Index n = base.nodes.rows(); n < out.nodes.rows(); ++n)
-    if (held_at(out.nodes.row(n), is_on_boundary[static_cast<std::size_t>(n)] != 0))
-      out.is_held[static_cast<std::size_t>(n)] = 1;
+    if (held_at(out.nodes.row(n), is_on_boundary[n] != 0)) out.is_held[n] = 1;
   for (std::size_t n = 0; n < is_border.size(); ++n) out.is_held[n] |= is_border[n];
   // Which side of the border a mid-edge node on it is on is a matter of rounding.
   const auto hold_where_corners_are = [&](const auto& nodes, int corners) {
     for (int k = 0; k < corners; ++k)
-      if (!out.is_held[static_cast<std::size_t>(nodes[k])]) return;
-    for (const std::int32_t n : nodes) out.is_held[static_cast<std::size_t>(n)] = 1;
+      if (!out.is_held[nodes[k]]) return;
+    for (const std::int32_t n : nodes) out.is_held[n] = 1;
   };
   for (const auto& tet : out.tets.rowwise()) hold_where_corners_are(tet, 4);
   for (const auto& face : out.faces.rowwise()) hold_where_corners_are(face, 3);
@@ -151,20 +145,20 @@ double wanted_size_m(const Segment& piece, double growth, const Vec3& x) {
   return std::max(piece.h_m, growth * (distance_m(piece, x) - piece.reach_m));
 }
 
-// Whether a place, or one so far away, is where some piece wants its h_m.
+// True of a place, or one so far away, where some piece wants its h_m.
 bool is_finest_of_a_piece(const GradeOptions& options, const Vec3& x, double away_m) {
   return std::ranges::any_of(options.path, [&](const Segment& piece) {
     return options.growth * (distance_m(piece, x) - away_m - piece.reach_m) <= piece.h_m;
   });
 }
 
-// Of nodes where the mesh is finest.
-double farthest_off_m(const NodePlacement& placed, const GradeOptions& options) {
+// Largest offset of nodes where the mesh is finest.
+double largest_offset_m(const NodePlacement& placed, const GradeOptions& options) {
   double largest_m = 0;
   for (std::size_t n = 0; n < placed.nodes.size(); ++n)
-    if (placed.off_m[n] > largest_m &&
-        is_finest_of_a_piece(options, placed.nodes[n], placed.off_m[n]))
-      largest_m = placed.off_m[n];
+    if (placed.offset_m[n] > largest_m &&
+        is_finest_of_a_piece(options, placed.nodes[n], placed.offset_m[n]))
+      largest_m = placed.offset_m[n];
   return largest_m;
 }
 
@@ -172,8 +166,8 @@ double finest_m(const GradeOptions& options) {
   return std::ranges::min_element(options.path, {}, &Segment::h_m)->h_m;
 }
 
-// Of boundary nodes: the mean over what a contact touches, largest of the contacts along the path.
-double contact_deviation_m(const std::vector<Vec3>& nodes, const std::vector<double>& off_m,
+// Mean offset of the boundary nodes that a contact touches, largest of the contacts along the path.
+double contact_deviation_m(const std::vector<Vec3>& nodes, const std::vector<double>& offset_m,
                            const GradeOptions& options) {
   double largest_m = 0;
   for (const Segment& piece : options.path) {
@@ -185,9 +179,9 @@ double contact_deviation_m(const std::vector<Vec3>& nodes, const std::vector<dou
       double sum_m = 0;
       int count = 0;
       for (std::size_t n = 0; n < nodes.size(); ++n) {
-        // A node may be as far from where it should be as it is off.
-        if ((nodes[n] - middle).norm() - off_m[n] > radius_m) continue;
-        sum_m += off_m[n];
+        // A node may be as far from where it should be as its offset.
+        if ((nodes[n] - middle).norm() - offset_m[n] > radius_m) continue;
+        sum_m += offset_m[n];
         ++count;
       }
       if (count > 0) largest_m = std::max(largest_m, sum_m / count);
@@ -199,24 +193,24 @@ double contact_deviation_m(const std::vector<Vec3>& nodes, const std::vector<dou
 void note_deviation(const NodePlacement& corners, const NodePlacement& middles,
                     const Boundary& boundary, const GradeOptions& options, QuadraticMesh& out) {
   std::vector<Vec3> nodes = middles.nodes;
-  std::vector<double> off_m = middles.off_m;
+  std::vector<double> offset_m = middles.offset_m;
   for (std::size_t n = 0; n < corners.nodes.size(); ++n) {
     if (boundary.kind[n] == NodeKind::inside) continue;
     nodes.push_back(corners.nodes[n]);
-    off_m.push_back(corners.off_m[n]);
+    offset_m.push_back(corners.offset_m[n]);
   }
-  for (const double one_m : off_m) out.deviation_m = std::max(out.deviation_m, one_m);
-  if (out.deviation_m > 0) out.contact_deviation_m = contact_deviation_m(nodes, off_m, options);
+  for (const double one_m : offset_m) out.deviation_m = std::max(out.deviation_m, one_m);
+  if (out.deviation_m > 0) out.contact_deviation_m = contact_deviation_m(nodes, offset_m, options);
 }
 
 }  // namespace
 
 double tet_size_m(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  const double six_volumes = std::abs((b - a).cross(c - a).dot(d - a));
+  const double volumes = std::abs(six_volumes(a, b, c, d));
   const double longest =
       std::sqrt(std::max({(a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm(),
                           (a - d).squaredNorm(), (b - d).squaredNorm(), (c - d).squaredNorm()}));
-  return std::max(std::cbrt(six_volumes), longest / std::sqrt(3.0));
+  return std::max(std::cbrt(volumes), longest / std::sqrt(3.0));
 }
 
 double wanted_size_m(const GradeOptions& options, const Vec3& x) {
@@ -232,9 +226,9 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
   BisectedMesh mesh = bisect(base, options);
   Boundary boundary = classify_boundary(base, mesh);
   NodePlacement corners = place_corners(mesh, boundary, surface, Placing::by_birth);
-  if (farthest_off_m(corners, options) > kFaithful * finest_m(options)) {
+  if (largest_offset_m(corners, options) > kFaithful * finest_m(options)) {
     NodePlacement spread = place_corners(mesh, boundary, surface, Placing::spread);
-    if (farthest_off_m(spread, options) < farthest_off_m(corners, options))
+    if (largest_offset_m(spread, options) < largest_offset_m(corners, options))
       corners = std::move(spread);
   }
   std::vector<char> is_border;
@@ -258,7 +252,7 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
   if (base.region.size() > 0) {
     out.region.resize(out.tets.rows());
     for (std::size_t t = 0; t < mesh.tets.size(); ++t)
-      out.region[static_cast<Eigen::Index>(t)] = base.region[mesh.tets[t].base];
+      out.region[t] = base.region[mesh.tets[t].base];
   }
   return out;
 }

@@ -19,18 +19,18 @@ struct Segment {
       0.008;  ///< distance kept that fine; 0: size is proportional to distance from h_m on
 };
 
-/// Where a mesh is fine: size(x) is the least that any piece of the path wants.
+/// Wanted element size: size(x) is the least that any piece of the path wants.
 /// A tet's own size is `tet_size_m`, compared with size(x) at its centroid.
 /// Below half the contact radius, growth decides the force error more than h_m does.
 struct GradeOptions {
   std::vector<Segment> path;  ///< where contact will be: the press, and each drag
   double growth = 0.45;       ///< size gained per distance; (0, 1]
-  /// What fills a place, and how large tets that the border of two regions crosses may be, over
+  /// Material of a place, and how large tets that the border of two regions crosses may be, over
   /// size(x), before they are made to end there: as large as others, a lump is seen too coarsely.
   RegionAt region_at = {};
   double interface_share = 1;
-  /// Whether a place is held: new nodes there are, and nodes near the border of what is held are
-  /// moved onto it (conform.hpp). Empty: as the base's nodes tell.
+  /// Held places: new nodes there are held, and nodes near the border of what is held are
+  /// moved onto it (grade_steps.hpp). Empty: as the base's nodes are.
   HeldAt held_at = {};
   std::vector<char> halved = {};      ///< #base tets: parts are at most half as large; empty: none
   std::int32_t max_corners = 200000;  ///< refuses to make more corner nodes than this
@@ -47,15 +47,15 @@ struct GradeOptions {
 /// that the inside follows. Nodes on creases (boundary edges sharper than 40 degrees in the base,
 /// with a crease of the surface nearby) go to the crease only. A move that would leave an element
 /// less than a fifth of its straight volume, or a determinant that small at a quadrature point, a
-/// corner or the centroid, is halved up to three times and then dropped: `deviation_m` tells how
-/// far off that left a node, `contact_deviation_m` the mean of that over what a contact touches.
-/// Where a node in contact is off by more than a twentieth of the finest h_m, corners are placed in
-/// another way (`Placing::spread`), and whichever is nearer to the surface there is taken. A new
-/// node is held when it lies on a boundary face or in a tet of the base whose corners all are, or
-/// where held_at says so; so are nodes on the border of what held_at holds.
+/// corner or the centroid, is halved up to three times and then dropped: `deviation_m` is the
+/// largest offset that this left, `contact_deviation_m` the mean of that over what a contact
+/// touches. Where a node in contact is off by more than a twentieth of the finest h_m, corners are
+/// placed in another way (`Placing::spread`), and whichever is nearer to the surface there is
+/// taken. A new node is held when it lies on a boundary face or in a tet of the base whose corners
+/// all are, or where held_at says so; so are nodes on the border of what held_at holds.
 ///
 /// Where region_at is given, tets end at the border between regions, whose mid-edge nodes follow it
-/// (conform.hpp).
+/// (grade_steps.hpp).
 ///
 /// Throws Error on options out of range, on is_held of another length, on a tet that is not
 /// positive and when max_corners is passed. Depends on nothing but its arguments; thread-safe.

@@ -46,13 +46,13 @@ double window(double distance, double radius) {
 std::vector<std::int32_t> SmoothSurface::patch_around(const SurfaceHit& centre,
                                                       double radius_m) const {
   std::vector<std::int32_t> patch{centre.triangle};
-  std::vector<char> is_seen(static_cast<std::size_t>(surface_.triangles.rows()), 0);
-  is_seen[centre.triangle] = 1;
+  std::vector<char> is_visited(surface_.triangles.rows(), 0);
+  is_visited[centre.triangle] = 1;
   for (std::size_t i = 0; i < patch.size(); ++i)
     for (int k = 0; k < 3; ++k) {
       const std::int32_t next = smooth_neighbour_(patch[i], k);
-      if (next < 0 || is_seen[next]) continue;
-      is_seen[next] = 1;
+      if (next < 0 || is_visited[next]) continue;
+      is_visited[next] = 1;
       const Vec3 a = corner(patch[i], k), b = corner(patch[i], (k + 1) % 3);
       const double along = nearest_on_segment(centre.on_facet, a, b);
       if ((a + along * (b - a) - centre.on_facet).norm() < radius_m) patch.push_back(next);
@@ -86,10 +86,10 @@ Mat3 SmoothSurface::normal_gradient(const SurfaceHit& centre, double radius_m) c
   Mat3 frame = frame_about(centre.normal);
   Mat3 gradient = Mat3::Zero();
   for (int pass = 0; pass < 2; ++pass) {
-    Eigen::MatrixXd matrix(static_cast<Eigen::Index>(samples.size()), kTerms);
+    Eigen::MatrixXd matrix(samples.size(), kTerms);
     Eigen::VectorXd height(matrix.rows());
     for (Eigen::Index s = 0; s < matrix.rows(); ++s) {
-      const Sample& sample = samples[static_cast<std::size_t>(s)];
+      const Sample& sample = samples[s];
       const Vec3 local = frame.transpose() * (sample.position - centre.position) / radius_m;
       const double weight = std::sqrt(sample.area * window(local.norm(), 1));
       matrix.row(s) = weight * terms(local[0], local[1]);

@@ -1,13 +1,15 @@
-#include "libfem/mesh/grade/place_nodes.hpp"
+#include "libfem/mesh/grade/grade_steps.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "libfem/mesh/grade/quadratic_geometry.hpp"
+#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/topology.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -19,19 +21,18 @@ constexpr double kMoveLimit = 0.35;
 constexpr double kSpoilt = 0.2;  // of the straight element: below it Newton steps start to invert
 constexpr double kSmallestScale = 0.125;  // three halvings, then the move is dropped
 
-double six_volumes(const std::vector<Vec3>& x, const std::array<std::int32_t, 4>& n) {
-  return (x[n[1]] - x[n[0]]).cross(x[n[2]] - x[n[0]]).dot(x[n[3]] - x[n[0]]);
+double volume_of(const std::vector<Vec3>& x, const std::array<std::int32_t, 4>& n) {
+  return six_volumes(x[n[0]], x[n[1]], x[n[2]], x[n[3]]);
 }
 
 // A node without a goal is as far off as the surface's nearest facet.
-double distance_off(const SmoothSurface& surface, const Vec3& node, const Vec3& goal,
-                    char is_lost) {
+double offset_of(const SmoothSurface& surface, const Vec3& node, const Vec3& goal, char is_lost) {
   return is_lost ? surface.closest(node).distance_m : (node - goal).norm();
 }
 
 // Mean length of the boundary edges at each base node, 0 inside. Every edge counts twice.
 std::vector<double> boundary_spacing(const TetMesh& base, const std::vector<BoundaryFace>& faces) {
-  std::vector<double> sum(static_cast<std::size_t>(base.nodes.rows()), 0.0);
+  std::vector<double> sum(base.nodes.rows(), 0.0);
   std::vector<int> count(sum.size(), 0);
   for (const auto [tet, face] : faces)
     for (int k = 0; k < 3; ++k) {
@@ -48,9 +49,9 @@ std::vector<double> boundary_spacing(const TetMesh& base, const std::vector<Boun
   return sum;
 }
 
-// Moves nodes from start to goal, the whole way where is_spoilt(element, positions) allows it for
-// all elements around, else half, a quarter or none of it. All spoilt elements are found before any
-// node is drawn back, so the result does not depend on their order.
+// Moves nodes from start to goal, all the distance where is_spoilt(element, positions) allows it
+// for all elements around, else half, a quarter or none of it. All spoilt elements are found before
+// any node is drawn back, so the result does not depend on their order.
 template <class NodesOf, class IsSpoilt>
 std::vector<Vec3> move_unless_spoilt(const std::vector<Vec3>& start, const std::vector<Vec3>& goal,
                                      std::size_t elements, NodesOf&& nodes_of,
@@ -64,8 +65,7 @@ std::vector<Vec3> move_unless_spoilt(const std::vector<Vec3>& start, const std::
       if (is_suspect[e] && is_spoilt(e, at))
         for (const std::int32_t n : nodes_of(e))
           if (scale[n] > 0 && goal[n] != start[n]) back.push_back(n);
-    std::sort(back.begin(), back.end());
-    back.erase(std::unique(back.begin(), back.end()), back.end());
+    sort_unique(back);
     if (back.empty()) return at;
 
     std::fill(is_moved.begin(), is_moved.end(), 0);
@@ -82,8 +82,8 @@ std::vector<Vec3> move_unless_spoilt(const std::vector<Vec3>& start, const std::
 }
 
 // Positions of inside nodes by which what boundary nodes move spreads evenly: springs along the
-// edges, as stiff as the edges are short. The middle of moved parents knows no more of the boundary
-// than its parents did, so a fine mesh under a base face that is far off is crushed.
+// edges, as stiff as the edges are short. The middle of moved parents follows the boundary no
+// better than its parents did, so a fine mesh under a base face that is far off is crushed.
 void spread(const BisectedMesh& mesh, const Boundary& boundary, std::vector<Vec3>& at) {
   std::vector<Eigen::Index> row(at.size(), -1);
   Eigen::Index rows = 0;
@@ -94,9 +94,8 @@ void spread(const BisectedMesh& mesh, const Boundary& boundary, std::vector<Vec3
   Points load = Points::Zero(rows, 3);
   for (const BisectedTet& tet : mesh.tets)
     for (const auto& edge : kTetEdge)
-      for (int way = 0; way < 2; ++way) {
-        const auto a = static_cast<std::size_t>(tet.node[edge[way]]),
-                   b = static_cast<std::size_t>(tet.node[edge[1 - way]]);
+      for (int end = 0; end < 2; ++end) {
+        const std::int32_t a = tet.node[edge[end]], b = tet.node[edge[1 - end]];
         if (row[a] < 0) continue;
         const double stiffness = 1 / (mesh.nodes[a] - mesh.nodes[b]).norm();
         springs.emplace_back(row[a], row[a], stiffness);
@@ -122,7 +121,7 @@ std::optional<Vec3> place_on(const SmoothSurface& surface, const Vec3& guess, No
   if (kind != NodeKind::smooth) {
     // A thin round rim looks creased in a coarse base; only the surface's own creases count.
     if (const auto crease = surface.closest_crease(guess, limit))
-      return kind == NodeKind::corner ? guess : crease->position;
+      return kind == NodeKind::corner ? guess : *crease;
   }
   const auto hit = surface.closest(guess, direction, kCompatibleCosine);
   if (!hit || (hit->position - guess).norm() > limit) return std::nullopt;
@@ -201,7 +200,7 @@ NodePlacement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
     if (n < static_cast<std::size_t>(mesh.base_nodes)) {
       spacing_m = boundary.spacing_m[n];
     } else {
-      const auto [a, b] = mesh.parents[n - static_cast<std::size_t>(mesh.base_nodes)];
+      const auto [a, b] = mesh.parents[n - mesh.base_nodes];
       goal[n] = 0.5 * (goal[a] + goal[b]);
       spacing_m = (goal[a] - goal[b]).norm();
     }
@@ -219,13 +218,13 @@ NodePlacement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
   out.nodes = move_unless_spoilt(
       mesh.nodes, goal, mesh.tets.size(), [&](std::size_t t) { return mesh.tets[t].node; },
       [&](std::size_t t, const std::vector<Vec3>& at) {
-        return six_volumes(at, mesh.tets[t].node) <
-               kSpoilt * six_volumes(mesh.nodes, mesh.tets[t].node);
+        return volume_of(at, mesh.tets[t].node) <
+               kSpoilt * volume_of(mesh.nodes, mesh.tets[t].node);
       });
-  out.off_m.assign(goal.size(), 0.0);
+  out.offset_m.assign(goal.size(), 0.0);
   for (std::size_t n = 0; n < goal.size(); ++n)
     if (boundary.kind[n] != NodeKind::inside)
-      out.off_m[n] = distance_off(surface, out.nodes[n], goal[n], is_lost[n]);
+      out.offset_m[n] = offset_of(surface, out.nodes[n], goal[n], is_lost[n]);
   return out;
 }
 
@@ -273,12 +272,37 @@ NodePlacement place_middles(const BisectedMesh& mesh, const Boundary& boundary,
           nodes[4 + k] = curved[c].edge[k] >= 0
                              ? at[curved[c].edge[k]]
                              : Vec3(0.5 * (nodes[kTetEdge[k][0]] + nodes[kTetEdge[k][1]]));
-        return smallest_jacobian(nodes) < kSpoilt * six_volumes(corners, n);
+        return smallest_jacobian(nodes) < kSpoilt * volume_of(corners, n);
       });
-  out.off_m.resize(count);
+  out.offset_m.resize(count);
   for (std::size_t e = 0; e < count; ++e)
-    out.off_m[e] = distance_off(surface, out.nodes[e], goal[e], is_lost[e]);
+    out.offset_m[e] = offset_of(surface, out.nodes[e], goal[e], is_lost[e]);
   return out;
+}
+
+double jacobian_determinant(const TetNodes& nodes, const Eigen::Vector4d& at) {
+  Eigen::Matrix<double, 3, 4> by_coordinate;  // dx/dL_k, the four taken as independent
+  for (int k = 0; k < 4; ++k) by_coordinate.col(k) = (4 * at[k] - 1) * nodes[k];
+  for (int e = 0; e < 6; ++e) {
+    const int a = kTetEdge[e][0], b = kTetEdge[e][1];
+    by_coordinate.col(a) += 4 * at[b] * nodes[4 + e];
+    by_coordinate.col(b) += 4 * at[a] * nodes[4 + e];
+  }
+  Mat3 jacobian;
+  for (int k = 0; k < 3; ++k) jacobian.col(k) = by_coordinate.col(k + 1) - by_coordinate.col(0);
+  return jacobian.determinant();
+}
+
+double smallest_jacobian(const TetNodes& nodes) {
+  constexpr double kNear = 0.58541019662496852, kFar = 0.13819660112501050;  // degree-2 rule
+  double smallest = jacobian_determinant(nodes, Eigen::Vector4d::Constant(0.25));
+  for (int k = 0; k < 4; ++k) {
+    Eigen::Vector4d at = Eigen::Vector4d::Constant(kFar);
+    at[k] = kNear;
+    smallest = std::min({smallest, jacobian_determinant(nodes, at),
+                         jacobian_determinant(nodes, Eigen::Vector4d::Unit(k))});
+  }
+  return smallest;
 }
 
 }  // namespace palpate::fem

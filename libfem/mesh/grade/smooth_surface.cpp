@@ -4,19 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
-#include <tuple>
 #include <utility>
 
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
 namespace {
-
-std::int32_t root_of(std::vector<std::int32_t>& parent, std::int32_t i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
 
 void check(const Surface& surface) {
   const auto& t = surface.triangles;
@@ -47,54 +41,34 @@ SmoothSurface::SmoothSurface(Surface surface) : surface_(std::move(surface)) {
 }
 
 void SmoothSurface::find_neighbours() {
-  struct TriangleSide {
-    std::int32_t a, b, triangle;
-    int edge;
-  };
-  std::vector<TriangleSide> sides;
-  sides.reserve(static_cast<std::size_t>(surface_.triangles.size()));
-  for (std::int32_t f = 0; f < surface_.triangles.rows(); ++f)
-    for (int k = 0; k < 3; ++k) {
-      const auto [a, b] =
-          std::minmax({surface_.triangles(f, k), surface_.triangles(f, (k + 1) % 3)});
-      sides.push_back({a, b, f, k});
-    }
-  std::sort(sides.begin(), sides.end(), [](const TriangleSide& l, const TriangleSide& r) {
-    return std::tie(l.a, l.b, l.triangle, l.edge) < std::tie(r.a, r.b, r.triangle, r.edge);
-  });
-
   const double crease_cosine = std::cos(kCreaseAngle_rad);
   smooth_neighbour_ = Triangles::Constant(surface_.triangles.rows(), 3, -1);
-  for (std::size_t i = 0; i < sides.size();) {
-    std::size_t end = i + 1;
-    while (end < sides.size() && sides[end].a == sides[i].a && sides[end].b == sides[i].b) ++end;
-    const TriangleSide &f = sides[i], &g = sides[end - 1];
-    const Vec3 normal_f = facet_normal_.row(f.triangle), normal_g = facet_normal_.row(g.triangle);
+  for_each_edge(sorted_sides(surface_.triangles), [&](auto begin, auto end) {
+    const TriangleSide &f = *begin, &g = *(end - 1);
+    const Vec3 normal_f = facet_normal_.row(f.face), normal_g = facet_normal_.row(g.face);
     // A triangle without area has no say: it joins what it touches.
-    const bool is_smooth = end - i == 2 && (normal_f.isZero(0) || normal_g.isZero(0) ||
-                                            normal_f.dot(normal_g) >= crease_cosine);
+    const bool is_smooth = end - begin == 2 && (normal_f.isZero(0) || normal_g.isZero(0) ||
+                                                normal_f.dot(normal_g) >= crease_cosine);
     if (is_smooth) {
-      smooth_neighbour_(f.triangle, f.edge) = g.triangle;
-      smooth_neighbour_(g.triangle, g.edge) = f.triangle;
+      smooth_neighbour_(f.face, f.corner) = g.face;
+      smooth_neighbour_(g.face, g.corner) = f.face;
     } else {
-      crease_.push_back({f.a, f.b});
+      crease_.push_back({f.low, f.high});
     }
-    i = end;
-  }
+  });
 
-  Points lower(static_cast<Eigen::Index>(crease_.size()), 3), upper = lower;
+  Points lower(crease_.size(), 3), upper = lower;
   for (std::size_t e = 0; e < crease_.size(); ++e) {
     const auto a = surface_.vertices.row(crease_[e].a), b = surface_.vertices.row(crease_[e].b);
-    lower.row(static_cast<Eigen::Index>(e)) = a.cwiseMin(b);
-    upper.row(static_cast<Eigen::Index>(e)) = a.cwiseMax(b);
+    lower.row(e) = a.cwiseMin(b);
+    upper.row(e) = a.cwiseMax(b);
   }
   crease_boxes_ = BoxTree(lower, upper);
 }
 
 void SmoothSurface::average_corner_normals() {
   const auto& triangles = surface_.triangles;
-  std::vector<std::int32_t> fan(static_cast<std::size_t>(triangles.size()));
-  std::iota(fan.begin(), fan.end(), 0);
+  DisjointSets fans(triangles.size());
   const auto corner_at = [&](std::int32_t f, std::int32_t vertex) {
     const int k = triangles(f, 0) == vertex ? 0 : triangles(f, 1) == vertex ? 1 : 2;
     return 3 * f + k;
@@ -103,11 +77,8 @@ void SmoothSurface::average_corner_normals() {
     for (int k = 0; k < 3; ++k) {
       const std::int32_t g = smooth_neighbour_(f, k);
       if (g < f) continue;
-      for (const std::int32_t vertex : {triangles(f, k), triangles(f, (k + 1) % 3)}) {
-        const std::int32_t a = root_of(fan, corner_at(f, vertex));
-        const std::int32_t b = root_of(fan, corner_at(g, vertex));
-        fan[std::max(a, b)] = std::min(a, b);
-      }
+      for (const std::int32_t vertex : {triangles(f, k), triangles(f, (k + 1) % 3)})
+        fans.join(corner_at(f, vertex), corner_at(g, vertex));
     }
 
   Points sum = Points::Zero(triangles.size(), 3);
@@ -116,11 +87,11 @@ void SmoothSurface::average_corner_normals() {
       const Vec3 e1 = corner(f, (k + 1) % 3) - corner(f, k);
       const Vec3 e2 = corner(f, (k + 2) % 3) - corner(f, k);
       const double angle = std::atan2(e1.cross(e2).norm(), e1.dot(e2));
-      sum.row(root_of(fan, 3 * f + k)) += angle * facet_normal_.row(f);
+      sum.row(fans.find(3 * f + k)) += angle * facet_normal_.row(f);
     }
   corner_normal_.resize(triangles.size(), 3);
   for (std::int32_t c = 0; c < triangles.size(); ++c) {
-    const Vec3 total = sum.row(root_of(fan, c));
+    const Vec3 total = sum.row(fans.find(c));
     const double length = total.norm();
     corner_normal_.row(c) = length > 0 ? Vec3(total / length) : Vec3(facet_normal_.row(c / 3));
   }
@@ -159,8 +130,8 @@ std::optional<SurfaceHit> SmoothSurface::closest(const Vec3& point, const Vec3& 
   });
 }
 
-std::optional<CreaseHit> SmoothSurface::closest_crease(const Vec3& point, double within_m) const {
-  std::optional<CreaseHit> hit;
+std::optional<Vec3> SmoothSurface::closest_crease(const Vec3& point, double within_m) const {
+  std::optional<Vec3> hit;
   double squared_best = within_m * within_m;
   crease_boxes_.visit_nearest(point, squared_best, [&](std::int32_t e, double& best) {
     const Vec3 a = surface_.vertices.row(crease_[e].a), b = surface_.vertices.row(crease_[e].b);
@@ -168,7 +139,7 @@ std::optional<CreaseHit> SmoothSurface::closest_crease(const Vec3& point, double
     const double squared = (nearest - point).squaredNorm();
     if (squared > best || (hit && squared == best)) return;
     best = squared;
-    hit = CreaseHit{nearest, std::sqrt(squared)};
+    hit = nearest;
   });
   return hit;
 }

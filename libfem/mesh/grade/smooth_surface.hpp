@@ -9,7 +9,7 @@
 
 namespace palpate::fem {
 
-/// Where a query point meets a smooth surface.
+/// Point of a smooth surface nearest to a query.
 struct SurfaceHit {
   std::int32_t triangle = -1;
   Vec3 weights = Vec3::Zero();   ///< barycentric, sum 1
@@ -17,12 +17,6 @@ struct SurfaceHit {
   Vec3 position = Vec3::Zero();  ///< the same weights on the smooth surface [m]
   Vec3 normal = Vec3::Zero();    ///< outward unit, interpolated from the corners
   double distance_m = 0;         ///< from the query point to on_facet
-};
-
-/// Where a query point meets the nearest crease.
-struct CreaseHit {
-  Vec3 position = Vec3::Zero();  ///< [m]
-  double distance_m = 0;
 };
 
 /// A smooth surface through the vertices of a triangulated one, its creases kept.
@@ -56,7 +50,7 @@ class SmoothSurface {
                                     double min_cosine) const;
 
   /// Nearest point on a crease (a straight polyline) within `within_m`; empty without one.
-  std::optional<CreaseHit> closest_crease(const Vec3& point, double within_m) const;
+  std::optional<Vec3> closest_crease(const Vec3& point, double within_m) const;
 
   /// The smooth surface at barycentric weights of a triangle [m].
   Vec3 lifted(std::int32_t triangle, const Vec3& weights) const;

@@ -133,7 +133,7 @@ std::int64_t decode_integer(const char* bytes, NumberType type, Encoding encodin
   return with_type(type, [&](auto number) {
     using T = decltype(number);
     const T value = decode<T>(bytes, encoding);
-    // What no index can be becomes one that every range check refuses.
+    // A value that is no index becomes one that every range check refuses.
     if constexpr (std::is_floating_point_v<T>) {
       return value >= 0 && value < 0x1p53 ? static_cast<std::int64_t>(value) : std::int64_t{-1};
     } else if constexpr (std::is_same_v<T, std::uint64_t>) {
@@ -160,7 +160,7 @@ std::string load_file(const std::filesystem::path& path) {
   if (size == 0) throw Error(name, "the file is empty", "Export the mesh again.");
   if (size > kLargestFile)
     throw Error(name, "is larger than 4 GiB", "Decimate the mesh, or save it in a binary format.");
-  std::string bytes(static_cast<std::size_t>(size), '\0');
+  std::string bytes(size, '\0');
   std::ifstream in(path, std::ios::binary);
   in.read(bytes.data(), static_cast<std::streamsize>(size));
   if (!in) throw Error(name, "cannot be read", "Check that the file is there and may be read.");
@@ -286,7 +286,7 @@ std::size_t Cursor::checked_count(std::int64_t number, std::size_t min_bytes,
     fail("announces " + std::to_string(number) + " " + std::string(things) +
              ", more than the rest of the file can hold",
          "The file is cut short or damaged; copy or export it again.");
-  return static_cast<std::size_t>(number);
+  return number;
 }
 
 void Cursor::skip_bytes(std::size_t number) { take(number); }

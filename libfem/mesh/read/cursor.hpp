@@ -12,7 +12,7 @@
 
 namespace palpate::mesh_read {
 
-/// How numbers are written in a file or in a part of it.
+/// Encoding of the numbers in a file or in a part of it.
 enum class Encoding { text, little_endian, big_endian };
 
 enum class NumberType {
@@ -101,7 +101,7 @@ class Cursor {
 std::optional<double> parse_real(std::string_view word);
 std::optional<std::int64_t> parse_integer(std::string_view word);
 
-/// Whether words agree but for the case of ASCII letters.
+/// True where words agree but for the case of ASCII letters.
 bool same_word(std::string_view a, std::string_view b);
 
 /// A word of the file for an error message: in quotes, short and printable.

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "libfem/mesh/read/raw_mesh.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate {
@@ -19,7 +20,7 @@ using mesh_read::RawLabels;
 constexpr double kEqual = 1e-6;  // of a float32 and what was typed
 constexpr std::size_t kListed = 10;
 
-// What a file says of a mark: flags by point or by cell; one of both is there.
+// Flags of a mark in a file: by point or by cell; one of both is there.
 struct MarkFlags {
   std::vector<char> points, cells;
 };
@@ -52,8 +53,8 @@ MarkFlags group_of(const RawLabels& labels, const std::string& name, const std::
     throw Error(where, fmt::format("group \"{}\" is of {}", name, kOf[found->dimension]),
                 fmt::format("Name one of faces or tetrahedra. Its groups: {}.", list_of(known)));
   MarkFlags marked;
-  marked.cells.assign(static_cast<std::size_t>(labels.cells), 0);
-  for (const std::int32_t cell : found->cells) marked.cells[static_cast<std::size_t>(cell)] = 1;
+  marked.cells.assign(labels.cells, 0);
+  for (const std::int32_t cell : found->cells) marked.cells[cell] = 1;
   return marked;
 }
 
@@ -155,28 +156,11 @@ std::vector<char> corner_flags(const MarkFlags& marked,
   std::vector<char> flags;
   for (std::size_t i = 0; i < corners.size(); ++i)
     for (const std::int32_t corner : corners[i])
-      flags.push_back(!marked.points.empty() ? marked.points[static_cast<std::size_t>(corner)]
-                                             : marked.cells[static_cast<std::size_t>(cell[i])]);
+      flags.push_back(!marked.points.empty() ? marked.points[corner] : marked.cells[cell[i]]);
   return flags;
 }
 
-Points scaled(const std::vector<Vec3>& raw, double length_unit_m) {
-  Points points(static_cast<Eigen::Index>(raw.size()), 3);
-  for (std::size_t i = 0; i < raw.size(); ++i)
-    points.row(static_cast<Eigen::Index>(i)) = length_unit_m * raw[i].transpose();
-  return points;
-}
-
-template <class Matrix, std::size_t width>
-Matrix rows_of(const std::vector<std::array<std::int32_t, width>>& cells) {
-  Matrix out(static_cast<Eigen::Index>(cells.size()), static_cast<Eigen::Index>(width));
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    for (std::size_t k = 0; k < width; ++k)
-      out(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) = cells[i][k];
-  return out;
-}
-
-std::array<std::int32_t, 3> sorted(std::array<std::int32_t, 3> face) {
+Triangle sorted(Triangle face) {
   std::ranges::sort(face);
   return face;
 }
@@ -186,34 +170,28 @@ PaintedPart marked_boundary(const mesh_read::RawTetMesh& raw, const RawLabels& l
                             const MarkFlags& marked, double length_unit_m, const std::string& where,
                             const MeshMark& mark) {
   constexpr int kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  std::map<std::array<std::int32_t, 3>, std::array<std::int32_t, 3>> boundary;  // by sorted corners
+  std::map<Triangle, Triangle> boundary;  // by sorted corners
   for (const auto& tet : raw.tets)
     for (const auto& corner : kFaces) {
-      const std::array<std::int32_t, 3> face{tet[static_cast<std::size_t>(corner[0])],
-                                             tet[static_cast<std::size_t>(corner[1])],
-                                             tet[static_cast<std::size_t>(corner[2])]};
+      const Triangle face{tet[corner[0]], tet[corner[1]], tet[corner[2]]};
       const auto [at, is_new] = boundary.try_emplace(sorted(face), face);
       if (!is_new) boundary.erase(at);
     }
-  std::set<std::array<std::int32_t, 3>> painted;
+  std::set<Triangle> painted;
   for (std::size_t f = 0; f < labels.faces.size(); ++f)
-    if (marked.points.empty() && marked.cells[static_cast<std::size_t>(labels.face_cell[f])])
+    if (marked.points.empty() && marked.cells[labels.face_cell[f]])
       painted.insert(sorted(labels.faces[f]));
-  Surface surface;
-  std::vector<std::array<std::int32_t, 3>> triangles;
+  std::vector<Triangle> triangles;
   std::vector<char> flags;
   for (const auto& [key, face] : boundary) {
     triangles.push_back(face);
     for (const std::int32_t corner : face)
-      flags.push_back(marked.points.empty() ? painted.contains(key)
-                                            : marked.points[static_cast<std::size_t>(corner)]);
+      flags.push_back(marked.points.empty() ? painted.contains(key) : marked.points[corner]);
   }
   if (std::ranges::count(flags, 1) == 0)
     throw Error(where, fmt::format("no face of \"{}\" lies on the boundary of the body", mark.name),
                 "Name a group of faces on its boundary, or one of tetrahedra.");
-  surface.vertices = scaled(raw.points, length_unit_m);
-  surface.triangles = rows_of<Triangles>(triangles);
-  return {std::move(surface), std::move(flags)};
+  return {Surface{length_unit_m * rows_of(raw.points), rows_of(triangles)}, std::move(flags)};
 }
 
 }  // namespace
@@ -225,20 +203,18 @@ PaintedPart read_marked_part(const std::filesystem::path& path, double length_un
   if (!is_tets) {
     const mesh_read::RawSurface raw = mesh_read::read_raw_surface(path, &labels);
     const MarkFlags marked = find_mark(labels, raw.points.size(), mark, where);
-    return {Surface{scaled(raw.points, length_unit_m), rows_of<Triangles>(raw.triangles)},
+    return {Surface{length_unit_m * rows_of(raw.points), rows_of(raw.triangles)},
             corner_flags<3>(marked, raw.triangles, labels.cell)};
   }
   const mesh_read::RawTetMesh raw = mesh_read::read_raw_tets(path, &labels);
   const MarkFlags marked = find_mark(labels, raw.points.size(), mark, where);
   std::vector<char> flags = corner_flags<4>(marked, raw.tets, labels.cell);
-  bool has_whole = false;
+  bool has_full_tet = false;
   for (std::size_t t = 0; t < raw.tets.size(); ++t)
-    has_whole |= std::all_of(&flags[4 * t], &flags[4 * t] + 4, [](char flag) { return flag != 0; });
-  if (!has_whole) return marked_boundary(raw, labels, marked, length_unit_m, where, mark);
-  TetMesh volume;
-  volume.nodes = scaled(raw.points, length_unit_m);
-  volume.tets = rows_of<Tets>(raw.tets);
-  return {std::move(volume), std::move(flags)};
+    has_full_tet |=
+        std::all_of(&flags[4 * t], &flags[4 * t] + 4, [](char flag) { return flag != 0; });
+  if (!has_full_tet) return marked_boundary(raw, labels, marked, length_unit_m, where, mark);
+  return {TetMesh{length_unit_m * rows_of(raw.points), rows_of(raw.tets), {}}, std::move(flags)};
 }
 
 }  // namespace palpate

@@ -5,7 +5,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "libfem/mesh/read/formats.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
 
 namespace palpate::mesh_read {
 namespace {
@@ -163,14 +163,14 @@ class MshFile {
     end_section();
   }
 
-  // Of each entity its physical groups; its place and what bounds it are passed over.
+  // Reads the physical groups of each entity; its place and what bounds it are passed over.
   void read_entities() {
     file_.line();
     file_.encoding = data_;
     std::array<std::int64_t, 4> number;
     for (std::int64_t& n : number) n = large();
     for (int dimension = 0; dimension < 4; ++dimension)
-      for (std::int64_t e = 0; e < number[static_cast<std::size_t>(dimension)]; ++e) {
+      for (std::int64_t e = 0; e < number[dimension]; ++e) {
         const std::int64_t tag = small();
         for (int i = 0; i < (dimension == 0 ? 3 : 6); ++i) file_.real();
         auto& groups = physical_of_[{dimension, tag}];
@@ -215,10 +215,8 @@ class MshFile {
     if (type.shape == MshShape::flat) {
       ++mesh_.ignored_elements;
       if (labels_ == nullptr || std::string_view("triangle") != type.name) return;
-      std::array<std::int32_t, 3>& face = labels_->faces.emplace_back();
-      for (std::size_t i = 0; i < 3; ++i)
-        face[i] = static_cast<std::int32_t>(index_of(tags[i], id));
-      labels_->face_cell.push_back(labels_->cells - 1);
+      const std::array corners{index_of(tags[0], id), index_of(tags[1], id), index_of(tags[2], id)};
+      labels_->add_face(corners, labels_->cells - 1);
       return;
     }
     if (type.shape == MshShape::other) fail_not_tets(file_, type.name);

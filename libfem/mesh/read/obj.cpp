@@ -2,7 +2,7 @@
 // and normal lines are passed over.
 #include <string>
 
-#include "libfem/mesh/read/formats.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
 
 namespace palpate::mesh_read {
 namespace {
@@ -74,13 +74,12 @@ struct FaceGroups {
       names.emplace_back(word);
   }
   void add_face(std::size_t triangles, RawLabels& labels) const {
-    labels.cell.insert(labels.cell.end(), triangles, labels.cells);
     for (const auto* names : {&g, &object, &material})
       for (const std::string& name : *names) {
         auto& cells = labels.group(name, 2).cells;
         if (cells.empty() || cells.back() != labels.cells) cells.push_back(labels.cells);
       }
-    ++labels.cells;
+    labels.add_cell(triangles);
   }
 };
 

@@ -2,7 +2,7 @@
 // coordinates (COFF, NOFF, STOFF, CNOFF, ...), a vertex or face per line, # comments.
 #include <string>
 
-#include "libfem/mesh/read/formats.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
 
 namespace palpate::mesh_read {
 namespace {

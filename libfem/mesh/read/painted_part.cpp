@@ -1,4 +1,4 @@
-#include "libfem/mesh/read/painted_part.hpp"
+#include "libfem/mesh/read/marked.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -25,11 +25,11 @@ PaintedPart::PaintedPart(TetMesh volume, std::vector<char> is_painted)
       is_painted_(std::move(is_painted)),
       boxes_(tet_boxes(volume_)),
       slack_m_(kSlack * extent_m(volume_.nodes).norm()),
-      interiors_(static_cast<std::size_t>(volume_.tets.rows())) {
+      interiors_(volume_.tets.rows()) {
   for (Eigen::Index t = 0; t < volume_.tets.rows(); ++t) {
     const auto painted = std::count(&is_painted_[4 * t], &is_painted_[4 * t] + 4, 1);
     if (painted != 0 && painted != 4) continue;
-    Interior& tet = interiors_[static_cast<std::size_t>(t)];
+    Interior& tet = interiors_[t];
     for (int k = 0; k < 4; ++k) {
       const auto corner = [&](int i) -> Vec3 {
         return volume_.nodes.row(volume_.tets(t, (k + i) % 4));
@@ -47,11 +47,11 @@ std::optional<bool> PaintedPart::decided_by_holders(const Vec3& place) const {
   bool is_any = false, is_painted = false, is_in_part = false;
   double squared_best = slack_m_ * slack_m_;
   boxes_.visit_nearest(place, squared_best, [&](std::int32_t t, double& best) {
-    const Interior& tet = interiors_[static_cast<std::size_t>(t)];
+    const Interior& tet = interiors_[t];
     if ((tet.normal * place - tet.offset_m).minCoeff() < -slack_m_) return;
     is_any = true;
     is_in_part |= tet.normal.isZero();
-    is_painted |= !tet.normal.isZero() && is_painted_[4 * static_cast<std::size_t>(t)] != 0;
+    is_painted |= !tet.normal.isZero() && is_painted_[4 * t] != 0;
     if (is_painted) best = -1;  // ends the search
   });
   return is_painted              ? std::optional(true)
@@ -63,7 +63,7 @@ bool PaintedPart::contains(const Vec3& place) const {
   const auto is_painted = [&](std::int32_t cell, const auto& weight) {
     double painted = 0;
     for (Eigen::Index k = 0; k < weight.size(); ++k)
-      if (is_painted_[static_cast<std::size_t>(weight.size() * cell + k)]) painted += weight[k];
+      if (is_painted_[weight.size() * cell + k]) painted += weight[k];
     return painted >= kHalf;
   };
   // The nearest place decides, and of places as near one that is painted.

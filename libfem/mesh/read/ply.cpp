@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "libfem/mesh/read/formats.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
 
 namespace palpate::mesh_read {
 namespace {
@@ -152,9 +152,7 @@ void read_faces(Cursor& file, const Element& element, std::size_t number, RawSur
       read_list(file, p, corners);
       add_polygon(surface, corners, file);
     }
-    if (labels == nullptr) continue;
-    labels->cell.insert(labels->cell.end(), surface.triangles.size() - before, labels->cells);
-    ++labels->cells;
+    if (labels != nullptr) labels->add_cell(surface.triangles.size() - before);
   }
 }
 

@@ -7,6 +7,8 @@
 #include <span>
 #include <string>
 
+#include "libfem/mesh/boundary.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::mesh_read {
@@ -20,6 +22,12 @@ std::int32_t checked_index(std::int64_t index, std::size_t points, const Cursor&
 }
 
 }  // namespace
+
+void RawLabels::add_face(std::span<const std::int64_t> corners, std::int32_t of_cell) {
+  std::array<std::int32_t, 3>& face = faces.emplace_back();
+  std::copy_n(corners.begin(), 3, face.begin());
+  face_cell.push_back(of_cell);
+}
 
 RawLabels::Field& RawLabels::field(std::string_view name, bool is_on_points) {
   for (Field& known : fields)
@@ -78,7 +86,7 @@ std::string list_of(std::span<const std::int64_t> ids) {
 // Six times the signed volume over the longest edge cubed; 0 for a tet of one point.
 double relative_volume(const std::vector<Vec3>& points, const TetIds& tet) {
   std::array<Vec3, 4> p;
-  for (std::size_t i = 0; i < 4; ++i) p[i] = points[static_cast<std::size_t>(tet[i])];
+  for (std::size_t i = 0; i < 4; ++i) p[i] = points[tet[i]];
   double longest = 0;
   for (std::size_t i = 0; i < 4; ++i)
     for (std::size_t j = 0; j < i; ++j) longest = std::max(longest, (p[i] - p[j]).norm());
@@ -130,54 +138,17 @@ std::vector<TetIds> turned_positive(const RawTetMesh& raw, const std::string& wh
   return tets;
 }
 
-struct Face {
-  std::array<std::int32_t, 3> sorted;
-  bool is_even;  // whether the outward order is an even permutation of the sorted one
-  std::size_t tet;
-};
-
-std::vector<Face> sorted_faces(const std::vector<TetIds>& tets) {
-  // Faces of a positive tet, counter-clockwise from outside.
-  constexpr int kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  std::vector<Face> faces;
-  faces.reserve(4 * tets.size());
-  for (std::size_t t = 0; t < tets.size(); ++t)
-    for (const auto& corner : kFaces) {
-      Face face{{}, true, t};
-      for (std::size_t i = 0; i < 3; ++i)
-        face.sorted[i] = tets[t][static_cast<std::size_t>(corner[i])];
-      const auto order = [&](std::size_t i, std::size_t j) {
-        if (face.sorted[i] <= face.sorted[j]) return;
-        std::swap(face.sorted[i], face.sorted[j]);
-        face.is_even = !face.is_even;
-      };
-      order(0, 1);
-      order(1, 2);
-      order(0, 1);
-      faces.push_back(face);
-    }
-  std::ranges::sort(faces, [](const Face& a, const Face& b) {
-    return std::tie(a.sorted, a.tet) < std::tie(b.sorted, b.tet);
-  });
-  return faces;
-}
-
 // Positive tets that share a face lie on opposite sides of it exactly when they see it in opposite
 // orders: a tet that was inside out because a node crossed its far face is found here.
 void refuse_overlaps(const RawTetMesh& raw, const std::vector<TetIds>& tets,
                      const std::string& where) {
-  const std::vector<Face> faces = sorted_faces(tets);
   std::vector<std::int64_t> overlapping;
-  for (std::size_t i = 0; i < faces.size();) {
-    std::size_t end = i + 1;
-    while (end < faces.size() && faces[end].sorted == faces[i].sorted) ++end;
-    if (end - i > 2 || (end - i == 2 && faces[i].is_even == faces[i + 1].is_even))
-      for (; i < end; ++i) overlapping.push_back(raw.tet_id[faces[i].tet]);
-    i = end;
-  }
+  fem::for_each_face(fem::sorted_faces(rows_of(tets)), [&](auto begin, auto end) {
+    if (end - begin > 2 || (end - begin == 2 && begin->is_even == (begin + 1)->is_even))
+      for (auto face = begin; face < end; ++face) overlapping.push_back(raw.tet_id[face->of.tet]);
+  });
   if (overlapping.empty()) return;
-  std::ranges::sort(overlapping);
-  overlapping.erase(std::ranges::unique(overlapping).begin(), overlapping.end());
+  sort_unique(overlapping);
   throw Error(where, "tetrahedra overlap their neighbours: " + list_of(overlapping),
               "The mesh is tangled: mesh the body again, or give its surface.");
 }
@@ -187,27 +158,12 @@ void refuse_overlaps(const RawTetMesh& raw, const std::vector<TetIds>& tets,
 TetMesh settle_tets(RawTetMesh raw, double length_unit_m, const std::string& where,
                     TetReadNotes& notes) {
   drop_duplicates(raw, notes);
-  const std::vector<TetIds> tets = turned_positive(raw, where, notes);
+  std::vector<TetIds> tets = turned_positive(raw, where, notes);
   refuse_overlaps(raw, tets, where);
-
-  std::vector<std::int32_t> node_of(raw.points.size(), -1);
-  for (const TetIds& tet : tets)
-    for (const std::int32_t corner : tet) node_of[static_cast<std::size_t>(corner)] = 0;
-  std::int32_t nodes = 0;
-  for (std::int32_t& node : node_of)
-    if (node == 0) node = nodes++;
-  notes.dropped_nodes = raw.points.size() - static_cast<std::size_t>(nodes);
-
-  TetMesh mesh;
-  mesh.nodes.resize(nodes, 3);
-  for (std::size_t p = 0; p < raw.points.size(); ++p)
-    if (node_of[p] >= 0) mesh.nodes.row(node_of[p]) = length_unit_m * raw.points[p].transpose();
-  mesh.tets.resize(static_cast<Eigen::Index>(tets.size()), 4);
-  for (std::size_t t = 0; t < tets.size(); ++t)
-    for (std::size_t i = 0; i < 4; ++i)
-      mesh.tets(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(i)) =
-          node_of[static_cast<std::size_t>(tets[t][i])];
-  return mesh;
+  const auto used =
+      renumber({tets.front().data(), 4 * tets.size()}, raw.points.size(), Numbering::ascending);
+  notes.dropped_nodes = raw.points.size() - used.size();
+  return {length_unit_m * rows_of(raw.points)(used, Eigen::all), rows_of(tets), {}};
 }
 
 }  // namespace palpate::mesh_read

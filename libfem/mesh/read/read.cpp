@@ -6,9 +6,8 @@
 #include <string_view>
 #include <utility>
 
-#include "libfem/mesh/read/formats.hpp"
 #include "libfem/mesh/read/raw_mesh.hpp"
-#include "libfem/mesh/read/vtk_xml_file.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate {
@@ -122,15 +121,7 @@ Surface read_surface(const std::filesystem::path& path, double length_unit_m) {
   if (raw.triangles.empty())
     throw Error(where, "the mesh has no faces (" + std::to_string(raw.points.size()) + " vertices)",
                 "Export the surface as triangles or polygons.");
-  Surface surface;
-  surface.vertices.resize(static_cast<Eigen::Index>(raw.points.size()), 3);
-  for (std::size_t v = 0; v < raw.points.size(); ++v)
-    surface.vertices.row(static_cast<Eigen::Index>(v)) = length_unit_m * raw.points[v].transpose();
-  surface.triangles.resize(static_cast<Eigen::Index>(raw.triangles.size()), 3);
-  for (std::size_t f = 0; f < raw.triangles.size(); ++f)
-    for (std::size_t i = 0; i < 3; ++i)
-      surface.triangles(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(i)) =
-          raw.triangles[f][i];
+  Surface surface{length_unit_m * rows_of(raw.points), rows_of(raw.triangles)};
   check_size(surface.vertices, where);
   return surface;
 }
@@ -158,8 +149,8 @@ std::string stated_frame(const std::filesystem::path& mesh_file) {
   const std::string extension = mesh_file.extension().string(), bytes = load_file(mesh_file);
   if (same_word(extension, ".vtp") || same_word(extension, ".vtu")) {
     Cursor file(bytes, mesh_file.string());
-    return VtkXmlFile(file, same_word(extension, ".vtp") ? "PolyData" : "UnstructuredGrid")
-        .field_text("SPACE");
+    return vtk_field_text(file, same_word(extension, ".vtp") ? "PolyData" : "UnstructuredGrid",
+                          "SPACE");
   }
   // The longest header of 3D Slicer, that of PLY, is below 300 bytes.
   constexpr std::size_t kHeaderBytes = 1024;

@@ -19,7 +19,7 @@ namespace palpate {
 /// read or parsed, has no triangle, or exceeds 2^31 - 1 vertices or triangles or 4 GiB.
 Surface read_surface(const std::filesystem::path& path, double length_unit_m);
 
-/// What reading a tet mesh changed or left aside.
+/// Changes that reading a tet mesh made.
 struct TetReadNotes {
   std::string duplicate_tets;     ///< the file's numbers of tets that it has twice; empty: none
   std::size_t flipped_tets = 0;   ///< negative volume, two nodes exchanged

@@ -1,10 +1,10 @@
 // STL, ASCII and binary. The format repeats every corner: corners identical to the bit are one
 // vertex.
-#include <cstring>
 #include <string>
 #include <unordered_map>
 
-#include "libfem/mesh/read/formats.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate::mesh_read {
 namespace {
@@ -12,15 +12,9 @@ namespace {
 constexpr std::size_t kHeader = 84,
                       kFacet = 50;  // bytes: text and count; normal, corners, attribute
 
-struct PointBits {
-  std::array<std::uint64_t, 3> bits;
-  bool operator==(const PointBits&) const = default;
-};
-struct HashBits {
-  std::size_t operator()(const PointBits& p) const {
-    std::uint64_t hash = 0;
-    for (const std::uint64_t b : p.bits) hash = (hash ^ b ^ (b >> 29)) * 0x9E3779B97F4A7C15u;
-    return static_cast<std::size_t>(hash ^ (hash >> 32));
+struct HashPoint {
+  std::size_t operator()(const std::array<double, 3>& p) const {
+    return hash_of({reinterpret_cast<const char*>(p.data()), sizeof p});
   }
 };
 
@@ -30,17 +24,15 @@ class Merger {
 
   std::int32_t index_of(Vec3 point) {
     point.array() += 0.0;  // -0 becomes +0: the same place
-    PointBits key;
-    std::memcpy(key.bits.data(), point.data(), sizeof key.bits);
-    const auto [at, is_new] =
-        index_.try_emplace(key, static_cast<std::int32_t>(surface_.points.size()));
+    const auto [at, is_new] = index_.try_emplace({point.x(), point.y(), point.z()},
+                                                 static_cast<std::int32_t>(surface_.points.size()));
     if (is_new) surface_.points.push_back(point);
     return at->second;
   }
 
  private:
   RawSurface& surface_;
-  std::unordered_map<PointBits, std::int32_t, HashBits> index_;
+  std::unordered_map<std::array<double, 3>, std::int32_t, HashPoint> index_;
 };
 
 RawSurface read_binary(Cursor& file, std::size_t facets) {

@@ -1,7 +1,7 @@
 // TetGen's pair of ASCII files: X.node (points) and X.ele (tets of 4 or 10 nodes).
 #include <string>
 
-#include "libfem/mesh/read/formats.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::mesh_read {

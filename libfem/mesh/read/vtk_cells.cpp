@@ -1,4 +1,4 @@
-#include "libfem/mesh/read/vtk_cells.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
 
 #include <algorithm>
 #include <span>
@@ -62,9 +62,7 @@ void add_strips(RawSurface& surface, const VtkCells& cells, std::size_t base,
 void note_cells(const VtkCells& cells, RawLabels& labels) {
   std::int64_t begin = 0;
   for (const std::int64_t end : cells.end) {
-    const std::int64_t triangles = std::max<std::int64_t>(end - begin - 2, 0);
-    labels.cell.insert(labels.cell.end(), static_cast<std::size_t>(triangles), labels.cells);
-    ++labels.cells;
+    labels.add_cell(std::max<std::int64_t>(end - begin - 2, 0));
     begin = end;
   }
 }
@@ -80,11 +78,8 @@ void add_tets(RawTetMesh& mesh, const VtkCells& cells, const std::vector<std::in
       case CellKind::ignored:
         ++mesh.ignored_elements;
         if (labels != nullptr && std::ranges::count(kTriangles, types[cell]) > 0 &&
-            corners.size() >= 3) {
-          std::array<std::int32_t, 3>& face = labels->faces.emplace_back();
-          for (std::size_t i = 0; i < 3; ++i) face[i] = static_cast<std::int32_t>(corners[i]);
-          labels->face_cell.push_back(labels->cells + static_cast<std::int32_t>(cell));
-        }
+            corners.size() >= 3)
+          labels->add_face(corners, labels->cells + static_cast<std::int32_t>(cell));
         break;
       case CellKind::other_volume:
         fail_not_tets(cursor, ("VTK cell type " + std::to_string(types[cell])).c_str());

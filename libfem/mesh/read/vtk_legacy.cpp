@@ -1,8 +1,7 @@
 // VTK legacy files, versions 1 to 5.1, ASCII and binary (always big endian).
 #include <string>
 
-#include "libfem/mesh/read/formats.hpp"
-#include "libfem/mesh/read/vtk_cells.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
 
 namespace palpate::mesh_read {
 namespace {
@@ -140,11 +139,10 @@ class LegacyFile {
       const std::int64_t corners = list[at++];
       if (corners < 0 || static_cast<std::uint64_t>(corners) > list.size() - at)
         file_.fail("a cell has more corners than its section");
-      cells.connectivity.insert(cells.connectivity.end(),
-                                list.begin() + static_cast<std::ptrdiff_t>(at),
-                                list.begin() + static_cast<std::ptrdiff_t>(at) + corners);
+      cells.connectivity.insert(cells.connectivity.end(), list.begin() + at,
+                                list.begin() + at + corners);
       cells.end.push_back(static_cast<std::int64_t>(cells.connectivity.size()));
-      at += static_cast<std::size_t>(corners);
+      at += corners;
     }
     if (static_cast<std::int64_t>(cells.end.size()) != number)
       file_.fail("announces " + std::to_string(number) + " cells, holds " +

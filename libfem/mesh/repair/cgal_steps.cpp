@@ -9,11 +9,11 @@
 #include <CGAL/alpha_wrap_3.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <iterator>
 
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::repair {
@@ -47,12 +47,12 @@ CgalMesh to_cgal(const Surface& surface) {
 Surface from_cgal(CgalMesh& mesh) {
   mesh.collect_garbage();
   Surface surface;
-  surface.vertices.resize(static_cast<Eigen::Index>(mesh.number_of_vertices()), 3);
+  surface.vertices.resize(mesh.number_of_vertices(), 3);
   for (const auto v : mesh.vertices()) {
     const CgalPoint& p = mesh.point(v);
-    surface.vertices.row(static_cast<Eigen::Index>(v.idx())) << p.x(), p.y(), p.z();
+    surface.vertices.row(v.idx()) << p.x(), p.y(), p.z();
   }
-  surface.triangles.resize(static_cast<Eigen::Index>(mesh.number_of_faces()), 3);
+  surface.triangles.resize(mesh.number_of_faces(), 3);
   Eigen::Index f = 0;
   for (const auto face : mesh.faces()) {
     int k = 0;
@@ -139,11 +139,8 @@ Surface wrap_surface(const Surface& surface, double alpha_m, double offset_m) {
   std::vector<CgalPoint> points;
   for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v)
     points.push_back(to_cgal(Vec3(surface.vertices.row(v))));
-  std::vector<std::array<std::size_t, 3>> faces;
-  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f)
-    faces.push_back({static_cast<std::size_t>(surface.triangles(f, 0)),
-                     static_cast<std::size_t>(surface.triangles(f, 1)),
-                     static_cast<std::size_t>(surface.triangles(f, 2))});
+  std::vector<Triangle> faces;
+  for (const auto& t : surface.triangles.rowwise()) faces.push_back({t[0], t[1], t[2]});
   CgalMesh mesh;
   CGAL::alpha_wrap_3(points, faces, alpha_m, offset_m, mesh);
   return from_cgal(mesh);

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "libfem/mesh/repair/topology.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate {
@@ -17,21 +17,20 @@ SurfaceFacts surface_facts(const Surface& surface) {
   if (surface.triangles.minCoeff() < 0 || surface.triangles.maxCoeff() >= facts.vertices)
     throw Error("surface", "a triangle uses a vertex that is not there", "Read the mesh again.");
 
-  const auto faces = repair::to_faces(surface.triangles);
-  repair::for_each_edge(repair::sorted_sides(faces), [&](auto begin, auto end) {
+  const Triangles& faces = surface.triangles;
+  for_each_edge(sorted_sides(faces), [&](auto begin, auto end) {
     if (end - begin == 1) ++facts.border_edges;
     if (end - begin > 2) ++facts.non_manifold_edges;
     if (end - begin == 2 && begin->is_forward == (begin + 1)->is_forward) ++facts.unlike_edges;
   });
-  facts.pinched_vertices = static_cast<std::int64_t>(
-      repair::count_pinched_vertices(faces, static_cast<std::size_t>(facts.vertices)));
-  const repair::Components parts = repair::components(faces);
-  facts.components = static_cast<std::int64_t>(parts.number);
+  facts.pinched_vertices = std::ssize(pinched_vertices(faces, facts.vertices));
+  const Components parts = components(faces);
+  facts.components = std::int64_t(parts.number);
   std::vector<double> volume_m3(parts.number, 0);
-  const Vec3 origin = surface.vertices.row(faces[0][0]);
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    const auto corner = [&](std::size_t k) -> Vec3 {
-      return surface.vertices.row(faces[f][k]).transpose() - origin;
+  const Vec3 origin = surface.vertices.row(faces(0, 0));
+  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+    const auto corner = [&](int k) -> Vec3 {
+      return surface.vertices.row(faces(f, k)).transpose() - origin;
     };
     volume_m3[parts.of_face[f]] += corner(0).dot(corner(1).cross(corner(2))) / 6;
   }
@@ -55,40 +54,23 @@ double mean_edge_m(const Surface& surface) {
 
 Surface compact(const Points& vertices, const Triangles& triangles) {
   Surface out{{}, triangles};
-  std::vector<std::int32_t> number(static_cast<std::size_t>(vertices.rows()), -1);
-  std::vector<std::int32_t> used;
-  for (Eigen::Index i = 0; i < triangles.size(); ++i) {
-    std::int32_t& v = out.triangles.data()[i];
-    std::int32_t& at = number[static_cast<std::size_t>(v)];
-    if (at < 0) {
-      at = static_cast<std::int32_t>(used.size());
-      used.push_back(v);
-    }
-    v = at;
-  }
+  const auto used = renumber({out.triangles.data(), std::size_t(out.triangles.size())},
+                             vertices.rows(), Numbering::by_use);
   out.vertices = vertices(used, Eigen::all);
   return out;
 }
 
 std::vector<Surface> parts_of(const Surface& surface) {
-  const auto vertices = static_cast<std::size_t>(surface.vertices.rows());
-  const auto patches = patches_of(surface, std::vector<char>(vertices, 1));
-  std::vector<std::size_t> patch_of(vertices);
-  std::vector<std::int32_t> number(vertices);
+  std::vector<std::size_t> part_of(surface.vertices.rows());
+  const auto patches = patches_of(surface, std::vector<char>(part_of.size(), 1));
   for (std::size_t p = 0; p < patches.size(); ++p)
-    for (std::size_t i = 0; i < patches[p].size(); ++i) {
-      patch_of[static_cast<std::size_t>(patches[p][i])] = p;
-      number[static_cast<std::size_t>(patches[p][i])] = static_cast<std::int32_t>(i);
-    }
-  std::vector<std::vector<std::int32_t>> corners(patches.size());
-  for (const auto& triangle : surface.triangles.rowwise())
-    for (const std::int32_t v : triangle)
-      corners[patch_of[static_cast<std::size_t>(v)]].push_back(number[static_cast<std::size_t>(v)]);
+    for (const std::int32_t v : patches[p]) part_of[v] = p;
+  std::vector<std::vector<Eigen::Index>> faces(patches.size());
+  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f)
+    faces[part_of[surface.triangles(f, 0)]].push_back(f);
   std::vector<Surface> parts;
-  for (std::size_t p = 0; p < patches.size(); ++p)
-    parts.push_back({surface.vertices(patches[p], Eigen::all),
-                     Eigen::Map<Triangles>(corners[p].data(),
-                                           static_cast<Eigen::Index>(corners[p].size() / 3), 3)});
+  for (const auto& list : faces)
+    parts.push_back(compact(surface.vertices, surface.triangles(list, Eigen::all)));
   return parts;
 }
 

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// What a surface is, as numbers to print or to decide by.
+/// Properties of a surface, as numbers to print or to decide by.
 struct SurfaceFacts {
   std::int64_t vertices = 0, triangles = 0;
   std::int64_t components = 0;          ///< joined by edges

@@ -15,15 +15,15 @@ namespace {
 constexpr double kApart = 1e-3;
 
 struct Glue {
-  Side a, b;
+  TriangleSide a, b;
 };
 
 // Angle of a face about the edge low-high, from an arbitrary but common direction.
-double angle_about_edge(const Soup& soup, const Side& side) {
-  const Vec3 low = soup.points[static_cast<std::size_t>(side.low)];
-  const Vec3 axis = (soup.points[static_cast<std::size_t>(side.high)] - low).normalized();
-  const Triangle& face = soup.faces[static_cast<std::size_t>(side.face)];
-  const auto apex = static_cast<std::size_t>(face[(static_cast<std::size_t>(side.corner) + 2) % 3]);
+double angle_about_edge(const Soup& soup, const TriangleSide& side) {
+  const Vec3 low = soup.points[side.low];
+  const Vec3 axis = (soup.points[side.high] - low).normalized();
+  const Triangle& face = soup.faces[side.face];
+  const std::int32_t apex = face[(side.corner + 2) % 3];
   const Vec3 x = axis.unitOrthogonal(), y = axis.cross(x), to_apex = soup.points[apex] - low;
   return std::atan2(to_apex.dot(y), to_apex.dot(x));
 }
@@ -31,15 +31,15 @@ double angle_about_edge(const Soup& soup, const Side& side) {
 // Pairs the faces of a crowded edge across the body between them. Turning about low -> high, the
 // body begins at a face that runs backward (its outward normal points against the turn) and ends
 // at the next, which must run forward; where that does not alternate, nothing is glued.
-std::vector<Glue> pair_around_edge(const Soup& soup, std::vector<Side> sides) {
-  std::ranges::sort(sides, [&](const Side& a, const Side& b) {
+std::vector<Glue> pair_around_edge(const Soup& soup, std::vector<TriangleSide> sides) {
+  std::ranges::sort(sides, [&](const TriangleSide& a, const TriangleSide& b) {
     return std::pair(angle_about_edge(soup, a), a.face) <
            std::pair(angle_about_edge(soup, b), b.face);
   });
   std::vector<Glue> glues;
   const std::size_t n = sides.size();
   for (std::size_t i = 0; i < n; ++i) {
-    const Side &here = sides[i], &next = sides[(i + 1) % n];
+    const TriangleSide &here = sides[i], &next = sides[(i + 1) % n];
     if (here.is_forward == next.is_forward) return {};
     if (!here.is_forward) glues.push_back({here, next});
   }
@@ -53,7 +53,7 @@ struct Glued {
 
 Glued glue_faces(const Soup& soup) {
   Glued glued;
-  for_each_edge(sorted_sides(soup.faces), [&](auto begin, auto end) {
+  for_each_edge(sorted_sides(rows_of(soup.faces)), [&](auto begin, auto end) {
     if (end - begin == 2) glued.glues.push_back({*begin, *(begin + 1)});
     if (end - begin <= 2) return;
     ++glued.crowded_edges;
@@ -63,7 +63,7 @@ Glued glue_faces(const Soup& soup) {
 }
 
 struct Neighbour {
-  std::size_t face;
+  std::int32_t face;
   bool is_unlike;  // runs along the shared edge in the same direction
 };
 
@@ -72,16 +72,14 @@ void agree_on_sides(Soup& soup, const std::vector<Glue>& glues, const std::strin
   std::vector<std::vector<Neighbour>> next_to(soup.faces.size());
   for (const Glue& g : glues) {
     const bool is_unlike = g.a.is_forward == g.b.is_forward;
-    next_to[static_cast<std::size_t>(g.a.face)].push_back(
-        {static_cast<std::size_t>(g.b.face), is_unlike});
-    next_to[static_cast<std::size_t>(g.b.face)].push_back(
-        {static_cast<std::size_t>(g.a.face), is_unlike});
+    next_to[g.a.face].push_back({g.b.face, is_unlike});
+    next_to[g.b.face].push_back({g.a.face, is_unlike});
   }
   std::vector<signed char> turn(soup.faces.size(), -1);
   for (std::size_t first = 0; first < turn.size(); ++first) {
     if (turn[first] >= 0) continue;
     turn[first] = 0;
-    std::vector<std::size_t> sheet{first};
+    std::vector<std::int32_t> sheet{static_cast<std::int32_t>(first)};
     std::size_t turned = 0;
     for (std::size_t i = 0; i < sheet.size(); ++i)
       for (const Neighbour& n : next_to[sheet[i]]) {
@@ -89,18 +87,18 @@ void agree_on_sides(Soup& soup, const std::vector<Glue>& glues, const std::strin
             static_cast<signed char>(turn[sheet[i]] ^ static_cast<int>(n.is_unlike));
         if (turn[n.face] < 0) {
           turn[n.face] = wanted;
-          turned += static_cast<std::size_t>(wanted);
+          turned += wanted;
           sheet.push_back(n.face);
         } else if (turn[n.face] != wanted) {
           throw Error(where,
                       "the surface has only one side (a Moebius strip) at " +
                           name_faces(soup, {sheet[i], n.face}) + ", near " +
-                          coordinates(soup.points[static_cast<std::size_t>(soup.faces[n.face][0])]),
+                          coordinates(soup.points[soup.faces[n.face][0]]),
                       "Remove inner sheets in a mesh editor, or wrap it.");
         }
       }
     if (2 * turned > sheet.size())
-      for (const std::size_t f : sheet) turn[f] ^= 1;
+      for (const std::int32_t f : sheet) turn[f] ^= 1;
   }
   for (std::size_t f = 0; f < turn.size(); ++f)
     if (turn[f] == 1) {
@@ -112,10 +110,9 @@ void agree_on_sides(Soup& soup, const std::vector<Glue>& glues, const std::strin
 // Copies each vertex until its faces form one fan. Returns the copies of each vertex that has some.
 std::vector<std::vector<std::int32_t>> split_fans(Soup& soup, const std::vector<Glue>& glues) {
   DisjointSets corners(3 * soup.faces.size());
-  const auto corner_at = [&](const Side& side, std::int32_t vertex) {
-    const auto& face = soup.faces[static_cast<std::size_t>(side.face)];
-    const auto k = static_cast<std::size_t>(std::ranges::find(face, vertex) - face.begin());
-    return 3 * static_cast<std::size_t>(side.face) + k;
+  const auto corner_at = [&](const TriangleSide& side, std::int32_t vertex) {
+    const auto& face = soup.faces[side.face];
+    return 3 * side.face + (std::ranges::find(face, vertex) - face.begin());
   };
   for (const Glue& g : glues)
     for (const std::int32_t vertex : {g.a.low, g.a.high})
@@ -127,9 +124,9 @@ std::vector<std::vector<std::int32_t>> split_fans(Soup& soup, const std::vector<
     std::int32_t& v = soup.faces[c / 3][c % 3];
     const std::size_t fan = corners.find(c);
     if (fan == c) {
-      std::vector<std::int32_t>& of_vertex = copies[static_cast<std::size_t>(v)];
+      std::vector<std::int32_t>& of_vertex = copies[v];
       vertex_of[c] = of_vertex.empty() ? v : static_cast<std::int32_t>(soup.points.size());
-      if (!of_vertex.empty()) soup.points.push_back(soup.points[static_cast<std::size_t>(v)]);
+      if (!of_vertex.empty()) soup.points.push_back(soup.points[v]);
       of_vertex.push_back(vertex_of[c]);
     }
     v = vertex_of[fan];
@@ -154,7 +151,7 @@ void move_apart(Soup& soup, const std::vector<std::vector<std::int32_t>>& copies
       const auto ring = rings.find(face[k]);
       if (ring == rings.end()) continue;
       for (std::size_t other : {face[(k + 1) % 3], face[(k + 2) % 3]}) {
-        const Vec3 to = before[other] - before[static_cast<std::size_t>(face[k])];
+        const Vec3 to = before[other] - before[face[k]];
         ring->second.sum += to;
         ++ring->second.number;
         ring->second.shortest = std::min(ring->second.shortest, to.norm());
@@ -162,8 +159,7 @@ void move_apart(Soup& soup, const std::vector<std::vector<std::int32_t>>& copies
     }
   for (const auto& [vertex, ring] : rings) {
     const double length = ring.sum.norm();
-    if (length > 0)
-      soup.points[static_cast<std::size_t>(vertex)] += kApart * ring.shortest / length * ring.sum;
+    if (length > 0) soup.points[vertex] += kApart * ring.shortest / length * ring.sum;
   }
 }
 

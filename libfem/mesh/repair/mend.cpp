@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <set>
 
 #include "libfem/mesh/repair/cgal_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
@@ -93,12 +92,11 @@ using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
 // Which triangles cross, as far as the input had them, and where.
 std::string name_pairs(const Surface& surface, const Pairs& pairs, const Soup& soup) {
-  std::vector<std::size_t> faces;
+  std::vector<std::int32_t> faces;
   for (const auto& [a, b] : pairs)
     for (const std::size_t f : {a, b})
       if (f < soup.faces.size()) faces.push_back(f);
-  const Vec3 at =
-      surface.vertices.row(surface.triangles(static_cast<Eigen::Index>(pairs.front().first), 0));
+  const Vec3 at = surface.vertices.row(surface.triangles(pairs.front().first, 0));
   return (faces.empty() ? "filled holes" : repair::name_faces(soup, faces)) + ", near " +
          coordinates(at);
 }
@@ -128,12 +126,11 @@ double hausdorff_m(const Surface& a, const Surface& b, double spacing_m) {
 // The surface without the triangles that cross, which are no part of a body's form: a spike through
 // a wall goes, however long it is.
 Surface without_pairs(const Surface& surface, const Pairs& pairs) {
-  std::set<Eigen::Index> crossing;
-  for (const auto& [a, b] : pairs)
-    crossing.insert({static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)});
-  std::vector<Eigen::Index> kept;
-  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f)
-    if (!crossing.contains(f)) kept.push_back(f);
+  std::vector<char> is_crossing(surface.triangles.rows(), 0);
+  for (const auto& [a, b] : pairs) is_crossing[a] = is_crossing[b] = 1;
+  std::vector<std::size_t> kept;
+  for (std::size_t f = 0; f < is_crossing.size(); ++f)
+    if (!is_crossing[f]) kept.push_back(f);
   return {surface.vertices, surface.triangles(kept, Eigen::all)};
 }
 
@@ -182,8 +179,8 @@ void verify(const Surface& surface, bool allow_open, const std::string& where) {
     refuse("encloses no volume (two sheets on each other, or a flat piece)");
   const Pairs pairs = repair::self_intersections(surface);
   if (!pairs.empty())
-    refuse("still crosses itself near " + coordinates(surface.vertices.row(surface.triangles(
-                                              static_cast<Eigen::Index>(pairs.front().first), 0))));
+    refuse("still crosses itself near " +
+           coordinates(surface.vertices.row(surface.triangles(pairs.front().first, 0))));
 }
 
 void report_volume(const Surface& before, const Surface& after, Changes& changes) {
@@ -197,15 +194,13 @@ void report_volume(const Surface& before, const Surface& after, Changes& changes
 
 // Refusal of a surface that only its lids make unsound.
 Error is_open(const Surface& open, const std::string& where) {
-  std::set<std::pair<int, int>> border;  // directed edges that no other triangle goes back along
-  for (const auto& t : open.triangles.rowwise())
-    for (int k = 0; k < 3; ++k) {
-      const std::pair<int, int> edge{t[k], t[(k + 1) % 3]};
-      if (border.erase({edge.second, edge.first}) == 0) border.insert(edge);
-    }
+  std::vector<std::int32_t> border;  // first vertices of the sides that no other triangle shares
+  for_each_edge(sorted_sides(open.triangles), [&](auto begin, auto end) {
+    if (end - begin == 1) border.push_back(begin->is_forward ? begin->low : begin->high);
+  });
   return Error(where,
                "the surface is open: " + counted(border.size(), "open edge", "open edges") +
-                   ", one at " + coordinates(open.vertices.row(border.begin()->first)) +
+                   ", one at " + coordinates(open.vertices.row(std::ranges::min(border))) +
                    ", and no lid over them makes it enclose a volume",
                "Close it in a mesh editor, or wrap it.");
 }
@@ -213,7 +208,7 @@ Error is_open(const Surface& open, const std::string& where) {
 Mended mend(const Surface& surface, bool allow_open, const std::string& where) {
   Mended mended;
   const Soup soup = settled_soup(surface, where, mended.changes);
-  const Surface settled = repair::to_surface(soup.points, soup.faces);
+  const Surface settled = repair::to_surface(soup);
   mended.surface = settled;
   const bool needs_lid = !allow_open && surface_facts(settled).border_edges > 0;
   try {
@@ -228,13 +223,13 @@ Mended mend(const Surface& surface, bool allow_open, const std::string& where) {
   return mended;
 }
 
-// What a wrap goes around: the surface without its stray parts and with its holes filled where they
+// The surface that a wrap goes around without its stray parts and with its holes filled where they
 // can be, for a wrap goes into every opening wider than alpha and makes a shell of the body.
 Surface with_lids(const Surface& surface, const std::string& where, Changes& changes) {
   try {
     Changes settling;
     const Soup soup = settled_soup(surface, where, settling);
-    const Surface settled = repair::to_surface(soup.points, soup.faces);
+    const Surface settled = repair::to_surface(soup);
     changes.insert(changes.end(), settling.begin(), settling.end());
     if (surface_facts(settled).border_edges == 0) return settled;
     const repair::FilledHoles holes = repair::fill_holes(settled);
@@ -284,10 +279,10 @@ Mended wrap(const Surface& surface, double alpha_m, const std::string& where,
                 "a body as thin as that takes a smaller wrap.");
   mended.surface = wrapped;
   mended.moved_m = hausdorff_m(lidded, wrapped, alpha_m / 2);
-  mended.changes.push_back(
-      "wrapped with alpha " + millimetres(alpha_m) + ": " +
-      counted(static_cast<std::size_t>(wrapped.triangles.rows()), "triangle", "triangles") +
-      ", at most " + millimetres(mended.moved_m) + " from the original (Hausdorff distance)");
+  mended.changes.push_back("wrapped with alpha " + millimetres(alpha_m) + ": " +
+                           counted(wrapped.triangles.rows(), "triangle", "triangles") +
+                           ", at most " + millimetres(mended.moved_m) +
+                           " from the original (Hausdorff distance)");
   report_volume(surface, wrapped, mended.changes);
   return mended;
 }

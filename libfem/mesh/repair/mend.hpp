@@ -24,9 +24,10 @@ struct Mended {
   double moved_m = 0;                ///< Hausdorff distance, crossing triangles and lids apart
 };
 
-/// Of the diagonal: a mending that moves the surface farther changes its form, and is refused; 5 mm
-/// of a liver. At half, the liver of which mending moves most (0.8 %) only just passes; at twice, a
-/// hollow of 10 mm can go from one. Pits that crossings fill lose 10 % and more.
+/// Largest share of the diagonal: a mending that moves the surface farther changes its form, and is
+/// refused; 5 mm of a liver. At half, the liver of which mending moves most (0.8 %) only just
+/// passes; at twice, a hollow of 10 mm can go from one. Pits that crossings fill lose 10 % and
+/// more.
 inline constexpr double kMostMoved = 0.02;
 
 /// A surface that the rest of the program can rely on, from one as it comes.

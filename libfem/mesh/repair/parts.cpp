@@ -20,13 +20,12 @@ struct SurfacePart {
 
 class SurfaceParts {
  public:
-  explicit SurfaceParts(const Soup& soup) : soup_(soup), of_face_(components(soup.faces)) {
+  explicit SurfaceParts(const Soup& soup) : soup_(soup), of_face_(components(rows_of(soup.faces))) {
     parts_.resize(of_face_.number);
     for (std::size_t f = 0; f < soup.faces.size(); ++f) {
       SurfacePart& part = parts_[of_face_.of_face[f]];
       part.faces.push_back(soup.faces[f]);
-      for (const std::int32_t v : soup.faces[f])
-        part.box.extend(soup.points[static_cast<std::size_t>(v)]);
+      for (const std::int32_t v : soup.faces[f]) part.box.extend(soup.points[v]);
     }
     for (SurfacePart& part : parts_) {
       close(part);
@@ -34,7 +33,7 @@ class SurfaceParts {
     }
   }
 
-  // How each component is to be turned, and whether it bounds the body at all. A shell inside the
+  // A component may have to be turned, and may bound nothing. A shell inside the
   // body that points as the body's own surface does has the body on both its sides.
   struct PartRole {
     bool is_turned = false;
@@ -75,7 +74,7 @@ class SurfaceParts {
     for (std::size_t outer = 0; outer < parts_.size(); ++outer) {
       std::optional<TriangleTree> walls;  // made once, and only for parts with others in their box
       for (std::size_t p = 0; p < parts_.size(); ++p) {
-        const Vec3 point = soup_.points[static_cast<std::size_t>(parts_[p].faces.front()[0])];
+        const Vec3 point = soup_.points[parts_[p].faces.front()[0]];
         if (p == outer || !parts_[outer].box.contains(parts_[p].box) ||
             !(std::abs(winding_number(parts_[outer], point)) > 0.5))
           continue;
@@ -95,7 +94,7 @@ class SurfaceParts {
   TriangleTree tree_of(const SurfacePart& part) const {
     std::vector<Vec3> points = soup_.points;
     points.insert(points.end(), part.points.begin(), part.points.end());
-    TriangleTree tree{to_surface(points, part.faces), {}};
+    TriangleTree tree{{rows_of(points), rows_of(part.faces)}, {}};
     tree.boxes = triangle_boxes(tree.surface);
     return tree;
   }
@@ -136,10 +135,10 @@ class SurfaceParts {
     std::vector<Triangle> fan;
     Vec3 sum = Vec3::Zero();
     const auto middle = static_cast<std::int32_t>(soup_.points.size());
-    for_each_edge(sorted_sides(part.faces), [&](auto begin, auto end) {
+    for_each_edge(sorted_sides(rows_of(part.faces)), [&](auto begin, auto end) {
       if (end - begin != 1) return;
-      const Triangle& face = part.faces[static_cast<std::size_t>(begin->face)];
-      const auto k = static_cast<std::size_t>(begin->corner);
+      const Triangle& face = part.faces[begin->face];
+      const int k = begin->corner;
       fan.push_back({face[(k + 1) % 3], face[k], middle});
       sum += at(part, face[k]);
     });
@@ -175,25 +174,21 @@ class SurfaceParts {
   std::vector<SurfacePart> parts_;
 };
 
-// Of the volume of the body's box, what a piece with a border must enclose, closed by a fan, to be
-// a part of the body that lost a lid: a bag of a tenth of the body's length. A facet has 0, a dozen
-// bent ones some 1e-5; a gall bladder beside its liver 0.01. Half and twice: 0.08 and 0.13 of the
-// length.
+// Least share of the volume of the body's box that a piece with a border encloses, closed by a fan,
+// as a part of the body that lost a lid: a bag of a tenth of the body's length. A facet has 0, a
+// dozen bent ones some 1e-5; a gall bladder beside its liver 0.01. Half and twice: 0.08 and 0.13 of
+// the length.
 constexpr double kLeastPiece = 1e-3;
 
 }  // namespace
 
 void drop_stray_facets(Soup& soup, Changes& changes, const std::string& where) {
-  const std::vector<Side> sides = sorted_sides(soup.faces);
+  const std::vector<TriangleSide> sides = sorted_sides(rows_of(soup.faces));
   DisjointSets sheets(soup.faces.size());
   for_each_edge(sides, [&](auto begin, auto end) {
-    if (end - begin == 2)
-      sheets.join(static_cast<std::size_t>(begin->face),
-                  static_cast<std::size_t>((begin + 1)->face));
+    if (end - begin == 2) sheets.join(begin->face, (begin + 1)->face);
   });
-  const auto sheet_of = [&](const Side& side) {
-    return sheets.find(static_cast<std::size_t>(side.face));
-  };
+  const auto sheet_of = [&](const TriangleSide& side) { return sheets.find(side.face); };
   std::vector<char> is_open(soup.faces.size(), 0);
   for_each_edge(sides, [&](auto begin, auto end) {
     if (end - begin == 1) is_open[sheet_of(*begin)] = 1;
@@ -206,7 +201,7 @@ void drop_stray_facets(Soup& soup, Changes& changes, const std::string& where) {
   keep_faces(open, keep);
   bool is_body_closed = open.faces.size() < soup.faces.size();
   for_each_edge(sides, [&](auto begin, auto end) {
-    const auto of_body = [&](const Side& side) { return !is_open[sheet_of(side)]; };
+    const auto of_body = [&](const TriangleSide& side) { return !is_open[sheet_of(side)]; };
     if (std::count_if(begin, end, of_body) == 1) is_body_closed = false;
   });
   if (open.faces.empty() || !is_body_closed) return;
@@ -214,10 +209,9 @@ void drop_stray_facets(Soup& soup, Changes& changes, const std::string& where) {
   Eigen::AlignedBox3d body;
   for (std::size_t f = 0; f < soup.faces.size(); ++f)
     if (!keep[f])
-      for (const std::int32_t v : soup.faces[f])
-        body.extend(soup.points[static_cast<std::size_t>(v)]);
-  Changes unsaid;
-  make_manifold(open, unsaid, where);
+      for (const std::int32_t v : soup.faces[f]) body.extend(soup.points[v]);
+  Changes unreported;
+  make_manifold(open, unreported, where);
   const SurfaceParts pieces(open);
   std::vector<char> is_kept(soup.faces.size(), 1);
   std::size_t dropped = 0;
@@ -245,7 +239,7 @@ void orient_outward(Soup& soup, Changes& changes) {
       std::swap(soup.faces[f][1], soup.faces[f][2]);
       soup.is_turned[f] ^= 1;
     }
-    (role.is_cavity ? inward : outward) += static_cast<std::size_t>(soup.is_turned[f]);
+    (role.is_cavity ? inward : outward) += soup.is_turned[f];
   }
   if (outward > 0)
     changes.push_back("turned " + counted(outward, "triangle", "triangles") + " outward");

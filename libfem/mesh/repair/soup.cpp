@@ -3,13 +3,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <unordered_map>
 
 namespace palpate::repair {
 namespace {
 
 Vec3 corner(const Soup& soup, std::size_t face, std::size_t k) {
-  return soup.points[static_cast<std::size_t>(soup.faces[face][k % 3])];
+  return soup.points[soup.faces[face][k % 3]];
 }
 
 double face_area(const Soup& soup, std::size_t f) {
@@ -25,35 +26,31 @@ double lowest_height_m(const Soup& soup, std::size_t f) {
   return longest > 0 ? 2 * face_area(soup, f) / longest : 0;
 }
 
-struct Cell {
-  std::int64_t x, y, z;
-  bool operator==(const Cell&) const = default;
-};
+using Cell = std::array<std::int64_t, 3>;
 struct HashCell {
-  std::size_t operator()(const Cell& c) const {
-    auto hash = static_cast<std::uint64_t>(c.x) * 0x9E3779B97F4A7C15u;
-    hash = (hash ^ static_cast<std::uint64_t>(c.y)) * 0xC2B2AE3D27D4EB4Fu;
-    hash = (hash ^ static_cast<std::uint64_t>(c.z)) * 0x165667B19E3779F9u;
-    return static_cast<std::size_t>(hash ^ (hash >> 31));
+  std::size_t operator()(const Cell& cell) const {
+    return hash_of({reinterpret_cast<const char*>(cell.data()), sizeof cell});
   }
 };
 
 void replace_vertices(Soup& soup, DisjointSets& sets) {
   for (Triangle& face : soup.faces)
-    for (std::int32_t& v : face)
-      v = static_cast<std::int32_t>(sets.find(static_cast<std::size_t>(v)));
+    for (std::int32_t& v : face) v = static_cast<std::int32_t>(sets.find(v));
 }
 
 }  // namespace
 
 Soup to_soup(const Surface& surface) {
-  Soup soup{{}, to_faces(surface.triangles), {}, {}};
+  Soup soup;
   for (const auto& p : surface.vertices.rowwise()) soup.points.emplace_back(p.transpose());
+  for (const auto& t : surface.triangles.rowwise()) soup.faces.push_back({t[0], t[1], t[2]});
   soup.origin.resize(soup.faces.size());
-  for (std::size_t f = 0; f < soup.faces.size(); ++f) soup.origin[f] = static_cast<std::int32_t>(f);
+  std::iota(soup.origin.begin(), soup.origin.end(), 0);
   soup.is_turned.assign(soup.faces.size(), 0);
   return soup;
 }
+
+Surface to_surface(const Soup& soup) { return {rows_of(soup.points), rows_of(soup.faces)}; }
 
 void keep_faces(Soup& soup, const std::vector<char>& keep) {
   std::size_t kept = 0;
@@ -81,7 +78,7 @@ void weld_vertices(Soup& soup, double weld_m, Changes& changes) {
     bool is_new = true;
     for (int i = 0; i < 27 && is_new; ++i) {
       const auto found =
-          grid.find({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1});
+          grid.find({cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1});
       if (found == grid.end()) continue;
       for (const std::size_t other : found->second)
         if (is_new && (soup.points[other] - soup.points[v]).norm() <= weld_m) {
@@ -104,7 +101,7 @@ void drop_flat_faces(Soup& soup, double weld_m, Changes& changes) {
     const Triangle& t = soup.faces[f];
     keep[f] = t[0] != t[1] && t[1] != t[2] && t[2] != t[0] && lowest_height_m(soup, f) > weld_m;
   }
-  const auto dropped = static_cast<std::size_t>(std::ranges::count(keep, 0));
+  const auto dropped = std::ranges::count(keep, 0);
   if (dropped == 0) return;
   keep_faces(soup, keep);
   changes.push_back("dropped " + counted(dropped, "triangle", "triangles") + " without area");
@@ -120,14 +117,14 @@ void drop_duplicate_faces(Soup& soup, Changes& changes) {
   std::vector<char> keep(soup.faces.size(), 1);
   for (std::size_t i = 1; i < sorted.size(); ++i)
     if (sorted[i].first == sorted[i - 1].first) keep[sorted[i].second] = 0;
-  const auto dropped = static_cast<std::size_t>(std::ranges::count(keep, 0));
+  const auto dropped = std::ranges::count(keep, 0);
   if (dropped == 0) return;
   keep_faces(soup, keep);
   changes.push_back("dropped " + counted(dropped, "duplicate triangle", "duplicate triangles"));
 }
 
 void drop_stray_components(Soup& soup, double smallest_share, Changes& changes) {
-  const Components parts = components(soup.faces);
+  const Components parts = components(rows_of(soup.faces));
   std::vector<double> area(parts.number, 0);
   std::vector<std::size_t> faces(parts.number, 0);
   for (std::size_t f = 0; f < soup.faces.size(); ++f) {
@@ -153,25 +150,16 @@ void drop_stray_components(Soup& soup, double smallest_share, Changes& changes) 
 }
 
 void drop_unused_vertices(Soup& soup) {
-  std::vector<std::int32_t> number(soup.points.size(), -1);
-  for (const Triangle& face : soup.faces)
-    for (const std::int32_t v : face) number[static_cast<std::size_t>(v)] = 0;
-  std::size_t kept = 0;
-  for (std::size_t v = 0; v < number.size(); ++v) {
-    if (number[v] < 0) continue;
-    soup.points[kept] = soup.points[v];
-    number[v] = static_cast<std::int32_t>(kept++);
-  }
-  soup.points.resize(kept);
-  for (Triangle& face : soup.faces)
-    for (std::int32_t& v : face) v = number[static_cast<std::size_t>(v)];
+  const std::vector<std::int32_t> used = renumber(
+      {soup.faces.front().data(), 3 * soup.faces.size()}, soup.points.size(), Numbering::ascending);
+  for (std::size_t v = 0; v < used.size(); ++v) soup.points[v] = soup.points[used[v]];
+  soup.points.resize(used.size());
 }
 
-std::string name_faces(const Soup& soup, std::vector<std::size_t> faces) {
+std::string name_faces(const Soup& soup, const std::vector<std::int32_t>& faces) {
   std::vector<std::int32_t> numbers;
-  for (const std::size_t f : faces) numbers.push_back(soup.origin[f] + 1);
-  std::ranges::sort(numbers);
-  numbers.erase(std::ranges::unique(numbers).begin(), numbers.end());
+  for (const std::int32_t f : faces) numbers.push_back(soup.origin[f] + 1);
+  sort_unique(numbers);
   std::string text = numbers.size() == 1 ? "triangle " : "triangles ";
   for (std::size_t i = 0; i < std::min<std::size_t>(numbers.size(), 6); ++i) {
     if (i > 0) text += ", ";
@@ -190,10 +178,11 @@ struct OnEdge {
   std::int32_t vertex;
 };
 
-std::vector<std::int32_t> border_vertices_by_x(const Soup& soup, const std::vector<Side>& border) {
+std::vector<std::int32_t> border_vertices_by_x(const Soup& soup,
+                                               const std::vector<TriangleSide>& border) {
   std::vector<std::int32_t> vertices;
-  for (const Side& side : border) vertices.insert(vertices.end(), {side.low, side.high});
-  const auto x_of = [&](std::int32_t v) { return soup.points[static_cast<std::size_t>(v)].x(); };
+  for (const TriangleSide& side : border) vertices.insert(vertices.end(), {side.low, side.high});
+  const auto x_of = [&](std::int32_t v) { return soup.points[v].x(); };
   std::ranges::sort(vertices, [&](std::int32_t a, std::int32_t b) {
     return std::pair(x_of(a), a) < std::pair(x_of(b), b);
   });
@@ -202,13 +191,11 @@ std::vector<std::int32_t> border_vertices_by_x(const Soup& soup, const std::vect
 }
 
 // Border vertices on the inside of a side, in the side's direction.
-std::vector<OnEdge> vertices_on(const Soup& soup, const Side& side,
+std::vector<OnEdge> vertices_on(const Soup& soup, const TriangleSide& side,
                                 const std::vector<std::int32_t>& by_x, double weld_m) {
-  const auto point = [&](std::int32_t v) -> const Vec3& {
-    return soup.points[static_cast<std::size_t>(v)];
-  };
-  const Triangle& face = soup.faces[static_cast<std::size_t>(side.face)];
-  const auto k = static_cast<std::size_t>(side.corner);
+  const auto point = [&](std::int32_t v) -> const Vec3& { return soup.points[v]; };
+  const Triangle& face = soup.faces[side.face];
+  const int k = side.corner;
   const Vec3 a = point(face[k]), b = point(face[(k + 1) % 3]);
   const double length = (b - a).norm();
   const Vec3 direction = (b - a) / length;
@@ -226,9 +213,9 @@ std::vector<OnEdge> vertices_on(const Soup& soup, const Side& side,
 }
 
 // Replaces the face by a fan from the corner opposite to its side.
-void split_face(Soup& soup, const Side& side, const std::vector<OnEdge>& on_edge) {
-  const auto f = static_cast<std::size_t>(side.face);
-  const auto k = static_cast<std::size_t>(side.corner);
+void split_face(Soup& soup, const TriangleSide& side, const std::vector<OnEdge>& on_edge) {
+  const std::int32_t f = side.face;
+  const int k = side.corner;
   const Triangle face = soup.faces[f];
   std::int32_t from = face[k];
   const std::int32_t to = face[(k + 1) % 3], apex = face[(k + 2) % 3];
@@ -246,20 +233,20 @@ void split_face(Soup& soup, const Side& side, const std::vector<OnEdge>& on_edge
 void split_t_junctions(Soup& soup, double weld_m, Changes& changes) {
   std::size_t split = 0;
   for (int pass = 0; pass < kMaxPasses; ++pass) {
-    std::vector<Side> border;
-    for_each_edge(sorted_sides(soup.faces), [&](auto begin, auto end) {
+    std::vector<TriangleSide> border;
+    for_each_edge(sorted_sides(rows_of(soup.faces)), [&](auto begin, auto end) {
       if (end - begin == 1) border.push_back(*begin);
     });
     const std::vector<std::int32_t> by_x = border_vertices_by_x(soup, border);
     std::vector<char> is_split(soup.faces.size(),
                                0);  // one side per pass: splitting moves the others
     const std::size_t before = split;
-    for (const Side& side : border) {
-      if (is_split[static_cast<std::size_t>(side.face)]) continue;
+    for (const TriangleSide& side : border) {
+      if (is_split[side.face]) continue;
       const std::vector<OnEdge> on_edge = vertices_on(soup, side, by_x, weld_m);
       if (on_edge.empty()) continue;
       split_face(soup, side, on_edge);
-      is_split[static_cast<std::size_t>(side.face)] = 1;
+      is_split[side.face] = 1;
       ++split;
     }
     if (split == before) break;

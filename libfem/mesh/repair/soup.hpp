@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "libfem/mesh/repair/topology.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/text.hpp"
 
 namespace palpate::repair {
@@ -20,6 +20,7 @@ struct Soup {
 using Changes = std::vector<std::string>;
 
 Soup to_soup(const Surface& surface);
+Surface to_surface(const Soup& soup);
 
 /// Keeps the faces for which keep[f] != 0.
 void keep_faces(Soup& soup, const std::vector<char>& keep);
@@ -54,6 +55,6 @@ void drop_stray_facets(Soup& soup, Changes& changes, const std::string& where);
 void orient_outward(Soup& soup, Changes& changes);
 
 /// Up to six triangles, numbered from 1 as in the input.
-std::string name_faces(const Soup& soup, std::vector<std::size_t> faces);
+std::string name_faces(const Soup& soup, const std::vector<std::int32_t>& faces);
 
 }  // namespace palpate::repair

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/linear_algebra.hpp"
 #include "libfit/core/statistics.hpp"
@@ -30,7 +31,7 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 constexpr Eigen::Index kMinContacts = 6, kNear = 24;
 constexpr double kFacesAlike = 0.3;   // cosine: not the other side of a thin body
 constexpr double kHeightField = 0.5;  // cosine of 60 degrees
-// Of curvature: where contacts do not determine it, and where it would run away from them.
+// Damping of curvature where contacts do not determine it, and where it would run away from them.
 constexpr double kRidge = 1e-3, kRidgeBeyond = 1;
 constexpr double kReaches[] = {0.7, 1, 1.5, 2, 3};
 constexpr double kGrid = 0.5, kApart = 0.25, kNearby = 0.75, kBeyond = 2,
@@ -63,7 +64,7 @@ struct Quadrics {
       return (contacts.position.row(i).transpose() - at).squaredNorm();
     };
     const auto kept = std::min<std::size_t>(all.size(), kNear);
-    std::partial_sort(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(kept), all.end(),
+    std::partial_sort(all.begin(), all.begin() + kept, all.end(),
                       [&](Eigen::Index a, Eigen::Index b) {
                         return std::pair(away(a), a) < std::pair(away(b), b);
                       });
@@ -76,12 +77,12 @@ struct Quadrics {
                                Eigen::Index without = -1, double damping = kRidge) const {
     const Vec3 at = frame.origin + frame.axes.transpose() * Vec3(u, v, 0);
     const auto used = near(frame, at, without);
-    if (static_cast<Eigen::Index>(used.size()) < kMinContacts) return std::nullopt;
+    if (std::ssize(used) < kMinContacts) return std::nullopt;
     const auto n = static_cast<Eigen::Index>(used.size()), per = Eigen::Index{uses_normals ? 3 : 1};
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(per * n + 3, 6);
     Eigen::VectorXd b = Eigen::VectorXd::Zero(per * n + 3);
     for (Eigen::Index i = 0; i < n; ++i) {
-      const Eigen::Index c = used[static_cast<std::size_t>(i)];
+      const Eigen::Index c = used[i];
       const Vec3 x = frame.local(contacts.position.row(c));
       const Vec3 normal = frame.axes * contacts.normal.row(c).transpose();
       const double s = (x[0] - u) / spacing_m, t = (x[1] - v) / spacing_m;
@@ -125,19 +126,18 @@ double spacing_of(const Points& position) {
 }
 
 // Contacts at one place are one; deviations that are not known are as the others'.
-Contacts checked(const Contacts& given) {
-  const double spacing_m = spacing_of(given.position);
-  Contacts out{Points(given.position.rows(), 3), Points(given.position.rows(), 3),
-               given.deviation_m};
+Contacts checked(const Contacts& raw) {
+  const double spacing_m = spacing_of(raw.position);
+  Contacts out{Points(raw.position.rows(), 3), Points(raw.position.rows(), 3), raw.deviation_m};
   Eigen::Index count = 0;
-  for (Eigen::Index i = 0; i < given.position.rows(); ++i) {
+  for (Eigen::Index i = 0; i < raw.position.rows(); ++i) {
     bool is_new = true;
     for (Eigen::Index j = 0; j < count; ++j)
-      is_new &= (out.position.row(j) - given.position.row(i)).norm() > 1e-3 * spacing_m;
+      is_new &= (out.position.row(j) - raw.position.row(i)).norm() > 1e-3 * spacing_m;
     if (!is_new) continue;
-    out.position.row(count) = given.position.row(i);
-    out.normal.row(count) = given.normal.row(i);
-    out.deviation_m[count++] = given.deviation_m[i];
+    out.position.row(count) = raw.position.row(i);
+    out.normal.row(count) = raw.normal.row(i);
+    out.deviation_m[count++] = raw.deviation_m[i];
   }
   out.position.conservativeResize(count, 3);
   out.normal.conservativeResize(count, 3);
@@ -158,17 +158,17 @@ Contacts checked(const Contacts& given) {
   return out;
 }
 
-// The choice that foretells contacts left out best.
+// The choice that predicts contacts left out best.
 Quadrics chosen_quadrics(const Contacts& contacts, double spacing_m) {
   Quadrics best{contacts, spacing_m}, tried = best;
   double least = std::numeric_limits<double>::infinity();
   for (const bool uses_normals : {false, true})
     for (const double reach : kReaches) {
       tried.reach = reach, tried.uses_normals = uses_normals;
-      std::vector<double> off;
+      std::vector<double> residuals;
       for (const double m : tried.left_out_m())
-        if (std::isfinite(m)) off.push_back(std::abs(m));
-      if (const double middle = upper_median(off); !off.empty() && middle < least) {
+        if (std::isfinite(m)) residuals.push_back(std::abs(m));
+      if (const double middle = upper_median(residuals); !residuals.empty() && middle < least) {
         least = middle;
         best.reach = reach, best.uses_normals = uses_normals;
       }
@@ -184,9 +184,9 @@ std::optional<HeightAxes> height_frame(const Contacts& contacts, double spacing_
   if (!((contacts.normal * mean.normalized()).minCoeff() > kHeightField)) return std::nullopt;
   for (Eigen::Index i = 0; i < contacts.position.rows(); ++i)
     for (Eigen::Index j = 0; j < i; ++j) {
-      const Vec3 way =
+      const Vec3 between =
           frame.axes * (contacts.position.row(i) - contacts.position.row(j)).transpose();
-      if (way.head<2>().norm() < kApart * spacing_m && std::abs(way[2]) > spacing_m)
+      if (between.head<2>().norm() < kApart * spacing_m && std::abs(between[2]) > spacing_m)
         return std::nullopt;
     }
   return frame;
@@ -198,11 +198,11 @@ std::vector<Vec3> grid_between(const Quadrics& quadrics, const HeightAxes& frame
   const double step_m = kGrid * quadrics.spacing_m, around_m = kBeyond * quadrics.spacing_m;
   std::vector<Vec3> contact;
   Eigen::AlignedBox2d box;
-  std::vector<double> off_m;  // of the contact, from the quadric
+  std::vector<double> residual_m;  // of the contact, from the quadric
   for (Eigen::Index i = 0; i < position.rows(); ++i) {
     contact.push_back(frame.local(position.row(i)));
     box.extend(contact.back().head<2>());
-    off_m.push_back(
+    residual_m.push_back(
         contact.back()[2] -
         quadrics.height(frame, contact.back()[0], contact.back()[1]).value_or(contact.back()[2]));
   }
@@ -214,7 +214,7 @@ std::vector<Vec3> grid_between(const Quadrics& quadrics, const HeightAxes& frame
         const double away =
             (contact[i].head<2>() - Eigen::Vector2d(u, v)).norm() / quadrics.spacing_m;
         nearest = std::min(nearest, away);
-        correction_m += off_m[i] * std::exp(-0.5 * std::pow(away / (0.5 * kGrid), 2));
+        correction_m += residual_m[i] * std::exp(-0.5 * std::pow(away / (0.5 * kGrid), 2));
       }
       if (nearest < kApart || nearest > kBeyond) continue;
       const double ridge = nearest > kNearby ? kRidgeBeyond : kRidge;
@@ -227,10 +227,10 @@ std::vector<Vec3> grid_between(const Quadrics& quadrics, const HeightAxes& frame
 Surface height_field(const Quadrics& quadrics, const HeightAxes& frame) {
   const std::vector<Vec3> grid = grid_between(quadrics, frame);
   const Points& position = quadrics.contacts.position;
-  Points vertices(position.rows() + static_cast<Eigen::Index>(grid.size()), 3);
+  Points vertices(position.rows() + std::ssize(grid), 3);
   vertices.topRows(position.rows()) = position;
   for (std::size_t i = 0; i < grid.size(); ++i)
-    vertices.row(position.rows() + static_cast<Eigen::Index>(i)) =
+    vertices.row(position.rows() + i) =
         (frame.origin + frame.axes.transpose() * grid[i]).transpose();
   using Base = CGAL::Triangulation_vertex_base_with_info_2<std::int32_t, Kernel>;
   using Delaunay =
@@ -242,7 +242,7 @@ Surface height_field(const Quadrics& quadrics, const HeightAxes& frame) {
     places.emplace_back(Kernel::Point_2(at[0], at[1]), static_cast<std::int32_t>(i));
   }
   delaunay.insert(places.begin(), places.end());
-  std::vector<std::int32_t> triangles;
+  std::vector<Triangle> triangles;
   for (auto face = delaunay.finite_faces_begin(); face != delaunay.finite_faces_end(); ++face) {
     double longest_m = 0;
     for (int k = 0; k < 3; ++k)
@@ -251,10 +251,10 @@ Surface height_field(const Quadrics& quadrics, const HeightAxes& frame) {
                                   face->vertex(k)->point(), face->vertex((k + 1) % 3)->point())));
     if (longest_m > kLongest * quadrics.spacing_m) continue;
     // Counter-clockwise seen along the inward axis, so turned round.
-    for (const int k : {0, 2, 1}) triangles.push_back(face->vertex(k)->info());
+    triangles.push_back(
+        {face->vertex(0)->info(), face->vertex(2)->info(), face->vertex(1)->info()});
   }
-  const auto count = static_cast<Eigen::Index>(triangles.size() / 3);
-  return compact(vertices, Eigen::Map<Triangles>(triangles.data(), count, 3));
+  return compact(vertices, rows_of(triangles));
 }
 
 Surface around(const Contacts& contacts) {
@@ -264,19 +264,14 @@ Surface around(const Contacts& contacts) {
   std::vector<std::array<std::size_t, 3>> facets;
   CGAL::advancing_front_surface_reconstruction(points.begin(), points.end(),
                                                std::back_inserter(facets));
-  Triangles triangles(static_cast<Eigen::Index>(facets.size()), 3);
+  Triangles triangles(facets.size(), 3);
   double agreement = 0;  // of facets' normals with outward ones
   for (std::size_t f = 0; f < facets.size(); ++f) {
     const auto& facet = facets[f];
-    for (std::size_t k = 0; k < 3; ++k)
-      triangles(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(k)) =
-          static_cast<std::int32_t>(facet[k]);
-    const auto at = [&](std::size_t k) {
-      return Vec3(contacts.position.row(static_cast<Eigen::Index>(facet[k])));
-    };
+    for (std::size_t k = 0; k < 3; ++k) triangles(f, k) = static_cast<std::int32_t>(facet[k]);
+    const auto at = [&](std::size_t k) { return Vec3(contacts.position.row(facet[k])); };
     const Vec3 area = (at(1) - at(0)).cross(at(2) - at(0));
-    for (const std::size_t corner : facet)
-      agreement -= area.dot(contacts.normal.row(static_cast<Eigen::Index>(corner)));
+    for (const std::size_t corner : facet) agreement -= area.dot(contacts.normal.row(corner));
   }
   if (agreement < 0) triangles.col(1).swap(triangles.col(2));
   return compact(contacts.position, triangles);
@@ -284,8 +279,8 @@ Surface around(const Contacts& contacts) {
 
 }  // namespace
 
-ContactSurface surface_from_contacts(const Contacts& given) {
-  const Contacts contacts = checked(given);
+ContactSurface surface_from_contacts(const Contacts& raw) {
+  const Contacts contacts = checked(raw);
   ContactSurface out;
   out.spacing_m = spacing_of(contacts.position);
   const Quadrics quadrics = chosen_quadrics(contacts, out.spacing_m);

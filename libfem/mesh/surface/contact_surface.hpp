@@ -4,8 +4,8 @@
 
 namespace palpate {
 
-/// Where a tool touched a body first: position C x 3 [m], inward unit normal C x 3, deviation_m C,
-/// of the position along the normal; 0 where it is not known.
+/// Places where a tool touched a body first: position C x 3 [m], inward unit normal C x 3,
+/// deviation_m C, of the position along the normal; 0 where it is not known.
 struct Contacts {
   Points position{0, 3}, normal{0, 3};
   Eigen::VectorXd deviation_m;
@@ -24,12 +24,13 @@ struct ContactSurface {
 };
 
 /// The surface that contacts lie on. Around a place it is the quadric through the contacts near it
-/// by weighted least squares, of their places and, where that foretells contacts left out better,
+/// by weighted least squares, of their places and, where that predicts contacts left out better,
 /// of their normals; how far weights reach is chosen likewise. Where all normals are within 60
 /// degrees of their mean and no two contacts are above one another, it is a height field on a mesh
-/// of half their spacing, which passes through every contact: what a contact is off the quadric
-/// fades over half a spacing. Else the contacts are its vertices (advancing front, Cohen-Steiner
-/// and Da 2004). Deterministic. Throws Error with fewer than six contacts, or on a line.
+/// of half their spacing, which passes through every contact: the offset of a contact from the
+/// quadric fades over half a spacing. Else the contacts are its vertices (advancing front,
+/// Cohen-Steiner and Da 2004). Deterministic. Throws Error with fewer than six contacts, or on a
+/// line.
 ContactSurface surface_from_contacts(const Contacts& contacts);
 
 }  // namespace palpate

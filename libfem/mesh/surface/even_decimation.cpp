@@ -1,4 +1,4 @@
-#include "libfem/mesh/surface/even_points.hpp"
+#include "libfem/mesh/surface/half_edge.hpp"
 
 #include <Eigen/Dense>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
@@ -132,9 +132,7 @@ class ModEvenSpacing : public OpenMesh::Decimater::ModBaseT<MeshT> {
     return false;
   }
 
-  bool may_stand(VertexHandle v) {
-    return (*may_stand_)[static_cast<std::size_t>(Base::mesh().property(origin_, v))] != 0;
-  }
+  bool may_stand(VertexHandle v) { return (*may_stand_)[Base::mesh().property(origin_, v)] != 0; }
 
   OpenMesh::VPropHandleT<ErrorQuadric> quadric_;
   OpenMesh::VPropHandleT<int> origin_;
@@ -162,7 +160,7 @@ void decimate_evenly(HalfEdgeMesh& mesh, const Points& normals, const std::vecto
     decimater.module(handle).set_guards(guards.facing, guards.roundness);
     decimater.module(handle).set_vertices(normals, may_stand, origin);
     decimater.initialize();
-    decimater.decimate(static_cast<std::size_t>(left - count));
+    decimater.decimate(left - count);
     mesh.garbage_collection();
   }
 }

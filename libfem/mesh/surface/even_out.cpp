@@ -1,4 +1,4 @@
-#include "libfem/mesh/surface/even_points.hpp"
+#include "libfem/mesh/surface/half_edge.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -9,8 +9,6 @@
 namespace palpate {
 namespace {
 
-using OpenMesh::EdgeHandle;
-using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 
 /// Least cosine of a triangle to the mean normal of its corners, where a change may lead.
@@ -44,7 +42,7 @@ class EvenOut {
         origin_(origin),
         graph_(graph_of(part)) {
     is_used_.assign(graph_.neighbours.size(), 0);
-    for (const auto v : mesh_.vertices()) is_used_[std::size_t(mesh_.property(origin_, v))] = 1;
+    for (const auto v : mesh_.vertices()) is_used_[mesh_.property(origin_, v)] = 1;
   }
 
   void run() {
@@ -84,7 +82,7 @@ class EvenOut {
     return worst;
   }
 
-  /// Where the vertex would best be: the middle of its neighbours (of its border neighbours, on a
+  /// Best place of the vertex: the middle of its neighbours (of its border neighbours, on a
   /// border), long edges pulling harder.
   Vec3 wanted(VertexHandle v) const {
     const bool is_border = mesh_.is_boundary(v);
@@ -118,8 +116,8 @@ class EvenOut {
     double least = (part_position(at) - goal).squaredNorm();
     for (;;) {
       int best = at;
-      for (const int w : graph_.neighbours[std::size_t(at)]) {
-        if (is_border && !graph_.is_border[std::size_t(w)]) continue;
+      for (const int w : graph_.neighbours[at]) {
+        if (is_border && !graph_.is_border[w]) continue;
         const double squared_distance = (part_position(w) - goal).squaredNorm();
         if (squared_distance >= least) continue;
         least = squared_distance;
@@ -131,8 +129,8 @@ class EvenOut {
   }
 
   void place(VertexHandle v, int part_vertex) {
-    is_used_[std::size_t(mesh_.property(origin_, v))] = 0;
-    is_used_[std::size_t(part_vertex)] = 1;
+    is_used_[mesh_.property(origin_, v)] = 0;
+    is_used_[part_vertex] = 1;
     mesh_.property(origin_, v) = part_vertex;
     mesh_.set_point(v, to_open_mesh(part_position(part_vertex)));
   }
@@ -142,8 +140,8 @@ class EvenOut {
     const int old = mesh_.property(origin_, v);
     const Vec3 goal = (wanted(v) + position(mesh_, v)) / 2;  // half-way: neighbours move too
     const int next = walk(old, goal, mesh_.is_boundary(v));
-    if (is_used_[std::size_t(next)] || !may_stand_[std::size_t(next)]) return;
-    if (!mesh_.is_boundary(v) && graph_.is_border[std::size_t(next)]) return;
+    if (is_used_[next] || !may_stand_[next]) return;
+    if (!mesh_.is_boundary(v) && graph_.is_border[next]) return;
     const double before = worst_around(v);
     place(v, next);
     if (worst_around(v) < std::min(before, 0.5)) place(v, old);
@@ -152,53 +150,32 @@ class EvenOut {
   /// From where no point may stand to the nearest vertex of the part, by edges, where one may.
   void leave(VertexHandle v) {
     const int old = mesh_.property(origin_, v);
-    if (may_stand_[std::size_t(old)]) return;
+    if (may_stand_[old]) return;
     std::vector<int> found{old};
     std::vector<char> is_found(graph_.neighbours.size(), 0);
-    is_found[std::size_t(old)] = 1;
+    is_found[old] = 1;
     for (std::size_t i = 0; i < found.size(); ++i) {
       const int at = found[i];
-      if (may_stand_[std::size_t(at)] && !is_used_[std::size_t(at)]) {
+      if (may_stand_[at] && !is_used_[at]) {
         place(v, at);
         if (worst_around(v) >= 0) return;
         place(v, old);
       }
-      for (const int w : graph_.neighbours[std::size_t(at)])
-        if (!is_found[std::size_t(w)]) {
-          is_found[std::size_t(w)] = 1;
+      for (const int w : graph_.neighbours[at])
+        if (!is_found[w]) {
+          is_found[w] = 1;
           found.push_back(w);
         }
     }
   }
 
+  // Not across a crease: the new triangles face the surface at least about as well.
   void flip_edges() {
-    constexpr int kMaxSweeps = 4;
-    for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
-      int flips = 0;
-      for (const auto e : mesh_.edges())
-        if (mesh_.is_flip_ok(e) && is_flip_better(e)) {
-          mesh_.flip(e);
-          ++flips;
-        }
-      if (flips == 0) return;
-    }
-  }
-
-  bool is_flip_better(EdgeHandle e) const {
-    const HalfedgeHandle h = mesh_.halfedge_handle(e, 0), o = mesh_.halfedge_handle(e, 1);
-    const VertexHandle a = mesh_.from_vertex_handle(h), b = mesh_.to_vertex_handle(h);
-    const VertexHandle c = mesh_.to_vertex_handle(mesh_.next_halfedge_handle(h));
-    const VertexHandle d = mesh_.to_vertex_handle(mesh_.next_halfedge_handle(o));
-    const auto round = [&](VertexHandle p, VertexHandle q, VertexHandle r) {
-      return roundness(position(mesh_, p), position(mesh_, q), position(mesh_, r));
-    };
-    const double before = std::min(round(a, b, c), round(b, a, d));
-    const double after = std::min(round(a, d, c), round(d, b, c));
-    if (!(after > before + 1e-9)) return false;
-    // Not across a crease: the new triangles face the surface at least about as well.
-    const double facing_before = std::min(facing(a, b, c), facing(b, a, d));
-    const double facing_after = std::min(facing(a, d, c), facing(d, b, c));
-    return facing_after > std::max(kMinFacing, facing_before - 0.1);
+    flip_to_rounder(mesh_, 4, [&](VertexHandle a, VertexHandle b, VertexHandle c, VertexHandle d) {
+      const double before = std::min(facing(a, b, c), facing(b, a, d));
+      const double after = std::min(facing(a, d, c), facing(d, b, c));
+      return after > std::max(kMinFacing, before - 0.1);
+    });
   }
 
   HalfEdgeMesh& mesh_;

@@ -1,4 +1,4 @@
-#include "libfem/mesh/surface/feature_lines.hpp"
+#include "libfem/mesh/surface/half_edge.hpp"
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -26,20 +26,20 @@ bool is_sharp(const HalfEdgeMesh& mesh, EdgeHandle edge, double min_cosine) {
 
 /// Unmarks connected strings of feature edges that are short in all.
 void drop_short_strings(HalfEdgeMesh& mesh, double min_length_m) {
-  std::vector<char> is_seen(mesh.n_edges(), 0);
+  std::vector<char> is_visited(mesh.n_edges(), 0);
   for (const auto first : mesh.edges()) {
-    if (!mesh.status(first).feature() || is_seen[static_cast<std::size_t>(first.idx())]) continue;
+    if (!mesh.status(first).feature() || is_visited[first.idx()]) continue;
     std::vector<EdgeHandle> string{first};
-    is_seen[static_cast<std::size_t>(first.idx())] = 1;
+    is_visited[first.idx()] = 1;
     double length = 0;
     for (std::size_t i = 0; i < string.size(); ++i) {
       length += mesh.calc_edge_length(string[i]);
       for (int side = 0; side < 2; ++side)
         for (const auto next :
              mesh.ve_range(mesh.to_vertex_handle(mesh.halfedge_handle(string[i], side)))) {
-          auto& seen = is_seen[static_cast<std::size_t>(next.idx())];
-          if (seen || !mesh.status(next).feature()) continue;
-          seen = 1;
+          auto& visited = is_visited[next.idx()];
+          if (visited || !mesh.status(next).feature()) continue;
+          visited = 1;
           string.push_back(next);
         }
     }

@@ -4,11 +4,11 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <utility>
 #include <vector>
 
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/statistics.hpp"
 
 namespace palpate {
@@ -20,23 +20,14 @@ constexpr int kFollow = 20;  // steps in which vertices follow the normals; 10 l
 
 using Around = std::vector<std::vector<std::int32_t>>;
 
-Around triangles_around(const Surface& surface) {
-  Around around(static_cast<std::size_t>(surface.vertices.rows()));
-  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
-    for (const std::int32_t v : surface.triangles.row(t))
-      around[static_cast<std::size_t>(v)].push_back(static_cast<std::int32_t>(t));
-  return around;
-}
-
 // Triangles that share a vertex with each, itself left out.
 Around neighbours_of(const Surface& surface, const Around& around) {
-  Around beside(static_cast<std::size_t>(surface.triangles.rows()));
+  Around beside(surface.triangles.rows());
   for (std::size_t t = 0; t < beside.size(); ++t) {
-    for (const std::int32_t v : surface.triangles.row(static_cast<Eigen::Index>(t)))
-      for (const std::int32_t other : around[static_cast<std::size_t>(v)])
+    for (const std::int32_t v : surface.triangles.row(t))
+      for (const std::int32_t other : around[v])
         if (other != static_cast<std::int32_t>(t)) beside[t].push_back(other);
-    std::sort(beside[t].begin(), beside[t].end());
-    beside[t].erase(std::unique(beside[t].begin(), beside[t].end()), beside[t].end());
+    sort_unique(beside[t]);
   }
   return beside;
 }
@@ -66,7 +57,7 @@ void smooth_normals(const Facets& facets, const Around& beside, double reach_m, 
   const Points before = normal;
   for (Eigen::Index t = 0; t < normal.rows(); ++t) {
     Vec3 sum = facets.area[t] * before.row(t);
-    for (const std::int32_t other : beside[static_cast<std::size_t>(t)]) {
+    for (const std::int32_t other : beside[t]) {
       const double apart = (facets.centre.row(t) - facets.centre.row(other)).squaredNorm(),
                    unlike = (before.row(t) - before.row(other)).squaredNorm();
       sum += facets.area[other] *
@@ -85,10 +76,10 @@ Points follow(const Surface& surface, const Around& around, const Points& normal
     for (std::size_t v = 0; v < around.size(); ++v) {
       if (around[v].empty()) continue;
       const auto row = static_cast<Eigen::Index>(v);
-      Vec3 way = Vec3::Zero();
+      Vec3 move = Vec3::Zero();
       for (const std::int32_t t : around[v])
-        way += normal.row(t).dot(centre.row(t) - moved.vertices.row(row)) * normal.row(t);
-      moved.vertices.row(row) += way / static_cast<double>(around[v].size());
+        move += normal.row(t).dot(centre.row(t) - moved.vertices.row(row)) * normal.row(t);
+      moved.vertices.row(row) += move / static_cast<double>(around[v].size());
     }
   }
   return moved.vertices;
@@ -98,49 +89,36 @@ Points follow(const Surface& surface, const Around& around, const Points& normal
 // on smoothly over another of its edges. Noise turns edges as sharply, and goes on nowhere.
 std::vector<char> on_creases(const Surface& surface, const Points& normal) {
   constexpr double kCreaseDeg = 40, kSmoothDeg = 20;
-  const auto cosine = [](double deg) { return std::cos(deg * std::numbers::pi / 180); };
-  std::map<std::pair<std::int32_t, std::int32_t>, Eigen::Index> triangle_of;
-  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
-    for (int k = 0; k < 3; ++k)
-      triangle_of[{surface.triangles(t, k), surface.triangles(t, (k + 1) % 3)}] = t;
-  const auto across = [&](Eigen::Index t, int k) {  // -1 at a border
-    const auto found =
-        triangle_of.find({surface.triangles(t, (k + 1) % 3), surface.triangles(t, k)});
-    return found == triangle_of.end() ? Eigen::Index{-1} : found->second;
+  const auto sides = sorted_sides(surface.triangles);
+  const auto turns = [&](auto begin, double deg) {
+    return normal.row(begin->face).dot(normal.row((begin + 1)->face)) <
+           std::cos(deg * std::numbers::pi / 180);
   };
-  const auto turns = [&](Eigen::Index t, Eigen::Index other, double deg) {
-    return other >= 0 && normal.row(t).dot(normal.row(other)) < cosine(deg);
-  };
-  std::vector<char> goes_on(static_cast<std::size_t>(surface.triangles.rows()), 0);
-  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
-    for (int k = 0; k < 3; ++k)
-      if (across(t, k) >= 0 && !turns(t, across(t, k), kSmoothDeg))
-        goes_on[static_cast<std::size_t>(t)] = 1;
-  std::vector<char> on_crease(static_cast<std::size_t>(surface.vertices.rows()), 0);
-  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Index other = across(t, k);
-      if (!turns(t, other, kCreaseDeg) || !goes_on[static_cast<std::size_t>(t)] ||
-          !goes_on[static_cast<std::size_t>(other)])
-        continue;
-      on_crease[static_cast<std::size_t>(surface.triangles(t, k))] = 1;
-      on_crease[static_cast<std::size_t>(surface.triangles(t, (k + 1) % 3))] = 1;
-    }
+  std::vector<char> goes_on(surface.triangles.rows(), 0), on_crease(surface.vertices.rows(), 0);
+  for_each_edge(sides, [&](auto begin, auto end) {
+    if (end - begin == 2 && !turns(begin, kSmoothDeg))
+      goes_on[begin->face] = goes_on[(begin + 1)->face] = 1;
+  });
+  for_each_edge(sides, [&](auto begin, auto end) {
+    if (end - begin == 2 && turns(begin, kCreaseDeg) && goes_on[begin->face] &&
+        goes_on[(begin + 1)->face])
+      on_crease[begin->low] = on_crease[begin->high] = 1;
+  });
   return on_crease;
 }
 
 }  // namespace
 
 FilteredSurface filter_noise(const Surface& surface, double noise_m) {
-  const Around around = triangles_around(surface), beside = neighbours_of(surface, around);
+  const Around around = cells_around(surface.triangles, surface.vertices.rows()),
+               beside = neighbours_of(surface, around);
   const Facets facets = facets_of(surface);
   const Points outward = vertex_normals(surface);
   double reach_m = 0;
   std::size_t pairs = 0;
   for (std::size_t t = 0; t < beside.size(); ++t)
     for (const std::int32_t other : beside[t]) {
-      reach_m +=
-          (facets.centre.row(static_cast<Eigen::Index>(t)) - facets.centre.row(other)).norm();
+      reach_m += (facets.centre.row(t) - facets.centre.row(other)).norm();
       ++pairs;
     }
   reach_m /= static_cast<double>(std::max<std::size_t>(pairs, 1));
@@ -187,17 +165,17 @@ double roughness_m(const Surface& surface) {
   identity.setIdentity();
   laplacian += identity;
   const Matrix twice = laplacian * laplacian;
-  const Points off = twice * surface.vertices, normals = vertex_normals(surface);
+  const Points residual = twice * surface.vertices, normals = vertex_normals(surface);
   std::vector<char> is_apart = on_creases(surface, facets_of(surface).normal);
   const std::vector<char> on_crease = is_apart;
   for (const auto& t : surface.triangles.rowwise())
     for (const std::int32_t v : t)
-      if (on_crease[static_cast<std::size_t>(v)])
-        for (const std::int32_t beside : t) is_apart[static_cast<std::size_t>(beside)] = 1;
+      if (on_crease[v])
+        for (const std::int32_t beside : t) is_apart[beside] = 1;
   std::vector<double> size;
   for (Eigen::Index v = 0; v < count; ++v)
-    if (const double gain = twice.row(v).norm(); gain > 0 && !is_apart[static_cast<std::size_t>(v)])
-      size.push_back(std::abs(off.row(v).dot(normals.row(v))) / gain);
+    if (const double gain = twice.row(v).norm(); gain > 0 && !is_apart[v])
+      size.push_back(std::abs(residual.row(v).dot(normals.row(v))) / gain);
   constexpr double kOfNormal = 1.4826;  // standard deviation over the median of absolute values
   return size.empty() ? 0 : kOfNormal * median(size);
 }

@@ -7,7 +7,7 @@ namespace palpate {
 struct FilteredSurface {
   Surface surface;
   double moved_m = 0;      ///< along normals, rms over vertices
-  double max_moved_m = 0;  ///< farthest way of a vertex
+  double max_moved_m = 0;  ///< largest distance of a vertex
 };
 
 /// Takes noise off the vertices of a scanned or segmented surface and keeps its edges.
@@ -19,7 +19,7 @@ struct FilteredSurface {
 /// folded where noise was as large as edges; mend_surface takes such a surface.
 FilteredSurface filter_noise(const Surface& surface, double noise_m);
 
-/// How far vertices stand off what their neighbours' neighbours say, along the normal [m]: the
+/// Distance of vertices from where their neighbours' neighbours put them, along the normal [m]: the
 /// standard deviation of white noise that would do the same, by the median over vertices within
 /// smooth patches: neither they nor a neighbour lie on a crease, an edge that turns by more than 40
 /// degrees between triangles that each go on smoothly. 0 where no vertex lies so. On a smooth

@@ -2,6 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <algorithm>
+#include <numbers>
+#include <utility>
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
@@ -35,7 +38,31 @@ inline Vec3 scaled_normal(const Vec3& a, const Vec3& b, const Vec3& c) {
 /// 1 for an equilateral triangle, 0 for a degenerate one: 4 sqrt(3) area / sum of squared edges.
 inline double roundness(const Vec3& a, const Vec3& b, const Vec3& c) {
   const double squared = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
-  return squared > 0 ? 3.4641016151377544 * scaled_normal(a, b, c).norm() / squared : 0;
+  return squared > 0 ? 2 * std::numbers::sqrt3 * scaled_normal(a, b, c).norm() / squared : 0;
+}
+
+/// Flips edges that are no features where the worse of both triangles gets rounder, in sweeps until
+/// none does. may_flip(a, b, c, d): whether edge ab may become cd.
+template <class MayFlip>
+void flip_to_rounder(HalfEdgeMesh& mesh, int max_sweeps, const MayFlip& may_flip) {
+  int flips = 1;
+  for (int sweep = 0; sweep < max_sweeps && flips > 0; ++sweep) {
+    flips = 0;
+    for (const auto e : mesh.edges()) {
+      if (mesh.status(e).feature() || !mesh.is_flip_ok(e)) continue;
+      const auto h = mesh.halfedge_handle(e, 0), o = mesh.halfedge_handle(e, 1);
+      const auto a = mesh.from_vertex_handle(h), b = mesh.to_vertex_handle(h);
+      const auto c = mesh.to_vertex_handle(mesh.next_halfedge_handle(h));
+      const auto d = mesh.to_vertex_handle(mesh.next_halfedge_handle(o));
+      const Vec3 pa = position(mesh, a), pb = position(mesh, b), pc = position(mesh, c),
+                 pd = position(mesh, d);
+      const double before = std::min(roundness(pa, pb, pc), roundness(pb, pa, pd));
+      const double after = std::min(roundness(pa, pd, pc), roundness(pd, pb, pc));
+      if (!(after > before + 1e-9) || !may_flip(a, b, c, d)) continue;
+      mesh.flip(e);
+      ++flips;
+    }
+  }
 }
 
 /// Builds the half-edge structure; the surface must be manifold (borders allowed).
@@ -44,7 +71,7 @@ inline HalfEdgeMesh to_half_edges(const Surface& surface) {
   std::vector<OpenMesh::VertexHandle> vertex;
   for (const auto& p : surface.vertices.rowwise())
     vertex.push_back(mesh.add_vertex({p.x(), p.y(), p.z()}));
-  const auto at = [&](std::int32_t v) { return vertex[static_cast<std::size_t>(v)]; };
+  const auto at = [&](std::int32_t v) { return vertex[v]; };
   for (const auto& t : surface.triangles.rowwise()) mesh.add_face(at(t[0]), at(t[1]), at(t[2]));
   return mesh;
 }
@@ -52,8 +79,8 @@ inline HalfEdgeMesh to_half_edges(const Surface& surface) {
 /// Vertices and triangles that are left, in the mesh's order. Call garbage_collection() first.
 inline Surface to_surface(const HalfEdgeMesh& mesh) {
   Surface surface;
-  surface.vertices.resize(static_cast<Eigen::Index>(mesh.n_vertices()), 3);
-  surface.triangles.resize(static_cast<Eigen::Index>(mesh.n_faces()), 3);
+  surface.vertices.resize(mesh.n_vertices(), 3);
+  surface.triangles.resize(mesh.n_faces(), 3);
   for (const auto v : mesh.vertices()) surface.vertices.row(v.idx()) = position(mesh, v);
   for (const auto f : mesh.faces()) {
     int k = 0;
@@ -61,5 +88,34 @@ inline Surface to_surface(const HalfEdgeMesh& mesh) {
   }
   return surface;
 }
+
+/// The sharp edges of a fine surface, as segments to project onto.
+struct FeatureLines {
+  std::vector<std::pair<Vec3, Vec3>> segments;
+
+  /// Nearest point of any segment; the query itself when there is none.
+  Vec3 closest(const Vec3& query) const;
+};
+
+/// Marks edges whose triangles turn by more than 60 degrees as features, and their vertices;
+/// vertices where a line ends, branches or turns sharply are locked (they stay where they are).
+/// Strings of sharp edges shorter than `min_length_m` in all are noise and not marked.
+FeatureLines mark_features(HalfEdgeMesh& mesh, double min_length_m);
+
+/// Decimates a half-edge surface to `count` of its vertices, evenly spaced, with OpenMesh.
+/// normals: per vertex, outward unit. may_stand: per vertex; others are removed first. Guards
+/// against flipped and needle triangles are loosened in stages until the count is reached or
+/// topology forbids more. Leaves the mesh garbage-collected; `origin` follows each vertex to tell
+/// its index at the start.
+void decimate_evenly(HalfEdgeMesh& mesh, const Points& normals, const std::vector<char>& may_stand,
+                     int count, OpenMesh::VPropHandleT<int> origin);
+
+/// Lets the vertices of a decimated surface hop among the vertices of the part they were chosen
+/// from, towards the middle of their neighbours, and flips edges, for a few rounds.
+/// part: the surface before decimation; normals: per vertex of it, outward; may_stand: per vertex
+/// of it, where vertices may hop, and leave others for the nearest such; `origin`: index in it
+/// of each mesh vertex, kept up to date. Borders stay borders. No triangle is folded over.
+void even_out(HalfEdgeMesh& mesh, const Surface& part, const Points& normals,
+              const std::vector<char>& may_stand, OpenMesh::VPropHandleT<int> origin);
 
 }  // namespace palpate

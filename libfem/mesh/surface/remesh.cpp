@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libfem/mesh/surface/feature_lines.hpp"
+#include "libfem/mesh/surface/half_edge.hpp"
 
 namespace palpate {
 namespace {
@@ -20,8 +20,8 @@ constexpr double kShortest = 4.0 / 5.0;
 /// Least cosine between a triangle and the fine surface's normal at its corners: 66 degrees. A
 /// triangle steeper than that folds over a neighbour or cuts through a crease.
 constexpr double kMinFacing = 0.4;
-/// How far a point may be left behind, of the wanted edge: by the collapse of its vertex, and by
-/// one move of it, of which there are several.
+/// Largest distance that a point may be left behind, over the wanted edge: by the collapse of its
+/// vertex, and by one move of it, of which there are several.
 constexpr double kLeftByCollapse = 0.12;
 constexpr double kLeftByMove = 0.03;
 
@@ -52,7 +52,6 @@ struct Remeshing {
   SurfacePoint land(const Vec3& query, bool is_feature) const;
   void take(VertexHandle v, const SurfacePoint& hit);
   bool may_collapse(HalfedgeHandle h) const;
-  bool is_flip_better(EdgeHandle e) const;
   bool faces_outward(VertexHandle a, VertexHandle b, VertexHandle c) const;
   void relax_vertex(VertexHandle v);
   double distance_around_m(VertexHandle v, const Vec3& query) const;
@@ -172,7 +171,7 @@ void Remeshing::collapse_short_edges() {
   for (const auto v : mesh.vertices()) mesh.property(origin, v) = v.idx();
   mesh.garbage_collection();
   for (const auto v : mesh.vertices()) {
-    const auto from = static_cast<std::size_t>(mesh.property(origin, v));
+    const int from = mesh.property(origin, v);
     sizes.push_back(size_m[from]);
     normals.push_back(normal[from]);
   }
@@ -181,30 +180,10 @@ void Remeshing::collapse_short_edges() {
   normal = std::move(normals);
 }
 
-bool Remeshing::is_flip_better(EdgeHandle e) const {
-  const auto h = mesh.halfedge_handle(e, 0), o = mesh.halfedge_handle(e, 1);
-  const VertexHandle a = mesh.from_vertex_handle(h), b = mesh.to_vertex_handle(h);
-  const VertexHandle c = mesh.to_vertex_handle(mesh.next_halfedge_handle(h));
-  const VertexHandle d = mesh.to_vertex_handle(mesh.next_halfedge_handle(o));
-  const Vec3 pa = position(mesh, a), pb = position(mesh, b), pc = position(mesh, c),
-             pd = position(mesh, d);
-  const double before = std::min(roundness(pa, pb, pc), roundness(pb, pa, pd));
-  const double after = std::min(roundness(pa, pd, pc), roundness(pd, pb, pc));
-  if (!(after > before + 1e-9)) return false;
-  return faces_outward(a, d, c) && faces_outward(d, b, c);
-}
-
 void Remeshing::flip_edges() {
-  constexpr int kMaxSweeps = 6;
-  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
-    int flips = 0;
-    for (const auto e : mesh.edges()) {
-      if (mesh.status(e).feature() || !is_flip_better(e) || !mesh.is_flip_ok(e)) continue;
-      mesh.flip(e);
-      ++flips;
-    }
-    if (flips == 0) break;
-  }
+  flip_to_rounder(mesh, 6, [&](VertexHandle a, VertexHandle b, VertexHandle c, VertexHandle d) {
+    return faces_outward(a, d, c) && faces_outward(d, b, c);
+  });
 }
 
 double Remeshing::distance_around_m(VertexHandle v, const Vec3& query) const {

@@ -7,6 +7,7 @@
 
 #include "libfem/mesh/surface/remesh.hpp"
 #include "libfem/mesh/surface/surface_checks.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate {
@@ -21,7 +22,7 @@ void refuse_bad_input(const Surface& fine, double target_edge_m) {
                 "Mend the surface, or prepare it with --surface-only.");
 }
 
-// Of each fine vertex.
+// Distance of each fine vertex from the coarse surface.
 Eigen::VectorXd distance_m(const Surface& fine, const Surface& coarse) {
   const BoxTree boxes = triangle_boxes(coarse);
   Eigen::VectorXd out(fine.vertices.rows());
@@ -74,9 +75,9 @@ class CoarseSurfaces {
     made.deviation_m = deviation_m(fine_, boxes_, made.surface);
     out.fault = why_not_closed(made.surface);
     if (out.fault) return out;
-    const double more = palpate::volume_m3(made.surface) / volume_m3_ - 1;
-    if (std::abs(more) > options_.volume_tolerance)
-      out.fault = "its volume is off by " + std::to_string(100 * more) + " %";
+    const double volume_change = palpate::volume_m3(made.surface) / volume_m3_ - 1;
+    if (std::abs(volume_change) > options_.volume_tolerance)
+      out.fault = "its volume is off by " + std::to_string(100 * volume_change) + " %";
     else if (made.deviation_m > stray_m_)
       out.fault = "it strays by " + std::to_string(1e3 * made.deviation_m) + " mm";
     const Surface crossing = crossing_part(made.surface);
@@ -92,9 +93,7 @@ class CoarseSurfaces {
     made.excess = excess.maxCoeff();
     for (Eigen::Index v = 0; v < wanted.size(); ++v)
       if (excess[v] > 1) out.too_coarse.push_back(v);
-    std::ranges::sort(out.too_coarse);
-    const auto twice = std::ranges::unique(out.too_coarse);
-    out.too_coarse.erase(twice.begin(), twice.end());
+    sort_unique(out.too_coarse);
     return out;
   }
 

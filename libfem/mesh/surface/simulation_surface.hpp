@@ -7,8 +7,8 @@
 namespace palpate {
 
 struct SimulationSurfaceOptions {
-  /// Of the fine volume; beyond it a finer target is tried. Grading bends the boundary of what is
-  /// filled back onto the fine surface, which is why chords may lose this much volume.
+  /// Share of the fine volume; beyond it a finer target is tried. Grading bends the boundary of
+  /// what is filled back onto the fine surface, which is why chords may lose this much volume.
   double volume_tolerance = 0.08;
   double stray_tolerance = 0.3;  ///< of target_edge_m: deviation beyond it, likewise
   /// #V of the fine surface, or empty [m]: how far each of its vertices may be from the coarse one.
@@ -30,7 +30,7 @@ struct SimulationSurface {
 /// fine: closed, manifold, outward. Every result has passed: closed and manifold, not crossing
 /// itself, volume and deviation within tolerance. What crosses itself is tried again with shorter
 /// edges there, what else fails with a finer target, at last with the fine surface itself.
-/// Closeness to allowed_m is sought, not promised: `excess` says what was reached. Throws Error
+/// Closeness to allowed_m is sought, not promised: `excess` is what was reached. Throws Error
 /// when the target is not positive, when `fine` bounds no volume, or when even the fine one crosses
 /// itself. Deterministic.
 SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,

@@ -7,23 +7,23 @@
 #include <vector>
 
 #include "libfem/mesh/repair/facts.hpp"
-#include "libfem/mesh/surface/feature_lines.hpp"
+#include "libfem/mesh/surface/half_edge.hpp"
 #include "libfem/mesh/surface/remesh.hpp"
 
 namespace palpate {
 namespace {
 
-// Of the target edge: how far a triangle may stray from a curve, and the shortest edge.
+// Shares of the target edge: a triangle may stray so far from a curve, and the shortest edge.
 constexpr double kStray = 0.08, kShortest = 0.4;
 constexpr double kGrowth = 0.5;  // of size per distance along the surface
 
 using VertexNeighbours = std::vector<std::vector<std::int32_t>>;
 
 VertexNeighbours vertex_neighbours(const Surface& surface) {
-  VertexNeighbours neighbours(static_cast<std::size_t>(surface.vertices.rows()));
+  VertexNeighbours neighbours(surface.vertices.rows());
   for (const auto& t : surface.triangles.rowwise())
     for (int k = 0; k < 3; ++k)  // closed surface: each edge is met once in either direction
-      neighbours[static_cast<std::size_t>(t[k])].push_back(t[(k + 1) % 3]);
+      neighbours[t[k]].push_back(t[(k + 1) % 3]);
   return neighbours;
 }
 
@@ -46,8 +46,7 @@ Points smoothed(Points values, const VertexNeighbours& neighbours, double radius
   for (int round = 0; round < rounds; ++round) {
     Points next = values;
     for (std::size_t v = 0; v < neighbours.size(); ++v)
-      for (const std::int32_t w : neighbours[v])
-        next.row(static_cast<Eigen::Index>(v)) += values.row(w);
+      for (const std::int32_t w : neighbours[v]) next.row(v) += values.row(w);
     next.rowwise().normalize();
     values = std::move(next);
   }
@@ -58,7 +57,7 @@ Points smoothed(Points values, const VertexNeighbours& neighbours, double radius
 double curvature_1_m(const Surface& fine, const Points& normals, const VertexNeighbours& neighbours,
                      Eigen::Index v) {
   double largest = 0;
-  for (const std::int32_t w : neighbours[static_cast<std::size_t>(v)]) {
+  for (const std::int32_t w : neighbours[v]) {
     const Vec3 edge = (fine.vertices.row(w) - fine.vertices.row(v)).transpose();
     const double turn = std::abs((normals.row(w) - normals.row(v)).dot(edge));
     if (edge.squaredNorm() > 0) largest = std::max(largest, turn / edge.squaredNorm());
@@ -125,7 +124,7 @@ void limit_growth(Eigen::VectorXd& size, const Surface& fine) {
     const auto [at, v] = queue.top();
     queue.pop();
     if (at > size[v]) continue;
-    for (const std::int32_t w : neighbours[static_cast<std::size_t>(v)]) {
+    for (const std::int32_t w : neighbours[v]) {
       const double allowed = at + kGrowth * (fine.vertices.row(w) - fine.vertices.row(v)).norm();
       if (allowed >= size[w]) continue;
       size[w] = allowed;

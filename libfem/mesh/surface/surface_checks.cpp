@@ -4,6 +4,7 @@
 
 #include "libfem/mesh/repair/cgal_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/text.hpp"
 
 namespace palpate {
@@ -57,12 +58,10 @@ bool is_self_intersecting(const Surface& surface) {
 }
 
 Surface crossing_part(const Surface& surface) {
-  std::vector<Eigen::Index> triangles;
+  std::vector<std::size_t> triangles;
   for (const auto& [a, b] : repair::self_intersections(surface))
-    for (const std::size_t t : {a, b}) triangles.push_back(static_cast<Eigen::Index>(t));
-  std::ranges::sort(triangles);
-  const auto twice = std::ranges::unique(triangles);
-  triangles.erase(twice.begin(), twice.end());
+    triangles.insert(triangles.end(), {a, b});
+  sort_unique(triangles);
   return {surface.vertices, surface.triangles(triangles, Eigen::all)};
 }
 

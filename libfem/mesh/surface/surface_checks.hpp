@@ -12,7 +12,7 @@ namespace palpate {
 /// self-intersection is not looked for. Safe on anything.
 std::optional<std::string> why_not_closed(const Surface& surface);
 
-/// Whether triangles of a surface that passed `why_not_closed` meet anywhere but in what they
+/// True where triangles of a surface that passed `why_not_closed` meet anywhere but in what they
 /// share.
 bool is_self_intersecting(const Surface& surface);
 

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <map>
-#include <numeric>
 #include <string>
 #include <utility>
 
-#include "libfem/mesh/surface/even_points.hpp"
+#include "libfem/mesh/surface/half_edge.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate {
@@ -41,59 +40,39 @@ TriangleList reachable_triangles(const Surface& fine, const std::vector<char>& i
   TriangleList kept;
   for (Eigen::Index f = 0; f < fine.triangles.rows(); ++f) {
     const auto t = fine.triangles.row(f);
-    const auto is_in = [&](int k) { return is_reachable[static_cast<std::size_t>(t[k])] != 0; };
+    const auto is_in = [&](int k) { return is_reachable[t[k]] != 0; };
     if (is_in(0) && is_in(1) && is_in(2)) kept.push_back(f);
   }
   return kept;
 }
 
-/// Splits the triangles around a vertex into fans: those that hang together by edges at it.
-std::vector<TriangleList> fans_at(const Surface& fine, std::int32_t vertex,
-                                  const TriangleList& around) {
-  std::vector<TriangleList> fans;
-  std::vector<std::vector<std::int32_t>> rims;  // the other vertices of each fan
-  for (const Eigen::Index f : around) {
-    TriangleList merged{f};
-    std::vector<std::int32_t> rim;
-    for (int k = 0; k < 3; ++k)
-      if (fine.triangles(f, k) != vertex) rim.push_back(fine.triangles(f, k));
-    for (std::size_t i = 0; i < fans.size();) {
-      const bool touches = std::any_of(rims[i].begin(), rims[i].end(), [&](std::int32_t v) {
-        return std::find(rim.begin(), rim.end(), v) != rim.end();
-      });
-      if (!touches) {
-        ++i;
-        continue;
-      }
-      merged.insert(merged.end(), fans[i].begin(), fans[i].end());
-      rim.insert(rim.end(), rims[i].begin(), rims[i].end());
-      fans.erase(fans.begin() + static_cast<std::ptrdiff_t>(i));
-      rims.erase(rims.begin() + static_cast<std::ptrdiff_t>(i));
-    }
-    fans.push_back(std::move(merged));
-    rims.push_back(std::move(rim));
-  }
-  return fans;
-}
-
 /// Drops all but the largest fan at vertices that have several; true when something was dropped.
+/// Of fans as large, the one stays whose last triangle comes first.
 bool drop_pinches(const Surface& fine, TriangleList& kept) {
-  std::map<std::int32_t, TriangleList> around;
-  for (const Eigen::Index f : kept)
-    for (int k = 0; k < 3; ++k) around[fine.triangles(f, k)].push_back(f);
-  TriangleList dropped;
-  for (const auto& [vertex, triangles] : around) {
-    const auto fans = fans_at(fine, vertex, triangles);
-    if (fans.size() < 2) continue;
-    const auto largest = std::max_element(
-        fans.begin(), fans.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
-    for (auto fan = fans.begin(); fan != fans.end(); ++fan)
-      if (fan != largest) dropped.insert(dropped.end(), fan->begin(), fan->end());
+  const Triangles triangles = fine.triangles(kept, Eigen::all);
+  DisjointSets fan_of = corner_fans(triangles);
+  std::vector<std::pair<int, int>> rank(triangles.size());  // of each fan: size, last triangle
+  std::vector<std::size_t> largest(fine.vertices.rows());   // fan of each vertex
+  for (int c = 0; c < triangles.size(); ++c) {
+    auto& [size, last] = rank[fan_of.find(c)];
+    ++size;
+    last = -c / 3;
   }
-  std::sort(dropped.begin(), dropped.end());
-  std::erase_if(
-      kept, [&](Eigen::Index f) { return std::binary_search(dropped.begin(), dropped.end(), f); });
-  return !dropped.empty();
+  for (int c = 0; c < triangles.size(); ++c) {
+    const std::size_t fan = fan_of.find(c);
+    std::size_t& best = largest[triangles(c / 3, c % 3)];
+    if (rank[fan] >= rank[best] || triangles(best / 3, best % 3) != triangles(c / 3, c % 3))
+      best = fan;
+  }
+  const std::size_t before = kept.size();
+  std::size_t f = 0;
+  std::erase_if(kept, [&](Eigen::Index) {
+    bool is_dropped = false;
+    for (int k = 0; k < 3; ++k) is_dropped |= fan_of.find(3 * f + k) != largest[triangles(f, k)];
+    ++f;
+    return is_dropped;
+  });
+  return kept.size() < before;
 }
 
 /// Triangles whose three vertices are reachable, without those that would make a vertex join two
@@ -107,25 +86,12 @@ ReachablePart reachable_part(const Surface& fine, const std::vector<char>& is_re
     throw Error("reachable part", "no triangle of the surface can be touched",
                 "Widen the region, or hold less of the surface.");
 
-  std::vector<std::int32_t> used(static_cast<std::size_t>(fine.vertices.rows()), 0);
-  for (const Eigen::Index f : kept)
-    for (int k = 0; k < 3; ++k) used[static_cast<std::size_t>(fine.triangles(f, k))] = 1;
-  const auto count = std::accumulate(used.begin(), used.end(), std::int32_t{0});
-  std::exclusive_scan(used.begin(), used.end(), used.begin(), std::int32_t{0});
-
-  const Points normals = vertex_normals(fine);
-  ReachablePart part{{Points(count, 3), Triangles(static_cast<Eigen::Index>(kept.size()), 3)},
-                     Points(count, 3),
-                     std::vector<std::int32_t>(static_cast<std::size_t>(count))};
-  for (std::size_t i = 0; i < kept.size(); ++i)
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t from = fine.triangles(kept[i], k);
-      const std::int32_t to = used[static_cast<std::size_t>(from)];
-      part.surface.triangles(static_cast<Eigen::Index>(i), k) = to;
-      part.surface.vertices.row(to) = fine.vertices.row(from);
-      part.normals.row(to) = normals.row(from);
-      part.vertex[static_cast<std::size_t>(to)] = from;
-    }
+  ReachablePart part{{{}, fine.triangles(kept, Eigen::all)}, {}, {}};
+  Triangles& triangles = part.surface.triangles;
+  part.vertex = renumber({triangles.data(), std::size_t(triangles.size())}, fine.vertices.rows(),
+                         Numbering::ascending);
+  part.surface.vertices = fine.vertices(part.vertex, Eigen::all);
+  part.normals = vertex_normals(fine)(part.vertex, Eigen::all);
   return part;
 }
 
@@ -147,17 +113,16 @@ TestPoints collect(const HalfEdgeMesh& mesh, const ReachablePart& part,
   points.normal.resize(count, 3);
   std::vector<std::int32_t> rank(order.size());
   for (Eigen::Index i = 0; i < count; ++i) {
-    const auto v = order[static_cast<std::size_t>(i)];
-    rank[static_cast<std::size_t>(v.idx())] = static_cast<std::int32_t>(i);
+    const auto v = order[i];
+    rank[v.idx()] = static_cast<std::int32_t>(i);
     points.position.row(i) = part.surface.vertices.row(mesh.property(origin, v));
     points.normal.row(i) = -part.normals.row(mesh.property(origin, v));
     points.name.push_back(name_of(i));
   }
-  points.triangles.resize(static_cast<Eigen::Index>(mesh.n_faces()), 3);
+  points.triangles.resize(mesh.n_faces(), 3);
   for (const auto f : mesh.faces()) {
     int k = 0;
-    for (const auto v : mesh.fv_range(f))
-      points.triangles(f.idx(), k++) = rank[static_cast<std::size_t>(v.idx())];
+    for (const auto v : mesh.fv_range(f)) points.triangles(f.idx(), k++) = rank[v.idx()];
   }
   return points;
 }
@@ -177,7 +142,7 @@ TestPoints choose_test_points(const Surface& fine, const std::vector<char>& in_r
   std::vector<char> may_stand;
   for (const auto v : mesh.vertices()) {
     mesh.property(origin, v) = v.idx();
-    may_stand.push_back(is_reachable[static_cast<std::size_t>(part.vertex[std::size_t(v.idx())])]);
+    may_stand.push_back(is_reachable[part.vertex[v.idx()]]);
   }
   const auto most = static_cast<int>(std::count(may_stand.begin(), may_stand.end(), 1));
   count = std::min(count, std::max(most, 1));

@@ -1,10 +1,9 @@
-#include "libfit/fit/basis/choose_basis.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
+#include "libfit/fit/fit_steps.hpp"
 #include "libfit/fit/rows/held_out.hpp"
 
 namespace palpate::fit {
@@ -31,16 +30,13 @@ std::vector<double> curvature_density(const std::vector<PointEvidence>& points,
   const SplineTables tables = tabulate(reference);
   const auto spline = view(tables);
   const double range = reference.knots_m.back(), h = range / kGrid;
-  const Eigen::VectorXd lower = Eigen::VectorXd::Zero(reference.size() - 1);
   std::vector<double> density(kGrid, 0.0);
   for (const PointEvidence& point : points) {
-    const Eigen::VectorXd b =
-        controls_of(fit_increments(spline, point.rows, lower, smoothness_prior(reference)));
+    const Eigen::VectorXd b = controls_of(fit_smooth(reference, point.rows));
     for (int i = 0; i < kGrid; ++i) {
       const double curvature = runtime::curve_slope(spline, b.data(), (i + 1) * h) -
                                runtime::curve_slope(spline, b.data(), i * h);
-      density[static_cast<std::size_t>(i)] +=
-          std::sqrt(std::abs(curvature) * range / point.largest);
+      density[i] += std::sqrt(std::abs(curvature) * range / point.largest);
     }
   }
   return density;
@@ -53,18 +49,16 @@ CurveBasis curvature_basis(int degree, int pieces, double range,
   for (const double d : density) total += d;
   std::vector<double> share(kGrid + 1, 0.0);
   for (int i = 0; i < kGrid; ++i) {
-    const double curvature = total > 0 ? density[static_cast<std::size_t>(i)] / total : 1.0 / kGrid;
-    share[static_cast<std::size_t>(i) + 1] = share[static_cast<std::size_t>(i)] +
-                                             kCurvatureShare * curvature +
-                                             (1 - kCurvatureShare) / kGrid;
+    const double curvature = total > 0 ? density[i] / total : 1.0 / kGrid;
+    share[i + 1] = share[i] + kCurvatureShare * curvature + (1 - kCurvatureShare) / kGrid;
   }
   CurveBasis basis{degree, {0.0}};
   int cell = 0;
   for (int k = 1; k < pieces; ++k) {
     const double wanted = share.back() * k / pieces;
-    while (share[static_cast<std::size_t>(cell) + 1] < wanted) ++cell;
-    const double lo = share[static_cast<std::size_t>(cell)];
-    const double hi = share[static_cast<std::size_t>(cell) + 1];
+    while (share[cell + 1] < wanted) ++cell;
+    const double lo = share[cell];
+    const double hi = share[cell + 1];
     basis.knots_m.push_back(range * (cell + (wanted - lo) / (hi - lo)) / kGrid);
   }
   basis.knots_m.push_back(range);
@@ -171,19 +165,17 @@ std::vector<PointEvidence> evidence_for(int kind, std::vector<CurveRows>& rows, 
                                         const CurveBasis& normal) {
   std::vector<std::size_t> able;
   for (std::size_t p = 0; p < rows.size(); ++p)
-    if (group_by_abscissa(rows[p].curve[static_cast<std::size_t>(kind)], range,
-                          kind == 2 ? kSameDepth : kSameAbscissa) >= kFewestGroups)
+    if (group_by_abscissa(rows[p].curve[kind], range, kind == 2 ? kSameDepth : kSameAbscissa) >=
+        kFewestGroups)
       able.push_back(p);
   std::vector<PointEvidence> out;
   for (const std::size_t p : evenly(able, kMaxPoints)) {
-    PointEvidence point{unit_weights(rows[p].curve[static_cast<std::size_t>(kind)]), 0, 0, {}};
+    PointEvidence point{unit_weights(rows[p].curve[kind]), 0, 0, {}};
     for (const CurveRow& row : point.rows) point.largest = std::max(point.largest, row.f);
     if (!(point.largest > 0)) continue;
     if (kind == static_cast<int>(CurveKind::limit)) {
       const SplineTables tables = tabulate(normal);
-      point.normal =
-          fit_increments(view(tables), unit_weights(rows[p].curve[0]),
-                         Eigen::VectorXd::Zero(normal.size() - 1), smoothness_prior(normal));
+      point.normal = fit_smooth(normal, unit_weights(rows[p].curve[0]));
       std::vector<double> ratios;
       for (const CurveRow& row : point.rows) {
         const double f = increment_weights(view(tables), row.x).dot(point.normal);
@@ -207,25 +199,25 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
 
   std::array<BasisReport, kCurveKinds> reports;
   for (int kind = 0; kind < kCurveKinds; ++kind) {
-    const auto k = static_cast<std::size_t>(kind);
-    BasisReport& report = reports[k];
-    const int wanted = options.pieces[k];
-    if (!options.knots_m[k].empty()) {
-      report.basis = {options.degree, options.knots_m[k]};
+    BasisReport& report = reports[kind];
+    const int wanted = options.pieces[kind];
+    if (!options.knots_m[kind].empty()) {
+      report.basis = {options.degree, options.knots_m[kind]};
       for (double& knot : report.basis.knots_m) knot /= body.length_m;
       report.reason = "knots as given";
-      for (CurveRows& point : rows) group_by_abscissa(point.curve[k], range[k], kSameAbscissa);
+      for (CurveRows& point : rows)
+        group_by_abscissa(point.curve[kind], range[kind], kSameAbscissa);
       continue;
     }
     const CurveBasis& normal = reports[0].basis;
-    const auto points = evidence_for(kind, rows, range[k], normal);
+    const auto points = evidence_for(kind, rows, range[kind], normal);
     if (!points.empty()) {
-      report = search(points, normal, wanted, 1, range[k], options);
+      report = search(points, normal, wanted, 1, range[kind], options);
     } else if (kind == static_cast<int>(CurveKind::limit) && wanted == 0) {
       report.basis = normal;
       report.reason = "too few depths with slip to hold any out: knots of the normal curve";
     } else {
-      report.basis = even_basis(options.degree, wanted > 0 ? wanted : 1, range[k]);
+      report.basis = even_basis(options.degree, wanted > 0 ? wanted : 1, range[kind]);
       report.reason = wanted > 0 ? "pieces as asked, even for want of rows to hold out"
                                  : "too few rows to hold any out: one piece";
     }

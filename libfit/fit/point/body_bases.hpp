@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 #include <vector>
 
 #include "libfit/fit/point/replay.hpp"
@@ -11,20 +10,20 @@
 
 namespace palpate::fit {
 
-/// Of a probe's friction, what a ball that slides without depth has.
+/// Ratio of the friction limit of a ball at zero depth to the probe's coefficient.
 inline constexpr double kSlidingShare = 0.95;
 
 /// gamma R of a ball on thick bodies of nu = 0.45; 0.12 at nu = 0.3, 0.24 at 0.49, and more on thin
 /// ones (docs/validation.md, parts of the method).
 inline constexpr double kSpreadOfBall = 0.2;
 
-/// Of a point's rings ln lambda, mu_0, mu_1 and gamma, these two in 1 / the unit of length.
+/// A point's ln lambda, mu_0, mu_1 and gamma of its rings, the last two in 1 / the unit of length.
 using RingConstants = std::array<double, 4>;
 
-/// What a point's rings are likely to be before its drags are read, and how surely: by theory, then
-/// as the body's dragged points have them. Lengths are over the body's. Each constant is a line
-/// over the logarithm of the force of a press to the end of the basis: what lies deep below a point
-/// stiffens its press, and not its drags.
+/// The constants that a point's rings are expected to have before its drags are read, and their
+/// deviation: by theory, then as the body's dragged points have them. Lengths are over the body's.
+/// Each constant is a line over the logarithm of the force of a press to the end of the basis: what
+/// lies deep below a point stiffens its press, and not its drags.
 struct RingPrior {
   RingConstants constant{-0.405, 0.3, 0, 0}, slope{};
   bool is_of_drags = false;                     ///< else theory's
@@ -33,7 +32,7 @@ struct RingPrior {
 
   /// Whether a press may spread rings: a ball's, of a body that does not relax.
   bool has_spread() const { return constant[3] > 0; }
-  /// lambda, mu_0, mu_1 and gamma of a point whose press says this; within the line's own range.
+  /// lambda, mu_0, mu_1 and gamma of a point with this force of a press, within their bounds.
   RingConstants at(double log_force_of_point) const {
     const double x = log_force_of_point - log_force;
     return {std::exp(constant[0] + slope[0] * x), std::max(constant[1] + slope[1] * x, 0.0),
@@ -46,26 +45,9 @@ struct RingPrior {
 struct BodyBases {
   CurveFamily family = CurveFamily::separable;
   std::vector<CurveBasis> plain = std::vector<CurveBasis>(kCurveKinds), si = plain;
-  std::array<BasisReport, kCurveKinds> report;
-  RingPrior rings;                 ///< of a body of rings
-  std::optional<BasisReport> bed;  ///< of f^z where the family is rings; none: as of any other
-  CurveBasis bed_plain;
+  std::array<BasisReport, kCurveKinds> report;  ///< in metres
+  RingPrior rings;                              ///< of a body of rings
 };
-
-/// The same curve kinds, as many as another family has, f^z of rings as their bed wants it.
-inline BodyBases of_family(BodyBases bases, CurveFamily family) {
-  bases.family = family;
-  if (family == CurveFamily::rings && bases.bed) {
-    bases.report[0] = *bases.bed;
-    bases.si[0] = bases.bed->basis;
-    bases.plain[0] = bases.bed_plain;
-  }
-  for (auto* all : {&bases.plain, &bases.si}) {
-    all->resize(curves_of(family));
-    all->resize(parts_of(family).size());
-  }
-  return bases;
-}
 
 /// The bases with their tables, over the body's length and in metres.
 inline Bases plain_bases(const BodyBases& b) { return Bases(b.plain, b.family); }

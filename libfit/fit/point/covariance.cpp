@@ -1,10 +1,9 @@
-#include "libfit/fit/point/covariance.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "libfit/core/linear_algebra.hpp"
+#include "libfit/fit/point/point_problem.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -51,10 +50,10 @@ double correlation(const PointData& point, const Groups& g, const std::array<dou
   Eigen::Index at = 0;
   for (const PointExperiment& e : point.experiments) {
     for (std::size_t i = 0; i < e.row.size(); ++i, at += 3) {
-      if (g.group[static_cast<std::size_t>(at)] < 0) continue;
+      if (g.group[at] < 0) continue;
       const double z = std::clamp(g.residual[at] / sigma[0], -3.0, 3.0);
       square += z * z, ++rows;
-      if (i == 0 || g.group[static_cast<std::size_t>(at - 3)] < 0) continue;
+      if (i == 0 || g.group[at - 3] < 0) continue;
       product += z * std::clamp(g.residual[at - 3] / sigma[0], -3.0, 3.0);
     }
   }
@@ -63,12 +62,7 @@ double correlation(const PointData& point, const Groups& g, const std::array<dou
   return r > 2 / std::sqrt(rows) ? std::min(r, kMaxCorrelation) : 0;
 }
 
-struct Solved {
-  Eigen::MatrixXd covariance;
-  double freedom = 0;
-};
-
-Solved solve(const PointData& point, const PointCurves& curves, const Linearised& linear) {
+Eigen::MatrixXd solve(const PointData& point, const PointCurves& curves, const Linearised& linear) {
   const Groups g = rotate(point, curves, linear);
   // Priors were weighed against residuals of this deviation.
   const double prior_sigma =
@@ -76,38 +70,36 @@ Solved solve(const PointData& point, const PointCurves& curves, const Linearised
   const Eigen::MatrixXd prior =
       linear.prior.transpose() * linear.prior / (prior_sigma * prior_sigma);
   std::array<double, 2> sigma{prior_sigma, prior_sigma};
-  Solved out;
+  Eigen::MatrixXd out;
   double used = 0;
   for (int round = 0; round < 4; ++round) {
     Eigen::MatrixXd information = prior;
     for (Eigen::Index i = 0; i < g.rows.rows(); ++i)
-      if (const int k = g.group[static_cast<std::size_t>(i)]; k >= 0)
+      if (const int k = g.group[i]; k >= 0)
         information += g.rows.row(i).transpose() * g.rows.row(i) / (sigma[k] * sigma[k]);
-    out.covariance = cholesky_inverse(information).inverse;
+    out = cholesky_inverse(information).inverse;
     std::array<double, 2> square{}, slope{}, rows{}, leverage{};
     for (Eigen::Index i = 0; i < g.rows.rows(); ++i) {
-      const int k = g.group[static_cast<std::size_t>(i)];
+      const int k = g.group[i];
       if (k < 0) continue;
       const auto psi = influence(g.residual[i] / sigma[k]);
       square[k] += std::pow(psi[0] * sigma[k], 2), slope[k] += psi[1], ++rows[k];
-      leverage[k] +=
-          g.rows.row(i).dot(out.covariance * g.rows.row(i).transpose()) / (sigma[k] * sigma[k]);
+      leverage[k] += g.rows.row(i).dot(out * g.rows.row(i).transpose()) / (sigma[k] * sigma[k]);
     }
-    out.freedom = 0, used = leverage[0];
+    used = leverage[0];
     for (int k = 0; k < 2; ++k) {
       const double free = std::max(rows[k] - leverage[k], 1.0);
       const double share = std::max(slope[k] / std::max(rows[k], 1.0), 0.1);
       sigma[k] = std::max(std::sqrt(square[k] / free) / share, kMinDeviation);
-      out.freedom += sigma[k] > kMinDeviation ? free : 0;
     }
   }
   const double r = correlation(point, g, sigma, used);
-  out.covariance *= (1 + r) / (1 - r);
-  return out;
+  return out * ((1 + r) / (1 - r));
 }
 
-}  // namespace
-
+// Mean of (P(x + e) - x)(P(x + e) - x)' over draws of e from N(0, covariance), P the nearest in
+// the metric of the covariance's inverse that is at least `lower`. The covariance itself where no
+// bound is within reach. x >= lower. Seeded: same input, same bits.
 Eigen::MatrixXd bounded_moments(const Eigen::VectorXd& x, const Eigen::MatrixXd& covariance,
                                 const Eigen::VectorXd& lower) {
   const Eigen::VectorXd deviation = covariance.diagonal().cwiseMax(0).cwiseSqrt();
@@ -123,38 +115,35 @@ Eigen::MatrixXd bounded_moments(const Eigen::VectorXd& x, const Eigen::MatrixXd&
   for (int draw = 0; draw < kDraws; ++draw) {
     for (double& v : z) v = normal(random);
     for (const double sign : {1.0, -1.0}) {
-      const Eigen::VectorXd off = bounded_least_squares(whiten, whiten * x + sign * z, lower) - x;
-      moments += off * off.transpose() / (2.0 * kDraws);
+      const Eigen::VectorXd error = bounded_least_squares(whiten, whiten * x + sign * z, lower) - x;
+      moments += error * error.transpose() / (2.0 * kDraws);
     }
   }
   return moments;
 }
 
+}  // namespace
+
 PointCovariance covariance(const PointData& point, const Bases& bases, const PointCurves& curves) {
   PointCovariance out;
   out.nuisance.resize(point.experiments.size());
-  if (pack(curves, point).size() == 0) return out;
+  if (!has_unknowns(point, curves)) return out;
   const Linearised linear = linearise(point, bases, curves);
-  const Solved solved = solve(point, curves, linear);
-  if (!solved.covariance.allFinite()) return out;
-  out.freedom = solved.freedom;
+  const Eigen::MatrixXd all = solve(point, curves, linear);
+  if (!all.allFinite()) return out;
   Eigen::Index at = 0;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     if (!curves.is_identified[kind]) continue;
     const Eigen::Index n = curves.increments[kind].size();
-    out.increments[kind] = bounded_moments(
-        curves.increments[kind], solved.covariance.block(at, at, n, n), curves.lower[kind]);
+    out.increments[kind] =
+        bounded_moments(curves.increments[kind], all.block(at, at, n, n), curves.lower[kind]);
     at += n;
   }
-  out.more = solved.covariance.block(at, at, curves.more.size(), curves.more.size());
+  out.more = all.block(at, at, curves.more.size(), curves.more.size());
   at += curves.more.size();
-  for (std::size_t e = 0; e < point.experiments.size(); ++e) {
-    double* const parts[] = {&out.nuisance[e].contact, &out.nuisance[e].bias,
-                             &out.nuisance[e].drift};
-    for (std::size_t k = 0; k < 3; ++k)
-      if (as_array(point.experiments[e].unknown)[k] > 0)
-        *parts[k] = std::sqrt(solved.covariance(at, at)), ++at;
-  }
+  for (std::size_t e = 0; e < point.experiments.size(); ++e)
+    for (int k = 0; k < kNuisances; ++k)
+      if (point.experiments[e].unknown[k] > 0) out.nuisance[e][k] = std::sqrt(all(at, at)), ++at;
   return out;
 }
 

@@ -1,87 +1,170 @@
 #include "libfit/fit/point/fit_point.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
+#include "libfit/core/geometry.hpp"
 #include "libfit/core/text.hpp"
-#include "libfit/fit/point/covariance.hpp"
-#include "libfit/fit/point/nuisance.hpp"
+#include "libfit/fit/point/local_curves.hpp"
+#include "libfit/fit/point/point_problem.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
 
 namespace palpate::fit {
 namespace {
 
-/// A point whose relative residual is above this is `poor`: the force JND (docs/method.md, 8).
-constexpr double kPoorAbove = kForceJnd;
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 NuisanceValues in_si(const NuisanceValues& s, double length_m, double force_N) {
-  return {s.contact * length_m, s.bias * force_N, s.drift * force_N};
+  return {s[kContact] * length_m, s[kBias] * force_N, s[kDrift] * force_N};
 }
 
-// Standard errors of the numbers of the parts that are no curves, which are linear in what is
-// fitted.
-void add_deviations(const PointData& point, const BodyBases& bases, const Eigen::MatrixXd& more,
-                    double length_m, PointResult& result) {
-  const auto parts = parts_of(bases.family);
-  Eigen::Index at = 0;
-  for (std::size_t i = curves_of(bases.family); i < parts.size(); ++i) {
-    const int count = count_unknowns(parts[i]);
-    if (has_deviation(parts[i]) && more.size() > 0) {
-      Eigen::MatrixXd numbers(parts[i].width * parts[i].count, count);
-      for (int k = 0; k < count; ++k) {
-        const Eigen::VectorXd unit = Eigen::VectorXd::Unit(count, k);
-        const std::vector<double> column = part_controls<double>(
-            parts[i], tangents_of(point.inward), runtime::Quadric{}, unit.data(), count);
-        numbers.col(k) = Eigen::Map<const Eigen::VectorXd>(column.data(), numbers.rows());
-      }
-      const double unit =
-          std::pow(length_m, parts[i].length) * std::pow(point.force_N, parts[i].force);
-      result.deviation[i] =
-          unit * (numbers * more.block(at, at, count, count) * numbers.transpose())
-                     .diagonal()
-                     .cwiseMax(0)
-                     .cwiseSqrt();
-    }
-    at += count;
+double unit_of(const runtime::Part& part, const PointData& point, double length_m) {
+  return std::pow(length_m, part.length) * std::pow(point.force_N, part.force);
+}
+
+// Standard errors of the numbers of a part that is no curve, which are linear in its unknowns.
+// covariance: of these.
+Eigen::VectorXd part_deviation(const runtime::Part& part, const PointData& point, double length_m,
+                               const Eigen::MatrixXd& covariance) {
+  const Eigen::Index count = covariance.rows();
+  Eigen::MatrixXd numbers(part.width * part.count, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(count, k);
+    const std::vector<double> column = part_controls<double>(part, quadric_of(point), unit.data());
+    numbers.col(k) = Eigen::Map<const Eigen::VectorXd>(column.data(), numbers.rows());
   }
+  return unit_of(part, point, length_m) *
+         (numbers * covariance * numbers.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
+}
+
+// Control values as an asset stores them: representable in float32, b_0 = 0, never falling, and
+// strictly rising when asked. increments: times force_N [N].
+Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_N,
+                                bool is_strictly_rising) {
+  Eigen::VectorXd control = controls_of(increments) * force_N;
+  float last = 0;
+  for (Eigen::Index j = 1; j < control.size(); ++j) {
+    auto rounded = static_cast<float>(control[j]);  // to nearest keeps order, but may be equal
+    if (!(rounded >= last)) rounded = last;
+    if (is_strictly_rising && !(rounded > last))
+      rounded = std::nextafter(last, std::numeric_limits<float>::infinity());
+    control[j] = last = rounded;
+  }
+  return control;
+}
+
+// Numbers of a part as an asset stores them: exact in float32, within the part's bounds. unknowns:
+// in units of length_m and the point's force.
+Eigen::VectorXd stored_part(const runtime::Part& part, const PointData& point,
+                            const double* unknowns, double length_m) {
+  const std::vector<double> control =
+      part_controls<double>(part, quadric_of(point), unknowns, point.sway);
+  const double unit = unit_of(part, point, length_m);
+  Eigen::VectorXd stored(control.size());
+  for (Eigen::Index j = 0; j < stored.size(); ++j)
+    stored[j] = rounded_to_float(std::clamp(unit * control[j], part.min, part.max));
+  return stored;
 }
 
 // Bands and nuisance values of a point in SI.
 void add_uncertainty(const PointData& point, const CurveRows& rows, const BodyBases& bases,
-                     const Bases& plain, const PointCurves& curves, double length_m,
-                     PointResult& result) {
+                     const Bases& plain, const PointCurves& curves, double length_m, Eigen::Index p,
+                     FittedCurves& fitted, PointResult& result) {
   const PointCovariance found = covariance(point, plain, curves);
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     if (found.increments[kind].size() == 0) continue;
     const double bias =
         basis_inflation(bases.plain[kind], unit_weights(rows.curve[kind]), found.increments[kind]);
-    result.covariance[kind] =
+    fitted.covariance[kind].row(p) =
         pack_symmetric(found.increments[kind]) * (bias * point.force_N * point.force_N);
   }
-  add_deviations(point, bases, found.more, length_m, result);
+  each_other_part(bases.family, [&](std::size_t i, const runtime::Part& part, int at) {
+    const int count = count_unknowns(part);
+    if (has_deviation(part) && found.more.size() > 0)
+      fitted.deviation[i].row(p) =
+          part_deviation(part, point, length_m, found.more.block(at, at, count, count));
+  });
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     result.nuisance.push_back(in_si(curves.nuisance[e], length_m, point.force_N));
     result.nuisance_deviation.push_back(in_si(found.nuisance[e], length_m, point.force_N));
   }
 }
 
+// Depth of the first row of a press [m], median over the points.
+double first_row_m(const BodyData& body) {
+  std::vector<double> first;
+  for (const PointData& point : body.points) {
+    double least = 0;
+    for (const PointExperiment& e : point.experiments) {
+      if (e.kind != ExperimentKind::press) continue;
+      for (const Vec3& deflection : e.deflection)
+        if (const double d = depth_of(point, deflection); d > 0 && (least == 0 || d < least))
+          least = d;
+    }
+    if (least > 0) first.push_back(least * body.length_m);
+  }
+  return median(first);
+}
+
 }  // namespace
 
-PointResult no_curves(const BodyBases& bases, const std::string& why) {
-  PointResult result;
+PointScore score_point(const Samples& samples, const PointData& point, double length_m,
+                       const Bases& bases_m, const FittedCurves& fitted, Eigen::Index p,
+                       const std::vector<NuisanceValues>& nuisance) {
+  const LocalCurves curves{&bases_m, controls_at(fitted.curves, p),
+                           quadric_of(point.inward, point.normal_gradient / length_m)};
+  PointScore score;
+  double square = 0, force_square = 0, rows = 0;
+  for (std::size_t at = 0; at < point.experiments.size(); ++at) {
+    const PointExperiment& e = point.experiments[at];
+    const LocalAnswer answer =
+        local_answer(curves, samples, e.row, nuisance.empty() ? NuisanceValues{} : nuisance[at]);
+    score.slipped_rows += answer.slipped_rows;
+    for (std::size_t i = 0; i < e.row.size(); ++i) {
+      const Vec3 measured = samples.force.row(e.row[i]);
+      const double size = (Vec3(answer.force.row(i)) - measured).norm();
+      square += size * size, force_square += measured.squaredNorm(), ++rows;
+      score.rows.push_back({size, measured.norm()});
+      if (size > score.max_N || rows == 1) {
+        score.max_N = size;
+        score.worst_experiment = e.id;
+        score.worst_row = i;
+      }
+    }
+  }
+  score.rms_N = std::sqrt(square / rows);
+  score.relative = std::sqrt(square / force_square);
+  return score;
+}
+
+FittedCurves no_curves(const Samples& samples, const BodyData& body, const BodyBases& bases) {
+  const Eigen::Index points = samples.points();
+  FittedCurves out;
+  out.position = samples.point_position;
+  out.normal = samples.point_normal;
+  out.name = samples.point_name;
+  out.curves = CurveSet(bases.family);
+  out.curves.basis = bases.si;
+  if (bases.family == CurveFamily::rings) out.curves.relaxation = samples.relaxation;
+  out.curves.first_row_m = first_row_m(body);
   const auto parts = parts_of(bases.family);
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    result.control.push_back(
-        Eigen::VectorXd::Zero(parts[i].width * size_of(parts[i], bases.si[i])));
+  out.deviation.resize(parts.size());
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const int numbers = parts[i].width * size_of(parts[i], bases.si[i]);
+    out.curves.control[i].setZero(points, numbers);
+    if (has_deviation(parts[i])) out.deviation[i].setConstant(points, numbers, kUnknown);
+  }
   for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind)
-    result.covariance[kind] = Eigen::VectorXd::Constant(packed_size(bases.si[kind].size() - 1),
-                                                        std::numeric_limits<double>::quiet_NaN());
-  result.deviation.resize(parts.size());
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    if (has_deviation(parts[i]))
-      result.deviation[i] = Eigen::VectorXd::Constant(result.control[i].size(),
-                                                      std::numeric_limits<double>::quiet_NaN());
-  result.message = why;
-  return result;
+    out.covariance[kind].setConstant(points, packed_size(bases.si[kind].size() - 1), kUnknown);
+  out.status.assign(points, FitStatus::failed);
+  out.rms_residual_N = out.max_residual_N = Eigen::VectorXd::Constant(points, kUnknown);
+  out.depth_range_m.resize(points);
+  for (Eigen::Index p = 0; p < points; ++p) {
+    out.message.push_back(body.points[p].problem);
+    out.depth_range_m[p] = body.points[p].depth_m;
+  }
+  return out;
 }
 
 PointCurves identify(const PointData& point, const CurveRows& rows, const BodyBases& bases,
@@ -96,38 +179,39 @@ PointCurves identify(const PointData& point, const CurveRows& rows, const BodyBa
   return curves;
 }
 
-PointResult fit_point(const Samples& samples, const PointData& point, const CurveRows& rows,
-                      double length_m, const BodyBases& bases, const Bases& plain, const Bases& si,
-                      const FitOptions& options) {
-  PointResult result = no_curves(bases, point.problem);
+PointResult fit_point(const Samples& samples, const BodyData& body, Eigen::Index p,
+                      const CurveRows& rows, const BodyBases& bases, const Bases& plain,
+                      const Bases& si, const FitOptions& options, FittedCurves& fitted) {
+  PointResult result;
+  const PointData& point = body.points[p];
   if (!point.problem.empty()) return result;
   PointCurves curves = identify(point, rows, bases, plain, options);
-  result.message = curves.problem;
+  std::string& message = fitted.message[p];
+  message = curves.problem;
   if (!curves.problem.empty()) return result;
   const std::size_t kinds = curves_of(bases.family);
   for (std::size_t kind = 0; kind < kinds; ++kind)
-    result.control[kind] = stored_controls(curves.increments[kind], point.force_N, kind == 1);
-  Eigen::Index at = 0;
-  const auto parts = parts_of(bases.family);
-  for (std::size_t i = kinds; i < parts.size(); ++i) {
-    const int count = count_unknowns(parts[i]);
-    result.control[i] = stored_part(parts[i], point, curves.more.segment(at, count), length_m);
-    at += count;
-  }
+    fitted.curves.control[kind].row(p) =
+        stored_controls(curves.increments[kind], point.force_N, kind == 1);
+  each_other_part(bases.family, [&](std::size_t i, const runtime::Part& part, int at) {
+    fitted.curves.control[i].row(p) =
+        stored_part(part, point, curves.more.data() + at, body.length_m);
+  });
 
-  add_uncertainty(point, rows, bases, plain, curves, length_m, result);
-  result.score = score_point(samples, point, length_m, si, result.control, result.nuisance);
+  add_uncertainty(point, rows, bases, plain, curves, body.length_m, p, fitted, result);
+  result.score = score_point(samples, point, body.length_m, si, fitted, p, result.nuisance);
   result.is_scored = true;
   if (result.score.slipped_rows == 0 &&
       (kinds < kCurveKinds ? rows.drags > 0 : curves.is_identified[2]))
     add_sentence(curves.message, "no row slips in the fitted model: the limit curve is a guess");
-  result.message = curves.message;
-  result.status = curves.message.empty() ? FitStatus::good : FitStatus::underdetermined;
-  if (result.score.relative > kPoorAbove) {
-    if (result.status == FitStatus::good) result.status = FitStatus::poor;
-    add_sentence(result.message, "residual is " + percent(result.score.relative) +
-                                     " of the force, worst in experiment " +
-                                     std::to_string(result.score.worst_experiment));
+  message = curves.message;
+  FitStatus& status = fitted.status[p];
+  status = message.empty() ? FitStatus::good : FitStatus::underdetermined;
+  if (result.score.relative > kForceJnd) {  // docs/method.md, 8
+    if (status == FitStatus::good) status = FitStatus::poor;
+    add_sentence(message, "residual is " + percent(result.score.relative) +
+                              " of the force, worst in experiment " +
+                              std::to_string(result.score.worst_experiment));
   }
   return result;
 }

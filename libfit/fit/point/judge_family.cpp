@@ -1,9 +1,8 @@
-#include "libfit/fit/point/judge_family.hpp"
-
 #include <algorithm>
 
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
+#include "libfit/fit/fit_steps.hpp"
 #include "libfit/fit/point/local_curves.hpp"
 
 namespace palpate::fit {
@@ -19,15 +18,6 @@ PointData without_rows(PointData point, std::size_t parity) {
   return point;
 }
 
-// Where the tool of an experiment went, its body's sway included.
-Points tool_way(const PointExperiment& e) {
-  Points way(static_cast<Eigen::Index>(e.row.size()), 3);
-  for (std::size_t i = 0; i < e.row.size(); ++i)
-    way.row(static_cast<Eigen::Index>(i)) =
-        e.sway.empty() ? e.deflection[i] : Vec3(e.deflection[i] + e.sway[i]);
-  return way;
-}
-
 double largest_force(const PointData& point) {
   double largest = 0;
   for (const PointExperiment& e : point.experiments)
@@ -38,28 +28,24 @@ double largest_force(const PointData& point) {
 // Appends the relative errors of the rows of one parity.
 void add_errors(const PointData& point, const Bases& bases, const PointCurves& curves,
                 std::size_t parity, std::vector<double>& errors) {
-  const runtime::Quadric quadric = quadric_of(point.inward, point.normal_gradient);
   std::vector<std::vector<double>> control;
-  const std::size_t kinds = curves_of(bases.family);
-  for (std::size_t kind = 0; kind < kinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind) {
     const Eigen::VectorXd values = controls_of(curves.increments[kind]);
     control.emplace_back(values.begin(), values.end());
   }
-  const auto parts = parts_of(bases.family);
-  const double* next = curves.more.data();
-  for (std::size_t part = kinds; part < parts.size(); ++part) {
-    const int count = count_unknowns(parts[part]);
-    control.push_back(part_controls<double>(parts[part], tangents_of(point.inward), quadric, next,
-                                            count, point.sway));
-    next += count;
-  }
-  const LocalCurves local{&bases, pointers_to<double>(control), quadric};
+  each_other_part(bases.family, [&](std::size_t, const runtime::Part& part, int at) {
+    control.push_back(
+        part_controls<double>(part, quadric_of(point), curves.more.data() + at, point.sway));
+  });
+  const LocalCurves local{&bases, pointers_to<double>(control), quadric_of(point)};
   const double floor = relative_floor(largest_force(point));
   for (std::size_t k = 0; k < point.experiments.size(); ++k) {
     const PointExperiment& e = point.experiments[k];
-    const Points answer = local_answer(local, tool_way(e), nullptr, curves.nuisance[k]).force;
+    Points path(e.row.size(), 3);
+    for (std::size_t i = 0; i < e.row.size(); ++i) path.row(i) = e.tool_deflection(i);
+    const Points answer = local_answer(local, path, nullptr, curves.nuisance[k]).force;
     for (std::size_t i = parity; i < e.row.size(); i += 2) {
-      const Vec3 difference = Vec3(answer.row(static_cast<Eigen::Index>(i))) - e.force[i];
+      const Vec3 difference = Vec3(answer.row(i)) - e.force[i];
       errors.push_back(relative_error(difference.norm(), e.force[i].norm(), floor));
     }
   }
@@ -83,17 +69,17 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& 
   for (std::size_t i = 0; i < judges.size(); i += std::max<std::size_t>(stride, 1)) {
     const std::size_t p = judges[i];
     for (const std::size_t parity : {0U, 1U}) {
-      const PointData seen = without_rows(body.points[p], parity);
-      const PointCurves curves = identify(seen, rows[p], bases, plain, options);
-      if (curves.problem.empty()) add_errors(seen, plain, curves, parity, errors);
+      const PointData fitted = without_rows(body.points[p], parity);
+      const PointCurves curves = identify(fitted, rows[p], bases, plain, options);
+      if (curves.problem.empty()) add_errors(fitted, plain, curves, parity, errors);
     }
   }
-  return {median(errors), lower_quantile(errors, 0.95), static_cast<std::ptrdiff_t>(errors.size())};
+  return {median(errors), lower_quantile(errors, 0.95), errors.size()};
 }
 
-bool is_worth_its_sway(const FamilyEvidence& without, const FamilyEvidence& with) {
+bool improves_by_sway(const FamilyEvidence& without, const FamilyEvidence& with) {
   // A sway that takes more than the deflection off leaves points without rows.
-  if (static_cast<double>(with.rows) < kWorthIt * static_cast<double>(without.rows)) return false;
+  if (double(with.rows) < kWorthIt * double(without.rows)) return false;
   const bool has_lower_p95 =
       with.p95_error < kWorthIt * without.p95_error && with.median_error <= without.median_error;
   const bool has_lower_median = with.median_error < kWorthIt * without.median_error &&

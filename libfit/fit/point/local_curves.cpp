@@ -1,6 +1,11 @@
 #include "libfit/fit/point/local_curves.hpp"
 
 namespace palpate::fit {
+namespace {
+
+constexpr double kSamePlace = 1e-6;  // of the extent: above rounding, below the points' spacing
+
+}  // namespace
 
 LocalCurves curves_at(const Bases& bases, const CurveSet& curves, Eigen::Index row,
                       const Samples& samples, Eigen::Index point) {
@@ -8,26 +13,34 @@ LocalCurves curves_at(const Bases& bases, const CurveSet& curves, Eigen::Index r
           quadric_of(samples.point_normal.row(point), offset_gradient(samples, point))};
 }
 
-LocalAnswer local_answer(const LocalCurves& curves, const Points& way, const double* time_s,
+Eigen::Index point_at(const FittedCurves& curves, const Vec3& place) {
+  Eigen::Index nearest = 0;
+  const double distance_m =
+      (curves.position.rowwise() - place.transpose()).rowwise().norm().minCoeff(&nearest);
+  const bool is_there = distance_m <= kSamePlace * extent_m(curves.position).norm() &&
+                        curves.status[nearest] != FitStatus::failed;
+  return is_there ? nearest : -1;
+}
+
+LocalAnswer local_answer(const LocalCurves& curves, const Points& path, const double* time_s,
                          const NuisanceValues& sensor) {
-  std::vector<runtime::Vec3d> force(static_cast<std::size_t>(way.rows()));
-  LocalAnswer out{Points(way.rows(), 3)};
+  std::vector<runtime::Vec3d> force(path.rows());
+  LocalAnswer out{Points(path.rows(), 3)};
   out.slipped_rows = replay<double>(curves.bases->views, curves.controls, curves.quadric,
-                                    {way.data(), static_cast<int>(way.rows()), time_s},
-                                    as_array(sensor), is_any(sensor), force.data());
-  for (Eigen::Index i = 0; i < way.rows(); ++i) {
-    const runtime::Vec3d& f = force[static_cast<std::size_t>(i)];
-    out.force.row(i) << f.x, f.y, f.z;
+                                    {path.data(), static_cast<int>(path.rows()), time_s}, sensor,
+                                    is_any(sensor), force.data());
+  for (Eigen::Index i = 0; i < path.rows(); ++i) {
+    out.force.row(i) << force[i].x, force[i].y, force[i].z;
   }
   return out;
 }
 
 LocalAnswer local_answer(const LocalCurves& curves, const Samples& samples,
                          const std::vector<Eigen::Index>& rows, const NuisanceValues& sensor) {
-  const Points way = samples.deflection(rows, Eigen::all);
-  if (samples.time_s.size() == 0) return local_answer(curves, way, nullptr, sensor);
+  const Points path = samples.deflection(rows, Eigen::all);
+  if (samples.time_s.size() == 0) return local_answer(curves, path, nullptr, sensor);
   const Eigen::VectorXd time_s = samples.time_s(rows);
-  return local_answer(curves, way, time_s.data(), sensor);
+  return local_answer(curves, path, time_s.data(), sensor);
 }
 
 }  // namespace palpate::fit

@@ -15,15 +15,18 @@ struct LocalCurves {
 LocalCurves curves_at(const Bases& bases, const CurveSet& curves, Eigen::Index row,
                       const Samples& samples, Eigen::Index point);
 
-/// What curves answer to the rows of one experiment.
+/// The point of `curves` at a place, within 1e-6 of their extent, if it has curves; else -1.
+Eigen::Index point_at(const FittedCurves& curves, const Vec3& place);
+
+/// Answers of curves to the rows of one experiment.
 struct LocalAnswer {
   Points force;  ///< ON THE BODY, #rows x 3
   int slipped_rows = 0;
 };
-/// Forces of a tool that goes through `way`, #rows x 3, deflections from the place, in order: the
+/// Forces of a tool that follows `path`, #rows x 3, deflections from the place, in order: the
 /// law of section 4 as the fit sees it. time_s: of each row since first touch, or null in slow
-/// motion. sensor: what its reading adds (M18). Units are those of the curves.
-LocalAnswer local_answer(const LocalCurves& curves, const Points& way,
+/// motion. sensor: nuisance values, added to its reading (M18). Units are those of the curves.
+LocalAnswer local_answer(const LocalCurves& curves, const Points& path,
                          const double* time_s = nullptr, const NuisanceValues& sensor = {});
 /// The same of rows of samples, in their time where they have one [m, N].
 LocalAnswer local_answer(const LocalCurves& curves, const Samples& samples,

@@ -1,10 +1,9 @@
-#include "libfit/fit/point/nuisance.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "libfit/core/error.hpp"
+#include "libfit/fit/fit_steps.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -15,7 +14,7 @@ constexpr double kSensorDeviation = 0.05;  // of bias and drift, over the point'
 std::map<std::int32_t, double> stated_deviations(const MeasuredRecordings& recordings) {
   std::map<std::int32_t, std::pair<double, double>> sums;  // of squares, count
   for (std::size_t i = 0; i < recordings.size(); ++i) {
-    const double deviation = recordings.contact_deviation_m[static_cast<Eigen::Index>(i)];
+    const double deviation = recordings.contact_deviation_m[i];
     if (!(deviation > 0) || !std::isfinite(deviation)) continue;
     auto& [square, count] = sums[recordings.experiment[i]];
     square += deviation * deviation, ++count;
@@ -25,6 +24,15 @@ std::map<std::int32_t, double> stated_deviations(const MeasuredRecordings& recor
   return out;
 }
 
+// Columns of each nuisance parameter in curves.h5.
+constexpr struct {
+  Eigen::VectorXd FittedRecordings::*value, FittedRecordings::*deviation;
+} kColumns[kNuisances] = {
+    {&FittedRecordings::contact_m, &FittedRecordings::contact_deviation_m},
+    {&FittedRecordings::bias_N, &FittedRecordings::bias_deviation_N},
+    {&FittedRecordings::drift_N, &FittedRecordings::drift_deviation_N},
+};
+
 void append(Eigen::VectorXd& column, double value) {
   column.conservativeResize(column.size() + 1);
   column[column.size() - 1] = value;
@@ -33,7 +41,7 @@ void append(Eigen::VectorXd& column, double value) {
 }  // namespace
 
 void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& body) {
-  const bool frees_contact = options.estimates[static_cast<std::size_t>(Nuisance::contact)];
+  const bool frees_contact = options.estimates[kContact];
   const auto stated = stated_deviations(samples.recordings);
   if (frees_contact && stated.empty())
     throw Error("fit option estimates",
@@ -43,12 +51,10 @@ void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& 
     for (PointExperiment& e : point.experiments) {
       if (frees_contact) {
         const auto found = stated.find(e.id);
-        e.unknown.contact = found != stated.end() ? found->second / body.length_m : 0;
+        e.unknown[kContact] = found != stated.end() ? found->second / body.length_m : 0;
       }
-      if (options.estimates[static_cast<std::size_t>(Nuisance::bias)])
-        e.unknown.bias = kSensorDeviation;
-      if (options.estimates[static_cast<std::size_t>(Nuisance::drift)])
-        e.unknown.drift = kSensorDeviation;
+      for (const int k : {kBias, kDrift})
+        if (options.estimates[k]) e.unknown[k] = kSensorDeviation;
     }
 }
 
@@ -64,8 +70,8 @@ PointData without_nuisances(PointData point, const std::vector<NuisanceValues>& 
   for (std::size_t k = 0; k < nuisance.size(); ++k) {
     PointExperiment& e = point.experiments[k];
     for (std::size_t i = 0; i < e.row.size(); ++i) {
-      e.deflection[i] += nuisance[k].contact * point.inward;
-      e.force[i] -= nuisance[k].reading(part_of_way(i, e.row.size())) * point.inward;
+      e.deflection[i] += nuisance[k][kContact] * point.inward;
+      e.force[i] -= sensor_reading(nuisance[k], place_in_recording(i, e.row.size())) * point.inward;
       point.depth = std::max(point.depth, depth_of(point, e.deflection[i]));
     }
   }
@@ -76,30 +82,49 @@ FittedRecordings collect_nuisances(const BodyData& body, const std::vector<Point
   FittedRecordings out;
   for (std::size_t p = 0; p < results.size(); ++p)
     for (std::size_t e = 0; e < results[p].nuisance.size(); ++e) {
-      const NuisanceValues& value = results[p].nuisance[e];
       const NuisanceValues& deviation = results[p].nuisance_deviation[e];
-      if (!(deviation.contact > 0 || deviation.bias > 0 || deviation.drift > 0)) continue;
+      if (std::ranges::none_of(deviation, [](double d) { return d > 0; })) continue;
       out.experiment.push_back(body.points[p].experiments[e].id);
-      out.point.push_back(static_cast<std::int32_t>(p));
-      append(out.contact_m, value.contact), append(out.contact_deviation_m, deviation.contact);
-      append(out.bias_N, value.bias), append(out.bias_deviation_N, deviation.bias);
-      append(out.drift_N, value.drift), append(out.drift_deviation_N, deviation.drift);
+      out.point.push_back(p);
+      for (int k = 0; k < kNuisances; ++k) {
+        append(out.*kColumns[k].value, results[p].nuisance[e][k]);
+        append(out.*kColumns[k].deviation, deviation[k]);
+      }
     }
   return out;
 }
 
-void restore_nuisances(const FittedRecordings& earlier, Eigen::Index point, std::size_t experiments,
-                       PointResult& result) {
-  for (std::size_t i = 0; i < earlier.point.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(i);
-    if (earlier.point[i] != point) continue;
-    result.nuisance.push_back({earlier.contact_m[at], earlier.bias_N[at], earlier.drift_N[at]});
-    result.nuisance_deviation.push_back({earlier.contact_deviation_m[at],
-                                         earlier.bias_deviation_N[at],
-                                         earlier.drift_deviation_N[at]});
+PointResult keep_point(const FitOptions& options, Eigen::Index earlier, std::size_t experiments,
+                       Eigen::Index p, FittedCurves& fitted) {
+  const FittedCurves& before = *options.warm_start;
+  const auto copy = [&](const Controls& from, Controls& to) {
+    if (from.size() > 0) to.row(p) = from.row(earlier);
+  };
+  for (std::size_t i = 0; i < before.curves.control.size(); ++i) {
+    copy(before.curves.control[i], fitted.curves.control[i]);
+    copy(before.deviation[i], fitted.deviation[i]);
   }
-  if (result.nuisance.size() == experiments) return;  // else an earlier fit that knew them all
-  result.nuisance.clear(), result.nuisance_deviation.clear();
+  for (int kind = 0; kind < kCurveKinds; ++kind)
+    copy(before.covariance[kind], fitted.covariance[kind]);
+  fitted.status[p] = before.status[earlier];
+  fitted.message[p] = before.message[earlier];
+  PointResult result;
+  result.is_kept = true;
+  result.is_scored = !std::isnan(before.rms_residual_N[earlier]);
+  const FittedRecordings& recordings = before.recordings;
+  for (std::size_t i = 0; i < recordings.point.size(); ++i) {
+    if (recordings.point[i] != earlier) continue;
+    NuisanceValues& value = result.nuisance.emplace_back();
+    NuisanceValues& deviation = result.nuisance_deviation.emplace_back();
+    for (int k = 0; k < kNuisances; ++k) {
+      value[k] = (recordings.*kColumns[k].value)[i];
+      deviation[k] = (recordings.*kColumns[k].deviation)[i];
+    }
+  }
+  if (result.nuisance.size() == experiments) return result;
+  result.nuisance.clear();  // the earlier fit knew them all
+  result.nuisance_deviation.clear();
+  return result;
 }
 
 }  // namespace palpate::fit

@@ -2,6 +2,7 @@
 
 #include <ceres/ceres.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace palpate::fit {
@@ -32,25 +33,23 @@ struct WeakPriorResidual {
 // Each parameter of a slice, from what it is likely to be, times its strength.
 struct ExpectedValueResidual {
   Eigen::Index offset;
-  std::vector<double> strength;
-  Eigen::VectorXd expected = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(strength.size()));
+  Eigen::VectorXd strength;
+  Eigen::VectorXd expected;
 
   template <class T>
   bool operator()(const T* const* parameters, T* residual) const {
-    for (std::size_t j = 0; j < strength.size(); ++j)
-      residual[j] = strength[j] * (parameters[0][offset + static_cast<Eigen::Index>(j)] -
-                                   expected[static_cast<Eigen::Index>(j)]);
+    for (Eigen::Index j = 0; j < strength.size(); ++j)
+      residual[j] = strength[j] * (parameters[0][offset + j] - expected[j]);
     return true;
   }
 };
 
 template <class Functor>
-ceres::CostFunction* automatic(Functor* functor, Eigen::Index parameters, Eigen::Index residuals,
-                               Eigen::Index more = 0) {
+ceres::CostFunction* automatic(Functor* functor, int parameters, int residuals, int more = 0) {
   auto* cost = new ceres::DynamicAutoDiffCostFunction<Functor, kJetWidth>(functor);
-  cost->AddParameterBlock(static_cast<int>(parameters));
-  if (more > 0) cost->AddParameterBlock(static_cast<int>(more));
-  cost->SetNumResiduals(static_cast<int>(residuals));
+  cost->AddParameterBlock(parameters);
+  if (more > 0) cost->AddParameterBlock(more);
+  cost->SetNumResiduals(residuals);
   return cost;
 }
 
@@ -69,25 +68,19 @@ Eigen::VectorXd pack(const PointCurves& curves,
   return packed;
 }
 
-std::vector<double> pack_nuisances(const NuisanceValues& values, const NuisanceValues& unknown) {
-  std::vector<double> packed;
-  for (std::size_t k = 0; k < 3; ++k)
-    if (as_array(unknown)[k] > 0) packed.push_back(as_array(values)[k]);
-  return packed;
+// The values of those that are unknown.
+Eigen::VectorXd pack_nuisances(const NuisanceValues& values, const NuisanceValues& unknown) {
+  Eigen::VectorXd packed(kNuisances);
+  int count = 0;
+  for (int k = 0; k < kNuisances; ++k)
+    if (unknown[k] > 0) packed[count++] = values[k];
+  return packed.head(count);
 }
 
-NuisanceValues unpack_nuisances(const std::vector<double>& packed, const NuisanceValues& unknown) {
-  std::array<double, 3> values{};
-  std::size_t at = 0;
-  for (std::size_t k = 0; k < 3; ++k)
-    if (as_array(unknown)[k] > 0) values[k] = packed[at++];
-  return {values[0], values[1], values[2]};
-}
-
-// What is optimized, and the problem over it.
+// The parameters that are optimized.
 struct Parameters {
   Eigen::VectorXd curves;
-  std::vector<std::vector<double>> nuisance;  // of each experiment, empty where all is known
+  std::vector<Eigen::VectorXd> nuisance;  // of each experiment, empty where all is known
 };
 
 Parameters parameters_of(const PointData& point, const PointCurves& curves) {
@@ -107,18 +100,19 @@ void store(const Parameters& parameters, const PointData& point, PointCurves& cu
   }
   curves.more = parameters.curves.tail(curves.more.size());
   for (std::size_t e = 0; e < point.experiments.size(); ++e)
-    curves.nuisance[e] = unpack_nuisances(parameters.nuisance[e], point.experiments[e].unknown);
+    for (int k = 0, at_nuisance = 0; k < kNuisances; ++k)
+      curves.nuisance[e][k] =
+          point.experiments[e].unknown[k] > 0 ? parameters.nuisance[e][at_nuisance++] : 0;
 }
 
 ReplayResidual residual_of(const PointData& point, const Bases& bases, std::size_t experiment,
                            const PointCurves& curves) {
   return {&bases,
-          quadric_of(point.inward, point.normal_gradient),
+          quadric_of(point),
           &point.experiments[experiment],
           curves.is_identified,
           curves.increments,
           ReplayResidual::kNoOutliers,
-          tangents_of(point.inward),
           &curves.weight[experiment]};
 }
 
@@ -128,14 +122,12 @@ void add_experiments(const PointData& point, const Bases& bases, const PointCurv
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     auto* residual = new ReplayResidual(residual_of(point, bases, e, curves));
     residual->loss_scale = scale;
-    std::vector<double>& nuisance = parameters.nuisance[e];
+    Eigen::VectorXd& nuisance = parameters.nuisance[e];
     std::vector<double*> used{parameters.curves.data()};
-    if (!nuisance.empty()) used.push_back(nuisance.data());
+    if (nuisance.size() > 0) used.push_back(nuisance.data());
+    const auto rows = point.experiments[e].row.size();
     blocks.push_back(problem.AddResidualBlock(
-        automatic(residual, parameters.curves.size(),
-                  static_cast<Eigen::Index>(3 * point.experiments[e].row.size()),
-                  static_cast<Eigen::Index>(nuisance.size())),
-        nullptr, used));
+        automatic(residual, parameters.curves.size(), 3 * rows, nuisance.size()), nullptr, used));
   }
 }
 
@@ -156,51 +148,43 @@ void add_priors(const PointData& point, const PointCurves& curves, double noise,
                                  nullptr, block));
     offset += curves.increments[kind].size();
   }
-  if (const Eigen::Index count = all - offset; count > 0) {
-    std::vector<double> strength;
-    for (const double deviation : curves.more_deviation)
-      strength.push_back(weight *
-                         (curves.more_noise > 0 ? curves.more_noise / deviation : kWeakPrior));
+  const auto expect = [&](double* values, const ExpectedValueResidual& expected,
+                          Eigen::Index size) {
     blocks.push_back(problem.AddResidualBlock(
-        automatic(new ExpectedValueResidual{offset, std::move(strength), curves.more_expected}, all,
-                  count),
-        nullptr, block));
+        automatic(new ExpectedValueResidual(expected), size, expected.strength.size()), nullptr,
+        values));
+  };
+  if (offset < all) {
+    const Eigen::VectorXd strength =
+        curves.more_noise > 0 ? Eigen::VectorXd(curves.more_noise / curves.more_deviation.array())
+                              : Eigen::VectorXd::Constant(all - offset, kWeakPrior);
+    expect(block, {offset, weight * strength, curves.more_expected}, all);
   }
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     const NuisanceValues& unknown = point.experiments[e].unknown;
-    std::vector<double> strength = pack_nuisances(unknown, unknown);
-    if (strength.empty()) continue;
-    for (double& s : strength) s = noise / s;
-    const auto count = static_cast<Eigen::Index>(strength.size());
-    blocks.push_back(problem.AddResidualBlock(
-        automatic(new ExpectedValueResidual{0, std::move(strength)}, count, count), nullptr,
-        parameters.nuisance[e].data()));
+    const Eigen::VectorXd deviation = pack_nuisances(unknown, unknown);
+    const Eigen::Index count = deviation.size();
+    if (count > 0)
+      expect(parameters.nuisance[e].data(),
+             {0, noise / deviation.array(), Eigen::VectorXd::Zero(count)}, count);
   }
 }
 
 void add_bounds(const PointData& point, const PointCurves& curves, Parameters& parameters,
                 ceres::Problem& problem) {
-  double* block = parameters.curves.data();
-  const Eigen::Index free = curves.more.size();
-  const Eigen::VectorXd lower = pack(curves, curves.lower, curves.more_lower);
-  if (lower.size() > 0) problem.AddParameterBlock(block, static_cast<int>(lower.size()));
-  for (Eigen::Index j = 0; j < lower.size(); ++j)
-    problem.SetParameterLowerBound(block, static_cast<int>(j), lower[j]);
-  for (Eigen::Index j = lower.size() - free; j < lower.size(); ++j)
-    problem.SetParameterUpperBound(block, static_cast<int>(j),
-                                   curves.more_upper[j - (lower.size() - free)]);
+  const auto bound = [&](Eigen::VectorXd& values, const Eigen::VectorXd& lower,
+                         const Eigen::VectorXd& upper) {
+    if (values.size() > 0) problem.AddParameterBlock(values.data(), values.size());
+    for (int j = 0; j < values.size(); ++j)
+      problem.SetParameterLowerBound(values.data(), j, lower[j]);
+    for (int j = values.size() - upper.size(), k = 0; j < values.size(); ++j, ++k)
+      problem.SetParameterUpperBound(values.data(), j, upper[k]);
+  };
+  bound(parameters.curves, pack(curves, curves.lower, curves.more_lower), curves.more_upper);
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
-    std::vector<double>& nuisance = parameters.nuisance[e];
     const NuisanceValues& unknown = point.experiments[e].unknown;
-    const std::vector<double> deviation = pack_nuisances(unknown, unknown);
-    if (nuisance.empty()) continue;
-    problem.AddParameterBlock(nuisance.data(), static_cast<int>(nuisance.size()));
-    for (std::size_t k = 0; k < nuisance.size(); ++k) {
-      problem.SetParameterLowerBound(nuisance.data(), static_cast<int>(k),
-                                     -kWidestNuisance * deviation[k]);
-      problem.SetParameterUpperBound(nuisance.data(), static_cast<int>(k),
-                                     kWidestNuisance * deviation[k]);
-    }
+    const Eigen::VectorXd widest = kWidestNuisance * pack_nuisances(unknown, unknown);
+    bound(parameters.nuisance[e], -widest, widest);
   }
 }
 
@@ -224,27 +208,22 @@ Eigen::MatrixXd evaluate(ceres::Problem& problem, Parameters& parameters,
   ceres::Problem::EvaluateOptions options;
   options.residual_blocks = std::move(blocks);
   options.parameter_blocks.push_back(parameters.curves.data());
-  for (std::vector<double>& nuisance : parameters.nuisance)
-    if (!nuisance.empty()) options.parameter_blocks.push_back(nuisance.data());
+  for (Eigen::VectorXd& nuisance : parameters.nuisance)
+    if (nuisance.size() > 0) options.parameter_blocks.push_back(nuisance.data());
   ceres::CRSMatrix sparse;
   problem.Evaluate(options, nullptr, residual, nullptr, &sparse);
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
   for (int i = 0; i < sparse.num_rows; ++i)
-    for (int k = sparse.rows[static_cast<std::size_t>(i)];
-         k < sparse.rows[static_cast<std::size_t>(i) + 1]; ++k)
-      dense(i, sparse.cols[static_cast<std::size_t>(k)]) =
-          sparse.values[static_cast<std::size_t>(k)];
+    for (int k = sparse.rows[i]; k < sparse.rows[i + 1]; ++k)
+      dense(i, sparse.cols[k]) = sparse.values[k];
   return dense;
 }
 
 }  // namespace
 
-Eigen::VectorXd pack(const PointCurves& curves, const PointData& point) {
-  const Parameters parameters = parameters_of(point, curves);
-  std::vector<double> all(parameters.curves.begin(), parameters.curves.end());
-  for (const auto& nuisance : parameters.nuisance)
-    all.insert(all.end(), nuisance.begin(), nuisance.end());
-  return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
+bool has_unknowns(const PointData& point, const PointCurves& curves) {
+  return curves.more.size() > 0 || std::ranges::count(curves.is_identified, true) > 0 ||
+         std::ranges::any_of(point.experiments, is_any, &PointExperiment::unknown);
 }
 
 double residual_scale(const PointData& point, const Bases& bases, const PointCurves& curves) {
@@ -292,8 +271,7 @@ Linearised linearise(const PointData& point, const Bases& bases, const PointCurv
   std::vector<double> residual;
   Linearised out;
   out.rows = evaluate(problem, parameters, std::move(rows), &residual);
-  out.residual = Eigen::Map<const Eigen::VectorXd>(residual.data(),
-                                                   static_cast<Eigen::Index>(residual.size()));
+  out.residual = Eigen::Map<const Eigen::VectorXd>(residual.data(), residual.size());
   out.prior = evaluate(problem, parameters, std::move(priors), nullptr);
   return out;
 }

@@ -47,32 +47,52 @@ inline int count_unknowns(const runtime::Part& part) {
   return part.count * (part.width == 1 ? 1 : part.width == 3 ? 2 : 3);
 }
 
-/// The numbers of a part that is no curve from what is fitted of it: components of vectors along a
-/// point's tangents t, b, of symmetric tensors along tt, bb and tb + bt. quadric: what the point's
-/// surface is like, lengths over length_m. sway: how the body gives there; zero where rows are
-/// without it.
+/// Calls visit(i, part, at) for each part i that is no curve; its unknowns begin at number `at` of
+/// those of all such parts.
+template <class Visit>
+void each_other_part(CurveFamily family, const Visit& visit) {
+  const auto parts = parts_of(family);
+  int at = 0;
+  for (std::size_t i = curves_of(family); i < parts.size(); ++i) {
+    visit(i, parts[i], at);
+    at += count_unknowns(parts[i]);
+  }
+}
+
+/// The surface a point's experiments are replayed on; gradient in 1 / the unit of length.
+inline runtime::Quadric quadric_of(const Vec3& inward, const Mat3& normal_gradient) {
+  runtime::Quadric quadric{{inward.x(), inward.y(), inward.z()}, {}};
+  for (int i = 0; i < 9; ++i) quadric.gradient[i] = normal_gradient(i / 3, i % 3);
+  return quadric;
+}
+inline runtime::Quadric quadric_of(const PointData& point) {
+  return quadric_of(point.inward, point.normal_gradient);
+}
+
+/// The numbers of a part that is no curve from its count_unknowns() unknowns: components of vectors
+/// along the point's tangents t, b, of symmetric tensors along tt, bb and tb + bt. quadric: the
+/// point's surface, lengths over length_m. sway: compliance there; zero where rows are without it.
 template <class T, class C>
-std::vector<T> part_controls(const runtime::Part& part, const std::array<Vec3, 2>& tangents,
-                             const runtime::Quadric& quadric, const C* unknowns, int count,
-                             const Mat3& sway = Mat3::Zero()) {
+std::vector<T> part_controls(const runtime::Part& part, const runtime::Quadric& quadric,
+                             const C* unknowns, const Mat3& sway = Mat3::Zero()) {
+  const auto [t, b] = tangents_of({quadric.u0.x, quadric.u0.y, quadric.u0.z});
+  const int count = count_unknowns(part);
   std::vector<T> control;
   if (part.width == 1)
     for (int j = 0; j < count; ++j) control.push_back(T(unknowns[j]));
   if (part.width == 3)
     for (int j = 0; j + 1 < count; j += 2)
-      for (int i = 0; i < 3; ++i)
-        control.push_back(unknowns[j] * tangents[0][i] + unknowns[j + 1] * tangents[1][i]);
-  if (part.known == runtime::Known::tools) control.assign(std::size_t(part.count), T(0.0));
+      for (int i = 0; i < 3; ++i) control.push_back(unknowns[j] * t[i] + unknowns[j + 1] * b[i]);
+  if (part.known == runtime::Known::tools) control.assign(part.count, T(0.0));
   constexpr int kAt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
   if (part.known == runtime::Known::curvature) {
     double kappa[6];
     for (int i = 0; i < 6; ++i) kappa[i] = -quadric.gradient[3 * kAt[i][0] + kAt[i][1]];
-    runtime::move_out(kappa, -runtime::kCurvatureDepth);  // (M15c)
+    runtime::offset_curvature(kappa, -runtime::kCurvatureDepth);  // (M15c)
     for (const double k : kappa) control.push_back(T(k));
   }
   if (part.known == runtime::Known::sway)
     for (const auto& [r, c] : kAt) control.push_back(T(sway(r, c)));
-  const auto &t = tangents[0], &b = tangents[1];
   if (part.width == 6)
     for (int j = 0; j + 2 < count; j += 3)
       for (const auto& [r, c] : kAt)
@@ -97,34 +117,18 @@ inline runtime::ControlPointers<double> controls_at(const CurveSet& curves, Eige
   return out;
 }
 
-/// The surface a point's experiments are replayed on; gradient in 1 / the unit of length.
-inline runtime::Quadric quadric_of(const Vec3& inward, const Mat3& normal_gradient) {
-  runtime::Quadric quadric{{inward.x(), inward.y(), inward.z()}, {}};
-  for (int i = 0; i < 9; ++i) quadric.gradient[i] = normal_gradient(i / 3, i % 3);
-  return quadric;
-}
-
 /// Forces of one experiment, its sensor's reading included (M18); returns how many rows slipped.
 template <class T>
 int replay(const runtime::CurveViews& views, const runtime::ControlPointers<T>& controls,
            const runtime::Quadric& quadric, const runtime::ReplayedRows& record,
-           const std::array<T, 3>& nuisance, bool has_nuisances, runtime::Vec3<T>* force) {
+           const std::array<T, kNuisances>& nuisance, bool has_nuisances, runtime::Vec3<T>* force) {
   const int slipped = runtime::replay_drag<T>(views, controls, quadric, record,
-                                              has_nuisances ? &nuisance[0] : nullptr, force);
+                                              has_nuisances ? &nuisance[kContact] : nullptr, force);
   if (!has_nuisances) return slipped;
   const runtime::Vec3<T> inward = runtime::widened<T>(quadric.u0);
-  for (int i = 0; i < record.rows; ++i) {
-    const double t =
-        part_of_way(static_cast<std::size_t>(i), static_cast<std::size_t>(record.rows));
-    force[i] = force[i] + inward * (nuisance[1] + nuisance[2] * t);
-  }
+  for (int i = 0; i < record.rows; ++i)
+    force[i] = force[i] + inward * sensor_reading(nuisance, place_in_recording(i, record.rows));
   return slipped;
-}
-inline std::array<double, 3> as_array(const NuisanceValues& s) {
-  return {s.contact, s.bias, s.drift};
-}
-inline bool is_any(const NuisanceValues& s) {
-  return s.contact != 0 || s.bias != 0 || s.drift != 0;
 }
 
 /// Weighted force differences of one experiment, 3 per row, as a function of the increments of
@@ -140,7 +144,6 @@ struct ReplayResidual {
   /// Robust deviation of the rows, from some of which on they count less (loss_factor).
   static constexpr double kNoOutliers = std::numeric_limits<double>::infinity();
   double loss_scale = kNoOutliers;
-  std::array<Vec3, 2> tangents{};
   const std::vector<double>* weight = nullptr;  ///< of rows; null: the experiment's own
 
   template <class T>
@@ -156,29 +159,25 @@ struct ReplayResidual {
                                 (is_fitted[kind] ? next[j] : T(fixed[kind][j])));
       if (is_fitted[kind]) next += n;
     }
-    const auto parts = parts_of(bases->family);
-    for (std::size_t i = curves; i < parts.size(); ++i) {
-      const int count = count_unknowns(parts[i]);
-      control.push_back(part_controls<T>(parts[i], tangents, quadric, next, count));
-      next += count;
-    }
-    std::array<T, 3> nuisance{T(0), T(0), T(0)};
-    const auto unknown = as_array(experiment->unknown);
-    int at = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      if (unknown[k] > 0) nuisance[k] = parameters[1][at++];
+    each_other_part(bases->family, [&](std::size_t, const runtime::Part& part, int at) {
+      control.push_back(part_controls<T>(part, quadric, next + at));
+    });
+    std::array<T, kNuisances> nuisance;
+    nuisance.fill(T(0));
+    int unknown = 0;
+    for (int k = 0; k < kNuisances; ++k)
+      if (experiment->unknown[k] > 0) nuisance[k] = parameters[1][unknown++];
     const auto rows = static_cast<int>(experiment->row.size());
-    std::vector<runtime::Vec3<T>> force(static_cast<std::size_t>(rows));
+    std::vector<runtime::Vec3<T>> force(rows);
     replay<T>(bases->views, pointers_to<T>(control), quadric,
-              {experiment->deflection.front().data(), rows}, nuisance, at > 0, force.data());
+              {experiment->deflection.front().data(), rows}, nuisance, unknown > 0, force.data());
     const std::vector<double>& weights = weight != nullptr ? *weight : experiment->weight;
     for (std::size_t i = 0; i < force.size(); ++i) {
       const Vec3& measured = experiment->force[i];
-      const double w = weights[i];
       T* r = residual + 3 * i;
-      r[0] = w * (force[i].x - measured.x());
-      r[1] = w * (force[i].y - measured.y());
-      r[2] = w * (force[i].z - measured.z());
+      r[0] = weights[i] * (force[i].x - measured.x());
+      r[1] = weights[i] * (force[i].y - measured.y());
+      r[2] = weights[i] * (force[i].z - measured.z());
       const T squared = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
       if (!(squared > 1e-12 * loss_scale * loss_scale)) continue;
       using std::sqrt;

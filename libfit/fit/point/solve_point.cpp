@@ -111,7 +111,7 @@ bool reweight(const PointData& point, const Bases& bases, PointCurves& curves) {
 void solve_point(const PointData& point, const Bases& bases, PointCurves& curves) {
   curves.weight.clear();
   for (const PointExperiment& e : point.experiments) curves.weight.push_back(e.weight);
-  if (pack(curves, point).size() == 0) return;
+  if (!has_unknowns(point, curves)) return;
   PointCurves start = curves;
   for (WeakPrior& weak_prior : curves.weak_prior) weak_prior.strength = kWeakPrior;
   const int first_look = curves.more.size() > 0 ? kMaxIterations : kFirstLook;

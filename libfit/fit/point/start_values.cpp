@@ -45,17 +45,10 @@ void start_normal(const CurveRows& rows, const CurveBasis& basis, PointCurves& o
                                   ": the normal curve is a straight line");
     return;
   }
-  const SplineTables tables = tabulate(basis);
   out.weak_prior[0] = smoothness_prior(basis);
-  out.increments[0] =
-      fit_increments(view(tables), unit_weights(data), out.lower[0], out.weak_prior[0]);
+  out.increments[0] = fit_increments(basis, unit_weights(data), out.lower[0], out.weak_prior[0]);
   out.is_identified[0] = true;
   if (!(out.increments[0].sum() > 0)) out.problem = "no rising curve fits the rows";
-}
-
-double value(const CurveBasis& basis, const Eigen::VectorXd& increments, double x) {
-  const SplineTables tables = tabulate(basis);
-  return increment_weights(view(tables), x).dot(increments);
 }
 
 void start_lateral(const PointData& point, const CurveRows& rows, const CurveBasis& normal,
@@ -63,8 +56,8 @@ void start_lateral(const PointData& point, const CurveRows& rows, const CurveBas
   const auto& data = rows.curve[1];
   double slope = line_slope(data);
   if (data.empty() || !(slope > 0)) {
-    slope =
-        options.default_lateral_ratio * value(normal, out.increments[0], point.depth) / point.depth;
+    slope = options.default_lateral_ratio * curve_at(normal, out.increments[0], point.depth) /
+            point.depth;
     std::string sentence = "the lateral curve is a line of " +
                            number(options.default_lateral_ratio) +
                            " of the normal stiffness at full depth";
@@ -84,10 +77,8 @@ void start_lateral(const PointData& point, const CurveRows& rows, const CurveBas
     return;
   }
   out.lower[1] = kLateralSlopeFloor * slope * greville_steps(basis);
-  const SplineTables tables = tabulate(basis);
   out.weak_prior[1] = smoothness_prior(basis);
-  out.increments[1] =
-      fit_increments(view(tables), unit_weights(data), out.lower[1], out.weak_prior[1]);
+  out.increments[1] = fit_increments(basis, unit_weights(data), out.lower[1], out.weak_prior[1]);
   out.is_identified[1] = true;
   if (data.size() <= 2)
     add_sentence(out.message,
@@ -100,7 +91,7 @@ void start_limit(const CurveRows& rows, const CurveBasis& normal, const CurveBas
   out.lower[2] = Eigen::VectorXd::Zero(basis.size() - 1);
   std::vector<double> ratios;
   for (const CurveRow& row : data) {
-    const double f = value(normal, out.increments[0], row.x);
+    const double f = curve_at(normal, out.increments[0], row.x);
     if (f > 0) ratios.push_back(row.f / f);
   }
   out.friction = median(ratios);
@@ -114,9 +105,7 @@ void start_limit(const CurveRows& rows, const CurveBasis& normal, const CurveBas
     return;
   }
   out.weak_prior[2] = value_prior(transfer(normal, out.increments[0], basis, out.friction));
-  const SplineTables tables = tabulate(basis);
-  out.increments[2] =
-      fit_increments(view(tables), unit_weights(data), out.lower[2], out.weak_prior[2]);
+  out.increments[2] = fit_increments(basis, unit_weights(data), out.lower[2], out.weak_prior[2]);
   out.is_identified[2] = true;
 }
 
@@ -145,7 +134,8 @@ void start_rings(const PointData& point, const CurveRows& rows, const CurveBasis
   // A press on a body that sways moves sideways, too, but by what the sway is known to: without
   // drags lambda and the friction stay the body's.
   constexpr double kHeld = 1e-3, kNoSpread = 1e-9;  // a bound: no slope leads away from 0
-  out.log_force = std::log(point.force_N * value(normal, out.increments[0], normal.knots_m.back()));
+  out.log_force =
+      std::log(point.force_N * curve_at(normal, out.increments[0], normal.knots_m.back()));
   const auto [lambda, friction, friction_slope, spread] = prior.at(out.log_force);
   out.more.resize(8);
   out.more << std::clamp(lambda, kLeastLambda, kMost), std::min(friction, kMost),

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "libfit/fit/point/body_bases.hpp"
-#include "libfit/fit/rows/held_out.hpp"
+#include "libfit/fit/rows/curve_rows.hpp"
 
 namespace palpate::fit {
 

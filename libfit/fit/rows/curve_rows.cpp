@@ -44,8 +44,7 @@ double jitter_of(const PointData& point, const PointExperiment& e) {
   std::vector<Vec3> place;
   Vec3 farthest = Vec3::Zero();
   for (std::size_t i = 0; i < e.row.size(); ++i) {
-    place.push_back(
-        lateral_of(point, e.sway.empty() ? e.deflection[i] : Vec3(e.deflection[i] + e.sway[i])));
+    place.push_back(lateral_of(point, e.tool_deflection(i)));
     if (place.back().norm() > farthest.norm()) farthest = place.back();
   }
   if (!(farthest.norm() > kRounding * point.depth)) return 0;

@@ -33,11 +33,10 @@ struct GoodRows {
   std::size_t all = 0, not_finite = 0;
 };
 std::vector<GoodRows> sort_rows(const Samples& s, BodyData& body) {
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(s.rows()));
+  std::vector<Eigen::Index> order(s.rows());
   std::iota(order.begin(), order.end(), Eigen::Index{0});
   const auto key = [&](Eigen::Index i) {
-    const auto at = static_cast<std::size_t>(i);
-    return std::array{s.point[at], s.experiment[at], s.step[at]};
+    return std::array{s.point[i], s.experiment[i], s.step[i]};
   };
   std::stable_sort(order.begin(), order.end(),
                    [&](Eigen::Index a, Eigen::Index b) { return key(a) < key(b); });
@@ -46,15 +45,15 @@ std::vector<GoodRows> sort_rows(const Samples& s, BodyData& body) {
   std::int32_t experiment = -1, point = -1;
   bool is_cut = false;
   for (const Eigen::Index i : order) {
-    const auto at = static_cast<std::size_t>(i);
-    const auto p = static_cast<std::size_t>(s.point[at]);
+    const std::int32_t p = s.point[i];
     auto& experiments = body.points[p].experiments;
     RowCounts& rows = body.points[p].rows;
-    if (s.point[at] != point || s.experiment[at] != experiment) {
-      point = s.point[at], experiment = s.experiment[at], is_cut = false;
-      experiments.push_back({experiment, s.kind[at], false, false, {}, {}, {}, {}, {}, {}});
+    if (s.point[i] != point || s.experiment[i] != experiment) {
+      point = s.point[i], experiment = s.experiment[i], is_cut = false;
+      PointExperiment& begun = experiments.emplace_back();
+      begun.id = experiment, begun.kind = s.kind[i];
     }
-    const bool is_good = s.status[at] == RowStatus::good;
+    const bool is_good = s.status[i] == RowStatus::good;
     const bool is_number = is_finite(s, i);
     counts[p].all += is_good;
     counts[p].not_finite += is_good && !is_number;
@@ -62,7 +61,7 @@ std::vector<GoodRows> sort_rows(const Samples& s, BodyData& body) {
       ++rows.cut;
     } else if (!is_good || !is_number) {
       ++(is_good ? rows.not_finite : rows.not_good);
-      is_cut = s.kind[at] != ExperimentKind::press;
+      is_cut = s.kind[i] != ExperimentKind::press;
     } else {
       experiments.back().deflection.emplace_back(s.deflection.row(i));
       experiments.back().force.emplace_back(s.force.row(i));
@@ -118,7 +117,7 @@ std::string find_problem(const Samples& s, const PointData& point, const GoodRow
                          bool has_rows) {
   if (!has_rows) return "no row of any experiment at this point";
   if (counts.all == 0) return "no good row";
-  if (static_cast<double>(counts.not_finite) > kNotFiniteShare * static_cast<double>(counts.all))
+  if (double(counts.not_finite) > kNotFiniteShare * double(counts.all))
     return std::to_string(counts.not_finite) + " of " + std::to_string(counts.all) +
            " good rows are not finite numbers";
   std::vector<double> toward;  // force along the push, of the rows in contact
@@ -169,8 +168,7 @@ void make_dimensionless(double length_m, PointData& point) {
       const Vec3& d = e.deflection[i];
       depth = std::max(depth, depth_of(point, d));
       lateral = std::max(lateral, lateral_of(point, d).norm());
-      of_tool =
-          std::max(of_tool, lateral_of(point, e.sway.empty() ? d : Vec3(d + e.sway[i])).norm());
+      of_tool = std::max(of_tool, lateral_of(point, e.tool_deflection(i)).norm());
     }
     point.depth = std::max(point.depth, depth);
     const bool is_press = e.kind == ExperimentKind::press;
@@ -182,8 +180,7 @@ void make_dimensionless(double length_m, PointData& point) {
 }  // namespace
 
 void check_samples(const Samples& s) {
-  const auto rows = static_cast<std::size_t>(s.rows()),
-             points = static_cast<std::size_t>(s.points());
+  const std::size_t rows = s.rows(), points = s.points();
   if (s.point.size() != rows || s.experiment.size() != rows || s.kind.size() != rows ||
       s.step.size() != rows || s.status.size() != rows || s.force.rows() != s.rows() ||
       s.force_error.size() != s.rows())
@@ -203,7 +200,7 @@ void check_samples(const Samples& s) {
   }
   std::map<std::int32_t, std::size_t> first;
   for (std::size_t i = 0; i < rows; ++i) {
-    if (s.point[i] < 0 || static_cast<std::size_t>(s.point[i]) >= points)
+    if (s.point[i] < 0 || s.point[i] >= s.points())
       refuse("row " + std::to_string(i) + " names test point " + std::to_string(s.point[i]) +
              " of " + std::to_string(points));
     const auto at = first.emplace(s.experiment[i], i).first->second;
@@ -227,11 +224,10 @@ Mat3 offset_gradient(const Samples& samples, Eigen::Index point) {
 BodyData gather_experiments(const Samples& samples, bool without_sway) {
   check_samples(samples);
   BodyData body;
-  body.points.resize(static_cast<std::size_t>(samples.points()));
+  body.points.resize(samples.points());
   for (std::size_t p = 0; p < body.points.size(); ++p) {
-    const auto at = static_cast<Eigen::Index>(p);
-    body.points[p].inward = samples.point_normal.row(at).transpose().normalized();
-    body.points[p].normal_gradient = offset_gradient(samples, at);
+    body.points[p].inward = samples.point_normal.row(p).transpose().normalized();
+    body.points[p].normal_gradient = offset_gradient(samples, p);
   }
   const auto counts = sort_rows(samples, body);
 
@@ -242,7 +238,7 @@ BodyData gather_experiments(const Samples& samples, bool without_sway) {
     const bool has_rows = !point.experiments.empty();
     std::erase_if(point.experiments, [](const PointExperiment& e) { return e.row.empty(); });
     if (without_sway) {
-      point.sway = symmetric_of(samples.point_sway.row(static_cast<Eigen::Index>(p)));
+      point.sway = symmetric_of(samples.point_sway.row(p));
       take_sway_off(point);
     }
     point.problem = find_problem(samples, point, counts[p], has_rows);

@@ -10,18 +10,21 @@
 
 namespace palpate::fit {
 
-/// What a recording adds that is not the body's: the tip was `contact` deeper than recorded, and
-/// the sensor reads bias + drift t along the inward normal, t from -1/2 at the first row to 1/2 at
-/// the last. Lengths and forces in the caller's units.
-struct NuisanceValues {
-  double contact = 0, bias = 0, drift = 0;
+/// What a recording adds to the body's answer, by Nuisance: the tip was `contact` deeper than
+/// recorded, and the sensor reads bias + drift t along the inward normal, t from -1/2 at the first
+/// row to 1/2 at the last. Lengths and forces in the caller's units.
+using NuisanceValues = std::array<double, kNuisances>;
+inline bool is_any(const NuisanceValues& values) { return values != NuisanceValues{}; }
 
-  double reading(double t) const { return bias + drift * t; }
-};
+/// The sensor's reading without a force, at a place_in_recording().
+template <class T>
+T sensor_reading(const std::array<T, kNuisances>& nuisance, double place) {
+  return nuisance[kBias] + nuisance[kDrift] * place;
+}
 
-/// Where row i of n stands in its recording, -1/2 to 1/2.
-inline double part_of_way(std::size_t i, std::size_t n) {
-  return n > 1 ? static_cast<double>(i) / static_cast<double>(n - 1) - 0.5 : 0;
+/// Place of row i of n in its recording, -1/2 to 1/2.
+inline double place_in_recording(std::size_t i, std::size_t n) {
+  return n > 1 ? double(i) / double(n - 1) - 0.5 : 0;
 }
 
 /// One press, drag or path of a test point as the fit sees it: usable rows in step order, lengths
@@ -42,7 +45,12 @@ struct PointExperiment {
   std::vector<double> weight;     ///< 1 / sqrt(force_error^2 + floor^2), in 1 / force_N
   std::vector<Eigen::Index> row;  ///< in the samples
   /// Standard deviations of what is not known of the sensor beforehand; 0: known exactly.
-  NuisanceValues unknown;
+  NuisanceValues unknown{};
+
+  /// Deflection of the tool itself, the body's sway included.
+  Vec3 tool_deflection(std::size_t i) const {
+    return sway.empty() ? deflection[i] : Vec3(deflection[i] + sway[i]);
+  }
 };
 
 /// What became of a point's rows.

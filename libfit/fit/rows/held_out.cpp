@@ -19,6 +19,15 @@ WeakPrior prior_for(const PointEvidence& point, const CurveBasis& normal, const 
   return value_prior(transfer(normal, point.normal, basis, point.friction));
 }
 
+constexpr int kFolds = 5;  // a point's abscissae are held out a fifth at a time
+
+// Whether a fold holds the row out. Only interpolation is judged: the deepest group is never held
+// out, and of a limit curve neither is the shallowest.
+bool is_held_out(const PointEvidence& point, const CurveRow& row, int fold) {
+  const int first = point.normal.size() > 0 ? 0 : -1;
+  return row.group % kFolds == fold && row.group != first && row.group != point.rows.back().group;
+}
+
 // Errors of rows by group, each predicted by a fit that left its fold out; then, as one of them
 // left them, those of the deepest group, which every fold sees.
 struct HeldOutErrors {
@@ -30,10 +39,9 @@ struct HeldOutErrors {
 HeldOutErrors hold_out(const PointEvidence& point, const CurveBasis& normal,
                        const CurveBasis& basis) {
   const SplineTables tables = tabulate(basis);
-  const auto spline = view(tables);
   double force_square = 0;
   for (const CurveRow& row : point.rows) force_square += std::pow(row.weight * row.f, 2);
-  const double rms = std::sqrt(force_square / static_cast<double>(point.rows.size()));
+  const double rms = std::sqrt(force_square / double(point.rows.size()));
   std::vector<double> error(point.rows.size(), std::numeric_limits<double>::quiet_NaN());
   for (int fold = 0; fold < kFolds; ++fold) {
     std::vector<CurveRow> seen;
@@ -41,11 +49,11 @@ HeldOutErrors hold_out(const PointEvidence& point, const CurveBasis& normal,
       if (!is_held_out(point, row, fold)) seen.push_back(row);
     if (seen.size() == point.rows.size()) continue;
     const Eigen::VectorXd increments = fit_increments(
-        spline, seen, Eigen::VectorXd::Zero(basis.size() - 1), prior_for(point, normal, basis));
+        basis, seen, Eigen::VectorXd::Zero(basis.size() - 1), prior_for(point, normal, basis));
     for (std::size_t i = 0; i < error.size(); ++i)
       if (const CurveRow& row = point.rows[i];
           is_held_out(point, row, fold) || row.group == point.rows.back().group)
-        error[i] = increment_weights(spline, row.x).dot(increments) - row.f;
+        error[i] = increment_weights(view(tables), row.x).dot(increments) - row.f;
   }
   HeldOutErrors out;
   for (std::size_t i = 0; i < error.size(); ++i) {
@@ -106,45 +114,16 @@ double error_of_difference(const BasisCandidate& a, const BasisCandidate& b) {
   double square = 0;
   for (std::size_t i = 0; i < a.squared.size(); ++i)
     square += std::pow(a.squared[i] - b.squared[i] - mean, 2);
-  return std::sqrt(square) / static_cast<double>(a.squared.size());
+  return std::sqrt(square) / double(a.squared.size());
 }
 
 double mean(const std::vector<double>& values) {
   double sum = 0;
   for (const double v : values) sum += v;
-  return values.empty() ? 0 : sum / static_cast<double>(values.size());
+  return values.empty() ? 0 : sum / double(values.size());
 }
 
 }  // namespace
-
-std::vector<CurveRow> unit_weights(std::vector<CurveRow> rows) {
-  double sum = 0;
-  for (const CurveRow& row : rows) sum += row.weight * row.weight;
-  const double scale = sum > 0 ? std::sqrt(static_cast<double>(rows.size()) / sum) : 1;
-  for (CurveRow& row : rows) row.weight *= scale;
-  return rows;
-}
-
-Eigen::VectorXd transfer(const CurveBasis& from, const Eigen::VectorXd& increments,
-                         const CurveBasis& to, double factor) {
-  if (from.degree == to.degree && from.knots_m == to.knots_m) return factor * increments;
-  const SplineTables source = tabulate(from), target = tabulate(to);
-  std::vector<CurveRow> rows;
-  const int count = 6 * to.size();
-  for (int i = 1; i <= count; ++i) {
-    const double x = to.knots_m.back() * i / count;
-    rows.push_back({x, factor * increment_weights(view(source), x).dot(increments), 1, 0});
-  }
-  WeakPrior weak_prior = smoothness_prior(to);
-  weak_prior.per_noise = 0;
-  return fit_increments(view(target), rows, Eigen::VectorXd::Zero(to.size() - 1), weak_prior,
-                        FitLoss::squared);
-}
-
-bool is_held_out(const PointEvidence& point, const CurveRow& row, int fold) {
-  const int first = point.normal.size() > 0 ? 0 : -1;
-  return row.group % kFolds == fold && row.group != first && row.group != point.rows.back().group;
-}
 
 BasisCandidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
                      const CurveBasis& basis, KnotPlacement placement) {

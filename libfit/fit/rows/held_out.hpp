@@ -5,13 +5,6 @@
 
 namespace palpate::fit {
 
-/// Rows with weights scaled to a mean square of 1.
-std::vector<CurveRow> unit_weights(std::vector<CurveRow> rows);
-
-/// Increments of `factor` times a curve on another basis, by least squares on its range.
-Eigen::VectorXd transfer(const CurveBasis& from, const Eigen::VectorXd& increments,
-                         const CurveBasis& to, double factor);
-
 /// What one point contributes to the choice of a basis.
 struct PointEvidence {
   std::vector<CurveRow> rows;  ///< of unit weights, grouped by abscissa
@@ -19,12 +12,6 @@ struct PointEvidence {
   double friction = 0;         ///< limit kind only: L / f^z overall
   Eigen::VectorXd normal;      ///< limit kind only: increments of f^z; else empty
 };
-
-/// A point's abscissae are held out a fifth at a time.
-inline constexpr int kFolds = 5;
-/// Whether a fold (0 to kFolds - 1) holds the row out. Only interpolation is judged: the deepest
-/// group is always seen, and of a limit curve the shallowest too.
-bool is_held_out(const PointEvidence& point, const CurveRow& row, int fold);
 
 /// A basis and how well its curves predict rows they did not see.
 struct BasisCandidate {

@@ -17,13 +17,6 @@ CurveBasis halved(const CurveBasis& basis) {
   return fine;
 }
 
-// Increments of the curve nearest to the rows.
-Eigen::VectorXd nearest(const CurveBasis& basis, const SplineTables& tables,
-                        const std::vector<CurveRow>& rows) {
-  return fit_increments(view(tables), rows, Eigen::VectorXd::Zero(basis.size() - 1),
-                        smoothness_prior(basis));
-}
-
 }  // namespace
 
 Eigen::VectorXd pack_symmetric(const Eigen::MatrixXd& matrix) {
@@ -49,12 +42,11 @@ double curve_deviation(const runtime::SplineView& spline, const Eigen::VectorXd&
 double basis_inflation(const CurveBasis& basis, const std::vector<CurveRow>& rows,
                        const Eigen::MatrixXd& covariance) {
   const CurveBasis fine = halved(basis);
-  if (static_cast<int>(rows.size()) < 2 * fine.size()) return 1;
+  if (rows.size() < 2 * std::size_t(fine.size())) return 1;
   double range = 0;
   for (const CurveRow& row : rows) range = std::max(range, row.x);
   const SplineTables coarse_tables = tabulate(basis), fine_tables = tabulate(fine);
-  const Eigen::VectorXd f = nearest(basis, coarse_tables, rows);
-  const Eigen::VectorXd g = nearest(fine, fine_tables, rows);
+  const Eigen::VectorXd f = fit_smooth(basis, rows), g = fit_smooth(fine, rows);
   double sum = 0;
   for (int i = 1; i <= kGrid; ++i) {
     const double x = range * i / kGrid;

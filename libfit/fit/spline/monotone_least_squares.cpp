@@ -14,7 +14,7 @@ Eigen::VectorXd solve_free(const Eigen::MatrixXd& R, const Eigen::VectorXd& b,
                            const std::vector<char>& is_free) {
   std::vector<Eigen::Index> columns;
   for (Eigen::Index j = 0; j < R.cols(); ++j)
-    if (is_free[static_cast<std::size_t>(j)]) columns.push_back(j);
+    if (is_free[j]) columns.push_back(j);
   const Eigen::VectorXd part = pivoted_least_squares(R(Eigen::all, columns), b);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(R.cols());
   x(columns) = part;
@@ -23,7 +23,7 @@ Eigen::VectorXd solve_free(const Eigen::MatrixXd& R, const Eigen::VectorXd& b,
 
 Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& R, const Eigen::VectorXd& b) {
   const Eigen::Index n = R.cols();
-  std::vector<char> is_free(static_cast<std::size_t>(n), 0);
+  std::vector<char> is_free(n, 0);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
   const double tiny =
       64 * std::numeric_limits<double>::epsilon() * R.norm() * std::max(b.norm(), 1e-300);
@@ -31,28 +31,26 @@ Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& R, const Eigen:
     const Eigen::VectorXd descent = R.transpose() * (b - R * x);
     Eigen::Index enter = -1;
     for (Eigen::Index j = 0; j < n; ++j)
-      if (!is_free[static_cast<std::size_t>(j)] && descent[j] > tiny &&
-          (enter < 0 || descent[j] > descent[enter]))
-        enter = j;
+      if (!is_free[j] && descent[j] > tiny && (enter < 0 || descent[j] > descent[enter])) enter = j;
     if (enter < 0) break;
-    is_free[static_cast<std::size_t>(enter)] = 1;
+    is_free[enter] = 1;
     Eigen::VectorXd next = solve_free(R, b, is_free);
     if (!(next[enter] > 0)) {  // rounding let a column in that only wants out again
-      is_free[static_cast<std::size_t>(enter)] = 0;
+      is_free[enter] = 0;
       break;
     }
     while (true) {
       double step = 1;
       Eigen::Index leave = -1;  // the free column that reaches zero first
       for (Eigen::Index j = 0; j < n; ++j) {
-        if (!is_free[static_cast<std::size_t>(j)] || next[j] > 0) continue;
+        if (!is_free[j] || next[j] > 0) continue;
         const double reach = x[j] > 0 ? x[j] / (x[j] - next[j]) : 0;
         if (leave < 0 || reach < step) step = reach, leave = j;
       }
       if (leave < 0) break;
       x += step * (next - x);
       x[leave] = 0;
-      is_free[static_cast<std::size_t>(leave)] = 0;
+      is_free[leave] = 0;
       next = solve_free(R, b, is_free);
     }
     x = next;
@@ -61,11 +59,6 @@ Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& R, const Eigen:
 }
 
 }  // namespace
-
-runtime::SplineView view(const SplineTables& tables) {
-  return {tables.degree, tables.pieces, tables.knots.data(), tables.weights.data(),
-          tables.integrals.data()};
-}
 
 Eigen::VectorXd controls_of(const Eigen::VectorXd& increments) {
   Eigen::VectorXd control(increments.size() + 1);
@@ -89,9 +82,7 @@ Eigen::VectorXd increment_weights(const runtime::SplineView& spline, double x) {
 
 Eigen::VectorXd greville_steps(const CurveBasis& basis) {
   const int last = basis.pieces();
-  const auto knot = [&](int i) {
-    return basis.knots_m[static_cast<std::size_t>(std::clamp(i, 0, last))];
-  };
+  const auto knot = [&](int i) { return basis.knots_m[std::clamp(i, 0, last)]; };
   Eigen::VectorXd steps(basis.size() - 1);
   for (int j = 0; j < basis.size() - 1; ++j)
     steps[j] = (knot(j + 1) - knot(j + 1 - basis.degree)) / basis.degree;
@@ -113,7 +104,7 @@ WeakPrior smoothness_prior(const CurveBasis& basis) {
 
 WeakPrior value_prior(const Eigen::VectorXd& increments) {
   const Eigen::Index n = increments.size();
-  return {Eigen::MatrixXd::Identity(n, n), increments, kWeakPrior, static_cast<double>(n)};
+  return {Eigen::MatrixXd::Identity(n, n), increments, kWeakPrior, double(n)};
 }
 
 Eigen::VectorXd bounded_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
@@ -136,15 +127,16 @@ double robust_weight(double size, double scale) {
 
 }  // namespace
 
-Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vector<CurveRow>& rows,
-                               const Eigen::VectorXd& lower, WeakPrior& weak_prior, FitLoss loss) {
-  const auto m = static_cast<Eigen::Index>(rows.size()), n = lower.size();
+Eigen::VectorXd fit_increments(const CurveBasis& basis, const std::vector<CurveRow>& rows,
+                               const Eigen::VectorXd& lower, WeakPrior weak_prior, FitLoss loss) {
+  const SplineTables tables = tabulate(basis);
+  const Eigen::Index m = rows.size(), n = lower.size();
   Eigen::MatrixXd A(m, n);
   Eigen::VectorXd b(m), weight = Eigen::VectorXd::Ones(m);
   double largest = 0;
   for (Eigen::Index i = 0; i < m; ++i) {
-    const CurveRow& row = rows[static_cast<std::size_t>(i)];
-    A.row(i) = row.weight * increment_weights(spline, row.x);
+    const CurveRow& row = rows[i];
+    A.row(i) = row.weight * increment_weights(view(tables), row.x);
     b[i] = row.weight * row.f;
     largest = std::max(largest, std::abs(row.f));
   }
@@ -158,14 +150,48 @@ Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vec
     increments = bounded_least_squares(system, right, lower);
     if (round + 1 == rounds) break;
     const Eigen::VectorXd size = (A * increments - b).cwiseAbs();
-    const double scatter = robust_deviation({size.data(), size.data() + m}) *
-                           std::sqrt(static_cast<double>(m) / static_cast<double>(m - n));
+    const double scatter =
+        robust_deviation({size.data(), size.data() + m}) * std::sqrt(double(m) / double(m - n));
     for (Eigen::Index i = 0; i < m && loss == FitLoss::huber; ++i)
       weight[i] = std::sqrt(robust_weight(size[i], scatter));
     if (largest > 0)
       weak_prior.strength = std::max(weak_prior.strength, weak_prior.per_noise * scatter / largest);
   }
   return increments;
+}
+
+Eigen::VectorXd fit_smooth(const CurveBasis& basis, const std::vector<CurveRow>& rows) {
+  return fit_increments(basis, rows, Eigen::VectorXd::Zero(basis.size() - 1),
+                        smoothness_prior(basis));
+}
+
+double curve_at(const CurveBasis& basis, const Eigen::VectorXd& increments, double x) {
+  const SplineTables tables = tabulate(basis);
+  return increment_weights(view(tables), x).dot(increments);
+}
+
+std::vector<CurveRow> unit_weights(std::vector<CurveRow> rows) {
+  double sum = 0;
+  for (const CurveRow& row : rows) sum += row.weight * row.weight;
+  const double scale = sum > 0 ? std::sqrt(double(rows.size()) / sum) : 1;
+  for (CurveRow& row : rows) row.weight *= scale;
+  return rows;
+}
+
+Eigen::VectorXd transfer(const CurveBasis& from, const Eigen::VectorXd& increments,
+                         const CurveBasis& to, double factor) {
+  if (from.degree == to.degree && from.knots_m == to.knots_m) return factor * increments;
+  const SplineTables source = tabulate(from);
+  std::vector<CurveRow> rows;
+  const int count = 6 * to.size();
+  for (int i = 1; i <= count; ++i) {
+    const double x = to.knots_m.back() * i / count;
+    rows.push_back({x, factor * increment_weights(view(source), x).dot(increments), 1, 0});
+  }
+  WeakPrior weak_prior = smoothness_prior(to);
+  weak_prior.per_noise = 0;
+  return fit_increments(to, rows, Eigen::VectorXd::Zero(to.size() - 1), weak_prior,
+                        FitLoss::squared);
 }
 
 }  // namespace palpate::fit

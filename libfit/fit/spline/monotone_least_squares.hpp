@@ -10,8 +10,7 @@
 
 namespace palpate::fit {
 
-/// Tables as the engine's templates want them. Not valid after `tables` is gone.
-runtime::SplineView view(const SplineTables& tables);
+using palpate::view;
 
 /// One observation of a curve: value f at x, in whatever unit the caller works in.
 /// group: rows with one group are held out together.
@@ -76,15 +75,21 @@ double robust_deviation(std::vector<double> sizes);
 enum class FitLoss : std::int8_t { squared = 0, huber = 1 };
 
 /// Increments of the monotone curve nearest to the rows, each at least `lower`.
-/// Robust losses by iterated reweighting. weak_prior.strength becomes what was used.
-Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vector<CurveRow>& rows,
-                               const Eigen::VectorXd& lower, WeakPrior& weak_prior,
+/// Robust losses by iterated reweighting.
+Eigen::VectorXd fit_increments(const CurveBasis& basis, const std::vector<CurveRow>& rows,
+                               const Eigen::VectorXd& lower, WeakPrior weak_prior,
                                FitLoss loss = FitLoss::huber);
-inline Eigen::VectorXd fit_increments(const runtime::SplineView& spline,
-                                      const std::vector<CurveRow>& rows,
-                                      const Eigen::VectorXd& lower, WeakPrior&& weak_prior,
-                                      FitLoss loss = FitLoss::huber) {
-  return fit_increments(spline, rows, lower, weak_prior, loss);
-}
+/// The same of at least 0, with a smoothness_prior.
+Eigen::VectorXd fit_smooth(const CurveBasis& basis, const std::vector<CurveRow>& rows);
+
+/// Value at x of the curve with these increments.
+double curve_at(const CurveBasis& basis, const Eigen::VectorXd& increments, double x);
+
+/// Rows with weights scaled to a mean square of 1.
+std::vector<CurveRow> unit_weights(std::vector<CurveRow> rows);
+
+/// Increments of `factor` times a curve on another basis, by least squares on its range.
+Eigen::VectorXd transfer(const CurveBasis& from, const Eigen::VectorXd& increments,
+                         const CurveBasis& to, double factor);
 
 }  // namespace palpate::fit

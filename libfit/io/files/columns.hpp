@@ -227,10 +227,10 @@ void damage_columns(V& softening, V& reach_m, F& f) {
 /// Columns of how tools feel each other: l; a_k and b_k of (M62). V: VectorXd or const VectorXd;
 /// none where they do not.
 template <class V, class F>
-void coupling_columns(V& length_m, V& give_m_N, V& across_m_N, F& f) {
+void coupling_columns(V& length_m, V& isotropic_m_N, V& tangential_m_N, F& f) {
   if (!f.first("coupling/length", length_m, {.unit = "m", .is_optional = true})) return;
-  f.first("coupling/give", give_m_N, {.unit = "m/N"});
-  f("coupling/across", across_m_N, {.unit = "m/N"});
+  f.first("coupling/give", isotropic_m_N, {.unit = "m/N"});
+  f("coupling/across", tangential_m_N, {.unit = "m/N"});
 }
 
 }  // namespace palpate::h5

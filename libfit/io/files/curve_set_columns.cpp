@@ -74,13 +74,13 @@ CurveSet read_curve_set(const Reader& reader, std::size_t points) {
     curves.damage = {softening[0], softening[1], softening[2], reach_m[0]};
   else if (softening.size() > 0)
     throw reader.error("damage", "has not r, m, beta and a reach");
-  Eigen::VectorXd length_m, give_m_N, across_m_N;
-  coupling_columns(length_m, give_m_N, across_m_N, in);
-  if (length_m.size() == 1 && give_m_N.size() == runtime::kCouplingScales &&
-      across_m_N.size() == runtime::kCouplingScales) {
+  Eigen::VectorXd length_m, isotropic_m_N, tangential_m_N;
+  coupling_columns(length_m, isotropic_m_N, tangential_m_N, in);
+  if (length_m.size() == 1 && isotropic_m_N.size() == runtime::kCouplingScales &&
+      tangential_m_N.size() == runtime::kCouplingScales) {
     curves.coupling.length_m = length_m[0];
-    std::ranges::copy(give_m_N, curves.coupling.give_m_N);
-    std::ranges::copy(across_m_N, curves.coupling.across_m_N);
+    std::ranges::copy(isotropic_m_N, curves.coupling.isotropic_m_N);
+    std::ranges::copy(tangential_m_N, curves.coupling.tangential_m_N);
   } else if (length_m.size() > 0) {
     throw reader.error("coupling", "has not a length and the compliances of its scales");
   }
@@ -111,9 +111,9 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
   if (!curves.coupling.is_any()) return;
   using Scales = Eigen::Map<const Eigen::Vector<double, runtime::kCouplingScales>>;
   const Eigen::VectorXd length_m = Eigen::VectorXd::Constant(1, curves.coupling.length_m),
-                        give_m_N = Scales(curves.coupling.give_m_N),
-                        across_m_N = Scales(curves.coupling.across_m_N);
-  coupling_columns(length_m, give_m_N, across_m_N, out);
+                        isotropic_m_N = Scales(curves.coupling.isotropic_m_N),
+                        tangential_m_N = Scales(curves.coupling.tangential_m_N);
+  coupling_columns(length_m, isotropic_m_N, tangential_m_N, out);
 }
 
 void check_relaxation(const Complain& complain, const Relaxation& relaxation) {
@@ -140,7 +140,7 @@ void check_damage(const Complain& complain, const runtime::DamageView& damage) {
         damage.scale <= runtime::kMaxDamage && damage.beta >= 0 &&
         damage.beta <= runtime::kMaxDamage && damage.scale + damage.beta > 0))
     throw complain("damage/softening", "is out of range");
-  if (!(damage.reach_m >= 0 && damage.reach_m <= runtime::kMaxDamageReach_m))
+  if (!(damage.reach_m >= 0 && damage.reach_m <= runtime::kMaxLength_m))
     throw complain("damage/reach", "is out of range");
 }
 

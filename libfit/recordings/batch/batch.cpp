@@ -37,24 +37,22 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, const Known
                   "Leave `position` out: the recording says where they are. Or cut the file.");
     std::ranges::move(places, std::back_inserter(recordings));
   }
-  SignalTrace refused;
-  for (const auto& raw : recordings) try {
-      refused = {};
+  for (const auto& raw : recordings) {
+    SignalTrace trace;
+    try {
       if (raw.unread) throw *raw.unread;
       SignalSettings signal = item.signal;
       if (const auto contact = known.find(raw.name); contact != known.end())
         signal.known_contact = contact->second;
       const std::string shown = item.file.string() + (raw.name.empty() ? "" : "#" + raw.name);
       result.recordings.push_back(
-          condition(raw, signal, inward, shown, item.read.drop_invalid, &refused));
+          condition(raw, signal, inward, shown, item.read.drop_invalid, &trace));
     } catch (const Error& error) {
-      if (recordings.size() == 1) {
-        result.trace = std::move(refused);
-        throw;
-      }
-      result.refused.push_back(
-          {raw.name, {error.where(), error.fact(), error.remedy()}, std::move(refused)});
+      result.refused.push_back({recordings.size() == 1 ? "" : raw.name,
+                                {error.where(), error.fact(), error.remedy()},
+                                std::move(trace)});
     }
+  }
 }
 
 ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig,
@@ -62,8 +60,8 @@ ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig,
   ItemResult result;
   const auto fail = [&](const std::string& where, const std::string& what,
                         const std::string& remedy) {
-    result.failure = Failure{where, what, remedy};
-    result.recordings.clear(), result.refused.clear();
+    result.recordings.clear();
+    result.refused = {{"", {where, what, remedy}, {}}};
   };
   try {
     std::string bytes = importers::read_bytes(item.file, item.read.max_bytes);
@@ -123,25 +121,25 @@ void weigh_with_surface(const std::vector<ItemResult>& results, const BatchOptio
   if (contacts.size() < kMinContacts) return;
   Points places(static_cast<Eigen::Index>(contacts.size()), 3);
   for (std::size_t k = 0; k < contacts.size(); ++k)
-    places.row(static_cast<Eigen::Index>(k)) = *contacts[k].recording->contact_m;
+    places.row(k) = *contacts[k].recording->contact_m;
   const RigidMotion motion =
       options.fits_to_surface
           ? register_to_surface(places, *options.surface, options.body_from_rig).motion
           : options.body_from_rig;
   for (auto place : places.rowwise()) place = motion(place.transpose()).transpose();
   const auto nearest = project(places, *options.surface);
-  std::vector<OffSurface> met;
+  std::vector<OffSurface> near;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     if (!nearest[k]) continue;
     const double cosine = nearest[k]->inward.dot(motion.rotation * *contacts[k].recording->inward);
     if (cosine < kMinCosine) continue;
-    const Vec3 gap_m = nearest[k]->position_m - Vec3(places.row(static_cast<Eigen::Index>(k)));
-    met.push_back(contacts[k]);
-    met.back().off_m = nearest[k]->inward.dot(gap_m) / cosine;
+    const Vec3 gap_m = nearest[k]->position_m - Vec3(places.row(k));
+    near.push_back(contacts[k]);
+    near.back().off_m = nearest[k]->inward.dot(gap_m) / cosine;
   }
-  if (met.size() < kMinContacts) return;
-  const double surface_m = surface_deviation_m(met);
-  for (const OffSurface& c : met) {
+  if (near.size() < kMinContacts) return;
+  const double surface_m = surface_deviation_m(near);
+  for (const OffSurface& c : near) {
     const FoundContact& own = c.recording->contact;
     if (own.deviation_m <= surface_m) continue;
     const double both_m = std::hypot(own.deviation_m, surface_m);

@@ -28,25 +28,23 @@ struct BatchItem {
 /// are repeats.
 std::string point_of(const BatchItem& item, const std::string& recording);
 
-/// Why an item gave nothing: the parts of an Error.
+/// Why a recording gave nothing: the parts of an Error.
 struct Failure {
   std::string where, what, remedy;
 };
 
-/// One recording of a file of several that gave nothing.
+/// A recording that gave nothing.
 struct Refused {
-  std::string name;  ///< within its file
+  std::string name;  ///< within its file; empty of a whole file
   Failure failure;
-  SignalTrace trace;  ///< as far as it was seen
+  SignalTrace trace;  ///< as far as it is known
 };
 
-/// What became of an item: its recordings, or a failure.
+/// The recordings of an item, and those that were refused.
 struct ItemResult {
   std::string hash;  ///< ContentHash of the file's bytes; empty when they could not be read
   std::vector<Conditioned> recordings;
-  std::vector<Refused> refused;  ///< of a file of several
-  std::optional<Failure> failure;
-  SignalTrace trace;     ///< of a file of one that failed, as far as it was seen
+  std::vector<Refused> refused;
   bool is_done = false;  ///< else the batch was stopped before
 };
 

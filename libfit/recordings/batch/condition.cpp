@@ -7,10 +7,8 @@
 #include <limits>
 
 #include "libfit/core/text.hpp"
-#include "libfit/recordings/batch/ways_in.hpp"
+#include "libfit/recordings/batch/steps.hpp"
 #include "libfit/recordings/contact_point/approach.hpp"
-#include "libfit/recordings/contact_point/contact_point.hpp"
-#include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -39,10 +37,10 @@ struct PressWork {
 // Loading ends and unloading begins at the deepest reading, whichever phase it counts to: without
 // it on one side an elastic press of 25 readings loses a third. Both are NaN where unloading is not
 // recorded, or ends while more than a percent of the work is still stored.
-PressWork press_work(const Signal& signal, const Eigen::VectorXd& push_N, const RowRange& way_in,
-                     const RowRange& back, double contact_m, double noise_N) {
+PressWork press_work(const Signal& signal, const Eigen::VectorXd& push_N, double noise_N) {
+  const RowRange &way_in = signal.range.approach, &back = signal.range.unloading;
   if (back.rows() < 5) return {};
-  const Eigen::VectorXd depth_m = (signal.travel_m().array() - contact_m).max(0);
+  const Eigen::VectorXd depth_m = (signal.travel_m().array() - signal.contact_m).max(0);
   Eigen::Index deepest = 0;
   depth_m.segment(way_in.begin, back.end - way_in.begin).maxCoeff(&deepest);
   deepest += way_in.begin;
@@ -76,9 +74,7 @@ PressWork press_work(const Signal& signal, const Eigen::VectorXd& push_N, const 
 Eigen::VectorXd push_after_N(const Signal& signal, double delay_s) {
   const Eigen::VectorXd push_N = signal.push_N();
   Eigen::VectorXd later_N(push_N.size());
-  const auto time_s = [&](Eigen::Index row) {
-    return signal.time_s[static_cast<std::size_t>(row)];
-  };
+  const auto time_s = [&](Eigen::Index row) { return signal.time_s[row]; };
   for (Eigen::Index i = 0, j = 0; i < push_N.size(); ++i) {
     const double at_s = time_s(i) + delay_s;
     while (j + 2 < push_N.size() && time_s(j + 1) < at_s) ++j;
@@ -89,16 +85,13 @@ Eigen::VectorXd push_after_N(const Signal& signal, double delay_s) {
 }
 
 // Finds the delay of the force that makes both works equal, below the time of loading.
-std::optional<double> delay_of(const Signal& signal, const RowRange& way_in, const RowRange& back,
-                               const Conditioned& out) {
+std::optional<double> delay_of(const Signal& signal, double noise_N) {
   if (signal.time_s.empty()) return std::nullopt;
   const auto loses = [&](double delay_s) {
-    return press_work(signal, push_after_N(signal, delay_s), way_in, back, out.contact.travel_m,
-                      out.noise_N)
-               .lost_share() > 0;
+    return press_work(signal, push_after_N(signal, delay_s), noise_N).lost_share() > 0;
   };
-  double least_s = 0, most_s = signal.time_s[static_cast<std::size_t>(way_in.end - 1)] -
-                               signal.time_s[static_cast<std::size_t>(way_in.begin)];
+  const RowRange& approach = signal.range.approach;
+  double least_s = 0, most_s = signal.time_s[approach.end - 1] - signal.time_s[approach.begin];
   if (!loses(most_s)) return std::nullopt;
   for (int halved = 0; halved < 30; ++halved) {
     const double tried_s = (least_s + most_s) / 2;
@@ -109,8 +102,7 @@ std::optional<double> delay_of(const Signal& signal, const RowRange& way_in, con
 
 // A force that lags the position by a travel s returns 2 s F more work than it takes, F the force
 // at the turn, and a passive body does not. The travel is added to the contact's deviation.
-void question_delay(const Signal& signal, const RowRange& way_in, const RowRange& back,
-                    const PressWork& work, Conditioned& out) {
+void question_delay(const Signal& signal, const PressWork& work, Conditioned& out) {
   const double excess_J = work.out_J - work.in_J;
   if (!(excess_J > kMaxReturned * work.in_J)) return;
   if (out.contact.estimator != "given" && work.most_N > 0)
@@ -123,7 +115,7 @@ void question_delay(const Signal& signal, const RowRange& way_in, const RowRange
   }
   out.grade = std::max(out.grade, Grade::fair);
   reason += "the force is later than the position, or the drive has backlash";
-  if (const auto delay_s = delay_of(signal, way_in, back, out))
+  if (const auto delay_s = delay_of(signal, out.noise_N))
     reason += "; force_delay = \"" + number(*delay_s, 2) + " s\" closes the loop";
   out.reasons.push_back(reason);
 }
@@ -139,7 +131,7 @@ void grade(const SignalSettings& settings, double correlation, Conditioned& out)
       static_cast<Eigen::Index>(std::count(out.status.begin(), out.status.end(), RowStatus::good));
   double depth_m = 0, force_N = 0;
   for (Eigen::Index i = 0; i < out.deflection_m.rows(); ++i)
-    if (out.status[static_cast<std::size_t>(i)] == RowStatus::good) {
+    if (out.status[i] == RowStatus::good) {
       depth_m = std::max(depth_m, out.deflection_m.row(i).norm());
       force_N = std::max(force_N, out.force_N.row(i).norm());
     }
@@ -168,7 +160,6 @@ void grade(const SignalSettings& settings, double correlation, Conditioned& out)
 Conditioned described(const importers::RawRecording& raw, const SignalSettings& settings,
                       const std::optional<Vec3>& inward, const std::string& file) {
   Conditioned out;
-  out.source.tip_radius_m = settings.radius_m;
   out.name = raw.name;
   out.is_axial = raw.is_axial();
   out.dropped_rows = raw.dropped_rows;
@@ -233,9 +224,10 @@ FilterBias filtered(double smooth_s, Signal& signal) {
   const double push_noise_N = neighbour_scatter(signal.push_N()),
                travel_noise_m = neighbour_scatter(signal.travel_m());
   smooth(signal, smooth_s);
-  const RowRange way = main_approach(signal, find_phases(signal));
-  if (way.rows() < 5) return bias;
   Signal twice = signal;
+  twice.phase = find_phases(signal);
+  const RowRange way = main_approach(twice);
+  if (way.rows() < 5) return bias;
   smooth(twice, smooth_s);
   const Eigen::VectorXd travel_m = signal.travel_m().segment(way.begin, way.rows()),
                         push_N = signal.push_N().segment(way.begin, way.rows()),
@@ -290,11 +282,12 @@ void state_bias(const FilterBias& bias, Conditioned& out) {
         std::hypot(out.contact.deviation_m, bias.most_N() * depth_m.maxCoeff() / push_N.maxCoeff());
 }
 
-void tell_break(const Signal& signal, const std::optional<Eigen::Index>& broken, Conditioned& out) {
-  out.breaks = broken.has_value();
-  if (!broken) return;
-  out.reasons.push_back("the force falls from " + number(signal.push_N()[*broken]) + " N at " +
-                        millimetres(signal.travel_m()[*broken] - out.contact.travel_m) +
+void report_break(const Signal& signal, Conditioned& out) {
+  const auto& row = signal.range.break_in;
+  out.breaks = row.has_value();
+  if (!row) return;
+  out.reasons.push_back("the force falls from " + number(signal.push_N()[*row]) + " N at " +
+                        millimetres(signal.travel_m()[*row] - out.contact.travel_m) +
                         ": the tool breaks in, and deeper rows were left out");
 }
 
@@ -302,7 +295,8 @@ void check_rows(const Conditioned& out, const std::string& where) {
   if (out.deflection_m.rows() < 3)
     throw Error(where, fmt::format("has {} rows in contact", out.deflection_m.rows()),
                 "Press deeper, or record more rows.");
-  const double saturated = saturated_share(out);
+  const auto first = std::ranges::find(out.status, RowStatus::rejected) - out.status.begin();
+  const double saturated = 1 - static_cast<double>(first) / out.status.size();
   if (saturated > kMaxSaturated)
     throw Error(where, "the force is saturated over " + number(100 * saturated) + " % of the depth",
                 "Use a sensor with a larger range, or press less deep.");
@@ -323,48 +317,61 @@ double young_of(const ContactEstimate& contact, const SignalSettings& settings) 
          (1 - settings.poisson * settings.poisson);
 }
 
-// As `condition` says; what of the signal is seen by then goes to `seen`.
-Conditioned condition_seen(const importers::RawRecording& raw, const SignalSettings& settings,
-                           const std::optional<Vec3>& inward, const std::string& file,
-                           bool drop_invalid, SeenSignal& seen) {
+// The range that rows come from, beside those whose means they share.
+RowRange main_range(const Signal& signal, const SignalSettings& settings) {
+  const SignalRanges& range = signal.range;
+  if (settings.kind == ExperimentKind::path) return {range.loading.begin, signal.rows()};
+  if (settings.kind == ExperimentKind::drag) {
+    const auto slid = signal.phase.begin() + range.loading.end;
+    const auto end = std::find(slid, signal.phase.end(), Phase::retract);
+    return {range.loading.begin, end - signal.phase.begin()};
+  }
+  if (settings.use == Use::retract) return range.unloading;
+  return range.first_loadings.empty() ? range.loading : range.first_loadings.back();
+}
+
+// Follows `condition`: read, aligned, filtered, in phases, in contact, in rows.
+Conditioned condition_signal(const importers::RawRecording& raw, const SignalSettings& settings,
+                             const std::optional<Vec3>& inward, const std::string& file,
+                             bool drop_invalid, Signal& signal) {
   Conditioned out = described(raw, settings, inward, file);
-  Signal signal = align(raw, settings, out.inward, file, drop_invalid, out.dropped_rows);
+  const bool is_press = settings.kind == ExperimentKind::press;
+  signal = align(raw, settings, out.inward, file, drop_invalid, out.dropped_rows);
   const Points recorded_N = signal.force_N;
   leave_out_spikes(signal, out);
   find_inward(file, signal, out);
-  seen.time_s = signal.time_s;
-  seen.travel_m = signal.travel_m(), seen.push_N = recorded_N * signal.inward;
+  signal.recorded = {signal.travel_m(), recorded_N * signal.inward};
   const FilterBias bias = filter(settings, file, signal);
 
-  const auto phases = find_phases(signal);
-  seen.phase = phases;
-  WaysIn ways = ways_in(signal, phases, settings, file, out);
-  const auto [contact, correlation] = find_contact(raw, settings, file, ways, signal, seen, out);
-  if (settings.kind == ExperimentKind::press)
-    out.history =
-        timed_press(signal, contact.travel_m, signal.is_axial ? std::nullopt : out.contact_m,
-                    out.noise_N, correlation);
-  const RowRange back = retract_after(phases, ways.whole);
-  const PressWork work = press_work(signal, signal.push_N(), ways.whole, back, contact.travel_m,
-                                    out.noise_N * std::sqrt((1 + correlation) / (1 - correlation)));
+  signal.phase = find_phases(signal);
+  find_ranges(settings, file, signal, out);
+  SignalRanges& range = signal.range;
+  range.unloading = retract_after(signal, range.approach);
+  std::vector<RowRange> cycles;
+  if (settings.use == Use::mean) cycles = cycles_like(signal, range.loading);
+  const ContactEstimate contact = find_contact(raw, settings, file, cycles, signal, out);
+  const double r = signal.correlation;
+  if (is_press)
+    out.history = timed_press(signal, signal.is_axial ? std::nullopt : out.contact_m, out.noise_N);
+  const PressWork work =
+      press_work(signal, signal.push_N(), out.noise_N * std::sqrt((1 + r) / (1 - r)));
   out.hysteresis = work.lost_share();
-  if (settings.kind == ExperimentKind::press) question_delay(signal, ways.whole, back, work, out);
-  if (settings.use == Use::retract && back.rows() < 5)
+  if (is_press) question_delay(signal, work, out);
+  if (settings.use == Use::retract && range.unloading.rows() < 5)
     throw Error(place(file, signal, signal.rows() - 1), "has no way back",
                 "Say use = \"approach\".");
-  if (!ways.loadings.empty()) {
-    ways.cycles.assign(ways.loadings.begin(), ways.loadings.end() - 1);
-    if (!ways.broken) take_cycles(signal, phases, contact.travel_m, correlation, out);
+  if (!range.first_loadings.empty()) {
+    cycles.assign(range.first_loadings.begin(), range.first_loadings.end() - 1);
+    if (!range.break_in) take_cycles(signal, out);
   }
-  tell_break(signal, ways.broken, out);
-  const RowRange used = used_rows(signal, phases, settings, ways, back);
-  seen.used = ways.cycles, seen.used.push_back(used);
-  take_rows(signal, used, ways.cycles, contact.travel_m, settings, correlation, out);
-  if (settings.kind == ExperimentKind::press) state_bias(bias, out);
+  report_break(signal, out);
+  range.used = std::move(cycles), range.used.push_back(main_range(signal, settings));
+  take_rows(signal, settings, out);
+  if (is_press) state_bias(bias, out);
   if (settings.is_position_of_center) move_to_surface(settings, file, out);
-  check_rows(out, place(file, signal, ways.range.end - 1));
+  check_rows(out, place(file, signal, range.loading.end - 1));
   out.young_Pa = young_of(contact, settings);
-  grade(settings, correlation, out);
+  grade(settings, r, out);
   return out;
 }
 
@@ -373,13 +380,13 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
 Conditioned condition(const importers::RawRecording& raw, const SignalSettings& settings,
                       const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
                       SignalTrace* refused) {
-  SeenSignal seen;
+  Signal signal;
   try {
-    Conditioned out = condition_seen(raw, settings, inward, file, drop_invalid, seen);
-    out.trace = trace_of(seen);
+    Conditioned out = condition_signal(raw, settings, inward, file, drop_invalid, signal);
+    out.trace = trace_of(signal);
     return out;
   } catch (const Error&) {
-    if (refused) *refused = trace_of(seen);
+    if (refused) *refused = trace_of(signal);
     throw;
   }
 }

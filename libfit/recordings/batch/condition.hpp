@@ -27,31 +27,34 @@ struct RecordingSource {
   std::string format;               ///< that the file was recognised as
   std::vector<std::string> taken;   ///< of the file beside the rows, a phrase each
   importers::UnitNames units = {};  ///< of position and force, as they were read
-  double tip_radius_m = 0;          ///< as the manifest says; 0: unknown
 };
 
-/// One press, drag or path as samples, before it is known where on the body: R rows.
-struct Conditioned {
-  std::string name;               ///< within its file
-  bool is_axial = false;          ///< deflection (depth, 0, 0), force (push, 0, 0)
+/// Rows of one experiment: R of them, in the rig's frame or the body's.
+struct ExperimentRows {
   Points deflection_m{0, 3};      ///< R x 3 since first touch
   Points force_N{0, 3};           ///< R x 3, of the tip ON the body, bias taken off
   Points torque_Nm{0, 3};         ///< R x 3, likewise; 0 rows where the recording has none
-  Eigen::VectorXd time_s;         ///< R, since first touch; empty without a clock
+  Eigen::VectorXd time_s = {};    ///< R, since first touch; empty where rows have no time
   Eigen::VectorXd error_N;        ///< R, of a row's force, from the noise before contact
   std::vector<RowStatus> status;  ///< R; rejected where the force was saturated
+};
+
+/// One press, drag or path as samples, before it is known where on the body.
+struct Conditioned : ExperimentRows {
+  std::string name;               ///< within its file
+  bool is_axial = false;          ///< deflection (depth, 0, 0), force (push, 0, 0)
   std::optional<Vec3> contact_m;  ///< where the tip touched, in the rig's frame
   std::optional<Vec3> inward;     ///< unit, in the rig's frame
   FoundContact contact;
   TimedPress history;     ///< of a press with a clock, all of it; else no rows
   double speed_m_s = 0;   ///< NaN without a clock
   double noise_N = 0;     ///< standard deviation of one reading without contact
-  double hysteresis = 0;  ///< share of the work not given back; NaN without the whole way back
+  double hysteresis = 0;  ///< share of the work that unloading loses; NaN without all of it
   CycleMeans cycles;      ///< of a press in cycles that go deeper and deeper; else no rows
   bool breaks = false;    ///< the tool broke in: what lies deeper was left out
   double young_Pa = 0;    ///< apparent, of the contact fit; NaN without radius or fit
-  double apparent_Pa =
-      0;  ///< from the deepest row, for comparing recordings; see apparent_modulus_Pa
+  /// From the deepest row, for comparing recordings; see apparent_modulus_Pa.
+  double apparent_Pa = 0;
   Grade grade = Grade::good;
   std::vector<std::string> reasons;  ///< of the grade, a sentence each
   std::size_t dropped_rows = 0;
@@ -71,25 +74,6 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
 /// Young's modulus of an incompressible half-space that this tip would press to this depth with
 /// this force; without a radius F / depth^2, the order of magnitude alone.
 double apparent_modulus_Pa(double force_N, double depth_m, const SignalSettings& settings);
-
-/// Fills the rows of `out` from the signal's rows `used`, those of `more` with them: means over
-/// equal steps of depth for a press, of the tip's path since contact for a drag or path. Errors are
-/// the noise over the square root of the readings that count (neighbours with `correlation` r count
-/// (1 - r) / (1 + r)).
-void take_rows(const Signal& signal, const RowRange& used, const std::vector<RowRange>& more,
-               double contact_travel_m, const SignalSettings& settings, double correlation,
-               Conditioned& out);
-
-/// Means of a press in cycles over levels of depth, way in by way out, into `out`.
-void take_cycles(const Signal& signal, const std::vector<Phase>& phases, double contact_travel_m,
-                 double correlation, Conditioned& out);
-
-/// First row of the way back after the sliding of a drag.
-Eigen::Index end_of_drag(const Signal& signal, const std::vector<Phase>& phases,
-                         const RowRange& approach);
-
-/// Share of the depth (or path) that lies beyond the first saturated row.
-double saturated_share(const Conditioned& recording);
 
 /// The presses of a recording with three axes, a recording for each place in the order pressed, "1"
 /// to "9" in the recording's name: where the tool lifts off, goes sideways by more than either

@@ -1,9 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
-#include "libfit/recordings/batch/ways_in.hpp"
+#include "libfit/recordings/batch/steps.hpp"
 #include "libfit/recordings/contact_point/approach.hpp"
 
 namespace palpate::recordings {
@@ -52,8 +51,8 @@ double speed_of(const Signal& signal, const Approach& approach, double contact_m
   Eigen::Index first = 0;
   while (first + 2 < approach.travel.size() && approach.travel[first] < contact_m) ++first;
   const Eigen::Index last = approach.travel.size() - 1;
-  const double dt = signal.time_s[static_cast<std::size_t>(approach.range.begin + last)] -
-                    signal.time_s[static_cast<std::size_t>(approach.range.begin + first)];
+  const double dt =
+      signal.time_s[approach.range.begin + last] - signal.time_s[approach.range.begin + first];
   return dt > 0 ? (approach.travel[last] - approach.travel[first]) / dt : kNan;
 }
 
@@ -103,25 +102,25 @@ double take_off_bias(Signal& signal, const Approach& approach, const ContactEsti
 
 }  // namespace
 
-TouchedSignal find_contact(const importers::RawRecording& raw, const SignalSettings& settings,
-                           const std::string& file, const WaysIn& ways, Signal& signal,
-                           SeenSignal& seen, Conditioned& out) {
-  Approach approach = approach_of(signal, ways.range, ways.cycles);
+ContactEstimate find_contact(const importers::RawRecording& raw, const SignalSettings& settings,
+                             const std::string& file, const std::vector<RowRange>& cycles,
+                             Signal& signal, Conditioned& out) {
+  Approach approach = approach_of(signal, signal.range.loading, cycles);
   check_contact(signal, approach, file);
   check_sign(signal, approach, file);
   focus_on_contact(signal, exponent_of(settings.tip), approach);
-  ContactEstimate contact = contact_of(signal, approach, settings, raw, out.contact.estimator);
-  seen.approach = ways.range, seen.contact_m = contact.travel_m;
-  seen.bias_N = signal.push_N();
-  const double correlation = take_off_bias(signal, approach, contact, settings, out);
-  seen.bias_N -= signal.push_N();
-  out.contact.travel_m = contact.travel_m;
+  const ContactEstimate contact =
+      contact_of(signal, approach, settings, raw, out.contact.estimator);
+  signal.contact_m = out.contact.travel_m = contact.travel_m;
   out.contact.deviation_m = contact.deviation_m;
+  const Eigen::VectorXd before_N = signal.push_N();
+  signal.correlation = take_off_bias(signal, approach, contact, settings, out);
+  signal.bias_N = before_N - signal.push_N();
   out.contact_m = raw.contact_m;
   if (!signal.is_axial && !raw.contact_m)
     out.contact_m = contact_position(signal, approach, contact.travel_m);
   out.speed_m_s = speed_of(signal, approach, contact.travel_m);
-  return {std::move(contact), correlation};
+  return contact;
 }
 
 }  // namespace palpate::recordings

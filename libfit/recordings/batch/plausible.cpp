@@ -61,9 +61,9 @@ std::optional<Failure> question(const BatchItem& item, const Conditioned& record
           ? median_Pa
           : kTypical_Pa;
   const importers::UnitNames& read = recording.source.units;
-  const auto unit = likely_unit(
-      found_Pa, expected_Pa, units.force.empty() ? read.force : units.force,
-      units.position.empty() ? read.position : units.position, recording.source.tip_radius_m > 0);
+  const auto unit =
+      likely_unit(found_Pa, expected_Pa, units.force.empty() ? read.force : units.force,
+                  units.position.empty() ? read.position : units.position, s.radius_m > 0);
   const std::string against = is_implausible
                                   ? ", which no soft body is made of"
                                   : ", where the other recordings have " + in_pascal(median_Pa);

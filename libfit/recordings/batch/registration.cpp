@@ -40,7 +40,7 @@ RigidMotion step_towards(const Points& points,
   Eigen::Matrix<double, 6, 6> normal_matrix = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    const auto& place = places[static_cast<std::size_t>(i)];
+    const auto& place = places[i];
     if (!place || place->distance_m > limit_m) continue;
     const Vec3 p = (Vec3(points.row(i)) - centre) / scale;
     Eigen::Matrix<double, 6, 1> row;
@@ -124,7 +124,7 @@ std::vector<std::optional<SurfacePlace>> project(const Points& points, const Sur
     }
     if (!(place.inward.norm() > 1e-12)) continue;
     place.inward.normalize();
-    places[static_cast<std::size_t>(i)] = place;
+    places[i] = place;
   }
   return places;
 }

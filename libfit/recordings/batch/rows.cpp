@@ -1,7 +1,7 @@
-#include "libfit/recordings/batch/condition.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "libfit/recordings/batch/steps.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -38,16 +38,9 @@ double error_of_mean_N(double noise_N, double count, double correlation) {
 
 }  // namespace
 
-Eigen::Index end_of_drag(const Signal& signal, const std::vector<Phase>& phases,
-                         const RowRange& approach) {
-  Eigen::Index end = approach.end;
-  while (end < signal.rows() && phases[static_cast<std::size_t>(end)] != Phase::retract) ++end;
-  return end;
-}
-
-void take_rows(const Signal& signal, const RowRange& used, const std::vector<RowRange>& more,
-               double contact_travel_m, const SignalSettings& settings, double correlation,
-               Conditioned& out) {
+void take_rows(const Signal& signal, const SignalSettings& settings, Conditioned& out) {
+  const RowRange& used = signal.range.used.back();
+  const double contact_travel_m = signal.contact_m;
   const bool is_press = settings.kind == ExperimentKind::press;
   const Eigen::VectorXd travel = signal.travel_m().segment(used.begin, used.rows());
   Eigen::Index touched = 0;
@@ -64,7 +57,7 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
   };
   std::vector<RowMean> means(static_cast<std::size_t>(std::max(1, settings.rows)));
   const auto add = [&](Eigen::Index row, double where) {
-    if (!(where > 0) || where > most || signal.is_spike[static_cast<std::size_t>(row)]) return;
+    if (!(where > 0) || where > most || signal.is_spike[row]) return;
     const auto bin =
         std::min(means.size() - 1,
                  static_cast<std::size_t>(where / most * static_cast<double>(means.size())));
@@ -73,42 +66,34 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
     mean.force += signal.force_N.row(row);
     if (signal.torque_Nm.rows() > 0) mean.torque += signal.torque_Nm.row(row);
     mean.count += 1;
-    if (!signal.time_s.empty()) mean.time_s += signal.time_s[static_cast<std::size_t>(row)];
-    mean.is_saturated |= signal.is_saturated[static_cast<std::size_t>(row)] != 0;
+    if (!signal.time_s.empty()) mean.time_s += signal.time_s[row];
+    mean.is_saturated |= signal.is_saturated[row] != 0;
   };
   for (Eigen::Index i = 0; i < used.rows(); ++i) add(used.begin + i, at[i]);
-  for (const RowRange& other : more)
-    for (Eigen::Index row = other.begin; row < other.end; ++row)
+  for (std::size_t k = 0; k + 1 < signal.range.used.size(); ++k)
+    for (Eigen::Index row = signal.range.used[k].begin; row < signal.range.used[k].end; ++row)
       add(row, signal.position_m.row(row).dot(signal.inward) - contact_travel_m);
   std::erase_if(means, [](const RowMean& mean) { return mean.count == 0; });
-  const auto rows = static_cast<Eigen::Index>(means.size());
+  const Eigen::Index rows = means.size();
   out.deflection_m.resize(rows, 3);
   out.force_N.resize(rows, 3);
   out.error_N.resize(rows);
   out.time_s.resize(signal.time_s.empty() ? 0 : rows);
   out.torque_Nm.resize(signal.torque_Nm.rows() > 0 ? rows : 0, 3);
   for (Eigen::Index i = 0; i < rows; ++i) {
-    const RowMean& mean = means[static_cast<std::size_t>(i)];
+    const RowMean& mean = means[i];
     out.deflection_m.row(i) = mean.deflection / mean.count;
     out.force_N.row(i) = mean.force / mean.count;
     if (out.torque_Nm.rows() > 0) out.torque_Nm.row(i) = mean.torque / mean.count;
     if (out.time_s.size() > 0)
-      out.time_s[i] =
-          mean.time_s / mean.count - signal.time_s[static_cast<std::size_t>(used.begin + touched)];
-    out.error_N[i] = error_of_mean_N(out.noise_N, mean.count, correlation);
+      out.time_s[i] = mean.time_s / mean.count - signal.time_s[used.begin + touched];
+    out.error_N[i] = error_of_mean_N(out.noise_N, mean.count, signal.correlation);
     out.status.push_back(mean.is_saturated ? RowStatus::rejected : RowStatus::good);
   }
 }
 
-double saturated_share(const Conditioned& r) {
-  const auto first =
-      std::find(r.status.begin(), r.status.end(), RowStatus::rejected) - r.status.begin();
-  return 1 - static_cast<double>(first) / static_cast<double>(r.status.size());
-}
-
-void take_cycles(const Signal& signal, const std::vector<Phase>& phases, double contact_travel_m,
-                 double correlation, Conditioned& out) {
-  const Eigen::VectorXd depth = signal.travel_m().array() - contact_travel_m,
+void take_cycles(const Signal& signal, Conditioned& out) {
+  const Eigen::VectorXd depth = signal.travel_m().array() - signal.contact_m,
                         push = signal.push_N();
   const double level_m = depth.maxCoeff() / kLevels;
   struct Mean {
@@ -119,7 +104,7 @@ void take_cycles(const Signal& signal, const std::vector<Phase>& phases, double 
   std::vector<Mean> means;
   for (Eigen::Index i = 0; i < depth.size(); ++i) {
     const auto row = static_cast<std::size_t>(i);
-    const Phase phase = phases[row];
+    const Phase phase = signal.phase[row];
     if (signal.is_saturated[row]) break;
     if (signal.is_spike[row] || !(depth[i] > 0)) continue;
     if (phase != Phase::approach && phase != Phase::retract) continue;
@@ -130,14 +115,14 @@ void take_cycles(const Signal& signal, const std::vector<Phase>& phases, double 
     means.back().push_N += push[i];
     ++means.back().count;
   }
-  const auto rows = static_cast<Eigen::Index>(means.size());
+  const Eigen::Index rows = means.size();
   for (Eigen::VectorXd* column : {&out.cycles.depth_m, &out.cycles.push_N, &out.cycles.error_N})
     column->resize(rows);
   for (Eigen::Index i = 0; i < rows; ++i) {
-    const Mean& mean = means[static_cast<std::size_t>(i)];
+    const Mean& mean = means[i];
     out.cycles.depth_m[i] = mean.depth_m / mean.count;
     out.cycles.push_N[i] = mean.push_N / mean.count;
-    out.cycles.error_N[i] = error_of_mean_N(out.noise_N, mean.count, correlation);
+    out.cycles.error_N[i] = error_of_mean_N(out.noise_N, mean.count, signal.correlation);
   }
 }
 

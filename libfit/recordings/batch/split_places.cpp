@@ -31,7 +31,7 @@ std::vector<Press> presses_of(const Signal& signal) {
   const Points beside = sideways_m(signal);
   const double noise_N = neighbour_scatter(push);
   std::vector<Press> out;
-  for (const RowRange& way : approaches(signal, find_phases(signal))) {
+  for (const RowRange& way : approaches(signal)) {
     Press press{.way = way, .touched = way.end - 1};
     press.free_N = push.segment(way.begin, std::max<Eigen::Index>(1, way.rows() / 20)).mean();
     press.rise_N = push.segment(way.begin, way.rows()).maxCoeff() - press.free_N;
@@ -118,6 +118,7 @@ std::vector<RawRecording> split_places(const RawRecording& raw, const SignalSett
   try {
     std::size_t dropped = 0;
     signal = align(raw, settings, inward, "", drop_invalid, dropped);
+    signal.phase = find_phases(signal);
   } catch (const Error&) {
     return {raw};
   }
@@ -132,8 +133,7 @@ std::vector<RawRecording> split_places(const RawRecording& raw, const SignalSett
     const std::size_t last = (k + 1 < begins.size() ? begins[k + 1] : presses.size()) - 1;
     const RowRange rows = rows_at_place(signal, presses[begins[k]], presses[last], earliest);
     earliest = rows.end;
-    RawRecording part = part_of(raw, signal.line[static_cast<std::size_t>(rows.begin)],
-                                signal.line[static_cast<std::size_t>(rows.end - 1)]);
+    RawRecording part = part_of(raw, signal.line[rows.begin], signal.line[rows.end - 1]);
     part.name += fmt::format("{}{}", raw.name.empty() ? "" : ".", k + 1);
     part.place =
         fmt::format("place {} of {} that the tool pressed in one recording", k + 1, begins.size());

@@ -53,9 +53,7 @@ void take_means(const Signal& signal, Approach& approach) {
 }  // namespace
 
 std::string place(const std::string& file, const Signal& signal, Eigen::Index row) {
-  return file_line(
-      file,
-      signal.line[static_cast<std::size_t>(std::clamp<Eigen::Index>(row, 0, signal.rows() - 1))]);
+  return file_line(file, signal.line[std::clamp<Eigen::Index>(row, 0, signal.rows() - 1)]);
 }
 
 // The way in without its last rows where the force falls already: a soft sensor springs back
@@ -80,9 +78,7 @@ Approach approach_of(const Signal& signal, const RowRange& range,
                          ? fit_line(approach.travel.head(free), approach.push.head(free)).deviation
                          : neighbour_scatter(approach.push);
   Eigen::Index believed = 0;  // a saturated force tells nothing about contact
-  while (believed < range.rows() &&
-         !signal.is_saturated[static_cast<std::size_t>(range.begin + believed)])
-    ++believed;
+  while (believed < range.rows() && !signal.is_saturated[range.begin + believed]) ++believed;
   if (believed < kMinRows) believed = range.rows();
   std::vector<Eigen::Index>& rows = approach.rows;
   for (Eigen::Index i = 0; i < believed; ++i) rows.push_back(range.begin + i);

@@ -149,7 +149,7 @@ class Posterior {
 
  private:
   double cost_free(const State& at, Eigen::Index free) const {
-    const Free& before = free_[static_cast<std::size_t>(free)];
+    const Free& before = free_[free];
     const double s = at.ff + 1 / before.weight, e = before.mean - at.f;
     return log_likelihood(
         at.log_determinant + before.log_determinant + std::log(before.weight) + std::log(s),

@@ -163,8 +163,7 @@ LawFit contact_of_stiffening_law(const PressCurve& curve, Eigen::Index means, do
   for (int round = 0; round < kRounds; ++round) {
     const double step = (high - low) / kTrials;
     const auto scan = [&] {
-      for (int k = 0; k < kTrials; ++k)
-        trials[static_cast<std::size_t>(k)] = law.at(low + step * (k + 0.5), variance);
+      for (int k = 0; k < kTrials; ++k) trials[k] = law.at(low + step * (k + 0.5), variance);
     };
     scan();
     StiffeningTrial best = *std::ranges::min_element(trials, {}, &StiffeningTrial::squares);

@@ -59,8 +59,7 @@ Points as_points(const std::vector<const std::vector<double>*>& axes) {
   if (axes.size() != 3) return Points(0, 3);
   Points points(static_cast<Eigen::Index>(axes[0]->size()), 3);
   for (int k = 0; k < 3; ++k)
-    points.col(k) =
-        Eigen::Map<const Eigen::VectorXd>(axes[static_cast<std::size_t>(k)]->data(), points.rows());
+    points.col(k) = Eigen::Map<const Eigen::VectorXd>(axes[k]->data(), points.rows());
   return points;
 }
 
@@ -170,7 +169,7 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
     if (const auto quantity = quantity_of(roles[i].meaning))
       recording.units.*(quantity->unit) = unit_worth(std::abs(factor), quantity->dimension);
     for (double& value : columns[i]) value *= factor;
-    slot[static_cast<std::size_t>(roles[i].meaning)]->push_back(&columns[i]);
+    slot[static_cast<int>(roles[i].meaning)]->push_back(&columns[i]);
   }
   append(recording.time_s, c.time), append(recording.force_time_s, c.force_time);
   recording.position_m = as_points(c.position);
@@ -189,8 +188,7 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
     recording.line.insert(recording.line.end(), lines.begin(), lines.end());
     const auto& travel_m = recording.travel_m;
     const double deepest_m = travel_m[static_cast<std::size_t>(in_rows) - 1];
-    if (std::abs(travel_m.back() - deepest_m) <
-        std::abs(travel_m[static_cast<std::size_t>(in_rows)] - deepest_m)) {
+    if (std::abs(travel_m.back() - deepest_m) < std::abs(travel_m[in_rows] - deepest_m)) {
       std::reverse(recording.travel_m.begin() + in_rows, recording.travel_m.end());
       std::reverse(recording.push_N.begin() + in_rows, recording.push_N.end());
       std::reverse(recording.line.begin() + in_rows, recording.line.end());

@@ -69,7 +69,7 @@ std::string read_bytes(const fs::path& path, std::uintmax_t max_bytes) {
   file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   if (!file.is_open() || file.bad())
     throw Error(path.string(), "cannot be read", "Check its permissions.");
-  bytes.resize(static_cast<std::size_t>(file.gcount()));
+  bytes.resize(file.gcount());
   return bytes;
 }
 

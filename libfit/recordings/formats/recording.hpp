@@ -79,7 +79,7 @@ struct RawRecording {
   std::optional<Error>
       unread;  ///< why it could not be read, of several in a file: then it is empty
 
-  Eigen::Index rows() const { return static_cast<Eigen::Index>(line.size()); }
+  Eigen::Index rows() const { return line.size(); }
   bool is_axial() const { return position_m.rows() == 0; }
 };
 

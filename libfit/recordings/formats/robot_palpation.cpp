@@ -33,7 +33,7 @@ struct RobotTable {
   NumberTable numbers;
 
   Points of(Meaning meaning) const {
-    Points points = Points::Zero(static_cast<Eigen::Index>(numbers.line.size()), 3);
+    Points points = Points::Zero(numbers.line.size(), 3);
     for (std::size_t c = 0; c < roles.size(); ++c)
       if (roles[c].meaning == meaning)
         points.col(roles[c].axis) =
@@ -105,8 +105,7 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
     RawRecording r;
     r.name = fmt::format("contact{}", recordings.size() + 1);
     if (!(normal.row(first).norm() > 1e-12)) {  // what robots write of a probe that failed
-      r.unread = file.error(line[static_cast<std::size_t>(first)] - 1,
-                            "the surface normal has no direction",
+      r.unread = file.error(line[first] - 1, "the surface normal has no direction",
                             "Correct the row, or remove the probe's rows.");
       recordings.push_back(std::move(r));
       continue;

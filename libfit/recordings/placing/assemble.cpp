@@ -1,8 +1,6 @@
 #include "libfit/recordings/placing/assemble.hpp"
 
 #include <algorithm>
-#include <functional>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -15,30 +13,39 @@
 namespace palpate::recordings {
 namespace {
 
-std::vector<Candidate> candidates_of(const std::vector<BatchItem>& items,
-                                     const std::vector<ItemResult>& results) {
-  std::vector<Candidate> candidates;
+std::vector<PlacedRecording> candidates_of(const std::vector<BatchItem>& items,
+                                           const std::vector<ItemResult>& results) {
+  std::vector<PlacedRecording> candidates;
   const auto questions = question_stiffness(items, results);
-  for (std::size_t i = 0; i < results.size(); ++i)
+  for (std::size_t i = 0; i < results.size(); ++i) {
     for (std::size_t k = 0; k < results[i].recordings.size(); ++k) {
-      Candidate c;
+      PlacedRecording& c = candidates.emplace_back();
       c.item = i;
       c.recording = &results[i].recordings[k];
-      c.point = point_of(items[i], c.recording->name);
+      c.name = c.recording->name;
+      c.point = point_of(items[i], c.name);
       c.failure = questions[i][k];
-      candidates.push_back(std::move(c));
     }
+    for (const Refused& r : results[i].refused) {
+      PlacedRecording& c = candidates.emplace_back();
+      c.item = i;
+      c.refused = &r;
+      c.name = r.name;
+      c.point = items[i].point;
+      c.failure = r.failure;
+    }
+  }
   return candidates;
 }
 
 // Points by name, in the order in which they first come; a member elsewhere is refused.
 std::vector<std::vector<std::size_t>> group_by_point(const std::vector<BatchItem>& items,
                                                      const AssembleOptions& options,
-                                                     std::vector<Candidate>& candidates) {
+                                                     std::vector<PlacedRecording>& candidates) {
   std::vector<std::vector<std::size_t>> points;
   std::map<std::string, std::size_t> index;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    Candidate& c = candidates[i];
+    PlacedRecording& c = candidates[i];
     if (c.failure) continue;
     const auto [at, is_new] = index.emplace(c.point, points.size());
     if (is_new) points.emplace_back();
@@ -59,9 +66,9 @@ std::vector<std::vector<std::size_t>> group_by_point(const std::vector<BatchItem
 
 // Each tip of known size with how many recordings it made, most first.
 std::vector<UsedTip> tips_of(const std::vector<BatchItem>& items,
-                             const std::vector<Candidate>& candidates) {
+                             const std::vector<PlacedRecording>& candidates) {
   std::vector<std::pair<UsedTip, std::size_t>> counts;
-  for (const Candidate& c : candidates) {
+  for (const PlacedRecording& c : candidates) {
     const UsedTip tip = tip_of(items, c);
     if (c.failure || !(tip.radius_m > 0)) continue;
     const auto at = std::ranges::find(counts, tip, &std::pair<UsedTip, std::size_t>::first);
@@ -77,11 +84,18 @@ std::vector<UsedTip> tips_of(const std::vector<BatchItem>& items,
   return out;
 }
 
-// Candidates of each point, those of each tip by themselves: they have one curve.
+// The number of the tip that made a recording; 0 where it is not known.
+std::int32_t tip_number(const std::vector<UsedTip>& tips, const std::vector<BatchItem>& items,
+                        const PlacedRecording& c) {
+  const auto at = std::ranges::find(tips, tip_of(items, c));
+  return at == tips.end() ? 0 : static_cast<std::int32_t>(at - tips.begin());
+}
+
+// Recordings of each point, those of each tip by themselves: they have one curve.
 std::vector<std::vector<std::size_t>> by_tip(const std::vector<std::vector<std::size_t>>& points,
                                              const std::vector<UsedTip>& tips,
                                              const std::vector<BatchItem>& items,
-                                             const std::vector<Candidate>& candidates) {
+                                             const std::vector<PlacedRecording>& candidates) {
   std::vector<std::vector<std::size_t>> out;
   for (const auto& members : points) {
     std::map<std::int32_t, std::vector<std::size_t>> of_tip;
@@ -91,18 +105,42 @@ std::vector<std::vector<std::size_t>> by_tip(const std::vector<std::vector<std::
   return out;
 }
 
-void append_rows(const Pooled& pooled, std::int32_t point, std::int32_t experiment,
-                 ExperimentKind kind, std::int32_t probe, Samples& samples,
-                 std::vector<const Pooled*>& parts) {
-  for (Eigen::Index i = 0; i < pooled.force_N.rows(); ++i) {
-    samples.point.push_back(point);
-    samples.experiment.push_back(experiment);
-    samples.kind.push_back(kind);
-    samples.probe_number.push_back(probe);
-    samples.step.push_back(static_cast<std::int32_t>(i));
-    samples.status.push_back(pooled.status[static_cast<std::size_t>(i)]);
+// Rows of an experiment, and where in the samples they go.
+struct Part {
+  ExperimentRows rows;
+  std::int32_t point = 0, experiment = 0, probe = 0;
+  ExperimentKind kind = ExperimentKind::press;
+};
+
+// Fills in the rows; probe numbers where any is wanted.
+void fill_rows(const std::vector<Part>& parts, bool has_probes, Samples& samples) {
+  Eigen::Index rows = 0;
+  for (const Part& part : parts) rows += part.rows.force_N.rows();
+  samples.deflection.resize(rows, 3);
+  samples.force.resize(rows, 3);
+  samples.force_error.resize(rows);
+  samples.torque = Points::Zero(rows, 3);
+  const bool has_time =
+      std::ranges::all_of(parts, [](const Part& p) { return p.rows.time_s.size() > 0; });
+  samples.time_s.resize(has_time ? rows : 0);
+  Eigen::Index at = 0;
+  for (const auto& [from, point, experiment, probe, kind] : parts) {
+    const Eigen::Index n = from.force_N.rows();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      samples.point.push_back(point);
+      samples.experiment.push_back(experiment);
+      samples.kind.push_back(kind);
+      if (has_probes) samples.probe_number.push_back(probe);
+      samples.step.push_back(static_cast<std::int32_t>(i));
+    }
+    samples.status.insert(samples.status.end(), from.status.begin(), from.status.end());
+    samples.deflection.middleRows(at, n) = from.deflection_m;
+    samples.force.middleRows(at, n) = from.force_N;
+    samples.force_error.segment(at, n) = from.error_N;
+    if (from.torque_Nm.rows() == n) samples.torque.middleRows(at, n) = from.torque_Nm;
+    if (has_time) samples.time_s.segment(at, n) = from.time_s;
+    at += n;
   }
-  parts.push_back(&pooled);
 }
 
 // Rows of every tip but the first are of the kind `other`, once it does not matter that they press.
@@ -111,45 +149,24 @@ void name_others(Samples& samples) {
     if (samples.probe_number[i] > 0) samples.kind[i] = ExperimentKind::other;
 }
 
-void fill_numbers(const std::vector<const Pooled*>& parts, Samples& samples) {
-  const auto rows = static_cast<Eigen::Index>(samples.point.size());
-  samples.deflection.resize(rows, 3);
-  samples.force.resize(rows, 3);
-  samples.force_error.resize(rows);
-  samples.torque = Points::Zero(rows, 3);
-  const bool has_time =
-      std::ranges::all_of(parts, [](const Pooled* p) { return p->time_s.size() > 0; });
-  samples.time_s.resize(has_time ? rows : 0);
-  Eigen::Index at = 0;
-  for (const Pooled* part : parts) {
-    const Eigen::Index n = part->force_N.rows();
-    samples.deflection.middleRows(at, n) = part->deflection_m;
-    samples.force.middleRows(at, n) = part->force_N;
-    samples.force_error.segment(at, n) = part->error_N;
-    if (part->torque_Nm.rows() == n) samples.torque.middleRows(at, n) = part->torque_Nm;
-    if (samples.time_s.size() > 0) samples.time_s.segment(at, n) = part->time_s;
-    at += n;
-  }
-}
-
 MeasuredRecordings provenance(const std::vector<BatchItem>& items,
                               const std::vector<ItemResult>& results,
-                              const std::vector<Candidate>& candidates) {
+                              const std::vector<PlacedRecording>& candidates) {
   MeasuredRecordings out;
-  std::vector<const Candidate*> used;
-  for (const Candidate& c : candidates)
+  std::vector<const PlacedRecording*> used;
+  for (const PlacedRecording& c : candidates)
     if (c.experiment >= 0) used.push_back(&c);
-  const auto n = static_cast<Eigen::Index>(used.size());
+  const Eigen::Index n = used.size();
   for (Eigen::VectorXd* column : {&out.contact_m, &out.contact_deviation_m, &out.speed_m_s,
                                   &out.noise_N, &out.hysteresis, &out.young_Pa})
     column->resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Candidate& c = *used[static_cast<std::size_t>(i)];
+    const PlacedRecording& c = *used[i];
     const Conditioned& r = *c.recording;
     out.experiment.push_back(c.experiment);
     out.file.push_back(shown(items, c));
     out.hash.push_back(results[c.item].hash);
-    const FoundContact contact = contact_of(r, c.aligned);
+    const FoundContact contact = contact_of(c);
     out.contact_m[i] = contact.travel_m;
     out.contact_deviation_m[i] = contact.deviation_m;
     out.estimator.push_back(contact.estimator);
@@ -173,8 +190,7 @@ std::string sideways_note(const Samples& samples, const std::vector<std::int32_t
   std::vector<std::string> points;
   for (const std::int32_t e : experiments) {
     const auto at = std::ranges::find(samples.experiment, e) - samples.experiment.begin();
-    points.push_back(
-        samples.point_name[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(at)])]);
+    points.push_back(samples.point_name[samples.point[at]]);
   }
   return "presses that move sideways by more than a third of their depth, and feel it, count as "
          "drags; say kind = \"drag\" of them, or correct the normal: " +
@@ -184,7 +200,7 @@ std::string sideways_note(const Samples& samples, const std::vector<std::int32_t
 // Every recording an experiment of its own, in time, contacts of what is alike aligned; nothing
 // where one has no clock.
 std::optional<std::vector<std::vector<Pooled>>> experiments_in_time(
-    std::vector<Candidate>& candidates, const std::vector<std::vector<std::size_t>>& points,
+    std::vector<PlacedRecording>& candidates, const std::vector<std::vector<std::size_t>>& points,
     const std::vector<std::vector<std::size_t>>& alike, const std::vector<BatchItem>& items,
     const RelaxationFit& body) {
   for (const auto& members : points)
@@ -199,34 +215,11 @@ std::optional<std::vector<std::vector<Pooled>>> experiments_in_time(
   return experiments;
 }
 
-std::vector<Outcome> outcomes_of(const std::vector<BatchItem>& items,
-                                 const std::vector<ItemResult>& results,
-                                 const std::vector<Candidate>& candidates) {
-  std::vector<Outcome> outcomes;
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    if (results[i].failure) {
-      outcomes.push_back({i, "", items[i].point, -1, results[i].failure,
-                          std::numeric_limits<double>::quiet_NaN()});
-      continue;
-    }
-    for (; next < candidates.size() && candidates[next].item == i; ++next) {
-      const Candidate& c = candidates[next];
-      outcomes.push_back({i, c.recording->name, c.point, c.experiment, c.failure,
-                          c.surface_distance_m, c.aligned});
-    }
-    for (const Refused& r : results[i].refused)
-      outcomes.push_back(
-          {i, r.name, items[i].point, -1, r.failure, std::numeric_limits<double>::quiet_NaN()});
-  }
-  return outcomes;
-}
-
 // A sentence on recordings in which the tool broke in; empty where it did in none.
-std::string break_note(const std::vector<Candidate>& candidates) {
+std::string break_note(const std::vector<PlacedRecording>& candidates) {
   std::size_t recordings = 0;
   std::set<std::string> points;
-  for (const Candidate& c : candidates)
+  for (const PlacedRecording& c : candidates)
     if (c.experiment >= 0 && c.recording->breaks) {
       ++recordings;
       points.insert(c.point);
@@ -237,61 +230,49 @@ std::string break_note(const std::vector<Candidate>& candidates) {
          "; deeper rows are no curve of the body and were left out";
 }
 
-// Presses in cycles of the candidates that are wanted, without the places that they are at; no rows
-// where there are none.
-Samples cycles_of(const std::vector<Candidate>& candidates,
-                  const std::function<bool(const Candidate&)>& is_wanted) {
-  Samples out;
-  Eigen::Index rows = 0;
-  std::vector<const Candidate*> used;
-  for (const Candidate& c : candidates)
-    if (c.experiment >= 0 && !c.aligned && c.recording->cycles.depth_m.size() > 0 && is_wanted(c)) {
-      used.push_back(&c);
-      rows += c.recording->cycles.depth_m.size();
-    }
-  out.deflection.resize(rows, 3);
-  out.force.resize(rows, 3);
-  out.torque = Points::Zero(rows, 3);
-  out.force_error.resize(rows);
-  Eigen::Index at = 0;
-  std::int32_t experiment = 0;
-  for (const Candidate* c : used) {
-    const Conditioned& r = *c->recording;
-    for (Eigen::Index i = 0; i < r.cycles.depth_m.size(); ++i, ++at) {
-      out.point.push_back(c->point_index);
-      out.experiment.push_back(experiment);
-      out.kind.push_back(ExperimentKind::cycle);
-      out.step.push_back(static_cast<std::int32_t>(i));
-      out.status.push_back(RowStatus::good);
-      out.deflection.row(at) = r.cycles.depth_m[i] * c->inward;
-      out.force.row(at) = r.cycles.push_N[i] * c->inward;
-      out.force_error[at] = r.cycles.error_N[i];
-    }
-    ++experiment;
+// Presses in cycles of the first tip, whose curves damage is of, without the places that they are
+// at; no rows where there are none.
+Samples cycles_of(const std::vector<PlacedRecording>& candidates, const std::vector<UsedTip>& tips,
+                  const std::vector<BatchItem>& items) {
+  std::vector<Part> parts;
+  for (const PlacedRecording& c : candidates) {
+    if (c.experiment < 0 || c.aligned || tip_number(tips, items, c) != 0) continue;
+    const CycleMeans& cycles = c.recording->cycles;
+    if (cycles.depth_m.size() == 0) continue;
+    Part& part = parts.emplace_back();
+    part.point = c.point_index;
+    part.experiment = static_cast<std::int32_t>(parts.size() - 1);
+    part.kind = ExperimentKind::cycle;
+    part.rows.deflection_m = cycles.depth_m * c.inward.transpose();
+    part.rows.force_N = cycles.push_N * c.inward.transpose();
+    part.rows.error_N = cycles.error_N;
+    part.rows.status.assign(cycles.depth_m.size(), RowStatus::good);
   }
+  Samples out;
+  fill_rows(parts, false, out);
   return out;
 }
 
 }  // namespace
 
 std::size_t Assembled::failed() const {
-  return static_cast<std::size_t>(std::count_if(
-      outcomes.begin(), outcomes.end(), [](const Outcome& o) { return o.failure.has_value(); }));
+  return std::ranges::count_if(outcomes,
+                               [](const PlacedRecording& o) { return o.failure.has_value(); });
 }
 
 Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
                    const AssembleOptions& options) {
   Assembled out;
-  auto candidates = candidates_of(items, results);
+  out.outcomes = candidates_of(items, results);
+  std::vector<PlacedRecording>& candidates = out.outcomes;
   out.registration = place_on_body(items, options, candidates);
   const auto points = group_by_point(items, options, candidates);
   out.tips = tips_of(items, candidates);
   const auto alike = by_tip(points, out.tips, items, candidates);
-  const auto number_of = [&](const Candidate& c) { return tip_number(out.tips, items, c); };
 
   Samples& samples = out.samples;
-  samples.point_position.resize(static_cast<Eigen::Index>(points.size()), 3);
-  samples.point_normal.resize(static_cast<Eigen::Index>(points.size()), 3);
+  samples.point_position.resize(points.size(), 3);
+  samples.point_normal.resize(points.size(), 3);
   std::vector<std::vector<Pooled>> experiments;
   for (const auto& members : points) experiments.push_back(pool(candidates, members, items));
   if (options.relaxation != RelaxationUse::none) {
@@ -309,19 +290,18 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     else
       out.notes.push_back(kNoClock);
   }
-  std::vector<const Pooled*> parts;
-  std::int32_t number = 0;
+  std::vector<Part> parts;
   for (std::size_t p = 0; p < points.size(); ++p) {
-    const Candidate& first = candidates[points[p][0]];
-    samples.point_position.row(static_cast<Eigen::Index>(p)) = first.position_m;
-    samples.point_normal.row(static_cast<Eigen::Index>(p)) = first.inward;
+    const PlacedRecording& first = candidates[points[p][0]];
+    samples.point_position.row(p) = first.position_m;
+    samples.point_normal.row(p) = first.inward;
     samples.point_name.push_back(first.point);
     for (const Pooled& pooled : experiments[p]) {
-      append_rows(pooled, static_cast<std::int32_t>(p), number,
-                  items[candidates[pooled.member[0]].item].signal.kind,
-                  number_of(candidates[pooled.member[0]]), samples, parts);
+      const PlacedRecording& one = candidates[pooled.member[0]];
+      const auto number = static_cast<std::int32_t>(parts.size());
+      parts.push_back({pooled, static_cast<std::int32_t>(p), number,
+                       tip_number(out.tips, items, one), items[one.item].signal.kind});
       for (const std::size_t m : pooled.member) candidates[m].experiment = number;
-      ++number;
     }
     if (relaxes) continue;  // what the rates do is fitted
     const auto notes = compare_rates(first.point, experiments[p], candidates, items);
@@ -332,19 +312,16 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   const auto copies = copy_notes(items, results);
   out.notes.insert(out.notes.begin(), copies.begin(), copies.end());
   if (out.relaxation) {
-    const auto told = relaxation_notes(*out.relaxation);
-    out.notes.insert(out.notes.begin(), told.begin(), told.end());
+    const auto found = relaxation_notes(*out.relaxation);
+    out.notes.insert(out.notes.begin(), found.begin(), found.end());
   }
-  fill_numbers(parts, samples);
+  fill_rows(parts, true, samples);
   leave_out_what_says_nothing(samples);
-  samples = joined(samples, cycles_of(candidates, [&](const Candidate& c) {
-                     return number_of(c) == 0;  // damage is of the first tip's curves
-                   }));
+  samples = joined(samples, cycles_of(candidates, out.tips, items));
   if (const auto sideways = straighten_presses(samples); !sideways.empty())
     out.notes.push_back(sideways_note(samples, sideways));
   name_others(samples);
   samples.recordings = provenance(items, results, candidates);
-  out.outcomes = outcomes_of(items, results, candidates);
   return out;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,7 +9,6 @@
 #include "libfit/core/samples.hpp"
 #include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/batch/registration.hpp"
-#include "libfit/recordings/relaxation/align_contacts.hpp"
 #include "libfit/recordings/relaxation/fit_relaxation.hpp"
 
 namespace palpate::recordings {
@@ -47,41 +47,43 @@ struct BodyRelaxation {
   bool is_applied = false;  ///< else proposed alone: samples do not have it
 };
 
-/// A recording that made it into the samples, or one that was refused on the way.
-struct Outcome {
-  std::size_t item = 0;  ///< of the batch
-  std::string name;      ///< within its file
+/// A recording on its way into the samples, or one that was refused.
+struct PlacedRecording {
+  std::size_t item = 0;                    ///< of the batch
+  const Conditioned* recording = nullptr;  ///< of the results; null: refused before it had rows
+  const Refused* refused = nullptr;        ///< of the results, then
+  std::string name;                        ///< within its file
   std::string point;
-  std::int32_t experiment = -1;  ///< -1: refused
-  std::optional<Failure> failure;
-  double surface_distance_m = 0;  ///< NaN without a surface
+  Vec3 position_m = Vec3::Zero();  ///< on the body
+  Vec3 inward = Vec3::UnitZ();
+  Mat3 to_body = Mat3::Identity();  ///< turns its deflections and forces into the body's frame
+  /// NaN without a surface.
+  double surface_distance_m = std::numeric_limits<double>::quiet_NaN();
+  std::int32_t point_index = -1, experiment = -1;  ///< -1: refused
   /// From where the contact of the recording was found: where rows are in time, contacts of a point
   /// are aligned.
   std::optional<ContactShift> aligned = {};
+  std::optional<Failure> failure;
 };
+
+/// "file.csv" or "file.csv#name".
+std::string shown(const std::vector<BatchItem>& items, const PlacedRecording& placed);
 
 /// A recording's contact, moved as presses of the body were aligned.
-FoundContact contact_of(const Conditioned& recording, const std::optional<ContactShift>& aligned);
-
-/// What a recording was made with.
-struct UsedTip {
-  Tip tip = Tip::sphere;
-  double radius_m = 0, half_angle_rad = 0;  ///< 0: unknown, of no cone
-  bool operator==(const UsedTip&) const = default;
-};
+FoundContact contact_of(const PlacedRecording& placed);
 
 struct Assembled {
   Samples samples;
   /// That of most recordings first: curves are of it, and rows of the others of the kind `other`,
   /// with their number here as Samples::probe_number. None where no radius is known.
   std::vector<UsedTip> tips;
-  std::vector<Outcome> outcomes;  ///< every recording and every item that gave none, in order
+  /// Every recording and every item that gave none, in order. Refers to the results.
+  std::vector<PlacedRecording> outcomes;
   std::optional<Registration> registration;
   /// Where recordings have holds or rates. Where it is applied, samples have rows in time, and each
   /// recording is an experiment of its own.
   std::optional<BodyRelaxation> relaxation;
-  std::vector<std::string>
-      notes;  ///< rates and hysteresis that stand out of the noise, a sentence each
+  std::vector<std::string> notes;  ///< on recordings, a sentence each
 
   std::size_t failed() const;
 };
@@ -110,7 +112,6 @@ std::string summary_json(const std::vector<BatchItem>& items,
 
 /// Every recording with the signal that a picture is drawn from, in the order of the outcomes.
 std::vector<RecordedSignal> signals_of(const std::vector<BatchItem>& items,
-                                       const std::vector<ItemResult>& results,
                                        const Assembled& assembled);
 
 /// Line of a failure's place, "" when it names none.

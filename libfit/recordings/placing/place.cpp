@@ -1,37 +1,31 @@
 #include "libfit/recordings/placing/place.hpp"
 
-#include <limits>
-
 #include "libfit/core/text.hpp"
 
 namespace palpate::recordings {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-void refuse(Candidate& candidate, const std::vector<BatchItem>& items, const std::string& what,
-            const std::string& remedy) {
+void refuse(PlacedRecording& candidate, const std::vector<BatchItem>& items,
+            const std::string& what, const std::string& remedy) {
   const BatchItem& item = items[candidate.item];
-  candidate.failure =
-      Failure{item.file.string() +
-                  (candidate.recording->name.empty() ? "" : "#" + candidate.recording->name),
-              what, remedy};
+  candidate.failure = Failure{
+      item.file.string() + (candidate.name.empty() ? "" : "#" + candidate.name), what, remedy};
 }
 
 // Contact points that the rig itself measured, in its frame.
-Points measured_contacts(const std::vector<Candidate>& candidates) {
+Points measured_contacts(const std::vector<PlacedRecording>& candidates) {
   std::vector<Vec3> points;
-  for (const Candidate& c : candidates)
+  for (const PlacedRecording& c : candidates)
     if (!c.failure && c.recording->contact_m && !c.recording->is_axial)
       points.push_back(*c.recording->contact_m);
   Points out(static_cast<Eigen::Index>(points.size()), 3);
-  for (std::size_t i = 0; i < points.size(); ++i) out.row(static_cast<Eigen::Index>(i)) = points[i];
+  for (std::size_t i = 0; i < points.size(); ++i) out.row(i) = points[i];
   return out;
 }
 
 // Position before projection: the manifest's, which is the body's, else where the rig touched.
 bool find_position(const BatchItem& item, const RigidMotion& motion, const AssembleOptions& options,
-                   const std::vector<BatchItem>& items, Candidate& c) {
+                   const std::vector<BatchItem>& items, PlacedRecording& c) {
   const auto& contact = c.recording->contact_m;
   if (!item.position_m && !contact) {
     refuse(c, items, "has no position",
@@ -55,13 +49,13 @@ bool find_position(const BatchItem& item, const RigidMotion& motion, const Assem
 
 }  // namespace
 
-std::string shown(const std::vector<BatchItem>& items, const Candidate& c) {
-  return items[c.item].shown + (c.recording->name.empty() ? "" : "#" + c.recording->name);
+std::string shown(const std::vector<BatchItem>& items, const PlacedRecording& c) {
+  return items[c.item].shown + (c.name.empty() ? "" : "#" + c.name);
 }
 
 std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
                                           const AssembleOptions& options,
-                                          std::vector<Candidate>& candidates) {
+                                          std::vector<PlacedRecording>& candidates) {
   std::optional<Registration> registration;
   RigidMotion motion = options.motion.value_or(RigidMotion{});
   if (options.fits_to_surface && options.surface) {
@@ -71,10 +65,9 @@ std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
   Points wanted(static_cast<Eigen::Index>(candidates.size()), 3);
   wanted.setZero();
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    Candidate& c = candidates[i];
-    c.surface_distance_m = kNan;
+    PlacedRecording& c = candidates[i];
     if (c.failure || !find_position(items[c.item], motion, options, items, c)) continue;
-    wanted.row(static_cast<Eigen::Index>(i)) = c.position_m;
+    wanted.row(i) = c.position_m;
     if (items[c.item].normal)
       c.inward = *items[c.item].normal;
     else if (c.recording->inward)
@@ -87,7 +80,7 @@ std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
   if (options.surface) {
     const auto places = project(wanted, *options.surface);
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      Candidate& c = candidates[i];
+      PlacedRecording& c = candidates[i];
       if (c.failure) continue;
       if (!places[i] || places[i]->distance_m > options.place_tolerance_m) {
         refuse(c, items,
@@ -103,7 +96,7 @@ std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
       if (!items[c.item].normal) c.inward = places[i]->inward;
     }
   }
-  for (Candidate& c : candidates)  // one-axis signals lie along the first axis
+  for (PlacedRecording& c : candidates)  // one-axis signals lie along the first axis
     if (!c.failure && c.recording->is_axial) c.to_body = c.inward * Vec3::UnitX().transpose();
   return registration;
 }

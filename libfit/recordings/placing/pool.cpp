@@ -17,20 +17,6 @@ constexpr double kSameRate = 1.25;  // repeats differ by less; a series of rates
 constexpr double kSeenInErrors = 3;
 constexpr double kMinEffect = 0.05;  // below the force JND nobody feels it
 
-Points turned(const Points& vectors, const Mat3& to_body) { return vectors * to_body.transpose(); }
-
-Pooled alone(const std::vector<Candidate>& candidates, std::size_t member) {
-  const Candidate& c = candidates[member];
-  const Conditioned& r = *c.recording;
-  return {{member},
-          turned(r.deflection_m, c.to_body),
-          turned(r.force_N, c.to_body),
-          turned(r.torque_Nm, c.to_body),
-          r.error_N,
-          r.status,
-          r.speed_m_s};
-}
-
 Eigen::VectorXd depths(const Pooled& p, const Vec3& inward) { return p.deflection_m * inward; }
 
 struct At {
@@ -48,7 +34,7 @@ std::optional<At> interpolate(const Pooled& p, const Eigen::VectorXd& depth_m, d
   double before_m = 0;
   At before;
   for (Eigen::Index i = 0; i < depth_m.size(); ++i) {
-    if (p.status[static_cast<std::size_t>(i)] != RowStatus::good) continue;
+    if (p.status[i] != RowStatus::good) continue;
     if (depth_m[i] < at_m) {
       before_m = depth_m[i];
       before = row_of(p, i);
@@ -74,8 +60,7 @@ Pooled together(const std::vector<Pooled>& repeats, const Vec3& inward) {
     depth.push_back(depths(p, inward));
     double deepest = 0;
     for (Eigen::Index i = 0; i < depth.back().size(); ++i)
-      if (p.status[static_cast<std::size_t>(i)] == RowStatus::good)
-        deepest = std::max(deepest, depth.back()[i]);
+      if (p.status[i] == RowStatus::good) deepest = std::max(deepest, depth.back()[i]);
     reach.push_back(deepest);
     rows = std::max(rows, depth.back().size());
   }
@@ -85,45 +70,36 @@ Pooled together(const std::vector<Pooled>& repeats, const Vec3& inward) {
     out.member.push_back(p.member[0]);
     out.speed_m_s += p.speed_m_s / static_cast<double>(repeats.size());
   }
-  const bool has_torque = std::all_of(repeats.begin(), repeats.end(),
-                                      [](const Pooled& p) { return p.torque_Nm.rows() > 0; });
-  std::vector<Vec3> deflections, forces, torques;
-  std::vector<double> errors;
+  const bool has_torque =
+      std::ranges::all_of(repeats, [](const Pooled& p) { return p.torque_Nm.rows() > 0; });
+  out.deflection_m.resize(rows, 3), out.force_N.resize(rows, 3), out.torque_Nm.resize(rows, 3);
+  out.error_N.resize(rows);
+  Eigen::Index filled = 0;
   for (Eigen::Index i = 1; i <= rows; ++i) {
     const double at_m = reach[1] * static_cast<double>(i) / static_cast<double>(rows);
-    Vec3 d_sum = Vec3::Zero(), f_sum = Vec3::Zero(), t_sum = Vec3::Zero();
+    At sum;
     double squares = 0, own = 0;
     int n = 0;
     for (std::size_t k = 0; k < repeats.size(); ++k) {
       const auto at = interpolate(repeats[k], depth[k], at_m * (1 - 1e-12));
       if (!at) continue;
-      d_sum += at->deflection;
-      f_sum += at->force;
-      t_sum += at->torque;
+      sum.deflection += at->deflection, sum.force += at->force, sum.torque += at->torque;
       squares += std::pow(at->force.dot(inward), 2);
       own += at->error_N * at->error_N;
       ++n;
     }
     if (n < 2) continue;
-    const Vec3 mean = f_sum / n;
-    deflections.push_back(d_sum / n);
-    forces.push_back(mean);
-    torques.push_back(t_sum / n);
-    errors.push_back(std::sqrt(
-        std::max(0.0, (squares - n * std::pow(mean.dot(inward), 2)) / (n - 1)) + own / n));
+    const Vec3 mean = sum.force / n;
+    out.deflection_m.row(filled) = sum.deflection / n;
+    out.force_N.row(filled) = mean;
+    out.torque_Nm.row(filled) = sum.torque / n;
+    out.error_N[filled++] =
+        std::sqrt(std::max(0.0, (squares - n * std::pow(mean.dot(inward), 2)) / (n - 1)) + own / n);
   }
-  const auto n = static_cast<Eigen::Index>(forces.size());
-  out.deflection_m.resize(n, 3);
-  out.force_N.resize(n, 3);
-  out.error_N.resize(n);
-  out.torque_Nm.resize(has_torque ? n : 0, 3);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    out.deflection_m.row(i) = deflections[static_cast<std::size_t>(i)];
-    out.force_N.row(i) = forces[static_cast<std::size_t>(i)];
-    if (has_torque) out.torque_Nm.row(i) = torques[static_cast<std::size_t>(i)];
-    out.error_N[i] = errors[static_cast<std::size_t>(i)];
-  }
-  out.status.assign(static_cast<std::size_t>(n), RowStatus::good);
+  for (Points* vectors : {&out.deflection_m, &out.force_N}) vectors->conservativeResize(filled, 3);
+  out.torque_Nm.conservativeResize(has_torque ? filled : 0, 3);
+  out.error_N.conservativeResize(filled);
+  out.status.assign(filled, RowStatus::good);
   return out;
 }
 
@@ -131,7 +107,15 @@ std::string in_millimetres_per_second(double speed_m_s) { return millimetres(spe
 
 }  // namespace
 
-std::vector<Pooled> pool(const std::vector<Candidate>& candidates,
+Pooled on_body(const std::vector<PlacedRecording>& candidates, std::size_t member) {
+  const PlacedRecording& c = candidates[member];
+  Pooled out{*c.recording, {member}, c.recording->speed_m_s};
+  for (Points* vectors : {&out.deflection_m, &out.force_N, &out.torque_Nm})
+    *vectors *= c.to_body.transpose();
+  return out;
+}
+
+std::vector<Pooled> pool(const std::vector<PlacedRecording>& candidates,
                          const std::vector<std::size_t>& members,
                          const std::vector<BatchItem>& items) {
   std::vector<Pooled> experiments;
@@ -141,7 +125,7 @@ std::vector<Pooled> pool(const std::vector<Candidate>& candidates,
     if (s.kind == ExperimentKind::press)
       presses.push_back(m);
     else
-      experiments.push_back(alone(candidates, m));
+      experiments.push_back(on_body(candidates, m));
   }
   // By tip and speed; recordings without a clock belong together.
   const auto speed = [&](std::size_t m) { return candidates[m].recording->speed_m_s; };
@@ -160,7 +144,7 @@ std::vector<Pooled> pool(const std::vector<Candidate>& candidates,
       const double v0 = speed(presses[first]), v = speed(presses[last]);
       if (std::isnan(v0) != std::isnan(v) || v > kSameRate * v0) break;
       if (!(tip(presses[first]) == tip(presses[last]))) break;
-      repeats.push_back(alone(candidates, presses[last]));
+      repeats.push_back(on_body(candidates, presses[last]));
     }
     if (repeats.size() > 1) {
       Pooled pooled = together(repeats, candidates[presses[first]].inward);
@@ -180,7 +164,7 @@ std::vector<Pooled> pool(const std::vector<Candidate>& candidates,
 
 std::vector<std::string> compare_rates(const std::string& point,
                                        const std::vector<Pooled>& experiments,
-                                       const std::vector<Candidate>& candidates,
+                                       const std::vector<PlacedRecording>& candidates,
                                        const std::vector<BatchItem>& items) {
   std::vector<std::string> notes;
   const Pooled *slow = nullptr, *fast = nullptr;
@@ -199,7 +183,7 @@ std::vector<std::string> compare_rates(const std::string& point,
     const Eigen::VectorXd slow_depth = depths(*slow, inward), fast_depth = depths(*fast, inward);
     double difference = 0, force = 0, error = 0;
     for (Eigen::Index i = 0; i < slow_depth.size(); ++i) {
-      if (slow->status[static_cast<std::size_t>(i)] != RowStatus::good) continue;
+      if (slow->status[i] != RowStatus::good) continue;
       const auto at = interpolate(*fast, fast_depth, slow_depth[i]);
       if (!at) continue;
       difference += (at->force - Vec3(slow->force_N.row(i))).dot(inward);

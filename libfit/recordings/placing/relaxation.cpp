@@ -27,19 +27,19 @@ constexpr double kApart = 2;           // standard errors by which points differ
 constexpr double kSurelyApart = 3;     // the same, where it decides
 constexpr double kFelt = 0.07;         // of a stiffness, that a person notices
 
-bool is_press_in_time(const Candidate& c, const std::vector<BatchItem>& items, Grade worst) {
+bool is_press_in_time(const PlacedRecording& c, const std::vector<BatchItem>& items, Grade worst) {
   return !c.failure && items[c.item].signal.kind == ExperimentKind::press &&
          c.recording->history.rows() >= kMinRows && c.recording->grade <= worst;
 }
 
 // The contact that aligned recordings share, by the estimator of single ones: on their ways in
 // together, as slow motion has them. Left where nothing is to be found.
-void find_common_contact(const std::vector<RelaxingPress>& presses, const SignalSettings& settings,
+void find_common_contact(const std::vector<TimedPress>& presses, const SignalSettings& settings,
                          Alignment& aligned) {
   std::vector<double> travel, push;
   double variance = 0;
   for (std::size_t r = 0; r < presses.size(); ++r) {
-    const TimedPress& p = presses[r].press;
+    const TimedPress& p = presses[r];
     Eigen::Index deepest = 0;
     p.depth_m.maxCoeff(&deepest);
     for (Eigen::Index i = 0; i <= deepest; ++i) {
@@ -50,7 +50,7 @@ void find_common_contact(const std::vector<RelaxingPress>& presses, const Signal
     }
     if (!(presses[r].contact_deviation_m > 0)) return;  // the rig knows it
   }
-  const auto n = static_cast<Eigen::Index>(travel.size());
+  const Eigen::Index n = travel.size();
   if (n < kMinMeans) return;
   const Eigen::Map<const Eigen::VectorXd> x(travel.data(), n), y(push.data(), n);
   PressCurve curve = mean_curve(x, y, kMeans);
@@ -66,8 +66,10 @@ void find_common_contact(const std::vector<RelaxingPress>& presses, const Signal
   }
 }
 
-RelaxingPress in_search(const Conditioned& r) {
-  return {r.history, r.noise_N, r.contact.deviation_m};
+TimedPress in_search(const Conditioned& r) {
+  TimedPress press = r.history;
+  press.noise_N = r.noise_N, press.contact_deviation_m = r.contact.deviation_m;
+  return press;
 }
 
 // Slope of the free part before contact, with its standard error, times the longest stand, over the
@@ -84,7 +86,7 @@ double drift_share(const Conditioned& r) {
   const double held_s = p.time_s[end] - p.time_s[most], lost_N = p.push_N[most] - p.push_N[end];
   if (!(held_s > 0) || !(lost_N > 0)) return 0;
   if (t.size() < 4) return std::numeric_limits<double>::quiet_NaN();
-  const auto n = static_cast<Eigen::Index>(t.size());
+  const Eigen::Index n = t.size();
   const Eigen::Map<const Eigen::VectorXd> x(t.data(), n), y(f.data(), n);
   const Line line = fit_line(x, y);
   const double spread = (x.array() - x.mean()).matrix().norm();
@@ -136,7 +138,7 @@ std::vector<std::string> doubts_of(const BodyRelaxation& found) {
 
 }  // namespace
 
-TimedPoints presses_in_time(const std::vector<Candidate>& candidates,
+TimedPoints presses_in_time(const std::vector<PlacedRecording>& candidates,
                             const std::vector<std::vector<std::size_t>>& points,
                             const std::vector<BatchItem>& items) {
   // Poor recordings only where there is nothing better.
@@ -191,8 +193,8 @@ TimedPoints presses_in_time(const std::vector<Candidate>& candidates,
   return out;
 }
 
-BodyRelaxation relaxation_of(const std::vector<Candidate>& candidates, const TimedPoints& timed,
-                             const std::vector<BatchItem>& items) {
+BodyRelaxation relaxation_of(const std::vector<PlacedRecording>& candidates,
+                             const TimedPoints& timed, const std::vector<BatchItem>& items) {
   BodyRelaxation out;
   out.has_holds = timed.has_holds;
   out.fit = fit_relaxation(timed.press);
@@ -217,7 +219,7 @@ BodyRelaxation relaxation_of(const std::vector<Candidate>& candidates, const Tim
   return out;
 }
 
-void align_points(std::vector<Candidate>& candidates,
+void align_points(std::vector<PlacedRecording>& candidates,
                   const std::vector<std::vector<std::size_t>>& points,
                   const std::vector<BatchItem>& items, const RelaxationFit& body) {
   for (const auto& members : points) {
@@ -227,7 +229,7 @@ void align_points(std::vector<Candidate>& candidates,
     });
     for (std::size_t first = 0; first < used.size(); first += kMaxUsed) {
       const std::size_t end = std::min(first + kMaxUsed, used.size());
-      std::vector<RelaxingPress> presses;
+      std::vector<TimedPress> presses;
       for (std::size_t k = first; k < end; ++k)
         presses.push_back(in_search(*candidates[used[k]].recording));
       Alignment aligned = align_contacts(presses, body.relaxation, body.curve);
@@ -238,10 +240,10 @@ void align_points(std::vector<Candidate>& candidates,
   }
 }
 
-FoundContact contact_of(const Conditioned& recording, const std::optional<ContactShift>& aligned) {
-  FoundContact out = recording.contact;
-  if (!aligned || !(recording.contact.deviation_m > 0)) return out;
-  out.travel_m += aligned->moved_m, out.deviation_m = aligned->deviation_m;
+FoundContact contact_of(const PlacedRecording& placed) {
+  FoundContact out = placed.recording->contact;
+  if (!placed.aligned || !(out.deviation_m > 0)) return out;
+  out.travel_m += placed.aligned->moved_m, out.deviation_m = placed.aligned->deviation_m;
   out.estimator += ", aligned";
   return out;
 }
@@ -292,20 +294,13 @@ std::vector<std::string> relaxation_notes(const BodyRelaxation& found) {
   return notes;
 }
 
-std::optional<Pooled> in_time(const std::vector<Candidate>& candidates, std::size_t member) {
-  const Candidate& c = candidates[member];
+std::optional<Pooled> in_time(const std::vector<PlacedRecording>& candidates, std::size_t member) {
+  const PlacedRecording& c = candidates[member];
   const Conditioned& r = *c.recording;
-  const auto turned = [&](const Points& vectors) {
-    return Points(vectors * c.to_body.transpose());
-  };
   if (r.history.rows() == 0) {  // a drag or path
     bool rises = r.time_s.size() > 0 && r.time_s[0] >= 0;
     for (Eigen::Index i = 1; i < r.time_s.size(); ++i) rises &= r.time_s[i] > r.time_s[i - 1];
-    if (!rises) return std::nullopt;
-    return Pooled{{member},          turned(r.deflection_m),
-                  turned(r.force_N), turned(r.torque_Nm),
-                  r.error_N,         r.status,
-                  r.speed_m_s,       r.time_s};
+    return rises ? std::optional(on_body(candidates, member)) : std::nullopt;
   }
   const TimedPress& p = r.history;
   const double moved_m = c.aligned ? c.aligned->moved_m : 0;
@@ -315,27 +310,21 @@ std::optional<Pooled> in_time(const std::vector<Candidate>& candidates, std::siz
   Eigen::Index first = deepest, end = deepest;
   while (first > 0 && depth_m[first - 1] > 0) --first;
   while (end < p.rows() && depth_m[end] > 0) ++end;
-  double touch_s = p.time_s[first];
-  if (first > 0)
-    touch_s -= depth_m[first] / (depth_m[first] - depth_m[first - 1]) *
-               (p.time_s[first] - p.time_s[first - 1]);
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = first; i < end; ++i)
     if (p.readings[i] > 0) rows.push_back(i);
-  Pooled out;
-  out.member = {member};
-  out.speed_m_s = r.speed_m_s;
-  const auto n = static_cast<Eigen::Index>(rows.size());
+  Pooled out{{}, {member}, r.speed_m_s};
+  const Eigen::Index n = rows.size();
   Points deflection = Points::Zero(n, 3), force = Points::Zero(n, 3);
   if (p.deflection_m.rows() > 0) {
     deflection = p.deflection_m(rows, Eigen::all), force = p.force_N(rows, Eigen::all);
   } else {
     deflection.col(0) = p.depth_m(rows), force.col(0) = p.push_N(rows);
   }
-  out.deflection_m = turned(deflection), out.force_N = turned(force);
+  out.deflection_m = deflection * c.to_body.transpose();
+  out.force_N = force * c.to_body.transpose();
   out.deflection_m.rowwise() -= moved_m * c.inward.transpose();
-  out.torque_Nm.resize(0, 3);
-  out.time_s = p.time_s(rows).array() - touch_s;
+  out.time_s = p.time_s(rows).array() - touch_time_s(p.time_s, depth_m, first);
   out.error_N = r.noise_N / p.readings(rows).array().sqrt();
   const double pulled_N = -3 * r.noise_N;  // the tip sticks: no contact law has that
   for (const Eigen::Index i : rows)

@@ -35,13 +35,6 @@ constexpr std::array<std::string_view, 19> kHeader{"file",
                                                    "taken",
                                                    "hash"};
 
-// What a list has of a name; nullptr where it has nothing.
-template <class List>
-auto named(const List& list, const std::string& name) -> decltype(&list[0]) {
-  const auto found = std::ranges::find_if(list, [&](const auto& one) { return one.name == name; });
-  return found == list.end() ? nullptr : &*found;
-}
-
 // A value of a row as text; an empty field where it has none: readers refuse NaN.
 void put(CsvWriter& csv, const Json& row, std::string_view name) {
   const auto at = row.find(std::string(name));
@@ -60,8 +53,7 @@ void put(CsvWriter& csv, const Json& row, std::string_view name) {
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
-             const Outcome& o) {
-  const Conditioned* r = named(results[o.item].recordings, o.name);
+             const PlacedRecording& o) {
   Json row;
   row["file"] = items[o.item].shown;
   if (!o.name.empty()) row["recording"] = o.name;
@@ -75,10 +67,11 @@ Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>&
     row["remedy"] = o.failure->remedy;
     return row;
   }
+  const Conditioned* r = o.recording;
   row["experiment"] = o.experiment;
-  row["grade"] = kGradeNames[static_cast<std::size_t>(r->grade)];
+  row["grade"] = kGradeNames[static_cast<int>(r->grade)];
   row["reason"] = listed(r->reasons, "; ");
-  const FoundContact contact = contact_of(*r, o.aligned);
+  const FoundContact contact = contact_of(o);
   row["contact_m"] = number(contact.travel_m);
   row["contact_deviation_m"] = number(contact.deviation_m);
   row["estimator"] = contact.estimator;
@@ -106,7 +99,7 @@ Json as_json(const RelaxationFit& fit) {
     branch["share_band"] = {number(fit.share_low[k]), number(fit.share_high[k])};
     branch["time_s"] = fit.relaxation.time_s[k];
     branch["time_band_s"] = {number(fit.time_low_s[k]), number(fit.time_high_s[k])};
-    branch["is_slower_than_recordings"] = fit.is_slower[static_cast<std::size_t>(k)] != 0;
+    branch["is_slower_than_recordings"] = fit.is_slower[k] != 0;
     json["branches"].push_back(branch);
   }
   return json;
@@ -132,8 +125,7 @@ Json as_json(const BodyRelaxation& found) {
 Json totals(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
             const Assembled& a) {
   std::array<std::size_t, 3> grades{};
-  for (const std::int8_t grade : a.samples.recordings.grade)
-    ++grades[static_cast<std::size_t>(grade)];
+  for (const std::int8_t grade : a.samples.recordings.grade) ++grades[grade];
   Json json;
   json["files"] = items.size();
   json["imported"] = a.samples.recordings.size();
@@ -150,7 +142,7 @@ Json totals(const std::vector<BatchItem>& items, const std::vector<ItemResult>& 
     json["cycle_rows"] = rows;
   json["notes"] = a.notes;
   json["failures"] = Json::array();
-  for (const Outcome& o : a.outcomes)
+  for (const PlacedRecording& o : a.outcomes)
     if (o.failure) json["failures"].push_back(as_json(items, results, o));
   return json;
 }
@@ -182,7 +174,7 @@ void write_summary(const std::filesystem::path& csv_path, const std::filesystem:
   Json json = totals(items, results, assembled);
   json.erase("failures");
   json["recordings"] = Json::array();
-  for (const Outcome& o : assembled.outcomes) {
+  for (const PlacedRecording& o : assembled.outcomes) {
     Json row = json["recordings"].emplace_back(as_json(items, results, o));
     row["hash"] = results[o.item].hash;
     for (const std::string_view name : kHeader) put(csv, row, name);
@@ -193,34 +185,28 @@ void write_summary(const std::filesystem::path& csv_path, const std::filesystem:
 }
 
 std::vector<RecordedSignal> signals_of(const std::vector<BatchItem>& items,
-                                       const std::vector<ItemResult>& results,
                                        const Assembled& assembled) {
   std::vector<RecordedSignal> all;
-  for (const Outcome& outcome : assembled.outcomes) {
-    const ItemResult& result = results[outcome.item];
-    RecordedSignal signal;
-    signal.file = items[outcome.item].shown + (outcome.name.empty() ? "" : "#" + outcome.name);
-    signal.point = outcome.point;
-    signal.experiment = outcome.experiment;
-    if (const Conditioned* r = named(result.recordings, outcome.name)) {
+  for (const PlacedRecording& placed : assembled.outcomes) {
+    RecordedSignal& signal = all.emplace_back();
+    signal.file = shown(items, placed);
+    signal.point = placed.point;
+    signal.experiment = placed.experiment;
+    if (const Conditioned* r = placed.recording) {
       signal.grade = static_cast<std::int8_t>(r->grade);
       signal.reasons = listed(r->reasons, "; ");
-      const FoundContact contact = contact_of(*r, outcome.aligned);
+      const FoundContact contact = contact_of(placed);
       signal.estimator = contact.estimator;
       signal.contact_m = contact.travel_m;
       signal.contact_deviation_m = contact.deviation_m;
       signal.noise_N = r->noise_N;
-      signal.trace = r->trace;
-    } else {
-      const Refused* refused = named(result.refused, outcome.name);
-      signal.trace = refused ? refused->trace : result.trace;
     }
-    if (outcome.failure) {
+    signal.trace = placed.recording ? placed.recording->trace : placed.refused->trace;
+    if (placed.failure) {
       signal.grade = kRefusedGrade;
-      const std::string& what = outcome.failure->what;
-      signal.reasons = what + (what.ends_with('?') ? " " : ". ") + outcome.failure->remedy;
+      const std::string& what = placed.failure->what;
+      signal.reasons = what + (what.ends_with('?') ? " " : ". ") + placed.failure->remedy;
     }
-    all.push_back(std::move(signal));
   }
   return all;
 }

@@ -135,8 +135,8 @@ Eigen::MatrixXd ring_forces(const Eigen::VectorXd& time_s, const Eigen::VectorXd
   RingStep step(relaxation);
   for (Eigen::Index r = 0; r < rings; ++r)  // what begins in contact has been there for long
     if (const double h = rows > 0 ? depth_m[0] - ring_depth_m[r] : 0; h > 0) {
-      state[static_cast<std::size_t>(r)].fill(h);
-      touching[static_cast<std::size_t>(r)] = 1;
+      state[r].fill(h);
+      touching[r] = 1;
       forces(0, r) = h;
     }
   for (Eigen::Index i = 1; i < rows; ++i) {

@@ -6,7 +6,6 @@
 
 #include "libfit/core/statistics.hpp"
 #include "libfit/recordings/relaxation/bed_response.hpp"
-#include "libfit/recordings/relaxation/series_covariance.hpp"
 #include "libfit/recordings/relaxation/series_search.hpp"
 
 namespace palpate::recordings {
@@ -37,9 +36,7 @@ bool is_gain(const std::vector<double>& before, const std::vector<double>& after
 bool is_told(const RelaxationFit& fit) {
   const Eigen::Index branches = fit.relaxation.branches();
   for (Eigen::Index k = 0; k < branches; ++k)
-    if (fit.is_faster[static_cast<std::size_t>(k)] ||
-        !(fit.covariance(k, k) < kToldShare * kToldShare))
-      return false;
+    if (fit.is_faster[k] || !(fit.covariance(k, k) < kToldShare * kToldShare)) return false;
   return true;
 }
 
@@ -56,14 +53,14 @@ SeriesValues sorted(const SeriesValues& values) {
 }
 
 // What was fitted of each recording.
-void picture(const SeriesSearch& with, const std::vector<std::vector<RelaxingPress>>& points,
+void picture(const SeriesSearch& with, const std::vector<std::vector<TimedPress>>& points,
              const SeriesValues& values, RelaxationFit& fit) {
   double left_N = 0, readings = 0;
   for (std::size_t g = 0; g < points.size(); ++g) {
     const Eigen::VectorXd fitted_N = with.solution(g, values).fitted_N;
     fit.pictures.emplace_back();
     for (std::size_t r = 0; r < points[g].size(); ++r) {
-      const TimedPress& p = points[g][r].press;
+      const TimedPress& p = points[g][r];
       fit.pictures.back().push_back({p.time_s, p.depth_m, p.push_N,
                                      fitted_N.segment(with.groups()[g].first_row(r), p.rows())});
       for (Eigen::Index i = 0; i < p.rows(); ++i) {
@@ -77,7 +74,7 @@ void picture(const SeriesSearch& with, const std::vector<std::vector<RelaxingPre
 }
 
 // Covariance, intervals and pictures at the solution.
-void describe(const SeriesSearch& with, const std::vector<std::vector<RelaxingPress>>& points,
+void describe(const SeriesSearch& with, const std::vector<std::vector<TimedPress>>& points,
               const SeriesValues& values, RelaxationFit& fit) {
   const Eigen::Index branches = values.branches();
   fit.relaxation = values.relaxation();
@@ -91,7 +88,7 @@ void describe(const SeriesSearch& with, const std::vector<std::vector<RelaxingPr
   fit.time_low_s = fit.relaxation.time_s.cwiseQuotient(wide.tail(branches));
   fit.time_high_s = fit.relaxation.time_s.cwiseProduct(wide.tail(branches));
   for (Eigen::Index k = 0; k < branches; ++k) {
-    const double at = values.branch[static_cast<std::size_t>(branches + k)];
+    const double at = values.branch[branches + k];
     fit.is_slower.push_back(with.is_slowest(at));
     fit.is_faster.push_back(with.is_fastest(at));
     if (fit.is_slower.back()) fit.time_high_s[k] = std::numeric_limits<double>::infinity();
@@ -129,18 +126,18 @@ RelaxationFit::Band RelaxationFit::band(const Eigen::VectorXd& time_s) const {
   return out;
 }
 
-RelaxationFit fit_relaxation(const std::vector<std::vector<RelaxingPress>>& points, int exactly) {
+RelaxationFit fit_relaxation(const std::vector<std::vector<TimedPress>>& points, int exactly) {
   RelaxationFit fit;
   std::vector<double> steps;
   for (const auto& presses : points)
-    for (const RelaxingPress& one : presses) {
+    for (const TimedPress& one : presses) {
       double from_s = std::numeric_limits<double>::infinity(), to_s = 0;
-      for (Eigen::Index i = 1; i < one.press.rows(); ++i) {
-        if (!(one.press.depth_m[i] > 0)) continue;
-        from_s = std::min(from_s, one.press.time_s[i - 1]), to_s = one.press.time_s[i];
+      for (Eigen::Index i = 1; i < one.rows(); ++i) {
+        if (!(one.depth_m[i] > 0)) continue;
+        from_s = std::min(from_s, one.time_s[i - 1]), to_s = one.time_s[i];
       }
       fit.longest_s = std::max(fit.longest_s, to_s - from_s);
-      if (to_s > from_s) steps.push_back(short_step(one.press));
+      if (to_s > from_s) steps.push_back(short_step(one));
     }
   if (steps.empty() || !(fit.longest_s > 0)) return fit;
   fit.shortest_s = std::min(2 * median(steps), fit.longest_s / 4);
@@ -178,6 +175,49 @@ RelaxationFit fit_relaxation(const std::vector<std::vector<RelaxingPress>>& poin
   }
   best.held_out = held_out;
   return best;
+}
+
+Alignment align_contacts(const std::vector<TimedPress>& presses, const Relaxation& relaxation,
+                         SlowCurve curve) {
+  Alignment alignment;
+  std::vector<ContactShift>& out = alignment.contact;
+  out.resize(presses.size());
+  for (std::size_t r = 0; r < presses.size(); ++r)
+    out[r].deviation_m = presses[r].contact_deviation_m;
+  const SeriesSearch search({presses}, curve, relaxation.time_s.minCoeff(),
+                            relaxation.time_s.maxCoeff());
+  const PressGroup& group = search.groups()[0];
+  const SeriesValues values = search.aligned(relaxation);
+  const Eigen::VectorXd weight = search.solution(0, values).curve;
+  const double* shift = values.shift[0].data();
+  const Eigen::VectorXd by_time_N =
+      (group.parts(relaxation, shift) - group.parts({}, shift)) * weight;
+  for (std::size_t r = 0; r < presses.size(); ++r) {
+    const Eigen::Index first = group.first_row(r), rows = presses[r].rows();
+    alignment.slow_push_N.emplace_back(presses[r].push_N - by_time_N.segment(first, rows));
+  }
+  if (group.shifts() == 0) return alignment;
+  const Eigen::MatrixXd covariance = series_covariance(search, values, true);
+  // Against the first recording: each contact that was found is a reading of the one they share.
+  double precisions = 0, common_m = 0;
+  std::vector<double> shift_variance(presses.size(), 0);
+  for (std::size_t r = 0; r < presses.size(); ++r) {
+    const double deviation_m = presses[r].contact_deviation_m;
+    if (const int k = group.shift_of(r); k >= 0) {
+      out[r].moved_m = values.shift[0][k] * deviation_m;
+      const Eigen::Index at = 2 * relaxation.branches() + k;
+      shift_variance[r] = covariance(at, at) * deviation_m * deviation_m;
+    }
+    const double precision = 1 / std::max(deviation_m * deviation_m, 1e-24);
+    precisions += precision, common_m -= precision * out[r].moved_m;
+  }
+  common_m /= precisions;
+  for (std::size_t r = 0; r < presses.size(); ++r) {
+    out[r].moved_m += common_m;
+    out[r].shift_deviation_m = std::sqrt(shift_variance[r]);
+    out[r].deviation_m = std::sqrt(1 / precisions + shift_variance[r]);
+  }
+  return alignment;
 }
 
 }  // namespace palpate::recordings

@@ -38,7 +38,23 @@ struct RelaxationFit {
 /// Identifies relaxation from recordings of points, a vector of recordings each. Nothing where no
 /// recording has rows. max_branches: 0 to runtime::kMaxBranches; -1: `exactly` decides. Does not
 /// depend on threads. exactly: so many branches, without a choice; -1: held-out stretches choose.
-RelaxationFit fit_relaxation(const std::vector<std::vector<RelaxingPress>>& points,
-                             int exactly = -1);
+RelaxationFit fit_relaxation(const std::vector<std::vector<TimedPress>>& points, int exactly = -1);
+
+/// How far beyond where it was found the contact of a recording lies, and its deviation then.
+struct ContactShift {
+  double moved_m = 0, deviation_m = 0;
+  double shift_deviation_m = 0;  ///< its part against the other recordings
+};
+
+/// Recordings of one point as they have one curve of slow motion.
+struct Alignment {
+  std::vector<ContactShift> contact;  ///< of each recording
+  /// Rows of each recording: what a tool in slow motion would have read there, noise and all.
+  std::vector<Eigen::VectorXd> slow_push_N;
+};
+
+/// Aligns the contacts of recordings of one point, for a series that is known (M51a).
+Alignment align_contacts(const std::vector<TimedPress>& presses, const Relaxation& relaxation,
+                         SlowCurve curve);
 
 }  // namespace palpate::recordings

@@ -59,8 +59,7 @@ Eigen::MatrixXd curve_basis(SlowCurve kind, const Eigen::VectorXd& ring_m, doubl
           }));
   }
   Eigen::MatrixXd out(ring_m.size(), static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t j = 0; j < columns.size(); ++j)
-    out.col(static_cast<Eigen::Index>(j)) = columns[j];
+  for (std::size_t j = 0; j < columns.size(); ++j) out.col(j) = columns[j];
   return out;
 }
 
@@ -69,20 +68,19 @@ struct DriftPrior {
 };
 
 // Over a recording, from the free rows before contact and from what sensors usually do.
-DriftPrior expected_drift(const RelaxingPress& one, double margin_m, double most_N) {
-  const TimedPress& p = one.press;
+DriftPrior expected_drift(const TimedPress& p, double margin_m, double most_N) {
   DriftPrior usual{0, kUsualDrift * most_N};
   std::vector<double> time, force;
   double readings = 0;
   for (Eigen::Index i = 0; i < p.rows() && p.depth_m[i] < -margin_m; ++i)
     if (p.readings[i] > 0)
       time.push_back(p.time_s[i]), force.push_back(p.push_N[i]), readings += p.readings[i];
-  const auto n = static_cast<Eigen::Index>(time.size());
+  const Eigen::Index n = time.size();
   if (n < kMinFreeRows) return usual;
   const Eigen::Map<const Eigen::VectorXd> t(time.data(), n), f(force.data(), n);
   const double whole_s = p.time_s[p.rows() - 1] - p.time_s[0],
                spread_s = (t.array() - t.mean()).matrix().norm(),
-               row_N = one.noise_N / std::sqrt(readings / static_cast<double>(n));
+               row_N = p.noise_N / std::sqrt(readings / static_cast<double>(n));
   if (!(spread_s > 0)) return usual;
   const Line line = fit_line(t, f);
   const double told_N = line.slope * whole_s,
@@ -122,12 +120,12 @@ Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& gram,
       const Eigen::VectorXd wanted = ldlt_solve(part, b(passive));
       double way = 1;
       for (std::size_t k = 0; k < passive.size(); ++k) {
-        const double to = wanted[static_cast<Eigen::Index>(k)], from = x[passive[k]];
+        const double to = wanted[k], from = x[passive[k]];
         if (to <= 0) way = std::min(way, from > 0 ? from / (from - to) : 0.);
       }
       for (std::size_t k = 0; k < passive.size(); ++k) {
         double& at = x[passive[k]];
-        at += way * (wanted[static_cast<Eigen::Index>(k)] - at);
+        at += way * (wanted[k] - at);
       }
       if (way >= 1) break;
       std::erase_if(passive, [&](Eigen::Index i) {
@@ -140,25 +138,24 @@ Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& gram,
   return scale.cwiseProduct(x);
 }
 
-PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curve) {
+PressGroup::PressGroup(const std::vector<TimedPress>& presses, SlowCurve curve) {
   double deepest_m = 0, deviation_m = 0, free_m = 0;
-  for (const RelaxingPress& one : presses) rows_ += one.press.rows();
+  for (const TimedPress& p : presses) rows_ += p.rows();
   push_N_.resize(rows_), noise_N_ = weight_ = Eigen::VectorXd::Zero(rows_);
-  stretch_.assign(static_cast<std::size_t>(rows_), -1);
+  stretch_.assign(rows_, -1);
   Eigen::Index first = 0;
-  for (const RelaxingPress& one : presses) {
-    const TimedPress& p = one.press;
+  for (const TimedPress& p : presses) {
     PressInGroup part{p.time_s, p.depth_m, first};
-    part.contact_deviation_m = one.contact_deviation_m;
-    if (!presses_.empty() && one.contact_deviation_m > 0) {
+    part.contact_deviation_m = p.contact_deviation_m;
+    if (!presses_.empty() && p.contact_deviation_m > 0) {
       part.shift = static_cast<int>(shifted_.size());
       shifted_.push_back(presses_.size());
     }
     deepest_m = std::max(deepest_m, p.depth_m.maxCoeff());
     free_m = std::max(free_m, -p.depth_m.minCoeff());
-    deviation_m = std::max(deviation_m, one.contact_deviation_m);
+    deviation_m = std::max(deviation_m, p.contact_deviation_m);
     const double most_N = p.push_N.maxCoeff();
-    const double margin_m = kDeviations * one.contact_deviation_m;
+    const double margin_m = kDeviations * p.contact_deviation_m;
     // Without a free part the level is that of first touch, where the body bears nothing.
     const double level_N = p.depth_m[0] < -margin_m ? 0 : p.push_N[0];
     Eigen::Index before = 0, after = 0, touching = 0;
@@ -167,23 +164,22 @@ PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curv
       push_N_[first + i] = p.push_N[i];
       was_in |= p.depth_m[i] > 0;
       if (!(p.readings[i] > 0) ||
-          (was_in && p.push_N[i] < level_N - std::max(3 * one.noise_N, kPull * most_N)))
+          (was_in && p.push_N[i] < level_N - std::max(3 * p.noise_N, kPull * most_N)))
         continue;
-      noise_N_[first + i] = one.noise_N / std::sqrt(p.readings[i]);
+      noise_N_[first + i] = p.noise_N / std::sqrt(p.readings[i]);
       weight_[first + i] = 1 / std::hypot(noise_N_[first + i], kModelError * most_N);
       if (p.depth_m[i] < -margin_m) (was_in ? after : before) += 1;
       touching += p.depth_m[i] > 0;
     }
     if (before < kMinFreeRows || after < kMinFreeRows) {
-      const DriftPrior drift = expected_drift(one, margin_m, most_N);
+      const DriftPrior drift = expected_drift(p, margin_m, most_N);
       part.drift_N = drift.over_N, part.drift_deviation_N = drift.deviation_N;
       drifts_ += 1;
     }
     Eigen::Index seen = 0;
     for (Eigen::Index i = 0; i < p.rows(); ++i)
       if (p.depth_m[i] > 0 && weight_[first + i] > 0)
-        stretch_[static_cast<std::size_t>(first + i)] =
-            stretches_ + static_cast<int>(kStretches * seen++ / touching);
+        stretch_[first + i] = stretches_ + static_cast<int>(kStretches * seen++ / touching);
     stretches_ += kStretches;
     presses_.push_back(std::move(part));
     first += p.rows();
@@ -202,7 +198,7 @@ PressGroup::FittedRows PressGroup::counted(std::size_t recording) const {
   out.noise = out.weight.cwiseProduct(noise_N_(out.row));
   out.time_s.resize(out.weight.size());
   for (std::size_t k = 0; k < out.row.size(); ++k)
-    out.time_s[static_cast<Eigen::Index>(k)] = part.time_s[out.row[k] - part.first];
+    out.time_s[k] = part.time_s[out.row[k] - part.first];
   return out;
 }
 
@@ -233,7 +229,7 @@ PressGroup::Solution PressGroup::solve(const Eigen::MatrixXd& column, const doub
   Eigen::VectorXd precision = Eigen::VectorXd::Zero(sensors), expected = precision;
   for (std::size_t r = 0; r < presses_.size(); ++r) {
     const PressInGroup& part = presses_[r];
-    const auto level_at = static_cast<Eigen::Index>(2 * r);
+    const Eigen::Index level_at = 2 * r;
     const Eigen::Index n = part.time_s.size();
     sensor.col(level_at).segment(part.first, n).setOnes();
     sensor.col(level_at + 1).segment(part.first, n) =
@@ -244,7 +240,7 @@ PressGroup::Solution PressGroup::solve(const Eigen::MatrixXd& column, const doub
   }
   Eigen::VectorXd weight = weight_;
   for (Eigen::Index i = 0; i < rows_; ++i)
-    if (held_out[static_cast<std::size_t>(i)]) weight[i] = 0;
+    if (held_out[i]) weight[i] = 0;
 
   Eigen::MatrixXd weighted = weight.asDiagonal() * column;
   Eigen::VectorXd right = weight.cwiseProduct(push_N_);

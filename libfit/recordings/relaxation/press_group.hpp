@@ -7,13 +7,6 @@
 
 namespace palpate::recordings {
 
-/// One recording of a point, as relaxation is identified from it.
-struct RelaxingPress {
-  TimedPress press;
-  double noise_N = 0;              ///< of one reading
-  double contact_deviation_m = 0;  ///< 0: the contact is known
-};
-
 /// What the curve of slow motion is made of: sums with weights >= 0 of powers 1, 3/2, 2 and 3 of
 /// depth beyond a few contact points, or of many straight lines that begin at depths of their own.
 /// Either is a rising bed of rings (B0).
@@ -23,14 +16,14 @@ enum class SlowCurve { powers, free };
 /// given relaxation and shifts of contact it follows by least squares.
 class PressGroup {
  public:
-  PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curve);
+  PressGroup(const std::vector<TimedPress>& presses, SlowCurve curve);
 
   /// Rows of all recordings, and for each shift and each drift that has one its prior.
   Eigen::Index residuals() const { return rows_ + priors(); }
   Eigen::Index priors() const { return shifts() + drifts_; }
   /// Contact of the second and of later recordings against the first, in deviations; none where the
   /// contact is known.
-  Eigen::Index shifts() const { return static_cast<Eigen::Index>(shifted_.size()); }
+  Eigen::Index shifts() const { return shifted_.size(); }
   Eigen::Index rows() const { return rows_; }
   /// Stretches of time of equal numbers of rows in contact, that are held out as a whole; -1 of
   /// rows that are not in contact.

@@ -1,4 +1,4 @@
-#include "libfit/recordings/relaxation/series_covariance.hpp"
+#include "libfit/recordings/relaxation/series_search.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
@@ -80,9 +80,7 @@ Eigen::MatrixXd series_covariance(const SeriesSearch& with, const SeriesValues& 
   std::vector<Eigen::Index> free;
   for (Eigen::Index k = is_series_known ? 2 * branches : 0; k < unknowns; ++k) {
     if (k >= branches && k < 2 * branches)
-      if (const double at = values.branch[static_cast<std::size_t>(k)];
-          with.is_slowest(at) || with.is_fastest(at))
-        continue;
+      if (const double at = values.branch[k]; with.is_slowest(at) || with.is_fastest(at)) continue;
     free.push_back(k);
   }
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(unknowns, unknowns), noise = information;

@@ -52,8 +52,7 @@ class GroupResiduals final : public ceres::CostFunction {
         std::vector<double> moved = branch;
         moved[k] += kStep;
         const Relaxation there = relaxation_of(moved.data(), branches_);
-        jacobian.col(static_cast<Eigen::Index>(k)) =
-            (value(group_.parts(there, shift.data()), shift) - left) / kStep;
+        jacobian.col(k) = (value(group_.parts(there, shift.data()), shift) - left) / kStep;
       }
     }
     if (group_.shifts() == 0 || !jacobians[of_shifts]) return true;
@@ -61,7 +60,7 @@ class GroupResiduals final : public ceres::CostFunction {
     for (std::size_t r = 0; r < group_.recordings(); ++r) {
       if (group_.shift_of(r) < 0) continue;
       std::vector<double> moved = shift;
-      moved[static_cast<std::size_t>(group_.shift_of(r))] += kStep;
+      moved[group_.shift_of(r)] += kStep;
       Eigen::MatrixXd other = parts;
       group_.put_parts(r, here, moved.data(), other);
       jacobian.col(group_.shift_of(r)) = (value(other, moved) - left) / kStep;
@@ -73,7 +72,7 @@ class GroupResiduals final : public ceres::CostFunction {
   Eigen::VectorXd value(const Eigen::MatrixXd& parts, const std::vector<double>& shift) const {
     Eigen::VectorXd left = group_.solve(parts, shift.data(), held_out_).residual;
     for (Eigen::Index i = 0; i < group_.rows(); ++i)
-      if (held_out_[static_cast<std::size_t>(i)]) left[i] = 0;
+      if (held_out_[i]) left[i] = 0;
     return left;
   }
 
@@ -88,12 +87,11 @@ Relaxation SeriesValues::relaxation() const {
   return relaxation_of(branch.data(), static_cast<int>(branches()));
 }
 
-SeriesSearch::SeriesSearch(const std::vector<std::vector<RelaxingPress>>& points, SlowCurve curve,
+SeriesSearch::SeriesSearch(const std::vector<std::vector<TimedPress>>& points, SlowCurve curve,
                            double shortest_s, double longest_s)
     : low_(std::log(shortest_s)), high_(std::log(longest_s)) {
   for (const auto& presses : points) groups_.emplace_back(presses, curve);
-  for (const PressGroup& group : groups_)
-    none_.emplace_back(static_cast<std::size_t>(group.rows()), 0);
+  for (const PressGroup& group : groups_) none_.emplace_back(group.rows(), 0);
 }
 
 bool SeriesSearch::is_slowest(double log_time) const { return log_time > high_ - kNear; }
@@ -102,8 +100,7 @@ bool SeriesSearch::is_fastest(double log_time) const { return log_time < low_ + 
 
 SeriesValues SeriesSearch::start() const {
   SeriesValues values;
-  for (const PressGroup& group : groups_)
-    values.shift.emplace_back(static_cast<std::size_t>(group.shifts()), 0.);
+  for (const PressGroup& group : groups_) values.shift.emplace_back(group.shifts(), 0.);
   return values;
 }
 
@@ -203,7 +200,7 @@ std::vector<double> SeriesSearch::held_out_squares(const SeriesValues& found,
       for (std::size_t i = 0; i < held_out[g].size(); ++i) {
         if (!held_out[g][i]) continue;
         const std::size_t at = offset[g] + static_cast<std::size_t>(groups_[g].stretch()[i]);
-        const double left = solution.residual[static_cast<Eigen::Index>(i)];
+        const double left = solution.residual[i];
         out[at] += left * left, count[at] += 1;
       }
     }

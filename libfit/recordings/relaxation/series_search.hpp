@@ -9,7 +9,7 @@ struct SeriesValues {
   std::vector<double> branch;              ///< logarithms of shares, then of times
   std::vector<std::vector<double>> shift;  ///< of each group
 
-  Eigen::Index branches() const { return static_cast<Eigen::Index>(branch.size() / 2); }
+  Eigen::Index branches() const { return branch.size() / 2; }
   Relaxation relaxation() const;
 };
 
@@ -17,7 +17,7 @@ struct SeriesValues {
 class SeriesSearch {
  public:
   /// points: a vector of recordings each. Times are sought between the two.
-  SeriesSearch(const std::vector<std::vector<RelaxingPress>>& points, SlowCurve curve,
+  SeriesSearch(const std::vector<std::vector<TimedPress>>& points, SlowCurve curve,
                double shortest_s, double longest_s);
 
   const std::vector<PressGroup>& groups() const { return groups_; }
@@ -55,5 +55,20 @@ class SeriesSearch {
   HeldOut none_;
   double low_, high_;  // of a logarithm of time
 };
+
+/// Covariance of the values that a search found (M52): logarithms of shares, then of times, then
+/// the shifts of each group. 0 of a time at an end of what is sought, and of a series that is
+/// known.
+Eigen::MatrixXd series_covariance(const SeriesSearch& with, const SeriesValues& values,
+                                  bool is_series_known = false);
+
+/// Covariance of the residuals of n rows in time (M52a): noise of the rows' own and drift of the
+/// sensor, whose power goes as 1/f, in the proportion and of the size that restricted likelihood
+/// gives, mean over proportions. noise: n, deviations by readings alone, in any unit. weight: n,
+/// residual per newton. residual: n, what a linear fit by the columns of `slopes` (n x p) left.
+/// Source: Patterson and Thompson, Biometrika 58 (1971).
+Eigen::MatrixXd sensor_covariance(const Eigen::VectorXd& time_s, const Eigen::VectorXd& noise,
+                                  const Eigen::VectorXd& weight, const Eigen::VectorXd& residual,
+                                  const Eigen::MatrixXd& slopes);
 
 }  // namespace palpate::recordings

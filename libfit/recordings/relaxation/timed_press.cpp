@@ -39,12 +39,12 @@ std::vector<Eigen::Index> corners_of(const Eigen::VectorXd& time, const Eigen::V
           off > most)
         most = off, at = i;
     if (at < 0) continue;
-    is_corner[static_cast<std::size_t>(at)] = 1;
+    is_corner[at] = 1;
     open.emplace_back(a, at), open.emplace_back(at, b);
   }
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < time.size(); ++i)
-    if (is_corner[static_cast<std::size_t>(i)]) rows.push_back(i);
+    if (is_corner[i]) rows.push_back(i);
   return rows;
 }
 
@@ -87,10 +87,10 @@ void divide(const Readings& r, Eigen::Index a, Eigen::Index b, const Spans& span
   divide(r, (a + b) / 2, b, spans, parts);
 }
 
-Readings readings_of(const Signal& signal, double contact_travel_m) {
+Readings readings_of(const Signal& signal) {
   Readings r;
   r.time_s = Eigen::Map<const Eigen::VectorXd>(signal.time_s.data(), signal.rows());
-  r.depth_m = signal.travel_m().array() - contact_travel_m;
+  r.depth_m = signal.travel_m().array() - signal.contact_m;
   r.push_N = signal.push_N();
   r.is_good.resize(signal.time_s.size());
   for (std::size_t i = 0; i < r.is_good.size(); ++i)
@@ -151,27 +151,30 @@ ThirdMeans means_of_thirds(const TimedPress& p, const Eigen::VectorXd& of, Eigen
 
 }  // namespace
 
-TimedPress timed_press(const Signal& signal, double contact_travel_m,
-                       const std::optional<Vec3>& contact_m, double noise_N, double correlation) {
+double touch_time_s(const Eigen::VectorXd& time_s, const Eigen::VectorXd& depth_m,
+                    Eigen::Index first) {
+  if (first == 0) return time_s[0];
+  return time_s[first] - depth_m[first] / (depth_m[first] - depth_m[first - 1]) *
+                             (time_s[first] - time_s[first - 1]);
+}
+
+TimedPress timed_press(const Signal& signal, const std::optional<Vec3>& contact_m, double noise_N) {
   TimedPress out;
   const Eigen::Index n = signal.rows();
   if (signal.time_s.empty() || n < 3) return out;
-  const Readings r = readings_of(signal, contact_travel_m);
+  const Readings r = readings_of(signal);
   Eigen::Index touched = 0;
   while (touched < n && r.depth_m[touched] <= 0) ++touched;
   if (touched == n) return out;
-  double touch_s = r.time_s[touched];
-  if (touched > 0)
-    touch_s -= r.depth_m[touched] / (r.depth_m[touched] - r.depth_m[touched - 1]) *
-               (r.time_s[touched] - r.time_s[touched - 1]);
+  const double touch_s = touch_time_s(r.time_s, r.depth_m, touched);
   const std::vector<Part> parts = parts_of(r, noise_N);
-  const auto rows = static_cast<Eigen::Index>(parts.size());
+  const Eigen::Index rows = parts.size();
   if (rows > kMaxRows) return out;
   for (Eigen::VectorXd* column : {&out.time_s, &out.depth_m, &out.push_N, &out.readings})
     column->setZero(rows);
   if (contact_m) out.deflection_m.setZero(rows, 3), out.force_N.setZero(rows, 3);
   for (Eigen::Index i = 0; i < rows; ++i) {
-    const auto [a, b] = parts[static_cast<std::size_t>(i)];
+    const auto [a, b] = parts[i];
     out.time_s[i] = r.time_s.segment(a, b - a).mean() - touch_s;
     out.depth_m[i] = r.depth_m.segment(a, b - a).mean();
     if (contact_m)
@@ -179,14 +182,14 @@ TimedPress timed_press(const Signal& signal, double contact_travel_m,
           signal.position_m.middleRows(a, b - a).colwise().mean() - contact_m->transpose();
     double good = 0;
     for (Eigen::Index k = a; k < b; ++k)
-      if (r.is_good[static_cast<std::size_t>(k)]) {
+      if (r.is_good[k]) {
         out.push_N[i] += r.push_N[k], good += 1;
         if (contact_m) out.force_N.row(i) += signal.force_N.row(k);
       }
     if (good == 0) continue;
     out.push_N[i] /= good;
     if (contact_m) out.force_N.row(i) /= good;
-    out.readings[i] = std::max(1., good * (1 - correlation) / (1 + correlation));
+    out.readings[i] = std::max(1., good * (1 - signal.correlation) / (1 + signal.correlation));
   }
   return out;
 }

@@ -25,12 +25,10 @@ std::vector<Eigen::Index> rows_in_time(const std::vector<double>& time_s,
                                        std::size_t& dropped) {
   std::vector<Eigen::Index> rows;
   for (std::size_t i = 0; i < time_s.size(); ++i) {
-    if (!rows.empty() && !(time_s[i] > time_s[static_cast<std::size_t>(rows.back())])) {
+    if (!rows.empty() && !(time_s[i] > time_s[rows.back()])) {
       if (!drop_invalid)
         throw Error(file_line(file, line[std::min(i, line.size() - 1)]),
-                    time_s[i] == time_s[static_cast<std::size_t>(rows.back())]
-                        ? "the time stamp repeats"
-                        : "time goes back",
+                    time_s[i] == time_s[rows.back()] ? "the time stamp repeats" : "time goes back",
                     "Sort the rows by time and remove double ones, or import with --drop-invalid "
                     "to skip and count them.");
       ++dropped;
@@ -44,12 +42,12 @@ std::vector<Eigen::Index> rows_in_time(const std::vector<double>& time_s,
 template <class T>
 std::vector<T> picked(const std::vector<T>& from, const std::vector<Eigen::Index>& rows) {
   std::vector<T> out;
-  for (const Eigen::Index row : rows) out.push_back(from[static_cast<std::size_t>(row)]);
+  for (const Eigen::Index row : rows) out.push_back(from[row]);
   return out;
 }
 
 Points along_first_axis(const std::vector<double>& values) {
-  Points points = Points::Zero(static_cast<Eigen::Index>(values.size()), 3);
+  Points points = Points::Zero(values.size(), 3);
   points.col(0) = Eigen::Map<const Eigen::VectorXd>(values.data(), points.rows());
   return points;
 }
@@ -67,16 +65,15 @@ void interpolate(Signal& signal, const std::vector<double>& force_time_s, const 
     if (t < before.time_s.front() || t > before.time_s.back()) continue;
     while (j + 2 < before.time_s.size() && before.time_s[j + 1] < t) ++j;
     const double share = (t - before.time_s[j]) / (before.time_s[j + 1] - before.time_s[j]);
-    const auto row = static_cast<Eigen::Index>(j);
+    const Eigen::Index row = j;
     position.push_back((1 - share) * before.position_m.row(row) +
                        share * before.position_m.row(row + 1));
     kept.push_back(static_cast<Eigen::Index>(i));
     signal.time_s.push_back(t);
     signal.line.push_back(before.line[j]);
   }
-  signal.position_m.resize(static_cast<Eigen::Index>(position.size()), 3);
-  for (std::size_t i = 0; i < position.size(); ++i)
-    signal.position_m.row(static_cast<Eigen::Index>(i)) = position[i];
+  signal.position_m.resize(position.size(), 3);
+  for (std::size_t i = 0; i < position.size(); ++i) signal.position_m.row(i) = position[i];
   signal.force_N = force_N(kept, Eigen::all);
   if (torque_Nm.rows() > 0) signal.torque_Nm = torque_Nm(kept, Eigen::all);
 }
@@ -101,8 +98,7 @@ bool is_sinking(const Signal& signal, const Eigen::VectorXd& force, double half_
     return (signal.position_m.row(b) - signal.position_m.row(a)).norm();
   };
   const auto speed = [&](Eigen::Index a, Eigen::Index b) {
-    return way_m(a, b) / (signal.time_s[static_cast<std::size_t>(b)] -
-                          signal.time_s[static_cast<std::size_t>(a)]);
+    return way_m(a, b) / (signal.time_s[b] - signal.time_s[a]);
   };
   double most_m = 0;
   for (Eigen::Index i = first + 1; i < last; ++i) most_m = std::max(most_m, way_m(first, i));
@@ -133,14 +129,14 @@ void mark_stuck(Signal& signal, const Eigen::VectorXd& force, double range_m) {
 }
 
 void mark_saturated(Signal& signal, double force_limit_N) {
-  signal.is_saturated.assign(static_cast<std::size_t>(signal.rows()), 0);
+  signal.is_saturated.assign(signal.rows(), 0);
   const double range_m =
       (signal.position_m.colwise().maxCoeff() - signal.position_m.colwise().minCoeff()).norm();
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::VectorXd force = signal.force_N.col(axis);
     mark_stuck(signal, force, range_m);
     for (Eigen::Index i = 0; i < force.size(); ++i)
-      if (std::abs(force[i]) >= force_limit_N) signal.is_saturated[static_cast<std::size_t>(i)] = 1;
+      if (std::abs(force[i]) >= force_limit_N) signal.is_saturated[i] = 1;
   }
 }
 

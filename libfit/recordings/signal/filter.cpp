@@ -48,7 +48,7 @@ void find_spikes(const Eigen::VectorXd& force, std::vector<char>& is_spike) {
         std::abs(force[i + 1] - force[i + 2]), std::abs(force[i + 2] - force[i + 3])};
     std::sort(steps.begin(), steps.end());  // one or two of them may touch another spike
     const double off_before = force[i] - before, off_after = force[i] - after;
-    is_spike[static_cast<std::size_t>(i)] |=
+    is_spike[i] |=
         off_before * off_after > 0 && std::min(std::abs(off_before), std::abs(off_after)) >
                                           std::max(min_N, kSpikeInSteps * steps[1]);
   }
@@ -58,7 +58,7 @@ void find_spikes(const Eigen::VectorXd& force, std::vector<char>& is_spike) {
 
 std::size_t replace_spikes(Signal& signal) {
   const Eigen::Index rows = signal.rows();
-  signal.is_spike.assign(static_cast<std::size_t>(rows), 0);
+  signal.is_spike.assign(rows, 0);
   if (rows < 4 * kReach) return 0;
   for (int axis = 0; axis < 3; ++axis) find_spikes(signal.force_N.col(axis), signal.is_spike);
   for (std::size_t i = 0; i < signal.is_spike.size(); ++i)
@@ -70,9 +70,9 @@ std::size_t replace_spikes(Signal& signal) {
     return 0;
   }
   for (Eigen::Index first = 0; first < rows; ++first) {
-    if (!signal.is_spike[static_cast<std::size_t>(first)]) continue;
+    if (!signal.is_spike[first]) continue;
     Eigen::Index last = first;  // neither end of a signal can be a spike
-    while (signal.is_spike[static_cast<std::size_t>(last)]) ++last;
+    while (signal.is_spike[last]) ++last;
     const Vec3 before = signal.force_N.row(first - 1), after = signal.force_N.row(last);
     for (Eigen::Index i = first; i < last; ++i) {
       const double share =
@@ -94,7 +94,7 @@ Eigen::RowVector3d local_line(const std::vector<double>& time_s, const Points& v
   double w0 = 0, w1 = 0, w2 = 0;
   Eigen::RowVector3d v0 = Eigen::RowVector3d::Zero(), v1 = v0;
   for (Eigen::Index i = begin; i < end; ++i) {
-    const double s = (time_s[static_cast<std::size_t>(i)] - t) / sigma_s;
+    const double s = (time_s[i] - t) / sigma_s;
     const double w = std::exp(-0.5 * s * s);
     w0 += w;
     w1 += w * s;
@@ -115,11 +115,9 @@ void smooth(Signal& signal, double sigma_s) {
   const Points force = signal.force_N, position = signal.position_m, torque = signal.torque_Nm;
   Eigen::Index begin = 0, end = 0;
   for (Eigen::Index i = 0; i < signal.rows(); ++i) {
-    const double t = signal.time_s[static_cast<std::size_t>(i)];
-    while (signal.time_s[static_cast<std::size_t>(begin)] < t - kWeightReach * sigma_s) ++begin;
-    while (end < signal.rows() &&
-           signal.time_s[static_cast<std::size_t>(end)] <= t + kWeightReach * sigma_s)
-      ++end;
+    const double t = signal.time_s[i];
+    while (signal.time_s[begin] < t - kWeightReach * sigma_s) ++begin;
+    while (end < signal.rows() && signal.time_s[end] <= t + kWeightReach * sigma_s) ++end;
     signal.force_N.row(i) = local_line(signal.time_s, force, begin, end, t, sigma_s);
     if (torque.rows() > 0)
       signal.torque_Nm.row(i) = local_line(signal.time_s, torque, begin, end, t, sigma_s);

@@ -39,13 +39,13 @@ double waves_N(const Eigen::VectorXd& push, double least_N) {
 
 }  // namespace
 
-std::vector<RowRange> first_loadings(const Signal& signal, const std::vector<Phase>& phases) {
+std::vector<RowRange> first_loadings(const Signal& signal) {
   const Eigen::VectorXd travel = signal.travel_m(), push = signal.push_N();
   const double range_m = travel.maxCoeff() - travel.minCoeff(), free_N = push[0],
                most_N = push.maxCoeff() - free_N;
   std::vector<RowRange> parts;
   double deepest_m = -std::numeric_limits<double>::infinity();
-  for (const RowRange& rising : approaches(signal, phases)) {
+  for (const RowRange& rising : approaches(signal)) {
     RowRange part = rising;
     while (part.begin < part.end && travel[part.begin] <= deepest_m) ++part.begin;
     if (part.rows() < 2 || (!parts.empty() && travel[part.end - 1] < deepest_m + kDeeper * range_m))

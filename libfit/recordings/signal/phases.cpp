@@ -39,9 +39,9 @@ std::vector<Eigen::Index> turning_rows(const Eigen::VectorXd& travel, double min
 }
 
 std::vector<RowRange> runs_of(const std::vector<Phase>& phases, Phase phase) {
-  const auto rows = static_cast<Eigen::Index>(phases.size());
+  const Eigen::Index rows = phases.size();
   const auto belongs = [&](Eigen::Index i) {  // a hold on the way does not end it
-    const Phase at = phases[static_cast<std::size_t>(i)];
+    const Phase at = phases[i];
     return at == phase || at == Phase::hold;
   };
   std::vector<RowRange> runs;
@@ -121,26 +121,26 @@ std::vector<Phase> find_phases(const Signal& signal) {
     const double in_m = std::abs(travel[b] - travel[a]), side_m = sideways.way_m(a, b);
     const double mean_m = path_m * static_cast<double>(b - a) / static_cast<double>(rows);
     if (side_m > in_m && side_m > kHoldShare * mean_m)
-      phases[static_cast<std::size_t>(i)] = Phase::slide;
+      phases[i] = Phase::slide;
     else if (in_m < kHoldShare * mean_m && side_m < kHoldShare * mean_m)
-      phases[static_cast<std::size_t>(i)] = Phase::hold;
+      phases[i] = Phase::hold;
   }
   return phases;
 }
 
-std::vector<RowRange> approaches(const Signal& signal, const std::vector<Phase>& phases) {
+std::vector<RowRange> approaches(const Signal& signal) {
   const Eigen::VectorXd travel = signal.travel_m();
   std::vector<RowRange> out;
-  for (const RowRange& run : runs_of(phases, Phase::approach))
+  for (const RowRange& run : runs_of(signal.phase, Phase::approach))
     out.push_back(rising_part(travel, run));
   return out;
 }
 
-RowRange main_approach(const Signal& signal, const std::vector<Phase>& phases) {
+RowRange main_approach(const Signal& signal) {
   const Eigen::VectorXd travel = signal.travel_m();
   RowRange best;
   double max_m = 0;
-  for (const RowRange& rising : approaches(signal, phases)) {
+  for (const RowRange& rising : approaches(signal)) {
     if (const double gain_m = travel[rising.end - 1] - travel[rising.begin]; gain_m > max_m) {
       max_m = gain_m;
       best = rising;
@@ -149,14 +149,13 @@ RowRange main_approach(const Signal& signal, const std::vector<Phase>& phases) {
   return best;
 }
 
-std::vector<RowRange> cycles_like(const Signal& signal, const std::vector<Phase>& phases,
-                                  const RowRange& approach) {
+std::vector<RowRange> cycles_like(const Signal& signal, const RowRange& approach) {
   const Eigen::VectorXd travel = signal.travel_m();
   const double low_m = travel[approach.begin], high_m = travel[approach.end - 1],
                slack_m = kCycleSlack * (high_m - low_m);
   std::vector<RowRange> cycles;
   for (const Phase phase : {Phase::approach, Phase::retract})
-    for (const RowRange& run : runs_of(phases, phase)) {
+    for (const RowRange& run : runs_of(signal.phase, phase)) {
       const auto part = travel.segment(run.begin, run.rows());
       if (part.minCoeff() > low_m + slack_m || part.maxCoeff() < high_m - slack_m) continue;
       if (phase == Phase::approach && run.begin <= approach.begin && approach.end <= run.end)
@@ -166,28 +165,27 @@ std::vector<RowRange> cycles_like(const Signal& signal, const std::vector<Phase>
   return cycles;
 }
 
-std::vector<RowRange> presses_like(const Signal& signal, const std::vector<Phase>& phases,
-                                   const RowRange& approach) {
+std::vector<RowRange> presses_like(const Signal& signal, const RowRange& approach) {
   const Eigen::VectorXd travel = signal.travel_m();
   const double low_m = travel[approach.begin], high_m = travel[approach.end - 1],
                slack_m = kCycleSlack * (high_m - low_m);
-  std::vector<RowRange> presses = approaches(signal, phases);
+  std::vector<RowRange> presses = approaches(signal);
   std::erase_if(presses, [&](const RowRange& way) {
     return travel[way.begin] > low_m + slack_m || travel[way.end - 1] < high_m - slack_m;
   });
   return presses;
 }
 
-RowRange retract_after(const std::vector<Phase>& phases, const RowRange& approach) {
-  const auto rows = static_cast<Eigen::Index>(phases.size());
+RowRange retract_after(const Signal& signal, const RowRange& approach) {
+  const std::vector<Phase>& phases = signal.phase;
+  const Eigen::Index rows = phases.size();
   Eigen::Index begin = approach.end;
-  while (begin < rows && phases[static_cast<std::size_t>(begin)] != Phase::retract) {
-    if (phases[static_cast<std::size_t>(begin)] == Phase::approach && begin > approach.end + 2)
-      return {};
+  while (begin < rows && phases[begin] != Phase::retract) {
+    if (phases[begin] == Phase::approach && begin > approach.end + 2) return {};
     ++begin;
   }
   Eigen::Index end = begin;
-  while (end < rows && phases[static_cast<std::size_t>(end)] != Phase::approach) ++end;
+  while (end < rows && phases[end] != Phase::approach) ++end;
   return {begin, end};
 }
 

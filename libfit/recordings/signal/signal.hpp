@@ -6,13 +6,41 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/geometry.hpp"
+#include "libfit/core/recorded_signals.hpp"
 #include "libfit/recordings/formats/recording.hpp"
 #include "libfit/recordings/signal/settings.hpp"
 
 namespace palpate::recordings {
 
+/// What the tip does in a row.
+enum class Phase : char { approach, hold, retract, slide };
+
+/// Rows [begin, end).
+struct RowRange {
+  Eigen::Index begin = 0, end = 0;
+  Eigen::Index rows() const { return end - begin; }
+};
+
+/// The parts of a signal that samples are made from.
+struct SignalRanges {
+  RowRange approach;   ///< the loading that the settings ask for, up to its deepest row
+  RowRange loading;    ///< its part in which the force rises
+  RowRange unloading;  ///< after it; empty where there is none
+  /// Of a press in cycles that go deeper and deeper, what each loads for the first time; else none.
+  std::vector<RowRange> first_loadings;
+  std::optional<Eigen::Index> break_in;  ///< last row before the tool breaks in
+  /// Ranges that rows are means of, the last of them with the contact point.
+  std::vector<RowRange> used;
+};
+
+/// Travel along the inward direction and push as recorded, before spikes, filter and bias go.
+struct RecordedReadings {
+  Eigen::VectorXd travel_m, push_N;
+};
+
 /// Tip and force on one clock, N rows in the order recorded. A one-axis recording has its travel
-/// and push in the first column, and inward (1, 0, 0).
+/// and push in the first column, and inward (1, 0, 0). Each step from `align` to rows fills in what
+/// it finds; what is not known yet is empty.
 struct Signal {
   std::vector<double> time_s;  ///< N, or empty without a clock
   Points position_m;           ///< N x 3, the rig's compliance taken off
@@ -24,6 +52,13 @@ struct Signal {
   std::vector<char> is_spike;      ///< N; force replaced by that of its neighbours
   std::optional<Eigen::Index> retract_begins;
   bool is_axial = false;
+  RecordedReadings recorded;  ///< N each
+  std::vector<Phase> phase;   ///< N
+  SignalRanges range;
+  double contact_m = 0;    ///< travel at first touch
+  Eigen::VectorXd bias_N;  ///< N, taken off the push
+  /// Of neighbours in the noise before contact; 0 where nothing is free.
+  double correlation = 0;
 
   Eigen::Index rows() const { return position_m.rows(); }
   Eigen::VectorXd travel_m() const { return position_m * inward; }
@@ -36,7 +71,7 @@ struct Signal {
 /// travel that the rig itself gives. inward: unit, where known.
 /// Throws Error (file:line) on time stamps that repeat or go back (with drop_invalid they are left
 /// out and counted in `dropped`), fewer than 5 common rows, and clocks that do not overlap.
-Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
+Signal align(const importers::RawRecording& raw, const SensorSettings& settings,
              const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
              std::size_t& dropped);
 
@@ -70,47 +105,41 @@ struct Line {
 };
 Line fit_line(const Eigen::VectorXd& x, const Eigen::VectorXd& y);
 
-/// What the tip does in a row.
-enum class Phase : char { approach, hold, retract, slide };
-
-/// Rows [begin, end).
-struct RowRange {
-  Eigen::Index begin = 0, end = 0;
-  Eigen::Index rows() const { return end - begin; }
-};
-
 /// What the tip does, row by row: it changes direction where the travel turns back by more than 2 %
 /// of its whole range; it slides where it goes farther sideways than inward, and holds where over a
 /// 2 % window of the rows it goes neither way by more than a tenth of the mean speed. Where the
-/// file says that the way back begins, that is believed.
+/// file says where the retract begins, that is believed.
 std::vector<Phase> find_phases(const Signal& signal);
 
-/// The way in, from its lowest to its highest travel: the approach that gains most travel. Empty
+/// The approach that gains most travel, from its lowest to its highest. Empty
 /// when there is none.
-RowRange main_approach(const Signal& signal, const std::vector<Phase>& phases);
+RowRange main_approach(const Signal& signal);
 
-/// The other approaches and the ways back that go at least 90 % as far as `approach` does, from
+/// The other approaches and the retracts that go at least 90 % as far as `approach` does, from
 /// where it begins to where it ends: cycles of one recording.
-std::vector<RowRange> cycles_like(const Signal& signal, const std::vector<Phase>& phases,
-                                  const RowRange& approach);
+std::vector<RowRange> cycles_like(const Signal& signal, const RowRange& approach);
 
-/// The ways in that go at least 90 % as far as `approach` does, itself among them, in order:
+/// The approaches that go at least 90 % as far as `approach` does, itself among them, in order:
 /// presses of one recording.
-std::vector<RowRange> presses_like(const Signal& signal, const std::vector<Phase>& phases,
-                                   const RowRange& approach);
+std::vector<RowRange> presses_like(const Signal& signal, const RowRange& approach);
 
-/// The ways in, each from its lowest to its highest travel.
-std::vector<RowRange> approaches(const Signal& signal, const std::vector<Phase>& phases);
+/// All approaches, each from its lowest to its highest travel.
+std::vector<RowRange> approaches(const Signal& signal);
 
-/// Of ways in that go deeper and deeper, what each presses for the first time: together the first
-/// loading of a body that presses soften. Empty where there are no two such ways in.
-std::vector<RowRange> first_loadings(const Signal& signal, const std::vector<Phase>& phases);
+/// The parts of approaches that go deeper and deeper which press for the first time: together the
+/// first loading of a body that presses soften. Empty where there are no two such approaches.
+std::vector<RowRange> first_loadings(const Signal& signal);
 
-/// The row of a way in behind which the push falls at once, by a fifth and out of noise and waves,
-/// as the tool goes on: there it breaks in. Nothing where it does not.
+/// The row of an approach behind which the push falls at once, by a fifth and out of noise and
+/// waves, as the tool goes on: there it breaks in. Nothing where it does not.
 std::optional<Eigen::Index> break_in_row(const Signal& signal, const RowRange& range);
 
-/// The way back after it, to where the next approach begins; empty when there is none.
-RowRange retract_after(const std::vector<Phase>& phases, const RowRange& approach);
+/// The retract after it, to where the next approach begins; empty when there is none.
+RowRange retract_after(const Signal& signal, const RowRange& approach);
+
+/// At most 200 rows for a picture: half of them equally spaced over all, half over the approach
+/// from as far before the contact point as the press goes beyond it; and those of largest push and
+/// travel. Without readings of a signal that is empty.
+SignalTrace trace_of(const Signal& signal);
 
 }  // namespace palpate::recordings

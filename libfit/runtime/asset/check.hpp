@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// What is checked before the engine trusts an asset's bytes. Safe on any bytes: every index is
+// Checks of an asset's bytes before the engine trusts them. Safe on any bytes: every index is
 // tested before it is used, and all work is bounded by the counts.
 
 #include "../base/status.hpp"
@@ -9,12 +9,9 @@
 #include "shape.hpp"
 #include "view.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-constexpr double kMaxCoordinate_m = 1e3;  ///< of vertices about the origin: floats keep 0.1 mm
 constexpr double kUnitTolerance = 1e-4;   ///< of a normal's squared length; float rounding is 2e-7
-constexpr double kMinFacing = 0.01;       ///< least cosine of a corner's normal to its triangle's
 constexpr double kBasisTolerance = 1e-9;  ///< of basis functions: rounding leaves 1e-14
 
 inline bool is_within(double x, double bound) noexcept { return std::fabs(x) <= bound; }
@@ -66,8 +63,8 @@ inline void tail_of_basis(const SplineView& spline, int i, int g, double* c) noe
   }
 }
 
-/// Whether a polynomial of `order` terms is >= 0 and rises on [0, width]: so do its Bernstein
-/// coefficients.
+/// Returns true if a polynomial of `order` terms is >= 0 and rises on [0, width]: so do its
+/// Bernstein coefficients.
 inline bool is_rising(const double* c, int order, double width) noexcept {
   double before = 0;
   for (int j = 0; j < order; ++j) {
@@ -116,7 +113,7 @@ inline Status check_spline(const SplineView& spline) noexcept {
   const int order = spline.degree + 1, size = spline.size();
   if (spline.knots[0] != 0) return Status::curves_wrong;
   for (int i = 0; i < spline.pieces; ++i)
-    if (!(spline.knots[i + 1] > spline.knots[i] && spline.knots[i + 1] <= kMaxCoordinate_m))
+    if (!(spline.knots[i + 1] > spline.knots[i] && spline.knots[i + 1] <= kMaxLength_m))
       return Status::curves_wrong;
   double area[kMaxPieces + kMaxDegree] = {};
   for (int i = 0; i <= spline.pieces; ++i) {
@@ -144,12 +141,12 @@ inline Status check_spline(const SplineView& spline) noexcept {
   return Status::ok;
 }
 
-/// Whether the side force of a vertex is one that its press can bear: (M22) at the end of the
+/// Returns true if the press of a vertex can carry its side force: (M22) at the end of the
 /// curves, the lateral deflection as long as the depth, with room for what a fit leaves to
 /// the guard. Beyond it forces have nothing to do with a body's.
 constexpr double kSideSlack = 100;
-inline bool is_side_borne(const SplineView& normal, const float* curve, const float* side2,
-                          const float* side3) noexcept {
+inline bool is_side_carried(const SplineView& normal, const float* curve, const float* side2,
+                            const float* side3) noexcept {
   const double d = normal.knots[normal.pieces], most_N = double(curve[normal.size() - 1]);
   const auto length = [](const float* g) noexcept {
     return std::sqrt(double(g[0]) * g[0] + double(g[1]) * g[1] + double(g[2]) * g[2]);
@@ -157,7 +154,7 @@ inline bool is_side_borne(const SplineView& normal, const float* curve, const fl
   return d * d * (2 * length(side2) + 3 * length(side3) * d) <= kSideSlack * most_N;
 }
 
-/// Records that exist; of every part what the family says, all zero where a vertex answers with
+/// Records exist; every part is as its family has it, all zero where a vertex answers with
 /// nothing.
 inline Status check_controls(const AssetView& view, const Header& h) noexcept {
   for (int v = 0; v < view.vertices; ++v) {
@@ -169,22 +166,22 @@ inline Status check_controls(const AssetView& view, const Header& h) noexcept {
                         part_size(h, part), !view.covered[v]))
         return Status::controls_wrong;
     if (h.family == int(Family::rings) &&
-        !is_side_borne(view.curves.view[kNormal], control + view.control_offset[kNormal],
-                       control + view.control_offset[kSide2],
-                       control + view.control_offset[kSide3]))
+        !is_side_carried(view.curves.view[kNormal], control + view.control_offset[kNormal],
+                         control + view.control_offset[kSide2],
+                         control + view.control_offset[kSide3]))
       return Status::controls_wrong;
     const int sway = sway_part_of(h.family);
     if (sway < 0) continue;
     double c[6];
     for (int i = 0; i < 6; ++i) c[i] = double(control[view.control_offset[sway] + i]);
-    if (!is_nowhere_negative(c)) return Status::controls_wrong;
+    if (!is_positive_semidefinite(c)) return Status::controls_wrong;
   }
   return Status::ok;
 }
 
 inline Status check_vertices(const AssetView& view) noexcept {
   for (int i = 0; i < 3 * view.vertices; ++i)
-    if (!is_within(double(view.vertex[i]), kMaxCoordinate_m)) return Status::vertices_wrong;
+    if (!is_within(double(view.vertex[i]), kMaxLength_m)) return Status::vertices_wrong;
   return Status::ok;
 }
 
@@ -203,7 +200,7 @@ inline double diagonal_of(const AssetView& view) noexcept {
   return std::sqrt(squared);
 }
 
-/// Indices in range and distinct; neighbours share the reversed edge, each way.
+/// Indices in range and distinct; neighbours share the reversed edge, both ways.
 inline Status check_triangles(const AssetView& view) noexcept {
   const double diagonal_m = diagonal_of(view) * (1 + 1e-6);  // the exporter's, to rounding
   for (int t = 0; t < view.triangles; ++t) {
@@ -306,8 +303,8 @@ inline bool holds_all_solid(const AssetView& view, int items) noexcept {
 inline Status check_tree(const AssetView& view, int nodes, int items) noexcept {
   const TreeNode& root = view.tree[0];
   for (int k = 0; k < 3; ++k)  // the swept test takes its allowance from the root's size
-    if (!is_within(double(root.lo[k]), 2 * kMaxCoordinate_m) ||
-        !is_within(double(root.hi[k]), 2 * kMaxCoordinate_m))
+    if (!is_within(double(root.lo[k]), 2 * kMaxLength_m) ||
+        !is_within(double(root.hi[k]), 2 * kMaxLength_m))
       return Status::tree_wrong;
   struct Range {
     int begin, end, parent, depth;
@@ -332,7 +329,7 @@ inline Status check_tree(const AssetView& view, int nodes, int items) noexcept {
   return next_item == items && holds_all_solid(view, items) ? Status::ok : Status::tree_wrong;
 }
 
-/// A Prony series that rings can follow: what the block says and nothing beside it.
+/// A Prony series that rings can follow: those of the block and nothing beside them.
 inline Status check_block(const AssetView& view, const Header& h,
                           const RelaxationBlock& block) noexcept {
   if (h.family != int(Family::rings) || view.curves.relaxation.branches == 0 || block.reserved != 0)
@@ -351,7 +348,7 @@ inline Status check_block(const AssetView& view, const Header& h,
   return Status::ok;
 }
 
-/// Numbers that damage can follow: what the block says and nothing beside it.
+/// Numbers that damage can follow: those of the block and nothing beside them.
 inline Status check_block(const AssetView&, const Header&, const DamageBlock& block) noexcept {
   const auto is_within = [](double x, double least, double most) noexcept {
     return x >= least && x <= most;
@@ -359,7 +356,7 @@ inline Status check_block(const AssetView&, const Header&, const DamageBlock& bl
   const DamageView& damage = block.damage;
   bool is_good = is_within(damage.r, kMinDamage, kMaxDamage) &&
                  is_within(damage.scale, 0, kMaxDamage) && is_within(damage.beta, 0, kMaxDamage) &&
-                 damage.scale + damage.beta > 0 && is_within(damage.reach_m, 0, kMaxDamageReach_m);
+                 damage.scale + damage.beta > 0 && is_within(damage.reach_m, 0, kMaxLength_m);
   for (const double reserved : block.reserved) is_good = is_good && reserved == 0;
   return is_good ? Status::ok : Status::block_wrong;
 }
@@ -372,7 +369,7 @@ inline Status check_block(const AssetView&, const Header& h, const CouplingBlock
   return is_good ? Status::ok : Status::block_wrong;
 }
 
-/// Of all blocks that the asset has; its sections are checked.
+/// Checks all blocks of an asset whose sections are checked.
 template <class... Each>
 Status check_blocks(const AssetView& view, const Header& h, const void* bytes,
                     AssetBlocks<Each...>) noexcept {
@@ -400,5 +397,4 @@ inline Status check_sections(const AssetView& view, const Header& header,
   return status;
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

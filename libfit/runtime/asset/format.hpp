@@ -15,8 +15,7 @@
 #include "../law/families.hpp"
 #include "../law/softening.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 constexpr std::uint32_t kVersion = 1;
 /// Raised when the engine computes other bits from the same bytes. The check path of an older
@@ -28,7 +27,7 @@ constexpr std::uint64_t kByteAlignment = 8;  ///< of the bytes in memory: what a
 constexpr std::uint32_t kFlagGuard = 1;      ///< refuse the energy-creating part of slips
 constexpr std::uint32_t kFlagShape = 2;      ///< a shape response follows the sections
 
-// What a vertex answers with; 0: nothing, its controls are zero.
+// Source of a vertex's curves; 0: it has none, its controls are zero.
 constexpr std::uint8_t kMeasured = 1;  ///< its own curves
 constexpr std::uint8_t kMean = 2;      ///< the mean of the body's, where no test point answers
 
@@ -47,7 +46,7 @@ enum Section : int {
   kCovered,   ///< uint8 V: kMeasured, kMean or 0
   kRecords,   ///< int32 V: row of kControls; vertices that answer alike share one
   /// float R x the numbers of the family's parts in turn, control value by control value: bounds
-  /// and order as the parts say (law/part.hpp)
+  /// and order as the parts say (law/curve_views.hpp)
   kControls,
   kTriangles,   ///< int32 F x 3, counter-clockwise from outside
   kNeighbours,  ///< int32 F x 3: across the edge from corner k to k+1; -1 at a border
@@ -79,13 +78,13 @@ struct RelaxationBlock {
   double share[kMaxBranches], time_s[kMaxBranches];  ///< 0 of branches that are not
   double reserved;
 };
-/// How the body softens (law/softening.hpp).
+/// Softening of the body (law/softening.hpp).
 struct DamageBlock {
   static constexpr std::uint32_t kFlag = 8;
   DamageView damage;
   double reserved[4];
 };
-/// How contacts on the body move each other (law/coupling.hpp).
+/// Compliance between contacts on the body (law/coupling.hpp).
 struct CouplingBlock {
   static constexpr std::uint32_t kFlag = 16;
   CouplingView coupling;
@@ -210,7 +209,7 @@ constexpr std::uint32_t block_flags(AssetBlocks<Each...>) noexcept {
   return (Each::kFlag | ...);
 }
 
-/// Whether all counts are possible, so that sizes can be computed from them.
+/// Returns true if all counts are possible, so that sizes can be computed from them.
 inline bool has_possible_counts(const Header& h) noexcept {
   if (h.vertices < 3 || h.vertices > kMaxVertices) return false;
   if (h.records < 1 || h.records > h.vertices) return false;
@@ -273,5 +272,4 @@ inline std::uint64_t asset_checksum(const void* asset, std::uint64_t bytes) noex
   return checksum(static_cast<const unsigned char*>(asset) + kFrom, bytes - kFrom);
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

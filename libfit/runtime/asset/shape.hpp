@@ -7,18 +7,17 @@
 #include "../base/status.hpp"
 #include "view.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 constexpr int kMaxShapeIntervals = 32, kMaxShapeModes = 32;
 constexpr std::int32_t kMaxShapePoints = 1 << 20;
 constexpr double kMaxShapeNumber = 1e6;  ///< of any number of the response
 /// Near functions of a test point, each with kShapeDepths coefficients per spline: the dent along
-/// u, the way in and out. Of the body: how the surface follows a tool sideways.
+/// u, loading and unloading. Of the body: how the surface follows a tool sideways.
 constexpr int kShapePressed = 2, kShapeDepths = 2, kShapeDragged = 3;
 
-/// What a point owns: near functions, then how far each mode goes by a force along x, y and z
-/// [m/N]. And the body.
+/// Size of a point's record: near functions, then each mode's displacement by a force along x, y
+/// and z [m/N]. And the body.
 inline int shape_numbers(int intervals, int modes) noexcept {
   return kShapePressed * kShapeDepths * intervals + 3 * modes;
 }
@@ -104,7 +103,7 @@ inline ShapeView shape_view_of(const void* bytes, const Header& asset) noexcept 
 
 /// Lengths, indices, weights and numbers of a shape response, and the normals that it reads.
 inline Status check_shape(const AssetView& view) noexcept {
-  constexpr double kMaxLength_m = 1e3, kSumTolerance = 1e-5;
+  constexpr double kSumTolerance = 1e-5;
   const ShapeView& shape = view.shape;
   if (!(shape.depth_m > 0 && shape.depth_m <= kMaxLength_m)) return Status::shape_wrong;
   if (!(shape.radius_m > 0 && shape.radius_m <= kMaxLength_m)) return Status::shape_wrong;
@@ -136,5 +135,4 @@ inline Status check_shape(const AssetView& view) noexcept {
   return Status::ok;
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -7,8 +7,7 @@
 
 #include "format.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 /// Counts and lengths; 64 bytes. Behind it, each at the next multiple of 64 with zeros between:
 /// the parts of ShapePart (shape.hpp).
@@ -20,7 +19,8 @@ struct ShapeHeader {
 };
 static_assert(sizeof(ShapeHeader) == 64, "the header of the shape response is packed");
 
-/// How the surface moves under a tool (deform.hpp); no points where the asset does not say.
+/// Displacement of the surface under a tool (deform.hpp); no points: the asset has no shape
+/// response.
 struct ShapeView : ShapeHeader {
   const std::int32_t* blend_point = nullptr;  ///< three of each record
   const float* blend_weight = nullptr;
@@ -31,7 +31,7 @@ struct ShapeView : ShapeHeader {
 
 struct DamagedVertex;
 
-/// What is known of an asset's bytes beside the body.
+/// The bytes that hold an asset.
 struct AssetFileView {
   std::uint32_t version = 0;
   std::uint64_t bytes = 0, meta_bytes = 0;
@@ -45,40 +45,18 @@ struct CheckPathView {
   int law_revision = 0;  ///< of the engine that recorded them
 };
 
-/// What the engine reads at a tick. Immutable; any number of threads and tools may share it.
-/// Made by Asset::open, which has checked every index and number.
-struct AssetView {
-  AssetFileView file;
-  CheckPathView check;
+/// The surface at rest with its bounding tree: all that collision detection and slides read.
+struct SurfaceView {
   int vertices = 0, triangles = 0;
-  int records = 0;  ///< rows of controls
-  int controls_per_vertex = 0;
-  int control_offset[kMaxParts] = {};  ///< where each part begins in a vertex's controls
   const float* vertex = nullptr;
   const float* normal = nullptr;
-  const std::uint8_t* covered = nullptr;
-  const std::int32_t* record = nullptr;  ///< of a vertex: its row of controls
-  const float* control = nullptr;
   const std::int32_t* triangle = nullptr;
   const std::int32_t* neighbour = nullptr;
   const float* max_depth_m = nullptr;
   const TreeNode* tree = nullptr;
   const std::int32_t* tree_item = nullptr;
-  CurveViews curves;
-  std::uint64_t checksum = 0;
   double origin_m[3] = {0, 0, 0};
-  double max_step_m = 0;
-  double probe_radius_m = 0;
-  double first_row_m = 0;   ///< depth of the first row of presses; 0 unknown
-  double max_fitted_m = 0;  ///< deepest that the curves were measured
-  bool is_rough = false;    ///< of another indenter, and not all of the law is known to follow it
-  double skin_m = 0;        ///< rounding allowance of the swept test: 1e-9 of the body's diagonal
-  bool has_guard = true;
-  bool sways = false;  ///< some vertex gives as a whole (sway.hpp)
-  ShapeView shape = {};
-  const CouplingView* coupling = nullptr;  ///< how contacts move each other; null: they do not
-  DamageView damage;                       ///< how a body of this asset softens (contact/body.hpp)
-  DamagedVertex* body = nullptr;  ///< of with_body(): what it has borne; null: it does not soften
+  double skin_m = 0;  ///< rounding allowance of the swept test: 1e-9 of the body's diagonal
 
   Vec3d vertex_at(int v) const noexcept {
     return {double(vertex[3 * v]), double(vertex[3 * v + 1]), double(vertex[3 * v + 2])};
@@ -88,10 +66,6 @@ struct AssetView {
   }
   /// Corner k (any of 0, 1, 2) of triangle t.
   int corner(int t, int k) const noexcept { return triangle[3 * t + k]; }
-  /// The controls of a vertex.
-  const float* node(int v) const noexcept {
-    return control + std::ptrdiff_t{record[v]} * controls_per_vertex;
-  }
   /// A triangle that can be touched and slid over: the others are air.
   bool is_solid(int t) const noexcept { return max_depth_m[t] > 0; }
   /// Twice the area times the OUTWARD normal of triangle t.
@@ -101,7 +75,41 @@ struct AssetView {
   }
 };
 
-/// Of no branches where the block has not 1 to kMaxBranches.
+/// The control values of the law at each vertex.
+struct NodeTable {
+  int records = 0;  ///< rows of controls
+  int controls_per_vertex = 0;
+  int control_offset[kMaxParts] = {};  ///< begin of each part in a vertex's controls
+  const std::uint8_t* covered = nullptr;
+  const std::int32_t* record = nullptr;  ///< row of controls of each vertex
+  const float* control = nullptr;
+
+  const float* node(int v) const noexcept {
+    return control + std::ptrdiff_t{record[v]} * controls_per_vertex;
+  }
+};
+
+/// Everything that a tick reads. Immutable; any number of threads and tools may share it.
+/// Asset::open makes it, after a check of every index and number.
+struct AssetView : SurfaceView, NodeTable {
+  AssetFileView file;
+  CheckPathView check;
+  CurveViews curves;
+  std::uint64_t checksum = 0;
+  double max_step_m = 0;
+  double probe_radius_m = 0;
+  double first_row_m = 0;   ///< depth of the first row of presses; 0 unknown
+  double max_fitted_m = 0;  ///< deepest that the curves were measured
+  bool is_rough = false;    ///< another indenter's, which not all of the law is known to follow
+  bool has_guard = true;
+  bool sways = false;  ///< some vertex has a compliance of the body
+  ShapeView shape = {};
+  const CouplingView* coupling = nullptr;  ///< null: contacts do not move each other
+  DamageView damage;                       ///< softening of a body of this asset (contact/body.hpp)
+  DamagedVertex* body = nullptr;           ///< set by with_body(); null: it does not soften
+};
+
+/// Has no branches if the block has not 1 to kMaxBranches.
 inline RelaxationView relaxation_of(const RelaxationBlock& block) noexcept {
   RelaxationView out;
   if (!(block.branches >= 1 && block.branches <= kMaxBranches)) return out;
@@ -189,8 +197,8 @@ inline ContactStiffness stiffness_at_end(const AssetView& view, int triangle,
   return {along, along * lambda};
 }
 
-/// s of (M62): how much of the body's coupling a contact there bears; below 1 where it is so stiff
-/// that the energy of several would not stay convex. view: as the tool meets it.
+/// s of (M62): the share of the body's coupling that a contact there has; below 1 where it is so
+/// stiff that the energy of several would not stay convex. view: that of the tool.
 inline double coupling_share(const AssetView& view, const CouplingView& coupling, int triangle,
                              const double weight[3]) noexcept {
   const ContactStiffness k = stiffness_at_end(view, triangle, weight);
@@ -198,5 +206,4 @@ inline double coupling_share(const AssetView& view, const CouplingView& coupling
   return excess > 1 ? 1 / std::sqrt(excess) : 1;
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// An asset as another round indenter meets it (docs/method-tools.md, section 30). What a press
+// An asset for another round indenter (docs/method-tools.md, section 30). What a press
 // identifies is the stiffness K of the body's contact by its radius a, whatever the tool (Pharr,
 // Oliver, Brotzen 1992, doi:10.1557/JMR.1992.0613), so that with d(a) of (M80)
 //
@@ -16,21 +16,11 @@
 #include "../law/indenter.hpp"
 #include "view.hpp"
 
-namespace palpate {
-namespace runtime {
-
-constexpr int kMoreIndenterPieces = 40;  ///< beside those of the asset
-constexpr int kMaxHalvings = 5;          ///< of an interval between two knots of the asset
-/// Over the ball's radius: beyond these (M83) is not followed any further.
-constexpr double kLeastRadius = 0.4, kMostRadius = 2;
-/// Of the first row's depth: the stiffness does not change below it. Force there: 1e-4 of the
-/// row's; a stiffness of 0 at depth 0 would leave slips there without one.
-constexpr double kEvenShare = 0.002;
-constexpr double kIndenterTolerance = 2e-4;  ///< of the largest slope of a basis function
+namespace palpate::runtime {
 
 /// Intervals that the table of an asset has at most.
 inline int max_indenter_pieces(const AssetView& asset) noexcept {
-  return asset.curves.view[kNormal].pieces + kMoreIndenterPieces;
+  return asset.curves.view[kNormal].pieces + kExtraIndenterPieces;
 }
 /// Bytes that with_indenter() needs, 8-byte aligned.
 inline std::uint64_t indenter_bytes(const AssetView& asset) noexcept {
@@ -76,7 +66,7 @@ class IndenterTable {
   SplineView normal() const noexcept { return spline(0); }
   IndenterView& view() const noexcept { return *view_; }
   SplineView by_radius(int i) const noexcept { return spline(1 + i); }
-  /// Depth up to which its contact is no wider, and it no steeper, than what is known.
+  /// Depth up to which its contact is no wider, and it no plough_slope, than what is known.
   double measured_m() const noexcept {
     const double wide = depth_at(tool_, widest_m_),
                  steep = known_depth_m(tool_, ball_.round_end_m, depth_m_);
@@ -118,7 +108,9 @@ class IndenterTable {
     own_m = own_m < depth_m_ ? own_m : depth_m_;
     const SplineWeights<double> at = spline_weights(own_, piece, own_m);
     double radius = ball_as_deep(a, d) / ball_.round_end_m;
-    radius = radius < kLeastRadius ? kLeastRadius : radius > kMostRadius ? kMostRadius : radius;
+    radius = radius < kMinRadiusRatio   ? kMinRadiusRatio
+             : radius > kMaxRadiusRatio ? kMaxRadiusRatio
+                                        : radius;
     const double rounder = log_of(radius);
     double share = a / widest_m_;
     share = share < 1 ? share : 1;
@@ -161,7 +153,7 @@ class IndenterTable {
     }
     if (knots_[pieces_] < depth_m_ * (1 - 1e-9))
       divide(own_.pieces - 1, knots_[pieces_], depth_m_, 0);
-    go_on();
+    extrapolate();
     for (int i = 1; i <= pieces_; ++i) {
       const double own_m = depth_at(ball_, contact_radius_at(tool_, knots_[i]));
       own_depth_m_[i] = own_m < depth_m_ ? own_m : depth_m_;
@@ -270,7 +262,7 @@ class IndenterTable {
   }
 
   /// Beyond the last knot curves go on along their last slope.
-  void go_on() noexcept {
+  void extrapolate() noexcept {
     const int last = pieces_ - 1;
     const double t = knots_[pieces_] - knots_[last];
     first_[pieces_] = first_[last];
@@ -296,13 +288,13 @@ class IndenterTable {
   std::int32_t* first_ = nullptr;
 };
 
-/// How a tool ploughs (M84): R_0 s tanh s of its steepness s, drawn as a line over the depth that
-/// is as right where it is shallow as where it is deep, and begins at 0 at least.
+/// Finds the ploughing of a tool (M84): R_0 s tanh s of its steepness s, fitted by a line over the
+/// depth that is as right where it is shallow as where it is deep, and begins at 0 at least.
 inline void find_ploughing(const Indenter& tool, double ball_m, double depth_m,
                            IndenterView& view) noexcept {
   if (tool.points == 0) {
-    view.steep_m = 0;
-    view.steeper = ball_m / tool.round_end_m;
+    view.plough_offset_m = 0;
+    view.plough_slope = ball_m / tool.round_end_m;
     return;
   }
   constexpr int kDepths = 16;
@@ -316,15 +308,15 @@ inline void find_ploughing(const Indenter& tool, double ball_m, double depth_m,
     sxx += weight * x * x;
     sxy += weight * x * y;
   }
-  view.steeper = (n * sxy - sx * sy) / (n * sxx - sx * sx);
-  view.steep_m = (sy - view.steeper * sx) / n;
-  if (view.steep_m >= 0 && view.steeper >= 0) return;
-  const bool is_even = view.steeper < 0;
-  view.steep_m = is_even ? sy / n : 0;
-  view.steeper = is_even ? 0 : sxy / sxx;
+  view.plough_slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
+  view.plough_offset_m = (sy - view.plough_slope * sx) / n;
+  if (view.plough_offset_m >= 0 && view.plough_slope >= 0) return;
+  const bool is_even = view.plough_slope < 0;
+  view.plough_offset_m = is_even ? sy / n : 0;
+  view.plough_slope = is_even ? 0 : sxy / sxx;
 }
 
-/// How the side force g = g_2 d^2 + g_3 d^3 follows (M85): it is how Z changes from place to place,
+/// Finds the side force g = g_2 d^2 + g_3 d^3 (M85): it is the change of Z from place to place,
 /// and goes with Z from one indenter to another at the same a, as of an even half-space. The same
 /// two powers of d are fitted to it.
 inline void find_side(const Indenter& tool, double ball_m, double depth_m,
@@ -380,12 +372,13 @@ inline std::uint64_t mark_of(const Indenter& tool) noexcept {
   return hash;
 }
 
-/// Whether curves that were measured with this asset's ball can be those of another indenter.
+/// Returns true if curves that were measured with this asset's ball can be those of another
+/// indenter.
 inline bool knows_radius(const AssetView& asset) noexcept {
   return asset.probe_radius_m > 0 && asset.curves.indenter == nullptr;
 }
 
-/// The asset as a tool with this end meets it: touch() it in place of the asset. memory
+/// The asset for a tool with this end: touch() it in place of the asset. memory
 /// [indenter_bytes(asset)], 8-byte aligned, must outlive it. The tool is possible and the asset
 /// knows_radius(). Some milliseconds; not for the real-time thread.
 PALPATE_ONCE AssetView with_indenter(const AssetView& asset, const Indenter& tool,
@@ -403,9 +396,9 @@ PALPATE_ONCE AssetView with_indenter(const AssetView& asset, const Indenter& too
     view.by_radius[i] = table.by_radius(i);
     view.rings_by_radius[i] = ring_table(view.by_radius[i], known_m);
   }
-  view.farther_m = tool.round_end_m - asset.probe_radius_m;
+  view.surface_offset_m = tool.round_end_m - asset.probe_radius_m;
   find_ploughing(tool, asset.probe_radius_m, known_m, view);
-  view.spread = view.steeper;  // as far as it ploughs the deeper the more
+  view.spread = view.plough_slope;  // as far as it ploughs the deeper the more
   find_side(tool, asset.probe_radius_m, known_m, view);
   out.curves.indenter = &view;
   out.max_fitted_m = known_m;
@@ -418,5 +411,4 @@ PALPATE_ONCE AssetView with_indenter(const AssetView& asset, const Indenter& too
     ;
 #endif
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

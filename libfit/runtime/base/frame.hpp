@@ -5,12 +5,10 @@
 
 #include <limits>
 
+#include "constants.hpp"
 #include "scalar.hpp"
 
-namespace palpate {
-namespace runtime {
-
-constexpr double kQuaternionTolerance = 1e-3;  ///< of its length: floats drift, angles must not
+namespace palpate::runtime {
 
 /// Rotation, then translation: world = R(orientation) local + position_m.
 struct Pose {
@@ -46,8 +44,8 @@ inline bool make_frame(const Pose& pose, Frame& out) noexcept {
   return true;
 }
 
-/// A tool's frame as a body sees it: body^T tool.
-inline Frame seen_from(const Frame& body, const Frame& tool) noexcept {
+/// A tool's frame relative to a body: body^T tool.
+inline Frame relative_to(const Frame& body, const Frame& tool) noexcept {
   Frame out;
   out.origin = body.place_back(tool.origin);
   const Vec3d a = body.turn_back({tool.row[0].x, tool.row[1].x, tool.row[2].x}),
@@ -70,5 +68,4 @@ inline Vec3d turn_since(const double before[3][3], const Frame& now) noexcept {
          0.5;
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -13,16 +13,12 @@
 #include <cmath>
 #include <cstdint>
 
+#include "constants.hpp"
 #include "rounding.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-constexpr double kTank_J = 1e-3;        ///< most that friction lays by
-constexpr double kEnergyNoise = 1e-13;  ///< rounding of a stored energy, relative; measured 2e-15
-constexpr double kMaxDebt_J = 1e300;    ///< of a contact that may store nothing
-
-/// Of one contact; dissipated and refused are sums since it is in use.
+/// Ledger of one contact; dissipated and refused are sums since it is in use.
 struct Ledger {
   double tank_J = 0;  ///< of this contact, at most kTank_J
   double debt_J = 0;  ///< b
@@ -34,7 +30,7 @@ struct Ledger {
   double stored_J(double law_J) const noexcept {
     return debt_J > 0 && law_J > 0 ? law_J * (law_J / (law_J + debt_J)) : law_J;
   }
-  /// dU/dE (M20): the share of the law's force that the contact bears.
+  /// dU/dE (M20): the share of the law's force that the contact keeps.
   double share(double law_J) const noexcept {
     if (!(debt_J > 0)) return 1;
     const double owed = debt_J / ((law_J > 0 ? law_J : 0) + debt_J);
@@ -80,5 +76,4 @@ struct Ledger {
   }
 };
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -6,8 +6,7 @@
 
 #include "rounding.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 /// Room on the stack for up to kCount objects that are made one by one where they are needed: what
 /// a tick does not use it does not clear.
@@ -30,5 +29,4 @@ class Room {
   alignas(T) unsigned char bytes_[sizeof(T) * kCount];
 };
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// What the engine asks of a compiler: IEEE doubles, rounded after each operation. A compiler that
+// The engine needs IEEE doubles, rounded after each operation. A compiler that
 // fuses a * b + c, reorders sums or believes that NaN does not exist computes other forces.
 
 #include <cstdint>
@@ -17,8 +17,7 @@
 #pragma fp_contract(off)
 #endif  // g++ knows no such pragma: -ffp-contract=off
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 /// By its bits, whatever the compiler believes of NaN.
 inline bool is_finite(double x) noexcept {
@@ -27,5 +26,4 @@ inline bool is_finite(double x) noexcept {
   return (bits >> 52 & 0x7ff) != 0x7ff;
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

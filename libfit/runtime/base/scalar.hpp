@@ -1,15 +1,14 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// What the response law computes with: 3-vectors of any scalar, a value with one derivative, and
-// the way to look at the plain number inside a scalar.
+// Scalars of the law: 3-vectors of any scalar, a value with one derivative, and
+// access to the plain number inside a scalar.
 
 #include <cmath>
 
 #include "rounding.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 /// The plain number that decides branches. Scalars with a member `a` (Dual below, ceres::Jet) are
 /// served here; any other gets an overload in its own namespace.
@@ -137,7 +136,7 @@ Vec3<T> normalized(const Vec3<T>& p) noexcept {
   using std::sqrt;
   return p * (1.0 / sqrt(dot(p, p)));
 }
-/// What of v lies across a unit normal.
+/// Part of v across a unit normal.
 template <class T>
 Vec3<T> tangential(const Vec3<T>& v, const Vec3<T>& normal) noexcept {
   return v - normal * dot(v, normal);
@@ -154,5 +153,4 @@ inline bool is_finite(const Vec3d& p) noexcept {
   return is_finite(p.x) && is_finite(p.y) && is_finite(p.z);
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -7,16 +7,14 @@
 
 #include <cstdint>
 
+#include "constants.hpp"
 #include "rounding.hpp"
 
-namespace palpate {
-namespace runtime {
-
-constexpr int kMaxDegree = 4;  // local arrays are sized by it; more buys nothing on measured curves
+namespace palpate::runtime {
 
 /// A shared basis as the asset stores it: intervals of polynomials, see SplineTables in
 /// libfit/core/curve_basis.hpp for the layout. Views, never owns. knots: pieces + 1 [m].
-/// The same curves as another indenter meets them (asset/with_indenter.hpp) have intervals of their
+/// The same curves for another indenter (asset/with_indenter.hpp) have intervals of their
 /// own over the same control values: each then says which is its first live one, and what all of
 /// them are at its begin, where the live ones' polynomials begin at 0.
 struct SplineView {
@@ -32,7 +30,7 @@ struct SplineView {
   int size() const noexcept { return controls > 0 ? controls : pieces + degree; }
 };
 
-/// Where an abscissa falls and what the degree+1 control values alive there weigh.
+/// Interval of an abscissa and the weights of the degree+1 control values alive there.
 /// value, slope and integral of any curve b are sums over k of b[first + k] times these.
 template <class T>
 struct SplineWeights {
@@ -144,5 +142,4 @@ double curve_energy(const SplineView& spline, const C* control, double x) noexce
   return sum;
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -3,24 +3,23 @@
 
 #include "rounding.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-/// What the engine has to say, when opening an asset and at every tick.
+/// Result of opening an asset, and of every tick. Numbers below 100 are those of palpate.h.
 enum class Status {
-  ok,
+  ok = 0,
   // ticks: the force is zero whenever one of these comes back
-  tip_not_finite,
+  tip_not_finite = 4,
   tip_teleported,
   contact_foreign,
   force_not_finite,
-  radius_wrong,
   pose_wrong,
   time_step_wrong,
   tool_wrong,
   no_shape,  // displacements are zero
+  radius_wrong = 100,
   // opening an asset
-  bytes_missing,
+  bytes_missing = 20,
   bytes_misaligned,
   not_an_asset,
   other_endianness,
@@ -28,7 +27,8 @@ enum class Status {
   size_wrong,
   layout_wrong,
   checksum_wrong,
-  numbers_wrong,
+  replay_differs = 29,
+  numbers_wrong = 101,  // this and the next: faults of the content
   curves_wrong,
   controls_wrong,
   vertices_wrong,
@@ -38,10 +38,9 @@ enum class Status {
   tree_wrong,
   shape_wrong,
   block_wrong,
-  replay_differs,
 };
 
-/// What a status says, a sentence each.
+/// A status and its sentence.
 struct StatusWords {
   Status status;
   const char* sentence;
@@ -125,5 +124,4 @@ inline const char* sentence(Status status) noexcept {
   return "Unknown status.";
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

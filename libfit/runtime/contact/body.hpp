@@ -1,15 +1,14 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// A body that contacts damage: what it has borne, in memory of the caller's beside the asset, and
-// how it softens (docs/method-body.md, section 26). Any number of bodies may share an asset;
-// contacts that press one body belong to one thread. The bytes are plain: copy them to save, put
-// them back and open them again to restore, start them again to heal.
+// A body that contacts damage: the energies it has stored, in memory of the caller's beside the
+// asset, and how it softens (docs/method-body.md, section 26). Any number of bodies may share an
+// asset; contacts that press one body belong to one thread. The bytes are plain: copy them to save,
+// put them back and open them again to restore, start them again to heal.
 
 #include "contact.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 constexpr std::uint64_t kBodyMark = 0x70616c70626f6479u;
 
@@ -22,8 +21,8 @@ struct BodyHeader {
 };
 static_assert(sizeof(BodyHeader) == 64, "the header of a body is packed");
 
-/// Of a vertex. Energies are over unit_J, the law's at the end of the vertex's normal curve, so
-/// that stiff and soft places that were strained alike are damaged alike.
+/// Damage of a vertex. Energies are over unit_J, the law's at the end of the vertex's normal curve,
+/// so that stiff and soft places that were strained alike are damaged alike.
 struct DamagedVertex {
   float most;  ///< the largest so far
   float unit_J;
@@ -65,7 +64,7 @@ inline void start_body(const AssetView& asset, void* memory) noexcept {
       body.body[v] = {0, static_cast<float>(unit_energy(asset, v))};
 }
 
-/// Whether bytes [size], 8-byte aligned, are a body of the asset. Safe on hostile bytes.
+/// Returns true if bytes [size], 8-byte aligned, are a body of the asset. Safe on hostile bytes.
 inline bool is_body(const AssetView& asset, const void* memory, std::uint64_t size) noexcept {
   if (memory == nullptr || asset.vertices <= 0 || size != body_bytes(asset) ||
       reinterpret_cast<std::uintptr_t>(memory) % 8 != 0)
@@ -85,11 +84,12 @@ inline bool is_body(const AssetView& asset, const void* memory, std::uint64_t si
   return true;
 }
 
-/// What a place of a body has borne (M55).
-struct Borne {
+/// Largest energy that a place of a body has stored (M55).
+struct DamageHistory {
   double unit_J = 0, most_J = 0;
 };
-inline Borne borne_at(const AssetView& asset, int triangle, const double weight[3]) noexcept {
+inline DamageHistory damage_history_at(const AssetView& asset, int triangle,
+                                       const double weight[3]) noexcept {
   double unit = 0, most = 0;
   for (int k = 0; k < 3; ++k) {
     const DamagedVertex& v = asset.body[asset.corner(triangle, k)];
@@ -99,21 +99,13 @@ inline Borne borne_at(const AssetView& asset, int triangle, const double weight[
   return {unit, unit * most};
 }
 
-constexpr int kMaxDamagedTriangles = 96;
-/// Least reach, over the longest edge at the contact point: a place between vertices is told by all
-/// that are near.
-constexpr double kLeastReach = 1.5;
-
-/// A vertex must not forget in rounding what was borne: a contact would store more for it.
-constexpr double kRoundedUp = 1 + 3e-7;
-
 /// Triangles that a walk has come to, in a table that stays less than half full.
 class VisitedTriangles {
  public:
   VisitedTriangles() noexcept {
     for (int& t : slot_) t = -1;
   }
-  /// Whether it is new.
+  /// Returns true if it is new.
   bool add(int triangle) noexcept {
     unsigned i = static_cast<unsigned>(triangle) * 2654435761u >> 24;
     for (; slot_[i] >= 0; i = (i + 1) % kSlots)
@@ -128,14 +120,14 @@ class VisitedTriangles {
   int slot_[kSlots];
 };
 
-/// How much of what a contact bears counts at a squared distance from it, over that of its reach
+/// Share of a contact's energy that counts at a squared distance from it, over that of its reach
 /// (M57).
 inline double damage_kernel(double squared) noexcept {
   const double left = 1 - squared;
   return left > 0 ? left * left : 0;
 }
 
-/// The contact at a place and depth stores law_J > M: the place and those around it have now borne
+/// The contact at a place and depth stores law_J > M: the place and those around it have now stored
 /// as much, those around less by distance (M57). Nothing heals.
 inline void damage(const AssetView& asset, int triangle, const double weight[3], double depth_m,
                    double law_J, double unit_J) noexcept {
@@ -147,11 +139,11 @@ inline void damage(const AssetView& asset, int triangle, const double weight[3],
   double squared = asset.damage.reach_m * asset.damage.reach_m * (depth_m / asset.max_fitted_m);
   for (int k = 0; k < 3; ++k) {
     const Vec3d edge = corner[(k + 1) % 3] - corner[k];
-    const double least = kLeastReach * kLeastReach * dot(edge, edge);
+    const double least = kMinDamageReach * kMinDamageReach * dot(edge, edge);
     squared = squared > least ? squared : least;
   }
   const double per = 1 / squared;
-  // What is borne here that makes M = E: corners that have borne more keep what they have.
+  // The loading that makes M = E here: corners with a larger one keep it.
   double share[3], most = 0;
   bool is_raised[3] = {true, true, true};
   for (int k = 0; k < 3; ++k) share[k] = damage_kernel(dot(corner[k] - c, corner[k] - c) * per);
@@ -180,7 +172,7 @@ inline void damage(const AssetView& asset, int triangle, const double weight[3],
       const Vec3d away = asset.vertex_at(v) - c;
       const double part = damage_kernel(dot(away, away) * per);
       is_in[k] = part > 0;
-      const float now = static_cast<float>(most * part * kRoundedUp);
+      const float now = static_cast<float>(most * part * kRoundUp);
       if (now > asset.body[v].most) asset.body[v].most = now;
     }
     for (int k = 0; k < 3; ++k) {
@@ -191,35 +183,31 @@ inline void damage(const AssetView& asset, int triangle, const double weight[3],
   }
 }
 
-/// What is borne is loaded on the vertices when it is so much above M, over w of (M56), or about to
-/// fall: it rises a little at every tick of a first loading, and loading it takes several ticks'
-/// time. While M stays, a contact is elastic.
-constexpr double kLoaded = 0.05;
-
 /// Softening as a memory of the body (memories.hpp).
 struct SofteningMemory {
   static constexpr bool kFlows = false;
   static bool is_any(const AssetView& asset) noexcept { return asset.body != nullptr; }
 
   /// Psi of what the law stores at a place (M56).
-  static Softened energy(const AssetView& asset, const ContactPoint& at, double law_J) noexcept {
-    const Borne here = borne_at(asset, at.triangle, at.weight);
+  static MemoryEnergy energy(const AssetView& asset, const ContactPoint& at,
+                             double law_J) noexcept {
+    const DamageHistory here = damage_history_at(asset, at.triangle, at.weight);
     return softened(asset.damage, here.unit_J, here.most_J, law_J);
   }
-  /// The place has borne law_J at depth_m; returns energy() of it from now on.
-  static Softened load(const AssetView& asset, ContactPoint& at, double depth_m,
-                       double law_J) noexcept {
-    Borne here = borne_at(asset, at.triangle, at.weight);
-    const double loaded_J = here.most_J + kLoaded * (asset.damage.scale * here.unit_J +
-                                                     asset.damage.beta * here.most_J);
-    const double most_J = law_J > at.unloaded_J ? law_J : at.unloaded_J;
+  /// The place has stored law_J at depth_m; returns energy() of it from now on.
+  static MemoryEnergy load(const AssetView& asset, ContactPoint& at, double depth_m,
+                           double law_J) noexcept {
+    DamageHistory here = damage_history_at(asset, at.triangle, at.weight);
+    const double loaded_J = here.most_J + kDamageStep * (asset.damage.scale * here.unit_J +
+                                                         asset.damage.beta * here.most_J);
+    const double most_J = law_J > at.pending_J ? law_J : at.pending_J;
     if (most_J > here.most_J && here.unit_J > 0 && depth_m > 0) {
       if (most_J > loaded_J || law_J < most_J) {
         damage(asset, at.triangle, at.weight, depth_m, most_J, here.unit_J);
         here.most_J = most_J;  // as the vertices now say, but for their rounding
-        at.unloaded_J = 0;
+        at.pending_J = 0;
       } else {
-        at.unloaded_J = most_J;
+        at.pending_J = most_J;
       }
     }
     return softened(asset.damage, here.unit_J, here.most_J, law_J);
@@ -230,5 +218,4 @@ struct SofteningMemory {
                    Memory&) noexcept {}
 };
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

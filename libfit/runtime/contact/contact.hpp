@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// What a ball or a tip remembers of its contact from tick to tick, what a tick says, and how
+// The state of a ball's or a tip's contact from tick to tick, the output of a tick, and how
 // contact begins and ends.
 
 #include <cstring>
@@ -14,42 +14,38 @@
 #include "../surface/sweep.hpp"
 #include "../surface/sweep_ball.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-constexpr double kMinTimeStep_s = 1e-5;  ///< of a tick that reads time: 100 kHz
-constexpr double kMaxTimeStep_s = 1e6;
-
-/// Where a contact point stands.
+/// Position of a contact point.
 struct ContactPlace {
   int triangle = -1;             ///< -1 in the air
   double weight[3] = {0, 0, 0};  ///< area coordinates
   Arm arm;                       ///< of a ball, or of a tip that stands for one
   double slip_left_m = 0;        ///< of the slip budget, where a tick had too many segments
-  double unloaded_J = 0;         ///< stored here and not yet loaded on the body (contact/body.hpp)
+  double pending_J = 0;          ///< stored here and not yet loaded on the body (contact/body.hpp)
 };
 /// The same and what its law remembers: all that a slip changes.
 struct ContactPoint : ContactPlace {
   double memory[kFamilyMemory] = {};  ///< what the family remembers beside the place
 };
 
-/// How a contact stood in the series of the last tick (series/series.hpp): forces are found from
-/// there. Of a body on which nothing gives it says the force alone.
+/// State of a contact in the series of the last tick (series/series.hpp): forces are found from
+/// there. A rigid body has the force alone.
 struct SeriesMemory {
-  double force_N[3] = {0, 0, 0};          ///< on the body
-  double aside_m[3] = {0, 0, 0};          ///< how far the body as a whole had moved from under it
-  double flowed_N[kMaxBranches][3] = {};  ///< w_k (M49a) of a body that relaxes
+  double force_N[3] = {0, 0, 0};                     ///< on the body
+  double aside_m[3] = {0, 0, 0};                     ///< displacement of the body under it
+  double flowed_N[kMaxBranches][3] = {};             ///< w_k (M49a) of a body that relaxes
   double holding_N_m[9] = {}, slipping_N_m[9] = {};  ///< stiffness where nothing slips, and where
 
   Vec3d force() const noexcept { return make_vec3<double>(force_N); }
   Vec3d flowed(int branch) const noexcept { return make_vec3<double>(flowed_N[branch]); }
 };
 
-/// What one ball or tip remembers between ticks. The caller allocates it; a fresh one is in the air
+/// State of one ball or tip between ticks. The caller allocates it; a fresh one is in the air
 /// and knows no place yet. Plain data: copy it to rewind, compare it to test.
 struct Contact : ContactPoint {
   bool has_tip = false;
-  bool has_lifted = false;           ///< it let go and has not come out of the surface
+  bool has_lifted = false;           ///< it ended and has not come out of the surface
   bool is_inside = false;            ///< in the air it began this tick in the surface
   bool has_side = false;             ///< of a tip in the air: whether is_under is known
   bool is_under = false;             ///< it is under the surface, and stays so until it comes out
@@ -57,7 +53,7 @@ struct Contact : ContactPoint {
   std::uint64_t asset_checksum = 0;  ///< of the asset that it is used with
   double tip_m[3] = {0, 0, 0};  ///< tip or centre at the last tick, relative to the asset's origin
   /// Triangle over which a ball (a tip: the ball that it stands for) stands that has_lifted;
-  /// weight, arm and memory are then those with which it goes on.
+  /// weight, arm and memory are then those with which it resumes.
   int hover = -1;
   SeriesMemory series;
   Ledger ledger;     ///< of a contact by itself
@@ -68,10 +64,10 @@ struct Contact : ContactPoint {
 
 enum class ContactState { air, stick, slip };
 
-/// What a tick brings. In the air, and with any status but ok, the force is exactly zero; of the
+/// Output of a tick. In the air, and with any status but ok, the force is exactly zero; of the
 /// rest the air has kFlagInside alone.
 struct Output {
-  double force_on_tool_N[3] = {0, 0, 0};  ///< what a device displays; the body feels the negative
+  double force_on_tool_N[3] = {0, 0, 0};  ///< what a device displays; the body has the negative
   double contact_m[3] = {0, 0, 0};        ///< contact point c in body coordinates
   double acts_at_m[3] = {0, 0, 0};  ///< where the force acts: a tip, p + reach u of a ball (M15a)
   double normal[3] = {0, 0, 0};     ///< u(c), inward
@@ -92,7 +88,7 @@ inline void put_sums(const Ledger& ledger, Output& out) noexcept {
   out.refused_ticks = ledger.refused_ticks;
 }
 
-/// How the body gives as a whole at a contact point.
+/// Compliance of the body at a contact point.
 inline Compliance compliance_at(const AssetView& asset, int triangle,
                                 const double weight[3]) noexcept {
   Compliance out;
@@ -142,9 +138,9 @@ inline bool is_powerless(const AssetView& asset, const ContactPoint& point) noex
   return true;
 }
 
-/// Whether a ball at p that lifted off has not come out of the facets since. It goes on then from
-/// the place over which it stands: there nothing is deflected, so nothing is stored.
-inline bool goes_on(Contact& contact, const BallEntry& entry, double radius_m) noexcept {
+/// Returns true if a ball at p that lifted off is still within the facets. It resumes contact then
+/// at the place under it, where nothing is deflected, so that nothing is stored.
+inline bool resumes_contact(Contact& contact, const BallEntry& entry, double radius_m) noexcept {
   contact.is_inside = !entry.is_clear;
   const bool had_lifted = contact.has_lifted;
   contact.has_lifted = false;
@@ -157,12 +153,12 @@ inline bool goes_on(Contact& contact, const BallEntry& entry, double radius_m) n
   return false;
 }
 
-/// Begins contact where a ball on its way from p to x first touches the body, if it does; splits
+/// Begins contact where a ball on its path from p to x first touches the body, if it does; splits
 /// its arm (M15).
-inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p, const Vec3d& x,
+inline void find_contact(const AssetView& asset, Contact& contact, const Vec3d& p, const Vec3d& x,
                          double radius_m) noexcept {
   const BallEntry entry = first_ball_entry(asset, p, x, radius_m);
-  if (goes_on(contact, entry, radius_m)) return;
+  if (resumes_contact(contact, entry, radius_m)) return;
   if (entry.triangle < 0 || entry.is_inside) return;
   contact.triangle = entry.triangle;
   for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
@@ -172,16 +168,16 @@ inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& 
   put(skew, contact.arm.skew_m);
 }
 
-/// Begins contact where the way of a tip from p to x enters the body, if it does. The tip then
+/// Begins contact where the path of a tip from p to x enters the body, if it does. The tip then
 /// stands for the ball that the body was measured with (M15a), and goes on being it until that ball
 /// has come out of the facets: where it lifted off, the tip itself may be below them, from where no
-/// way enters. A tip that is under the surface otherwise answers nothing, and says so.
-inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p,
+/// path enters. A tip that is under the surface otherwise has no force, and a flag.
+inline void find_contact(const AssetView& asset, Contact& contact, const Vec3d& p,
                          const Vec3d& x) noexcept {
   if (contact.has_lifted) {
     const Vec3d pole = make_vec3<double>(contact.arm.pole_m);
     const BallEntry ball = first_ball_entry(asset, p - pole, x - pole, asset.probe_radius_m);
-    if (goes_on(contact, ball, asset.probe_radius_m)) return;
+    if (resumes_contact(contact, ball, asset.probe_radius_m)) return;
   }
   if (!contact.has_side) contact.is_under = is_under(asset, p);
   contact.has_side = true;
@@ -196,9 +192,9 @@ inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& 
 }
 
 /// The guards of inputs, and first touch, of a ball or a tip (radius 0) at x from the asset's
-/// origin. before: where the surface met it at the tick before, so that surface which moves
-/// touches, too; met: where it meets it now. is_in_time: time changes what the body remembers.
-/// step: of the tool itself.
+/// origin. aside_m: displacement of the surface now; contact.series has that of
+/// the tick before, so that a moving surface touches, too. is_in_time: time changes what the body
+/// remembers. step: of the tool itself.
 PALPATE_ONCE Status approach(const AssetView& asset, Contact& contact, const Vec3d& x,
                              const Vec3d& aside_m, double radius_m, bool is_in_time, double dt_s,
                              Vec3d& step) noexcept
@@ -236,9 +232,9 @@ PALPATE_ONCE Status approach(const AssetView& asset, Contact& contact, const Vec
   if (contact.triangle >= 0) return Status::ok;
   const Vec3d from = before - make_vec3<double>(contact.series.aside_m), to = x - aside_m;
   if (radius_m > 0)
-    seek_contact(asset, contact, from, to, radius_m);
+    find_contact(asset, contact, from, to, radius_m);
   else
-    seek_contact(asset, contact, from, to);
+    find_contact(asset, contact, from, to);
   put(aside_m, contact.series.aside_m);
   return Status::ok;
 }
@@ -246,5 +242,4 @@ PALPATE_ONCE Status approach(const AssetView& asset, Contact& contact, const Vec
     ;
 #endif
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

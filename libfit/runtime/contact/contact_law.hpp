@@ -1,29 +1,28 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// What one contact answers to a tool at x, for the series to ask (series/series.hpp): hold(),
-// where nothing slips; slip(), where its contact point slides and its rings let go; and rest(),
+// The law of one contact for a tool at x, as the series evaluates it (series/series.hpp): hold(),
+// where nothing slips; slip(), where its contact point slides and its rings slip; and rest(),
 // where time passes. None of them books energy or touches what other contacts read.
 
 #include "../law/step.hpp"
 #include "memories.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 /// After a slip the skew lies across the new normal; the rest position stays what it is.
-inline void lay_skew(Arm& arm, const Vec3d& normal) noexcept {
+inline void project_skew(Arm& arm, const Vec3d& normal) noexcept {
   const Vec3d skew = make_vec3<double>(arm.skew_m);
   put(skew - normal * dot(skew, normal), arm.skew_m);
 }
 
-/// How deep and how far aside a tool stands.
+/// Normal and lateral deflection of a tool.
 struct Depth {
   double normal_m = 0, lateral_m = 0;
 };
 
-/// What a slip says beside forces.
-struct Said {
+/// State and flags after a slip.
+struct SlipReport {
   unsigned flags = 0;
   ContactState state = ContactState::stick;
 };
@@ -31,7 +30,8 @@ struct Said {
 /// Fills the output of a contact whose ball's centre or tip is at x, but for forces and energies.
 /// cache: of where it stands.
 inline void describe(const AssetView& asset, const ContactPoint& at, const SpotCache& cache,
-                     const Depth& depth, const Vec3d& x, const Said& said, Output& out) noexcept {
+                     const Depth& depth, const Vec3d& x, const SlipReport& report,
+                     Output& out) noexcept {
   const Vec3d origin = make_vec3<double>(asset.origin_m);
   Vec3d c = cache.point;  // of a ball where it rests
   if (cache.is_ball) {
@@ -45,8 +45,8 @@ inline void describe(const AssetView& asset, const ContactPoint& at, const SpotC
   for (int k = 0; k < 3; ++k) out.weight[k] = at.weight[k];
   out.normal_m = depth.normal_m;
   out.lateral_m = depth.lateral_m;
-  out.state = said.state;
-  out.flags |= said.flags;
+  out.state = report.state;
+  out.flags |= report.flags;
   if (depth.normal_m > double(asset.max_depth_m[at.triangle])) out.flags |= kFlagTooDeep;
   if (cache.is_frictionless) out.flags |= kFlagFrictionless;
   if (depth.normal_m > asset.max_fitted_m) out.flags |= kFlagExtrapolated;
@@ -65,8 +65,8 @@ CachedSpot cached_spot(const AssetView& asset, const ContactPoint& at, SpotCache
   return {cache.point, cache.normal, &cache, &asset};
 }
 
-/// Lets a ball hover that has let go over a place [area coordinates n of a triangle], its centre at
-/// x: its contact goes on from there with nothing deflected. The normal there may pass the centre
+/// Lets a released ball hover over a place [area coordinates n of a triangle], its centre at
+/// x: its contact resumes there with nothing deflected. The normal there may pass the centre
 /// by: the anchors are then under it, and draw the contact point there at the next ticks.
 template <class F, bool kIsBall>
 void hover(const AssetView& asset, Contact& contact, const Vec3d& x, int triangle,
@@ -84,12 +84,12 @@ void hover(const AssetView& asset, Contact& contact, const Vec3d& x, int triangl
   };
   contact.arm.reach_m -= F::kinematics(views, standing(), x, memory).d.normal_m;
   auto kinematics = F::kinematics(views, standing(), x, memory);
-  F::let_go(views, kinematics, memory);
-  F::slip(views, F::under(views, kinematics), kinematics, memory);
+  F::slip_anchor(views, kinematics, memory);
+  F::slip(views, F::bed(views, kinematics), kinematics, memory);
   F::save(memory, contact.memory, views.relaxation);
 }
 
-/// How far the contact point may go in a tick in which the tool moves by `step`.
+/// Longest slide of the contact point in a tick in which the tool moves by `step`.
 template <class T>
 T slip_budget_m(const ContactPoint& at, const Vec3<T>& step) noexcept {
   using std::sqrt;
@@ -102,7 +102,7 @@ T slip_budget_m(const ContactPoint& at, const Vec3<T>& step) noexcept {
 template <class F, bool kIsBall, class Kinematics, class Memory>
 SlideEnd follow(const AssetView& asset, ContactPoint& at, SpotCache& cache, const Vec3d& x,
                 const Vec3d& step, const Kinematics& kinematics, Memory& memory,
-                Said& said) noexcept {
+                SlipReport& report) noexcept {
   MeshSurface<double, kIsBall> surface(cache.corners, asset, at.triangle, at.weight, at.arm,
                                        slip_budget_m(at, step));
   auto mesh_kinematics = F::at_spot(kinematics, kinematics.spot.mesh_spot());
@@ -112,50 +112,50 @@ SlideEnd follow(const AssetView& asset, ContactPoint& at, SpotCache& cache, cons
   at.triangle = surface.triangle();
   for (int k = 0; k < 3; ++k) at.weight[k] = surface.weight(k);
   if (end != SlideEnd::stick) {
-    at.unloaded_J = 0;
-    F::carry(asset.curves, memory, mesh_kinematics.spot.point - kinematics.spot.point,
-             mesh_kinematics.spot.normal);
+    at.pending_J = 0;
+    F::transport(asset.curves, memory, mesh_kinematics.spot.point - kinematics.spot.point,
+                 mesh_kinematics.spot.normal);
     if constexpr (kIsBall) {  // its rest position is the same but for rounding
-      lay_skew(at.arm, mesh_kinematics.spot.normal);
+      project_skew(at.arm, mesh_kinematics.spot.normal);
       mesh_kinematics.spot = surface.standing();
     }
     fill<F>(cache, asset, at.triangle, at.weight, kIsBall, mesh_kinematics.spot);
   }
-  said.flags |= surface.flags();
-  if (end == SlideEnd::unfinished) said.flags |= kFlagUnfinished;
-  if (end == SlideEnd::stopped) said.flags |= kFlagBlocked;
-  if (slips) said.state = ContactState::slip;
+  report.flags |= surface.flags();
+  if (end == SlideEnd::unfinished) report.flags |= kFlagUnfinished;
+  if (end == SlideEnd::stopped) report.flags |= kFlagBlocked;
+  if (slips) report.state = ContactState::slip;
   return end;
 }
 
-/// What slip() brings.
+/// Result of slip().
 struct Slipped {
   Answer<double> law{{0, 0, 0}, 0};  ///< force on the body and E of the law
   Depth depth;
   double before_J = 0;     ///< what the contact stored before anything slipped
   bool is_booked = false;  ///< something slipped or flowed
   bool has_moved = false;  ///< the contact point, to where the other cache is
-  bool has_let_go = false, is_lifted = false;
+  bool is_released = false, is_lifted = false;
 };
 
-/// The contact at x lets its contact point slide, then lets go or answers: the order matters (no
+/// The contact at x slides its contact point, then ends or returns its force: the order matters (no
 /// pop at lift-off). Where the body relaxes half of the tick's time passes first (M47). from: where
 /// the spot of `at` is cached; to: where that of the new one is. step: of the tool itself; a
-/// contact point goes no farther at a tick because the body gave way.
+/// contact point goes no farther at a tick because the body yielded.
 template <class F, bool kIsBall, class Memory>
 Slipped slip(const AssetView& asset, ContactPoint& at, SpotCache& from, SpotCache& to,
              const Decay& left, const Vec3d& x, const Vec3d& step, Memory& memory,
-             Said& said) noexcept {
+             SlipReport& report) noexcept {
   const CurveViews& views = asset.curves;
   auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, at, from), x, memory);
   Slipped slipped;
   const auto stored_J = [&]() noexcept {
-    return stored_in(asset, at, F::stored_J(views, F::under(views, kinematics), kinematics, memory),
+    return stored_in(asset, at, F::stored_J(views, F::bed(views, kinematics), kinematics, memory),
                      Memories())
         .stored_J;
   };
   const bool flows = has_flow(asset, Memories());
-  Vec3d seen = x;
+  Vec3d slip_position = x;
   auto slipping = kinematics;
   if (flows) {
     slipped.before_J = stored_J();
@@ -163,30 +163,31 @@ Slipped slip(const AssetView& asset, ContactPoint& at, SpotCache& from, SpotCach
   }
   if constexpr (F::kCanRelax)
     if (F::relaxes(views)) {
-      seen = F::seen(views, kinematics, x, memory);
-      slipping = F::kinematics(views, kinematics.spot, seen, memory);
+      slip_position = F::slip_position(views, kinematics, x, memory);
+      slipping = F::kinematics(views, kinematics.spot, slip_position, memory);
     }
-  const bool moves =
-      !(kinematics.d.normal_m > 0) || F::is_out(memory) || F::is_slipping(views, slipping);
+  const bool moves = !(kinematics.d.normal_m > 0) || F::has_anchor_offset(memory) ||
+                     F::is_slipping(views, slipping);
   if (moves) {
     if (!flows) slipped.before_J = stored_J();
     if (&to != &from) to.corners = from.corners;
-    const SlideEnd end = follow<F, kIsBall>(asset, at, to, seen, step, slipping, memory, said);
+    const SlideEnd end =
+        follow<F, kIsBall>(asset, at, to, slip_position, step, slipping, memory, report);
     slipped.has_moved = end != SlideEnd::stick;
     kinematics = F::kinematics(
         views, cached_spot<F, kIsBall>(asset, at, slipped.has_moved ? to : from), x, memory);
     slipped.is_lifted = !(kinematics.d.normal_m > 0) && end != SlideEnd::unfinished;
-    slipped.has_let_go = slipped.is_lifted || is_powerless(asset, at);
-    if (slipped.has_let_go) return slipped;
+    slipped.is_released = slipped.is_lifted || is_powerless(asset, at);
+    if (slipped.is_released) return slipped;
   }
-  const auto& under = F::under(views, kinematics);
-  const auto pull = F::slip(views, under, kinematics, memory);
-  slipped.law = F::answer(views, under, kinematics, pull);
+  const auto& bed = F::bed(views, kinematics);
+  const auto response = F::slip(views, bed, kinematics, memory);
+  slipped.law = F::answer(views, bed, kinematics, response);
   slipped.depth = {kinematics.d.normal_m, kinematics.d.lateral_m};
-  slipped.is_booked = moves || flows || pull.lost_J > 0;
+  slipped.is_booked = moves || flows || response.dissipated_J > 0;
   if (!moves && !flows)
     slipped.before_J =
-        stored_in(asset, at, slipped.law.stored_J + pull.lost_J, Memories()).stored_J;
+        stored_in(asset, at, slipped.law.stored_J + response.dissipated_J, Memories()).stored_J;
   return slipped;
 }
 
@@ -199,8 +200,8 @@ Answer<double> hold(const AssetView& asset, const ContactPoint& at, SpotCache& c
   const auto kinematics =
       F::kinematics(views, cached_spot<F, kIsBall>(asset, at, cache), x, memory);
   depth = {kinematics.d.normal_m, kinematics.d.lateral_m};
-  const auto& under = F::under(views, kinematics);
-  return F::answer(views, under, kinematics, F::stick(views, under, kinematics, memory));
+  const auto& bed = F::bed(views, kinematics);
+  return F::answer(views, bed, kinematics, F::stick(views, bed, kinematics, memory));
 }
 
 /// Half of a tick's time passes before the tool leaves x, where the law saw it at the tick before
@@ -213,17 +214,17 @@ bool rest(const AssetView& asset, Contact& contact, const Vec3d& x, double& law_
       F::kinematics(views, cached_spot<F, kIsBall>(asset, contact, contact.cache), x, memory);
   if (!(kinematics.d.normal_m > 0)) return false;
   flow<F>(asset, contact, kinematics, contact.left, memory, Memories());
-  law_J = F::stored_J(views, F::under(views, kinematics), kinematics, memory);
+  law_J = F::stored_J(views, F::bed(views, kinematics), kinematics, memory);
   F::save(memory, contact.memory, views.relaxation);
   return true;
 }
 
-/// Where tangents go, row-major 3 x 3 [N/m]; null: none is computed.
+/// Receives a tangent, row-major 3 x 3 [N/m]; null: none is computed.
 using TangentOut = double*;
 
 /// Derivative of the law's force ON THE BODY with respect to the place of the tip or centre, of the
-/// branches that slip() takes from this contact: the slip's way, its ends, its roots. At the tick
-/// of first touch the contact point found counts as fixed.
+/// branches that slip() takes from this contact: the path of the slip, its ends, its roots. At the
+/// tick of first touch the contact point found counts as fixed.
 template <class F, bool kIsBall>
 void law_tangent(const AssetView& asset, const ContactPoint& at, const Decay& left, const Vec3d& x,
                  const Vec3d& step, double tangent_N_m[9]) noexcept {
@@ -240,26 +241,21 @@ void law_tangent(const AssetView& asset, const ContactPoint& at, const Decay& le
   }
 }
 
-/// Moves the anchors of a contact by `way` along the surface. The contact point follows at the next
-/// slip, as far as its friction carries it there.
-inline void drag_anchors(const AssetView& asset, Contact& contact, const Vec3d& way,
+/// Moves the anchors of a contact by path_m along the surface. The contact point follows at the
+/// next slip, as far as its friction carries it there.
+inline void drag_anchors(const AssetView& asset, Contact& contact, const Vec3d& path_m,
                          const Vec3d& normal) noexcept {
   with_family(asset.curves, [&](auto f) noexcept {
     using F = decltype(f);
     auto memory = F::template load<double>(contact.memory, asset.curves.relaxation);
-    F::carry(asset.curves, memory, way * -1.0, normal);
-    F::carry_rest(memory, way * -1.0, normal, false);
+    F::transport(asset.curves, memory, path_m * -1.0, normal);
+    F::transport_anchor(memory, path_m * -1.0, normal, false);
     F::save(memory, contact.memory, asset.curves.relaxation);
   });
-  contact.slip_left_m += kSlipPerStep * std::sqrt(dot(way, way));
+  contact.slip_left_m += kSlipPerStep * std::sqrt(dot(path_m, path_m));
 }
 
-/// Excess over the limit, as a share of the pull, above which a contact point counts as one that
-/// slips: a slide ends within kSlipTolerance of it. At half, at twice and at a thousand times of it
-/// all claims of tests/libfit/runtime/rolling_test.cpp hold.
-constexpr double kAtLimit = -1e-6;
-
-/// How the stored energy changes where the contact point of a ball and its anchors move over the
+/// Change of the stored energy as the contact point of a ball and its anchors move over the
 /// surface while the ball stays (M72): the configurational force (Eshelby, Phil. Trans. A 244
 /// (1951) 87, 10.1098/rsta.1951.0016).
 struct ConfigurationalForce {
@@ -278,8 +274,8 @@ ConfigurationalForce configurational_force(const AssetView& asset, Contact& cont
     const auto memory = F::template load<double>(contact.memory, views.relaxation);
     const auto kinematics = F::kinematics(views, standing, x, memory);
     const auto kind = F::excess_kind(views, kinematics);
-    by_place.holds = F::excess_here(views, kinematics, kind) <
-                     kAtLimit * F::excess_scale(views, kinematics, kind);
+    by_place.holds = F::current_excess(views, kinematics, kind) <
+                     kStickMargin * F::excess_scale(views, kinematics, kind);
   }
   const Vec3d normal = standing.normal;
   const Vec3d across = std::fabs(normal.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
@@ -290,11 +286,11 @@ ConfigurationalForce configurational_force(const AssetView& asset, Contact& cont
     if (path.is_blocked()) continue;
     const auto spot = path.at(Dual(0, 1));
     auto memory = F::template load<Dual>(contact.memory, views.relaxation);
-    const Vec3<Dual> way = spot.point - widened<Dual>(standing.point);
-    F::carry(views, memory, way, spot.normal);
-    F::carry_rest(memory, way, spot.normal, false);
+    const Vec3<Dual> path_m = spot.point - widened<Dual>(standing.point);
+    F::transport(views, memory, path_m, spot.normal);
+    F::transport_anchor(memory, path_m, spot.normal, false);
     const auto kinematics = F::kinematics(views, spot, widened<Dual>(x), memory);
-    Dual energy = F::stored_J(views, F::under(views, kinematics), kinematics, memory);
+    Dual energy = F::stored_J(views, F::bed(views, kinematics), kinematics, memory);
     if (asset.sways) {  // at a given sway a softer hold stores less
       const Vec3d force = make_vec3<double>(contact.series.force_N);
       const double rate[3] = {value_of(path.rate[0]), value_of(path.rate[1]),
@@ -321,5 +317,4 @@ inline void scale_tangent(double share, double slope, const Vec3d& f, double K[9
     for (int j = 0; j < 3; ++j) K[3 * i + j] = share * K[3 * i + j] + slope * (v[i] * v[j]);
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -1,25 +1,18 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// How the surface moves under tools, for a thread that draws: reads copies of contacts and the
-// asset's shape response. No heap, no lock, no exception.
+// Displacement of the surface under tools, for a thread that draws: reads copies of contacts and
+// the asset's shape response. No heap, no lock, no exception.
 
 #include "../asset/shape.hpp"
 #include "../base/room.hpp"
 #include "contact.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-/// Where near functions end, in contact radii, and there of y = s/(1+s).
-constexpr double kShapeReach = 8;
-constexpr double kShapeEnd = kShapeReach / (1 + kShapeReach);
-/// How far the surface under a tool goes with the mean deflection of its rings: of 0.7 to 1.1 the
-/// best on held-out paths of the liver phantom (near p95 5.1 %; 5.5 at 1).
-constexpr double kShapeCarried = 0.8;
 constexpr int kShapeFunctions = kShapePressed + kShapeDragged;
 
-/// Where a tool stands against its contact point, as the shape response reads it.
+/// Position of a tool relative to its contact point, as the shape response reads it.
 struct DentState {
   Vec3d point;      ///< contact point, relative to the asset's origin
   Vec3d normal;     ///< inward unit
@@ -40,7 +33,7 @@ inline void cubic_weights(double t, double w[4]) noexcept {
   w[3] = t3 * (1.0 / 6);
 }
 
-/// A vertex seen from a contact point: direction and distance along the surface (M30).
+/// A vertex relative to a contact point: direction and distance along the surface (M30).
 struct ShapePlace {
   Vec3d out;      ///< t / (r + a): from the contact point along its tangent plane, < 1
   double facing;  ///< 1 where the surface faces as it does at the contact point, 0 on a far side
@@ -48,11 +41,11 @@ struct ShapePlace {
   double w[4];    ///< of the splines there
 };
 
-/// Whether a vertex at X with inward normal N is near the contact point; fills where it is.
-inline bool see_place(const DentState& state, double radius_m, int intervals, const Vec3d& X,
-                      const Vec3d& N, ShapePlace& place) noexcept {
-  const Vec3d way = X - state.point - (state.lateral_m - state.carried_m * kShapeCarried);
-  const double r = std::sqrt(dot(way, way));
+/// Returns true if a vertex at X with inward normal N is near the contact point; fills where it is.
+inline bool find_place(const DentState& state, double radius_m, int intervals, const Vec3d& X,
+                       const Vec3d& N, ShapePlace& place) noexcept {
+  const Vec3d offset = X - state.point - (state.lateral_m - state.carried_m * kShapeCarried);
+  const double r = std::sqrt(dot(offset, offset));
   const double y = r / (r + radius_m);
   if (!(y < kShapeEnd)) return false;
   const double cosine = 2 * dot(N, state.normal) + 0.5;
@@ -63,7 +56,7 @@ inline bool see_place(const DentState& state, double radius_m, int intervals, co
   place.first = static_cast<int>(at);
   if (place.first >= intervals) place.first = intervals - 1;
   cubic_weights(at - place.first, place.w);
-  place.out = tangential(way, state.normal) * (1 / (r + radius_m));
+  place.out = tangential(offset, state.normal) * (1 / (r + radius_m));
   return true;
 }
 
@@ -87,7 +80,7 @@ inline Vec3d carried_m(const AssetView& asset, const Contact& contact, const Vec
     spot.n[k] = contact.weight[k];
     spot.corner[k] = &corners[k];
   }
-  const auto bed = bed_under<double>(asset.curves, spot);
+  const auto bed = bed_at<double>(asset.curves, spot);
   const auto anchors = Rings::load<double>(contact.memory);
   Vec3d sum{0, 0, 0};
   double stiffness_N_m = 0;
@@ -99,8 +92,8 @@ inline Vec3d carried_m(const AssetView& asset, const Contact& contact, const Vec
   return stiffness_N_m > 0 ? sum * (1 / stiffness_N_m) : lateral_m;
 }
 
-/// What a copied contact is doing; false in the air. A tip stands for the ball that the curves were
-/// measured with.
+/// Finds the state of a copied contact; false in the air. A tip stands for the ball that the curves
+/// were measured with.
 inline bool shape_state(const AssetView& asset, const Contact& contact, double tool_radius_m,
                         DentState& out) noexcept {
   if (contact.triangle < 0) return false;
@@ -128,7 +121,7 @@ class Deformation {
       : asset_(asset), state_(state) {
     const ShapeView& shape = asset.shape;
     const CurveViews& curves = asset.curves;
-    // Where its own ball has a contact as wide the surface is moved alike.
+    // The surface moves as under the asset's own ball with a contact as wide.
     const double depth_m = curves.indenter == nullptr
                                ? state.normal_m
                                : own_depth(*curves.indenter, curves.view[kNormal], state.normal_m);
@@ -164,7 +157,7 @@ class Deformation {
       moved.z += mode_[k] * double(mode[2]);
     }
     ShapePlace place;
-    if (see_place(state_, radius_m_, shape.intervals, X, asset_.normal_at(v), place)) {
+    if (find_place(state_, radius_m_, shape.intervals, X, asset_.normal_at(v), place)) {
       double f[kShapeFunctions];
       for (int i = 0; i < kShapeFunctions; ++i) {
         f[i] = 0;
@@ -208,12 +201,12 @@ class Deformation {
   double mode_[kMaxShapeModes] = {};
 };
 
-/// A copied contact, the radius of its ball (0: a tip), and the asset as it meets it (null: as it
-/// is).
+/// A copied contact, the radius of its ball (0: a tip), and its own asset (null: the shared
+/// one).
 struct Dent {
   const Contact* contact;
   double radius_m;
-  const AssetView* met = nullptr;
+  const AssetView* asset = nullptr;
 };
 constexpr int kMaxDents = 8;
 
@@ -232,12 +225,12 @@ PALPATE_ONCE Status deform(const AssetView& asset, const Dent* dent, int dents, 
   for (int i = 0; i < dents && touching < kMaxDents; ++i) {
     const Contact& contact = *dent[i].contact;
     if (contact.triangle < 0) continue;
-    const AssetView& met = dent[i].met != nullptr ? *dent[i].met : asset;
-    if (contact.asset_checksum != met.checksum || contact.triangle >= asset.triangles)
+    const AssetView& own = dent[i].asset != nullptr ? *dent[i].asset : asset;
+    if (contact.asset_checksum != own.checksum || contact.triangle >= asset.triangles)
       return Status::contact_foreign;
     DentState state;
-    if (shape_state(met, contact, dent[i].radius_m, state))
-      room.make(touching++, met, contact, state);
+    if (shape_state(own, contact, dent[i].radius_m, state))
+      room.make(touching++, own, contact, state);
   }
   for (int v = first; touching > 0 && v < first + count; ++v, displacement_m += 3) {
     Vec3d moved{0, 0, 0};
@@ -260,5 +253,4 @@ inline Status deform(const AssetView& asset, const Contact& contact, double radi
   return deform(asset, &one, 1, first, count, displacement_m);
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -1,13 +1,12 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The memories of a body, as a table; docs/extending.md says what each of them brings. To add one:
-// its header, its block in the asset (asset/format.hpp, asset/check.hpp), and its row here.
+// The memories of a body, as a table; the concept BodyMemory states what each of them has. To add
+// one: its header, its block in the asset (asset/format.hpp, asset/check.hpp), and its row here.
 
 #include "body.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 /// A body's Prony series: dashpots of the rings, whose law has their energy in E.
 struct RelaxationMemory {
@@ -15,10 +14,10 @@ struct RelaxationMemory {
   static bool is_any(const AssetView& asset) noexcept {
     return asset.curves.relaxation.branches > 0;
   }
-  static Softened energy(const AssetView&, const ContactPoint&, double law_J) noexcept {
+  static MemoryEnergy energy(const AssetView&, const ContactPoint&, double law_J) noexcept {
     return {law_J, 1, 0};
   }
-  static Softened load(const AssetView&, ContactPoint&, double, double law_J) noexcept {
+  static MemoryEnergy load(const AssetView&, ContactPoint&, double, double law_J) noexcept {
     return {law_J, 1, 0};
   }
   template <class F, class Kinematics, class Memory>
@@ -27,6 +26,22 @@ struct RelaxationMemory {
     if constexpr (F::kCanRelax) F::relax(asset.curves, kinematics, left, memory);
   }
 };
+
+#if defined(__cpp_concepts)
+/// A memory maps the energy E of the law to the energy that the contact stores and its slopes:
+/// energy() at a fixed history, load() once the contact has come to rest at E, flow() over half of
+/// a tick's time while the tool rests.
+template <class M>
+concept BodyMemory = requires(const AssetView& asset, ContactPoint& at, double depth_m, double E,
+                              const KinematicsOf<Rings>& kinematics, MemoryOf<Rings>& rings) {
+  { M::kFlows } -> std::convertible_to<bool>;
+  { M::is_any(asset) } -> std::same_as<bool>;
+  { M::energy(asset, at, E) } -> std::same_as<MemoryEnergy>;
+  { M::load(asset, at, depth_m, E) } -> std::same_as<MemoryEnergy>;
+  M::template flow<Rings>(asset, at, kinematics, Decay(), rings);
+};
+static_assert(BodyMemory<RelaxationMemory> && BodyMemory<SofteningMemory>);
+#endif
 
 template <class... Each>
 struct MemoryList {};
@@ -37,23 +52,23 @@ bool has_memory(const AssetView& asset, MemoryList<Each...>) noexcept {
   return (Each::is_any(asset) || ...);
 }
 
-/// Whether time changes what this body remembers.
+/// Returns true if time changes the memories of this body.
 template <class... Each>
 bool has_flow(const AssetView& asset, MemoryList<Each...>) noexcept {
   return ((Each::kFlows && Each::is_any(asset)) || ...);
 }
 
 /// Psi_2(Psi_1(E)) and its slopes.
-inline Softened chain(const Softened& inner, const Softened& outer) noexcept {
+inline MemoryEnergy chain(const MemoryEnergy& inner, const MemoryEnergy& outer) noexcept {
   return {outer.stored_J, outer.share * inner.share,
           outer.slope * (inner.share * inner.share) + outer.share * inner.slope};
 }
 
-/// What a contact stores where the law stores law_J, by all memories in turn.
+/// Energy that a contact stores if the law stores law_J, by all memories in turn.
 template <class... Each>
-Softened stored_in(const AssetView& asset, const ContactPoint& at, double law_J,
-                   MemoryList<Each...>) noexcept {
-  Softened out{law_J, 1, 0};
+MemoryEnergy stored_in(const AssetView& asset, const ContactPoint& at, double law_J,
+                       MemoryList<Each...>) noexcept {
+  MemoryEnergy out{law_J, 1, 0};
   const auto take = [&](auto memory) noexcept {
     using Memory = decltype(memory);
     if (Memory::is_any(asset)) out = chain(out, Memory::energy(asset, at, out.stored_J));
@@ -64,9 +79,9 @@ Softened stored_in(const AssetView& asset, const ContactPoint& at, double law_J,
 
 /// The same once the body has kept what it keeps.
 template <class... Each>
-Softened load(const AssetView& asset, ContactPoint& at, double depth_m, double law_J,
-              MemoryList<Each...>) noexcept {
-  Softened out{law_J, 1, 0};
+MemoryEnergy load(const AssetView& asset, ContactPoint& at, double depth_m, double law_J,
+                  MemoryList<Each...>) noexcept {
+  MemoryEnergy out{law_J, 1, 0};
   const auto take = [&](auto memory) noexcept {
     using Memory = decltype(memory);
     if (Memory::is_any(asset)) out = chain(out, Memory::load(asset, at, depth_m, out.stored_J));
@@ -85,5 +100,4 @@ void flow(const AssetView& asset, ContactPoint& at, const Kinematics& kinematics
    ...);
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -1,15 +1,14 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// How a body gives as a whole under a force (docs/method-body.md, section 21): a compliance C, and
-// the root L of it by which contacts far from each other sway together (M62a).
+// Displacement of a body as a whole under a force (docs/method-body.md, section 21): a compliance
+// C, and the root L of it by which contacts far from each other sway together (M62a).
 
 #include <cmath>
 
 #include "../base/scalar.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 /// C [m/N], symmetric and nowhere negative: xx, yy, zz, xy, xz, yz.
 struct Compliance {
@@ -26,8 +25,8 @@ struct Compliance {
   }
 };
 
-/// L with L L^T = C: lower triangular, xx, yx, yy, zx, zy, zz [sqrt(m/N)]; a direction that does
-/// not give has none.
+/// L with L L^T = C: lower triangular, xx, yx, yy, zx, zy, zz [sqrt(m/N)]; it is zero along rigid
+/// directions.
 struct ComplianceRoot {
   double l[6] = {0, 0, 0, 0, 0, 0};
 
@@ -39,8 +38,8 @@ struct ComplianceRoot {
   }
 };
 /// Cholesky's factor.
-inline ComplianceRoot root_of(const Compliance& give) noexcept {
-  const double* c = give.c;
+inline ComplianceRoot root_of(const Compliance& compliance) noexcept {
+  const double* c = compliance.c;
   const double least = 1e-12 * (c[0] + c[1] + c[2]);
   ComplianceRoot out;
   double* l = out.l;
@@ -59,14 +58,14 @@ inline ComplianceRoot root_of(const Compliance& give) noexcept {
   return out;
 }
 
-/// Whether no force is given way to backwards, but for rounding to float.
-inline bool is_nowhere_negative(const double c[6]) noexcept {
-  const double most = c[0] + c[1] + c[2], slack = 1e-6 * most;
+/// Returns true if the compliance is positive semidefinite, but for rounding to float.
+inline bool is_positive_semidefinite(const double c[6]) noexcept {
+  const double trace = c[0] + c[1] + c[2], slack = 1e-6 * trace;
   const double x = c[0] + slack, y = c[1] + slack, z = c[2] + slack;
   const double xy = x * y - c[3] * c[3], xz = x * z - c[4] * c[4], yz = y * z - c[5] * c[5];
-  const double all = x * yz - c[3] * (c[3] * z - c[5] * c[4]) + c[4] * (c[3] * c[5] - y * c[4]);
-  return x >= 0 && y >= 0 && z >= 0 && xy >= 0 && xz >= 0 && yz >= 0 && all >= 0;
+  const double determinant =
+      x * yz - c[3] * (c[3] * z - c[5] * c[4]) + c[4] * (c[3] * c[5] - y * c[4]);
+  return x >= 0 && y >= 0 && z >= 0 && xy >= 0 && xz >= 0 && yz >= 0 && determinant >= 0;
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -1,24 +1,62 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The curves of a body as its law reads them: bases of their parts, rings (law/rings.hpp), and how
-// another indenter than the one that the body was measured with meets them
-// (docs/method-tools.md, section 30).
+// The parts of a node of a curve family, and the curves of a body as its law reads them: bases,
+// rings (law/rings.hpp), and the tables of another indenter than the one that the body was measured
+// with (docs/method-tools.md, section 30).
 
 #include <cmath>
 
 #include "../base/scalar.hpp"
 #include "../base/spline.hpp"
-#include "part.hpp"
 #include "relaxation.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-constexpr int kRings = 8;  ///< 4 are too few; 6 to 24 agree to 0.3 % of force
+constexpr int kMaxParts = 10;  ///< of a family: an asset's header has room for as many
 
-/// Where the rings of a body touch, and how their stiffness follows from the control values of a
-/// normal curve (B0). Edges e_i = D (i/N)^1.5; thresholds are their middles, the first 0.
+/// Source of a part that is known before any fit.
+enum class Known {
+  no,
+  curvature,  ///< minus the gradient of the inward normal
+  sway,       ///< compliance of the body: of no tool, so no force scales it
+  tools,      ///< how curves change with the indenter's radius: 0 unless several were pressed
+};
+struct Part {
+  const char* name;     ///< of its columns, such as "normal"
+  const char* unit;     ///< of its numbers, SI
+  int length, force;    ///< powers of length and force in that unit
+  int width;            ///< numbers of a control value: 1; 3: x, y, z; 6: xx, yy, zz, xy, xz, yz
+  int count;            ///< control values of a node; 0: a curve, as many as its basis has
+  bool starts_at_zero;  ///< the first control value is 0
+  bool rises;           ///< no control value is below the one before
+  double min, max;      ///< bounds of every number
+  Known known = Known::no;  ///< before any fit
+
+  constexpr bool is_curve() const noexcept { return count == 0; }
+};
+
+/// A curve of force over depth or deflection that is zero at zero and never falls.
+constexpr Part rising_curve(const char* name, double max_N = kMaxForce_N) noexcept {
+  return {name, "N", 0, 1, 1, 0, true, true, 0, max_N};
+}
+
+/// Returns true if `controls` control values of a part are admissible numbers; where a node does
+/// not answer (is_zero) all of them are 0.
+template <class C>
+bool is_good_part(const Part& part, const C* control, int controls, bool is_zero) noexcept {
+  for (int j = 0; j < controls * part.width; ++j) {
+    const double value = double(control[j]);
+    const bool must_be_zero = is_zero || (part.starts_at_zero && j < part.width);
+    if (must_be_zero ? value != 0 : !(value >= part.min && value <= part.max)) return false;
+    if (part.rises && j >= part.width && !(value >= double(control[j - part.width]))) return false;
+  }
+  return true;
+}
+
+/// Depths at which the rings of a body touch, and how their stiffness follows from the control
+/// values of a normal curve (B0). Edges e_i = D (i/N)^1.5; thresholds are their middles, the first
+/// 0.
 struct RingTable {
   int order = 0;
   double edge_m[kRings] = {}, threshold_m[kRings] = {};
@@ -58,9 +96,10 @@ struct IndenterView {
   RingTable rings_by_radius[kRadiusEffects];
   /// Depth at which the asset's own ball has a contact as wide, at the knots of the normal curves.
   const double* own_depth_m = nullptr;
-  double farther_m = 0;  ///< R - R_0: how much farther out the surface of its centres lies
-  /// mu(d) = mu_0 + mu_1 (steep_m + steeper d): a ball that ploughs has R_0 / R alone (M84).
-  double steep_m = 0, steeper = 1;
+  double surface_offset_m = 0;  ///< R - R_0: how much farther out the surface of its centres lies
+  /// mu(d) = mu_0 + mu_1 (plough_offset_m + plough_slope d): a ball that ploughs has R_0 / R alone
+  /// (M84).
+  double plough_offset_m = 0, plough_slope = 1;
   double spread = 1;                     ///< what gamma of a node is times: R_0 / R of a ball
   double side[2][2] = {{1, 0}, {0, 1}};  ///< g_2 and g_3 out of those of a node (M85)
 };
@@ -86,5 +125,4 @@ struct CurveViews {
   const IndenterView* indenter = nullptr;  ///< of another than the body was measured with
 };
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

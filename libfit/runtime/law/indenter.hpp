@@ -9,13 +9,10 @@
 //
 // Only + - * / and sqrt are used, so bits are the same everywhere.
 
+#include "../base/constants.hpp"
 #include "../base/scalar.hpp"
 
-namespace palpate {
-namespace runtime {
-
-constexpr int kMaxProfilePoints = 48;
-constexpr double kNeverDeep_m = 1e30;  ///< depth of a contact that the tool cannot reach
+namespace palpate::runtime {
 
 /// points: of the profile, 0 for a ball; between them f' is linear, from f'(0) = 0 on; beyond the
 /// last one stands a wall.
@@ -117,7 +114,7 @@ inline double contact_radius_at(const Indenter& tool, double depth_m) noexcept {
 /// Radius of the ball whose contact has radius a where it is as deep [m].
 inline double ball_as_deep(double a, double depth_m) noexcept { return a / tanh_of(depth_m / a); }
 
-/// How steep a tool stands in the body: depth over the contact's radius, a / R of a shallow ball.
+/// Steepness of a tool in the body: depth over the contact's radius, a / R of a shallow ball.
 inline double steepness_at(const Indenter& tool, double depth_m) noexcept {
   return depth_m / contact_radius_at(tool, depth_m);
 }
@@ -132,14 +129,10 @@ inline double depth_of_steepness(const Indenter& tool, double steepest, double m
   return lo;
 }
 
-/// Steeper than so many times what was measured the law is not known to follow: a body closes
-/// around a small ball, whose friction then grows faster than (M84).
-constexpr double kSteepest = 1.2;
 /// The deepest that another tool is known for, where a ball was pressed to depth_m.
 inline double known_depth_m(const Indenter& tool, double ball_m, double depth_m) noexcept {
-  return depth_of_steepness(tool, kSteepest * steepness_at(ball_indenter(ball_m), depth_m),
+  return depth_of_steepness(tool, kMaxSteepness * steepness_at(ball_indenter(ball_m), depth_m),
                             depth_m);
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -4,17 +4,12 @@
 // The Prony series of a body (docs/method-body.md, section 24): at time t after a step a contact is
 // 1 + sum share_k e^{-t/time_k} times as stiff as in slow motion.
 
+#include "../base/constants.hpp"
 #include "../base/rounding.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-constexpr int kMaxBranches = 3;
-constexpr double kMaxShare = 1000;         ///< stiffer at first than any tissue
-constexpr double kMinRelaxation_s = 1e-4;  ///< faster than a tick is no memory
-constexpr double kMaxRelaxation_s = 1e6;
-
-/// Of a body; no branches: it has no memory of time.
+/// Prony series of a body; no branches: it does not relax.
 struct RelaxationView {
   int branches = 0;
   double share[kMaxBranches] = {};   ///< > 0
@@ -40,7 +35,7 @@ inline double decay(double x) noexcept {
   return sum;
 }
 
-/// What is left of each branch's force after dt_s [s].
+/// Share of each branch's force that is left after dt_s [s].
 struct Decay {
   double share[kMaxBranches] = {1, 1, 1};
   double dt_s = 0;
@@ -52,5 +47,4 @@ inline Decay decay_over(const RelaxationView& relaxation, double dt_s) noexcept 
   return out;
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -9,10 +9,7 @@
 
 #include "curve_views.hpp"
 
-namespace palpate {
-namespace runtime {
-
-constexpr double kLateralZero_m = 1e-12;  ///< below a picometre the lateral direction is noise
+namespace palpate::runtime {
 
 /// The control values alive on one interval.
 template <int kOrder, class T>
@@ -61,18 +58,18 @@ struct CurvePiece {
   }
 };
 
-/// Sum of `whole` [control values] times the control values of a spot below `first`.
+/// Sum of `weights` [control values] times the control values of a spot below `first`.
 template <class Spot>
-auto sum_before(const double* whole, const Spot& spot, int curve, int first) noexcept
+auto sum_before(const double* weights, const Spot& spot, int curve, int first) noexcept
     -> decltype(spot.control(curve, first)) {
   using S = decltype(spot.control(curve, first));
   S sum[4] = {S(0), S(0), S(0), S(0)};  // four at a time: one chain of sums would wait for each
   int j = 0;
   for (; j + 4 <= first; j += 4) {
     const auto live = live_controls<4>(spot, curve, j);
-    for (int i = 0; i < 4; ++i) sum[i] = sum[i] + live.b[i] * whole[j + i];
+    for (int i = 0; i < 4; ++i) sum[i] = sum[i] + live.b[i] * weights[j + i];
   }
-  for (int i = 0; j < first; ++j, ++i) sum[i] = sum[i] + spot.control(curve, j) * whole[j];
+  for (int i = 0; j < first; ++j, ++i) sum[i] = sum[i] + spot.control(curve, j) * weights[j];
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
@@ -92,10 +89,10 @@ auto piece_of_order(const SplineView& view, const Spot& spot, int curve, int pie
     out.c[m] = live.b[0] * w[m];
     for (int k = 1; k < kOrder; ++k) out.c[m] = out.c[m] + live.b[k] * w[k * kOrder + m];
   }
-  const auto sum_to = [&](const double* whole) noexcept {
-    T last = live.b[0] * whole[first];
-    for (int k = 1; k < kOrder; ++k) last = last + live.b[k] * whole[first + k];
-    return sum_before(whole, spot, curve, first) + last;
+  const auto sum_to = [&](const double* weights) noexcept {
+    T last = live.b[0] * weights[first];
+    for (int k = 1; k < kOrder; ++k) last = last + live.b[k] * weights[first + k];
+    return sum_before(weights, spot, curve, first) + last;
   };
   if (view.begins != nullptr) out.c[0] = out.c[0] + sum_to(view.begins + piece * view.size());
   if (with_area) out.area_J = sum_to(view.integrals + piece * view.size());
@@ -118,11 +115,11 @@ auto piece_of(const SplineView& view, const Spot& spot, int curve, double x,
       return piece_of_order<5>(view, spot, curve, piece, with_area);
   }
 }
-/// The same of a curve of a body. A spot that has it at hand, or that another indenter meets,
+/// The same of a curve of a body. A spot that has it at hand or of another indenter
 /// brings an overload.
 template <class Spot>
-auto piece_under(const CurveViews& views, const Spot& spot, int curve, double x,
-                 bool with_area) noexcept -> CurvePiece<decltype(spot.control(curve, 0))> {
+auto piece_at(const CurveViews& views, const Spot& spot, int curve, double x,
+              bool with_area) noexcept -> CurvePiece<decltype(spot.control(curve, 0))> {
   return piece_of(views.view[curve], spot, curve, x, with_area);
 }
 
@@ -130,14 +127,14 @@ auto piece_under(const CurveViews& views, const Spot& spot, int curve, double x,
 template <class T, class Spot>
 T curve_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noexcept {
   if (!(value_of(x) > 0)) return T(0);
-  return T(piece_under(views, spot, curve, value_of(x), false).force(x));
+  return T(piece_at(views, spot, curve, value_of(x), false).force(x));
 }
 
 /// Area under one curve of a spot from 0 to x [J], exact (M7); 0 for x <= 0.
 template <class T, class Spot>
 T energy_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noexcept {
   if (!(value_of(x) > 0)) return T(0);
-  return T(piece_under(views, spot, curve, value_of(x), true).energy(x));
+  return T(piece_at(views, spot, curve, value_of(x), true).energy(x));
 }
 
 /// Force of the tool on the body [N] and stored energy [J].
@@ -147,5 +144,4 @@ struct Answer {
   T stored_J;
 };
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -1,13 +1,12 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// What a spot of a body of rings gives (docs/method.md, section 17): its numbers, and the bed of
+// Numbers of a spot of a body of rings (docs/method.md, section 17), and the bed of
 // rings under it.
 
 #include "response.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 /// Parts of a node beside its normal curve.
 constexpr int kLambda = 1;         ///< lateral over normal stiffness of a ring [1]
@@ -20,7 +19,7 @@ constexpr int kCurvature = 7;      ///< kappa = -du/dc [1/m]
 constexpr int kSway = 8;           ///< C [m/N] of sway.hpp
 constexpr int kRadiusEffect = 9;   ///< k_0, k_1 [1] of (M83)
 
-/// How far a ring may be deflected at a depth.
+/// Friction limit of the rings by depth.
 template <class T>
 struct RingLimit {
   T lambda, friction, friction_slope;
@@ -32,7 +31,7 @@ struct RingLimit {
   }
 };
 
-/// What the slip of a contact point reads of a spot.
+/// Numbers of a spot that the slip of a contact point reads.
 template <class T>
 struct RingNumbers {
   RingLimit<T> limit;
@@ -53,28 +52,23 @@ Vec3<T> curvature_times(const T* kappa, const Vec3<T>& q) noexcept {
           kappa[4] * q.x + kappa[5] * q.y + kappa[2] * q.z};
 }
 
-/// Whether nodes have a stiffness of their own for the indenter's radius.
+/// Returns true if nodes have a stiffness of their own for the indenter's radius.
 inline bool has_radius_effect(const CurveViews& views) noexcept {
   return views.indenter != nullptr && views.indenter->has_radius_effect;
 }
 
-/// Depth at which a node's curvature is that of the surface of a ball's centres, over that at which
-/// its curves end (M15c). With 0 a hollow counts as too narrow for a ball that is deep in it.
-constexpr double kCurvatureDepth = 0.5;
-
 /// The curvature of the surface of a ball's centres (M15b) becomes that of the surface which lies
-/// farther_m farther out: k / (1 + farther k) of each principal one, a hollow no narrower than
-/// kNarrowest of what it was.
-constexpr double kNarrowest = 0.25;
-inline void move_out(double* kappa, double farther_m) noexcept {
+/// surface_offset_m farther out, k / (1 + offset k) of each principal one. A hollow keeps
+/// kMinHollowShare of its radius.
+inline void offset_curvature(double* kappa, double surface_offset_m) noexcept {
   const double trace = kappa[0] + kappa[1] + kappa[2];
   const double squares = kappa[0] * kappa[0] + kappa[1] * kappa[1] + kappa[2] * kappa[2] +
                          2 * (kappa[3] * kappa[3] + kappa[4] * kappa[4] + kappa[5] * kappa[5]);
-  const double half = 0.5 * trace, off = 0.5 * squares - half * half;  // ((k1 - k2) / 2)^2
-  const double apart = off > 0 ? std::sqrt(off) : 0;
-  const auto share = [farther_m](double k) noexcept {
-    const double under = 1 + farther_m * k;
-    return 1 / (under > kNarrowest ? under : kNarrowest);
+  const double half = 0.5 * trace, deviator = 0.5 * squares - half * half;  // ((k1 - k2) / 2)^2
+  const double apart = deviator > 0 ? std::sqrt(deviator) : 0;
+  const auto share = [surface_offset_m](double k) noexcept {
+    const double radii = 1 + surface_offset_m * k;
+    return 1 / (radii > kMinHollowShare ? radii : kMinHollowShare);
   };
   const double first = share(half + apart), second = share(half - apart);
   // f(K) = a K + b K^2 with f(k) = share(k) k of both
@@ -132,7 +126,7 @@ void ring_stiffness(const RingTable& table, const Spot& spot, T* c) noexcept {
   for (int i = kRings - 1; i > 0; --i) c[i] = c[i] - c[i - 1];
 }
 
-/// Of the c_i of a spot; side: g_2, g_3.
+/// Makes the bed from the c_i of a spot; side: g_2, g_3.
 template <class T>
 void make_ring_bed(const T* c, const RingLimit<T>& limit, const T& spread_1_m, const T* side,
                    const Vec3<T>& normal, RingBed<T>& bed) noexcept {
@@ -164,9 +158,9 @@ RingBed<T> ring_bed(const RingTable& table, const Spot& spot) noexcept {
   return bed;
 }
 
-/// How far the springs of a ring are pressed, on average, if they lie evenly between its edges, and
-/// the slope of that by depth; of ring 1 the share at_0 lies at depth 0. So what rings bear in slow
-/// motion is never more than the curve says, and a body never pulls.
+/// Mean indentation of the springs of a ring that lie evenly between its edges, and
+/// the slope of that by depth; of ring 1 the share at_0 lies at depth 0. So the force of rings in
+/// slow motion is never more than the curve says, and a body never pulls.
 template <class T>
 struct RingPress {
   T value_m, slope;
@@ -183,9 +177,10 @@ RingPress<T> ring_press(const RingTable& table, const T& at_0, int i, const T& d
   return {at_0 * in + (T(1) - at_0) * even.value_m, at_0 + (T(1) - at_0) * even.slope};
 }
 /// 1 where every ring has the stiffness that the curve says. Where the curve is concave, rings that
-/// would be negative are none, and the others bear sum c_i h_i / sum max(c_i, 0) h_i of theirs, so
-/// that the whole bed still bears f^z. Its slope belongs to the energy, so h_i is the mean press of
-/// springs that lie evenly between the edges: a force of d - d_i would step where a ring touches.
+/// would be negative are none, and the others carry sum c_i h_i / sum max(c_i, 0) h_i of theirs, so
+/// that the whole bed still carries f^z. Its slope belongs to the energy, so h_i is the mean press
+/// of springs that lie evenly between the edges: a force of d - d_i would step where a ring
+/// touches.
 template <class T>
 struct RingShare {
   T value, slope;
@@ -208,8 +203,7 @@ RingShare<T> ring_share(const RingTable& table, const RingBed<T>& bed, const T& 
 }
 
 /// f^z(d) over sum c_i h_i, which the limits of the rings are times (B3a): all at their limits then
-/// bear mu(d) f^z(d) at every depth, also where few of them touch. normal_N: f^z(d).
-constexpr double kMaxLimitShare = 2;  ///< where a concave curve leaves hardly any bed
+/// carry mu(d) f^z(d) at every depth, also where few of them touch. normal_N: f^z(d).
 template <class T>
 T limit_share(const RingTable& table, const RingBed<T>& bed, const T& depth_m,
               const T& normal_N) noexcept {
@@ -224,9 +218,9 @@ T limit_share(const RingTable& table, const RingBed<T>& bed, const T& depth_m,
     const T reach = depth_m - table.threshold_m[i];
     sum = sum - bed.excess_N_m[i] * (value_of(reach) > 0 ? reach : T(0));
   }
-  const T bears = bed.limit.lambda * normal_N;
+  const T carried_m = bed.limit.lambda * normal_N;
   if (!(value_of(sum) > 0)) return T(1);
-  return value_of(bears) < kMaxLimitShare * value_of(sum) ? bears / sum : T(kMaxLimitShare);
+  return value_of(carried_m) < kMaxLimitShare * value_of(sum) ? carried_m / sum : T(kMaxLimitShare);
 }
 
 /// g(d) and its slope.
@@ -242,9 +236,8 @@ SideForce<T> side_force(const RingBed<T>& bed, const T& depth_m) noexcept {
 
 /// The rings under a spot. A spot that has them at hand brings an overload.
 template <class T, class Spot>
-RingBed<T> bed_under(const CurveViews& views, const Spot& spot) noexcept {
+RingBed<T> bed_at(const CurveViews& views, const Spot& spot) noexcept {
   return ring_bed<T>(views.rings, spot);
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

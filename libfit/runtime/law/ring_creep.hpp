@@ -8,29 +8,26 @@
 //     1/2 c_i (y^2 + sum share_k (y - v_k)^2) + 1/2 lambda c_i (|q|^2 + sum share_k |q - w_k|^2)
 //
 // with y >= h_i the place of the surface: where the tool retracts faster than the ring follows, y
-// is where the ring would come to rest, and the ring bears nothing (M46).
+// is where the ring would come to rest, and the ring carries nothing (M46).
 
 #include "relaxation.hpp"
 #include "ring_law.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-/// What a ring remembers of time, and where that would bring it to rest; [m].
+/// Viscous flow of the rings, and the deflections at which they would come to rest [m].
 template <class T>
 struct RingCreep {
   T flow[kMaxBranches][4][kRings];  ///< of each branch v_k, then x, y, z of w_k
-  // sum share_k v_k / fast and likewise w; what is stored though the ring bears nothing, over half
-  // its normal and its lateral stiffness [m^2].
+  // sum share_k v_k / fast and likewise w; what is stored though the ring carries nothing, over
+  // half its normal and its lateral stiffness [m^2].
   T rests[4][kRings], locked[2][kRings];
   T first[kMaxBranches];  ///< v_k of ring 1
 
   Vec3<T> rest(int i) const noexcept { return {rests[1][i], rests[2][i], rests[3][i]}; }
 };
-/// Below it a flow is over: what halves for ever ends in numbers that processors are slow with.
-constexpr double kFlowed_m = 1e-30;
 inline double still_flowing(double left_m) noexcept {
-  return std::fabs(left_m) > kFlowed_m ? left_m : 0;
+  return std::fabs(left_m) > kMinFlow_m ? left_m : 0;
 }
 template <class T>
 const T& still_flowing(const T& left_m) noexcept {  // derivatives are not over
@@ -80,15 +77,15 @@ void find_rests(const RelaxationView& relaxation, RingCreep<T>& creep) noexcept 
 /// The dashpots flow while the tool rests (M47): v_k nears y, w_k nears q, by the share of each
 /// branch's force that `left` does not leave. What rings store falls.
 template <class T>
-void let_creep(const RelaxationView& relaxation, const Decay& left, const RingTable& table,
-               const T& at_0, const RingDeflection<T>& at, const RingAnchors<T>& anchors,
-               RingCreep<T>& creep) noexcept {
+void relax_rings(const RelaxationView& relaxation, const Decay& left, const RingTable& table,
+                 const T& at_0, const RingDeflection<T>& at, const RingAnchors<T>& anchors,
+                 RingCreep<T>& creep) noexcept {
   T to[4][kRings];
   for (int i = 0; i < kRings; ++i) {
     const T h = ring_press(table, at_0, i, at.depth_m).value_m;
-    const bool bears = value_of(h) > value_of(creep.rests[0][i]);
-    const Vec3<T> q = bears ? at.q - anchors.at(i) : creep.rest(i);
-    to[0][i] = bears ? h : creep.rests[0][i];
+    const bool carries = value_of(h) > value_of(creep.rests[0][i]);
+    const Vec3<T> q = carries ? at.q - anchors.at(i) : creep.rest(i);
+    to[0][i] = carries ? h : creep.rests[0][i];
     to[1][i] = q.x;
     to[2][i] = q.y;
     to[3][i] = q.z;
@@ -104,8 +101,8 @@ void let_creep(const RelaxationView& relaxation, const Decay& left, const RingTa
 
 /// The contact point went to a place of this normal: what dashpots flowed across the old one.
 template <class T>
-void turn_creep(const RelaxationView& relaxation, const Vec3<T>& normal,
-                RingCreep<T>& creep) noexcept {
+void project_creep(const RelaxationView& relaxation, const Vec3<T>& normal,
+                   RingCreep<T>& creep) noexcept {
   for (int k = 0; k < relaxation.branches; ++k)
     for (int i = 0; i < kRings; ++i) {
       const Vec3<T> w =
@@ -117,28 +114,28 @@ void turn_creep(const RelaxationView& relaxation, const Vec3<T>& normal,
   find_rests(relaxation, creep);
 }
 
-/// How far a ring may be deflected beside where it would come to rest, times lambda / mu (M48): by
+/// Largest deflection of a ring from its rest, times lambda / mu (M48): by
 /// its spring where it touches, and by its branches. share: limit_share(), of the spring.
 template <class T>
-T creeping_reach(const RelaxationView& relaxation, const RingTable& table,
-                 const RingCreep<T>& creep, const T& at_0, int i, const T& depth_m,
-                 const T& share) noexcept {
+T creep_slip_reach(const RelaxationView& relaxation, const RingTable& table,
+                   const RingCreep<T>& creep, const T& at_0, int i, const T& depth_m,
+                   const T& share) noexcept {
   const T touching = share * (depth_m - table.threshold_m[i]);
   const T spring = value_of(touching) > 0 ? touching : T(0);
   const T press = ring_press(table, at_0, i, depth_m).value_m;
   return (spring + press * (relaxation.fast - 1)) * (1 / relaxation.fast) - creep.rests[0][i];
 }
 
-/// ring_pull() of rings that relax: forces and energy of springs and
+/// ring_response() of rings that relax: forces and energy of springs and
 /// branches, over what the normal curve says of slow motion. A ring slips where its traction is
-/// above the friction of what it bears, |q - rest| > mu(d) (h - rest) / lambda (M48); dashpots hold
-/// still in a slip, so it shortens |q - rest| and what is stored falls; the caller books by
-/// energies, so lost_J is 0.
+/// above the friction of what it carries, |q - rest| > mu(d) (h - rest) / lambda (M48); dashpots
+/// hold still in a slip, so it shortens |q - rest| and what is stored falls; the caller books by
+/// energies, so dissipated_J is 0.
 template <bool kSlips, class T, class Anchors>
-RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable& table,
-                          const RingBed<T>& bed, const RingDeflection<T>& at, Anchors& anchors,
-                          const RingCreep<T>& creep, const T& at_0,
-                          const T& share_of_limit) noexcept {
+RingResponse<T> creep_response(const RelaxationView& relaxation, const RingTable& table,
+                               const RingBed<T>& bed, const RingDeflection<T>& at, Anchors& anchors,
+                               const RingCreep<T>& creep, const T& at_0,
+                               const T& share_of_limit) noexcept {
   const double fast = relaxation.fast;
   const T lambda = bed.limit.lambda, mu = bed.limit.friction_at(at.depth_m);
   const bool is_stiff = value_of(lambda) > 0;
@@ -148,11 +145,12 @@ RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable& tab
     const T stiffness = bed.stiffness_N_m[i], normal = is_stiff ? stiffness / lambda : T(0);
     const RingPress<T> press = ring_press(table, at_0, i, at.depth_m);
     const T h = press.value_m, rest = creep.rests[0][i];
-    const T borne = value_of(h) > value_of(rest) ? h - rest : T(0);
+    const T carried_m = value_of(h) > value_of(rest) ? h - rest : T(0);
     Vec3<T> q = at.q - anchors.at(i) - creep.rest(i);
     T squared = dot(q, q);
     if (kSlips && i > 0) {
-      const T reach = creeping_reach(relaxation, table, creep, at_0, i, at.depth_m, share_of_limit);
+      const T reach =
+          creep_slip_reach(relaxation, table, creep, at_0, i, at.depth_m, share_of_limit);
       const T limit_m = value_of(reach) > 0 ? mu * reach : T(0);
       T share(0);
       if (ring_slips(limit_m, lambda * lambda, squared, share)) {
@@ -162,9 +160,9 @@ RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable& tab
       }
     }
     force = force + q * (stiffness * fast);
-    along = along + normal * (borne * fast - h) * press.slope;
+    along = along + normal * (carried_m * fast - h) * press.slope;
     twice = twice + stiffness * (squared * fast + creep.locked[1][i]) +
-            normal * (borne * borne * fast + creep.locked[0][i] - h * h);
+            normal * (carried_m * carried_m * fast + creep.locked[0][i] - h * h);
   }
   return {force, at.q - anchors.at(0), 0.5 * twice, 0, along, creep.first};
 }
@@ -172,8 +170,8 @@ RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable& tab
 /// g(d), and for each branch its share of g at the depth that is left to its dashpot of ring 1: the
 /// side force right after a step and at rest, and smooth between (M49).
 template <class T>
-SideForce<T> creeping_side(const RelaxationView& relaxation, const RingBed<T>& bed,
-                           const T& depth_m, const T* flowed_m) noexcept {
+SideForce<T> creep_side_force(const RelaxationView& relaxation, const RingBed<T>& bed,
+                              const T& depth_m, const T* flowed_m) noexcept {
   SideForce<T> out = side_force(bed, depth_m);
   for (int k = 0; k < relaxation.branches; ++k) {
     const T left = depth_m - flowed_m[k];
@@ -185,5 +183,4 @@ SideForce<T> creeping_side(const RelaxationView& relaxation, const RingBed<T>& b
   return out;
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -6,7 +6,7 @@
 //     E = Z_c(d) + q.g_c(d) + 1/2 sum lambda c_i (|q_i|^2 + r_i^2)
 //
 // over the tool's place alone, with the anchors of the rings as its memory. A ring is the part of
-// the contact that touches from the depth d_i on; its stiffness is read off the press curve. A
+// the contact that touches from the depth d_i on; its stiffness is the slope of the press curve. A
 // press deflects it outward, too, by r_i. Each holds until |(q_i, r_i)| = share mu(d) (d - d_i) /
 // lambda (B3a), then its anchors follow.
 //
@@ -16,10 +16,9 @@
 #include "relaxation.hpp"
 #include "ring_bed.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-/// How a tool stands against its contact point: q = P (x - c), d = (x - c).u - 1/2 q.kappa q, for
+/// Deflection of a tool from its contact point: q = P (x - c), d = (x - c).u - 1/2 q.kappa q, for
 /// it presses on the surface under it and not on the tangent plane of c.
 template <class T>
 struct RingDeflection {
@@ -55,10 +54,11 @@ void count_from_anchor(const T* kappa, const Vec3<T>& anchor, RingDeflection<T>&
 }
 
 /// lambda |q| - share mu(d + beyond) d [m] (B3): a slide of the contact point brings it to zero.
-/// Needs no curve. beyond_m: how much deeper the tool is than ring 1 sees it, where the body
-/// relaxes. share: limit_share() where the slide begins.
+/// Needs no curve. creep_depth_m: how much deeper the tool is than ring 1 is pressed, where the
+/// body relaxes. share: limit_share() where the slide begins.
 template <class T, class Spot>
-T ring_slip_excess(const Spot& spot, const Vec3<T>& x, const T& beyond_m, const T& share) noexcept {
+T ring_slip_excess(const Spot& spot, const Vec3<T>& x, const T& creep_depth_m,
+                   const T& share) noexcept {
   using std::sqrt;
   const RingNumbers<T> numbers = ring_numbers<T>(spot);
   const RingLimit<T>& limit = numbers.limit;
@@ -66,10 +66,10 @@ T ring_slip_excess(const Spot& spot, const Vec3<T>& x, const T& beyond_m, const 
   const T squared = dot(at.q, at.q);
   const T size = value_of(squared) > kLateralZero_m * kLateralZero_m ? sqrt(squared) : T(0);
   const T depth = value_of(at.depth_m) > 0 ? at.depth_m : T(0);
-  return limit.lambda * size - share * limit.friction_at(depth + beyond_m) * depth;
+  return limit.lambda * size - share * limit.friction_at(depth + creep_depth_m) * depth;
 }
 
-/// Where the rings are anchored, relative to the contact point and tangential there [m]. Ring 1 is
+/// Anchors of the rings, relative to the contact point and tangential there [m]. Ring 1 is
 /// anchored at the contact point itself, at[0] = 0, but where the contact point could not follow.
 /// Component by component: compilers then take several rings at once.
 template <class T>
@@ -86,16 +86,17 @@ struct RingAnchors {
   }
 };
 
-/// After the contact point moved by `way` to a place of another normal: the anchors of rings 2 to N
-/// stay where they are in space, but for what sticks out of the tangent plane.
+/// After the contact point moved by path_m to a place of another normal: the anchors of rings 2 to
+/// N stay where they are in space, but for what sticks out of the tangent plane.
 template <class T>
-void carry_anchors(RingAnchors<T>& anchors, const Vec3<T>& way, const Vec3<T>& normal) noexcept {
+void transport_anchors(RingAnchors<T>& anchors, const Vec3<T>& path_m,
+                       const Vec3<T>& normal) noexcept {
   const Vec3<T> first = anchors.at(0);
-  for (int i = 0; i < kRings; ++i) anchors.set(i, tangential(anchors.at(i) - way, normal));
+  for (int i = 0; i < kRings; ++i) anchors.set(i, tangential(anchors.at(i) - path_m, normal));
   anchors.set(0, first);
 }
 
-/// How far a press deflects ring i outward if it has stuck ever since it touched (B1a), and the
+/// Outward deflection of ring i by a press if it has stuck ever since it touched (B1a), and the
 /// slope of that by depth. Ring 1 is the middle of the contact, which goes nowhere.
 template <class T>
 struct RingSpread {
@@ -110,20 +111,20 @@ RingSpread<T> ring_spread(const RingTable& table, const RingBed<T>& bed, int i,
           bed.spread_1_m * (2.0 * depth_m)};
 }
 
-/// What the rings of a contact do at a depth: sum of lambda c_i q_i [kRings], what they store [J],
-/// what those that let go have dissipated [J]. q1: deflection of ring 1. along_N: along the normal,
-/// beside the normal curve. flowed_m: of rings that relax, what the dashpots of ring 1 have flowed,
-/// in the contact's memory.
+/// Response of the rings of a contact at a depth: sum of lambda c_i q_i [N], the energy they store
+/// [J], the energy that slipping ones have dissipated [J]. q1: deflection of ring 1. along_N: along
+/// the normal, beside the normal curve. flowed_m: of rings that relax, what the dashpots of ring 1
+/// have flowed, in the contact's memory.
 template <class T>
-struct RingPull {
+struct RingResponse {
   Vec3<T> force_N, q1;
   T stored_J;
-  double lost_J;
+  double dissipated_J;
   T along_N = T(0);
   const T* flowed_m = nullptr;
 };
-/// Whether a ring slips (B3): lambda times its deflection is beyond limit_m, or it does not touch
-/// (limit_m 0). share: what then is left of its deflection.
+/// Returns true if a ring slips (B3): lambda times its deflection is beyond limit_m, or it does not
+/// touch (limit_m 0). share: what then is left of its deflection.
 template <class T>
 bool ring_slips(const T& limit_m, const T& lambda_squared, const T& squared_m2, T& share) noexcept {
   using std::sqrt;
@@ -138,8 +139,9 @@ bool ring_slips(const T& limit_m, const T& lambda_squared, const T& squared_m2, 
 /// Rings that do not touch are then anchored under the tool. A slip shortens every deflection, so
 /// the stored energy falls whatever the tick.
 template <bool kSlips, class T, class Anchors>
-RingPull<T> ring_pull(const RingTable& table, const RingBed<T>& bed, const RingDeflection<T>& at,
-                      Anchors& anchors, const T& share_of_limit = T(1)) noexcept {
+RingResponse<T> ring_response(const RingTable& table, const RingBed<T>& bed,
+                              const RingDeflection<T>& at, Anchors& anchors,
+                              const T& share_of_limit = T(1)) noexcept {
   const T squared_lambda = bed.limit.lambda * bed.limit.lambda,
           mu = share_of_limit * bed.limit.friction_at(at.depth_m);
   const Vec3<T> q1 = at.q - anchors.at(0);
@@ -174,34 +176,33 @@ RingPull<T> ring_pull(const RingTable& table, const RingBed<T>& bed, const RingD
 }
 
 /// (B1) and its gradient by x (B2), (f^z + q.g') (u - P kappa q) + g + sum lambda c_i q_i, at
-/// anchors that hold. Where d <= 0 there is no force, and what is stored is of rings that let go at
-/// this tick. side: g(d) and its slope; normal_N, normal_J: f^z_c(d) and Z_c(d).
+/// anchors that hold. Where d <= 0 there is no force, and what is stored is of rings that end
+/// contact at this tick. side: g(d) and its slope; normal_N, normal_J: f^z_c(d) and Z_c(d).
 template <class T>
 Answer<T> ring_answer(const RingTable& table, const RingBed<T>& bed, const RingDeflection<T>& at,
-                      const RingPull<T>& pull, const SideForce<T>& side, const Vec3<T>& normal,
+                      const RingResponse<T>& rings, const SideForce<T>& side, const Vec3<T>& normal,
                       const T& normal_N, const T& normal_J) noexcept {
   const RingShare<T> share = ring_share(table, bed, at.depth_m);
-  const T lateral_J = share.value * pull.stored_J;
+  const T lateral_J = share.value * rings.stored_J;
   if (!(value_of(at.depth_m) > 0)) return {{T(0), T(0), T(0)}, lateral_J};
   // The side force works on ring 1: beyond its anchor the body counts as even.
-  const T along_N = normal_N + dot(pull.q1, side.slope_N_m) + share.slope * pull.stored_J +
-                    share.value * pull.along_N;
+  const T along_N = normal_N + dot(rings.q1, side.slope_N_m) + share.slope * rings.stored_J +
+                    share.value * rings.along_N;
   return {(normal - tangential(at.curved, normal)) * along_N + side.value_N +
-              pull.force_N * share.value,
-          normal_J + dot(pull.q1, side.value_N) + lateral_J};
+              rings.force_N * share.value,
+          normal_J + dot(rings.q1, side.value_N) + lateral_J};
 }
 
 /// A path as the excess reads it, and the excess at s with its slope. A path that can be read
 /// faster brings overloads.
 template <class Path>
-const Path& way_of_excess(const Path& path, const Vec3d&) noexcept {
+const Path& ring_slip_path(const Path& path, const Vec3d&) noexcept {
   return path;
 }
 template <class Path>
-Dual ring_excess_along(const Path& path, const Vec3d& x, double s, double beyond_m,
+Dual ring_excess_along(const Path& path, const Vec3d& x, double s, double creep_depth_m,
                        double share) noexcept {
-  return ring_slip_excess(path.at(Dual(s, 1)), widened<Dual>(x), Dual(beyond_m), Dual(share));
+  return ring_slip_excess(path.at(Dual(s, 1)), widened<Dual>(x), Dual(creep_depth_m), Dual(share));
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

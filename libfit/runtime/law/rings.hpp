@@ -6,14 +6,12 @@
 
 #include <type_traits>
 
-#include "part.hpp"
 #include "ring_creep.hpp"
 #include "slide.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-/// Whether the law lets the body change along the way of the contact point (section 17, uneven
+/// True if the law lets the body change along the path of the contact point (section 17, uneven
 /// bodies): at the fitter's spots. On a mesh the blended curves do.
 template <class Spot>
 struct IsUneven : std::false_type {};
@@ -31,16 +29,16 @@ struct RingKinematics {
   RingDeflection<T> at;
   RingLimit<T> limit;
   Vec3<T> q1;  ///< deflection of ring 1
-  T beyond_m;
+  T creep_depth_m;
   T normal_N;  ///< f^z(d)
-  T share;     ///< limit_share() (B3a); of a body that relaxes 1, for `seen` has it
+  T share;     ///< limit_share() (B3a); of a body that relaxes 1, slip_position() has it
 };
 
 /// Anchors, and what a body that relaxes remembers of time.
 template <class T>
 struct RingMemory : RingAnchors<T> {
-  RingCreep<T> creep;  ///< nothing in it where the body does not relax
-  T beyond_m = T(0);   ///< how much deeper the tool is than ring 1 sees it
+  RingCreep<T> creep;      ///< nothing in it where the body does not relax
+  T creep_depth_m = T(0);  ///< how much deeper the tool is than ring 1 is pressed
 };
 
 struct Rings {
@@ -62,7 +60,7 @@ struct Rings {
   static constexpr int kAnchorNumbers = 4 * kRings + 1;
   static constexpr int kMemory = kAnchorNumbers + kCreepNumbers;
 
-  /// How many numbers of a contact's memory are used.
+  /// Count of the numbers of a contact's memory in use.
   static int numbers(const RelaxationView& relaxation) noexcept {
     return kAnchorNumbers + 4 * kRings * relaxation.branches;
   }
@@ -109,18 +107,19 @@ struct Rings {
   static void relax(const CurveViews& views, const RingKinematics<T, Spot>& kinematics,
                     const Decay& left, Memory<T>& memory) noexcept {
     if (!(value_of(kinematics.at.depth_m) > 0)) return;
-    const T at_0 = share_at_0(views.rings, under(views, kinematics), kinematics.spot);
-    let_creep(views.relaxation, left, views.rings, at_0, kinematics.at, memory, memory.creep);
+    const T at_0 = share_at_0(views.rings, bed(views, kinematics), kinematics.spot);
+    relax_rings(views.relaxation, left, views.rings, at_0, kinematics.at, memory, memory.creep);
   }
-  /// Where the slip of the contact point sees the tool.
+  /// Position of the tool that the slip of the contact point counts from: less the creep of ring 1.
   template <class T, class Spot>
-  static Vec3<T> seen(const CurveViews& views, const RingKinematics<T, Spot>& kinematics,
-                      const Vec3<T>& x, Memory<T>& memory) noexcept {
+  static Vec3<T> slip_position(const CurveViews& views, const RingKinematics<T, Spot>& kinematics,
+                               const Vec3<T>& x, Memory<T>& memory) noexcept {
     const T d = kinematics.at.depth_m,
-            at_0 = share_at_0(views.rings, under(views, kinematics), kinematics.spot);
-    memory.beyond_m = d - creeping_reach(views.relaxation, views.rings, memory.creep, at_0, 0, d,
-                                         share_at(views, kinematics.spot, d, kinematics.normal_N));
-    return x - memory.creep.rest(0) - kinematics.spot.normal * memory.beyond_m;
+            at_0 = share_at_0(views.rings, bed(views, kinematics), kinematics.spot);
+    memory.creep_depth_m =
+        d - creep_slip_reach(views.relaxation, views.rings, memory.creep, at_0, 0, d,
+                             limit_share_at(views, kinematics.spot, d, kinematics.normal_N));
+    return x - memory.creep.rest(0) - kinematics.spot.normal * memory.creep_depth_m;
   }
 
   template <class Spot>
@@ -141,20 +140,26 @@ struct Rings {
             at,
             numbers.limit,
             at.q - memory.at(0),
-            memory.beyond_m,
+            memory.creep_depth_m,
             normal_N,
-            relaxes(views) ? T(1) : share_at(views, spot, at.depth_m, normal_N)};
+            relaxes(views) ? T(1) : limit_share_at(views, spot, at.depth_m, normal_N)};
   }
 
   /// The same kinematics at a spot of the same place.
   template <class T, class Spot, class Other>
   static RingKinematics<T, Other> at_spot(const RingKinematics<T, Spot>& kinematics,
                                           const Other& spot) noexcept {
-    return {spot,          kinematics.d,        kinematics.at,       kinematics.limit,
-            kinematics.q1, kinematics.beyond_m, kinematics.normal_N, kinematics.share};
+    return {spot,
+            kinematics.d,
+            kinematics.at,
+            kinematics.limit,
+            kinematics.q1,
+            kinematics.creep_depth_m,
+            kinematics.normal_N,
+            kinematics.share};
   }
 
-  /// Whether ring 1 is beyond its limit.
+  /// Returns true if ring 1 is beyond its limit.
   template <class T, class Spot>
   static bool is_slipping(const CurveViews&, const RingKinematics<T, Spot>& kinematics) noexcept {
     const double squared = value_of(dot(kinematics.q1, kinematics.q1));
@@ -164,29 +169,29 @@ struct Rings {
     return lambda * lambda * squared * (1 - 2 * kSlipTolerance) > limit_m * limit_m;
   }
   template <class T>
-  static bool is_out(const Memory<T>& memory) noexcept {
+  static bool has_anchor_offset(const Memory<T>& memory) noexcept {
     const Vec3d rest = values_of(memory.at(0));
     return dot(rest, rest) > kLateralZero_m * kLateralZero_m;
   }
   template <class T>
-  static Vec3<T> rest(const Memory<T>& memory) noexcept {
+  static Vec3<T> anchor_offset(const Memory<T>& memory) noexcept {
     return memory.at(0);
   }
   template <class T, class Spot>
-  static Pull<T> pull(const RingKinematics<T, Spot>& kinematics) noexcept {
+  static SlideTarget<T> slide_target(const RingKinematics<T, Spot>& kinematics) noexcept {
     return {kinematics.at.q * (1.0 / kinematics.d.lateral_m), kinematics.d.lateral_m};
   }
 
-  /// What a slip brings to zero (B3): lambda |q| - share mu(d) d. It needs no curve.
+  /// The excess that a slip brings to zero (B3): lambda |q| - share mu(d) d. It needs no curve.
   static constexpr bool kIsSmooth = true;
   template <class T>
   struct Excess {
-    T beyond_m, share;
+    T creep_depth_m, share;
   };
   template <class T, class Spot>
   static Excess<T> excess_kind(const CurveViews&,
                                const RingKinematics<T, Spot>& kinematics) noexcept {
-    return {kinematics.beyond_m, kinematics.share};
+    return {kinematics.creep_depth_m, kinematics.share};
   }
   template <class T, class Spot>
   static double excess_scale(const CurveViews&, const RingKinematics<T, Spot>& kinematics,
@@ -195,24 +200,24 @@ struct Rings {
   }
   /// At the kinematics themselves.
   template <class T, class Spot>
-  static double excess_here(const CurveViews&, const RingKinematics<T, Spot>& kinematics,
-                            const Excess<T>&) noexcept {
+  static double current_excess(const CurveViews&, const RingKinematics<T, Spot>& kinematics,
+                               const Excess<T>&) noexcept {
     return value_of(kinematics.limit.lambda) * value_of(kinematics.d.lateral_m) -
            value_of(slip_limit_m(kinematics));
   }
   template <class T, class Spot>
   static T excess(const CurveViews&, const Spot& spot, const Vec3<T>& x,
                   const Excess<T>& kind) noexcept {
-    return ring_slip_excess(spot, x, kind.beyond_m, kind.share);
+    return ring_slip_excess(spot, x, kind.creep_depth_m, kind.share);
   }
   template <class Path>
-  static decltype(auto) way(const Path& path, const Vec3d& x) noexcept {
-    return way_of_excess(path, x);
+  static decltype(auto) slip_path(const Path& path, const Vec3d& x) noexcept {
+    return ring_slip_path(path, x);
   }
-  template <class Way, class T>
-  static Dual excess_along(const CurveViews&, const Way& way, const Vec3d& x, double s,
+  template <class SlipPath, class T>
+  static Dual excess_along(const CurveViews&, const SlipPath& path, const Vec3d& x, double s,
                            const Excess<T>& kind) noexcept {
-    return ring_excess_along(way, x, s, value_of(kind.beyond_m), value_of(kind.share));
+    return ring_excess_along(path, x, s, value_of(kind.creep_depth_m), value_of(kind.share));
   }
   template <class Spot>
   static double lateral_m(const CurveViews&, const Spot& spot, const Vec3d& x) noexcept {
@@ -220,23 +225,23 @@ struct Rings {
     return std::sqrt(dot(q, q));
   }
 
-  /// The contact point moved by `way`: ring 1's anchor stays, or the contact point is there again.
+  /// The contact point moved by path_m: ring 1's anchor stays, or the contact point is there again.
   template <class T>
-  static void carry_rest(Memory<T>& memory, const Vec3<T>& way, const Vec3<T>& normal,
-                         bool is_there) noexcept {
-    memory.set(0, is_there ? Vec3<T>{T(0), T(0), T(0)} : tangential(memory.at(0) - way, normal));
+  static void transport_anchor(Memory<T>& memory, const Vec3<T>& path_m, const Vec3<T>& normal,
+                               bool is_there) noexcept {
+    memory.set(0, is_there ? Vec3<T>{T(0), T(0), T(0)} : tangential(memory.at(0) - path_m, normal));
   }
   /// The other anchors, once a tick.
   template <class T>
-  static void carry(const CurveViews& views, Memory<T>& memory, const Vec3<T>& way,
-                    const Vec3<T>& normal) noexcept {
-    carry_anchors(memory, way, normal);
-    if (relaxes(views)) turn_creep(views.relaxation, normal, memory.creep);
+  static void transport(const CurveViews& views, Memory<T>& memory, const Vec3<T>& path_m,
+                        const Vec3<T>& normal) noexcept {
+    transport_anchors(memory, path_m, normal);
+    if (relaxes(views)) project_creep(views.relaxation, normal, memory.creep);
   }
   /// Ring 1 slips without the contact point.
   template <class T, class Spot>
-  static void let_go(const CurveViews& views, RingKinematics<T, Spot>& kinematics,
-                     Memory<T>& memory) noexcept {
+  static void slip_anchor(const CurveViews& views, RingKinematics<T, Spot>& kinematics,
+                          Memory<T>& memory) noexcept {
     using std::sqrt;
     if (!is_slipping(views, kinematics)) return;
     const T limit_m = slip_limit_m(kinematics),
@@ -247,33 +252,34 @@ struct Rings {
 
   /// The bed under the spot: made once a tick, read by what follows.
   template <class T, class Spot>
-  static decltype(auto) under(const CurveViews& views,
-                              const RingKinematics<T, Spot>& kinematics) noexcept {
-    return bed_under<T>(views, kinematics.spot);
+  static decltype(auto) bed(const CurveViews& views,
+                            const RingKinematics<T, Spot>& kinematics) noexcept {
+    return bed_at<T>(views, kinematics.spot);
   }
   template <class T, class Spot>
-  static RingPull<T> stick(const CurveViews& views, const RingBed<T>& bed,
-                           const RingKinematics<T, Spot>& kinematics,
-                           const Memory<T>& memory) noexcept {
+  static RingResponse<T> stick(const CurveViews& views, const RingBed<T>& bed,
+                               const RingKinematics<T, Spot>& kinematics,
+                               const Memory<T>& memory) noexcept {
     if (relaxes(views))
-      return creeping_pull<false>(views.relaxation, views.rings, bed, kinematics.at, memory,
-                                  memory.creep, share_at_0(views.rings, bed, kinematics.spot),
-                                  T(1));
-    return ring_pull<false>(views.rings, bed, kinematics.at, memory);
+      return creep_response<false>(views.relaxation, views.rings, bed, kinematics.at, memory,
+                                   memory.creep, share_at_0(views.rings, bed, kinematics.spot),
+                                   T(1));
+    return ring_response<false>(views.rings, bed, kinematics.at, memory);
   }
   template <class T, class Spot>
-  static RingPull<T> slip(const CurveViews& views, const RingBed<T>& bed,
-                          const RingKinematics<T, Spot>& kinematics, Memory<T>& memory) noexcept {
-    RingPull<T> pull =
+  static RingResponse<T> slip(const CurveViews& views, const RingBed<T>& bed,
+                              const RingKinematics<T, Spot>& kinematics,
+                              Memory<T>& memory) noexcept {
+    RingResponse<T> rings =
         relaxes(views)
-            ? creeping_pull<true>(
-                  views.relaxation, views.rings, bed, kinematics.at, memory, memory.creep,
-                  share_at_0(views.rings, bed, kinematics.spot),
-                  share_at(views, kinematics.spot, kinematics.at.depth_m, kinematics.normal_N))
-            : ring_pull<true>(views.rings, bed, kinematics.at, memory, kinematics.share);
+            ? creep_response<true>(views.relaxation, views.rings, bed, kinematics.at, memory,
+                                   memory.creep, share_at_0(views.rings, bed, kinematics.spot),
+                                   limit_share_at(views, kinematics.spot, kinematics.at.depth_m,
+                                                  kinematics.normal_N))
+            : ring_response<true>(views.rings, bed, kinematics.at, memory, kinematics.share);
     if (bed.is_cut)
-      pull.lost_J *= value_of(ring_share(views.rings, bed, kinematics.at.depth_m).value);
-    return pull;
+      rings.dissipated_J *= value_of(ring_share(views.rings, bed, kinematics.at.depth_m).value);
+    return rings;
   }
   /// (B1) at anchors that hold; of spots that are not uneven.
   template <class T, class Spot>
@@ -282,7 +288,7 @@ struct Rings {
     static_assert(!IsUneven<Spot>::value, "answer() has its energy");
     const T d = kinematics.at.depth_m;
     const T normal_J = energy_at(views, kinematics.spot, kNormal, d);
-    const SideForce<T> side = side_under(views, bed, d, memory.creep.first);
+    const SideForce<T> side = side_force_at(views, bed, d, memory.creep.first);
     const T lateral_J =
         ring_share(views.rings, bed, d).value * stick(views, bed, kinematics, memory).stored_J;
     if (!(value_of(d) > 0)) return lateral_J;
@@ -291,33 +297,34 @@ struct Rings {
   /// (B1) and (B2).
   template <class T, class Spot>
   static Answer<T> answer(const CurveViews& views, const RingBed<T>& bed,
-                          const RingKinematics<T, Spot>& kinematics, RingPull<T> pull) noexcept {
+                          const RingKinematics<T, Spot>& kinematics,
+                          RingResponse<T> rings) noexcept {
     const T d = kinematics.at.depth_m;
     T normal_N = kinematics.normal_N, normal_J = energy_at(views, kinematics.spot, kNormal, d);
-    const SideForce<T> side = side_under(views, bed, d, pull.flowed_m);
+    const SideForce<T> side = side_force_at(views, bed, d, rings.flowed_m);
     if constexpr (IsUneven<Spot>::value) {
       const auto added = unevenness(kinematics.spot, bed, d, normal_N);
-      pull.force_N = pull.force_N * added.stiffening;
-      pull.stored_J = pull.stored_J * added.stiffening;
-      pull.along_N = pull.along_N * added.stiffening;
+      rings.force_N = rings.force_N * added.stiffening;
+      rings.stored_J = rings.stored_J * added.stiffening;
+      rings.along_N = rings.along_N * added.stiffening;
       normal_N = normal_N + added.slope_N_m;
       normal_J = normal_J + added.value_N;
     }
-    return ring_answer(views.rings, bed, kinematics.at, pull, side, kinematics.spot.normal,
+    return ring_answer(views.rings, bed, kinematics.at, rings, side, kinematics.spot.normal,
                        normal_N, normal_J);
   }
 
  private:
   /// limit_share() of a spot.
   template <class T, class Spot>
-  static T share_at(const CurveViews& views, const Spot& spot, const T& depth_m,
-                    const T& normal_N) noexcept {
-    return limit_share(views.rings, bed_under<T>(views, spot), depth_m, normal_N);
+  static T limit_share_at(const CurveViews& views, const Spot& spot, const T& depth_m,
+                          const T& normal_N) noexcept {
+    return limit_share(views.rings, bed_at<T>(views, spot), depth_m, normal_N);
   }
   template <class T>
-  static SideForce<T> side_under(const CurveViews& views, const RingBed<T>& bed, const T& depth_m,
-                                 const T* flowed_m) noexcept {
-    return relaxes(views) ? creeping_side(views.relaxation, bed, depth_m, flowed_m)
+  static SideForce<T> side_force_at(const CurveViews& views, const RingBed<T>& bed,
+                                    const T& depth_m, const T* flowed_m) noexcept {
+    return relaxes(views) ? creep_side_force(views.relaxation, bed, depth_m, flowed_m)
                           : side_force(bed, depth_m);
   }
   /// Longest lambda |q_1| before ring 1 slips: share mu(d) d of (B3).
@@ -325,10 +332,9 @@ struct Rings {
   static T slip_limit_m(const RingKinematics<T, Spot>& kinematics) noexcept {
     if (!(value_of(kinematics.at.depth_m) > 0)) return T(0);
     return kinematics.share *
-           kinematics.limit.friction_at(kinematics.at.depth_m + kinematics.beyond_m) *
+           kinematics.limit.friction_at(kinematics.at.depth_m + kinematics.creep_depth_m) *
            kinematics.at.depth_m;
   }
 };
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

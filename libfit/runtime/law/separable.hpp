@@ -4,13 +4,11 @@
 // The separable family: W = Z(dz) + R(dr) (M3). The depth does not change the lateral stiffness,
 // nor the lateral deflection the normal one.
 
-#include "part.hpp"
 #include "slide.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-/// Where the body's one anchor rests beside the contact point [m]; zero but where the contact
+/// Offset of the body's one anchor from the contact point [m]; zero unless the contact
 /// point could not follow.
 template <class T>
 struct Rest {
@@ -26,7 +24,7 @@ struct Deflection {
   Vec3<T> lateral;  ///< u^r; zero vector where dr is 0
 };
 
-/// A contact point with what a tool at x feels there: made once, read by slip test and force.
+/// A contact point with the deflection of a tool at x: made once, read by slip test and force.
 template <class T, class Spot>
 struct ContactKinematics {
   Spot spot;
@@ -70,7 +68,7 @@ struct Separable {
   static bool is_frictionless(const CurveViews& views, const Spot& spot) noexcept {
     return lacks_lateral(views, spot);
   }
-  /// Where a tool at x stands (M2).
+  /// Deflection of a tool at x (M2).
   template <class T, class Spot>
   static Deflection<T> deflection(const Spot& spot, const Vec3<T>& x,
                                   const Vec3<T>& rest) noexcept {
@@ -98,7 +96,7 @@ struct Separable {
     return {spot, kinematics.d, kinematics.lateral_N};
   }
 
-  /// Whether the contact point cannot hold: the lateral force is above L(dz).
+  /// Returns true if the contact point cannot hold: the lateral force is above L(dz).
   template <class T, class Spot>
   static bool is_slipping(const CurveViews& views,
                           const ContactKinematics<T, Spot>& kinematics) noexcept {
@@ -109,21 +107,21 @@ struct Separable {
     return value_of(kinematics.lateral_N) * (1 - kSlipTolerance) > limit_N || !(limit_N > 0);
   }
   template <class T>
-  static bool is_out(const Memory<T>& memory) noexcept {
+  static bool has_anchor_offset(const Memory<T>& memory) noexcept {
     const Vec3d rest = values_of(memory.at);
     return dot(rest, rest) > kLateralZero_m * kLateralZero_m;
   }
   template <class T>
-  static Vec3<T> rest(const Memory<T>& memory) noexcept {
+  static Vec3<T> anchor_offset(const Memory<T>& memory) noexcept {
     return memory.at;
   }
   template <class T, class Spot>
-  static Pull<T> pull(const ContactKinematics<T, Spot>& kinematics) noexcept {
+  static SlideTarget<T> slide_target(const ContactKinematics<T, Spot>& kinematics) noexcept {
     return {kinematics.d.lateral, kinematics.d.lateral_m};
   }
 
-  /// What a slip brings to zero (M8): the lateral force - L(dz) [N]; without lateral stiffness, dr
-  /// itself (as N).
+  /// The excess that a slip brings to zero (M8): the lateral force - L(dz) [N]; without lateral
+  /// stiffness, dr itself (as N).
   static constexpr bool kIsSmooth = false;  ///< its curves have knots
   enum class Excess { over_the_limit, all };
   template <class T, class Spot>
@@ -138,8 +136,8 @@ struct Separable {
   }
   /// At the kinematics themselves.
   template <class T, class Spot>
-  static double excess_here(const CurveViews& views, const ContactKinematics<T, Spot>& kinematics,
-                            Excess kind) noexcept {
+  static double current_excess(const CurveViews& views,
+                               const ContactKinematics<T, Spot>& kinematics, Excess kind) noexcept {
     if (kind == Excess::all) return value_of(kinematics.d.lateral_m);
     return value_of(kinematics.lateral_N) -
            value_of(curve_at(views, kinematics.spot, kLimit, kinematics.d.normal_m));
@@ -152,7 +150,7 @@ struct Separable {
     return curve_at(views, spot, kLateral, d.lateral_m) - curve_at(views, spot, kLimit, d.normal_m);
   }
   template <class Path>
-  static const Path& way(const Path& path, const Vec3d&) noexcept {
+  static const Path& slip_path(const Path& path, const Vec3d&) noexcept {
     return path;
   }
   template <class Path>
@@ -166,17 +164,17 @@ struct Separable {
   }
 
   template <class T>
-  static void carry(const CurveViews&, Memory<T>&, const Vec3<T>&, const Vec3<T>&) noexcept {}
-  /// The contact point moved by `way`: the anchor stays, or the contact point is there again.
+  static void transport(const CurveViews&, Memory<T>&, const Vec3<T>&, const Vec3<T>&) noexcept {}
+  /// The contact point moved by path_m: the anchor stays, or the contact point is there again.
   template <class T>
-  static void carry_rest(Memory<T>& memory, const Vec3<T>& way, const Vec3<T>& normal,
-                         bool is_there) noexcept {
-    memory.at = is_there ? Vec3<T>{T(0), T(0), T(0)} : tangential(memory.at - way, normal);
+  static void transport_anchor(Memory<T>& memory, const Vec3<T>& path_m, const Vec3<T>& normal,
+                               bool is_there) noexcept {
+    memory.at = is_there ? Vec3<T>{T(0), T(0), T(0)} : tangential(memory.at - path_m, normal);
   }
   /// The anchor slips without the contact point until f^r(dr) = L(dz).
   template <class T, class Spot>
-  static void let_go(const CurveViews& views, ContactKinematics<T, Spot>& kinematics,
-                     Memory<T>& memory) noexcept {
+  static void slip_anchor(const CurveViews& views, ContactKinematics<T, Spot>& kinematics,
+                          Memory<T>& memory) noexcept {
     if (!is_slipping(views, kinematics)) return;
     const T limit_N = curve_at(views, kinematics.spot, kLimit, kinematics.d.normal_m);
     const T length_m = is_frictionless(views, kinematics.spot) || !(value_of(limit_N) > 0)
@@ -188,40 +186,40 @@ struct Separable {
     kinematics.lateral_N = curve_at(views, kinematics.spot, kLateral, kinematics.d.lateral_m);
   }
 
-  /// What the law reads of a spot beside its curves: nothing.
-  struct Under {};
+  /// The law reads nothing of a spot beside its curves.
+  struct NoBed {};
   template <class T, class Spot>
-  static Under under(const CurveViews&, const ContactKinematics<T, Spot>&) noexcept {
+  static NoBed bed(const CurveViews&, const ContactKinematics<T, Spot>&) noexcept {
     return {};
   }
   /// Nothing slips while the contact point holds.
   struct NoSlip {
-    double lost_J;
+    double dissipated_J;
   };
   template <class T, class Spot>
-  static NoSlip stick(const CurveViews&, const Under&, const ContactKinematics<T, Spot>&,
+  static NoSlip stick(const CurveViews&, const NoBed&, const ContactKinematics<T, Spot>&,
                       const Memory<T>&) noexcept {
     return {0};
   }
   template <class T, class Spot>
-  static NoSlip slip(const CurveViews&, const Under&, const ContactKinematics<T, Spot>&,
+  static NoSlip slip(const CurveViews&, const NoBed&, const ContactKinematics<T, Spot>&,
                      Memory<T>&) noexcept {
     return {0};
   }
   template <class T, class Spot>
-  static T stored_J(const CurveViews& views, const Under& under,
+  static T stored_J(const CurveViews& views, const NoBed& bed,
                     const ContactKinematics<T, Spot>& kinematics, const Memory<T>&) noexcept {
-    return answer(views, under, kinematics, NoSlip{0}).stored_J;
+    return answer(views, bed, kinematics, NoSlip{0}).stored_J;
   }
   /// Z(dz) + R(dr) [J], exact polynomials, and its gradient f^z u + f^r u^r (M3); zero where
   /// dz <= 0.
   template <class T, class Spot>
-  static Answer<T> answer(const CurveViews& views, const Under&,
+  static Answer<T> answer(const CurveViews& views, const NoBed&,
                           const ContactKinematics<T, Spot>& kinematics, const NoSlip&) noexcept {
     const T lateral_J = energy_at(views, kinematics.spot, kLateral, kinematics.d.lateral_m);
     const double depth = value_of(kinematics.d.normal_m);
     if (!(depth > 0)) return {{T(0), T(0), T(0)}, lateral_J};
-    const auto& piece = piece_under(views, kinematics.spot, kNormal, depth, true);
+    const auto& piece = piece_at(views, kinematics.spot, kNormal, depth, true);
     const T normal_N = piece.force(kinematics.d.normal_m);
     return {kinematics.spot.normal * normal_N + kinematics.d.lateral * kinematics.lateral_N,
             piece.energy(kinematics.d.normal_m) + lateral_J};
@@ -248,7 +246,7 @@ struct Separable {
   }
   template <class Spot>
   static double slope_at(const CurveViews& views, const Spot& spot, double at) noexcept {
-    const auto piece = piece_under(views, spot, kLateral, at, false);
+    const auto piece = piece_at(views, spot, kLateral, at, false);
     double slope = 0;
     for (int k = piece.order - 1; k > 0; --k)
       slope = slope * (at - piece.knot) + k * value_of(piece.c[k]);
@@ -256,5 +254,4 @@ struct Separable {
   }
 };
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -1,15 +1,16 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// How a contact point slides (docs/method.md, section 4), one template for the engine (scalar
+// Slides of a contact point (docs/method.md, section 4), one template for the engine (scalar
 // double, the surface is a mesh) and the fitter (scalar double or ceres::Jet, the surface is the
 // quadric of quadric.hpp, which also has replay_drag).
 //
-// A Path is a way the contact point can slide, with parameter s >= 0 [m] measured laterally:
+// A Path is a curve along which the contact point can slide, with parameter s >= 0 [m] measured
+// laterally:
 //   path.at(s)   -> Spot of response.hpp
 //   path.end()   -> where the path leaves its triangle or the tick's slip budget ends, may be
 //                   infinite
-//   path.plain() -> the same path with plain numbers; path.is_blocked(): no way to go;
+//   path.plain() -> the same path with plain numbers; path.is_blocked(): nothing can move;
 //                   path.is_straight(): not along a border
 // A Surface holds the contact point:
 //   surface.standing()      -> Spot at the contact point
@@ -18,35 +19,25 @@
 //                              lateral deflection shrinks by s
 //   surface.move(path, s)   the contact point goes to path(s), s <= end, over the edge at its end
 //   surface.is_spent()      whether the slip budget is why a path is blocked
-// What a family brings is in law/families.hpp.
+// The concept of a family is in law/families.hpp.
 
 #include "response.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-/// Newton needs 1 to 3, by the guess; 12 bisections leave 1/4096 of a slip.
-constexpr int kMaxRootSteps = 12;
-constexpr int kMaxSegments =
-    16;  ///< straight pieces of one slip per tick; 14 seen on 800 k triangles
-constexpr double kSlipTolerance = 1e-10;  ///< of the limit: keeps a solved slip from slipping again
-constexpr double kRootTolerance = 1e-12;  ///< of excess_scale: where Newton stops
-constexpr double kInside =
-    1 - 1e-9;  ///< where a path's end is judged: at a skirt's rim all is zero
-
-/// How a slip ended. stopped: a border, a hollow or the body's own shape left no way to go on.
+/// End of a slip. stopped: a border, a hollow or the body's own shape blocks the path.
 /// unfinished: budget or segments ran out, the next tick goes on from the state.
 enum class SlideEnd { stick, slid, stopped, unfinished };
 
-/// Where the contact point is drawn.
+/// Direction in which friction draws the contact point.
 template <class T>
-struct Pull {
-  Vec3<T> along;  ///< lateral unit vector
-  T reach_m;      ///< how far at most
+struct SlideTarget {
+  Vec3<T> direction;  ///< lateral unit vector
+  T distance_m;       ///< largest slide
 };
-/// Of a lateral vector [m] longer than kLateralZero_m.
+/// Target along a lateral vector [m] longer than kLateralZero_m.
 template <class T>
-Pull<T> pull_of(const Vec3<T>& lateral) noexcept {
+SlideTarget<T> slide_target_of(const Vec3<T>& lateral) noexcept {
   using std::sqrt;
   const T size = sqrt(dot(lateral, lateral));
   return {lateral * (1.0 / size), size};
@@ -110,8 +101,8 @@ SlipRoot first_root(const Excess& excess, double start, double guess, double end
   return {hi, at.v};
 }
 
-/// How far along a path the contact point slides until it holds (M8), (B3): the first root of the
-/// family's excess, or the whole path. One Newton step in T brings the implicit derivatives, since
+/// Slides the contact point along a path until it holds (M8), (B3): to the first root of the
+/// family's excess, or to its end. One Newton step in T brings the implicit derivatives, since
 /// the value is converged. slope: the excess's mean slope over the last slip, 0 before the first;
 /// it becomes that of this one.
 template <class T>
@@ -122,22 +113,22 @@ struct Slip {
 };
 template <class F, class T, class Path, class Kinematics>
 Slip<T> slip_along(const CurveViews& views, const Path& path, const Kinematics& kinematics,
-                   const Pull<T>& pull, const Vec3<T>& x, double& slope) noexcept {
-  const double reach = value_of(pull.reach_m), path_end = value_of(path.end());
+                   const SlideTarget<T>& target, const Vec3<T>& x, double& slope) noexcept {
+  const double reach = value_of(target.distance_m), path_end = value_of(path.end());
   const double end = path_end < reach ? path_end : reach;
   const auto& plain = path.plain();
   const Vec3d tip = values_of(x);
-  const auto& way = F::way(plain, tip);
+  const auto& slip_path = F::slip_path(plain, tip);
   const auto kind = F::excess_kind(views, kinematics);
-  const double start = F::excess_here(views, kinematics, kind),
+  const double start = F::current_excess(views, kinematics, kind),
                scale = F::excess_scale(views, kinematics, kind);
-  const bool has_limit = start < scale;  // a limit that begins on the way makes a bend
+  const bool has_limit = start < scale;  // a limit that begins on the path makes a bend
   const SlipRoot root =
-      first_root([&](double s) noexcept { return F::excess_along(views, way, tip, s, kind); },
-                 start, slope, kInside * end, scale, F::kIsSmooth && has_limit);
+      first_root([&](double s) noexcept { return F::excess_along(views, slip_path, tip, s, kind); },
+                 start, slope, kPathEndShare * end, scale, F::kIsSmooth && has_limit);
   if (root.s < 0) {
     const bool flees = end > 0 && F::lateral_m(views, plain.at(end), tip) > reach;
-    return {path_end < reach ? T(path.end()) : pull.reach_m, false, flees};
+    return {path_end < reach ? T(path.end()) : target.distance_m, false, flees};
   }
   slope = root.s > 0 ? -start / root.s : 0;
   if constexpr (std::is_same<T, double>::value) {
@@ -164,22 +155,23 @@ SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface, Kine
                Memory& memory) noexcept {
   SlideEnd end = SlideEnd::stick;
   for (int segment = 0;; ++segment) {
-    if (F::is_out(memory)) F::let_go(views, kinematics, memory);
-    const bool is_out = F::is_out(memory);
-    if (!is_out && !F::is_slipping(views, kinematics)) return end;
+    if (F::has_anchor_offset(memory)) F::slip_anchor(views, kinematics, memory);
+    const bool has_anchor_offset = F::has_anchor_offset(memory);
+    if (!has_anchor_offset && !F::is_slipping(views, kinematics)) return end;
     end = SlideEnd::unfinished;
     if (segment == kMaxSegments) break;
-    const Pull<T> pull = is_out ? pull_of(F::rest(memory)) : F::pull(kinematics);
-    const auto path = surface.aim(kinematics.spot, pull.along);
+    const SlideTarget<T> target =
+        has_anchor_offset ? slide_target_of(F::anchor_offset(memory)) : F::slide_target(kinematics);
+    const auto path = surface.aim(kinematics.spot, target.direction);
     if (path.is_blocked()) {
       if (!surface.is_spent()) end = SlideEnd::stopped;
       break;
     }
     const double path_end = value_of(path.end());
-    const Slip<T> slip = !is_out
-                             ? slip_along<F>(views, path, kinematics, pull, x, memory.slip_slope)
-                         : path_end < value_of(pull.reach_m) ? Slip<T>{T(path.end()), false, false}
-                                                             : Slip<T>{pull.reach_m, true, false};
+    const Slip<T> slip =
+        !has_anchor_offset ? slip_along<F>(views, path, kinematics, target, x, memory.slip_slope)
+        : path_end < value_of(target.distance_m) ? Slip<T>{T(path.end()), false, false}
+                                                 : Slip<T>{target.distance_m, true, false};
     if (slip.flees) {
       end = SlideEnd::stopped;
       break;
@@ -187,17 +179,16 @@ SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface, Kine
     const Vec3<T> from = kinematics.spot.point;
     surface.move(path, slip.s);
     const auto spot = surface.standing();
-    if (is_out)
-      F::carry_rest(memory, spot.point - from, spot.normal,
-                    slip.holds_within && path.is_straight());
+    if (has_anchor_offset)
+      F::transport_anchor(memory, spot.point - from, spot.normal,
+                          slip.holds_within && path.is_straight());
     end = SlideEnd::slid;
     kinematics.spot = spot;
-    if (slip.holds_within && !is_out) return end;
+    if (slip.holds_within && !has_anchor_offset) return end;
     kinematics = F::kinematics(views, spot, x, memory);
   }
-  F::let_go(views, kinematics, memory);
+  F::slip_anchor(views, kinematics, memory);
   return end;
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

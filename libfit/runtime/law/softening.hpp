@@ -1,8 +1,9 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// How a damaged place answers (docs/method-body.md, section 26). With E what the law stores and M
-// the most that this place has borne, the contact stores Psi(E; M), and its force is eta dE/dx:
+// Softening of a damaged place (docs/method-body.md, section 26). With E what the law stores and M
+// the largest energy that this place has stored, the contact stores Psi(E; M), and its force is eta
+// dE/dx:
 //
 //     eta = dPsi/dE = max(0, 1 - (1/r) y / sqrt(w^2 + y^2)),   y = max(M - E, 0),   w = m + beta M
 //
@@ -10,12 +11,12 @@
 
 #include <cmath>
 
+#include "../base/constants.hpp"
 #include "../base/rounding.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-/// How a body softens where it was pressed.
+/// Constants of the softening of a body.
 struct DamageView {
   double r = 0;        ///< kMinDamage to kMaxDamage, below 1 a dent stays; 0: it does not soften
   double scale = 0;    ///< m over e
@@ -24,19 +25,17 @@ struct DamageView {
 
   bool softens() const noexcept { return r != 0; }
 };
-constexpr double kMinDamage = 0.01, kMaxDamage = 1e3;
-constexpr double kMaxDamageReach_m = 1e3;
 
-/// What a damaged place makes of the law's energy.
-struct Softened {
+/// Energy that a contact stores as a function of the law's energy E.
+struct MemoryEnergy {
   double stored_J;  ///< Psi
   double share;     ///< eta
   double slope;     ///< d eta / dE [1/J]
 };
 
 /// (M56). law_J: E; most_J: M; unit_J: e; none negative.
-inline Softened softened(const DamageView& damage, double unit_J, double most_J,
-                         double law_J) noexcept {
+inline MemoryEnergy softened(const DamageView& damage, double unit_J, double most_J,
+                             double law_J) noexcept {
   if (!(most_J > 0) || !(law_J > 0)) return {law_J, 1, 0};
   const double w = damage.scale * unit_J + damage.beta * most_J;
   if (!(w > 0)) return {law_J, 1, 0};
@@ -55,5 +54,4 @@ inline Softened softened(const DamageView& damage, double unit_J, double most_J,
           w * w / (damage.r * (root * root * root))};
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -6,21 +6,20 @@
 
 #include "../law/step.hpp"
 #include "../surface/quadric.hpp"
-#include "give.hpp"
+#include "compliance.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 /// One contact in series with the body's sway at a test point.
 class SeriesPoint {
  public:
-  explicit SeriesPoint(const Compliance& give) noexcept : gives_(give.is_any()) {
-    const double* c = give.c;
+  explicit SeriesPoint(const Compliance& compliance) noexcept : is_compliant_(compliance.is_any()) {
+    const double* c = compliance.c;
     const double own[9] = {c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2]};
-    give_.count = 1;
-    std::memcpy(give_.block[0][0], own, sizeof own);
+    compliance_.count = 1;
+    std::memcpy(compliance_.block[0][0], own, sizeof own);
   }
-  bool gives() const noexcept { return gives_; }
+  bool is_compliant() const noexcept { return is_compliant_; }
 
   /// The force of a tool at x; left: of half of the time since the last one. respond(y): the law's
   /// answer to a tool at y; its last call is with the force that is returned.
@@ -28,30 +27,30 @@ class SeriesPoint {
   Vec3d settle_at(const RelaxationView& relaxation, const Vec3d& x, const Decay& left,
                   const Respond& respond) noexcept {
     const Vec3d slow = slow_force(relaxation, memory_, memory_.force());
-    let_creep(relaxation, left, slow, memory_);
+    relax_compliance(relaxation, left, slow, memory_);
     const Vec3d flowed = rest_force(relaxation, memory_);
     SeriesForces s;
-    s.give = &give_;
+    s.compliance = &compliance_;
     s.share = 1 / relaxation.fast;
-    s.rest[0] = x - give_.sunk(0, &flowed);
+    s.rest[0] = x - compliance_.displacement(0, &flowed);
     s.force[0] = memory_.force();
     s.stiffness[0] = memory_.slipping_N_m;
     Vec3d answer{0, 0, 0};
-    const Vec3d before = seen_;
+    const Vec3d before = relative_m_;
     SeriesMatrix matrix;
     settle(s, matrix, &before, [&](int, const Vec3d& y) noexcept {
-      seen_ = y;
+      relative_m_ = y;
       return answer = respond(y);
     });
-    put(s.force[0] + s.more[0], memory_.force_N);
+    put(s.force[0] + s.correction_N[0], memory_.force_N);
     return answer;
   }
 
  private:
-  bool gives_;
-  GiveBetween give_;
+  bool is_compliant_;
+  ComplianceMatrix compliance_;
   SeriesMemory memory_;
-  Vec3d seen_{0, 0, 0};
+  Vec3d relative_m_{0, 0, 0};
 };
 
 /// A contact on a quadric between two rows of a replay.
@@ -115,7 +114,7 @@ inline int replay_ticks(const RelaxationView& relaxation, double dt_s, bool move
   return wanted < kMaxReplayTicks ? 1 + static_cast<int>(wanted) : kMaxReplayTicks;
 }
 
-/// What is replayed: rows x 3 [m], tool position relative to the test point, in order, and when
+/// The rows of a replay: rows x 3 [m], tool position relative to the test point, in order, and when
 /// each was reached [s] since first touch. time_s: null where rows are of slow motion.
 struct ReplayedRows {
   const double* deflection_m;
@@ -124,7 +123,7 @@ struct ReplayedRows {
 };
 
 /// Forces of the tool on the body along one press, drag or path: the law predicting a record. The
-/// first touch is at the test point, later ones (after a lift) where the way enters the body.
+/// first touch is at the test point, later ones (after a lift) where the path_m enters the body.
 /// deeper_m: how much deeper along the inward normal the tool was. force_N: rows results. The
 /// contact is carried from row to row; each row is one tick of the engine, or more where the body
 /// relaxes, so steps should not be much longer than the lateral deflection at which the tool slips.
@@ -148,18 +147,19 @@ int replay_as(const CurveViews& any_time, const ControlPointers<T>& controls,
   for (int row = 0; row < record.rows; ++row) {
     Vec3<T> x = widened<T>(make_vec3<double>(record.deflection_m + 3 * row));
     if (deeper_m != nullptr) x = x + widened<T>(quadric.u0) * *deeper_m;
-    const Vec3<T> way = x - from;
+    const Vec3<T> path_m = x - from;
     const double dt_s =
         record.time_s == nullptr ? 0 : record.time_s[row] - (row > 0 ? record.time_s[row - 1] : 0);
-    const int ticks =
-        F::relaxes(views) ? replay_ticks(views.relaxation, dt_s, value_of(dot(way, way)) > 0) : 1;
+    const int ticks = F::relaxes(views)
+                          ? replay_ticks(views.relaxation, dt_s, value_of(dot(path_m, path_m)) > 0)
+                          : 1;
     const Decay left = decay_over(views.relaxation, 0.5 * dt_s / ticks);
     bool has_slipped = false;
     for (int tick = 1; tick <= ticks; ++tick) {
-      const Vec3<T> at = tick == ticks ? x : from + way * (double(tick) / ticks);
+      const Vec3<T> at = tick == ticks ? x : from + path_m * (double(tick) / ticks);
       bool is_done = false;
       if constexpr (std::is_same<T, double>::value) {
-        if (point.gives()) {
+        if (point.is_compliant()) {
           const QuadricContact<F, T> start = contact;
           force_N[row] = point.settle_at(views.relaxation, at, left, [&](const Vec3d& y) noexcept {
             contact = start;
@@ -190,5 +190,4 @@ int replay_drag(const CurveViews& views, const ControlPointers<T>& controls, con
   return replay_drag<T>(views, controls, quadric, {deflection_m, rows}, nullptr, force_N);
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

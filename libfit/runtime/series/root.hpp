@@ -1,9 +1,9 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The forces of contacts in series with what gives under them (docs/method-tools.md, section 28): n
-// contacts at x_i whose laws answer R_i, and the compliance C_ij by which a force on contact j
-// moves the body under contact i,
+// The forces of contacts in series with the compliance under them (docs/method-tools.md, section
+// 28): n contacts at x_i with laws R_i, and the compliance C_ij by which a force on contact j moves
+// the body under contact i,
 //
 //     f_i = R_i(x_i - sum_j C_ij f_j)                                             (M34), (M63)
 //
@@ -15,16 +15,7 @@
 #include "../law/compliance.hpp"
 #include "../law/coupling.hpp"
 
-namespace palpate {
-namespace runtime {
-
-constexpr int kMaxContacts = 8;
-constexpr int kMaxSettleSteps = 16;        ///< answers of each law for one root; 2 to 4 as a rule
-constexpr double kSettleTolerance = 1e-7;  ///< of the forces, before the last correction
-/// Of forces that only an energy is asked for: by (M64b) it is then right to 1e-8, and below.
-constexpr double kEnergyTolerance = 1e-4;
-constexpr double kSettleZero_N = 1e-12;  ///< below it a force is noise
-constexpr double kSettleFall = 0.1;  ///< a step that leaves more of the error has a new matrix made
+namespace palpate::runtime {
 
 inline Vec3d times(const double m[9], const Vec3d& v) noexcept {
   return {m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z,
@@ -32,12 +23,12 @@ inline Vec3d times(const double m[9], const Vec3d& v) noexcept {
 }
 
 /// C_ij between the contacts of a tick [m/N], row-major blocks.
-struct GiveBetween {
+struct ComplianceMatrix {
   int count = 0;
   double block[kMaxContacts][kMaxContacts][9];
 
   /// sum_j C_ij f_j.
-  Vec3d sunk(int i, const Vec3d* force) const noexcept {
+  Vec3d displacement(int i, const Vec3d* force) const noexcept {
     Vec3d sum{0, 0, 0};
     for (int j = 0; j < count; ++j) sum = sum + times(block[i][j], force[j]);
     return sum;
@@ -45,7 +36,7 @@ struct GiveBetween {
   /// 1/2 sum_ij f_i C_ij f_j.
   double stored_J(const Vec3d* force) const noexcept {
     double sum = 0;
-    for (int i = 0; i < count; ++i) sum += 0.5 * dot(force[i], sunk(i, force));
+    for (int i = 0; i < count; ++i) sum += 0.5 * dot(force[i], displacement(i, force));
     return sum;
   }
 };
@@ -57,12 +48,12 @@ class SeriesMatrix {
   /// For so many contacts.
   bool is_made(int count) const noexcept { return size_ == 3 * count; }
 
-  /// Where it has no inverse, solve() is the identity.
-  void factor(const GiveBetween& give, double share, const double* const* K) noexcept {
-    size_ = 3 * give.count;
-    for (int i = 0; i < give.count; ++i)
-      for (int j = 0; j < give.count; ++j) {
-        const double* C = give.block[i][j];
+  /// A singular matrix makes solve() the identity.
+  void factor(const ComplianceMatrix& compliance, double share, const double* const* K) noexcept {
+    size_ = 3 * compliance.count;
+    for (int i = 0; i < compliance.count; ++i)
+      for (int j = 0; j < compliance.count; ++j) {
+        const double* C = compliance.block[i][j];
         for (int c = 0; c < 3; ++c) {
           const double x = C[c] * share, y = C[3 + c] * share, z = C[6 + c] * share;
           double* const to = column_[3 * j + c] + 3 * i;
@@ -125,32 +116,33 @@ class SeriesMatrix {
 
 /// The unknowns of one root.
 struct SeriesForces {
-  const GiveBetween* give = nullptr;
-  double share = 1;           ///< of C that gives at once; the rest is in `rest`
-  Vec3d rest[kMaxContacts];   ///< x_i less what has flowed: where law i sees no force
-  Vec3d force[kMaxContacts];  ///< begins as a guess
-  Vec3d off[kMaxContacts];    ///< what the laws answer more than that
-  Vec3d more[kMaxContacts];   ///< last correction, of the order of off: the force without error
-  double* stiffness[kMaxContacts];  ///< of the laws there, row-major dR/dy; saves steps
+  const ComplianceMatrix* compliance = nullptr;
+  double share = 1;                  ///< of C that acts at once; the rest is in `rest`
+  Vec3d rest[kMaxContacts];          ///< x_i less the flow: relative position under no force
+  Vec3d force[kMaxContacts];         ///< begins as a guess
+  Vec3d residual_N[kMaxContacts];    ///< force of law i minus force[i]
+  Vec3d correction_N[kMaxContacts];  ///< last correction, of the order of off: the force without
+                                     ///< error
+  double* stiffness[kMaxContacts];   ///< of the laws there, row-major dR/dy; saves steps
 
-  int count() const noexcept { return give->count; }
-  /// Where law i sees its tool.
-  Vec3d seen(int i) const noexcept { return rest[i] - give->sunk(i, force) * share; }
+  int count() const noexcept { return compliance->count; }
+  /// Position of tool i relative to the displaced body: the argument of law i.
+  Vec3d relative_position(int i) const noexcept {
+    return rest[i] - compliance->displacement(i, force) * share;
+  }
 };
 
-/// Shorter moves than this share of how far the body has moved say nothing of a stiffness: a slip
-/// is solved to 1e-10 of its limit.
-constexpr double kTellingMove = 1e-7;
-
-/// Corrects a stiffness by what the law answered to a move (Broyden 1965,
+/// Corrects a stiffness by the change of force over a move (Broyden 1965,
 /// doi:10.1090/S0025-5718-1965-0198670-6). aside: how far the body has moved there.
 inline void correct_stiffness(double K[9], const Vec3d& moved, const Vec3d& answered,
                               const Vec3d& aside) noexcept {
-  const Vec3d off = answered - times(K, moved);
+  const Vec3d residual_N = answered - times(K, moved);
   const double squared = dot(moved, moved);
-  if (!(squared > kTellingMove * kTellingMove * dot(aside, aside)) || !is_finite(off)) return;
-  const Vec3d way = moved * (1 / squared);
-  const double w[3] = {way.x, way.y, way.z}, o[3] = {off.x, off.y, off.z};
+  if (!(squared > kMinSecantMove * kMinSecantMove * dot(aside, aside)) || !is_finite(residual_N))
+    return;
+  const Vec3d direction = moved * (1 / squared);
+  const double w[3] = {direction.x, direction.y, direction.z},
+               o[3] = {residual_N.x, residual_N.y, residual_N.z};
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) K[3 * r + c] += o[r] * w[c];
 }
@@ -163,31 +155,32 @@ class RootSearch {
              const Respond& respond) noexcept
       : s_(s), n_(s.count()), matrix_(matrix), tolerance_(tolerance), respond_(respond) {}
 
-  /// Newton's step from forces that the laws answered with their tools at `before`.
+  /// Newton's step from forces of the laws at relative positions `before`.
   void predict(const Vec3d* before) noexcept {
     Vec3d step[kMaxContacts];
-    for (int i = 0; i < n_; ++i) step[i] = times(s_.stiffness[i], s_.seen(i) - before[i]);
+    for (int i = 0; i < n_; ++i)
+      step[i] = times(s_.stiffness[i], s_.relative_position(i) - before[i]);
     solve(step);
     for (int i = 0; i < n_; ++i) s_.force[i] = s_.force[i] + step[i];
   }
   bool run() noexcept {
-    look(at_);
+    evaluate(at_);
     bool is_last = true;
     for (int k = 0; k < kMaxSettleSteps && !is_root() && at_.error < 1e300; ++k) {
       Vec3d step[kMaxContacts], before[kMaxContacts];
-      for (int i = 0; i < n_; ++i) step[i] = at_.off[i];
+      for (int i = 0; i < n_; ++i) step[i] = at_.residual_N[i];
       solve(step);
       for (int i = 0; i < n_; ++i) {
         before[i] = s_.force[i];
         s_.force[i] = s_.force[i] + step[i];
       }
-      Look next;
-      look(next);
+      Evaluation next;
+      evaluate(next);
       for (int i = 0; i < n_; ++i)
         correct_stiffness(s_.stiffness[i], next.place[i] - at_.place[i],
                           next.answer[i] - at_.answer[i], s_.rest[i] - next.place[i]);
       is_last = next.error < at_.error;
-      if (!(next.error < kSettleFall * kSettleFall * at_.error)) make_matrix();
+      if (!(next.error < kMaxErrorRatio * kMaxErrorRatio * at_.error)) make_matrix();
       if (is_last)
         at_ = next;
       else
@@ -200,16 +193,16 @@ class RootSearch {
   }
 
  private:
-  struct Look {
-    Vec3d place[kMaxContacts], answer[kMaxContacts], off[kMaxContacts];
+  struct Evaluation {
+    Vec3d place[kMaxContacts], answer[kMaxContacts], residual_N[kMaxContacts];
     double error = 0, size = 0;  ///< squared
   };
-  void look(Look& out) noexcept {
+  void evaluate(Evaluation& out) noexcept {
     for (int i = 0; i < n_; ++i) {
-      out.place[i] = s_.seen(i);
+      out.place[i] = s_.relative_position(i);
       out.answer[i] = respond_(i, out.place[i]);
-      out.off[i] = out.answer[i] - s_.force[i];
-      out.error += dot(out.off[i], out.off[i]);
+      out.residual_N[i] = out.answer[i] - s_.force[i];
+      out.error += dot(out.residual_N[i], out.residual_N[i]);
       out.size += dot(out.answer[i], out.answer[i]);
     }
   }
@@ -219,7 +212,7 @@ class RootSearch {
   void make_matrix() noexcept {
     const double* K[kMaxContacts] = {};
     for (int i = 0; i < n_; ++i) K[i] = s_.stiffness[i];
-    matrix_.factor(*s_.give, s_.share, K);
+    matrix_.factor(*s_.compliance, s_.share, K);
   }
   void solve(Vec3d* v) noexcept {
     if (!matrix_.is_made(n_)) make_matrix();
@@ -228,10 +221,10 @@ class RootSearch {
   void end() noexcept {
     const bool found = is_root();
     for (int i = 0; i < n_; ++i) {
-      s_.off[i] = s_.more[i] = at_.off[i];
+      s_.residual_N[i] = s_.correction_N[i] = at_.residual_N[i];
       for (int c = 0; c < 9 && !found; ++c) s_.stiffness[i][c] = 0;  // it leads nowhere
     }
-    if (found && matrix_.is_made(n_)) matrix_.solve(s_.more);
+    if (found && matrix_.is_made(n_)) matrix_.solve(s_.correction_N);
   }
 
   SeriesForces& s_;
@@ -239,15 +232,15 @@ class RootSearch {
   SeriesMatrix& matrix_;
   double tolerance_;
   const Respond& respond_;
-  Look at_;
+  Evaluation at_;
 };
 
 /// Brings the forces to the root of (M63), by Newton's steps with stiffnesses that each answer
 /// corrects. matrix: of an earlier root near this one, or a fresh one; it is made where it is
-/// needed and where steps are slow. before: where each law saw its tool when it answered the guess;
-/// null where that is as good as can be had. respond(i, y): the answer of law i to a tool at y; its
-/// last calls are with the forces that are kept. false: kMaxSettleSteps were not enough, and the
-/// nearest forces are kept.
+/// needed and where steps are slow. before: the relative positions at which the laws gave the
+/// guess; null where that is as good as can be had. respond(i, y): the force of law i for a tool at
+/// y; its last calls are with the forces that are kept. false: kMaxSettleSteps were not enough, and
+/// the nearest forces are kept.
 template <class Respond>
 bool settle(SeriesForces& s, SeriesMatrix& matrix, const Vec3d* before, const Respond& respond,
             double tolerance = kSettleTolerance) noexcept {
@@ -256,5 +249,4 @@ bool settle(SeriesForces& s, SeriesMatrix& matrix, const Vec3d* before, const Re
   return search.run();
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -1,17 +1,16 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// One ball or tip at a tick of its body: how its contact ends, and its tick by itself on a body
-// that does not give.
+// One ball or tip at a tick of its body: how its contact ends, and its tick by itself on a rigid
+// body.
 
 #include "../contact/contact_law.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 /// One ball or tip at a tick.
 struct SeriesContact {
-  const AssetView* asset = nullptr;  ///< as it meets it
+  const AssetView* asset = nullptr;  ///< made by with_indenter(), or that of the tick
   Contact* contact = nullptr;
   Output* out = nullptr;
   double radius_m = 0;  ///< 0: a tip
@@ -33,20 +32,15 @@ auto with_law(const AssetView& asset, double radius_m, const Act& act) noexcept 
   });
 }
 
-/// A slide that nothing pays may leave a contact with next to none of its force, and for long: debt
-/// falls as work comes in, and there is none where there is no force. With less than this share of
-/// a force that is deeper than kDeepShare of the curves, contact begins anew where the ball stands,
-/// with nothing deflected. What was stored is lost, so nothing is created.
-constexpr double kLeastShare = 0.1, kDeepShare = 0.01;
-inline bool is_held_too_far_back(const AssetView& asset, const Ledger& ledger, double law_J,
-                                 double depth_m) noexcept {
-  return ledger.debt_J > 0 && ledger.share(law_J) < kLeastShare &&
-         depth_m > kDeepShare * asset.max_fitted_m;
+inline bool exceeds_debt_limit(const AssetView& asset, const Ledger& ledger, double law_J,
+                               double depth_m) noexcept {
+  return ledger.debt_J > 0 && ledger.share(law_J) < kMinForceShare &&
+         depth_m > kMinDepthShare * asset.max_fitted_m;
 }
 
 /// Contact ends where its ball's centre or tip is at x; a ball that has lifted hovers there.
-inline void let_go(const AssetView& asset, const SeriesContact& at, bool hovers,
-                   const Vec3d& x) noexcept {
+inline void end_contact(const AssetView& asset, const SeriesContact& at, bool hovers,
+                        const Vec3d& x) noexcept {
   Contact& contact = *at.contact;
   const Arm arm = contact.arm;
   const int triangle = contact.triangle;
@@ -60,7 +54,7 @@ inline void let_go(const AssetView& asset, const SeriesContact& at, bool hovers,
   });
 }
 
-/// Time passes for a contact on a body that does not give.
+/// Time passes for a contact on a rigid body.
 template <class F, bool kIsBall>
 void rest_alone(const AssetView& asset, Contact& contact, const Vec3d& before,
                 Ledger& ledger) noexcept {
@@ -72,25 +66,25 @@ void rest_alone(const AssetView& asset, Contact& contact, const Vec3d& before,
                 stored_in(asset, contact, law_J, Memories()).stored_J, asset.has_guard);
 }
 
-/// The tick of a contact by itself on a body that does not give.
+/// The tick of a contact by itself on a rigid body.
 template <class F, bool kIsBall>
 Status tick_alone(const AssetView& asset, const SeriesContact& at, Ledger& ledger,
                   TangentOut tangent_N_m) noexcept {
   Contact& contact = *at.contact;
   Output& out = *at.out;
   const Vec3d x = at.x - make_vec3<double>(contact.arm.pole_m);
-  const Vec3d step = at.step + make_vec3<double>(contact.series.aside_m);  // others have let go
+  const Vec3d step = at.step + make_vec3<double>(contact.series.aside_m);  // the others ended
   put({0, 0, 0}, contact.series.aside_m);
   rest_alone<F, kIsBall>(asset, contact, x - step, ledger);
   if (tangent_N_m != nullptr)
     law_tangent<F, kIsBall>(asset, contact, contact.left, x, step, tangent_N_m);
   auto memory = F::template load<double>(contact.memory, asset.curves.relaxation);
-  Said said;
+  SlipReport report;
   const Slipped slipped = slip<F, kIsBall>(asset, contact, contact.cache, contact.cache,
-                                           contact.left, x, step, memory, said);
-  if (slipped.has_let_go) {
+                                           contact.left, x, step, memory, report);
+  if (slipped.is_released) {
     ledger.close(slipped.before_J);
-    let_go(asset, at, slipped.is_lifted, at.x);
+    end_contact(asset, at, slipped.is_lifted, at.x);
     return Status::ok;
   }
   const Answer<double>& law = slipped.law;
@@ -100,28 +94,29 @@ Status tick_alone(const AssetView& asset, const SeriesContact& at, Ledger& ledge
     out.state = ContactState::air;
     return Status::force_not_finite;
   }
-  const Softened held = load(asset, contact, slipped.depth.normal_m, law.stored_J, Memories());
+  const MemoryEnergy energy =
+      load(asset, contact, slipped.depth.normal_m, law.stored_J, Memories());
   if (slipped.is_booked || at.worked_J != 0 || has_memory(asset, Memories()))
-    ledger.book(slipped.before_J, held.stored_J, asset.has_guard, at.worked_J);
-  if (is_held_too_far_back(asset, ledger, held.stored_J, slipped.depth.normal_m)) {
-    ledger.close(held.stored_J);
-    let_go(asset, at, true, at.x);
+    ledger.book(slipped.before_J, energy.stored_J, asset.has_guard, at.worked_J);
+  if (exceeds_debt_limit(asset, ledger, energy.stored_J, slipped.depth.normal_m)) {
+    ledger.close(energy.stored_J);
+    end_contact(asset, at, true, at.x);
     return Status::ok;
   }
   F::save(memory, contact.memory, asset.curves.relaxation);
   contact.law_J = law.stored_J;
   put(law.force_N, contact.series.force_N);
-  describe(asset, contact, contact.cache, slipped.depth, x, said, out);
+  describe(asset, contact, contact.cache, slipped.depth, x, report, out);
   if (ledger.debt_J > 0) out.flags |= kFlagHeldBack;
-  const double share = ledger.share(held.stored_J);
-  out.law_share = share * held.share;
+  const double share = ledger.share(energy.stored_J);
+  out.law_share = share * energy.share;
   put(law.force_N * -out.law_share, out.force_on_tool_N);
-  out.stored_J = ledger.stored_J(held.stored_J);
+  out.stored_J = ledger.stored_J(energy.stored_J);
   if (tangent_N_m == nullptr) return Status::ok;
-  scale_tangent(held.share, held.slope, law.force_N, tangent_N_m);
-  scale_tangent(share, ledger.share_slope(held.stored_J), law.force_N * held.share, tangent_N_m);
+  scale_tangent(energy.share, energy.slope, law.force_N, tangent_N_m);
+  scale_tangent(share, ledger.share_slope(energy.stored_J), law.force_N * energy.share,
+                tangent_N_m);
   return Status::ok;
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

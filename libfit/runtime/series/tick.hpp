@@ -6,10 +6,9 @@
 
 #include "series.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-/// What contacts on one body remember together between ticks, beside a Contact each, whose own
+/// State that contacts on one body share between ticks, beside a Contact each, whose own
 /// ledger is then not used. A fresh one knows of none. Plain data.
 struct TogetherMemory {
   std::uint64_t asset_checksum = 0;
@@ -19,22 +18,18 @@ struct TogetherMemory {
 /// One ball or tip at a tick, in the frame of the body. status: what its touch() would return.
 struct BallTick {
   Contact* contact = nullptr;
-  const AssetView* met = nullptr;  ///< the asset as this ball meets it (with_indenter.hpp); null:
-                                   ///< as it is
-  double place_m[3] = {0, 0, 0};   ///< of the tip or the ball's centre
-  double radius_m = 0;             ///< 0: a tip
-  int tool = 0;                    ///< balls of one tool move together
-  double worked_J = 0;             ///< done on the contact beside the work of its force
+  const AssetView* asset = nullptr;  ///< made by with_indenter(); null: the asset of the tick
+  double place_m[3] = {0, 0, 0};     ///< of the tip or the ball's centre
+  double radius_m = 0;               ///< 0: a tip
+  int tool = 0;                      ///< balls of one tool move together
+  double worked_J = 0;               ///< done on the contact beside the work of its force
   TangentOut tangent_N_m = nullptr;
   Output out;
   Status status = Status::ok;
 };
 
-constexpr double kMaxRadius_m = 1e3;
-constexpr double kSameRadius = 1e-6;  ///< of the radius that curves were measured with
-
 inline bool is_possible_radius(double radius_m) noexcept {
-  return radius_m >= 0 && radius_m <= kMaxRadius_m;
+  return radius_m >= 0 && radius_m <= kMaxLength_m;
 }
 /// A contact at the beginning of a tick of its ball at place_m in the body's coordinates, in which
 /// out is filled.
@@ -65,7 +60,7 @@ inline bool is_other_radius(const AssetView& asset, double radius_m) noexcept {
          (radius_m > 0 && of > 0 && !(std::fabs(radius_m - of) <= kSameRadius * of));
 }
 
-/// What an output says at the end of a tick.
+/// Completes an output at the end of a tick.
 inline void finish(const AssetView& asset, const SeriesContact& at, const Ledger& ledger) noexcept {
   Output& out = *at.out;
   if (out.state == ContactState::air) {
@@ -84,7 +79,7 @@ inline void finish(const AssetView& asset, const SeriesContact& at, const Ledger
 /// it is. Where the curves were measured with a ball, a tip is that ball's lowest point, and the
 /// ball does not turn (M15a). A ball's reference point is x = p + R u(c); contact begins where it
 /// touches first (docs/method.md, section 12). One that begins inside the body, or a ball deeper in
-/// the surface than kRestShare of its radius, feels nothing (kFlagInside) until it has come out,
+/// the surface than kRestShare of its radius, has no force (kFlagInside) until it has come out,
 /// or, having lifted off, sinks again; so does one that slid off over the rim of a surface that
 /// fades to zero. Touch is swept from the previous place, so nothing tunnels. Refuses (status, zero
 /// force, contact reset): a place that is not finite or farther than asset.max_step_m from the one
@@ -94,9 +89,9 @@ inline void finish(const AssetView& asset, const SeriesContact& at, const Ledger
 /// tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(place): of the branches this tick
 /// took; zero without force. Asking for it makes a tick several times as long and changes no other
 /// bit. Deterministic: the same bytes and places give the same bits. Work: in the air the tree
-/// nodes near the way; in contact, where the body does not sway, one slip of at most kMaxSegments
+/// nodes near the path; in contact, where the body does not sway, one slip of at most kMaxSegments
 /// segments of kMaxRootSteps + 3 evaluations of the law's slip, and two energies; where it sways at
-/// most 3 (kMaxSettleSteps + 2) of these. What does not fit goes on at the next tick.
+/// most 3 (kMaxSettleSteps + 2) of these. A longer slip continues at the next tick.
 inline Status touch_ball(const AssetView& asset, Contact& contact, const double place_m[3],
                          double radius_m, Output& out, TangentOut tangent_N_m = nullptr,
                          double dt_s = 0, double worked_J = 0) noexcept {
@@ -117,11 +112,12 @@ inline Status touch(const AssetView& asset, Contact& contact, const double tip_m
   return touch_ball(asset, contact, tip_m, 0, out, tangent_N_m, dt_s);
 }
 
-/// Lays a contact that begins where the series will see its ball: moved by C of its own place under
-/// the forces of the others. sunk_beside(), by which it was found, knows neither its normal nor its
-/// sway, so that it would begin deflected by the difference, with energy that nobody supplied.
-inline void lay_in_series(const AssetView& asset, SeriesContact& at, const CouplingPlace* place,
-                          const Vec3d* force, int count) noexcept {
+/// Places a contact that begins where the series will have its ball: moved by C of its own place
+/// under the forces of the others. displacement_beside(), by which it was found, knows neither its
+/// normal nor its sway, so that it would begin deflected by the difference, with energy that nobody
+/// supplied.
+inline void place_in_series(const AssetView& asset, SeriesContact& at, const CouplingPlace* place,
+                            const Vec3d* force, int count) noexcept {
   Contact& contact = *at.contact;
   const CouplingPlace own = coupling_place(*at.asset, contact);
   Vec3d moved{0, 0, 0};
@@ -154,29 +150,30 @@ inline void approach_together(const AssetView& asset, const BallTick* ball, Seri
   for (int i = 0; i < count; ++i) {
     Contact& contact = *at[i].contact;
     const bool was_outside = contact.triangle < 0 && !contact.has_lifted;
-    const Vec3d aside = touching > 0 && contact.triangle < 0
-                            ? sunk_beside(asset, place, force, touching, at[i].x, ball[i].radius_m)
-                            : Vec3d{0, 0, 0};
+    const Vec3d aside =
+        touching > 0 && contact.triangle < 0
+            ? displacement_beside(asset, place, force, touching, at[i].x, ball[i].radius_m)
+            : Vec3d{0, 0, 0};
     approach(at[i], aside, dt_s);
     const bool begins = was_outside && at[i].status == Status::ok && contact.triangle >= 0;
     if (touching > 0 && begins && contact.arm.reach_m > 0)
-      lay_in_series(asset, at[i], place, force, touching);
+      place_in_series(asset, at[i], place, force, touching);
   }
 }
 
-/// The asset as a ball meets it.
-inline const AssetView& met_by(const AssetView& asset, const BallTick& ball) noexcept {
-  return ball.met != nullptr ? *ball.met : asset;
+/// The asset of a ball: its own, or that of the tick.
+inline const AssetView& ball_asset(const AssetView& asset, const BallTick& ball) noexcept {
+  return ball.asset != nullptr ? *ball.asset : asset;
 }
 
-/// Whether two balls stand in each other: where their coupling is only bounded, not known.
+/// Returns true if two balls overlap: their coupling is then bounded, not known.
 inline bool are_crowded(const AssetView& asset, const BallTick& a, const BallTick& b) noexcept {
-  const Vec3d way = make_vec3<double>(a.place_m) - make_vec3<double>(b.place_m);
+  const Vec3d offset = make_vec3<double>(a.place_m) - make_vec3<double>(b.place_m);
   const auto radius = [&](const BallTick& t) noexcept {
-    return t.radius_m > 0 ? t.radius_m : met_by(asset, t).probe_radius_m;
+    return t.radius_m > 0 ? t.radius_m : ball_asset(asset, t).probe_radius_m;
   };
   const double reach = radius(a) + radius(b);
-  return dot(way, way) < reach * reach;
+  return dot(offset, offset) < reach * reach;
 }
 
 /// One tick of 1 to kMaxContacts balls and tips; some may join or leave between ticks. Where the
@@ -189,8 +186,8 @@ inline void touch_together(const AssetView& asset, TogetherMemory& together, Bal
   if (asset.coupling == nullptr) {
     for (int i = 0; i < count; ++i)
       ball[i].status =
-          touch_ball(met_by(asset, ball[i]), *ball[i].contact, ball[i].place_m, ball[i].radius_m,
-                     ball[i].out, ball[i].tangent_N_m, dt_s, ball[i].worked_J);
+          touch_ball(ball_asset(asset, ball[i]), *ball[i].contact, ball[i].place_m,
+                     ball[i].radius_m, ball[i].out, ball[i].tangent_N_m, dt_s, ball[i].worked_J);
     return;
   }
   if (together.asset_checksum != asset.checksum) {
@@ -201,7 +198,7 @@ inline void touch_together(const AssetView& asset, TogetherMemory& together, Bal
   Room<SeriesContact, kMaxContacts> at;
   for (int i = 0; i < count; ++i) {
     BallTick& b = ball[i];
-    at.make(i, begin_tick(met_by(asset, b), *b.contact, b.place_m, b.radius_m, b.out));
+    at.make(i, begin_tick(ball_asset(asset, b), *b.contact, b.place_m, b.radius_m, b.out));
     at[i].tool = b.tool;
     at[i].worked_J = b.worked_J;
     at[i].tangent_N_m = b.tangent_N_m;
@@ -218,5 +215,4 @@ inline void touch_together(const AssetView& asset, TogetherMemory& together, Bal
   }
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

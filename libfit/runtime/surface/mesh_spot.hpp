@@ -1,17 +1,16 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// A place on a triangle of the asset, as a Spot of slide.hpp, and a straight way over the triangle,
-// as a Path.
+// A place on a triangle of the asset, as a Spot of slide.hpp, and a straight path over the
+// triangle, as a Path.
 
 #include <type_traits>
 
 #include "../asset/view.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-/// How a ball's centre stands from its contact point. At first touch the centre is p and the
+/// Vector from a ball's centre to its contact point. At first touch the centre is p and the
 /// contact point c: reach is (c - p).u and skew what is left of c - p, so that nothing is deflected
 /// there (M15). Where normals and facets agree, reach is the radius and skew is nothing.
 /// A tip on a body that was measured with a ball is that ball's lowest point at first touch (M15a):
@@ -22,16 +21,16 @@ struct Arm {
   double pole_m[3] = {0, 0, 0};  ///< from the centre to the tip that stands for the ball
 };
 
-/// What a corner says by itself, as far as curves go.
+/// A corner alone as a spot for curves.
 struct CornerSpot {
   const float* node;
   const int* offset;
   double control(int part, int j) const noexcept { return double(node[offset[part] + j]); }
 };
 
-/// The piece of a node as the indenter meets it (M83).
-inline CurvePiece<double> piece_under(const CurveViews& views, const CornerSpot& spot, int curve,
-                                      double x, bool with_area) noexcept {
+/// The piece of a node for the indenter (M83).
+inline CurvePiece<double> piece_at(const CurveViews& views, const CornerSpot& spot, int curve,
+                                   double x, bool with_area) noexcept {
   CurvePiece<double> out = piece_of(views.view[curve], spot, curve, x, with_area);
   if (curve != kNormal || !has_radius_effect(views)) return out;
   for (int i = 0; i < kRadiusEffects; ++i) {
@@ -56,7 +55,7 @@ inline void node_stiffness(const CurveViews& views, const CornerSpot& spot, doub
   }
 }
 
-/// What of a node lies in a row of doubles, so that a spot's is one weighted sum: place, inward
+/// A row of doubles holds a node's numbers, so that a spot's is one weighted sum: place, inward
 /// normal, and of a body of rings what a slip reads (RingNumbers), gamma, the side force and c_i.
 constexpr int kPlaceAt = 0, kNormalAt = 3, kNumbersAt = 6, kSpreadAt = 15, kSideAt = 16,
               kStiffnessAt = 22;
@@ -115,7 +114,7 @@ RingNumbers<T> ring_numbers(const MeshSpot<S>& spot) noexcept {
   return out;
 }
 template <class T, class S>
-RingBed<T> bed_under(const CurveViews&, const MeshSpot<S>& spot) noexcept {
+RingBed<T> bed_at(const CurveViews&, const MeshSpot<S>& spot) noexcept {
   RingBed<T> bed;
   T c[kRings], side[6];
   for (int i = 0; i < kRings; ++i) c[i] = row_number(spot, kStiffnessAt + i);
@@ -124,17 +123,17 @@ RingBed<T> bed_under(const CurveViews&, const MeshSpot<S>& spot) noexcept {
                 bed);
   return bed;
 }
-/// What another indenter meets is of each node by itself.
+/// Another indenter has curves of each node by itself.
 template <class S>
-CurvePiece<S> piece_under(const CurveViews& views, const MeshSpot<S>& spot, int curve, double x,
-                          bool with_area) noexcept {
+CurvePiece<S> piece_at(const CurveViews& views, const MeshSpot<S>& spot, int curve, double x,
+                       bool with_area) noexcept {
   if (curve != kNormal || !has_radius_effect(views))
     return piece_of(views.view[curve], spot, curve, x, with_area);
   CurvePiece<S> out;
   out.area_J = S(0);
   for (int k = 0; k < 3; ++k) {
     const CurvePiece<double> own =
-        piece_under(views, CornerSpot{spot.corner[k]->node, spot.offset}, curve, x, with_area);
+        piece_at(views, CornerSpot{spot.corner[k]->node, spot.offset}, curve, x, with_area);
     out.piece = own.piece;
     out.order = own.order;
     out.knot = own.knot;
@@ -144,12 +143,12 @@ CurvePiece<S> piece_under(const CurveViews& views, const MeshSpot<S>& spot, int 
   return out;
 }
 
-/// What tells an asset, and an indenter that meets it, from others.
+/// Identifies an asset together with the indenter that it is opened for.
 inline const double* basis_of(const AssetView& asset) noexcept {
   return asset.curves.view[kNormal].knots;
 }
 
-/// A node as the indenter of the asset meets it.
+/// A node for the indenter of the asset.
 inline void read_corner(const AssetView& asset, int v, Corner& out) noexcept {
   out.vertex = v;
   out.node = asset.node(v);
@@ -168,10 +167,10 @@ inline void read_corner(const AssetView& asset, int v, Corner& out) noexcept {
   node_stiffness(asset.curves, spot, out.row + kStiffnessAt);
   const IndenterView* const other = asset.curves.indenter;
   if (other == nullptr) return;
-  number[1] += number[2] * other->steep_m;  // (M84)
-  number[2] *= other->steeper;
+  number[1] += number[2] * other->plough_offset_m;  // (M84)
+  number[2] *= other->plough_slope;
   out.row[kSpreadAt] *= other->spread;
-  move_out(number + 3, other->farther_m);
+  offset_curvature(number + 3, other->surface_offset_m);
   for (int i = kSideAt; i < kSideAt + 3; ++i) {
     const double g2 = out.row[i], g3 = out.row[i + 3];
     out.row[i] = other->side[0][0] * g2 + other->side[0][1] * g3;
@@ -182,7 +181,7 @@ inline void read_corner(const AssetView& asset, int v, Corner& out) noexcept {
 /// The corners of a triangle: read once, used by every spot there. Those that it shares with the
 /// triangle before stay. The row of the spot that was asked for last stays as well.
 struct Corners {
-  const double* of = nullptr;  ///< knots of the asset's normal curves, as the indenter meets them
+  const double* basis = nullptr;  ///< knots of the asset's normal curves, for the indenter
   int triangle = -1;
   Corner node[3];           ///< in any order
   int slot[3] = {0, 1, 2};  ///< where corner k is among them
@@ -192,10 +191,10 @@ struct Corners {
   Corner& operator[](int k) noexcept { return node[slot[k]]; }
 
   void take(const AssetView& asset, int t) noexcept {
-    if (of == basis_of(asset) && triangle == t) return;
-    if (of != basis_of(asset))
+    if (basis == basis_of(asset) && triangle == t) return;
+    if (basis != basis_of(asset))
       for (Corner& corner : node) corner.vertex = -1;
-    of = basis_of(asset);
+    basis = basis_of(asset);
     triangle = t;
     has_rings = asset.curves.family == int(Family::rings);
     at_[0] = -1;
@@ -236,7 +235,7 @@ struct Corners {
   double row_[kRowSize] = {};
 };
 
-/// A straight way within one triangle: area coordinates n(s) = n + s rate. P: scalar of the place.
+/// A straight path within one triangle: area coordinates n(s) = n + s rate. P: scalar of the place.
 /// A ball rests at c - reach u - skew (skew without its part along u) (M16); a tip rests at c
 /// itself.
 template <class P, bool kIsBall>
@@ -247,7 +246,7 @@ struct MeshPath {
   P n[3], rate[3];    ///< [1], [1/m]
   P end_m;            ///< where a coordinate reaches zero, or the slip budget does
   int exit;           ///< which coordinate; -1: the budget
-  bool blocked;       ///< no way to go
+  bool blocked;       ///< nothing can move
   bool is_bent;       ///< a border leaves only the part along it
 
   P end() const noexcept { return end_m; }
@@ -284,7 +283,7 @@ struct MeshPath {
     return spot;
   }
   /// at(0) of a path of doubles, out of the row there.
-  MeshSpot<double> of_row(const double* row) const noexcept {
+  MeshSpot<double> at_row(const double* row) const noexcept {
     MeshSpot<double> spot;
     spot.point = make_vec3<double>(row + kPlaceAt);
     for (int k = 0; k < 3; ++k) {
@@ -296,7 +295,7 @@ struct MeshPath {
   }
 
  private:
-  // Where a ball stands whose contact point is at spot.point; the rest of the spot.
+  // Moves a ball's spot from its contact point to its rest position, and completes the spot.
   template <class S>
   void rest(const Vec3<S>& field, MeshSpot<S>& spot) const noexcept {
     using std::sqrt;
@@ -311,35 +310,35 @@ struct MeshPath {
   }
 };
 
-/// A straight way as the rings' slip reads it: tool and blended normal are linear in s, and so are
-/// a node's numbers. The corners are read once for all places of the way.
+/// A straight path as the rings' slip reads it: tool and blended normal are linear in s, and so are
+/// a node's numbers. The corners are read once for all places of the path.
 template <bool kIsBall>
-class MeshWay {
+class MeshSlipPath {
  public:
-  MeshWay(const MeshPath<double, kIsBall>& path, const Vec3d& x) noexcept
+  MeshSlipPath(const MeshPath<double, kIsBall>& path, const Vec3d& x) noexcept
       : value_(path.corners->row_at(path.n)) {
     path.corners->template blend<kSlipRow>(path.rate, rate_);
-    way_ = x - make_vec3<double>(value_ + kPlaceAt);
+    to_tool_ = x - make_vec3<double>(value_ + kPlaceAt);
     if constexpr (kIsBall) {
       skew_ = make_vec3<double>(path.arm->skew_m);
-      way_ = way_ + skew_;
+      to_tool_ = to_tool_ + skew_;
       reach_m_ = path.arm->reach_m;
     }
   }
 
   /// lambda |q| - share mu(d + beyond) d [m] (B3) and its slope by s. With the blended normal B and
   /// w from c + skew to the tool, q = w - t B, t = w.B / B.B, and q.B = 0.
-  Dual excess(double s, double beyond_m, double share) const noexcept {
+  Dual excess(double s, double creep_depth_m, double share) const noexcept {
     double at[kSlipRow];
     for (int i = kNormalAt; i < kSlipRow; ++i) at[i] = value_[i] + s * rate_[i];
-    const Vec3d way_rate = make_vec3<double>(rate_ + kPlaceAt) * -1.0, w = way_ + way_rate * s,
-                field = make_vec3<double>(at + kNormalAt),
+    const Vec3d to_tool_rate = make_vec3<double>(rate_ + kPlaceAt) * -1.0,
+                w = to_tool_ + to_tool_rate * s, field = make_vec3<double>(at + kNormalAt),
                 field_rate = make_vec3<double>(rate_ + kNormalAt);
     const double inverse = 1 / std::sqrt(dot(field, field)), inverse_squared = inverse * inverse;
     const double across = dot(w, field), half = dot(field, field_rate) * inverse_squared;
-    const double dacross = dot(way_rate, field) + dot(w, field_rate);
+    const double dacross = dot(to_tool_rate, field) + dot(w, field_rate);
     const double t = across * inverse_squared, dt = dacross * inverse_squared - 2 * (t * half);
-    const Vec3d q = w - field * t, moved = way_rate - field_rate * t;  // dq = moved - dt B
+    const Vec3d q = w - field * t, moved = to_tool_rate - field_rate * t;  // dq = moved - dt B
     double height = across, dheight = dacross;
     if constexpr (kIsBall) {
       height = height - dot(skew_, field);
@@ -357,11 +356,12 @@ class MeshWay {
     const double size = is_aside ? std::sqrt(squared) : 0;
     const double dsize = is_aside ? dot(q, moved) / size : 0;
     Dual out(limit[0] * size, dlimit[0] * size + limit[0] * dsize);
-    const double mu = limit[1] + limit[2] * (depth + beyond_m);
+    const double mu = limit[1] + limit[2] * (depth + creep_depth_m);
     if (!(depth > 0 && mu > 0)) return out;
     out.a -= share * mu * depth;
-    out.v -= share * ((dlimit[1] + dlimit[2] * (depth + beyond_m) + limit[2] * ddepth) * depth +
-                      mu * ddepth);
+    out.v -=
+        share * ((dlimit[1] + dlimit[2] * (depth + creep_depth_m) + limit[2] * ddepth) * depth +
+                 mu * ddepth);
     return out;
   }
 
@@ -369,18 +369,18 @@ class MeshWay {
   static constexpr int kSlipRow = kSpreadAt + 1;  // even
   const double* value_;                           ///< the corners', until they blend another
   double rate_[kSlipRow];
-  Vec3d way_, skew_{0, 0, 0};
+  Vec3d to_tool_, skew_{0, 0, 0};
   double reach_m_ = 0;
 };
 template <bool kIsBall>
-MeshWay<kIsBall> way_of_excess(const MeshPath<double, kIsBall>& path, const Vec3d& x) noexcept {
+MeshSlipPath<kIsBall> ring_slip_path(const MeshPath<double, kIsBall>& path,
+                                     const Vec3d& x) noexcept {
   return {path, x};
 }
 template <bool kIsBall>
-Dual ring_excess_along(const MeshWay<kIsBall>& way, const Vec3d&, double s, double beyond_m,
-                       double share) noexcept {
-  return way.excess(s, beyond_m, share);
+Dual ring_excess_along(const MeshSlipPath<kIsBall>& path, const Vec3d&, double s,
+                       double creep_depth_m, double share) noexcept {
+  return path.excess(s, creep_depth_m, share);
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -6,21 +6,12 @@
 
 #include "mesh_spot.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-constexpr double kAlongEdge = 1e-12;  ///< share of a direction below which it follows the edge
-constexpr double kMinOpen =
-    1e-3;  ///< how far a ball's rest triangle may shrink or tilt in a hollow
-constexpr double kFreeSlip_m =
-    5e-5;  ///< of a tick's slip budget, whatever the tool does: 50 mm/s at 1 kHz
-constexpr double kSlipPerStep =
-    2;  ///< of the budget, for each metre that the tool moves in the tick
-
-// What happened at a tick besides the state, or-ed together.
+// Flags of a tick, or-ed together.
 constexpr unsigned kFlagUnfinished = 1;  ///< the slip goes on at the next tick
 constexpr unsigned kFlagBorder = 2;      ///< the contact point was at a border that held it
-constexpr unsigned kFlagHeldBack = 4;    ///< the guard bears only a share of the force
+constexpr unsigned kFlagHeldBack = 4;    ///< the guard leaves only a share of the force
 constexpr unsigned kFlagTooDeep = 8;     ///< dz is beyond the triangle's max_depth_m
 constexpr unsigned kFlagFrictionless =
     16;                                ///< no lateral stiffness here: slides as if frictionless
@@ -61,13 +52,13 @@ class MeshSurface {
 
   Spot standing() const noexcept {
     if constexpr (std::is_same<T, double>::value)
-      return resting().of_row(corners_.row_at(n_));
+      return resting().at_row(corners_.row_at(n_));
     else
       return resting().at(T(0));
   }
 
-  /// The way along a lateral unit vector, projected onto the triangle (a ball: onto the triangle of
-  /// its rest positions) along the spot's normal (M9), so that s metres shorten the lateral
+  /// The path along a lateral unit vector, projected onto the triangle (a ball: onto the triangle
+  /// of its rest positions) along the spot's normal (M9), so that s metres shorten the lateral
   /// deflection by s. At a border only its part along the edge. Blocked where a ball is too large
   /// for the hollow.
   Path aim(const Spot& spot, const Vec3<T>& lateral) noexcept {
@@ -108,7 +99,7 @@ class MeshSurface {
  private:
   using G = std::conditional_t<kIsBall, T, double>;  // a ball's rest positions move with n
   struct Plane {
-    Vec3<G> corner[3];  ///< of the rest positions, to first order in the way
+    Vec3<G> corner[3];  ///< of the rest positions, to first order along the path
     Vec3<G> area;       ///< twice the area times the outward normal
   };
 
@@ -230,5 +221,4 @@ class MeshSurface {
   unsigned flags_ = 0;
 };
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -9,8 +9,7 @@
 
 #include "../law/families.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
 /// The surface c(p) = p - (p . G p)/2 u0 over the tangent plane (p . u0 = 0), to second order
 /// (M11). u0: inward unit normal at the test point. gradient: row-major 3x3 G = du/dc [1/m],
@@ -60,9 +59,6 @@ struct QuadricSpot {
 template <class S, class C, bool kIsPlain>
 struct IsUneven<QuadricSpot<S, C, kIsPlain>> : std::true_type {};
 
-/// About its test point a body is uneven by its side force: Z grows by p.g(d) along the way p of
-/// the contact point, and the rings stiffen as f^z does.
-constexpr double kLeastStiffening = 0.2;
 template <class T>
 struct Unevenness {
   T value_N, slope_N_m;  ///< p.g [J] and p.g' [kRings]
@@ -75,11 +71,11 @@ Unevenness<S> unevenness(const QuadricSpot<S, C, kIsPlain>& spot, const RingBed<
   Unevenness<S> out{dot(spot.shadow, side.value_N), dot(spot.shadow, side.slope_N_m), S(1)};
   if (!(value_of(normal_N) > 0)) return out;
   out.stiffening = S(1) + out.slope_N_m / normal_N;
-  if (!(value_of(out.stiffening) > kLeastStiffening)) out.stiffening = S(kLeastStiffening);
+  if (!(value_of(out.stiffening) > kMinStiffening)) out.stiffening = S(kMinStiffening);
   return out;
 }
 
-/// A way over the quadric whose shadow on the tangent plane is straight. P: scalar of the place,
+/// A path over the quadric whose shadow on the tangent plane is straight. P: scalar of the place,
 /// either C or, in a plain path, double.
 template <class P, class C>
 struct QuadricPath {
@@ -113,13 +109,15 @@ struct QuadricSurface {
   ControlPointers<T> controls;
   Vec3<T> p;  ///< shadow of the contact point on the tangent plane [m]
 
-  QuadricSpot<T, T, false> standing() const noexcept { return way({T(0), T(0), T(0)}).at(T(0)); }
+  QuadricSpot<T, T, false> standing() const noexcept {
+    return path_along({T(0), T(0), T(0)}).at(T(0));
+  }
   /// The direction is tangent to the quadric (its normal is the field's), so only its shadow
   /// counts.
   QuadricPath<T, T> aim(const QuadricSpot<T, T, false>&, const Vec3<T>& direction) const noexcept {
-    return way(direction);
+    return path_along(direction);
   }
-  QuadricPath<T, T> way(const Vec3<T>& direction) const noexcept {
+  QuadricPath<T, T> path_along(const Vec3<T>& direction) const noexcept {
     const Vec3<T> u0 = widened<T>(quadric->u0);
     return {quadric, p, direction - u0 * dot(direction, u0), controls};
   }
@@ -129,7 +127,7 @@ struct QuadricSurface {
   }
 };
 
-/// Where the straight way from `outside` to `inside` enters the body, as a shadow on the tangent
+/// Entry of the straight path from `outside` to `inside` into the body, as a shadow on the tangent
 /// plane. 50 bisections of depth_below.
 inline Vec3d entry_shadow(const Quadric& quadric, Vec3d outside, Vec3d inside) noexcept {
   for (int i = 0; i < 50; ++i) {
@@ -142,5 +140,4 @@ inline Vec3d entry_shadow(const Quadric& quadric, Vec3d outside, Vec3d inside) n
   return inside - quadric.u0 * dot(inside, quadric.u0);
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -1,19 +1,18 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// What a contact point that stands still need not compute again: where it is, its three corners'
+// Cache of a contact point that stands still: its place, its three corners'
 // curves blended into one, its other numbers, the bed of rings under it. Nothing here is a result
 // of its own; every number is the one that mesh_surface.hpp would bring, bit for bit, so the cache
 // may be dropped at any time.
 
 #include "mesh_surface.hpp"
 
-namespace palpate {
-namespace runtime {
+namespace palpate::runtime {
 
-/// Of one contact point on one asset. It is good as long as that is where the contact stands.
+/// Cache of one contact point on one asset. It is good as long as the contact stands there.
 struct SpotCache {
-  const double* of = nullptr;  ///< basis_of() the asset; null: nothing is cached
+  const double* basis = nullptr;  ///< basis_of() the asset; null: nothing is cached
   int triangle = -1;
   bool is_ball = false, is_frictionless = false;
   double weight[3] = {0, 0, 0};
@@ -25,11 +24,11 @@ struct SpotCache {
   Corners corners;
 };
 
-inline void clear(SpotCache& cache) noexcept { cache.of = cache.corners.of = nullptr; }
+inline void clear(SpotCache& cache) noexcept { cache.basis = cache.corners.basis = nullptr; }
 
 inline bool is_good(const SpotCache& cache, const AssetView& asset, int triangle,
                     const double weight[3], bool is_ball) noexcept {
-  return cache.of == basis_of(asset) && cache.triangle == triangle && cache.is_ball == is_ball &&
+  return cache.basis == basis_of(asset) && cache.triangle == triangle && cache.is_ball == is_ball &&
          cache.weight[0] == weight[0] && cache.weight[1] == weight[1] &&
          cache.weight[2] == weight[2];
 }
@@ -59,8 +58,8 @@ inline bool covers(const CurvePiece<double>& piece, const SplineView& view, doub
 }
 
 /// The corners' polynomials, blended, with the area below.
-inline const CurvePiece<double>& piece_under(const CurveViews& views, const CachedSpot& spot,
-                                             int curve, double x, bool) noexcept {
+inline const CurvePiece<double>& piece_at(const CurveViews& views, const CachedSpot& spot,
+                                          int curve, double x, bool) noexcept {
   const SplineView& view = views.view[curve];
   CurvePiece<double>& out = spot.cache->curve[curve];
   if (covers(out, view, x)) return out;
@@ -69,7 +68,7 @@ inline const CurvePiece<double>& piece_under(const CurveViews& views, const Cach
     Corner& at = spot.cache->corners[k];
     CurvePiece<double>& own = at.curve[curve];
     if (!covers(own, view, x))
-      own = piece_under(views, CornerSpot{at.node, spot.asset->control_offset}, curve, x, true);
+      own = piece_at(views, CornerSpot{at.node, spot.asset->control_offset}, curve, x, true);
     corner[k] = &own;
   }
   out.piece = corner[0]->piece;
@@ -90,7 +89,7 @@ const RingNumbers<double>& ring_numbers(const CachedSpot& spot) noexcept {
   return spot.cache->numbers;
 }
 template <class T>
-const RingBed<double>& bed_under(const CurveViews&, const CachedSpot& spot) noexcept {
+const RingBed<double>& bed_at(const CurveViews&, const CachedSpot& spot) noexcept {
   return spot.cache->bed;
 }
 
@@ -98,7 +97,7 @@ const RingBed<double>& bed_under(const CurveViews&, const CachedSpot& spot) noex
 template <class F>
 void fill(SpotCache& cache, const AssetView& asset, int triangle, const double weight[3],
           bool is_ball, const MeshSpot<double>& spot) noexcept {
-  cache.of = basis_of(asset);
+  cache.basis = basis_of(asset);
   cache.triangle = triangle;
   cache.is_ball = is_ball;
   cache.is_frictionless = F::is_frictionless(asset.curves, spot);
@@ -117,5 +116,4 @@ void fill(SpotCache& cache, const AssetView& asset, int triangle, const double w
   }
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -9,29 +9,27 @@
 //     F = sum_i f_i        T = sum_i (p_i + R u_i - O) x f_i                               (M70)
 //
 // with p_i the centres, O the tool's origin and u_i the inward normals at the contacts. A turn dA
-// of the tool moves the surface of a ball by dA x R u_i, and its contact point as far the other
-// way, so that a ball which rolls is felt under it (M72). T dA works on what is stored as F dp
+// of the tool moves the surface of a ball by dA x R u_i, and its contact point as far back,
+// so that a ball which rolls carries it along (M72). T dA works on what is stored as F dp
 // does, and one ledger (section 18) books the rest. palpate.h is this file's face for C and every
 // other language.
 
 #include "../base/frame.hpp"
 #include "../series/tick.hpp"
 
-namespace palpate {
-namespace runtime {
-
-constexpr double kMaxDamping_Ns_m = 1e4;
+namespace palpate::runtime {
 
 struct ToolBall {
   double centre_m[3] = {0, 0, 0};  ///< of the tip or the ball, in the tool's frame
   double radius_m = 0;             ///< 0: a tip
-  /// The asset as this ball meets it, made by with_indenter() of the asset that is ticked, which it
+  /// Made by with_indenter() of the asset that is ticked, which it
   /// must outlive; null: as it is.
-  const AssetView* met = nullptr;
+  const AssetView* asset = nullptr;
 };
 
-/// What touches; palpate_tool (palpate.h) says what damper, ramp and cap do. The damper resists the
-/// tool's own motion, so its work is never negative, whatever other tools do to the surface.
+/// Geometry and limits of a tool; palpate_tool (palpate.h) defines damper, ramp and cap. The damper
+/// resists the tool's own motion, so its work is never negative, whatever other tools do to the
+/// surface.
 struct ToolShape {
   int balls = 1;
   ToolBall ball[kMaxContacts];
@@ -58,12 +56,7 @@ inline Status check_tool(const ToolShape& shape) noexcept {
   return is_good ? Status::ok : Status::tool_wrong;
 }
 
-/// Roll of a ball, over its radius, in which its torque comes or goes as it begins to turn or to
-/// slip: at once, the torque would jump. Chosen: nobody feels 40 um of a ball of 4 mm. At half and
-/// at twice of it all claims of tests/libfit/runtime/rolling_test.cpp hold.
-constexpr double kRollOnset = 0.01;
-
-/// What a ball that turns remembers of its contact.
+/// Rolling state of a ball's contact.
 struct Rolling {
   double followed = 0;  ///< share of the roll that its contact point follows; the rest slips
   double torque_Nm[3] = {0, 0, 0};  ///< (M72), on the ball about its centre, of the last tick
@@ -93,23 +86,12 @@ inline void forget(Tool& tool) noexcept {
 }
 
 /// A tick in world coordinates. Of several balls contact_m, acts_at_m and normal are means by what
-/// each bears; triangle, weight, normal_m and lateral_m are of the one that bears most.
-struct ToolOutput {
-  double force_on_tool_N[3] = {0, 0, 0};
+/// each carries; triangle, weight, normal_m and lateral_m are of the one that carries most.
+struct ToolOutput : Output {
   double torque_on_tool_Nm[3] = {0, 0, 0};  ///< about the tool pose's position
-  double contact_m[3] = {0, 0, 0};
-  double normal[3] = {0, 0, 0};        ///< inward at the contact point, unit
-  double deflection_m[3] = {0, 0, 0};  ///< from contact_m to acts_at_m
-  double acts_at_m[3] = {0, 0, 0};     ///< where the force acts
-  int triangle = -1;
-  double weight[3] = {0, 0, 0};
-  double normal_m = 0, lateral_m = 0;
-  double stored_J = 0, dissipated_J = 0, refused_J = 0;
-  std::int64_t refused_ticks = 0;
+  double deflection_m[3] = {0, 0, 0};       ///< from contact_m to acts_at_m
   double damped_J = 0;
-  int touching = 0;  ///< balls in contact
-  ContactState state = ContactState::air;
-  unsigned flags = 0;
+  int touching = 0;                                ///< balls in contact
   bool has_touched = false, has_released = false;  ///< at this tick
   double approach_m_s = 0;                         ///< along u, of the tick of a touch
 };
@@ -143,10 +125,10 @@ inline DamperForce damper_force(const ToolShape& shape, const Output& out, const
 }
 
 /// The share of its force that the ramp and the cap leave to a tool that stores stored_J. A force
-/// cut by its size would be no gradient, and give back more round a loop than it took. The capped
+/// cut by its size would be no gradient, and return more round a loop than it took. The capped
 /// one is the gradient of 2 sqrt(U0 U) - U0 where U > U0 (M71), U0 being capped_from_J. It is
 /// lowered where the force would exceed max_force_N: what the tool stores then only falls.
-inline double limit_share(Tool& tool, double stored_J, const Vec3d& force,
+inline double force_share(Tool& tool, double stored_J, const Vec3d& force,
                           unsigned& flags) noexcept {
   const ToolShape& shape = tool.shape;
   double share = 1;
@@ -185,8 +167,8 @@ class ToolTick {
     const bool needs_time = shape.has_damper() || shape.ramp_s > 0 || has_flow(asset, Memories());
     bool is_of_asset = true;
     for (int i = 0; i < shape.balls; ++i)
-      if (const AssetView* met = shape.ball[i].met)
-        is_of_asset = is_of_asset && met->control == asset.control && met->body == asset.body;
+      if (const AssetView* own = shape.ball[i].asset)
+        is_of_asset = is_of_asset && own->control == asset.control && own->body == asset.body;
     status_ = !is_of_asset || (shape.balls > 1 && asset.coupling == nullptr) ? Status::tool_wrong
               : needs_time && !is_time_step(in.dt_s) ? Status::time_step_wrong
               : !make_frame(in.pose, frame_) || !make_frame(in.body, body_) ? Status::pose_wrong
@@ -198,7 +180,7 @@ class ToolTick {
     return status_;
   }
 
-  /// Gathers what the balls answered. Where one is refused the whole tool is out of contact.
+  /// Gathers what the balls answered. Where one is refused the ball_force tool is out of contact.
   Status end(ToolOutput& out) noexcept {
     Tool& tool = *tool_;
     out = ToolOutput();
@@ -206,21 +188,21 @@ class ToolTick {
     if (status_ != Status::ok) forget(tool);
     gather_sums(out);
     out.has_released = was_touching_ && (status_ != Status::ok || out.touching == 0);
-    if (status_ != Status::ok || out.touching == 0) return silent(out);
+    if (status_ != Status::ok || out.touching == 0) return in_air(out);
     out.has_touched = !was_touching_;
-    Vec3d whole[kMaxContacts], total{0, 0, 0};
+    Vec3d ball_force[kMaxContacts], total{0, 0, 0};
     bool is_first = true;
     for (int i = 0; i < tool.shape.balls; ++i) {
       if (ball_[i].out.state == ContactState::air) continue;
-      whole[i] = damped(i, out);
-      total = is_first ? whole[i] : total + whole[i];
+      ball_force[i] = damped(i, out);
+      total = is_first ? ball_force[i] : total + ball_force[i];
       is_first = false;
     }
     for (int i = 0; i < tool.shape.balls; ++i) find_rolling(i);
-    const double share = limit_share(tool, out.stored_J, total, out.flags);
+    const double share = force_share(tool, out.stored_J, total, out.flags);
     out.damped_J = tool.damped_J;
-    put_wrench(whole, share, out);
-    put_place(whole, out);
+    put_wrench(ball_force, share, out);
+    put_place(ball_force, out);
     turn_tangent();
     return Status::ok;
   }
@@ -229,8 +211,8 @@ class ToolTick {
   /// The turn since the tick before moves the balls' surfaces, and their contacts' anchors.
   void roll() noexcept {
     Tool& tool = *tool_;
-    const Frame seen = seen_from(body_, frame_);
-    const Vec3d turned = tool.has_pose ? turn_since(tool.row, seen) : Vec3d{0, 0, 0};
+    const Frame relative = relative_to(body_, frame_);
+    const Vec3d turned = tool.has_pose ? turn_since(tool.row, relative) : Vec3d{0, 0, 0};
     for (int i = 0; i < tool.shape.balls; ++i) {
       rolled_[i] = {0, 0, 0};
       Contact& contact = tool.contact[i];
@@ -243,19 +225,20 @@ class ToolTick {
         rolled_[i] = {0, 0, 0};
         continue;
       }
-      const AssetView& met = tool.shape.ball[i].met != nullptr ? *tool.shape.ball[i].met : *asset_;
-      drag_anchors(met, contact, rolled_[i] * -1.0, normal);
+      const AssetView* own = tool.shape.ball[i].asset;
+      drag_anchors(own != nullptr ? *own : *asset_, contact, rolled_[i] * -1.0, normal);
     }
-    for (int k = 0; k < 3; ++k) put(seen.row[k], tool.row[k]);
+    for (int k = 0; k < 3; ++k) put(relative.row[k], tool.row[k]);
     tool.has_pose = true;
   }
-  /// What the roll of a ball leaves to the next tick.
+  /// Updates a ball's rolling state for the next tick.
   void find_rolling(int i) noexcept {
     Rolling& rolling = tool_->rolling[i];
     const double rolled_m = std::sqrt(dot(rolled_[i], rolled_[i]));
     Contact& contact = tool_->contact[i];
     if (ball_[i].out.state == ContactState::air || !(rolled_m > 0 || rolling.followed > 0)) return;
-    const ConfigurationalForce by_place = configurational_force(met_by(*asset_, ball_[i]), contact);
+    const ConfigurationalForce by_place =
+        configurational_force(ball_asset(*asset_, ball_[i]), contact);
     const double reach_m = contact.arm.reach_m, onset_m = kRollOnset * reach_m;
     const double fresh = rolled_m < onset_m ? rolled_m / onset_m : 1;
     const double wanted = by_place.holds ? rolling.followed + fresh : rolling.followed - fresh;
@@ -268,7 +251,7 @@ class ToolTick {
     Tool& tool = *tool_;
     BallTick& b = ball_[i];
     b.contact = &tool.contact[i];
-    b.met = tool.shape.ball[i].met;
+    b.asset = tool.shape.ball[i].asset;
     b.radius_m = tool.shape.ball[i].radius_m;
     b.tool = number;
     b.tangent_N_m = in_->tangent_N_m != nullptr ? tangent_ : nullptr;
@@ -296,7 +279,7 @@ class ToolTick {
         out.state = ball.state;
     }
   }
-  Status silent(ToolOutput& out) noexcept {
+  Status in_air(ToolOutput& out) noexcept {
     tool_->capped_from_J = 0;
     if (TangentOut tangent = in_->tangent_N_m)
       for (int k = 0; k < 9; ++k) tangent[k] = 0;
@@ -323,12 +306,12 @@ class ToolTick {
     return make_vec3<double>(ball.force_on_tool_N) - u * damper.along_N - damper.lateral_N;
   }
 
-  void put_wrench(const Vec3d* whole, double share, ToolOutput& out) const noexcept {
+  void put_wrench(const Vec3d* ball_force, double share, ToolOutput& out) const noexcept {
     Vec3d force{0, 0, 0}, torque{0, 0, 0};
     bool is_first = true;
     for (int i = 0; i < tool_->shape.balls; ++i) {
       if (ball_[i].out.state == ContactState::air) continue;
-      const Vec3d f = body_.turn(whole[i] * share);
+      const Vec3d f = body_.turn(ball_force[i] * share);
       const Vec3d acts_at = make_vec3<double>(ball_[i].out.acts_at_m);
       const Vec3d t = cross(body_.place(acts_at) - frame_.origin, f) +
                       body_.turn(make_vec3<double>(tool_->rolling[i].torque_Nm) * share);
@@ -339,14 +322,14 @@ class ToolTick {
     put(force, out.force_on_tool_N);
     put(torque, out.torque_on_tool_Nm);
   }
-  void put_place(const Vec3d* whole, ToolOutput& out) const noexcept {
+  void put_place(const Vec3d* ball_force, ToolOutput& out) const noexcept {
     Vec3d contact{0, 0, 0}, acts{0, 0, 0}, normal{0, 0, 0};
     double most = -1, sum = 0;
     for (int i = 0; i < tool_->shape.balls; ++i) {
       const Output& ball = ball_[i].out;
       if (ball.state == ContactState::air) continue;
       const double size =
-          out.touching == 1 ? 1 : std::sqrt(dot(whole[i], whole[i])) + kSettleZero_N;
+          out.touching == 1 ? 1 : std::sqrt(dot(ball_force[i], ball_force[i])) + kSettleZero_N;
       sum += size;
       contact = contact + make_vec3<double>(ball.contact_m) * size;
       acts = acts + make_vec3<double>(ball.acts_at_m) * size;
@@ -398,11 +381,11 @@ class ToolTick {
 
 /// One tick of 1 to kMaxContacts tools on one body, of kMaxContacts balls at most between them:
 /// in any order; tools may join and leave between ticks. Between ticks balls move straight as
-/// the body sees it; a body that turns by an angle a in a tick is off by at most a^2/8 of a ball's
-/// distance from its axis. A tool that is refused is out of contact (zero force and a status), and
-/// the others go on. Where contacts move each other, stored_J of the outputs add up to what all
-/// store together, the other sums are of all tools, and tools are passive as a whole: one may give
-/// back what another has put in. Otherwise each tool is by itself.
+/// moves relative to the body; a body that turns by an angle a in a tick is off by at most a^2/8 of
+/// a ball's distance from its axis. A tool that is refused is out of contact (zero force and a
+/// status), and the others go on. Where contacts move each other, stored_J of the outputs add up to
+/// what all store together, the other sums are of all tools, and tools are passive as a ball_force:
+/// one may return what another has put in. Otherwise each tool is by itself.
 inline void touch_tools(const AssetView& asset, Tool* const* tool, const ToolInput* in,
                         ToolOutput* out, Status* status, int count) noexcept {
   Room<ToolTick, kMaxContacts> tick;
@@ -424,5 +407,4 @@ inline void touch_tools(const AssetView& asset, Tool* const* tool, const ToolInp
   }
 }
 
-}  // namespace runtime
-}  // namespace palpate
+}  // namespace palpate::runtime

@@ -1,6 +1,6 @@
 // How tools end, found from their signed distances, against the closed forms of their shapes.
 
-#include "libfem/probes/round_end.hpp"
+#include "libfem/probes/probes.hpp"
 
 #include <gtest/gtest.h>
 

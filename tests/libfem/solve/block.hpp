@@ -2,8 +2,8 @@
 
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
-#include "libfem/mesh/structured_block.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
+#include "tests/support/structured_block.hpp"
 
 namespace palpate::fem {
 

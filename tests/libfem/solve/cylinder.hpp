@@ -1,8 +1,8 @@
 #pragma once
 
 #include "libfem/mesh/boundary.hpp"
-#include "libfem/mesh/structured_block.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
+#include "tests/support/structured_block.hpp"
 
 namespace palpate::fem {
 

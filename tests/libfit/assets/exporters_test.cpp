@@ -12,7 +12,6 @@
 #include "libfit/assets/asset_bytes.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/assets/asset_surface.hpp"
-#include "libfit/assets/engine_folder.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfit/runtime/models.hpp"
 

@@ -29,12 +29,10 @@ constexpr double kNoInt1Slope = 2.07438016528926, kNoInt1SlopeError = 0.16528925
 TEST(certified, a_line_through_zero_has_the_certified_slope_and_error) {
   std::vector<double> depth, push;
   for (int i = 0; i <= 10; ++i) depth.push_back(60 + i), push.push_back(130 + i);
-  const SplineTables tables = tabulate(CurveBasis{1, {0, 70}});
   std::vector<fit::CurveRow> rows;
   for (std::size_t i = 0; i < depth.size(); ++i) rows.push_back({depth[i], push[i], 1, 0});
   fit::WeakPrior none{Eigen::MatrixXd::Zero(0, 1), Eigen::VectorXd::Zero(0), 0, 0};
-  const Eigen::VectorXd a =
-      fit::fit_increments(fit::view(tables), rows, Eigen::VectorXd::Zero(1), none);
+  const Eigen::VectorXd a = fit::fit_increments({1, {0, 70}}, rows, Eigen::VectorXd::Zero(1), none);
   EXPECT_GT(digits(a[0] / 70, kNoInt1Slope), 13);
 
   // The whole fit stores float32, of 7 digits. These residuals run straight, not at random, so the
@@ -85,7 +83,7 @@ TEST(certified, a_load_cells_parabola_offset_and_errors_are_the_certified_ones) 
   rig.samples.force_error.setConstant(residual_deviation);
   FitOptions options{.degree = 2};
   options.knots_m[0] = {0, 1};
-  options.estimates[static_cast<std::size_t>(Nuisance::bias)] = true;
+  options.estimates[kBias] = true;
   const FittedCurves fitted = fit_curves(rig.samples, options);
   ASSERT_EQ(fitted.recordings.bias_N.size(), 1);
   EXPECT_NEAR(fitted.recordings.bias_N[0], b0, 0.1 * b0_error);

@@ -74,8 +74,8 @@ TEST(coupling, is_found_from_what_two_tools_feel) {
   PairsOnAPlate pairs;
   runtime::CouplingView truth;
   truth.length_m = kLength_m;
-  truth.give_m_N[1] = 1.2e-3, truth.give_m_N[3] = 8e-4;
-  truth.across_m_N[2] = 6e-4;
+  truth.isotropic_m_N[1] = 1.2e-3, truth.isotropic_m_N[3] = 8e-4;
+  truth.tangential_m_N[2] = 6e-4;
   pairs.feel(truth);
   const runtime::CouplingView found = pairs.found();
   EXPECT_GT(pairs.p95({}), 0.02);

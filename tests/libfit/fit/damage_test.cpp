@@ -84,8 +84,8 @@ TEST(damage, its_numbers_are_found_again_in_presses_in_cycles) {
     EXPECT_GT(found.reach_m, 0);
     EXPECT_EQ(report.cycles, 2u);
     EXPECT_EQ(report.rows, 2 * kShares.size());
-    EXPECT_LT(report.p95, 2e-3);
-    EXPECT_GT(report.p95_undamaged, 0.1);
+    EXPECT_LT(report.damaged.p95, 2e-3);
+    EXPECT_GT(report.undamaged.p95, 0.1);
   }
 }
 

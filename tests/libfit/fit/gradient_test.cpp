@@ -48,8 +48,7 @@ double gradient_error(const std::vector<Vec3>& rows, const Mat3& gradient,
                        &e,
                        {true, true, true},
                        increments,
-                       loss_scale,
-                       fit::tangents_of(Vec3::UnitZ())},
+                       loss_scale},
                       rows.size(), x);
 }
 
@@ -117,8 +116,7 @@ TEST(gradient, of_rings_is_the_derivative_of_a_replay_that_sticks_slips_and_turn
                                        &e,
                                        {true, false, false},
                                        {x.head<4>(), {}, {}},
-                                       fit::ReplayResidual::kNoOutliers,
-                                       fit::tangents_of(u)};
+                                       fit::ReplayResidual::kNoOutliers};
     EXPECT_LT(contradicted(residual, e.row.size(), x), 1e-6) << "seed " << seed;
   }
 }

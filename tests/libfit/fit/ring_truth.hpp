@@ -30,8 +30,9 @@ struct RingTruth {
     constexpr int kAt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
     control.emplace_back();
     for (const auto& at : kAt) control.back().push_back(-gradient(at[0], at[1]));
-    runtime::move_out(control.back().data(), -runtime::kCurvatureDepth * kDepth_m);  // (M15c)
-    control.emplace_back(6, 0.0);  // it does not sway
+    runtime::offset_curvature(control.back().data(),
+                              -runtime::kCurvatureDepth * kDepth_m);  // (M15c)
+    control.emplace_back(6, 0.0);                                     // it does not sway
   }
   fit::Bases bases() const {
     std::vector<CurveBasis> all(parts_of(CurveFamily::rings).size());

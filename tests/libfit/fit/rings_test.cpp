@@ -4,8 +4,7 @@
 
 #include <Eigen/LU>
 
-#include "libfit/fit/point/judge_family.hpp"
-#include "libfit/fit/ring_constants.hpp"
+#include "libfit/fit/fit_steps.hpp"
 #include "tests/libfit/fit/ring_truth.hpp"
 
 namespace palpate::test {
@@ -46,7 +45,7 @@ struct RingBody {
     rig.samples.probe = sphere_spec(radius_m, friction);
     for (std::size_t p = 0; p < truth.size(); ++p) {
       auto k = truth[p].control[runtime::kCurvature];
-      runtime::move_out(k.data(), runtime::kCurvatureDepth * kDepth_m);  // (M15c)
+      runtime::offset_curvature(k.data(), runtime::kCurvatureDepth * kDepth_m);  // (M15c)
       Mat3 offset;
       offset << -k[0], -k[3], -k[4], -k[3], -k[1], -k[5], -k[4], -k[5], -k[2];
       const Mat3 own = offset * (Mat3::Identity() + radius_m * offset).inverse();
@@ -85,8 +84,8 @@ TEST(fitted_rings, have_the_curvature_of_a_ball_that_is_half_deep) {
   constexpr double R = 0.008, kHollow_m = 0.02, kRidge_m = 0.03, kUnit_m = 0.01;
   const Mat3 touching = s * s.transpose() / (kHollow_m - R) - t * t.transpose() / (kRidge_m + R);
   const auto k = fit::part_controls<double>(parts_of(CurveFamily::rings)[runtime::kCurvature],
-                                            {s, t}, fit::quadric_of(u, kUnit_m * touching),
-                                            static_cast<const double*>(nullptr), 0);
+                                            fit::quadric_of(u, kUnit_m * touching),
+                                            static_cast<const double*>(nullptr));
   Mat3 kappa;
   kappa << k[0], k[3], k[4], k[3], k[1], k[5], k[4], k[5], k[2];
   const double half_m = runtime::kCurvatureDepth * kUnit_m;

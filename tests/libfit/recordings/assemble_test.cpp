@@ -80,12 +80,14 @@ Conditioned linear_press(double stiffness_N_m, double speed_m_s) {
   return r;
 }
 
-Assembled assembled(const std::vector<Conditioned>& presses, const AssembleOptions& options = {}) {
+Assembled assembled(const std::vector<Conditioned>& presses, const AssembleOptions& options = {},
+                    const std::vector<double>& radius_m = {}) {
   std::vector<BatchItem> items(presses.size());
   std::vector<ItemResult> results(presses.size());
   for (std::size_t i = 0; i < presses.size(); ++i) {
     items[i].file = items[i].shown = "p" + std::to_string(i) + ".csv";
     items[i].point = "p";
+    if (!radius_m.empty()) items[i].signal.radius_m = radius_m[i];
     results[i].recordings = {presses[i]};
     results[i].is_done = true;
   }
@@ -151,9 +153,7 @@ TEST(placing, presses_of_a_second_indenter_are_straight_too) {
     std::vector<Conditioned> presses{robot_press(lean, 0.05, 1e-6, seed),
                                      robot_press(-lean, 0.02, 1e-4, seed + 100),
                                      robot_press(lean, 0.05, 1e-7, seed + 200)};
-    presses[0].source.tip_radius_m = presses[1].source.tip_radius_m = 5e-3;
-    presses[2].source.tip_radius_m = 2e-3;
-    const Assembled out = assembled(presses);
+    const Assembled out = assembled(presses, {}, {5e-3, 5e-3, 2e-3});
     ASSERT_EQ(out.tips.size(), 2u);
     EXPECT_EQ(out.tips[0].radius_m, 5e-3) << "most recordings are of it";
     ASSERT_EQ(out.samples.rows(), 40) << "two are repeats of each other, the third is not";

@@ -45,7 +45,7 @@ inline void BatchTest::check(const std::vector<BatchItem>& items,
   double worst_contact_m = 0, worst_force = 0;
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Truth truth = truth_of(static_cast<int>(i), kSeed);
-    const Outcome& outcome = assembled.outcomes[i];
+    const PlacedRecording& outcome = assembled.outcomes[i];
     if (truth.bad >= 0) {
       const BadWay& way = kBadWays[static_cast<std::size_t>(truth.bad)];
       ASSERT_TRUE(outcome.failure) << "recording " << i << ": " << way.name << " was imported";

@@ -50,7 +50,7 @@ class TorqueTest : public testing_io::ScratchTest {
 
 TEST_F(TorqueTest, torque_columns_become_the_samples_torque_without_their_bias) {
   const auto results = run_batch({item("a.csv", "tx,ty,tz")}, {}, {});
-  ASSERT_FALSE(results[0].failure) << results[0].failure->what;
+  ASSERT_TRUE(results[0].refused.empty()) << results[0].refused[0].failure.what;
   const std::vector<BatchItem> items{item("a.csv", "tx,ty,tz")};
   const Assembled one = assemble(items, results, {});
   ASSERT_GT(one.samples.rows(), 20);
@@ -84,10 +84,11 @@ TEST_F(TorqueTest, a_wrong_unit_is_named) {
   std::vector<BatchItem> items{item("a.csv", "tx [mm],ty,tz")};
   items[0].read.units.torque = "";
   const auto results = run_batch(items, {}, {});
-  ASSERT_TRUE(results[0].failure);
-  EXPECT_NE(results[0].failure->what.find("which is no unit of torque"), std::string::npos)
-      << results[0].failure->what;
-  EXPECT_NE(results[0].failure->remedy.find("units.torque"), std::string::npos);
+  ASSERT_FALSE(results[0].refused.empty());
+  EXPECT_NE(results[0].refused[0].failure.what.find("which is no unit of torque"),
+            std::string::npos)
+      << results[0].refused[0].failure.what;
+  EXPECT_NE(results[0].refused[0].failure.remedy.find("units.torque"), std::string::npos);
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ TEST(NextPoints, go_where_error_is_expected_and_spread_by_themselves) {
   RefineReport refined;
   const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &refined);
   const auto seeds =
-      place_on_surface(curves.position, curves.normal, fine, -model.inward_normal, 3, 1);
+      place_on_surface(curves.position, curves.normal, fine, -model.inward_normal, -1, 1);
   const auto picked =
       next_points(fine, all(fine), seeds, expected_errors(curves, model, refined, 1e-9),
                   {.count = 8, .gap_share = 0.25, .gap_error = 0.01});
@@ -145,7 +145,7 @@ TEST(Placement, reaches_with_half_the_points_what_an_even_grid_does) {
     const Model model = refine(curves, fine, all(fine), points.triangles, {}, &refined);
     error = p95_error(model, lump);
     const auto seeds =
-        place_on_surface(points.position, points.normal, fine, -model.inward_normal, 3, 1);
+        place_on_surface(points.position, points.normal, fine, -model.inward_normal, -1, 1);
     for (const std::int32_t vertex : next_points(
              fine, all(fine), seeds, expected_errors(curves, model, refined, 1e-9), {.count = 4})) {
       Eigen::Index strongest = 0;

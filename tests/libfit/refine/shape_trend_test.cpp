@@ -1,6 +1,6 @@
 // Forces that follow the gap under the tool (M12g).
 
-#include "libfit/refine/shape_trend.hpp"
+#include "libfit/refine/gap_force.hpp"
 
 #include <gtest/gtest.h>
 

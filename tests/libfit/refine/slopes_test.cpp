@@ -1,6 +1,6 @@
 // What a side force says of the slope of the normal curve, and what blending gains by it.
 
-#include "libfit/refine/slopes.hpp"
+#include "libfit/refine/side_force.hpp"
 
 #include <gtest/gtest.h>
 
@@ -136,7 +136,7 @@ TEST(Slopes, of_a_point_that_stands_out_are_no_side_force_beyond_ten_times_the_p
     return 1 + 1000 * std::exp(-(p - middle).squaredNorm() / (2 * 0.002 * 0.002));
   };
   Model model = refine(rings_at(coarse, spike), fine, all(fine), coarse.triangles);
-  meet_slope(model);
+  match_slope(model);
   const auto& control = model.curves.control;
   double most = 0;
   for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v)
@@ -236,7 +236,7 @@ TEST(SideForce, of_a_test_point_moves_half_of_the_way) {
   const Controls slope = curves.curves.control[runtime::kSide2];
   curves.curves.control[runtime::kSide2].setZero();
   Model model = refine(curves, points, all(points), points.triangles, {});
-  meet_slope(model);
+  match_slope(model);
   const Controls& side = model.curves.control[runtime::kSide2];
   int inner = 0;
   for (Eigen::Index v = 0; v < side.rows(); ++v) {

@@ -18,8 +18,8 @@ inline Model rings_model(bool is_round, double friction, double slope = 0) {
   model.probe = sphere_spec(kRadius_m, friction);
   model.curves.coupling.length_m = 0.003;
   for (int k = 0; k < 3; ++k) {
-    model.curves.coupling.give_m_N[k] = 0.001;
-    model.curves.coupling.across_m_N[k] = 0.0005;
+    model.curves.coupling.isotropic_m_N[k] = 0.001;
+    model.curves.coupling.tangential_m_N[k] = 0.0005;
   }
   return model;
 }

@@ -75,12 +75,12 @@ TEST(damage, a_place_pressed_again_answers_with_its_softened_force_until_it_is_p
       << "first loading";
   const double most_J = whole.out.stored_J;
   const auto borne_now = [&] {
-    return runtime::borne_at(body.view, hand.contact.triangle, hand.contact.weight);
+    return runtime::damage_history_at(body.view, hand.contact.triangle, hand.contact.weight);
   };
   EXPECT_LT(borne_now().most_J, most_J) << "the last of it is told when the tool goes back";
   EXPECT_GT(borne_now().most_J, 0.95 * most_J);
   for (Tool* of : {&hand, &whole}) press(*of, -4e-3, -2e-3);
-  const runtime::Borne borne = borne_now();
+  const runtime::DamageHistory borne = borne_now();
   EXPECT_NEAR(borne.most_J, most_J, 1e-6 * most_J);
   const double share = runtime::softened(kSoft, borne.unit_J, most_J, whole.out.stored_J).share;
   EXPECT_LT(share, 0.6);

@@ -116,10 +116,10 @@ Answer<T> tick(const CurveViews& views, FlatSurface<T>& surface, const Vec3<T>& 
   const Vec3<T> from = kinematics.spot.point;
   const SlideEnd how = slide<Rings>(views, x, surface, kinematics, memory);
   if (end != nullptr) *end = how;
-  Rings::carry(views, memory, kinematics.spot.point - from, kinematics.spot.normal);
+  Rings::transport(views, memory, kinematics.spot.point - from, kinematics.spot.normal);
   kinematics = Rings::kinematics(views, surface.standing(), x, memory);
-  const auto& under = Rings::under(views, kinematics);
-  return Rings::answer(views, under, kinematics, Rings::slip(views, under, kinematics, memory));
+  const auto& bed = Rings::bed(views, kinematics);
+  return Rings::answer(views, bed, kinematics, Rings::slip(views, bed, kinematics, memory));
 }
 
 // A tool on a plane, its contact point carried from place to place.
@@ -141,8 +141,8 @@ struct Bench {
 
   Answer<double> answer(const Vec3d& x) const {
     const auto kinematics = Rings::kinematics(views, surface.standing(), x, memory);
-    const auto& under = Rings::under(views, kinematics);
-    return Rings::answer(views, under, kinematics, Rings::stick(views, under, kinematics, memory));
+    const auto& bed = Rings::bed(views, kinematics);
+    return Rings::answer(views, bed, kinematics, Rings::stick(views, bed, kinematics, memory));
   }
   Answer<double> go(const Vec3d& x) {
     const double before_J = answer(x).stored_J;

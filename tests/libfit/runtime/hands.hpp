@@ -15,12 +15,12 @@ using runtime::TogetherMemory;
 inline constexpr double kBallRadius_m = 0.004;
 
 /// Sums of a and b (M62) at one place, in equal parts of its scales from 3 mm on.
-inline CouplingView coupling_of(double give_m_N, double across_m_N = 0) {
+inline CouplingView coupling_of(double isotropic_m_N, double tangential_m_N = 0) {
   CouplingView out;
   out.length_m = 0.003;
   for (int k = 0; k < 3; ++k) {
-    out.give_m_N[k] = give_m_N / 3;
-    out.across_m_N[k] = across_m_N / 3;
+    out.isotropic_m_N[k] = isotropic_m_N / 3;
+    out.tangential_m_N[k] = tangential_m_N / 3;
   }
   return out;
 }

@@ -315,7 +315,7 @@ TEST(Indenter, is_the_same_through_the_c_interface) {
   // In place of the asset, or as what one ball meets.
   for (const bool is_in_place : {true, false}) {
     palpate_tool tool = palpate_ball(0.004);
-    if (!is_in_place) tool.met[0] = &met;
+    if (!is_in_place) tool.ball_asset[0] = &met;
     palpate_contact contact;
     ASSERT_EQ(palpate_start(&contact, &tool), PALPATE_OK);
     palpate_output out;
@@ -335,11 +335,11 @@ TEST(Indenter, surface_of_centres_moves_out_with_the_radius) {
   const Vec3 n = Vec3(1, 2, -2).normalized(), t = n.unitOrthogonal(), b = n.cross(t);
   for (const auto& [r1, r2] : {std::pair{0.03, 0.05}, {0.03, 0.03}, {-0.02, 0.04}, {0.02, 1e9}}) {
     const Mat3 at = t * t.transpose() / r1 + b * b.transpose() / r2;
-    for (const double farther_m : {-0.004, 0.003}) {
+    for (const double surface_offset_m : {-0.004, 0.003}) {
       const Mat3 moved =
-          t * t.transpose() / (r1 + farther_m) + b * b.transpose() / (r2 + farther_m);
+          t * t.transpose() / (r1 + surface_offset_m) + b * b.transpose() / (r2 + surface_offset_m);
       double kappa[6] = {at(0, 0), at(1, 1), at(2, 2), at(0, 1), at(0, 2), at(1, 2)};
-      runtime::move_out(kappa, farther_m);
+      runtime::offset_curvature(kappa, surface_offset_m);
       const double expected[6] = {moved(0, 0), moved(1, 1), moved(2, 2),
                                   moved(0, 1), moved(0, 2), moved(1, 2)};
       for (int i = 0; i < 6; ++i) EXPECT_NEAR(kappa[i], expected[i], 1e-6 * moved.norm());

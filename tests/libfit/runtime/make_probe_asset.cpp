@@ -27,7 +27,7 @@ int main(int argc, char** argv) {
   palpate::test::make_rings(plate, 0.3, 0, [](const palpate::Vec3&) { return 1; });
   plate.probe = palpate::sphere_spec(0.004, 0.3);
   plate.curves.coupling.length_m = 0.003;
-  plate.curves.coupling.give_m_N[1] = 0.003;
+  plate.curves.coupling.isotropic_m_N[1] = 0.003;
   palpate::export_palp(plate, folder / "coupled.palp", {});
   return 0;
 }

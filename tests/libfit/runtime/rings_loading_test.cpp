@@ -29,10 +29,11 @@ TEST(Rings, first_loading_is_near_that_of_the_continuous_bed) {
     const double r = 5e-3 * k / 40;
     const Vec3d x{r, 0, -depth}, before = spot.point;
     spot.point.x = std::max(spot.point.x, r - share * mu * depth / 0.71);  // ring 1 slips
-    carry_anchors(anchors, spot.point - before, spot.normal);
-    ring_pull<true>(table, bed, ring_deflection(spot, spot.numbers->curvature, x), anchors, share);
+    transport_anchors(anchors, spot.point - before, spot.normal);
+    ring_response<true>(table, bed, ring_deflection(spot, spot.numbers->curvature, x), anchors,
+                        share);
     const double force =
-        ring_pull<false>(table, bed, ring_deflection(spot, spot.numbers->curvature, x), anchors)
+        ring_response<false>(table, bed, ring_deflection(spot, spot.numbers->curvature, x), anchors)
             .force_N.x;
     const double expected = mu * (curve.force(depth) - curve.force(depth - 0.71 * r / mu));
     worst = std::max(worst, std::fabs(force - expected));

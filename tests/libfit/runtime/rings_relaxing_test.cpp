@@ -176,14 +176,13 @@ void expect_gradient(const RelaxationView& relaxation, std::uint64_t seed) {
     const Vec3d x = spot.point + spot.normal * (4.5e-3 + 4e-3 * unit(random)) + draw(2e-3);
     const auto answer = [&](const Vec3d& place) {
       const auto kinematics = Rings::kinematics(views, spot, place, memory);
-      const auto& under = Rings::under(views, kinematics);
-      return Rings::answer(views, under, kinematics,
-                           Rings::stick(views, under, kinematics, memory));
+      const auto& bed = Rings::bed(views, kinematics);
+      return Rings::answer(views, bed, kinematics, Rings::stick(views, bed, kinematics, memory));
     };
     const auto kinematics = Rings::kinematics(views, spot, x, memory);
     if (kinematics.at.depth_m < 1e-5) continue;
     const Answer<double> here = answer(x);
-    EXPECT_NEAR(Rings::stored_J(views, Rings::under(views, kinematics), kinematics, memory),
+    EXPECT_NEAR(Rings::stored_J(views, Rings::bed(views, kinematics), kinematics, memory),
                 here.stored_J, 1e-15);
     const Vec3d slope{answer(x + Vec3d{h, 0, 0}).stored_J - answer(x - Vec3d{h, 0, 0}).stored_J,
                       answer(x + Vec3d{0, h, 0}).stored_J - answer(x - Vec3d{0, h, 0}).stored_J,

@@ -44,12 +44,12 @@ TEST(sway, of_a_linear_law_is_the_series_of_both) {
   for (int trial = 0; trial < 200; ++trial) {
     const Mat3 K = draw_symmetric(random, 0, 300), C = draw_symmetric(random, 0, 0.05);
     const Vec3 x = Vec3::Random() * 1e-2;
-    runtime::GiveBetween give;
-    give.count = 1;
+    runtime::ComplianceMatrix compliance;
+    compliance.count = 1;
     double stiffness[9] = {};
-    for (int i = 0; i < 9; ++i) give.block[0][0][i] = C(i / 3, i % 3);
+    for (int i = 0; i < 9; ++i) compliance.block[0][0][i] = C(i / 3, i % 3);
     runtime::SeriesForces found;
-    found.give = &give;
+    found.compliance = &compliance;
     found.rest[0] = {x[0], x[1], x[2]};
     found.force[0] = {0, 0, 0};
     found.stiffness[0] = stiffness;
@@ -62,7 +62,7 @@ TEST(sway, of_a_linear_law_is_the_series_of_both) {
     });
     const Vec3 exact = (Mat3::Identity() + K * C).partialPivLu().solve(K * x);
     EXPECT_TRUE(is_root) << "seed " << kSeed << " trial " << trial;
-    EXPECT_LT((eigen(found.force[0] + found.more[0]) - exact).norm(), 1e-8 * exact.norm())
+    EXPECT_LT((eigen(found.force[0] + found.correction_N[0]) - exact).norm(), 1e-8 * exact.norm())
         << "seed " << kSeed << " trial " << trial;
     EXPECT_LE(answers, runtime::kMaxSettleSteps + 2);
   }
@@ -73,11 +73,11 @@ TEST(sway, a_compliance_that_is_negative_somewhere_is_refused) {
   std::mt19937 random(kSeed);
   for (int trial = 0; trial < 100; ++trial) {
     const Mat3 good = draw_symmetric(random, 1e-4, 0.05);
-    EXPECT_TRUE(runtime::is_nowhere_negative(compliance(good).c));
+    EXPECT_TRUE(runtime::is_positive_semidefinite(compliance(good).c));
     const Eigen::SelfAdjointEigenSolver<Mat3> axes(good);
     const Vec3 axis = axes.eigenvectors().col(trial % 3);
     const Mat3 bad = good - (axes.eigenvalues()[trial % 3] + 1e-3) * axis * axis.transpose();
-    EXPECT_FALSE(runtime::is_nowhere_negative(compliance(bad).c));
+    EXPECT_FALSE(runtime::is_positive_semidefinite(compliance(bad).c));
   }
   const Model model = swaying(plate_model(0.08, 4, uniform(400, 300, 0.3)), 1, 0,
                               Vec3(0.01, 0.01, -0.01).asDiagonal(), even);

@@ -106,8 +106,8 @@ struct DrawnBody {
   void couple() {
     coupling.length_m = 0.5 * kRadius_m;
     for (int k = 0; k < runtime::kCouplingScales; ++k) {
-      coupling.give_m_N[k] = 1.0 / (1 << k);
-      coupling.across_m_N[k] = 0.2 / (1 << k);
+      coupling.isotropic_m_N[k] = 1.0 / (1 << k);
+      coupling.tangential_m_N[k] = 0.2 / (1 << k);
     }
     // Up to three times what the stiffest place bears: stiff ones have a share, others all of it.
     const double corner[3] = {1, 0, 0};
@@ -118,8 +118,8 @@ struct DrawnBody {
     }
     excess /= 1 + 2 * drawn.unit();
     for (int k = 0; k < runtime::kCouplingScales; ++k) {
-      coupling.give_m_N[k] /= excess;
-      coupling.across_m_N[k] /= excess;
+      coupling.isotropic_m_N[k] /= excess;
+      coupling.tangential_m_N[k] /= excess;
     }
     asset.coupling = &coupling;
   }
@@ -229,7 +229,7 @@ class Walk {
   /// Makes a ball another indenter, or that of the asset.
   void take(runtime::ToolBall& ball) {
     const double choice = random_.share(), drawn = random_.share();
-    ball.met = nullptr;
+    ball.asset = nullptr;
     if (!(ball.radius_m > 0) || choice < 0.3) return;
     runtime::Indenter end = runtime::ball_indenter(
         kRadius_m * (kLeastRadius + (kMostRadius - kLeastRadius) * std::floor(8 * drawn) / 8));
@@ -240,8 +240,8 @@ class Walk {
       end.r_m[2] = 1;
       end.slope[1] = end.slope[2] = 0.577;
     }
-    ball.met = body_.met->of(end);
-    if (ball.met != nullptr) ball.radius_m = end.round_end_m;
+    ball.asset = body_.met->of(end);
+    if (ball.asset != nullptr) ball.radius_m = end.round_end_m;
   }
   static bool is_in_air(const runtime::Tool& tool) {
     for (int k = 0; k < tool.shape.balls; ++k)

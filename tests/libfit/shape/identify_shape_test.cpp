@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "libfit/shape/contact_states.hpp"
 #include "libfit/shape/shape_error.hpp"
 #include "tests/libfit/runtime/models.hpp"
 

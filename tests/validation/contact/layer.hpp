@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "libfem/mesh/boundary.hpp"
-#include "libfem/mesh/structured_block.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
+#include "tests/support/structured_block.hpp"
 #include "tests/validation/record.hpp"
 
 namespace palpate::fem {

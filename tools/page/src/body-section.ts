@@ -2,9 +2,9 @@
 
 import { BodyView, type MarkerMode } from "./body";
 import { css, kSetUpColours, kUncovered, kUncoveredTissue, viridis, viridisGradient } from "./colours";
-import { type Contents, floats, nearest, vector } from "./contents";
+import { type Contents, floats, heldOutRows, nearest, type Vector, vector } from "./contents";
 import type { PointSection } from "./curves";
-import { choice, details, html, section, swatch } from "./dom";
+import { button, checkbox, choice, details, html, section, slider, swatch } from "./dom";
 import { Poke } from "./poke";
 import type { MapName } from "./surface";
 import { Task } from "./task";
@@ -25,27 +25,20 @@ const kStatusColours: Record<string, [number, number, number]> = {
   failed: [0.05, 0.05, 0.05],
 };
 
-/** Held-out contact points with the largest relative error of their rows; those of which some row counts. */
+/** Held-out contact points with the largest relative error of their rows above the floor. */
 function heldOutPlaces(contents: Contents): { places: Float32Array; error: number[] } {
-  const held = contents.held_out;
-  const floor = contents.statement?.floor_N ?? contents.jnd.floor_N;
-  const found = new Map<string, { place: number[]; error: number }>();
-  if (held) {
-    const [position, force, engine] = [held.position_m, held.force_N, held.engine_N].map(floats);
-    held.point.forEach((name, i) => {
-      const size = Math.hypot(...vector(force, i));
-      const off = Math.hypot(...[0, 1, 2].map((k) => engine[3 * i + k] - force[3 * i + k]));
-      const key = `${name} ${held.path[i]}`;
-      const entry = found.get(key) ?? { place: vector(position, i), error: Number.NaN };
-      if (size > floor) entry.error = Math.max(entry.error || 0, off / size);
-      found.set(key, entry);
+  const floor_N = contents.statement?.floor_N ?? contents.jnd.floor_N;
+  const found = new Map<string, { place: Vector; error: number }>();
+  for (const { point, path, position_m: place, force_N, error_N } of heldOutRows(contents)) {
+    if (!(force_N > floor_N)) continue;
+    const key = `${point} ${path}`;
+    found.set(key, {
+      place: found.get(key)?.place ?? place,
+      error: Math.max(found.get(key)?.error ?? 0, error_N / force_N),
     });
   }
-  const counted = [...found.values()].filter(({ error }) => !Number.isNaN(error));
-  return {
-    places: Float32Array.from(counted.flatMap(({ place }) => place)),
-    error: counted.map(({ error }) => error),
-  };
+  const all = [...found.values()];
+  return { places: Float32Array.from(all.flatMap(({ place }) => place)), error: all.map(({ error }) => error) };
 }
 
 class BodySection {
@@ -78,15 +71,7 @@ class BodySection {
     });
     this.view = new BodyView(contents, canvas);
     const range = contents.maps?.depths_m.at(-1) ?? 0;
-    this.depth = html("input", {
-      type: "range",
-      id: "map-depth",
-      min: 0.05 * range,
-      max: range,
-      step: range / 200,
-      value: 0.6 * range,
-      input: () => this.colour(),
-    });
+    this.depth = slider("map-depth", 0.05 * range, range, () => this.colour());
     const maps = choice(
       "Colour",
       kMaps.filter(([name]) => contents.maps || name === "tissue").map(([name, text]) => [name, text]),
@@ -94,8 +79,10 @@ class BodySection {
     );
     this.maps = maps.select;
     this.maps.id = "map-choice";
-    const modes: [MarkerMode, string][] = [["none", "none"]];
-    modes.push(["points", "test points"]);
+    const modes: [MarkerMode, string][] = [
+      ["none", "none"],
+      ["points", "test points"],
+    ];
     if (this.heldOut.error.length) modes.push(["held_out", "held-out errors"]);
     const marks = choice("Marks", modes, (value) => {
       this.markerMode = value as MarkerMode;
@@ -103,15 +90,10 @@ class BodySection {
       this.colour();
     });
     marks.select.id = "mark-choice";
-    // Of what can be poked the body itself is seen first, of a set-up what was set up.
+    // A body that can be poked is shown without marks; a set-up is there to show its own.
     this.markerMode = contents.asset ? "none" : "points";
     marks.select.value = this.markerMode;
-    this.setUpBox = html("input", {
-      type: "checkbox",
-      id: "show-set-up",
-      checked: !contents.asset && !!contents.set_up,
-      change: () => this.showSetUp(),
-    });
+    this.setUpBox = checkbox("show-set-up", !contents.asset && !!contents.set_up, () => this.showSetUp());
     const controls = html("div", { class: "controls" });
     if (contents.maps)
       controls.append(
@@ -123,11 +105,8 @@ class BodySection {
     );
     if (contents.set_up)
       controls.append(html("span", {}, html("label", {}, this.setUpBox, " set-up"), " ", ask("set-up")));
-    const buttons = html(
-      "div",
-      { class: "on-picture buttons" },
-      html("button", { type: "button", id: "reset-view", click: () => this.resetView() }, "Reset view"),
-    );
+    const reset = button("reset-view", "Reset view", () => this.resetView());
+    const buttons = html("div", { class: "on-picture buttons" }, reset);
     const stage = html("div", { class: "stage" }, canvas, buttons, html("div", { class: "overlay" }, this.bar));
     const bench = html("div", { class: "bench" }, stage);
     this.element = section("body", "Body", bench);
@@ -145,7 +124,7 @@ class BodySection {
         (isShown) => this.reveal(isShown),
       );
       if (task) {
-        poke.felt = (depth_m) => task.felt(depth_m);
+        poke.onDepth = (depth_m) => task.record(depth_m);
         bench.append(task.element);
       }
     }
@@ -167,7 +146,7 @@ class BodySection {
     this.colour();
   }
 
-  /** Of the task: the inclusions beneath a body that is seen through, or tissue that hides them. */
+  /** The task shows the inclusions beneath a transparent body, or hides them under tissue. */
   private reveal(isShown: boolean): void {
     this.setUpBox.checked = false;
     if (!isShown) this.maps.value = "tissue";
@@ -266,7 +245,7 @@ export function bodySection(contents: Contents, engine: string, points: PointSec
   try {
     return new BodySection(contents, engine, points).element;
   } catch (failure) {
-    // Without WebGL the rest of the page still tells what it can.
+    // Without WebGL the rest of the page still works.
     const sentence = `It cannot be drawn here: ${failure instanceof Error ? failure.message : failure}`;
     return section("body", "Body", html("p", { class: "warning" }, sentence));
   }

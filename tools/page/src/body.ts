@@ -21,7 +21,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { type Contents, floats, nearest, vector } from "./contents";
-import { type SeenTool, type SetUpPart, setUpGroups, ToolGlyph } from "./glyphs";
+import { type DrawnTool, type SetUpPart, setUpGroups, ToolGlyph } from "./glyphs";
 import { BodySurface, linear, type MapName, type Place } from "./surface";
 
 export type MarkerMode = "points" | "held_out" | "none";
@@ -48,7 +48,7 @@ export class BodyView {
   private readonly marks = new Group();
   private readonly setUp: ReturnType<typeof setUpGroups>;
   private readonly tools: ToolGlyph[];
-  private readonly shadows: SeenTool["balls"][] = [[], []];
+  private readonly shadows: DrawnTool["balls"][] = [[], []];
   /** A plane through the tool, what lies beyond it is not drawn; and the look before. */
   private cut: { normal: Vector3; through: Vector3; eye: Vector3; target: Vector3 } | undefined;
   private isDue = false;
@@ -90,22 +90,22 @@ export class BodyView {
     new ResizeObserver(() => this.resize()).observe(canvas);
   }
 
-  /** What the first look is turned to: the window, or the whole body. Returns the body's radius. */
+  /** Points the first look at the window, or at the whole body. Returns the body's radius. */
   private frame(vertices: Float32Array): number {
     const sphere = this.surface.mesh.geometry.boundingSphere;
     const whole = sphere?.radius ?? 1;
     this.focus.copy(sphere?.center ?? new Vector3());
     this.facing.set(-0.3, -1, 0.9);
     this.distance = 2.5 * whole;
-    const seen = this.surface.covered.length ? this.surface.covered : this.besideTestPoints(vertices);
+    const shown = this.surface.covered.length ? this.surface.covered : this.besideTestPoints(vertices);
     const box = new Box3();
     const mean = new Vector3();
-    for (const v of seen) {
+    for (const v of shown) {
       box.expandByPoint(new Vector3(...vector(vertices, v)));
       mean.add(new Vector3(...vector(this.surface.normals, v)));
     }
-    const window_m = seen.length ? box.getSize(new Vector3()).length() / 2 : whole;
-    if (mean.length() < 0.3 * seen.length || window_m > 0.6 * whole) return whole;
+    const window_m = shown.length ? box.getSize(new Vector3()).length() / 2 : whole;
+    if (mean.length() < 0.3 * shown.length || window_m > 0.6 * whole) return whole;
     // A little from the front, so that what is up stays up.
     this.facing.copy(mean.normalize()).add(new Vector3(-0.25, -0.75, 0));
     this.focus.lerp(box.getCenter(new Vector3()), 0.8);
@@ -113,7 +113,7 @@ export class BodyView {
     return whole;
   }
 
-  /** Of a set-up without curves, the vertices nearest to its test points. */
+  /** The vertices nearest to the test points of a set-up without curves. */
   private besideTestPoints(vertices: Float32Array): Int32Array {
     const points = floats(this.contents.set_up?.points_m);
     return Int32Array.from({ length: points.length / 3 }, (_, p) => nearest(vertices, vector(points, p)));
@@ -173,7 +173,7 @@ export class BodyView {
     this.draw();
   }
 
-  /** Where the body is cut, the cut goes through another place. */
+  /** Moves the cut of a cut body through another place. */
   cutThrough(place: Vector3): void {
     if (!this.cut) return;
     this.cut.through = place.clone();
@@ -193,7 +193,7 @@ export class BodyView {
     this.controls.update();
   }
 
-  /** Whether a drag of the pointer turns the look. */
+  /** Lets a drag of the pointer turn the look, or not. */
   setOrbit(isOn: boolean): void {
     this.controls.enabled = isOn;
   }
@@ -236,7 +236,7 @@ export class BodyView {
     this.draw();
   }
 
-  /** What the pointer at a place of the window looks at; nothing beside the body. */
+  /** The place of the body under the pointer; none beside the body. */
   under(clientX: number, clientY: number): Place | undefined {
     const box = this.canvas.getBoundingClientRect();
     const caster = new Raycaster();
@@ -254,7 +254,7 @@ export class BodyView {
     return place && place.outward.dot(ray.direction) < 0 ? place : undefined;
   }
 
-  /** Where a ray against an outward normal, through a point [m] near the surface, meets it from outside. */
+  /** First intersection of the surface with a ray against an outward normal through a point [m] near it. */
   beside(point: Vector3, outward: Vector3): Place | undefined {
     return this.surface.hit(
       new Ray(point.clone().addScaledVector(outward, 0.2 * this.radius), outward.clone().negate()),
@@ -270,7 +270,7 @@ export class BodyView {
   }
 
   /** Draws one of the tools, its shadow and the force on it as an arrow; none hides it. Marks make way for it. */
-  showTool(finger: number, tool: SeenTool | undefined, fullForce_N: number): void {
+  showTool(finger: number, tool: DrawnTool | undefined, fullForce_N: number): void {
     this.shadows[finger] = this.tools[finger].show(tool, fullForce_N);
     const all = this.shadows.flat();
     this.surface.mesh.material.setShadows(all);

@@ -26,7 +26,7 @@ export function viridis(share: number): [number, number, number] {
   return [0, 1, 2].map((i) => (a[i] + t * (b[i] - a[i])) / 255) as [number, number, number];
 }
 
-/** What no test point answers for: never a colour of the bar. */
+/** Places that no test point answers for; never a colour of the bar. */
 export const kUncovered: [number, number, number] = [0.62, 0.62, 0.62];
 /** The same beside tissue, and tissue. */
 export const kUncoveredTissue: [number, number, number] = [0.63, 0.54, 0.51];

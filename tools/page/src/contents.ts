@@ -1,4 +1,4 @@
-// What `palpate report` wrote into the page: docs/formats/report.md describes it.
+// The data that `palpate report` writes into the page (docs/formats/report.md).
 import type { Profile } from "./engine";
 
 /** Numbers as their bytes in base64. */
@@ -21,14 +21,14 @@ interface ShapeFigures extends RelativeFigures {
   p95_m: Figure;
 }
 
-/** Of a torque [N m] on the body. */
+/** Errors of the torque on the body. */
 export interface TorqueFigures extends RelativeFigures {
   typical_Nm: Figure;
   median_Nm: Figure;
   p95_Nm: Figure;
 }
 
-/** How far off one answer to some rows is. */
+/** Errors of one answer to some rows. */
 export interface StatedError extends ErrorFigures {
   rows: number;
   torque?: TorqueFigures;
@@ -38,16 +38,16 @@ export interface StatedError extends ErrorFigures {
 
 export interface Statement {
   force_error: ErrorFigures & { max_N: Figure; max_rel: Figure; within_jnd: Figure };
-  /** Of all rows; empty where none has a torque. */
+  /** Empty where no row has a torque. */
   torque_error: Partial<TorqueFigures>;
-  /** How good it is, and what to do where it is poor: sentences. */
+  /** The accuracy and remedies for a poor one, a sentence each. */
   verdict: string;
   advice: string[];
   probes: number;
   rows: number;
   rows_above_floor: number;
   reference_failures: number;
-  /** Of the relative errors: rows above it count. */
+  /** Relative errors count rows above this force. */
   floor_N: number;
   reference_p95_rel: Figure;
   within_reference: Figure;
@@ -86,7 +86,7 @@ interface Curve {
 /** Recordings to be drawn, refused ones first; the readings of all of them one after another. */
 export interface Pictures {
   grade_names: string[];
-  /** How many there are of each grade, shown or not. */
+  /** Number of recordings of each grade, shown or not. */
   all: number[];
   file: string[];
   point: string[];
@@ -241,6 +241,30 @@ export function experimentsOf(contents: Contents): Experiment[] {
     });
   });
   return found;
+}
+
+/** A row of validation.csv: a held-out place, the reference's force and the engine's error. */
+export interface HeldOutRow {
+  point: string;
+  path: string;
+  position_m: Vector;
+  force_N: number;
+  error_N: number;
+}
+
+export function heldOutRows({ held_out }: Contents): HeldOutRow[] {
+  if (!held_out) return [];
+  const [position, force, engine] = [held_out.position_m, held_out.force_N, held_out.engine_N].map(floats);
+  return held_out.point.map((point, i) => {
+    const reference = vector(force, i);
+    return {
+      point,
+      path: held_out.path[i],
+      position_m: vector(position, i),
+      force_N: Math.hypot(...reference),
+      error_N: Math.hypot(...vector(engine, i).map((v, k) => v - reference[k])),
+    };
+  });
 }
 
 /** Number of the place nearest to another [m]; -1 where there are none. places_m: three numbers each. */

@@ -1,28 +1,12 @@
 // The curves of one test point with its samples, bands and residuals.
 
 import { seriesColour } from "./colours";
-import {
-  across,
-  type Contents,
-  dot,
-  type Experiment,
-  experimentsOf,
-  floats,
-  largest,
-  type Row,
-  vector,
-} from "./contents";
+import { across, type Contents, dot, type Experiment, experimentsOf, floats, type Row, vector } from "./contents";
 import { choice, figure, html, section } from "./dom";
-import { type Axis, errorPlot, plot, type Series } from "./plot";
-import { plain, quantity, scaleFor } from "./words";
+import { axisOf, errorPlot, plot, type Series } from "./plot";
+import { plain, quantity } from "./words";
 
 const flatten = (series: Series[], axis: "x" | "y") => series.flatMap((s) => s[axis]);
-
-/** An axis in the unit that suits these values. */
-function scaled(label: string, base: string, values: number[]): Axis {
-  const { unit, scale } = scaleFor(largest(values.map(Math.abs)), base);
-  return { label: `${label} [${unit}]`, scale };
-}
 
 /** Samples of the test points, read once. */
 class Curves {
@@ -94,13 +78,13 @@ class Curves {
     series.push(good, bad);
     return plot(
       "Normal force over depth",
-      { ...scaled("depth", "m", knots), min: 0 },
-      scaled("normal force", "N", [...good.y, ...series[0].y]),
+      axisOf("depth", "m", knots, { min: 0 }),
+      axisOf("normal force", "N", [...good.y, ...series[0].y]),
       series,
     );
   }
 
-  /** Lateral force over lateral way of the drags: rows, and what the fitted law answers to them. */
+  /** Lateral force over lateral path of the drags: the rows, and the fitted law's answer to them. */
   private dragPlot(point: number): SVGSVGElement {
     const u = vector(this.normal, point);
     const series: Series[] = [];
@@ -108,12 +92,12 @@ class Curves {
       .filter((e) => !e.isPress)
       .forEach((e, k) => {
         const first = e.rows[0].deflection;
-        const way = (row: Row) => across(row.deflection, u).map((v, i) => v - across(first, u)[i]);
-        const last = way(e.rows[e.rows.length - 1]);
+        const offset = (row: Row) => across(row.deflection, u).map((v, i) => v - across(first, u)[i]);
+        const last = offset(e.rows[e.rows.length - 1]);
         const length = Math.hypot(...last) || 1;
         const along = last.map((v) => v / length);
         const depth = quantity(dot(first, u), "m");
-        const x = e.rows.map((row) => dot(way(row), along));
+        const x = e.rows.map((row) => dot(offset(row), along));
         series.push(
           { kind: "line", colour: seriesColour(k), x, y: e.rows.map((row) => dot(row.fitted, along)) },
           {
@@ -128,14 +112,14 @@ class Curves {
         );
       });
     return plot(
-      "Force along a drag over the way",
-      scaled("path along the drag", "m", flatten(series, "x")),
-      scaled("force along it", "N", flatten(series, "y")),
+      "Force along a drag over its path",
+      axisOf("path along the drag", "m", flatten(series, "x")),
+      axisOf("force along it", "N", flatten(series, "y")),
       series,
     );
   }
 
-  /** How far the fitted law is off at each good row, against what can be felt. */
+  /** Residual of the fitted law at each good row, beside the just noticeable difference. */
   private residualPlot(point: number): SVGSVGElement {
     const u = vector(this.normal, point);
     const press: Series = { kind: "dots", look: "sample", x: [], y: [], titles: [] };
@@ -144,12 +128,12 @@ class Curves {
       for (const row of e.rows) {
         if (row.status !== "good" || !row.fitted.every(Number.isFinite)) continue;
         const size = Math.hypot(...row.force);
-        const off = Math.hypot(...row.force.map((v, k) => v - row.fitted[k]));
+        const residual_N = Math.hypot(...row.force.map((v, k) => v - row.fitted[k]));
         const into = e.isPress ? press : drag;
         into.x.push(size);
-        into.y.push(off);
+        into.y.push(residual_N);
         into.titles?.push(
-          `${quantity(dot(row.deflection, u), "m")} deep, ${quantity(size, "N")}: off by ${quantity(off, "N")}`,
+          `${quantity(dot(row.deflection, u), "m")} deep, ${quantity(size, "N")}: off by ${quantity(residual_N, "N")}`,
         );
       }
     return errorPlot("Residual of each row over its force", "force", "residual", this.contents.jnd, [press, drag]);
@@ -161,8 +145,8 @@ class Curves {
     const series = this.curveSeries(kind, point, seriesColour(2));
     return plot(
       `${name} force`,
-      { ...scaled(name === "lateral" ? "lateral deflection" : "depth", "m", flatten(series, "x")), min: 0 },
-      { ...scaled(name === "limit" ? "force at which it slides" : `${name} force`, "N", flatten(series, "y")), min: 0 },
+      axisOf(name === "lateral" ? "lateral deflection" : "depth", "m", flatten(series, "x"), { min: 0 }),
+      axisOf(name === "limit" ? "force at which it slides" : `${name} force`, "N", flatten(series, "y"), { min: 0 }),
       series,
     );
   }
@@ -229,7 +213,7 @@ export class PointSection {
     this.chosen(point);
   }
 
-  /** Of the points that were dragged, or of all, the one nearest to the middle of all. */
+  /** Chooses the point nearest to the middle of all, a dragged one if there is any. */
   chooseFirst(): void {
     const places = floats(this.contents.points?.position_m);
     const count = places.length / 3;

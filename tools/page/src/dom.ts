@@ -3,13 +3,14 @@
 type Child = Node | string;
 type Attributes = Record<string, string | number | boolean | ((event: never) => void)>;
 
-function fill(element: Element, attributes: Attributes, children: Child[]): void {
+function fill<E extends Element>(element: E, attributes: Attributes, children: Child[]): E {
   for (const [name, value] of Object.entries(attributes)) {
     if (typeof value === "function") element.addEventListener(name, value as EventListener);
     else if (value === true) element.setAttribute(name, "");
     else if (value !== false) element.setAttribute(name, String(value));
   }
   element.append(...children);
+  return element;
 }
 
 /** An HTML element; attributes that are functions listen to the event of that name. */
@@ -18,9 +19,7 @@ export function html<K extends keyof HTMLElementTagNameMap>(
   attributes: Attributes = {},
   ...children: Child[]
 ): HTMLElementTagNameMap[K] {
-  const element = document.createElement(tag);
-  fill(element, attributes, children);
-  return element;
+  return fill(document.createElement(tag), attributes, children);
 }
 
 /** An SVG element. */
@@ -29,9 +28,7 @@ export function svg<K extends keyof SVGElementTagNameMap>(
   attributes: Attributes = {},
   ...children: Child[]
 ): SVGElementTagNameMap[K] {
-  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  fill(element, attributes, children);
-  return element;
+  return fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
 }
 
 export function table(head: string[], rows: Child[][]): HTMLElement {
@@ -45,6 +42,19 @@ export function table(head: string[], rows: Child[][]): HTMLElement {
       html("tbody", {}, ...rows.map((row) => html("tr", {}, ...row.map((cell) => html("td", {}, cell))))),
     ),
   );
+}
+
+export function button(id: string, text: string, click: () => void, attributes: Attributes = {}): HTMLButtonElement {
+  return html("button", { type: "button", id, click, ...attributes }, text);
+}
+
+export function checkbox(id: string, isChecked: boolean, change: () => void): HTMLInputElement {
+  return html("input", { type: "checkbox", id, checked: isChecked, change });
+}
+
+/** A range up to `max` in 200 steps, at 0.6 of it. */
+export function slider(id: string, min: number, max: number, input: () => void): HTMLInputElement {
+  return html("input", { type: "range", id, min, max, step: max / 200, value: 0.6 * max, input });
 }
 
 /** A labelled <select>. */
@@ -80,7 +90,7 @@ export function swatch(text: string, colour: string, look = ""): HTMLElement {
   return html("span", {}, html("i", { class: `swatch ${look}`, style: colour ? `--c: ${colour}` : false }), text);
 }
 
-/** What is behind a heading until it is asked for. */
+/** A heading with contents that are folded away at first. */
 export function details(title: string, ...children: Child[]): HTMLElement {
   return html("details", {}, html("summary", {}, title), ...children);
 }

@@ -20,7 +20,7 @@ interface Exports {
   deform(address: number, count: number): number;
 }
 
-/** Where each number of a tool's answer stands; forces act on the tool. */
+/** Offsets of the numbers of a tool's answer; forces act on the tool. */
 export const Answer = {
   force_N: 0,
   contact_m: 3,
@@ -36,7 +36,7 @@ export const Answer = {
   size: 19,
 } as const;
 
-/** Of all tools together. */
+/** Balls of all tools together, as palpate.h has it. */
 export const kMaxBalls = 8;
 /** Numbers of a pose: x, y, z [m] and the quaternion w, x, y, z. */
 export const kPose = 7;
@@ -44,7 +44,7 @@ export const kPose = 7;
 /** Points of a profile at most, as palpate.h has it. */
 const kMaxProfile = 48;
 
-/** How a tool ends that is no ball: the slope of its surface over the distance from its axis. */
+/** End of a tool that is no ball: the slope of its surface over the distance from its axis. */
 export interface Profile {
   r_m: readonly number[];
   slope: readonly number[];
@@ -58,7 +58,7 @@ export interface Ball {
 export const kTip: readonly Ball[] = [{ centre_m: [0, 0, 0], radius_m: 0 }];
 
 export class Engine {
-  /** Of its displacements in the engine's memory; 0 where the asset does not say how its surface moves. */
+  /** Address of the displacements; 0 where the asset does not say how its surface moves. */
   private displacement = 0;
   private numbers = 0;
   private tools: (readonly Ball[])[] = [kTip];
@@ -100,12 +100,12 @@ export class Engine {
     return new TextDecoder().decode(bytes.subarray(0, bytes.indexOf(0)));
   }
 
-  /** Whether a tool may have several balls, and tools feel each other. */
+  /** A tool may have several balls, and tools interact. */
   get couples(): boolean {
     return this.wasm.couples() !== 0;
   }
 
-  /** What is ticked from the next start on, always together and in this order; kMaxBalls balls at most. */
+  /** Sets the tools that are ticked together, in this order, from the next start on; kMaxBalls balls at most. */
   take(tools: (readonly Ball[])[]): void {
     this.tools = tools;
   }
@@ -139,12 +139,11 @@ export class Engine {
     return this.wasm.tick(this.tools.length, 1e-3);
   }
 
-  /** Whether the engine knows how the surface moves. */
   get deforms(): boolean {
     return this.displacement !== 0;
   }
 
-  /** How far the tools have moved each vertex [m], three numbers each; a view that the next call writes anew. */
+  /** Displacements of the vertices under the tools [m], three numbers each; a view that the next call writes anew. */
   deform(): Float32Array {
     this.wasm.deform(this.displacement, this.numbers / 3);
     return new Float32Array(this.wasm.memory.buffer, this.displacement, this.numbers);

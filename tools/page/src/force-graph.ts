@@ -1,5 +1,6 @@
 // Normal and lateral force over the latest ticks.
 
+import { seriesColour } from "./colours";
 import { html } from "./dom";
 import { quantity } from "./words";
 
@@ -41,11 +42,9 @@ export class ForceGraph {
     const most = Math.max(...this.pressing, ...this.sliding, this.least_N) * 1.2;
     context.clearRect(0, 0, width, height);
     context.lineWidth = 1.5 * ratio;
-    for (const [values, colour] of [
-      [this.pressing, "--c0"],
-      [this.sliding, "--c1"],
-    ] as [Float32Array, string][]) {
-      context.strokeStyle = style.getPropertyValue(colour);
+    for (const [k, values] of [this.pressing, this.sliding].entries()) {
+      this.canvas.style.color = seriesColour(k);
+      context.strokeStyle = style.color;
       context.beginPath();
       for (let t = Math.max(0, this.ticks - kShown); t < this.ticks; ++t) {
         const x = ((t - this.ticks + kShown) / kShown) * width;
@@ -53,6 +52,7 @@ export class ForceGraph {
       }
       context.stroke();
     }
+    this.canvas.style.color = "";
     context.fillStyle = style.color;
     context.font = `${11 * ratio}px sans-serif`;
     context.fillText(quantity(most, "N", 2), 3 * ratio, 11 * ratio);

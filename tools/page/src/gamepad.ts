@@ -2,10 +2,10 @@
 // sets the depth and presses, right stick turns the body, the lowest right button (A) presses and lifts.
 
 import type { BodyView } from "./body";
-import type { Tool } from "./tool-input";
+import type { Poke } from "./poke";
 
-const kDead = 0.15; // of a stick's way: sticks do not come back to zero
-const kTouch = 0.05; // of the trigger's way, from which it presses
+const kDead = 0.15; // of a stick's travel: sticks do not come back to zero
+const kTouch = 0.05; // of the trigger's travel, from which it presses
 const kSpeed = 0.8; // of the range a second, the stick at its end
 const kTurn = 1.5; // rad a second
 
@@ -15,8 +15,8 @@ function stick(x = 0, y = 0): [number, number] {
   return [x * share, y * share];
 }
 
-/** Asks the gamepads before each frame while one is connected. said: told what its parts do. */
-export function listenForGamepad(view: BodyView, tool: Tool, said: (sentence: string) => void): void {
+/** Asks the gamepads before each frame while one is connected. announce: shows a sentence on its controls. */
+export function listenForGamepad(view: BodyView, tool: Poke, announce: (sentence: string) => void): void {
   let isPolling = false;
   let before_ms = 0;
   let isTriggered = false;
@@ -49,7 +49,9 @@ export function listenForGamepad(view: BodyView, tool: Tool, said: (sentence: st
     wasDown = isDown;
   };
   addEventListener("gamepadconnected", () => {
-    said("Gamepad: left stick moves the tool, right trigger presses, right stick turns the body, A presses and lifts.");
+    announce(
+      "Gamepad: left stick moves the tool, right trigger presses, right stick turns the body, A presses and lifts.",
+    );
     if (isPolling) return;
     isPolling = true;
     before_ms = performance.now();

@@ -1,4 +1,4 @@
-// What stands beside the body in its view: the set-up, and the tool with its force.
+// The set-up, and the tool with its force, in the view of the body.
 
 import {
   Box3,
@@ -21,7 +21,6 @@ import {
 import { kSetUpColours } from "./colours";
 import { type Contents, floats, integers, type Region } from "./contents";
 
-/** What is shown of a set-up. */
 export type SetUpPart = "nothing" | "inclusions" | "all";
 
 /** Held nodes, the base mesh and the window; and the inclusions. Not visible yet. */
@@ -62,8 +61,8 @@ export function setUpGroups(contents: Contents): { others: Group; inclusions: Gr
   return { others, inclusions };
 }
 
-/** A tool as it is seen: its balls, and the force on it, which acts at a place. */
-export interface SeenTool {
+/** A drawn tool: its balls, and the force on it, which acts at a place. */
+export interface DrawnTool {
   balls: { at: Vector3; radius_m: number }[];
   acts_at: Vector3;
   force: Vector3;
@@ -88,7 +87,7 @@ export class ToolGlyph {
     private readonly radius: number,
     private readonly tip_m: number,
   ) {
-    // Along +y, of length 1 until it is stretched, and seen through the body.
+    // Along +y, of length 1 until it is stretched, and visible through the body.
     const material = new MeshLambertMaterial({ color: 0xf0701a, depthTest: false, transparent: true });
     const thick = 0.009 * radius;
     const shaft = new Mesh(new CylinderGeometry(thick, thick, 1, 20).translate(0, 0.5, 0), material);
@@ -100,7 +99,7 @@ export class ToolGlyph {
   }
 
   /** Returns the balls as they are drawn. */
-  show(tool: SeenTool | undefined, fullForce_N: number): SeenTool["balls"] {
+  show(tool: DrawnTool | undefined, fullForce_N: number): DrawnTool["balls"] {
     this.group.visible = tool !== undefined;
     if (!tool) return [];
     while (this.balls.children.length < tool.balls.length) this.balls.add(new Mesh(this.ball, this.glass));

@@ -1,5 +1,5 @@
-// Where a ray meets a surface first, quickly enough for every move of a pointer over 100,000
-// triangles: those that lie together share a ball, and only balls that are met are looked into.
+// First intersection of a ray with a surface, quickly enough for every move of a pointer over
+// 100,000 triangles: neighbours share a ball, and only balls that the ray crosses are searched.
 
 import { type Ray, Triangle, Vector3 } from "three";
 

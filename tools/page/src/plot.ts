@@ -1,12 +1,12 @@
 // Small plots as SVG, so that they print, scale and follow the colour scheme.
 
-import { type Contents, type Figure, largest } from "./contents";
+import { type Contents, largest, type StatedError } from "./contents";
 import { svg } from "./dom";
-import { percent, scaleFor, tickLabel, ticks } from "./words";
+import { percent, plain, scaleFor, tickLabel, ticks } from "./words";
 
 export interface Axis {
   label: string;
-  /** What a value is multiplied by to be shown. */
+  /** Factor from a value to the number on the axis. */
   scale?: number;
   min?: number;
   max?: number;
@@ -22,7 +22,7 @@ export interface Series {
   y: number[];
   /** The other edge of a band. */
   y2?: number[];
-  /** What is said of each dot. */
+  /** Text of each dot. */
   titles?: string[];
 }
 
@@ -32,6 +32,16 @@ const kLeft = 52;
 const kRight = 12;
 const kTop = 12;
 const kBottom = 42;
+
+/** An axis in the unit that suits the largest of these values. */
+export function axisOf(label: string, base: string, values: number[], limits: Partial<Axis> = {}): Axis {
+  const { unit, scale } = scaleFor(largest(values.map(Math.abs)), base);
+  return { label: `${label} [${unit}]`, scale, ...limits };
+}
+
+function picture(title: string, height: number): SVGSVGElement {
+  return svg("svg", { viewBox: `0 0 ${kWidth} ${height}`, role: "img", class: "plot", "aria-label": title });
+}
 
 function range(axis: Axis, values: number[]): [number, number] {
   const finite = values.filter(Number.isFinite);
@@ -59,7 +69,7 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[], height =
   ).map((v) => v * sy);
   const px = (v: number) => kLeft + ((v * sx - x0) / (x1 - x0)) * (kWidth - kLeft - kRight);
   const py = (v: number) => bottom - ((v * sy - y0) / (y1 - y0)) * (bottom - kTop);
-  const root = svg("svg", { viewBox: `0 0 ${kWidth} ${height}`, role: "img", class: "plot", "aria-label": title });
+  const root = picture(title, height);
   const middle = (kTop + bottom) / 2;
   const xs = ticks(x0, x1);
   const ys = ticks(y0, y1, Math.max(3, Math.round((bottom - kTop) / 43)));
@@ -99,12 +109,7 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[], height =
       root.append(svg("polygon", { ...shape, points: edge.join(" ") }));
     } else {
       for (const i of good) {
-        const dot = svg("circle", {
-          ...shape,
-          cx: px(s.x[i]).toFixed(2),
-          cy: py(s.y[i]).toFixed(2),
-          r: 3,
-        });
+        const dot = svg("circle", { ...shape, cx: px(s.x[i]).toFixed(2), cy: py(s.y[i]).toFixed(2), r: 3 });
         if (s.titles) dot.append(svg("title", {}, s.titles[i]));
         root.append(dot);
       }
@@ -113,7 +118,7 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[], height =
   return root;
 }
 
-/** Errors over forces [N], as dots, above what cannot be felt of them: a shaded area. Labels without unit. */
+/** Errors over forces [N], as dots, with those below the just noticeable difference shaded. Labels without unit. */
 export function errorPlot(
   title: string,
   forceLabel: string,
@@ -125,17 +130,11 @@ export function errorPlot(
   const at = [0, Math.min(floor_N / share, most), most];
   const limit = at.map((force) => Math.max(floor_N, share * force));
   const errors = largest(dots.flatMap((s) => s.y));
-  const isFelt = most > floor_N; // of a microscope nothing is, and the limit would hide the errors
-  const highest = 1.05 * ((isFelt ? largest([...limit, errors]) : errors) || 1);
-  const [x, y] = [most, highest].map((v) => scaleFor(v, "N"));
-  const axis = (label: string, max: number, { unit, scale }: typeof x) => ({
-    label: `${label} [${unit}]`,
-    scale,
-    min: 0,
-    max,
-  });
-  return plot(title, axis(forceLabel, most, x), axis(errorLabel, highest, y), [
-    ...(isFelt
+  const isNoticeable = most > floor_N; // of a microscope nothing is, and the limit would hide the errors
+  const highest = 1.05 * ((isNoticeable ? largest([...limit, errors]) : errors) || 1);
+  const axis = (label: string, max: number) => axisOf(label, "N", [max], { min: 0, max });
+  return plot(title, axis(forceLabel, most), axis(errorLabel, highest), [
+    ...(isNoticeable
       ? [
           { kind: "band" as const, look: "unfelt", x: at, y: limit, y2: [0, 0, 0] },
           { kind: "line" as const, look: "jnd", x: at, y: limit },
@@ -145,29 +144,19 @@ export function errorPlot(
   ]);
 }
 
-export interface Bar {
-  name: string;
-  median: Figure;
-  p95: Figure;
-}
-
 /** Shares of force as bars, the median in front of the 95th percentile, with a line at `jnd`. */
-export function bars(title: string, rows: Bar[], jnd: number): SVGSVGElement {
+export function bars(title: string, lines: [string, StatedError][], jnd: number): SVGSVGElement {
   const left = 118;
   const right = 56;
   const step = 26;
+  const rows = lines.map(([name, e]) => ({ name: plain(name), median: e.median_rel, p95: e.p95_rel }));
   const height = rows.length * step + 34;
   const highest = Math.max(jnd * 1.15, ...rows.map((r) => r.p95 ?? 0));
   const px = (v: number) => left + (Math.min(v, highest) / highest) * (kWidth - left - right);
   // Not across the line of what is noticeable.
   const labelAt = (x: number) => (x < px(jnd) + 2 && x > px(jnd) - 36 ? px(jnd) + 5 : x);
-  const said = rows.map((r) => `${r.name} ${percent(r.p95)}`).join(", ");
-  const root = svg("svg", {
-    viewBox: `0 0 ${kWidth} ${height}`,
-    role: "img",
-    class: "plot",
-    "aria-label": `${title}, 95th percentiles: ${said}`,
-  });
+  const shares = rows.map((r) => `${r.name} ${percent(r.p95)}`).join(", ");
+  const root = picture(`${title}, 95th percentiles: ${shares}`, height);
   const at = ticks(0, 100 * highest, 4);
   for (const v of at) {
     root.append(

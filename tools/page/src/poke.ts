@@ -5,15 +5,15 @@ import workerSource from "worker-source";
 import type { BodyView } from "./body";
 import { seriesColour } from "./colours";
 import { bytes, type Contents, floats, largest, type Vector } from "./contents";
-import { choice, details, html, swatch } from "./dom";
+import { button, checkbox, choice, details, html, slider, swatch } from "./dom";
 import { Answer, type Ball, kTip } from "./engine";
 import { ForceGraph } from "./force-graph";
 import { listenForGamepad } from "./gamepad";
-import type { SeenTool } from "./glyphs";
+import type { DrawnTool } from "./glyphs";
 import { ForceSound } from "./sound";
 import type { Place } from "./surface";
 import { ask, type Term } from "./terms";
-import { kKeyStep, listenForTool, type Tool } from "./tool-input";
+import { kKeyStep, listenForTool } from "./tool-input";
 import type { Batch, News, Order, Turn } from "./worker";
 import { millimetres, quantity } from "./words";
 
@@ -30,7 +30,7 @@ const kOutside = 64; // PALPATE_FLAG_OUTSIDE
 const kKeyTurn = Math.PI / 36; // a key
 const kAtRest = "This asset does not say how its surface moves: the body is drawn at rest.";
 
-/** What can be taken in hand: the probe as a tip, and the scene's tools. */
+/** The probe as a tip, and the scene's tools. */
 function toolsOf(contents: Contents): { name: string; balls: readonly Ball[] }[] {
   const own = { name: "the measuring probe", balls: kTip };
   const others = (contents.tools ?? []).map(({ name, balls, radius_m, profile }) => ({
@@ -40,15 +40,15 @@ function toolsOf(contents: Contents): { name: string; balls: readonly Ball[] }[]
   return [own, ...others];
 }
 
-export class Poke implements Tool {
+export class Poke {
   readonly panel: HTMLElement;
   readonly help = html("p", { class: "small hint" });
   /** On the picture: the switch between pressing and turning, the look from the side, what is not measured. */
   readonly turnButton: HTMLButtonElement;
   readonly sideButton: HTMLButtonElement;
   readonly unmeasured = html("p", { class: "unmeasured", id: "poke-where", role: "status", hidden: true }, kUnmeasured);
-  /** Told how deep the deepest tool is in the body. */
-  felt: (depth_m: number) => void = () => {};
+  /** Called with the depth of the deepest tool. */
+  onDepth: (depth_m: number) => void = () => {};
   isPoking = true;
   private worker: Worker | undefined;
   readonly range_m: number;
@@ -57,16 +57,17 @@ export class Poke implements Tool {
   private readonly tools: { name: string; balls: readonly Ball[] }[];
   private tool: readonly Ball[];
   private readonly turn = new Quaternion();
+  /** Number of tools, for as many fingers on a screen. */
   fingers = 1;
-  /** Of each finger: where it presses, and whether it does. */
+  /** Each finger's place, and whether it presses there. */
   private readonly places: (Place | undefined)[] = [undefined, undefined];
   private readonly pressed = [false, false];
   private touched: Place | undefined;
   /** A batch that no frame has shown yet. */
   private latest: Batch | undefined;
-  /** Of what the picture shows. */
+  /** Poses and answers that the picture shows. */
   private shownState = "";
-  /** Of the last touch. */
+  /** The last touch was interpolated. */
   private isBlended = true;
   private readonly depth: HTMLInputElement;
   private readonly depthText = html("output", {});
@@ -92,36 +93,13 @@ export class Poke implements Tool {
     this.fullForce_N = largest(floats(contents.maps?.force_N)) || 1; // of an asset alone nothing is known
     this.graph = new ForceGraph(0.1 * this.fullForce_N);
     this.sound = new ForceSound(this.fullForce_N);
-    this.depth = html("input", {
-      type: "range",
-      id: "poke-depth",
-      min: 0,
-      max: this.range_m,
-      step: this.range_m / 200,
-      value: 0.6 * this.range_m,
-      input: () => this.follow(),
-    });
-    this.turnButton = html(
-      "button",
-      { type: "button", id: "turn-only", "aria-pressed": "false", click: () => this.set(!this.isPoking) },
-      "Turn",
-    );
-    this.sideButton = html(
-      "button",
-      { type: "button", id: "side-view", "aria-pressed": "false", click: () => this.lookFromSide(!this.view.isCut) },
-      "Cut",
-    );
-    this.blendBox = html("input", { type: "checkbox", id: "poke-blend", checked: true, change: () => this.lift() });
-    this.pressButton = html(
-      "button",
-      { type: "button", id: "poke-press", click: () => (this.isPressed ? this.lift() : this.pressHere()) },
-      "Press",
-    );
-    this.healButton = html(
-      "button",
-      { type: "button", id: "poke-heal", hidden: true, click: () => this.heal() },
-      "Heal the body",
-    );
+    this.depth = slider("poke-depth", 0, this.range_m, () => this.follow());
+    const isOff = { "aria-pressed": "false" };
+    this.turnButton = button("turn-only", "Turn", () => this.set(!this.isPoking), isOff);
+    this.sideButton = button("side-view", "Cut", () => this.lookFromSide(!this.view.isCut), isOff);
+    this.blendBox = checkbox("poke-blend", true, () => this.lift());
+    this.pressButton = button("poke-press", "Press", () => (this.isPressed ? this.lift() : this.pressHere()));
+    this.healButton = button("poke-heal", "Heal the body", () => this.heal(), { hidden: true });
     const row = (key: string, label: string, term: Term, first = "0") => {
       const value = html("dd", { id: `poke-${key}` }, first);
       this.values.set(key, value);
@@ -159,11 +137,7 @@ export class Poke implements Tool {
         html(
           "p",
           { class: "buttons" },
-          html(
-            "button",
-            { type: "button", id: "poke-save", click: () => this.order({ order: "record" }) },
-            "Save path and forces",
-          ),
+          button("poke-save", "Save path and forces", () => this.order({ order: "record" })),
         ),
       ),
     );
@@ -261,11 +235,12 @@ export class Poke implements Tool {
     if (!isPoking) this.liftAll();
   }
 
+  /** The pointer comes down where nothing was measured, or where something was. */
   note(isMeasured: boolean): void {
     this.unmeasured.hidden = isMeasured;
   }
 
-  /** Where the first tool presses, or pressed last. */
+  /** The place that the first tool presses, or pressed last. */
   get place(): Place | undefined {
     return this.touched;
   }
@@ -280,18 +255,18 @@ export class Poke implements Tool {
     for (let finger = 0; finger < this.fingers; ++finger) this.lift(finger);
   }
 
-  /** Whether the first finger presses: what keys and buttons do. */
+  /** The first finger presses, as keys and buttons do. */
   get isPressed(): boolean {
     return this.pressed[0];
   }
 
-  /** Where Press and the keys press: a test point, with its outward normal. */
+  /** Sets the place of Press and the keys to a test point, with its outward normal. */
   aim(position: Vector, outward: Vector): void {
     if (this.isPressed) return;
     this.places[0] = { position: new Vector3(...position), outward: new Vector3(...outward), isMeasured: true };
   }
 
-  /** How far the tool reaches from its origin into a surface with that outward normal. */
+  /** Distance from the tool's origin to its lowest point along an outward normal. */
   private reach(outward: Vector3): number {
     const lowest = this.tool.map(
       ({ centre_m, radius_m }) => radius_m - new Vector3(...centre_m).applyQuaternion(this.turn).dot(outward),
@@ -299,7 +274,7 @@ export class Poke implements Tool {
     return Math.max(...lowest);
   }
 
-  /** Where the tool's origin is if the tool goes so deep. */
+  /** Place of the tool's origin at a depth of the tool. */
   private at(finger: number, depth_m: number): Vector {
     const { position, outward } = this.places[finger] as Place;
     return position
@@ -380,13 +355,14 @@ export class Poke implements Tool {
     this.follow();
   }
 
+  /** Along the surface, as the screen has right and up, by a share of the range. */
   moveBy(right: number, up: number, share = kKeyStep): void {
     const place = this.places[0];
     if (!place) return;
     const [x, y] = this.view.screenAxes();
-    const way = x.multiplyScalar(right).addScaledVector(y, up);
-    way.addScaledVector(place.outward, -way.dot(place.outward));
-    const to = place.position.clone().addScaledVector(way.normalize(), share * this.range_m);
+    const direction = x.multiplyScalar(right).addScaledVector(y, up);
+    direction.addScaledVector(place.outward, -direction.dot(place.outward));
+    const to = place.position.clone().addScaledVector(direction.normalize(), share * this.range_m);
     const next = this.view.beside(to, place.outward);
     if (!next) return;
     this.places[0] = next;
@@ -394,6 +370,7 @@ export class Poke implements Tool {
     this.hover();
   }
 
+  /** By a key's angle about the screen's right and up, and about the surface's normal. */
   turnBy(right: number, up: number, outward: number): void {
     const place = this.places[0];
     if (!place || this.tool === kTip) return;
@@ -408,12 +385,12 @@ export class Poke implements Tool {
     this.follow();
     const place = this.places[0];
     if (this.isPressed || !place) return;
-    const seen = this.seen(new Vector3(...this.at(0, 0)), place.outward, this.turn);
-    this.view.showTool(0, { ...seen, acts_at: place.position, force: new Vector3() }, this.fullForce_N);
+    const drawn = this.drawn(new Vector3(...this.at(0, 0)), place.outward, this.turn);
+    this.view.showTool(0, { ...drawn, acts_at: place.position, force: new Vector3() }, this.fullForce_N);
   }
 
   /** The balls of the tool with its origin at a place; a tip's is the one that it stands for, beside the surface. */
-  private seen(at: Vector3, outward: Vector3, turn: Quaternion): Pick<SeenTool, "balls"> {
+  private drawn(at: Vector3, outward: Vector3, turn: Quaternion): Pick<DrawnTool, "balls"> {
     if (this.tool === kTip)
       return { balls: [{ at: at.clone().addScaledVector(outward, this.ball_m), radius_m: this.ball_m }] };
     const ball = ({ centre_m, radius_m }: Ball) => ({
@@ -423,7 +400,7 @@ export class Poke implements Tool {
     return { balls: this.tool.map(ball) };
   }
 
-  /** Ticks are heard and remembered as they come; what is seen follows once a frame. */
+  /** Ticks are heard and remembered as they come; the picture follows once a frame. */
   private take(batch: Batch): void {
     this.sound.play(batch);
     this.graph.add(batch.pressing_N, batch.sliding_N);
@@ -455,8 +432,8 @@ export class Poke implements Tool {
       }
     }
     batch.at.forEach((at, finger) => {
-      const seen = isAway[finger] || batch.isIdle[finger] ? undefined : this.toolIn(batch, new Vector3(...at), finger);
-      this.view.showTool(finger, seen, this.fullForce_N);
+      const drawn = isAway[finger] || batch.isIdle[finger] ? undefined : this.toolIn(batch, new Vector3(...at), finger);
+      this.view.showTool(finger, drawn, this.fullForce_N);
     });
     if (isOver) this.order({ order: "rest" });
   }
@@ -467,20 +444,20 @@ export class Poke implements Tool {
     return batch.isIdle[finger] || at.distanceTo(new Vector3(...this.lifted(finger))) < 1e-5;
   }
 
-  private toolIn(batch: Batch, at: Vector3, finger: number): SeenTool {
+  private toolIn(batch: Batch, at: Vector3, finger: number): DrawnTool {
     const a = batch.answer[finger];
     const place = this.places[finger] as Place;
     const outward = a[Answer.state] === 0 ? place.outward : new Vector3().fromArray(a, Answer.normal).negate();
     const [w, x, y, z] = batch.turn;
     const isTip = this.tool === kTip || a[Answer.state] === 0;
     return {
-      ...this.seen(at, outward, new Quaternion(x, y, z, w)),
+      ...this.drawn(at, outward, new Quaternion(x, y, z, w)),
       acts_at: isTip ? at : new Vector3().fromArray(a, Answer.contact_m),
       force: new Vector3().fromArray(a, Answer.force_N),
     };
   }
 
-  /** What the first tool feels, or of two that touch the one and the other. */
+  /** Writes the numbers of the tools that touch, or of the first one. */
   private write(batch: Batch): void {
     const touching = batch.answer.filter((a) => a[Answer.state] !== 0);
     const all = touching.length ? touching : batch.answer.slice(0, 1);
@@ -488,7 +465,7 @@ export class Poke implements Tool {
     const each = (of: (a: Float64Array) => string) => all.map(of).join(" and ");
     const sum = (key: number) => batch.answer.reduce((total, a) => total + a[key], 0);
     const deepest_m = Math.max(...touching.map((a) => a[Answer.normal_m]), 0);
-    this.felt(deepest_m);
+    this.onDepth(deepest_m);
     if (touching.length) this.note(touching.every((a) => (a[Answer.flags] & kOutside) === 0));
     const length = (key: number) => each((a) => (touching.length ? millimetres(a[key]) : millimetres(0)));
     const text: Record<string, string> = {

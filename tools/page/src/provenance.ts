@@ -1,4 +1,4 @@
-// Where the numbers come from: warnings, scene, files, versions, timings.
+// Provenance of the numbers: warnings, scene, files, versions, timings.
 
 import { bytes, type Contents } from "./contents";
 import { details, html, section, table } from "./dom";

@@ -1,4 +1,4 @@
-// The latest touch, tick by tick: where the tools were and what they felt.
+// The latest touch, tick by tick: poses of the tools and forces on them.
 
 import { kPose } from "./engine";
 
@@ -18,7 +18,7 @@ export class Recording {
     this.used = Math.max(this.used, tool + 1);
   }
 
-  /** Of each tool: place [m] and force [N]; turn: w, x, y, z of all. */
+  /** places [m] and forces [N] are a row a tool; turn: w, x, y, z of all. */
   add(places: number[][], turn: number[], forces: number[][]): void {
     if (this.ticks === kRecorded) return;
     const size = kRow * this.tools;

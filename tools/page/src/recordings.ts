@@ -1,5 +1,5 @@
 // A picture of each recording of an import: force over travel with contact point and fitted curve,
-// and what the curve leaves.
+// and the residual of the curve.
 
 import { seriesColour } from "./colours";
 import {
@@ -10,13 +10,12 @@ import {
   type Experiment,
   experimentsOf,
   floats,
-  largest,
   type Pictures,
   vector,
 } from "./contents";
 import { figure, html, section, swatch } from "./dom";
-import { type Axis, plot, type Series } from "./plot";
-import { counted, quantity, scaleFor } from "./words";
+import { type Axis, axisOf, plot, type Series } from "./plot";
+import { counted, quantity } from "./words";
 
 const kOpen = 24; // pictures that are shown without being asked for
 const kTall = 190;
@@ -31,7 +30,7 @@ interface Traced {
   fittedNormal_N: number[];
   lateral_N: number[];
   fittedLateral_N: number[];
-  left_N: number[];
+  residual_N: number[];
 }
 
 function traced({ isPress, rows }: Experiment, u: number[]): Traced {
@@ -48,7 +47,7 @@ function traced({ isPress, rows }: Experiment, u: number[]): Traced {
     fittedNormal_N: rows.map(({ fitted }) => dot(fitted, u)),
     lateral_N: rows.map(({ force }) => lateral(force)),
     fittedLateral_N: rows.map(({ fitted }) => lateral(fitted)),
-    left_N: rows.map(({ force, fitted }) => Math.hypot(...force.map((v, k) => v - fitted[k]))),
+    residual_N: rows.map(({ force, fitted }) => Math.hypot(...force.map((v, k) => v - fitted[k]))),
   };
 }
 
@@ -97,7 +96,21 @@ function signalsOf(contents: Contents, all: Pictures): Signal[] {
   });
 }
 
-/** Force over travel of the readings that samples come from, and below what the fit leaves. */
+/** Forces, and below them the residuals of the fit, where there are any, over the same axis. */
+function figures(
+  [title, residualTitle]: string[],
+  x: Axis,
+  force: Axis,
+  forces: Series[],
+  residuals: Series[],
+  residual: Axis,
+): SVGSVGElement[] {
+  const hasFit = residuals[residuals.length - 1].y.length > 0;
+  const above = plot(title, hasFit ? { ...x, label: "" } : x, force, forces, kTall);
+  return hasFit ? [above, plot(residualTitle, x, residual, residuals, kFlat)] : [above];
+}
+
+/** Force over travel of the readings that samples come from. */
 function pressPlots(s: Signal, title: string): SVGSVGElement[] {
   const contact = s.contact_m;
   const isKnown = Number.isFinite(contact);
@@ -110,80 +123,46 @@ function pressPlots(s: Signal, title: string): SVGSVGElement[] {
   const own = s.own?.isPress ? s.own : undefined;
   const fitted = own ? x.map((t) => between(own.at_m, own.fittedNormal_N, t - contact)) : [];
   const order = x.map((_, k) => k).sort((a, b) => x[a] - x[b]);
-  const length = scaleFor(largest(x.map(Math.abs)), "m");
-  const force = scaleFor(largest(s.force_N.map(Math.abs)), "N");
   const half = Math.max(s.deviation_m, 0.002 * (deepest - Math.min(...x)));
-  const across: Axis = {
-    label: "",
-    scale: length.scale,
-    min: isKnown ? Math.min(...x, contact - half) : Math.min(...x),
-    max: deepest,
-  };
+  const min = isKnown ? Math.min(...x, contact - half) : Math.min(...x);
   const touch: Series[] = isKnown
-    ? [{ kind: "span", look: "contact", x: [Math.max(contact - half, across.min ?? 0), contact + half], y: [] }]
+    ? [{ kind: "span", look: "contact", x: [Math.max(contact - half, min), contact + half], y: [] }]
     : [];
-  const hasFit = fitted.some(Number.isFinite);
-  const label = `travel [${length.unit}]`;
-  const out = [
-    plot(
-      `${title}: force over travel`,
-      { ...across, label: hasFit ? "" : label },
-      { label: `force [${force.unit}]`, scale: force.scale },
-      [
-        ...touch,
-        { kind: "readings", look: "sample", x, y: pick(s.force_N) },
-        { kind: "line", colour: seriesColour(1), x: order.map((k) => x[k]), y: order.map((k) => fitted[k]) },
-      ],
-      kTall,
-    ),
-  ];
-  if (hasFit) {
-    const left = pick(s.force_N).map((f, k) => f - fitted[k]);
-    const unit = scaleFor(largest(left.map(Math.abs)), "N");
-    out.push(
-      plot(
-        `${title}: what the curve leaves`,
-        { ...across, label },
-        { label: `left [${unit.unit}]`, scale: unit.scale },
-        [
-          ...touch,
-          { kind: "line", look: "thin", x: [across.min ?? 0, deepest], y: [0, 0] },
-          { kind: "readings", look: "sample", x, y: left },
-        ],
-        kFlat,
-      ),
-    );
-  }
-  return out;
+  const force_N = pick(s.force_N);
+  const residual_N = fitted.some(Number.isFinite) ? force_N.map((f, k) => f - fitted[k]) : [];
+  return figures(
+    [`${title}: force over travel`, `${title}: residual of the curve`],
+    { ...axisOf("travel", "m", x), min, max: deepest },
+    axisOf("force", "N", s.force_N),
+    [
+      ...touch,
+      { kind: "readings", look: "sample", x, y: force_N },
+      { kind: "line", colour: seriesColour(1), x: order.map((k) => x[k]), y: order.map((k) => fitted[k]) },
+    ],
+    [
+      ...touch,
+      { kind: "line", look: "thin", x: [min, deepest], y: [0, 0] },
+      { kind: "readings", look: "sample", x, y: residual_N },
+    ],
+    axisOf("residual", "N", residual_N),
+  );
 }
 
-/** Of a drag or path: its rows over the way of the tip. */
-function wayPlots(own: Traced, title: string): SVGSVGElement[] {
-  const length = scaleFor(largest(own.at_m), "m");
-  const force = scaleFor(largest([...own.normal_N, ...own.lateral_N].map(Math.abs)), "N");
-  const unit = scaleFor(largest(own.left_N), "N");
-  const x: Axis = { label: `way since first touch [${length.unit}]`, scale: length.scale, min: 0 };
-  return [
-    plot(
-      `${title}: normal and lateral force over the way`,
-      { ...x, label: "" },
-      { label: `force [${force.unit}]`, scale: force.scale },
-      [
-        { kind: "readings", look: "sample", x: own.at_m, y: own.normal_N },
-        { kind: "line", colour: seriesColour(1), x: own.at_m, y: own.fittedNormal_N },
-        { kind: "readings", colour: seriesColour(2), x: own.at_m, y: own.lateral_N },
-        { kind: "line", colour: seriesColour(2), x: own.at_m, y: own.fittedLateral_N },
-      ],
-      kTall,
-    ),
-    plot(
-      `${title}: what the curves leave`,
-      x,
-      { label: `left [${unit.unit}]`, scale: unit.scale, min: 0 },
-      [{ kind: "readings", look: "sample", x: own.at_m, y: own.left_N }],
-      kFlat,
-    ),
-  ];
+/** Rows of a drag or path over the path of the tip. */
+function pathPlots(own: Traced, title: string): SVGSVGElement[] {
+  return figures(
+    [`${title}: normal and lateral force over the path`, `${title}: residual of the curves`],
+    axisOf("path since first touch", "m", own.at_m, { min: 0 }),
+    axisOf("force", "N", [...own.normal_N, ...own.lateral_N]),
+    [
+      { kind: "readings", look: "sample", x: own.at_m, y: own.normal_N },
+      { kind: "line", colour: seriesColour(1), x: own.at_m, y: own.fittedNormal_N },
+      { kind: "readings", colour: seriesColour(2), x: own.at_m, y: own.lateral_N },
+      { kind: "line", colour: seriesColour(2), x: own.at_m, y: own.fittedLateral_N },
+    ],
+    [{ kind: "readings", look: "sample", x: own.at_m, y: own.residual_N }],
+    axisOf("residual", "N", own.residual_N, { min: 0 }),
+  );
 }
 
 /** One recording; its plots come when `draw` is called. */
@@ -209,7 +188,7 @@ function picture(all: Pictures, i: number, s: Signal): { element: HTMLElement; d
     if (plots.childElementCount) return;
     element.classList.add("drawn");
     if (!s.travel_m.length) plots.append(html("p", { class: "small" }, "No signal was read."));
-    else if (s.own && !s.own.isPress) plots.append(...wayPlots(s.own, all.file[i]));
+    else if (s.own && !s.own.isPress) plots.append(...pathPlots(s.own, all.file[i]));
     else plots.append(...pressPlots(s, all.file[i]));
   };
   return { element, draw };
@@ -237,7 +216,7 @@ export function recordingsSection(contents: Contents): HTMLElement | undefined {
     ),
   );
   const drawing = new Map<Element, () => void>();
-  const seen = new IntersectionObserver(
+  const visible = new IntersectionObserver(
     (entries) => {
       for (const entry of entries) if (entry.isIntersecting) drawing.get(entry.target)?.();
     },
@@ -249,7 +228,7 @@ export function recordingsSection(contents: Contents): HTMLElement | undefined {
       const { element, draw } = picture(all, i, signals[i]);
       drawing.set(element, draw);
       if (i < kOpen) draw();
-      else seen.observe(element);
+      else visible.observe(element);
       pictures.append(element);
     }
     return pictures;

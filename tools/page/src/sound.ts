@@ -1,7 +1,7 @@
-// Force as sound: what of the force signal a hand would feel as a click. A smooth touch is next to
-// silent; a step of the force is a click.
+// Force as sound: a step of the force is a click, as a hand senses it; a smooth touch is next to
+// silent.
 
-import { html } from "./dom";
+import { checkbox, html } from "./dom";
 import type { Batch } from "./worker";
 import { quantity } from "./words";
 
@@ -49,7 +49,7 @@ export class ForceSound {
   private next_s = 0;
 
   constructor(private readonly fullForce_N: number) {
-    const box = html("input", { type: "checkbox", id: "poke-sound", change: () => this.set(box.checked) });
+    const box = checkbox("poke-sound", false, () => this.set(box.checked));
     this.element = html(
       "label",
       {},

@@ -1,17 +1,9 @@
 // The error statement, first in words, then as pictures.
 
 import { seriesColour } from "./colours";
-import {
-  type Contents,
-  floats,
-  linesOf,
-  type StatedError,
-  type Statement,
-  type TorqueFigures,
-  vector,
-} from "./contents";
+import { type Contents, heldOutRows, linesOf, type Statement, type TorqueFigures } from "./contents";
 import { details, figure, html, section, swatch, table } from "./dom";
-import { type Bar, bars, errorPlot, plot, type Series } from "./plot";
+import { bars, errorPlot, plot, type Series } from "./plot";
 import { ask } from "./terms";
 import { counted, percent, plain, quantity, tick } from "./words";
 
@@ -61,32 +53,22 @@ function sentences(s: Statement, contents: Contents): string[] {
   return out;
 }
 
-function bars_of(lines: [string, StatedError][]): Bar[] {
-  return lines.map(([name, e]) => ({ name: plain(name), median: e.median_rel, p95: e.p95_rel }));
-}
-
-/** Every compared row: its error over its force, and what a person cannot feel. */
+/** Every compared row: its error over its force, and the just noticeable difference. */
 function scatter(contents: Contents): HTMLElement | undefined {
-  const held = contents.held_out;
-  if (!held?.point.length) return undefined;
-  const force = floats(held.force_N);
-  const engine = floats(held.engine_N);
-  const kinds = [...new Set(held.path)];
-  const norm = (v: number[]) => Math.hypot(...v);
-  const series = kinds.map((_, k) => ({
-    kind: "dots" as const,
-    colour: seriesColour(k),
-    x: [] as number[],
-    y: [] as number[],
-    titles: [] as string[],
-  }));
-  held.path.forEach((kind, i) => {
-    const [f, e] = [vector(force, i), vector(engine, i)];
-    const s = series[kinds.indexOf(kind)];
-    const error = norm([0, 1, 2].map((k) => e[k] - f[k]));
-    s.x.push(norm(f));
-    s.y.push(error);
-    s.titles.push(`${held.point[i]}, ${plain(kind)}: ${quantity(norm(f), "N")}, off by ${quantity(error, "N")}`);
+  const rows = heldOutRows(contents);
+  if (!rows.length) return undefined;
+  const paths = [...new Set(rows.map(({ path }) => path))];
+  const series = paths.map((path, k): Series => {
+    const own = rows.filter((row) => row.path === path);
+    return {
+      kind: "dots",
+      colour: seriesColour(k),
+      x: own.map(({ force_N }) => force_N),
+      y: own.map(({ error_N }) => error_N),
+      titles: own.map(
+        (row) => `${row.point}, ${plain(path)}: ${quantity(row.force_N, "N")}, off by ${quantity(row.error_N, "N")}`,
+      ),
+    };
   });
   return figure(
     "Every row: errors in the shaded area cannot be felt",
@@ -100,13 +82,13 @@ function scatter(contents: Contents): HTMLElement | undefined {
     html(
       "p",
       { class: "legend" },
-      ...kinds.map((kind, k) => swatch(plain(kind), seriesColour(k))),
+      ...paths.map((path, k) => swatch(plain(path), seriesColour(k))),
       swatch("just noticeable", "", "jnd"),
     ),
   );
 }
 
-/** What a round's new test points were off by, over the points that predicted them. */
+/** Errors at a placement round's new test points, over the number of points that predicted them. */
 function costPlot(contents: Contents): HTMLElement | undefined {
   const placement = contents.placement;
   if (!placement) return undefined;
@@ -172,8 +154,7 @@ export function statementSection(contents: Contents): HTMLElement {
       lines: linesOf(s, name),
     }))
     .filter(({ lines }) => lines.length > 0);
-  for (const { title, lines } of sections)
-    pictures.append(figure(title, bars(title, bars_of(lines), contents.jnd.share)));
+  for (const { title, lines } of sections) pictures.append(figure(title, bars(title, lines, contents.jnd.share)));
   out.append(
     details(
       "Rows, paths, causes and baselines",

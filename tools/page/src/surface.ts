@@ -17,7 +17,7 @@ import { TissueMaterial } from "./tissue";
 
 export type MapName = "stiffness_N_m" | "force_N" | "friction";
 
-/** Where a ray from the eye meets the resting surface. */
+/** A place of the resting surface, as a ray from the eye hits it. */
 export interface Place {
   position: Vector3;
   /** Outward, unit, blended over the triangle. */
@@ -31,9 +31,8 @@ export function linear(rgb: [number, number, number]): Color {
 }
 
 export class BodySurface {
-  /** What is drawn. */
   readonly mesh: Mesh<BufferGeometry, TissueMaterial>;
-  /** Of each vertex: outward. */
+  /** Outward, a vector a vertex. */
   readonly normals: Float32Array;
   readonly covered: Int32Array;
   /** At rest [m], three numbers a vertex: what rays meet, whatever a tool does to the body. */
@@ -42,7 +41,7 @@ export class BodySurface {
   private readonly picker: Picker;
   /** As `Contents.maps` has them, read once. */
   private readonly maps: Record<MapName, Float32Array>;
-  /** Of each vertex. */
+  /** A flag a vertex. */
   private readonly isCovered: Uint8Array;
 
   constructor(private readonly contents: Contents) {
@@ -104,7 +103,7 @@ export class BodySurface {
     return { by_m: Math.sqrt(squared), at: new Vector3().fromArray(at, most) };
   }
 
-  /** Where a ray meets the resting surface first. */
+  /** First intersection of a ray with the resting surface. */
   hit(ray: Ray): Place | undefined {
     const hit = this.picker.hit(ray);
     if (!hit) return undefined;

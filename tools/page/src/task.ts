@@ -3,7 +3,7 @@
 import { Vector3 } from "three";
 import type { BodyView } from "./body";
 import { type Contents, floats } from "./contents";
-import { html } from "./dom";
+import { button, html } from "./dom";
 import type { Place } from "./surface";
 import { millimetres } from "./words";
 
@@ -31,7 +31,7 @@ function lumpsOf(contents: Contents): Lump[] {
   });
 }
 
-/** How far beside the middle of a lump a finger passes that presses straight in. */
+/** Distance at which a finger that presses straight in passes the middle of a lump. */
 function passes_m({ position, outward }: Place, lump: Lump): number {
   const to = lump.centre.clone().sub(position);
   return to.addScaledVector(outward, -to.dot(outward)).length();
@@ -40,8 +40,7 @@ function passes_m({ position, outward }: Place, lump: Lump): number {
 export class Task {
   readonly element: HTMLElement;
   private readonly lumps: Lump[];
-  private readonly said = html("p", { id: "task-said", role: "status" });
-  private readonly revealButton: HTMLButtonElement;
+  private readonly message = html("p", { id: "task-said", role: "status" });
   private began_ms: number | undefined;
   private deepest_m = 0;
   private result: { place: Place; seconds: number; deepest_m: number } | undefined;
@@ -54,26 +53,25 @@ export class Task {
     private readonly reveal: (isShown: boolean) => void,
   ) {
     this.lumps = lumpsOf(contents);
-    this.revealButton = html("button", { type: "button", id: "task-reveal", click: () => this.end() }, "Reveal");
     this.element = html(
       "div",
       { class: "task", id: "task" },
-      this.said,
-      html("button", { type: "button", id: "task-mark", click: () => this.mark() }, "Mark here"),
-      this.revealButton,
-      html("button", { type: "button", id: "task-again", click: () => this.begin() }, "Start again"),
+      this.message,
+      button("task-mark", "Mark here", () => this.mark()),
+      button("task-reveal", "Reveal", () => this.end()),
+      button("task-again", "Start again", () => this.begin()),
     );
     this.ask();
   }
 
   /** Nothing is hidden in a body without inclusions. */
-  static of(...given: ConstructorParameters<typeof Task>): Task | undefined {
-    return lumpsOf(given[0]).length ? new Task(...given) : undefined;
+  static of(...parameters: ConstructorParameters<typeof Task>): Task | undefined {
+    return lumpsOf(parameters[0]).length ? new Task(...parameters) : undefined;
   }
 
   private ask(): void {
     const thing = this.lumps.every(({ isStiff }) => isStiff) ? "tumour, stiffer than what is around it," : "lump";
-    this.said.textContent = `A ${thing} is hidden under the window. Find it: press, feel where the force grows, mark the place.`;
+    this.message.textContent = `A ${thing} is hidden under the window. Find it: press, feel where the force grows, mark the place.`;
   }
 
   private begin(): void {
@@ -85,8 +83,8 @@ export class Task {
     this.ask();
   }
 
-  /** What the tool feels: time runs from the first touch on. */
-  felt(depth_m: number): void {
+  /** Records a depth of the tool; time runs from the first touch on. */
+  record(depth_m: number): void {
     if (this.result || !(depth_m > 0)) return;
     this.began_ms ??= performance.now();
     this.deepest_m = Math.max(this.deepest_m, depth_m);
@@ -95,28 +93,28 @@ export class Task {
   private mark(): void {
     const place = this.place();
     if (!place || this.began_ms === undefined) {
-      this.said.textContent = "Press somewhere first: the mark is where the tool is, or was last.";
+      this.message.textContent = "Press somewhere first: the mark is where the tool is, or was last.";
       return;
     }
     const seconds = (performance.now() - this.began_ms) / 1e3;
     this.result = { place, seconds, deepest_m: this.deepest_m };
     this.view.select(place.position.toArray());
-    this.said.textContent = `Marked after ${seconds.toFixed(0)} s. Reveal shows whether it is there.`;
+    this.message.textContent = `Marked after ${seconds.toFixed(0)} s. Reveal shows whether it is there.`;
   }
 
   private end(): void {
     this.reveal(true);
     if (!this.result) {
-      this.said.textContent = "There it is. Start again hides it.";
+      this.message.textContent = "There it is. Start again hides it.";
       return;
     }
     const { place, seconds, deepest_m } = this.result;
-    const off = this.lumps
+    const nearest = this.lumps
       .map((lump) => ({ by_m: passes_m(place, lump), lump }))
       .sort((a, b) => a.by_m - a.lump.radius_m - (b.by_m - b.lump.radius_m))[0];
-    const isFound = off.by_m <= off.lump.radius_m;
-    this.said.textContent =
-      `${isFound ? "Found" : "Missed"}: your mark is ${millimetres(off.by_m)} beside its middle, its radius is ` +
-      `${millimetres(off.lump.radius_m)}. It took ${seconds.toFixed(0)} s; the deepest press was ${millimetres(deepest_m)}.`;
+    const isFound = nearest.by_m <= nearest.lump.radius_m;
+    this.message.textContent =
+      `${isFound ? "Found" : "Missed"}: your mark is ${millimetres(nearest.by_m)} beside its middle, its radius is ` +
+      `${millimetres(nearest.lump.radius_m)}. It took ${seconds.toFixed(0)} s; the deepest press was ${millimetres(deepest_m)}.`;
   }
 }

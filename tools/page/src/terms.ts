@@ -43,16 +43,15 @@ function explain(button: HTMLElement, term: Term): void {
 
 /** A button that explains a term. */
 export function ask(term: Term): HTMLElement {
-  const button = html(
+  return html(
     "button",
     {
       type: "button",
       class: "ask",
       title: kTerms[term],
       "aria-label": `What does ${term} mean?`,
-      click: () => explain(button, term),
+      click: ({ currentTarget }: { currentTarget: HTMLElement }) => explain(currentTarget, term),
     },
     "?",
   );
-  return button;
 }

@@ -1,4 +1,4 @@
-// How the body looks: a wet surface with a fine grain, darker where it is pressed in and where a
+// The look of the body: a wet surface with a fine grain, darker where it is pressed in and where a
 // tool shadows it, and flat in one colour where it is cut.
 
 import {
@@ -40,7 +40,7 @@ vec3 bumped(vec3 n, float height) {
   float d = dot(x, a);
   return normalize(abs(d) * n - sign(d) * (dFdx(height) * a + dFdy(height) * b));
 }
-// What balls leave of the light: Quilez, Sphere ambient occlusion.
+// Share of the light that balls leave: Quilez, Sphere ambient occlusion.
 float lit(vec3 n) {
   float share = 1.0;
   for (int i = 0; i < ${kMaxBalls}; ++i) {

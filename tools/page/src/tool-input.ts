@@ -1,34 +1,11 @@
-// What hands do with the tool: mouse, pen, fingers and keys on the body's view.
+// Input devices of the tool: mouse, pen, fingers and keys on the body's view.
 
 import type { BodyView } from "./body";
-import type { Place } from "./surface";
+import type { Poke } from "./poke";
 
 export const kKeyStep = 0.05; // of the range, a key
 
-/** What they do it to. */
-export interface Tool {
-  readonly isPoking: boolean;
-  readonly isPressed: boolean;
-  readonly range_m: number;
-  readonly depth_m: number;
-  /** The pointer and the arrow keys press, or turn the body. */
-  set(isPoking: boolean): void;
-  /** The pointer comes down where nothing was measured, or where something was. */
-  note(isMeasured: boolean): void;
-  /** How many tools there are, for as many fingers on a screen. */
-  readonly fingers: number;
-  press(place: Place, finger?: number): void;
-  pressHere(): void;
-  drag(place: Place | undefined, finger?: number): void;
-  lift(finger?: number): void;
-  setDepth(depth_m: number): void;
-  /** Along the surface, as the screen has right and up, by a share of the range; not given: a key's. */
-  moveBy(right: number, up: number, share?: number): void;
-  /** By a key's angle about the screen's right and up, and about the surface's normal. */
-  turnBy(right: number, up: number, outward: number): void;
-}
-
-export function listenForTool(view: BodyView, tool: Tool): void {
+export function listenForTool(view: BodyView, tool: Poke): void {
   const canvas = view.canvas;
   const held: (number | undefined)[] = []; // the pointer that holds each tool
   // Before the view's own listeners: a pointer that presses does not turn the body. One beside the

@@ -25,10 +25,8 @@ const kNothing = "no row counts"; // in place of a number that is null
 export function quantity(value: number | null, unit: string, count = 3): string {
   if (value === null) return kNothing;
   if (!Number.isFinite(value)) return "unknown";
-  const size = Math.abs(value) < kLeast ? 0 : Math.abs(value);
-  const found = prefixes.find(([factor]) => size >= factor * 0.9995) ?? prefixes[prefixes.length - 1];
-  const [factor, prefix] = size === 0 ? prefixes[2] : found;
-  return `${digits(size === 0 ? 0 : value / factor, count)} ${prefix}${unit}`;
+  const scaled = scaleFor(Math.abs(value), unit);
+  return `${digits(Math.abs(value) < kLeast ? 0 : value * scaled.scale, count)} ${scaled.unit}`;
 }
 
 /** The unit with the prefix that suits values of this size, and what they are multiplied by. */

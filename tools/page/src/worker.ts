@@ -21,12 +21,12 @@ export type Order =
 
 /** A batch of ticks. pressing_N, sliding_N: normal and lateral force of each, of all tools together. */
 export interface Batch {
-  /** Of each tool. */
+  /** Place of each tool [m]. */
   at: Vector[];
   isIdle: boolean[];
   answer: Float64Array[];
   turn: Turn;
-  /** Of each vertex [m], three numbers; none where the engine does not say, or said it just now. */
+  /** Displacements of the vertices [m], three numbers each; none where the asset has none or nothing moved. */
   displacement: Float32Array<ArrayBuffer> | undefined;
   /** A tick of the batch slid. */
   slid: boolean;
@@ -43,17 +43,17 @@ export type News =
 
 const kRate_Hz = 1000;
 const kSlip = 2; // PALPATE_SLIP
-const kMaxDue = 100; // after a pause the tool goes on where it stood
+const kMaxDue = 100; // after a pause the tool goes on where it reportedState
 const kNews_ms = 15;
-const kNearing = 0.08; // of the way that is left, a tick, twice: 25 ms until the tool has followed, without a jerk
-const kDeformShare = 0.3; // of the time: large bodies are drawn less often than forces are told
+const kNearing = 0.08; // of the distance to the target, a tick, twice: 25 ms until the tool has followed, without a jerk
+const kDeformShare = 0.3; // of the time: large bodies are drawn less often than forces are reported
 const kMaxFingers = 2;
-const kIdle = 20; // of the way that a touch comes down: how far off a tool waits that nobody holds
+const kIdle = 20; // of the approach of a touch: distance at which a tool waits that nobody holds
 
 /** A tool and where it goes. */
 interface Finger {
   at: Vector;
-  /** On the way to the target, ahead of it. */
+  /** Between tool and target: smoothed twice. */
   lead: Vector;
   target: Vector;
   isDown: boolean;
@@ -72,9 +72,9 @@ let slid = false;
 let recording = new Recording(1);
 let pressing: number[] = [];
 let sliding: number[] = [];
-let told_ms = 0;
+let reported_ms = 0;
 let deforms_ms = 0;
-let stood = ""; // where tools and contact points were when the surface was told last
+let reportedState = ""; // tools and contact points when the surface was reported last
 let rate: { at_ms: number; ticks: number }[] = [];
 let ticks = 0;
 let timer: ReturnType<typeof setTimeout> | undefined;
@@ -82,10 +82,10 @@ let timer: ReturnType<typeof setTimeout> | undefined;
 const say = (news: News, transfer: Transferable[] = []) => postMessage(news, { transfer });
 
 function approach(finger: Finger): void {
-  const way = finger.target.map((t, k) => t - finger.lead[k]);
-  const length = Math.hypot(...way);
+  const offset = finger.target.map((t, k) => t - finger.lead[k]);
+  const length = Math.hypot(...offset);
   const share = length > 0 ? Math.min(Math.max(kNearing, 1e-6 / length), step_m / length, 1) : 0;
-  finger.lead = finger.lead.map((v, k) => v + share * way[k]) as Vector;
+  finger.lead = finger.lead.map((v, k) => v + share * offset[k]) as Vector;
   finger.at = finger.at.map((v, k) => v + kNearing * (finger.lead[k] - v)) as Vector;
 }
 
@@ -106,7 +106,7 @@ function tick(): void {
   fingers.forEach(approach);
   engine.tick(fingers.flatMap(({ at }) => [...at, ...turn]));
   let [down, aside] = [0, 0];
-  const felt = fingers.map((_, i) => {
+  const forces = fingers.map((_, i) => {
     const a = answerOf(i);
     const force = vector(a.subarray(Answer.force_N), 0);
     const inward = vector(a.subarray(Answer.normal), 0);
@@ -119,7 +119,7 @@ function tick(): void {
   recording.add(
     fingers.map(({ at }) => at),
     turn,
-    felt,
+    forces,
   );
   pressing.push(down);
   sliding.push(aside);
@@ -136,17 +136,17 @@ function deformed(now: number): Float32Array<ArrayBuffer> | undefined {
       ...vector(answerOf(i).subarray(Answer.contact_m), 0),
     ])
     .join();
-  if (stands === stood) return undefined;
-  stood = stands;
+  if (stands === reportedState) return undefined;
+  reportedState = stands;
   const displacement = new Float32Array(engine.deform());
   const spent = performance.now() - now;
   deforms_ms = now + spent / kDeformShare;
   return displacement;
 }
 
-function tell(now: number): void {
-  if (now - told_ms < kNews_ms || pressing.length === 0) return;
-  told_ms = now;
+function report(now: number): void {
+  if (now - reported_ms < kNews_ms || pressing.length === 0) return;
+  reported_ms = now;
   rate.push({ at_ms: now, ticks });
   rate = rate.filter((r) => now - r.at_ms < 1500);
   const [first, last] = [rate[0], rate[rate.length - 1]];
@@ -177,7 +177,7 @@ function run(): void {
   }
   for (let k = 0; k < due; ++k) tick();
   done += due;
-  tell(now);
+  report(now);
   timer = setTimeout(run, 1);
 }
 
@@ -185,7 +185,7 @@ function run(): void {
 function begin(finger: number, from: Vector, to: Vector, turned: Turn, interpolates: boolean): void {
   if (!fingers.some(({ isDown }, i) => isDown && i !== finger)) {
     engine.start(interpolates);
-    [turn, turnTarget, stood] = [turned, turned, ""];
+    [turn, turnTarget, reportedState] = [turned, turned, ""];
     recording = new Recording(fingers.length);
     const idle = from.map((v, k) => v + kIdle * (v - to[k])) as Vector;
     for (const each of fingers) Object.assign(each, { at: idle, lead: idle, target: idle, isIdle: true });

@@ -4,14 +4,13 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
 #include "libfem/probes/probes.hpp"
-#include "libfem/probes/round_end.hpp"
 #include "libfem/solve/experiments/quick_press.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/fit/fit_curves.hpp"
+#include "libfit/io/content_hash.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/refine/insert_point.hpp"
 #include "libfit/refine/next_points.hpp"
@@ -77,8 +76,8 @@ std::vector<std::int32_t> choose(const Body& body, const TestPoints& points, con
                                  const std::vector<double>& expected_error, int count,
                                  double tolerance, double least_m) {
   const auto seeds =
-      place_on_surface(points.position, points.normal, body.surface, -model.inward_normal,
-                       std::numbers::pi, extent_m(body.surface.vertices).norm());
+      place_on_surface(points.position, points.normal, body.surface, -model.inward_normal, -1,
+                       extent_m(body.surface.vertices).norm());
   NextPointsOptions options;
   options.count = count;
   if (tolerance > 0) options.gap_error = tolerance / 4;
@@ -246,6 +245,20 @@ Placement place_and_simulate(const Scene& scene, const Body& body,
       say("  {} more are dragged, of whose force no upright dragged one tells", last.size());
   }
   return placement;
+}
+
+SimulateRequest request_for(const Scene& scene, const Body& body, Purpose purpose, int jobs,
+                            const std::filesystem::path& output, bool resume) {
+  std::string fingerprint = point_fingerprint(scene, body);
+  if (purpose == Purpose::hold_out)
+    fingerprint =
+        ContentHash().add(fingerprint).add(fmt::format("{}", scene.validate.force_tolerance)).hex();
+  return {.jobs = jobs,
+          .output = output,
+          .fingerprint = fingerprint,
+          .tool = tool_fingerprint(scene, other_tools(scene, purpose)),
+          .resume = resume,
+          .surface_columns = surface_columns(scene, body)};
 }
 
 Samples simulate_scene(const Scene& scene, const Body& body, const SimulateRequest& request,

@@ -8,6 +8,7 @@
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
 #include "tools/scene/scene.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
 
 namespace palpate::tools {
@@ -56,6 +57,11 @@ struct Placement {
 /// number of threads.
 Placement place_and_simulate(const Scene& scene, const Body& body,
                              const fem::SimulatorOf& simulator, int jobs, SampleCache& known);
+
+/// What simulates the experiments of a scene for a purpose. output: samples.h5 or reference.h5;
+/// empty: nothing is kept.
+SimulateRequest request_for(const Scene& scene, const Body& body, Purpose purpose, int jobs,
+                            const std::filesystem::path& output, bool resume = true);
 
 /// All experiments of a scene, at the body's points or at points that place themselves and wherever
 /// else they are drawn, written to

@@ -58,14 +58,6 @@ Attributes attributes_of(const Settled& settled, const Shard& shard, int round) 
           {kProgram, import_fingerprint()}};
 }
 
-SimulateRequest request_of(const Settled& settled, int jobs, const fs::path& output) {
-  return {.jobs = jobs,
-          .output = output,
-          .fingerprint = point_fingerprint(settled.scene, settled.body),
-          .tool = tool_fingerprint(settled.scene, settled.scene.pressed),
-          .surface_columns = surface_columns(settled.scene, settled.body)};
-}
-
 // Whether a file says all this of itself.
 bool carries(const Attributes& stored, const Attributes& wanted) {
   return std::all_of(wanted.begin(), wanted.end(), [&](const auto& attribute) {
@@ -365,7 +357,8 @@ std::size_t simulate_shard(const fs::path& folder, const Shard& shard, int jobs)
     return own.size();
   }
   const double from_s = cpu_seconds();
-  const SimulateRequest request = request_of(settled, jobs, path);
+  const SimulateRequest request =
+      request_for(settled.scene, settled.body, Purpose::identify, jobs, path);
   const Simulators simulators(settled.scene, settled.body, Purpose::identify);
   const Samples samples =
       own.size() == 0 ? Samples()
@@ -406,7 +399,8 @@ Merged merge_shards(const fs::path& folder, const fs::path& output, int jobs) {
       parts.push_back(std::move(part));
     merged.cpu_s += std::stod(read_attributes(shard_path(folder, {number, count})).at(kCpu));
   }
-  SimulateRequest request = request_of(settled, jobs, output);
+  SimulateRequest request =
+      request_for(settled.scene, settled.body, Purpose::identify, jobs, output);
   request.only_known = true;
   Samples known = joined_all(std::move(parts));
   try {

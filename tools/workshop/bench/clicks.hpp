@@ -17,12 +17,12 @@ struct ClickCase {
 inline constexpr double kScatter = 0.28;
 inline constexpr ClickCase kClickCases[] = {
     {"both interpolations", {}},
-    {"facet normals", {false, true, true}},
-    {"facet curves", {true, false, true}},
-    {"neither", {false, false, true}},
+    {"facet normals", {false, true}},
+    {"facet curves", {true, false}},
+    {"neither", {false, false}},
     {"both, scattered nodes", {}, kScatter},
-    {"facet normals, scattered nodes", {false, true, true}, kScatter},
-    {"facet curves, scattered nodes", {true, false, true}, kScatter},
+    {"facet normals, scattered nodes", {false, true}, kScatter},
+    {"facet curves, scattered nodes", {true, false}, kScatter},
 };
 
 struct ClickResult {

@@ -3,7 +3,7 @@
 #include <ctime>
 
 #include "libfem/mesh/boundary.hpp"
-#include "libfem/mesh/structured_block.hpp"
+#include "tests/support/structured_block.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/body/simulation_setup.hpp"
 #include "tools/workshop/bench/fem.hpp"

@@ -69,8 +69,6 @@ FitOptions bench_options(int jobs) {
 double plain_fit(const Samples& samples, int points, int steps) {
   const FitOptions options = bench_options(1);
   const CurveBasis basis{3, options.knots_m[0]};
-  const SplineTables tables = tabulate(basis);
-  const auto spline = fit::view(tables);
   const Eigen::VectorXd lower = Eigen::VectorXd::Zero(basis.size() - 1);
   const fit::WeakPrior weak_prior = fit::smoothness_prior(basis);
   double sum = 0;
@@ -85,9 +83,7 @@ double plain_fit(const Samples& samples, int points, int steps) {
         if (curve == 1 && is_drag && !slips) rows.push_back({x, samples.force(at, 0), 1, 0});
         if (curve == 2 && is_drag && slips) rows.push_back({z, samples.force(at, 0), 1, 0});
       }
-      sum += fit::fit_increments(spline, rows, lower, fit::WeakPrior(weak_prior),
-                                 fit::FitLoss::squared)
-                 .sum();
+      sum += fit::fit_increments(basis, rows, lower, weak_prior, fit::FitLoss::squared).sum();
     }
   return sum;
 }

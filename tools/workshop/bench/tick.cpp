@@ -103,7 +103,7 @@ Model compliant(Model model, const Compliant& what) {
   }
   if (what.couples) {
     model.curves.coupling.length_m = 0.003;
-    for (int k = 0; k < 3; ++k) model.curves.coupling.give_m_N[k] = 2e-4;
+    for (int k = 0; k < 3; ++k) model.curves.coupling.isotropic_m_N[k] = 2e-4;
   }
   return model;
 }

@@ -42,10 +42,10 @@ struct CountedSpot {
   Counted control(int curve, int j) const noexcept { return Counted(spot->control(curve, j)); }
 };
 /// So are its curves around the depth.
-inline runtime::CurvePiece<Counted> piece_under(const runtime::CurveViews& views,
-                                                const CountedSpot& spot, int curve, double x,
-                                                bool with_area) noexcept {
-  const auto plain = piece_under(views, *spot.spot, curve, x, with_area);
+inline runtime::CurvePiece<Counted> piece_at(const runtime::CurveViews& views,
+                                             const CountedSpot& spot, int curve, double x,
+                                             bool with_area) noexcept {
+  const auto plain = piece_at(views, *spot.spot, curve, x, with_area);
   runtime::CurvePiece<Counted> out;
   out.order = plain.order;
   out.knot = plain.knot;

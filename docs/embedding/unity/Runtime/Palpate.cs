@@ -32,7 +32,7 @@ public static unsafe class Palpate
         public fixed double RadiusM[MaxBalls];     // 0: a tip
         public double DampingNsM, DamperDepthM;
         public double LateralDampingNsM, MaxForceN, RampS;
-        public fixed ulong Met[MaxBalls]; // Asset* of palpate_indenter_open, as each ball meets it; 0: as it is
+        public fixed ulong BallAsset[MaxBalls]; // Asset* of palpate_indenter_open for each ball; 0: the asset that is ticked
         public fixed double Reserved[5];
     }
 

@@ -1,4 +1,4 @@
-#include "libfem/mesh/fill/child_process.hpp"
+#include "libfem/mesh/fill/fill_steps.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,9 +6,7 @@
 #include <string>
 #include <variant>
 
-#include "libfem/mesh/fill/child_process.hpp"
-#include "libfem/mesh/fill/fill_tetgen.hpp"
-#include "libfem/mesh/fill/mend_slivers.hpp"
+#include "libfem/mesh/fill/fill_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/surface/simulation_surface.hpp"
 #include "libfem/mesh/tet_quality.hpp"

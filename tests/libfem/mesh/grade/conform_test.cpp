@@ -1,4 +1,4 @@
-#include "libfem/mesh/grade/conform.hpp"
+#include "libfem/mesh/grade/grade_steps.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 #include <set>
 
 #include "libfem/mesh/grade/grade_mesh.hpp"
-#include "libfem/mesh/structured_block.hpp"
 #include "libfem/mesh/tet_quality.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/libfem/mesh/grade/measures.hpp"
+#include "tests/support/structured_block.hpp"
 
 namespace palpate::fem {
 namespace {

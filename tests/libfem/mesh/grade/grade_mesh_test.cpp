@@ -9,12 +9,12 @@
 #include <thread>
 
 #include "libfem/mesh/boundary.hpp"
-#include "libfem/mesh/grade/quadratic_geometry.hpp"
-#include "libfem/mesh/structured_block.hpp"
+#include "libfem/mesh/grade/grade_steps.hpp"
 #include "libfem/mesh/tet_quality.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/libfem/mesh/grade/measures.hpp"
 #include "tests/support/error_of.hpp"
+#include "tests/support/structured_block.hpp"
 
 namespace palpate::fem {
 namespace {

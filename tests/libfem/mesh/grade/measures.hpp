@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libfem/mesh/grade/quadratic_geometry.hpp"
+#include "libfem/mesh/grade/grade_steps.hpp"
 
 namespace palpate::fem {
 

@@ -4,9 +4,9 @@
 #include <random>
 
 #include "libfem/mesh/grade/smooth_surface.hpp"
-#include "libfem/mesh/structured_block.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
+#include "tests/support/structured_block.hpp"
 
 namespace palpate::fem {
 namespace {

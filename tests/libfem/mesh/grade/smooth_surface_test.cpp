@@ -6,9 +6,9 @@
 #include <limits>
 #include <random>
 
-#include "libfem/mesh/structured_block.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/support/error_of.hpp"
+#include "tests/support/structured_block.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -126,7 +126,7 @@ TEST(SmoothSurface, creases_are_found_only_within_reach) {
   const SmoothSurface box(boundary_surface(structured_block({0.1, 0.1, 0.04}, {5, 5, 2})));
   const auto hit = box.closest_crease({0.037, 0.002, 0.041}, 0.01);
   ASSERT_TRUE(hit.has_value());
-  EXPECT_LT((hit->position - Vec3(0.037, 0, 0.04)).norm(), 1e-15);
+  EXPECT_LT((*hit - Vec3(0.037, 0, 0.04)).norm(), 1e-15);
   EXPECT_FALSE(box.closest_crease({0.05, 0.05, 0.04}, 0.01).has_value());
 }
 

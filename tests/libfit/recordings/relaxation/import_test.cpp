@@ -51,7 +51,7 @@ TEST_F(RelaxationImport, gives_rows_in_time_and_keeps_rates_apart) {
   batch.jobs = 1;
   const auto results = run_batch(items, batch, Progress{});
   const Assembled found = assemble(items, results, {});
-  for (const Outcome& outcome : found.outcomes)
+  for (const PlacedRecording& outcome : found.outcomes)
     ASSERT_FALSE(outcome.failure) << outcome.failure->what;
   ASSERT_TRUE(found.relaxation);
   const Samples& samples = found.samples;
@@ -92,7 +92,7 @@ TEST_F(RelaxationImport, of_a_press_whose_force_stays_while_it_creeps_finds_the_
   BatchOptions batch;
   batch.jobs = 1;
   const Assembled found = assemble(items, run_batch(items, batch, Progress{}), {});
-  for (const Outcome& outcome : found.outcomes)
+  for (const PlacedRecording& outcome : found.outcomes)
     ASSERT_FALSE(outcome.failure) << outcome.failure->what;
   ASSERT_TRUE(found.relaxation);
   const Samples& samples = found.samples;

@@ -195,17 +195,18 @@ inline Way long_hold_way(double before_s, double held_s, double after_s, double 
 }
 
 /// Recordings of a case, conditioned as an import does: the contact point is not known.
-inline std::vector<recordings::RelaxingPress> presses_of(const RecoveryCase& of, unsigned seed,
-                                                         double interval_s = 0.01,
-                                                         int steps_each = 2) {
+inline std::vector<recordings::TimedPress> presses_of(const RecoveryCase& of, unsigned seed,
+                                                      double interval_s = 0.01,
+                                                      int steps_each = 2) {
   std::mt19937 random(seed);
-  std::vector<recordings::RelaxingPress> presses;
+  std::vector<recordings::TimedPress> presses;
   for (const Way& way : of.ways) {
     const auto raw = record({of.relaxation, 1}, way, interval_s, steps_each, of.sensor, random);
     recordings::SignalSettings settings;
     settings.radius_m = 5e-3;
     const auto done = recordings::condition(raw, settings, std::nullopt, "press.csv", false);
-    presses.push_back({done.history, done.noise_N, done.contact.deviation_m});
+    recordings::TimedPress& press = presses.emplace_back(done.history);
+    press.noise_N = done.noise_N, press.contact_deviation_m = done.contact.deviation_m;
   }
   return presses;
 }

@@ -59,11 +59,11 @@ TEST(TimedPress, tells_a_force_that_is_held_from_a_depth_that_is) {
       for (const double noise : {0.0, 0.01, 0.02}) {
         const auto presses =
             presses_of({c.name, c.body.relaxation, {c.way}, {noise, noise / 2}}, seed, 0.02);
-        EXPECT_EQ(is_creep(presses[0].press), c.is_creep)
+        EXPECT_EQ(is_creep(presses[0]), c.is_creep)
             << c.name << ", noise " << noise << ", seed " << seed;
       }
   // What yields while the tool goes on as fast: the force stays, and no controller holds it.
-  TimedPress yielding = presses_of({"", {}, {yields}, {0, 0}}, 1)[0].press;
+  TimedPress yielding = presses_of({"", {}, {yields}, {0, 0}}, 1)[0];
   yielding.push_N = yielding.push_N.cwiseMin(0.4 * yielding.push_N.maxCoeff());
   EXPECT_FALSE(is_creep(yielding));
 }
@@ -75,7 +75,7 @@ TEST(TimedPress, a_coarse_sensor_s_held_force_is_not_saturated) {
   auto raw = record({prony({0.5}, {3}), 1}, creep_way(0.5, 3, 30), 0.02, 2, {0, 0}, random);
   const double step_N = 0.02 * *std::ranges::max_element(raw.push_N);
   for (double& push_N : raw.push_N) push_N = step_N * std::round(push_N / step_N);
-  const auto done = condition(raw, {.radius_m = 5e-3}, std::nullopt, "press.csv", false);
+  const auto done = condition(raw, {{.radius_m = 5e-3}}, std::nullopt, "press.csv", false);
   EXPECT_TRUE(is_creep(done.history));
   for (const RowStatus status : done.status) EXPECT_EQ(status, RowStatus::good);
 }

@@ -1,0 +1,96 @@
+#include "libfem/mesh/topology.hpp"
+
+#include <numeric>
+#include <tuple>
+
+namespace palpate {
+
+std::vector<std::int32_t> renumber(std::span<std::int32_t> corners, std::size_t count,
+                                   Numbering numbering) {
+  std::vector<std::int32_t> number(count, -1), used;
+  const auto take = [&](std::int32_t v) {
+    if (number[v] >= 0) return;
+    number[v] = static_cast<std::int32_t>(used.size());
+    used.push_back(v);
+  };
+  if (numbering == Numbering::ascending) {
+    used.assign(corners.begin(), corners.end());
+    sort_unique(used);
+    for (std::size_t i = 0; i < used.size(); ++i) number[used[i]] = static_cast<std::int32_t>(i);
+  }
+  for (std::int32_t& v : corners) {
+    take(v);
+    v = number[v];
+  }
+  return used;
+}
+
+std::vector<TriangleSide> sorted_sides(const Eigen::Ref<const Triangles>& triangles) {
+  std::vector<TriangleSide> sides;
+  sides.reserve(triangles.size());
+  for (std::int32_t f = 0; f < triangles.rows(); ++f)
+    for (std::int8_t k = 0; k < 3; ++k) {
+      const std::int32_t from = triangles(f, k), to = triangles(f, (k + 1) % 3);
+      sides.push_back({std::min(from, to), std::max(from, to), f, k, from < to});
+    }
+  std::ranges::sort(sides, [](const TriangleSide& a, const TriangleSide& b) {
+    return std::tie(a.low, a.high, a.face, a.corner) < std::tie(b.low, b.high, b.face, b.corner);
+  });
+  return sides;
+}
+
+DisjointSets::DisjointSets(std::size_t size) : parent_(size) {
+  std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+}
+
+std::size_t DisjointSets::find(std::size_t member) {
+  while (parent_[member] != member) member = parent_[member] = parent_[parent_[member]];
+  return member;
+}
+
+void DisjointSets::join(std::size_t a, std::size_t b) {
+  a = find(a);
+  b = find(b);
+  parent_[std::max(a, b)] = std::min(a, b);
+}
+
+Components components(const Eigen::Ref<const Triangles>& triangles) {
+  DisjointSets sets(triangles.rows());
+  for_each_edge(sorted_sides(triangles), [&](auto begin, auto end) {
+    for (auto side = begin + 1; side < end; ++side) sets.join(begin->face, side->face);
+  });
+  Components result{std::vector<std::size_t>(triangles.rows()), 0};
+  for (std::size_t f = 0; f < result.of_face.size(); ++f) {
+    const std::size_t first = sets.find(f);
+    result.of_face[f] = first == f ? result.number++ : result.of_face[first];
+  }
+  return result;
+}
+
+DisjointSets corner_fans(const Eigen::Ref<const Triangles>& triangles) {
+  DisjointSets corners(triangles.size());
+  const auto corner_at = [&](const TriangleSide& side, std::int32_t vertex) {
+    const int k = side.corner;
+    return 3 * side.face + (triangles(side.face, k) == vertex ? k : (k + 1) % 3);
+  };
+  for_each_edge(sorted_sides(triangles), [&](auto begin, auto end) {
+    for (auto side = begin + 1; side < end; ++side)
+      for (const std::int32_t vertex : {begin->low, begin->high})
+        corners.join(corner_at(*begin, vertex), corner_at(*side, vertex));
+  });
+  return corners;
+}
+
+std::vector<std::int32_t> pinched_vertices(const Eigen::Ref<const Triangles>& triangles,
+                                           std::size_t count) {
+  DisjointSets fan_of = corner_fans(triangles);
+  std::vector<int> fans(count, 0);
+  for (std::size_t c = 0; c < 3 * std::size_t(triangles.rows()); ++c)
+    fans[triangles(c / 3, c % 3)] += fan_of.find(c) == c;
+  std::vector<std::int32_t> pinched;
+  for (std::size_t v = 0; v < count; ++v)
+    if (fans[v] > 1) pinched.push_back(v);
+  return pinched;
+}
+
+}  // namespace palpate

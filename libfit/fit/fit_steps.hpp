@@ -1,0 +1,128 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libfit/fit/point/fit_point.hpp"
+
+// The steps of fit_curves(), in the order in which it takes them.
+
+namespace palpate::fit {
+
+/// Whether rows have times and the body's relaxation is known: curves are then fitted to what the
+/// forces would be in slow motion.
+inline bool depends_on_time(const Samples& samples) {
+  return samples.time_s.size() > 0 && samples.relaxation.branches() > 0;
+}
+
+/// Samples without times whose forces, torques and errors are over the ratio of the curves' forces
+/// with time to those in slow motion (docs/method-body.md, section 24). Rows of a press that
+/// unloads, and those at which by the curves the tool has left the body, become `no_contact`.
+/// curves: rings at the same points; rows of points that failed stay as they are.
+Samples in_slow_motion(const Samples& timed, const FittedCurves& curves);
+
+/// Options of a warm start: bases and family as the earlier fit had them. Throws Error where its
+/// curves are of several degrees.
+FitOptions as_before(FitOptions options);
+
+/// Sets PointExperiment::unknown as the options ask. The contact point of an experiment is as
+/// uncertain as its recordings' (the mean of those pooled). Throws Error when contact points are to
+/// be found and no recording states how uncertain any of them is.
+void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& body);
+
+/// Whether anything is unknown of any experiment.
+bool has_nuisances(const BodyData& body);
+
+/// A point's rows as they would have been recorded without its nuisance values.
+PointData without_nuisances(PointData point, const std::vector<NuisanceValues>& nuisance);
+
+/// The three bases of the body in units of its `length_m`, and why. The caller scales knots.
+/// A user's knots and pieces are taken; otherwise the fewest pieces are sought whose curves
+/// predict held-out rows within the tolerance or, where noise forbids that, as well as the best.
+/// Work: at most 64 points, evenly taken.
+std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
+                                                  std::vector<CurveRows>& rows,
+                                                  const FitOptions& options);
+
+/// The basis of f^z for a law that reads its curvature, in units of the body's `length_m`: the
+/// fewest pieces whose curves predict held-out rows of presses as well as the best, to a standard
+/// error or the floor of the rows' weights, whatever the tolerance. Rows of drags do not count:
+/// beside the point the force is not f^z alone. None where the user decides the normal basis or no
+/// point presses enough to hold rows out.
+std::optional<BasisReport> choose_bed_basis(const std::vector<CurveRows>& rows,
+                                            const FitOptions& options);
+
+/// Relative error of rows that curves of a family were not fitted to.
+struct FamilyEvidence {
+  double median_error = 0, p95_error = 0;
+  std::size_t rows = 0;  ///< held out, whose points had curves
+};
+
+/// Holds every other row of each experiment out in turn, its path still replayed. At most 24
+/// points, evenly taken.
+FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& rows,
+                            const BodyBases& bases, const FitOptions& options);
+
+/// Whether a body's computed sway, which adds no unknown, is to be subtracted: p95 is lower by a
+/// tenth and the median no higher, or the median is lower by a tenth and p95 not worse by one; not
+/// where it leaves a tenth of the rows unjudged. Of a few dragged points p95 is that of the one
+/// beside a fold.
+bool improves_by_sway(const FamilyEvidence& without, const FamilyEvidence& with);
+
+/// By how much ln lambda, mu_0, mu_1 D and gamma D of a body's points differ from their lines, D
+/// the depth of its deepest row: friction by as much there as at first touch.
+inline constexpr RingConstants kUsualRings{0.2, 0.03, 0.03, 0.03};
+
+/// Constants of a point's rings as fitted to its drags, and their standard errors. log_force: of
+/// its press [ln N], see RingPrior.
+struct RingPoint {
+  double log_force = 0;
+  RingConstants constant{}, error{};
+};
+/// From lambda, mu_0, mu_1 and gamma and their errors, four numbers each.
+RingPoint ring_point(double log_force, const double* constant, const double* error);
+
+/// Lines through the constants of a body's dragged points over the force of their presses
+/// (RingPrior). deviation: of a point's constants about the lines, above 0. A point weighs
+/// 1/(deviation^2 + error^2). Slopes are weighted medians over pairs of points (Theil 1950, Sen
+/// 1968, doi:10.1080/01621459.1968.10480934), drawn to 0 where the points' forces hardly differ;
+/// of points alike in error a third may be anything. theory, where it is known, counts as one
+/// point that its error leaves exact. Not for no point.
+RingPrior ring_lines(const std::vector<RingPoint>& points, const RingConstants& deviation,
+                     const std::optional<RingConstants>& theory = {});
+
+/// Hashes of all that each point's curves depend on besides bases and family: its place, its rows
+/// (experiments counted from the point's first), the options that a point's own fit reads, radius
+/// and friction of the probe, the prior of its rings, what is unknown of its recordings, and the
+/// body's force error where its own rows state none. 16 hex digits a point; equal means that the
+/// curves need no refit. body, bases: of these samples.
+std::vector<std::string> fingerprints(const Samples& samples, const BodyData& body,
+                                      const BodyBases& bases, const FitOptions& options);
+
+/// The point of the earlier fit with each fingerprint, or -1; all -1 without a cache.
+std::vector<Eigen::Index> earlier_points(const FitOptions& options,
+                                         const std::vector<std::string>& fingerprint);
+
+/// Copies a point of the earlier fit to row p of `fitted`; the result has no score yet.
+/// experiments: of the point.
+PointResult keep_point(const FitOptions& options, Eigen::Index earlier, std::size_t experiments,
+                       Eigen::Index p, FittedCurves& fitted);
+
+/// Rows for curves.h5; none where nothing was unknown.
+FittedRecordings collect_nuisances(const BodyData& body, const std::vector<PointResult>& results);
+
+/// Compares the constants of a body's rings with theory's (docs/method.md, section 5):
+/// lambda = 2 (1 - nu) / (2 - nu), mu0 = 0.95 mu, mu1 = mu0 / 2R. Only points that were dragged
+/// count; the message of those whose lambda is far from the body's says so. No points where the
+/// family is another.
+RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& rows,
+                        FittedCurves& fitted);
+
+/// The report of a fit of all points; the number of rows, family, rings, time and whether it was
+/// stopped are left to the caller. rows: of the curves of each point.
+FitReport make_report(const BodyData& body, const std::vector<CurveRows>& rows,
+                      const BodyBases& bases, const FittedCurves& fitted,
+                      const std::vector<PointResult>& results, const FitOptions& options);
+
+}  // namespace palpate::fit
