@@ -9,12 +9,12 @@
 
 namespace palpate::fem {
 
-/// A test whose specimen deforms alike everywhere (M45): which stretches the machine sets, and
-/// which follow because nothing loads those sides.
+/// A test whose specimen deforms alike everywhere (M45): the machine sets some stretches, and
+/// unloaded sides have the others.
 struct HomogeneousTestRow {
   std::string_view name, summary;
-  /// Of the three diagonal entries of F: 'l' the stretch that is set, '1' held, 'f' free; in simple
-  /// shear F = 1 + strain e1 e2.
+  /// One letter for each diagonal entry of F: 'l' the stretch that is set, '1' held, 'f' free. In
+  /// simple shear F = 1 + strain e1 e2.
   std::string_view sides;
   bool is_shear = false;
 };

@@ -13,10 +13,8 @@ namespace {
 
 using Eigen::Index, Eigen::VectorXd;
 
-constexpr double kEnough = 0.005;  // of the cost, in variances
-constexpr double kScatterOfStarts = 1.5;
-constexpr double kTooSmall = 1.1;  // of shared errors, over what is stated, rms
-constexpr int kWidenings = 6;
+constexpr double kEnough = 0.005;  // fall of the cost that ends a search, in variances
+constexpr double kTooSmall = 1.1;  // shared errors over the stated ones, rms: these are too small
 
 struct SearchEnd {
   VectorXd y;
@@ -45,12 +43,10 @@ SearchEnd solve(MaterialSearch& search, const MaterialParameters& start, int max
   keep.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(keep);
   problem.AddResidualBlock(&search, nullptr, found.y.data());
-  for (std::size_t k = 0; k < search.coordinates.size(); ++k) {
+  for (int k = 0; k < search.size(); ++k) {
     const Coordinate& c = search.coordinates[k];
-    if (std::isfinite(c.low))
-      problem.SetParameterLowerBound(found.y.data(), static_cast<int>(k), c.low);
-    if (std::isfinite(c.high))
-      problem.SetParameterUpperBound(found.y.data(), static_cast<int>(k), c.high);
+    if (std::isfinite(c.low)) problem.SetParameterLowerBound(found.y.data(), k, c.low);
+    if (std::isfinite(c.high)) problem.SetParameterUpperBound(found.y.data(), k, c.high);
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
@@ -76,7 +72,7 @@ SearchEnd solve(MaterialSearch& search, const MaterialParameters& start, int max
 MaterialParameters scattered(const MaterialSearch& search, MaterialParameters material,
                              unsigned seed) {
   std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(-kScatterOfStarts, kScatterOfStarts);
+  std::uniform_real_distribution<double> uniform(-1.5, 1.5);
   for (int attempt = 0; attempt < 50; ++attempt) {
     MaterialParameters other = material;
     for (const Coordinate& c : search.coordinates)
@@ -96,7 +92,7 @@ Identification identify_as_stated(const MaterialParameters& start, const Observa
   const MaterialParameters middle = search.at(search.place(start).data());
   SearchEnd best;
   for (int i = 0; i < std::max(1, options.starts) && !options.progress.stopped(); ++i) {
-    MaterialParameters from = i == 0 ? middle : scattered(search, middle, static_cast<unsigned>(i));
+    MaterialParameters from = i == 0 ? middle : scattered(search, middle, i);
     const VectorXd response = responses({from}).front();
     if (response.size() == 0) continue;
     out.has_answer = true;
@@ -126,7 +122,7 @@ std::vector<std::size_t> identifiable(const MaterialParameters& material) {
     if (row.count == 1 && row.name != kPoissonRow.name && row.name != kBulkRow.name &&
         at < material.values.size() && std::isfinite(material.values[at]))
       out.push_back(at);
-    at += static_cast<std::size_t>(row.count);
+    at += row.count;
   }
   return out;
 }
@@ -136,9 +132,9 @@ Identification identify(const MaterialParameters& start, const Observations& obs
   Identification out = identify_as_stated(start, observed, responses, options);
   Observations wider = observed;
   double widened = 1;
-  for (int k = 0; k < kWidenings && !out.is_stopped && !out.shared_error.empty(); ++k) {
+  for (int k = 0; k < 6 && !out.is_stopped && !out.shared_error.empty(); ++k) {
     const Eigen::Map<const VectorXd> moved(out.shared_error.data(), std::ssize(out.shared_error));
-    const double ratio = moved.norm() / std::sqrt(static_cast<double>(moved.size()));
+    const double ratio = moved.norm() / std::sqrt(moved.size());
     if (!(ratio > kTooSmall)) break;
     widened *= ratio;
     wider.shared *= ratio;

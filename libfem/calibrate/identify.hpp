@@ -11,19 +11,28 @@
 
 namespace palpate::fem {
 
-/// What a material is identified from. value: N [N or Pa]. deviation: N, stated standard deviations
-/// of one unit with value; NaN where none is stated, taken from those that are. group: N, the
-/// experiment of each, whose rows follow one another. shared: N, how much one standard deviation of
-/// an error that the rows of an experiment share, such as that of its contact, moves each; empty or
-/// 0: nothing.
+/// Measured values that a material is identified from. value: N [N or Pa]. deviation: N, stated
+/// standard deviations of one unit with value; NaN where none is stated, taken from those that are.
+/// group: N, the experiment of each, whose rows follow one another. shared: N, how much one
+/// standard deviation of an error that the rows of an experiment share, such as that of its
+/// contact, moves each; empty or 0: nothing.
 struct Observations {
   Eigen::VectorXd value, deviation, shared = {};
   std::vector<int> group;
 };
 
-/// What each of some materials answers to all observations; an empty vector where it has no answer.
+/// The responses of each of some materials to all observations; an empty vector where it has none.
 using MaterialResponses =
     std::function<std::vector<Eigen::VectorXd>(const std::vector<MaterialParameters>&)>;
+
+/// Visits the runs of equal numbers in `group` with the first row and the number of rows of each.
+template <class Visit>
+void visit_groups(const std::vector<int>& group, const Visit& visit) {
+  for (Eigen::Index first = 0, end = 0; first < std::ssize(group); first = end) {
+    while (end < std::ssize(group) && group[end] == group[first]) ++end;
+    visit(first, end - first);
+  }
+}
 
 /// free: indices of the values to find. may_scale: the material's moduli are all that there are, so
 /// that a common factor of them is a factor of every response. common_error: relative deviation
@@ -38,8 +47,8 @@ struct IdentifyOptions {
   Progress progress = {};
 };
 
-/// A combination of parameters that the observations determine where they do not tell the
-/// parameters apart: their weighted sum, or where units differ the product of their powers.
+/// A combination of parameters that the observations determine where they do not determine each
+/// parameter: their weighted sum, or where units differ the product of their powers.
 struct DeterminedCombination {
   Eigen::VectorXd weight;  ///< of each free parameter
   bool is_product = false;

@@ -32,17 +32,16 @@ MaterialSearch::MaterialSearch(MaterialParameters start, const Observations& obs
   deviation = observed.deviation.unaryExpr([&](double s) {
     return std::hypot(s > 0 && std::isfinite(s) ? s : usual, is_stated ? kScatter * largest : 0);
   });
-  for (Index first = 0, end = 0; first < observed.shared.size(); first = end) {
-    const auto group_of = [&](Index row) { return observed.group[static_cast<std::size_t>(row)]; };
-    for (end = first; end < observed.shared.size() && group_of(end) == group_of(first);) ++end;
-    VectorXd weight = observed.shared.segment(first, end - first)
-                          .cwiseQuotient(deviation.segment(first, end - first));
-    if (weight.norm() > 0) shared_.push_back({first, end - first, std::move(weight)});
-  }
+  if (observed.shared.size() > 0)
+    visit_groups(observed.group, [&](Index first, Index rows) {
+      VectorXd weight =
+          observed.shared.segment(first, rows).cwiseQuotient(deviation.segment(first, rows));
+      if (weight.norm() > 0) shared_.push_back({first, rows, std::move(weight)});
+    });
   find_scaling();
   make_coordinates();
   set_num_residuals(static_cast<int>(value_.size()));
-  mutable_parameter_block_sizes()->push_back(static_cast<int>(coordinates.size()));
+  mutable_parameter_block_sizes()->push_back(size());
 }
 
 // The inverse root of 1 + w wT is 1 - (1 - 1 / sqrt(1 + |w|^2)) w wT / |w|^2.
@@ -74,32 +73,31 @@ MaterialParameters MaterialSearch::at(const double* y) const {
 }
 
 VectorXd MaterialSearch::place(const MaterialParameters& material) const {
-  VectorXd y(static_cast<Index>(coordinates.size()));
-  for (std::size_t k = 0; k < coordinates.size(); ++k)
-    y[static_cast<Index>(k)] = std::clamp(coordinates[k].to(material.values[coordinates[k].index]),
-                                          coordinates[k].low, coordinates[k].high);
+  VectorXd y(size());
+  for (int k = 0; k < size(); ++k) {
+    const Coordinate& c = coordinates[k];
+    y[k] = std::clamp(c.to(material.values[c.index]), c.low, c.high);
+  }
   return y;
 }
 
 bool MaterialSearch::is_refused(const MaterialParameters& material) const {
-  for (const Coordinate& c :
-       coordinates)  // the logarithm of a modulus can take it past the largest
+  for (const Coordinate& c : coordinates)  // exp overflows for a modulus far above the largest
     if (!std::isfinite(material.values[c.index])) return true;
   return law_.refusal(material.values).is_refused();
 }
 
 std::optional<MatrixXd> MaterialSearch::sensitivities(const VectorXd& y,
                                                       const VectorXd& response) const {
-  const auto k = static_cast<Index>(coordinates.size());
+  const Index k = size();
   const MaterialParameters here = at(y.data());
   const Index by_scaling = scales ? largest_free_modulus(here) : -1;
   std::vector<MaterialParameters> materials;
   std::vector<std::pair<Index, double>> step;
   for (Index j = 0; j < k; ++j) {
     if (j == by_scaling) continue;
-    const double size = coordinates[static_cast<std::size_t>(j)].is_log
-                            ? options_.difference
-                            : options_.difference * std::max(std::abs(y[j]), 0.2);
+    const double size = coordinates[j].is_log ? options_.difference
+                                              : options_.difference * std::max(std::abs(y[j]), 0.2);
     for (const double side : {1.0, -1.0}) {
       VectorXd moved = y;
       moved[j] += side * size;
@@ -126,18 +124,18 @@ std::optional<MatrixXd> MaterialSearch::sensitivities(const VectorXd& y,
   // (M43a): the sum of modulus times derivative is the response.
   VectorXd rest = response;
   for (Index j = 0; j < k; ++j) {
-    const Coordinate& c = coordinates[static_cast<std::size_t>(j)];
+    const Coordinate& c = coordinates[j];
     if (j != by_scaling && is_modulus(c.index))
       rest -= J.col(j) * (here.values[c.index] / c.slope(y[j]));
   }
-  const Coordinate& c = coordinates[static_cast<std::size_t>(by_scaling)];
+  const Coordinate& c = coordinates[by_scaling];
   J.col(by_scaling) = rest * (c.slope(y[by_scaling]) / here.values[c.index]);
   return J;
 }
 
 bool MaterialSearch::Evaluate(double const* const* parameters, double* residuals,
                               double** jacobians) const {
-  const auto k = static_cast<Index>(coordinates.size());
+  const Index k = size();
   const VectorXd y = Eigen::Map<const VectorXd>(parameters[0], k);
   const MaterialParameters material = at(y.data());
   if (options_.progress.stopped() || is_refused(material)) return false;
@@ -171,20 +169,11 @@ bool MaterialSearch::is_modulus(std::size_t index) const {
   return std::find(moduli_.begin(), moduli_.end(), index) != moduli_.end();
 }
 
-double MaterialSearch::sum_of_moduli(const MaterialParameters& material) const {
-  double sum = 0;
-  for (const std::size_t m : moduli_) sum += std::abs(material.values[m]);
-  return sum;
-}
-
 Index MaterialSearch::largest_free_modulus(const MaterialParameters& material) const {
   Index best = -1;
-  for (std::size_t k = 0; k < coordinates.size(); ++k)
-    if (is_modulus(coordinates[k].index) &&
-        (best < 0 ||
-         std::abs(material.values[coordinates[k].index]) >
-             std::abs(material.values[coordinates[static_cast<std::size_t>(best)].index])))
-      best = static_cast<Index>(k);
+  const auto modulus = [&](Index k) { return std::abs(material.values[coordinates[k].index]); };
+  for (Index k = 0; k < size(); ++k)
+    if (is_modulus(coordinates[k].index) && (best < 0 || modulus(k) > modulus(best))) best = k;
   return best;
 }
 

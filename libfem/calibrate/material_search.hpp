@@ -11,7 +11,7 @@
 
 namespace palpate::fem {
 
-/// Where the search stands for a parameter: its logarithm (times its sign) or its value over
+/// The coordinate of a parameter in the search: its logarithm (times its sign) or its value over
 /// `unit`.
 struct Coordinate {
   std::size_t index;
@@ -32,6 +32,7 @@ class MaterialSearch final : public ceres::CostFunction {
   MaterialSearch(MaterialParameters start, const Observations& observed,
                  const MaterialResponses& responses, const IdentifyOptions& options);
 
+  int size() const { return static_cast<int>(coordinates.size()); }
   MaterialParameters at(const double* y) const;
   /// The coordinates of a material, within their bounds.
   Eigen::VectorXd place(const MaterialParameters& material) const;
@@ -48,8 +49,8 @@ class MaterialSearch final : public ceres::CostFunction {
   /// The size at which a parameter counts: its own, or where it is nearly 0 a share of all moduli.
   double size_of(const MaterialParameters& material, std::size_t k) const;
   bool is_modulus(std::size_t index) const;
-  /// Rows over their deviations as independent ones (M43c): what errors shared by an experiment
-  /// make alike is taken out. rows: N x anything.
+  /// Rows over their deviations, made independent (M43c): the errors that an experiment's rows
+  /// share are removed. rows: N x anything.
   Eigen::MatrixXd whitened(const Eigen::MatrixXd& rows) const;
   /// Identification::shared_error of residuals N [N or Pa].
   std::vector<double> shared_error(const Eigen::VectorXd& residual) const;
@@ -59,7 +60,6 @@ class MaterialSearch final : public ceres::CostFunction {
   bool is_stated = false, scales = false;
 
  private:
-  double sum_of_moduli(const MaterialParameters& material) const;
   Eigen::Index largest_free_modulus(const MaterialParameters& material) const;
   void find_scaling();
   void make_coordinates();
@@ -78,7 +78,7 @@ class MaterialSearch final : public ceres::CostFunction {
   double unit_sum_ = 1;
 };
 
-/// Covariance, 95 % region and what the observations do not tell (M44), at coordinates y where
+/// Covariance, 95 % region and undetermined parameters (M44), at coordinates y where
 /// out.response, out.material and out.free are those found. Not converged where a sensitivity has
 /// no answer. common_error: see IdentifyOptions.
 void state_errors(const MaterialSearch& search, const Observations& observed,

@@ -19,16 +19,10 @@ constexpr int kSteps = 10, kMaxSteps = 12;  // of a simulated press
 constexpr int kRounds = 3;
 constexpr double kMoved = 0.1;  // of a parameter against the others: the meshes are compared anew
 
-double sum_of_moduli(const MaterialParameters& material) {
-  double sum = 0;
-  for (const std::size_t m : moduli_of(material)) sum += std::abs(material.values[m]);
-  return sum;
-}
-
 constexpr double kAside = 0.1;  // of the depth: rows of another probe may be those of a path
 
 bool is_press(const Samples& samples, Eigen::Index row, const Vec3& inward) {
-  const ExperimentKind kind = samples.kind[static_cast<std::size_t>(row)];
+  const ExperimentKind kind = samples.kind[row];
   const Vec3 deflection = samples.deflection.row(row);
   const double depth = deflection.dot(inward);
   return depth > 0 &&
@@ -44,7 +38,7 @@ double force_at(double depth, double step, const std::vector<double>& force) {
                            ? std::clamp(std::log2(force[1] / force[0]), 1.0, 3.0)
                            : 1.5;
   const auto reduced = [&](int k) {  // k from 1
-    return force[static_cast<std::size_t>(k - 1)] / std::pow(k, power);
+    return force[k - 1] / std::pow(k, power);
   };
   const double x = depth / step;
   if (x <= 1 || n < 4) {
@@ -68,7 +62,7 @@ std::map<std::int32_t, double> contact_deviations_m(const MeasuredRecordings& re
   std::map<std::int32_t, std::pair<double, int>> squares;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     auto& [sum, count] = squares[recordings.experiment[r]];
-    const double deviation_m = recordings.contact_deviation_m[static_cast<Eigen::Index>(r)];
+    const double deviation_m = recordings.contact_deviation_m[r];
     if (deviation_m > 0) sum += deviation_m * deviation_m;
     ++count;
   }
@@ -103,23 +97,22 @@ PressedBody::PressedBody(SimulationSetup setup, const Samples& samples, const st
   std::map<std::pair<std::int32_t, std::int32_t>, Point> presses;  // of a point, by a probe
   std::map<std::pair<std::int32_t, std::int32_t>, std::set<long>> depths;
   for (Eigen::Index i = 0; i < samples.rows(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const std::int32_t p = samples.point[at];
+    const std::int32_t p = samples.point[i];
     const Vec3 normal = samples.point_normal.row(p);
     const double depth = samples.deflection.row(i).dot(normal);
-    if (!is_press(samples, i, normal) || samples.status[at] != RowStatus::good) continue;
+    if (!is_press(samples, i, normal) || samples.status[i] != RowStatus::good) continue;
     const std::pair by(p, samples.probe_of(i));
     Point& point = presses[by];
     point.position = samples.point_position.row(p);
     point.normal = normal;
-    if (by.second > 0) point.probe = samples.other_probes[static_cast<std::size_t>(by.second - 1)];
-    point.rows.emplace_back(depth, static_cast<Eigen::Index>(value.size()));
+    if (by.second > 0) point.probe = samples.other_probes[by.second - 1];
+    point.rows.emplace_back(depth, std::ssize(value));
     point.press.depth_m = point.rows.size() == 1 ? depth : std::max(point.press.depth_m, depth);
     depths[by].insert(std::lround(depth * 1e8));
     value.push_back(samples.force.row(i).dot(normal));
     depth_of_row.push_back(depth);
     deviation.push_back(samples.force_error[i]);
-    observed_.group.push_back(samples.experiment[at]);
+    observed_.group.push_back(samples.experiment[i]);
   }
   for (auto& [by, point] : presses) {
     const int count = static_cast<int>(depths[by].size());
@@ -129,23 +122,19 @@ PressedBody::PressedBody(SimulationSetup setup, const Samples& samples, const st
   if (value.empty())
     throw Error(where, "holds no good row of a press",
                 "Give samples of presses: import them, or simulate them.");
-  const auto n = static_cast<Eigen::Index>(value.size());
+  const Eigen::Index n = std::ssize(value);
   observed_.value = Eigen::Map<Eigen::VectorXd>(value.data(), n);
   observed_.deviation = Eigen::Map<Eigen::VectorXd>(deviation.data(), n);
   observed_.shared.setZero(n);
   const auto contacts_m = contact_deviations_m(samples.recordings);
   const Eigen::VectorXd depth_m = Eigen::Map<Eigen::VectorXd>(depth_of_row.data(), n);
-  for (Eigen::Index first = 0, end = 0; first < n; first = end) {
-    const auto group_of = [&](Eigen::Index i) {
-      return observed_.group[static_cast<std::size_t>(i)];
-    };
-    for (end = first; end < n && group_of(end) == group_of(first);) ++end;
-    const auto contact = contacts_m.find(group_of(first));
-    if (contact == contacts_m.end() || end - first < 3) continue;
-    observed_.shared.segment(first, end - first) =
+  visit_groups(observed_.group, [&](Eigen::Index first, Eigen::Index rows) {
+    const auto contact = contacts_m.find(observed_.group[first]);
+    if (contact == contacts_m.end() || rows < 3) return;
+    observed_.shared.segment(first, rows) =
         contact->second *
-        slopes_of(depth_m.segment(first, end - first), observed_.value.segment(first, end - first));
-  }
+        slopes_of(depth_m.segment(first, rows), observed_.value.segment(first, rows));
+  });
 }
 
 std::string PressedBody::name_of(const MaterialParameters& material, std::size_t point,
@@ -226,16 +215,16 @@ std::vector<Eigen::VectorXd> PressedBody::forces(const std::vector<MaterialParam
   if (progress.stopped()) return out;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     Eigen::VectorXd force(observed_.value.size());
-    bool is_whole = true;
-    for (std::size_t p = 0; p < points_.size() && is_whole; ++p) {
+    bool is_complete = true;
+    for (std::size_t p = 0; p < points_.size() && is_complete; ++p) {
       const SimulatedPress& press = known.at(name_of(materials[m], p, mesh));
-      is_whole = !press.force_N.empty();
+      is_complete = !press.force_N.empty();
       for (const auto& [depth, row] : points_[p].rows)
-        if (is_whole)
+        if (is_complete)
           force[row] = force_at(depth, points_[p].press.depth_m / points_[p].press.press_steps,
                                 press.force_N);
     }
-    if (is_whole) out[m] = factor[m] * force;
+    if (is_complete) out[m] = factor[m] * force;
   }
   return out;
 }
@@ -254,7 +243,7 @@ double PressedBody::stated_error(const MaterialParameters& material, PressMesh m
 Identification identify(PressedBody& body, const MaterialParameters& start,
                         IdentifyOptions options) {
   options.may_scale = options.may_scale && body.is_scaled();
-  const auto answers_of = [&](PressMesh mesh, const Eigen::VectorXd& share) {
+  const auto responses_of = [&](PressMesh mesh, const Eigen::VectorXd& share) {
     return [&body, &options, mesh, share](const std::vector<MaterialParameters>& materials) {
       std::vector<Eigen::VectorXd> out = body.forces(materials, mesh, options.progress);
       for (Eigen::VectorXd& force : out)
@@ -270,13 +259,13 @@ Identification identify(PressedBody& body, const MaterialParameters& start,
   if (is_one_factor) {
     if (body.forces({start}, PressMesh::scene, options.progress).front().size() > 0)
       options.common_error = body.stated_error(start, PressMesh::scene);
-    return identify(start, body.observed(), answers_of(PressMesh::scene, {}), options);
+    return identify(start, body.observed(), responses_of(PressMesh::scene, {}), options);
   }
   Identification found;
   MaterialParameters from = start, compared;
-  Eigen::VectorXd share;  // of what the scene's meshes answer, over the coarse one's
+  Eigen::VectorXd share;  // forces of the scene's meshes over the coarse one's
   for (int round = 0; round < kRounds; ++round) {
-    found = identify(from, body.observed(), answers_of(PressMesh::coarse, share), options);
+    found = identify(from, body.observed(), responses_of(PressMesh::coarse, share), options);
     if (found.is_stopped || !found.has_answer || found.response.size() == 0) return found;
     // Materials that differ by a factor alone lack the same.
     const auto size = [&](const MaterialParameters& material) {

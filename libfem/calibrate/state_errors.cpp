@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Index, Eigen::MatrixXd, Eigen::VectorXd;
 
-constexpr double kUndetermined = 0.5;  // relative deviation of what the data do not tell
+constexpr double kUndetermined = 0.5;  // relative deviation of an undetermined parameter
 
 // The 95 % quantile of F with these degrees of freedom.
 double f_quantile(double numerator, double denominator) {
@@ -27,12 +27,12 @@ double f_quantile(double numerator, double denominator) {
 // How many residuals one independent residual stands for: 1 + 2 sum of their correlations over lags
 // within experiments, up to the first that is within two of its own errors (M44).
 double rows_each(const VectorXd& r, const std::vector<int>& group) {
-  const double variance = r.squaredNorm() / static_cast<double>(r.size());
+  const double variance = r.squaredNorm() / r.size();
   double sum = 1;
   for (Index lag = 1; lag < r.size(); ++lag) {
     double products = 0, pairs = 0;
     for (Index i = lag; i < r.size(); ++i)
-      if (group[static_cast<std::size_t>(i)] == group[static_cast<std::size_t>(i - lag)]) {
+      if (group[i] == group[i - lag]) {
         products += r[i] * r[i - lag];
         ++pairs;
       }
@@ -43,10 +43,10 @@ double rows_each(const VectorXd& r, const std::vector<int>& group) {
   return sum;
 }
 
-// Of a material whose constants are not told apart, the combinations that are: directions V of
-// relative changes whose deviation is small. size: that relative changes are over.
-void tell_combinations(const MaterialSearch& search, const MatrixXd& V, const MatrixXd& relative,
-                       const VectorXd& size, Identification& out) {
+// Adds the combinations that are determined where the constants are not: directions V of relative
+// changes (over `size`) with a small deviation.
+void add_combinations(const MaterialSearch& search, const MatrixXd& V, const MatrixXd& relative,
+                      const VectorXd& size, Identification& out) {
   const bool is_product =
       !std::all_of(out.free.begin(), out.free.end(), [&](auto i) { return search.is_modulus(i); });
   for (Index i = 0; i < V.cols(); ++i) {
@@ -61,7 +61,7 @@ void tell_combinations(const MaterialSearch& search, const MatrixXd& V, const Ma
     one.weight /= one.weight[main];
     one.value = is_product ? 1 : 0;
     for (Index j = 0; j < V.cols(); ++j) {
-      const double value = out.material.values[out.free[static_cast<std::size_t>(j)]];
+      const double value = out.material.values[out.free[j]];
       if (is_product)
         one.value *= std::pow(std::abs(value), one.weight[j]);
       else
@@ -78,7 +78,7 @@ void tell_combinations(const MaterialSearch& search, const MatrixXd& V, const Ma
 
 void state_errors(const MaterialSearch& search, const Observations& observed, const VectorXd& y,
                   double common_error, Identification& out) {
-  const auto k = static_cast<Index>(search.coordinates.size());
+  const Index k = search.size();
   const std::optional<MatrixXd> J = search.sensitivities(y, out.response);
   if (!J) {
     out.is_converged = false;
@@ -87,14 +87,13 @@ void state_errors(const MaterialSearch& search, const Observations& observed, co
   VectorXd size(k);
   MatrixXd weighted = search.whitened(*J);
   for (Index j = 0; j < k; ++j) {
-    const auto at = static_cast<std::size_t>(j);
-    size[j] = search.size_of(out.material, at);
-    weighted.col(j) *= size[j] / search.coordinates[at].slope(y[j]);
+    size[j] = search.size_of(out.material, j);
+    weighted.col(j) *= size[j] / search.coordinates[j].slope(y[j]);
   }
   const VectorXd r = search.whitened(out.response - observed.value);
   out.shared_error = search.shared_error(observed.value - out.response);
-  const auto n = static_cast<double>(r.size());
-  const double per_freedom = r.squaredNorm() / std::max(1.0, n - static_cast<double>(k));
+  const double n = r.size();
+  const double per_freedom = r.squaredNorm() / std::max(1.0, n - k);
   out.misfit = std::sqrt(per_freedom);
   out.sum_of_squares = (out.response - observed.value).squaredNorm();
   double inflation = 1, rows = n;
@@ -103,8 +102,8 @@ void state_errors(const MaterialSearch& search, const Observations& observed, co
     inflation = per_freedom * out.rows_each;
     rows = n / out.rows_each;
   }
-  const double freedom = std::max(1.0, rows - static_cast<double>(k));
-  out.region = static_cast<double>(k) * f_quantile(static_cast<double>(k), freedom);
+  const double freedom = std::max(1.0, rows - k);
+  out.region = k * f_quantile(k, freedom);
   out.half_width = std::sqrt(f_quantile(1, freedom));
 
   const Eigen::JacobiSVD<MatrixXd> svd(weighted, Eigen::ComputeThinU | Eigen::ComputeThinV);
@@ -124,7 +123,7 @@ void state_errors(const MaterialSearch& search, const Observations& observed, co
 
   for (Index i = 0; i < k; ++i)
     if (std::sqrt(V.col(i).dot(relative * V.col(i))) > kUndetermined) out.are_told_apart = false;
-  if (!out.are_told_apart) tell_combinations(search, V, relative, size, out);
+  if (!out.are_told_apart) add_combinations(search, V, relative, size, out);
 }
 
 }  // namespace palpate::fem

@@ -1,6 +1,5 @@
 #include "libfem/contact/contact.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -22,65 +21,40 @@ ContactInterface::ContactInterface(const Points& nodes, const Faces& faces,
     is_open_.push_back(is_open);
     stiffness_.push_back(settings.stiffness * young_Pa[face] / probe.length_m);
     for (int q = 0; q < kFacePoints; ++q)
-      area_weight_.push_back(kFaceRule[q].weight * area_normal(rest, face, q).norm());
+      area_weight_.push_back(kFaceRule[q].weight *
+                             area_normal_at(kFaceRule[q], nodes_of(rest, face)).norm());
   }
   limit_Pa_.assign(area_weight_.size(), 0.0);
   share_.assign(area_weight_.size(), 1.0);
   normal_.assign(area_weight_.size(), Vec3::Zero());
 }
 
-Vec3 ContactInterface::place(const Points& u, int face, int q) const {
-  Vec3 x = Vec3::Zero();
-  for (int a = 0; a < kFaceNodes; ++a) {
-    const int node = faces_(face, a);
-    x += kFaceRule[q].shape[a] * (nodes_.row(node) + u.row(node)).transpose();
-  }
+FaceNodes ContactInterface::nodes_of(const Points& u, int face) const {
+  FaceNodes x;
+  for (int a = 0; a < kFaceNodes; ++a) x[a] = nodes_.row(faces_(face, a)) + u.row(faces_(face, a));
   return x;
-}
-
-Vec3 ContactInterface::area_normal(const Points& u, int face, int q) const {
-  const FacePoint& point = kFaceRule[q];
-  Vec3 by_r = Vec3::Zero(), by_s = Vec3::Zero();
-  for (int a = 0; a < kFaceNodes; ++a) {
-    const Vec3 x = nodes_.row(faces_(face, a)) + u.row(faces_(face, a));
-    by_r += point.shape_r[a] * x;
-    by_s += point.shape_s[a] * x;
-  }
-  return by_r.cross(by_s);
 }
 
 bool ContactInterface::is_second(const ProbePose& pose, const ContactHistory& history, int point) {
   return pose.second && !history.is_second.empty() && history.is_second[point];
 }
 
-const Vec3& ContactInterface::tip(const ProbePose& pose, const ContactHistory& history, int point) {
-  return is_second(pose, history, point) ? pose.second->tip : pose.tip;
+SecondProbe ContactInterface::probe_of(const ProbePose& pose, const ContactHistory& history,
+                                       int point) {
+  return is_second(pose, history, point) ? *pose.second : SecondProbe{pose.tip, pose.axis};
 }
 
-SignedDistance ContactInterface::distance(const Vec3& place, const ProbePose& pose,
-                                          const ContactHistory& history, int point) const {
-  return is_second(pose, history, point)
-             ? probe_.distance(pose.second->axis, place - pose.second->tip)
-             : probe_.distance(pose.axis, place - pose.tip);
+SignedDistance ContactInterface::distance(const Vec3& place, const SecondProbe& probe) const {
+  return probe_.distance(probe.axis, place - probe.tip);
 }
 
-bool ContactInterface::is_nearer_to_second(const Vec3& place, const ProbePose& pose) const {
-  return pose.second && probe_.distance(pose.second->axis, place - pose.second->tip).distance_m <
-                            probe_.distance(pose.axis, place - pose.tip).distance_m;
-}
-
-bool ContactInterface::may_touch(const Points& u, const ProbePose& pose, int face) const {
+bool ContactInterface::may_touch(const ProbePose& pose, const FaceNodes& x, int face) const {
   if (!is_open_[face]) return false;
   // A quadratic patch stays within twice the spread of its nodes about their mean.
   Vec3 mean = Vec3::Zero();
-  std::array<Vec3, kFaceNodes> x;
-  for (int a = 0; a < kFaceNodes; ++a) {
-    x[a] = (nodes_.row(faces_(face, a)) + u.row(faces_(face, a))).transpose();
-    mean += x[a] / kFaceNodes;
-  }
+  for (const Vec3& node : x) mean += node / kFaceNodes;
   double squared_spread = 0;
-  for (const Vec3& corner : x)
-    squared_spread = std::max(squared_spread, (corner - mean).squaredNorm());
+  for (const Vec3& node : x) squared_spread = std::max(squared_spread, (node - mean).squaredNorm());
   const double reach_m = 2 * std::sqrt(squared_spread);
   return probe_.min_distance_m(pose.axis, mean - pose.tip) < reach_m ||
          (pose.second &&
@@ -131,11 +105,14 @@ ContactInterface::Traction ContactInterface::lagged_traction(const Vec3& relativ
   if (limit <= 0) return {};
   const Vec3& n = normal_[point];
   const Friction friction = friction_law(relative, n, limit, share, spring, point, history);
+  const double slip = friction.slip.norm();
   const Mat3 plane = Mat3::Identity() - n * n.transpose();
-  if (!friction.slides) return {friction.traction_Pa, share * spring * plane};
+  const double weight = area_weight_[point] / share;
+  if (!friction.slides)
+    return {friction.traction_Pa, share * spring * plane, weight * (spring * slip * slip / 2)};
   const Vec3 along = friction.slip.normalized();
-  return {friction.traction_Pa,
-          share * limit / friction.slip.norm() * (plane - along * along.transpose())};
+  return {friction.traction_Pa, share * limit / slip * (plane - along * along.transpose()),
+          weight * (limit * slip - limit * limit / (2 * spring))};
 }
 
 ContactInterface::Traction ContactInterface::coupled_traction(const Vec3& relative,
@@ -164,40 +141,39 @@ ContactInterface::Traction ContactInterface::coupled_traction(const Vec3& relati
           probe_.friction * law.slope_Pa_m * along * n.transpose()};
 }
 
-void ContactInterface::add_point(const ContactTrial& trial, int face, int q, Tangent tangent,
-                                 FaceTerms& terms, ContactTotals& totals, double& normal_force,
-                                 bool& touches) {
+void ContactInterface::add_point(const ContactTrial& trial, const FaceNodes& nodes, int q,
+                                 Tangent tangent, FaceTerms& terms, ContactTotals& totals,
+                                 bool& touches) const {
   const auto& [u, pose, history] = trial;
-  const int point = kFacePoints * face + q;
+  const int face = terms.face, point = kFacePoints * face + q;
   if (!history.faces_probe[point]) return;
-  const Vec3 x = place(u, face, q);
-  const SignedDistance gap = distance(x, pose, history, point);
-  const Vec3& tip = this->tip(pose, history, point);
+  const Vec3 x = place_at(kFaceRule[q], nodes);
+  const SecondProbe probe = probe_of(pose, history, point);
+  const SignedDistance gap = distance(x, probe);
   // A lagged limit acts also where the surface has just come off: else the energy would jump.
   const double pressing = pressing_gap(gap.distance_m, point, history);
   const bool is_pressed = pressing < 0;
   if (!is_pressed && (tangent == Tangent::coupled || limit_Pa_[point] <= 0)) return;
+  const double weight = area_weight_[point];
+  const Law law = pressure_law(pressing, stiffness_[face]);
+  const double spring = tangential_ * stiffness_[face];
+  const Traction traction = tangent == Tangent::coupled
+                                ? coupled_traction(x - probe.tip, gap, law, spring, point, history)
+                                : lagged_traction(x - probe.tip, spring, point, history);
+  totals.energy_J += weight * law.energy_J_m2;
+  totals.energy_J += traction.energy_J;
+  if (tangent == Tangent::none) return;
   if (!touches) {
     touches = true;
-    terms.face = face;
     std::fill(std::begin(terms.force), std::end(terms.force), 0.0);
     std::fill(std::begin(terms.stiffness), std::end(terms.stiffness), 0.0);
   }
-  const double weight = area_weight_[point];
-  const Law law = pressure_law(pressing, stiffness_[face]);
   const Vec3& n = gap.gradient;
   // Gradient and Hessian of the energy density by the place x of the surface point.
-  Vec3 pull = -law.pressure_Pa * n;
+  const Vec3 pull = -law.pressure_Pa * n + traction.pull_Pa;
   Mat3 stiffness = law.slope_Pa_m * n * n.transpose();
   if (tangent != Tangent::lagged_flat)
     stiffness -= std::min(law.pressure_Pa, curvature_limit_m_ * stiffness_[face]) * gap.hessian;
-  totals.energy_J += weight * law.energy_J_m2;
-
-  const double spring = tangential_ * stiffness_[face];
-  const Traction traction = tangent == Tangent::coupled
-                                ? coupled_traction(x - tip, gap, law, spring, point, history)
-                                : lagged_traction(x - tip, spring, point, history);
-  pull += traction.pull_Pa;
   stiffness += traction.by_place;
 
   const auto& shape = kFaceRule[q].shape;
@@ -215,64 +191,39 @@ void ContactInterface::add_point(const ContactTrial& trial, int face, int q, Tan
     totals.second_force_N += force;
   } else {
     totals.force_N += force;
-    totals.torque_Nm += (x - tip).cross(force);
+    totals.torque_Nm += (x - probe.tip).cross(force);
   }
   if (!is_pressed) return;
   totals.area_m2 += weight;
   totals.greatest_penetration_m = std::max(totals.greatest_penetration_m, -gap.distance_m);
   totals.mean_penetration_m += weight * law.pressure_Pa * std::abs(gap.distance_m);
-  normal_force += weight * law.pressure_Pa;
+  totals.normal_force_N += weight * law.pressure_Pa;
   ++totals.points;
 }
 
-ContactTotals ContactInterface::evaluate(const ContactTrial& trial, bool with_curvature) {
-  return evaluate(trial, with_curvature ? Tangent::lagged : Tangent::lagged_flat);
-}
-
-ContactTotals ContactInterface::evaluate_coupled(const ContactTrial& trial) {
-  return evaluate(trial, Tangent::coupled);
-}
-
-ContactTotals ContactInterface::evaluate(const ContactTrial& trial, Tangent tangent) {
+ContactTotals ContactInterface::sum_over_faces(const ContactTrial& trial, Tangent tangent,
+                                               std::vector<FaceTerms>* terms) const {
   ContactTotals totals;
-  terms_.clear();
-  double normal_force = 0;  // sum of pressure, what mean penetration is weighted by
-  FaceTerms terms;
-  for (int face = 0; face < faces_.rows(); ++face) {
+  FaceTerms of_face;
+  for (of_face.face = 0; of_face.face < faces_.rows(); ++of_face.face) {
+    const FaceNodes nodes = nodes_of(trial.u, of_face.face);
+    if (!may_touch(trial.pose, nodes, of_face.face)) continue;
     bool touches = false;
-    if (may_touch(trial.u, trial.pose, face))
-      for (int q = 0; q < kFacePoints; ++q)
-        add_point(trial, face, q, tangent, terms, totals, normal_force, touches);
-    if (touches) terms_.push_back(terms);
+    for (int q = 0; q < kFacePoints; ++q)
+      add_point(trial, nodes, q, tangent, of_face, totals, touches);
+    if (touches) terms->push_back(of_face);
   }
-  if (normal_force > 0) totals.mean_penetration_m /= normal_force;
+  if (totals.normal_force_N > 0) totals.mean_penetration_m /= totals.normal_force_N;
   return totals;
 }
 
+ContactTotals ContactInterface::evaluate(const ContactTrial& trial, Tangent tangent) {
+  terms_.clear();
+  return sum_over_faces(trial, tangent, &terms_);
+}
+
 double ContactInterface::energy(const ContactTrial& trial) const {
-  const auto& [u, pose, history] = trial;
-  double energy = 0;
-  for (int face = 0; face < faces_.rows(); ++face) {
-    if (!may_touch(u, pose, face)) continue;
-    for (int q = 0; q < kFacePoints; ++q) {
-      const int point = kFacePoints * face + q;
-      if (!history.faces_probe[point]) continue;
-      const Vec3 x = place(u, face, q);
-      const SignedDistance gap = distance(x, pose, history, point);
-      const double pressing = pressing_gap(gap.distance_m, point, history);
-      energy += area_weight_[point] * pressure_law(pressing, stiffness_[face]).energy_J_m2;
-      const double limit = limit_Pa_[point], share = share_[point];
-      if (limit <= 0) continue;
-      const double spring = tangential_ * stiffness_[face];
-      const Friction friction = friction_law(x - tip(pose, history, point), normal_[point], limit,
-                                             share, spring, point, history);
-      const double slip = friction.slip.norm();
-      energy += area_weight_[point] / share *
-                (friction.slides ? limit * slip - limit * limit / (2 * spring)
-                                 : spring * slip * slip / 2);
-    }
-  }
-  return energy;
+  return sum_over_faces(trial, Tangent::none, nullptr).energy_J;
 }
 
 void ContactInterface::stiffen(double factor) {
@@ -285,14 +236,10 @@ std::vector<int> ContactInterface::faces_near(const Points& u, const ProbePose& 
   std::vector<int> near;
   for (int face = 0; face < faces_.rows(); ++face) {
     if (!is_open_[face]) continue;
-    bool is_near = false;
-    for (int a = 0; a < kFaceNodes && !is_near; ++a) {
-      const int node = faces_(face, a);
-      const Vec3 x = (nodes_.row(node) + u.row(node)).transpose();
-      is_near = probe_.distance(pose.axis, x - pose.tip).distance_m < within_m ||
-                (pose.second &&
-                 probe_.distance(pose.second->axis, x - pose.second->tip).distance_m < within_m);
-    }
+    const bool is_near = std::ranges::any_of(nodes_of(u, face), [&](const Vec3& x) {
+      return distance(x, {pose.tip, pose.axis}).distance_m < within_m ||
+             (pose.second && distance(x, *pose.second).distance_m < within_m);
+    });
     if (is_near) near.push_back(face);
   }
   return near;

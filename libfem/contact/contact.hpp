@@ -66,8 +66,9 @@ struct ContactTotals {
   Vec3 force_N = Vec3::Zero();
   Vec3 torque_Nm = Vec3::Zero();
   Vec3 second_force_N = Vec3::Zero();
-  double energy_J = 0;
-  double area_m2 = 0;  ///< rest area under pressure
+  double energy_J = 0;        ///< incremental, for the lagged friction limit
+  double normal_force_N = 0;  ///< integral of the pressure
+  double area_m2 = 0;         ///< rest area under pressure
   double greatest_penetration_m = 0;
   double mean_penetration_m = 0;  ///< weighted by pressure
   int points = 0;                 ///< quadrature points under pressure
@@ -108,19 +109,19 @@ class ContactInterface {
 
   /// Lags Coulomb's limit: takes it and the tangent plane of every point from the pressure and
   /// place at the last accepted state or at a trial. With both frozen, friction has a potential;
-  /// Coulomb's law is met when they no longer change. Returns by how much the limit did: sum of
-  /// |change| over sum.
+  /// Coulomb's law is met when they no longer change.
   void lag_friction_limit(const ContactHistory& history);
-  double lag_friction_limit(const ContactTrial& trial);
+  void lag_friction_limit(const ContactTrial& trial);
 
-  /// Energy, forces and stiffness for the lagged friction limit. Fills terms(), all symmetric.
-  /// with_curvature: the stiffness knows that the probe is curved, which may make it indefinite.
-  ContactTotals evaluate(const ContactTrial& trial, bool with_curvature = true);
+  /// lagged: for the lagged friction limit; symmetric, and with the curvature of the probe, which
+  /// may make it indefinite. lagged_flat: without this. coupled: limit, tangent plane and time in
+  /// contact are those of the trial, and the stiffness, no longer symmetric, contains their
+  /// derivatives (consistent tangent; Wriggers 2006, chapter 5); forces are those of `lagged`
+  /// where the trial's are the lagged ones. none: no terms.
+  enum class Tangent { none, lagged, lagged_flat, coupled };
 
-  /// The same with friction coupled: limit, tangent plane and time in contact are those of the
-  /// trial, and the stiffness, no longer symmetric, knows it (consistent tangent; Wriggers 2006,
-  /// chapter 5). Where these are what is lagged, the forces are those of evaluate().
-  ContactTotals evaluate_coupled(const ContactTrial& trial);
+  /// Energy, forces and stiffness; fills terms().
+  ContactTotals evaluate(const ContactTrial& trial, Tangent tangent = Tangent::lagged);
 
   /// The terms of the latest evaluation, faces in increasing order.
   const std::vector<FaceTerms>& terms() const { return terms_; }
@@ -154,8 +155,8 @@ class ContactInterface {
   struct Traction {
     Vec3 pull_Pa = Vec3::Zero();
     Mat3 by_place = Mat3::Zero();
+    double energy_J = 0;
   };
-  enum class Tangent { lagged, lagged_flat, coupled };
   Law pressure_law(double gap, double stiffness) const;
   Friction friction_law(const Vec3& relative, const Vec3& normal, double limit_Pa, double share,
                         double stiffness, int point, const ContactHistory& history) const;
@@ -163,19 +164,18 @@ class ContactInterface {
                            const ContactHistory& history) const;
   Traction coupled_traction(const Vec3& relative, const SignedDistance& gap, const Law& law,
                             double spring, int point, const ContactHistory& history) const;
-  bool may_touch(const Points& u, const ProbePose& pose, int face) const;
+  bool may_touch(const ProbePose& pose, const FaceNodes& nodes, int face) const;
   static bool is_second(const ProbePose& pose, const ContactHistory& history, int point);
-  static const Vec3& tip(const ProbePose& pose, const ContactHistory& history, int point);
-  SignedDistance distance(const Vec3& place, const ProbePose& pose, const ContactHistory& history,
-                          int point) const;
-  bool is_nearer_to_second(const Vec3& place, const ProbePose& pose) const;
-  Vec3 place(const Points& u, int face, int point) const;
-  Vec3 area_normal(const Points& u, int face, int q) const;  // outward, of the area per dr ds
+  /// The probe that a point belongs to.
+  static SecondProbe probe_of(const ProbePose& pose, const ContactHistory& history, int point);
+  SignedDistance distance(const Vec3& place, const SecondProbe& probe) const;
+  FaceNodes nodes_of(const Points& u, int face) const;
   double share_in_contact(double gap, int point, const ContactHistory& history) const;
   double pressing_gap(double gap, int point, const ContactHistory& history) const;
-  ContactTotals evaluate(const ContactTrial& trial, Tangent tangent);
-  void add_point(const ContactTrial& trial, int face, int q, Tangent tangent, FaceTerms& terms,
-                 ContactTotals& totals, double& normal_force, bool& touches);
+  ContactTotals sum_over_faces(const ContactTrial& trial, Tangent tangent,
+                               std::vector<FaceTerms>* terms) const;
+  void add_point(const ContactTrial& trial, const FaceNodes& nodes, int q, Tangent tangent,
+                 FaceTerms& terms, ContactTotals& totals, bool& touches) const;
 
   const Points& nodes_;
   const Faces& faces_;

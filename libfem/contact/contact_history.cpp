@@ -26,30 +26,25 @@ void ContactInterface::lag_friction_limit(const ContactHistory& history) {
   }
 }
 
-double ContactInterface::lag_friction_limit(const ContactTrial& trial) {
+void ContactInterface::lag_friction_limit(const ContactTrial& trial) {
   const auto& [u, pose, history] = trial;
-  if (probe_.friction <= 0) return 0;
-  double change = 0, sum = 0;
+  if (probe_.friction <= 0) return;
   for (int face = 0; face < faces_.rows(); ++face) {
-    const bool is_near = may_touch(u, pose, face);
+    const FaceNodes nodes = nodes_of(u, face);
+    const bool is_near = may_touch(pose, nodes, face);
     for (int q = 0; q < kFacePoints; ++q) {
       const int point = kFacePoints * face + q;
-      double limit = 0;
-      if (is_near && history.faces_probe[point]) {
-        const SignedDistance gap = distance(place(u, face, q), pose, history, point);
-        const double pressing = pressing_gap(gap.distance_m, point, history);
-        limit = probe_.friction * pressure_law(pressing, stiffness_[face]).pressure_Pa;
-        if (limit > 0) {
-          share_[point] = share_in_contact(gap.distance_m, point, history);
-          normal_[point] = gap.gradient;
-        }
-      }
-      change += area_weight_[point] * std::abs(limit - limit_Pa_[point]);
-      sum += area_weight_[point] * limit;
-      limit_Pa_[point] = limit;
+      limit_Pa_[point] = 0;
+      if (!is_near || !history.faces_probe[point]) continue;
+      const SignedDistance gap =
+          distance(place_at(kFaceRule[q], nodes), probe_of(pose, history, point));
+      const double pressing = pressing_gap(gap.distance_m, point, history);
+      limit_Pa_[point] = probe_.friction * pressure_law(pressing, stiffness_[face]).pressure_Pa;
+      if (limit_Pa_[point] <= 0) continue;
+      share_[point] = share_in_contact(gap.distance_m, point, history);
+      normal_[point] = gap.gradient;
     }
   }
-  return sum > 0 ? change / sum : 0;
 }
 
 ContactHistory ContactInterface::accepted(const ContactTrial& trial) const {
@@ -66,19 +61,23 @@ ContactHistory ContactInterface::accepted(const ContactTrial& trial) const {
   next.is_second = history.is_second;
   if (pose.second) next.is_second.resize(points, 0);
   for (int face = 0; face < faces_.rows(); ++face) {
+    const FaceNodes nodes = nodes_of(u, face);
     for (int q = 0; q < kFacePoints; ++q) {
       const int point = kFacePoints * face + q;
-      const Vec3 x = place(u, face, q);
+      const Vec3 x = place_at(kFaceRule[q], nodes);
       const bool is_free =
-          pose.second &&
-          (history.gap.empty() ||
-           pressing_gap(distance(x, pose, history, point).distance_m, point, history) >= 0);
-      if (is_free) next.is_second[point] = is_nearer_to_second(x, pose);
-      const SignedDistance gap = distance(x, pose, next, point);
-      next.relative[point] = x - tip(pose, next, point);
+          pose.second && (history.gap.empty() ||
+                          pressing_gap(distance(x, probe_of(pose, history, point)).distance_m,
+                                       point, history) >= 0);
+      if (is_free)
+        next.is_second[point] =
+            distance(x, *pose.second).distance_m < distance(x, {pose.tip, pose.axis}).distance_m;
+      const SecondProbe probe = probe_of(pose, next, point);
+      const SignedDistance gap = distance(x, probe);
+      next.relative[point] = x - probe.tip;
       next.gap[point] = gap.distance_m;
       next.normal[point] = gap.gradient;
-      const Vec3 outward = area_normal(u, face, q).normalized();
+      const Vec3 outward = area_normal_at(kFaceRule[q], nodes).normalized();
       next.faces_probe[point] = outward.dot(gap.gradient) < kFarWallCosine;
       if (history.gap.empty() || is_free) continue;
       const double pressing = pressing_gap(gap.distance_m, point, history);

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
+
+#include "libfit/core/geometry.hpp"
 
 namespace palpate::fem {
 
@@ -21,6 +24,25 @@ constexpr FacePoint face_point(double weight, double r, double s) {
           {t * (2 * t - 1), r * (2 * r - 1), s * (2 * s - 1), 4 * t * r, 4 * r * s, 4 * s * t},
           {1 - 4 * t, 4 * r - 1, 0, 4 * (t - r), 4 * s, -4 * s},
           {1 - 4 * t, 0, 4 * s - 1, -4 * r, 4 * r, 4 * (t - s)}};
+}
+
+/// Places of a face's nodes [m]: three corners, then the middles of its edges.
+using FaceNodes = std::array<Vec3, kFaceNodes>;
+
+inline Vec3 place_at(const FacePoint& point, const FaceNodes& nodes) {
+  Vec3 x = Vec3::Zero();
+  for (int a = 0; a < kFaceNodes; ++a) x += point.shape[a] * nodes[a];
+  return x;
+}
+
+/// Outward normal, as long as the area per dr ds.
+inline Vec3 area_normal_at(const FacePoint& point, const FaceNodes& nodes) {
+  Vec3 by_r = Vec3::Zero(), by_s = Vec3::Zero();
+  for (int a = 0; a < kFaceNodes; ++a) {
+    by_r += point.shape_r[a] * nodes[a];
+    by_s += point.shape_s[a] * nodes[a];
+  }
+  return by_r.cross(by_s);
 }
 
 /// Six points, exact to degree 4, weights summing to the reference area 1/2 (Dunavant 1985,

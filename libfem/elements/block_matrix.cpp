@@ -43,39 +43,4 @@ BlockPlace SymmetricBlockMatrix::place(std::int32_t row, std::int32_t column) co
 
 void SymmetricBlockMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
 
-void SymmetricBlockMatrix::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
-  y.setZero(size());
-  for (int j = 0; j < nodes(); ++j) {
-    const double* c0 = values_.data() + column_start_[3 * j];
-    const double* c1 = values_.data() + column_start_[3 * j + 1] - 1;
-    const double* c2 = values_.data() + column_start_[3 * j + 2] - 2;
-    const double x0 = x[3 * j], x1 = x[3 * j + 1], x2 = x[3 * j + 2];
-    double y0 = c0[0] * x0 + c0[1] * x1 + c0[2] * x2;
-    double y1 = c0[1] * x0 + c1[1] * x1 + c1[2] * x2;
-    double y2 = c0[2] * x0 + c1[2] * x1 + c2[2] * x2;
-    for (std::int32_t b = block_start_[j] + 1; b < block_start_[j + 1]; ++b) {
-      c0 += 3;
-      c1 += 3;
-      c2 += 3;
-      const double* xi = x.data() + 3 * block_row_[b];
-      double* yi = y.data() + 3 * block_row_[b];
-      y0 += c0[0] * xi[0] + c0[1] * xi[1] + c0[2] * xi[2];
-      y1 += c1[0] * xi[0] + c1[1] * xi[1] + c1[2] * xi[2];
-      y2 += c2[0] * xi[0] + c2[1] * xi[1] + c2[2] * xi[2];
-      yi[0] += c0[0] * x0 + c1[0] * x1 + c2[0] * x2;
-      yi[1] += c0[1] * x0 + c1[1] * x1 + c2[1] * x2;
-      yi[2] += c0[2] * x0 + c1[2] * x1 + c2[2] * x2;
-    }
-    y[3 * j] += y0;
-    y[3 * j + 1] += y1;
-    y[3 * j + 2] += y2;
-  }
-}
-
-Eigen::VectorXd SymmetricBlockMatrix::diagonal() const {
-  Eigen::VectorXd out(size());
-  for (int i = 0; i < size(); ++i) out[i] = values_[column_start_[i]];
-  return out;
-}
-
 }  // namespace palpate::fem

@@ -43,11 +43,6 @@ class SymmetricBlockMatrix {
         column[j][i] += block[stride * (place.is_swapped ? 3 * j + i : 3 * i + j)];
   }
 
-  /// y = K x.
-  void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
-
-  Eigen::VectorXd diagonal() const;
-
   const std::vector<std::int32_t>& column_start() const { return column_start_; }
   const std::vector<double>& values() const { return values_; }
   /// Node graph, lower triangle with diagonal: rows of column node j are rows()[starts()[j]...].

@@ -8,8 +8,6 @@ namespace palpate::fem {
 // Energy, force and stiffness of eight elements at once, compiled for every instruction set by
 // element_kernels.cpp.
 
-enum class Want { energy, force, stiffness };
-
 PALPATE_INLINE void displacement_gradient(const Pack* gradient, const Pack* displacement, Pack* H) {
   Pack sum[9] = {};  // kept in registers: H may alias what is read
   for (int a = 0; a < kElementNodes; ++a)
@@ -58,22 +56,13 @@ PALPATE_INLINE void add_stiffness(const Pack* gradient, const Pack* A, Pack* sti
 }
 
 /// J - 1, summed from the small terms, and dJ/dF.
-PALPATE_INLINE void dilation_of(const Pack* H, Pack& dilation, Pack* cofactor) {
-  const Pack f00 = H[0] + 1.0, f11 = H[4] + 1.0, f22 = H[8] + 1.0;
-  cofactor[0] = f11 * f22 - H[5] * H[7];
-  cofactor[1] = H[5] * H[6] - H[3] * f22;
-  cofactor[2] = H[3] * H[7] - f11 * H[6];
-  cofactor[3] = H[2] * H[7] - H[1] * f22;
-  cofactor[4] = f00 * f22 - H[2] * H[6];
-  cofactor[5] = H[1] * H[6] - f00 * H[7];
-  cofactor[6] = H[1] * H[5] - H[2] * f11;
-  cofactor[7] = H[2] * H[3] - f00 * H[5];
-  cofactor[8] = f00 * f11 - H[1] * H[3];
-  const Pack minors =
-      H[4] * H[8] - H[5] * H[7] + H[0] * H[8] - H[2] * H[6] + H[0] * H[4] - H[1] * H[3];
-  const Pack determinant = H[0] * (H[4] * H[8] - H[5] * H[7]) + H[1] * (H[5] * H[6] - H[3] * H[8]) +
-                           H[2] * (H[3] * H[7] - H[4] * H[6]);
-  dilation = H[0] + H[4] + H[8] + minors + determinant;
+template <class S>
+PALPATE_INLINE void dilation_of(const S* H, S& dilation, S* cofactor) {
+  S F[9];
+  for (int i = 0; i < 9; ++i) F[i] = i % 4 == 0 ? H[i] + 1.0 : H[i];
+  cofactors_of(F, cofactor);
+  const GradientInvariants<S> in(H);
+  dilation = in.trace + in.minors + in.determinant;
 }
 
 /// A[iJ][kL] += pressure d2J/dF_iJ dF_kL, upper triangle: e_ikm e_JLn F_mn.
@@ -128,90 +117,82 @@ PALPATE_INLINE void average(const CellBatch& batch, const LawKernels& law, const
   for (int q = 0; q < kElementPoints; ++q) out.pressure[q] = batch.mode[q] * pressure_mode;
 }
 
-/// Replaces a share of U(J) at a point by U(theta) (M14); P and A only as wanted.
+/// A quadrature point of eight elements: W and, as wanted, its derivatives P and A by H. U, U1, U2:
+/// the volumetric part of W there. C: dJ/dF.
+struct CellPoint {
+  int q;
+  const Pack *H, *C;
+  Pack dilation, U, U1, U2, W;
+  Pack *P, *A;
+};
+
+/// Replaces a share of U(J) at a point by U(theta) (M14).
 template <Want kWant>
-PALPATE_INLINE void use_averaged(const Averaged& averaged, const CellBatch& batch,
-                                 const LawKernels& law, int q, const Pack* H,
-                                 double geometric_scale, Pack& W, Pack* P, Pack* A) {
-  Pack U, U1, U2;
-  volumetric(law, batch.constants + batch.constant_count * q, batch.weight[q], averaged.dilation[q],
-             U, U1, U2);
-  const Pack room = averaged.dilation[q] + 1.0;
-  W = room > 0.0 ? W + batch.averaged * (averaged.U - U) : W;
-  const Pack* C = averaged.cofactor + 9 * q;
-  const Pack pressure = batch.averaged * (averaged.pressure[q] - U1);
-  U2 *= batch.averaged;
+PALPATE_INLINE void use_averaged(const Averaged& averaged, const CellBatch& batch, CellPoint& at) {
+  at.W = at.dilation + 1.0 > 0.0 ? at.W + batch.averaged * (averaged.U - at.U) : at.W;
+  const Pack* C = at.C;
+  const Pack mean = averaged.pressure[at.q];
+  const Pack pressure = batch.averaged * (mean - at.U1), U2 = at.U2 * batch.averaged;
   if constexpr (kWant != Want::energy)
-    for (int i = 0; i < 9; ++i) P[i] += pressure * C[i];
+    for (int i = 0; i < 9; ++i) at.P[i] += pressure * C[i];
   if constexpr (kWant == Want::stiffness) {
     for (int i = 0; i < 9; ++i)
-      for (int j = i; j < 9; ++j) A[9 * i + j] -= U2 * (C[i] * C[j]);
+      for (int j = i; j < 9; ++j) at.A[9 * i + j] -= U2 * (C[i] * C[j]);
     const Pack most = Pack{} + batch.max_pressure_Pa;
-    Pack bounded = averaged.pressure[q] < most ? averaged.pressure[q] : most;
+    Pack bounded = mean < most ? mean : most;
     bounded = bounded > -most ? bounded : -most;
-    add_second_derivative_of_J(H, batch.averaged * geometric_scale * (bounded - U1), A);
+    add_second_derivative_of_J(at.H, batch.averaged * batch.geometric_scale * (bounded - at.U1),
+                               at.A);
   }
 }
 
-/// The potential of a step in time in place of W (M14a); P and A only as wanted.
+/// Replaces W by the potential of a step in time (M14a).
 template <Want kWant>
-PALPATE_INLINE void use_step(const Averaged& averaged, const CellBatch& batch,
-                             const LawKernels& law, int q, const Pack* H, double geometric_scale,
-                             Pack& W, Pack* P, Pack* A) {
-  Pack U, U1, U2;
-  volumetric(law, batch.constants + batch.constant_count * q, batch.weight[q], averaged.dilation[q],
-             U, U1, U2);
-  const Pack* held = batch.held + 6 * q;
+PALPATE_INLINE void use_step(const CellBatch& batch, CellPoint& at) {
+  const Pack *held = batch.held + 6 * at.q, *H = at.H, *C = at.C;
+  Pack *P = at.P, *A = at.A;
   constexpr int kEntry[9] = {0, 3, 4, 3, 1, 5, 4, 5, 2};
   const double beyond = batch.stiffening - 1;
   Pack strain[9], work = Pack{};  // twice Green's strain
   metric_change_of(H, strain);
   for (int i = 0; i < 9; ++i) work += held[kEntry[i]] * strain[i];
-  const Pack room = averaged.dilation[q] + 1.0;
-  W = room > 0.0 ? W + beyond * (W - U) + 0.5 * work : W;
-  const Pack* C = averaged.cofactor + 9 * q;
+  at.W = at.dilation + 1.0 > 0.0 ? at.W + beyond * (at.W - at.U) + 0.5 * work : at.W;
   if constexpr (kWant != Want::energy)
     for (int i = 0; i < 3; ++i)
       for (int J = 0; J < 3; ++J) {
         const int iJ = 3 * i + J;
-        P[iJ] += beyond * (P[iJ] - U1 * C[iJ]) + held[kEntry[iJ]];
+        P[iJ] += beyond * (P[iJ] - at.U1 * C[iJ]) + held[kEntry[iJ]];
         for (int L = 0; L < 3; ++L) P[iJ] += H[3 * i + L] * held[kEntry[3 * L + J]];
       }
   if constexpr (kWant == Want::stiffness) {
     for (int i = 0; i < 9; ++i)
-      for (int j = i; j < 9; ++j) A[9 * i + j] += beyond * (A[9 * i + j] - U2 * (C[i] * C[j]));
-    add_second_derivative_of_J(H, -(beyond * geometric_scale) * U1, A);
+      for (int j = i; j < 9; ++j) A[9 * i + j] += beyond * (A[9 * i + j] - at.U2 * (C[i] * C[j]));
+    add_second_derivative_of_J(H, -(beyond * batch.geometric_scale) * at.U1, A);
     for (int i = 0; i < 3; ++i)
       for (int J = 0; J < 3; ++J)
         for (int L = J; L < 3; ++L)
-          A[9 * (3 * i + J) + 3 * i + L] += geometric_scale * held[kEntry[3 * J + L]];
+          A[9 * (3 * i + J) + 3 * i + L] += batch.geometric_scale * held[kEntry[3 * J + L]];
   }
 }
 
-/// The potential of a softening material in place of W (M54b); P and A only as wanted.
+/// Replaces W by the potential of a softening material (M54b).
 template <Want kWant>
-PALPATE_INLINE void use_softening(const Averaged& averaged, const CellBatch& batch,
-                                  const LawKernels& law, int q, const Pack* H,
-                                  double geometric_scale, Pack& W, Pack* P, Pack* A) {
-  Pack U, U1, U2, added, less, slope;
-  volumetric(law, batch.constants + batch.constant_count * q, batch.weight[q], averaged.dilation[q],
-             U, U1, U2);
-  const Pack zero = Pack{};
-  const Pack room = averaged.dilation[q] + 1.0;
-  const Pack shape = room > 0.0 ? W - U : zero;
-  soften(batch.softening, batch.peak[q], shape, added, less, slope);
-  W = W + added;
-  const Pack* C = averaged.cofactor + 9 * q;
+PALPATE_INLINE void use_softening(const CellBatch& batch, CellPoint& at) {
+  const Pack* C = at.C;
+  Pack *P = at.P, *A = at.A, added, reduction, slope;
+  const Pack shape = at.dilation + 1.0 > 0.0 ? at.W - at.U : Pack{};
+  soften(batch.softening, batch.peak[at.q], shape, added, reduction, slope);
+  at.W = at.W + added;
   if constexpr (kWant != Want::energy) {
     Pack shape_P[9];
-    for (int i = 0; i < 9; ++i) shape_P[i] = P[i] - U1 * C[i];
-    for (int i = 0; i < 9; ++i) P[i] -= less * shape_P[i];
+    for (int i = 0; i < 9; ++i) shape_P[i] = P[i] - at.U1 * C[i];
+    for (int i = 0; i < 9; ++i) P[i] -= reduction * shape_P[i];
     if constexpr (kWant == Want::stiffness) {
       for (int i = 0; i < 9; ++i)
         for (int j = i; j < 9; ++j)
-          A[9 * i + j] +=
-              slope * (shape_P[i] * shape_P[j]) - less * (A[9 * i + j] - U2 * (C[i] * C[j]));
-      add_second_derivative_of_J(H, geometric_scale * (less * U1), A);
+          A[9 * i + j] += slope * (shape_P[i] * shape_P[j]) -
+                          reduction * (A[9 * i + j] - at.U2 * (C[i] * C[j]));
+      add_second_derivative_of_J(at.H, batch.geometric_scale * (reduction * at.U1), A);
     }
   }
 }
@@ -233,9 +214,9 @@ PALPATE_INLINE void add_mean(const Averaged& averaged, const CellBatch& batch, P
           stiffness[9 * (a * (a + 1) / 2 + b) + 3 * i + k] += B[3 * a + i] * DB[3 * b + k];
 }
 
-template <Remembers kWhat, Want kWant>
-PALPATE_INLINE void run(const CellBatch& batch, const LawKernels& law, const Pack* displacement,
-                        double geometric_scale, CellResult& out) {
+template <Remembers kHistory, Want kWant>
+PALPATE_INLINE void integrate(const CellBatch& batch, const LawKernels& law,
+                              const Pack* displacement, CellResult& out) {
   const Pack zero = Pack{};
   out.energy = zero;
   out.min_J = zero + 1e300;
@@ -245,29 +226,30 @@ PALPATE_INLINE void run(const CellBatch& batch, const LawKernels& law, const Pac
   average(batch, law, displacement, averaged);
   Pack stress[9 * kElementPoints];
   for (int q = 0; q < kElementPoints; ++q) {
-    const Pack* gradient = batch.gradient + 3 * kElementNodes * q;
     const Pack* constants = batch.constants + batch.constant_count * q;
     const Pack weight = batch.weight[q];
-    Pack* P = stress + 9 * q;
-    Pack A[81], J, W;
-    const Pack* H = averaged.H + 9 * q;
-    if constexpr (kWant == Want::energy) law.energy(constants, H, J, W);
-    if constexpr (kWant == Want::force) law.stress(constants, H, J, W, P);
-    if constexpr (kWant == Want::stiffness) law.tangent(constants, H, geometric_scale, J, W, P, A);
-    if constexpr (kWhat == Remembers::time)
-      use_step<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
-    if constexpr (kWhat == Remembers::peak)
-      use_softening<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
-    use_averaged<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
-    out.energy += weight > 0.0 ? W * weight : zero;
+    Pack A[81], J;
+    CellPoint at;
+    at.q = q;
+    at.H = averaged.H + 9 * q;
+    at.C = averaged.cofactor + 9 * q;
+    at.dilation = averaged.dilation[q];
+    at.P = kWant == Want::energy ? nullptr : stress + 9 * q;
+    at.A = kWant == Want::stiffness ? A : nullptr;
+    law.evaluate(constants, at.H, batch.geometric_scale, J, at.W, at.P, at.A);
+    volumetric(law, constants, weight, at.dilation, at.U, at.U1, at.U2);
+    if constexpr (kHistory == Remembers::time) use_step<kWant>(batch, at);
+    if constexpr (kHistory == Remembers::peak) use_softening<kWant>(batch, at);
+    use_averaged<kWant>(averaged, batch, at);
+    out.energy += weight > 0.0 ? at.W * weight : zero;
     const Pack there = weight > 0.0 ? J : out.min_J;
     out.min_J = there < out.min_J ? there : out.min_J;
     if constexpr (kWant != Want::energy)
-      for (int i = 0; i < 9; ++i) P[i] = weight > 0.0 ? P[i] * weight : zero;
+      for (int i = 0; i < 9; ++i) at.P[i] = weight > 0.0 ? at.P[i] * weight : zero;
     if constexpr (kWant == Want::stiffness) {
       for (int i = 0; i < 9; ++i)
         for (int j = i; j < 9; ++j) A[9 * i + j] = weight > 0.0 ? A[9 * i + j] * weight : zero;
-      add_stiffness(gradient, A, out.stiffness);
+      add_stiffness(batch.gradient + 3 * kElementNodes * q, A, out.stiffness);
     }
   }
   if constexpr (kWant != Want::energy) sum_forces(batch.gradient, stress, out.force);

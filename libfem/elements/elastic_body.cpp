@@ -2,11 +2,60 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
 namespace palpate::fem {
+namespace {
+
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
+// Middles of the edges (0,1) (1,2) (2,0) (0,3) (1,3) (2,3) follow the corners.
+constexpr int kTetEdges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
+
+}  // namespace
+
+double averaged_share(const Material& material) {
+  double U, U1, U2;
+  material.law->volumetric(material.constants, 0, U, U1, U2);
+  const SmallStrain hooke = material.law->small_strain(material.constants);
+  const double beyond_Pa = hooke.lambda_Pa - hooke.mu_Pa;
+  return beyond_Pa > 0 ? std::min(1.0, beyond_Pa / U2) : 0;
+}
+
+ElementPoint element_point(const Eigen::Vector4d& L, double weight) {
+  constexpr double dL[4][3] = {{-1, -1, -1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  // dL_c/dxi_j
+  ElementPoint point{L, weight, Eigen::VectorXd(kElementNodes), {}};
+  point.by_xi.resize(kElementNodes, 3);
+  for (int c = 0; c < 4; ++c) {
+    point.shape[c] = L[c] * (2 * L[c] - 1);
+    for (int j = 0; j < 3; ++j) point.by_xi(c, j) = (4 * L[c] - 1) * dL[c][j];
+  }
+  for (int e = 0; e < 6; ++e) {
+    const int a = kTetEdges[e][0], b = kTetEdges[e][1];
+    point.shape[4 + e] = 4 * L[a] * L[b];
+    for (int j = 0; j < 3; ++j) point.by_xi(4 + e, j) = 4 * (L[a] * dL[b][j] + L[b] * dL[a][j]);
+  }
+  return point;
+}
+
+std::vector<ElementPoint> element_points() {
+  constexpr double kFar = 0.138196601125010515;  // barycentric, of the three farther corners
+  std::vector<ElementPoint> out;
+  for (int c = 0; c < kElementPoints; ++c) {
+    Eigen::Vector4d L = Eigen::Vector4d::Constant(kFar);
+    L[c] = 1 - 3 * kFar;
+    out.push_back(element_point(L, 0.25));
+  }
+  return out;
+}
+
+Eigen::VectorXd unit_constant(const Eigen::VectorXd& weight) {
+  const double sum = weight.sum();
+  if (!(sum > 0)) return Eigen::VectorXd::Zero(weight.size());
+  return (weight.array() != 0).cast<double>() / std::sqrt(sum);
+}
+
 ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>& materials,
                          const RegionAt& region_at)
     : mesh_(mesh),
@@ -116,13 +165,6 @@ SymmetricBlockMatrix ElasticBody::pattern() const {
   return K;
 }
 
-// Adds what batches have left in force_rows_.
-void ElasticBody::add_force_rows(Points& force) const {
-  const double* row = reinterpret_cast<const double*>(force_rows_.data());
-  for (Eigen::Index n = 0; n < force.rows(); ++n, row += kPointStride)
-    for (int i = 0; i < 3; ++i) force(n, i) += row[i];
-}
-
 // Displacements as batches gather them; the last row is zero.
 const double* ElasticBody::displacement_rows(const Points& u) const {
   double* rows = reinterpret_cast<double*>(displacement_rows_.data());
@@ -131,14 +173,15 @@ const double* ElasticBody::displacement_rows(const Points& u) const {
   return rows;
 }
 
-template <class Visit>
-double ElasticBody::visit_batches(const Points& u, const Visit& visit) const {
+double ElasticBody::integrate(Want want, const Points& u, double geometric_scale,
+                              double max_pressure, Points* force, SymmetricBlockMatrix* K) const {
   double energy = 0;
   min_J_ = std::numeric_limits<double>::infinity();
   Pack displacement[3 * kElementNodes];
   CellResult result;
   const double* rows = displacement_rows(u);
-  std::fill_n(reinterpret_cast<double*>(force_rows_.data()), kPointStride * (u.rows() + 1), 0.0);
+  double* forces = reinterpret_cast<double*>(force_rows_.data());
+  std::fill_n(forces, kPointStride * (u.rows() + 1), 0.0);
   for (std::size_t b = 0; b < batches_.size(); ++b) {
     const Batch& batch = batches_[b];
     batch.kernels.gather(rows, batch.points.data(), displacement);
@@ -148,7 +191,8 @@ double ElasticBody::visit_batches(const Points& u, const Visit& visit) const {
                     batch.mode.data(),
                     batch.law->constants_used,
                     batch.averaged,
-                    std::numeric_limits<double>::infinity()};
+                    0,
+                    geometric_scale};
     const CellKernels* kernels = &batch.kernels;
     if (step_) {
       kernels = &batch.kernels_in_step;
@@ -157,53 +201,39 @@ double ElasticBody::visit_batches(const Points& u, const Visit& visit) const {
       cells.softening = softenings_[batch.material];
       cells.peak = step_->peak[b].data();
     }
-    visit(batch, *kernels, cells, batch.law->kernels->with(set_), displacement, result);
+    cells.max_pressure_Pa = max_pressure * cells.stiffening * batch.shear_modulus_Pa;
+    kernels->integrate[static_cast<int>(want)](cells, batch.law->kernels->with(set_), displacement,
+                                               result);
     for (int lane = 0; lane < kLanes; ++lane) {
       energy += result.energy[lane];
       min_J_ = std::min(min_J_, result.min_J[lane]);
     }
+    if (force) kernels->scatter(result.force, batch.points.data(), forces);
+    for (int lane = 0; K && lane < kLanes; ++lane) {
+      if (batch.cell[lane] < 0) continue;
+      const BlockPlace* place = places_.data() + kElementBlocks * batch.cell[lane];
+      for (int block = 0; block < kElementBlocks; ++block)
+        K->add(place[block], reinterpret_cast<const double*>(result.stiffness + 9 * block) + lane,
+               kLanes);
+    }
   }
+  if (force)
+    for (Eigen::Index n = 0; n < force->rows(); ++n)
+      for (int i = 0; i < 3; ++i) (*force)(n, i) += forces[kPointStride * n + i];
   return energy;
 }
 
 double ElasticBody::energy(const Points& u) const {
-  return visit_batches(u, [](const Batch&, const CellKernels& kernels, const CellBatch& cells,
-                             const LawKernels& law, const Pack* displacement, CellResult& result) {
-    kernels.energy(cells, law, displacement, result);
-  });
+  return integrate(Want::energy, u, 1, kUnbounded, nullptr, nullptr);
 }
 
 double ElasticBody::add_force(const Points& u, Points& force) const {
-  double* rows = reinterpret_cast<double*>(force_rows_.data());
-  const double energy =
-      visit_batches(u, [&](const Batch& batch, const CellKernels& kernels, const CellBatch& cells,
-                           const LawKernels& law, const Pack* displacement, CellResult& result) {
-        kernels.force(cells, law, displacement, result);
-        kernels.scatter(result.force, batch.points.data(), rows);
-      });
-  add_force_rows(force);
-  return energy;
+  return integrate(Want::force, u, 1, kUnbounded, &force, nullptr);
 }
 
 double ElasticBody::add_stiffness(const Points& u, double geometric_scale, Points& force,
                                   SymmetricBlockMatrix& K, double max_pressure) const {
-  double* rows = reinterpret_cast<double*>(force_rows_.data());
-  const double energy =
-      visit_batches(u, [&](const Batch& batch, const CellKernels& kernels, CellBatch cells,
-                           const LawKernels& law, const Pack* displacement, CellResult& result) {
-        cells.max_pressure_Pa = max_pressure * cells.stiffening * batch.shear_modulus_Pa;
-        kernels.stiffness(cells, law, displacement, geometric_scale, result);
-        kernels.scatter(result.force, batch.points.data(), rows);
-        for (int lane = 0; lane < kLanes; ++lane) {
-          if (batch.cell[lane] < 0) continue;
-          const BlockPlace* place = places_.data() + kElementBlocks * batch.cell[lane];
-          for (int block = 0; block < kElementBlocks; ++block)
-            K.add(place[block],
-                  reinterpret_cast<const double*>(result.stiffness + 9 * block) + lane, kLanes);
-        }
-      });
-  add_force_rows(force);
-  return energy;
+  return integrate(Want::stiffness, u, geometric_scale, max_pressure, &force, &K);
 }
 
 }  // namespace palpate::fem

@@ -12,6 +12,32 @@
 
 namespace palpate::fem {
 
+/// Share a of the law's U(J) that sees the averaged volume change: all but what leaves a
+/// small-strain bulk modulus of 5/3 mu at each point, as a material with lambda = mu has, so
+/// nothing locks, and what the average cannot see is as stiff as a shear of the same size:
+/// a = (lambda - mu) / U''(1), within 0 and 1.
+double averaged_share(const Material& material);
+
+/// A quadrature point of an element. shape: N_a. by_xi: dN_a/dxi_j, barycentric coordinates 1 to 3.
+/// weight: share of the element's volume in coordinates xi, which is 1/6.
+struct ElementPoint {
+  Eigen::Vector4d barycentric;
+  double weight;
+  Eigen::VectorXd shape;
+  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> by_xi;
+};
+
+/// A point of an element at barycentric coordinates.
+ElementPoint element_point(const Eigen::Vector4d& barycentric, double weight);
+
+/// The rule of an element: four points, exact to degree 2.
+/// Source: Keast 1986 (doi:10.1016/0045-7825(86)90059-9).
+std::vector<ElementPoint> element_points();
+
+/// The constant function at points, of norm 1 under the weights [m^3]: [m^-1.5], 0 at points of
+/// weight 0.
+Eigen::VectorXd unit_constant(const Eigen::VectorXd& weight);
+
 /// Elastic energy of a body of ten-node tetrahedra, and its derivatives.
 /// Elements of one material are evaluated eight at a time. The material is looked up at each
 /// quadrature point. The volume change is averaged over the points of one material in an element: a
@@ -78,10 +104,9 @@ class ElasticBody {
                  const std::vector<ElementPoint>& points, const std::vector<std::int32_t>& cells,
                  const std::vector<const Material*>& material_at);
   CellKernels kernels_in_step(const Batch& batch) const;
-  void add_force_rows(Points& force) const;
   const double* displacement_rows(const Points& u) const;
-  template <class Visit>
-  double visit_batches(const Points& u, const Visit& visit) const;
+  double integrate(Want want, const Points& u, double geometric_scale, double max_pressure,
+                   Points* force, SymmetricBlockMatrix* K) const;
 
   const QuadraticMesh& mesh_;
   int free_nodes_ = 0;

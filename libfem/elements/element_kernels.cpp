@@ -15,50 +15,43 @@ namespace {
     for (int a = 0; a < kElementNodes; ++a)                                                      \
       scatter_points(force + 3 * a, points + kLanes * a, rows);                                  \
   }                                                                                              \
-  template <Remembers kWhat>                                                                     \
-  target void energy_##set(const CellBatch& batch, const LawKernels& law, const Pack* u,         \
-                           CellResult& out) {                                                    \
-    run<kWhat, Want::energy>(batch, law, u, 1.0, out);                                           \
+  template <Remembers kHistory, Want kWant>                                                      \
+  target void integrate_##set(const CellBatch& batch, const LawKernels& law, const Pack* u,      \
+                              CellResult& out) {                                                 \
+    integrate<kHistory, kWant>(batch, law, u, out);                                              \
   }                                                                                              \
-  template <Remembers kWhat>                                                                     \
-  target void force_##set(const CellBatch& batch, const LawKernels& law, const Pack* u,          \
-                          CellResult& out) {                                                     \
-    run<kWhat, Want::force>(batch, law, u, 1.0, out);                                            \
-  }                                                                                              \
-  template <Remembers kWhat>                                                                     \
-  target void stiffness_##set(const CellBatch& batch, const LawKernels& law, const Pack* u,      \
-                              double geometric_scale, CellResult& out) {                         \
-    run<kWhat, Want::stiffness>(batch, law, u, geometric_scale, out);                            \
-  }                                                                                              \
-  template <Remembers kWhat>                                                                     \
-  constexpr CellKernels kernels_##set{gather_##set, scatter_##set, energy_##set<kWhat>,          \
-                                      force_##set<kWhat>, stiffness_##set<kWhat>};
+  template <Remembers kHistory>                                                                  \
+  constexpr CellKernels kernels_##set{                                                           \
+      gather_##set,                                                                              \
+      scatter_##set,                                                                             \
+      {integrate_##set<kHistory, Want::energy>, integrate_##set<kHistory, Want::force>,          \
+       integrate_##set<kHistory, Want::stiffness>}};
 
 PALPATE_CELL_KERNELS(portable, )
 PALPATE_CELL_KERNELS(avx2, __attribute__((target("avx2"))))
 PALPATE_CELL_KERNELS(avx512, __attribute__((target("avx512f"))))
 #undef PALPATE_CELL_KERNELS
 
-template <Remembers kWhat>
+template <Remembers kHistory>
 CellKernels kernels_of(InstructionSet set) {
   switch (set) {
     case InstructionSet::avx512:
-      return kernels_avx512<kWhat>;
+      return kernels_avx512<kHistory>;
     case InstructionSet::avx2: {
       // Stiffness spills sixteen registers either way, and a fifth more with the wider ones.
-      CellKernels out = kernels_avx2<kWhat>;
-      out.stiffness = kernels_portable<kWhat>.stiffness;
+      CellKernels out = kernels_avx2<kHistory>;
+      out.integrate[2] = kernels_portable<kHistory>.integrate[2];
       return out;
     }
     default:
-      return kernels_portable<kWhat>;
+      return kernels_portable<kHistory>;
   }
 }
 
 }  // namespace
 
-CellKernels cell_kernels(Remembers what, InstructionSet set) {
-  switch (what) {
+CellKernels cell_kernels(Remembers history, InstructionSet set) {
+  switch (history) {
     case Remembers::time:
       return kernels_of<Remembers::time>(set);
     case Remembers::peak:

@@ -1,11 +1,11 @@
 #pragma once
 
-#include "libfem/elements/elements.hpp"
 #include "libfem/elements/lane_transpose.hpp"
 #include "libfem/materials/softening.hpp"
 
 namespace palpate::fem {
 
+inline constexpr int kElementNodes = 10, kElementPoints = 4;
 inline constexpr int kElementBlocks =
     kElementNodes * (kElementNodes + 1) / 2;  ///< node pairs a >= b
 
@@ -14,9 +14,10 @@ inline constexpr int kElementBlocks =
 /// idle lane and on a point of another material. constants: [point][constant], `constant_count`
 /// each. mode: see unit_constant, [point] [m^-1.5]. averaged: see averaged_share.
 /// max_pressure_Pa: bound on the averaged pressure where the stiffness multiplies it by the second
-/// derivative of J; infinite for the exact stiffness. stiffening, held: of a step in time (M14a),
-/// [point][xx, yy, zz, xy, xz, yz] [Pa]; kernels of slow motion read neither. softening, peak: of a
-/// material that softens (M54b), [point] [Pa].
+/// derivative of J; infinite for the exact stiffness. geometric_scale: factor of all that carries
+/// the second derivative of J, see the law's evaluate(); 1 for the exact stiffness. stiffening,
+/// held: of a step in time (M14a), [point][xx, yy, zz, xy, xz, yz] [Pa]; kernels of slow motion
+/// read neither. softening, peak: of a material that softens (M54b), [point] [Pa].
 struct CellBatch {
   const Pack* gradient;
   const Pack* weight;
@@ -24,15 +25,18 @@ struct CellBatch {
   const Pack* mode;
   int constant_count;
   double averaged;
-  double max_pressure_Pa;
+  double max_pressure_Pa, geometric_scale;
   double stiffening = 1;
   const Pack* held = nullptr;
   Softening softening = {};
   const Pack* peak = nullptr;
 };
 
-/// What eight elements give. energy [J]; min_J over their points; force: dE/du_a, [node][i] [N];
-/// stiffness: d2E/du_a du_b for a >= b, block a(a+1)/2 + b, 3 x 3 row major [N/m].
+/// How far the derivatives of the energy are wanted.
+enum class Want { energy, force, stiffness };
+
+/// Integrals over eight elements. energy [J]; min_J over their points; force: dE/du_a, [node][i]
+/// [N]; stiffness: d2E/du_a du_b for a >= b, block a(a+1)/2 + b, 3 x 3 row major [N/m].
 struct CellResult {
   Pack energy;
   Pack min_J;
@@ -45,24 +49,20 @@ struct CellResult {
 /// over its points, U the law's part of W that carries the bulk modulus, a the averaged share. With
 /// a = 1 it is the Hu-Washizu form with constant dilatation and pressure, eliminated within the
 /// element (Simo, Taylor and Pister 1985, doi:10.1016/0045-7825(85)90033-7). Force and stiffness
-/// are exact derivatives. displacement: [node][i] [m]. geometric_scale scales what carries the
-/// second derivative of J, see the law's evaluate(): at 0 the stiffness is positive definite where
-/// theta < e and the rest of the law is. gather and scatter go between the kernels' [node][i] and
-/// rows of kPointStride doubles, the last one zero; points: row of each lane, [node][lane]. Scatter
-/// adds.
+/// are exact derivatives. displacement: [node][i] [m]. At geometric_scale 0 the stiffness is
+/// positive definite where theta < e and the rest of the law is. integrate: see Want. gather and
+/// scatter go between the kernels' [node][i] and rows of kPointStride doubles, the last one zero;
+/// points: row of each lane, [node][lane]. Scatter adds.
 struct CellKernels {
   void (*gather)(const double* rows, const std::int32_t* points, Pack* displacement);
   void (*scatter)(const Pack* force, const std::int32_t* points, double* rows);
-  void (*energy)(const CellBatch&, const LawKernels&, const Pack* displacement, CellResult&);
-  void (*force)(const CellBatch&, const LawKernels&, const Pack* displacement, CellResult&);
-  void (*stiffness)(const CellBatch&, const LawKernels&, const Pack* displacement,
-                    double geometric_scale, CellResult&);
+  void (*integrate[3])(const CellBatch&, const LawKernels&, const Pack* displacement, CellResult&);
 };
 
-/// What a step starts from beside the strain: stresses in time, or the largest energies.
+/// The history that a step depends on: none, stresses in time, or the largest energies.
 enum class Remembers { nothing, time, peak };
 
 /// Kernels for an instruction set; results have the same bits on all of them.
-CellKernels cell_kernels(Remembers what, InstructionSet set);
+CellKernels cell_kernels(Remembers history, InstructionSet set);
 
 }  // namespace palpate::fem

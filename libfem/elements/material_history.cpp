@@ -18,7 +18,7 @@ void energy_of_shape(const LawKernels& law, const Pack* constants, const Pack& w
                      const Pack* H, Pack& energy) {
   const Pack zero = Pack{};
   Pack J, W, dilation, cofactor[9], U, U1, U2;
-  law.energy(constants, H, J, W);
+  law.evaluate(constants, H, 1, J, W, nullptr, nullptr);
   dilation_of(H, dilation, cofactor);
   volumetric(law, constants, weight, dilation, U, U1, U2);
   energy = weight > 0.0 ? W - U : zero;
@@ -29,7 +29,7 @@ void stress_of_shape(const LawKernels& law, const Pack* constants, const Pack& w
                      const Pack* H, Pack* stress) {
   const Pack zero = Pack{};
   Pack J, W, P[9], F[9], cofactor[9], U, U1, U2;
-  law.stress(constants, H, J, W, P);
+  law.evaluate(constants, H, 1, J, W, P, nullptr);
   for (int i = 0; i < 9; ++i) F[i] = i % 4 == 0 ? H[i] + 1.0 : H[i];
   cofactors_of(F, cofactor);
   const Pack dilation = weight > 0.0 ? J - 1.0 : zero;
@@ -117,20 +117,18 @@ MaterialHistory ElasticBody::remembered(const Points& u, const MaterialStep& ste
     PackArray& peak = out.peak.emplace_back(step.peak[b]);
     if (branches == 0 && peak.size() == 0) continue;
     batch.kernels.gather(rows, batch.points.data(), displacement);
-    for (std::size_t q = 0; q < peak.size(); ++q) {
-      displacement_gradient(batch.gradient.data() + 3 * kElementNodes * q, displacement, H);
-      Pack shape;
-      energy_of_shape(batch.law->kernels->with(set_),
-                      batch.constants.data() + batch.law->constants_used * q,
-                      batch.weight.data()[q], H, shape);
-      peak.data()[q] = shape > peak.data()[q] ? shape : peak.data()[q];
-    }
-    if (branches == 0) continue;
     for (int q = 0; q < kElementPoints; ++q) {
       displacement_gradient(batch.gradient.data() + 3 * kElementNodes * q, displacement, H);
-      stress_of_shape(batch.law->kernels->with(set_),
-                      batch.constants.data() + batch.law->constants_used * q,
-                      batch.weight.data()[q], H, stress);
+      const LawKernels& law = batch.law->kernels->with(set_);
+      const Pack *constants = batch.constants.data() + batch.law->constants_used * q,
+                 &weight = batch.weight.data()[q];
+      if (peak.size() > 0) {
+        Pack shape;
+        energy_of_shape(law, constants, weight, H, shape);
+        peak.data()[q] = shape > peak.data()[q] ? shape : peak.data()[q];
+      }
+      if (branches == 0) continue;
+      stress_of_shape(law, constants, weight, H, stress);
       Pack* now = to.data() + size * q;
       const Pack* before = step.from ? step.from->stress[b].data() + size * q : now;  // 0
       for (int k = 0; k < branches; ++k) {

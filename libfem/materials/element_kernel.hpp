@@ -29,12 +29,11 @@ inline InstructionSet best_instruction_set() {
 }
 
 /// A law at one quadrature point of eight elements: see its evaluate() and volumetric().
-/// constants: [constant]. H: displacement gradient, 9, row major. dilation: above -1.
+/// constants: [constant]. H: displacement gradient, 9, row major. P and A are null where they are
+/// not wanted. dilation: above -1.
 struct LawKernels {
-  void (*energy)(const Pack* constants, const Pack* H, Pack& J, Pack& W);
-  void (*stress)(const Pack* constants, const Pack* H, Pack& J, Pack& W, Pack* P);
-  void (*tangent)(const Pack* constants, const Pack* H, double geometric_scale, Pack& J, Pack& W,
-                  Pack* P, Pack* A);
+  void (*evaluate)(const Pack* constants, const Pack* H, double geometric_scale, Pack& J, Pack& W,
+                   Pack* P, Pack* A);
   void (*volumetric)(const Pack* constants, const Pack& dilation, Pack& U, Pack& U1, Pack& U2);
 };
 
@@ -50,16 +49,8 @@ namespace kernel {
 
 #define PALPATE_LAW_KERNELS(set, target)                                                           \
   template <class Law>                                                                             \
-  target void energy_##set(const Pack* c, const Pack* H, Pack& J, Pack& W) {                       \
-    Law::evaluate(c, H, 1.0, J, W, static_cast<Pack*>(nullptr), static_cast<Pack*>(nullptr));      \
-  }                                                                                                \
-  template <class Law>                                                                             \
-  target void stress_##set(const Pack* c, const Pack* H, Pack& J, Pack& W, Pack* P) {              \
-    Law::evaluate(c, H, 1.0, J, W, P, static_cast<Pack*>(nullptr));                                \
-  }                                                                                                \
-  template <class Law>                                                                             \
-  target void tangent_##set(const Pack* c, const Pack* H, double geometric_scale, Pack& J,         \
-                            Pack& W, Pack* P, Pack* A) {                                           \
+  target void evaluate_##set(const Pack* c, const Pack* H, double geometric_scale, Pack& J,        \
+                             Pack& W, Pack* P, Pack* A) {                                          \
     Law::evaluate(c, H, geometric_scale, J, W, P, A);                                              \
   }                                                                                                \
   template <class Law>                                                                             \
@@ -67,9 +58,7 @@ namespace kernel {
     Law::volumetric(c, dilation, U, U1, U2);                                                       \
   }                                                                                                \
   template <class Law>                                                                             \
-  constexpr LawKernels law_kernels_##set() {                                                       \
-    return {energy_##set<Law>, stress_##set<Law>, tangent_##set<Law>, volumetric_##set<Law>};      \
-  }
+  inline constexpr LawKernels kLawKernels_##set{evaluate_##set<Law>, volumetric_##set<Law>};
 
 PALPATE_LAW_KERNELS(portable, )
 PALPATE_LAW_KERNELS(avx2, __attribute__((target("avx2"))))
@@ -79,8 +68,8 @@ PALPATE_LAW_KERNELS(avx512, __attribute__((target("avx512f"))))
 }  // namespace kernel
 
 template <class Law>
-inline constexpr ElementKernels kElementKernels{{kernel::law_kernels_portable<Law>(),
-                                                 kernel::law_kernels_avx2<Law>(),
-                                                 kernel::law_kernels_avx512<Law>()}};
+inline constexpr ElementKernels kElementKernels{{kernel::kLawKernels_portable<Law>,
+                                                 kernel::kLawKernels_avx2<Law>,
+                                                 kernel::kLawKernels_avx512<Law>}};
 
 }  // namespace palpate::fem

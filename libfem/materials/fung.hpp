@@ -22,12 +22,9 @@ struct Fung : IsochoricLaw<Fung> {
   static constexpr int kConstants = 3;
 
   static Refusal refusal(std::span<const double> values) {
-    for (const int i : {0, 1})
-      if (const Refusal refusal =
-              must_be_positive(kParameters[i].name, values[i], kParameters[i].unit);
-          refusal.is_refused())
-        return refusal;
-    return refuse_compressibility(values[2], values[3]);
+    return first_refusal({must_be_positive("shear", values[0], "Pa"),
+                          must_be_positive("b", values[1], ""),
+                          refuse_compressibility(values[2], values[3])});
   }
   static LawConstants constants(std::span<const double> values) {
     return {bulk_modulus_Pa(values[0], values[2], values[3]), values[0] / (2 * values[1]),

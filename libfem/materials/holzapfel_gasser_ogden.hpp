@@ -34,16 +34,18 @@ struct HolzapfelGasserOgden : IsochoricLaw<HolzapfelGasserOgden, Uses::first_and
   static constexpr int kConstants = 8;
 
   static Refusal refusal(std::span<const double> values) {
-    if (const Refusal refusal = must_be_positive("shear", values[0], "Pa"); refusal.is_refused())
-      return refusal;
-    if (values[1] < 0)
-      return {"k1", "must not be negative, not " + short_number(values[1]) + " Pa"};
-    if (const Refusal refusal = must_be_positive("k2", values[2], ""); refusal.is_refused())
-      return refusal;
-    if (!(length(values) > 0)) return {"fibre", "must have a direction, not be zero"};
-    if (!(values[6] >= 0 && values[6] <= 1.0 / 3))
-      return {"dispersion", "must lie between 0 and 1/3, not " + short_number(values[6])};
-    return refuse_compressibility(values[7], values[8]);
+    const auto refuse_if = [](bool is_refused, std::string_view key, const std::string& text) {
+      return is_refused ? Refusal{key, text} : Refusal{};
+    };
+    return first_refusal(
+        {must_be_positive("shear", values[0], "Pa"),
+         refuse_if(values[1] < 0, "k1",
+                   "must not be negative, not " + short_number(values[1]) + " Pa"),
+         must_be_positive("k2", values[2], ""),
+         refuse_if(!(length(values) > 0), "fibre", "must have a direction, not be zero"),
+         refuse_if(!(values[6] >= 0 && values[6] <= 1.0 / 3), "dispersion",
+                   "must lie between 0 and 1/3, not " + short_number(values[6])),
+         refuse_compressibility(values[7], values[8])});
   }
   static LawConstants constants(std::span<const double> values) {
     const double size = length(values);

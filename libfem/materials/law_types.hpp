@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <initializer_list>
 #include <limits>
 #include <span>
 #include <string>
@@ -53,14 +54,12 @@ struct Refusal {
 
 // Parameters that several laws share, and their checks.
 
-inline constexpr double kUsualPoisson = 0.45;
-
 inline constexpr ParameterRow kYoungRow{"young", "Pa", "Young's modulus at small strain"};
 inline constexpr ParameterRow kPoissonRow{"poisson", "",
                                           "Poisson's ratio at small strain, above -1 and below 0.5 "
                                           "(nearly incompressible tissue: 0.45 to "
                                           "0.4999)",
-                                          kUsualPoisson};
+                                          0.45};
 inline constexpr ParameterRow kBulkRow{
     "bulk", "Pa", "bulk modulus at small strain, instead of poisson", kAbsent, 1, "poisson"};
 
@@ -72,6 +71,13 @@ inline Refusal must_be_positive(std::string_view key, double value, std::string_
   if (value > 0) return {};
   return {key, "must be positive, not " + short_number(value) + (unit.empty() ? "" : " ") +
                    std::string(unit)};
+}
+
+/// The first of some refusals that refuses.
+inline Refusal first_refusal(std::initializer_list<Refusal> refusals) {
+  for (const Refusal& refusal : refusals)
+    if (refusal.is_refused()) return refusal;
+  return {};
 }
 
 inline Refusal refuse_poisson(double poisson) {
@@ -105,9 +111,7 @@ struct YoungPoissonLaw {
   static constexpr int kConstants = 2;
 
   static Refusal refusal(std::span<const double> values) {
-    if (const Refusal refusal = must_be_positive("young", values[0], "Pa"); refusal.is_refused())
-      return refusal;
-    return refuse_poisson(values[1]);
+    return first_refusal({must_be_positive("young", values[0], "Pa"), refuse_poisson(values[1])});
   }
   static LawConstants constants(std::span<const double> values) {
     const SmallStrain hooke = of_young_and_poisson(values);

@@ -11,46 +11,21 @@
 namespace palpate::fem {
 namespace {
 
-// A law's row from the law, and evaluation at a point.
-
-namespace at_point {
-
-struct Result {
-  double J, W;
-  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> P;
-  Mat9 A;  ///< upper triangle
-};
-
 template <class Law>
-Result evaluate(const LawConstants& constants, const Mat3& F) {
+LawPoint evaluate_at(const LawConstants& constants, const Mat3& F) {
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> H = F - Mat3::Identity();
-  Result out;
-  Law::template evaluate<double>(constants.data(), H.data(), 1.0, out.J, out.W, out.P.data(),
-                                 out.A.data());
-  return out;
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> P;
+  Mat9 A;
+  double J, W;
+  Law::template evaluate<double>(constants.data(), H.data(), 1.0, J, W, P.data(), A.data());
+  return {W, P, A.selfadjointView<Eigen::Upper>()};
 }
 
 template <class Law>
-double energy(const LawConstants& constants, const Mat3& F) {
-  return evaluate<Law>(constants, F).W;
-}
-
-template <class Law>
-Mat3 stress(const LawConstants& constants, const Mat3& F) {
-  return evaluate<Law>(constants, F).P;
-}
-
-template <class Law>
-Mat9 tangent(const LawConstants& constants, const Mat3& F) {
-  return evaluate<Law>(constants, F).A.template selfadjointView<Eigen::Upper>();
-}
-
-template <class Law>
-void volumetric(const LawConstants& constants, double dilation, double& U, double& U1, double& U2) {
+void volumetric_at(const LawConstants& constants, double dilation, double& U, double& U1,
+                   double& U2) {
   Law::template volumetric<double>(constants.data(), dilation, U, U1, U2);
 }
-
-}  // namespace at_point
 
 template <class Law>
 constexpr LawRow law_row() {
@@ -62,15 +37,12 @@ constexpr LawRow law_row() {
           .refusal = Law::refusal,
           .constants = Law::constants,
           .small_strain = Law::small_strain,
-          .energy = at_point::energy<Law>,
-          .stress = at_point::stress<Law>,
-          .tangent = at_point::tangent<Law>,
-          .volumetric = at_point::volumetric<Law>,
+          .evaluate = evaluate_at<Law>,
+          .volumetric = volumetric_at<Law>,
           .kernels = &kElementKernels<Law>};
 }
 
-// One row per law; add a law by its file and a row. The kernels of all are compiled here, which
-// takes half a minute.
+// The kernels of all laws are compiled here, which takes half a minute.
 constexpr LawRow kLaws[] = {
     law_row<NeoHookean>(),      law_row<NeoHookeanIsochoric>(),
     law_row<MooneyRivlin>(),    law_row<Yeoh>(),

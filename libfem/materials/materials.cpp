@@ -73,6 +73,12 @@ std::vector<std::size_t> moduli_of(const MaterialParameters& parameters) {
   return moduli;
 }
 
+double sum_of_moduli(const MaterialParameters& parameters) {
+  double sum = 0;
+  for (const std::size_t m : moduli_of(parameters)) sum += std::abs(parameters.values[m]);
+  return sum;
+}
+
 Refusal refuse_relaxation(const Relaxation& relaxation) {
   const auto refused = [](const std::string& text) { return Refusal{"relaxation", text}; };
   if (relaxation.branches() == 0) return {};

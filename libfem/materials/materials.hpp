@@ -37,12 +37,17 @@ struct MaterialParameters {
   Softening softening = {};
 };
 
-/// A material law: what it is called, what it needs, and how it is evaluated.
-/// refusal: why the values (all of them) cannot be used, if so.
-/// energy: stored energy per rest volume [Pa], +inf where det F <= 0. stress: P = dW/dF [Pa].
-/// tangent: dP/dF [Pa], rows and columns are entries of F, row major.
-/// volumetric: the part U(J) of W that carries the bulk modulus and its first two derivatives by J
-/// [Pa], from J - 1.
+/// A law at one deformation gradient F. W: stored energy per rest volume [Pa], +inf where det F <=
+/// 0. P = dW/dF [Pa]. A = dP/dF [Pa], rows and columns are entries of F, row major.
+struct LawPoint {
+  double W;
+  Mat3 P;
+  Mat9 A;
+};
+
+/// A material law: its name, its parameters and its evaluation.
+/// refusal: why the values (all of them) cannot be used, if so. volumetric: the part U(J) of W that
+/// carries the bulk modulus and its first two derivatives by J [Pa], from J - 1.
 struct LawRow {
   std::string_view name, summary;
   std::span<const ParameterRow> parameters;
@@ -50,9 +55,7 @@ struct LawRow {
   Refusal (*refusal)(std::span<const double> values);
   LawConstants (*constants)(std::span<const double> values);
   SmallStrain (*small_strain)(const LawConstants&);
-  double (*energy)(const LawConstants&, const Mat3& F);
-  Mat3 (*stress)(const LawConstants&, const Mat3& F);
-  Mat9 (*tangent)(const LawConstants&, const Mat3& F);
+  LawPoint (*evaluate)(const LawConstants&, const Mat3& F);
   void (*volumetric)(const LawConstants&, double dilation, double& U, double& U1, double& U2);
   const ElementKernels* kernels;
 };
@@ -76,6 +79,8 @@ const ParameterRow* find_parameter(const LawRow& law, std::string_view key);
 
 /// Indices of the values that are moduli [Pa] and given: a law is linear in all of them together.
 std::vector<std::size_t> moduli_of(const MaterialParameters& parameters);
+
+double sum_of_moduli(const MaterialParameters& parameters);
 
 /// Shear modulus at first over that of slow motion: 1 + sum_k g_k.
 inline double instantaneous_stiffness(const Relaxation& relaxation) {

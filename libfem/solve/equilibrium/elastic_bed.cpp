@@ -1,28 +1,23 @@
 #include "libfem/solve/equilibrium/elastic_bed.hpp"
 
-#include <Eigen/Geometry>
-
 namespace palpate::fem {
 
 ElasticBed::ElasticBed(const QuadraticMesh& mesh, const BedAt& bed_at) {
   if (!bed_at) return;
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
     BedFace face;
-    for (int a = 0; a < kFaceNodes; ++a) face.node[a] = mesh.faces(f, a);
+    FaceNodes nodes;
+    for (int a = 0; a < kFaceNodes; ++a) {
+      face.node[a] = mesh.faces(f, a);
+      nodes[a] = mesh.nodes.row(face.node[a]);
+    }
     face.block.fill(Mat3::Zero());
     bool has_bed = false;
     for (const FacePoint& point : kFaceRule) {
-      Vec3 place = Vec3::Zero(), along_r = Vec3::Zero(), along_s = Vec3::Zero();
-      for (int a = 0; a < kFaceNodes; ++a) {
-        const Vec3 node = mesh.nodes.row(face.node[a]);
-        place += point.shape[a] * node;
-        along_r += point.shape_r[a] * node;
-        along_s += point.shape_s[a] * node;
-      }
-      const BedStiffness bed = bed_at(place);
+      const BedStiffness bed = bed_at(place_at(point, nodes));
       if (bed.along_N_m3 == 0 && bed.across_N_m3 == 0) continue;
       has_bed = true;
-      const Vec3 area = along_r.cross(along_s);  // of the reference triangle's, which weights hold
+      const Vec3 area = area_normal_at(point, nodes);
       const Vec3 normal = area.normalized();
       const Mat3 stiffness = point.weight * area.norm() *
                              ((bed.along_N_m3 - bed.across_N_m3) * normal * normal.transpose() +

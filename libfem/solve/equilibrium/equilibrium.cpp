@@ -2,33 +2,58 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "libfit/core/linear_algebra.hpp"
+
 namespace palpate::fem {
 namespace {
 
+/// Small-strain modulus under each face, of the material at its centre.
 std::vector<double> face_young(const QuadraticMesh& mesh, const std::vector<Material>& materials,
                                const RegionAt& region_at) {
   std::vector<double> young(mesh.faces.rows());
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
     Vec3 centre = Vec3::Zero();
     for (int a = 3; a < 6; ++a) centre += mesh.nodes.row(mesh.faces(f, a)).transpose() / 3;
-    const Material& here =
-        materials.at(region_at ? static_cast<std::size_t>(region_at(centre)) : 0);
+    const Material& here = materials.at(region_at ? region_at(centre) : 0);
     young[f] = here.law->small_strain(here.constants).young_Pa();
   }
   return young;
 }
 
-constexpr int kMaxCuts = 12;  // of a line search
-// A body that a tool has left while it still springs back: residuals are held against this share of
-// what the tool has exerted.
+// Residuals of a body that springs back after a tool has left it are compared with this share of
+// the largest contact force.
 constexpr double kUnloaded = 0.01;
+// A factor of a body that was this much stiffer or softer is made anew at once.
+constexpr double kStiffnessChange = 1.25;
 
 }  // namespace
+
+Eigen::VectorXd AndersonMixing::mix(const Eigen::VectorXd& d, const Eigen::VectorXd& b) {
+  if (previous_.motion.size() > 0) {
+    if (pairs_.size() >= depth_ && !pairs_.empty()) pairs_.erase(pairs_.begin());
+    if (depth_ > 0) pairs_.push_back({previous_.motion, d - previous_.step, b - previous_.load});
+  }
+  previous_ = {{}, d, b};
+  const Eigen::Index count = std::ssize(pairs_);
+  if (count == 0) return d;
+  Eigen::MatrixXd gram(count, count);
+  Eigen::VectorXd right(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    right[i] = pairs_[i].step.dot(b);
+    for (Eigen::Index j = 0; j <= i; ++j)
+      gram(i, j) = gram(j, i) = pairs_[i].step.dot(pairs_[j].load);
+  }
+  gram.diagonal().array() *= 1 + 1e-9;  // against rounding where pairs are parallel
+  const Eigen::VectorXd share = ldlt_solve(gram, right);
+  if (!share.allFinite()) return d;
+  Eigen::VectorXd out = d;
+  for (Eigen::Index i = 0; i < count; ++i) out -= share[i] * (pairs_[i].motion + pairs_[i].step);
+  return out;
+}
 
 Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>& materials,
                          const RegionAt& region_at, const Probe& probe,
@@ -73,8 +98,7 @@ void Equilibrium::assemble_elastic(double geometric_scale, double max_pressure, 
 void Equilibrium::add_contact(Step& step) {
   Local& at = step.at;
   step.to.contact = contact_.evaluate(step.trial());
-  at.energy_J = at.elastic_energy_J;
-  if (std::isfinite(at.energy_J)) at.energy_J += contact_.energy(step.trial());
+  at.energy_J = at.elastic_energy_J + step.to.contact.energy_J;
   Points contact_force = Points::Zero(at.u.rows(), 3);
   for (const FaceTerms& face : contact_.terms())
     for (int a = 0; a < kFaceNodes; ++a)
@@ -144,14 +168,19 @@ void Equilibrium::refresh_factor(Step& step) {
   add_contact(step);
 }
 
-// Whether the probe presses on a node outside the dense block.
+// Place of a node of a face among the contact nodes of the factor; -1 elsewhere, -2 for held nodes.
+std::int32_t Equilibrium::contact_place(int face, int node) const {
+  const std::int32_t i = body_.free_index()[mesh_.faces(face, node)];
+  return i < 0 ? -2 : contact_index_[i];
+}
+
+// True if the probe presses on a node outside the dense block.
 bool Equilibrium::touches_elsewhere() const {
-  for (const FaceTerms& face : contact_.terms())
-    for (int a = 0; a < kFaceNodes; ++a) {
-      const std::int32_t i = body_.free_index()[mesh_.faces(face.face, a)];
-      if (i >= 0 && contact_index_[i] < 0) return true;
-    }
-  return false;
+  return std::ranges::any_of(contact_.terms(), [&](const FaceTerms& terms) {
+    for (int a = 0; a < kFaceNodes; ++a)
+      if (contact_place(terms.face, a) == -1) return true;
+    return false;
+  });
 }
 
 // Backtracks from a full step until the incremental energy falls enough (Armijo), and moves there.
@@ -185,11 +214,11 @@ bool Equilibrium::take(const Correction& correction, AndersonMixing& mixing, Ste
   const Eigen::VectorXd mixed = mixing.mix(correction.displacement, correction.load);
   double length = search_line(mixed, 1, step);
   if (length > 0) {
-    mixing.took(mixed);
+    mixing.record(mixed);
     return true;
   }
-  length = search_line(correction.displacement, kMaxCuts, step);
-  mixing.took(length * correction.displacement);
+  length = search_line(correction.displacement, 12, step);
+  mixing.record(length * correction.displacement);
   return length > 0;
 }
 
@@ -223,9 +252,6 @@ bool Equilibrium::solve(const BodyState& from, const ProbePose& pose, const Poin
   AndersonMixing mixing(options_.mixing);
   int since_factor = 0;
   bool is_in_vain = is_stale_;
-  double residual_before = 1e300;
-  constexpr double kAstray = 0.3;
-  constexpr double kGrows = 2;  // a correction that does this to the residual asks for a new factor
   for (int iteration = 0; iteration < options_.max_newton; ++iteration) {
     if (!factor_.is_factored() || is_in_vain || since_factor >= options_.patience ||
         touches_elsewhere()) {
@@ -244,16 +270,42 @@ bool Equilibrium::solve(const BodyState& from, const ProbePose& pose, const Poin
       to.largest_contact_N = std::max(from.largest_contact_N, at.contact_scale_N);
       return true;
     }
-    if (may_shorten && iteration >= options_.max_astray && to.relative_residual > kAstray) break;
+    if (may_shorten && iteration >= options_.max_astray && to.relative_residual > 0.3) break;
     ++counts_.newton;
-    residual_before = at.residual.norm();
+    const double residual_before = at.residual.norm();
     const bool is_taken = take(correction(step), mixing, step);
     if (!is_taken && since_factor == 0) break;
     ++since_factor;
-    is_in_vain = !is_taken || (iteration > 0 && at.residual.norm() > kGrows * residual_before);
+    // A correction that doubles the residual calls for a new factor.
+    is_in_vain = !is_taken || (iteration > 0 && at.residual.norm() > 2 * residual_before);
   }
   to.u = at.u;
   return false;
+}
+
+void Equilibrium::resume(std::shared_ptr<const MaterialStep> step) {
+  step_ = std::move(step);
+  body_.set_step(step_);
+  const double ratio = step_->max_stiffening() / factored_stiffening_;
+  if (ratio > kStiffnessChange || ratio < 1 / kStiffnessChange) is_stale_ = true;
+}
+
+void Equilibrium::begin_step(const BodyState& from, double dt_s) {
+  if (!body_.relaxes() && !body_.softens()) return;
+  resume(std::make_shared<const MaterialStep>(body_.step_from(from.memory, dt_s)));
+}
+
+void Equilibrium::end_step(const Points& u, BodyState& accepted) const {
+  if (!step_) return;
+  accepted.step = step_;
+  accepted.memory = std::make_shared<const MaterialHistory>(body_.remembered(u, *step_));
+}
+
+// An accepted state's energy in the potential of this step.
+double Equilibrium::elastic_energy_J(const BodyState& from) const {
+  if (!step_) return from.elastic_energy_J;
+  Points force = Points::Zero(from.u.rows(), 3);
+  return body_.energy(from.u) + bed_.add_force(from.u, force);
 }
 
 bool Equilibrium::uzawa_update(const BodyState& accepted, BodyState& to) {
@@ -275,8 +327,8 @@ bool Equilibrium::is_stable(const BodyState& accepted) {
   index_contact_nodes();
   contact_.lag_friction_limit(accepted.history);
   add_contact(step);
-  std::vector<Eigen::Index> all(static_cast<std::size_t>(factor_.schur().rows()));
-  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  std::vector<Eigen::Index> all(factor_.schur().rows());
+  std::iota(all.begin(), all.end(), 0);
   return factor_.is_stable_with(condensed_stiffness(all));
 }
 

@@ -5,12 +5,77 @@
 
 #include "libfem/contact/contact.hpp"
 #include "libfem/elements/elastic_body.hpp"
-#include "libfem/solve/equilibrium/anderson.hpp"
-#include "libfem/solve/equilibrium/condensed_tangent.hpp"
 #include "libfem/solve/equilibrium/elastic_bed.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 
 namespace palpate::fem {
+
+/// Anderson mixing of the fixed-point iteration u <- u + d(u), where K d = b with a symmetric
+/// positive definite K that stays the same: the next iterate is the combination of the last ones
+/// whose d is smallest in the norm of K. Linear problems then converge as fast as under GMRES.
+/// Source: Walker and Ni 2011, doi:10.1137/10078356X.
+class AndersonMixing {
+ public:
+  explicit AndersonMixing(int depth) : depth_(static_cast<std::size_t>(depth)) {}
+
+  /// Forgets all iterates.
+  void reset() {
+    previous_ = {};
+    pairs_.clear();
+  }
+
+  /// The step to take in place of d, which is d at first.
+  Eigen::VectorXd mix(const Eigen::VectorXd& d, const Eigen::VectorXd& b);
+
+  /// Records the step taken since mix().
+  void record(const Eigen::VectorXd& step) { previous_.motion = step; }
+
+ private:
+  struct SecantPair {
+    Eigen::VectorXd motion, step, load;  // of one iterate, and changes of d and b to the next
+  };
+  std::size_t depth_;
+  SecantPair previous_;
+  std::vector<SecantPair> pairs_;
+};
+
+/// Newton's matrix of contact on the dense block of a factor, in the unknowns that touch.
+/// With the flexibility G of the block, its displacement w and the assumed contact force z, w + G z
+/// is constant, and contact requires z = f(w) with the derivative C, which friction makes
+/// unsymmetric. Not thread-safe.
+class CondensedTangent {
+ public:
+  /// Changes of w [m] and z [N], over the dense block.
+  struct CondensedStep {
+    Eigen::VectorXd w, z;
+  };
+
+  /// Discards all, for another flexibility.
+  void clear() {
+    unknowns_.clear();
+    stiffness_.resize(0, 0);
+  }
+  bool is_empty() const { return unknowns_.empty(); }
+
+  /// Makes these unknowns of the block (increasing) its own. Keeps its own where they contain
+  /// these and few others.
+  void cover(const Eigen::MatrixXf& flexibility, const std::vector<Eigen::Index>& touching);
+  const std::vector<Eigen::Index>& unknowns() const { return unknowns_; }
+
+  /// Takes C on unknowns() [N/m] and factors.
+  void set_contact(Eigen::MatrixXd C);
+
+  /// Newton's step for the residual z - f(w) of the block [N]: dw solves dw + G C dw = G (z - f),
+  /// and dz = C dw - (z - f).
+  CondensedStep step(const Eigen::MatrixXf& flexibility, const Eigen::VectorXd& residual) const;
+
+ private:
+  std::vector<Eigen::Index> unknowns_;
+  Eigen::MatrixXf stiffness_;  // of the body on unknowns(): inverse of their flexibility
+  Eigen::MatrixXd C_;
+  Eigen::MatrixXf factor_;      // of the sum of both
+  std::vector<int> exchanges_;  // of rows, in factor_
+};
 
 /// Tolerances of one equilibrium; all relative.
 struct EquilibriumOptions {
@@ -27,7 +92,7 @@ struct EquilibriumOptions {
   double contact_margin = 1;  ///< faces this close become contact nodes, in steps of the probe
 };
 
-/// What was spent; deterministic.
+/// Counts of the work that was done; deterministic.
 struct SolverCounts {
   int newton = 0;  ///< corrections: a residual and a solve with the factor each
   int model = 0;   ///< iterations of the condensed contact model
@@ -43,9 +108,8 @@ struct BodyState {
   double relative_residual = 0;
   double min_J = 1;
   double elastic_energy_J = 0;
-  /// Of a relaxing body in time: what it remembers, the step whose potential it rests in, and the
-  /// largest nodal contact force on the way (2-norm), which residuals without contact are held
-  /// against.
+  /// A body with a history has that history, the step in whose potential it rests, and the largest
+  /// nodal contact force so far (2-norm), the scale of residuals without contact.
   std::shared_ptr<const MaterialHistory> memory;
   std::shared_ptr<const MaterialStep> step;
   double largest_contact_N = 0;
@@ -74,8 +138,7 @@ class Equilibrium {
              bool may_shorten = false);
 
   /// Solves from here on are those dt_s after `from`, which stays as it is (M14a, M54b). A body is
-  /// in slow motion and undamaged until the first of these; one that does not remember stays so.
-  /// equilibrium_in_time.cpp
+  /// in slow motion and undamaged until the first of these; one without a history stays so.
   void begin_step(const BodyState& from, double dt_s);
   /// Takes what the body remembers at the end of the step into an accepted state, from its own
   /// displacement, or from that after an Uzawa update, which is nearer to a rigid probe's.
@@ -83,15 +146,15 @@ class Equilibrium {
   void end_step(const Points& u, BodyState& accepted) const;
 
   /// The equilibrium at an accepted state's own pose after one augmented-Lagrangian (Uzawa) update
-  /// (Contact::updated_multipliers): what a rigid wall would do, but for the second order. Not a
-  /// state to go on from.
+  /// (ContactInterface::updated_multipliers), which is that of a rigid wall but for the second
+  /// order. It is not a state to continue from.
   bool uzawa_update(const BodyState& accepted, BodyState& to);
 
   /// Whether an accepted state is stable with the probe held where it is: its tangent, contact and
   /// sticking friction included, is positive definite. Costs a factorization.
   bool is_stable(const BodyState& accepted);
 
-  /// Multiplies the contact penalty from here on; accepted states can be gone on from.
+  /// Multiplies the contact penalty from here on; accepted states stay valid.
   void stiffen_contact(double factor) { contact_.stiffen(factor); }
 
   const EquilibriumOptions& options() const { return options_; }
@@ -136,6 +199,7 @@ class Equilibrium {
   std::vector<std::int32_t> nodes_near_probe(const Points& u, const ProbePose& pose,
                                              double within_m) const;
   Eigen::MatrixXd condensed_stiffness(const std::vector<Eigen::Index>& unknowns) const;
+  std::int32_t contact_place(int face, int node) const;
   Correction correction(const Step& now);
   bool take(const Correction& correction, AndersonMixing& mixing, Step& step);
   bool touches_elsewhere() const;

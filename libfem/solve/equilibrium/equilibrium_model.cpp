@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libfem/solve/equilibrium/equilibrium.hpp"
+#include "libfem/solve/factor/dense_kernels.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -16,22 +17,73 @@ namespace {
 constexpr double kKeptTangent = 0.6;
 // A step of coupled friction that leaves this share of the residual has met its match.
 constexpr double kInVain = 0.98;
+// Condensing anew is due when the kept unknowns are this many times those that touch: a
+// factorization of theirs costs twice as much.
+constexpr double kMaxKeptUnknowns = 1.25;
+
+Eigen::VectorXf symmetric_product(const Eigen::MatrixXf& A, const Eigen::VectorXf& x) {
+  Eigen::VectorXf out(A.rows());
+  dense_kernels().multiply_symmetric(A.data(), static_cast<int>(A.rows()), x.data(), out.data());
+  return out;
+}
+
+Eigen::VectorXd product(const Eigen::MatrixXd& A, const Eigen::VectorXd& x) {
+  Eigen::VectorXd out(A.rows());
+  dense_kernels().multiply(A.data(), static_cast<int>(A.rows()), x.data(), out.data());
+  return out;
+}
 
 }  // namespace
 
+void CondensedTangent::cover(const Eigen::MatrixXf& flexibility,
+                             const std::vector<Eigen::Index>& touching) {
+  const bool holds =
+      std::includes(unknowns_.begin(), unknowns_.end(), touching.begin(), touching.end());
+  if (holds && unknowns_.size() <= kMaxKeptUnknowns * touching.size()) return;
+  unknowns_ = touching;
+  stiffness_ = flexibility(unknowns_, unknowns_);
+  const int size = static_cast<int>(unknowns_.size());
+  dense_kernels().factor_front(stiffness_.data(), size, size);
+  dense_kernels().invert_from_factor(stiffness_.data(), size);
+}
+
+void CondensedTangent::set_contact(Eigen::MatrixXd C) {
+  C_ = std::move(C);
+  factor_ = stiffness_ + C_.cast<float>();
+  exchanges_.resize(unknowns_.size());
+  dense_kernels().factor_general(factor_.data(), static_cast<int>(unknowns_.size()),
+                                 exchanges_.data());
+}
+
+CondensedTangent::CondensedStep CondensedTangent::step(const Eigen::MatrixXf& flexibility,
+                                                       const Eigen::VectorXd& residual) const {
+  Eigen::VectorXf own = residual(unknowns_).cast<float>();
+  Eigen::VectorXd elsewhere = residual;
+  elsewhere(unknowns_).setZero();
+  if (!elsewhere.isZero(0)) {
+    const Eigen::VectorXf driven = symmetric_product(flexibility, elsewhere.cast<float>());
+    own += symmetric_product(stiffness_, driven(unknowns_));
+  }
+  dense_kernels().solve_general(factor_.data(), static_cast<int>(unknowns_.size()),
+                                exchanges_.data(), own.data());
+  CondensedStep out{{}, -residual};
+  out.z(unknowns_) += product(C_, own.cast<double>());
+  out.w = -symmetric_product(flexibility, out.z.cast<float>()).cast<double>();
+  return out;
+}
+
 // Stiffness of the latest contact terms on some unknowns of the dense block, all entries.
 Eigen::MatrixXd Equilibrium::condensed_stiffness(const std::vector<Eigen::Index>& unknowns) const {
+  const auto size = static_cast<std::int32_t>(unknowns.size());
   std::vector<std::int32_t> place(3 * factor_.contact_nodes().size(), -1);
-  for (std::size_t k = 0; k < unknowns.size(); ++k)
-    place[unknowns[k]] = static_cast<std::int32_t>(k);
-  const auto size = static_cast<Eigen::Index>(unknowns.size());
+  for (std::int32_t k = 0; k < size; ++k) place[unknowns[k]] = k;
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(size, size);
   using Block = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
   for (const FaceTerms& face : contact_.terms()) {
     std::array<std::int32_t, kFaceNodes> at;
     for (int a = 0; a < kFaceNodes; ++a) {
-      const std::int32_t i = body_.free_index()[mesh_.faces(face.face, a)];
-      at[a] = i < 0 || contact_index_[i] < 0 ? -1 : place[3 * contact_index_[i]];
+      const std::int32_t i = contact_place(face.face, a);
+      at[a] = i < 0 ? -1 : place[3 * i];
     }
     for (int a = 0; a < kFaceNodes; ++a)
       for (int b = 0; b <= a && at[a] >= 0; ++b) {
@@ -44,9 +96,9 @@ Eigen::MatrixXd Equilibrium::condensed_stiffness(const std::vector<Eigen::Index>
   return C;
 }
 
-// What the body's tangent is to contact: the factor's dense block. Contact is solved on it by
-// Newton's method with friction coupled, all else follows linearly. Where that stalls, friction is
-// lagged until a descent in energy has come close.
+// Contact on the factor's dense block, solved by Newton's method with friction coupled; the other
+// unknowns follow linearly. Where that stalls, friction is lagged until a descent in energy has
+// come close.
 class Equilibrium::CondensedContact {
  public:
   CondensedContact(Equilibrium& of, const Step& now);
@@ -55,11 +107,12 @@ class Equilibrium::CondensedContact {
 
  private:
   using CondensedStep = CondensedTangent::CondensedStep;
+  using Tangent = ContactInterface::Tangent;
 
   Eigen::VectorXd force() const;
   std::vector<Eigen::Index> touching_unknowns() const;
-  void go(const CondensedStep& step, double length);
-  double evaluate(bool with_curvature = true);
+  void advance(const CondensedStep& step, double length);
+  double evaluate(Tangent uncoupled = Tangent::lagged);
   void refactor();
   CondensedStep newton_step() const {
     return of_.tangent_.step(of_.factor_.flexibility(), residual_);
@@ -99,14 +152,11 @@ Equilibrium::CondensedContact::CondensedContact(Equilibrium& of, const Step& now
 
 // Force of the latest contact terms over the dense block.
 Eigen::VectorXd Equilibrium::CondensedContact::force() const {
-  Eigen::VectorXd force =
-      Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * of_.factor_.contact_nodes().size()));
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * std::ssize(node_of_));
   for (const FaceTerms& face : of_.contact_.terms())
-    for (int a = 0; a < kFaceNodes; ++a) {
-      const std::int32_t i = of_.body_.free_index()[of_.mesh_.faces(face.face, a)];
-      if (i >= 0 && of_.contact_index_[i] >= 0)
-        force.segment<3>(3 * of_.contact_index_[i]) += Eigen::Map<const Vec3>(face.force + 3 * a);
-    }
+    for (int a = 0; a < kFaceNodes; ++a)
+      if (const std::int32_t i = of_.contact_place(face.face, a); i >= 0)
+        force.segment<3>(3 * i) += Eigen::Map<const Vec3>(face.force + 3 * a);
   return force;
 }
 
@@ -114,17 +164,15 @@ Eigen::VectorXd Equilibrium::CondensedContact::force() const {
 std::vector<Eigen::Index> Equilibrium::CondensedContact::touching_unknowns() const {
   std::vector<Eigen::Index> out;
   for (const FaceTerms& face : of_.contact_.terms())
-    for (int a = 0; a < kFaceNodes; ++a) {
-      const std::int32_t i = of_.body_.free_index()[of_.mesh_.faces(face.face, a)];
-      if (i < 0 || of_.contact_index_[i] < 0) continue;
-      for (int c = 0; c < 3; ++c) out.push_back(3 * of_.contact_index_[i] + c);
-    }
+    for (int a = 0; a < kFaceNodes; ++a)
+      if (const std::int32_t i = of_.contact_place(face.face, a); i >= 0)
+        for (int c = 0; c < 3; ++c) out.push_back(3 * i + c);
   std::sort(out.begin(), out.end());
   out.erase(std::unique(out.begin(), out.end()), out.end());
   return out;
 }
 
-void Equilibrium::CondensedContact::go(const CondensedStep& step, double length) {
+void Equilibrium::CondensedContact::advance(const CondensedStep& step, double length) {
   sum_.w += length * step.w;
   sum_.z += length * step.z;
   for (std::size_t i = 0; i < node_of_.size(); ++i)
@@ -132,11 +180,8 @@ void Equilibrium::CondensedContact::go(const CondensedStep& step, double length)
 }
 
 // Sets the residual and returns its relative size; 0 where nothing touches and nothing is exerted.
-double Equilibrium::CondensedContact::evaluate(bool with_curvature) {
-  if (is_coupled_)
-    of_.contact_.evaluate_coupled(trial_);
-  else
-    of_.contact_.evaluate(trial_, with_curvature);
+double Equilibrium::CondensedContact::evaluate(Tangent uncoupled) {
+  of_.contact_.evaluate(trial_, is_coupled_ ? Tangent::coupled : uncoupled);
   const Eigen::VectorXd exerted = force();
   residual_ = sum_.z - exerted;
   return residual_.norm() > 0 ? residual_.norm() / exerted.norm() : 0;
@@ -152,22 +197,22 @@ bool Equilibrium::CondensedContact::falls(const CondensedStep& step) {
   const double start = energy(), slope = -residual_.dot(step.w);
   if (!(slope < 0)) return false;
   double length = 1;
-  go(step, 1);
+  advance(step, 1);
   for (int cut = 0; cut < 8; ++cut, length /= 2) {
     if (energy() <= start + 1e-4 * length * slope) return true;
-    go(step, -length / 2);
+    advance(step, -length / 2);
   }
-  go(step, -length);
+  advance(step, -length);
   return false;
 }
 
 double Equilibrium::CondensedContact::descend() {
   refactor();
   if (falls(newton_step())) return evaluate();
-  evaluate(false);
+  evaluate(Tangent::lagged_flat);
   refactor();
   const CondensedStep step = newton_step();
-  if (!falls(step)) go(step, 1.0 / 256);
+  if (!falls(step)) advance(step, 1.0 / 256);
   return evaluate();
 }
 
@@ -185,16 +230,16 @@ void Equilibrium::CondensedContact::iterate_coupled() {
   const CondensedStep step = newton_step();
   const double before = relative_;
   double length = 1;
-  go(step, 1);
+  advance(step, 1);
   relative_ = evaluate();
   if (is_kept_ && relative_ > kKeptTangent * before) {
-    go(step, -1);
+    advance(step, -1);
     relative_ = evaluate();
     is_kept_ = false;
     return;
   }
   for (int cut = 0; cut < 4 && relative_ > (1 - 0.1 * length) * before; ++cut, length /= 2) {
-    go(step, -length / 2);
+    advance(step, -length / 2);
     relative_ = evaluate();
   }
   is_kept_ = relative_ <= kKeptTangent * before;

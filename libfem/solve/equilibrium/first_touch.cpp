@@ -8,33 +8,17 @@
 namespace palpate::fem {
 namespace {
 
-using FaceNodes = std::array<Vec3, kFaceNodes>;
-
-Vec3 point_of(const FaceNodes& nodes, double r, double s) {
-  const FacePoint at = face_point(0, r, s);
-  Vec3 x = Vec3::Zero();
-  for (int a = 0; a < kFaceNodes; ++a) x += at.shape[a] * nodes[a];
-  return x;
-}
-
 /// Whether the outward normal is against the axis at a corner or in the middle.
 bool looks_against(const FaceNodes& nodes, const Vec3& axis) {
   constexpr double kPlaces[][2] = {{0, 0}, {1, 0}, {0, 1}, {1.0 / 3, 1.0 / 3}};
-  for (const auto& [r, s] : kPlaces) {
-    const FacePoint at = face_point(0, r, s);
-    Vec3 by_r = Vec3::Zero(), by_s = Vec3::Zero();
-    for (int a = 0; a < kFaceNodes; ++a) {
-      by_r += at.shape_r[a] * nodes[a];
-      by_s += at.shape_s[a] * nodes[a];
-    }
-    if (by_r.cross(by_s).dot(axis) < 0) return true;
-  }
-  return false;
+  return std::ranges::any_of(kPlaces, [&](const auto& at) {
+    return area_normal_at(face_point(0, at[0], at[1]), nodes).dot(axis) < 0;
+  });
 }
 
 double gap_at(const FaceNodes& nodes, const Probe& probe, const ProbePose& pose, double r,
               double s) {
-  return probe.distance(pose.axis, point_of(nodes, r, s) - pose.tip).distance_m;
+  return probe.distance(pose.axis, place_at(face_point(0, r, s), nodes) - pose.tip).distance_m;
 }
 
 /// Least gap over one curved face: a grid, then ever smaller grids about the best point.
@@ -81,7 +65,7 @@ std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& prob
     for (const FaceNodes& nodes : faces) {
       // Cheap lower bound first: distances are Lipschitz 1.
       double spread = 0;
-      const Vec3 middle = point_of(nodes, 1.0 / 3, 1.0 / 3);
+      const Vec3 middle = place_at(face_point(0, 1.0 / 3, 1.0 / 3), nodes);
       for (const Vec3& node : nodes) spread = std::max(spread, (node - middle).norm());
       const double bound = gap_at(nodes, probe, here, 1.0 / 3, 1.0 / 3) - 1.5 * spread;
       if (bound < least) least = std::min(least, min_gap_of_face(nodes, probe, here));

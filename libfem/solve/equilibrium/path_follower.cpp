@@ -30,13 +30,13 @@ ProbePose after(ProbePose pose, const PoseStep& step, double share) {
 }
 
 /// Force along the axis, of both probes where there are two.
-double pushed_N(const BodyState& state) {
+double pressing_force_N(const BodyState& state) {
   const double first = state.contact.force_N.dot(state.pose.axis);
   return state.pose.second ? first + state.contact.second_force_N.dot(state.pose.second->axis)
                            : first;
 }
 
-/// An accepted state with how it is moving: displacement per metre of the probe's path. falls: it
+/// An accepted state with its velocity: displacement per metre of the probe's path. falls: it
 /// is on a branch past a limit point, where deeper presses have less force.
 struct PathState {
   BodyState state;
@@ -44,13 +44,6 @@ struct PathState {
   PoseStep direction;  // of length 1
   bool falls = false;
   double time_s = 0;  // since first touch; NaN in slow motion
-};
-
-struct StepRules {
-  double longest_m, deepest_penetration_m, solver_residual;
-  int max_cuts, max_stiffenings;
-  bool uzawa_update;
-  double min_penalty_left;  // of what the Uzawa update has changed
 };
 
 // With friction the path to a state has crept as well, which an update of its last equilibrium
@@ -62,7 +55,7 @@ constexpr double kCreepLeft = 0.5;
 // step.
 constexpr double kFallingStep = 0.25, kLargestFall = 0.1;
 
-/// How a step or a series of them ended.
+/// Outcome of a step or of a series of them.
 struct StepOutcome {
   RowStatus status = RowStatus::good;
   StepCheck step_check = StepCheck::none;
@@ -71,18 +64,19 @@ struct StepOutcome {
 /// All paths on one mesh being followed.
 struct Following {
   Equilibrium& equilibrium;
-  StepRules rules;
+  const Probe& probe;
+  const PathOptions& options;
   int stiffenings = 0;
 };
 
 bool falls_on_a_stable_branch(Equilibrium& equilibrium, const BodyState& before,
                               const BodyState& after) {
-  const double pushed_before = pushed_N(before), pushed = pushed_N(after);
-  return pushed_before - pushed <= kLargestFall * pushed_before && equilibrium.is_stable(after);
+  const double force_before_N = pressing_force_N(before), force_N = pressing_force_N(after);
+  return force_before_N - force_N <= kLargestFall * force_before_N && equilibrium.is_stable(after);
 }
 
 /// One equilibrium from `moving` to `pose` at `time_s`, which `moving` becomes when it is accepted.
-/// motion: what the body is expected to do; no rows where nothing is known.
+/// motion: expected motion of the body; no rows where it is unknown.
 StepOutcome try_step(Following& following, PathState& moving, const ProbePose& pose, double time_s,
                      bool must_rise, bool may_fall, bool may_shorten, const Points& motion) {
   const double dt_s = time_s - moving.time_s;
@@ -102,7 +96,8 @@ StepOutcome try_step(Following& following, PathState& moving, const ProbePose& p
   if (!following.equilibrium.solve(moving.state, pose, guess, next, may_shorten))
     return {RowStatus::not_converged};
   StepCheck step_check =
-      check_step(moving.state, next, must_rise, following.rules.deepest_penetration_m);
+      check_step(moving.state, next, must_rise,
+                 following.options.greatest_penetration * following.probe.length_m);
   if (step_check == StepCheck::does_not_rise && may_fall &&
       falls_on_a_stable_branch(following.equilibrium, moving.state, next))
     step_check = StepCheck::falls;
@@ -121,42 +116,42 @@ StepOutcome try_step(Following& following, PathState& moving, const ProbePose& p
 }
 
 /// Reaches `pose` in as many steps as it takes. A step that overlaps too far is tried again with
-/// twice the penalty, which then stays. Of a hold, distance is in shares of its time. motion: as
-/// above, of the whole way; it is followed where one step makes it, and not where that fails.
+/// twice the penalty, which then stays. The distance of a hold is in shares of its time. motion: as
+/// above, over the complete segment; it is used if one step suffices, and dropped if that fails.
 StepOutcome reach(Following& following, PathState& moving, const ProbePose& pose, double time_s,
                   bool must_rise, const Points& motion) {
-  const StepRules& rules = following.rules;
+  const PathOptions& options = following.options;
   const ProbePose start = moving.state.pose;
-  const PoseStep way = step_between(start, pose);
-  const double start_s = moving.time_s, moved_m = way.length_m();
+  const PoseStep segment = step_between(start, pose);
+  const double start_s = moving.time_s, moved_m = segment.length_m();
   const double distance = moved_m > 0 ? moved_m : time_s > start_s ? 1 : 0;
   if (distance == 0) return {};
   const double pieces =
-      std::max({1.0, std::ceil(moved_m / rules.longest_m - 1e-9),
+      std::max({1.0, std::ceil(moved_m / (options.longest_step * following.probe.length_m) - 1e-9),
                 moved_m > 0 ? following.equilibrium.body().steps_in_time(start_s, time_s) : 1.0});
-  const double whole_step = distance / pieces;
-  const double shortest = whole_step * std::ldexp(0.75, -rules.max_cuts);
-  double step = whole_step, done = 0;
+  const double full_step = distance / pieces;
+  const double shortest = full_step * std::ldexp(0.75, -options.max_cuts);
+  double step = full_step, done = 0;
   bool is_guided = motion.size() > 0 && pieces == 1;
   while (done < distance) {
     const double here = distance - done < 1.25 * step ? distance - done : step;
     const ProbePose goal =
-        done + here >= distance ? pose : after(start, way, (done + here) / distance);
+        done + here >= distance ? pose : after(start, segment, (done + here) / distance);
     const double goal_s = done + here >= distance
                               ? time_s
                               : start_s + (time_s - start_s) * ((done + here) / distance);
-    const bool may_fall = moving.falls || here <= 1.25 * kFallingStep * whole_step;
+    const bool may_fall = moving.falls || here <= 1.25 * kFallingStep * full_step;
     // On a press near nu 1/2 iterations that seem astray converge; on drags they do not.
     const bool may_shorten = !must_rise && here / 2 >= shortest;
     const StepOutcome outcome = try_step(following, moving, goal, goal_s, must_rise, may_fall,
                                          may_shorten, is_guided ? motion : Points());
     if (outcome.status == RowStatus::good) {
       done += here;
-      step = std::min(2 * step, whole_step);
+      step = std::min(2 * step, full_step);
     } else if (is_guided) {
       is_guided = false;
     } else if (outcome.step_check == StepCheck::overlaps &&
-               following.stiffenings < rules.max_stiffenings) {
+               following.stiffenings < options.max_stiffenings) {
       following.equilibrium.stiffen_contact(2);
       ++following.stiffenings;
     } else {
@@ -170,59 +165,53 @@ StepOutcome reach(Following& following, PathState& moving, const ProbePose& pose
 /// The row of an accepted state: sums of the equilibrium after an Uzawa update (method, 10).
 PathRow record(Following& following, PathState& moving, const PathTarget& target,
                const OnRow& on_row) {
-  const StepRules& rules = following.rules;
+  Equilibrium& equilibrium = following.equilibrium;
   BodyState& state = moving.state;
   PathRow row;
   if (moving.falls) row.step_check = StepCheck::falls;
   const double depth = target.deflection.dot(state.pose.axis);
-  // A body that springs back slowly lets a tool go before it is out.
-  const bool may_let_go = state.step != nullptr;
-  row.status = depth > 0 && state.contact.points == 0 && !may_let_go ? RowStatus::no_contact
-                                                                     : RowStatus::good;
-  row.force_N = state.contact.force_N;
-  row.torque_Nm = state.contact.torque_Nm;
-  row.second_force_N = state.contact.second_force_N;
+  // A body that springs back slowly releases a tool before it is out.
+  const bool may_release = state.step != nullptr;
+  row.status = depth > 0 && state.contact.points == 0 && !may_release ? RowStatus::no_contact
+                                                                      : RowStatus::good;
   BodyState rigid;
-  bool is_rigid = false;
-  if (state.contact.points > 0) {
-    is_rigid = rules.uzawa_update && following.equilibrium.uzawa_update(state, rigid) &&
-               pushed_N(rigid) > 0;
-    if (is_rigid) {
-      following.equilibrium.end_step(rigid.u, state);
-      row.force_N = rigid.contact.force_N;
-      row.torque_Nm = rigid.contact.torque_Nm;
-      row.second_force_N = rigid.contact.second_force_N;
-      row.penalty_shift_N = rigid.contact.force_N - state.contact.force_N;
-      // Overlaps shrink by the same factor with each update; twice, as points at the rim come and
-      // go.
-      const double left = 2 * rigid.contact.mean_penetration_m / state.contact.mean_penetration_m;
-      const double min_left = state.step ? kCreepLeft : rules.min_penalty_left;
-      row.penalty_error_N = std::max(left, min_left) * row.penalty_shift_N.norm();
-    } else {
-      // Hertz: force goes as depth to the power of 3/2, and depth is short of the mean overlap.
-      row.penalty_error_N =
-          1.5 * row.force_N.norm() * std::min(1.0, state.contact.mean_penetration_m / depth);
-    }
+  const bool is_rigid = state.contact.points > 0 && following.options.uzawa_update &&
+                        equilibrium.uzawa_update(state, rigid) && pressing_force_N(rigid) > 0;
+  const BodyState& recorded = is_rigid ? rigid : state;
+  row.force_N = recorded.contact.force_N;
+  row.torque_Nm = recorded.contact.torque_Nm;
+  row.second_force_N = recorded.contact.second_force_N;
+  if (is_rigid) {
+    equilibrium.end_step(rigid.u, state);
+    row.penalty_shift_N = row.force_N - state.contact.force_N;
+    // Overlaps shrink by the same factor with each update; twice, as points at the rim come and
+    // go.
+    const double left = 2 * rigid.contact.mean_penetration_m / state.contact.mean_penetration_m;
+    const double min_left = state.step || following.probe.friction > 0 ? kCreepLeft : 0;
+    row.penalty_error_N = std::max(left, min_left) * row.penalty_shift_N.norm();
+  } else if (state.contact.points > 0) {
+    // Hertz: force goes as depth to the power of 3/2, and depth is short of the mean overlap.
+    row.penalty_error_N =
+        1.5 * row.force_N.norm() * std::min(1.0, state.contact.mean_penetration_m / depth);
   }
-  row.solver_error_N = rules.solver_residual * row.force_N.norm();
-  if (on_row) on_row(target.row, is_rigid ? rigid.u : state.u);
+  row.solver_error_N = equilibrium.options().residual * row.force_N.norm();
+  if (on_row) on_row(target.row, recorded.u);
   return row;
 }
 
-/// What moves the body from the target before to this one, as `ahead` has it.
+/// Motion of the body from the target before to this one, by `ahead`.
 Points motion_to(const std::vector<ProbePath>& paths, const Waypoints& ahead, std::size_t path,
                  std::size_t target) {
   if (ahead.empty()) return {};
   const Points& there = ahead[path][target];
   const ProbePath& here = paths[path];
   if (target == 0 && here.from_path < 0) return there;
-  const Points& before = target > 0 ? ahead[path][target - 1]
-                                    : ahead[static_cast<std::size_t>(here.from_path)]
-                                           [static_cast<std::size_t>(here.from_target)];
+  const Points& before =
+      target > 0 ? ahead[path][target - 1] : ahead[here.from_path][here.from_target];
   return there.rows() == before.rows() ? Points(there - before) : Points();
 }
 
-/// The next row that was to be recorded says why it could not be; those after it stay not_reached.
+/// Writes the outcome into the next row that was to be recorded; those after it stay not_reached.
 void note_failure(const ProbePath& path, std::size_t target, const StepOutcome& outcome,
                   std::vector<PathRow>& rows) {
   for (; target < path.targets.size(); ++target)
@@ -237,13 +226,13 @@ void note_failure(const ProbePath& path, std::size_t target, const StepOutcome& 
 
 StepCheck check_step(const BodyState& before, const BodyState& after, bool must_rise,
                      double deepest_penetration_m) {
-  const double pushed_before = pushed_N(before), pushed = pushed_N(after);
+  const double force_before_N = pressing_force_N(before), force_N = pressing_force_N(after);
   const bool has_area = after.contact.area_m2 > 0;
   if (!(after.min_J > 0)) return StepCheck::inverted;
   if (!(after.contact.greatest_penetration_m <= deepest_penetration_m)) return StepCheck::overlaps;
   if (must_rise && !has_area) return StepCheck::no_area;
-  if (has_area && !(pushed > 0)) return StepCheck::pulls;
-  if (must_rise && !(pushed > pushed_before)) return StepCheck::does_not_rise;
+  if (has_area && !(force_N > 0)) return StepCheck::pulls;
+  if (must_rise && !(force_N > force_before_N)) return StepCheck::does_not_rise;
   return StepCheck::none;
 }
 
@@ -251,14 +240,7 @@ std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
                                   const ProbePose& touch, const std::vector<ProbePath>& paths,
                                   int rows, const PathOptions& options, const Progress& progress,
                                   const OnRow& on_row, const Waypoints& ahead, Waypoints* reached) {
-  const StepRules rules{options.longest_step * probe.length_m,
-                        options.greatest_penetration * probe.length_m,
-                        equilibrium.options().residual,
-                        options.max_cuts,
-                        options.max_stiffenings,
-                        options.uzawa_update,
-                        probe.friction > 0 ? kCreepLeft : 0.0};
-  Following following{equilibrium, rules};
+  Following following{equilibrium, probe, options};
   std::vector<PathRow> out(rows);
   std::map<std::pair<int, int>, PathState> kept;  // at targets where later paths start
   for (const ProbePath& path : paths)

@@ -64,11 +64,6 @@ void find_parents(Elimination& out) {
   for (int s = 0; s < out.supernodes(); ++s) {
     const int under = out.height(s) - out.columns(s);
     out.parent.push_back(under > 0 ? owner[out.rows[out.row_start[s] + out.columns(s)]] : -1);
-    std::int64_t rows = 3 * out.height(s);
-    for (int c = 0; c < 3 * out.columns(s); ++c, --rows) {
-      out.flops += static_cast<double>(rows * rows);
-      out.entries += rows;
-    }
   }
 }
 

@@ -19,8 +19,6 @@ struct Elimination {
   std::int32_t inner = 0;
   std::vector<std::int32_t> last_nodes;  ///< as they follow each other in the dense block
   std::vector<std::int32_t> first, row_start, rows, parent;
-  double flops = 0;          ///< of the factorization up to the dense block
-  std::int64_t entries = 0;  ///< numbers in the factor before the dense block
 
   int supernodes() const { return static_cast<int>(first.size()) - 1; }
   int columns(int s) const { return first[s + 1] - first[s]; }

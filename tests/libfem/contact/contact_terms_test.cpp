@@ -11,6 +11,8 @@
 namespace palpate::fem {
 namespace {
 
+using Tangent = ContactInterface::Tangent;
+
 constexpr unsigned kSeed = 90210;
 constexpr double kRadius_m = 0.01, kYoung_Pa = 10e3, kDepth_m = 0.001, kFriction = 0.4,
                  kSlippery = 0.1;
@@ -139,7 +141,7 @@ TEST_P(ContactTerms, stiffness_is_the_derivative_of_force_for_the_limit_held_and
       Pressed at(GetParam().friction, GetParam().along_m, 5e-5, seed);
       const auto force_at = [&](const Points& u) {
         const ContactTrial trial{u, at.pose, at.history};
-        is_coupled ? at.contact.evaluate_coupled(trial) : at.contact.evaluate(trial);
+        at.contact.evaluate(trial, is_coupled ? Tangent::coupled : Tangent::lagged);
         return assembled_force(at.sheet, at.contact);
       };
       force_at(at.u);
@@ -158,7 +160,7 @@ TEST_P(ContactTerms, coupled_forces_are_those_of_the_limit_lagged_at_the_same_pl
   Pressed at(GetParam().friction, GetParam().along_m, 5e-5, kSeed);
   at.contact.evaluate({at.u, at.pose, at.history});
   const Points lagged = assembled_force(at.sheet, at.contact);
-  at.contact.evaluate_coupled({at.u, at.pose, at.history});
+  at.contact.evaluate({at.u, at.pose, at.history}, Tangent::coupled);
   EXPECT_LE((assembled_force(at.sheet, at.contact) - lagged).norm(), 1e-12 * lagged.norm());
 }
 

@@ -78,7 +78,7 @@ TEST(ElasticBody, affine_displacement_stores_the_energy_density_times_the_volume
   for (const QuadraticMesh& mesh : {distorted_block(), bent_block()}) {
     const ElasticBody body = body_of(mesh);
     const Mat3 F = general_gradient();
-    const double W = kTissue.law->energy(kTissue.constants, F);
+    const double W = kTissue.law->evaluate(kTissue.constants, F).W;
     EXPECT_NEAR(body.energy(affine(mesh.nodes, F)) / (W * rest_volume_m3(mesh)), 1, 1e-12);
     EXPECT_NEAR(body.min_J(), F.determinant(), 1e-12);
   }
@@ -98,7 +98,7 @@ TEST(ElasticBody, patch_test_leaves_no_force_on_inner_nodes_and_balanced_forces_
   EXPECT_LE(force.colwise().sum().norm(), 1e-12 * scale);
   // Virial: sum f_a X_a^T = V P.
   const Mat3 virial = force.transpose() * mesh.nodes / rest_volume_m3(mesh);
-  const Mat3 P = kTissue.law->stress(kTissue.constants, F);
+  const Mat3 P = kTissue.law->evaluate(kTissue.constants, F).P;
   EXPECT_LE((virial - P).norm(), 1e-12 * P.norm());
 }
 
@@ -215,7 +215,7 @@ TEST(ElasticBody, each_place_is_filled_by_the_material_of_its_region) {
   const Mat3 F = general_gradient();
   const double expected =
       kSize_m.prod() / 2 *
-      (kTissue.law->energy(kTissue.constants, F) + stiff.law->energy(stiff.constants, F));
+      (kTissue.law->evaluate(kTissue.constants, F).W + stiff.law->evaluate(stiff.constants, F).W);
   EXPECT_NEAR(body.energy(affine(mesh.nodes, F)) / expected, 1, 1e-12);
 }
 
@@ -269,7 +269,7 @@ TEST(ElasticBody, volume_change_is_averaged_over_the_points_of_one_material_only
     const Material& here = region_at(X) ? soft : kWatery;
     double U, U1, U2;
     NeoHookean::volumetric(here.constants.data(), F.determinant() - 1, U, U1, U2);
-    expected += weight * here.law->energy(here.constants, F);
+    expected += weight * here.law->evaluate(here.constants, F).W;
     if (&here == &soft) continue;  // one point: its own mean
     expected -= weight * share * U;
     mean_J += F.determinant();

@@ -1,4 +1,4 @@
-#include "libfem/elements/elements.hpp"
+#include "libfem/elements/elastic_body.hpp"
 
 #include <gtest/gtest.h>
 

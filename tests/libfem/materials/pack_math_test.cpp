@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "libfem/materials/spectral.hpp"
+#include "libfem/materials/ogden.hpp"
 #include "tests/libfem/materials/examples.hpp"
 
 namespace palpate::fem {
