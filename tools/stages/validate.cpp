@@ -120,7 +120,7 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   const runtime::AssetView* other = end ? met_assets.of(*end) : nullptr;
   const runtime::AssetView& met = other != nullptr ? *other : asset;
   const Replayed engine = replay(met, reference.paths, depth_m);
-  const double radius_m = fem::round_end_m(fem::make_probe(scene.probe.spec, "[probe]"));
+  const double radius_m = fem::round_end_m(*scene.probe.rigid);
   const std::vector<ComparedRow> rows = compare_torques(reference.paths, engine, radius_m);
   Statement statement = summarize(rows);
   statement.probes = reference.held_out.paths.size();

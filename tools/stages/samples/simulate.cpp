@@ -102,10 +102,10 @@ std::size_t say_force_errors(const Samples& samples, double wanted) {
   std::vector<std::vector<fem::PointRow>> rows(static_cast<std::size_t>(samples.points()));
   for (Eigen::Index i = 0; i < samples.rows(); ++i) {
     fem::PointRow row;
-    row.status = samples.status[static_cast<std::size_t>(i)];
+    row.status = samples.status[i];
     row.force = samples.force.row(i);
     row.force_error = samples.force_error[i];
-    rows[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(i)])].push_back(row);
+    rows[samples.point[i]].push_back(row);
   }
   std::vector<double> errors;  // of points that have one
   for (const auto& of_point : rows)
@@ -133,9 +133,8 @@ std::size_t list_bad_experiments(const Samples& samples) {
   // First bad row of each experiment, with the first reason that is not a consequence.
   std::map<std::int32_t, std::pair<Eigen::Index, std::size_t>> bad;
   for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    if (samples.status[static_cast<std::size_t>(row)] != RowStatus::good)
-      ++bad.try_emplace(samples.experiment[static_cast<std::size_t>(row)], row, 0)
-            .first->second.second;
+    if (samples.status[row] != RowStatus::good)
+      ++bad.try_emplace(samples.experiment[row], row, 0).first->second.second;
   std::size_t listed = 0;
   for (const auto& [experiment, place] : bad) {
     if (listed++ == kListed) {
@@ -144,11 +143,11 @@ std::size_t list_bad_experiments(const Samples& samples) {
     }
     const auto row = static_cast<std::size_t>(place.first);
     const Vec3 at = samples.point_position.row(samples.point[row]);
-    say_failed(
-        "  not good: {} at ({:.1f}, {:.1f}, {:.1f}) mm, {} from {:.2f} mm on: {} ({} rows)",
-        samples.point_name[static_cast<std::size_t>(samples.point[row])], 1e3 * at[0], 1e3 * at[1],
-        1e3 * at[2], kExperimentKindNames[static_cast<std::size_t>(samples.kind[row])],
-        1e3 * samples.deflection.row(place.first).norm(), reason_of(samples, row), place.second);
+    say_failed("  not good: {} at ({:.1f}, {:.1f}, {:.1f}) mm, {} from {:.2f} mm on: {} ({} rows)",
+               samples.point_name[samples.point[row]], 1e3 * at[0], 1e3 * at[1], 1e3 * at[2],
+               kExperimentKindNames[static_cast<std::size_t>(samples.kind[row])],
+               1e3 * samples.deflection.row(place.first).norm(), reason_of(samples, row),
+               place.second);
   }
   return bad.size();
 }
