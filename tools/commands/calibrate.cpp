@@ -323,8 +323,7 @@ class Calibrate final : public Command {
     for (int i = 0; i < points_; ++i)
       is_used[static_cast<std::size_t>((2 * i + 1) * all / (2 * points_))] = 1;
     for (std::size_t row = 0; row < samples.status.size(); ++row)
-      if (!is_used[static_cast<std::size_t>(samples.point[row])])
-        samples.status[row] = RowStatus::not_reached;
+      if (!is_used[samples.point[row]]) samples.status[row] = RowStatus::not_reached;
   }
 
   void check_rows(Eigen::Index rows, const std::vector<std::size_t>& free) const {

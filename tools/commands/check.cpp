@@ -34,7 +34,7 @@ void write_set_up(const std::string& path, const Scene& scene, const Body& body)
         .rowwise()
         .squaredNorm()
         .minCoeff(&nearest);
-    is_test_point[static_cast<std::size_t>(nearest)] = 1;
+    is_test_point[nearest] = 1;
   }
   VtuWriter vtu;
   vtu.add("is_held", 1, is_held);

@@ -87,8 +87,7 @@ class Predict final : public Command {
       Vec3 normal = Vec3::Zero();
       for (int k = 0; k < 3; ++k) {
         const std::int32_t vertex = model.surface.triangles(point.triangle, k);
-        if (point.weight[k] > 0 && !model.is_covered[static_cast<std::size_t>(vertex)])
-          return false;
+        if (point.weight[k] > 0 && !model.is_covered[vertex]) return false;
         normal += point.weight[k] * model.inward_normal.row(vertex).transpose();
       }
       return normal.dot(inward) > 0;

@@ -225,7 +225,7 @@ class PathOnBody {
   double nearest_m() const {
     double least_m = std::numeric_limits<double>::infinity();
     for (Eigen::Index i = 0; i < places_.centre_m.rows(); ++i) {
-      const double radius_m = places_.radius_m[static_cast<std::size_t>(i)];
+      const double radius_m = places_.radius_m[i];
       const auto near =
           closest_point(body_, boxes_, places_.centre_m.row(i), least_m + radius_m,
                         [&](const SurfacePoint& p) { return asset_.is_solid(p.triangle); });

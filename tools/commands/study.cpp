@@ -135,8 +135,7 @@ class StudyCommand final : public Command {
       ++count[static_cast<std::size_t>(study.state(i))];
       if (const std::string failure = study.failure(i);
           !failure.empty() && ++listed_failures <= kListed)
-        say_failed("case {} ({}): {}", i + 1,
-                   listed(study.cases()[static_cast<std::size_t>(i)].inputs), failure);
+        say_failed("case {} ({}): {}", i + 1, listed(study.cases()[i].inputs), failure);
     }
     reply.json = nlohmann::ordered_json{{"cases", cases}};
     std::string states;

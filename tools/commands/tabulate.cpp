@@ -39,8 +39,8 @@ std::vector<CurveTableRow> tabulate_set(const CurveSet& curves,
     const runtime::SplineView spline = fit::view(tables);
     for (Eigen::Index point = 0; point < curves.points(); ++point)
       if (is_shown(k, point))
-        append_curve(rows, point, names.empty() ? "" : names[static_cast<std::size_t>(point)],
-                     static_cast<CurveKind>(k), spline, curves.control[k].row(point).data(), steps,
+        append_curve(rows, point, names.empty() ? "" : names[point], static_cast<CurveKind>(k),
+                     spline, curves.control[k].row(point).data(), steps,
                      [&](double at) { return deviation(k, point, spline, at); });
   }
   return rows;
@@ -116,7 +116,7 @@ class Tabulate final : public Command {
     if (schema == kModelSchema.name) {
       const Model model = read_model(file_);
       const auto is_covered = [&](std::size_t, Eigen::Index point) {
-        return model.is_covered[static_cast<std::size_t>(point)] != 0;
+        return model.is_covered[point] != 0;
       };
       return tabulate_set(model.curves, {}, steps_, is_covered, kNoDeviation);
     }

@@ -394,6 +394,7 @@ Scene scene_of(const Body& body, const std::filesystem::path& path) {
         probe.spec.mesh = {mesh.vertices, mesh.triangles};
       });
   if (body.probe) scene.probe.spec = *body.probe;
+  resolve_probes(scene);
   return scene;
 }
 

@@ -55,7 +55,7 @@ Relaxation read_relaxation(SceneTable& table) {
   out.share.resize(static_cast<Eigen::Index>(branches.size()));
   out.time_s.resize(out.share.size());
   for (Eigen::Index k = 0; k < out.share.size(); ++k)
-    std::tie(out.share[k], out.time_s[k]) = branches[static_cast<std::size_t>(k)];
+    std::tie(out.share[k], out.time_s[k]) = branches[k];
   return out;
 }
 

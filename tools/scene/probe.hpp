@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "libfem/probes/probes.hpp"
 #include "libfit/core/probe.hpp"
 
 namespace palpate::tools {
@@ -17,6 +18,7 @@ struct ProbeSection {
   ProbeSpec spec = sphere_spec(kDefaultBallRadius_m, kDefaultFriction);
   std::optional<std::filesystem::path> mesh;  ///< absolute; none once it is read into spec.mesh
   double mesh_unit_m = 0;
+  std::optional<fem::Probe> rigid;  ///< the shape that `spec` describes (resolve_probes)
 };
 
 /// A rigid tool beside [probe]: [tool], [[experiments.probe]] or [[validate.tool]] of a scene. The

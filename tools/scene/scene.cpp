@@ -196,6 +196,29 @@ FitSection read_fit(SceneTable table, const std::filesystem::path& path) {
   return read_section<FitSection>(std::move(table), path);
 }
 
+std::string probe_place(const Scene& scene) { return scene.path.string() + ": [probe]"; }
+std::string tool_place(const Scene& scene, const ToolSection& tool) {
+  return fmt::format("{}: tool `{}`", scene.path.string(), tool.name);
+}
+
+void resolve_probes(Scene& scene) {
+  const auto resolve = [](ProbeSection& probe, const std::string& where) {
+    const bool is_unread = probe.mesh && probe.spec.mesh.triangles.rows() == 0;
+    if (probe.spec.shape != "point" && !is_unread) probe.rigid = fem::make_probe(probe.spec, where);
+  };
+  resolve(scene.probe, probe_place(scene));
+  if (scene.tool) resolve(scene.tool->probe, tool_place(scene, *scene.tool));
+  for (ToolSection& tool : scene.pressed) resolve(tool.probe, tool_place(scene, tool));
+  for (ToolSection& tool : scene.stated) resolve(tool.probe, tool_place(scene, tool));
+}
+
+const fem::Probe& rigid_probe(const Scene& scene) {
+  if (!scene.probe.rigid)
+    throw Error(probe_place(scene), "a " + scene.probe.spec.shape + " cannot be simulated",
+                "Give [probe] a shape, such as \"sphere\".");
+  return *scene.probe.rigid;
+}
+
 Scene parse_scene(const std::string& text, const std::filesystem::path& path,
                   std::vector<Error>* errors) {
   if (text.find('\0') != std::string::npos)  // no text has one; assets and HDF5 files do
@@ -251,6 +274,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
     scene.validate = read_section<ValidateSection>(std::move(validate), path);
   });
   section([&] { root.finish(); });
+  if (errors == nullptr || errors->empty()) section([&] { resolve_probes(scene); });
   return scene;
 }
 

@@ -104,6 +104,17 @@ struct Scene {
   ValidateSection validate;
 };
 
+/// Makes the rigid shapes of [probe] and of all tools: parse_scene() those without a mesh,
+/// open_scene() the others. A "point" has none. Throws Error at the section where a shape cannot be
+/// made.
+void resolve_probes(Scene& scene);
+/// The rigid shape of [probe]. Throws Error where it has none.
+const fem::Probe& rigid_probe(const Scene& scene);
+
+/// "FILE: [probe]" and "FILE: tool `NAME`", where errors of them are.
+std::string probe_place(const Scene& scene);
+std::string tool_place(const Scene& scene, const ToolSection& tool);
+
 /// A section that a manifest has, too. Throws Error at what is wrong in the file `path`.
 FitSection read_fit(SceneTable table, const std::filesystem::path& path);
 

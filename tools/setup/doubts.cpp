@@ -40,7 +40,7 @@ double widest_border_m(const Surface& surface) {
   lines.triangles.resize(static_cast<Eigen::Index>(next.size() / 3), 3);
   for (std::size_t i = 0; i < next.size(); ++i) {
     lines.triangles(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)) = next[i];
-    is_border[static_cast<std::size_t>(next[i])] = 1;
+    is_border[next[i]] = 1;
   }
   double widest_m = 0;
   for (const auto& border : patches_of(lines, is_border))

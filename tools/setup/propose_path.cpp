@@ -66,7 +66,7 @@ std::optional<Eigen::Index> middle_vertex(const PathWindow& window) {
   std::vector<char> is_inner(static_cast<std::size_t>(window.surface.vertices.rows()), 0);
   for (const char wanted : {1, 0})
     for (Eigen::Index t = 0; t < triangles.rows(); ++t)
-      if (window.is_measured[static_cast<std::size_t>(t)] == wanted)
+      if (window.is_measured[t] == wanted)
         for (int k = 0; k < 3; ++k) is_inner[static_cast<std::size_t>(triangles(t, k))] = wanted;
   EdgePathSeeds others;
   for (std::size_t v = 0; v < is_inner.size(); ++v)
@@ -74,7 +74,7 @@ std::optional<Eigen::Index> middle_vertex(const PathWindow& window) {
   const std::vector<double> distance_m = nearest_source(window.surface, {others}).distance_m;
   std::optional<Eigen::Index> best;
   for (std::size_t v = 0; v < is_inner.size(); ++v)
-    if (is_inner[v] != 0 && (!best || distance_m[v] > distance_m[static_cast<std::size_t>(*best)]))
+    if (is_inner[v] != 0 && (!best || distance_m[v] > distance_m[*best]))
       best = static_cast<Eigen::Index>(v);
   return best;
 }
@@ -86,9 +86,7 @@ Spot middle_of(const runtime::AssetView& asset, const PathWindow& window) {
   double largest_m4 = 0;
   for (int t = 0; t < asset.triangles; ++t) {
     const runtime::Vec3d area_m2 = asset.area_vector(t);
-    if (window.is_measured[static_cast<std::size_t>(t)] == 0 ||
-        !(dot(area_m2, area_m2) > largest_m4))
-      continue;
+    if (window.is_measured[t] == 0 || !(dot(area_m2, area_m2) > largest_m4)) continue;
     largest = t;
     largest_m4 = dot(area_m2, area_m2);
   }
@@ -130,7 +128,7 @@ Slide slide_along(const PathWindow& window, const Vec3& spot, const Vec3& inward
                b = window.surface.vertices.row(corner[1]),
                c = window.surface.vertices.row(corner[2]);
     const bool faces_tool = -(b - a).cross(c - a).normalized().dot(inward) > kMinFacing;
-    if (!faces_tool || window.is_measured[static_cast<std::size_t>(hit->triangle)] == 0) break;
+    if (!faces_tool || window.is_measured[hit->triangle] == 0) break;
     slide.fall_m.push_back(slide.fall_m.back() - depth_m + *way_m);
   }
   if (slide.fall_m.size() > 1) slide.fall_m.pop_back();

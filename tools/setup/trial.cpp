@@ -60,7 +60,7 @@ Trial simulate_middle_point(const Scene& scene, const Body& body) {
   Eigen::Index point = 0;
   (places.rowwise() - middle.transpose()).rowwise().squaredNorm().minCoeff(&point);
   Trial trial;
-  trial.point = body.test_points.name[static_cast<std::size_t>(point)];
+  trial.point = body.test_points.name[point];
   trial.position = places.row(point);
   const Vec3 normal = body.test_points.normal.row(point);
   const fem::Simulator simulator(make_setup(scene, body));
@@ -94,9 +94,8 @@ Trial simulate_middle_point(const Scene& scene, const Body& body) {
   // Hertz with the contact radius a of the probe: F = 4/3 E* a d.
   const fem::Material material = fem::make_material(*scene.material, "[material]");
   const fem::SmallStrain small = material.law->small_strain(material.constants);
-  const fem::Probe probe = fem::make_probe(scene.probe.spec, "[probe]");
   trial.half_space_N = 4.0 / 3 * small.young_Pa() / (1 - small.poisson() * small.poisson()) *
-                       probe.contact_radius_m(trial.depth_m) * trial.depth_m;
+                       scene.probe.rigid->contact_radius_m(trial.depth_m) * trial.depth_m;
   count_drags(done, normal, trial);
   return trial;
 }

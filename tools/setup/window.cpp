@@ -134,9 +134,9 @@ std::vector<char> vertices_in(const Window& window, const Surface& surface) {
   std::vector<char> is_in(static_cast<std::size_t>(surface.vertices.rows()), 0);
   for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
     const Vec3 place = surface.vertices.row(v);
-    is_in[static_cast<std::size_t>(v)] = (place - window.centre).norm() <= window.radius_m &&
-                                         window.sign * (place[window.axis] - window.held_m) < 0 &&
-                                         normals.row(v).dot(window.outward()) < 0;
+    is_in[v] = (place - window.centre).norm() <= window.radius_m &&
+               window.sign * (place[window.axis] - window.held_m) < 0 &&
+               normals.row(v).dot(window.outward()) < 0;
   }
   return is_in;
 }

@@ -43,8 +43,8 @@ void add_shape(Model& model, const Samples& samples) {
   if (!samples.probe || samples.surface.cols() != 3 * model.surface.vertices.rows()) return;
   double depth_m = 0;
   for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    depth_m = std::max(depth_m, samples.deflection.row(row).dot(samples.point_normal.row(
-                                    samples.point[static_cast<std::size_t>(row)])));
+    depth_m = std::max(
+        depth_m, samples.deflection.row(row).dot(samples.point_normal.row(samples.point[row])));
   if (!(depth_m > 0)) return;
   const double from_s = wall_seconds();
   const AssetBytes bytes = make_asset_bytes(model, {});

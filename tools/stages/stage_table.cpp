@@ -84,7 +84,9 @@ void load_imported(Pipeline& p, const std::string&) {
   const auto json = nlohmann::json::parse(read_whole_file(summary), nullptr, false);
   p.bad_experiments = json.is_object() ? json.value("failed", std::size_t{0}) : 0;
   if (*p.bad_experiments > 0)
-    say("{} recordings were refused; {} lists all", *p.bad_experiments, summary.string());
+    say("{} refused; {} lists all",
+        counted(static_cast<std::int64_t>(*p.bad_experiments), "recording was", "recordings were"),
+        summary.string());
 }
 std::optional<std::string> stored_recordings(const Pipeline& p) {
   return fs::exists(import_summary_path(p.files.samples)) ? stored_in_hdf5(p.files.samples)

@@ -155,8 +155,7 @@ std::vector<StatementSection> of_stated_tools(const StatedAsset& of) {
     if (rows.rows() == 0) continue;
     const PlayedAs as = played_as(of.scene, Purpose::hold_out, rows);
     const Replayed answer = follow(of.asset, rows, of.depth_m, as);
-    const double radius_m =
-        fem::round_end_m(fem::make_probe(tools[i].probe.spec, of.scene.path.string()));
+    const double radius_m = fem::round_end_m(*tools[i].probe.rigid);
     const Comparison compared = compare(rows, answer, radius_m);
     const ErrorFloors floors{of.floors.force_N, floors_of(compared).torque_Nm};
     Lines lines{stated_error("all", compared, floors)};

@@ -118,7 +118,7 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   const runtime::AssetView* other = end ? indenter_assets.of(*end) : nullptr;
   const runtime::AssetView& met = other != nullptr ? *other : asset;
   const Replayed engine = follow(met, reference.paths, depth_m);
-  const double radius_m = fem::round_end_m(fem::make_probe(scene.probe.spec, "[probe]"));
+  const double radius_m = fem::round_end_m(*scene.probe.rigid);
   const Comparison compared = compare(reference.paths, engine, radius_m);
   Statement statement = summarize(compared);
   statement.probes = reference.paths.points();

@@ -26,11 +26,11 @@ void StudyFolder::write_results() const {
   std::vector<std::vector<std::string>> words(texts.size() + 1);
   std::vector<std::vector<double>> numbers(std::size(kNumbers) + 1);
   for (int i = 0; i < static_cast<int>(cases().size()); ++i) {
-    const StudyCase& one = cases()[static_cast<std::size_t>(i)];
+    const StudyCase& one = cases()[i];
     const CaseState now = state(i);
     std::vector<std::string> row{one.name,
                                  std::string(kCaseStateNames[static_cast<std::size_t>(now)]),
-                                 study_.cases[static_cast<std::size_t>(one.source)].name};
+                                 study_.cases[one.source].name};
     row.insert(row.end(), one.inputs.begin(), one.inputs.end());
     for (std::size_t c = 0; c < row.size(); ++c) words[c].push_back(row[c]);
     for (const std::string& word : row) csv.text(word);

@@ -15,6 +15,7 @@
 #include "tools/build_identity.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
+#include "tools/scene/canonical.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
@@ -122,11 +123,11 @@ StudyFolder::StudyFolder(const fs::path& folder) : path_(fs::absolute(folder)) {
 }
 
 fs::path StudyFolder::case_folder(int number) const {
-  return path_ / "cases" / study_.cases[static_cast<std::size_t>(number)].name;
+  return path_ / "cases" / study_.cases[number].name;
 }
 
 void StudyFolder::run_case(int number, int jobs) const {
-  const StudyCase& one = cases()[static_cast<std::size_t>(number)];
+  const StudyCase& one = cases()[number];
   const fs::path folder = case_folder(number), output = folder / "samples.h5";
   if (fs::exists(folder / "result.json")) return;
   try {
@@ -143,7 +144,7 @@ void StudyFolder::run_case(int number, int jobs) const {
                                                              : read_samples(from_case),
                             one.factor),
           {{kInputsAttribute, samples_fingerprint(scene, body)},
-           {"scaled_from", study_.cases[static_cast<std::size_t>(one.source)].name},
+           {"scaled_from", study_.cases[one.source].name},
            {"scaled_by", to_text(one.factor)}});
     }
     const RunResult run =
@@ -171,7 +172,7 @@ void StudyFolder::run_case(int number, int jobs) const {
 
 void StudyFolder::run_task(int task, int jobs) const {
   for (int number = task; number < static_cast<int>(cases().size()); ++number)
-    if (cases()[static_cast<std::size_t>(number)].source == task) run_case(number, jobs);
+    if (cases()[number].source == task) run_case(number, jobs);
 }
 
 std::vector<int> StudyFolder::missing_tasks() const {
@@ -188,9 +189,7 @@ void StudyFolder::share_body(int number) const {
   const Scene scene = open_scene(folder / "scene.toml");
   std::optional<Body> body;
   for (int other = 0; !body && other < static_cast<int>(cases().size()); ++other)
-    if (cases()[static_cast<std::size_t>(other)].body ==
-            cases()[static_cast<std::size_t>(number)].body &&
-        fs::exists(case_folder(other) / "body.h5"))
+    if (cases()[other].body == cases()[number].body && fs::exists(case_folder(other) / "body.h5"))
       body = read_body(case_folder(other) / "body.h5");
   if (!body) body = prepare_body(scene, false);
   check_experiments(scene, *body);

@@ -124,10 +124,9 @@ Eigen::VectorXd allowed_stray_m(const Scene& scene, const Body& body) {
         body.in_region[static_cast<std::size_t>(body.surface.triangles(f, 1))] ||
         body.in_region[static_cast<std::size_t>(body.surface.triangles(f, 2))])
       faces.push_back(f);
-  if (faces.empty() || scene.probe.spec.shape == "point") return {};
+  if (faces.empty() || !scene.probe.rigid) return {};
   touched.triangles = body.surface.triangles(faces, Eigen::all);
-  const double contact_m = fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]")
-                               .contact_radius_m(scene.experiments.each.depth_m);
+  const double contact_m = scene.probe.rigid->contact_radius_m(scene.experiments.each.depth_m);
   const BoxTree boxes = triangle_boxes(touched);
   Eigen::VectorXd out(body.surface.vertices.rows());
   for (Eigen::Index v = 0; v < out.size(); ++v)

@@ -184,6 +184,7 @@ Scene open_scene(const std::filesystem::path& path) {
       scene, [&](Region& region) { read_region_file(region, scene.body); }, read_mesh);
   read_mesh(scene.probe);
   for (ToolSection& tool : scene.stated) read_mesh(tool.probe);
+  resolve_probes(scene);
   for (const InclusionSection& inclusion : scene.inclusions)
     if (const auto* marked = std::get_if<Marked>(&inclusion.region);
         marked != nullptr && marked->part->is_on_faces())
@@ -200,7 +201,7 @@ void check_simulated(const Scene& scene) {
   if (!scene.material)
     throw Error(file, "the scene has no [material]",
                 "Add [material] with law and its parameters, such as young and poisson.");
-  fem::make_probe(scene.probe.spec, file + ": [probe]");
+  if (!scene.probe.rigid) fem::find_shape(scene.probe.spec.shape, probe_place(scene));
 }
 
 }  // namespace palpate::tools

@@ -114,7 +114,7 @@ void check_mesh_size(const Scene& scene, const Body& body, Warnings& warnings) {
 std::vector<Vec3> painted_corners(const PaintedPart& part) {
   std::vector<Vec3> painted;
   for (Eigen::Index i = 0; i < part.volume().tets.size(); ++i)
-    if (part.is_painted()[static_cast<std::size_t>(i)])
+    if (part.is_painted()[i])
       painted.push_back(part.volume().nodes.row(part.volume().tets(i / 4, i % 4)));
   return painted;
 }
@@ -260,11 +260,11 @@ std::vector<std::string> implausible(const Scene& scene, const Body& body) {
     warnings.push_back(fmt::format(
         "[probe]: a friction of {:.3g} is more than any tool has on tissue; 0.02 to 0.6 is usual.",
         scene.probe.spec.friction));
-  const fem::Probe probe = fem::make_probe(scene.probe.spec, "[probe]");
-  if (probe.length_m < kFinestProbe * size_m)
+  const double tip_m = scene.probe.rigid->length_m;
+  if (tip_m < kFinestProbe * size_m)
     warnings.push_back(fmt::format(
         "[probe]: a tip radius of {:.3g} mm presses on a body of {:.3g} mm. Is its unit right?",
-        1e3 * probe.length_m, 1e3 * size_m));
+        1e3 * tip_m, 1e3 * size_m));
   return warnings;
 }
 

@@ -60,11 +60,10 @@ void hold(const Scene& scene, Body& body) {
   const Points& nodes = body.volume.nodes;
   std::vector<char> is_on_boundary(static_cast<std::size_t>(nodes.rows()), 0);
   const Triangles boundary = fem::boundary_triangles(body.volume.tets);
-  for (const std::int32_t n : boundary.reshaped()) is_on_boundary[static_cast<std::size_t>(n)] = 1;
+  for (const std::int32_t n : boundary.reshaped()) is_on_boundary[n] = 1;
   body.is_held.assign(static_cast<std::size_t>(nodes.rows()), 0);
   for (Eigen::Index n = 0; n < nodes.rows(); ++n)
-    body.is_held[static_cast<std::size_t>(n)] = any_contains(
-        scene.body.fixed, nodes.row(n), is_on_boundary[static_cast<std::size_t>(n)] != 0);
+    body.is_held[n] = any_contains(scene.body.fixed, nodes.row(n), is_on_boundary[n] != 0);
   const auto held = std::count(body.is_held.begin(), body.is_held.end(), 1);
   const Vec3 low = nodes.colwise().minCoeff(), high = nodes.colwise().maxCoeff();
   const std::string extent = fmt::format(

@@ -80,7 +80,7 @@ std::string keep_near_side(const Surface& surface, const Vec3& center, double wi
   std::vector<char> is_kept(is_in.size(), 0);
   for (const auto& patch : patches_of(surface, is_in))
     if (std::binary_search(patch.begin(), patch.end(), nearest))
-      for (const std::int32_t v : patch) is_kept[static_cast<std::size_t>(v)] = 1;
+      for (const std::int32_t v : patch) is_kept[v] = 1;
   is_in = std::move(is_kept);
   const auto kept = std::count(is_in.begin(), is_in.end(), 1);
   if (kept == inside) return {};
@@ -93,8 +93,7 @@ std::string keep_near_side(const Surface& surface, const Vec3& center, double wi
 std::vector<char> vertices_where(const Surface& surface,
                                  const std::function<bool(Eigen::Index)>& is_in) {
   std::vector<char> flags(static_cast<std::size_t>(surface.vertices.rows()), 0);
-  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v)
-    flags[static_cast<std::size_t>(v)] = is_in(v);
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) flags[v] = is_in(v);
   return flags;
 }
 
@@ -113,8 +112,7 @@ std::vector<char> region_of(const Scene& scene, const Surface& surface, double w
   const Points normals = vertex_normals(surface);
   const Vec3 side = region.facing.empty() ? Vec3::Zero() : outward_of_side(region.facing);
   return vertices_where(surface, [&](Eigen::Index v) {
-    return is_in[static_cast<std::size_t>(v)] &&
-           !any_contains(scene.body.fixed, surface.vertices.row(v), true) &&
+    return is_in[v] && !any_contains(scene.body.fixed, surface.vertices.row(v), true) &&
            std::ranges::none_of(scene.beds,
                                 [&](const BedSection& bed) {
                                   return contains(bed.region, surface.vertices.row(v));
@@ -129,8 +127,7 @@ std::vector<double> area_of_vertices(const Surface& surface) {
   for (const auto& t : surface.triangles.rowwise()) {
     const Vec3 a = surface.vertices.row(t[0]), b = surface.vertices.row(t[1]),
                c = surface.vertices.row(t[2]);
-    for (int k = 0; k < 3; ++k)
-      area[static_cast<std::size_t>(t[k])] += (b - a).cross(c - a).norm() / 6;
+    for (int k = 0; k < 3; ++k) area[t[k]] += (b - a).cross(c - a).norm() / 6;
   }
   return area;
 }
@@ -149,13 +146,13 @@ void drop_specks(const Surface& surface, double least_m2, std::vector<char>& is_
   std::vector<double> patch_m2;
   for (const auto& patch : patches) {
     patch_m2.push_back(0);
-    for (const std::int32_t v : patch) patch_m2.back() += area[static_cast<std::size_t>(v)];
+    for (const std::int32_t v : patch) patch_m2.back() += area[v];
   }
   if (patches.empty()) return;
   const double kept_m2 = std::min(least_m2, *std::max_element(patch_m2.begin(), patch_m2.end()));
   for (std::size_t i = 0; i < patches.size(); ++i)
     if (patch_m2[i] < kept_m2)
-      for (const std::int32_t v : patches[i]) is_in[static_cast<std::size_t>(v)] = 0;
+      for (const std::int32_t v : patches[i]) is_in[v] = 0;
 }
 
 std::vector<double> distance_from_m(const Surface& surface, const std::vector<char>& is_source) {
@@ -199,9 +196,7 @@ void say_out_of_reach(const Body& body, const std::vector<char>& in_region,
 }  // namespace
 
 fem::ToolReach make_reach(const Scene& scene, const Surface& surface) {
-  const std::string where = scene.path.string() + ": [probe]";
-  return {surface, fem::make_probe(scene.probe.spec, where),
-          kOverlapShare * scene.experiments.each.depth_m};
+  return {surface, rigid_probe(scene), kOverlapShare * scene.experiments.each.depth_m};
 }
 
 namespace {
@@ -217,22 +212,17 @@ void refuse_few(const Scene& scene, const Surface& surface, const std::vector<ch
         remedy);
 }
 
-fem::Probe probe_of(const Scene& scene) {
-  const bool has_tool = scene.probe.spec.shape != "point";  // of measured data
-  return has_tool ? fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]")
-                  : fem::Probe{};
-}
-
 }  // namespace
 
 void find_region(const Scene& scene, Body& body) {
   std::string left_out;
-  body.in_region = region_of(scene, body.surface, probe_of(scene).half_width_m, left_out);
+  body.in_region = region_of(scene, body.surface,
+                             scene.probe.rigid ? scene.probe.rigid->half_width_m : 0, left_out);
   if (!left_out.empty()) say("{}", left_out);
 }
 
 void divide_region(const Scene& scene, Body& body) {
-  const fem::Probe probe = probe_of(scene);
+  const fem::Probe& probe = rigid_probe(scene);
   const double depth_m = scene.experiments.each.depth_m, sagitta_m = kSagitta * depth_m;
   const auto is_in_region = [&](std::int32_t of, const Vec3&, const Vec3&, const Vec3&) {
     for (int k = 0; k < 3; ++k)
@@ -259,7 +249,7 @@ void find_reachable(const Scene& scene, bool surface_only, Body& body) {
       "surface is coarse, make the region larger, or divide the triangles there: `palpate new` "
       "writes such a mesh.");
   if (surface_only) return;
-  const fem::Probe probe = probe_of(scene);
+  const fem::Probe& probe = rigid_probe(scene);
   const std::vector<char> wanted = body.in_region;
   std::vector<double> overlap_m;
   body.is_reachable =
@@ -292,7 +282,7 @@ TestPoints spread_test_points(Body& body, int count) {
                        .minCoeff() == 0;
           })) {
         is_done = false;
-        for (const std::int32_t v : gap) body.in_region[static_cast<std::size_t>(v)] = 0;
+        for (const std::int32_t v : gap) body.in_region[v] = 0;
       }
     if (is_done) return points;
   }
@@ -309,7 +299,7 @@ void leave_out_of_reach(const Scene& scene, Body& body) {
       continue;
     }
     say("  left out: {} at {}, where the tool would cut {:.2g} mm into the body at first touch",
-        points.name[static_cast<std::size_t>(p)], in_mm(points.position.row(p)), 1e3 * overlap_m);
+        points.name[p], in_mm(points.position.row(p)), 1e3 * overlap_m);
   }
   const auto left_out = points.position.rows() - static_cast<Eigen::Index>(kept.size());
   if (left_out == 0) return;
@@ -321,7 +311,7 @@ void leave_out_of_reach(const Scene& scene, Body& body) {
   points.position = Points(points.position(kept, Eigen::all));
   points.normal = Points(points.normal(kept, Eigen::all));
   std::vector<std::string> names;
-  for (const Eigen::Index p : kept) names.push_back(points.name[static_cast<std::size_t>(p)]);
+  for (const Eigen::Index p : kept) names.push_back(points.name[p]);
   points.name = std::move(names);
 }
 

@@ -17,14 +17,11 @@ namespace {
 constexpr int kSlides = 4;        // directions in which balls are looked for outside the region
 constexpr double kLongest = 0.5;  // of the depth, by which the tool may touch beside the point
 
-std::string place_of(const Scene& scene, const ToolSection& tool) {
-  return fmt::format("{}: tool `{}`", scene.path.string(), tool.name);
-}
-
 // Balls where they are in the tool's own axes.
-Points balls_of(const ToolSection& tool, const fem::Probe& probe) {
+Points balls_of(const ToolSection& tool) {
   if (tool.row == 0) return tool.balls_m;
-  const double radius_m = probe.geometry.number[0], half_m = probe.geometry.number[1] / 2;
+  const auto& capsule = tool.probe.rigid->geometry.number;
+  const double radius_m = capsule[0], half_m = capsule[1] / 2;
   Points out = Points::Zero(tool.row, 3);
   for (int i = 0; i < tool.row; ++i)
     out(i, 2) = (half_m - radius_m) * (2.0 * i / (tool.row - 1) - 1);
@@ -37,9 +34,9 @@ double radius_of(const Scene& scene, const ToolSection& tool, Eigen::Index ball)
   return ball_radius_m(scene.probe.spec);
 }
 
-Stance stance_of(const Scene& scene, const ToolSection& tool, const fem::Probe& probe,
-                 const Vec3& inward, const Lean& lean) {
-  return fem::stance(fem::tilted(probe, inward, lean, place_of(scene, tool)), inward);
+Stance stance_of(const Scene& scene, const ToolSection& tool, const Vec3& inward,
+                 const Lean& lean) {
+  return fem::stance(fem::tilted(*tool.probe.rigid, inward, lean, tool_place(scene, tool)), inward);
 }
 
 class ToolDrawing {
@@ -48,8 +45,7 @@ class ToolDrawing {
       : scene_(scene),
         tool_(tool),
         body_(body),
-        probe_(fem::make_probe(tool.probe.spec, place_of(scene, tool))),
-        balls_m_(balls_of(tool, probe_)),
+        balls_m_(balls_of(tool)),
         reach_(make_reach(with_tool(scene, tool), body.surface)),
         boxes_(triangle_boxes(body.surface)) {}
 
@@ -72,16 +68,12 @@ class ToolDrawing {
   }
 
  private:
-  Stance stance_at(const Vec3& inward, const Lean& lean) const {
-    return stance_of(scene_, tool_, probe_, inward, lean);
-  }
-
   // The tool comes near to the point, and none of its balls leaves the region.
   bool can_stand(const Vec3& position, const Vec3& inward, const Lean& lean) const {
     const Experiments& each = scene_.experiments.each;
     const double overlap_m = reach_.overlap_m(position, inward, lean);
     if (overlap_m > kLongest * each.depth_m) return false;
-    const Stance stance = stance_at(inward, lean);
+    const Stance stance = stance_of(scene_, tool_, inward, lean);
     const Vec3 down = position + (each.depth_m - overlap_m) * inward;
     const Vec3 across = inward.unitOrthogonal();
     for (int turn = 0; turn <= kSlides; ++turn) {
@@ -111,7 +103,6 @@ class ToolDrawing {
   const Scene& scene_;
   const ToolSection& tool_;
   const Body& body_;
-  fem::Probe probe_;
   Points balls_m_;
   fem::ToolReach reach_;
   BoxTree boxes_;
@@ -120,11 +111,13 @@ class ToolDrawing {
 }  // namespace
 
 PlayedTool tool_shape(const Scene& scene, const ToolSection& tool) {
+  if (tool.row > 0 && tool.probe.spec.shape != "capsule")
+    throw Error(tool_place(scene, tool),
+                fmt::format("balls = {} is a row along a capsule", tool.row),
+                "Take shape = \"capsule\", or balls as a list of places.");
   PlayedTool out;
   if (tool.has_balls()) {
-    const Points balls_m =
-        tool.row == 0 ? tool.balls_m
-                      : balls_of(tool, fem::make_probe(tool.probe.spec, place_of(scene, tool)));
+    const Points balls_m = balls_of(tool);
     out.shape.balls = static_cast<int>(balls_m.rows());
     for (int i = 0; i < out.shape.balls; ++i) {
       Eigen::Map<Vec3>(out.shape.ball[i].centre_m) = balls_m.row(i);
@@ -133,9 +126,9 @@ PlayedTool tool_shape(const Scene& scene, const ToolSection& tool) {
     }
     return out;
   }
-  const auto end = fem::round_end(fem::make_probe(tool.probe.spec, place_of(scene, tool)));
+  const auto end = tool.probe.rigid ? fem::round_end(*tool.probe.rigid) : std::nullopt;
   if (!end)
-    throw Error(place_of(scene, tool),
+    throw Error(tool_place(scene, tool),
                 fmt::format("is a {} that is not round along its press", tool.probe.spec.shape),
                 "Say what it is played as: balls = 4, or their places, with radii.");
   out.shape.ball[0].radius_m = end->round_end_m;
@@ -152,8 +145,7 @@ std::vector<NamedTool> played_tools(const Scene& scene) {
 }
 
 std::optional<Indenter> own_end(const Scene& scene) {
-  if (scene.probe.spec.shape == "point") return std::nullopt;
-  return fem::round_end(fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]"));
+  return scene.probe.rigid ? fem::round_end(*scene.probe.rigid) : std::nullopt;
 }
 
 Scene with_tool(const Scene& scene, const ToolSection& tool) {
@@ -162,36 +154,25 @@ Scene with_tool(const Scene& scene, const ToolSection& tool) {
   return out;
 }
 
-namespace {
-
-void check_balls(const Scene& scene, const ToolSection& tool) {
-  const std::string where = place_of(scene, tool);
-  const fem::Probe probe = fem::make_probe(tool.probe.spec, where);
-  if (tool.row > 0 && tool.probe.spec.shape != "capsule")
-    throw Error(where, fmt::format("balls = {} is a row along a capsule", tool.row),
-                "Take shape = \"capsule\", or balls as a list of places.");
-  fem::tilted(probe, -Vec3::UnitZ(), lean_of(tool.tilt_rad, 0), where + " tilt");
-}
-
-}  // namespace
-
 void check_tools(const Scene& scene) {
   std::vector<ToolSection> all = scene.stated;
   if (scene.tool) all.push_back(*scene.tool);
   all.insert(all.end(), scene.pressed.begin(), scene.pressed.end());
   if (all.empty()) return;
   if (scene.probe.spec.shape != "sphere")
-    throw Error(place_of(scene, all.front()),
+    throw Error(tool_place(scene, all.front()),
                 fmt::format("is played by what a ball identifies, and [probe] is a {}",
                             scene.probe.spec.shape),
                 "Take shape = \"sphere\" in [probe], or leave the tool out.");
   for (const ToolSection& tool : all) {
     tool_shape(scene, tool);
-    if (tool.has_balls()) check_balls(scene, tool);
+    if (tool.has_balls() && tool.probe.rigid)
+      fem::tilted(*tool.probe.rigid, -Vec3::UnitZ(), lean_of(tool.tilt_rad, 0),
+                  tool_place(scene, tool) + " tilt");
   }
   for (const ToolSection& tool : scene.pressed)
     if (tool.has_balls())
-      throw Error(place_of(scene, tool), "identifies by its round end, and is played as balls",
+      throw Error(tool_place(scene, tool), "identifies by its round end, and is played as balls",
                   "Leave balls out of [[experiments.probe]].");
 }
 
@@ -208,26 +189,22 @@ double known_depth_m(const Scene& scene, const ToolSection& tool) {
 PlayedTool played_as_tool(const Scene& scene, const ToolSection& tool, ToolShapes& shapes,
                           const Samples& samples, Eigen::Index row) {
   const auto [known, is_new] = shapes.try_emplace(&tool);
-  if (is_new) {
-    known->second.shape = tool_shape(scene, tool);
-    if (tool.has_balls())
-      known->second.probe = fem::make_probe(tool.probe.spec, place_of(scene, tool));
-  }
-  PlayedTool out = known->second.shape;
+  if (is_new) known->second = tool_shape(scene, tool);
+  PlayedTool out = known->second;
   if (!tool.has_balls()) {  // upright, its lowest point where the row says: as a tip
     out.shape.ball[0] = {};
     return out;
   }
-  const Vec3 inward = samples.point_normal.row(samples.point[static_cast<std::size_t>(row)]);
+  const Vec3 inward = samples.point_normal.row(samples.point[row]);
   const Lean lean = samples.lean.rows() > 0 ? Lean(samples.lean.row(row)) : Lean(Lean::Zero());
-  out.stance = stance_of(scene, tool, *known->second.probe, inward, lean);
+  out.stance = stance_of(scene, tool, inward, lean);
   return out;
 }
 
 PlayedTool foremost_played_as(const Scene& scene, const Samples& samples, Eigen::Index row) {
   ToolShapes shapes;
   PlayedTool out = played_as_tool(scene, *scene.tool, shapes, samples, row);
-  const Vec3 inward = samples.point_normal.row(samples.point[static_cast<std::size_t>(row)]);
+  const Vec3 inward = samples.point_normal.row(samples.point[row]);
   int deepest = 0;
   double most_m = -std::numeric_limits<double>::infinity();
   for (int i = 0; i < out.shape.balls; ++i) {
@@ -237,7 +214,7 @@ PlayedTool foremost_played_as(const Scene& scene, const Samples& samples, Eigen:
     if (depth_m > most_m) deepest = i, most_m = depth_m;
   }
   out.shape.ball[0] = out.shape.ball[deepest];
-  out.end = {out.end[static_cast<std::size_t>(deepest)]};
+  out.end = {out.end[deepest]};
   out.shape.balls = 1;
   return out;
 }

@@ -46,12 +46,8 @@ HeldOut draw_tool_paths(const Scene& scene, const ToolSection& tool, const Body&
 /// How deep a tool is pressed that is not played as balls: as the probe, or as it is known for.
 double known_depth_m(const Scene& scene, const ToolSection& tool);
 
-/// tool_shape() and probe of each tool of a scene, found once.
-struct KnownTool {
-  PlayedTool shape;
-  std::optional<fem::Probe> probe;  ///< of one that is played as balls
-};
-using ToolShapes = std::map<const ToolSection*, KnownTool>;
+/// tool_shape() of each tool of a scene, found once.
+using ToolShapes = std::map<const ToolSection*, PlayedTool>;
 
 /// How the engine plays a row that the tool made; [tool] as the ball that goes deepest.
 PlayedTool played_as_tool(const Scene& scene, const ToolSection& tool, ToolShapes& shapes,

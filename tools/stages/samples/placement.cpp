@@ -43,15 +43,6 @@ constexpr int kMinCompared = 4;  // points that tell what presses on one mesh la
 constexpr double kFirstSpacing = 0.5, kLeastSpacing = 0.125;
 constexpr int kMostDragged = 48;  // points, where all have to be dragged: five times the time
 
-// Curves of the points so far. Later rounds keep the first round's bases and fit what is new.
-FittedCurves fit_so_far(const Scene& scene, const Samples& samples, int jobs,
-                        const FittedCurves* before, FitCache& cache) {
-  FitOptions options = fit_options(samples, scene.fit, jobs);
-  options.warm_start = before;
-  options.warm_cache = &cache;
-  return fit_curves(samples, options, {}, nullptr, &cache);
-}
-
 // Points so far with the ones of a batch, and the fine vertex each new one is.
 struct Grown {
   TestPoints points;
@@ -125,7 +116,7 @@ PlacementRound judge_round(const Samples& samples, const Model& model,
   Replayed predicted(samples);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const std::int32_t point = round.points + static_cast<std::int32_t>(i);
-    if (fits[static_cast<std::size_t>(point)] == FitStatus::poor)
+    if (fits[point] == FitStatus::poor)
       ++round.poor;
     else
       replay_point(samples, point, model.curves, vertices[i], predicted);
@@ -138,113 +129,179 @@ PlacementRound judge_round(const Samples& samples, const Model& model,
   return round;
 }
 
-Placement place_and_simulate(const Scene& scene, const Body& body,
-                             const fem::SimulatorOf& simulator, int jobs, SampleCache& known) {
-  const PlacementSection& wanted = *scene.experiments.placement;
-  const fem::Experiments experiments = experiments_of(scene);
-  Placement placement;
-  placement.points = body.test_points;
-  const bool has_drags = !experiments.drag_depths_m.empty();
-  const bool are_few = has_drags && scene.fit.family != name_of(CurveFamily::separable);
-  std::vector<Effort>& effort = placement.effort;
-  effort.assign(static_cast<std::size_t>(placement.points.position.rows()),
-                {has_drags && !are_few, 0});
-  fem::QuickScale& quick = placement.quick;
-  const auto simulate = [&](const TestPoints& points) {
-    placement.samples =
-        known.at(simulator, experiments_at(points, effort), experiments, "simulate", quick);
+namespace {
+
+// A loop of four calls, each the step of a round: predict, choose, simulate, fit.
+class PlacementRounds {
+ public:
+  PlacementRounds(const Scene& scene, const Body& body, const fem::SimulatorOf& simulator, int jobs,
+                  SampleCache& known)
+      : scene_(scene),
+        body_(body),
+        simulator_(simulator),
+        jobs_(jobs),
+        known_(known),
+        wanted_(*scene.experiments.placement),
+        experiments_(experiments_of(scene)),
+        has_drags_(!experiments_.drag_depths_m.empty()),
+        are_few_(has_drags_ && scene.fit.family != name_of(CurveFamily::separable)),
+        contact_m_(rigid_probe(scene).contact_radius_m(experiments_.depth_m)),
+        least_m_(kFirstSpacing * contact_m_) {}
+
+  Placement run() {
+    begin();
+    while (is_next_round()) {
+      const Prediction predicted = predict();
+      const Grown grown = choose_points(predicted);
+      if (grown.vertices.empty()) break;
+      simulate(grown.points);
+      fit(&curves_);
+      judge(predicted.model, grown.vertices);
+    }
+    say("  {} test points: {}", placement_.points.position.rows(), placement_.ended);
+    if (are_few_ && press_alone_) drag_last();
+    return std::move(placement_);
+  }
+
+ private:
+  struct Prediction {
+    Model model;
+    std::vector<double> expected_error;
   };
-  const int first = static_cast<int>(placement.points.position.rows());
-  const double quick_error = scene.experiments.force_tolerance > 0
-                                 ? scene.experiments.force_tolerance
-                             : wanted.tolerance > 0 ? wanted.tolerance
-                                                    : PlacementSection{}.tolerance;
-  std::vector<std::size_t> on_two_meshes(effort.size());
-  std::iota(on_two_meshes.begin(), on_two_meshes.end(), std::size_t{0});
-  if (are_few) {
-    on_two_meshes = points_to_drag(known.at(
-        simulator, experiments_at(placement.points, std::vector<Effort>(effort.size(), {false, 1})),
-        experiments, "press on one mesh"));
-    for (const std::size_t p : on_two_meshes) effort[p].is_dragged = true;
-  }
-  if ((are_few || !has_drags) && wanted.budget > first) {
-    quick = try_quick(simulator, placement.points, effort, on_two_meshes, experiments, quick_error,
-                      known);
-    for (std::size_t p = 0; p < effort.size(); ++p)
-      if (!std::ranges::binary_search(on_two_meshes, p)) effort[p].scale = quick.number();
-  }
-  simulate(placement.points);
-  FitCache cache;
-  FittedCurves curves = fit_so_far(scene, placement.samples, jobs, nullptr, cache);
-  const auto are_rings = [&] { return curves.curves.family == CurveFamily::rings; };
-  if (are_few && !are_rings()) {  // other families are not told by a few drags
-    quick = {};
-    std::fill(effort.begin(), effort.end(), Effort{true, 0});
-    simulate(placement.points);
-    curves = fit_so_far(scene, placement.samples, jobs, nullptr, cache);
-  }
-  const bool press_alone = !has_drags || (are_few && are_rings());
-  const int budget = press_alone ? wanted.budget : std::min(wanted.budget, kMostDragged);
-  const double contact_m = fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]")
-                               .contact_radius_m(experiments.depth_m);
-  double least_m = kFirstSpacing * contact_m;
-  int rounds_within = 0, within = 0;  // the last ones that met the tolerance, and their new points
-  while (placement.ended.empty()) {
-    const auto count = static_cast<int>(placement.points.position.rows());
-    const int batch =
-        std::min(round_size(count, static_cast<bool>(quick), rounds_within > 0), budget - count);
-    if (batch <= 0) {
-      placement.ended = fmt::format("the budget of {} points is spent", budget);
-      break;
+
+  // The first points: a few of them are dragged, and all others pressed alone where that is enough.
+  void begin() {
+    placement_.points = body_.test_points;
+    std::vector<Effort>& effort = placement_.effort;
+    const Eigen::Index first = placement_.points.position.rows();
+    effort.assign(static_cast<std::size_t>(first), {has_drags_ && !are_few_, 0});
+    on_two_meshes_.resize(effort.size());
+    std::iota(on_two_meshes_.begin(), on_two_meshes_.end(), std::size_t{0});
+    if (are_few_) {
+      const std::vector<Effort> one_mesh(effort.size(), {false, 1});
+      on_two_meshes_ =
+          points_to_drag(known_.at(simulator_, experiments_at(placement_.points, one_mesh),
+                                   experiments_, "press on one mesh"));
+      for (const std::size_t p : on_two_meshes_) effort[p].is_dragged = true;
     }
+    if ((are_few_ || !has_drags_) && wanted_.budget > first) {
+      placement_.quick = try_quick(simulator_, placement_.points, effort, on_two_meshes_,
+                                   experiments_, quick_error(), known_);
+      for (std::size_t p = 0; p < effort.size(); ++p)
+        if (!std::ranges::binary_search(on_two_meshes_, p))
+          effort[p].scale = placement_.quick.number();
+    }
+    simulate(placement_.points);
+    fit(nullptr);
+    if (are_few_ && !are_rings()) {  // a few drags do not identify other families
+      placement_.quick = {};
+      std::fill(effort.begin(), effort.end(), Effort{true, 0});
+      simulate(placement_.points);
+      fit(nullptr);
+    }
+    press_alone_ = !has_drags_ || (are_few_ && are_rings());
+    budget_ = press_alone_ ? wanted_.budget : std::min(wanted_.budget, kMostDragged);
+  }
+
+  bool are_rings() const { return curves_.curves.family == CurveFamily::rings; }
+  double quick_error() const {
+    if (scene_.experiments.force_tolerance > 0) return scene_.experiments.force_tolerance;
+    return wanted_.tolerance > 0 ? wanted_.tolerance : PlacementSection{}.tolerance;
+  }
+
+  bool is_next_round() {
+    if (!placement_.ended.empty()) return false;
+    const auto count = static_cast<int>(placement_.points.position.rows());
+    batch_ = std::min(round_size(count, static_cast<bool>(placement_.quick), rounds_within_ > 0),
+                      budget_ - count);
+    if (batch_ <= 0) placement_.ended = fmt::format("the budget of {} points is spent", budget_);
+    return batch_ > 0;
+  }
+
+  Prediction predict() const {
     RefineReport refined;
-    const Model model = refine(curves, body.surface, body.in_region, placement.points.triangles,
-                               {.tool = fem::round_end(std::optional(scene.probe.spec))}, &refined);
-    const std::vector<double> expected =
-        expected_errors(curves, model, refined, relative_floor_N(placement.samples));
-    const auto grown_by = [&] {
-      return grow(
-          placement.points, model,
-          choose(body, placement.points, model, expected, batch, wanted.tolerance, least_m));
-    };
-    Grown grown = grown_by();
-    while (grown.vertices.empty() && least_m > kLeastSpacing * contact_m) {
-      least_m /= 2;
-      grown = grown_by();
+    Model model = refine(curves_, body_.surface, body_.in_region, placement_.points.triangles,
+                         {.tool = fem::round_end(rigid_probe(scene_))}, &refined);
+    std::vector<double> expected =
+        expected_errors(curves_, model, refined, relative_floor_N(placement_.samples));
+    return {std::move(model), std::move(expected)};
+  }
+
+  // None where the surface has no place left; the spacing halves before that.
+  Grown choose_points(const Prediction& predicted) {
+    for (;; least_m_ /= 2) {
+      Grown grown = grow(placement_.points, predicted.model,
+                         choose(body_, placement_.points, predicted.model, predicted.expected_error,
+                                batch_, wanted_.tolerance, least_m_));
+      if (!grown.vertices.empty()) return grown;
+      if (least_m_ <= kLeastSpacing * contact_m_) break;
     }
-    if (grown.vertices.empty()) {
-      placement.ended =
-          fmt::format("every vertex that can be reached is one, or nearer than {:.2g} mm to one",
-                      1e3 * least_m);
-      break;
-    }
-    effort.resize(static_cast<std::size_t>(grown.points.position.rows()),
-                  {!press_alone, quick.number()});
-    simulate(grown.points);
-    placement.points = grown.points;
-    curves = fit_so_far(scene, placement.samples, jobs, &curves, cache);
-    PlacementRound round = judge_round(placement.samples, model, grown.vertices, curves.status);
-    round.dragged = static_cast<int>(std::ranges::count_if(effort, &Effort::is_dragged));
-    placement.rounds.push_back(round);
+    placement_.ended = fmt::format(
+        "every vertex that can be reached is one, or nearer than {:.2g} mm to one", 1e3 * least_m_);
+    return {};
+  }
+
+  void simulate(const TestPoints& points) {
+    placement_.points = points;
+    placement_.effort.resize(static_cast<std::size_t>(points.position.rows()),
+                             {!press_alone_, placement_.quick.number()});
+    placement_.samples = known_.at(simulator_, experiments_at(points, placement_.effort),
+                                   experiments_, "simulate", placement_.quick);
+  }
+
+  // Later rounds keep the first round's bases and fit what is new.
+  void fit(const FittedCurves* before) {
+    FitOptions options = fit_options(placement_.samples, scene_.fit, jobs_);
+    options.warm_start = before;
+    options.warm_cache = &cache_;
+    curves_ = fit_curves(placement_.samples, options, {}, nullptr, &cache_);
+  }
+
+  void judge(const Model& model, const std::vector<std::int32_t>& vertices) {
+    PlacementRound round = judge_round(placement_.samples, model, vertices, curves_.status);
+    round.dragged = static_cast<int>(std::ranges::count_if(placement_.effort, &Effort::is_dragged));
+    placement_.rounds.push_back(round);
     say("  {} points predict {} new ones to {} (median), {} (p95), {} (max); {} points are "
         "dragged{}",
         round.points, round.new_points, stated_percent(round.median_rel),
         stated_percent(round.p95_rel), stated_percent(round.max_rel), round.dragged,
         round.poor > 0 ? fmt::format("; {} poor ones do not count", round.poor) : "");
-    const bool is_within = round.p95_rel <= wanted.tolerance;
-    rounds_within = is_within ? rounds_within + 1 : 0;
-    within = is_within ? within + round.new_points - round.poor : 0;
-    if (rounds_within >= kJudgedRounds && within >= kJudged)
-      placement.ended = fmt::format("the tolerance of {:.3g} % is met", 100 * wanted.tolerance);
+    const bool is_within = round.p95_rel <= wanted_.tolerance;
+    rounds_within_ = is_within ? rounds_within_ + 1 : 0;
+    points_within_ = is_within ? points_within_ + round.new_points - round.poor : 0;
+    if (rounds_within_ >= kJudgedRounds && points_within_ >= kJudged)
+      placement_.ended = fmt::format("the tolerance of {:.3g} % is met", 100 * wanted_.tolerance);
   }
-  say("  {} test points: {}", placement.points.position.rows(), placement.ended);
-  if (are_few && press_alone) {
-    const std::vector<std::size_t> last = points_beyond_drags(placement.samples, on_two_meshes);
-    for (const std::size_t p : last) effort[p] = {true, 0};
+
+  void drag_last() {
+    const std::vector<std::size_t> last = points_beyond_drags(placement_.samples, on_two_meshes_);
+    for (const std::size_t p : last) placement_.effort[p] = {true, 0};
     if (!last.empty())
       say("  {} more are dragged, of whose force no upright dragged one tells", last.size());
   }
-  return placement;
+
+  const Scene& scene_;
+  const Body& body_;
+  const fem::SimulatorOf& simulator_;
+  int jobs_;
+  SampleCache& known_;
+  const PlacementSection& wanted_;
+  fem::Experiments experiments_;
+  bool has_drags_, are_few_, press_alone_ = false;
+  double contact_m_, least_m_;
+  int budget_ = 0, batch_ = 0;
+  int rounds_within_ = 0, points_within_ = 0;  // the last ones that met the tolerance
+  std::vector<std::size_t> on_two_meshes_;
+  FittedCurves curves_;
+  FitCache cache_;
+  Placement placement_;
+};
+
+}  // namespace
+
+Placement place_and_simulate(const Scene& scene, const Body& body,
+                             const fem::SimulatorOf& simulator, int jobs, SampleCache& known) {
+  return PlacementRounds(scene, body, simulator, jobs, known).run();
 }
 
 SimulateRequest request_for(const Scene& scene, const Body& body, Purpose purpose, int jobs,
