@@ -38,32 +38,32 @@ struct PressWork {
 // it on one side an elastic press of 25 readings loses a third. Both are NaN where unloading is not
 // recorded, or ends while more than a percent of the work is still stored.
 PressWork press_work(const Signal& signal, const Eigen::VectorXd& push_N, double noise_N) {
-  const RowRange &way_in = signal.range.approach, &back = signal.range.unloading;
+  const RowRange &approach = signal.range.approach, &back = signal.range.unloading;
   if (back.rows() < 5) return {};
   const Eigen::VectorXd depth_m = (signal.travel_m().array() - signal.contact_m).max(0);
   Eigen::Index deepest = 0;
-  depth_m.segment(way_in.begin, back.end - way_in.begin).maxCoeff(&deepest);
-  deepest += way_in.begin;
+  depth_m.segment(approach.begin, back.end - approach.begin).maxCoeff(&deepest);
+  deepest += approach.begin;
   const auto work_J = [&](Eigen::Index first, Eigen::Index last) {
     double sum = 0;
     for (Eigen::Index i = first + 1; i <= last; ++i)
       sum += (depth_m[i] - depth_m[i - 1]) * (push_N[i] + push_N[i - 1]) / 2;
     return sum;
   };
-  const double in_J = work_J(way_in.begin, deepest),
+  const double in_J = work_J(approach.begin, deepest),
                out_m = depth_m.segment(deepest, back.end - deepest).minCoeff();
-  Eigen::Index met = way_in.begin;  // where the way in is as deep as the way back ends
-  while (met < deepest && depth_m[met] < out_m) ++met;
-  if (!(in_J > 0) || work_J(way_in.begin, met) > kUntraced * in_J) return {};
+  Eigen::Index passed = approach.begin;  // as deep as unloading ends
+  while (passed < deepest && depth_m[passed] < out_m) ++passed;
+  if (!(in_J > 0) || work_J(approach.begin, passed) > kUntraced * in_J) return {};
   Eigen::Index free = 0;  // readings at the end, without contact
   while (free < back.rows() && depth_m[back.end - 1 - free] == 0) ++free;
   const Eigen::Index last = (free + 3) / 4;
   const double drift_N = last > 0 ? push_N.segment(back.end - last, last).mean() : 0;
   double squares_m2 = 0;
-  for (Eigen::Index i = way_in.begin + 1; i + 1 < back.end; ++i)
+  for (Eigen::Index i = approach.begin + 1; i + 1 < back.end; ++i)
     squares_m2 += std::pow((depth_m[i + 1] - depth_m[i - 1]) / 2, 2);
   const auto loaded =
-      (depth_m.segment(way_in.begin, deepest + 1 - way_in.begin).array() > 0).count();
+      (depth_m.segment(approach.begin, deepest + 1 - approach.begin).array() > 0).count();
   const double step_m = depth_m[deepest] / static_cast<double>(loaded);
   const Vec3 deviations_J(noise_N * std::sqrt(squares_m2), drift_N * depth_m[deepest],
                           2 * step_m * push_N[deepest] / kSeenInErrors);
@@ -156,7 +156,7 @@ void grade(const SignalSettings& settings, double correlation, Conditioned& out)
   out.apparent_Pa = apparent_modulus_Pa(force_N, depth_m, settings);
 }
 
-// What the recording says of itself beside its rows.
+// Fills in the recording's own words beside its rows.
 Conditioned described(const importers::RawRecording& raw, const SignalSettings& settings,
                       const std::optional<Vec3>& inward, const std::string& file) {
   Conditioned out;
@@ -181,7 +181,7 @@ void leave_out_spikes(Signal& signal, Conditioned& out) {
     out.grade = Grade::fair;
 }
 
-// Where nobody says it: where the tip went until it felt most.
+// Without a normal: the tip's path to the row of the largest force.
 void find_inward(const std::string& file, Signal& signal, Conditioned& out) {
   if (signal.is_axial || out.inward) return;
   Eigen::Index most = 0;
@@ -194,7 +194,7 @@ void find_inward(const std::string& file, Signal& signal, Conditioned& out) {
   out.inward = signal.inward;
 }
 
-// By how much a filter moved the push over the way in: what it does when it is applied once more.
+// A filter moved the push over the approach by this: as applying it once more does.
 struct FilterBias {
   Eigen::VectorXd travel_m, push_N;
   double noise_N = 0;  // of a reading, before
@@ -209,7 +209,7 @@ struct FilterBias {
   }
 };
 
-// The push at a travel of a way in, between its rows.
+// Interpolates the push of an approach at a travel.
 double push_at_N(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& push_N, double at_m) {
   Eigen::Index i = 0;
   while (i + 2 < travel_m.size() && travel_m[i + 1] < at_m) ++i;
@@ -226,21 +226,21 @@ FilterBias filtered(double smooth_s, Signal& signal) {
   smooth(signal, smooth_s);
   Signal twice = signal;
   twice.phase = find_phases(signal);
-  const RowRange way = main_approach(twice);
-  if (way.rows() < 5) return bias;
+  const RowRange approach = main_approach(twice);
+  if (approach.rows() < 5) return bias;
   smooth(twice, smooth_s);
-  const Eigen::VectorXd travel_m = signal.travel_m().segment(way.begin, way.rows()),
-                        push_N = signal.push_N().segment(way.begin, way.rows()),
-                        again_m = twice.travel_m().segment(way.begin, way.rows()),
-                        again_N = twice.push_N().segment(way.begin, way.rows());
+  const Eigen::VectorXd travel_m = signal.travel_m().segment(approach.begin, approach.rows()),
+                        push_N = signal.push_N().segment(approach.begin, approach.rows()),
+                        again_m = twice.travel_m().segment(approach.begin, approach.rows()),
+                        again_N = twice.push_N().segment(approach.begin, approach.rows());
   bias.travel_m = travel_m;
-  bias.push_N.resize(way.rows());
-  for (Eigen::Index i = 0; i < way.rows(); ++i)
+  bias.push_N.resize(approach.rows());
+  for (Eigen::Index i = 0; i < approach.rows(); ++i)
     bias.push_N[i] = kOnceOfTwice * std::abs(again_N[i] - push_at_N(travel_m, push_N, again_m[i]));
-  Eigen::Index pressed = way.rows() - 1;
+  Eigen::Index pressed = approach.rows() - 1;
   const double rise_N = push_N[pressed] - push_N.minCoeff();
   while (pressed > 0 && push_N[pressed - 1] - push_N.minCoeff() > 0.1 * rise_N) --pressed;
-  const double depth_m = travel_m[way.rows() - 1] - travel_m[pressed],
+  const double depth_m = travel_m[approach.rows() - 1] - travel_m[pressed],
                slope_N_m = depth_m > 0 ? rise_N / depth_m : 0;
   bias.noise_N = std::hypot(push_noise_N, slope_N_m * travel_noise_m);
   return bias;

@@ -17,16 +17,16 @@ ContactEstimate contact_of(const Signal& signal, const Approach& approach,
                            std::string& estimator) {
   if (!signal.is_axial && raw.contact_m) {
     estimator = "given";
-    ContactEstimate given;
-    given.travel_m = raw.contact_m->dot(signal.inward);
-    return given;
+    ContactEstimate known;
+    known.travel_m = raw.contact_m->dot(signal.inward);
+    return known;
   }
   if (settings.known_contact) {
     estimator = settings.known_contact->estimator;
-    ContactEstimate given;
-    given.travel_m = settings.known_contact->travel_m;
-    given.deviation_m = settings.known_contact->deviation_m;
-    return given;
+    ContactEstimate known;
+    known.travel_m = settings.known_contact->travel_m;
+    known.deviation_m = settings.known_contact->deviation_m;
+    return known;
   }
   estimator = settings.contact;
   ContactEstimate found =
@@ -38,7 +38,7 @@ ContactEstimate contact_of(const Signal& signal, const Approach& approach,
   return found;
 }
 
-// Where the tip was at the contact travel, between two rows of the way in.
+// The tip at the contact travel, between two rows of the loading.
 Vec3 contact_position(const Signal& signal, const Approach& approach, double travel_m) {
   Eigen::Index i = 0;
   while (i + 1 < approach.travel.size() && approach.travel[i] < travel_m) ++i;

@@ -15,14 +15,14 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kOtherCycle = 0.1;  // of the force: cycles of a good recording differ by less
 constexpr double kTopOfPress = 0.1;  // of the travel, where cycles are compared
 
-// Push over the deepest part of a way in that all of them reach, above where it begins.
-double push_at_depth_N(const Signal& signal, const RowRange& way, double from_m, double to_m) {
+// Push over the deepest part of an approach that all of them reach, above where it begins.
+double push_at_depth_N(const Signal& signal, const RowRange& approach, double from_m, double to_m) {
   const Eigen::VectorXd travel = signal.travel_m(), push = signal.push_N();
-  const Eigen::Index free = std::max<Eigen::Index>(1, way.rows() / 20);
+  const Eigen::Index free = std::max<Eigen::Index>(1, approach.rows() / 20);
   double sum = 0, n = 0;
-  for (Eigen::Index i = way.begin; i < way.end; ++i)
+  for (Eigen::Index i = approach.begin; i < approach.end; ++i)
     if (travel[i] >= from_m && travel[i] <= to_m) sum += push[i], n += 1;
-  return n > 0 ? sum / n - push.segment(way.begin, free).mean() : kNan;
+  return n > 0 ? sum / n - push.segment(approach.begin, free).mean() : kNan;
 }
 
 // The press that the settings ask for, of those that go as deep, and a word on there being others.
@@ -44,7 +44,7 @@ RowRange chosen_cycle(const Signal& signal, const RowRange& main, const SignalSe
   if (taken >= presses.size()) return main;
   const Eigen::VectorXd travel = signal.travel_m();
   double reach_m = travel[main.end - 1];
-  for (const RowRange& way : presses) reach_m = std::min(reach_m, travel[way.end - 1]);
+  for (const RowRange& approach : presses) reach_m = std::min(reach_m, travel[approach.end - 1]);
   const double from_m = reach_m - kTopOfPress * (reach_m - travel[main.begin]),
                first_N = push_at_depth_N(signal, presses.front(), from_m, reach_m),
                last_N = push_at_depth_N(signal, presses.back(), from_m, reach_m),

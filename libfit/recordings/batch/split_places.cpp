@@ -16,7 +16,7 @@ constexpr double kAtPlace = 0.1;      // of depth and free travel: a lean of 6 d
 constexpr double kSideInNoise = 5;    // deviations of a position beside the press
 
 struct Press {
-  RowRange way;
+  RowRange approach;
   Eigen::Index touched = 0;
   double depth_m = 0, free_N = 0, rise_N = 0;
   Vec3 beside_m = Vec3::Zero();  // the mean place in contact, without the travel
@@ -31,16 +31,18 @@ std::vector<Press> presses_of(const Signal& signal) {
   const Points beside = sideways_m(signal);
   const double noise_N = neighbour_scatter(push);
   std::vector<Press> out;
-  for (const RowRange& way : approaches(signal)) {
-    Press press{.way = way, .touched = way.end - 1};
-    press.free_N = push.segment(way.begin, std::max<Eigen::Index>(1, way.rows() / 20)).mean();
-    press.rise_N = push.segment(way.begin, way.rows()).maxCoeff() - press.free_N;
+  for (const RowRange& approach : approaches(signal)) {
+    Press press{.approach = approach, .touched = approach.end - 1};
+    press.free_N =
+        push.segment(approach.begin, std::max<Eigen::Index>(1, approach.rows() / 20)).mean();
+    press.rise_N = push.segment(approach.begin, approach.rows()).maxCoeff() - press.free_N;
     if (press.rise_N < kRiseInNoise * noise_N) continue;
-    while (press.touched > way.begin &&
+    while (press.touched > approach.begin &&
            push[press.touched - 1] - press.free_N > kTouchShare * press.rise_N)
       --press.touched;
-    press.depth_m = travel[way.end - 1] - travel[press.touched];
-    press.beside_m = beside.middleRows(press.touched, way.end - press.touched).colwise().mean();
+    press.depth_m = travel[approach.end - 1] - travel[press.touched];
+    press.beside_m =
+        beside.middleRows(press.touched, approach.end - press.touched).colwise().mean();
     out.push_back(press);
   }
   return out;
@@ -48,7 +50,9 @@ std::vector<Press> presses_of(const Signal& signal) {
 
 bool is_elsewhere(const Signal& signal, const Press& before, const Press& after) {
   const double least_N =
-      signal.push_N().segment(before.way.end - 1, after.way.begin - before.way.end + 2).minCoeff();
+      signal.push_N()
+          .segment(before.approach.end - 1, after.approach.begin - before.approach.end + 2)
+          .minCoeff();
   return least_N - before.free_N < kLiftShare * before.rise_N &&
          (after.beside_m - before.beside_m).norm() > std::max(before.depth_m, after.depth_m);
 }
@@ -67,7 +71,7 @@ RowRange rows_at_place(const Signal& signal, const Press& first, const Press& la
     return (Vec3(beside.row(row)) - press.beside_m).norm() <=
            kAtPlace * (press.depth_m + free_m) + kSideInNoise * noise_m;
   };
-  RowRange out{first.touched, last.way.end};
+  RowRange out{first.touched, last.approach.end};
   while (out.begin > earliest && is_near(out.begin - 1, first)) --out.begin;
   while (out.end < signal.rows() && is_near(out.end, last)) ++out.end;
   return out;
@@ -109,10 +113,10 @@ std::optional<Vec3> along_force(const RawRecording& raw) {
 }  // namespace
 
 std::vector<RawRecording> split_places(const RawRecording& raw, const SignalSettings& settings,
-                                       const std::optional<Vec3>& given, bool drop_invalid) {
+                                       const std::optional<Vec3>& normal, bool drop_invalid) {
   if (settings.kind != ExperimentKind::press || raw.unread || raw.is_axial() || raw.contact_m)
     return {raw};
-  const auto inward = given ? given : raw.normal ? raw.normal : along_force(raw);
+  const auto inward = normal ? normal : raw.normal ? raw.normal : along_force(raw);
   if (!inward) return {raw};
   Signal signal;
   try {

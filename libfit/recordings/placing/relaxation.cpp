@@ -19,7 +19,7 @@ constexpr double kMinHeld = 0.1;      // share of the time in contact, of a hold
 constexpr double kOtherRate = 1.25;   // repeats differ by less
 constexpr std::size_t kMaxUsed = 12;  // recordings of one search
 constexpr Eigen::Index kMinRows = 20;
-constexpr int kMeans = 200;  // of ways in together
+constexpr int kMeans = 200;  // of loadings together
 constexpr Eigen::Index kMinMeans = 10;
 constexpr double kTellsContact = 0.2;  // of the depth: deviation of a contact that is worth moving
 constexpr double kMuchDrift = 0.2;     // of the force lost in a hold
@@ -32,7 +32,7 @@ bool is_press_in_time(const PlacedRecording& c, const std::vector<BatchItem>& it
          c.recording->history.rows() >= kMinRows && c.recording->grade <= worst;
 }
 
-// The contact that aligned recordings share, by the estimator of single ones: on their ways in
+// The contact that aligned recordings share, by the estimator of single ones: on their loadings
 // together, as slow motion has them. Left where nothing is to be found.
 void find_common_contact(const std::vector<TimedPress>& presses, const SignalSettings& settings,
                          Alignment& aligned) {
@@ -58,7 +58,7 @@ void find_common_contact(const std::vector<TimedPress>& presses, const SignalSet
   curve.noise_N = std::sqrt(variance / static_cast<double>(n) / curve.count.mean());
   const ContactEstimate found =
       contact_estimator_named(settings.contact)->estimate(curve, settings);
-  // Few rows at a shallow contact may tell nothing: the recordings' own is nearer then.
+  // Few rows at a shallow contact may hold no contact: the recordings' own is nearer then.
   if (found.begins_in_contact || !(found.deviation_m < kTellsContact * x.maxCoeff())) return;
   for (ContactShift& one : aligned.contact) {
     one.moved_m += found.travel_m;
@@ -147,14 +147,14 @@ TimedPoints presses_in_time(const std::vector<PlacedRecording>& candidates,
   if (std::ranges::none_of(
           points, [&](const auto& members) { return std::ranges::any_of(members, usable); }))
     worst = Grade::poor;
-  struct Told {
-    double worth = 0;
+  struct Usable {
+    double information = 0;
     std::vector<std::size_t> member;
     bool has_hold = false, has_rates = false;
   };
-  std::vector<Told> told;
+  std::vector<Usable> usable_points;
   for (const auto& members : points) {
-    Told point;
+    Usable point;
     double slowest = std::numeric_limits<double>::infinity(), fastest = 0, held = 0;
     for (const std::size_t m : members) {
       if (!usable(m)) continue;
@@ -173,13 +173,13 @@ TimedPoints presses_in_time(const std::vector<PlacedRecording>& candidates,
         const double v = candidates[m].recording->speed_m_s;
         return v >= fastest || v <= slowest ? 0 : 1;
       });
-    point.worth = held + (point.has_rates ? std::log10(fastest / slowest) : 0);
-    told.push_back(std::move(point));
+    point.information = held + (point.has_rates ? std::log10(fastest / slowest) : 0);
+    usable_points.push_back(std::move(point));
   }
-  std::ranges::stable_sort(told, std::greater<>{}, &Told::worth);
+  std::ranges::stable_sort(usable_points, std::greater<>{}, &Usable::information);
   TimedPoints out;
   std::size_t used = 0;
-  for (Told& point : told) {
+  for (Usable& point : usable_points) {
     if (used >= kMaxUsed) break;
     point.member.resize(std::min(point.member.size(), kMaxUsed - used));
     used += point.member.size();
