@@ -191,7 +191,7 @@ void put_in_time(const importers::RawRecording& raw, double force_delay_s, const
 
 }  // namespace
 
-Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
+Signal align(const importers::RawRecording& raw, const SensorSettings& settings,
              const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
              std::size_t& dropped) {
   Signal signal;
