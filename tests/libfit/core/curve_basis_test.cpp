@@ -11,10 +11,6 @@
 namespace palpate {
 namespace {
 
-runtime::SplineView view(const SplineTables& t) {
-  return {t.degree, t.pieces, t.knots.data(), t.weights.data(), t.integrals.data()};
-}
-
 // Monotone controls with b_0 = 0 from a printed seed.
 std::vector<double> random_controls(const CurveBasis& basis, unsigned seed) {
   std::mt19937 random(seed);

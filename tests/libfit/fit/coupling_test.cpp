@@ -82,8 +82,8 @@ TEST(coupling, is_found_from_what_two_tools_feel) {
   EXPECT_LT(pairs.p95(found), 2e-3);
   for (const double r : {0.009, 0.012, 0.015, 0.018, 0.022, 0.027}) {
     const auto is = runtime::coupling_at(found, r * r), was = runtime::coupling_at(truth, r * r);
-    EXPECT_NEAR(is.give, was.give, 0.03 * was.give) << r;
-    EXPECT_NEAR(is.across, was.across, 0.1 * was.across + 0.02 * was.give) << r;
+    EXPECT_NEAR(is.isotropic, was.isotropic, 0.03 * was.isotropic) << r;
+    EXPECT_NEAR(is.tangential, was.tangential, 0.1 * was.tangential + 0.02 * was.isotropic) << r;
   }
 }
 

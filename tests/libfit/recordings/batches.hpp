@@ -30,7 +30,7 @@ class BatchTest : public testing_io::ScratchTest {
                       const std::string& name) {
     const Assembled assembled = assemble(items, results, {});
     write_samples(at(name + ".h5"), assembled.samples);
-    write_signals(at(name + ".signals.h5"), signals_of(items, results, assembled));
+    write_signals(at(name + ".signals.h5"), signals_of(items, assembled));
     write_summary(at(name + ".csv"), at(name + ".json"), items, results, assembled);
     return read_whole_file(at(name + ".h5")) + read_whole_file(at(name + ".csv")) +
            read_whole_file(at(name + ".json")) + read_whole_file(at(name + ".signals.h5"));

@@ -27,7 +27,7 @@ TEST(SeveralTools, straight_presses_meet_the_surface_where_the_others_have_broug
       down{{-r / 2, 0, kBallRadius_m - d[0]}, {r / 2, 0, kBallRadius_m - d[1]}};
   hands.tick(away);
   hands.go(down, 400);
-  const double c = runtime::coupling_at(feel, r * r).give;
+  const double c = runtime::coupling_at(feel, r * r).isotropic;
   const auto F = [](double x) { return x > 0 ? 12 * x + 4500 * x * x : 0; };
   double low = 0, high = F(d[0]);
   for (int k = 0; k < 100; ++k) {
@@ -47,7 +47,7 @@ TEST(SeveralTools, a_tool_that_comes_touches_the_surface_in_the_dent) {
   at[0].z() = kBallRadius_m - 0.004;
   hands.go(at, 400);
   const double alone_N = -hands.force(0).z();
-  const double sunk_m = runtime::coupling_at(hands.feel, r * r).give * alone_N;
+  const double sunk_m = runtime::coupling_at(hands.feel, r * r).isotropic * alone_N;
   ASSERT_GT(sunk_m, 1e-4);
   at[1].z() = kBallRadius_m - 0.97 * sunk_m;
   hands.go(at, 200);

@@ -89,7 +89,7 @@ FemRun run_case(const FemCase& what, const fem::Experiments& experiments) {
 
 double greatest_difference(const fem::PointRows& a, const fem::PointRows& b) {
   double out = 0;
-  for (std::size_t i = 0; i < std::min(a.rows(), b.rows()); ++i)
+  for (Eigen::Index i = 0; i < std::min(a.rows(), b.rows()); ++i)
     if (a.status[i] == RowStatus::good && b.status[i] == RowStatus::good)
       out = std::max(out, (a.force.row(i) - b.force.row(i)).norm() / b.force.row(i).norm());
   return out;
@@ -97,7 +97,7 @@ double greatest_difference(const fem::PointRows& a, const fem::PointRows& b) {
 
 CaseError force_error(const fem::PointRows& rows, const std::vector<double>& force_N) {
   CaseError out;
-  for (std::size_t i = 0; i < force_N.size() && i < rows.rows(); ++i) {
+  for (Eigen::Index i = 0; i < std::min(std::ssize(force_N), rows.rows()); ++i) {
     const double error = rows.force.row(i).norm() / force_N[i] - 1;
     if (std::abs(error) > std::abs(out.worst)) out.worst = error;
     out.mean += std::abs(error) / static_cast<double>(force_N.size());

@@ -208,7 +208,7 @@ void bench_peers(const BenchRequest& request) {
     const auto found = std::find_if(reactions.begin(), reactions.end(), [&](const auto& row) {
       return std::abs(row.first - time) < 1e-4;
     });
-    const auto force = [&](const FemRun& run) { return run.rows.rows[k].force.norm(); };
+    const auto force = [&](const FemRun& run) { return run.rows.force.row(k).norm(); };
     const double reference = force(truth);
     const auto percent = [&](double f) {
       return fmt::format("{:+.2f}", 100 * (f / reference - 1));

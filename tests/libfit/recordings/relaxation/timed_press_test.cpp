@@ -75,7 +75,9 @@ TEST(TimedPress, a_coarse_sensor_s_held_force_is_not_saturated) {
   auto raw = record({prony({0.5}, {3}), 1}, creep_way(0.5, 3, 30), 0.02, 2, {0, 0}, random);
   const double step_N = 0.02 * *std::ranges::max_element(raw.push_N);
   for (double& push_N : raw.push_N) push_N = step_N * std::round(push_N / step_N);
-  const auto done = condition(raw, {{.radius_m = 5e-3}}, std::nullopt, "press.csv", false);
+  SignalSettings settings;
+  settings.radius_m = 5e-3;
+  const auto done = condition(raw, settings, std::nullopt, "press.csv", false);
   EXPECT_TRUE(is_creep(done.history));
   for (const RowStatus status : done.status) EXPECT_EQ(status, RowStatus::good);
 }
