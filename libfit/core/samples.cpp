@@ -94,6 +94,7 @@ void append_points(SamplePlaces& to, const SamplePlaces& from,
 
 void append_rows(SampleRows& to, const SampleRows& from, const std::vector<Eigen::Index>& which) {
   const Eigen::Index before = to.rows(), after = before + size_of(which);
+  if (before == 0) to.surface.resize(0, from.surface.cols());
   if (lacks_surface(to, before > 0) || lacks_surface(from, !which.empty()))
     to.surface.resize(0, 0);
   else if (!which.empty())

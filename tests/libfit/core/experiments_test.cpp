@@ -111,6 +111,15 @@ TEST(KnownRows, how_the_surface_moved_goes_with_the_rows_and_is_dropped_where_so
   EXPECT_EQ(joined(samples_at({3}, 0), kept).surface.rows(), 0);
 }
 
+// Of a missing column count, rows were once written beyond a matrix without columns.
+TEST(KnownRows, of_one_kind_keep_how_their_surface_moved) {
+  Samples all = samples_at({1, 2}, 0);
+  all.surface = SurfaceMotion::Random(all.rows(), 600);
+  const Samples drags = of_kinds(all, {ExperimentKind::drag});
+  ASSERT_EQ(drags.surface.cols(), 600);
+  EXPECT_EQ(drags.surface.row(3), all.surface.row(7));
+}
+
 TEST(KnownRows, beyond_a_list_are_those_that_it_does_not_hold) {
   const Samples left = beyond(samples_at({1, 2, 3}, 0), list_at({2, 7}));
   EXPECT_EQ(without_rows(list_at({1, 2, 3}), known_rows(list_at({1, 2, 3}), left, 2), 2),
