@@ -125,9 +125,9 @@ const runtime::AssetView* IndenterAssets::of(const Indenter& end) {
   if (end.points == 0 && std::abs(end.round_end_m - own_m) <= runtime::kSameRadius * own_m)
     return nullptr;
   const std::uint64_t mark = runtime::mark_of(end);
-  for (const Entry& entry : entries_)
+  for (const MadeAsset& entry : entries_)
     if (entry.mark == mark) return &entry.view;
-  Entry& made = entries_.emplace_back();
+  MadeAsset& made = entries_.emplace_back();
   made.mark = mark;
   made.memory.resize(runtime::indenter_bytes(asset_) / sizeof(std::uint64_t));
   made.view = runtime::with_indenter(asset_, end, made.memory.data());

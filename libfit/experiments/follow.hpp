@@ -30,13 +30,13 @@ class IndenterAssets {
   void put_into(const std::vector<Indenter>& end, runtime::ToolShape& shape);
 
  private:
-  struct Entry {
+  struct MadeAsset {
     std::uint64_t mark;
     std::vector<std::uint64_t> memory;
     runtime::AssetView view;
   };
   const runtime::AssetView& asset_;
-  std::deque<Entry> entries_;
+  std::deque<MadeAsset> entries_;
 };
 
 /// An asset with a body of its own where contacts damage one.

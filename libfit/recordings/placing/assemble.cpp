@@ -106,22 +106,22 @@ std::vector<std::vector<std::size_t>> by_tip(const std::vector<std::vector<std::
 }
 
 // Rows of an experiment, and where in the samples they go.
-struct Part {
+struct NumberedRows {
   ExperimentRows rows;
   std::int32_t point = 0, experiment = 0, probe = 0;
   ExperimentKind kind = ExperimentKind::press;
 };
 
 // Fills in the rows; probe numbers where any is wanted.
-void fill_rows(const std::vector<Part>& parts, bool has_probes, Samples& samples) {
+void fill_rows(const std::vector<NumberedRows>& parts, bool has_probes, Samples& samples) {
   Eigen::Index rows = 0;
-  for (const Part& part : parts) rows += part.rows.force_N.rows();
+  for (const NumberedRows& part : parts) rows += part.rows.force_N.rows();
   samples.deflection.resize(rows, 3);
   samples.force.resize(rows, 3);
   samples.force_error.resize(rows);
   samples.torque = Points::Zero(rows, 3);
   const bool has_time =
-      std::ranges::all_of(parts, [](const Part& p) { return p.rows.time_s.size() > 0; });
+      std::ranges::all_of(parts, [](const NumberedRows& p) { return p.rows.time_s.size() > 0; });
   samples.time_s.resize(has_time ? rows : 0);
   Eigen::Index at = 0;
   for (const auto& [from, point, experiment, probe, kind] : parts) {
@@ -234,12 +234,12 @@ std::string break_note(const std::vector<PlacedRecording>& candidates) {
 // at; no rows where there are none.
 Samples cycles_of(const std::vector<PlacedRecording>& candidates, const std::vector<UsedTip>& tips,
                   const std::vector<BatchItem>& items) {
-  std::vector<Part> parts;
+  std::vector<NumberedRows> parts;
   for (const PlacedRecording& c : candidates) {
     if (c.experiment < 0 || c.aligned || tip_number(tips, items, c) != 0) continue;
     const CycleMeans& cycles = c.recording->cycles;
     if (cycles.depth_m.size() == 0) continue;
-    Part& part = parts.emplace_back();
+    NumberedRows& part = parts.emplace_back();
     part.point = c.point_index;
     part.experiment = static_cast<std::int32_t>(parts.size() - 1);
     part.kind = ExperimentKind::cycle;
@@ -290,7 +290,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     else
       out.notes.push_back(kNoClock);
   }
-  std::vector<Part> parts;
+  std::vector<NumberedRows> parts;
   for (std::size_t p = 0; p < points.size(); ++p) {
     const PlacedRecording& first = candidates[points[p][0]];
     samples.point_position.row(p) = first.position_m;

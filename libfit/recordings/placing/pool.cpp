@@ -159,6 +159,8 @@ std::vector<Pooled> pool(const std::vector<PlacedRecording>& candidates,
     return *std::min_element(a.member.begin(), a.member.end()) <
            *std::min_element(b.member.begin(), b.member.end());
   });
+  // Rows are of slow motion unless relaxation is applied (experiments_in_time).
+  for (Pooled& one : experiments) one.time_s.resize(0);
   return experiments;
 }
 

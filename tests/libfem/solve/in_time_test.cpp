@@ -183,7 +183,7 @@ TEST(InTime, slow_and_fast_motion_are_elastic_with_long_term_and_first_moduli) {
                   is_fast ? 0.01 : 0.003)
           << is_fast << " " << i;
       EXPECT_EQ(rows.time_s[i], path.time_s[i]);
-      EXPECT_TRUE(std::isnan(elastic.time_s[i]));
+      EXPECT_EQ(elastic.time_s.size(), 0);
     }
   }
 }

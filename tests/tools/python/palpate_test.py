@@ -300,7 +300,7 @@ class Files(unittest.TestCase):
                 np.testing.assert_array_equal(again[name], samples[name], name)
                 if name in two:
                     twin = one.get(name.replace("probe_1/", "probe/"), one["rows/step"])
-                    self.assertEqual((two[name].dtype, two[name].attrs["unit"]), (twin.dtype, twin.attrs["unit"]), name)
+                    self.assertEqual((two[name].dtype, two[name].attrs["unit"]), (twin.dtype, palpate.files._text(twin.attrs["unit"])), name)
         self.assertTrue(palpate.fit(self.at / "two.h5", self.at / "two_curves.h5", jobs=1, quiet=True))
 
     def test_predict_samples_of_a_dict(self):
@@ -340,7 +340,7 @@ class Files(unittest.TestCase):
     def test_names_of_samples_are_those_of_their_page(self):
         page = (SOURCE / "docs/formats/samples.md").read_text().split("<!-- table: samples -->")[1].split("\n\n")[0]
         listed = set(re.findall(r"^\| `(\w+/\w+)`", page, re.M))
-        self.assertEqual({name for name in palpate.files._NAMES if not name.startswith("probe/")}, listed)
+        self.assertEqual({name for name in palpate.files._COLUMNS if not name.startswith("probe/")}, listed)
 
     def test_of_a_shape_move_the_surface(self):
         with palpate.open(self.at / "out/asset.palp") as asset:

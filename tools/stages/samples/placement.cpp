@@ -151,7 +151,7 @@ class PlacementRounds {
   Placement run() {
     begin();
     while (is_next_round()) {
-      const Prediction predicted = predict();
+      const RoundPrediction predicted = predict();
       const Grown grown = choose_points(predicted);
       if (grown.vertices.empty()) break;
       simulate(grown.points);
@@ -164,7 +164,7 @@ class PlacementRounds {
   }
 
  private:
-  struct Prediction {
+  struct RoundPrediction {
     Model model;
     std::vector<double> expected_error;
   };
@@ -218,7 +218,7 @@ class PlacementRounds {
     return batch_ > 0;
   }
 
-  Prediction predict() const {
+  RoundPrediction predict() const {
     RefineReport refined;
     Model model = refine(curves_, body_.surface, body_.in_region, placement_.points.triangles,
                          {.tool = fem::round_end(rigid_probe(scene_))}, &refined);
@@ -228,7 +228,7 @@ class PlacementRounds {
   }
 
   // None where the surface has no place left; the spacing halves before that.
-  Grown choose_points(const Prediction& predicted) {
+  Grown choose_points(const RoundPrediction& predicted) {
     for (;; least_m_ /= 2) {
       Grown grown = grow(placement_.points, predicted.model,
                          choose(body_, placement_.points, predicted.model, predicted.expected_error,

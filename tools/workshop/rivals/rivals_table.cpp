@@ -41,7 +41,7 @@ ordered_json number_or_null(double number) {
 }
 
 ordered_json row_of(std::string_view part, const Rival& rival, const Performance& did) {
-  ordered_json by_path;
+  ordered_json by_path = ordered_json::object();
   for (const validation::StatedError& kind : did.by_path)
     by_path[kind.name] = {{"rows", kind.rows},
                           {"median_rel", number_or_null(kind.force.median_rel)},
