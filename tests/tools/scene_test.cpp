@@ -51,11 +51,11 @@ TEST(scene, a_probe_takes_the_keys_of_its_shape_in_units) {
       probe("shape = \"cone\"\nhalf_angle = \"45 deg\"\ntip_radius = 0.001\n");
   EXPECT_NEAR(cone.spec.values.at("half_angle").at(0), 0.785398163397448, 1e-15);
   const ProbeSection leaning =
-      probe("shape = \"capsule\"\nradius = 0.005\norientation = [1, 0, 1]\n");
+      probe("shape = \"capsule\"\nradius = 0.005\nlength = 0.04\norientation = [1, 0, 1]\n");
   EXPECT_EQ(*leaning.spec.orientation, Vec3(1, 0, 1));
-  EXPECT_EQ(
-      *probe("shape = \"capsule\"\nradius = 0.005\norientation = \"lying\"\n").spec.orientation,
-      Vec3(Vec3::UnitX()));
+  EXPECT_EQ(*probe("shape = \"capsule\"\nradius = 0.005\nlength = 0.04\norientation = \"lying\"\n")
+                 .spec.orientation,
+            Vec3(Vec3::UnitX()));
   const ProbeSection mesh = probe("shape = \"mesh\"\nmesh = \"tool.stl\"\nlength_unit = \"mm\"\n");
   EXPECT_EQ(mesh.mesh->string(), "/scenes/tool.stl");
   EXPECT_EQ(mesh.mesh_unit_m, 1e-3);

@@ -4,6 +4,8 @@
 // The numbers that the engine is tuned with and the bounds of its inputs. Layout numbers of the
 // file are in asset/format.hpp.
 
+#include "rounding.hpp"
+
 namespace palpate::runtime {
 
 // Sizes of local arrays.
