@@ -57,7 +57,7 @@ struct Pipeline {
 };
 
 /// A stage: one file, what it is made of, and how. `run` goes through a list of them; the command
-/// of a stage, a shard and a case of a study take single ones, on files of their own.
+/// of a stage takes its row, on files of its own.
 struct StageRow {
   const char* name;
   const char* summary;  ///< one line of the log is of all neighbours with the same
