@@ -7,8 +7,8 @@
 
 #include "libfem/materials/element_kernel.hpp"
 #include "libfem/materials/law_types.hpp"
+#include "libfit/core/body.hpp"
 #include "libfit/core/geometry.hpp"
-#include "libfit/core/relaxation.hpp"
 
 namespace palpate::fem {
 

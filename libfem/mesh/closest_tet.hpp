@@ -4,7 +4,7 @@
 #include <limits>
 #include <optional>
 
-#include "libfit/core/box_tree.hpp"
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/geometry.hpp"
 
 namespace palpate {

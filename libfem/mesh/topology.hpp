@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "libfit/core/disjoint_sets.hpp"
 #include "libfit/core/geometry.hpp"
 
 namespace palpate {

@@ -12,7 +12,6 @@
 
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/probe.hpp"
-#include "libfit/core/tilt.hpp"
 #include "libfit/core/units.hpp"
 
 namespace palpate::fem {

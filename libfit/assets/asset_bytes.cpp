@@ -4,26 +4,20 @@
 #include <algorithm>
 #include <cstring>
 
-#include "libfit/assets/asset_surface.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/runtime/engine.hpp"
-#include "libfit/shape/shaped_asset.hpp"
+#include "libfit/shape/shape.hpp"
 
 namespace palpate {
 namespace {
 
 using runtime::Header;
 
-/// A hand at 2.5 m/s in a loop of 50 Hz, the slowest in use; at 1 kHz 50 m/s, which no hand does.
-constexpr double kMaxStep_m = 0.05;
-
 /// A bounding tree in the preorder of libfit/runtime/asset/format.hpp.
 struct Tree {
   std::vector<runtime::TreeNode> nodes;
   std::vector<std::int32_t> items;
 };
-
-constexpr std::ptrdiff_t kLeafTriangles = 4;  // the engine allows 8
 
 /// Tree over triangles, split at the median centre along the longest side, so its depth is log2 of
 /// the count. vertex V x 3 [m], triangle F x 3, items at least one. Deterministic.
@@ -63,7 +57,7 @@ class TreeBuilder {
   void add(std::ptrdiff_t begin, std::ptrdiff_t end) {
     const std::size_t at = tree_.nodes.size();
     tree_.nodes.push_back(box(begin, end));
-    if (end - begin <= kLeafTriangles) {
+    if (end - begin <= 4) {  // the engine allows 8
       tree_.nodes[at].at = begin;
       tree_.nodes[at].items = end - begin;
       return;
@@ -93,15 +87,10 @@ class TreeBuilder {
 };
 
 constexpr int kCheckPathTicks = 64;     // one place's approach, press, drag and lift
-constexpr int kPlaces = 12;             // 768 ticks: about 1 ms on loading
 constexpr int kPress = 20, kDrag = 48;  // last tick of the press, of the drag
 
 double unit_share(std::uint64_t& state) {
   return static_cast<double>(runtime::next_random(state) >> 11) * 0x1p-53;
-}
-
-Vec3 row(const std::vector<float>& array, std::size_t i) {
-  return Eigen::Map<const Eigen::Vector3f>(&array[3 * i]).cast<double>();
 }
 
 /// Tips of a path that presses, drags and lifts at places drawn by `seed` among vertices of solid
@@ -109,7 +98,7 @@ Vec3 row(const std::vector<float>& array, std::size_t i) {
 std::vector<runtime::CheckTick> make_check_path(const AssetSurface& surface, double depth_m,
                                                 std::uint64_t seed) {
   std::vector<runtime::CheckTick> path;
-  for (int place = 0; place < kPlaces; ++place) {
+  for (int place = 0; place < 12; ++place) {  // 768 ticks: about 1 ms on loading
     const auto& measured = surface.measured_triangles;
     const std::int32_t t = measured[runtime::next_random(seed) % measured.size()];
     const double a = 0.2 + 0.3 * unit_share(seed), b = 0.2 + 0.3 * unit_share(seed);
@@ -119,8 +108,8 @@ std::vector<runtime::CheckTick> make_check_path(const AssetSurface& surface, dou
     for (std::size_t k = 0; k < 3; ++k) {
       const double n = k == 0 ? a : (k == 1 ? b : 1 - a - b);
       const std::int32_t v = surface.triangle[3 * t + k];
-      x += n * row(surface.vertex, v);
-      u += n * row(surface.normal, v);
+      x += n * vector_at(surface.vertex, v);
+      u += n * vector_at(surface.normal, v);
     }
     u.normalize();
     const Vec3 any(unit_share(seed) - 0.5, unit_share(seed) - 0.5, unit_share(seed) - 0.5);
@@ -224,8 +213,9 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
     header.pieces[part] = model.curves.basis[part].pieces();
   }
   for (int k = 0; k < 3; ++k) header.origin_m[k] = parts.surface.origin[k];
-  header.max_step_m = options.max_step_m > 0 ? options.max_step_m
-                                             : std::min(kMaxStep_m, 2 * parts.surface.diagonal_m);
+  // 50 mm: a hand at 2.5 m/s in a loop of 50 Hz, the slowest in use; at 1 kHz no hand does that.
+  header.max_step_m =
+      options.max_step_m > 0 ? options.max_step_m : std::min(0.05, 2 * parts.surface.diagonal_m);
   header.probe_radius_m = ball_radius_m(model.probe);
   header.first_row_m = std::min(model.curves.first_row_m, model.curves.basis[0].knots_m.back());
   header.meta_bytes = options.meta_json.size();

@@ -1,4 +1,4 @@
-#include "libfit/assets/asset_surface.hpp"
+#include "libfit/assets/asset_bytes.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -12,16 +12,12 @@
 namespace palpate {
 namespace {
 
-constexpr double kDepthShare =
-    0.8;  // of 1/|du/dc|: beyond it slides are ill-conditioned (METHOD 4)
 constexpr double kMinFacing = 0.02;  // cosine of a corner's normal to its triangle's; engine: 0.01
 
 std::string at(const char* what, Eigen::Index i) { return what + (' ' + std::to_string(i)); }
 
 void check_counts(const Model& model) {
-  if (!has_matching_arrays(model))
-    throw Error("model", "the arrays of vertices, normals, coverage and controls differ in size",
-                "Make the model again with `palpate refine`.");
+  check_sizes(model);
   if (std::none_of(model.is_covered.begin(), model.is_covered.end(), [](char c) { return c != 0; }))
     throw Error("model", "no vertex is covered by test points", "Refine onto the right body.");
 }
@@ -145,13 +141,9 @@ void round_controls(const Model& model, AssetSurface& out) {
       }
 }
 
-Vec3 row(const std::vector<float>& array, std::int32_t i) {
-  return Eigen::Map<const Eigen::Vector3f>(&array[3 * i]).cast<double>();
-}
-
 // Depth [m] up to which slides over a triangle of corners x with inward unit normals u are
-// well-conditioned, 0.8 / |du/dc| by a bound, most_m at most; 0 where it has no area or a normal
-// does not face it.
+// well-conditioned (METHOD 4), 0.8 / |du/dc| by a bound, most_m at most; 0 where it has no area or
+// a normal does not face it.
 double depth_bound_m(const Vec3 x[3], const Vec3 u[3], double most_m) {
   const Vec3 area = (x[1] - x[0]).cross(x[2] - x[0]);
   const double longest =
@@ -168,26 +160,22 @@ double depth_bound_m(const Vec3 x[3], const Vec3 u[3], double most_m) {
   if (!(least > kMinFacing)) return 0;
   const Mat3 square = gradient.transpose() * gradient;
   const double norm = std::sqrt(std::max(0.0, symmetric_eigen(square).values[2]));
-  return std::min(most_m, kDepthShare * least / std::max(norm, 1e-12));
-}
-
-double depth_bound_of(const AssetSurface& surface, std::size_t t) {
-  Vec3 x[3], u[3];
-  for (std::size_t k = 0; k < 3; ++k) {
-    x[k] = row(surface.vertex, surface.triangle[3 * t + k]);
-    u[k] = row(surface.normal, surface.triangle[3 * t + k]);
-  }
-  return depth_bound_m(x, u, surface.diagonal_m);
+  return std::min(most_m, 0.8 * least / std::max(norm, 1e-12));
 }
 
 void bound_depths(AssetSurface& surface) {
   for (std::size_t t = 0; 3 * t < surface.triangle.size(); ++t) {
     std::uint8_t answering = 0;
-    for (std::size_t k = 0; k < 3; ++k) answering |= surface.covered[surface.triangle[3 * t + k]];
-    const bool is_answering = answering != 0;
-    const double depth = is_answering ? depth_bound_of(surface, t) : 0;
+    Vec3 x[3], u[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::int32_t v = surface.triangle[3 * t + k];
+      answering |= surface.covered[v];
+      x[k] = vector_at(surface.vertex, v);
+      u[k] = vector_at(surface.normal, v);
+    }
+    const double depth = answering != 0 ? depth_bound_m(x, u, surface.diagonal_m) : 0;
     surface.max_depth_m.push_back(float(depth));
-    surface.report.folded_triangles += is_answering && !(depth > 0);
+    surface.report.folded_triangles += answering != 0 && !(depth > 0);
     surface.report.air_triangles += !(depth > 0);
     if (depth > 0 && (answering & runtime::kMeasured) != 0) surface.measured_triangles.push_back(t);
   }

@@ -6,7 +6,6 @@
 
 #include "libfit/assets/asset_bytes.hpp"
 #include "libfit/assets/exporters.hpp"
-#include "libfit/assets/stiffness_map.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/runtime/engine.hpp"
 
@@ -35,9 +34,6 @@ struct PressedShape {
   Points displacement_m;  ///< V x 3
 };
 
-constexpr std::size_t kOfEachEnd = 2;
-constexpr double kStep_m = 50e-6;  // of a tick of the press
-
 // The vertex that each test point answers for most, softest first.
 std::vector<Eigen::Index> test_vertices(const Model& model, const StiffnessMap& map) {
   std::vector<Eigen::Index> vertex(model.shape.point.rows(), -1);
@@ -64,12 +60,12 @@ std::vector<PressedShape> pressed_shapes(const Model& model, const StiffnessMap&
   runtime::Status status;
   const runtime::Asset asset = runtime::Asset::open(bytes.data(), bytes.size(), &status);
   std::vector<Eigen::Index> vertices = test_vertices(model, map);
-  const std::size_t each = std::min(kOfEachEnd, vertices.size() / 2);
+  const std::size_t each = std::min<std::size_t>(2, vertices.size() / 2);
   std::vector<PressedShape> out;
   const auto press = [&](Eigen::Index v, const char* end, std::size_t rank) {
     const double depth_m = model.shape.depth_m;
     const Vec3 inward = model.inward_normal.row(v), place = model.surface.vertices.row(v);
-    const int ticks = int(std::ceil(1.1 * depth_m / kStep_m));
+    const int ticks = int(std::ceil(1.1 * depth_m / 50e-6));
     runtime::Contact contact;
     runtime::Output tick;
     for (int i = 0; i <= ticks; ++i) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -48,8 +49,28 @@ const Exporter& find_exporter(std::string_view name);
 /// The row whose extension a file's name has. Throws Error listing the extensions when none has it.
 const Exporter& exporter_of_file(const std::filesystem::path& path);
 
-/// True where the arrays of a model have the sizes that belong together.
-bool has_matching_arrays(const Model& model);
+/// Throws Error where the arrays of a model differ in size.
+void check_sizes(const Model& model);
+
+using Rgb = std::array<std::uint8_t, 3>;  ///< sRGB
+
+/// The colour of a share from 0 to 1: viridis, readable without hue (van der Walt and Smith 2015).
+Rgb viridis(double share);
+
+/// Nothing is known there: no colour of the map, so that nobody takes it for soft.
+inline constexpr Rgb kUncoveredGrey{158, 158, 158};
+
+/// A model's normal stiffness at one depth, as a picture of it. V vertices.
+struct StiffnessMap {
+  double depth_m = 0;
+  double low_N_m = 0, high_N_m = 0;  ///< stiffness at the ends of the colours
+  std::vector<float> stiffness_N_m;  ///< V, NaN where not covered
+  std::vector<Rgb> colour;           ///< V
+};
+
+/// depth_m: 0 for half of the curves' range. Throws Error as check_sizes, or where the depth is not
+/// within the curves' range.
+StiffnessMap stiffness_map(const Model& model, double depth_m);
 
 /// The report of a file that holds all of the model's surface.
 ExportReport written(const Model& model, std::uint64_t bytes);

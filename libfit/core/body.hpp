@@ -6,6 +6,7 @@
 
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/probe.hpp"
+#include "libfit/runtime/law/relaxation.hpp"
 
 namespace palpate {
 
@@ -17,6 +18,15 @@ struct TestPoints {
   Points normal;
   std::vector<std::string> name;
   Triangles triangles;
+
+  void add(const Vec3& at, const Vec3& inward, const std::string& called) {
+    const Eigen::Index end = position.rows();
+    position.conservativeResize(end + 1, 3);
+    normal.conservativeResize(end + 1, 3);
+    position.row(end) = at;
+    normal.row(end) = inward;
+    name.push_back(called);
+  }
 };
 
 /// A mesh of a file that a scene names, of triangles or tets. is_painted: of one that is painted a
@@ -42,5 +52,27 @@ struct Body {
   std::string scene;                ///< the scene's text, defaults filled in; empty: there is none
   std::vector<SceneMesh> scene_meshes;  ///< in the order in which the text names their files
 };
+
+/// Relaxation of a body's forces as a Prony series (docs/method-body.md, section 24). At time t
+/// after a step the body is 1 + sum_k share_k e^{-t/time_k} times as stiff as in slow motion. K <=
+/// runtime::kMaxBranches; none: the body has no memory of time.
+struct Relaxation {
+  Eigen::VectorXd share;   ///< K, > 0: of the stiffness of slow motion
+  Eigen::VectorXd time_s;  ///< K, > 0, rising
+
+  Eigen::Index branches() const { return share.size(); }
+};
+
+/// As the law reads it.
+inline runtime::RelaxationView relaxation_view(const Relaxation& relaxation) {
+  runtime::RelaxationView out;
+  out.branches = static_cast<int>(relaxation.branches());
+  for (int k = 0; k < out.branches; ++k) {
+    out.share[k] = relaxation.share[k];
+    out.time_s[k] = relaxation.time_s[k];
+    out.fast += out.share[k];
+  }
+  return out;
+}
 
 }  // namespace palpate

@@ -5,11 +5,6 @@
 namespace palpate {
 namespace {
 
-// (twice the area over the squared length of its edges)^2 of a triangle taken as its edges: below
-// it the regions of a triangle drown in rounding. What lies inside is then no farther from an edge
-// than a millionth of the triangle's length.
-constexpr double kFlatSquared = 1e-12;
-
 Vec3 nearest_weights_on_border(const Vec3& p, const Vec3 (&corner)[3]) {
   Vec3 best = Vec3::UnitX();
   double squared_best = std::numeric_limits<double>::infinity();
@@ -49,7 +44,9 @@ Vec3 nearest_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
   }
   const double sum = va + vb + vc;  // (twice the area)^2
   const double squared_length = std::max(ab.squaredNorm(), ac.squaredNorm());
-  if (!(sum > kFlatSquared * squared_length * squared_length))
+  // A flat triangle, whose regions drown in rounding, counts as its edges, from which no place
+  // inside is farther than a millionth of the triangle's length.
+  if (!(sum > 1e-12 * squared_length * squared_length))
     return nearest_weights_on_border(p, {a, b, c});
   return {va / sum, vb / sum, vc / sum};
 }

@@ -1,4 +1,4 @@
-#include "libfit/core/curve_basis.hpp"
+#include "libfit/core/curves.hpp"
 
 #include <algorithm>
 #include <array>
@@ -42,11 +42,10 @@ std::array<Polynomial, kMaxOrder> local_polynomials(const CurveBasis& basis, int
       const double scale = 1 / (hi - lo);
       for (int m = 0; m < d; ++m) {
         const double c = scale * current[k][m];
-        const auto left = static_cast<std::size_t>(k), at = static_cast<std::size_t>(m);
-        next[left][at] += c * hi;
-        next[left][at + 1] -= c;
-        next[left + 1][at] -= c * lo;
-        next[left + 1][at + 1] += c;
+        next[k][m] += c * hi;
+        next[k][m + 1] -= c;
+        next[k + 1][m] -= c * lo;
+        next[k + 1][m + 1] += c;
       }
     }
     current = next;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -8,15 +9,53 @@
 #include <string_view>
 #include <vector>
 
-#include "libfit/core/curve_basis.hpp"
-#include "libfit/core/geometry.hpp"
-#include "libfit/core/probe.hpp"
-#include "libfit/core/relaxation.hpp"
+#include "libfit/core/body.hpp"
+#include "libfit/runtime/base/spline.hpp"
 #include "libfit/runtime/law/coupling.hpp"
 #include "libfit/runtime/law/families.hpp"
 #include "libfit/runtime/law/softening.hpp"
 
 namespace palpate {
+
+/// A shared spline basis of one curve kind (docs/method.md, section 3).
+/// Clamped B-splines of `degree` (1 to 4) over strictly increasing `knots_m` (first 0 [m]). A curve
+/// is f(x) = sum_j b_j B_j(x), `size()` = pieces + degree control values b_j [N], with b_0 = 0 (so
+/// f(0) = 0 exactly) and b_j <= b_{j+1} (so f' >= 0 exactly). The increments b_{j+1} - b_j >= 0 are
+/// the coefficients of the I-spline basis (Ramsay 1988, doi:10.1214/ss/1177012761). Below 0 a curve
+/// is 0; past the last knot it goes on along its last slope.
+struct CurveBasis {
+  int degree = 3;
+  std::vector<double> knots_m;
+
+  int pieces() const { return static_cast<int>(knots_m.size()) - 1; }
+  int size() const { return pieces() + degree; }
+};
+
+/// A basis as numbers the engine evaluates: polynomials per interval, laid out as one block.
+/// Interval i < pieces is [knots[i], knots[i+1]); interval `pieces` is the linear continuation.
+/// With t = x - knots[i], local basis k (0..degree) belongs to control value b_{i+k}
+/// (b_{pieces-1+k} in the continuation) and is  sum_m weights[((i*(degree+1)) + k)*(degree+1) + m]
+/// t^m. integrals[i*size + j] = integral of B_j from 0 to knots[i] [m], i = 0..pieces.
+struct SplineTables {
+  int degree = 0;
+  int pieces = 0;
+  std::vector<double> knots;      ///< pieces + 1 [m]
+  std::vector<double> weights;    ///< (pieces + 1) x (degree + 1) x (degree + 1)
+  std::vector<double> integrals;  ///< (pieces + 1) x size
+};
+
+/// Tables as the engine's templates read them. Not valid after `tables` is gone.
+inline runtime::SplineView view(const SplineTables& tables) {
+  return {tables.degree, tables.pieces, tables.knots.data(), tables.weights.data(),
+          tables.integrals.data()};
+}
+
+/// Greville abscissa of control value j: the mean of the knots between the ends of B_j.
+double greville_m(const CurveBasis& basis, int j);
+
+/// Throws Error when the degree is not 1..4, there are fewer than 2 knots, the first is not 0, or
+/// knots do not increase by at least 1e-9 of their range (de Boor 1978, chapter X).
+SplineTables tabulate(const CurveBasis& basis);
 
 /// The rising curves that families begin with (docs/method.md, sections 2 to 4), all in N over m:
 /// normal f^z(dz), which all have, lateral f^r(dr), limit L(dz). People are shown mu = L / f^z.
@@ -81,6 +120,48 @@ struct CurveSet {
   explicit CurveSet(CurveFamily of)
       : family(of), basis(parts_of(of).size()), control(parts_of(of).size()) {}
   Eigen::Index points() const { return control[0].rows(); }
+};
+
+/// Forces and stiffnesses of the nodes of a curve set as people are shown them, whatever its
+/// family. The set must outlive it.
+class NodeForces {
+ public:
+  explicit NodeForces(const CurveSet& curves) : curves_(curves) {
+    for (std::size_t kind = 0; kind < curves_of(curves.family); ++kind)
+      tables_.push_back(tabulate(curves.basis[kind]));
+  }
+
+  double normal_N(Eigen::Index row, double depth_m) const {
+    return runtime::curve_value(view(CurveKind::normal), of(CurveKind::normal, row), depth_m);
+  }
+  double normal_slope_N_m(Eigen::Index row, double depth_m) const {
+    return runtime::curve_slope(view(CurveKind::normal), of(CurveKind::normal, row), depth_m);
+  }
+  /// Lateral force at which a tool slides: L(d), or mu(d) f^z(d) of rings.
+  double limit_N(Eigen::Index row, double depth_m) const {
+    if (tables_.size() == kCurveKinds)
+      return runtime::curve_value(view(CurveKind::limit), of(CurveKind::limit, row), depth_m);
+    const double mu = curves_.control[runtime::kFriction](row, 0) +
+                      curves_.control[runtime::kFrictionSlope](row, 0) * depth_m;
+    return std::max(mu, 0.0) * normal_N(row, depth_m);
+  }
+  /// Lateral stiffness of a tool pressed straight to a depth.
+  double lateral_slope_N_m(Eigen::Index row, double depth_m) const {
+    if (tables_.size() == kCurveKinds)
+      return runtime::curve_slope(view(CurveKind::lateral), of(CurveKind::lateral, row), 0);
+    return curves_.control[runtime::kLambda](row, 0) * normal_slope_N_m(row, depth_m);
+  }
+
+ private:
+  runtime::SplineView view(CurveKind kind) const {
+    return palpate::view(tables_[static_cast<int>(kind)]);
+  }
+  const double* of(CurveKind kind, Eigen::Index row) const {
+    return curves_.control[static_cast<int>(kind)].row(row).data();
+  }
+
+  const CurveSet& curves_;
+  std::vector<SplineTables> tables_;
 };
 
 /// Outcome of the fit of one test point.

@@ -147,14 +147,9 @@ ExperimentList paths_at(const TestPoints& points, const std::vector<ToolPath>& p
                   "Number test points from 0.");
     out.experiments.push_back({kind, path.point, {}, path, probe_number});
     if (!path.second) continue;
-    TestPoints& places = out.places;
-    const Eigen::Index at = places.position.rows();
-    out.experiments.back().path.second->place = static_cast<std::int32_t>(at);
-    places.position.conservativeResize(at + 1, 3);
-    places.normal.conservativeResize(at + 1, 3);
-    places.position.row(at) = path.second->position;
-    places.normal.row(at) = path.second->normal;
-    places.name.push_back(points.name[path.point] + "b");
+    out.experiments.back().path.second->place =
+        static_cast<std::int32_t>(out.places.position.rows());
+    out.places.add(path.second->position, path.second->normal, points.name[path.point] + "b");
   }
   return out;
 }
@@ -169,21 +164,12 @@ void append(ExperimentList& to, const ExperimentList& more) {
   for (Eigen::Index p = 0; p < to.places.position.rows(); ++p)
     known.emplace(key_at(to.places, p), static_cast<std::int32_t>(p));
   std::vector<std::int32_t> number;
-  std::vector<Eigen::Index> added;
-  auto places = static_cast<std::int32_t>(to.places.position.rows());
   for (Eigen::Index p = 0; p < more.places.position.rows(); ++p) {
+    const auto places = static_cast<std::int32_t>(to.places.position.rows());
     const auto [at, is_new] = known.emplace(key_at(more.places, p), places);
-    if (is_new) ++places, added.push_back(p);
+    if (is_new)
+      to.places.add(more.places.position.row(p), more.places.normal.row(p), more.places.name[p]);
     number.push_back(at->second);
-  }
-  const Eigen::Index before = to.places.position.rows();
-  to.places.position.conservativeResize(places, 3);
-  to.places.normal.conservativeResize(places, 3);
-  for (std::size_t i = 0; i < added.size(); ++i) {
-    const Eigen::Index at = before + static_cast<Eigen::Index>(i);
-    to.places.position.row(at) = more.places.position.row(added[i]);
-    to.places.normal.row(at) = more.places.normal.row(added[i]);
-    to.places.name.push_back(more.places.name[added[i]]);
   }
   for (Experiment one : more.experiments) {
     one.place = one.path.point = number[one.place];

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfit/core/disjoint_sets.hpp"
-
 namespace palpate {
 
 Points vertex_normals(const Surface& surface) {
@@ -60,12 +58,11 @@ Vec3 extent_m(const Points& points) {
 }
 
 bool begin_alike(const Points& a, const Points& b) {
-  // Share of the extent: eight times the rounding of a float; at half, bodies far off their origin
-  // would seem others, at twice nothing changes.
-  constexpr double kRounding = 1e-6;
+  // The bound is eight times the rounding of a float; at half, bodies far off their origin would
+  // seem others, at twice nothing changes.
   const Eigen::Index both = std::min(a.rows(), b.rows());
   return both == 0 || (a.topRows(both) - b.topRows(both)).rowwise().norm().maxCoeff() <=
-                          kRounding * extent_m(b).norm();
+                          1e-6 * extent_m(b).norm();
 }
 
 std::vector<std::vector<std::int32_t>> patches_of(const Surface& surface,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 namespace palpate {
@@ -81,6 +82,84 @@ std::vector<Eigen::Index> all_of(Eigen::Index count, Eigen::Index first = 0) {
   std::vector<Eigen::Index> out(count);
   std::iota(out.begin(), out.end(), first);
   return out;
+}
+
+using RowNumbers = std::vector<Eigen::Index>;
+
+std::map<std::int32_t, RowNumbers> rows_of_presses(const Samples& samples) {
+  std::map<std::int32_t, RowNumbers> out;
+  for (Eigen::Index i = 0; i < samples.rows(); ++i) {
+    const ExperimentKind kind = samples.kind[i];
+    if (kind == ExperimentKind::press || kind == ExperimentKind::cycle)
+      out[samples.experiment[i]].push_back(i);
+  }
+  for (auto& [number, rows] : out)
+    std::ranges::stable_sort(rows, {}, [&](Eigen::Index i) { return samples.step[i]; });
+  return out;
+}
+
+Vec3 inward_at(const Samples& samples, Eigen::Index row) {
+  return samples.point_normal.row(samples.point[row]);
+}
+
+Vec3 lateral(const Vec3& vector, const Vec3& inward) {
+  return vector - vector.dot(inward) * inward;
+}
+
+// Farthest that the mean of a quarter of the rows, which is a place and no noise, lies beside the
+// normal.
+double sideways_m(const std::vector<Vec3>& aside) {
+  const std::size_t window = std::max<std::size_t>(2, aside.size() / 4);
+  double most = 0;
+  for (std::size_t first = 0; first + window <= aside.size(); ++first) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t k = 0; k < window; ++k) sum += aside[first + k];
+    most = std::max(most, sum.norm() / static_cast<double>(window));
+  }
+  return most;
+}
+
+// True if force goes along lateral motion, by more than four errors of what scatters about that.
+bool is_friction_seen(const std::vector<Vec3>& aside, const std::vector<Vec3>& force) {
+  double squares = 0, along = 0, left = 0;
+  for (std::size_t i = 0; i < aside.size(); ++i)
+    squares += aside[i].squaredNorm(), along += force[i].dot(aside[i]);
+  const double stiffness = along / squares;
+  for (std::size_t i = 0; i < aside.size(); ++i)
+    left += (force[i] - stiffness * aside[i]).squaredNorm();
+  const double variance = left / static_cast<double>(2 * aside.size() - 1);
+  return stiffness > 4 * std::sqrt(variance / squares);
+}
+
+bool is_usable(const Samples& samples, Eigen::Index row) {
+  return samples.status[row] == RowStatus::good && samples.deflection.row(row).allFinite() &&
+         samples.force.row(row).allFinite();
+}
+
+bool is_on_purpose(const Samples& samples, const RowNumbers& rows) {
+  std::vector<Vec3> aside, force;
+  double deepest_m = 0;
+  for (const Eigen::Index i : rows) {
+    if (!is_usable(samples, i)) continue;
+    const Vec3 inward = inward_at(samples, i), deflection = samples.deflection.row(i);
+    deepest_m = std::max(deepest_m, deflection.dot(inward));
+    aside.push_back(lateral(deflection, inward));
+    force.push_back(lateral(samples.force.row(i), inward));
+  }
+  // The tangent of 20 degrees: rigs and normals of surfaces are off by a few degrees, and a tool
+  // that slides on purpose goes farther.
+  return aside.size() > 2 && sideways_m(aside) > 0.36 * deepest_m && is_friction_seen(aside, force);
+}
+
+bool is_crooked(const Samples& samples, const RowNumbers& rows) {
+  double deepest_m = 0, most_m = 0;
+  for (const Eigen::Index i : rows) {
+    const Vec3 inward = inward_at(samples, i), deflection = samples.deflection.row(i);
+    if (!deflection.allFinite()) continue;
+    deepest_m = std::max(deepest_m, deflection.dot(inward));
+    most_m = std::max(most_m, lateral(deflection, inward).norm());
+  }
+  return deepest_m > 0 && most_m > 1e-6 * deepest_m;
 }
 
 }  // namespace
@@ -171,6 +250,29 @@ Samples of_kinds(const Samples& samples, std::initializer_list<ExperimentKind> k
 Samples rows_at(const Samples& samples, const std::vector<char>& is_marked, bool wanted) {
   return rows_where(
       samples, [&](Eigen::Index row) { return (is_marked[samples.point[row]] != 0) == wanted; });
+}
+
+std::vector<std::int32_t> straighten_presses(Samples& samples) {
+  std::vector<std::int32_t> on_purpose;
+  for (const auto& [number, rows] : rows_of_presses(samples)) {
+    if (!is_crooked(samples, rows)) continue;
+    if (is_on_purpose(samples, rows)) {
+      on_purpose.push_back(number);
+      continue;
+    }
+    for (const Eigen::Index i : rows) {
+      const Vec3 inward = inward_at(samples, i);
+      samples.deflection.row(i) = samples.deflection.row(i).dot(inward) * inward;
+      samples.force.row(i) = samples.force.row(i).dot(inward) * inward;
+    }
+  }
+  return on_purpose;
+}
+
+bool has_crooked_press(const Samples& samples) {
+  return std::ranges::any_of(rows_of_presses(samples), [&](const auto& press) {
+    return is_crooked(samples, press.second) && !is_on_purpose(samples, press.second);
+  });
 }
 
 }  // namespace palpate

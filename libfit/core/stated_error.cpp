@@ -8,13 +8,8 @@
 #include "libfit/core/text.hpp"
 
 namespace palpate {
-namespace {
 
-constexpr double kLightest = 0.1;  // of the largest: what lighter rows are off by says little
-
-}  // namespace
-
-double relative_floor(double largest) { return kLightest * largest; }
+double relative_floor(double largest) { return 0.1 * largest; }
 
 double relative_floor_N(double largest_N) {
   return std::min(kForceFloor_N, relative_floor(largest_N));
@@ -40,6 +35,11 @@ std::vector<double> stated_errors(const std::vector<ForceError>& rows) {
   for (const auto& [error_N, force_N] : rows)
     if (force_N > floor_N) out.push_back(relative_error(error_N, force_N, floor_N));
   return out;
+}
+
+RelativeErrors relative_errors(const std::vector<ForceError>& rows) {
+  const std::vector<double> errors = stated_errors(rows);
+  return {median(errors), quantile(errors, 0.95), quantile(errors, 1)};
 }
 
 double stated_quantile(std::vector<double> values, double share) {

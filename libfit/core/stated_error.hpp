@@ -33,6 +33,13 @@ struct ForceError {
 /// Relative errors as a statement has them: of the rows above relative_floor_N of their largest.
 std::vector<double> stated_errors(const std::vector<ForceError>& rows);
 
+/// Figures of relative differences.
+struct RelativeErrors {
+  double median = 0, p95 = 0, max = 0;
+};
+/// Those of the stated errors.
+RelativeErrors relative_errors(const std::vector<ForceError>& rows);
+
 /// `quantile` of what counts, and no number where nothing does: NaN without values.
 double stated_quantile(std::vector<double> values, double share);
 

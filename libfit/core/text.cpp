@@ -31,6 +31,12 @@ std::string listed(std::span<const std::string> texts, std::string_view separato
   return fmt::format("{}", fmt::join(texts, separator));
 }
 
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
 void add_sentence(std::string& message, std::string_view sentence) {
   message.append(message.empty() ? "" : "; ").append(sentence);
 }

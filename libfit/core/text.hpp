@@ -23,6 +23,8 @@ std::string coordinates(const Vec3& point_m);
 std::string file_line(std::string_view file, std::size_t line);
 /// Texts one after another.
 std::string listed(std::span<const std::string> texts, std::string_view separator = ", ");
+/// Without blanks and tabs at its ends.
+std::string_view trimmed(std::string_view text);
 /// Appends a sentence to a message.
 void add_sentence(std::string& message, std::string_view sentence);
 /// The shortest digits that read back as the same double.

@@ -1,8 +1,13 @@
 #include "libfit/core/units.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
+
+#include "libfit/core/closest_point.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate {
 namespace {
@@ -54,11 +59,7 @@ constexpr std::array<UnitRow, 38> kUnits{{
     {"deg", Dimension::angle, 0.017453292519943295},
 }};
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
+constexpr double kFarTooLong = 10;  // in bodies
 
 }  // namespace
 
@@ -81,23 +82,9 @@ std::optional<double> parse_quantity(std::string_view text, Dimension dimension)
 }
 
 std::string_view dimension_name(Dimension dimension) {
-  switch (dimension) {
-    case Dimension::length:
-      return "length";
-    case Dimension::pressure:
-      return "pressure";
-    case Dimension::force:
-      return "force";
-    case Dimension::time:
-      return "time";
-    case Dimension::angle:
-      return "angle";
-    case Dimension::torque:
-      return "torque";
-    case Dimension::speed:
-      return "speed";
-  }
-  return "quantity";
+  constexpr std::string_view kNames[]{"length", "pressure", "force", "time",
+                                      "angle",  "torque",   "speed"};
+  return kNames[static_cast<int>(dimension)];
 }
 
 std::string known_units(Dimension dimension) {
@@ -105,6 +92,39 @@ std::string known_units(Dimension dimension) {
   for (const UnitRow& row : kUnits)
     if (row.dimension == dimension) names += (names.empty() ? "" : ", ") + std::string(row.name);
   return names;
+}
+
+std::optional<std::string_view> misread_unit(const Points& places_m, const Surface& body) {
+  if (places_m.rows() == 0 || body.triangles.rows() == 0) return std::nullopt;
+  const double size_m = extent_m(body.vertices).norm();
+  const Eigen::Array3d low = body.vertices.colwise().minCoeff(),
+                       high = body.vertices.colwise().maxCoeff();
+  const auto is_within = [&](double sizes, const Vec3& place) {
+    return (place.array() >= low - sizes * size_m).all() &&
+           (place.array() <= high + sizes * size_m).all();
+  };
+  for (const auto& place : places_m.rowwise())
+    if (is_within(kFarTooLong, place)) return std::nullopt;
+  const BoxTree boxes = triangle_boxes(body);
+  std::optional<std::string_view> unit;
+  double best = std::numeric_limits<double>::infinity();
+  // About 500 places of a path are looked at.
+  const Eigen::Index stride = std::max<Eigen::Index>(1, places_m.rows() / 500);
+  for (const std::string_view name : {"mm", "cm", "um"})
+    for (Eigen::Index i = 0; i < places_m.rows(); i += stride) {
+      const Vec3 place = *unit_factor(name, Dimension::length) * places_m.row(i);
+      if (!is_within(1, place)) continue;
+      const double off = closest_point(body, boxes, place)->distance_m / place.norm();
+      if (off < best) best = off, unit = name;
+    }
+  return unit;
+}
+
+std::optional<std::string_view> misread_unit(double length_m, const Vec3& extent_m) {
+  if (length_m < kFarTooLong * extent_m.maxCoeff()) return std::nullopt;
+  for (const std::string_view name : {"mm", "um"})
+    if (length_m * *unit_factor(name, Dimension::length) <= extent_m.maxCoeff()) return name;
+  return std::nullopt;
 }
 
 }  // namespace palpate

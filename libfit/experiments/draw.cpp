@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <tuple>
 #include <utility>
@@ -17,15 +18,11 @@
 namespace palpate {
 namespace {
 
-constexpr int kPressRows = 6;    // of a straight or oblique press
-constexpr int kSlidingRows = 9;  // the last two thirds slide
-constexpr int kDownRows = 4, kForthRows = 4, kBackRows = 6;
-constexpr int kWaypoints = 6, kRowsToWaypoint = 2;    // after a press of as many rows
-constexpr double kShallowest = 0.2, kDeepest = 0.95;  // of the range
-constexpr double kBeyond = 0.5;                       // of the drag, past where it began
-constexpr int kMaxDraws = 1000;  // of one point, until the tool can touch there
-constexpr int kPlaces = 400;     // tried for a second tool
-constexpr int kMaxTurns = 32;    // directions tried for a slide that stays where one can reach
+constexpr int kPressRows = 6;                       // of a straight or oblique press
+constexpr int kSlidingRows = 9;                     // the last two thirds slide
+constexpr int kWaypoints = 6, kRowsToWaypoint = 2;  // after a press of as many rows
+constexpr double kDeepest = 0.95;                   // of the range
+constexpr int kMaxTurns = 32;  // directions tried for a slide that stays where one can reach
 
 // std::uniform_real_distribution may differ between libraries; this does not.
 class Uniform {
@@ -123,10 +120,10 @@ std::vector<std::pair<double, double>> depth_and_travel(PathKind kind, double de
                           drag * std::max(0, 3 * k - kSlidingRows) / (2.0 * kSlidingRows));
       break;
     case PathKind::back_and_forth:
-      press(kDownRows, 0);
-      for (int k = 1; k <= kForthRows; ++k) rows.emplace_back(depth, drag * k / kForthRows);
-      for (int k = 1; k <= kBackRows; ++k)
-        rows.emplace_back(depth, drag - drag * (1 + kBeyond) * k / kBackRows);
+      press(4, 0);
+      for (int k = 1; k <= 4; ++k) rows.emplace_back(depth, drag * k / 4);
+      for (int k = 1; k <= 6; ++k)  // half of the drag past where it began
+        rows.emplace_back(depth, drag - drag * 1.5 * k / 6);
       break;
     case PathKind::tilting:  // its motion is of another kind
     case PathKind::wandering:
@@ -164,7 +161,7 @@ Points wandering_path(const Vec3& position, const Vec3& normal, const HeldOutRan
     for (int k = 1; k <= kRowsToWaypoint; ++k)
       path.row(row++) = from + (to - from) * k / kRowsToWaypoint;
     from = to;
-    share = waypoint % 2 == 0 ? uniform(kShallowest, share) : uniform(share, kDeepest);
+    share = waypoint % 2 == 0 ? uniform(0.2, share) : uniform(share, kDeepest);
     Vec3 travel = Vec3::Zero();  // back to the middle where no place can be reached
     for (int turn = 0; turn < kMaxTurns; ++turn) {
       const double away = range.drag_distance_m * std::sqrt(uniform(0, 1));
@@ -193,10 +190,15 @@ Points draw_path(PathKind kind, const Vec3& position, const Vec3& normal, const 
   return path;
 }
 
+// Two places of the region, and the blended inward normals there.
+struct TwoPlaces {
+  Vec3 position, normal, other, other_normal;
+};
+
 // Draws experiments for validation, one after the other.
 class PathDrawer {
  public:
-  PathDrawer(const Body& body, const HeldOutRange& range, int paths, std::uint64_t seed)
+  PathDrawer(const Body& body, const HeldOutRange& range, std::uint64_t seed)
       : body_(body),
         range_(range),
         area_(reachable_area(body)),
@@ -204,8 +206,6 @@ class PathDrawer {
         outward_(vertex_normals(body.surface)),
         uniform_(seed) {
     out_.points.triangles.resize(0, 3);
-    out_.points.position.resize(paths, 3);
-    out_.points.normal.resize(paths, 3);
   }
 
   void add(PathKind kind, PathKind motion, bool tilts) {
@@ -217,23 +217,84 @@ class PathDrawer {
     };
     int draws = 0;
     do {
-      if (draws++ == kMaxDraws)
+      if (draws++ == 1000)
         throw Error("validate", "the tool can touch at no point of the region that was drawn",
                     "Widen the region of [experiments], or take a smaller tool.");
       std::tie(position, normal) = draw_point(body_, area_, outward_, uniform_);
       if (tilts) lean = lean_of(uniform_(0, range_.tilt_rad), uniform_(0, 2 * std::numbers::pi));
     } while (!can_touch());
     const auto i = static_cast<std::int32_t>(out_.paths.size());
-    out_.points.position.row(i) = position;
-    out_.points.normal.row(i) = normal;
-    out_.points.name.push_back(fmt::format("v{:04}", i + 1));
+    out_.points.add(position, normal, fmt::format("v{:04}", i + 1));
     ToolPath& path = out_.paths.emplace_back();
     path = {i, draw_path(motion, position, normal, range_, reach_, uniform_), {}, lean};
     path.kind = kind;
   }
+
+  // share: of the distances from the least to the largest; none: drawn.
+  void add_pair(double least_m, double most_m, std::optional<double> share) {
+    const double wanted_m = least_m * std::pow(most_m / least_m, share ? *share : uniform_(0, 1));
+    const TwoPlaces at = draw_places(least_m, wanted_m);
+    const auto i = static_cast<std::int32_t>(out_.paths.size());
+    out_.paths.push_back(draw_pair(i, at));
+    out_.points.add(at.position, at.normal, fmt::format("t{:04}", i + 1));
+  }
   HeldOut done() { return std::move(out_); }
 
  private:
+  // As far apart as wanted, as nearly as 400 draws come to it.
+  TwoPlaces draw_places(double least_m, double wanted_m) {
+    TwoPlaces best;
+    double best_m = std::numeric_limits<double>::infinity();
+    for (int place = 0; place < 400; ++place) {
+      const auto [p, u] = draw_point(body_, area_, outward_, uniform_);
+      const auto [q, v] = draw_point(body_, area_, outward_, uniform_);
+      const double away_m = (p - q).norm();
+      if (away_m < least_m || u.dot(v) < 0.5 || !(std::abs(away_m - wanted_m) < best_m) ||
+          (range_.can_touch && !(range_.can_touch(p, u) && range_.can_touch(q, v))))
+        continue;
+      best_m = std::abs(away_m - wanted_m);
+      best = {p, u, q, v};
+    }
+    if (!std::isfinite(best_m))
+      throw Error("pairs",
+                  fmt::format("no two places of the region are {:.3g} mm apart where the "
+                              "tools can touch",
+                              1e3 * least_m),
+                  "Widen the region of [experiments], or take a smaller tool.");
+    return best;
+  }
+
+  // The second tool presses, then the first beside it, and one of them is dragged.
+  ToolPath draw_pair(std::int32_t point, const TwoPlaces& at) {
+    // Rows: depths of both over their deepest, travel of the one that is dragged over its distance.
+    constexpr double kRows[][3] = {{-0.1, 0.5, 0}, {-0.1, 1, 0}, {0.4, 1, 0}, {0.7, 1, 0},
+                                   {1, 1, 0},      {1, 1, 0.2},  {1, 1, 0.5}, {1, 1, 1}};
+    constexpr auto kCount = static_cast<Eigen::Index>(std::size(kRows));
+    const bool is_first_dragged = point % 2 == 0;
+    const double depth = range_.depth_m * uniform_(0.4, kDeepest),
+                 other_depth = range_.depth_m * uniform_(0.4, kDeepest);
+    const double drag = range_.drag_distance_m * uniform_(0.5, 1);
+    const Vec3 &from = is_first_dragged ? at.position : at.other,
+               &along = is_first_dragged ? at.normal : at.other_normal;
+    // Away from the other tool or beside it.
+    const Vec3 apart =
+        is_first_dragged ? Vec3(at.position - at.other) : Vec3(at.other - at.position);
+    Vec3 tangent = Vec3::Zero();
+    for (int turn = 0; turn < kMaxTurns && tangent.isZero(); ++turn) {
+      const Vec3 tried = tangent_of(along, uniform_(0, 2 * std::numbers::pi));
+      if (tried.dot(apart) >= 0 && reach_.holds(from + drag * tried)) tangent = tried;
+    }
+    ToolPath path{point, Points(kCount, 3)};
+    path.second = SecondTool{at.other, at.other_normal, Points(kCount, 3)};
+    for (Eigen::Index k = 0; k < kCount; ++k) {
+      const Vec3 travel = drag * kRows[k][2] * tangent;
+      path.deflections.row(k) = kRows[k][0] * depth * at.normal;
+      path.second->deflections.row(k) = kRows[k][1] * other_depth * at.other_normal;
+      (is_first_dragged ? path.deflections : path.second->deflections).row(k) += travel.transpose();
+    }
+    return path;
+  }
+
   const Body& body_;
   const HeldOutRange& range_;
   ReachableArea area_;
@@ -243,74 +304,13 @@ class PathDrawer {
   HeldOut out_;
 };
 
-// Two places of the region, and the blended inward normals there.
-struct TwoPlaces {
-  Vec3 position, normal, other, other_normal;
-};
-
-// As far apart as wanted, as nearly as kPlaces draws come to it.
-TwoPlaces draw_places(const Body& body, const ReachableArea& area, const Points& outward,
-                      const HeldOutRange& range, double least_m, double wanted_m,
-                      Uniform& uniform) {
-  constexpr double kFacing = 0.5;  // of the normals
-  TwoPlaces best;
-  double best_m = std::numeric_limits<double>::infinity();
-  for (int place = 0; place < kPlaces; ++place) {
-    const auto [p, u] = draw_point(body, area, outward, uniform);
-    const auto [q, v] = draw_point(body, area, outward, uniform);
-    const double away_m = (p - q).norm();
-    if (away_m < least_m || u.dot(v) < kFacing || !(std::abs(away_m - wanted_m) < best_m) ||
-        (range.can_touch && !(range.can_touch(p, u) && range.can_touch(q, v))))
-      continue;
-    best_m = std::abs(away_m - wanted_m);
-    best = {p, u, q, v};
-  }
-  if (!std::isfinite(best_m))
-    throw Error("pairs",
-                fmt::format("no two places of the region are {:.3g} mm apart where the "
-                            "tools can touch",
-                            1e3 * least_m),
-                "Widen the region of [experiments], or take a smaller tool.");
-  return best;
-}
-
-// The second tool presses, then the first beside it, and one of them is dragged.
-ToolPath draw_pair(std::int32_t point, const TwoPlaces& at, const HeldOutRange& range,
-                   const Reach& reach, bool is_first_dragged, Uniform& uniform) {
-  // Rows: depths of both over their deepest, travel of the one that is dragged over its distance.
-  constexpr double kRows[][3] = {{-0.1, 0.5, 0}, {-0.1, 1, 0}, {0.4, 1, 0}, {0.7, 1, 0},
-                                 {1, 1, 0},      {1, 1, 0.2},  {1, 1, 0.5}, {1, 1, 1}};
-  constexpr auto kCount = static_cast<Eigen::Index>(std::size(kRows));
-  const double depth = range.depth_m * uniform(0.4, kDeepest),
-               other_depth = range.depth_m * uniform(0.4, kDeepest);
-  const double drag = range.drag_distance_m * uniform(0.5, 1);
-  const Vec3 &from = is_first_dragged ? at.position : at.other,
-             &along = is_first_dragged ? at.normal : at.other_normal;
-  // Away from the other tool or beside it.
-  const Vec3 apart = is_first_dragged ? Vec3(at.position - at.other) : Vec3(at.other - at.position);
-  Vec3 tangent = Vec3::Zero();
-  for (int turn = 0; turn < kMaxTurns && tangent.isZero(); ++turn) {
-    const Vec3 tried = tangent_of(along, uniform(0, 2 * std::numbers::pi));
-    if (tried.dot(apart) >= 0 && reach.holds(from + drag * tried)) tangent = tried;
-  }
-  ToolPath path{point, Points(kCount, 3)};
-  path.second = SecondTool{at.other, at.other_normal, Points(kCount, 3)};
-  for (Eigen::Index k = 0; k < kCount; ++k) {
-    const Vec3 travel = drag * kRows[k][2] * tangent;
-    path.deflections.row(k) = kRows[k][0] * depth * at.normal;
-    path.second->deflections.row(k) = kRows[k][1] * other_depth * at.other_normal;
-    (is_first_dragged ? path.deflections : path.second->deflections).row(k) += travel.transpose();
-  }
-  return path;
-}
-
 constexpr int kKinds = static_cast<int>(kUprightKinds);
 
 }  // namespace
 
 HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed) {
   const int all = points + (range.tilt_rad > 0 ? (points + kKinds - 1) / kKinds : 0);
-  PathDrawer drawing(body, range, all, seed);
+  PathDrawer drawing(body, range, seed);
   for (int i = 0; i < all; ++i) {
     const auto kind = static_cast<PathKind>(i % kKinds);
     if (i < points)
@@ -322,7 +322,7 @@ HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, s
 }
 
 HeldOut draw_leaning(const Body& body, const HeldOutRange& range, int paths, std::uint64_t seed) {
-  PathDrawer drawing(body, range, paths, seed);
+  PathDrawer drawing(body, range, seed);
   for (int i = 0; i < paths; ++i) {
     const auto kind = static_cast<PathKind>(i % kKinds);
     drawing.add(kind, kind, true);
@@ -332,24 +332,11 @@ HeldOut draw_leaning(const Body& body, const HeldOutRange& range, int paths, std
 
 HeldOut draw_two_tools(const Body& body, const HeldOutRange& range, int paths, double least_m,
                        double most_m, bool is_drawn, std::uint64_t seed) {
-  const ReachableArea area = reachable_area(body);
-  const Reach reach(body);
-  const Points outward = vertex_normals(body.surface);
-  Uniform uniform(seed);
-  HeldOut out;
-  out.points.triangles.resize(0, 3);
-  out.points.position.resize(paths, 3);
-  out.points.normal.resize(paths, 3);
-  for (int i = 0; i < paths; ++i) {
-    const double share = is_drawn ? uniform(0, 1) : (i + 0.5) / paths;
-    const double wanted_m = least_m * std::pow(most_m / least_m, share);
-    const TwoPlaces at = draw_places(body, area, outward, range, least_m, wanted_m, uniform);
-    out.paths.push_back(draw_pair(i, at, range, reach, i % 2 == 0, uniform));
-    out.points.position.row(i) = at.position;
-    out.points.normal.row(i) = at.normal;
-    out.points.name.push_back(fmt::format("t{:04}", i + 1));
-  }
-  return out;
+  PathDrawer drawing(body, range, seed);
+  for (int i = 0; i < paths; ++i)
+    drawing.add_pair(least_m, most_m,
+                     is_drawn ? std::nullopt : std::optional<double>((i + 0.5) / paths));
+  return drawing.done();
 }
 
 }  // namespace palpate

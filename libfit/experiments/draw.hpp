@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "libfit/core/body.hpp"
+#include "libfit/core/probe.hpp"
 #include "libfit/core/samples.hpp"
-#include "libfit/core/tilt.hpp"
 
 namespace palpate {
 
@@ -34,7 +34,7 @@ struct HeldOutRange {
 /// and pressed on. Tilting paths come last, at points of their own, as many as of each other kind:
 /// presses and sliding ones by turns, leaning by 0 to tilt_rad in any direction. Seeded, and
 /// nothing but the body counts: every asset of a body meets the same ones. Throws Error when no
-/// triangle is reachable, or the tool can touch at none of kMaxDraws points drawn one after the
+/// triangle is reachable, or the tool can touch at none of 1000 points drawn one after the
 /// other.
 HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed);
 

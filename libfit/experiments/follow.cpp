@@ -10,8 +10,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kMaxTick_s = 1e-3;
-
 // Tools that are on a body together, and where the point of each is.
 class ToolsWalk {
  public:
@@ -54,7 +52,7 @@ class ToolsWalk {
     for (std::size_t i = 0; i < to.size(); ++i) path_m = std::max(path_m, (to[i] - from[i]).norm());
     const bool is_timed = std::isfinite(dt_s);
     const int steps = static_cast<int>(
-        std::ceil(std::max({1.0, path_m / kWalkTick_m, is_timed ? dt_s / kMaxTick_s : 0})));
+        std::ceil(std::max({1.0, path_m / kWalkTick_m, is_timed ? dt_s / 1e-3 : 0})));
     for (int k = 1; k <= steps; ++k) {
       for (std::size_t i = 0; i < to.size(); ++i)
         at_[i] = from[i] + (to[i] - from[i]) * (double(k) / steps);

@@ -10,13 +10,8 @@
 namespace palpate::fit {
 namespace {
 
-constexpr int kFewestGroups = 4;         // a point with fewer abscissae holds nothing out
-constexpr double kSameAbscissa = 1e-3;   // of the range: rows closer than that are one group
-constexpr double kSameDepth = 0.02;      // a drag over a curved surface wanders that much in depth
-constexpr int kMaxPieces = 12;           // the search stops here
-constexpr std::size_t kMaxPoints = 64;   // enough for a 95th percentile
-constexpr int kGrid = 64;                // where curvature is looked at
-constexpr double kCurvatureShare = 0.5;  // the rest of the knots' density is even
+constexpr double kSameAbscissa = 1e-3;  // of the range: rows closer than that are one group
+constexpr int kGrid = 64;               // where curvature is looked at
 
 // Rows of one point for the choice of a basis.
 struct PointEvidence {
@@ -215,7 +210,7 @@ std::vector<double> curvature_density(const std::vector<PointEvidence>& points,
   return density;
 }
 
-// Knots at equal shares of the density, mixed with an even one.
+// Knots at equal shares of the density, half of which is even.
 CurveBasis curvature_basis(int degree, int pieces, double range,
                            const std::vector<double>& density) {
   double total = 0;
@@ -223,7 +218,7 @@ CurveBasis curvature_basis(int degree, int pieces, double range,
   std::vector<double> share(kGrid + 1, 0.0);
   for (int i = 0; i < kGrid; ++i) {
     const double curvature = total > 0 ? density[i] / total : 1.0 / kGrid;
-    share[i + 1] = share[i] + kCurvatureShare * curvature + (1 - kCurvatureShare) / kGrid;
+    share[i + 1] = share[i] + 0.5 * curvature + 0.5 / kGrid;
   }
   CurveBasis basis{degree, {0.0}};
   int cell = 0;
@@ -274,7 +269,7 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
   std::vector<double> groups;
   for (const PointEvidence& point : points) groups.push_back(point.rows.back().group + 1);
   const int parameters = int(0.8 * median(groups));  // that a training fold can carry
-  const int most = std::clamp(parameters - options.degree + 1, 1, kMaxPieces);
+  const int most = std::clamp(parameters - options.degree + 1, 1, 12);
   const std::vector<double> density =
       curvature_density(points, even_basis(options.degree, std::min(most, 8), range));
   const auto judged = [&](const CurveBasis& basis, KnotPlacement placement) {
@@ -319,23 +314,18 @@ std::vector<PointEvidence> evidence_for(int kind, std::vector<CurveRows>& rows, 
                                         const CurveBasis& normal) {
   std::vector<std::size_t> able;
   for (std::size_t p = 0; p < rows.size(); ++p)
-    if (group_by_abscissa(rows[p].curve[kind], range, kind == 2 ? kSameDepth : kSameAbscissa) >=
-        kFewestGroups)
+    // A drag over a curved surface wanders a fiftieth in depth; fewer than four abscissae hold
+    // nothing out.
+    if (group_by_abscissa(rows[p].curve[kind], range, kind == 2 ? 0.02 : kSameAbscissa) >= 4)
       able.push_back(p);
   std::vector<PointEvidence> out;
-  for (const std::size_t p : evenly(able, kMaxPoints)) {
+  for (const std::size_t p : evenly(able, 64)) {
     PointEvidence point{unit_weights(rows[p].curve[kind]), 0, 0, {}};
     for (const CurveRow& row : point.rows) point.largest = std::max(point.largest, row.f);
     if (!(point.largest > 0)) continue;
     if (kind == static_cast<int>(CurveKind::limit)) {
-      const SplineTables tables = tabulate(normal);
       point.normal = fit_smooth(normal, unit_weights(rows[p].curve[0]));
-      std::vector<double> ratios;
-      for (const CurveRow& row : point.rows) {
-        const double f = increment_weights(view(tables), row.x).dot(point.normal);
-        if (f > 0) ratios.push_back(row.f / f);
-      }
-      point.friction = median(ratios);
+      point.friction = median_ratio(point.rows, normal, point.normal);
     }
     out.push_back(std::move(point));
   }
@@ -379,10 +369,6 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
   return reports;
 }
 
-// The curvature of one cubic, which is the bed, is a line, and that of a ball on a half-space falls
-// like 1/sqrt(d).
-constexpr int kMinBedPieces = 2;
-
 std::optional<BasisReport> choose_bed_basis(const std::vector<CurveRows>& rows,
                                             const FitOptions& options) {
   if (options.pieces[0] > 0 || !options.knots_m[0].empty()) return std::nullopt;
@@ -394,7 +380,9 @@ std::optional<BasisReport> choose_bed_basis(const std::vector<CurveRows>& rows,
   if (points.empty()) return std::nullopt;
   FitOptions exact = options;
   exact.tolerance = std::min(options.tolerance, kWeightFloor);
-  BasisReport report = search(points, {}, 0, kMinBedPieces, 1.0, exact);
+  // The curvature of one cubic, which is the bed, is a line, and that of a ball on a half-space
+  // falls like 1/sqrt(d): two pieces at least.
+  BasisReport report = search(points, {}, 0, 2, 1.0, exact);
   report.reason = "its curvature is the bed: pieces whose held-out error of presses, " +
                   percent(report.heldout_error, 2) + ", more hardly lower";
   return report;

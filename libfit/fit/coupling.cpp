@@ -1,4 +1,4 @@
-#include "libfit/fit/coupling.hpp"
+#include "libfit/fit/contact_effects.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,14 +10,10 @@ namespace palpate {
 namespace {
 
 constexpr int kUnknowns = 2 * runtime::kCouplingScales;
-constexpr int kMaxSteps = 12, kMaxHalvings = 6;
-constexpr double kProbed = 0.02;  // of that limit: a derivative by differences
-constexpr double kRidge = 1e-6;   // of the largest entry of the Gram matrix
 constexpr double kLimitSpring = 1e3;
 // Limit of compliances, over what the softest place allows a probe: beyond it all contacts have
 // their bound (coupling_share), but those of balls that are narrower.
 constexpr double kLimit = 3;
-constexpr double kWorth = 0.9;
 
 using Unknowns = Eigen::Vector<double, kUnknowns>;
 
@@ -108,21 +104,21 @@ runtime::CouplingView identify_coupling(const runtime::AssetView& asset,
   sums.col(0).tail(kScales).setZero();
   Eigen::VectorXd residual = left(x);
   const double alone = residual_of({}).norm();
-  for (int step = 0; step < kMaxSteps; ++step) {
+  for (int step = 0; step < 12; ++step) {
     Eigen::MatrixXd slope(residual.size(), kUnknowns);
     for (int k = 0; k < kUnknowns; ++k) {
-      const double by = kProbed * own_m_N;
+      const double by = 0.02 * own_m_N;  // a derivative by differences
       slope.col(k) = (left(x + by * Unknowns::Unit(k)) - residual) / by;
     }
     slope *= own_m_N;
     Gram gram = slope.transpose() * slope;
-    gram.diagonal().array() += kRidge * gram.diagonal().maxCoeff();
+    gram.diagonal().array() += 1e-6 * gram.diagonal().maxCoeff();
     const Unknowns here = x / own_m_N;
     const Unknowns direction = own_m_N * limited_minimum(gram, -slope.transpose() * residual, -here,
                                                          sums, limit - sums.transpose() * here);
     double share = 1;
     bool is_better = false;
-    for (int cut = 0; cut < kMaxHalvings && !is_better; ++cut, share /= 2) {
+    for (int cut = 0; cut < 6 && !is_better; ++cut, share /= 2) {
       const Unknowns next = (x + share * direction).cwiseMax(0);
       const Eigen::VectorXd there = left(next);
       is_better = there.squaredNorm() < (1 - 1e-4 * share) * residual.squaredNorm();
@@ -132,7 +128,7 @@ runtime::CouplingView identify_coupling(const runtime::AssetView& asset,
     }
     if (!is_better) break;
   }
-  return residual.norm() < kWorth * alone ? coupling_of(length_m, x) : runtime::CouplingView();
+  return residual.norm() < 0.9 * alone ? coupling_of(length_m, x) : runtime::CouplingView();
 }
 
 CouplingResidual coupling_residual(const runtime::AssetView& asset, const Samples& samples,

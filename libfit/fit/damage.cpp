@@ -1,4 +1,4 @@
-#include "libfit/fit/damage.hpp"
+#include "libfit/fit/contact_effects.hpp"
 
 #include <ceres/tiny_solver.h>
 
@@ -9,17 +9,10 @@
 
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/fit/point/local_curves.hpp"
+#include "libfit/fit/point/replay.hpp"
 
 namespace palpate::fit {
 namespace {
-
-constexpr double kOffNormal = 1e-6;    // of the depth
-constexpr double kLeastDented = 0.05;  // r of the largest dent
-constexpr double kWorth = 0.9;         // of the error without damage
-constexpr double kLeast = 1e-3;        // rms, of a cycle's largest force
-// Contact radii; see docs/validation.md, Damage.
-constexpr double kDamageReach = 1.5;
 
 // A cycle, with the energy and the force of the undamaged curve at its depths.
 struct Cycle {
@@ -71,7 +64,7 @@ std::vector<Cycle> cycles_of(const FittedCurves& curves, const Samples& samples)
     for (const Eigen::Index i : rows) {
       const Vec3 d = samples.deflection.row(i);
       deepest_m = std::max(deepest_m, d.dot(inward));
-      is_straight = is_straight && (d - d.dot(inward) * inward).norm() <= kOffNormal * d.norm();
+      is_straight = is_straight && (d - d.dot(inward) * inward).norm() <= 1e-6 * d.norm();
     }
     if (!is_straight || !(deepest_m > 0)) continue;
     const StraightPress press(curves_at(bases, curves.curves, point, samples, of_samples), inward,
@@ -157,8 +150,7 @@ struct DamageResiduals {
     const Eigen::Vector3d p = Eigen::Map<const Eigen::Vector3d>(parameters);
     Eigen::Map<Eigen::VectorXd>(residuals, rows) = at(p);
     if (jacobian == nullptr) return true;
-    constexpr double kStep = 1e-5;
-    Eigen::Map<Eigen::MatrixXd>(jacobian, rows, 3) = slopes(p, kStep);
+    Eigen::Map<Eigen::MatrixXd>(jacobian, rows, 3) = slopes(p, 1e-5);
     return true;
   }
   Eigen::MatrixXd slopes(const Eigen::Vector3d& p, double by) const {
@@ -214,14 +206,15 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
   found.rows = undamaged.size();
   runtime::DamageView best;
   if (!cycles.empty()) {
-    const double least_r = may_dent ? kLeastDented : 1;
+    const double least_r = may_dent ? 0.05 : 1;
     const DamageResiduals residuals{cycles, int(undamaged.size()), least_r};
     const auto rows = double(undamaged.size());
     double squares = 0;
     answer(cycles, {}, [&](const Cycle& cycle, double answered_N, double force_N) {
       squares += std::pow((answered_N - force_N) / cycle.largest_N, 2);
     });
-    double least = squares > kLeast * kLeast * rows ? kWorth * kWorth * squares : 0;
+    // A tenth off an error that is more than a thousandth of a cycle's largest force (rms).
+    double least = squares > 1e-6 * rows ? 0.81 * squares : 0;
     std::vector<Eigen::Vector3d> starts;
     for (const double r : {0.3, 0.5, 0.7, 0.9, 1.2, 2.0, 5.0})
       for (const double scale : {0.02, 0.2})
@@ -248,7 +241,7 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
   }
   if (best.softens()) {
     const double radius_m = ball_radius_m(samples.probe ? samples.probe : curves.probe);
-    best.reach_m = kDamageReach * std::sqrt(radius_m * curves.curves.basis[0].knots_m.back());
+    best.reach_m = 1.5 * std::sqrt(radius_m * curves.curves.basis[0].knots_m.back());
   }
   if (report != nullptr) *report = found;
   return best;

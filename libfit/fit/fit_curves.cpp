@@ -13,18 +13,13 @@
 #include "libfit/core/samples.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/fit/fit_steps.hpp"
-#include "libfit/fit/point/point_problem.hpp"
+#include "libfit/fit/point/point.hpp"
 
 namespace palpate {
 namespace {
 
 using fit::BodyBases;
 using fit::PointResult;
-
-constexpr double kLeastSway = 0.05;
-constexpr int kTimeRounds = 3;
-constexpr int kNuisanceRounds = 2;  // a second round moves contact points by less than their errors
-constexpr double kMinFriction = 1e-3;  // a limit curve that is zero would never stick
 
 void require(bool holds, const char* option, const char* fact, const char* remedy) {
   if (!holds) throw Error(std::string("fit option ") + option, fact, remedy);
@@ -97,9 +92,10 @@ BodyBases make_bases(const Samples& samples, const fit::BodyData& body, CurveFam
 void settle_nuisances(const Samples& samples, const fit::BodyData& body, const FitOptions& options,
                       std::vector<fit::CurveRows>& rows) {
   if (!fit::has_nuisances(body)) return;
-  for (int round = 0; round < kNuisanceRounds; ++round) {
+  // The second round moves contact points by less than their errors.
+  for (int round = 0; round < 2; ++round) {
     const BodyBases bases = make_bases(samples, body, CurveFamily::separable, rows, options);
-    const fit::Bases plain = fit::plain_bases(bases);
+    const fit::Bases plain(bases.plain, bases.family);
     std::vector<fit::CurveRows> corrected(rows.size());
     parallel_for(options.jobs, rows.size(), [&](std::size_t p) {
       const fit::PointData& point = body.points[p];
@@ -122,7 +118,7 @@ void settle_rings(const Samples& samples, const fit::BodyData& body,
                   const std::vector<fit::CurveRows>& rows, const FitOptions& options,
                   BodyBases& bases) {
   if (bases.family != CurveFamily::rings) return;
-  const fit::Bases plain = fit::plain_bases(bases);
+  const fit::Bases plain(bases.plain, bases.family);
   std::vector<std::optional<fit::RingPoint>> found(rows.size());
   parallel_for(options.jobs, rows.size(), [&](std::size_t p) {
     if (!body.points[p].problem.empty() || rows[p].drags == 0) return;
@@ -150,7 +146,7 @@ std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData&
                                     const std::vector<Eigen::Index>& earlier,
                                     const FitOptions& options, const Progress& progress,
                                     FittedCurves& fitted) {
-  const fit::Bases plain = fit::plain_bases(bases), si = fit::si_bases(bases);
+  const fit::Bases plain(bases.plain, bases.family), si(bases.si, bases.family);
   std::vector<PointResult> results(body.points.size());
   std::mutex mutex;
   std::size_t done = 0;
@@ -204,13 +200,13 @@ Reading read_rows(const Samples& samples, FitOptions options, bool without_sway)
   return out;
 }
 
-// True where the rigid motion of the body exceeds kLeastSway of the tool's at some row.
+// True where the rigid motion of the body exceeds a twentieth of the tool's at some row.
 bool may_sway(const Samples& samples) {
   if (samples.point_sway.rows() == 0) return false;
   for (Eigen::Index i = 0; i < samples.rows(); ++i) {
     const Vec3 force = samples.force.row(i);
     const Mat3 sway = symmetric_of(samples.point_sway.row(samples.point[i]));
-    if ((sway * force).norm() > kLeastSway * samples.deflection.row(i).norm()) return true;
+    if ((sway * force).norm() > 0.05 * samples.deflection.row(i).norm()) return true;
   }
   return false;
 }
@@ -274,11 +270,12 @@ FittedCurves fit_straight(const Samples& samples, const FitOptions& wanted,
                   "Use rings, or leave the family out.");
     options.family = CurveFamily::rings;
   }
-  if (!fit::depends_on_time(samples))
+  // Curves are fitted to the forces of rows with times as these would be in slow motion.
+  if (samples.time_s.size() == 0 || samples.relaxation.branches() == 0)
     return fit_slow_rows(samples, options, progress, report, cache);
   options.warm_start = nullptr;  // its rows are of slow motion, and those are not known yet
   FittedCurves curves = fit_slow_rows(samples, options, progress, nullptr, nullptr);
-  for (int round = 1; round < kTimeRounds; ++round)
+  for (int round = 1; round < 3; ++round)
     curves =
         fit_slow_rows(fit::in_slow_motion(samples, curves), options, progress, nullptr, nullptr);
   return fit_slow_rows(fit::in_slow_motion(samples, curves), options, progress, report, cache);
@@ -288,7 +285,8 @@ FittedCurves fit_straight(const Samples& samples, const FitOptions& wanted,
 
 FitOptions options_for(const Samples& samples) {
   FitOptions options;
-  if (samples.probe) options.default_friction = std::max(samples.probe->friction, kMinFriction);
+  // A limit curve that is zero would never stick.
+  if (samples.probe) options.default_friction = std::max(samples.probe->friction, 1e-3);
   if (!std::isnan(samples.poisson))
     options.default_lateral_ratio = 2 * (1 - samples.poisson) / (2 - samples.poisson);
   return options;

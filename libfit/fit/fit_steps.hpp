@@ -4,17 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "libfit/fit/point/fit_point.hpp"
+#include "libfit/fit/point/point.hpp"
 
 // The steps of fit_curves(), in the order in which it takes them.
 
 namespace palpate::fit {
-
-/// True where rows have times and the body's relaxation is known: curves are then fitted to what
-/// the forces would be in slow motion.
-inline bool depends_on_time(const Samples& samples) {
-  return samples.time_s.size() > 0 && samples.relaxation.branches() > 0;
-}
 
 /// Samples without times whose forces, torques and errors are over the ratio of the curves' forces
 /// with time to those in slow motion (docs/method-body.md, section 24). Rows of a press that

@@ -1,4 +1,4 @@
-#include "libfit/fit/radius_effect.hpp"
+#include "libfit/fit/contact_effects.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -7,18 +7,13 @@
 
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/fit/point/local_curves.hpp"
+#include "libfit/fit/point/replay.hpp"
 #include "libfit/runtime/asset/with_indenter.hpp"
 
 namespace palpate::fit {
 namespace {
 
 using Effect = Eigen::Matrix<double, runtime::kRadiusEffects, 1>;
-
-constexpr double kUsual = 0.1;      // standard deviation of k_0 and k_1 from 0
-constexpr double kRowError = 0.01;  // of a force, of rows that state none
-constexpr double kWorth = 0.95;  // share of the error of theory alone below which an effect is kept
-constexpr double kAside = 0.1;   // of the depth: farther it is no press
 
 // Control values of a point as a spot of the engine's templates.
 struct PointSpot {
@@ -33,7 +28,8 @@ struct PressedPoint {
   std::vector<Effect> by_radius_N;
 
   Effect fit() const {
-    Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() / (kUsual * kUsual);
+    // k_0 and k_1 are drawn to 0 by a standard deviation of 0.1.
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() / (0.1 * 0.1);
     Effect right = Effect::Zero();
     for (std::size_t i = 0; i < force_N.size(); ++i) {
       const double weight = 1 / (error_N[i] * error_N[i]);
@@ -89,7 +85,7 @@ std::vector<PressedPoint> pressed_points(const FittedCurves& curves, const Sampl
       deflection -= symmetric_of(curves.curves.control[runtime::kSway].row(p)) * force;
     const double depth_m = deflection.dot(inward), normal_N = force.dot(inward);
     const double aside_m = (deflection - depth_m * inward).norm();
-    if (!(depth_m > 1e-3 * largest_m) || !(normal_N > 0) || aside_m > kAside * depth_m) continue;
+    if (!(depth_m > 1e-3 * largest_m) || !(normal_N > 0) || aside_m > 0.1 * depth_m) continue;
     const PointSpot spot{curves.curves.control[runtime::kNormal].row(p).data()};
     const runtime::AssetView& other = tables.of(others.probe_number[row] - 1);
     if (depth_m > other.max_fitted_m) continue;
@@ -103,7 +99,7 @@ std::vector<PressedPoint> pressed_points(const FittedCurves& curves, const Sampl
       by_radius[i] = force_of(other.curves.indenter->by_radius[i], spot, depth_m);
     point.by_radius_N.push_back(by_radius);
     const double stated = others.force_error[row];
-    point.error_N.push_back(std::max(std::isfinite(stated) ? stated : 0, kRowError * normal_N));
+    point.error_N.push_back(std::max(std::isfinite(stated) ? stated : 0, 0.01 * normal_N));
   }
   std::vector<PressedPoint> points;
   for (auto& [p, point] : out) points.push_back(std::move(point));
@@ -163,8 +159,7 @@ void identify_radius_effect(FittedCurves& curves, const Samples& others,
           effect_at(curves, points, effect, curves.position.row(points[i].point), i, is_near),
           left_out);
     const RelativeErrors is = relative_errors(left_out);
-    if (points.size() > 1 &&
-        is.p95 + is.median < kWorth * (found.theory.p95 + found.theory.median) &&
+    if (points.size() > 1 && is.p95 + is.median < 0.95 * (found.theory.p95 + found.theory.median) &&
         is.p95 + is.median < found.left_out.p95 + found.left_out.median) {
       by_distance = is_near;
       found.left_out = is;

@@ -9,21 +9,15 @@
 #include <cstring>
 #include <fstream>
 
-#include "libfit/core/error.hpp"
-#include "libfit/io/content_hash.hpp"
-
 namespace palpate {
 namespace fs = std::filesystem;
-
-namespace {
-
-constexpr std::size_t kBufferBytes = 1 << 20;  // one system call per MiB of a long table
-constexpr std::size_t kPartBytes = 1 << 16;    // stays in the processor's cache
 
 Error cannot_write(const fs::path& path, const std::string& reason) {
   return Error(path.string(), "cannot be written: " + reason,
                "Choose a folder that exists, can be written and has space.");
 }
+
+namespace {
 
 // The file that a rename must replace: the target of a link, not the link.
 fs::path final_path(const fs::path& path) {
@@ -54,7 +48,7 @@ AtomicFile::~AtomicFile() {
 
 void AtomicFile::write(std::string_view bytes) {
   buffer_.append(bytes);
-  if (buffer_.size() >= kBufferBytes) flush();
+  if (buffer_.size() >= 1 << 20) flush();  // one system call per MiB of a long table
 }
 
 void AtomicFile::flush() {
@@ -100,7 +94,7 @@ std::string read_whole_file(const fs::path& path) {
   std::string bytes;
   const std::uintmax_t known = fs::file_size(path, ignored);
   if (!ignored) bytes.reserve(known);
-  std::string part(kPartBytes, '\0');
+  std::string part(1 << 16, '\0');  // stays in the processor's cache
   while (file.good()) {
     file.read(part.data(), static_cast<std::streamsize>(part.size()));
     bytes.append(part.data(), static_cast<std::size_t>(file.gcount()));

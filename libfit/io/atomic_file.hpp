@@ -4,6 +4,9 @@
 #include <string>
 #include <string_view>
 
+#include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
+
 namespace palpate {
 
 /// A file written beside its final name (NAME.partial-PID) and renamed by `commit`, so the final
@@ -32,10 +35,32 @@ class AtomicFile {
   int descriptor_ = -1;
 };
 
+/// The error of a file that the system does not write, for a reason of its own.
+Error cannot_write(const std::filesystem::path& path, const std::string& reason);
+
 /// Replaces the content of `path` by `bytes`, whole or not at all (see AtomicFile).
 void write_file_atomically(const std::filesystem::path& path, std::string_view bytes);
 
 /// The whole content of a file. Throws Error when it is missing or cannot be read.
 std::string read_whole_file(const std::filesystem::path& path);
+
+/// A 64-bit hash of what a file was made from, as 16 hex digits: equal inputs, equal hash.
+/// The end of each input counts, so ("ab", "c") and ("a", "bc") differ.
+class ContentHash {
+ public:
+  ContentHash& add(std::string_view bytes) {
+    state_ = hash_of(bytes, state_);
+    return *this;
+  }
+  /// The content of a file, not its name or date. Throws Error when it cannot be read.
+  ContentHash& add_file(const std::filesystem::path& path);
+  std::string hex() const { return hex16(state_); }
+
+ private:
+  std::uint64_t state_ = 0;
+};
+
+/// The attribute under which a file carries the hash of what it was made from.
+inline constexpr const char* kInputsAttribute = "inputs_hash";
 
 }  // namespace palpate

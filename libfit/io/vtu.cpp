@@ -21,9 +21,8 @@ std::string VtuWriter::text(const Surface& surface, const std::string& scalars) 
   for (std::int64_t t = 1; t <= cells; ++t) offsets.push_back(width * t);
   append("Int32", "connectivity", 1, connectivity);
   append("Int64", "offsets", 1, offsets);
-  constexpr std::uint8_t kVertex = 1, kTriangle = 5;  // VTK's numbers
-  append("UInt8", "types", 1,
-         std::vector<std::uint8_t>(offsets.size(), is_cloud ? kVertex : kTriangle));
+  // VTK's numbers of a vertex and of a triangle.
+  append("UInt8", "types", 1, std::vector<std::uint8_t>(offsets.size(), is_cloud ? 1 : 5));
   close("Cells");
   return "<?xml version=\"1.0\"?>\n<!-- palpate -->\n<VTKFile type=\"UnstructuredGrid\" "
          "version=\"1.0\" "

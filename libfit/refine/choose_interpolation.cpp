@@ -1,4 +1,4 @@
-#include "libfit/refine/choose_interpolation.hpp"
+#include "libfit/refine/interpolation.hpp"
 
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
@@ -9,21 +9,13 @@
 #include <optional>
 #include <set>
 
-#include "libfit/core/node_forces.hpp"
+#include "libfit/core/curves.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/refine/edge_paths.hpp"
-#include "libfit/refine/side_force.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr int kDepths = kComparedDepths;
 constexpr int kShares = 4;  // eighths up to a half
-// Fewer points agree by chance.
-constexpr int kMinPoints = 4, kMinKrigedPoints = 6;
-constexpr int kMaxPoints = 500;      // evenly taken: more do not change the choice
-constexpr double kFacesAlike = 0.3;  // cosine: not the other side of a thin body
-constexpr double kSlopesPay = 0.95;  // of the error without
 
 // Usable points within two edges of a point that face as it does.
 std::vector<std::int32_t> points_around(const FittedCurves& curves, const Neighbours& neighbours,
@@ -34,8 +26,8 @@ std::vector<std::int32_t> points_around(const FittedCurves& curves, const Neighb
     for (const std::int32_t r : neighbours.of(q)) found.insert(r);
   }
   found.erase(point);
-  std::erase_if(found, [&](std::int32_t q) {
-    return is_usable[q] == 0 || curves.normal.row(q).dot(curves.normal.row(point)) < kFacesAlike;
+  std::erase_if(found, [&](std::int32_t q) {  // the other side of a thin body, too
+    return is_usable[q] == 0 || curves.normal.row(q).dot(curves.normal.row(point)) < 0.3;
   });
   return {found.begin(), found.end()};
 }
@@ -151,27 +143,29 @@ void add_errors(const FittedCurves& curves, const Controls& control, LeftOutErro
   rows.control[0] = control;
   const NodeForces forces(rows);
   const double range_m = curves.curves.basis[0].knots_m.back();
-  for (int step = 1; step <= kDepths; ++step) {
-    const double depth_m = range_m * step / kDepths, true_N = forces.normal_N(truth, depth_m);
+  for (int step = 1; step <= kComparedDepths; ++step) {
+    const double depth_m = range_m * step / kComparedDepths,
+                 true_N = forces.normal_N(truth, depth_m);
     if (!(true_N > 0)) continue;
     const double plain_N = forces.normal_N(plain, depth_m),
                  slope_N = forces.normal_N(slope, depth_m);
     for (int share = 0; share <= kShares; ++share)
       errors.share[share] +=
-          std::abs(plain_N + 0.125 * share * slope_N - true_N) / true_N / kDepths;
+          std::abs(plain_N + 0.125 * share * slope_N - true_N) / true_N / kComparedDepths;
     for (const int as : {over_gap, kriged})
-      errors.as[as] += std::abs(forces.normal_N(as, depth_m) - true_N) / true_N / kDepths;
+      errors.as[as] += std::abs(forces.normal_N(as, depth_m) - true_N) / true_N / kComparedDepths;
   }
 }
 
 double angle(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
 // The rule: kriging for measured points, else the gap's force, else slopes, each unless it errs
-// more than what is left. gap_ratio: median error over the gap's force, over that by area; medians,
-// as one point beside a fold outweighs all others in a mean.
+// more than what is left. Fewer than four points, of kriging six, agree by chance. gap_ratio:
+// median error over the gap's force, over that by area; medians, as one point beside a fold
+// outweighs all others in a mean.
 void choose(bool knows_gap, double gap_ratio, double best_share, InterpolationChoice& out) {
   out.error = out.plain_error;
-  if (out.points >= kMinPoints && out.slope_error < kSlopesPay * out.plain_error) {
+  if (out.points >= 4 && out.slope_error < 0.95 * out.plain_error) {
     out.slope_share = best_share;
     out.error = out.slope_error;
   }
@@ -181,7 +175,7 @@ void choose(bool knows_gap, double gap_ratio, double best_share, InterpolationCh
   out.follows_gap = knows_gap && gap_ratio < by_chance &&
                     !(out.slope_share > 0 && out.slope_error < out.gap_error);
   if (out.follows_gap) out.error = out.gap_error;
-  const bool can_krige = out.kriged_error > 0 && out.points >= kMinKrigedPoints;
+  const bool can_krige = out.kriged_error > 0 && out.points >= 6;
   out.kriges_normals = can_krige && out.kriged_normal_rad < out.surface_normal_rad;
   out.is_kriged = can_krige && out.kriged_error < by_chance * out.error;
   if (out.is_kriged) out.error = out.kriged_error;
@@ -209,10 +203,10 @@ Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usa
   const double range_m = curves.curves.basis[0].knots_m.back();
   Eigen::VectorXd log_force = Eigen::VectorXd::Zero(curves.curves.points());
   for (Eigen::Index p = 0; p < log_force.size(); ++p)
-    for (int step = 1; step <= kDepths && is_usable[p] != 0; ++step) {
-      const double force_N = forces.normal_N(p, range_m * step / kDepths);
+    for (int step = 1; step <= kComparedDepths && is_usable[p] != 0; ++step) {
+      const double force_N = forces.normal_N(p, range_m * step / kComparedDepths);
       if (force_N > 0)
-        log_force[p] += std::log(force_N) / kDepths;
+        log_force[p] += std::log(force_N) / kComparedDepths;
       else
         is_usable[p] = 0;
     }
@@ -232,7 +226,8 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
   normal.fill(Controls(0, curves.curves.control[0].cols()));
   const Neighbours neighbours(triangles, curves.curves.points());
   const std::int32_t points = curves.curves.points();
-  for (std::int32_t p = 0; p < points; p += 1 + points / kMaxPoints) {
+  // More than 500 points, evenly taken, do not change the choice.
+  for (std::int32_t p = 0; p < points; p += 1 + points / 500) {
     if (is_used[p] == 0) continue;
     const auto near = points_around(curves, neighbours, is_used, p);
     auto around = without(curves, near, p);

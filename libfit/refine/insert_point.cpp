@@ -1,4 +1,4 @@
-#include "libfit/refine/insert_point.hpp"
+#include "libfit/refine/next_points.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -17,9 +17,6 @@ namespace palpate {
 namespace {
 
 constexpr double kSamePlace = 1e-6;  // of the triangle's longest edge
-constexpr double kOnEdge = 0.02;     // weight below which an inner edge is split
-constexpr double kOnBorder = 0.15;   // a sliver along the border could not be flipped away
-constexpr double kFlipMargin_rad = 1e-9;
 
 using Corners = std::array<std::int32_t, 3>;
 using DirectedEdge = std::pair<std::int32_t, std::int32_t>;
@@ -74,8 +71,8 @@ class Mesh {
     if (!one || !other) return std::nullopt;
     const std::int32_t c = apex(*one, a, b), d = apex(*other, a, b);
     if (c == d || left_of(c, d) || left_of(d, c) ||
-        angle(a, c, b) + angle(a, d, b) <= std::numbers::pi + kFlipMargin_rad ||
-        !faces_out({c, a, d}) || !faces_out({d, b, c}))
+        angle(a, c, b) + angle(a, d, b) <= std::numbers::pi + 1e-9 || !faces_out({c, a, d}) ||
+        !faces_out({d, b, c}))
       return std::nullopt;
     forget(*one), forget(*other);
     triangle_[*one] = {c, a, d};
@@ -194,8 +191,8 @@ std::vector<DirectedEdge> split_at(Mesh& mesh, const InsertionPlace& place, std:
   place.point.weight.minCoeff(&least);
   const std::int32_t a = corners[(least + 1) % 3];
   const std::int32_t b = corners[(least + 2) % 3];
-  const bool is_border = !mesh.left_of(b, a);
-  if (place.point.weight[least] < (is_border ? kOnBorder : kOnEdge))
+  // A sliver along the border could not be flipped away.
+  if (place.point.weight[least] < (mesh.left_of(b, a) ? 0.02 : 0.15))
     return split_edge(mesh, place.triangle, a, b, point);
   return split_triangle(mesh, place.triangle, point);
 }
@@ -223,11 +220,7 @@ bool insert_point(TestPoints& points, const NewTestPoint& added) {
       is_taken(mesh, mesh.triangles()[place->triangle], added.position, place->point.weight))
     return false;
   const std::int32_t point = points.position.rows();
-  points.position.conservativeResize(point + 1, 3);
-  points.normal.conservativeResize(point + 1, 3);
-  points.position.row(point) = added.position;
-  points.normal.row(point) = added.normal;
-  points.name.push_back(added.name);
+  points.add(added.position, added.normal, added.name);
   legalise(mesh, split_at(mesh, *place, point));
   mesh.store();
   return true;

@@ -6,18 +6,13 @@
 #include <array>
 #include <cmath>
 
-#include "libfit/core/node_forces.hpp"
+#include "libfit/core/curves.hpp"
 #include "libfit/core/stated_error.hpp"
-#include "libfit/refine/side_force.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr int kDepths = kComparedDepths;
-constexpr int kFeatures = 2 * kDepths;  // normal force, then limit force
-// Factor of twice the share of slopes by which the second difference falls: its rest shows
-// features that lie between test points, where slopes agree by chance.
-constexpr double kTrusted = 1.5;
+constexpr int kFeatures = 2 * kComparedDepths;  // normal force, then limit force
 using Features = Eigen::Matrix<double, 1, kFeatures>;
 using Gradient = Eigen::Matrix<double, 3, kFeatures>;  // of each along the surface
 using FeatureTable = Eigen::Matrix<double, Eigen::Dynamic, kFeatures, Eigen::RowMajor>;
@@ -29,9 +24,9 @@ FeatureTable features_of(const CurveSet& curves) {
   int column = 0;
   const NodeForces forces(curves);
   for (const bool is_limit : {false, true})
-    for (int step = 1; step <= kDepths; ++step, ++column)
+    for (int step = 1; step <= kComparedDepths; ++step, ++column)
       for (Eigen::Index row = 0; row < table.rows(); ++row) {
-        const double depth_m = range_m * step / kDepths;
+        const double depth_m = range_m * step / kComparedDepths;
         table(row, column) =
             is_limit ? forces.limit_N(row, depth_m) : forces.normal_N(row, depth_m);
       }
@@ -80,14 +75,14 @@ std::vector<Gradient> side_gradients_of(const FittedCurves& curves, const Featur
     const Eigen::Matrix3Xd by_axis = slopes.row(p).reshaped(3, size);
     for (int axis = 0; axis < 3; ++axis) {
       const Eigen::VectorXd control = by_axis.row(axis);
-      for (int step = 0; step < kDepths; ++step)
-        gradient(axis, step) =
-            runtime::curve_value(view(t), control.data(), t.knots.back() * (step + 1) / kDepths);
+      for (int step = 0; step < kComparedDepths; ++step)
+        gradient(axis, step) = runtime::curve_value(view(t), control.data(),
+                                                    t.knots.back() * (step + 1) / kComparedDepths);
     }
-    for (int step = 0; step < kDepths; ++step)
+    for (int step = 0; step < kComparedDepths; ++step)
       if (features(p, step) > 0)
-        gradient.col(kDepths + step) =
-            gradient.col(step) * (features(p, kDepths + step) / features(p, step));
+        gradient.col(kComparedDepths + step) =
+            gradient.col(step) * (features(p, kComparedDepths + step) / features(p, step));
     gradients.push_back(gradient);
   }
   return gradients;
@@ -140,8 +135,9 @@ std::vector<double> expected_errors(const FittedCurves& curves, const Model& mod
   FeatureTable at_points = features_of(curves.curves), at_vertices = features_of(model.curves);
   if (refined.trend.is_known()) {  // what is interpolated is the force over its trend
     for (int f = 0; f < kFeatures; ++f) {
-      at_points.col(f).array() *= (-refined.trend.at_point.col(f % kDepths)).array().exp();
-      at_vertices.col(f).array() *= (-refined.trend.at_vertex.col(f % kDepths)).array().exp();
+      at_points.col(f).array() *= (-refined.trend.at_point.col(f % kComparedDepths)).array().exp();
+      at_vertices.col(f).array() *=
+          (-refined.trend.at_vertex.col(f % kComparedDepths)).array().exp();
     }
   }
   const auto gradients = gradients_of(curves, at_points, triangles);
@@ -171,11 +167,14 @@ std::vector<double> expected_errors(const FittedCurves& curves, const Model& mod
       if (!(both > 0)) continue;
       const std::int32_t i = model.blend_point(v, k), j = model.blend_point(v, l);
       if (is_poor(curves, i) || is_poor(curves, j)) continue;
-      error += 0.5 * (1 - kTrusted * slope_share) * both * second_difference(i, j);
+      // The rest of the second difference shows features that lie between test points, where
+      // slopes agree by chance.
+      error += 0.5 * (1 - 1.5 * slope_share) * both * second_difference(i, j);
       if (slope_share > 0) error += 0.5 * slope_share * both * third_difference(i, j);
     }
     for (int f = 0; f < kFeatures; ++f) {
-      const double relative = relative_error(error[f], at_vertices(v, f % kDepths), floor_N);
+      const double relative =
+          relative_error(error[f], at_vertices(v, f % kComparedDepths), floor_N);
       errors[v] = std::max(errors[v], relative);
     }
   }

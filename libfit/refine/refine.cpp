@@ -7,9 +7,6 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/geometry.hpp"
-#include "libfit/refine/kriging.hpp"
-#include "libfit/refine/points_on_surface.hpp"
-#include "libfit/refine/side_force.hpp"
 
 namespace palpate {
 namespace {
@@ -52,19 +49,6 @@ std::vector<char> trusted_points(const FittedCurves& curves, std::vector<char> i
   return is_usable;
 }
 
-std::vector<EdgePathSeeds> seeds_of(const std::vector<char>& is_usable,
-                                    const std::vector<EdgePathSeeds>& seeds) {
-  std::vector<EdgePathSeeds> kept(seeds.size());
-  for (std::size_t p = 0; p < seeds.size(); ++p)
-    if (is_usable[p]) kept[p] = seeds[p];
-  return kept;
-}
-
-constexpr double kStray = 0.05;      // of the body's diagonal: points farther off it are left out
-constexpr double kFacesAlike = 0.5;  // cosine of 60 degrees
-constexpr double kVeryNear_m = 1e-12;
-constexpr std::size_t kMinKriged = 10, kMaxKriged = 2000;
-
 // Forces and normals of measured points that have a force, and what is made of them elsewhere.
 struct KrigedPoints {
   std::vector<std::int32_t> point;
@@ -78,7 +62,7 @@ Points surface_normals(const std::vector<EdgePathSeeds>& seeds, const Points& ou
   Points out = Points::Zero(seeds.size(), 3);
   for (std::size_t p = 0; p < seeds.size(); ++p)
     for (const EdgePathSeed& seed : seeds[p])
-      out.row(p) -= outward_normal.row(seed.vertex) / (seed.distance_m + kVeryNear_m);
+      out.row(p) -= outward_normal.row(seed.vertex) / (seed.distance_m + 1e-12);
   return out;
 }
 
@@ -88,7 +72,7 @@ KrigedPoints kriged_points(const FittedCurves& curves, std::vector<char> is_usab
   out.log_force = log_forces(curves, is_usable);
   for (std::size_t p = 0; p < is_usable.size(); ++p)
     if (is_usable[p]) out.point.push_back(p);
-  if (out.point.size() < kMinKriged || out.point.size() > kMaxKriged) return out;
+  if (out.point.size() < 10 || out.point.size() > 2000) return out;  // chance; P^3
   const Points position = curves.position(out.point, Eigen::all),
                normal = curves.normal(out.point, Eigen::all);
   out.force.emplace(position, normal, out.log_force(out.point));
@@ -109,13 +93,14 @@ LogForces kriged_trend(const KrigedPoints& kriged, const FittedCurves& curves, c
           kriged.force->at(fine.vertices, inward_normal).replicate(1, kComparedDepths), true};
 }
 
-// Normals kriged from the points' own, but where they face away from the surface.
+// Normals kriged from the points' own, but where they face more than 60 degrees away from the
+// surface.
 Points kriged_normals(const KrigedPoints& kriged, const Surface& fine, Points inward_normal) {
   Points found(fine.vertices.rows(), 3);
   for (int k = 0; k < 3; ++k) found.col(k) = kriged.normal[k]->at(fine.vertices, Points(0, 3));
   for (Eigen::Index v = 0; v < found.rows(); ++v) {
     const double length = found.row(v).norm();
-    if (found.row(v).dot(inward_normal.row(v)) > kFacesAlike * std::max(length, kFacesAlike))
+    if (found.row(v).dot(inward_normal.row(v)) > 0.5 * std::max(length, 0.5))
       inward_normal.row(v) = found.row(v) / length;
   }
   return inward_normal;
@@ -200,15 +185,19 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
   RefineReport& found = report != nullptr ? *report : own_report;
   found = {};
   const Points outward_normal = vertex_normals(fine);
+  // Points farther than a twentieth of the diagonal off the body are left out.
   const auto seeds = place_on_surface(curves.position, curves.normal, fine, outward_normal,
-                                      kMinCosine, kStray * extent_m(fine.vertices).norm());
+                                      kMinCosine, 0.05 * extent_m(fine.vertices).norm());
   const auto is_usable = usable_points(curves, seeds, found.left_out);
+  std::vector<EdgePathSeeds> usable_seeds(seeds.size());
+  for (std::size_t p = 0; p < seeds.size(); ++p)
+    if (is_usable[p]) usable_seeds[p] = seeds[p];
 
   found.triangles = test_triangles;
   found.is_own_triangulation = test_triangles.rows() == 0;
   std::vector<std::int32_t> cell;
   if (found.is_own_triangulation) {
-    cell = nearest_source(fine, seeds_of(is_usable, seeds)).source;
+    cell = nearest_source(fine, usable_seeds).source;
     found.triangles = triangulate_over(fine, cell, curves.position, curves.normal);
   }
   Blend blend = found.triangles.rows() == 0
@@ -225,7 +214,7 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
   // The surface of measured points is not sure enough.
   const bool may_follow = options.tool && !options.is_measured;
   const LogForces gap = may_follow ? gap_forces(curves, fine, outward_normal, is_reachable,
-                                                seeds_of(is_usable, seeds), *options.tool)
+                                                usable_seeds, *options.tool)
                                    : LogForces();
   chosen = choose_interpolation(curves, found.triangles, is_trusted, slopes, gap, kriged.left_out);
   const Points inward_normal = chosen.kriges_normals ? kriged_normals(kriged, fine, -outward_normal)

@@ -3,9 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "libfit/core/body.hpp"
-#include "libfit/core/curves.hpp"
-#include "libfit/refine/choose_interpolation.hpp"
+#include "libfit/refine/interpolation.hpp"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "libfit/refine/side_force.hpp"
+#include "libfit/refine/interpolation.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -11,13 +11,28 @@
 namespace palpate {
 namespace {
 
-constexpr int kDepths = 4;     // where energies are compared
-constexpr double kStep = 0.5;  // has the least error of held-out paths; 1 the least mismatch
-
 /// Side force of a vertex over its press where curves end, by (M22), at most. Sound bodies have 4;
 /// beside a point without good rows a slope is that of what is not known, and the engine refuses
 /// 100 (runtime::is_side_carried).
 constexpr double kMaxSide = 10;
+
+// Geometry of a node: the projection to its tangent plane, the curvature kappa [1/m] of the
+// surface that the tool's reference point touches along, and (1 - R kappa)^-1: how far that point
+// moves while the contact point moves by 1 (M15b).
+struct NodeShape {
+  Mat3 across, curvature, stretch;
+
+  NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& normal, double radius_m)
+      : across(Mat3::Identity() - normal * normal.transpose()) {
+    double k[6];
+    for (int i = 0; i < 6; ++i) k[i] = curves.control[runtime::kCurvature](row, i);
+    runtime::offset_curvature(k,
+                              runtime::kCurvatureDepth * curves.basis[0].knots_m.back());  // (M15c)
+    curvature << k[0], k[3], k[4], k[3], k[1], k[5], k[4], k[5], k[2];
+    curvature = (across * curvature * across).eval();
+    stretch = (Mat3::Identity() - radius_m * curvature).inverse();
+  }
+};
 
 // Reads the curves of a model of rings.
 class SideForceReader {
@@ -25,7 +40,7 @@ class SideForceReader {
   explicit SideForceReader(const Model& model)
       : model_(model), tables_(tabulate(model.curves.basis[0])) {}
 
-  double depth_m(int step) const { return tables_.knots.back() * (step + 1) / kDepths; }
+  double depth_m(int step) const { return tables_.knots.back() * (step + 1) / kComparedDepths; }
   double force_N(Eigen::Index vertex, double depth_m) const {
     return runtime::curve_value(view(tables_), normal(vertex), depth_m);
   }
@@ -98,17 +113,6 @@ Eigen::Matrix<double, Eigen::Dynamic, 3> powers_on(const CurveBasis& basis) {
 
 }  // namespace
 
-NodeShape::NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& normal, double radius_m)
-    : across(Mat3::Identity() - normal * normal.transpose()) {
-  double k[6];
-  for (int i = 0; i < 6; ++i) k[i] = curves.control[runtime::kCurvature](row, i);
-  runtime::offset_curvature(k,
-                            runtime::kCurvatureDepth * curves.basis[0].knots_m.back());  // (M15c)
-  curvature << k[0], k[3], k[4], k[3], k[1], k[5], k[4], k[5], k[2];
-  curvature = (across * curvature * across).eval();
-  stretch = (Mat3::Identity() - radius_m * curvature).inverse();
-}
-
 Controls slopes_of(const FittedCurves& fitted) {
   const CurveSet& curves = fitted.curves;
   if (curves.family != CurveFamily::rings) return Controls(curves.points(), 0);
@@ -133,14 +137,14 @@ void clamp_rising(Eigen::Ref<Eigen::RowVectorXd> control) {
     control[j] = std::max(control[j], control[j - 1]);
 }
 
-SideMismatch side_mismatch(const Model& model) {
+RelativeErrors side_mismatch(const Model& model) {
   if (model.curves.family != CurveFamily::rings) return {};
   const SideForceReader reader(model);
   const double radius_m = ball_radius_m(model.probe);
   std::vector<double> found;
   for (const auto& t : model.surface.triangles.rowwise()) {
     if (!reader.is_covered(t)) continue;
-    for (int step = 0; step < kDepths; ++step) {
+    for (int step = 0; step < kComparedDepths; ++step) {
       const double d = reader.depth_m(step);
       double force_N = 0;
       Vec3 side_N = Vec3::Zero();
@@ -165,12 +169,12 @@ void match_slope(Model& model) {
   const Eigen::Index vertices = model.surface.vertices.rows();
   // Sums over the triangles about a vertex, weighted by area; a border has none.
   Eigen::VectorXd area = Eigen::VectorXd::Zero(vertices);
-  Eigen::MatrixXd slope = Eigen::MatrixXd::Zero(vertices, 3 * kDepths);
+  Eigen::MatrixXd slope = Eigen::MatrixXd::Zero(vertices, 3 * kComparedDepths);
   std::vector<char> moves(vertices, 1);
   for (const auto& t : model.surface.triangles.rowwise()) {
     const bool is_covered = reader.is_covered(t);
     for (int k = 0; k < 3 && !is_covered; ++k) moves[t[k]] = 0;
-    for (int step = 0; step < kDepths && is_covered; ++step) {
+    for (int step = 0; step < kComparedDepths && is_covered; ++step) {
       const auto [slope_N, normal] = reader.slope(t, reader.depth_m(step));
       for (int k = 0; k < 3; ++k) {
         slope.row(t[k]).segment<3>(3 * step) += normal.norm() * slope_N.transpose();
@@ -183,7 +187,7 @@ void match_slope(Model& model) {
     const NodeShape shape(model.curves, v, model.inward_normal.row(v), ball_radius_m(model.probe));
     Eigen::Matrix2d square = Eigen::Matrix2d::Zero();  // of g / d^2 = g_2 + g_3 d
     Eigen::Matrix<double, 2, 3> right = Eigen::Matrix<double, 2, 3>::Zero();
-    for (int step = 0; step < kDepths; ++step) {
+    for (int step = 0; step < kComparedDepths; ++step) {
       const double d = reader.depth_m(step);
       const Vec3 along = shape.across * slope.row(v).segment<3>(3 * step).transpose() / area[v];
       const Mat3 moved = shape.stretch * (Mat3::Identity() - d * shape.curvature);
@@ -196,7 +200,8 @@ void match_slope(Model& model) {
     if (!wanted.allFinite()) continue;
     for (const int k : {0, 1}) {
       auto own = model.curves.control[runtime::kSide2 + k].row(v);
-      own += kStep * (wanted.row(k) - own);
+      // Half a step has the least error of held-out paths, a whole one the least mismatch.
+      own += 0.5 * (wanted.row(k) - own);
     }
   }
   bound_side_force(model.curves);

@@ -1,4 +1,4 @@
-#include "libfit/shape/shape_error.hpp"
+#include "libfit/shape/shape.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,9 +9,6 @@
 
 namespace palpate {
 namespace {
-
-constexpr double kNearRadii = 3;
-constexpr double kLeastDepth = 0.1;  // of the deepest
 
 struct Errors {
   std::vector<double> error_m, share;
@@ -70,8 +67,8 @@ ShapeError shape_error(const runtime::AssetView& asset, const Samples& samples,
     if (!runtime::shape_state(asset, *contacts[row], 0, state)) continue;
     if (!is_shown) state.radius_m = 0;
     const runtime::Deformation deformation(asset, *contacts[row], state);
-    const double depth_m = std::max(state.normal_m, kLeastDepth * asset.shape.depth_m);
-    const double reach_m = kNearRadii * runtime::shape_radius_m(asset.shape, state.normal_m);
+    const double depth_m = std::max(state.normal_m, 0.1 * asset.shape.depth_m);
+    const double reach_m = 3 * runtime::shape_radius_m(asset.shape, state.normal_m);
     const float* moved = samples.surface.row(row).data();
     for (int v = 0; v < asset.vertices; ++v) {
       const runtime::Vec3d rest = asset.vertex_at(v);

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "libfit/core/curves.hpp"
+#include "libfit/fit/point/replay.hpp"
 #include "libfit/runtime/asset/view.hpp"
 #include "libfit/validation/replay.hpp"
 #include "libfit/validation/statement.hpp"
@@ -23,5 +26,40 @@ std::vector<StatedError> error_causes(const runtime::AssetView& asset, const Ref
 std::vector<StatedError> baseline_errors(const runtime::AssetView& asset,
                                          const Reference& reference, double depth_m, double first_m,
                                          const FittedCurves* curves, const Model* model);
+
+/// An asset with something else in place of its curves or numbers, for comparisons: same surface,
+/// same engine. Views into the asset it was made from, which must outlive it.
+class SubstitutedAsset {
+ public:
+  const runtime::AssetView& view() const { return view_; }
+
+  /// Every vertex of the surface, covered or not, answers with one row of `curves`, on its bases.
+  static SubstitutedAsset with_one_response(const runtime::AssetView& asset, const CurveSet& curves,
+                                            Eigen::Index row);
+  /// Every covered vertex answers with the mean response of all covered ones.
+  static SubstitutedAsset with_mean_response(const runtime::AssetView& asset);
+  /// Every covered vertex answers with the row of `curves` (on the asset's bases) that weighs most
+  /// in its blend: no interpolation.
+  static SubstitutedAsset with_nearest_point(const runtime::AssetView& asset,
+                                             const CurveSet& curves, const Model& model);
+  /// Each curve is the straight line through 0 and its value at at_m: a linear response computed
+  /// beforehand.
+  static SubstitutedAsset linear(const runtime::AssetView& asset, double at_m);
+  /// Every coordinate, normal and control value is moved to a neighbouring float, up or down at
+  /// random: twice what rounding did to them.
+  static SubstitutedAsset nudged(const runtime::AssetView& asset, std::uint64_t seed);
+
+ private:
+  explicit SubstitutedAsset(const runtime::AssetView& asset);
+
+  runtime::AssetView view_;
+  std::unique_ptr<fit::Bases> bases_;
+  std::vector<float> control_, vertex_, normal_;
+  std::vector<std::int32_t> record_;
+  std::vector<std::uint8_t> covered_;
+};
+
+/// Basis of one part of an asset; no knots where it is no curve.
+CurveBasis basis_of(const runtime::AssetView& asset, int part);
 
 }  // namespace palpate::validation

@@ -98,15 +98,10 @@ const std::vector<StatedError>& Statement::lines_of(std::string_view section) co
   return found == sections.end() ? kNone : found->lines;
 }
 
-Vec3 Comparison::torque_Nm(Eigen::Index row) const {
+Vec3 Comparison::about_centre_Nm(const Points& torque_Nm, const Points& force_N,
+                                 Eigen::Index row) const {
   const Vec3 to_centre = *radius_m * reference.point_normal.row(reference.point[row]);
-  return reference.torque.row(row).transpose() + to_centre.cross(Vec3(reference.force.row(row)));
-}
-
-Vec3 Comparison::torque_error_Nm(Eigen::Index row) const {
-  const Vec3 to_centre = *radius_m * reference.point_normal.row(reference.point[row]);
-  return answer.torque_Nm.row(row).transpose() + to_centre.cross(Vec3(answer.force_N.row(row))) -
-         torque_Nm(row);
+  return torque_Nm.row(row).transpose() + to_centre.cross(Vec3(force_N.row(row)));
 }
 
 Comparison compare(const Samples& reference, const Replayed& answer,

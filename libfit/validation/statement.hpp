@@ -11,7 +11,7 @@
 
 #include "libfit/core/samples.hpp"
 #include "libfit/experiments/follow.hpp"
-#include "libfit/shape/shape_error.hpp"
+#include "libfit/shape/shape.hpp"
 
 namespace palpate::validation {
 
@@ -32,8 +32,13 @@ struct Comparison {
     return (answer.force_N.row(row) - reference.force.row(row)).norm();
   }
   /// Torque of the reference, and the answer's error [N m].
-  Vec3 torque_Nm(Eigen::Index row) const;
-  Vec3 torque_error_Nm(Eigen::Index row) const;
+  Vec3 torque_Nm(Eigen::Index row) const {
+    return about_centre_Nm(reference.torque, reference.force, row);
+  }
+  Vec3 torque_error_Nm(Eigen::Index row) const {
+    return about_centre_Nm(answer.torque_Nm, answer.force_N, row) - torque_Nm(row);
+  }
+  Vec3 about_centre_Nm(const Points& torque_Nm, const Points& force_N, Eigen::Index row) const;
 };
 
 /// Good reference rows that were answered.

@@ -1,11 +1,10 @@
 // The statement of error as the object that others read.
 
 #include <nlohmann/json.hpp>
-#include <string_view>
-#include <utility>
+#include <string>
 
 #include "libfit/core/error.hpp"
-#include "libfit/io/content_hash.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "libfit/validation/statement.hpp"
 
 namespace palpate::validation {
@@ -13,114 +12,109 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Writing turns NaN into null by itself.
-template <class Owner>
-using Numbers = std::pair<std::string_view, double Owner::*>;
+// A field of an object, written or read. Writing turns NaN into null by itself.
+class FieldWriter {
+ public:
+  explicit FieldWriter(Json& json) : json_(json) {}
+  template <class T>
+  void operator()(const std::string& name, const T& value) const {
+    json_[name] = value;
+  }
 
-// Sizes of figures in N or N m, with the unit behind their name.
-constexpr Numbers<ErrorFigures> kSizes[] = {{"typical", &ErrorFigures::typical},
-                                            {"median", &ErrorFigures::median},
-                                            {"p95", &ErrorFigures::p95},
-                                            {"max", &ErrorFigures::max}};
-constexpr Numbers<ErrorFigures> kShares[] = {{"median_rel", &ErrorFigures::median_rel},
-                                             {"p95_rel", &ErrorFigures::p95_rel},
-                                             {"max_rel", &ErrorFigures::max_rel}};
-constexpr Numbers<ShapeErrorFigures> kShapeFigures[] = {
-    {"median_m", &ShapeErrorFigures::median_m}, {"p95_m", &ShapeErrorFigures::p95_m},
-    {"max_m", &ShapeErrorFigures::max_m},       {"median_rel", &ShapeErrorFigures::median_rel},
-    {"p95_rel", &ShapeErrorFigures::p95_rel},   {"max_rel", &ShapeErrorFigures::max_rel}};
-constexpr std::pair<std::string_view, ShapeErrorFigures ShapeError::*> kShapeParts[] = {
-    {"near", &ShapeError::near}, {"all", &ShapeError::all}};
-constexpr std::pair<std::string_view, std::size_t Statement::*> kCounts[] = {
-    {"probes", &Statement::probes},
-    {"rows_above_floor", &Statement::rows_above_floor},
-    {"reference_failures", &Statement::reference_failures},
-    {"beyond", &Statement::beyond},
-    {"asset_bytes", &Statement::asset_bytes}};
-constexpr Numbers<Statement> kNumbers[] = {{"floor_N", &Statement::floor_N},
-                                           {"reference_p95_rel", &Statement::reference_p95_rel},
-                                           {"within_reference", &Statement::within_reference}};
+ private:
+  Json& json_;
+};
+
+class FieldReader {
+ public:
+  explicit FieldReader(const Json& json) : json_(json) {}
+  void operator()(const std::string& name, double& value) const {
+    const Json& found = json_.at(name);
+    value = found.is_null() ? kNoNumber : found.get<double>();
+  }
+  void operator()(const std::string& name, std::size_t& value) const { value = json_.at(name); }
+
+ private:
+  const Json& json_;
+};
+
+// The fields of each part are listed once. E: ErrorFigures or const ErrorFigures, and so on.
+template <class E, class F>
+void error_fields(E& e, const std::string& unit, const F& f) {
+  f("typical_" + unit, e.typical);
+  f("median_" + unit, e.median);
+  f("p95_" + unit, e.p95);
+  f("max_" + unit, e.max);
+  f("median_rel", e.median_rel);
+  f("p95_rel", e.p95_rel);
+  f("max_rel", e.max_rel);
+}
+template <class E, class F>
+void shape_fields(E& e, const F& f) {
+  f("median_m", e.median_m);
+  f("p95_m", e.p95_m);
+  f("max_m", e.max_m);
+  f("median_rel", e.median_rel);
+  f("p95_rel", e.p95_rel);
+  f("max_rel", e.max_rel);
+}
+template <class S, class F>
+void band_fields(S& s, const F& f) {
+  f("within_jnd", s.within_jnd);
+  f("p95_rel_low", s.p95_rel_low);
+  f("p95_rel_high", s.p95_rel_high);
+}
+template <class S, class F>
+void statement_fields(S& s, const F& f) {
+  f("rows", s.all.rows);
+  f("probes", s.probes);
+  f("rows_above_floor", s.rows_above_floor);
+  f("reference_failures", s.reference_failures);
+  f("beyond", s.beyond);
+  f("asset_bytes", s.asset_bytes);
+  f("floor_N", s.floor_N);
+  f("reference_p95_rel", s.reference_p95_rel);
+  f("within_reference", s.within_reference);
+  f("tick_ns", s.all.tick_ns);
+}
 
 constexpr const char *kSimulated = "simulated", *kRecorded = "recorded";
 
-// A number, or null: no number.
-double number_in(const Json& json, std::string_view name) {
-  const Json& value = json.at(std::string(name));
-  return value.is_null() ? kNoNumber : value.get<double>();
-}
-
-std::string with_unit(std::string_view name, std::string_view unit) {
-  return std::string(name) + "_" + std::string(unit);
-}
-
-void put(Json& json, const ErrorFigures& figures, std::string_view unit) {
-  for (const auto& [name, member] : kSizes) json[with_unit(name, unit)] = figures.*member;
-  for (const auto& [name, member] : kShares) json[std::string(name)] = figures.*member;
-}
-
-ErrorFigures figures_of(const Json& json, std::string_view unit) {
-  ErrorFigures figures;
-  for (const auto& [name, member] : kSizes)
-    figures.*member = number_in(json, with_unit(name, unit));
-  for (const auto& [name, member] : kShares) figures.*member = number_in(json, name);
-  return figures;
-}
-
-bool is_any(const ErrorFigures& figures) { return figures.median == figures.median; }
-
 Json json_of(const StatedError& line) {
   Json json = {{"rows", line.rows}};
-  put(json, line.force, "N");
-  if (is_any(line.torque)) put(json["torque"], line.torque, "Nm");
+  error_fields(line.force, "N", FieldWriter(json));
+  if (line.torque.median == line.torque.median)
+    error_fields(line.torque, "Nm", FieldWriter(json["torque"]));
   if (line.tick_ns == line.tick_ns) json["tick_ns"] = line.tick_ns;
   return json;
 }
 
 StatedError line_of(const std::string& name, const Json& json) {
-  StatedError line{name, json.at("rows").get<std::size_t>(), figures_of(json, "N")};
-  if (json.contains("torque")) line.torque = figures_of(json["torque"], "Nm");
-  if (json.contains("tick_ns")) line.tick_ns = number_in(json, "tick_ns");
+  StatedError line{name, json.at("rows").get<std::size_t>()};
+  error_fields(line.force, "N", FieldReader(json));
+  if (json.contains("torque")) error_fields(line.torque, "Nm", FieldReader(json["torque"]));
+  if (json.contains("tick_ns")) FieldReader{json}("tick_ns", line.tick_ns);
   return line;
-}
-
-Json json_of(const ShapeError& shape) {
-  Json json = Json::object();
-  if (shape.rows == 0) return json;
-  for (const auto& [part, figures] : kShapeParts)
-    for (const auto& [name, member] : kShapeFigures)
-      json[std::string(part)][std::string(name)] = shape.*figures.*member;
-  json["penetration_m"] = shape.penetration_m;
-  json["rows"] = shape.rows;
-  return json;
-}
-
-ShapeError shape_of(const Json& json) {
-  ShapeError shape;
-  if (json.empty()) return shape;
-  for (const auto& [part, figures] : kShapeParts)
-    for (const auto& [name, member] : kShapeFigures)
-      shape.*figures.*member = number_in(json.at(std::string(part)), name);
-  shape.penetration_m = json.at("penetration_m");
-  shape.rows = json.at("rows");
-  return shape;
 }
 
 Json json_of(const Statement& statement) {
   Json json;
-  put(json["force_error"], statement.all.force, "N");
-  json["force_error"]["within_jnd"] = statement.within_jnd;
-  json["force_error"]["p95_rel_low"] = statement.p95_rel_low;
-  json["force_error"]["p95_rel_high"] = statement.p95_rel_high;
+  error_fields(statement.all.force, "N", FieldWriter(json["force_error"]));
+  band_fields(statement, FieldWriter(json["force_error"]));
   json["verdict"] = verdict(statement);
   json["advice"] = advice(statement);
   json["reference"] = statement.is_recorded ? kRecorded : kSimulated;
-  json["rows"] = statement.all.rows;
-  for (const auto& [name, member] : kCounts) json[std::string(name)] = statement.*member;
-  for (const auto& [name, member] : kNumbers) json[std::string(name)] = statement.*member;
-  json["tick_ns"] = statement.all.tick_ns;
-  json["torque_error"] = Json::object();
-  if (is_any(statement.all.torque)) put(json["torque_error"], statement.all.torque, "Nm");
-  json["shape_error"] = json_of(statement.shape);
+  statement_fields(statement, FieldWriter(json));
+  Json& torque = json["torque_error"] = Json::object();
+  if (statement.all.torque.median == statement.all.torque.median)
+    error_fields(statement.all.torque, "Nm", FieldWriter(torque));
+  Json& shape = json["shape_error"] = Json::object();
+  if (statement.shape.rows > 0) {
+    shape_fields(statement.shape.near, FieldWriter(shape["near"]));
+    shape_fields(statement.shape.all, FieldWriter(shape["all"]));
+    shape["penetration_m"] = statement.shape.penetration_m;
+    shape["rows"] = statement.shape.rows;
+  }
   json["sections"] = Json::array();
   for (const StatementSection& section : statement.sections) {
     json["sections"].push_back({{"name", section.name}, {"title", section.title}});
@@ -152,17 +146,18 @@ Statement parse_statement(const std::string& text, const std::string& where) {
   Statement s;
   try {
     const Json json = Json::parse(text);
-    s.all.force = figures_of(json.at("force_error"), "N");
-    s.within_jnd = number_in(json.at("force_error"), "within_jnd");
-    s.p95_rel_low = number_in(json.at("force_error"), "p95_rel_low");
-    s.p95_rel_high = number_in(json.at("force_error"), "p95_rel_high");
+    error_fields(s.all.force, "N", FieldReader(json.at("force_error")));
+    band_fields(s, FieldReader(json.at("force_error")));
     s.is_recorded = json.at("reference") == kRecorded;
-    s.all.rows = json.at("rows");
-    for (const auto& [name, member] : kCounts) s.*member = json.at(std::string(name));
-    for (const auto& [name, member] : kNumbers) s.*member = number_in(json, name);
-    s.all.tick_ns = number_in(json, "tick_ns");
-    if (!json.at("torque_error").empty()) s.all.torque = figures_of(json["torque_error"], "Nm");
-    s.shape = shape_of(json.at("shape_error"));
+    statement_fields(s, FieldReader(json));
+    if (const Json& torque = json.at("torque_error"); !torque.empty())
+      error_fields(s.all.torque, "Nm", FieldReader(torque));
+    if (const Json& shape = json.at("shape_error"); !shape.empty()) {
+      shape_fields(s.shape.near, FieldReader(shape.at("near")));
+      shape_fields(s.shape.all, FieldReader(shape.at("all")));
+      s.shape.penetration_m = shape.at("penetration_m");
+      s.shape.rows = shape.at("rows");
+    }
     for (const Json& section : json.at("sections")) {
       s.sections.push_back({section.at("name"), section.at("title"), {}});
       for (const auto& [name, line] : json.at(s.sections.back().name).items())

@@ -14,11 +14,6 @@
 namespace palpate::validation {
 namespace {
 
-constexpr std::size_t kColumns = 80;
-// Shares of the error of recordings: a part that is mentioned; another answer that is clearly
-// better.
-constexpr double kHalf = 0.5, kClearly = 0.9;
-
 struct Remedy {
   std::string_view cause, sentence;
 };
@@ -83,11 +78,11 @@ std::string table(const StatementSection& section, const Unit& unit) {
   return text;
 }
 
-// Sentences in lines that a terminal holds.
+// Sentences in lines of 80 characters, which a terminal holds.
 std::string wrapped(std::string_view text) {
   std::string out;
-  while (text.size() > kColumns) {
-    const std::size_t end = text.rfind(' ', kColumns);
+  while (text.size() > 80) {
+    const std::size_t end = text.rfind(' ', 80);
     out += std::string(text.substr(0, end)) + "\n";
     text.remove_prefix(end + 1);
   }
@@ -181,13 +176,13 @@ std::vector<std::string> recorded_advice(const Statement& s) {
   std::vector<std::string> out;
   const double p95_rel = s.all.force.p95_rel;
   const StatedError* fitted = worst(s.lines_of("fitted"));
-  if (fitted && fitted->force.p95_rel > kHalf * p95_rel)
+  if (fitted && fitted->force.p95_rel > 0.5 * p95_rel)
     out.push_back(fmt::format(
         "The curves miss the recordings that they were fitted to by {} (p95): see the worst points "
         "of `fit`, and the grades and notes of `import`.",
         percent(fitted->force.p95_rel)));
   for (const StatedError& simpler : s.lines_of("baselines"))
-    if (simpler.force.p95_rel < kClearly * p95_rel)
+    if (simpler.force.p95_rel < 0.9 * p95_rel)
       out.push_back(fmt::format(
           "{} is off by less, {}: the surface or its normals may not be where the tool touched.",
           simpler.name, percent(simpler.force.p95_rel)));

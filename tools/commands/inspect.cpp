@@ -9,7 +9,7 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/experiments/follow.hpp"
-#include "libfit/io/content_hash.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/runtime/asset/format.hpp"
 #include "tools/command.hpp"

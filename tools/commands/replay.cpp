@@ -10,7 +10,7 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/misread_unit.hpp"
+#include "libfit/core/units.hpp"
 #include "libfit/experiments/follow.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "libfit/io/vtu.hpp"

@@ -4,7 +4,6 @@
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/fit/spline/curve_band.hpp"
 #include "libfit/fit/spline/monotone_least_squares.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "libfit/io/files/files.hpp"

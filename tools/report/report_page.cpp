@@ -5,11 +5,10 @@
 #include <functional>
 
 #include "libfit/core/error.hpp"
-#include "libfit/core/recorded_signals.hpp"
+#include "libfit/core/samples.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/fit/spline/curve_band.hpp"
+#include "libfit/fit/spline/monotone_least_squares.hpp"
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/validation/statement.hpp"
 #include "tools/report/parts.hpp"

@@ -10,7 +10,7 @@
 #include "libfem/materials/materials.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/io/content_hash.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "tools/scene/fields.hpp"
 #include "tools/scene/rewrite.hpp"
 #include "tools/scene/scene_shapes.hpp"

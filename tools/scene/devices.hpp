@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "libfit/certify/devices.hpp"
+#include "libfit/certify/certificate.hpp"
 
 namespace palpate::tools {
 

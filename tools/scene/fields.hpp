@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "libfit/core/curves.hpp"
-#include "libfit/fit/options.hpp"
+#include "libfit/fit/fit_curves.hpp"
 #include "tools/scene/scene.hpp"
 
 // The settings of a scene, each named once. `visit` hands every member of a section to a visitor

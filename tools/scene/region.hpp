@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "libfem/mesh/read/marked.hpp"
-#include "libfit/core/box_tree.hpp"
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/geometry.hpp"
 
 namespace palpate::tools {

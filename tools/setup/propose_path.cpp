@@ -10,7 +10,7 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/refine/edge_paths.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 
 namespace palpate::tools {
 namespace {

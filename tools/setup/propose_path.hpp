@@ -8,7 +8,7 @@ namespace palpate::tools {
 
 /// A path of the tip to replay on an asset, and what it does.
 struct ProposedPath {
-  TipPath tip;                  ///< 1 kHz, in the asset's own coordinates
+  PosePath tip;                 ///< 1 kHz, in the asset's own coordinates
   Vec3 touched = Vec3::Zero();  ///< where it comes down on the surface [m]
   double depth_m = 0;           ///< below the surface, along the way that it comes down
   double slide_m = 0;           ///< across; 0 where the window is too narrow for a slide

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "libfit/core/body.hpp"
-#include "libfit/io/content_hash.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {

@@ -8,9 +8,8 @@
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/experiments.hpp"
-#include "libfit/fit/damage.hpp"
+#include "libfit/fit/contact_effects.hpp"
 #include "libfit/fit/fit_curves.hpp"
-#include "libfit/fit/radius_effect.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
 

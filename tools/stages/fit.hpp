@@ -6,8 +6,8 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/fit/contact_effects.hpp"
 #include "libfit/fit/fit_curves.hpp"
-#include "libfit/fit/radius_effect.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {

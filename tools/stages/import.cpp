@@ -10,7 +10,7 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/core/text.hpp"
-#include "libfit/io/content_hash.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 #include "libfit/recordings/placing/assemble.hpp"

@@ -11,12 +11,12 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/experiments.hpp"
 #include "libfit/core/stated_error.hpp"
-#include "libfit/fit/coupling.hpp"
-#include "libfit/io/content_hash.hpp"
+#include "libfit/fit/contact_effects.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
+#include "libfit/refine/interpolation.hpp"
 #include "libfit/refine/refine.hpp"
-#include "libfit/refine/side_force.hpp"
-#include "libfit/shape/identify_shape.hpp"
+#include "libfit/shape/shape.hpp"
 #include "libfit/validation/replay.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
@@ -144,7 +144,7 @@ Model refine_body(const FittedCurves& curves, const Body& body, const Samples& s
         report.interpolation.kriged_normal_rad * 180 / std::numbers::pi,
         report.interpolation.surface_normal_rad * 180 / std::numbers::pi);
   if (curves.curves.family == CurveFamily::rings) {
-    const SideMismatch off = side_mismatch(model);
+    const RelativeErrors off = side_mismatch(model);
     say("  side force off the slope of the normal energy by {:.2g} % of the normal force (median), "
         "{:.2g} % (p95), {:.2g} % (max)",
         100 * off.median, 100 * off.p95, 100 * off.max);

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "libfit/refine/choose_interpolation.hpp"
+#include "libfit/refine/interpolation.hpp"
 #include "libfit/validation/statement.hpp"
 #include "tools/stages/validate.hpp"
 

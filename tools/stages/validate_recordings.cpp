@@ -9,7 +9,7 @@
 #include "libfit/core/stated_error.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/refine/refine.hpp"
-#include "libfit/validation/recorded.hpp"
+#include "libfit/validation/replay.hpp"
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/import.hpp"

@@ -11,7 +11,6 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/content_hash.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "tools/scene/canonical.hpp"
 #include "tools/scene/rewrite.hpp"

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "libfem/mesh/closest_tet.hpp"
-#include "libfit/core/box_tree.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/geometry.hpp"
 

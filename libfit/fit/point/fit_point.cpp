@@ -1,4 +1,4 @@
-#include "libfit/fit/point/fit_point.hpp"
+#include "libfit/fit/point/point.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,14 +6,11 @@
 
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/text.hpp"
-#include "libfit/fit/point/local_curves.hpp"
-#include "libfit/fit/point/point_problem.hpp"
-#include "libfit/fit/spline/curve_band.hpp"
+#include "libfit/fit/point/replay.hpp"
+#include "libfit/fit/spline/monotone_least_squares.hpp"
 
 namespace palpate::fit {
 namespace {
-
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 NuisanceValues in_si(const NuisanceValues& s, double length_m, double force_N) {
   return {s[kContact] * length_m, s[kBias] * force_N, s[kDrift] * force_N};
@@ -153,12 +150,15 @@ FittedCurves no_curves(const Samples& samples, const BodyData& body, const BodyB
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const int numbers = parts[i].width * size_of(parts[i], bases.si[i]);
     out.curves.control[i].setZero(points, numbers);
-    if (has_deviation(parts[i])) out.deviation[i].setConstant(points, numbers, kUnknown);
+    if (has_deviation(parts[i]))
+      out.deviation[i].setConstant(points, numbers, RingsReport::kUnknown);
   }
   for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind)
-    out.covariance[kind].setConstant(points, packed_size(bases.si[kind].size() - 1), kUnknown);
+    out.covariance[kind].setConstant(points, packed_size(bases.si[kind].size() - 1),
+                                     RingsReport::kUnknown);
   out.status.assign(points, FitStatus::failed);
-  out.rms_residual_N = out.max_residual_N = Eigen::VectorXd::Constant(points, kUnknown);
+  out.rms_residual_N = out.max_residual_N =
+      Eigen::VectorXd::Constant(points, RingsReport::kUnknown);
   out.depth_range_m.resize(points);
   for (Eigen::Index p = 0; p < points; ++p) {
     out.message.push_back(body.points[p].problem);

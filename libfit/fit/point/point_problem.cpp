@@ -1,4 +1,4 @@
-#include "libfit/fit/point/point_problem.hpp"
+#include "libfit/fit/point/point.hpp"
 
 #include <ceres/ceres.h>
 
@@ -7,9 +7,6 @@
 
 namespace palpate::fit {
 namespace {
-
-constexpr int kJetWidth = 8;  // derivatives per replay: a Jet of 8 fits one AVX-512 register
-constexpr double kWidestNuisance = 4;  // deviations: what is no rounding of the prior
 
 // strength (matrix x - target) on one slice of the parameters, among rows of this weight.
 struct WeakPriorResidual {
@@ -46,7 +43,8 @@ struct ExpectedValueResidual {
 
 template <class Functor>
 ceres::CostFunction* automatic(Functor* functor, int parameters, int residuals, int more = 0) {
-  auto* cost = new ceres::DynamicAutoDiffCostFunction<Functor, kJetWidth>(functor);
+  // A Jet of 8 derivatives fits one AVX-512 register.
+  auto* cost = new ceres::DynamicAutoDiffCostFunction<Functor, 8>(functor);
   cost->AddParameterBlock(parameters);
   if (more > 0) cost->AddParameterBlock(more);
   cost->SetNumResiduals(residuals);
@@ -185,7 +183,7 @@ void add_bounds(const PointData& point, const PointCurves& curves, Parameters& p
         curves.constants_upper);
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     const NuisanceValues& unknown = point.experiments[e].unknown;
-    const Eigen::VectorXd widest = kWidestNuisance * pack_nuisances(unknown, unknown);
+    const Eigen::VectorXd widest = 4 * pack_nuisances(unknown, unknown);  // deviations
     bound(parameters.nuisance[e], -widest, widest);
   }
 }

@@ -1,4 +1,4 @@
-#include "libfit/fit/point/start_values.hpp"
+#include "libfit/fit/point/point.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -89,12 +89,7 @@ void start_limit(const CurveRows& rows, const CurveBasis& normal, const CurveBas
                  const FitOptions& options, PointCurves& out) {
   const auto& data = rows.curve[2];
   out.lower[2] = Eigen::VectorXd::Zero(basis.size() - 1);
-  std::vector<double> ratios;
-  for (const CurveRow& row : data) {
-    const double f = curve_at(normal, out.increments[0], row.x);
-    if (f > 0) ratios.push_back(row.f / f);
-  }
-  out.friction = median(ratios);
+  out.friction = median_ratio(data, normal, out.increments[0]);
   if (!(out.friction > 0)) {
     out.friction = std::max(options.default_friction, kHoldMargin * rows.largest_friction);
     out.increments[2] = transfer(normal, out.increments[0], basis, out.friction);
@@ -131,9 +126,6 @@ Eigen::Vector4d start_side(const PointData& point) {
 void start_rings(const PointData& point, const CurveRows& rows, const CurveBasis& normal,
                  const RingPrior& prior, PointCurves& out) {
   constexpr double kLeastLambda = 0.05, kMost = 3, kMostSide = 10;
-  // A press on a body that sways moves sideways, too, but by what the sway is known to: without
-  // drags lambda and the friction stay the body's.
-  constexpr double kHeld = 1e-3, kNoSpread = 1e-9;  // a bound: no slope leads away from 0
   out.log_force =
       std::log(point.force_N * curve_at(normal, out.increments[0], normal.knots_m.back()));
   const auto [lambda, friction, friction_slope, spread] = prior.at(out.log_force);
@@ -146,11 +138,13 @@ void start_rings(const PointData& point, const CurveRows& rows, const CurveBasis
   out.constants_deviation.resize(8);
   out.constants_deviation << Eigen::Map<const Eigen::Vector4d>(prior.deviation.data()),
       Eigen::Vector4d::Ones();
-  if (rows.drags == 0) out.constants_deviation.head<4>() *= kHeld;
+  // A press on a body that sways moves sideways, too, but by what the sway is known to: without
+  // drags lambda and the friction stay the body's.
+  if (rows.drags == 0) out.constants_deviation.head<4>() *= 1e-3;
   out.constants_lower.resize(8);
   out.constants_lower << kLeastLambda, 0, -0.5 * friction, 0, Eigen::Vector4d::Constant(-kMostSide);
   out.constants_upper.resize(8);
-  out.constants_upper << kMost, kMost, kMost, prior.has_spread() ? kMost : kNoSpread,
+  out.constants_upper << kMost, kMost, kMost, prior.has_spread() ? kMost : 1e-9,
       Eigen::Vector4d::Constant(kMostSide);
 }
 

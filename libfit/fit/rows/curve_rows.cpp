@@ -1,4 +1,4 @@
-#include "libfit/fit/rows/curve_rows.hpp"
+#include "libfit/fit/rows/rows.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,14 +10,8 @@
 namespace palpate::fit {
 namespace {
 
-// A drag slips when its last third rises less than this share of its first rows' stiffness; its
-// plateau begins where that share of the largest force is reached. Only start values depend on it.
-constexpr double kPlateauSlope = 0.25;
-constexpr double kPlateauForce = 0.95;
 constexpr double kContactDepth = 1e-9;  // of the deepest row
-constexpr double kFirmForce = 0.1;      // of the typical force: lighter rows have no clear friction
 constexpr double kRounding = 1e-6;      // of the depth, of a place that is written down
-constexpr double kClearInJitters = 3;   // above it a motion is not noise of the place
 
 // Lateral force of the point's presses at a depth, linear between their rows: a body that moves
 // sideways pushes so before any drag begins.
@@ -64,7 +58,7 @@ struct Stroke {
 
 Stroke outward_stroke(const PointData& point, const PointExperiment& e) {
   Stroke stroke;
-  const double jitter = kClearInJitters * jitter_of(point, e);
+  const double jitter = 3 * jitter_of(point, e);  // a motion above it is not noise of the place
   double reached = 0;
   for (std::size_t i = 0; i < e.row.size(); ++i) {
     const Vec3 lateral = lateral_of(point, e.deflection[i]);
@@ -80,7 +74,9 @@ Stroke outward_stroke(const PointData& point, const PointExperiment& e) {
   return stroke;
 }
 
-// Index into the stroke where gross slip begins; its size when there is none.
+// Index into the stroke where gross slip begins; its size when there is none. A drag slips when its
+// last third rises less than a quarter of its first rows' stiffness; its plateau begins where 0.95
+// of the largest force is reached. Only start values depend on it.
 std::size_t plateau_begin(const Stroke& stroke) {
   std::vector<std::size_t> moved;
   for (std::size_t k = 0; k < stroke.row.size(); ++k)
@@ -102,9 +98,9 @@ std::size_t plateau_begin(const Stroke& stroke) {
     cross += (stroke.dr[moved[k]] - mean_dr) * (stroke.force[moved[k]] - mean_force);
     square += std::pow(stroke.dr[moved[k]] - mean_dr, 2);
   }
-  if (!(square > 0) || cross / square > kPlateauSlope * median(secants)) return stroke.row.size();
+  if (!(square > 0) || cross / square > 0.25 * median(secants)) return stroke.row.size();
 
-  const double plateau = kPlateauForce * lower_quantile(stroke.force, 0.9);
+  const double plateau = 0.95 * lower_quantile(stroke.force, 0.9);
   for (const std::size_t k : moved)
     if (stroke.force[k] >= plateau) return k;
   return stroke.row.size();
@@ -118,7 +114,7 @@ void add_stick_row(const PointData& point, const PointExperiment& e, std::size_t
   const bool is_pressed = !is_aside || !e.is_drag;
   out.curve[0].push_back(
       {depth_of(point, e.deflection[i]), normal_force, e.weight[i], 0, 0, is_pressed});
-  if (normal_force > kFirmForce)
+  if (normal_force > 0.1)  // lighter rows have no clear friction
     out.largest_friction =
         std::max(out.largest_friction, lateral_of(point, e.force[i]).norm() / normal_force);
   if (is_aside)

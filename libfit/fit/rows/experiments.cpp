@@ -1,4 +1,4 @@
-#include "libfit/fit/rows/experiments.hpp"
+#include "libfit/fit/rows/rows.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -8,16 +8,11 @@
 #include <numeric>
 
 #include "libfit/core/error.hpp"
-#include "libfit/fit/spline/monotone_least_squares.hpp"
 
 namespace palpate::fit {
 namespace {
 
 constexpr double kTangentialShare = 1e-6;  // of the depth: rounding of a press along the normal
-// Least 1 + R kappa: a hollow narrower than 1.4 times the ball's radius counts as that wide, for no
-// offset surface is left where the ball touches at its rim.
-constexpr double kNarrowestHollow = 0.3;
-constexpr double kNotFiniteShare = 0.2;  // of a point's rows: beyond it the record is not trusted
 
 [[noreturn]] void refuse(const std::string& what) {
   throw Error("samples", what, "Write the samples again with `palpate simulate` or `import`.");
@@ -47,7 +42,7 @@ std::vector<GoodRows> sort_rows(const Samples& s, BodyData& body) {
   for (const Eigen::Index i : order) {
     const std::int32_t p = s.point[i];
     auto& experiments = body.points[p].experiments;
-    RowCounts& rows = body.points[p].rows;
+    ReportedRows& rows = body.points[p].rows;
     if (s.point[i] != point || s.experiment[i] != experiment) {
       point = s.point[i], experiment = s.experiment[i], is_cut = false;
       PointExperiment& begun = experiments.emplace_back();
@@ -117,7 +112,7 @@ std::string find_problem(const Samples& s, const PointData& point, const GoodRow
                          bool has_rows) {
   if (!has_rows) return "no row of any experiment at this point";
   if (counts.all == 0) return "no good row";
-  if (double(counts.not_finite) > kNotFiniteShare * double(counts.all))
+  if (double(counts.not_finite) > 0.2 * double(counts.all))  // the record is not trusted
     return std::to_string(counts.not_finite) + " of " + std::to_string(counts.all) +
            " good rows are not finite numbers";
   std::vector<double> toward;  // force along the push, of the rows in contact
@@ -217,7 +212,9 @@ Mat3 offset_gradient(const Samples& samples, Eigen::Index point) {
   if (!(radius_m > 0)) return gradient;
   const Eigen::SelfAdjointEigenSolver<Mat3> principal(0.5 * (gradient + gradient.transpose()));
   const Vec3 own = principal.eigenvalues();
-  const Vec3 offset = own.array() / (1 - radius_m * own.array()).max(kNarrowestHollow);
+  // A hollow narrower than 1.4 times the ball's radius counts as that wide, for no offset surface
+  // is left where the ball touches at its rim.
+  const Vec3 offset = own.array() / (1 - radius_m * own.array()).max(0.3);
   return principal.eigenvectors() * offset.asDiagonal() * principal.eigenvectors().transpose();
 }
 

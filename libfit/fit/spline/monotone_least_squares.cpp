@@ -58,6 +58,23 @@ Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& R, const Eigen:
   return x;
 }
 
+// Weight of a squared residual in reweighted least squares, loss'(s) / 2s: 1 near zero, and where
+// the scale, a robust deviation, is 0.
+double robust_weight(double size, double scale) {
+  if (!(scale > 0)) return 1;
+  const double z = size / (kHuberKnee * scale);
+  return z > 1 ? 1 / z : 1;
+}
+
+CurveBasis halved(const CurveBasis& basis) {
+  CurveBasis fine{basis.degree, {basis.knots_m.front()}};
+  for (std::size_t i = 1; i < basis.knots_m.size(); ++i) {
+    fine.knots_m.push_back(0.5 * (basis.knots_m[i - 1] + basis.knots_m[i]));
+    fine.knots_m.push_back(basis.knots_m[i]);
+  }
+  return fine;
+}
+
 }  // namespace
 
 Eigen::VectorXd controls_of(const Eigen::VectorXd& increments) {
@@ -115,18 +132,6 @@ Eigen::VectorXd bounded_least_squares(const Eigen::MatrixXd& A, const Eigen::Vec
 
 double robust_deviation(std::vector<double> sizes) { return 1.4826 * median(std::move(sizes)); }
 
-namespace {
-
-// Weight of a squared residual in reweighted least squares, loss'(s) / 2s: 1 near zero, and where
-// the scale, a robust deviation, is 0.
-double robust_weight(double size, double scale) {
-  if (!(scale > 0)) return 1;
-  const double z = size / (kHuberKnee * scale);
-  return z > 1 ? 1 / z : 1;
-}
-
-}  // namespace
-
 Eigen::VectorXd fit_increments(const CurveBasis& basis, const std::vector<CurveRow>& rows,
                                const Eigen::VectorXd& lower, WeakPrior weak_prior, FitLoss loss) {
   const SplineTables tables = tabulate(basis);
@@ -170,6 +175,17 @@ double curve_at(const CurveBasis& basis, const Eigen::VectorXd& increments, doub
   return increment_weights(view(tables), x).dot(increments);
 }
 
+double median_ratio(const std::vector<CurveRow>& rows, const CurveBasis& basis,
+                    const Eigen::VectorXd& increments) {
+  const SplineTables tables = tabulate(basis);
+  std::vector<double> ratios;
+  for (const CurveRow& row : rows) {
+    const double f = increment_weights(view(tables), row.x).dot(increments);
+    if (f > 0) ratios.push_back(row.f / f);
+  }
+  return median(ratios);
+}
+
 std::vector<CurveRow> unit_weights(std::vector<CurveRow> rows) {
   double sum = 0;
   for (const CurveRow& row : rows) sum += row.weight * row.weight;
@@ -192,6 +208,46 @@ Eigen::VectorXd transfer(const CurveBasis& from, const Eigen::VectorXd& incremen
   weak_prior.per_noise = 0;
   return fit_increments(to, rows, Eigen::VectorXd::Zero(to.size() - 1), weak_prior,
                         FitLoss::squared);
+}
+
+Eigen::VectorXd pack_symmetric(const Eigen::MatrixXd& matrix) {
+  Eigen::VectorXd packed(packed_size(matrix.rows()));
+  Eigen::Index at = 0;
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i)
+    for (Eigen::Index j = 0; j <= i; ++j) packed[at++] = matrix(i, j);
+  return packed;
+}
+
+double curve_deviation(const runtime::SplineView& spline, const Eigen::VectorXd& covariance,
+                       double x) {
+  if (!(x > 0)) return 0;
+  const Eigen::VectorXd weight = increment_weights(spline, x);
+  double square = 0;
+  Eigen::Index at = 0;
+  for (Eigen::Index i = 0; i < weight.size(); ++i)
+    for (Eigen::Index j = 0; j <= i; ++j)
+      square += (i == j ? 1 : 2) * covariance[at++] * weight[i] * weight[j];
+  return square < 0 ? 0 : std::sqrt(square);  // rounding; NaN stays
+}
+
+double basis_inflation(const CurveBasis& basis, const std::vector<CurveRow>& rows,
+                       const Eigen::MatrixXd& covariance) {
+  const CurveBasis fine = halved(basis);
+  if (rows.size() < 2 * std::size_t(fine.size())) return 1;
+  double range = 0;
+  for (const CurveRow& row : rows) range = std::max(range, row.x);
+  const SplineTables coarse_tables = tabulate(basis), fine_tables = tabulate(fine);
+  const Eigen::VectorXd f = fit_smooth(basis, rows), g = fit_smooth(fine, rows);
+  constexpr int kGrid = 40;
+  double sum = 0;
+  for (int i = 1; i <= kGrid; ++i) {
+    const double x = range * i / kGrid;
+    const Eigen::VectorXd w = increment_weights(view(coarse_tables), x);
+    const double apart = w.dot(f) - increment_weights(view(fine_tables), x).dot(g);
+    const double square = w.dot(covariance * w);
+    if (square > 0) sum += apart * apart / square / kGrid;
+  }
+  return 1 + sum;
 }
 
 }  // namespace palpate::fit

@@ -15,8 +15,6 @@
 namespace palpate {
 namespace {
 
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-
 // Line and column of a field, for errors.
 struct Place {
   const std::filesystem::path& path;
@@ -26,13 +24,6 @@ struct Place {
     return Error(fmt::format("{}:{}", path.string(), line), what, remedy);
   }
 };
-
-std::string_view trimmed(std::string_view text) {
-  const auto is_space = [](char c) { return c == ' ' || c == '\t'; };
-  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
-  return text;
-}
 
 // One quoted field from its opening quote; `rest` is left behind the closing one.
 std::string take_quoted(std::string_view& rest, const Place& place) {
@@ -97,7 +88,7 @@ std::string names_of(std::span<const CsvColumnRule> rules) {
 void refuse_near_miss(const std::string& name, const std::vector<std::string>& header,
                       std::span<const CsvColumnRule> rules, const Place& place) {
   for (const auto& rule : rules) {
-    const bool is_elsewhere = std::find(header.begin(), header.end(), rule.name) != header.end();
+    const bool is_elsewhere = std::ranges::find(header, rule.name) != header.end();
     if (is_elsewhere || stem(rule.name) != stem(name)) continue;
     const bool lacks_unit =
         name.find('_') == std::string::npos && rule.name.find('_') != std::string::npos;
@@ -113,13 +104,10 @@ std::vector<std::optional<std::size_t>> match_header(const std::vector<std::stri
                                                      std::span<const CsvColumnRule> rules,
                                                      const Place& place, CsvTable& table) {
   for (std::size_t i = 0; i < header.size(); ++i) {
-    const auto known = std::find_if(rules.begin(), rules.end(),
-                                    [&](const auto& rule) { return rule.name == header[i]; });
-    if (known == rules.end()) {
+    if (std::ranges::find(rules, header[i], &CsvColumnRule::name) == rules.end()) {
       refuse_near_miss(header[i], header, rules, place);
       table.ignored.push_back(header[i]);
-    } else if (std::find(header.begin(), header.begin() + static_cast<std::ptrdiff_t>(i),
-                         header[i]) != header.begin() + static_cast<std::ptrdiff_t>(i)) {
+    } else if (std::ranges::find(header, header[i]) != header.begin() + std::ptrdiff_t(i)) {
       throw place.error(fmt::format("column `{}` comes twice", header[i]), "Remove one of them.");
     }
   }
@@ -180,17 +168,15 @@ std::string quoted_if_needed(std::string_view value) {
 }  // namespace
 
 bool CsvTable::has(std::string_view name) const {
-  return std::any_of(columns.begin(), columns.end(), [&](const auto& c) { return c.name == name; });
+  return std::ranges::find(columns, name, &CsvColumn::name) != columns.end();
 }
 
 const std::vector<double>& CsvTable::number(std::string_view name) const {
-  return std::find_if(columns.begin(), columns.end(), [&](const auto& c) { return c.name == name; })
-      ->number;
+  return std::ranges::find(columns, name, &CsvColumn::name)->number;
 }
 
 const std::vector<std::string>& CsvTable::text(std::string_view name) const {
-  return std::find_if(columns.begin(), columns.end(), [&](const auto& c) { return c.name == name; })
-      ->text;
+  return std::ranges::find(columns, name, &CsvColumn::name)->text;
 }
 
 CsvTable read_csv(const std::filesystem::path& path, std::span<const CsvColumnRule> rules) {
@@ -200,7 +186,7 @@ CsvTable read_csv(const std::filesystem::path& path, std::span<const CsvColumnRu
   std::vector<std::string> header;
   std::vector<std::optional<std::size_t>> field_of;
   std::string_view rest = bytes;
-  if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
+  if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);  // a byte-order mark
   for (std::size_t line = 1; !rest.empty(); ++line) {
     const Place place{path, line};
     const std::size_t end = std::min(rest.find('\n'), rest.size());

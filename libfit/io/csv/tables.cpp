@@ -1,6 +1,6 @@
 #include "libfit/io/csv/tables.hpp"
 
-#include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -16,6 +16,9 @@ namespace {
 
 constexpr std::array<CsvColumnRule, 6> kPointRules{
     {{"x_m"}, {"y_m"}, {"z_m"}, {"nx", false}, {"ny", false}, {"nz", false}}};
+constexpr std::array<std::string_view, 3> kPlace{"x_m", "y_m", "z_m"}, kNormal{"nx", "ny", "nz"},
+    kDeflection{"dx_m", "dy_m", "dz_m"};
+constexpr std::array<std::string_view, 4> kQuaternion{"qx", "qy", "qz", "qw"};
 constexpr std::array<CsvColumnRule, 7> kToolPathRules{
     {{"path", true, true}, {"x_m"}, {"y_m"}, {"z_m"}, {"dx_m"}, {"dy_m"}, {"dz_m"}}};
 constexpr std::array<CsvColumnRule, 4> kTipPathRules{{{"t_s"}, {"x_m"}, {"y_m"}, {"z_m"}}};
@@ -28,7 +31,6 @@ constexpr std::array<CsvColumnRule, 9> kPosePathRules{{{"t_s"},
                                                        {"qz", false},
                                                        {"qw", false},
                                                        {"tool", false}}};
-constexpr double kQuaternionTolerance = 1e-3;  // of its length, as the engine's
 constexpr std::array<CsvColumnRule, 20> kForceRules{
     {{"t_s"},       {"fx_N"},    {"fy_N"},    {"fz_N"},         {"contact"},
      {"cx_m"},      {"cy_m"},    {"cz_m"},    {"triangle"},     {"depth_m"},
@@ -57,19 +59,33 @@ Error error_at(const CsvTable& table, std::size_t row, const std::string& what,
   return Error(fmt::format("{}:{}", table.path.string(), table.line[row]), what, remedy);
 }
 
-Points columns(const CsvTable& table, std::string_view x, std::string_view y, std::string_view z) {
-  Points points(table.rows(), 3);
-  const std::array names{x, y, z};
-  for (std::size_t k = 0; k < 3; ++k)
-    points.col(k) = Eigen::Map<const Eigen::VectorXd>(table.number(names[k]).data(),
-                                                      static_cast<Eigen::Index>(table.rows()));
-  return points;
+template <std::size_t N>
+Eigen::Matrix<double, Eigen::Dynamic, N, Eigen::RowMajor> columns(
+    const CsvTable& table, const std::array<std::string_view, N>& names) {
+  const auto rows = static_cast<Eigen::Index>(table.rows());
+  Eigen::Matrix<double, Eigen::Dynamic, N, Eigen::RowMajor> out(rows, N);
+  for (std::size_t k = 0; k < N; ++k)
+    out.col(k) = Eigen::Map<const Eigen::VectorXd>(table.number(names[k]).data(), rows);
+  return out;
+}
+
+// True where a table has all of some optional columns, false where it has none.
+template <std::size_t N>
+bool has_all(const CsvTable& table, const std::array<std::string_view, N>& names) {
+  const auto found =
+      std::ranges::count_if(names, [&](std::string_view name) { return table.has(name); });
+  if (found != 0 && found != N)
+    throw Error(table.path.string() + ":1",
+                fmt::format("has some of {} but not all", fmt::join(names, ",")),
+                "Give all or none.");
+  return found != 0;
 }
 
 void put(CsvWriter& csv, const Vec3& v) { csv.number(v[0]).number(v[1]).number(v[2]); }
 
 Points unit_normals(const CsvTable& table) {
-  Points normal = columns(table, "nx", "ny", "nz");
+  if (!has_all(table, kNormal)) return Points(0, 3);
+  Points normal = columns(table, kNormal);
   for (Eigen::Index i = 0; i < normal.rows(); ++i) {
     const double length = normal.row(i).norm();
     if (!(length > 0) || !std::isfinite(length))
@@ -80,10 +96,6 @@ Points unit_normals(const CsvTable& table) {
   return normal;
 }
 
-}  // namespace
-
-namespace {
-
 // A table that is read for its rows has some.
 template <class Rules>
 CsvTable read_rows(const std::filesystem::path& path, const Rules& rules) {
@@ -92,42 +104,6 @@ CsvTable read_rows(const std::filesystem::path& path, const Rules& rules) {
     throw Error(path.string(), "has no row below its header", "Add one row at least.");
   return table;
 }
-
-}  // namespace
-
-PointTable read_point_table(const std::filesystem::path& path) {
-  const CsvTable table = read_rows(path, kPointRules);
-  const int given = table.has("nx") + table.has("ny") + table.has("nz");
-  if (given != 0 && given != 3)
-    throw Error(path.string() + ":1", "has some of nx,ny,nz but not all", "Give all or none.");
-  return {columns(table, "x_m", "y_m", "z_m"), given == 3 ? unit_normals(table) : Points(0, 3),
-          table.ignored};
-}
-
-std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path,
-                                         std::vector<std::string>* ignored) {
-  const CsvTable table = read_rows(path, kToolPathRules);
-  if (ignored) *ignored = table.ignored;
-  const Points point = columns(table, "x_m", "y_m", "z_m");
-  const Points deflection = columns(table, "dx_m", "dy_m", "dz_m");
-  const auto& name = table.text("path");
-  std::vector<PathInTable> paths;
-  std::set<std::string> seen;
-  for (std::size_t first = 0, last = 0; first < table.rows(); first = last) {
-    if (!seen.insert(name[first]).second)
-      throw error_at(table, first, "path `" + name[first] + "` comes back after another one",
-                     "Keep the rows of a path together.");
-    for (last = first; last < table.rows() && name[last] == name[first]; ++last)
-      if (point.row(last) != point.row(first))
-        throw error_at(table, last, "path `" + name[last] + "` changes its test point",
-                       "Repeat the point's x_m,y_m,z_m in all rows of a path.");
-    paths.push_back({name[first], point.row(first),
-                     deflection.middleRows(first, static_cast<Eigen::Index>(last - first))});
-  }
-  return paths;
-}
-
-namespace {
 
 // Number of tools of a path: as many as rows have its first time.
 std::size_t tools_of(const CsvTable& table) {
@@ -166,19 +142,11 @@ void check_times(const CsvTable& table, std::size_t tools) {
 }
 
 Quaternions unit_quaternions(const CsvTable& table) {
-  constexpr std::array<std::string_view, 4> kNames{"qx", "qy", "qz", "qw"};
-  const auto given = std::count_if(kNames.begin(), kNames.end(),
-                                   [&](std::string_view name) { return table.has(name); });
-  if (given == 0) return Quaternions(0, 4);
-  if (given != 4)
-    throw Error(table.path.string() + ":1", "has some of qx,qy,qz,qw but not all",
-                "Give all or none.");
-  Quaternions out(static_cast<Eigen::Index>(table.rows()), 4);
-  for (std::size_t k = 0; k < 4; ++k)
-    out.col(k) = Eigen::Map<const Eigen::VectorXd>(table.number(kNames[k]).data(),
-                                                   static_cast<Eigen::Index>(table.rows()));
+  if (!has_all(table, kQuaternion)) return Quaternions(0, 4);
+  const Quaternions out = columns(table, kQuaternion);
+  // The tolerance of the length is the engine's.
   for (Eigen::Index i = 0; i < out.rows(); ++i)
-    if (!(std::abs(out.row(i).norm() - 1) <= kQuaternionTolerance))
+    if (!(std::abs(out.row(i).norm() - 1) <= 1e-3))
       throw error_at(table, static_cast<std::size_t>(i),
                      fmt::format("the quaternion has the length {:.4g}", out.row(i).norm()),
                      "Give unit quaternions.");
@@ -186,6 +154,34 @@ Quaternions unit_quaternions(const CsvTable& table) {
 }
 
 }  // namespace
+
+PointTable read_point_table(const std::filesystem::path& path) {
+  const CsvTable table = read_rows(path, kPointRules);
+  return {columns(table, kPlace), unit_normals(table), table.ignored};
+}
+
+std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path,
+                                         std::vector<std::string>* ignored) {
+  const CsvTable table = read_rows(path, kToolPathRules);
+  if (ignored) *ignored = table.ignored;
+  const Points point = columns(table, kPlace);
+  const Points deflection = columns(table, kDeflection);
+  const auto& name = table.text("path");
+  std::vector<PathInTable> paths;
+  std::set<std::string> seen;
+  for (std::size_t first = 0, last = 0; first < table.rows(); first = last) {
+    if (!seen.insert(name[first]).second)
+      throw error_at(table, first, "path `" + name[first] + "` comes back after another one",
+                     "Keep the rows of a path together.");
+    for (last = first; last < table.rows() && name[last] == name[first]; ++last)
+      if (point.row(last) != point.row(first))
+        throw error_at(table, last, "path `" + name[last] + "` changes its test point",
+                       "Repeat the point's x_m,y_m,z_m in all rows of a path.");
+    paths.push_back({name[first], point.row(first),
+                     deflection.middleRows(first, static_cast<Eigen::Index>(last - first))});
+  }
+  return paths;
+}
 
 PosePath read_pose_path(const std::filesystem::path& path) {
   const CsvTable table = read_rows(path, kPosePathRules);
@@ -195,13 +191,13 @@ PosePath read_pose_path(const std::filesystem::path& path) {
   out.tools = static_cast<int>(tools);
   for (std::size_t i = 0; i < table.rows(); i += tools)
     out.time_s.push_back(table.number("t_s")[i]);
-  out.position = columns(table, "x_m", "y_m", "z_m");
+  out.position = columns(table, kPlace);
   out.orientation = unit_quaternions(table);
   out.ignored = table.ignored;
   return out;
 }
 
-void write_tip_path(const std::filesystem::path& path, const TipPath& tip) {
+void write_tip_path(const std::filesystem::path& path, const PosePath& tip) {
   CsvWriter csv(path, header(kTipPathRules, false));
   for (std::size_t i = 0; i < tip.time_s.size(); ++i) {
     csv.number(tip.time_s[i]);

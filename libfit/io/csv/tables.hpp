@@ -34,13 +34,6 @@ struct PathInTable {
 std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path,
                                          std::vector<std::string>* ignored = nullptr);
 
-/// PATH.csv, `t_s,x_m,y_m,z_m`: where the tip is, K x 3 [m], at strictly increasing times [s].
-struct TipPath {
-  std::vector<double> time_s;
-  Points position;
-};
-void write_tip_path(const std::filesystem::path& path, const TipPath& tip);
-
 constexpr int kMaxPathTools = 8;
 using Quaternions = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
 
@@ -56,6 +49,8 @@ struct PosePath {
 };
 /// Throws Error where at a time the tools 0, 1, ... do not follow each other, all of them.
 PosePath read_pose_path(const std::filesystem::path& path);
+/// Writes `t_s,x_m,y_m,z_m` of one tool.
+void write_tip_path(const std::filesystem::path& path, const PosePath& tip);
 
 /// One row of FORCES.csv: what the engine answers at a tick. force_N acts ON THE TOOL.
 /// triangle -1 without contact. torque_Nm: of that force, about the tool's position.

@@ -26,33 +26,20 @@ void columns(B& body, F& f) {
   f.first("mended", body.mended);
 }
 
-template <class Matrix>
-void check_cells(const h5::Complain& complain, const std::string& name, const Matrix& cells,
-                 Eigen::Index nodes) {
-  check_indices(complain, name, cells.data(), cells.rows(), cells.cols(), nodes);
-}
-
 void check(const Body& body, const h5::Complain& complain) {
-  RowChecker rows(complain);
-  columns(body, rows);
-  check_finite(complain, "surface/vertices", body.surface.vertices);
-  check_cells(complain, "surface/triangles", body.surface.triangles, body.surface.vertices.rows());
-  check_flags(complain, "surface/in_region", body.in_region);
-  check_flags(complain, "surface/is_reachable", body.is_reachable);
+  ColumnChecker all(complain);
+  columns(body, all);
+  check_indices(complain, "surface/triangles", body.surface.triangles,
+                body.surface.vertices.rows());
   const TestPoints& points = body.test_points;
-  check_finite(complain, "test_points/position", points.position);
   check_unit_length(complain, "test_points/normal", points.normal);
-  check_cells(complain, "test_points/triangles", points.triangles, points.position.rows());
+  check_indices(complain, "test_points/triangles", points.triangles, points.position.rows());
   const TetMesh& volume = body.volume;
-  check_finite(complain, "volume/nodes", volume.nodes);
-  check_cells(complain, "volume/tets", volume.tets, volume.nodes.rows());
-  check_flags(complain, "volume/is_held", body.is_held);
+  check_indices(complain, "volume/tets", volume.tets, volume.nodes.rows());
   if (volume.region.size() == 0) return;
   check_rows(complain, "volume/region", volume.region.size(), volume.tets.rows());
   if (volume.region.minCoeff() < 0) throw complain("volume/region", "holds a negative region");
 }
-
-constexpr const char* kScene = "scene/text";
 
 std::string mesh_group(std::size_t i) { return "scene/mesh_" + std::to_string(i) + "/"; }
 
@@ -65,10 +52,10 @@ void mesh_columns(const std::string& group, M& mesh, F& f) {
 }
 
 void check(const SceneMesh& mesh, const std::string& group, const h5::Complain& complain) {
-  check_finite(complain, group + "vertices", mesh.vertices);
-  check_cells(complain, group + "triangles", mesh.triangles, mesh.vertices.rows());
-  check_cells(complain, group + "tets", mesh.tets, mesh.vertices.rows());
-  check_flags(complain, group + "is_painted", mesh.is_painted);
+  ColumnChecker all(complain);
+  mesh_columns(group, mesh, all);
+  check_indices(complain, group + "triangles", mesh.triangles, mesh.vertices.rows());
+  check_indices(complain, group + "tets", mesh.tets, mesh.vertices.rows());
   if (!mesh.is_painted.empty())
     check_rows(complain, group + "is_painted", static_cast<Eigen::Index>(mesh.is_painted.size()),
                mesh.tets.rows() > 0 ? mesh.tets.size() : mesh.triangles.size());
@@ -81,8 +68,8 @@ void check_all(const Body& body, const h5::Complain& complain) {
 }
 
 void read_scene(const h5::Reader& reader, Body& body) {
-  if (!reader.has(kScene)) return;
-  body.scene = reader.strings(kScene, 1).front();
+  if (!reader.has("scene/text")) return;
+  body.scene = reader.strings("scene/text", 1).front();
   ColumnReader in(reader);
   for (std::size_t i = 0; reader.has(mesh_group(i) + "vertices"); ++i)
     mesh_columns(mesh_group(i), body.scene_meshes.emplace_back(), in);
@@ -90,7 +77,7 @@ void read_scene(const h5::Reader& reader, Body& body) {
 
 void write_scene(h5::Writer& writer, const Body& body) {
   if (body.scene.empty()) return;
-  writer.strings(kScene, {body.scene});
+  writer.strings("scene/text", {body.scene});
   ColumnWriter out(writer);
   for (std::size_t i = 0; i < body.scene_meshes.size(); ++i)
     mesh_columns(mesh_group(i), body.scene_meshes[i], out);

@@ -5,12 +5,50 @@
 #include <array>
 #include <cmath>
 
-namespace palpate::h5 {
+namespace palpate {
 namespace {
 
-constexpr double kUnitLengthTolerance = 1e-6;
+h5::Reader open_any(const std::filesystem::path& path) {
+  return h5::Reader(path, "Name a file that `palpate` made.");
+}
+
+std::string known_schema(const h5::Reader& reader) {
+  const std::string found = reader.text_if_any("", "schema");
+  if (found != kSignalsSchema.name &&
+      std::ranges::find(kFileSchemas, found, &FileSchema::name) == kFileSchemas.end())
+    throw reader.error("", found.empty() ? "is an HDF5 file, but not one of Palpate's"
+                                         : "holds `" + found + "`, which is unknown here");
+  return found;
+}
 
 }  // namespace
+
+std::string schema_of(const std::filesystem::path& path) { return known_schema(open_any(path)); }
+
+Attributes read_attributes(const std::filesystem::path& path) {
+  const h5::Reader reader = open_any(path);
+  known_schema(reader);
+  Attributes attributes = reader.root_texts();
+  for (const auto* own : {"schema", "family"}) attributes.erase(own);
+  return attributes;
+}
+
+FileDescription describe(const std::filesystem::path& path) {
+  const h5::Reader reader = open_any(path);
+  FileDescription description;
+  description.schema = known_schema(reader);
+  description.version = static_cast<int>(reader.integer_attribute("", "version"));
+  description.attributes = reader.root_texts();
+  description.attributes.erase("schema");
+  for (const auto& name : reader.data_sets())
+    description.data_sets.push_back(
+        {name, reader.type_of(name), reader.shape_of(name), reader.text_if_any(name, "unit")});
+  return description;
+}
+
+}  // namespace palpate
+
+namespace palpate::h5 {
 
 Complain complain_about(const Reader& reader) {
   return [&reader](const std::string& name, const std::string& what) {
@@ -49,7 +87,7 @@ std::vector<int> read_codes(const Reader& reader, const std::string& column, std
     if (known == names.end()) throw reader.error(column, "names an unknown code `" + name + "`");
     meanings.push_back(static_cast<int>(known - names.begin()));
   }
-  for (const std::int8_t code : reader.bytes(column, kNoUnit, {rows, 0})) {
+  for (const std::int8_t code : reader.integers<std::int8_t>(column, kNoUnit, {rows, 0})) {
     if (code < 0 || static_cast<std::size_t>(code) >= meanings.size())
       throw reader.error(column,
                          fmt::format("row {} has code {} without a name", out.size(), code));
@@ -63,24 +101,17 @@ void check_rows(const Complain& complain, const std::string& name, Eigen::Index 
   if (found != expected) throw complain(name, fmt::format("has {} rows, not {}", found, expected));
 }
 
-void check_finite(const Complain& complain, const std::string& name, const Points& points) {
-  for (Eigen::Index i = 0; i < points.rows(); ++i)
-    if (!points.row(i).allFinite())
-      throw complain(name, fmt::format("row {} is not a finite number", i));
+void check_finite(const Complain& complain, const std::string& name, const double* values,
+                  Eigen::Index count, Eigen::Index width, bool may_be_nan) {
+  for (Eigen::Index i = 0; i < count; ++i)
+    if (!std::isfinite(values[i]) && !(may_be_nan && std::isnan(values[i])))
+      throw complain(name, fmt::format("row {} is not a finite number", i / width));
 }
 
 void check_unit_length(const Complain& complain, const std::string& name, const Points& vectors) {
   for (Eigen::Index i = 0; i < vectors.rows(); ++i)
-    if (!(std::abs(vectors.row(i).norm() - 1) < kUnitLengthTolerance))
+    if (!(std::abs(vectors.row(i).norm() - 1) < 1e-6))
       throw complain(name, fmt::format("row {} is not a unit vector", i));
-}
-
-void check_indices(const Complain& complain, const std::string& name, const std::int32_t* indices,
-                   Eigen::Index rows, Eigen::Index columns, Eigen::Index end) {
-  for (Eigen::Index i = 0; i < rows * columns; ++i)
-    if (indices[i] < 0 || indices[i] >= end)
-      throw complain(
-          name, fmt::format("row {} holds index {}, not 0..{}", i / columns, indices[i], end - 1));
 }
 
 void check_flags(const Complain& complain, const std::string& name,
@@ -113,9 +144,9 @@ void check(const ProbeSpec& probe, const Complain& complain, const std::string& 
   }
   if (probe.orientation && !probe.orientation->allFinite())
     throw complain(group + "orientation", "is not finite");
-  check_finite(complain, group + "mesh/vertices", probe.mesh.vertices);
-  check_indices(complain, group + "mesh/triangles", probe.mesh.triangles.data(),
-                probe.mesh.triangles.rows(), 3, probe.mesh.vertices.rows());
+  ColumnChecker(complain).first(group + "mesh/vertices", probe.mesh.vertices);
+  check_indices(complain, group + "mesh/triangles", probe.mesh.triangles,
+                probe.mesh.vertices.rows());
 }
 
 }  // namespace

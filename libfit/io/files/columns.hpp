@@ -92,7 +92,7 @@ class ColumnReader {
     out = in_.integers(name, kept.unit, {rows_, 0});
   }
   void get(const std::string& name, std::vector<char>& out, const ColumnFormat& kept) const {
-    const auto values = in_.bytes(name, kept.unit, {rows_, 0});
+    const auto values = in_.integers<std::int8_t>(name, kept.unit, {rows_, 0});
     out.assign(values.begin(), values.end());
   }
   template <class Code>
@@ -153,14 +153,21 @@ class ColumnWriter {
 /// Checks shared by readers and writers; they throw what `complain` makes.
 void check_rows(const Complain& complain, const std::string& name, Eigen::Index found,
                 Eigen::Index expected);
-/// Throws what `complain` makes where a column has other rows than the first of its group.
-class RowChecker {
+/// Every value finite, or NaN where that is let through; rows of `width` values.
+void check_finite(const Complain& complain, const std::string& name, const double* values,
+                  Eigen::Index count, Eigen::Index width, bool may_be_nan);
+void check_flags(const Complain& complain, const std::string& name, const std::vector<char>& flags);
+
+/// Refuses columns with other rows than the first of their group, numbers that are not finite and
+/// flags that are neither 0 nor 1.
+class ColumnChecker {
  public:
-  explicit RowChecker(const Complain& complain) : complain_(complain) {}
+  explicit ColumnChecker(const Complain& complain) : complain_(complain) {}
 
   template <class Column>
-  bool first(const std::string&, const Column& column, const ColumnFormat& = {}) {
+  bool first(const std::string& name, const Column& column, const ColumnFormat& kept = {}) {
     rows_ = rows_of(column);
+    (*this)(name, column, kept);
     return true;
   }
   template <class Column>
@@ -168,6 +175,10 @@ class RowChecker {
                   const ColumnFormat& kept = {}) const {
     if (!kept.is_optional || rows_of(column) > 0)
       check_rows(complain_, name, rows_of(column), rows_);
+    if constexpr (std::is_same_v<Column, std::vector<char>>)
+      check_flags(complain_, name, column);
+    else if constexpr (requires { requires std::is_same_v<typename Column::Scalar, double>; })
+      check_finite(complain_, name, column.data(), column.size(), column.cols(), kept.may_be_nan);
   }
 
  private:
@@ -175,13 +186,18 @@ class RowChecker {
   Eigen::Index rows_ = 0;
 };
 
-void check_finite(const Complain& complain, const std::string& name, const Points& points);
 /// Every row has length 1 within 1e-6 (float32 sources pass).
 void check_unit_length(const Complain& complain, const std::string& name, const Points& vectors);
-/// Every index in [0, end).
-void check_indices(const Complain& complain, const std::string& name, const std::int32_t* indices,
-                   Eigen::Index rows, Eigen::Index columns, Eigen::Index end);
-void check_flags(const Complain& complain, const std::string& name, const std::vector<char>& flags);
+/// Every index in [0, end), of a matrix or a vector.
+template <class Column>
+void check_indices(const Complain& complain, const std::string& name, const Column& column,
+                   Eigen::Index end) {
+  for (Eigen::Index i = 0; i < std::ssize(column); ++i)
+    if (const std::int32_t index = column.data()[i]; index < 0 || index >= end)
+      throw complain(name, "row " + std::to_string(i * rows_of(column) / std::ssize(column)) +
+                               " holds index " + std::to_string(index) + ", not 0.." +
+                               std::to_string(end - 1));
+}
 
 /// The group `probe` of a file (docs/formats.md): shape, friction, the shape's numbers with their
 /// units, orientation, mesh. Nothing where the file has none. Throws Error on numbers
@@ -202,10 +218,6 @@ void write_curve_set(Writer& writer, const CurveSet& curves);
 /// float32, within the part's bounds, starts at 0 and never falls where the part says so.
 void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points);
 
-/// The same of one part's numbers under `name`, of P = points rows.
-void check_controls(const Complain& complain, const std::string& name, const runtime::Part& part,
-                    const Controls& controls, const CurveBasis& basis, Eigen::Index points);
-
 /// Columns of a Relaxation, R: Relaxation or const Relaxation; none where a body has none.
 template <class R, class F>
 void relaxation_columns(R& relaxation, F& f) {
@@ -213,22 +225,5 @@ void relaxation_columns(R& relaxation, F& f) {
   f("relaxation/time", relaxation.time_s, {.unit = "s"});
 }
 void check_relaxation(const Complain& complain, const Relaxation& relaxation);
-
-/// Columns of how a body softens: r, m over e and beta; reach. V: VectorXd or const VectorXd; none
-/// where it does not.
-template <class V, class F>
-void damage_columns(V& softening, V& reach_m, F& f) {
-  if (!f.first("damage/softening", softening, {.is_optional = true})) return;
-  f.first("damage/reach", reach_m, {.unit = "m"});
-}
-
-/// Columns of how tools feel each other: l; a_k and b_k of (M62). V: VectorXd or const VectorXd;
-/// none where they do not.
-template <class V, class F>
-void coupling_columns(V& length_m, V& isotropic_m_N, V& tangential_m_N, F& f) {
-  if (!f.first("coupling/length", length_m, {.unit = "m", .is_optional = true})) return;
-  f.first("coupling/give", isotropic_m_N, {.unit = "m/N"});
-  f("coupling/across", tangential_m_N, {.unit = "m/N"});
-}
 
 }  // namespace palpate::h5

@@ -19,7 +19,11 @@ void check_basis(const Complain& complain, const std::string& group, const Curve
 }
 
 void check_values(const Complain& complain, const std::string& name, const runtime::Part& part,
-                  const Controls& controls) {
+                  const Controls& controls, Eigen::Index columns, Eigen::Index points) {
+  check_rows(complain, name, controls.rows(), points);
+  if (controls.cols() != columns)
+    throw complain(name, "has " + std::to_string(controls.cols()) +
+                             " columns where the basis has " + std::to_string(columns));
   for (Eigen::Index i = 0; i < controls.rows(); ++i) {
     const std::string row = "row " + std::to_string(i);
     if (part.starts_at_zero && !controls.row(i).head(part.width).isZero(0))
@@ -45,9 +49,7 @@ CurveFamily read_family(const Reader& reader) {
 CurveBasis read_basis(const Reader& reader, const std::string& group) {
   CurveBasis basis;
   basis.knots_m = reader.numbers(group + "/knots", "m", {kAny, 0});
-  const std::int64_t degree = reader.integer_attribute(group, "degree");
-  if (degree < 1 || degree > 4) throw reader.error(group, "degree is not 1 to 4");
-  basis.degree = static_cast<int>(degree);
+  basis.degree = static_cast<int>(reader.integer_attribute(group, "degree"));
   check_basis(complain_about(reader), group, basis);
   return basis;
 }
@@ -68,21 +70,16 @@ CurveSet read_curve_set(const Reader& reader, std::size_t points) {
   curves.first_row_m = reader.numbers("curves/first_row", "m", {1, 0}).front();
   ColumnReader in(reader);
   relaxation_columns(curves.relaxation, in);
-  Eigen::VectorXd softening, reach_m;
-  damage_columns(softening, reach_m, in);
-  if (softening.size() == 3 && reach_m.size() == 1)
-    curves.damage = {softening[0], softening[1], softening[2], reach_m[0]};
-  else if (softening.size() > 0)
-    throw reader.error("damage", "has not r, m, beta and a reach");
-  Eigen::VectorXd length_m, isotropic_m_N, tangential_m_N;
-  coupling_columns(length_m, isotropic_m_N, tangential_m_N, in);
-  if (length_m.size() == 1 && isotropic_m_N.size() == runtime::kCouplingScales &&
-      tangential_m_N.size() == runtime::kCouplingScales) {
-    curves.coupling.length_m = length_m[0];
-    std::ranges::copy(isotropic_m_N, curves.coupling.isotropic_m_N);
-    std::ranges::copy(tangential_m_N, curves.coupling.tangential_m_N);
-  } else if (length_m.size() > 0) {
-    throw reader.error("coupling", "has not a length and the compliances of its scales");
+  if (reader.has("damage/softening")) {
+    const auto n = reader.numbers("damage/softening", kNoUnit, {3, 0});  // r, m over e and beta
+    curves.damage = {n[0], n[1], n[2], reader.numbers("damage/reach", "m", {1, 0}).front()};
+  }
+  if (reader.has("coupling/length")) {  // l; a_k and b_k of (M62)
+    constexpr Shape kScales{runtime::kCouplingScales, 0};
+    runtime::CouplingView& coupling = curves.coupling;
+    coupling.length_m = reader.numbers("coupling/length", "m", {1, 0}).front();
+    std::ranges::copy(reader.numbers("coupling/give", "m/N", kScales), coupling.isotropic_m_N);
+    std::ranges::copy(reader.numbers("coupling/across", "m/N", kScales), coupling.tangential_m_N);
   }
   return curves;
 }
@@ -102,18 +99,16 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
   writer.numbers("curves/first_row", "m", &curves.first_row_m, {1, 0});
   ColumnWriter out(writer);
   relaxation_columns(curves.relaxation, out);
-  if (curves.damage.softens()) {
-    const Eigen::VectorXd softening =
-        Eigen::Vector3d(curves.damage.r, curves.damage.scale, curves.damage.beta);
-    const Eigen::VectorXd reach_m = Eigen::VectorXd::Constant(1, curves.damage.reach_m);
-    damage_columns(softening, reach_m, out);
+  if (const runtime::DamageView& damage = curves.damage; damage.softens()) {
+    const double softening[] = {damage.r, damage.scale, damage.beta};
+    writer.numbers("damage/softening", kNoUnit, softening, {3, 0});
+    writer.numbers("damage/reach", "m", &damage.reach_m, {1, 0});
   }
-  if (!curves.coupling.is_any()) return;
-  using Scales = Eigen::Map<const Eigen::Vector<double, runtime::kCouplingScales>>;
-  const Eigen::VectorXd length_m = Eigen::VectorXd::Constant(1, curves.coupling.length_m),
-                        isotropic_m_N = Scales(curves.coupling.isotropic_m_N),
-                        tangential_m_N = Scales(curves.coupling.tangential_m_N);
-  coupling_columns(length_m, isotropic_m_N, tangential_m_N, out);
+  const runtime::CouplingView& coupling = curves.coupling;
+  if (!coupling.is_any()) return;
+  writer.numbers("coupling/length", "m", &coupling.length_m, {1, 0});
+  writer.numbers("coupling/give", "m/N", coupling.isotropic_m_N, {runtime::kCouplingScales, 0});
+  writer.numbers("coupling/across", "m/N", coupling.tangential_m_N, {runtime::kCouplingScales, 0});
 }
 
 void check_relaxation(const Complain& complain, const Relaxation& relaxation) {
@@ -132,33 +127,16 @@ void check_relaxation(const Complain& complain, const Relaxation& relaxation) {
   }
 }
 
-namespace {
-
-void check_damage(const Complain& complain, const runtime::DamageView& damage) {
-  if (!damage.softens()) return;
-  if (!(damage.r >= runtime::kMinDamage && damage.r <= runtime::kMaxDamage && damage.scale >= 0 &&
+void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points) {
+  check_relaxation(complain, curves.relaxation);
+  const runtime::DamageView& damage = curves.damage;
+  if (damage.softens() &&
+      !(damage.r >= runtime::kMinDamage && damage.r <= runtime::kMaxDamage && damage.scale >= 0 &&
         damage.scale <= runtime::kMaxDamage && damage.beta >= 0 &&
         damage.beta <= runtime::kMaxDamage && damage.scale + damage.beta > 0))
     throw complain("damage/softening", "is out of range");
   if (!(damage.reach_m >= 0 && damage.reach_m <= runtime::kMaxLength_m))
     throw complain("damage/reach", "is out of range");
-}
-
-}  // namespace
-
-void check_controls(const Complain& complain, const std::string& name, const runtime::Part& part,
-                    const Controls& controls, const CurveBasis& basis, Eigen::Index points) {
-  const int columns = part.width * size_of(part, basis);
-  check_rows(complain, name, controls.rows(), points);
-  if (controls.cols() != columns)
-    throw complain(name, "has " + std::to_string(controls.cols()) +
-                             " columns where the basis has " + std::to_string(columns));
-  check_values(complain, name, part, controls);
-}
-
-void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points) {
-  check_relaxation(complain, curves.relaxation);
-  check_damage(complain, curves.damage);
   if (!(curves.first_row_m >= 0 && std::isfinite(curves.first_row_m)))
     throw complain("curves/first_row", "is no depth");
   if (curves.coupling.is_any() && !runtime::is_possible(curves.coupling))
@@ -168,8 +146,8 @@ void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::In
     throw complain("curves", "has not the parts of its family");
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (parts[i].is_curve()) check_basis(complain, group_of(parts[i]), curves.basis[i]);
-    check_controls(complain, group_of(parts[i]) + "/controls", parts[i], curves.control[i],
-                   curves.basis[i], points);
+    check_values(complain, group_of(parts[i]) + "/controls", parts[i], curves.control[i],
+                 parts[i].width * size_of(parts[i], curves.basis[i]), points);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/columns.hpp"
 
 namespace palpate {
@@ -62,18 +63,13 @@ void check_measure(const h5::Complain& complain, const std::string& name,
       throw complain(name, fmt::format("row {} is negative or infinite", i));
 }
 
-// Entries of the lower triangle of a curve's increments.
-Eigen::Index covariance_columns(const CurveBasis& basis) {
-  const Eigen::Index n = basis.size() - 1;
-  return n * (n + 1) / 2;
-}
-
 // A row is finite with a diagonal of variances, or all NaN.
 void check_covariance(const h5::Complain& complain, const FittedCurves& f, std::size_t kind) {
   const std::string name = covariance_name(kind);
   const Controls& values = f.covariance[kind];
   check_rows(complain, name, values.rows(), f.position.rows());
-  if (values.cols() != covariance_columns(f.curves.basis[kind]))
+  const Eigen::Index n = f.curves.basis[kind].size() - 1;
+  if (values.cols() != n * (n + 1) / 2)
     throw complain(name, "has another number of columns than the basis asks for");
   for (Eigen::Index p = 0; p < values.rows(); ++p) {
     if (values.row(p).array().isNaN().all()) continue;
@@ -102,10 +98,9 @@ void check_deviations(const h5::Complain& complain, const FittedCurves& f) {
 }
 
 void check(const FittedCurves& f, const h5::Complain& complain) {
-  RowChecker rows(complain);
-  columns(f, rows);
+  ColumnChecker all(complain);
+  columns(f, all);
   const Eigen::Index points = f.position.rows();
-  check_finite(complain, "points/position", f.position);
   check_unit_length(complain, "points/normal", f.normal);
   check_measure(complain, "points/rms_residual", f.rms_residual_N);
   check_measure(complain, "points/max_residual", f.max_residual_N);
@@ -114,12 +109,11 @@ void check(const FittedCurves& f, const h5::Complain& complain) {
   for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind)
     if (f.covariance[kind].size() > 0) check_covariance(complain, f, kind);
   check_deviations(complain, f);
-  check_indices(complain, "experiments/point", f.recordings.point.data(),
-                rows_of(f.recordings.point), 1, points);
-  const FittedRecordings& r = f.recordings;
-  for (const Eigen::VectorXd* values : {&r.contact_m, &r.contact_deviation_m, &r.bias_N,
-                                        &r.bias_deviation_N, &r.drift_N, &r.drift_deviation_N})
-    if (!values->allFinite()) throw complain("experiments", "holds a number that is not finite");
+  check_indices(complain, "experiments/point", f.recordings.point, points);
+}
+
+std::string hash_of_file(const std::filesystem::path& path) {
+  return ContentHash().add_file(path).hex();
 }
 
 }  // namespace
@@ -147,6 +141,28 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
   write_curve_set(writer, f.curves);
   uncertainty_columns(f, out);
   write_probe(writer, f.probe, complain_about(path));
+  writer.commit();
+}
+
+std::filesystem::path fit_cache_path(const std::filesystem::path& curves_path) {
+  return curves_path.string() + ".warm";
+}
+
+std::optional<FitCache> read_fit_cache(const std::filesystem::path& curves_path,
+                                       const FittedCurves& curves) {
+  try {
+    const Reader reader = open(fit_cache_path(curves_path), kFitCacheSchema);
+    if (reader.text_attribute("", "curves_hash") != hash_of_file(curves_path)) return std::nullopt;
+    return FitCache{reader.strings("points/fingerprint", curves.name.size())};
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+void write_fit_cache(const std::filesystem::path& curves_path, const FitCache& cache) {
+  Writer writer = create(fit_cache_path(curves_path), kFitCacheSchema,
+                         {{"curves_hash", hash_of_file(curves_path)}});
+  writer.strings("points/fingerprint", cache.fingerprint);
   writer.commit();
 }
 

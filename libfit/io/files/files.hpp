@@ -9,49 +9,43 @@
 
 #include "libfit/core/body.hpp"
 #include "libfit/core/curves.hpp"
-#include "libfit/core/recorded_signals.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/io/hdf5/hdf5.hpp"
 
 namespace palpate {
 
-/// The body of a body.h5 (docs/formats/body.md). Throws Error on missing or malformed columns,
-/// indices out of range, numbers that are not finite, normals that are not unit vectors.
-Body read_body(const std::filesystem::path& path);
+// Readers throw Error on missing or malformed columns, indices out of range, numbers that are not
+// finite and normals that are not unit vectors. Writers store a file whole or not at all, and
+// refuse what its reader would refuse.
 
-/// Stores it, whole or not at all. Refuses what read_body would refuse.
+/// The body of a body.h5 (docs/formats/body.md).
+Body read_body(const std::filesystem::path& path);
 void write_body(const std::filesystem::path& path, const Body& body,
                 const Attributes& attributes = {});
 
 /// Experiments of a samples.h5 (docs/formats/samples.md), simulated, measured or made by others.
-/// Throws Error on anything the contract does not allow: see the page. force and torque may be NaN
-/// in rows whose status is not `good`, force_error anywhere; all else is finite.
+/// force and torque may be NaN in rows whose status is not `good`, force_error anywhere.
 Samples read_samples(const std::filesystem::path& path);
-
-/// Stores them, whole or not at all. Refuses what read_samples would refuse.
 void write_samples(const std::filesystem::path& path, const Samples& samples,
                    const Attributes& attributes = {});
 
-/// Name under which the motion of the surface is kept beside samples: samples.h5,
-/// samples.surface.h5.
+/// Names of the files beside samples.h5: the motion of the surface (samples.surface.h5) and the
+/// signals of the recordings (samples.signals.h5).
 std::filesystem::path surface_path(std::filesystem::path samples_path);
+std::filesystem::path signals_path(std::filesystem::path samples_path);
 
-/// Reads the motion of the surface of these samples into samples.surface. Throws Error on a
-/// malformed file, and where its rows are not those of the samples.
+/// Reads the motion of the surface of these samples into samples.surface. Throws Error where its
+/// rows are not those of the samples.
 void read_surface_motion(const std::filesystem::path& path, Samples& samples);
-
-/// Stores it, whole or not at all. Refuses what read_surface_motion would refuse.
 void write_surface_motion(const std::filesystem::path& path, const Samples& samples,
                           const Attributes& attributes = {});
 
 inline constexpr std::array<std::string_view, 4> kFitStatusNames{"good", "underdetermined", "poor",
                                                                  "failed"};
 
-/// Fitted curves of a curves.h5 (docs/formats/curves.md). Throws Error on missing or malformed
-/// columns, curves that fall, do not start at 0 or are not exact in float32. Residuals may be NaN.
+/// Fitted curves of a curves.h5 (docs/formats/curves.md). Refuses curves that fall, do not start at
+/// 0 or are not exact in float32. Residuals may be NaN.
 FittedCurves read_curves(const std::filesystem::path& path);
-
-/// Stores them, whole or not at all. Refuses what read_curves would refuse.
 void write_curves(const std::filesystem::path& path, const FittedCurves& curves,
                   const Attributes& attributes = {});
 
@@ -63,16 +57,13 @@ std::filesystem::path fit_cache_path(const std::filesystem::path& curves_path);
 std::optional<FitCache> read_fit_cache(const std::filesystem::path& curves_path,
                                        const FittedCurves& curves);
 
-/// Stores it beside curves.h5, which is there already, whole or not at all.
+/// Stores it beside curves.h5, which is there already.
 void write_fit_cache(const std::filesystem::path& curves_path, const FitCache& cache);
 
-/// The refined model of a model.h5 (docs/formats/model.md). Throws Error on missing or malformed
-/// columns, indices out of range, curves that fall or are not exact in float32, weights that are
-/// negative or do not sum to 1 (0 where not covered) within 1e-12, a probe that is none
-/// (probe_group.hpp).
+/// The refined model of a model.h5 (docs/formats/model.md). Refuses curves that fall or are not
+/// exact in float32, and weights that are negative or do not sum to 1 (0 where not covered) within
+/// 1e-12.
 Model read_model(const std::filesystem::path& path);
-
-/// Stores it, whole or not at all. Refuses what read_model would refuse.
 void write_model(const std::filesystem::path& path, const Model& model,
                  const Attributes& attributes = {});
 
@@ -97,15 +88,8 @@ inline constexpr std::array kFileSchemas{kBodySchema,   kSamplesSchema,  kSurfac
 inline constexpr FileSchema kSignalsSchema{"palpate-signals",
                                            "Make it again with `palpate import`."};
 
-/// Name under which the signals of the recordings behind samples are kept: samples.h5,
-/// samples.signals.h5.
-std::filesystem::path signals_path(std::filesystem::path samples_path);
-
-/// Recordings as they came, for pictures (docs/formats/samples.md). Throws Error on a malformed
-/// file.
+/// Recordings as they came, for pictures (docs/formats/samples.md).
 std::vector<RecordedSignal> read_signals(const std::filesystem::path& path);
-
-/// Stores them, whole or not at all. Refuses what read_signals would refuse.
 void write_signals(const std::filesystem::path& path, const std::vector<RecordedSignal>& signals,
                    const Attributes& attributes = {});
 

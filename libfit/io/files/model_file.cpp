@@ -12,8 +12,6 @@ using namespace h5;
 
 namespace {
 
-constexpr double kWeightSumTolerance = 1e-12;
-
 // M: Model or const Model.
 template <class M, class F>
 void columns(M& model, F& f) {
@@ -96,12 +94,12 @@ void check_normals(const h5::Complain& complain, const Points& normals) {
 
 void check_blend(const h5::Complain& complain, const Model& model) {
   const Eigen::Index vertices = model.surface.vertices.rows();
-  check_indices(complain, "blend_point", model.blend_point.data(), vertices, 3,
+  check_indices(complain, "blend_point", model.blend_point,
                 std::numeric_limits<std::int32_t>::max());
   for (Eigen::Index v = 0; v < vertices; ++v) {
     const double sum = model.is_covered[v] != 0 ? 1 : 0;
     const auto weight = model.blend_weight.row(v);
-    if (!(weight.minCoeff() >= 0) || !(std::abs(weight.sum() - sum) <= kWeightSumTolerance))
+    if (!(weight.minCoeff() >= 0) || !(std::abs(weight.sum() - sum) <= 1e-12))
       throw complain("blend_weight", "row " + std::to_string(v) +
                                          " is negative or does not sum to " +
                                          std::to_string(static_cast<int>(sum)));
@@ -110,13 +108,10 @@ void check_blend(const h5::Complain& complain, const Model& model) {
 
 void check(const Model& model, const h5::Complain& complain) {
   const Eigen::Index vertices = model.surface.vertices.rows();
-  RowChecker rows(complain);
-  columns(model, rows);
-  check_finite(complain, "surface/vertices", model.surface.vertices);
-  check_indices(complain, "surface/triangles", model.surface.triangles.data(),
-                model.surface.triangles.rows(), 3, vertices);
+  ColumnChecker all(complain);
+  columns(model, all);
+  check_indices(complain, "surface/triangles", model.surface.triangles, vertices);
   check_normals(complain, model.inward_normal);
-  check_flags(complain, "is_covered", model.is_covered);
   check_curve_set(complain, model.curves, vertices);
   check_blend(complain, model);
   check_shape(complain, model);

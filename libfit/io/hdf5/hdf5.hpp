@@ -138,41 +138,51 @@ class Reader {
   /// inf) is let through.
   std::vector<double> numbers(const std::string& name, std::string_view unit, Shape shape,
                               bool may_be_nan = false) const;
-  std::vector<std::int32_t> integers(const std::string& name, std::string_view unit,
-                                     Shape shape) const;
-  std::vector<std::int8_t> bytes(const std::string& name, std::string_view unit, Shape shape) const;
+  /// T: std::int32_t or std::int8_t.
+  template <class T = std::int32_t>
+  std::vector<T> integers(const std::string& name, std::string_view unit, Shape shape) const;
   std::vector<std::string> strings(const std::string& name, std::size_t rows) const;
   /// Shape of a data set of one or two dimensions.
   Shape shape_of(const std::string& name) const;
 
   bool has_attribute(const std::string& object, const std::string& name) const;
   std::string text_attribute(const std::string& object, const std::string& name) const;
+  /// Empty where there is no such attribute.
+  std::string text_if_any(const std::string& object, const std::string& name) const;
   std::vector<std::string> texts_attribute(const std::string& object,
                                            const std::string& name) const;
   std::int64_t integer_attribute(const std::string& object, const std::string& name) const;
   /// All string attributes of the root.
   Attributes root_texts() const;
 
-  /// Paths of all data sets, sorted; "float64", "int8", "string", ...; "" without unit attribute.
+  /// Paths of all data sets, sorted; "float64", "int8", "string", ...
   std::vector<std::string> data_sets() const;
   std::string type_of(const std::string& name) const;
-  std::string unit_of(const std::string& name) const;
 
   /// The error a caller throws on content it finds wrong.
   Error error(const std::string& name, const std::string& what) const;
 
  private:
+  /// A data set whose unit, shape, type and storage are as expected.
+  struct CheckedSet {
+    Handle set, type;
+    Shape shape;
+  };
+  struct OpenAttribute {
+    Handle attribute, type, space;
+  };
+
   Handle open_data_set(const std::string& name) const;
   Handle open_object(const std::string& object) const;
-  Handle open_attribute(const std::string& object, const std::string& name) const;
+  OpenAttribute open_attribute(const std::string& object, const std::string& name) const;
+  CheckedSet open_checked(const std::string& name, std::string_view unit, Shape expected,
+                          int type_class, const char* type_name) const;
   Shape checked_shape(const Handle& set, const std::string& name, Shape expected) const;
   void check_storage(const Handle& set, const std::string& name, std::size_t count) const;
   void check_unit(const Handle& set, const std::string& name, std::string_view unit) const;
   template <class T>
-  std::vector<T> integers_as(const std::string& name, std::string_view unit, Shape shape) const;
-  template <class T>
-  std::vector<T> values(const Handle& set, const std::string& name, std::int64_t memory_type,
-                        Shape shape) const;
+  std::vector<T> values(const CheckedSet& of, const std::string& name,
+                        std::int64_t memory_type) const;
   Error attribute_error(const std::string& object, const std::string& name,
                         const std::string& what) const;
 

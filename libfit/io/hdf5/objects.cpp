@@ -71,15 +71,10 @@ bool read_strings(const Handle& type, const Handle& space, std::size_t count,
 }  // namespace
 
 std::vector<std::string> Reader::strings(const std::string& name, std::size_t rows) const {
-  const Handle set = open_data_set(name);
-  const Shape shape = checked_shape(set, name, {rows, 0});
-  const Handle type(H5Dget_type(set.id()), H5Tclose);
-  if (H5Tget_class(type.id()) != H5T_STRING)
-    throw error(name, "holds " + type_of(name) + ", not text");
-  check_storage(set, name, shape.count());
+  const auto [set, type, shape] = open_checked(name, kAnyUnit, {rows, 0}, H5T_STRING, "text");
   const Handle space(H5Dget_space(set.id()), H5Sclose);
   std::vector<std::string> values;
-  const auto read = [&](hid_t memory_type, void* data) {
+  const auto read = [&set = set](hid_t memory_type, void* data) {
     return H5Dread(set.id(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data);
   };
   if (shape.rows > 0 && !read_strings(type, space, shape.rows, read, values))
@@ -96,26 +91,27 @@ bool Reader::has_attribute(const std::string& object, const std::string& name) c
   return H5Aexists(open_object(object).id(), name.c_str()) > 0;
 }
 
-Handle Reader::open_attribute(const std::string& object, const std::string& name) const {
+Reader::OpenAttribute Reader::open_attribute(const std::string& object,
+                                             const std::string& name) const {
   const Handle owner = open_object(object);
   if (H5Aexists(owner.id(), name.c_str()) <= 0) throw attribute_error(object, name, "is missing");
   Handle attribute(H5Aopen(owner.id(), name.c_str(), H5P_DEFAULT), H5Aclose);
   if (!attribute.is_valid()) throw attribute_error(object, name, "cannot be opened");
-  return attribute;
+  Handle type(H5Aget_type(attribute.id()), H5Tclose);
+  Handle space(H5Aget_space(attribute.id()), H5Sclose);
+  return {std::move(attribute), std::move(type), std::move(space)};
 }
 
 std::vector<std::string> Reader::texts_attribute(const std::string& object,
                                                  const std::string& name) const {
-  const Handle attribute = open_attribute(object, name);
-  const Handle type(H5Aget_type(attribute.id()), H5Tclose);
-  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
+  const auto [attribute, type, space] = open_attribute(object, name);
   if (H5Tget_class(type.id()) != H5T_STRING) throw attribute_error(object, name, "is not text");
   const hssize_t count = H5Sget_simple_extent_npoints(space.id());
   if (count < 0 || static_cast<std::uintmax_t>(count) * H5Tget_size(type.id()) > file_bytes_)
     throw attribute_error(object, name, "claims more bytes than the file has");
   std::vector<std::string> values;
-  const auto read = [&](hid_t memory_type, void* data) {
-    return H5Aread(attribute.id(), memory_type, data);
+  const auto read = [&id = attribute](hid_t memory_type, void* data) {
+    return H5Aread(id.id(), memory_type, data);
   };
   if (!read_strings(type, space, static_cast<std::size_t>(count), read, values))
     throw attribute_error(object, name, "cannot be read");
@@ -128,10 +124,12 @@ std::string Reader::text_attribute(const std::string& object, const std::string&
   return values.front();
 }
 
+std::string Reader::text_if_any(const std::string& object, const std::string& name) const {
+  return has_attribute(object, name) ? text_attribute(object, name) : "";
+}
+
 std::int64_t Reader::integer_attribute(const std::string& object, const std::string& name) const {
-  const Handle attribute = open_attribute(object, name);
-  const Handle type(H5Aget_type(attribute.id()), H5Tclose);
-  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
+  const auto [attribute, type, space] = open_attribute(object, name);
   std::int64_t value = 0;
   if (H5Tget_class(type.id()) != H5T_INTEGER || H5Sget_simple_extent_npoints(space.id()) != 1 ||
       H5Aread(attribute.id(), H5T_NATIVE_INT64, &value) < 0)
@@ -150,9 +148,7 @@ Attributes Reader::root_texts() const {
     throw error("", "attributes cannot be listed (HDF5: " + take_reason() + ")");
   Attributes texts;
   for (const auto& name : names) {
-    const Handle attribute = open_attribute("", name);
-    const Handle type(H5Aget_type(attribute.id()), H5Tclose);
-    const Handle space(H5Aget_space(attribute.id()), H5Sclose);
+    const auto [attribute, type, space] = open_attribute("", name);
     if (H5Tget_class(type.id()) == H5T_STRING && H5Sget_simple_extent_npoints(space.id()) == 1)
       texts[name] = text_attribute("", name);
   }

@@ -12,10 +12,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMaxCompression = 1100;   // deflate packs at most 1032:1: more is a lie
-constexpr hsize_t kMaxRows = hsize_t{1} << 40;  // keep products of claimed extents below 2^64
-constexpr hsize_t kMaxColumns = hsize_t{1} << 16;
-
 // "N m" may be written with a middle dot or a star by others; "1" as nothing.
 std::string plain_unit(std::string unit) {
   for (const std::string_view dot : {"\u00b7", "\u22c5", "*", "."})
@@ -77,7 +73,7 @@ Error Reader::error(const std::string& name, const std::string& what) const {
 }
 
 void Reader::expect(std::string_view schema) const {
-  const std::string found = has_attribute("", "schema") ? text_attribute("", "schema") : "";
+  const std::string found = text_if_any("", "schema");
   if (found != schema)
     throw error("", (found.empty() ? "has no schema" : "holds `" + found + "`") + ", not `" +
                         std::string(schema) + "`");
@@ -120,7 +116,8 @@ Shape Reader::checked_shape(const Handle& set, const std::string& name, Shape ex
   hsize_t dims[2] = {0, 0};
   H5Sget_simple_extent_dims(space.id(), dims, nullptr);
   const Shape found{dims[0], dims[1]};
-  if (dims[0] > kMaxRows || dims[1] > kMaxColumns)
+  // Products of claimed extents stay below 2^64.
+  if (dims[0] > hsize_t{1} << 40 || dims[1] > hsize_t{1} << 16)
     throw error(name, "claims shape " + to_string(found));
   if (is_any) return found;
   const bool fits = (dimensions == 2) == (expected.columns != 0) &&
@@ -137,13 +134,10 @@ void Reader::check_storage(const Handle& set, const std::string& name, std::size
   const Handle creation(H5Dget_create_plist(set.id()), H5Pclose);
   if (H5Pget_layout(creation.id()) == H5D_VIRTUAL || H5Pget_external_count(creation.id()) > 0)
     throw error(name, "keeps its values in another file");
-  if (value_bytes == 0 || count > kMaxCompression * file_bytes_ / value_bytes)
+  // Deflate packs at most 1032:1: more is a lie.
+  if (value_bytes == 0 || count > 1100 * file_bytes_ / value_bytes)
     throw error(name, fmt::format("claims {} values in a file of {} bytes", count, file_bytes_));
   if (!is_written_whole(set, creation)) throw error(name, "was not written whole");
-}
-
-std::string Reader::unit_of(const std::string& name) const {
-  return has_attribute(name, "unit") ? text_attribute(name, "unit") : "";
 }
 
 void Reader::check_unit(const Handle& set, const std::string& name, std::string_view unit) const {
@@ -155,26 +149,34 @@ void Reader::check_unit(const Handle& set, const std::string& name, std::string_
     throw error(name, "is in `" + found + "`, not in " + std::string(unit));
 }
 
+Reader::CheckedSet Reader::open_checked(const std::string& name, std::string_view unit,
+                                        Shape expected, int type_class,
+                                        const char* type_name) const {
+  Handle set = open_data_set(name);
+  check_unit(set, name, unit);
+  const Shape shape = checked_shape(set, name, expected);
+  Handle type(H5Dget_type(set.id()), H5Tclose);
+  if (H5Tget_class(type.id()) != type_class)
+    throw error(name, fmt::format("holds {}, not {}", type_of(name), type_name));
+  check_storage(set, name, shape.count());
+  return {std::move(set), std::move(type), shape};
+}
+
 template <class T>
-std::vector<T> Reader::values(const Handle& set, const std::string& name, std::int64_t memory_type,
-                              Shape shape) const {
-  std::vector<T> out(shape.count());
-  if (!out.empty() && H5Dread(set.id(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, out.data()) < 0)
+std::vector<T> Reader::values(const CheckedSet& of, const std::string& name,
+                              std::int64_t memory_type) const {
+  std::vector<T> out(of.shape.count());
+  if (!out.empty() &&
+      H5Dread(of.set.id(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, out.data()) < 0)
     throw error(name, "cannot be read (HDF5: " + take_reason() + ")");
   return out;
 }
 
 std::vector<double> Reader::numbers(const std::string& name, std::string_view unit, Shape expected,
                                     bool may_be_nan) const {
-  const Handle set = open_data_set(name);
-  check_unit(set, name, unit);
-  const Shape shape = checked_shape(set, name, expected);
-  const Handle type(H5Dget_type(set.id()), H5Tclose);
-  if (H5Tget_class(type.id()) != H5T_FLOAT)
-    throw error(name, fmt::format("holds {}, not floating-point numbers", type_of(name)));
-  check_storage(set, name, shape.count());
-  std::vector<double> out = values<double>(set, name, H5T_NATIVE_DOUBLE, shape);
-  const std::size_t columns = shape.columns == 0 ? 1 : shape.columns;
+  const CheckedSet of = open_checked(name, unit, expected, H5T_FLOAT, "floating-point numbers");
+  std::vector<double> out = values<double>(of, name, H5T_NATIVE_DOUBLE);
+  const std::size_t columns = of.shape.columns == 0 ? 1 : of.shape.columns;
   for (std::size_t i = 0; i < out.size(); ++i)
     if (!std::isfinite(out[i]) && !(may_be_nan && std::isnan(out[i])))
       throw error(name, fmt::format("row {} is not a finite number", i / columns));
@@ -182,19 +184,13 @@ std::vector<double> Reader::numbers(const std::string& name, std::string_view un
 }
 
 template <class T>
-std::vector<T> Reader::integers_as(const std::string& name, std::string_view unit,
-                                   Shape expected) const {
-  const Handle set = open_data_set(name);
-  check_unit(set, name, unit);
-  const Shape shape = checked_shape(set, name, expected);
-  const Handle type(H5Dget_type(set.id()), H5Tclose);
-  if (H5Tget_class(type.id()) != H5T_INTEGER)
-    throw error(name, "holds " + type_of(name) + ", not integers");
-  check_storage(set, name, shape.count());
+std::vector<T> Reader::integers(const std::string& name, std::string_view unit,
+                                Shape expected) const {
+  const CheckedSet of = open_checked(name, unit, expected, H5T_INTEGER, "integers");
   const hid_t own = sizeof(T) == 1 ? H5T_NATIVE_INT8 : H5T_NATIVE_INT32;
-  if (H5Tequal(type.id(), own) > 0) return values<T>(set, name, own, shape);
+  if (H5Tequal(of.type.id(), own) > 0) return values<T>(of, name, own);
   std::vector<T> out;
-  for (const std::int64_t wide : values<std::int64_t>(set, name, H5T_NATIVE_INT64, shape)) {
+  for (const std::int64_t wide : values<std::int64_t>(of, name, H5T_NATIVE_INT64)) {
     out.push_back(static_cast<T>(wide));
     if (out.back() != wide)
       throw error(name, fmt::format("row {} is beyond {} bits", out.size() - 1, 8 * sizeof(T)));
@@ -202,14 +198,9 @@ std::vector<T> Reader::integers_as(const std::string& name, std::string_view uni
   return out;
 }
 
-std::vector<std::int32_t> Reader::integers(const std::string& name, std::string_view unit,
-                                           Shape shape) const {
-  return integers_as<std::int32_t>(name, unit, shape);
-}
-
-std::vector<std::int8_t> Reader::bytes(const std::string& name, std::string_view unit,
-                                       Shape shape) const {
-  return integers_as<std::int8_t>(name, unit, shape);
-}
+template std::vector<std::int32_t> Reader::integers(const std::string&, std::string_view,
+                                                    Shape) const;
+template std::vector<std::int8_t> Reader::integers(const std::string&, std::string_view,
+                                                   Shape) const;
 
 }  // namespace palpate::h5

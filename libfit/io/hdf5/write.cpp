@@ -15,15 +15,11 @@ static_assert(std::endian::native == std::endian::little,
 
 namespace {
 
-constexpr std::size_t kImageGrowth = 1 << 20;  // bytes the memory image grows by
-constexpr std::size_t kChunkBytes = 1 << 18;   // half of what the HDF5 cache of a data set holds
-constexpr unsigned kDeflateLevel = 4;          // 6: 1 % less on control values for twice the time
-
 // Made in memory, stored when closed. H5Fget_file_image would do without a path, but in 1.10 it
 // spoils the superblock's checksum.
 Handle new_file(const std::filesystem::path& partial) {
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  H5Pset_fapl_core(access.id(), kImageGrowth, true);
+  H5Pset_fapl_core(access.id(), 1 << 20, true);                         // grows by a MiB
   H5Pset_libver_bounds(access.id(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // checksummed metadata
   H5Pset_fclose_degree(access.id(), H5F_CLOSE_STRONG);
   const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
@@ -33,10 +29,7 @@ Handle new_file(const std::filesystem::path& partial) {
 
 // HDF5 writes the image by the system's calls, whose errno says more than its own stack.
 Error cannot_store(const std::filesystem::path& path, int reason) {
-  return Error(path.string(),
-               reason != 0 ? fmt::format("cannot be written: {}", std::strerror(reason))
-                           : "cannot be written (HDF5: " + take_reason() + ")",
-               "Choose a folder that exists, can be written and has space.");
+  return cannot_write(path, reason != 0 ? std::strerror(reason) : "HDF5: " + take_reason());
 }
 
 Handle text_type(std::size_t longest) {
@@ -59,11 +52,12 @@ Handle storage_of(Shape shape, std::size_t value_bytes) {
   H5Pset_fill_time(creation.id(), H5D_FILL_TIME_NEVER);
   if (shape.count() == 0) return creation;
   const std::size_t row_bytes = value_bytes * std::max<std::size_t>(shape.columns, 1);
-  const hsize_t chunk[2] = {std::clamp<std::size_t>(kChunkBytes / row_bytes, 1, shape.rows),
+  // Half of what the HDF5 cache of a data set holds.
+  const hsize_t chunk[2] = {std::clamp<std::size_t>((1 << 18) / row_bytes, 1, shape.rows),
                             shape.columns};
   H5Pset_chunk(creation.id(), shape.columns == 0 ? 1 : 2, chunk);
   H5Pset_shuffle(creation.id());
-  H5Pset_deflate(creation.id(), kDeflateLevel);
+  H5Pset_deflate(creation.id(), 4);  // 6: 1 % less on control values for twice the time
   H5Pset_fletcher32(creation.id());
   return creation;
 }

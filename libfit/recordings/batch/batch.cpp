@@ -11,7 +11,7 @@
 #include <mutex>
 #include <numeric>
 
-#include "libfit/io/content_hash.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 

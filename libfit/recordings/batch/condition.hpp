@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "libfit/core/recorded_signals.hpp"
+#include "libfit/core/samples.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/recording.hpp"
 #include "libfit/recordings/relaxation/timed_press.hpp"

@@ -86,7 +86,8 @@ std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path& path, s
       throw fail("data set is missing", "There are: " + list.substr(0, 300) + ".");
     }
     columns.push_back(column_of(file, role.name));
-    factors.push_back(factor_of(role, set + " (" + file.unit_of(set) + ")", settings.units, fail));
+    factors.push_back(
+        factor_of(role, set + " (" + file.text_if_any(set, "unit") + ")", settings.units, fail));
   }
   RawRecording recording = recording_of_arrays(
       roles, std::move(columns), factors, settings,

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "libfit/core/recorded_signals.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/batch/registration.hpp"

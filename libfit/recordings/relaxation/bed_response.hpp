@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "libfit/core/relaxation.hpp"
+#include "libfit/core/body.hpp"
 
 namespace palpate::recordings {
 

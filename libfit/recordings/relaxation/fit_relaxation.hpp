@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "libfit/core/relaxation.hpp"
+#include "libfit/core/body.hpp"
 #include "libfit/recordings/relaxation/press_group.hpp"
 
 namespace palpate::recordings {

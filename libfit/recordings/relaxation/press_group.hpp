@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "libfit/core/relaxation.hpp"
+#include "libfit/core/body.hpp"
 #include "libfit/recordings/relaxation/timed_press.hpp"
 
 namespace palpate::recordings {

@@ -6,7 +6,7 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/geometry.hpp"
-#include "libfit/core/recorded_signals.hpp"
+#include "libfit/core/samples.hpp"
 #include "libfit/recordings/formats/recording.hpp"
 #include "libfit/recordings/signal/settings.hpp"
 

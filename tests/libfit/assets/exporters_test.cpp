@@ -11,7 +11,6 @@
 
 #include "libfit/assets/asset_bytes.hpp"
 #include "libfit/assets/asset_file.hpp"
-#include "libfit/assets/asset_surface.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfit/runtime/models.hpp"
 

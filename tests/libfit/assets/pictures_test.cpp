@@ -9,7 +9,6 @@
 #include <sstream>
 
 #include "libfit/assets/exporters.hpp"
-#include "libfit/assets/stiffness_map.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfit/runtime/models.hpp"
 

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "libfit/certify/certificate.hpp"
-#include "libfit/certify/devices.hpp"
 #include "tests/libfit/runtime/models.hpp"
 
 namespace palpate::certify::test {
@@ -89,7 +88,7 @@ TEST(certificate, devices_are_judged_by_force_stiffness_and_resolution) {
 
 TEST(closed_loop, swings_on_a_stiff_wall_with_delay_and_not_on_a_soft_one) {
   const Device device{"d", "", 8.5, 3500, 3e-5, 0.04, 0.075};
-  const ServoLoop prompt{1000, 0, 24, 1}, late{1000, 1, 24, 1}, fast{10000, 1, 24, 1};
+  const ServoLoop prompt{1000, 0}, late{1000, 1}, fast{10000, 1};
   EXPECT_EQ(swinging_hands(device, 200, 3, late), 0);
   EXPECT_EQ(swinging_hands(device, 2e4, 3, late), 24);
   int before = 0;
@@ -104,7 +103,7 @@ TEST(closed_loop, swings_on_a_stiff_wall_with_delay_and_not_on_a_soft_one) {
 
 TEST(closed_loop, swings_by_the_steps_of_an_encoder_that_friction_does_not_hold) {
   Device device{"d", "", 8.5, 0, 3e-5, 0.04, 0.075};
-  const ServoLoop fast{10000, 1, 24, 1};
+  const ServoLoop fast{10000, 1};
   EXPECT_FALSE(judge(device, 4000, 3).resolution_fits);  // 4000 N/m 15 um = 0.06 N
   EXPECT_EQ(swinging_hands(device, 4000, 3, fast), 24);
   device.resolution_m = 1e-6;

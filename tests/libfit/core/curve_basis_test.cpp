@@ -1,4 +1,4 @@
-#include "libfit/core/curve_basis.hpp"
+#include "libfit/core/curves.hpp"
 
 #include <gtest/gtest.h>
 

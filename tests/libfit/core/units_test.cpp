@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "libfit/core/misread_unit.hpp"
 #include "tests/support/surfaces.hpp"
 
 namespace palpate {

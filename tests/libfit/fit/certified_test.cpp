@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "libfit/fit/spline/curve_band.hpp"
+#include "libfit/fit/spline/monotone_least_squares.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
 
 // Data of NIST's Statistical Reference Datasets whose models are ours, with certified values

@@ -1,6 +1,6 @@
 // How tools feel each other, found from what two of them feel (M62).
 
-#include "libfit/fit/coupling.hpp"
+#include "libfit/fit/contact_effects.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "libfit/fit/spline/curve_band.hpp"
+#include "libfit/fit/spline/monotone_least_squares.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
 
 // Bands of 90 % hold the truth in about 90 % of seeded trials: docs/method-identification.md,

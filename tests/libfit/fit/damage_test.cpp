@@ -1,6 +1,6 @@
 // How a body softens, from presses in cycles (docs/method-body.md, section 26).
 
-#include "libfit/fit/damage.hpp"
+#include "libfit/fit/contact_effects.hpp"
 
 #include <gtest/gtest.h>
 

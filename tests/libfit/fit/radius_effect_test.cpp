@@ -1,7 +1,7 @@
 // How curves change with the indenter's radius, from presses of two indenters
 // (docs/method-tools.md, section 30).
 
-#include "libfit/fit/radius_effect.hpp"
+#include "libfit/fit/contact_effects.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,6 @@
 
 #include <csignal>
 
-#include "libfit/io/content_hash.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tests/libfit/io/examples.hpp"

@@ -1,6 +1,6 @@
 // The force of a half-space whose surface has the body's shape, against closed forms.
 
-#include "libfit/refine/gap_force.hpp"
+#include "libfit/refine/interpolation.hpp"
 
 #include <gtest/gtest.h>
 

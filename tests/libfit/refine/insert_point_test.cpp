@@ -1,4 +1,4 @@
-#include "libfit/refine/insert_point.hpp"
+#include "libfit/refine/next_points.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Measured points: forces that scatter, and a surface whose normals are not those of the presses.
 
-#include "libfit/refine/kriging.hpp"
+#include "libfit/refine/interpolation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfit/refine/insert_point.hpp"
 #include "libfit/refine/next_points.hpp"
 #include "libfit/refine/points_on_surface.hpp"
 #include "tests/libfit/refine/blending.hpp"

@@ -3,7 +3,7 @@
 #include <limits>
 #include <random>
 
-#include "libfit/refine/edge_paths.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 #include "tests/libfit/refine/surfaces.hpp"
 
 namespace palpate::testing_refine {

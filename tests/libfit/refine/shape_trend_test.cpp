@@ -1,6 +1,6 @@
 // Forces that follow the gap under the tool (M12g).
 
-#include "libfit/refine/gap_force.hpp"
+#include "libfit/refine/interpolation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,12 @@
 // What a side force says of the slope of the normal curve, and what blending gains by it.
 
-#include "libfit/refine/side_force.hpp"
+#include "libfit/refine/interpolation.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "libfit/refine/next_points.hpp"
-#include "libfit/refine/side_force.hpp"
 #include "tests/libfit/refine/blending.hpp"
 
 namespace palpate::testing_refine {

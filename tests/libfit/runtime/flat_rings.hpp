@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "libfit/core/curve_basis.hpp"
+#include "libfit/core/curves.hpp"
 #include "libfit/runtime/law/families.hpp"
 
 namespace palpate::runtime {

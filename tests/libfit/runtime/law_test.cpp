@@ -9,7 +9,7 @@
 #include <sstream>
 #include <vector>
 
-#include "libfit/core/curve_basis.hpp"
+#include "libfit/core/curves.hpp"
 #include "libfit/runtime/series/quadric_replay.hpp"
 #include "tests/libfit/runtime/models.hpp"
 #include "tests/support/from_touch.hpp"

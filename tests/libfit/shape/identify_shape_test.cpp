@@ -1,10 +1,9 @@
 // Shape responses found in rows that a known one made.
 
-#include "libfit/shape/identify_shape.hpp"
+#include "libfit/shape/shape.hpp"
 
 #include <gtest/gtest.h>
 
-#include "libfit/shape/shape_error.hpp"
 #include "tests/libfit/runtime/models.hpp"
 
 namespace palpate::test {

@@ -12,7 +12,6 @@
 #include "libfit/runtime/series/quadric_replay.hpp"
 #include "libfit/validation/causes.hpp"
 #include "libfit/validation/replay.hpp"
-#include "libfit/validation/substitute.hpp"
 #include "tests/support/bodies.hpp"
 
 namespace palpate::validation {

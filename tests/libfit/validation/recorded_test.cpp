@@ -1,4 +1,4 @@
-#include "libfit/validation/recorded.hpp"
+#include "libfit/validation/replay.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <random>
 #include <sstream>
 
-#include "libfit/validation/tick_time.hpp"
+#include "libfit/validation/replay.hpp"
 
 namespace palpate::validation {
 namespace {

@@ -12,7 +12,7 @@
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/misread_unit.hpp"
+#include "libfit/core/units.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/scene_shapes.hpp"
 #include "tools/stages/body/plausibility.hpp"

@@ -7,7 +7,7 @@
 
 #include "libfem/mesh/grade/smooth_surface.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/misread_unit.hpp"
+#include "libfit/core/units.hpp"
 
 namespace palpate::tools {
 namespace {

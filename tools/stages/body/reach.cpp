@@ -12,7 +12,7 @@
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/surface/test_points.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/refine/edge_paths.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/fields.hpp"
 

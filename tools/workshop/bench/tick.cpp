@@ -2,7 +2,7 @@
 
 #include <tuple>
 
-#include "libfit/core/relaxation.hpp"
+#include "libfit/core/body.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/runtime/tool/tool.hpp"
 #include "tools/console.hpp"

@@ -7,7 +7,6 @@
 #include "libfit/core/stated_error.hpp"
 #include "libfit/experiments/draw.hpp"
 #include "libfit/validation/replay.hpp"
-#include "libfit/validation/tick_time.hpp"
 #include "tools/workshop/bench/tick_timing.hpp"
 
 namespace palpate::tools {

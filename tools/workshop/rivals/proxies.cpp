@@ -9,7 +9,7 @@
 
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/validation/recorded.hpp"
+#include "libfit/validation/replay.hpp"
 #include "tools/workshop/rivals/finger_proxy.hpp"
 #include "tools/workshop/rivals/rival.hpp"
 

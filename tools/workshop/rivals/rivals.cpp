@@ -13,7 +13,7 @@
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/experiments/draw.hpp"
-#include "libfit/io/content_hash.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/canonical.hpp"

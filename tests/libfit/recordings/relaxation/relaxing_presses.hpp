@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "libfit/core/relaxation.hpp"
+#include "libfit/core/body.hpp"
 #include "libfit/recordings/batch/condition.hpp"
 #include "libfit/recordings/formats/recording.hpp"
 #include "libfit/recordings/relaxation/press_group.hpp"

@@ -1,14 +1,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <vector>
 
 #include "libfit/core/error.hpp"
 #include "libfit/fit/fit_steps.hpp"
 
 namespace palpate::fit {
 namespace {
-
-constexpr double kSensorDeviation = 0.05;  // of bias and drift, over the point's typical force
 
 // Standard deviation of each experiment's contact point [m]: that of the mean of its recordings.
 std::map<std::int32_t, double> stated_deviations(const MeasuredRecordings& recordings) {
@@ -38,6 +37,36 @@ void append(Eigen::VectorXd& column, double value) {
   column[column.size() - 1] = value;
 }
 
+// A tool with less than this share of its force in slow motion has left the body.
+constexpr double kLeastQuotient = 0.1;
+
+// Rows of each experiment, one after the other, up to the first that is not good.
+std::vector<std::vector<Eigen::Index>> usable_experiments(const Samples& samples) {
+  std::vector<std::vector<Eigen::Index>> out;
+  bool is_good = true;
+  for (std::size_t row = 0; row < samples.status.size(); ++row) {
+    if (row == 0 || samples.experiment[row] != samples.experiment[row - 1]) {
+      out.emplace_back();
+      is_good = true;
+    }
+    is_good = is_good && samples.status[row] == RowStatus::good;
+    if (is_good) out.back().push_back(row);
+  }
+  return out;
+}
+
+// Normal forces of an experiment, in the samples' time or in slow motion.
+std::vector<double> normal_forces(const Samples& samples, const std::vector<Eigen::Index>& rows,
+                                  const Bases& bases, const CurveSet& curves) {
+  const Eigen::Index point = samples.point[rows.front()];
+  const Vec3 inward = samples.point_normal.row(point);
+  const Points force =
+      local_answer(curves_at(bases, curves, point, samples, point), samples, rows).force;
+  std::vector<double> out;
+  for (Eigen::Index i = 0; i < force.rows(); ++i) out.push_back(inward.dot(Vec3(force.row(i))));
+  return out;
+}
+
 }  // namespace
 
 void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& body) {
@@ -54,7 +83,7 @@ void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& 
         e.unknown[kContact] = found != stated.end() ? found->second / body.length_m : 0;
       }
       for (const int k : {kBias, kDrift})
-        if (options.estimates[k]) e.unknown[k] = kSensorDeviation;
+        if (options.estimates[k]) e.unknown[k] = 0.05;  // of the point's typical force
     }
 }
 
@@ -125,6 +154,44 @@ PointResult keep_point(const FitOptions& options, Eigen::Index earlier, std::siz
   result.nuisance.clear();  // the earlier fit knew them all
   result.nuisance_deviation.clear();
   return result;
+}
+
+Samples in_slow_motion(const Samples& timed, const FittedCurves& curves) {
+  Samples out = timed;
+  out.time_s.resize(0);
+  const Bases bases = bases_of(curves.curves);
+  for (const std::vector<Eigen::Index>& rows : usable_experiments(timed)) {
+    if (rows.empty()) continue;
+    const std::int32_t point = timed.point[rows.front()];
+    if (curves.status[point] == FitStatus::failed) continue;
+    const auto fast = normal_forces(timed, rows, bases, curves.curves),
+               slow = normal_forces(out, rows, bases, curves.curves);
+    // Below it a quotient is that of the next row above.
+    const double least = 0.02 * *std::ranges::max_element(slow);
+    std::vector<double> quotient;
+    for (std::size_t i = 0; i < slow.size(); ++i)
+      quotient.push_back(slow[i] > least && slow[i] > 0 ? fast[i] / slow[i] : 0);
+    const auto first = std::ranges::find_if(quotient, [](double q) { return q > kLeastQuotient; });
+    double before = first != quotient.end() ? *first : 1, deepest_m = 0;
+    const bool is_press = timed.kind[rows.front()] == ExperimentKind::press;
+    for (std::size_t i = 0; i < slow.size(); ++i) {
+      const Eigen::Index row = rows[i];
+      const bool is_significant = slow[i] > least && slow[i] > 0;
+      const double depth_m = timed.deflection.row(row).dot(timed.point_normal.row(point));
+      deepest_m = std::max(deepest_m, depth_m);
+      // Unloading releases rings one by one, a body does not.
+      const bool is_unloading = is_press && depth_m < 0.98 * deepest_m;
+      if (is_unloading || (is_significant && quotient[i] < kLeastQuotient)) {
+        out.status[row] = RowStatus::no_contact;
+        continue;
+      }
+      if (is_significant) before = quotient[i];
+      out.force.row(row) /= before;
+      out.torque.row(row) /= before;
+      out.force_error[row] /= before;
+    }
+  }
+  return out;
 }
 
 }  // namespace palpate::fit

@@ -1,11 +1,6 @@
-#include "libfit/fit/point/local_curves.hpp"
+#include "libfit/fit/point/replay.hpp"
 
 namespace palpate::fit {
-namespace {
-
-constexpr double kSamePlace = 1e-6;  // of the extent: above rounding, below the points' spacing
-
-}  // namespace
 
 LocalCurves curves_at(const Bases& bases, const CurveSet& curves, Eigen::Index row,
                       const Samples& samples, Eigen::Index point) {
@@ -17,7 +12,7 @@ Eigen::Index point_at(const FittedCurves& curves, const Vec3& place) {
   Eigen::Index nearest = 0;
   const double distance_m =
       (curves.position.rowwise() - place.transpose()).rowwise().norm().minCoeff(&nearest);
-  const bool is_there = distance_m <= kSamePlace * extent_m(curves.position).norm() &&
+  const bool is_there = distance_m <= 1e-6 * extent_m(curves.position).norm() &&
                         curves.status[nearest] != FitStatus::failed;
   return is_there ? nearest : -1;
 }
@@ -29,9 +24,8 @@ LocalAnswer local_answer(const LocalCurves& curves, const Points& path, const do
   out.slipped_rows = replay<double>(curves.bases->views, curves.controls, curves.quadric,
                                     {path.data(), static_cast<int>(path.rows()), time_s}, sensor,
                                     is_any(sensor), force.data());
-  for (Eigen::Index i = 0; i < path.rows(); ++i) {
+  for (Eigen::Index i = 0; i < path.rows(); ++i)
     out.force.row(i) << force[i].x, force[i].y, force[i].z;
-  }
   return out;
 }
 

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "libfit/core/samples.hpp"
-#include "libfit/fit/options.hpp"
+#include "libfit/fit/fit_curves.hpp"
+#include "libfit/fit/spline/monotone_least_squares.hpp"
 
 namespace palpate::fit {
 
@@ -53,11 +54,6 @@ struct PointExperiment {
   }
 };
 
-/// Counts of a point's rows by their use.
-struct RowCounts {
-  std::int32_t used = 0, not_good = 0, not_finite = 0, cut = 0;
-};
-
 struct PointData {
   Vec3 inward = Vec3::Zero();
   Mat3 normal_gradient = Mat3::Zero();  ///< du/dc times length_m
@@ -65,7 +61,7 @@ struct PointData {
   Mat3 sway = Mat3::Zero();             ///< compliance C, lengths over forces; 0: none subtracted
   double depth = 0;                     ///< deepest usable row, over length_m
   double depth_m = 0;                   ///< the same [m]
-  RowCounts rows;
+  ReportedRows rows;
   std::vector<PointExperiment> experiments;
   bool has_errors = false;  ///< some row states its force error: weights are believed
   std::string problem;      ///< why nothing can be fitted; empty when something can
@@ -113,5 +109,22 @@ inline std::array<Vec3, 2> tangents_of(const Vec3& inward) {
   const Vec3 first = inward.unitOrthogonal();
   return {first, inward.cross(first)};
 }
+
+/// A point's rows by the curve that they determine when a plateau test divides stick from slip:
+/// start values and evidence for a basis. The final fit does not use this division.
+struct CurveRows {
+  std::array<std::vector<CurveRow>, kCurveKinds> curve;
+  double lateral_reach = 0;     ///< largest lateral deflection before gross slip
+  double largest_friction = 0;  ///< lateral over normal force of rows that stick
+  int drags = 0;                ///< experiments with a lateral deflection
+  int slipping_drags = 0;       ///< drags that reach a plateau
+};
+
+/// Normal rows come from presses and drags, lateral rows from drags before their plateau, limit
+/// rows from the plateau, each turned into the frame of the contact point it has then.
+CurveRows curve_rows(const PointData& point);
+
+/// Numbers rows by distinct abscissa (`share` of `range` apart) and returns how many there are.
+int group_by_abscissa(std::vector<CurveRow>& rows, double range, double share);
 
 }  // namespace palpate::fit
