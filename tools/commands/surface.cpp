@@ -6,7 +6,7 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/recorded_body.hpp"
+#include "tools/stages/import.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/importers.hpp"
-#include "tools/manifest/keys.hpp"
+#include "tools/manifest/manifest.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -15,9 +16,6 @@ namespace fs = std::filesystem;
 using recordings::BatchItem;
 using recordings::Drift;
 using recordings::Tip;
-
-constexpr double kMaxMebibytes = 1 << 20;
-constexpr double kMaxTipRadius_m = 1;  // a ball of metres presses as a plane: "5 m" for "5 mm"
 
 template <class Value>
 struct Named {
@@ -105,7 +103,7 @@ void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
   read.comment = table.text("comment", read.comment);
   read_named(table, "normals", kNormals, read.is_normal_outward);
   read.max_bytes = static_cast<std::uintmax_t>(table.number(
-                       "largest_file", static_cast<double>(read.max_bytes >> 20), 1, kMaxMebibytes))
+                       "largest_file", static_cast<double>(read.max_bytes >> 20), 1, 1 << 20))
                    << 20;
 }
 
@@ -118,11 +116,6 @@ std::string column(SceneTable& table, std::string_view key, const toml::node& no
        "Give a name of the header in quotes, or a number counted from 1.");
 }
 
-void read_column(SceneTable& table, std::string_view key, std::string& target) {
-  if (const toml::node* node = table.node(key)) target = column(table, key, *node);
-}
-
-// counts: how many names are right.
 void read_columns_of(SceneTable& table, std::string_view key, std::vector<std::string>& target,
                      bool may_be_one) {
   const toml::node* node = table.node(key);
@@ -138,23 +131,13 @@ void read_columns_of(SceneTable& table, std::string_view key, std::vector<std::s
                     : "Give three: [\"x\", \"y\", \"z\"].");
 }
 
-void read_unit(SceneTable& table, std::string_view key, Dimension dimension, std::string& target) {
-  target = table.text(key, target);
-  if (!target.empty() &&
-      !unit_factor(importers::split_unit(fmt::format("({})", target)).second, dimension))
-    fail(table, key,
-         fmt::format("{} of units is \"{}\", which is no unit of {}", key, target,
-                     dimension_name(dimension)),
-         "Known: " + known_units(dimension) + ".");
-}
-
 void read_columns(SceneTable table, importers::ColumnNames& names) {
   for (const auto& [key, name] : {std::pair{"time", &names.time},
                                   {"force_time", &names.force_time},
                                   {"depth", &names.depth},
                                   {"retract_depth", &names.retract_depth},
                                   {"retract_force", &names.retract_force}})
-    read_column(table, key, *name);
+    if (const toml::node* node = table.node(key)) *name = column(table, key, *node);
   for (const auto& [key, axes] :
        {std::pair{"position", &names.position}, {"force", &names.force}, {"torque", &names.torque}})
     read_columns_of(table, key, *axes, true);
@@ -164,10 +147,18 @@ void read_columns(SceneTable table, importers::ColumnNames& names) {
 }
 
 void read_units(SceneTable table, importers::UnitNames& units) {
-  read_unit(table, "time", Dimension::time, units.time);
-  read_unit(table, "position", Dimension::length, units.position);
-  read_unit(table, "force", Dimension::force, units.force);
-  read_unit(table, "torque", Dimension::torque, units.torque);
+  for (const auto& [key, dimension, unit] : {std::tuple{"time", Dimension::time, &units.time},
+                                             {"position", Dimension::length, &units.position},
+                                             {"force", Dimension::force, &units.force},
+                                             {"torque", Dimension::torque, &units.torque}}) {
+    *unit = table.text(key, *unit);
+    if (!unit->empty() &&
+        !unit_factor(importers::split_unit(fmt::format("({})", *unit)).second, dimension))
+      fail(table, key,
+           fmt::format("{} of units is \"{}\", which is no unit of {}", key, *unit,
+                       dimension_name(dimension)),
+           "Known: " + known_units(dimension) + ".");
+  }
   table.finish();
 }
 
@@ -213,7 +204,8 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   if (table.has("probe")) {
     SceneTable probe = table.table("probe", "probe");
     read_named(probe, "shape", kTips, s.tip);
-    s.radius_m = probe.quantity("radius", Dimension::length, s.radius_m, 0, kMaxTipRadius_m);
+    // A ball of metres presses as a plane: "5 m" for "5 mm".
+    s.radius_m = probe.quantity("radius", Dimension::length, s.radius_m, 0, 1);
     s.half_angle_rad = probe.quantity("half_angle", Dimension::angle, s.half_angle_rad, 0, 1.57);
     if (probe.has("friction")) entry.friction = probe.number("friction", 0, 0, 100);
     probe.finish();
@@ -233,13 +225,6 @@ std::vector<importers::SaidKey> said_keys(const SceneTable& table, const SceneTa
     if (holder.holds(name)) said.push_back({std::string(key.name), holder.where(name)});
   }
   return said;
-}
-
-// Whether the manifest says what the columns are; files of some formats say it themselves.
-bool is_table(const importers::ReadSettings& read) {
-  const auto& c = read.columns;
-  return read.format == "robot-palpation" || !c.depth.empty() || !c.position.empty() ||
-         !c.force.empty();
 }
 
 }  // namespace
@@ -262,7 +247,7 @@ void read_keys(SceneTable& table, ManifestEntry& entry) {
   read_columns(std::move(columns), entry.item.read.columns);
   read_units(table.table("units", "units"), entry.item.read.units);
   if (table.has("force_on"))
-    entry.is_force_on_tool = table.choice("force_on", "", {"tool", "body"}) == "tool";
+    entry.item.read.is_force_on_tool = table.choice("force_on", "", {"tool", "body"}) == "tool";
   read_position(table, entry);
   read_normal(table, entry.item);
   read_text_keys(table, entry.item.read);
@@ -275,20 +260,19 @@ void complete(const SceneTable& table, ManifestEntry& entry) {
   if (entry.file.empty())
     throw Error(table.where_table(), "[[recording]] has no file", "Add file = \"...\".");
   const auto& c = item.read.columns;
-  item.read.is_force_on_tool = entry.is_force_on_tool;
-  if (is_table(item.read)) {
-    if (!entry.is_force_on_tool)
+  const bool is_robot = item.read.format == "robot-palpation";
+  if (is_robot || c.has_signal()) {  // else the file says itself what its columns are
+    if (!item.read.is_force_on_tool)
       throw Error(
           table.where_table(), "force_on is missing: whose force the sensor reports",
           "Add force_on = \"tool\" (what the sensor feels) or \"body\" (what the body feels).");
-    if (item.read.format != "robot-palpation" &&
-        (c.force.empty() || (c.depth.empty() && c.position.empty())))
+    if (!is_robot && (c.force.empty() || (c.depth.empty() && c.position.empty())))
       throw Error(
           table.where("columns"),
           c.force.empty() ? "columns names no force" : "columns names neither depth nor position",
           "Add columns = { time = \"t\", position = [\"x\", \"y\", \"z\"], force = [\"fx\", "
           "\"fy\", \"fz\"] }, or depth = \"d\" for a 1-axis rig.");
-    if (!c.depth.empty() && !c.position.empty() && item.read.format != "robot-palpation")
+    if (!is_robot && !c.depth.empty() && !c.position.empty())
       throw Error(table.where("columns"), "columns names both depth and position",
                   "Leave one out.");
     if (c.position.size() == 1 && item.read.format == "csv")

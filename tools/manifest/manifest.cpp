@@ -8,15 +8,16 @@
 #include <utility>
 
 #include "libfit/io/atomic_file.hpp"
-#include "tools/manifest/keys.hpp"
 
 namespace palpate::tools {
 namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kHeldOutEvery = 5, kHeldOutFrom = 10;  // fewer points are all needed
+
 void read_registration(SceneTable table, Manifest& manifest) {
-  manifest.fits_to_surface = table.boolean("icp", false);
+  manifest.options.fits_to_surface = table.boolean("icp", false);
   if (table.has("transform")) {
     const auto m = table.numbers("transform", 16, -kAnyNumber, kAnyNumber);
     recordings::RigidMotion motion;
@@ -32,7 +33,7 @@ void read_registration(SceneTable table, Manifest& manifest) {
       fail(table, "transform", "transform is no rigid motion",
            "Give 16 numbers row by row: rotation, and translation in m in the last column; the "
            "last row is 0, 0, 0, 1.");
-    manifest.motion = motion;
+    manifest.options.motion = motion;
   }
   auto landmarks = table.tables("landmarks", "landmarks of [registration]");
   manifest.rig_landmarks_m.resize(landmarks.size(), 3);
@@ -42,10 +43,10 @@ void read_registration(SceneTable table, Manifest& manifest) {
     manifest.body_landmarks_m.row(i) = landmarks[i].point("body");
     landmarks[i].finish();
   }
-  if (manifest.motion && !landmarks.empty())
+  if (manifest.options.motion && !landmarks.empty())
     fail(table, "landmarks", "registration has both a transform and landmarks", "Leave one out.");
   table.finish();
-  if (manifest.fits_to_surface && !manifest.surface)
+  if (manifest.options.fits_to_surface && !manifest.surface)
     fail(table, "icp", "icp needs a surface", "Say `surface` and `length_unit`.");
 }
 
@@ -131,8 +132,6 @@ std::vector<char> held_out_points(const Manifest& manifest, const Samples& sampl
   return is_held_out;
 }
 
-double poisson_of(const Manifest& manifest) { return manifest.items.front().signal.poisson; }
-
 Manifest read_manifest(const fs::path& path, KeyLog* log) {
   Manifest manifest;
   manifest.path = path;
@@ -146,12 +145,12 @@ Manifest read_manifest(const fs::path& path, KeyLog* log) {
   } else {
     root.text("length_unit", "");
   }
-  manifest.place_tolerance_m =
-      root.quantity("place_tolerance", Dimension::length, manifest.place_tolerance_m, 0, 1e3);
+  double& tolerance_m = manifest.options.place_tolerance_m;
+  tolerance_m = root.quantity("place_tolerance", Dimension::length, tolerance_m, 0, 1e3);
   const std::string relaxation = root.choice("relaxation", "auto", {"auto", "none", "apply"});
-  manifest.relaxation = relaxation == "none"    ? recordings::RelaxationUse::none
-                        : relaxation == "apply" ? recordings::RelaxationUse::always
-                                                : recordings::RelaxationUse::where_sure;
+  manifest.options.relaxation = relaxation == "none"    ? recordings::RelaxationUse::none
+                                : relaxation == "apply" ? recordings::RelaxationUse::always
+                                                        : recordings::RelaxationUse::where_sure;
   read_registration(root.table("registration", "[registration]"), manifest);
   read_hold_out(root.table("validate", "[validate]"), manifest.hold_out);
   manifest.fit = read_fit(root.table("fit", "[fit]"), path);

@@ -7,11 +7,10 @@
 
 #include "libfit/core/probe.hpp"
 #include "libfit/core/samples.hpp"
-#include "libfit/recordings/batch/batch.hpp"
-#include "libfit/recordings/batch/registration.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "tools/scene/key_log.hpp"
 #include "tools/scene/scene.hpp"
+#include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
 
@@ -20,22 +19,17 @@ struct HoldOut {
   std::optional<int> every;        ///< 0: none; not said: as whoever reads the manifest has it
   std::vector<std::string> names;  ///< of points; `*` and `?` are allowed
 };
-inline constexpr int kHeldOutEvery = 5, kHeldOutFrom = 10;  // fewer points are all needed
 
 /// What a manifest.toml says (docs/formats/manifest.md).
 struct Manifest {
   std::filesystem::path path;
   std::optional<std::filesystem::path> surface;
-  double length_unit_m = 0;  ///< of the surface file
-  std::vector<recordings::BatchItem>
-      items;  ///< in the order written; a file pattern gives one per file
+  double length_unit_m = 0;                  ///< of the surface file
+  std::vector<recordings::BatchItem> items;  ///< as written; a file pattern makes one per file
   std::vector<importers::SaidKey> said_by_default;       ///< in [defaults], of FormatKey
-  std::optional<recordings::RigidMotion> motion;         ///< given
-  Points rig_landmarks_m{0, 3}, body_landmarks_m{0, 3};  ///< or these
-  bool fits_to_surface = false;
-  double place_tolerance_m = recordings::AssembleOptions{}.place_tolerance_m;
-  recordings::RelaxationUse relaxation = recordings::AssembleOptions{}.relaxation;
-  double friction = kDefaultFriction;  ///< of the probe
+  recordings::BatchOptions options;                      ///< without surface
+  Points rig_landmarks_m{0, 3}, body_landmarks_m{0, 3};  ///< where they stand for the motion
+  double friction = kDefaultFriction;                    ///< of the probe
   HoldOut hold_out;
   FitSection fit;  ///< as in a scene, for `run`
 };
@@ -47,8 +41,7 @@ bool is_manifest(const std::filesystem::path& path);
 /// Which points are held out of the fit, in the order of the samples: one of every so many, each
 /// time another one, so that no column of a raster goes as a whole; or those named. Throws Error
 /// where a name fits no point, and where fewer than three are left.
-/// by_default: one of kHeldOutEvery of kHeldOutFrom points or more where the manifest says nothing;
-/// else none.
+/// by_default: one of 5 of 10 points or more where the manifest says nothing; else none.
 std::vector<char> held_out_points(const Manifest& manifest, const Samples& samples,
                                   bool by_default);
 
@@ -57,12 +50,36 @@ std::vector<char> held_out_points(const Manifest& manifest, const Samples& sampl
 std::vector<ProbeSpec> probes_of(const Manifest& manifest,
                                  const std::vector<recordings::UsedTip>& tips);
 
-/// Poisson's ratio of the body, which the first recording says.
-double poisson_of(const Manifest& manifest);
-
 /// Reads and checks a manifest. Throws Error with file:line:column on unknown keys (naming the
 /// nearest known one), wrong types, units or names, and recordings that lack what they need.
 /// Recordings' files are not opened here. log: the keys that were asked for.
 Manifest read_manifest(const std::filesystem::path& path, KeyLog* log = nullptr);
+
+// Parts of read_manifest.
+
+/// A recording's entry on its way: what [defaults] said, then what the entry says.
+struct ManifestEntry {
+  recordings::BatchItem item;
+  std::string file;
+  std::optional<std::vector<double>> position;  // in units.position
+  std::optional<double> friction;               // of the probe on the body
+};
+
+/// Throws Error at a key of the manifest.
+[[noreturn]] void fail(const SceneTable& table, std::string_view key, const std::string& what,
+                       const std::string& remedy);
+
+inline constexpr double kAnyNumber = 1e15;  // in whatever unit a rig's files have
+
+/// The keys of [defaults] and of [[recording]] alike.
+void read_keys(SceneTable& table, ManifestEntry& entry);
+
+/// Checks what an entry must say by the time all of it is known, and turns its position into m.
+void complete(const SceneTable& table, ManifestEntry& entry);
+
+/// The files of an entry: itself, or those that its pattern in the last component matches, sorted.
+/// A summary that an import left there is none of them.
+std::vector<std::string> files_of(const SceneTable& table, const std::string& file,
+                                  const std::filesystem::path& folder);
 
 }  // namespace palpate::tools

@@ -6,8 +6,7 @@
 #include <optional>
 
 #include "libfit/recordings/formats/importers.hpp"
-#include "libfit/recordings/formats/text_file.hpp"
-#include "tools/manifest/keys.hpp"
+#include "tools/manifest/manifest.hpp"
 #include "tools/scene/material.hpp"
 
 namespace palpate::tools {
@@ -15,8 +14,6 @@ namespace {
 
 using namespace importers;
 
-constexpr std::size_t kHeaderLines = 400;
-constexpr std::uintmax_t kLargestFile = std::uintmax_t{256} << 20;
 constexpr const char* kRemedy =
     "Write [material] and [[test]] as docs/formats/tests.md shows tests of specimens.";
 
@@ -48,7 +45,8 @@ struct TwoColumns {
 
 // The two columns of a file: below the line that names both, or from its first line of numbers on.
 TwoColumns read_two(const std::filesystem::path& path, const Column& strain, const Column& stress) {
-  const std::string bytes = unpacked(path, read_bytes(path, kLargestFile), kLargestFile);
+  const std::uintmax_t most = ReadSettings{}.max_bytes;
+  const std::string bytes = unpacked(path, read_bytes(path, most), most);
   const TextFile file(path, bytes, "utf-8");
   for (std::size_t i = 0; i < std::min(file.lines(), kHeaderLines); ++i) {
     const std::string_view line = file.line(i);

@@ -9,7 +9,6 @@
 #include "libfit/recordings/placing/assemble.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/import.hpp"
-#include "tools/stages/recorded_body.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -80,7 +79,7 @@ CheckedManifest check_manifest(const std::filesystem::path& manifest, int jobs) 
   const ReadRecordings read = read_recordings(request);
   const auto& items = read.manifest.items;
   CheckedManifest out;
-  out.json = nlohmann::ordered_json::parse(summary_json(items, read.results, read.assembled));
+  out.json = nlohmann::ordered_json::parse(summary_json(read.assembled));
   out.json["recordings"] = nlohmann::ordered_json::array();
   out.refused = read.assembled.failed();
   std::size_t listed_ones = 0;

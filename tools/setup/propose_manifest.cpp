@@ -12,7 +12,6 @@
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/batch/batch.hpp"
-#include "libfit/recordings/batch/registration.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 #include "tools/setup/ways_to_read.hpp"
 
@@ -169,7 +168,7 @@ std::pair<fs::path, TriedWay> first_read(const FilesAlike& group, const fs::path
     if (!best.result.refused.empty())
       warnings.push_back(fmt::format("{}: {}; others alike are read",
                                      fs::proximate(file, base).string(),
-                                     best.result.refused.front().failure.what));
+                                     best.result.refused.front().failure.fact()));
     if (!tried) tried = std::move(best);
   }
   return {group.front(), std::move(*tried)};
@@ -181,13 +180,13 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
   auto [first, best] = first_read(group, base, out);
   const std::string shown = fs::proximate(first, base).string();
   if (best.result.recordings.empty()) {
-    const Failure failure = best.result.refused.empty() ? Failure{shown, "holds nothing", ""}
-                                                        : best.result.refused.front().failure;
+    const Error failure = best.result.refused.empty() ? Error{shown, "holds nothing", ""}
+                                                      : best.result.refused.front().failure;
     out.warnings.push_back(
         fmt::format("{}{}: not used: {} {}", shown,
                     group.size() == 1 ? "" : fmt::format(" and {} alike", group.size() - 1),
-                    failure.what, failure.remedy));
-    out.unread.push_back(shown + ": " + failure.what);
+                    failure.fact(), failure.remedy()));
+    out.unread.push_back(shown + ": " + failure.fact());
     return;
   }
   if (goes_sideways(best.result)) {

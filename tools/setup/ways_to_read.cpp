@@ -8,7 +8,6 @@
 #include <map>
 
 #include "libfit/core/error.hpp"
-#include "libfit/recordings/formats/columns.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 
 namespace palpate::tools {

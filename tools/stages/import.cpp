@@ -8,12 +8,11 @@
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/samples.hpp"
+#include "libfit/core/stated_error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/recordings/formats/importers.hpp"
-#include "libfit/recordings/placing/assemble.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/manifest.hpp"
 #include "tools/stages/fingerprint.hpp"
@@ -32,10 +31,11 @@ fs::path beside(const fs::path& output, const char* extension) {
   return output.parent_path() / (output.stem().string() + ".import" + extension);
 }
 
-AssembleOptions place_options(const Manifest& manifest, const std::optional<Surface>& surface) {
-  AssembleOptions options;
+BatchOptions batch_options(const ImportRequest& request, const Manifest& manifest,
+                           const std::optional<Surface>& surface) {
+  BatchOptions options = manifest.options;
+  options.jobs = job_count(request.jobs);
   options.surface = surface ? &*surface : nullptr;
-  options.motion = manifest.motion;
   if (manifest.rig_landmarks_m.rows() > 0) {
     const Registration landmarks =
         register_landmarks(manifest.rig_landmarks_m, manifest.body_landmarks_m);
@@ -43,9 +43,6 @@ AssembleOptions place_options(const Manifest& manifest, const std::optional<Surf
         manifest.rig_landmarks_m.rows(), 1e3 * landmarks.rms_m, 1e3 * landmarks.largest_m);
     options.motion = landmarks.motion;
   }
-  options.fits_to_surface = manifest.fits_to_surface;
-  options.place_tolerance_m = manifest.place_tolerance_m;
-  options.relaxation = manifest.relaxation;
   return options;
 }
 
@@ -66,14 +63,9 @@ void check_defaults(const Manifest& manifest, const std::vector<ItemResult>& res
   }
 }
 
-std::vector<ItemResult> read_all(const ImportRequest& request, const Manifest& manifest,
-                                 const AssembleOptions& options) {
+std::vector<ItemResult> read_all(const Manifest& manifest, const BatchOptions& options) {
   ConsoleProgress progress("import");
-  BatchOptions batch{.jobs = job_count(request.jobs)};
-  batch.body_from_rig = options.motion.value_or(RigidMotion{});
-  batch.surface = options.surface;
-  batch.fits_to_surface = options.fits_to_surface;
-  const auto results = run_batch(manifest.items, batch, progress.progress());
+  const auto results = run_batch(manifest.items, options, progress.progress());
   const auto done = static_cast<std::size_t>(
       std::count_if(results.begin(), results.end(), [](const ItemResult& r) { return r.is_done; }));
   if (done < results.size())
@@ -132,14 +124,30 @@ void report(const ImportRequest& request, const Manifest& manifest,
   std::size_t listed = 0;
   for (const PlacedRecording& outcome : assembled.outcomes)
     if (outcome.failure && ++listed <= kListed)
-      say_failed("refused: {}: {}\n  {}", outcome.failure->where, outcome.failure->what,
-                 outcome.failure->remedy);
+      say_failed("refused: {}: {}\n  {}", outcome.failure->where(), outcome.failure->fact(),
+                 outcome.failure->remedy());
   if (listed > kListed) say("and {} more", listed - kListed);
   if (listed > 0)
     say("{} of {} recordings were refused{}", listed, assembled.outcomes.size(),
         request.output.empty() ? ""
                                : "; " + beside(request.output, ".csv").string() + " lists all");
   report_grades(assembled);
+}
+
+// Points of samples, with the smallest deviation of the contacts found at each; 0: unknown.
+Contacts contacts_of(const Samples& samples) {
+  Contacts out{samples.point_position, samples.point_normal,
+               Eigen::VectorXd::Zero(samples.points())};
+  const MeasuredRecordings& recordings = samples.recordings;
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    const auto row = std::ranges::find(samples.experiment, recordings.experiment[r]);
+    if (row == samples.experiment.end()) continue;
+    const auto at = static_cast<std::size_t>(row - samples.experiment.begin());
+    double& deviation_m = out.deviation_m[samples.point[at]];
+    const double found_m = recordings.contact_deviation_m[r];
+    if (found_m > 0 && (deviation_m == 0 || found_m < deviation_m)) deviation_m = found_m;
+  }
+  return out;
 }
 
 }  // namespace
@@ -153,6 +161,51 @@ std::optional<Surface> surface_of(const Manifest& manifest) {
                                manifest.surface->string());
   for (const std::string& change : mended.changes) say("  mended: {}", change);
   return std::move(mended.surface);
+}
+
+ContactSurface surface_of_contacts(const Samples& samples) {
+  const ContactSurface made = surface_from_contacts(contacts_of(samples));
+  std::vector<double> off_m;
+  for (const double m : made.left_out_m)
+    if (std::isfinite(m)) off_m.push_back(std::abs(m));
+  say("  {} through {} contacts, {:.3g} mm apart (median): {} triangles",
+      made.is_height_field ? "height field" : "surface around the body", made.left_out_m.size(),
+      1e3 * made.spacing_m, made.surface.triangles.rows());
+  if (off_m.empty())
+    say("  contacts are too few to leave any out: how well the surface fits is not known");
+  else
+    say("  contacts left out lie {:.3g} mm off the surface of the others (median), {:.3g} mm "
+        "(p95), "
+        "{:.3g} mm at most; quadrics reach {:g} spacings{}",
+        1e3 * stated_quantile(off_m, 0.5), 1e3 * stated_quantile(off_m, 0.95),
+        1e3 * stated_quantile(off_m, 1), made.reach,
+        made.uses_normals ? ", normals count" : ", normals do not count");
+  return made;
+}
+
+std::string obj_text(const Surface& surface) {
+  std::string text = "# palpate surface, length_unit = \"mm\"\n";
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v)
+    text += fmt::format("v {:.9g} {:.9g} {:.9g}\n", 1e3 * surface.vertices(v, 0),
+                        1e3 * surface.vertices(v, 1), 1e3 * surface.vertices(v, 2));
+  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
+    text += fmt::format("f {} {} {}\n", surface.triangles(t, 0) + 1, surface.triangles(t, 1) + 1,
+                        surface.triangles(t, 2) + 1);
+  return text;
+}
+
+Body body_of_recordings(const Manifest& manifest, const Samples& samples) {
+  Body body;
+  auto given = surface_of(manifest);
+  body.surface = given ? std::move(*given) : surface_of_contacts(samples).surface;
+  const auto vertices = static_cast<std::size_t>(body.surface.vertices.rows());
+  body.in_region.assign(vertices, 1);
+  body.is_reachable.assign(vertices, 1);
+  body.test_points.position = samples.point_position;
+  body.test_points.normal = samples.point_normal;
+  body.test_points.name = samples.point_name;
+  body.probe = samples.probe;
+  return body;
 }
 
 std::string recorded_samples_fingerprint(const ImportRequest& request) {
@@ -187,14 +240,14 @@ ReadRecordings read_recordings(const ImportRequest& request) {
   check_recordings_exist(out.manifest);
   for (BatchItem& item : out.manifest.items) item.read.drop_invalid |= request.drop_invalid;
   const auto surface = surface_of(out.manifest);
-  const AssembleOptions options = place_options(out.manifest, surface);
-  out.results = read_all(request, out.manifest, options);
+  const BatchOptions options = batch_options(request, out.manifest, surface);
+  out.results = read_all(out.manifest, options);
   out.assembled = assemble(out.manifest.items, out.results, options);
   Samples& samples = out.assembled.samples;
   std::vector<ProbeSpec> probes = probes_of(out.manifest, out.assembled.tips);
   samples.probe = probes.front();
   samples.other_probes.assign(probes.begin() + 1, probes.end());
-  samples.poisson = poisson_of(out.manifest);
+  samples.poisson = out.manifest.items.front().signal.poisson;
   out.is_held_out = held_out_points(out.manifest, samples, request.holds_out);
   report(request, out.manifest, out.results, out.assembled);
   return out;
@@ -203,9 +256,7 @@ ReadRecordings read_recordings(const ImportRequest& request) {
 nlohmann::ordered_json write_recordings(const ImportRequest& request, const ReadRecordings& read,
                                         const std::string& inputs) {
   const Assembled& assembled = read.assembled;
-  const auto& items = read.manifest.items;
-  write_summary(beside(request.output, ".csv"), beside(request.output, ".json"), items,
-                read.results, assembled);
+  write_summary(beside(request.output, ".csv"), beside(request.output, ".json"), assembled);
   if (assembled.relaxation)
     write_relaxation(fs::path(request.output).replace_extension(".relaxation.import.csv"),
                      *assembled.relaxation);
@@ -225,12 +276,12 @@ nlohmann::ordered_json write_recordings(const ImportRequest& request, const Read
     write_samples(beside_it, held_out, fingerprint);
   else
     fs::remove(beside_it);
-  write_signals(signals_path(request.output), signals_of(items, assembled), fingerprint);
+  write_signals(signals_path(request.output), signals_of(assembled), fingerprint);
   say("wrote {}: {} rows at {} points", request.output.string(), fitted.rows(), fitted.points());
   if (held_out.rows() > 0)
     say("wrote {}: {} rows at {} points, held out of the fit for the error statement",
         beside_it.string(), held_out.rows(), held_out.points());
-  return nlohmann::ordered_json::parse(summary_json(items, read.results, assembled));
+  return nlohmann::ordered_json::parse(summary_json(assembled));
 }
 
 }  // namespace palpate::tools

@@ -5,7 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "libfit/recordings/placing/assemble.hpp"
+#include "libfem/mesh/surface/contact_surface.hpp"
+#include "libfit/core/body.hpp"
 #include "tools/manifest/manifest.hpp"
 
 namespace palpate::tools {
@@ -46,6 +47,17 @@ std::filesystem::path import_summary_path(const std::filesystem::path& samples);
 
 /// Of the manifest's `surface`, mended as `prepare` does; nothing where it names none.
 std::optional<Surface> surface_of(const Manifest& manifest);
+
+/// The surface that the points of recordings lie on; how far contacts left out lie off it is said
+/// on stderr. Throws Error where the contacts make none.
+ContactSurface surface_of_contacts(const Samples& samples);
+
+/// OBJ in mm, with the unit in its first line.
+std::string obj_text(const Surface& surface);
+
+/// The body of recordings: the manifest's surface, else the one of their contacts, with curves
+/// wanted wherever a point answers; test points are the samples'. No volume.
+Body body_of_recordings(const Manifest& manifest, const Samples& samples);
 
 /// What samples.h5 of a manifest is made from: manifest, surface, bytes of the recordings' files,
 /// choices of the request and program.

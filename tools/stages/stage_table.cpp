@@ -10,7 +10,7 @@
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/recorded_body.hpp"
+#include "tools/stages/import.hpp"
 #include "tools/stages/refine.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/placement.hpp"

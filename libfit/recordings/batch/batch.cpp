@@ -6,11 +6,15 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <mutex>
 #include <numeric>
 
+#include "libfit/core/statistics.hpp"
+#include "libfit/core/text.hpp"
+#include "libfit/core/units.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/importers.hpp"
@@ -48,9 +52,7 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, const Known
       result.recordings.push_back(
           condition(raw, signal, inward, shown, item.read.drop_invalid, &trace));
     } catch (const Error& error) {
-      result.refused.push_back({recordings.size() == 1 ? "" : raw.name,
-                                {error.where(), error.fact(), error.remedy()},
-                                std::move(trace)});
+      result.refused.push_back({recordings.size() == 1 ? "" : raw.name, error, std::move(trace)});
     }
   }
 }
@@ -58,23 +60,22 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, const Known
 ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig,
                        const KnownContacts& known) {
   ItemResult result;
-  const auto fail = [&](const std::string& where, const std::string& what,
-                        const std::string& remedy) {
+  const auto fail = [&](const Error& error) {
     result.recordings.clear();
-    result.refused = {{"", {where, what, remedy}, {}}};
+    result.refused = {{"", error, {}}};
   };
   try {
     std::string bytes = importers::read_bytes(item.file, item.read.max_bytes);
     result.hash = ContentHash().add(bytes).hex();
     condition_all(item, body_from_rig, known, std::move(bytes), result);
   } catch (const Error& error) {
-    fail(error.where(), error.fact(), error.remedy());
+    fail(error);
   } catch (const std::bad_alloc&) {
-    fail(item.file.string(), "needs more memory than there is",
-         "Use fewer --jobs, or cut the file into several.");
+    fail({item.file.string(), "needs more memory than there is",
+          "Use fewer --jobs, or cut the file into several."});
   } catch (const std::exception& error) {  // one recording never stops the rest
-    fail(item.file.string(), std::string("could not be read: ") + error.what(),
-         "Please report this with the file.");
+    fail({item.file.string(), std::string("could not be read: ") + error.what(),
+          "Please report this with the file."});
   }
   result.is_done = true;
   return result;
@@ -122,10 +123,9 @@ void weigh_with_surface(const std::vector<ItemResult>& results, const BatchOptio
   Points places(static_cast<Eigen::Index>(contacts.size()), 3);
   for (std::size_t k = 0; k < contacts.size(); ++k)
     places.row(k) = *contacts[k].recording->contact_m;
-  const RigidMotion motion =
-      options.fits_to_surface
-          ? register_to_surface(places, *options.surface, options.body_from_rig).motion
-          : options.body_from_rig;
+  RigidMotion motion = options.motion.value_or(RigidMotion{});
+  if (options.fits_to_surface)
+    motion = register_to_surface(places, *options.surface, motion).motion;
   for (auto place : places.rowwise()) place = motion(place.transpose()).transpose();
   const auto nearest = project(places, *options.surface);
   std::vector<OffSurface> near;
@@ -149,6 +149,56 @@ void weigh_with_surface(const std::vector<ItemResult>& results, const BatchOptio
   }
 }
 
+std::string in_pascal(double pressure_Pa) { return number(pressure_Pa, 2) + " Pa"; }
+
+// By the way they were made: a batch may hold several rigs.
+std::string rig_of(const BatchItem& item) {
+  return fmt::format("{}|{}|{}{}", item.read.format, item.signal.radius_m,
+                     static_cast<int>(item.signal.kind),
+                     item.signal.is_range_given ? "|given" : "|");
+}
+
+// A unit of the header is corrected there, or columns are named by number, without the header.
+std::string remedy_of(const LikelyUnit& unit, const importers::UnitNames& given,
+                      const importers::UnitNames& read) {
+  const bool is_force = unit.key == "units.force";
+  const std::string& in_file = is_force ? read.force : read.position;
+  if (!(is_force ? given.force : given.position).empty() || in_file.empty())
+    return unit.key + " should probably be \"" + unit.unit + "\". ";
+  return fmt::format(
+      "The file says {}, and it should probably be \"{}\": correct the header, or "
+      "name `columns` by number and say {}. ",
+      in_file, unit.unit, unit.key);
+}
+
+// median_Pa: of the recordings that were made like this one; NaN where it is not compared.
+std::optional<Error> question(const BatchItem& item, const Conditioned& recording,
+                              double median_Pa) {
+  const SignalSettings& s = item.signal;
+  const importers::UnitNames& units = item.read.units;
+  const double found_Pa = recording.apparent_Pa;
+  const bool is_alone =  // a prefix is 1000
+      std::isfinite(median_Pa) && std::abs(std::log10(found_Pa / median_Pa)) > std::log10(100.);
+  const bool is_implausible = !(found_Pa >= s.min_young_Pa && found_Pa <= s.max_young_Pa);
+  if (!is_alone && !is_implausible) return std::nullopt;
+  const double expected_Pa =
+      std::isfinite(median_Pa) && median_Pa >= s.min_young_Pa && median_Pa <= s.max_young_Pa
+          ? median_Pa
+          : 1e4;  // a soft tissue
+  const importers::UnitNames& read = recording.source.units;
+  const auto unit =
+      likely_unit(found_Pa, expected_Pa, units.force.empty() ? read.force : units.force,
+                  units.position.empty() ? read.position : units.position, s.radius_m > 0);
+  const std::string against = is_implausible
+                                  ? ", which no soft body is made of"
+                                  : ", where the other recordings have " + in_pascal(median_Pa);
+  return Error(item.file.string() + (recording.name.empty() ? "" : "#" + recording.name),
+               "its stiffness is that of a body of " + in_pascal(found_Pa) + against +
+                   (unit ? ": is a unit wrong?" : ""),
+               (unit ? remedy_of(*unit, units, read) : std::string("Check the units. ")) +
+                   "If it is right, widen `plausible` in the manifest.");
+}
+
 }  // namespace
 
 std::string point_of(const BatchItem& item, const std::string& recording) {
@@ -159,6 +209,7 @@ std::string point_of(const BatchItem& item, const std::string& recording) {
 std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const BatchOptions& options,
                                   const Progress& progress) {
   std::vector<ItemResult> results(items.size());
+  const Mat3 body_from_rig = options.motion.value_or(RigidMotion{}).rotation;
   std::mutex reporting;
   std::size_t done = 0;
   tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
@@ -172,7 +223,7 @@ std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const Bat
               if (progress.stopped()) return;
               const std::size_t i = which[k];
               progress.begin(items[i].shown);
-              results[i] = import_item(items[i], options.body_from_rig.rotation, known[i]);
+              results[i] = import_item(items[i], body_from_rig, known[i]);
               progress.end();
               const std::lock_guard<std::mutex> lock(reporting);
               progress.report(std::min(++done, items.size()), items.size(), items[i].shown);
@@ -191,6 +242,77 @@ std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const Bat
     import(all, known);
   }
   return results;
+}
+
+std::optional<LikelyUnit> likely_unit(double found_Pa, double expected_Pa,
+                                      const std::string& force_unit, const std::string& length_unit,
+                                      bool has_radius) {
+  const double force = unit_factor(force_unit, Dimension::force).value_or(1);
+  const double length = unit_factor(length_unit, Dimension::length).value_or(1e-3);
+  const double power = has_radius ? 1.5 : 2;
+  std::optional<LikelyUnit> best;
+  double least = std::log10(30.);  // bodies differ by this much; prefixes by 1000
+  const auto consider = [&](double modulus_Pa, const std::string& key, std::string_view unit) {
+    const double off = std::abs(std::log10(modulus_Pa / expected_Pa));
+    if (off < least - 1e-9) {
+      least = off;
+      best = LikelyUnit{key, std::string(unit)};
+    }
+  };
+  for (const std::string_view unit : {"N", "mN", "uN", "nN", "kN", "gf"})
+    if (const double factor = *unit_factor(unit, Dimension::force); factor != force)
+      consider(found_Pa * factor / force, "units.force", unit);
+  for (const std::string_view unit : {"mm", "m", "um", "nm", "cm"})
+    if (const double factor = *unit_factor(unit, Dimension::length); factor != length)
+      consider(found_Pa * std::pow(length / factor, power), "units.position", unit);
+  return best;
+}
+
+std::vector<std::vector<std::optional<Error>>> question_stiffness(
+    const std::vector<BatchItem>& items, const std::vector<ItemResult>& results) {
+  std::map<std::string, std::vector<double>> moduli;
+  for (std::size_t i = 0; i < results.size(); ++i)
+    for (const Conditioned& recording : results[i].recordings)
+      if (std::isfinite(recording.apparent_Pa))
+        moduli[rig_of(items[i])].push_back(recording.apparent_Pa);
+  std::map<std::string, double> median_Pa;
+  for (const auto& [rig, of_rig] : moduli)
+    median_Pa[rig] = of_rig.size() >= 5 ? upper_median(of_rig) : kNan;
+  std::vector<std::vector<std::optional<Error>>> failures(results.size());
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const auto of_rig = median_Pa.find(rig_of(items[i]));
+    const bool is_compared = of_rig != median_Pa.end() && !items[i].signal.is_range_given;
+    for (const Conditioned& recording : results[i].recordings)
+      failures[i].push_back(question(items[i], recording, is_compared ? of_rig->second : kNan));
+  }
+  return failures;
+}
+
+std::vector<std::string> copy_notes(const std::vector<BatchItem>& items,
+                                    const std::vector<ItemResult>& results) {
+  std::vector<std::string> notes;
+  std::multimap<std::string, std::size_t> first;  // of the items that are read alike, by content
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (results[i].recordings.empty() || results[i].hash.empty()) continue;
+    const auto [begin, end] = first.equal_range(results[i].hash);
+    const auto at = std::find_if(begin, end, [&, &b = items[i]](const auto& other) {
+      const BatchItem& a = items[other.second];
+      return a.read == b.read && a.signal == b.signal && a.normal == b.normal;
+    });
+    if (at == end) {
+      first.emplace(results[i].hash, i);
+      continue;
+    }
+    const BatchItem& one = items[at->second];
+    notes.push_back(
+        items[i].shown +
+        (items[i].file == one.file ? " is named again" : " holds the bytes of " + one.shown) +
+        (point_of(items[i], "") == point_of(one, "")
+             ? ": its readings count twice"
+             : ": points " + point_of(one, "") + " and " + point_of(items[i], "") +
+                   " are one recording"));
+  }
+  return notes;
 }
 
 }  // namespace palpate::recordings

@@ -4,24 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "libfit/core/text.hpp"
-#include "libfit/recordings/batch/steps.hpp"
-#include "libfit/recordings/contact_point/approach.hpp"
 
 namespace palpate::recordings {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kMaxSaturated = 0.7;   // share of the depth
-constexpr double kManySpikes = 0.01;    // of the rows of a good recording
-constexpr double kUntraced = 0.01;      // of the work: a loss is said in percent
-constexpr double kMaxReturned = 0.05;   // of the work, beyond it: as of a loss in placing/pool.cpp
-constexpr double kSeenInErrors = 3;     // deviations
-constexpr double kMinSignal = 20;       // force over noise of a fair recording
-constexpr double kOnceOfTwice = 1.5;    // a filter's bias at a ball's contact over its second one's
-constexpr double kDeepest = 30;         // radii of a press: they are a few, and a prefix is 1000
 constexpr double kContactShare = 0.02;  // contact deviation over depth of a good recording
 
 // Work that loading takes below contact, and work that unloading returns.
@@ -54,7 +42,7 @@ PressWork press_work(const Signal& signal, const Eigen::VectorXd& push_N, double
                out_m = depth_m.segment(deepest, back.end - deepest).minCoeff();
   Eigen::Index passed = approach.begin;  // as deep as unloading ends
   while (passed < deepest && depth_m[passed] < out_m) ++passed;
-  if (!(in_J > 0) || work_J(approach.begin, passed) > kUntraced * in_J) return {};
+  if (!(in_J > 0) || work_J(approach.begin, passed) > 0.01 * in_J) return {};
   Eigen::Index free = 0;  // readings at the end, without contact
   while (free < back.rows() && depth_m[back.end - 1 - free] == 0) ++free;
   const Eigen::Index last = (free + 3) / 4;
@@ -70,17 +58,22 @@ PressWork press_work(const Signal& signal, const Eigen::VectorXd& push_N, double
   return {in_J, -work_J(deepest, back.end - 1), deviations_J.norm(), push_N[deepest]};
 }
 
+// Interpolates y at a place of x, which rises, between rows from `row` on; moves that there.
+double interpolated(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::VectorXd& y, double at,
+                    Eigen::Index& row) {
+  while (row + 2 < x.size() && x[row + 1] < at) ++row;
+  const double step = x[row + 1] - x[row];
+  const double share = step > 0 ? std::clamp((at - x[row]) / step, 0.0, 1.0) : 0;
+  return (1 - share) * y[row] + share * y[row + 1];
+}
+
 // Interpolates the push to `delay_s` after each position. Precondition: the signal has a clock.
 Eigen::VectorXd push_after_N(const Signal& signal, double delay_s) {
+  const Eigen::Map<const Eigen::VectorXd> time_s(signal.time_s.data(), signal.rows());
   const Eigen::VectorXd push_N = signal.push_N();
   Eigen::VectorXd later_N(push_N.size());
-  const auto time_s = [&](Eigen::Index row) { return signal.time_s[row]; };
-  for (Eigen::Index i = 0, j = 0; i < push_N.size(); ++i) {
-    const double at_s = time_s(i) + delay_s;
-    while (j + 2 < push_N.size() && time_s(j + 1) < at_s) ++j;
-    const double share = std::min(1.0, (at_s - time_s(j)) / (time_s(j + 1) - time_s(j)));
-    later_N[i] = (1 - share) * push_N[j] + share * push_N[j + 1];
-  }
+  for (Eigen::Index i = 0, row = 0; i < push_N.size(); ++i)
+    later_N[i] = interpolated(time_s, push_N, time_s[i] + delay_s, row);
   return later_N;
 }
 
@@ -104,7 +97,7 @@ std::optional<double> delay_of(const Signal& signal, double noise_N) {
 // at the turn, and a passive body does not. The travel is added to the contact's deviation.
 void question_delay(const Signal& signal, const PressWork& work, Conditioned& out) {
   const double excess_J = work.out_J - work.in_J;
-  if (!(excess_J > kMaxReturned * work.in_J)) return;
+  if (!(excess_J > kMinEffect * work.in_J)) return;
   if (out.contact.estimator != "given" && work.most_N > 0)
     out.contact.deviation_m = std::hypot(out.contact.deviation_m, excess_J / (2 * work.most_N));
   std::string reason = "unloading returns " + percent(work.out_J / work.in_J, 0) +
@@ -118,6 +111,15 @@ void question_delay(const Signal& signal, const PressWork& work, Conditioned& ou
   if (const auto delay_s = delay_of(signal, out.noise_N))
     reason += "; force_delay = \"" + number(*delay_s, 2) + " s\" closes the loop";
   out.reasons.push_back(reason);
+}
+
+double apparent_modulus_Pa(double force_N, double depth_m, const SignalSettings& settings) {
+  if (!(force_N > 0) || !(depth_m > 0)) return kNan;
+  const double elastic = 1 - 0.25;  // nu = 1/2
+  if (settings.radius_m <= 0) return force_N / (depth_m * depth_m);
+  return settings.tip == Tip::flat
+             ? elastic * force_N / (2 * settings.radius_m * depth_m)
+             : 0.75 * elastic * force_N / (std::sqrt(settings.radius_m * depth_m) * depth_m);
 }
 
 // Lowers the grade of a recording to what its rows, noise (neighbours correlate by `correlation`)
@@ -138,14 +140,14 @@ void grade(const SignalSettings& settings, double correlation, Conditioned& out)
   if (good < out.deflection_m.rows())
     note(Grade::fair, fmt::format("{} of {} rows are saturated", out.deflection_m.rows() - good,
                                   out.deflection_m.rows()));
-  if (force_N < kMinSignal * out.noise_N)
+  if (force_N < kMinForceInNoise * out.noise_N)
     note(Grade::poor, "the largest force is " + number(force_N / out.noise_N) + " times the noise");
   if (depth_m > 0 && out.contact.deviation_m > kContactShare * depth_m)
     note(out.contact.deviation_m > 5 * kContactShare * depth_m ? Grade::poor : Grade::fair,
          "the contact point is uncertain by " + number(100 * out.contact.deviation_m / depth_m) +
              " % of the depth");
   if (settings.kind == ExperimentKind::press && settings.radius_m > 0 &&
-      depth_m > kDeepest * settings.radius_m)
+      depth_m > 30 * settings.radius_m)  // presses are a few deep, and a prefix is 1000
     note(Grade::poor, "the press is " + number(depth_m / settings.radius_m) +
                           " radii of its tip deep: is the unit of radius right?");
   if (out.dropped_rows > 0)
@@ -163,7 +165,7 @@ Conditioned described(const importers::RawRecording& raw, const SignalSettings& 
   out.name = raw.name;
   out.is_axial = raw.is_axial();
   out.dropped_rows = raw.dropped_rows;
-  out.source.format = raw.format, out.source.taken = raw.taken, out.source.units = raw.units;
+  out.source = raw;
   out.inward = inward ? inward : raw.normal;
   if (!raw.place.empty()) out.reasons.push_back(raw.place);
   if (out.is_axial && settings.kind != ExperimentKind::press)
@@ -177,7 +179,7 @@ void leave_out_spikes(Signal& signal, Conditioned& out) {
   if (spikes == 0) return;
   out.reasons.push_back(
       fmt::format("{} single readings stand out of their neighbours and were left out", spikes));
-  if (static_cast<double>(spikes) > kManySpikes * static_cast<double>(signal.rows()))
+  if (static_cast<double>(spikes) > 0.01 * static_cast<double>(signal.rows()))
     out.grade = Grade::fair;
 }
 
@@ -209,15 +211,6 @@ struct FilterBias {
   }
 };
 
-// Interpolates the push of an approach at a travel.
-double push_at_N(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& push_N, double at_m) {
-  Eigen::Index i = 0;
-  while (i + 2 < travel_m.size() && travel_m[i + 1] < at_m) ++i;
-  const double step_m = travel_m[i + 1] - travel_m[i];
-  const double share = step_m > 0 ? std::clamp((at_m - travel_m[i]) / step_m, 0.0, 1.0) : 0;
-  return (1 - share) * push_N[i] + share * push_N[i + 1];
-}
-
 // Filters, and compares with the scatter of readings about the curve: of force, and of travel.
 FilterBias filtered(double smooth_s, Signal& signal) {
   FilterBias bias;
@@ -235,8 +228,11 @@ FilterBias filtered(double smooth_s, Signal& signal) {
                         again_N = twice.push_N().segment(approach.begin, approach.rows());
   bias.travel_m = travel_m;
   bias.push_N.resize(approach.rows());
-  for (Eigen::Index i = 0; i < approach.rows(); ++i)
-    bias.push_N[i] = kOnceOfTwice * std::abs(again_N[i] - push_at_N(travel_m, push_N, again_m[i]));
+  for (Eigen::Index i = 0; i < approach.rows(); ++i) {
+    Eigen::Index row = 0;
+    // At a ball's contact a filter's bias is 1.5 times its second one's.
+    bias.push_N[i] = 1.5 * std::abs(again_N[i] - interpolated(travel_m, push_N, again_m[i], row));
+  }
   Eigen::Index pressed = approach.rows() - 1;
   const double rise_N = push_N[pressed] - push_N.minCoeff();
   while (pressed > 0 && push_N[pressed - 1] - push_N.minCoeff() > 0.1 * rise_N) --pressed;
@@ -297,7 +293,7 @@ void check_rows(const Conditioned& out, const std::string& where) {
                 "Press deeper, or record more rows.");
   const auto first = std::ranges::find(out.status, RowStatus::rejected) - out.status.begin();
   const double saturated = 1 - static_cast<double>(first) / out.status.size();
-  if (saturated > kMaxSaturated)
+  if (saturated > 0.7)
     throw Error(where, "the force is saturated over " + number(100 * saturated) + " % of the depth",
                 "Use a sensor with a larger range, or press less deep.");
 }
@@ -340,7 +336,7 @@ Conditioned condition_signal(const importers::RawRecording& raw, const SignalSet
   const Points recorded_N = signal.force_N;
   leave_out_spikes(signal, out);
   find_inward(file, signal, out);
-  signal.recorded = {signal.travel_m(), recorded_N * signal.inward};
+  signal.recorded_travel_m = signal.travel_m(), signal.recorded_push_N = recorded_N * signal.inward;
   const FilterBias bias = filter(settings, file, signal);
 
   signal.phase = find_phases(signal);
@@ -370,6 +366,7 @@ Conditioned condition_signal(const importers::RawRecording& raw, const SignalSet
   if (is_press) state_bias(bias, out);
   if (settings.is_position_of_center) move_to_surface(settings, file, out);
   check_rows(out, place(file, signal, range.loading.end - 1));
+  out.history.noise_N = out.noise_N, out.history.contact_deviation_m = out.contact.deviation_m;
   out.young_Pa = young_of(contact, settings);
   grade(settings, r, out);
   return out;
@@ -389,15 +386,6 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
     if (refused) *refused = trace_of(signal);
     throw;
   }
-}
-
-double apparent_modulus_Pa(double force_N, double depth_m, const SignalSettings& settings) {
-  if (!(force_N > 0) || !(depth_m > 0)) return kNan;
-  const double elastic = 1 - 0.25;  // nu = 1/2
-  if (settings.radius_m <= 0) return force_N / (depth_m * depth_m);
-  return settings.tip == Tip::flat
-             ? elastic * force_N / (2 * settings.radius_m * depth_m)
-             : 0.75 * elastic * force_N / (std::sqrt(settings.radius_m * depth_m) * depth_m);
 }
 
 }  // namespace palpate::recordings

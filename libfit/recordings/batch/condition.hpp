@@ -7,26 +7,20 @@
 
 #include "libfit/core/samples.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
-#include "libfit/recordings/formats/recording.hpp"
 #include "libfit/recordings/relaxation/timed_press.hpp"
-#include "libfit/recordings/signal/settings.hpp"
-#include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
 
 /// How far a recording can be trusted; poor ones are imported, and listed.
 enum class Grade : std::int8_t { good = 0, fair = 1, poor = 2 };
 
+inline constexpr double kSeenInErrors = 3;      ///< deviations
+inline constexpr double kMinForceInNoise = 20;  ///< of a fair recording
+inline constexpr double kMinEffect = 0.05;      ///< of a force or its work: below the JND
+
 /// Means of a press in cycles over levels of depth, in order.
 struct CycleMeans {
   Eigen::VectorXd depth_m, push_N, error_N;
-};
-
-/// What is known of a recording beside its readings.
-struct RecordingSource {
-  std::string format;               ///< that the file was recognised as
-  std::vector<std::string> taken;   ///< of the file beside the rows, a phrase each
-  importers::UnitNames units = {};  ///< of position and force, as they were read
 };
 
 /// Rows of one experiment: R of them, in the rig's frame or the body's.
@@ -53,12 +47,13 @@ struct Conditioned : ExperimentRows {
   CycleMeans cycles;      ///< of a press in cycles that go deeper and deeper; else no rows
   bool breaks = false;    ///< the tool broke in: what lies deeper was left out
   double young_Pa = 0;    ///< apparent, of the contact fit; NaN without radius or fit
-  /// From the deepest row, for comparing recordings; see apparent_modulus_Pa.
+  /// Young's modulus of an incompressible half-space that its tip presses as deep as the deepest
+  /// row with its force; without a radius F / depth^2, the order of magnitude alone.
   double apparent_Pa = 0;
   Grade grade = Grade::good;
   std::vector<std::string> reasons;  ///< of the grade, a sentence each
   std::size_t dropped_rows = 0;
-  RecordingSource source;
+  importers::RecordingSource source;
   SignalTrace trace;  ///< for a picture
 };
 
@@ -71,9 +66,29 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
                       const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
                       SignalTrace* refused = nullptr);
 
-/// Young's modulus of an incompressible half-space that this tip would press to this depth with
-/// this force; without a radius F / depth^2, the order of magnitude alone.
-double apparent_modulus_Pa(double force_N, double depth_m, const SignalSettings& settings);
+// Steps of `condition`, in their order.
+
+/// Finds approach, loading, first loadings and break of the press that the settings ask for. Notes
+/// in `out` that there are others as deep, and how they differ. Throws Error (file:line, what,
+/// remedy) where the tip never goes in, or not as often as `cycle` asks for.
+void find_ranges(const SignalSettings& settings, const std::string& file, Signal& signal,
+                 Conditioned& out);
+
+/// Finds the contact point as the settings ask for it, given or estimated from the loading and
+/// `cycles`, takes the mean (or line) of the free push off all rows and axes of `signal`, and fills
+/// in contact, noise and speed of `out`. Throws Error (file:line, what, remedy) where the loading
+/// holds no contact or has the other sign.
+ContactEstimate find_contact(const importers::RawRecording& raw, const SignalSettings& settings,
+                             const std::string& file, const std::vector<RowRange>& cycles,
+                             Signal& signal, Conditioned& out);
+
+/// Fills the rows of `out` from the signal's used ranges: means over equal steps of depth for a
+/// press, of the tip's path since contact for a drag or path. Errors are the noise over the square
+/// root of the readings that count (neighbours with correlation r count (1 - r) / (1 + r)).
+void take_rows(const Signal& signal, const SignalSettings& settings, Conditioned& out);
+
+/// Means of a press in cycles over levels of depth, loading by unloading, into `out`.
+void take_cycles(const Signal& signal, Conditioned& out);
 
 /// The presses of a recording with three axes, a recording for each place in the order pressed, "1"
 /// to "9" in the recording's name: where the tool lifts off, goes sideways by more than either

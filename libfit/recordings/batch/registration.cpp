@@ -1,5 +1,3 @@
-#include "libfit/recordings/batch/registration.hpp"
-
 #include <fmt/core.h>
 
 #include <Eigen/Cholesky>
@@ -9,17 +7,14 @@
 #include <limits>
 
 #include "libfit/core/closest_point.hpp"
-#include "libfit/core/error.hpp"
 #include "libfit/core/linear_algebra.hpp"
 #include "libfit/core/statistics.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 
 namespace palpate::recordings {
 namespace {
 
-constexpr double kOnOneLine = 1e-6;  // width of the landmarks over their length
-constexpr int kMaxIterations = 50;
-constexpr double kFarDeviations = 3;
-constexpr double kSettled = 1e-9;  // of the surface's extent
+using Vec6 = Eigen::Matrix<double, 6, 1>;
 
 Points moved(const Points& points, const RigidMotion& motion) {
   Points out(points.rows(), 3);
@@ -33,24 +28,24 @@ RigidMotion step_towards(const Points& points,
   std::vector<double> sizes;
   for (const auto& place : places) sizes.push_back(place ? place->distance_m : 0);
   const double limit_m =
-      kFarDeviations * upper_median(sizes) / 0.6745 + std::numeric_limits<double>::min();
+      3 * upper_median(sizes) / kMedianOfNormal + std::numeric_limits<double>::min();
   const Vec3 centre = points.colwise().mean();
   const double scale = std::max((points.rowwise() - centre.transpose()).rowwise().norm().mean(),
                                 std::numeric_limits<double>::min());
   Eigen::Matrix<double, 6, 6> normal_matrix = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+  Vec6 right = Vec6::Zero();
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     const auto& place = places[i];
     if (!place || place->distance_m > limit_m) continue;
     const Vec3 p = (Vec3(points.row(i)) - centre) / scale;
-    Eigen::Matrix<double, 6, 1> row;
+    Vec6 row;
     row << p.cross(place->inward), place->inward;
     normal_matrix += row * row.transpose();
     right += row * place->inward.dot(place->position_m - Vec3(points.row(i))) / scale;
   }
   // A little damping: a plane leaves three of the six motions free, and those should not move.
   normal_matrix.diagonal().array() += 1e-9 * normal_matrix.trace();
-  const Eigen::Matrix<double, 6, 1> x = normal_matrix.ldlt().solve(right);
+  const Vec6 x = normal_matrix.ldlt().solve(right);
   const Vec3 turn = x.head<3>();
   RigidMotion step;
   if (turn.norm() > 0)
@@ -69,7 +64,7 @@ Registration register_landmarks(const Points& from, const Points& to) {
     const Points spread = points->rowwise() - points->colwise().mean();
     const Mat3 squares = spread.transpose() * spread;
     const Vec3 widths = symmetric_eigen(squares).values;
-    if (!(widths[1] > kOnOneLine * kOnOneLine * widths[2]))
+    if (!(widths[1] > 1e-6 * 1e-6 * widths[2]))
       throw Error("registration", "the landmarks lie on one line", "Add a landmark away from it.");
   }
   const Eigen::Matrix4d motion =
@@ -92,12 +87,12 @@ Registration register_to_surface(const Points& points, const Surface& surface,
   out.motion = start;
   const double extent = extent_m(surface.vertices).norm();
   std::vector<std::optional<SurfacePlace>> places;
-  for (out.iterations = 1; out.iterations <= kMaxIterations; ++out.iterations) {
+  for (out.iterations = 1; out.iterations <= 50; ++out.iterations) {
     const Points here = moved(points, out.motion);
     places = project(here, surface);
     const RigidMotion step = step_towards(here, places);
     out.motion = {step.rotation * out.motion.rotation, step(out.motion.translation_m)};
-    if ((moved(here, step) - here).rowwise().norm().maxCoeff() < kSettled * extent) break;
+    if ((moved(here, step) - here).rowwise().norm().maxCoeff() < 1e-9 * extent) break;
   }
   places = project(moved(points, out.motion), surface);
   double squares = 0;
@@ -118,10 +113,8 @@ std::vector<std::optional<SurfacePlace>> project(const Points& points, const Sur
     const auto hit = closest_point(surface, boxes, points.row(i));
     if (!hit) continue;
     SurfacePlace place{hit->position, Vec3::Zero(), hit->distance_m};
-    for (int k = 0; k < 3; ++k) {
-      const auto vertex = surface.triangles(hit->triangle, k);
-      place.inward -= hit->weight[k] * Vec3(outward.row(vertex));
-    }
+    for (int k = 0; k < 3; ++k)
+      place.inward -= hit->weight[k] * Vec3(outward.row(surface.triangles(hit->triangle, k)));
     if (!(place.inward.norm() > 1e-12)) continue;
     place.inward.normalize();
     places[i] = place;

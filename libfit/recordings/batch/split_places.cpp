@@ -9,12 +9,6 @@ namespace {
 
 using importers::RawRecording;
 
-constexpr double kRiseInNoise = 10;   // deviations: a push that no free travel shows
-constexpr double kTouchShare = 0.05;  // of the rise: where a press begins, within a seventh
-constexpr double kLiftShare = 0.1;    // of the rise, to which the push falls between presses
-constexpr double kAtPlace = 0.1;      // of depth and free travel: a lean of 6 degrees
-constexpr double kSideInNoise = 5;    // deviations of a position beside the press
-
 struct Press {
   RowRange approach;
   Eigen::Index touched = 0;
@@ -36,9 +30,10 @@ std::vector<Press> presses_of(const Signal& signal) {
     press.free_N =
         push.segment(approach.begin, std::max<Eigen::Index>(1, approach.rows() / 20)).mean();
     press.rise_N = push.segment(approach.begin, approach.rows()).maxCoeff() - press.free_N;
-    if (press.rise_N < kRiseInNoise * noise_N) continue;
+    if (press.rise_N < 10 * noise_N) continue;  // free travel may show less
+    // A press begins there within a seventh of its depth.
     while (press.touched > approach.begin &&
-           push[press.touched - 1] - press.free_N > kTouchShare * press.rise_N)
+           push[press.touched - 1] - press.free_N > 0.05 * press.rise_N)
       --press.touched;
     press.depth_m = travel[approach.end - 1] - travel[press.touched];
     press.beside_m =
@@ -53,7 +48,7 @@ bool is_elsewhere(const Signal& signal, const Press& before, const Press& after)
       signal.push_N()
           .segment(before.approach.end - 1, after.approach.begin - before.approach.end + 2)
           .minCoeff();
-  return least_N - before.free_N < kLiftShare * before.rise_N &&
+  return least_N - before.free_N < 0.1 * before.rise_N &&
          (after.beside_m - before.beside_m).norm() > std::max(before.depth_m, after.depth_m);
 }
 
@@ -69,7 +64,7 @@ RowRange rows_at_place(const Signal& signal, const Press& first, const Press& la
   const auto is_near = [&](Eigen::Index row, const Press& press) {
     const double free_m = std::max(0.0, travel[press.touched] - travel[row]);
     return (Vec3(beside.row(row)) - press.beside_m).norm() <=
-           kAtPlace * (press.depth_m + free_m) + kSideInNoise * noise_m;
+           0.1 * (press.depth_m + free_m) + 5 * noise_m;
   };
   RowRange out{first.touched, last.approach.end};
   while (out.begin > earliest && is_near(out.begin - 1, first)) --out.begin;

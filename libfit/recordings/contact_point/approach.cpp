@@ -1,5 +1,3 @@
-#include "libfit/recordings/contact_point/approach.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -9,27 +7,13 @@
 #include <utility>
 
 #include "libfit/core/text.hpp"
-#include "libfit/recordings/signal/signal.hpp"
+#include "libfit/recordings/contact_point/contact_point.hpp"
 
 namespace palpate::recordings {
 namespace {
 
-constexpr int kMeans = 400;         // of the way in, for the contact fit
-constexpr double kFreeShare = 0.1;  // of the way in, taken as free to start with
-constexpr double kSeenInNoise = 5;  // a rise below this is no contact
-constexpr double kEndShare = 0.1;   // of the travel, within which the largest force ends the way in
 constexpr Eigen::Index kMinRows = 8;
-constexpr std::array kFreeDepths{40., 40., 12.};  // free travel that a pass keeps, over the depth
-constexpr double kLeastExplained = 0.5;    // beside long free travel, whose waves look like a toe
-constexpr double kFewestMeans = 3;         // of a press that has a contact point
-constexpr double kSmallPress = 0.2;        // of the travel
-constexpr double kWorthIt = 0.2;           // of the travel, to leave out
-constexpr Eigen::Index kFewestNear = 40;   // rows that stay
-constexpr double kGoneOut = 0.5;           // of the way in: a recording that begins with a way out
-constexpr double kTurnsOfNoise = 0.005;    // of the travel's range: noise above it turns the tip
-constexpr Eigen::Index kRowsOfNoise = 40;  // with fewer a bend may be a turn
-constexpr double kPressMean = 0.45;  // mean push over largest: a press has 0.4 (ball) or less, a
-                                     // punch 0.5 at most; mirrored, they have 0.6 and 0.5 or more
+constexpr double kLeastExplained = 0.5;  // beside long free travel, whose waves look like a toe
 
 // Push of the deepest part, a twentieth or a hundredth of the means, over that of the first part.
 double rise_of(const PressCurve& curve) {
@@ -44,7 +28,7 @@ double rise_of(const PressCurve& curve) {
 // The means of the approach's rows.
 void take_means(const Signal& signal, Approach& approach) {
   approach.curve =
-      mean_curve(signal.travel_m()(approach.rows), signal.push_N()(approach.rows), kMeans);
+      mean_curve(signal.travel_m()(approach.rows), signal.push_N()(approach.rows), 400);
   const double per_mean =
       static_cast<double>(approach.rows.size()) / static_cast<double>(approach.curve.push_N.size());
   approach.curve.noise_N = approach.noise_N / std::sqrt(per_mean);
@@ -56,13 +40,11 @@ std::string place(const std::string& file, const Signal& signal, Eigen::Index ro
   return file_line(file, signal.line[std::clamp<Eigen::Index>(row, 0, signal.rows() - 1)]);
 }
 
-// The way in without its last rows where the force falls already: a soft sensor springs back
-// before the tip does.
 RowRange loading_part(const Signal& signal, RowRange range) {
   const Eigen::VectorXd travel = signal.travel_m().segment(range.begin, range.rows());
   Eigen::Index most = 0;
   signal.push_N().segment(range.begin, range.rows()).maxCoeff(&most);
-  if (travel[most] > travel.maxCoeff() - kEndShare * (travel.maxCoeff() - travel.minCoeff()))
+  if (travel[most] > travel.maxCoeff() - 0.1 * (travel.maxCoeff() - travel.minCoeff()))
     range.end = range.begin + most + 1;
   return range;
 }
@@ -73,7 +55,7 @@ Approach approach_of(const Signal& signal, const RowRange& range,
   approach.range = range;
   approach.travel = signal.travel_m().segment(range.begin, range.rows());
   approach.push = signal.push_N().segment(range.begin, range.rows());
-  const auto free = static_cast<Eigen::Index>(kFreeShare * static_cast<double>(range.rows()));
+  const auto free = static_cast<Eigen::Index>(0.1 * static_cast<double>(range.rows()));
   approach.noise_N = free >= kMinRows
                          ? fit_line(approach.travel.head(free), approach.push.head(free)).deviation
                          : neighbour_scatter(approach.push);
@@ -91,22 +73,22 @@ Approach approach_of(const Signal& signal, const RowRange& range,
 }
 
 void focus_on_contact(const Signal& signal, double exponent, Approach& approach) {
-  std::optional<double> found_m;  // on the curve as it is
-  for (const double free_depths : kFreeDepths) {
+  std::optional<double> found_m;                      // on the curve as it is
+  for (const double free_depths : {40., 40., 12.}) {  // that a pass keeps
     const Eigen::Index means = approach.curve.travel_m.size();
     const double first_m = approach.curve.travel_m[0], last_m = approach.curve.travel_m[means - 1];
     if (!found_m) found_m = contact_of_whole_curve_m(approach.curve, exponent);
     const double contact_m = *found_m;
-    if (last_m - contact_m < kSmallPress * (last_m - first_m))
+    if (last_m - contact_m < 0.2 * (last_m - first_m))
       approach.curve.least_explained = kLeastExplained;
-    const double least_m = kFewestMeans * (last_m - first_m) / static_cast<double>(means);
+    const double least_m = 3 * (last_m - first_m) / static_cast<double>(means);
     const double from_m = last_m - (1 + free_depths) * std::max(last_m - contact_m, least_m);
-    if (!(from_m > first_m + kWorthIt * (last_m - first_m))) continue;
+    if (!(from_m > first_m + 0.2 * (last_m - first_m))) continue;  // too little to leave out
     const Eigen::VectorXd travel_m = signal.travel_m();
     std::vector<Eigen::Index> near;
     std::ranges::copy_if(approach.rows, std::back_inserter(near),
                          [&](Eigen::Index row) { return travel_m[row] >= from_m; });
-    if (static_cast<Eigen::Index>(near.size()) < kFewestNear) return;
+    if (near.size() < 40) return;
     approach.wide_contact_m = std::exchange(found_m, std::nullopt);
     approach.rows = std::move(near);
     take_means(signal, approach);
@@ -118,8 +100,9 @@ void check_contact(const Signal& signal, const Approach& approach, const std::st
   const bool is_short = approach.curve.push_N.size() < 5;
   const Eigen::VectorXd travel_m = signal.travel_m();
   const double range_m = travel_m.maxCoeff() - travel_m.minCoeff(),
-               scatter_m = travel_m.size() < kRowsOfNoise ? 0 : neighbour_scatter(travel_m);
-  if (is_short && scatter_m > kTurnsOfNoise * range_m)
+               // With fewer rows a bend may be a turn.
+      scatter_m = travel_m.size() < 40 ? 0 : neighbour_scatter(travel_m);
+  if (is_short && scatter_m > 0.005 * range_m)
     throw Error(place(file, signal, approach.range.begin),
                 "the position scatters by " + millimetres(scatter_m) +
                     " from one reading to the next: no way in is seen",
@@ -128,7 +111,7 @@ void check_contact(const Signal& signal, const Approach& approach, const std::st
     throw Error(place(file, signal, approach.range.begin),
                 fmt::format("the tip goes in over {} rows alone", approach.curve.push_N.size()),
                 "Record at least 5 rows on the way in; is the depth's sign right?");
-  const double rise_N = rise_of(approach.curve), seen_N = kSeenInNoise * approach.noise_N;
+  const double rise_N = rise_of(approach.curve), seen_N = 5 * approach.noise_N;
   if (rise_N < -seen_N && rise_N < 0)
     throw Error(place(file, signal, approach.range.end - 1),
                 "the force falls as the tip goes in, to " + number(rise_N) +
@@ -153,7 +136,7 @@ void check_sign(const Signal& signal, const Approach& approach, const std::strin
   const RowRange& in = approach.range;
   const Eigen::VectorXd before_m = signal.travel_m().head(in.begin + 1);
   const double low_m = approach.travel[0], gain_m = approach.travel.tail(1)[0] - low_m;
-  if (before_m.maxCoeff() < low_m + kGoneOut * gain_m) return;
+  if (before_m.maxCoeff() < low_m + gain_m / 2) return;
   const PressCurve& curve = approach.curve;
   const Eigen::Index n = curve.push_N.size(), few = std::max<Eigen::Index>(1, n / 50);
   const double low_N = curve.push_N.head(few).mean(), high_N = curve.push_N.tail(few).mean();
@@ -162,7 +145,9 @@ void check_sign(const Signal& signal, const Approach& approach, const std::strin
   for (Eigen::Index i = 1; i < n; ++i)
     work_J += (curve.travel_m[i] - curve.travel_m[i - 1]) *
               ((curve.push_N[i] + curve.push_N[i - 1]) / 2 - low_N);
-  if (work_J < kPressMean * (curve.travel_m[n - 1] - curve.travel_m[0]) * (high_N - low_N)) return;
+  // Mean push over largest: a press has 0.4 (ball) or less, a punch 0.5 at most; mirrored, they
+  // have 0.6 and 0.5 or more.
+  if (work_J < 0.45 * (curve.travel_m[n - 1] - curve.travel_m[0]) * (high_N - low_N)) return;
   throw Error(
       place(file, signal, in.begin),
       "the tip first goes out, and the force falls to " + number(low_N) +

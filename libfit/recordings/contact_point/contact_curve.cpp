@@ -2,39 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
-
-#include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kMinIntensity = 0, kMaxIntensity = 13.5;  // log10, of slope^2 over noise^2
-constexpr int kIntensities = 28;
-constexpr int kSteps = 8;             // trial contact points between two means
-constexpr double kWide2 = 1e4;        // variance of the deepest force and slope, full scales
-constexpr double kTouchCost = 10;     // log odds against a recording that begins in contact
-constexpr double kSteepest = 0.1;     // first slope, in full forces per range
-constexpr double kMinScatter = 1e-5;  // of the full force: readings have no more digits
-constexpr double kMaxCorrelation = 0.9;
-constexpr Eigen::Index kMinBias = 3;  // means before contact: less is no free travel
-constexpr double kSame = 1e-9;        // of the full force
-constexpr Eigen::Index kMinSilent = 8;
-constexpr Eigen::Index kMinFree = 12;  // means from which a correlation can be told
-
-double square(double x) { return x * x; }
-
 // Logarithm of the probability of a first slope, known to be normal: it is 0, or anything up to
-// the steepest, one as likely as the other.
+// the steepest, 0.1 full forces per range, one as likely as the other.
 double log_begins(double slope, double deviation) {
-  constexpr double kRootTwoPi = 2.5066282746310002;
-  const double x = slope / deviation;
-  const double flat = std::exp(-0.5 * x * x) / (kRootTwoPi * deviation),
-               rising = 0.5 * std::erfc(-x * M_SQRT1_2) / kSteepest;
+  const double x = slope / deviation, root_two_pi = 2.5066282746310002,
+               flat = std::exp(-0.5 * x * x) / (root_two_pi * deviation),
+               rising = 0.5 * std::erfc(-x * M_SQRT1_2) / 0.1;
   return flat + rising > 1e-300 ? std::log(flat + rising)
-                                : -0.5 * x * x - std::log(kRootTwoPi * deviation);
+                                : -0.5 * x * x - std::log(root_two_pi * deviation);
 }
 
 // Means in units of their range and rise; `spread` is the variance of each over the common one.
@@ -57,13 +37,13 @@ Scaled scaled(const PressCurve& curve) {
   // in contact with less force than the sensor's step.
   const double quantum = curve.quantum_N / rise_N;
   for (Eigen::Index i = 0, last = 0; quantum > 0 && i < n; i = last) {
-    for (last = i; last < n && std::abs(s.y[last] - s.y[i]) < kSame; ++last) {
+    for (last = i; last < n && std::abs(s.y[last] - s.y[i]) < 1e-9; ++last) {
     }
     s.spread.segment(i, last - i) *= static_cast<double>(last - i);
-    if (i == 0 && last >= kMinSilent) s.silent = last;
+    if (i == 0 && last >= 8) s.silent = last;
   }
   s.readings = (curve.count.mean() / curve.count.array() / s.spread.array()).sum();
-  s.min_variance = std::max(square(kMinScatter), square(quantum) / 12);
+  s.min_variance = std::max(square(kDigits), square(quantum) / 12);
   return s;
 }
 
@@ -124,17 +104,17 @@ class Posterior {
     const Eigen::Index n = data_.y.size();
     State state;
     state.f = data_.y[n - 1];
-    state.ff = kWide2 / data_.min_variance;
+    state.ff = 1e4 / data_.min_variance;  // any force and slope: full scales
     state.gg = 100 * state.ff;
     state.see(data_.y[n - 1], data_.spread[n - 1]);
     for (Eigen::Index i = n - 2; i >= 0; --i) {  // contact between means i and i + 1
       const double gap = data_.z[i + 1] - data_.z[i];
       if (n - 1 - i >= 3)
-        for (int k = 0; k < kSteps; ++k) {
+        for (int k = 0; k < kContactSteps; ++k) {
           State at = state;
-          const double h = gap * (k + 0.5) / kSteps;
+          const double h = gap * (k + 0.5) / kContactSteps;
           at.go_back(h, intensity);
-          trials.push_back({data_.z[i + 1] - h, gap / kSteps, cost_free(at, i + 1), i + 1});
+          trials.push_back({data_.z[i + 1] - h, gap / kContactSteps, cost_free(at, i + 1), i + 1});
         }
       state.go_back(gap, intensity);
       if (i >= data_.silent) state.see(data_.y[i], data_.spread[i]);
@@ -168,11 +148,10 @@ class Posterior {
   std::vector<Free> free_;
 };
 
-// (1 + r) / (1 - r) of the free means with correlation r between neighbours.
+// (1 + r) / (1 - r) of the free means with correlation r between neighbours, which few do not show.
 double correlation_time(const Scaled& data, Eigen::Index free) {
-  if (free < kMinFree || data.silent > 0) return 1;  // repeats are counted already
-  const double r =
-      std::clamp(fit_line(data.z.head(free), data.y.head(free)).correlation, 0.0, kMaxCorrelation);
+  if (free < 12 || data.silent > 0) return 1;  // repeats are counted already
+  const double r = std::clamp(fit_line(data.z.head(free), data.y.head(free)).correlation, 0.0, 0.9);
   return (1 + r) / (1 - r);
 }
 
@@ -182,19 +161,14 @@ ContactEstimate contact_of_smooth_curve(const PressCurve& curve, const SignalSet
   const Scaled data = scaled(curve);
   const Posterior posterior(data);
   std::vector<ContactPointTrial> trials;
-  for (int k = 0; k < kIntensities; ++k)
-    posterior.add(
-        std::pow(10, kMinIntensity + (kMaxIntensity - kMinIntensity) * k / (kIntensities - 1)),
-        trials);
-  const auto best = std::max_element(trials.begin(), trials.end(),
-                                     [](const ContactPointTrial& a, const ContactPointTrial& b) {
-                                       return a.log_weight < b.log_weight;
-                                     });
+  for (int k = 0; k < 28; ++k)  // slope^2 over noise^2: 1 to 10^13.5
+    posterior.add(std::pow(10, 13.5 * k / 27), trials);
+  const auto best = std::ranges::max_element(trials, {}, &ContactPointTrial::log_weight);
   const double tau = correlation_time(data, best->free);
   double sum = 0, first = 0, second = 0, before = 0;
   for (const ContactPointTrial& trial : trials) {
     const double weight = trial.width * std::exp((trial.log_weight - best->log_weight) / tau);
-    if (trial.free < kMinBias)
+    if (trial.free < 3)  // means: less is no free travel
       before += weight;
     else {
       sum += weight;
@@ -209,7 +183,7 @@ ContactEstimate contact_of_smooth_curve(const PressCurve& curve, const SignalSet
   if (out.begins_in_contact) return out;
   const double mean = first / sum;
   out.travel_m += mean * data.range_m;
-  const double step = 1 / static_cast<double>(data.z.size()) / kSteps;
+  const double step = 1 / static_cast<double>(data.z.size()) / kContactSteps;
   out.deviation_m =
       data.range_m * std::sqrt(std::max(second / sum - mean * mean, step * step / 12));
   return out;

@@ -3,28 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-
-#include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr Eigen::Index kMinMeans = 5, kMinStiffening = 8;
-// Means before contact with which the law that stiffens is fitted. Ten compressions of silicones,
-// recorded from contact on, have up to 7 by the power law; with the other they begin 6 mm too deep.
-constexpr Eigen::Index kMinFreeMeans = 10;
-constexpr double kGoodFit = 1.5;  // residual over noise, up to which a model still holds
-constexpr double kGoodMisfit =
-    0.01;  // or residual over force: nearer no tissue follows a power law
-constexpr std::array kExponents{1., 1.5, 2., 2.5, 3., 4.};  // of tips and bodies not told
-constexpr double kModelShare = 0.1;                         // of what a line instead would move
-constexpr double kShapeShare = 0.35;                        // of what a curve of no law would
-constexpr double kMinForceInNoise = 12;  // below this a range says little about contact
-constexpr double kTiltedShare = 0.5;     // of the travel is free where its slope can be told
-constexpr double kTiltedGain = 0.7;      // of the flat fit's squares: a slope that is worth it
-constexpr double kLargestTilt = 0.1;     // of the rise: more is the body
+constexpr Eigen::Index kMinMeans = 5;
+constexpr std::array kExponents{1., 1.5, 2., 2.5, 3., 4.};  // of tips and bodies that are unknown
+constexpr double kTiltedGain = 0.7;  // of the flat fit's squares: a slope that is worth it
 
 // Means up to a share of the largest push over the first one.
 Eigen::Index means_up_to(const PressCurve& curve, double share) {
@@ -52,8 +37,9 @@ PowerFit best_power(const PressCurve& curve, double exponent, Eigen::Index means
   const double first = curve.travel_m[0], last = curve.travel_m[means - 1];
   const double rise_N = curve.push_N.head(means).maxCoeff() - curve.push_N[0];
   const double tilt_N = std::abs(tilted.fit.slope_N_m) * (tilted.contact_m - first);
-  const bool is_free = tilted.contact_m - first > kTiltedShare * (last - first);
-  if (!std::isfinite(tilted.fit.squares) || !is_free || tilt_N > kLargestTilt * rise_N) return flat;
+  const bool is_free = tilted.contact_m - first > (last - first) / 2;
+  // A slope of more than a tenth of the rise is the body.
+  if (!std::isfinite(tilted.fit.squares) || !is_free || tilt_N > 0.1 * rise_N) return flat;
   flat.other_m = tilted.contact_m;
   return tilted.fit.squares < kTiltedGain * flat.fit.squares ? tilted : flat;
 }
@@ -72,7 +58,7 @@ ContactEstimate fit_up_to(const PressCurve& curve, double exponent, bool stiffen
     return out;
   }
   double deviation_m = profile.deviation_m(out.travel_m, fit);
-  if (stiffens && means >= kMinStiffening) {
+  if (stiffens && means >= 8) {
     LawFit law = contact_of_stiffening_law(curve, means, exponent, 0);
     if (fit.slope_N_m != 0) {  // it may have stood for the stiffening
       const LawFit tilted = contact_of_stiffening_law(curve, means, exponent, fit.slope_N_m);
@@ -84,27 +70,15 @@ ContactEstimate fit_up_to(const PressCurve& curve, double exponent, bool stiffen
       fit = profile.at(out.travel_m);
     }
   }
-  out.deviation_m = std::hypot(deviation_m, kModelShare * (other_m - contact_m));
+  out.deviation_m = std::hypot(deviation_m, 0.1 * (other_m - contact_m));
   out.amplitude = fit.amplitude;
-  out.bias_N = fit.bias_N;
   const double first = curve.travel_m[0], step = curve.travel_m[1] - first;
   if (out.travel_m < first + step) {  // no mean without contact
     out.begins_in_contact = true;
     out.deviation_m = std::max(out.deviation_m, std::abs(out.travel_m - first));
     out.travel_m = first;
-    out.bias_N = 0;
   }
   return out;
-}
-
-Eigen::Index free_means(const PressCurve& curve, const ContactEstimate& fit) {
-  return (curve.travel_m.array() < fit.travel_m).count();
-}
-
-// Force that the power law has at the deepest mean.
-double explains_N(const PressCurve& curve, const ContactEstimate& fit, double exponent) {
-  const double depth_m = curve.travel_m[curve.travel_m.size() - 1] - fit.travel_m;
-  return fit.amplitude * std::pow(std::max(depth_m, 0.0), exponent);
 }
 
 // The longest range that the power law still fits: a material that stiffens ends it early. Else, of
@@ -118,17 +92,18 @@ ContactEstimate fit_power(const PressCurve& curve, double exponent, bool stiffen
     const Eigen::Index means = means_up_to(curve, share);
     const ContactEstimate fit = fit_up_to(curve, exponent, stiffens, means, rms_N);
     const double misfit = rms_N / (share * largest_N);
-    const double explained = explains_N(curve, fit, exponent) / largest_N;
-    const bool is_good = (rms_N <= kGoodFit * curve.noise_N || misfit <= kGoodMisfit) &&
+    const double depth_m = curve.travel_m[curve.travel_m.size() - 1] - fit.travel_m;
+    const double explained = fit.amplitude * std::pow(std::max(depth_m, 0.0), exponent) / largest_N;
+    // Nearer than a hundredth no tissue follows a power law.
+    const bool is_good = (rms_N <= kHolds * curve.noise_N || misfit <= 0.01) &&
                          (share == 1 || explained > curve.least_explained);
     if (is_good || share == 1 || (misfit < least && explained > curve.least_explained)) {
       if (least < kInfinity) other_m = best.travel_m;
       best = fit;
       least = misfit;
     }
-    if (is_good || share / 2 * largest_N < kMinForceInNoise * curve.noise_N ||
-        means <= kMinMeans + 3)
-      break;
+    // A smaller range would say little about contact.
+    if (is_good || share / 2 * largest_N < 12 * curve.noise_N || means <= kMinMeans + 3) break;
   }
   // Where a longer range put it tells what the power law leaves open.
   if (!best.begins_in_contact && std::isfinite(other_m))
@@ -137,13 +112,13 @@ ContactEstimate fit_power(const PressCurve& curve, double exponent, bool stiffen
 }
 
 // Without free travel the readings do not separate stiffening from bias: the power law alone is
-// fitted.
+// fitted. Ten compressions of silicones, recorded from contact on, have up to 7 means before it by
+// that law; with the other they begin 6 mm too deep.
 ContactEstimate by_hertz(const PressCurve& curve, const SignalSettings& settings) {
   const double exponent = exponent_of(settings.tip);
   const ContactEstimate plain = fit_power(curve, exponent, false);
-  return plain.begins_in_contact || free_means(curve, plain) < kMinFreeMeans
-             ? plain
-             : fit_power(curve, exponent, true);
+  const Eigen::Index free = (curve.travel_m.array() < plain.travel_m).count();
+  return plain.begins_in_contact || free < 10 ? plain : fit_power(curve, exponent, true);
 }
 
 // Contact point of an exponential and of the law that stiffens, each by its likelihood. Akaike's
@@ -176,12 +151,10 @@ ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings)
                      contact_of_stiffening_law(curve, curve.travel_m.size(), exponent, 0).squares,
                      hertz);
     else
-      out.deviation_m = std::hypot(
-          out.deviation_m,
-          kShapeShare * (contact_of_smooth_curve(curve, settings).travel_m - out.travel_m));
-    const auto fit = whole.at(out.travel_m);
-    out.amplitude = fit.amplitude;
-    out.bias_N = fit.bias_N;
+      out.deviation_m =
+          std::hypot(out.deviation_m,
+                     0.35 * (contact_of_smooth_curve(curve, settings).travel_m - out.travel_m));
+    out.amplitude = whole.at(out.travel_m).amplitude;
     out.by = "exponentials";
     return out;
   }
@@ -192,17 +165,12 @@ ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings)
   }
   ContactEstimate smooth = contact_of_smooth_curve(curve, settings);
   smooth.amplitude = hertz.amplitude;
-  smooth.bias_N = hertz.bias_N;
   smooth.by = "smooth-curve";
   return smooth;
 }
-constexpr std::array<ContactEstimator, 3> kEstimators{{
-    {"auto", "hertz where the tip is known, else smooth-curve", by_auto},
-    {"hertz", "power law of the tip with free contact point, over the longest range that it fits",
-     by_hertz},
-    {"smooth-curve", "mean over all smooth curves from each contact point",
-     contact_of_smooth_curve},
-}};
+
+constexpr std::array<ContactEstimator, 3> kEstimators{
+    {{"auto", by_auto}, {"hertz", by_hertz}, {"smooth-curve", contact_of_smooth_curve}}};
 
 }  // namespace
 
@@ -215,8 +183,7 @@ double exponent_of(Tip tip) { return tip == Tip::sphere ? 1.5 : tip == Tip::flat
 std::span<const ContactEstimator> contact_estimators() { return kEstimators; }
 
 const ContactEstimator* contact_estimator_named(std::string_view name) {
-  const auto row = std::find_if(kEstimators.begin(), kEstimators.end(),
-                                [&](const auto& r) { return r.name == name; });
+  const auto row = std::ranges::find(kEstimators, name, &ContactEstimator::name);
   return row == kEstimators.end() ? nullptr : &*row;
 }
 
@@ -235,9 +202,8 @@ PressCurve mean_curve(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& pu
   PressCurve curve;
   curve.quantum_N = quantum_of(push_N);
   const auto filled = static_cast<Eigen::Index>((count.array() > 0).count());
-  curve.travel_m.resize(filled);
-  curve.push_N.resize(filled);
-  curve.count.resize(filled);
+  for (Eigen::VectorXd* column : {&curve.travel_m, &curve.push_N, &curve.count})
+    column->resize(filled);
   for (Eigen::Index b = 0, k = 0; b < bins; ++b) {
     if (!(count[b] > 0)) continue;
     curve.travel_m[k] = travel[b] / count[b];

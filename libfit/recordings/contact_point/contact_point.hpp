@@ -3,12 +3,22 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
-#include "libfit/core/geometry.hpp"
-#include "libfit/recordings/signal/settings.hpp"
+#include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
+
+// Numbers that the estimators share.
+inline constexpr int kContactSteps = 8;            ///< trial contact points between two means
+inline constexpr double kTouchCost = 10;           ///< log odds against beginning in contact
+inline constexpr double kDigits = 1e-5;            ///< of the full force: readings have no more
+inline constexpr double kHolds = 1.5;              ///< residual over noise up to which a law holds
+inline constexpr double kCorrelationByChance = 2;  ///< deviations, of white noise
+
+inline double square(double x) { return x * x; }
 
 /// The way in as B means over equal steps of travel: B values each, travel increasing.
 struct PressCurve {
@@ -19,20 +29,16 @@ struct PressCurve {
   double least_explained = 0;
 };
 
-/// Where the tip touched first.
-struct ContactEstimate {
-  double travel_m = 0;
-  double deviation_m = 0;          ///< standard deviation; what the model cannot know is not in it
+/// A contact point by an estimator; what its model cannot know is not in the deviation.
+struct ContactEstimate : FoundContact {
   bool begins_in_contact = false;  ///< no free travel was recorded: travel_m is its first row
   double amplitude = 0;      ///< a of push = a depth^exponent [N/m^exponent]; 0 without such a fit
-  double bias_N = 0;         ///< push before contact, by the same fit
-  std::string_view by = {};  ///< what `auto` took; empty of the others
+  std::string_view by = {};  ///< the estimator that `auto` took; empty of the others
 };
 
 /// A row of the table of estimators.
 struct ContactEstimator {
   std::string_view name;
-  std::string_view summary;
   ContactEstimate (*estimate)(const PressCurve& curve, const SignalSettings& settings);
 };
 
@@ -69,7 +75,7 @@ struct LawFit {
 ///   push = bias + a depth^exponent (1 + s1 x + s2 x^2 + s3 x^3), x = depth over the largest one
 /// Mean and deviation of the posterior, flat in contact point, bias and a > 0, averaged over how
 /// far s1 to s3 may be from 0. The noise is the curve's own or what the law leaves, whichever is
-/// more; residuals that go together count as fewer. amplitude and bias are 0. Some 4 ms for 400
+/// more; residuals that go together count as fewer. amplitude is 0. Some 4 ms for 400
 /// means. Precondition: at least 8 means, and a push that rises. Source: MacKay (1992),
 /// doi:10.1162/neco.1992.4.3.415 (models averaged by their evidence).
 LawFit contact_of_stiffening_law(const PressCurve& curve, Eigen::Index means, double exponent,
@@ -86,6 +92,23 @@ std::optional<LawFit> contact_of_simple_law(const PressCurve& curve,
                                             std::span<const double> exponents,
                                             double squares_to_beat);
 
+/// The minimum of a function that falls, then rises between a and b, by golden sections.
+template <class Value>
+double minimum_between(double a, double b, int sections, const Value& value) {
+  constexpr double kGolden = 0.6180339887498949;
+  double c = b - kGolden * (b - a), d = a + kGolden * (b - a), at_c = value(c), at_d = value(d);
+  for (int i = 0; i < sections; ++i) {
+    if (at_c < at_d) {
+      b = d, d = c, at_d = at_c;
+      at_c = value(c = b - kGolden * (b - a));
+    } else {
+      a = c, c = d, at_c = at_d;
+      at_d = value(d = a + kGolden * (b - a));
+    }
+  }
+  return (a + b) / 2;
+}
+
 /// push = bias + slope (travel - first) + a max(travel - contact, 0)^exponent over the first means
 /// of a curve, fitted for each contact point. Refers to the curve.
 class PowerProfile {
@@ -95,8 +118,7 @@ class PowerProfile {
       : curve_(curve), means_(means), exponent_(exponent), has_slope_(has_slope) {}
 
   struct AmplitudeFit {
-    double squares = std::numeric_limits<double>::infinity(), bias_N = 0, amplitude = 0;
-    double slope_N_m = 0;
+    double squares = kInfinity, bias_N = 0, amplitude = 0, slope_N_m = 0;
   };
 
   /// Least squares at one contact point; infinite squares where a is not positive.
@@ -123,5 +145,42 @@ class PowerProfile {
 /// The least-squares contact point of the power law over the whole curve, with a slope of the free
 /// part where that is half the curve or more and the slope explains much of the misfit.
 double contact_of_whole_curve_m(const PressCurve& curve, double exponent);
+
+/// The way in, as the estimators and the checks see it: W rows, and means of them and of others.
+struct Approach {
+  RowRange range;
+  Eigen::VectorXd travel, push;    ///< W
+  double noise_N = 0;              ///< of one reading, without contact
+  std::vector<Eigen::Index> rows;  ///< of the signal, that the curve is the means of
+  PressCurve curve;
+  std::optional<double> wide_contact_m;  ///< of a curve with more free travel
+};
+
+/// The way in without its last rows where the force falls already: a soft sensor springs back
+/// before the tip does.
+RowRange loading_part(const Signal& signal, RowRange range);
+
+/// The rows of `range`, and in the means those of `more` too. Saturated rows are in no mean.
+Approach approach_of(const Signal& signal, const RowRange& range,
+                     const std::vector<RowRange>& more);
+
+/// Spends the means around the contact point where the press is a small part of the travel: leaves
+/// out what lies farther before it than forty, then twelve times the depth, as the power law of
+/// this exponent has it. Sets `wide_contact_m` where it leaves anything out, and
+/// `curve.least_explained` where the press is under a fifth of the travel.
+void focus_on_contact(const Signal& signal, double exponent, Approach& approach);
+
+/// Throws Error (file:line, what, remedy) where the way in holds no contact: too few rows, a force
+/// that falls (its sign is reversed), saturates at once, or stays in the noise.
+void check_contact(const Signal& signal, const Approach& approach, const std::string& file);
+
+/// Throws Error (file:line, what, remedy) where depth and force both have the other sign: the
+/// recording first goes out by as much as it comes in, its force falls below zero meanwhile, and
+/// the way in, which is the way back then, bends as no press does. With both signs wrong a curve
+/// comes out of the way back, and a modulus two times too large.
+void check_sign(const Signal& signal, const Approach& approach, const std::string& file);
+
+/// "file:line" of a row.
+std::string place(const std::string& file, const Signal& signal, Eigen::Index row);
 
 }  // namespace palpate::recordings

@@ -9,7 +9,6 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Deviations of s1 to s3 that are averaged over: of Hertz' half-space they are 0, and a layer twice
 // as thick as the contact is wide doubles the force.
 constexpr std::array kStiffening{0.0, 0.5, 2.0};
@@ -21,22 +20,11 @@ constexpr double kHertzOdds = 0.1;
 // law without this share is a steep power of a contact point far before the true one. Twice as much
 // would exclude bodies whose force grows by e^1.5 over the tip's law.
 constexpr double kLeastShare = 0.125;
-constexpr int kTerms = 3, kUnknowns = 2 + kTerms;
-constexpr int kTrials = 80, kRounds = 4;  // contact points of a scan, each finer than the last
-constexpr int kMinWide = 20;              // trials that a scan's likely part has, to be the last
-constexpr double kUnlikely = 14;          // log odds against a trial that is left out
-constexpr double kTouchCost = 10;         // log odds against a recording that begins in contact
-constexpr int kCloser = 4;                // steps about the best trial, each a third of the last
-constexpr double kBefore = 0.5;           // of the travel, where a scan begins before it
-constexpr Eigen::Index kLeastDeep = 4;    // means after contact
-constexpr double kMinScatter = 1e-5;      // of the full force: readings have no more digits
-constexpr double kInChance = 2;           // deviations of a correlation of white noise
-constexpr double kMaxCorrelation = 0.95;
+constexpr int kUnknowns = 5;  // bias, a, and a times s1 to s3
+constexpr int kTrials = 80;   // contact points of a scan
 
 using LawMoments = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using LawUnknowns = Eigen::Matrix<double, kUnknowns, 1>;
-
-double square(double x) { return x * x; }
 
 struct StiffeningTrial {
   double at = 0, squares = kInfinity, log_weight = -kInfinity;
@@ -54,14 +42,14 @@ class StiffeningLaw {
     push_ = (curve.push_N.head(means).array() - curve.push_N[0] - slope_N_m * travel_m) / rise_N_;
     weight_ = curve.count.head(means) / curve.count.mean();
     push_squares_ = weight_.dot(push_.cwiseAbs2());
-    least_variance_ = square(std::max(kMinScatter, curve.noise_N / rise_N_)) +
-                      square(curve.quantum_N / rise_N_) / 12;
+    least_variance_ =
+        square(std::max(kDigits, curve.noise_N / rise_N_)) + square(curve.quantum_N / rise_N_) / 12;
   }
 
   double range_m() const { return range_m_; }
   double rise_N() const { return rise_N_; }
   double least_variance() const { return least_variance_; }
-  double last() const { return travel_[travel_.size() - kLeastDeep]; }
+  double last() const { return travel_[travel_.size() - 4]; }  // a few means are in contact
 
   // The logarithm of the contact point's likelihood, averaged over kStiffening, where one mean has
   // this variance. left: filled with the residuals of the widest prior where wanted.
@@ -146,10 +134,10 @@ double variance_left(const StiffeningLaw& law, const StiffeningTrial& best, doub
   const double r =
       std::min(left.head(left.size() - 1).dot(left.tail(left.size() - 1)) / left.squaredNorm() +
                    kUnknowns / n,
-               kMaxCorrelation);
+               0.95);
   const double variance =
       std::max(law.least_variance(), best.squares / std::max(1.0, n - kUnknowns));
-  return r > kInChance / std::sqrt(n) ? variance * (1 + r) / (1 - r) : variance;
+  return r > kCorrelationByChance / std::sqrt(n) ? variance * (1 + r) / (1 - r) : variance;
 }
 
 }  // namespace
@@ -157,10 +145,10 @@ double variance_left(const StiffeningLaw& law, const StiffeningTrial& best, doub
 LawFit contact_of_stiffening_law(const PressCurve& curve, Eigen::Index means, double exponent,
                                  double slope_N_m) {
   const StiffeningLaw law(curve, means, exponent, slope_N_m);
-  double low = -kBefore, high = law.last(), variance = law.least_variance(), misfit = 0;
+  double low = -0.5, high = law.last(), variance = law.least_variance(), misfit = 0;
   LawFit out;
   std::vector<StiffeningTrial> trials(kTrials);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < 4; ++round) {  // each finer than the last
     const double step = (high - low) / kTrials;
     const auto scan = [&] {
       for (int k = 0; k < kTrials; ++k) trials[k] = law.at(low + step * (k + 0.5), variance);
@@ -168,7 +156,7 @@ LawFit contact_of_stiffening_law(const PressCurve& curve, Eigen::Index means, do
     scan();
     StiffeningTrial best = *std::ranges::min_element(trials, {}, &StiffeningTrial::squares);
     double closer = step / 2;
-    for (int k = 0; k < kCloser; ++k, closer /= 3)
+    for (int k = 0; k < 4; ++k, closer /= 3)
       for (const double at : {best.at - closer, best.at + closer})
         if (const StiffeningTrial trial = law.at(std::min(at, law.last()), variance);
             trial.squares < best.squares)
@@ -181,7 +169,7 @@ LawFit contact_of_stiffening_law(const PressCurve& curve, Eigen::Index means, do
     for (const StiffeningTrial& trial : trials) {
       const double weight = std::exp(trial.log_weight - top);
       sum += weight, first += weight * trial.at, second += weight * square(trial.at);
-      if (trial.log_weight < top - kUnlikely) continue;
+      if (trial.log_weight < top - 14) continue;  // unlikely by 10^6
       from = std::min(from, trial.at - step), to = std::max(to, trial.at + step);
     }
     const double mean = first / sum;
@@ -190,7 +178,7 @@ LawFit contact_of_stiffening_law(const PressCurve& curve, Eigen::Index means, do
         law.range_m() * std::sqrt(std::max(second / sum - square(mean), square(step) / 12));
     out.squares = best.squares * square(law.rise_N()) * curve.count.mean();
     out.rms_N = misfit * law.rise_N();
-    if (to - from > kMinWide * step) break;
+    if (to - from > 20 * step) break;  // fine enough
     low = from, high = std::min(to, law.last());
   }
   return out;

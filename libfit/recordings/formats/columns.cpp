@@ -1,15 +1,16 @@
-#include "libfit/recordings/formats/columns.hpp"
+// Columns by their names: quantity and unit.
 
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <optional>
+
+#include "libfit/core/text.hpp"
+#include "libfit/recordings/formats/importers.hpp"
 
 namespace palpate::importers {
 namespace {
-
-constexpr double kLargestNumber = 1e15;  // as in text files
 
 struct Quantity {
   std::string UnitNames::*unit;
@@ -34,7 +35,7 @@ std::optional<Quantity> quantity_of(Meaning meaning) {
   }
 }
 
-std::string listed(const std::vector<std::string>& names) {
+std::string some_of(const std::vector<std::string>& names) {
   std::string list;
   for (std::size_t i = 0; i < names.size() && i < 12; ++i)
     list += (i ? ", " : "") + names[i].substr(0, 40);
@@ -49,23 +50,74 @@ std::string unit_worth(double factor, Dimension dimension) {
   return {};
 }
 
-// The columns of one meaning, side by side.
-struct Collected {
-  std::vector<const std::vector<double>*> time, force_time, depth, position, force, retract_depth,
-      retract_force, contact, normal, torque;
+// The names of a quantity, in small letters; the first that a header has is taken.
+struct Stem {
+  Meaning meaning;
+  int axis;                ///< -1: of one axis alone
+  std::string_view names;  ///< with blanks between; English, German, French, Spanish, Italian
 };
+constexpr auto kStems = std::to_array<Stem>({
+    {Meaning::time, -1, "t time zeit temps tiempo tempo"},
+    {Meaning::depth, -1,
+     "depth indentation travel displacement compression d weg tiefe "
+     "eindringtiefe verfahrweg profondeur d\xC3\xA9placement deplacement "
+     "enfoncement profundidad desplazamiento profondit\xC3\xA0 profondita "
+     "spostamento"},
+    {Meaning::position, 0, "x px pos_x position_x tip_x"},
+    {Meaning::position, 1, "y py pos_y position_y tip_y"},
+    {Meaning::position, 2, "z pz pos_z position_z tip_z"},
+    {Meaning::force, -1,
+     "f force load push normal_force kraft normalkraft last effort charge "
+     "fuerza carga forza carico"},
+    {Meaning::force, 0, "fx f_x force_x"},
+    {Meaning::force, 1, "fy f_y force_y"},
+    {Meaning::force, 2, "fz f_z force_z"},
+    {Meaning::torque, 0, "tx torque_x mx"},
+    {Meaning::torque, 1, "ty torque_y my"},
+    {Meaning::torque, 2, "tz torque_z mz"},
+});
 
-Points as_points(const std::vector<const std::vector<double>*>& axes) {
-  if (axes.size() != 3) return Points(0, 3);
-  Points points(static_cast<Eigen::Index>(axes[0]->size()), 3);
-  for (int k = 0; k < 3; ++k)
-    points.col(k) = Eigen::Map<const Eigen::VectorXd>(axes[k]->data(), points.rows());
-  return points;
+std::string in_small_letters(std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return text;
 }
 
-void append(std::vector<double>& out, const std::vector<const std::vector<double>*>& column) {
-  if (!column.empty()) out.insert(out.end(), column[0]->begin(), column[0]->end());
+// "x_mm" or "x (mm)": {"x", "mm"}; in small letters but for the unit.
+std::pair<std::string, std::string> stem_and_unit(const std::string& name) {
+  auto [stem, unit] = split_unit(name);
+  if (unit.empty()) {
+    const std::size_t at = stem.rfind('_');
+    if (at == std::string::npos) return {};
+    unit = stem.substr(at + 1);
+    stem.resize(at);
+  }
+  return {in_small_letters(std::move(stem)), unit};
 }
+
+const Stem* stem_named(const std::string& stem) {
+  const auto row =
+      std::ranges::find_if(kStems, [&](const Stem& known) { return has_word(known.names, stem); });
+  return row == kStems.end() ? nullptr : &*row;
+}
+
+// Names of a header by what they are.
+struct QuantityNames {
+  std::vector<std::string> alone;    // of one axis
+  std::vector<std::string> axes[3];  // of each axis
+  std::vector<std::string> odd;      // with what is no unit of it
+
+  bool has_three() const { return !axes[0].empty() && !axes[1].empty() && !axes[2].empty(); }
+  bool is_empty() const {
+    return alone.empty() && axes[0].empty() && axes[1].empty() && axes[2].empty();
+  }
+  // What names one axis: itself, else whatever axis there is.
+  std::vector<std::string> any() const {
+    if (!alone.empty()) return alone;
+    std::vector<std::string> names;
+    for (const auto& axis : axes) names.insert(names.end(), axis.begin(), axis.end());
+    return names;
+  }
+};
 
 }  // namespace
 
@@ -102,16 +154,13 @@ std::vector<std::size_t> find_columns(const std::vector<Role>& roles,
     }
     for (std::size_t i = 0; i < header.size(); ++i)
       if (header[i] == role.name) found.push_back(i);
-    for (std::size_t i = 0; found.empty() && i < header.size(); ++i)
-      if (split_unit(header[i]).first == split_unit(role.name).first) {
-        found.push_back(i);
-        for (std::size_t j = i + 1; j < header.size(); ++j)
-          if (split_unit(header[j]).first == split_unit(role.name).first) found.push_back(j);
-      }
+    const bool is_whole = !found.empty();
+    for (std::size_t i = 0; !is_whole && i < header.size(); ++i)
+      if (split_unit(header[i]).first == split_unit(role.name).first) found.push_back(i);
     if (found.empty())
       throw fail("column `" + role.name + "` is missing",
                  "Name it as the header does, under `columns` of the manifest. There are: " +
-                     listed(header) + ".");
+                     some_of(header) + ".");
     if (found.size() > 1)
       throw fail(
           "column `" + role.name + "` comes twice",
@@ -152,15 +201,22 @@ double factor_of(const Role& role, const std::string& header_name, const UnitNam
   return role.sign * *by_settings;
 }
 
+Points points_of(Meaning meaning, const std::vector<Role>& roles,
+                 const std::vector<std::vector<double>>& columns) {
+  Points points(0, 3);
+  for (std::size_t c = 0; c < roles.size(); ++c) {
+    if (roles[c].meaning != meaning) continue;
+    if (points.rows() == 0) points.setZero(columns[c].size(), 3);
+    points.col(roles[c].axis) = Eigen::Map<const Eigen::VectorXd>(columns[c].data(), points.rows());
+  }
+  return points;
+}
+
 RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vector<double>> columns,
                           const std::vector<double>& factors, std::vector<std::size_t> line,
                           const ReadSettings& settings) {
   const double sign = settings.is_force_on_tool.value_or(false) ? -1 : 1;
   RawRecording recording;
-  Collected c;
-  std::vector<std::vector<const std::vector<double>*>*> slot;
-  slot = {&c.time,          &c.force_time,    &c.depth,   &c.position, &c.force,
-          &c.retract_depth, &c.retract_force, &c.contact, &c.normal,   &c.torque};
   for (std::size_t i = 0; i < roles.size(); ++i) {
     const bool is_force = roles[i].meaning == Meaning::force ||
                           roles[i].meaning == Meaning::retract_force ||
@@ -169,25 +225,31 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
     if (const auto quantity = quantity_of(roles[i].meaning))
       recording.units.*(quantity->unit) = unit_worth(std::abs(factor), quantity->dimension);
     for (double& value : columns[i]) value *= factor;
-    slot[static_cast<int>(roles[i].meaning)]->push_back(&columns[i]);
   }
-  append(recording.time_s, c.time), append(recording.force_time_s, c.force_time);
-  recording.position_m = as_points(c.position);
-  append(recording.travel_m, c.depth);
+  const auto append = [&](Meaning meaning, std::vector<double>& out) {
+    const auto at = std::ranges::find(roles, meaning, &Role::meaning) - roles.begin();
+    if (at < std::ssize(roles)) out.insert(out.end(), columns[at].begin(), columns[at].end());
+  };
+  const auto has_three = [&](Meaning meaning) {
+    return std::ranges::count(roles, meaning, &Role::meaning) == 3;
+  };
+  append(Meaning::time, recording.time_s), append(Meaning::force_time, recording.force_time_s);
+  append(Meaning::depth, recording.travel_m);
+  for (const auto& [meaning, points] : {std::pair{Meaning::position, &recording.position_m},
+                                        {Meaning::force, &recording.force_N},
+                                        {Meaning::torque, &recording.torque_Nm}})
+    if (has_three(meaning)) *points = points_of(meaning, roles, columns);
+  if (!has_three(Meaning::force)) append(Meaning::force, recording.push_N);
   recording.line = std::move(line);
-  if (c.force.size() == 3)
-    recording.force_N = as_points(c.force);
-  else
-    append(recording.push_N, c.force);
-  recording.torque_Nm = as_points(c.torque);
-  if (!c.retract_depth.empty()) {  // the way back follows the way in
-    recording.retract_begins = recording.rows();
-    const std::ptrdiff_t in_rows = recording.rows();
-    append(recording.travel_m, c.retract_depth), append(recording.push_N, c.retract_force);
+  if (!settings.columns.retract_depth.empty()) {  // the retract follows the approach
+    const Eigen::Index in_rows = recording.rows();
+    recording.retract_begins = in_rows;
+    append(Meaning::retract_depth, recording.travel_m);
+    append(Meaning::retract_force, recording.push_N);
     const std::vector<std::size_t> lines = recording.line;
     recording.line.insert(recording.line.end(), lines.begin(), lines.end());
     const auto& travel_m = recording.travel_m;
-    const double deepest_m = travel_m[static_cast<std::size_t>(in_rows) - 1];
+    const double deepest_m = travel_m[in_rows - 1];
     if (std::abs(travel_m.back() - deepest_m) < std::abs(travel_m[in_rows] - deepest_m)) {
       std::reverse(recording.travel_m.begin() + in_rows, recording.travel_m.end());
       std::reverse(recording.push_N.begin() + in_rows, recording.push_N.end());
@@ -199,16 +261,30 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
   return recording;
 }
 
-RawRecording recording_of_arrays(const std::vector<Role>& roles,
-                                 std::vector<std::vector<double>> columns,
-                                 const std::vector<double>& factors, const ReadSettings& settings,
-                                 const FailRole& fail) {
+RawRecording recording_of_arrays(const ArrayFile& file, const ReadSettings& given) {
+  std::string taken;
+  ReadSettings settings = with_named_columns(
+      given, file.names,
+      [&](const auto& what, const auto& remedy) { return file.fail("", what, remedy); }, taken);
+  for (auto* axes : {&settings.columns.position, &settings.columns.force, &settings.columns.torque})
+    if (axes->size() == 1) *axes = file.axes(axes->front());
+  const std::vector<Role> roles = roles_of(settings.columns);
+  if (roles.empty()) throw file.unnamed;
+  std::vector<std::vector<double>> columns;
+  std::vector<double> factors;
+  for (const Role& role : roles) {
+    columns.push_back(file.column(role.name));
+    factors.push_back(factor_of(
+        role, file.header(role.name), settings.units,
+        [&](const auto& what, const auto& remedy) { return file.fail(role.name, what, remedy); }));
+  }
   const std::size_t before = columns[0].size();
   for (std::size_t c = 0; c < columns.size(); ++c)
     if (columns[c].size() != before)
-      throw fail(roles[c],
-                 fmt::format("has {} rows, {} has {}", columns[c].size(), roles[0].name, before),
-                 "Give columns of one length.");
+      throw file.fail(
+          roles[c].name,
+          fmt::format("has {} rows, {} has {}", columns[c].size(), roles[0].name, before),
+          "Give columns of one length.");
   std::optional<double> first_tick;  // of clocks that count from a time long past
   for (std::size_t c = 0; c < columns.size(); ++c)
     if ((roles[c].meaning == Meaning::time || roles[c].meaning == Meaning::force_time) &&
@@ -222,16 +298,13 @@ RawRecording recording_of_arrays(const std::vector<Role>& roles,
     for (std::size_t c = 0; c < columns.size(); ++c) {
       if (std::abs(columns[c][i]) <= kLargestNumber) continue;
       if (!settings.drop_invalid)
-        throw fail(roles[c], fmt::format("row {} is not a number in range", i + 1),
-                   "Correct or remove the row, or import with --drop-invalid to skip and count "
-                   "such rows.");
+        throw file.fail(roles[c].name, fmt::format("row {} is not a number in range", i + 1),
+                        kBadRowRemedy);
       is_usable = false;
     }
     if (is_usable) line.push_back(i + 1);
   }
-  if (line.empty())
-    throw fail(roles[0], "has no row of numbers",
-               "Record it again, or remove it from the manifest.");
+  if (line.empty()) throw file.fail(roles[0].name, "has no row of numbers", kNoRowRemedy);
   for (auto& column : columns) {
     for (std::size_t i = 0; i < line.size(); ++i) column[i] = column[line[i] - 1];
     column.resize(line.size());
@@ -240,7 +313,87 @@ RawRecording recording_of_arrays(const std::vector<Role>& roles,
   RawRecording recording =
       recording_of(roles, std::move(columns), factors, std::move(line), settings);
   recording.dropped_rows = before - rows;
+  if (!taken.empty()) recording.taken.push_back(taken);
   return recording;
+}
+
+std::optional<Meaning> meaning_named(const std::string& name) {
+  const Stem* row = stem_named(in_small_letters(name));
+  return row ? std::optional(row->meaning) : std::nullopt;
+}
+
+NamedColumns columns_named(const std::vector<std::string>& header) {
+  QuantityNames time, place, force, torque;
+  NamedColumns out;
+  const auto note = [&](const std::string& problem, const std::string& remedy) {
+    if (out.problem.empty()) out.problem = problem, out.remedy = remedy;
+  };
+  for (const std::string& name : header) {
+    const auto [stem, unit] = stem_and_unit(name);
+    const Stem* row = stem_named(stem);
+    if (!row) continue;
+    const Dimension dimension = quantity_of(row->meaning)->dimension;
+    QuantityNames& found = row->meaning == Meaning::time     ? time
+                           : row->meaning == Meaning::force  ? force
+                           : row->meaning == Meaning::torque ? torque
+                                                             : place;
+    (!unit_factor(unit, dimension) ? found.odd
+     : row->axis < 0               ? found.alone
+                                   : found.axes[row->axis])
+        .push_back(name);
+  }
+  const auto is_named = [](const QuantityNames& found) {
+    return !found.is_empty() || !found.odd.empty();
+  };
+  if (!is_named(place) || !is_named(force) || (place.is_empty() && force.is_empty())) return {};
+  for (const auto& [found, dimension] :
+       {std::pair{&place, Dimension::length}, {&force, Dimension::force}, {&time, Dimension::time}})
+    if (found->is_empty() && !found->odd.empty())
+      note("column `" + found->odd[0] + "` is in `" + stem_and_unit(found->odd[0]).second +
+               "`, which is no unit of " + std::string(dimension_name(dimension)),
+           "Known: " + known_units(dimension) + ". Or name the columns in the manifest.");
+  // The one name of what there may be one of.
+  const auto one = [&](const std::vector<std::string>& names, const std::string& quantity) {
+    if (names.size() > 1)
+      note("columns `" + names[0] + "` and `" + names[1] + "` may both be the " + quantity,
+           "Name the columns in the manifest.");
+    return names.empty() ? std::string() : names[0];
+  };
+  const auto three = [&](const QuantityNames& found, const std::string& quantity) {
+    std::vector<std::string> names;
+    for (const auto& axis : found.axes) names.push_back(one(axis, quantity));
+    return names;
+  };
+  out.columns.time = one(time.any(), "time");
+  if (force.has_three())
+    out.columns.force = three(force, "force");
+  else
+    out.columns.force = {one(force.any(), "force")};
+  if (place.has_three() && (place.alone.empty() || force.has_three()))
+    out.columns.position = three(place, "position");
+  else
+    out.columns.depth = one(place.any(), "depth");
+  if (torque.has_three()) out.columns.torque = three(torque, "torque");
+  return out;
+}
+
+ReadSettings with_named_columns(const ReadSettings& settings,
+                                const std::vector<std::string>& header, const FailColumn& fail,
+                                std::string& taken) {
+  ReadSettings out = settings;
+  if (!roles_of(settings.columns).empty()) return out;
+  const NamedColumns named = columns_named(header);
+  if (named.columns.force.empty()) return out;
+  if (!named.problem.empty()) throw fail(named.problem, named.remedy);
+  if (!settings.is_force_on_tool)
+    throw fail("force_on is missing: whose force the sensor reports",
+               "Add force_on = \"tool\" (what the sensor feels) or \"body\" (what the body feels) "
+               "to the manifest.");
+  out.columns = named.columns;
+  std::vector<std::string> names;
+  for (const Role& role : roles_of(out.columns)) names.push_back(role.name);
+  taken = "columns " + listed(names);
+  return out;
 }
 
 }  // namespace palpate::importers

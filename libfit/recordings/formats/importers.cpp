@@ -4,30 +4,28 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <functional>
+#include <fstream>
 #include <mutex>
 
 #include "libfit/core/text.hpp"
 
 namespace palpate::importers {
+namespace fs = std::filesystem;
+
 namespace {
 
 constexpr std::array kImporters{
-    Importer{"matlab", "variables of a .mat file (5 to 7.3), named in the manifest", begins_matlab,
-             read_matlab},
-    Importer{"hdf5", "data sets of an HDF5 file, named in the manifest", begins_hdf5,
-             read_columns_hdf5},
-    Importer{"robot-palpation",
-             "a row per depth: contact point, surface normal, contact force, current position",
-             nullptr, read_robot_palpation},
-    Importer{"csv", "delimited text with the columns that the manifest or their own names tell",
-             begins_named_columns, read_columns_csv},
+    Importer{"matlab", begins_matlab, read_matlab},
+    Importer{"hdf5", begins_hdf5, read_columns_hdf5},
+    Importer{"robot-palpation", nullptr, read_robot_palpation},
+    Importer{"csv", begins_named_columns, read_columns_csv},
 };
 
 constexpr std::string_view kNamedTables = "csv hdf5 matlab", kDelimited = "csv robot-palpation",
@@ -76,28 +74,17 @@ constexpr ForeignFile kForeignFiles[] = {
     {"TDSm", "", "is a TDMS file of LabVIEW",
      "Convert it with the Python package npTDMS, whose as_dataframe().to_csv() writes a table."},
 };
-constexpr std::size_t kSearchedBytes = std::size_t{1} << 20;  // of a file, for `contains`
 
-constexpr std::size_t kHeadBytes = 4096;  // what the formats look at
-
-bool has_columns(const ColumnNames& c) {
-  return !c.depth.empty() || !c.position.empty() || !c.force.empty();
-}
-
-void refuse_foreign(const std::filesystem::path& path, std::string_view bytes) {
-  const std::string_view searched = bytes.substr(0, kSearchedBytes);
+// The format of a file that the manifest leaves open. Columns named in the manifest mean a table.
+const Importer& recognise(const fs::path& path, std::string_view bytes,
+                          const ReadSettings& settings) {
+  const std::string_view head = bytes.substr(0, 4096);
+  const std::string_view searched = bytes.substr(0, 1 << 20);
   for (const ForeignFile& file : kForeignFiles)
     if (bytes.starts_with(file.begins) && searched.find(file.contains) != std::string_view::npos)
       throw Error(path.string(), std::string(file.is) + ", which is not read", file.remedy);
-}
-
-// The format of a file that the manifest leaves open. Columns named in the manifest mean a table.
-const Importer& recognise(const std::filesystem::path& path, std::string_view bytes,
-                          const ReadSettings& settings) {
-  const std::string_view head = bytes.substr(0, kHeadBytes);
-  refuse_foreign(path, bytes);
   const bool is_binary = begins_hdf5(head) || begins_matlab(head);
-  if (has_columns(settings.columns) && !is_binary) return *importer_named("csv");
+  if (settings.columns.has_signal() && !is_binary) return *importer_named("csv");
   for (const Importer& row : kImporters)
     if (row.begins && row.begins(head)) return row;
   const TextFile check(path, bytes, "latin-1");  // empty and binary files say so themselves
@@ -107,23 +94,9 @@ const Importer& recognise(const std::filesystem::path& path, std::string_view by
       "its header with their units: t_s, x_mm, F_N.");
 }
 
-bool is_read_by_hdf5(std::string_view bytes) {
-  return begins_hdf5(bytes) || bytes.starts_with("MATLAB 7.3");
-}
-
-// HDF5 1.10 reads freed memory, follows null pointers or loops on some damaged files
-// (tests/fuzz/README.md), and a process that does so cannot say what it was reading.
-[[noreturn]] void be_child(const std::function<void()>& read) {
-  constexpr rlim_t kLongestCpu_s = 60;  // files of 100 MiB take a second
-  const rlimit seconds{kLongestCpu_s, kLongestCpu_s}, no_core{0, 0};
-  ::setrlimit(RLIMIT_CPU, &seconds);
-  ::setrlimit(RLIMIT_CORE, &no_core);
-  for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL}) ::signal(signal, SIG_DFL);
-  try {
-    read();
-  } catch (...) {  // the parent meets the same and says it
-  }
-  ::_exit(0);
+Error too_large(const fs::path& path, std::uintmax_t most) {
+  return Error(path.string(), fmt::format("holds more than {} MiB", most >> 20),
+               "Cut it into one recording per file, or raise `largest_file` in the manifest.");
 }
 
 }  // namespace
@@ -138,14 +111,25 @@ const FormatKey* format_key(std::string_view name) {
 }
 
 const Importer* importer_named(std::string_view name) {
-  const auto row = std::find_if(kImporters.begin(), kImporters.end(),
-                                [&](const Importer& r) { return r.name == name; });
+  const auto row = std::ranges::find(kImporters, name, &Importer::name);
   return row == kImporters.end() ? nullptr : &*row;
 }
 
-void rehearse(const std::filesystem::path& path, const std::function<void()>& read) {
+void rehearse(const fs::path& path, const std::function<void()>& read) {
+  // HDF5 1.10 reads freed memory, follows null pointers or loops on some damaged files
+  // (tests/fuzz/README.md), and a process that does so cannot say what it was reading.
   const pid_t child = ::fork();
-  if (child == 0) be_child(read);
+  if (child == 0) {
+    const rlimit seconds{60, 60}, no_core{0, 0};  // files of 100 MiB take a second
+    ::setrlimit(RLIMIT_CPU, &seconds);
+    ::setrlimit(RLIMIT_CORE, &no_core);
+    for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL}) ::signal(signal, SIG_DFL);
+    try {
+      read();
+    } catch (...) {  // the parent meets the same and says it
+    }
+    ::_exit(0);
+  }
   int status = 0;
   pid_t ended = child;
   while (child > 0 && (ended = ::waitpid(child, &status, 0)) < 0 && errno == EINTR) {
@@ -162,7 +146,61 @@ void rehearse(const std::filesystem::path& path, const std::function<void()>& re
               "Save it again from its source, or copy what is left of it with h5repack.");
 }
 
-std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std::string_view bytes,
+std::string inflated(const fs::path& path, std::string_view packed, std::uintmax_t most,
+                     const std::string& is_damaged) {
+  const Error damaged(path.string(), is_damaged, "Pack or save it again from its source.");
+  z_stream stream{};
+  if (inflateInit2(&stream, 32 + MAX_WBITS) != Z_OK) throw damaged;
+  struct End {
+    z_stream& stream;
+    ~End() { inflateEnd(&stream); }
+  } end{stream};
+  constexpr std::size_t kChunk = 1 << 20;
+  std::string text;
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
+  stream.avail_in = static_cast<uInt>(std::min<std::size_t>(packed.size(), 0xffffffffu));
+  while (true) {
+    const std::size_t before = text.size();
+    text.resize(before + kChunk);
+    stream.next_out = reinterpret_cast<Bytef*>(text.data() + before);
+    stream.avail_out = kChunk;
+    const int result = inflate(&stream, Z_NO_FLUSH);
+    text.resize(before + kChunk - stream.avail_out);
+    if (text.size() > most) throw too_large(path, most);
+    if (result == Z_STREAM_END) {
+      if (stream.avail_in == 0) return text;
+      if (inflateReset(&stream) != Z_OK) throw damaged;
+    } else if (result != Z_OK || (stream.avail_in == 0 && stream.avail_out != 0)) {
+      throw damaged;
+    }
+  }
+}
+
+std::string read_bytes(const fs::path& path, std::uintmax_t max_bytes) {
+  std::error_code failure;
+  const fs::file_status status = fs::status(path, failure);
+  if (!fs::exists(status))
+    throw Error(path.string(), "no such file",
+                "Correct its name in the manifest; names start at the manifest's folder.");
+  if (!fs::is_regular_file(status))
+    throw Error(path.string(), "is no regular file", "Name a file in the manifest.");
+  const std::uintmax_t size = fs::file_size(path, failure);
+  if (!failure && size > max_bytes) throw too_large(path, max_bytes);
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes(failure ? 0 : size, '\0');
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (!file.is_open() || file.bad())
+    throw Error(path.string(), "cannot be read", "Check its permissions.");
+  bytes.resize(file.gcount());
+  return bytes;
+}
+
+std::string unpacked(const fs::path& path, std::string bytes, std::uintmax_t max_bytes) {
+  return bytes.starts_with("\x1f\x8b") ? inflated(path, bytes, max_bytes, "is a damaged gzip file")
+                                       : std::move(bytes);
+}
+
+std::vector<RawRecording> read_recordings(const fs::path& path, std::string_view bytes,
                                           const ReadSettings& given) {
   ReadSettings settings = given;
   std::string text;
@@ -184,7 +222,7 @@ std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std
   // The library keeps global state: one file at a time, and none is open where the process forks.
   static std::mutex library;
   std::unique_lock lock(library, std::defer_lock);
-  if (is_read_by_hdf5(bytes)) {
+  if (begins_hdf5(bytes) || bytes.starts_with("MATLAB 7.3")) {
     lock.lock();
     rehearse(path, [&] { row->read(path, bytes, settings); });
   }

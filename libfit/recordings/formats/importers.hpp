@@ -2,9 +2,8 @@
 
 #include <functional>
 #include <span>
-#include <string_view>
 
-#include "libfit/recordings/formats/recording.hpp"
+#include "libfit/core/units.hpp"
 #include "libfit/recordings/formats/text_file.hpp"
 
 namespace palpate::importers {
@@ -12,7 +11,6 @@ namespace palpate::importers {
 /// A row of the table of recording formats.
 struct Importer {
   std::string_view name;
-  std::string_view summary;
   /// Whether a file begins like this format (its first bytes, unpacked); nullptr: never chosen by
   /// itself.
   bool (*begins)(std::string_view head);
@@ -63,6 +61,90 @@ void rehearse(const std::filesystem::path& path, const std::function<void()>& re
 /// untrusted bytes: what the HDF5 library reads is rehearsed, one file at a time.
 std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std::string_view bytes,
                                           const ReadSettings& settings);
+
+// From named columns to a recording: what tables and arrays have in common.
+
+enum class Meaning {
+  time,
+  force_time,
+  depth,
+  position,
+  force,
+  retract_depth,
+  retract_force,
+  contact,
+  normal,
+  torque
+};
+
+/// One column that the settings ask for.
+struct Role {
+  Meaning meaning;
+  int axis = 0;
+  std::string name;  ///< in the file
+  double sign = 1;   ///< -1 for a name given with a leading minus
+};
+
+/// Columns asked for, in a fixed order.
+std::vector<Role> roles_of(const ColumnNames& names);
+
+/// Index of each role's column among the names of a header, by the whole name or the name without
+/// its unit in brackets. `fail` makes the error of a column that is missing or comes twice.
+using FailColumn = std::function<Error(const std::string& what, const std::string& remedy)>;
+std::vector<std::size_t> find_columns(const std::vector<Role>& roles,
+                                      const std::vector<std::string>& header,
+                                      const FailColumn& fail);
+
+/// The quantity that a name without unit is of, in any case of letters.
+std::optional<Meaning> meaning_named(const std::string& name);
+
+/// Columns that a header names by quantity and unit, such as "t_s", "x_mm" or "force (mN)": three
+/// axes of a position or one depth, and a force. Empty where it names no such two.
+struct NamedColumns {
+  ColumnNames columns;
+  std::string problem, remedy;  ///< what keeps the names from saying it; empty: nothing
+};
+NamedColumns columns_named(const std::vector<std::string>& header);
+
+/// The settings with those columns where they name none, and a phrase of what was taken. Throws
+/// what `fail` makes when the header has a problem or `force_on` is not said; as they are where the
+/// header names none.
+ReadSettings with_named_columns(const ReadSettings& settings,
+                                const std::vector<std::string>& header, const FailColumn& fail,
+                                std::string& taken);
+
+/// SI value of a role's column: its unit by the settings, else in the brackets of its header or
+/// behind its last underscore; 1 for directions. Throws what `fail` makes when there is none, it is
+/// unknown, or the two differ.
+double factor_of(const Role& role, const std::string& header_name, const UnitNames& units,
+                 const FailColumn& fail);
+
+/// The columns of a meaning side by side; no rows where it has none.
+Points points_of(Meaning meaning, const std::vector<Role>& roles,
+                 const std::vector<std::vector<double>>& columns);
+
+/// A recording of columns in the file's units times `factors`. Precondition: lengths of `line`, but
+/// for a force with a clock of its own.
+RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vector<double>> columns,
+                          const std::vector<double>& factors, std::vector<std::size_t> line,
+                          const ReadSettings& settings);
+
+/// A file of whole arrays, as HDF5 and MATLAB write it.
+struct ArrayFile {
+  std::vector<std::string> names;  ///< of the arrays
+  /// The error of an array, or of the file where it is empty.
+  std::function<Error(const std::string& name, const std::string& what, const std::string& remedy)>
+      fail;
+  Error unnamed;  ///< where the settings name no array
+  /// The names of the three columns of an array, where it has so many; else the name itself.
+  std::function<std::vector<std::string>(const std::string& name)> axes;
+  std::function<std::string(const std::string& name)> header;          ///< with its unit
+  std::function<std::vector<double>(const std::string& name)> column;  ///< throws `fail`
+};
+
+/// The recording of its rows whose numbers are all in range. Throws Error for an array that has
+/// such a number and is not dropped, is of another length than the first, or when no row is left.
+RawRecording recording_of_arrays(const ArrayFile& file, const ReadSettings& settings);
 
 // The rows' functions, each in the file of its name.
 std::vector<RawRecording> read_columns_csv(const std::filesystem::path&, std::string_view,

@@ -20,6 +20,7 @@ struct ColumnNames {
   std::vector<std::string> position, force;  ///< three axes; one force column: along the depth
   std::vector<std::string> contact, normal;  ///< per row: where the press began, inward or outward
   std::vector<std::string> torque;           ///< three axes, about the tip
+  bool has_signal() const { return !depth.empty() || !position.empty() || !force.empty(); }
   bool operator==(const ColumnNames&) const = default;
 };
 
@@ -55,10 +56,17 @@ struct ReadSettings {
   bool operator==(const ReadSettings&) const = default;
 };
 
+/// What is known of a recording beside its readings.
+struct RecordingSource {
+  std::string format;              ///< a name of kImporters
+  UnitNames units = {};            ///< of position and force, as they were read
+  std::vector<std::string> taken;  ///< of the file beside the rows: "columns t, x, y, z, f"
+};
+
 /// Signals of one press, drag or path in SI units as recorded: unfiltered, zero and contact
 /// unknown. N position rows on one clock; M force rows on the same one or, with force_time_s, on
 /// another.
-struct RawRecording {
+struct RawRecording : RecordingSource {
   std::string name;                  ///< within the file, where it holds several; else empty
   std::vector<double> time_s;        ///< N; empty when the file has no clock
   Points position_m{0, 3};           ///< N x 3 of the tip; or none
@@ -72,12 +80,8 @@ struct RawRecording {
   std::optional<Vec3> contact_m;               ///< where the press began, where the file says it
   std::optional<Vec3> normal;                  ///< inward unit, likewise
   std::size_t dropped_rows = 0;                ///< left out by drop_invalid
-  std::string format;                          ///< a name of kImporters
-  UnitNames units = {};                        ///< of position and force, as they were read
-  std::string place = {};          ///< which one it is, of a recording of several places
-  std::vector<std::string> taken;  ///< of the file beside the rows: "spring constant 0.04 N/m"
-  std::optional<Error>
-      unread;  ///< why it could not be read, of several in a file: then it is empty
+  std::string place = {};       ///< which one it is, of a recording of several places
+  std::optional<Error> unread;  ///< why it could not be read, of several in a file: then empty
 
   Eigen::Index rows() const { return line.size(); }
   bool is_axial() const { return position_m.rows() == 0; }

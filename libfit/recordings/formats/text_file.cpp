@@ -5,14 +5,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
+#include <locale>
 
 namespace palpate::importers {
 namespace {
-
-constexpr double kLargestNumber = 1e15;  // beyond any rig; keeps sums of squares finite
-constexpr double kControlShare = 0.01;   // more control characters than this are no text
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 bool is_control(char c) {
   const auto byte = static_cast<unsigned char>(c);
@@ -20,69 +16,33 @@ bool is_control(char c) {
          byte == 127;
 }
 
-// Length of the UTF-8 sequence that begins here; 0 when it is none (RFC 3629, overlong refused).
-std::size_t sequence_length(std::string_view text) {
-  const auto at = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned lead = at(0);
-  if (lead < 0x80) return 1;
-  const std::size_t length = lead >= 0xC2 && lead < 0xE0   ? 2
-                             : lead >= 0xE0 && lead < 0xF0 ? 3
-                             : lead >= 0xF0 && lead < 0xF5 ? 4
-                                                           : 0;
-  if (length == 0 || text.size() < length) return 0;
-  for (std::size_t i = 1; i < length; ++i)
-    if ((at(i) & 0xC0) != 0x80) return 0;
-  if ((lead == 0xE0 && at(1) < 0xA0) || (lead == 0xED && at(1) > 0x9F) ||
-      (lead == 0xF0 && at(1) < 0x90) || (lead == 0xF4 && at(1) > 0x8F))
-    return 0;
-  return length;
+const auto& utf16() {
+  return std::use_facet<std::codecvt<char16_t, char8_t, std::mbstate_t>>(std::locale::classic());
 }
 
-// Index of the first byte that is not UTF-8; the size when all is.
+// Index of the first byte that is not UTF-8 (RFC 3629); the size when all is.
 std::size_t first_invalid(std::string_view text) {
-  std::size_t i = 0;
-  while (i < text.size()) {
-    if (static_cast<unsigned char>(text[i]) < 0x80) {
-      ++i;
-      continue;
-    }
-    const std::size_t length = sequence_length(text.substr(i));
-    if (length == 0) return i;
-    i += length;
-  }
-  return i;
+  // The facet of GCC 12 takes surrogates, which begin with ED and A0 to BF, for characters.
+  std::size_t end = text.find('\xED');
+  while (end < text.size() &&
+         (end + 1 == text.size() || static_cast<unsigned char>(text[end + 1]) < 0xA0))
+    end = text.find('\xED', end + 1);
+  std::mbstate_t state{};
+  const auto* begin = reinterpret_cast<const char8_t*>(text.data());
+  return utf16().length(state, begin, begin + std::min(end, text.size()), text.size());
 }
 
-std::string from_latin1(std::string_view bytes) {
-  std::string text;
-  text.reserve(bytes.size() + bytes.size() / 16);
-  for (const char c : bytes) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x80) {
-      text += c;
-    } else {
-      text += static_cast<char>(0xC0 | (byte >> 6));
-      text += static_cast<char>(0x80 | (byte & 0x3F));
-    }
-  }
-  return text;
-}
-
-void append_utf8(std::uint32_t code, std::string& text) {
-  const auto put = [&](std::uint32_t byte) { text += static_cast<char>(byte); };
-  if (code < 0x80) return put(code);
-  if (code < 0x800) {
-    put(0xC0 | (code >> 6));
-  } else {
-    if (code < 0x10000) {
-      put(0xE0 | (code >> 12));
-    } else {
-      put(0xF0 | (code >> 18));
-      put(0x80 | ((code >> 12) & 0x3F));
-    }
-    put(0x80 | ((code >> 6) & 0x3F));
-  }
-  put(0x80 | (code & 0x3F));
+// As UTF-8, up to the first unit that is none; how many there are before it.
+std::pair<std::string, std::size_t> as_utf8(std::u16string_view units) {
+  std::string text(3 * units.size(), '\0');
+  std::mbstate_t state{};
+  const char16_t* read = nullptr;
+  auto* const begin = reinterpret_cast<char8_t*>(text.data());
+  char8_t* written = nullptr;
+  utf16().out(state, units.data(), units.data() + units.size(), read, begin, begin + text.size(),
+              written);
+  text.resize(written - begin);
+  return {text, read - units.data()};
 }
 
 std::vector<std::string_view> lines_of(std::string_view text) {
@@ -96,63 +56,48 @@ std::vector<std::string_view> lines_of(std::string_view text) {
   return lines;
 }
 
-std::size_t line_of(std::string_view text, std::size_t at) {
-  return lines_of(text.substr(0, at + 1)).size();
-}
-
 }  // namespace
 
 bool is_utf16(std::string_view bytes) {
   return bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff");
 }
 
-std::string utf8_of(const std::filesystem::path& path, std::string_view utf16) {
-  const bool is_little = utf16[0] == '\xff';
-  const auto unit = [&](std::size_t i) {
-    const auto low = static_cast<unsigned char>(utf16[is_little ? i : i + 1]),
-               high = static_cast<unsigned char>(utf16[is_little ? i + 1 : i]);
-    return static_cast<std::uint32_t>(high << 8 | low);
-  };
-  std::string text;
-  text.reserve(utf16.size());
-  for (std::size_t i = 2; i < utf16.size(); i += 2) {
-    std::uint32_t code = i + 1 < utf16.size() ? unit(i) : 0xDC00;
-    if (code >= 0xD800 && code < 0xDC00 && i + 3 < utf16.size()) {  // the first of two
-      const std::uint32_t second = unit(i + 2);
-      if (second >= 0xDC00 && second < 0xE000) {
-        code = 0x10000 + ((code - 0xD800) << 10) + (second - 0xDC00);
-        i += 2;
-      }
-    }
-    if (code >= 0xD800 && code < 0xE000)
-      throw Error(fmt::format("{}:{}", path.string(), std::ranges::count(text, '\n') + 1),
-                  "is UTF-16 text that is damaged or cut short",
-                  "Save it again, or as UTF-8: iconv -f UTF-16 -t UTF-8 does.");
-    append_utf8(code, text);
+std::string utf8_of(const std::filesystem::path& path, std::string_view bytes) {
+  const bool is_little = bytes[0] == '\xff';
+  std::u16string units;
+  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
+    const auto first = static_cast<unsigned char>(bytes[i]),
+               second = static_cast<unsigned char>(bytes[i + 1]);
+    units += static_cast<char16_t>(is_little ? second << 8 | first : first << 8 | second);
   }
+  auto [text, converted] = as_utf8(units);
+  if (converted < units.size() || bytes.size() % 2 == 1)
+    throw Error(fmt::format("{}:{}", path.string(), std::ranges::count(text, '\n') + 1),
+                "is UTF-16 text that is damaged or cut short",
+                "Save it again, or as UTF-8: iconv -f UTF-16 -t UTF-8 does.");
   return text;
 }
 
 TextFile::TextFile(const std::filesystem::path& path, std::string_view bytes,
                    std::string_view encoding)
     : path_(path) {
-  if (bytes.starts_with(kByteOrderMark)) bytes.remove_prefix(kByteOrderMark.size());
-  if (trimmed(bytes).empty())
-    throw Error(path.string() + ":1", "is empty",
-                "Record it again, or remove it from the manifest.");
+  if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);  // byte order mark
+  if (trimmed(bytes).empty()) throw Error(path.string() + ":1", "is empty", kNoRowRemedy);
+  const auto line_of = [&](std::size_t at) {
+    return fmt::format("{}:{}", path.string(), lines_of(bytes.substr(0, at + 1)).size());
+  };
   const std::size_t zero = bytes.find('\0');
   const auto controls = static_cast<double>(std::count_if(bytes.begin(), bytes.end(), is_control));
-  if (zero != std::string_view::npos ||
-      controls > kControlShare * static_cast<double>(bytes.size()))
-    throw Error(fmt::format("{}:{}", path.string(),
-                            line_of(bytes, zero == std::string_view::npos ? 0 : zero)),
-                "is binary data, not text",
+  if (zero != std::string_view::npos || controls > 0.01 * static_cast<double>(bytes.size()))
+    throw Error(line_of(zero == std::string_view::npos ? 0 : zero), "is binary data, not text",
                 "Export the recording as text, or name its `format` in the manifest.");
   if (encoding == "latin-1") {
-    converted_ = from_latin1(bytes);
+    std::u16string units;  // its characters are the first of Unicode's
+    for (const char c : bytes) units += static_cast<unsigned char>(c);
+    converted_ = as_utf8(units).first;
     bytes = converted_;
   } else if (const std::size_t bad = first_invalid(bytes); bad < bytes.size()) {
-    throw Error(fmt::format("{}:{}", path.string(), line_of(bytes, bad)), "is not UTF-8 text",
+    throw Error(line_of(bad), "is not UTF-8 text",
                 "Say encoding = \"latin-1\" in the manifest, or save the file as UTF-8.");
   }
   line_ = lines_of(bytes);
@@ -160,10 +105,6 @@ TextFile::TextFile(const std::filesystem::path& path, std::string_view bytes,
 
 Error TextFile::error(std::size_t index, const std::string& what, const std::string& remedy) const {
   return Error(fmt::format("{}:{}", path_.string(), index + 1), what, remedy);
-}
-
-Error TextFile::error(const std::string& what, const std::string& remedy) const {
-  return Error(path_.string(), what, remedy);
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -204,6 +145,11 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
   }
   fields.push_back(trimmed(line.substr(begin)));
   return fields;
+}
+
+bool is_comment(std::string_view line, std::string_view mark) {
+  line = trimmed(line);
+  return line.empty() || (!mark.empty() && line.starts_with(mark));
 }
 
 bool has_word(std::string_view list, std::string_view word) {
@@ -277,13 +223,11 @@ std::pair<std::string, std::string> split_unit(std::string_view name) {
 
 namespace {
 
-constexpr std::int64_t kMostTicks = std::int64_t{1} << 53;  // that a double resolves
-
 std::optional<double> tick_of(std::string_view text, std::optional<std::int64_t>& first) {
   std::int64_t ticks = 0, since = 0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), ticks);
   if (failure != std::errc() || end != text.data() + text.size() ||
-      (!first && ticks < kMostTicks && ticks > -kMostTicks))
+      (!first && std::abs(static_cast<double>(ticks)) < 0x1p53))  // a double resolves it
     return std::nullopt;
   if (!first) first = ticks;
   if (__builtin_sub_overflow(ticks, *first, &since)) return std::nullopt;
@@ -308,8 +252,7 @@ NumberTable read_numbers(const TextFile& file, const TableLayout& layout) {
   table.column.resize(layout.field.size());
   std::vector<double> row(layout.field.size());
   for (std::size_t i = layout.first; i < file.lines(); ++i) {
-    const std::string_view line = trimmed(file.line(i));
-    if (line.empty() || (!layout.comment.empty() && line.starts_with(layout.comment))) continue;
+    if (is_comment(file.line(i), layout.comment)) continue;
     const auto fields = split(file.line(i), layout.separator);
     const auto is_blank = [&](std::size_t f) { return f >= fields.size() || fields[f].empty(); };
     if (layout.may_end_early && std::all_of(layout.field.begin(), layout.field.end(), is_blank))
@@ -338,13 +281,10 @@ NumberTable read_numbers(const TextFile& file, const TableLayout& layout) {
     } else if (layout.drop_invalid) {
       ++table.dropped_rows;
     } else {
-      throw file.error(
-          i, what,
-          "Correct or remove the row, or import with --drop-invalid to skip and count such rows.");
+      throw file.error(i, what, kBadRowRemedy);
     }
   }
-  if (table.line.empty())
-    throw file.error("has no row of numbers", "Record it again, or remove it from the manifest.");
+  if (table.line.empty()) throw Error(file.path().string(), "has no row of numbers", kNoRowRemedy);
   return table;
 }
 

@@ -1,18 +1,18 @@
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
-#include <optional>
-#include <string>
 #include <string_view>
-#include <vector>
 
-#include "libfit/core/error.hpp"
 #include "libfit/recordings/formats/recording.hpp"
 
 // Lines, fields and numbers of a rig's text file, for the importers alone. Safe on untrusted bytes.
 
 namespace palpate::importers {
+
+inline constexpr std::size_t kHeaderLines = 400;  ///< a preamble is shorter
+inline constexpr double kLargestNumber = 1e15;    ///< beyond any rig; squares stay finite
+inline constexpr const char* kNoRowRemedy = "Record it again, or remove it from the manifest.";
+inline constexpr const char* kBadRowRemedy =
+    "Correct or remove the row, or import with --drop-invalid to skip and count such rows.";
 
 /// A text file as lines in UTF-8, ended by LF, CRLF or CR in any mixture.
 /// Throws Error naming file and line when it is empty, binary, or not in its encoding.
@@ -23,7 +23,6 @@ class TextFile {
   std::size_t lines() const { return line_.size(); }
   std::string_view line(std::size_t index) const { return line_[index]; }
   Error error(std::size_t index, const std::string& what, const std::string& remedy) const;
-  Error error(const std::string& what, const std::string& remedy) const;
   const std::filesystem::path& path() const { return path_; }
 
  private:
@@ -32,10 +31,13 @@ class TextFile {
   std::vector<std::string_view> line_;
 };
 
+/// True of a line that is blank or begins with the mark of a comment.
+bool is_comment(std::string_view line, std::string_view mark);
+
 /// Whether bytes begin with the byte order mark of UTF-16.
 bool is_utf16(std::string_view bytes);
 /// Such text as UTF-8, without the mark. Throws Error naming the line where it is damaged.
-std::string utf8_of(const std::filesystem::path& path, std::string_view utf16);
+std::string utf8_of(const std::filesystem::path& path, std::string_view bytes);
 
 /// Without blanks and quotes around it.
 std::string_view trimmed(std::string_view text);

@@ -5,10 +5,7 @@
 #include <set>
 
 #include "libfit/core/experiments.hpp"
-#include "libfit/core/samples.hpp"
 #include "libfit/core/text.hpp"
-#include "libfit/recordings/batch/plausible.hpp"
-#include "libfit/recordings/placing/place.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -19,57 +16,48 @@ std::vector<PlacedRecording> candidates_of(const std::vector<BatchItem>& items,
   const auto questions = question_stiffness(items, results);
   for (std::size_t i = 0; i < results.size(); ++i) {
     for (std::size_t k = 0; k < results[i].recordings.size(); ++k) {
-      PlacedRecording& c = candidates.emplace_back();
-      c.item = i;
-      c.recording = &results[i].recordings[k];
-      c.name = c.recording->name;
-      c.point = point_of(items[i], c.name);
-      c.failure = questions[i][k];
+      const Conditioned& r = results[i].recordings[k];
+      candidates.push_back(
+          {&items[i], &results[i], &r, nullptr, r.name, point_of(items[i], r.name)});
+      candidates.back().failure = questions[i][k];
     }
     for (const Refused& r : results[i].refused) {
-      PlacedRecording& c = candidates.emplace_back();
-      c.item = i;
-      c.refused = &r;
-      c.name = r.name;
-      c.point = items[i].point;
-      c.failure = r.failure;
+      candidates.push_back({&items[i], &results[i], nullptr, &r, r.name, items[i].point});
+      candidates.back().failure = r.failure;
     }
   }
   return candidates;
 }
 
 // Points by name, in the order in which they first come; a member elsewhere is refused.
-std::vector<std::vector<std::size_t>> group_by_point(const std::vector<BatchItem>& items,
-                                                     const AssembleOptions& options,
-                                                     std::vector<PlacedRecording>& candidates) {
-  std::vector<std::vector<std::size_t>> points;
+std::vector<Members> group_by_point(const BatchOptions& options,
+                                    std::vector<PlacedRecording>& candidates) {
+  std::vector<Members> points;
   std::map<std::string, std::size_t> index;
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    PlacedRecording& c = candidates[i];
+  for (PlacedRecording& c : candidates) {
     if (c.failure) continue;
     const auto [at, is_new] = index.emplace(c.point, points.size());
     if (is_new) points.emplace_back();
-    auto& members = points[at->second];
+    Members& members = points[at->second];
     if (!members.empty() &&
-        (candidates[members[0]].position_m - c.position_m).norm() > options.place_tolerance_m) {
-      c.failure = Failure{items[c.item].file.string(),
-                          "lies elsewhere than " + shown(items, candidates[members[0]]) +
-                              ", the first recording of point `" + c.point + "`",
-                          "Give it a point of its own, or correct its position."};
+        (members[0]->position_m - c.position_m).norm() > options.place_tolerance_m) {
+      c.failure = Error(c.item->file.string(),
+                        "lies elsewhere than " + shown(*members[0]) +
+                            ", the first recording of point `" + c.point + "`",
+                        "Give it a point of its own, or correct its position.");
       continue;
     }
     c.point_index = static_cast<std::int32_t>(at->second);
-    members.push_back(i);
+    members.push_back(&c);
   }
   return points;
 }
 
 // Each tip of known size with how many recordings it made, most first.
-std::vector<UsedTip> tips_of(const std::vector<BatchItem>& items,
-                             const std::vector<PlacedRecording>& candidates) {
+std::vector<UsedTip> tips_of(const std::vector<PlacedRecording>& candidates) {
   std::vector<std::pair<UsedTip, std::size_t>> counts;
   for (const PlacedRecording& c : candidates) {
-    const UsedTip tip = tip_of(items, c);
+    const UsedTip tip = tip_of(c);
     if (c.failure || !(tip.radius_m > 0)) continue;
     const auto at = std::ranges::find(counts, tip, &std::pair<UsedTip, std::size_t>::first);
     if (at == counts.end())
@@ -85,52 +73,39 @@ std::vector<UsedTip> tips_of(const std::vector<BatchItem>& items,
 }
 
 // The number of the tip that made a recording; 0 where it is not known.
-std::int32_t tip_number(const std::vector<UsedTip>& tips, const std::vector<BatchItem>& items,
-                        const PlacedRecording& c) {
-  const auto at = std::ranges::find(tips, tip_of(items, c));
+std::int32_t tip_number(const std::vector<UsedTip>& tips, const PlacedRecording& c) {
+  const auto at = std::ranges::find(tips, tip_of(c));
   return at == tips.end() ? 0 : static_cast<std::int32_t>(at - tips.begin());
 }
 
 // Recordings of each point, those of each tip by themselves: they have one curve.
-std::vector<std::vector<std::size_t>> by_tip(const std::vector<std::vector<std::size_t>>& points,
-                                             const std::vector<UsedTip>& tips,
-                                             const std::vector<BatchItem>& items,
-                                             const std::vector<PlacedRecording>& candidates) {
-  std::vector<std::vector<std::size_t>> out;
-  for (const auto& members : points) {
-    std::map<std::int32_t, std::vector<std::size_t>> of_tip;
-    for (const std::size_t m : members) of_tip[tip_number(tips, items, candidates[m])].push_back(m);
+std::vector<Members> by_tip(const std::vector<Members>& points, const std::vector<UsedTip>& tips) {
+  std::vector<Members> out;
+  for (const Members& members : points) {
+    std::map<std::int32_t, Members> of_tip;
+    for (PlacedRecording* m : members) of_tip[tip_number(tips, *m)].push_back(m);
     for (auto& [number, of_one] : of_tip) out.push_back(std::move(of_one));
   }
   return out;
 }
 
-// Rows of an experiment, and where in the samples they go.
-struct NumberedRows {
-  ExperimentRows rows;
-  std::int32_t point = 0, experiment = 0, probe = 0;
-  ExperimentKind kind = ExperimentKind::press;
-};
-
 // Fills in the rows; probe numbers where any is wanted.
-void fill_rows(const std::vector<NumberedRows>& parts, bool has_probes, Samples& samples) {
+void fill_rows(const std::vector<Pooled>& parts, bool has_probes, Samples& samples) {
   Eigen::Index rows = 0;
-  for (const NumberedRows& part : parts) rows += part.rows.force_N.rows();
-  samples.deflection.resize(rows, 3);
-  samples.force.resize(rows, 3);
-  samples.force_error.resize(rows);
-  samples.torque = Points::Zero(rows, 3);
+  for (const Pooled& part : parts) rows += part.force_N.rows();
+  samples.deflection.resize(rows, 3), samples.force.resize(rows, 3);
+  samples.force_error.resize(rows), samples.torque = Points::Zero(rows, 3);
   const bool has_time =
-      std::ranges::all_of(parts, [](const NumberedRows& p) { return p.rows.time_s.size() > 0; });
+      std::ranges::all_of(parts, [](const Pooled& p) { return p.time_s.size() > 0; });
   samples.time_s.resize(has_time ? rows : 0);
   Eigen::Index at = 0;
-  for (const auto& [from, point, experiment, probe, kind] : parts) {
+  for (const Pooled& from : parts) {
     const Eigen::Index n = from.force_N.rows();
     for (Eigen::Index i = 0; i < n; ++i) {
-      samples.point.push_back(point);
-      samples.experiment.push_back(experiment);
-      samples.kind.push_back(kind);
-      if (has_probes) samples.probe_number.push_back(probe);
+      samples.point.push_back(from.point);
+      samples.experiment.push_back(from.experiment);
+      samples.kind.push_back(from.kind);
+      if (has_probes) samples.probe_number.push_back(from.probe);
       samples.step.push_back(static_cast<std::int32_t>(i));
     }
     samples.status.insert(samples.status.end(), from.status.begin(), from.status.end());
@@ -143,15 +118,7 @@ void fill_rows(const std::vector<NumberedRows>& parts, bool has_probes, Samples&
   }
 }
 
-// Rows of every tip but the first are of the kind `other`, once it does not matter that they press.
-void name_others(Samples& samples) {
-  for (std::size_t i = 0; i < samples.probe_number.size(); ++i)
-    if (samples.probe_number[i] > 0) samples.kind[i] = ExperimentKind::other;
-}
-
-MeasuredRecordings provenance(const std::vector<BatchItem>& items,
-                              const std::vector<ItemResult>& results,
-                              const std::vector<PlacedRecording>& candidates) {
+MeasuredRecordings provenance(const std::vector<PlacedRecording>& candidates) {
   MeasuredRecordings out;
   std::vector<const PlacedRecording*> used;
   for (const PlacedRecording& c : candidates)
@@ -164,8 +131,8 @@ MeasuredRecordings provenance(const std::vector<BatchItem>& items,
     const PlacedRecording& c = *used[i];
     const Conditioned& r = *c.recording;
     out.experiment.push_back(c.experiment);
-    out.file.push_back(shown(items, c));
-    out.hash.push_back(results[c.item].hash);
+    out.file.push_back(shown(c));
+    out.hash.push_back(c.result->hash);
     const FoundContact contact = contact_of(c);
     out.contact_m[i] = contact.travel_m;
     out.contact_deviation_m[i] = contact.deviation_m;
@@ -175,16 +142,10 @@ MeasuredRecordings provenance(const std::vector<BatchItem>& items,
     out.hysteresis[i] = r.hysteresis;
     out.young_Pa[i] = r.young_Pa;
     out.grade.push_back(static_cast<std::int8_t>(r.grade));
-    std::string reasons;
-    for (const std::string& reason : r.reasons) reasons += (reasons.empty() ? "" : "; ") + reason;
-    out.reasons.push_back(reasons);
+    out.reasons.push_back(listed(r.reasons, "; "));
   }
   return out;
 }
-
-constexpr const char* kNoClock =
-    "some recordings have no clock: rows hold no time, and a fit takes their forces for those of "
-    "slow motion";
 
 std::string sideways_note(const Samples& samples, const std::vector<std::int32_t>& experiments) {
   std::vector<std::string> points;
@@ -200,17 +161,16 @@ std::string sideways_note(const Samples& samples, const std::vector<std::int32_t
 // Every recording an experiment of its own, in time, contacts of what is alike aligned; nothing
 // where one has no clock.
 std::optional<std::vector<std::vector<Pooled>>> experiments_in_time(
-    std::vector<PlacedRecording>& candidates, const std::vector<std::vector<std::size_t>>& points,
-    const std::vector<std::vector<std::size_t>>& alike, const std::vector<BatchItem>& items,
+    const std::vector<Members>& points, const std::vector<Members>& alike,
     const RelaxationFit& body) {
-  for (const auto& members : points)
-    for (const std::size_t m : members)
-      if (!in_time(candidates, m)) return std::nullopt;
-  align_points(candidates, alike, items, body);
+  for (const Members& members : points)
+    for (PlacedRecording* m : members)
+      if (!in_time(*m)) return std::nullopt;
+  align_points(alike, body);
   std::vector<std::vector<Pooled>> experiments;
-  for (const auto& members : points) {
+  for (const Members& members : points) {
     experiments.emplace_back();
-    for (const std::size_t m : members) experiments.back().push_back(*in_time(candidates, m));
+    for (PlacedRecording* m : members) experiments.back().push_back(*in_time(*m));
   }
   return experiments;
 }
@@ -232,21 +192,21 @@ std::string break_note(const std::vector<PlacedRecording>& candidates) {
 
 // Presses in cycles of the first tip, whose curves damage is of, without the places that they are
 // at; no rows where there are none.
-Samples cycles_of(const std::vector<PlacedRecording>& candidates, const std::vector<UsedTip>& tips,
-                  const std::vector<BatchItem>& items) {
-  std::vector<NumberedRows> parts;
+Samples cycles_of(const std::vector<PlacedRecording>& candidates,
+                  const std::vector<UsedTip>& tips) {
+  std::vector<Pooled> parts;
   for (const PlacedRecording& c : candidates) {
-    if (c.experiment < 0 || c.aligned || tip_number(tips, items, c) != 0) continue;
+    if (c.experiment < 0 || c.aligned || tip_number(tips, c) != 0) continue;
     const CycleMeans& cycles = c.recording->cycles;
     if (cycles.depth_m.size() == 0) continue;
-    NumberedRows& part = parts.emplace_back();
+    Pooled& part = parts.emplace_back();
     part.point = c.point_index;
     part.experiment = static_cast<std::int32_t>(parts.size() - 1);
     part.kind = ExperimentKind::cycle;
-    part.rows.deflection_m = cycles.depth_m * c.inward.transpose();
-    part.rows.force_N = cycles.push_N * c.inward.transpose();
-    part.rows.error_N = cycles.error_N;
-    part.rows.status.assign(cycles.depth_m.size(), RowStatus::good);
+    part.deflection_m = cycles.depth_m * c.inward.transpose();
+    part.force_N = cycles.push_N * c.inward.transpose();
+    part.error_N = cycles.error_N;
+    part.status.assign(cycles.depth_m.size(), RowStatus::good);
   }
   Samples out;
   fill_rows(parts, false, out);
@@ -261,23 +221,24 @@ std::size_t Assembled::failed() const {
 }
 
 Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
-                   const AssembleOptions& options) {
+                   const BatchOptions& options) {
   Assembled out;
+  out.files = items.size();
   out.outcomes = candidates_of(items, results);
   std::vector<PlacedRecording>& candidates = out.outcomes;
-  out.registration = place_on_body(items, options, candidates);
-  const auto points = group_by_point(items, options, candidates);
-  out.tips = tips_of(items, candidates);
-  const auto alike = by_tip(points, out.tips, items, candidates);
+  out.registration = place_on_body(options, candidates);
+  const auto points = group_by_point(options, candidates);
+  out.tips = tips_of(candidates);
+  const auto alike = by_tip(points, out.tips);
 
   Samples& samples = out.samples;
   samples.point_position.resize(points.size(), 3);
   samples.point_normal.resize(points.size(), 3);
   std::vector<std::vector<Pooled>> experiments;
-  for (const auto& members : points) experiments.push_back(pool(candidates, members, items));
+  for (const auto& members : points) experiments.push_back(pool(members));
   if (options.relaxation != RelaxationUse::none) {
-    const TimedPoints timed = presses_in_time(candidates, alike, items);
-    if (!timed.member.empty()) out.relaxation = relaxation_of(candidates, timed, items);
+    const TimedPoints timed = presses_in_time(alike);
+    if (!timed.member.empty()) out.relaxation = relaxation_of(timed);
   }
   const bool relaxes =
       out.relaxation && out.relaxation->fit.relaxation.branches() > 0 &&
@@ -285,26 +246,30 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   if (relaxes) {
     out.relaxation->is_applied = true;
     samples.relaxation = out.relaxation->fit.relaxation;
-    if (auto timed = experiments_in_time(candidates, points, alike, items, out.relaxation->fit))
+    if (auto timed = experiments_in_time(points, alike, out.relaxation->fit))
       experiments = std::move(*timed);
     else
-      out.notes.push_back(kNoClock);
+      out.notes.push_back(
+          "some recordings have no clock: rows hold no time, and a fit takes their forces for "
+          "those "
+          "of slow motion");
   }
-  std::vector<NumberedRows> parts;
+  std::vector<Pooled> parts;
   for (std::size_t p = 0; p < points.size(); ++p) {
-    const PlacedRecording& first = candidates[points[p][0]];
+    const PlacedRecording& first = *points[p][0];
     samples.point_position.row(p) = first.position_m;
     samples.point_normal.row(p) = first.inward;
     samples.point_name.push_back(first.point);
-    for (const Pooled& pooled : experiments[p]) {
-      const PlacedRecording& one = candidates[pooled.member[0]];
-      const auto number = static_cast<std::int32_t>(parts.size());
-      parts.push_back({pooled, static_cast<std::int32_t>(p), number,
-                       tip_number(out.tips, items, one), items[one.item].signal.kind});
-      for (const std::size_t m : pooled.member) candidates[m].experiment = number;
+    for (Pooled& pooled : experiments[p]) {
+      const PlacedRecording& one = *pooled.member[0];
+      pooled.point = static_cast<std::int32_t>(p);
+      pooled.experiment = static_cast<std::int32_t>(parts.size());
+      pooled.probe = tip_number(out.tips, one), pooled.kind = one.item->signal.kind;
+      for (PlacedRecording* m : pooled.member) m->experiment = pooled.experiment;
+      parts.push_back(pooled);
     }
     if (relaxes) continue;  // what the rates do is fitted
-    const auto notes = compare_rates(first.point, experiments[p], candidates, items);
+    const auto notes = compare_rates(first.point, experiments[p]);
     out.notes.insert(out.notes.end(), notes.begin(), notes.end());
   }
   if (const std::string note = break_note(candidates); !note.empty())
@@ -317,11 +282,13 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   }
   fill_rows(parts, true, samples);
   remove_void_columns(samples);
-  samples = joined(samples, cycles_of(candidates, out.tips, items));
+  samples = joined(samples, cycles_of(candidates, out.tips));
   if (const auto sideways = straighten_presses(samples); !sideways.empty())
     out.notes.push_back(sideways_note(samples, sideways));
-  name_others(samples);
-  samples.recordings = provenance(items, results, candidates);
+  // Rows of every tip but the first are `other`, now that it does not matter that they press.
+  for (std::size_t i = 0; i < samples.probe_number.size(); ++i)
+    if (samples.probe_number[i] > 0) samples.kind[i] = ExperimentKind::other;
+  samples.recordings = provenance(candidates);
   return out;
 }
 

@@ -1,30 +1,14 @@
 #pragma once
 
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "libfit/core/samples.hpp"
 #include "libfit/recordings/batch/batch.hpp"
-#include "libfit/recordings/batch/registration.hpp"
 #include "libfit/recordings/relaxation/fit_relaxation.hpp"
 
 namespace palpate::recordings {
-
-/// What becomes of a body's relaxation that recordings tell.
-enum class RelaxationUse { none, where_sure, always };
-
-/// What turns the results of a batch into samples on a body.
-struct AssembleOptions {
-  const Surface* surface = nullptr;   ///< positions are projected onto it
-  std::optional<RigidMotion> motion;  ///< rig to body, where it is known
-  bool fits_to_surface = false;       ///< refine it by the contact points
-  double place_tolerance_m = 3e-3;    ///< from the surface, and from the named position
-  /// Where recordings have holds or several rates: whether they tell how the body relaxes, and
-  /// whether rows in time follow from it where it is doubted, too.
-  RelaxationUse relaxation = RelaxationUse::where_sure;
-};
 
 /// What recordings tell of a body's relaxation (method-recordings.md, section 25).
 struct BodyRelaxation {
@@ -37,8 +21,9 @@ struct BodyRelaxation {
   struct Used {
     std::string file, point;
     double drift_share = 0;  ///< of the force lost in a hold, that its sensor's drift may be
+    const TimedPress* press = nullptr;  ///< of the results
   };
-  std::vector<Used> recordings;  ///< in the order of fit.pictures, point by point
+  std::vector<Used> recordings;  ///< in the order of fit.fitted_N
   bool has_holds = false;        ///< else several rates alone
   int creeping = 0;              ///< recordings whose force is held while the tool sinks
   /// Why rows in time would be worse than a mean of repeats: a phrase each.
@@ -46,27 +31,31 @@ struct BodyRelaxation {
   bool is_applied = false;  ///< else proposed alone: samples do not have it
 };
 
-/// A recording on its way into the samples, or one that was refused.
+/// A recording that goes into the samples, or one that was refused.
 struct PlacedRecording {
-  std::size_t item = 0;                    ///< of the batch
+  const BatchItem* item = nullptr;         ///< of the batch
+  const ItemResult* result = nullptr;      ///< its
   const Conditioned* recording = nullptr;  ///< of the results; null: refused before it had rows
   const Refused* refused = nullptr;        ///< of the results, then
-  std::string name;                        ///< within its file
-  std::string point;
+  std::string name = {};                   ///< within its file
+  std::string point = {};
   Vec3 position_m = Vec3::Zero();  ///< on the body
   Vec3 inward = Vec3::UnitZ();
   Mat3 to_body = Mat3::Identity();  ///< turns its deflections and forces into the body's frame
   /// NaN without a surface.
-  double surface_distance_m = std::numeric_limits<double>::quiet_NaN();
+  double surface_distance_m = kNan;
   std::int32_t point_index = -1, experiment = -1;  ///< -1: refused
   /// From where the contact of the recording was found: where rows are in time, contacts of a point
   /// are aligned.
   std::optional<ContactShift> aligned = {};
-  std::optional<Failure> failure;
+  std::optional<Error> failure = {};
 };
 
+/// Recordings of one point.
+using Members = std::vector<PlacedRecording*>;
+
 /// "file.csv" or "file.csv#name".
-std::string shown(const std::vector<BatchItem>& items, const PlacedRecording& placed);
+std::string shown(const PlacedRecording& placed);
 
 /// A recording's contact, moved as presses of the body were aligned.
 FoundContact contact_of(const PlacedRecording& placed);
@@ -76,7 +65,8 @@ struct Assembled {
   /// That of most recordings first: curves are of it, and rows of the others of the kind `other`,
   /// with their number here as Samples::probe_number. None where no radius is known.
   std::vector<UsedTip> tips;
-  /// Every recording and every item that gave none, in order. Refers to the results.
+  std::size_t files = 0;
+  /// Every recording and every item without any, in order. Refers to items and results.
   std::vector<PlacedRecording> outcomes;
   std::optional<Registration> registration;
   /// Where recordings have holds or rates. Where it is applied, samples have rows in time, and each
@@ -92,13 +82,12 @@ struct Assembled {
 /// place or normal, and those whose stiffness is implausible, or a prefix away from the others of
 /// the batch. results: one per item. Throws Error when a registration is impossible.
 Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
-                   const AssembleOptions& options);
+                   const BatchOptions& options);
 
 /// Writes what became of every recording, whole or not at all: CSV with a row each
 /// (file,line,point,status,grade,reason,remedy,...), and JSON with the same and the totals. The
 /// same batch gives the same bytes, however it was interrupted.
 void write_summary(const std::filesystem::path& csv, const std::filesystem::path& json,
-                   const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
                    const Assembled& assembled);
 
 /// Writes what a picture of the relaxation needs: CSV with a row for each row of the recordings
@@ -106,14 +95,58 @@ void write_summary(const std::filesystem::path& csv, const std::filesystem::path
 void write_relaxation(const std::filesystem::path& csv, const BodyRelaxation& relaxation);
 
 /// The totals and notes alone, with the refused recordings, as one JSON object for stdout.
-std::string summary_json(const std::vector<BatchItem>& items,
-                         const std::vector<ItemResult>& results, const Assembled& assembled);
+std::string summary_json(const Assembled& assembled);
 
 /// Every recording with the signal that a picture is drawn from, in the order of the outcomes.
-std::vector<RecordedSignal> signals_of(const std::vector<BatchItem>& items,
-                                       const Assembled& assembled);
+std::vector<RecordedSignal> signals_of(const Assembled& assembled);
 
-/// Line of a failure's place, "" when it names none.
-std::string line_of(const Failure& failure);
+// Steps of `assemble`.
+
+inline constexpr double kSameRate = 1.25;  ///< repeats differ by less; a series of rates by more
+
+inline UsedTip tip_of(const PlacedRecording& c) { return c.item->signal; }
+
+/// Finds place and inward normal of each candidate; refuses those that have none or lie elsewhere.
+std::optional<Registration> place_on_body(const BatchOptions& options,
+                                          std::vector<PlacedRecording>& candidates);
+
+/// One experiment of the samples, in the body's frame.
+struct Pooled : ExperimentRows {
+  Members member;
+  double speed_m_s = 0;
+  std::int32_t point = 0, experiment = 0, probe = 0;
+  ExperimentKind kind = ExperimentKind::press;
+};
+
+/// A recording's rows in the body's frame.
+Pooled on_body(PlacedRecording& recording);
+
+/// Experiments of one point: presses at one rate are one. members: none of them refused.
+std::vector<Pooled> pool(const Members& members);
+
+/// Effects of rates and unloading beyond the noise, a sentence each; empty when none stands out.
+std::vector<std::string> compare_rates(const std::string& point,
+                                       const std::vector<Pooled>& experiments);
+
+/// Presses that show how the body changes in time: with a stand in contact, or of one point at
+/// several rates. Few enough for the search, those that show most first. Nothing where none does.
+struct TimedPoints {
+  std::vector<Members> member;  ///< of each point
+  bool has_holds = false;
+};
+TimedPoints presses_in_time(const std::vector<Members>& points);
+
+/// Relaxation of a body from its recordings, and of each of its points that has a hold.
+BodyRelaxation relaxation_of(const TimedPoints& timed);
+
+/// Aligns the contacts of presses in time, point by point, for a body that relaxes as was found.
+void align_points(const std::vector<Members>& points, const RelaxationFit& body);
+
+/// The relaxation that was identified, in words.
+std::vector<std::string> relaxation_notes(const BodyRelaxation& found);
+
+/// Rows of a recording in time, from first to last touch of its deepest press; those of a drag or
+/// path by its path. Nothing without a clock.
+std::optional<Pooled> in_time(PlacedRecording& recording);
 
 }  // namespace palpate::recordings

@@ -5,31 +5,22 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <limits>
 
+#include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/io/csv/csv.hpp"
-#include "libfit/recordings/contact_point/contact_point.hpp"
-#include "libfit/recordings/placing/place.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 
 namespace palpate::recordings {
 namespace {
 
-constexpr double kMinHeld = 0.1;      // share of the time in contact, of a hold
-constexpr double kOtherRate = 1.25;   // repeats differ by less
-constexpr std::size_t kMaxUsed = 12;  // recordings of one search
-constexpr Eigen::Index kMinRows = 20;
-constexpr int kMeans = 200;  // of loadings together
-constexpr Eigen::Index kMinMeans = 10;
-constexpr double kTellsContact = 0.2;  // of the depth: deviation of a contact that is worth moving
-constexpr double kMuchDrift = 0.2;     // of the force lost in a hold
-constexpr double kApart = 2;           // standard errors by which points differ
-constexpr double kSurelyApart = 3;     // the same, where it decides
-constexpr double kFelt = 0.07;         // of a stiffness, that a person notices
+constexpr double kMinHeld = 0.1;        // share of the time in contact, of a hold
+constexpr std::size_t kMaxUsed = 12;    // recordings of one search
+constexpr Eigen::Index kMinMeans = 10;  // that a contact is found in
 
-bool is_press_in_time(const PlacedRecording& c, const std::vector<BatchItem>& items, Grade worst) {
-  return !c.failure && items[c.item].signal.kind == ExperimentKind::press &&
-         c.recording->history.rows() >= kMinRows && c.recording->grade <= worst;
+bool is_press_in_time(const PlacedRecording& c, Grade worst) {
+  return !c.failure && c.item->signal.kind == ExperimentKind::press &&
+         c.recording->history.rows() >= 20 && c.recording->grade <= worst;
 }
 
 // The contact that aligned recordings share, by the estimator of single ones: on their loadings
@@ -53,23 +44,23 @@ void find_common_contact(const std::vector<TimedPress>& presses, const SignalSet
   const Eigen::Index n = travel.size();
   if (n < kMinMeans) return;
   const Eigen::Map<const Eigen::VectorXd> x(travel.data(), n), y(push.data(), n);
-  PressCurve curve = mean_curve(x, y, kMeans);
+  PressCurve curve = mean_curve(x, y, 200);
   if (curve.travel_m.size() < kMinMeans) return;
   curve.noise_N = std::sqrt(variance / static_cast<double>(n) / curve.count.mean());
   const ContactEstimate found =
       contact_estimator_named(settings.contact)->estimate(curve, settings);
   // Few rows at a shallow contact may hold no contact: the recordings' own is nearer then.
-  if (found.begins_in_contact || !(found.deviation_m < kTellsContact * x.maxCoeff())) return;
+  if (found.begins_in_contact || !(found.deviation_m < 0.2 * x.maxCoeff())) return;
   for (ContactShift& one : aligned.contact) {
     one.moved_m += found.travel_m;
     one.deviation_m = std::hypot(one.shift_deviation_m, found.deviation_m);
   }
 }
 
-TimedPress in_search(const Conditioned& r) {
-  TimedPress press = r.history;
-  press.noise_N = r.noise_N, press.contact_deviation_m = r.contact.deviation_m;
-  return press;
+std::vector<TimedPress> histories_of(const Members& members) {
+  std::vector<TimedPress> out;
+  for (const PlacedRecording* m : members) out.push_back(m->recording->history);
+  return out;
 }
 
 // Slope of the free part before contact, with its standard error, times the longest stand, over the
@@ -85,7 +76,7 @@ double drift_share(const Conditioned& r) {
   while (end + 1 < p.rows() && p.depth_m[end + 1] > 0.9 * p.depth_m[most]) ++end;
   const double held_s = p.time_s[end] - p.time_s[most], lost_N = p.push_N[most] - p.push_N[end];
   if (!(held_s > 0) || !(lost_N > 0)) return 0;
-  if (t.size() < 4) return std::numeric_limits<double>::quiet_NaN();
+  if (t.size() < 4) return kNan;
   const Eigen::Index n = t.size();
   const Eigen::Map<const Eigen::VectorXd> x(t.data(), n), y(f.data(), n);
   const Line line = fit_line(x, y);
@@ -100,14 +91,12 @@ std::string between(double low, double high, const char* unit) {
 }
 
 std::string branch_in_words(const RelaxationFit& fit, Eigen::Index k) {
-  const auto at = static_cast<std::size_t>(k);
-  std::string text = fmt::format(
+  return fmt::format(
       "relaxation, branch {} of {}: {} ({}) of the stiffness of slow motion, time {} s ({})", k + 1,
       fit.relaxation.branches(), number(fit.relaxation.share[k]),
       between(fit.share_low[k], fit.share_high[k], ""), number(fit.relaxation.time_s[k]),
-      fit.is_slower[at] ? "slower than the recordings: it may be longer, and slow motion softer"
-                        : between(fit.time_low_s[k], fit.time_high_s[k], " s"));
-  return text;
+      fit.is_slower[k] ? "slower than the recordings: it may be longer, and slow motion softer"
+                       : between(fit.time_low_s[k], fit.time_high_s[k], " s"));
 }
 
 // Points whose stiffness at once is not the body's by so many errors and such a share, each with
@@ -131,46 +120,43 @@ std::vector<std::string> doubts_of(const BodyRelaxation& found) {
   std::vector<std::string> doubts;
   if (std::ranges::any_of(found.fit.is_slower, [](char is_slower) { return is_slower != 0; }))
     doubts.emplace_back("a branch is slower than the recordings");
-  if (!points_apart(found, kSurelyApart, kFelt).empty())
-    doubts.emplace_back("points do not relax alike");
+  if (!points_apart(found, 3, kForceJnd).empty()) doubts.emplace_back("points do not relax alike");
   return doubts;
 }
 
 }  // namespace
 
-TimedPoints presses_in_time(const std::vector<PlacedRecording>& candidates,
-                            const std::vector<std::vector<std::size_t>>& points,
-                            const std::vector<BatchItem>& items) {
+TimedPoints presses_in_time(const std::vector<Members>& points) {
   // Poor recordings only where there is nothing better.
   Grade worst = Grade::fair;
-  const auto usable = [&](std::size_t m) { return is_press_in_time(candidates[m], items, worst); };
+  const auto usable = [&](const PlacedRecording* m) { return is_press_in_time(*m, worst); };
   if (std::ranges::none_of(
-          points, [&](const auto& members) { return std::ranges::any_of(members, usable); }))
+          points, [&](const Members& members) { return std::ranges::any_of(members, usable); }))
     worst = Grade::poor;
   struct Usable {
     double information = 0;
-    std::vector<std::size_t> member;
+    Members member;
     bool has_hold = false, has_rates = false;
   };
   std::vector<Usable> usable_points;
-  for (const auto& members : points) {
+  for (const Members& members : points) {
     Usable point;
-    double slowest = std::numeric_limits<double>::infinity(), fastest = 0, held = 0;
-    for (const std::size_t m : members) {
+    double slowest = kInfinity, fastest = 0, held = 0;
+    for (PlacedRecording* m : members) {
       if (!usable(m)) continue;
       point.member.push_back(m);
-      const TimedPress& history = candidates[m].recording->history;
+      const TimedPress& history = m->recording->history;
       held = std::max({held, held_share(history), is_creep(history) ? kMinHeld : 0});
-      const double speed = candidates[m].recording->speed_m_s;
+      const double speed = m->recording->speed_m_s;
       if (speed > 0) slowest = std::min(slowest, speed), fastest = std::max(fastest, speed);
     }
     point.has_hold = held >= kMinHeld;
-    point.has_rates = fastest > kOtherRate * slowest;
+    point.has_rates = fastest > kSameRate * slowest;
     if (!point.has_hold && !point.has_rates) continue;
     // The slowest and the fastest first, then in order.
     if (point.has_rates)
-      std::ranges::stable_sort(point.member, {}, [&](std::size_t m) {
-        const double v = candidates[m].recording->speed_m_s;
+      std::ranges::stable_sort(point.member, {}, [&](const PlacedRecording* m) {
+        const double v = m->recording->speed_m_s;
         return v >= fastest || v <= slowest ? 0 : 1;
       });
     point.information = held + (point.has_rates ? std::log10(fastest / slowest) : 0);
@@ -183,59 +169,51 @@ TimedPoints presses_in_time(const std::vector<PlacedRecording>& candidates,
     if (used >= kMaxUsed) break;
     point.member.resize(std::min(point.member.size(), kMaxUsed - used));
     used += point.member.size();
-    out.has_holds |= point.has_hold, out.has_rates |= point.has_rates;
-    out.press.emplace_back();
-    for (const std::size_t m : point.member) {
-      out.press.back().push_back(in_search(*candidates[m].recording));
-    }
+    out.has_holds |= point.has_hold;
     out.member.push_back(std::move(point.member));
   }
   return out;
 }
 
-BodyRelaxation relaxation_of(const std::vector<PlacedRecording>& candidates,
-                             const TimedPoints& timed, const std::vector<BatchItem>& items) {
+BodyRelaxation relaxation_of(const TimedPoints& timed) {
   BodyRelaxation out;
   out.has_holds = timed.has_holds;
-  out.fit = fit_relaxation(timed.press);
+  std::vector<std::vector<TimedPress>> presses;
+  for (const Members& members : timed.member) presses.push_back(histories_of(members));
+  out.fit = fit_relaxation(presses);
   std::vector<std::size_t> held;
   for (std::size_t p = 0; p < timed.member.size(); ++p) {
     bool has_hold = false;
-    for (const std::size_t m : timed.member[p]) {
-      const Conditioned& r = *candidates[m].recording;
+    for (const PlacedRecording* m : timed.member[p]) {
+      const Conditioned& r = *m->recording;
       const bool is_creeping = is_creep(r.history);
       has_hold |= is_creeping || held_share(r.history) >= kMinHeld;
       out.creeping += is_creeping;
-      out.recordings.push_back({shown(items, candidates[m]), candidates[m].point, drift_share(r)});
+      out.recordings.push_back({shown(*m), m->point, drift_share(r), &r.history});
     }
     if (has_hold) held.push_back(p);
   }
   const auto branches = static_cast<int>(out.fit.relaxation.branches());
   if (branches > 0 && held.size() > 1)
     for (const std::size_t p : held)
-      out.points.push_back(
-          {candidates[timed.member[p][0]].point, fit_relaxation({timed.press[p]}, branches)});
+      out.points.push_back({timed.member[p][0]->point, fit_relaxation({presses[p]}, branches)});
   out.doubts = doubts_of(out);
   return out;
 }
 
-void align_points(std::vector<PlacedRecording>& candidates,
-                  const std::vector<std::vector<std::size_t>>& points,
-                  const std::vector<BatchItem>& items, const RelaxationFit& body) {
-  for (const auto& members : points) {
-    std::vector<std::size_t> used;
-    std::ranges::copy_if(members, std::back_inserter(used), [&](std::size_t m) {
-      return is_press_in_time(candidates[m], items, Grade::fair);
+void align_points(const std::vector<Members>& points, const RelaxationFit& body) {
+  for (const Members& members : points) {
+    Members used;
+    std::ranges::copy_if(members, std::back_inserter(used), [](const PlacedRecording* m) {
+      return is_press_in_time(*m, Grade::fair);
     });
     for (std::size_t first = 0; first < used.size(); first += kMaxUsed) {
       const std::size_t end = std::min(first + kMaxUsed, used.size());
-      std::vector<TimedPress> presses;
-      for (std::size_t k = first; k < end; ++k)
-        presses.push_back(in_search(*candidates[used[k]].recording));
+      const std::vector<TimedPress> presses =
+          histories_of({used.begin() + first, used.begin() + end});
       Alignment aligned = align_contacts(presses, body.relaxation, body.curve);
-      find_common_contact(presses, items[candidates[used[first]].item].signal, aligned);
-      for (std::size_t k = first; k < end; ++k)
-        candidates[used[k]].aligned = aligned.contact[k - first];
+      find_common_contact(presses, used[first]->item->signal, aligned);
+      for (std::size_t k = first; k < end; ++k) used[k]->aligned = aligned.contact[k - first];
     }
   }
 }
@@ -277,7 +255,7 @@ std::vector<std::string> relaxation_notes(const BodyRelaxation& found) {
       is_unknown = true;
     else
       most = std::max(most, used.drift_share);
-  if (most > kMuchDrift)
+  if (most > 0.2)
     notes.push_back("relaxation: by the free part before contact, drift of the sensor may be " +
                     percent(most, 0) +
                     " of the force that is lost in a hold; record longer before contact");
@@ -285,7 +263,7 @@ std::vector<std::string> relaxation_notes(const BodyRelaxation& found) {
     notes.push_back(
         "relaxation: a recording has too little before contact to tell its sensor's drift from "
         "slow relaxation");
-  if (const auto other = points_apart(found, kApart, 0); !other.empty())
+  if (const auto other = points_apart(found, 2, 0); !other.empty())
     notes.push_back("relaxation: not alike over the body; other stiffness at once: " +
                     listed(other));
   if (!found.is_applied)
@@ -294,13 +272,12 @@ std::vector<std::string> relaxation_notes(const BodyRelaxation& found) {
   return notes;
 }
 
-std::optional<Pooled> in_time(const std::vector<PlacedRecording>& candidates, std::size_t member) {
-  const PlacedRecording& c = candidates[member];
+std::optional<Pooled> in_time(PlacedRecording& c) {
   const Conditioned& r = *c.recording;
   if (r.history.rows() == 0) {  // a drag or path
     bool rises = r.time_s.size() > 0 && r.time_s[0] >= 0;
     for (Eigen::Index i = 1; i < r.time_s.size(); ++i) rises &= r.time_s[i] > r.time_s[i - 1];
-    return rises ? std::optional(on_body(candidates, member)) : std::nullopt;
+    return rises ? std::optional(on_body(c)) : std::nullopt;
   }
   const TimedPress& p = r.history;
   const double moved_m = c.aligned ? c.aligned->moved_m : 0;
@@ -313,7 +290,7 @@ std::optional<Pooled> in_time(const std::vector<PlacedRecording>& candidates, st
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = first; i < end; ++i)
     if (p.readings[i] > 0) rows.push_back(i);
-  Pooled out{{}, {member}, r.speed_m_s};
+  Pooled out{{}, {&c}, r.speed_m_s};
   const Eigen::Index n = rows.size();
   Points deflection = Points::Zero(n, 3), force = Points::Zero(n, 3);
   if (p.deflection_m.rows() > 0) {
@@ -336,18 +313,16 @@ void write_relaxation(const std::filesystem::path& path, const BodyRelaxation& r
   constexpr std::array<std::string_view, 6> kHeader{"file",    "point",   "time_s",
                                                     "depth_m", "force_N", "fitted_N"};
   CsvWriter csv(path, kHeader);
-  std::size_t next = 0;
-  for (const auto& point : relaxation.fit.pictures)
-    for (const FittedPress& press : point) {
-      const BodyRelaxation::Used& used = relaxation.recordings[next++];
-      for (Eigen::Index i = 0; i < press.time_s.size(); ++i) {
-        csv.text(used.file).text(used.point);
-        for (const double value :
-             {press.time_s[i], press.depth_m[i], press.push_N[i], press.fitted_N[i]})
-          csv.number(value);
-        csv.end_row();
-      }
+  for (std::size_t r = 0; r < relaxation.fit.fitted_N.size(); ++r) {
+    const auto& [file, point, drift_share, press] = relaxation.recordings[r];
+    for (Eigen::Index i = 0; i < press->rows(); ++i) {
+      csv.text(file).text(point);
+      for (const double value :
+           {press->time_s[i], press->depth_m[i], press->push_N[i], relaxation.fit.fitted_N[r][i]})
+        csv.number(value);
+      csv.end_row();
     }
+  }
   csv.commit();
 }
 

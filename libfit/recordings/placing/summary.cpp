@@ -14,26 +14,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array<std::string_view, 3> kGradeNames{"good", "fair", "poor"};
-constexpr std::array<std::string_view, 19> kHeader{"file",
-                                                   "line",
-                                                   "recording",
-                                                   "point",
-                                                   "status",
-                                                   "grade",
-                                                   "reason",
-                                                   "remedy",
-                                                   "experiment",
-                                                   "contact_m",
-                                                   "contact_deviation_m",
-                                                   "speed_m_s",
-                                                   "noise_N",
-                                                   "hysteresis",
-                                                   "young_Pa",
-                                                   "surface_distance_m",
-                                                   "format",
-                                                   "taken",
-                                                   "hash"};
+constexpr auto kHeader = std::to_array<std::string_view>(
+    {"file", "line", "recording", "point", "status", "grade", "reason", "remedy", "experiment",
+     "contact_m", "contact_deviation_m", "speed_m_s", "noise_N", "hysteresis", "young_Pa",
+     "surface_distance_m", "format", "taken", "hash"});
 
 // A value of a row as text; an empty field where it has none: readers refuse NaN.
 void put(CsvWriter& csv, const Json& row, std::string_view name) {
@@ -52,24 +36,31 @@ void put(CsvWriter& csv, const Json& row, std::string_view name) {
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
-             const PlacedRecording& o) {
+// Line of a failure's place, null when it names none.
+Json line_of(const Error& failure) {
+  const std::string line = failure.where().substr(failure.where().rfind(':') + 1);
+  const bool is_number = line.size() < failure.where().size() && !line.empty() &&
+                         line.size() < 16 &&
+                         line.find_first_not_of("0123456789") == std::string::npos;
+  return is_number ? Json(std::stoll(line)) : Json(nullptr);
+}
+
+Json as_json(const PlacedRecording& o) {
   Json row;
-  row["file"] = items[o.item].shown;
+  row["file"] = o.item->shown;
   if (!o.name.empty()) row["recording"] = o.name;
   row["point"] = o.point;
   row["status"] = o.failure ? "refused" : "imported";
   if (o.failure) {
-    const std::string line = line_of(*o.failure);
-    row["where"] = o.failure->where;
-    row["line"] = line.empty() ? Json(nullptr) : Json(std::stoll(line));
-    row["reason"] = o.failure->what;
-    row["remedy"] = o.failure->remedy;
+    row["where"] = o.failure->where();
+    row["line"] = line_of(*o.failure);
+    row["reason"] = o.failure->fact();
+    row["remedy"] = o.failure->remedy();
     return row;
   }
   const Conditioned* r = o.recording;
   row["experiment"] = o.experiment;
-  row["grade"] = kGradeNames[static_cast<int>(r->grade)];
+  row["grade"] = kRecordingGradeNames[static_cast<int>(r->grade)];
   row["reason"] = listed(r->reasons, "; ");
   const FoundContact contact = contact_of(o);
   row["contact_m"] = number(contact.travel_m);
@@ -82,7 +73,7 @@ Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>&
   row["surface_distance_m"] = number(o.surface_distance_m);
   row["format"] = r->source.format;
   row["taken"] = r->source.taken;
-  row["hash"] = results[o.item].hash;
+  row["hash"] = o.result->hash;
   return row;
 }
 
@@ -122,15 +113,15 @@ Json as_json(const BodyRelaxation& found) {
   return json;
 }
 
-Json totals(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
-            const Assembled& a) {
+Json totals(const Assembled& a) {
   std::array<std::size_t, 3> grades{};
   for (const std::int8_t grade : a.samples.recordings.grade) ++grades[grade];
   Json json;
-  json["files"] = items.size();
+  json["files"] = a.files;
   json["imported"] = a.samples.recordings.size();
   json["failed"] = a.failed();
-  for (std::size_t g = 0; g < 3; ++g) json["grades"][std::string(kGradeNames[g])] = grades[g];
+  for (std::size_t g = 0; g < 3; ++g)
+    json["grades"][std::string(kRecordingGradeNames[g])] = grades[g];
   json["points"] = a.samples.points();
   json["rows"] = a.samples.rows();
   if (a.registration)
@@ -143,7 +134,7 @@ Json totals(const std::vector<BatchItem>& items, const std::vector<ItemResult>& 
   json["notes"] = a.notes;
   json["failures"] = Json::array();
   for (const PlacedRecording& o : a.outcomes)
-    if (o.failure) json["failures"].push_back(as_json(items, results, o));
+    if (o.failure) json["failures"].push_back(as_json(o));
   return json;
 }
 
@@ -153,30 +144,17 @@ std::string dumped(const Json& json, int indent) {
 
 }  // namespace
 
-std::string line_of(const Failure& failure) {
-  const std::size_t colon = failure.where.rfind(':');
-  if (colon == std::string::npos || colon + 1 == failure.where.size()) return {};
-  const std::string line = failure.where.substr(colon + 1);
-  return line.size() < 16 && line.find_first_not_of("0123456789") == std::string::npos
-             ? line
-             : std::string();
-}
-
-std::string summary_json(const std::vector<BatchItem>& items,
-                         const std::vector<ItemResult>& results, const Assembled& assembled) {
-  return dumped(totals(items, results, assembled), 2);
-}
+std::string summary_json(const Assembled& assembled) { return dumped(totals(assembled), 2); }
 
 void write_summary(const std::filesystem::path& csv_path, const std::filesystem::path& json_path,
-                   const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
                    const Assembled& assembled) {
   CsvWriter csv(csv_path, kHeader);
-  Json json = totals(items, results, assembled);
+  Json json = totals(assembled);
   json.erase("failures");
   json["recordings"] = Json::array();
   for (const PlacedRecording& o : assembled.outcomes) {
-    Json row = json["recordings"].emplace_back(as_json(items, results, o));
-    row["hash"] = results[o.item].hash;
+    Json row = json["recordings"].emplace_back(as_json(o));
+    row["hash"] = o.result->hash;
     for (const std::string_view name : kHeader) put(csv, row, name);
     csv.end_row();
   }
@@ -184,12 +162,11 @@ void write_summary(const std::filesystem::path& csv_path, const std::filesystem:
   write_file_atomically(json_path, dumped(json, 1) + "\n");
 }
 
-std::vector<RecordedSignal> signals_of(const std::vector<BatchItem>& items,
-                                       const Assembled& assembled) {
+std::vector<RecordedSignal> signals_of(const Assembled& assembled) {
   std::vector<RecordedSignal> all;
   for (const PlacedRecording& placed : assembled.outcomes) {
     RecordedSignal& signal = all.emplace_back();
-    signal.file = shown(items, placed);
+    signal.file = shown(placed);
     signal.point = placed.point;
     signal.experiment = placed.experiment;
     if (const Conditioned* r = placed.recording) {
@@ -204,8 +181,8 @@ std::vector<RecordedSignal> signals_of(const std::vector<BatchItem>& items,
     signal.trace = placed.recording ? placed.recording->trace : placed.refused->trace;
     if (placed.failure) {
       signal.grade = kRefusedGrade;
-      const std::string& what = placed.failure->what;
-      signal.reasons = what + (what.ends_with('?') ? " " : ". ") + placed.failure->remedy;
+      const std::string& what = placed.failure->fact();
+      signal.reasons = what + (what.ends_with('?') ? " " : ". ") + placed.failure->remedy();
     }
   }
   return all;

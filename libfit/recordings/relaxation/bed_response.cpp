@@ -1,15 +1,13 @@
-#include "libfit/recordings/relaxation/bed_response.hpp"
-
+#include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "libfit/core/linear_algebra.hpp"
+#include "libfit/recordings/relaxation/series_search.hpp"
 
 namespace palpate::recordings {
 namespace {
 
-constexpr int kMaxSwitches = 8;  // of a ring within a step: touched, left, touched
-constexpr int kBisections = 60;  // of the time of a switch: all bits
 using State = std::array<double, runtime::kMaxBranches>;
 
 // One ring's Maxwell branches between two places of the path.
@@ -17,7 +15,7 @@ class RingStep {
  public:
   explicit RingStep(const Relaxation& of) : branches_(static_cast<int>(of.branches())) {
     for (int k = 0; k < branches_; ++k) {
-      share_[at(k)] = of.share[k], time_s_[at(k)] = of.time_s[k];
+      share_[k] = of.share[k], time_s_[k] = of.time_s[k];
       all_ += of.share[k];
     }
     // Free, the ring's surface follows its branches: v' = A v, symmetric in other units.
@@ -38,7 +36,7 @@ class RingStep {
 
   void begin(double duration_s) {
     duration_s_ = duration_s;
-    for (int k = 0; k < branches_; ++k) decay_[at(k)] = std::exp(-duration_s / time_s_[at(k)]);
+    for (int k = 0; k < branches_; ++k) decay_[k] = std::exp(-duration_s / time_s_[k]);
   }
 
   // Moves the ring on while the tool goes from h0 to h1 beyond it; the force at the end.
@@ -46,7 +44,7 @@ class RingStep {
     if (!is_touching && h1 <= 0 && is_at_rest(v)) return 0;
     const double speed = (h1 - h0) / duration_s_;
     double gone_s = 0, h = h0;
-    for (int n = 0; n < kMaxSwitches; ++n) {
+    for (int n = 0; n < 8; ++n) {  // more switches than touched, left, touched
       const double rest_s = duration_s_ - gone_s;
       const auto after = [&](double s) {
         return is_touching ? pressed(v, h, speed, s) : freed(v, s);
@@ -56,14 +54,15 @@ class RingStep {
         const double pull = force(after(s), h + speed * s);
         return is_touching ? pull : -pull;
       };
-      const State end = gone_s == 0 && is_touching ? pressed_all(v, h, h1, speed) : after(rest_s);
+      const State end =
+          gone_s == 0 && is_touching ? pressed_by(v, h, h1, speed, decay_) : after(rest_s);
       const double pull = force(end, h1);
       if (is_touching ? pull >= 0 : pull <= 0) {
         v = end;
         return is_touching ? pull : 0;
       }
       double in = 0, out = rest_s;
-      for (int i = 0; i < kBisections && out - in > 1e-15 * duration_s_; ++i) {
+      for (int i = 0; i < 60 && out - in > 1e-15 * duration_s_; ++i) {  // to all bits
         const double middle = (in + out) / 2;
         (margin(middle) > 0 ? in : out) = middle;
       }
@@ -77,40 +76,33 @@ class RingStep {
   }
 
  private:
-  static std::size_t at(int k) { return static_cast<std::size_t>(k); }
   bool is_at_rest(const State& v) const {
-    for (int k = 0; k < branches_; ++k)
-      if (v[at(k)] != 0) return false;
-    return true;
+    return std::all_of(v.begin(), v.begin() + branches_, [](double each) { return each == 0; });
   }
   // Of a tool that would hold the ring's surface at h.
   double force(const State& v, double h) const {
     double sum = (1 + all_) * h;
-    for (int k = 0; k < branches_; ++k) sum -= share_[at(k)] * v[at(k)];
+    for (int k = 0; k < branches_; ++k) sum -= share_[k] * v[k];
     return sum;
   }
   State pressed_by(const State& v, double h0, double h1, double speed, const State& decay) const {
     State next = v;
     for (int k = 0; k < branches_; ++k)
-      next[at(k)] =
-          h1 - speed * time_s_[at(k)] * (1 - decay[at(k)]) + (v[at(k)] - h0) * decay[at(k)];
+      next[k] = h1 - speed * time_s_[k] * (1 - decay[k]) + (v[k] - h0) * decay[k];
     return next;
-  }
-  State pressed_all(const State& v, double h0, double h1, double speed) const {
-    return pressed_by(v, h0, h1, speed, decay_);
   }
   State pressed(const State& v, double h, double speed, double s) const {
     State decay{};
-    for (int k = 0; k < branches_; ++k) decay[at(k)] = std::exp(-s / time_s_[at(k)]);
+    for (int k = 0; k < branches_; ++k) decay[k] = std::exp(-s / time_s_[k]);
     return pressed_by(v, h, h + speed * s, speed, decay);
   }
   State freed(const State& v, double s) const {
     State next{};
     for (int m = 0; m < branches_; ++m) {
       double part = 0;
-      for (int k = 0; k < branches_; ++k) part += mode_(k, m) * scale_[k] * v[at(k)];
+      for (int k = 0; k < branches_; ++k) part += mode_(k, m) * scale_[k] * v[k];
       part *= std::exp(rate_[m] * s);
-      for (int k = 0; k < branches_; ++k) next[at(k)] += mode_(k, m) * part / scale_[k];
+      for (int k = 0; k < branches_; ++k) next[k] += mode_(k, m) * part / scale_[k];
     }
     return next;
   }
@@ -130,8 +122,8 @@ Eigen::MatrixXd ring_forces(const Eigen::VectorXd& time_s, const Eigen::VectorXd
   if (relaxation.branches() == 0)
     return (depth_m.replicate(1, rings).rowwise() - ring_depth_m.transpose()).cwiseMax(0);
   Eigen::MatrixXd forces = Eigen::MatrixXd::Zero(rows, rings);
-  std::vector<State> state(static_cast<std::size_t>(rings), State{});
-  std::vector<char> touching(static_cast<std::size_t>(rings), 0);
+  std::vector<State> state(rings, State{});
+  std::vector<char> touching(rings, 0);
   RingStep step(relaxation);
   for (Eigen::Index r = 0; r < rings; ++r)  // what begins in contact has been there for long
     if (const double h = rows > 0 ? depth_m[0] - ring_depth_m[r] : 0; h > 0) {
@@ -142,11 +134,10 @@ Eigen::MatrixXd ring_forces(const Eigen::VectorXd& time_s, const Eigen::VectorXd
   for (Eigen::Index i = 1; i < rows; ++i) {
     step.begin(time_s[i] - time_s[i - 1]);
     for (Eigen::Index r = 0; r < rings; ++r) {
-      const auto at = static_cast<std::size_t>(r);
-      bool is_touching = touching[at] != 0;
+      bool is_touching = touching[r] != 0;
       forces(i, r) = step.go(depth_m[i - 1] - ring_depth_m[r], depth_m[i] - ring_depth_m[r],
-                             state[at], is_touching);
-      touching[at] = is_touching;
+                             state[r], is_touching);
+      touching[r] = is_touching;
     }
   }
   return forces;

@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include "libfit/core/statistics.hpp"
-#include "libfit/recordings/relaxation/bed_response.hpp"
 #include "libfit/recordings/relaxation/series_search.hpp"
 
 namespace palpate::recordings {
@@ -13,7 +12,6 @@ namespace {
 
 constexpr int kHeldOutIterations = 3;  // from the solution with all rows
 constexpr double k95 = 1.96;
-constexpr double kToldShare = 0.5;  // deviation of the logarithm of a share that is told
 
 double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.) /
@@ -34,9 +32,8 @@ bool is_gain(const std::vector<double>& before, const std::vector<double>& after
 
 // Whether rows tell every branch: its share, and that its time is above their shortest.
 bool is_told(const RelaxationFit& fit) {
-  const Eigen::Index branches = fit.relaxation.branches();
-  for (Eigen::Index k = 0; k < branches; ++k)
-    if (fit.is_faster[k] || !(fit.covariance(k, k) < kToldShare * kToldShare)) return false;
+  for (Eigen::Index k = 0; k < fit.relaxation.branches(); ++k)
+    if (fit.is_faster[k] || !(fit.covariance(k, k) < 0.5 * 0.5)) return false;
   return true;
 }
 
@@ -52,20 +49,19 @@ SeriesValues sorted(const SeriesValues& values) {
   return out;
 }
 
-// What was fitted of each recording.
-void picture(const SeriesSearch& with, const std::vector<std::vector<TimedPress>>& points,
+// Fills in the fitted forces, and how far they are off.
+void compare(const SeriesSearch& with, const std::vector<std::vector<TimedPress>>& points,
              const SeriesValues& values, RelaxationFit& fit) {
   double left_N = 0, readings = 0;
   for (std::size_t g = 0; g < points.size(); ++g) {
-    const Eigen::VectorXd fitted_N = with.solution(g, values).fitted_N;
-    fit.pictures.emplace_back();
+    const Eigen::VectorXd of_group_N = with.solution(g, values).fitted_N;
     for (std::size_t r = 0; r < points[g].size(); ++r) {
       const TimedPress& p = points[g][r];
-      fit.pictures.back().push_back({p.time_s, p.depth_m, p.push_N,
-                                     fitted_N.segment(with.groups()[g].first_row(r), p.rows())});
+      const Eigen::VectorXd& fitted_N =
+          fit.fitted_N.emplace_back(of_group_N.segment(with.groups()[g].first_row(r), p.rows()));
       for (Eigen::Index i = 0; i < p.rows(); ++i) {
         if (!(p.readings[i] > 0) || !(p.depth_m[i] > 0)) continue;
-        const double left = p.push_N[i] - fit.pictures.back().back().fitted_N[i];
+        const double left = p.push_N[i] - fitted_N[i];
         left_N += left * left, readings += 1;
       }
     }
@@ -78,7 +74,7 @@ void describe(const SeriesSearch& with, const std::vector<std::vector<TimedPress
               const SeriesValues& values, RelaxationFit& fit) {
   const Eigen::Index branches = values.branches();
   fit.relaxation = values.relaxation();
-  picture(with, points, values, fit);
+  compare(with, points, values, fit);
   if (branches == 0) return;
   fit.covariance = series_covariance(with, values).topLeftCorner(2 * branches, 2 * branches);
   const Eigen::VectorXd wide =
@@ -91,7 +87,7 @@ void describe(const SeriesSearch& with, const std::vector<std::vector<TimedPress
     const double at = values.branch[branches + k];
     fit.is_slower.push_back(with.is_slowest(at));
     fit.is_faster.push_back(with.is_fastest(at));
-    if (fit.is_slower.back()) fit.time_high_s[k] = std::numeric_limits<double>::infinity();
+    if (fit.is_slower.back()) fit.time_high_s[k] = kInfinity;
     if (fit.is_faster.back()) fit.time_low_s[k] = 0;
   }
 }
@@ -131,7 +127,7 @@ RelaxationFit fit_relaxation(const std::vector<std::vector<TimedPress>>& points,
   std::vector<double> steps;
   for (const auto& presses : points)
     for (const TimedPress& one : presses) {
-      double from_s = std::numeric_limits<double>::infinity(), to_s = 0;
+      double from_s = kInfinity, to_s = 0;
       for (Eigen::Index i = 1; i < one.rows(); ++i) {
         if (!(one.depth_m[i] > 0)) continue;
         from_s = std::min(from_s, one.time_s[i - 1]), to_s = one.time_s[i];
@@ -140,8 +136,8 @@ RelaxationFit fit_relaxation(const std::vector<std::vector<TimedPress>>& points,
       if (to_s > from_s) steps.push_back(short_step(one));
     }
   if (steps.empty() || !(fit.longest_s > 0)) return fit;
-  fit.shortest_s = std::min(2 * median(steps), fit.longest_s / 4);
-  fit.shortest_s = std::max(fit.shortest_s, runtime::kMinRelaxation_s);
+  fit.shortest_s =
+      std::max(std::min(2 * median(steps), fit.longest_s / 4), runtime::kMinRelaxation_s);
   fit.longest_s = std::clamp(fit.longest_s, 4 * fit.shortest_s, runtime::kMaxRelaxation_s);
 
   const SeriesSearch powers(points, SlowCurve::powers, fit.shortest_s, fit.longest_s),

@@ -1,17 +1,11 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "libfit/core/body.hpp"
-#include "libfit/recordings/relaxation/press_group.hpp"
+#include "libfit/recordings/relaxation/series_search.hpp"
 
 namespace palpate::recordings {
-
-/// One recording as the fit has it, for a picture: T rows each.
-struct FittedPress {
-  Eigen::VectorXd time_s, depth_m, push_N, fitted_N;
-};
 
 /// A Prony series that recordings in time support, with 95 % intervals.
 struct RelaxationFit {
@@ -25,8 +19,8 @@ struct RelaxationFit {
   /// Error of stretches of time that a fit did not see, over the deviation of a row, root mean
   /// square: by number of branches, as far as they were tried.
   std::vector<double> held_out;
-  double rms_N = 0;                                ///< of what is left of all rows
-  std::vector<std::vector<FittedPress>> pictures;  ///< of each point and recording
+  double rms_N = 0;                       ///< of what is left of all rows
+  std::vector<Eigen::VectorXd> fitted_N;  ///< of each recording's rows, point by point
 
   /// Largest and least stiffening within the 95 % band at times since a step (M53).
   struct Band {
@@ -36,8 +30,8 @@ struct RelaxationFit {
 };
 
 /// Identifies relaxation from recordings of points, a vector of recordings each. Nothing where no
-/// recording has rows. max_branches: 0 to runtime::kMaxBranches; -1: `exactly` decides. Does not
-/// depend on threads. exactly: so many branches, without a choice; -1: held-out stretches choose.
+/// recording has rows. Does not depend on threads. exactly: so many branches, without a choice; -1:
+/// held-out stretches choose.
 RelaxationFit fit_relaxation(const std::vector<std::vector<TimedPress>>& points, int exactly = -1);
 
 /// How far beyond where it was found the contact of a recording lies, and its deviation then.

@@ -1,23 +1,18 @@
-#include "libfit/recordings/relaxation/press_group.hpp"
+#include "libfit/recordings/relaxation/series_search.hpp"
 
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "libfit/core/linear_algebra.hpp"
-#include "libfit/recordings/relaxation/bed_response.hpp"
 
 namespace palpate::recordings {
 namespace {
 
 constexpr Eigen::Index kRings = 40;
 constexpr int kStretches = 10;            // of a recording
-constexpr double kModelError = 0.002;     // of the largest force: what no bed describes
 constexpr double kDeviations = 3;         // of the contact, within which the curve may begin
-constexpr Eigen::Index kMinFreeRows = 3;  // on either side, that tell a sensor's drift
-// Of the largest force, over a recording: deviation of a sensor's drift that nothing tells.
-constexpr double kUsualDrift = 0.1;
-constexpr double kPull = 0.01;  // of the largest force, below which the tip is pulled
+constexpr Eigen::Index kMinFreeRows = 3;  // on either side, that show a sensor's drift
 
 // Ring depths, denser where contact begins.
 Eigen::VectorXd ring_depths(double first_m, double last_m) {
@@ -58,7 +53,7 @@ Eigen::MatrixXd curve_basis(SlowCurve kind, const Eigen::VectorXd& ring_m, doubl
             return std::pow(std::max(0., (depth_m - begin_m) / last_m), power);
           }));
   }
-  Eigen::MatrixXd out(ring_m.size(), static_cast<Eigen::Index>(columns.size()));
+  Eigen::MatrixXd out(ring_m.size(), columns.size());
   for (std::size_t j = 0; j < columns.size(); ++j) out.col(j) = columns[j];
   return out;
 }
@@ -69,7 +64,7 @@ struct DriftPrior {
 
 // Over a recording, from the free rows before contact and from what sensors usually do.
 DriftPrior expected_drift(const TimedPress& p, double margin_m, double most_N) {
-  DriftPrior usual{0, kUsualDrift * most_N};
+  DriftPrior usual{0, 0.1 * most_N};
   std::vector<double> time, force;
   double readings = 0;
   for (Eigen::Index i = 0; i < p.rows() && p.depth_m[i] < -margin_m; ++i)
@@ -100,7 +95,6 @@ Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& gram,
   const Eigen::MatrixXd g = scale.asDiagonal() * gram * scale.asDiagonal();
   const Eigen::VectorXd b = scale.cwiseProduct(right);
   const double tolerance = 1e-12 * b.cwiseAbs().maxCoeff();
-  constexpr double kRidge = 1e-12;  // columns alike but for rounding
 
   Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
   std::vector<Eigen::Index> passive;
@@ -116,7 +110,7 @@ Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& gram,
     passive.push_back(enters);
     while (!passive.empty()) {
       Eigen::MatrixXd part = g(passive, passive);
-      part.diagonal().array() += kRidge;
+      part.diagonal().array() += 1e-12;  // columns may be alike but for rounding
       const Eigen::VectorXd wanted = ldlt_solve(part, b(passive));
       double way = 1;
       for (std::size_t k = 0; k < passive.size(); ++k) {
@@ -145,8 +139,7 @@ PressGroup::PressGroup(const std::vector<TimedPress>& presses, SlowCurve curve) 
   stretch_.assign(rows_, -1);
   Eigen::Index first = 0;
   for (const TimedPress& p : presses) {
-    PressInGroup part{p.time_s, p.depth_m, first};
-    part.contact_deviation_m = p.contact_deviation_m;
+    PressInGroup part{p, first};
     if (!presses_.empty() && p.contact_deviation_m > 0) {
       part.shift = static_cast<int>(shifted_.size());
       shifted_.push_back(presses_.size());
@@ -164,10 +157,11 @@ PressGroup::PressGroup(const std::vector<TimedPress>& presses, SlowCurve curve) 
       push_N_[first + i] = p.push_N[i];
       was_in |= p.depth_m[i] > 0;
       if (!(p.readings[i] > 0) ||
-          (was_in && p.push_N[i] < level_N - std::max(3 * p.noise_N, kPull * most_N)))
-        continue;
+          (was_in && p.push_N[i] < level_N - std::max(3 * p.noise_N, 0.01 * most_N)))
+        continue;  // the tip is pulled
       noise_N_[first + i] = p.noise_N / std::sqrt(p.readings[i]);
-      weight_[first + i] = 1 / std::hypot(noise_N_[first + i], kModelError * most_N);
+      weight_[first + i] =
+          1 / std::hypot(noise_N_[first + i], 0.002 * most_N);  // no bed describes more
       if (p.depth_m[i] < -margin_m) (was_in ? after : before) += 1;
       touching += p.depth_m[i] > 0;
     }
@@ -223,8 +217,7 @@ PressGroup::Solution PressGroup::solve(const Relaxation& relaxation, const doubl
 
 PressGroup::Solution PressGroup::solve(const Eigen::MatrixXd& column, const double* shifts,
                                        const std::vector<char>& held_out) const {
-  Eigen::MatrixXd sensor =
-      Eigen::MatrixXd::Zero(rows_, 2 * static_cast<Eigen::Index>(presses_.size()));
+  Eigen::MatrixXd sensor = Eigen::MatrixXd::Zero(rows_, 2 * presses_.size());
   const Eigen::Index sensors = sensor.cols();
   Eigen::VectorXd precision = Eigen::VectorXd::Zero(sensors), expected = precision;
   for (std::size_t r = 0; r < presses_.size(); ++r) {

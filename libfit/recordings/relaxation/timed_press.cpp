@@ -7,19 +7,8 @@ namespace palpate::recordings {
 namespace {
 
 constexpr Eigen::Index kMaxRows = 400;
-constexpr double kParts = 40;      // of depth, force and time that a row may span
-constexpr double kPartsOfWay = 8;  // of the time of a straight way
-// Of the time since the tool came to stand: what relaxes there goes by the logarithm of time.
-constexpr double kShareOfStand = 0.15;
-constexpr double kCornerShare = 0.003;  // of the travel, by which a straight way may bend
-constexpr double kCornerNoise = 4;
-constexpr double kHoldSpeed = 0.1;  // of the mean speed
-// Of a force that is held: rows, share of the time, and shares of the largest force (within which
-// it is, by which it moves) and depth. Loading at a constant speed moves by more, and what yields
-// at one sinks as fast as before.
+constexpr double kParts = 40;  // of depth, force and time that a row may span
 constexpr Eigen::Index kMinCreepRows = 6;
-constexpr double kMinCreepTime = 0.1, kNearMost = 0.1, kSameForce = 0.03, kSinks = 0.02;
-constexpr double kCreepSpeed = 0.5;  // of the mean speed before
 
 // Rows where the way of the tool over time bends by more than tolerance_m (Ramer, Douglas and
 // Peucker), first and last included.
@@ -53,8 +42,8 @@ struct Spans {
   double depth_m = 0, force_N = 0, time_s = 0, noise_N = 0;
   std::optional<double> stands_s = std::nullopt;
 
-  double time_at(double begin_s) const {
-    return stands_s ? std::min(time_s, kShareOfStand * (begin_s - *stands_s)) : time_s;
+  double time_at(double begin_s) const {  // a stand's relaxation goes by the logarithm of time
+    return stands_s ? std::min(time_s, 0.15 * (begin_s - *stands_s)) : time_s;
   }
 };
 
@@ -102,7 +91,7 @@ Readings readings_of(const Signal& signal) {
 Spans spans_of_way(const Readings& r, Eigen::Index a, Eigen::Index b, const Spans& spans) {
   Spans own = spans;
   const double whole_s = r.time_s[b] - r.time_s[a];
-  own.time_s = std::min(spans.time_s, whole_s / kPartsOfWay);
+  own.time_s = std::min(spans.time_s, whole_s / 8);
   if (r.depth_m[b] > 0 && std::abs(r.depth_m[b] - r.depth_m[a]) < spans.depth_m)
     own.stands_s = r.time_s[a];
   return own;
@@ -112,8 +101,7 @@ Spans spans_of_way(const Readings& r, Eigen::Index a, Eigen::Index b, const Span
 // short, or twice or four times as long where that would be more than kMaxRows.
 std::vector<Part> parts_of(const Readings& r, double noise_N) {
   const double range_m = r.depth_m.maxCoeff() - r.depth_m.minCoeff();
-  const double tolerance_m =
-      std::max(kCornerShare * range_m, kCornerNoise * neighbour_scatter(r.depth_m));
+  const double tolerance_m = std::max(0.003 * range_m, 4 * neighbour_scatter(r.depth_m));
   const auto corners = corners_of(r.time_s, r.depth_m, tolerance_m);
   std::vector<Part> parts;
   Spans spans{r.depth_m.maxCoeff() / kParts, r.push_N.maxCoeff() / kParts,
@@ -216,7 +204,7 @@ double held_share(const TimedPress& press) {
   for (Eigen::Index i = 1; i < press.rows(); ++i) {
     const double dt = press.time_s[i] - press.time_s[i - 1];
     if (press.depth_m[i] > 0 &&
-        std::abs(press.depth_m[i] - press.depth_m[i - 1]) < kHoldSpeed * speed * dt)
+        std::abs(press.depth_m[i] - press.depth_m[i - 1]) < 0.1 * speed * dt)
       held_s += dt;
   }
   return all_s > 0 ? held_s / all_s : 0;
@@ -226,7 +214,7 @@ bool is_creep(const TimedPress& press) {
   if (press.rows() < kMinCreepRows) return false;
   const double most_N = press.push_N.maxCoeff();
   const auto is_near = [&](Eigen::Index i) {
-    return press.readings[i] > 0 && press.push_N[i] > (1 - kNearMost) * most_N;
+    return press.readings[i] > 0 && press.push_N[i] > (1 - 0.1) * most_N;
   };
   Eigen::Index begin = 0, end = press.rows();
   while (begin < end && !is_near(begin)) ++begin;
@@ -235,13 +223,14 @@ bool is_creep(const TimedPress& press) {
   const double all_s = press.time_s[press.rows() - 1] - press.time_s[0];
   const double held_s = press.time_s[end - 1] - press.time_s[begin],
                sunk_m = press.depth_m[end - 1] - press.depth_m[begin];
-  if (!(held_s > kMinCreepTime * all_s) ||
-      !(sunk_m * press.time_s[begin] < kCreepSpeed * press.depth_m[begin] * held_s))
+  // A body that yields at a force sinks as fast as before, and loading moves the force by more.
+  if (!(held_s > 0.1 * all_s) ||
+      !(sunk_m * press.time_s[begin] < 0.5 * press.depth_m[begin] * held_s))
     return false;
   const ThirdMeans force = means_of_thirds(press, press.push_N, begin, end),
                    depth = means_of_thirds(press, press.depth_m, begin, end);
-  return std::abs(force.last - force.first) < kSameForce * most_N &&
-         depth.last - depth.first > kSinks * press.depth_m.maxCoeff();
+  return std::abs(force.last - force.first) < 0.03 * most_N &&
+         depth.last - depth.first > 0.02 * press.depth_m.maxCoeff();
 }
 
 }  // namespace palpate::recordings

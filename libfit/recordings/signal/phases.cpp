@@ -8,11 +8,10 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr double kTurnShare = 0.02;    // of the travel's range: less is noise or drift
-constexpr double kWindowShare = 0.02;  // of the rows, over which the speed is taken
-constexpr double kCycleSlack = 0.1;    // of the travel, by which cycles may differ
-constexpr double kHoldShare = 0.1;     // of the mean speed
-constexpr double kSideInNoise = 5;     // deviations of an axis: 4 of a million windows of noise
+constexpr double kHoldShare = 0.1;  // of the mean speed
+constexpr double kPressed = 0.1;    // of the largest push: below it an approach touches nothing
+constexpr double kDropShare = 0.2;  // of the push so far, where a tool breaks in
+constexpr Eigen::Index kFewestBefore = 8;
 
 // Rows where the travel turns, by the usual zigzag rule; first and last row included.
 std::vector<Eigen::Index> turning_rows(const Eigen::VectorXd& travel, double min_m) {
@@ -62,6 +61,14 @@ RowRange rising_part(const Eigen::VectorXd& travel, const RowRange& run) {
   return {run.begin + low, run.begin + high + 1};
 }
 
+// True of a run that begins and ends as far as an approach does, but for a tenth of its travel.
+bool goes_as_far(const Eigen::VectorXd& travel, const RowRange& run, const RowRange& approach) {
+  const double low_m = travel[approach.begin], high_m = travel[approach.end - 1],
+               slack_m = 0.1 * (high_m - low_m);
+  const auto part = travel.segment(run.begin, run.rows());
+  return part.minCoeff() <= low_m + slack_m && part.maxCoeff() >= high_m - slack_m;
+}
+
 // How the tip stands beside its way in, as means of neighbours, so that an encoder's noise is no
 // way.
 class SidewaysMotion {
@@ -80,7 +87,8 @@ class SidewaysMotion {
     const Eigen::VectorXd size = bend.rowwise().norm();
     // Of white noise on two axes, whose second differences have six times its variance.
     const double noise_m = median({size.begin(), size.end()}) / std::sqrt(6 * 2 * std::log(2.));
-    unseen_m_ = kSideInNoise * noise_m * std::sqrt(2. / static_cast<double>(2 * reach + 1));
+    // Within 5 deviations of an axis lie all but 4 of a million windows of noise.
+    unseen_m_ = 5 * noise_m * std::sqrt(2. / static_cast<double>(2 * reach + 1));
   }
 
   // Beyond the noise, from one row to another.
@@ -94,6 +102,22 @@ class SidewaysMotion {
   double unseen_m_ = 0;
 };
 
+// Deviation of push from the mean of its neighbours where it is above least_N: a sensor's
+// light, a motor or a body that is rough, none of which breaks. By the median, which one break
+// leaves.
+double waves_N(const Eigen::VectorXd& push, double least_N) {
+  const auto pressed = static_cast<double>((push.array() > least_N).count());
+  const auto reach = std::max<Eigen::Index>(2, static_cast<Eigen::Index>(0.05 * pressed));
+  const Eigen::Index window = 2 * reach + 1;
+  std::vector<double> off_N;
+  double sum_N = push.head(std::min(window, push.size())).sum();
+  for (Eigen::Index i = reach; i + reach < push.size(); ++i) {
+    if (i > reach) sum_N += push[i + reach] - push[i - reach - 1];
+    if (push[i] > least_N) off_N.push_back(std::abs(push[i] - sum_N / static_cast<double>(window)));
+  }
+  return off_N.empty() ? 0 : median(std::move(off_N)) / kMedianOfNormal;
+}
+
 }  // namespace
 
 std::vector<Phase> find_phases(const Signal& signal) {
@@ -101,7 +125,7 @@ std::vector<Phase> find_phases(const Signal& signal) {
   const Eigen::Index rows = travel.size();
   std::vector<Phase> phases(static_cast<std::size_t>(rows), Phase::hold);
   const double range_m = travel.maxCoeff() - travel.minCoeff();
-  std::vector<Eigen::Index> turns = turning_rows(travel, kTurnShare * range_m);
+  std::vector<Eigen::Index> turns = turning_rows(travel, 0.02 * range_m);
   if (signal.retract_begins) turns = {0, *signal.retract_begins, rows - 1};
   for (std::size_t k = 0; k + 1 < turns.size(); ++k) {
     const double gain_m = travel[turns[k + 1]] - travel[turns[k]];
@@ -110,8 +134,8 @@ std::vector<Phase> find_phases(const Signal& signal) {
               is_in ? Phase::approach : Phase::retract);
   }
   if (signal.retract_begins || rows < 20) return phases;
-  const auto half = std::max<Eigen::Index>(
-      1, static_cast<Eigen::Index>(kWindowShare * static_cast<double>(rows) / 2));
+  const auto half =
+      std::max<Eigen::Index>(1, static_cast<Eigen::Index>(0.02 * static_cast<double>(rows) / 2));
   const SidewaysMotion sideways(signal.position_m - travel * signal.inward.transpose(), half / 2);
   double path_m = 0;
   for (Eigen::Index i = half; i < rows; i += half)
@@ -151,27 +175,21 @@ RowRange main_approach(const Signal& signal) {
 
 std::vector<RowRange> cycles_like(const Signal& signal, const RowRange& approach) {
   const Eigen::VectorXd travel = signal.travel_m();
-  const double low_m = travel[approach.begin], high_m = travel[approach.end - 1],
-               slack_m = kCycleSlack * (high_m - low_m);
   std::vector<RowRange> cycles;
   for (const Phase phase : {Phase::approach, Phase::retract})
     for (const RowRange& run : runs_of(signal.phase, phase)) {
-      const auto part = travel.segment(run.begin, run.rows());
-      if (part.minCoeff() > low_m + slack_m || part.maxCoeff() < high_m - slack_m) continue;
-      if (phase == Phase::approach && run.begin <= approach.begin && approach.end <= run.end)
-        continue;  // itself
-      cycles.push_back(phase == Phase::approach ? rising_part(travel, run) : run);
+      const bool is_itself =
+          phase == Phase::approach && run.begin <= approach.begin && approach.end <= run.end;
+      if (!is_itself && goes_as_far(travel, run, approach))
+        cycles.push_back(phase == Phase::approach ? rising_part(travel, run) : run);
     }
   return cycles;
 }
 
 std::vector<RowRange> presses_like(const Signal& signal, const RowRange& approach) {
-  const Eigen::VectorXd travel = signal.travel_m();
-  const double low_m = travel[approach.begin], high_m = travel[approach.end - 1],
-               slack_m = kCycleSlack * (high_m - low_m);
   std::vector<RowRange> presses = approaches(signal);
-  std::erase_if(presses, [&](const RowRange& way) {
-    return travel[way.begin] > low_m + slack_m || travel[way.end - 1] < high_m - slack_m;
+  std::erase_if(presses, [&, travel = signal.travel_m()](const RowRange& press) {
+    return !goes_as_far(travel, press, approach);
   });
   return presses;
 }
@@ -187,6 +205,59 @@ RowRange retract_after(const Signal& signal, const RowRange& approach) {
   Eigen::Index end = begin;
   while (end < rows && phases[end] != Phase::approach) ++end;
   return {begin, end};
+}
+
+std::vector<RowRange> first_loadings(const Signal& signal) {
+  const Eigen::VectorXd travel = signal.travel_m(), push = signal.push_N();
+  const double range_m = travel.maxCoeff() - travel.minCoeff(), free_N = push[0],
+               most_N = push.maxCoeff() - free_N;
+  std::vector<RowRange> parts;
+  double deepest_m = -kInfinity;
+  for (const RowRange& rising : approaches(signal)) {
+    RowRange part = rising;
+    while (part.begin < part.end && travel[part.begin] <= deepest_m) ++part.begin;
+    if (part.rows() < 2 || (!parts.empty() && travel[part.end - 1] < deepest_m + 0.05 * range_m))
+      continue;
+    if (push.segment(part.begin, part.rows()).maxCoeff() - free_N < kPressed * most_N) continue;
+    deepest_m = travel[part.end - 1];
+    parts.push_back(part);
+  }
+  if (parts.size() < 2) parts.clear();
+  return parts;
+}
+
+std::optional<Eigen::Index> break_in_row(const Signal& signal, const RowRange& range) {
+  const Eigen::VectorXd travel = signal.travel_m().segment(range.begin, range.rows()),
+                        push = signal.push_N().segment(range.begin, range.rows());
+  const Eigen::Index rows = range.rows();
+  if (rows < 2 * kFewestBefore) return std::nullopt;
+  const double free_N = push.head(kFewestBefore).mean(), gain_m = travel[rows - 1] - travel[0],
+               stride_m = gain_m / static_cast<double>(rows - 1),
+               noise_N =
+                   std::max(neighbour_scatter(push),
+                            std::sqrt((push.head(kFewestBefore).array() - free_N).square().mean())),
+               least_N = std::max(0.2 * (push.maxCoeff() - free_N), 10 * noise_N),
+               pressed_N = free_N + kPressed * (push.maxCoeff() - free_N),
+               seen_N = 8 * std::max(noise_N, waves_N(push, pressed_N));
+  Eigen::Index top = 0;
+  for (Eigen::Index i = kFewestBefore; i + 1 < rows; ++i) {
+    if (push[i] > push[top] || top == 0) top = i;
+    const double gone_m = travel[i] - travel[top];
+    const bool is_near = gone_m <= 0.05 * gain_m || i - top <= 6;  // rows may be far apart
+    // Push that falls while the tool holds relaxes; one that ends the approach springs back.
+    if (gone_m < 0.3 * stride_m * static_cast<double>(i - top) ||
+        travel[rows - 1] < travel[top] + 0.1 * gain_m || push[top] - free_N < least_N)
+      continue;
+    const double drop_N = push[top] - push[i];
+    if (!is_near || i == top || signal.is_saturated[range.begin + top] ||
+        signal.is_spike[range.begin + i])
+      continue;
+    // The next reading says that it is no single one, and the tool goes on inward.
+    if (drop_N > kDropShare * (push[top] - free_N) && drop_N > seen_N &&
+        push[top] - push[i + 1] > kDropShare * (push[top] - free_N) && travel[i + 1] >= travel[top])
+      return range.begin + top;
+  }
+  return std::nullopt;
 }
 
 }  // namespace palpate::recordings

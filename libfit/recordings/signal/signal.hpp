@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,9 +9,62 @@
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/recordings/formats/recording.hpp"
-#include "libfit/recordings/signal/settings.hpp"
 
 namespace palpate::recordings {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity(),
+                        kNan = std::numeric_limits<double>::quiet_NaN();
+
+/// What is taken off the force before contact: nothing, its mean, or its line over travel.
+enum class Drift { none, bias, line };
+
+/// Shape of the tip that pressed, for the contact estimate: force grows as depth to the power
+/// 3/2 (sphere), 1 (flat) or 2 (cone).
+enum class Tip { sphere, flat, cone };
+
+/// The part of a press that gives its rows: the loading that goes farthest, the unloading after it,
+/// or the mean of all loadings and unloadings as far (the middle of the loop, on all readings).
+enum class Use { approach, retract, mean };
+
+inline constexpr int kDeepestCycle = 0, kLastCycle = -1;
+
+/// A contact point in the recording's own travel, and what found it.
+struct FoundContact {
+  double travel_m = 0, deviation_m = 0;
+  std::string estimator = "given";  ///< that by the rig, or by its settings
+  bool operator==(const FoundContact&) const = default;
+};
+
+/// The end of the tool that a recording was made with.
+struct UsedTip {
+  Tip tip = Tip::sphere;
+  double radius_m = 0, half_angle_rad = 0;  ///< 0: unknown, or no cone
+  bool operator==(const UsedTip&) const = default;
+};
+
+/// How the signals of one recording become samples.
+struct SignalSettings : UsedTip {
+  double force_delay_s = 0;                      ///< the force signal is this late
+  double compliance_m_N = 0;                     ///< of the rig: travel that the body does not see
+  double force_limit_N = kInfinity;              ///< of the sensor
+  double min_young_Pa = 10, max_young_Pa = 5e6;  ///< apparent moduli outside are questioned
+  bool is_range_given = false;  ///< by the user: recordings are not questioned by each other then
+  ExperimentKind kind = ExperimentKind::press;
+  std::string contact = "auto";                    ///< a name of kContactEstimators
+  std::optional<FoundContact> known_contact = {};  ///< by the rig; nothing is estimated then
+  Drift drift = Drift::bias;
+  /// Positions are of the tip's centre: where it touches lies a radius further inward. Of
+  /// recordings with three axes, and tips with a radius alone.
+  bool is_position_of_center = false;
+  double poisson = 0.5;  ///< of the body
+  double smooth_s = 0;   ///< standard deviation of the Gaussian filter, which has no delay
+  Use use = Use::approach;
+  /// Of the presses of a recording that go as deep: its number from 1 on, kLastCycle, or
+  /// kDeepestCycle, the one that goes farthest.
+  int cycle = kDeepestCycle;
+  int rows = 40;  ///< per experiment, at most
+  bool operator==(const SignalSettings&) const = default;
+};
 
 /// What the tip does in a row.
 enum class Phase : char { approach, hold, retract, slide };
@@ -33,11 +87,6 @@ struct SignalRanges {
   std::vector<RowRange> used;
 };
 
-/// Travel along the inward direction and push as recorded, before spikes, filter and bias go.
-struct RecordedReadings {
-  Eigen::VectorXd travel_m, push_N;
-};
-
 /// Tip and force on one clock, N rows in the order recorded. A one-axis recording has its travel
 /// and push in the first column, and inward (1, 0, 0). Each step from `align` to rows fills in what
 /// it finds; what is not known yet is empty.
@@ -52,8 +101,9 @@ struct Signal {
   std::vector<char> is_spike;      ///< N; force replaced by that of its neighbours
   std::optional<Eigen::Index> retract_begins;
   bool is_axial = false;
-  RecordedReadings recorded;  ///< N each
-  std::vector<Phase> phase;   ///< N
+  /// N, as recorded, before spikes, filter and bias go.
+  Eigen::VectorXd recorded_travel_m, recorded_push_N;
+  std::vector<Phase> phase;  ///< N
   SignalRanges range;
   double contact_m = 0;    ///< travel at first touch
   Eigen::VectorXd bias_N;  ///< N, taken off the push
@@ -71,7 +121,7 @@ struct Signal {
 /// travel that the rig itself gives. inward: unit, where known.
 /// Throws Error (file:line) on time stamps that repeat or go back (with drop_invalid they are left
 /// out and counted in `dropped`), fewer than 5 common rows, and clocks that do not overlap.
-Signal align(const importers::RawRecording& raw, const SensorSettings& settings,
+Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
              const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
              std::size_t& dropped);
 
@@ -119,12 +169,12 @@ RowRange main_approach(const Signal& signal);
 /// where it begins to where it ends: cycles of one recording.
 std::vector<RowRange> cycles_like(const Signal& signal, const RowRange& approach);
 
-/// The approaches that go at least 90 % as far as `approach` does, itself among them, in order:
-/// presses of one recording.
-std::vector<RowRange> presses_like(const Signal& signal, const RowRange& approach);
-
 /// All approaches, each from its lowest to its highest travel.
 std::vector<RowRange> approaches(const Signal& signal);
+
+/// Those that go at least 90 % as far as `approach` does, itself among them: presses of one
+/// recording.
+std::vector<RowRange> presses_like(const Signal& signal, const RowRange& approach);
 
 /// The parts of approaches that go deeper and deeper which press for the first time: together the
 /// first loading of a body that presses soften. Empty where there are no two such approaches.

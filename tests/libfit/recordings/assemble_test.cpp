@@ -8,7 +8,6 @@
 #include <random>
 
 #include "libfit/core/error.hpp"
-#include "libfit/recordings/batch/plausible.hpp"
 #include "tests/support/surfaces.hpp"
 
 namespace palpate::recordings {
@@ -80,7 +79,7 @@ Conditioned linear_press(double stiffness_N_m, double speed_m_s) {
   return r;
 }
 
-Assembled assembled(const std::vector<Conditioned>& presses, const AssembleOptions& options = {},
+Assembled assembled(const std::vector<Conditioned>& presses, const BatchOptions& options = {},
                     const std::vector<double>& radius_m = {}) {
   std::vector<BatchItem> items(presses.size());
   std::vector<ItemResult> results(presses.size());
@@ -202,12 +201,12 @@ TEST(pooling, recordings_off_the_surface_are_refused_with_their_distance) {
   off.contact_m = Vec3(0.05, 0.05, 0.03);
   Conditioned on = linear_press(1000, 1e-3);
   on.contact_m = surface.vertices.row(50);
-  AssembleOptions options;
+  BatchOptions options;
   options.surface = &surface;
   const Assembled out = assembled({on, off}, options);
   EXPECT_FALSE(out.outcomes[0].failure);
   ASSERT_TRUE(out.outcomes[1].failure);
-  EXPECT_NE(out.outcomes[1].failure->what.find("mm from the surface"), std::string::npos);
+  EXPECT_NE(out.outcomes[1].failure->fact().find("mm from the surface"), std::string::npos);
   EXPECT_LT(out.outcomes[0].surface_distance_m, 1e-12);
 }
 

@@ -30,8 +30,8 @@ class BatchTest : public testing_io::ScratchTest {
                       const std::string& name) {
     const Assembled assembled = assemble(items, results, {});
     write_samples(at(name + ".h5"), assembled.samples);
-    write_signals(at(name + ".signals.h5"), signals_of(items, assembled));
-    write_summary(at(name + ".csv"), at(name + ".json"), items, results, assembled);
+    write_signals(at(name + ".signals.h5"), signals_of(assembled));
+    write_summary(at(name + ".csv"), at(name + ".json"), assembled);
     return read_whole_file(at(name + ".h5")) + read_whole_file(at(name + ".csv")) +
            read_whole_file(at(name + ".json")) + read_whole_file(at(name + ".signals.h5"));
   }
@@ -49,16 +49,16 @@ inline void BatchTest::check(const std::vector<BatchItem>& items,
     if (truth.bad >= 0) {
       const BadWay& way = kBadWays[static_cast<std::size_t>(truth.bad)];
       ASSERT_TRUE(outcome.failure) << "recording " << i << ": " << way.name << " was imported";
-      EXPECT_NE(outcome.failure->what.find(way.reason), std::string::npos)
-          << "recording " << i << ": " << way.name << ": " << outcome.failure->what;
-      EXPECT_FALSE(outcome.failure->remedy.empty());
-      EXPECT_NE(outcome.failure->where.find(items[i].shown), std::string::npos)
-          << outcome.failure->where;
+      EXPECT_NE(outcome.failure->fact().find(way.reason), std::string::npos)
+          << "recording " << i << ": " << way.name << ": " << outcome.failure->fact();
+      EXPECT_FALSE(outcome.failure->remedy().empty());
+      EXPECT_NE(outcome.failure->where().find(items[i].shown), std::string::npos)
+          << outcome.failure->where();
       continue;
     }
     ASSERT_FALSE(outcome.failure) << "recording " << i << " (seed " << kSeed
-                                  << "): " << outcome.failure->where << ": "
-                                  << outcome.failure->what;
+                                  << "): " << outcome.failure->where() << ": "
+                                  << outcome.failure->fact();
     const Conditioned& r = results[i].recordings[0];
     const double off_m = (*r.contact_m - truth.position_m).norm();
     worst_contact_m = std::max(worst_contact_m, off_m);

@@ -66,8 +66,8 @@ TEST_F(ContactOfCases, errors_are_within_what_the_readings_can_tell) {
       item.signal.max_young_Pa = 1e15;
       const auto results = run_batch({item}, {}, {});
       ASSERT_TRUE(results[0].refused.empty())
-          << told.truth << " " << noise << ": " << results[0].refused[0].failure.where << ": "
-          << results[0].refused[0].failure.what;
+          << told.truth << " " << noise << ": " << results[0].refused[0].failure.where() << ": "
+          << results[0].refused[0].failure.fact();
       const Conditioned& r = results[0].recordings[0];
       const double off_m = r.contact.travel_m - case_contact_m(told.truth, noise);
       all.add(off_m, r.contact.deviation_m);

@@ -6,8 +6,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "libfit/recordings/batch/condition.hpp"
-#include "libfit/recordings/placing/place.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 #include "tests/libfit/io/scratch.hpp"
 
 namespace palpate::recordings {
@@ -50,7 +49,7 @@ class TorqueTest : public testing_io::ScratchTest {
 
 TEST_F(TorqueTest, torque_columns_become_the_samples_torque_without_their_bias) {
   const auto results = run_batch({item("a.csv", "tx,ty,tz")}, {}, {});
-  ASSERT_TRUE(results[0].refused.empty()) << results[0].refused[0].failure.what;
+  ASSERT_TRUE(results[0].refused.empty()) << results[0].refused[0].failure.fact();
   const std::vector<BatchItem> items{item("a.csv", "tx,ty,tz")};
   const Assembled one = assemble(items, results, {});
   ASSERT_GT(one.samples.rows(), 20);
@@ -60,12 +59,10 @@ TEST_F(TorqueTest, torque_columns_become_the_samples_torque_without_their_bias) 
 
 TEST_F(TorqueTest, repeats_are_pooled_and_turned_with_the_rig) {
   std::vector<BatchItem> items{item("a.csv", "tx,ty,tz"), item("b.csv", "tx,ty,tz")};
-  AssembleOptions options;
+  BatchOptions options;
   options.motion =
       RigidMotion{Eigen::AngleAxisd(0.5, Vec3::UnitZ()).toRotationMatrix(), Vec3::Zero()};
-  BatchOptions batch;
-  batch.body_from_rig = *options.motion;
-  const Assembled both = assemble(items, run_batch(items, batch, {}), options);
+  const Assembled both = assemble(items, run_batch(items, options, {}), options);
   EXPECT_EQ(both.failed(), 0u);
   EXPECT_EQ(both.samples.recordings.experiment, (std::vector<std::int32_t>{0, 0}));
   EXPECT_LT(off(both.samples, options.motion->rotation * Vec3(0, 2e-3, 0)), 1e-12);
@@ -85,10 +82,10 @@ TEST_F(TorqueTest, a_wrong_unit_is_named) {
   items[0].read.units.torque = "";
   const auto results = run_batch(items, {}, {});
   ASSERT_FALSE(results[0].refused.empty());
-  EXPECT_NE(results[0].refused[0].failure.what.find("which is no unit of torque"),
+  EXPECT_NE(results[0].refused[0].failure.fact().find("which is no unit of torque"),
             std::string::npos)
-      << results[0].refused[0].failure.what;
-  EXPECT_NE(results[0].refused[0].failure.remedy.find("units.torque"), std::string::npos);
+      << results[0].refused[0].failure.fact();
+  EXPECT_NE(results[0].refused[0].failure.remedy().find("units.torque"), std::string::npos);
 }
 
 }  // namespace

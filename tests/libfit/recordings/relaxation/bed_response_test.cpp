@@ -1,4 +1,3 @@
-#include "libfit/recordings/relaxation/bed_response.hpp"
 
 #include <gtest/gtest.h>
 

@@ -14,7 +14,8 @@ using namespace testing_relaxation;
 TEST(Relaxation, is_found_with_the_branches_that_the_recordings_hold) {
   for (const std::size_t number : {std::size_t{2}, std::size_t{5}}) {  // a hold; two rates
     const RecoveryCase c = recovery_cases()[number];
-    const RelaxationFit fit = fit_relaxation({presses_of(c, 1)});
+    const std::vector<TimedPress> presses = presses_of(c, 1);
+    const RelaxationFit fit = fit_relaxation({presses});
     ASSERT_EQ(fit.relaxation.branches(), c.relaxation.branches()) << c.name;
     for (Eigen::Index k = 0; k < c.relaxation.branches(); ++k) {
       // Twice the 95 % band: one seed of many.
@@ -28,7 +29,7 @@ TEST(Relaxation, is_found_with_the_branches_that_the_recordings_hold) {
           << c.name;
       EXPECT_LT(share, 1.4) << c.name;
     }
-    EXPECT_LT(fit.rms_N, 0.02 * fit.pictures[0][0].push_N.maxCoeff());
+    EXPECT_LT(fit.rms_N, 0.02 * presses[0].push_N.maxCoeff());
   }
 }
 

@@ -52,7 +52,7 @@ TEST_F(RelaxationImport, gives_rows_in_time_and_keeps_rates_apart) {
   const auto results = run_batch(items, batch, Progress{});
   const Assembled found = assemble(items, results, {});
   for (const PlacedRecording& outcome : found.outcomes)
-    ASSERT_FALSE(outcome.failure) << outcome.failure->what;
+    ASSERT_FALSE(outcome.failure) << outcome.failure->fact();
   ASSERT_TRUE(found.relaxation);
   const Samples& samples = found.samples;
   ASSERT_EQ(samples.relaxation.branches(), 1);
@@ -75,7 +75,7 @@ TEST_F(RelaxationImport, gives_rows_in_time_and_keeps_rates_apart) {
   EXPECT_EQ(back.time_s, samples.time_s);
   write_relaxation(folder_ / "relaxation.csv", *found.relaxation);
 
-  AssembleOptions none;
+  BatchOptions none;
   none.relaxation = RelaxationUse::none;
   const Assembled pooled = assemble(items, results, none);
   EXPECT_EQ(pooled.samples.time_s.size(), 0);
@@ -93,7 +93,7 @@ TEST_F(RelaxationImport, of_a_press_whose_force_stays_while_it_creeps_finds_the_
   batch.jobs = 1;
   const Assembled found = assemble(items, run_batch(items, batch, Progress{}), {});
   for (const PlacedRecording& outcome : found.outcomes)
-    ASSERT_FALSE(outcome.failure) << outcome.failure->what;
+    ASSERT_FALSE(outcome.failure) << outcome.failure->fact();
   ASSERT_TRUE(found.relaxation);
   const Samples& samples = found.samples;
   ASSERT_EQ(samples.relaxation.branches(), 1);
@@ -137,7 +137,7 @@ TEST_F(RelaxationImport, what_is_doubted_is_proposed_and_not_applied) {
       return note.starts_with("relaxation is proposed, not applied: " + doubt);
     });
     EXPECT_TRUE(is_said) << doubt;
-    AssembleOptions always;
+    BatchOptions always;
     always.relaxation = RelaxationUse::always;
     const Assembled applied = assemble(items, results, always);
     EXPECT_TRUE(applied.relaxation->is_applied);

@@ -1,4 +1,4 @@
-#include "libfit/recordings/relaxation/press_group.hpp"
+#include "libfit/recordings/relaxation/series_search.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,6 @@
 #include <cstdio>
 #include <functional>
 
-#include "libfit/recordings/relaxation/bed_response.hpp"
 #include "libfit/recordings/relaxation/fit_relaxation.hpp"
 #include "tests/libfit/recordings/relaxation/relaxing_presses.hpp"
 

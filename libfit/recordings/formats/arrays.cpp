@@ -13,16 +13,14 @@
 
 #include "libfit/core/text.hpp"
 #include "libfit/io/hdf5/hdf5.hpp"
-#include "libfit/recordings/formats/columns.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 
 namespace palpate::importers {
 namespace {
 
-constexpr std::size_t kHeader = 128, kTag = 8;
+constexpr std::size_t kTag = 8;
 constexpr std::string_view kVersion5 = "MATLAB 5.0 MAT-file", kVersion73 = "MATLAB 7.3 MAT-file";
-constexpr int kMatrix = 14, kPacked = 15, kComplex = 8;  // kinds of elements, and a flag
-constexpr int kFirstNumeric = 6, kLastNumeric = 15;      // classes of arrays
+constexpr int kPacked = 15;  // kind of an element
 constexpr const char* kDamaged = "is a damaged MATLAB file";
 
 template <class T>
@@ -103,16 +101,13 @@ Variable variable_of(MatElements parts) {
   if (flags.data.size() < 4 || sizes.data.size() % 4 != 0) throw parts.damaged();
   const auto word =
       static_cast<std::uint32_t>(number_at<std::uint32_t>(flags.data.data(), parts.is_swapped()));
-  const int array_class = static_cast<int>(word & 0xff);
+  const int array_class = static_cast<int>(word & 0xff);  // 6 to 15 are of numbers
   Variable variable;
   variable.name = std::string(name.data);
-  const bool is_complex = (word >> 8) & kComplex;
-  if (array_class < kFirstNumeric || array_class > kLastNumeric || is_complex ||
-      sizes.data.size() != 8)
-    return variable;
+  const bool is_complex = (word >> 8) & 8;
+  if (array_class < 6 || array_class > 15 || is_complex || sizes.data.size() != 8) return variable;
   const auto numbers = parts.next();
-  const auto storage = std::find_if(std::begin(kStorages), std::end(kStorages),
-                                    [&](const Storage& s) { return s.kind == numbers.kind; });
+  const auto* storage = std::ranges::find(kStorages, numbers.kind, &Storage::kind);
   const auto size = [&](std::size_t k) {
     return static_cast<std::size_t>(
         number_at<std::uint32_t>(sizes.data.data() + 4 * k, parts.is_swapped()));
@@ -130,11 +125,11 @@ Variable variable_of(MatElements parts) {
 // All variables of a file of version 5; `unpacked` keeps what they point to.
 std::vector<Variable> variables_5(const std::filesystem::path& path, std::string_view bytes,
                                   std::uintmax_t max_bytes, std::deque<std::string>& unpacked) {
-  if (bytes.size() < kHeader) throw Error(path.string(), kDamaged, "Save it again.");
+  if (bytes.size() < 128) throw Error(path.string(), kDamaged, "Save it again.");
   const bool is_little = bytes.substr(126, 2) == "IM";
   const bool is_swapped = is_little != (std::endian::native == std::endian::little);
   std::vector<Variable> variables;
-  MatElements elements(bytes.substr(kHeader), is_swapped, path);
+  MatElements elements(bytes.substr(128), is_swapped, path);
   while (!elements.is_at_end()) {
     auto element = elements.next();
     if (element.kind == kPacked) {
@@ -142,10 +137,16 @@ std::vector<Variable> variables_5(const std::filesystem::path& path, std::string
       max_bytes -= unpacked.back().size();
       element = MatElements(unpacked.back(), is_swapped, path).next();
     }
-    if (element.kind == kMatrix)
+    if (element.kind == 14)  // a matrix
       variables.push_back(variable_of(MatElements(element.data, is_swapped, path)));
   }
   return variables;
+}
+
+std::vector<double> values_of(const h5::Reader& file, const std::string& set, h5::Shape shape) {
+  if (file.type_of(set).starts_with("float")) return file.numbers(set, h5::kAnyUnit, shape, true);
+  const auto whole = file.integers(set, h5::kAnyUnit, shape);
+  return {whole.begin(), whole.end()};
 }
 
 // Those of version 7.3 that hold real numbers.
@@ -156,13 +157,9 @@ std::vector<Variable> variables_73(const h5::Reader& file) {
     if (name.find('/') != std::string::npos || !(type.starts_with("float") || type == "int32"))
       continue;
     const h5::Shape shape = file.shape_of(name);
-    const auto numbers = std::make_shared<std::vector<double>>();
-    if (type.starts_with("float"))
-      *numbers = file.numbers(name, h5::kAnyUnit, shape, true);
-    else
-      for (const auto value : file.integers(name, h5::kAnyUnit, shape)) numbers->push_back(value);
-    variables.push_back({name, std::max<std::size_t>(shape.columns, 1), shape.rows,
-                         [numbers](std::size_t i) { return (*numbers)[i]; }});
+    variables.push_back(
+        {name, std::max<std::size_t>(shape.columns, 1), shape.rows,
+         [numbers = values_of(file, name, shape)](std::size_t i) { return numbers[i]; }});
   }
   return variables;
 }
@@ -179,9 +176,7 @@ std::pair<std::string, std::size_t> variable_and_column(const std::string& name)
 std::vector<double> column_of(const std::vector<Variable>& variables, const std::string& name,
                               const FailColumn& fail) {
   const auto [of, column] = variable_and_column(name);
-  const auto found =
-      std::find_if(variables.begin(), variables.end(),
-                   [&, &wanted = of](const Variable& v) { return v.name == wanted; });
+  const auto found = std::ranges::find(variables, of, &Variable::name);
   std::vector<std::string> names;
   for (const Variable& v : variables)
     if (v.value) names.push_back(v.name);
@@ -202,48 +197,65 @@ std::vector<double> column_of(const std::vector<Variable>& variables, const std:
   return values;
 }
 
-// One name of a matrix of three columns stands for all of them.
-void expand(const std::vector<Variable>& variables, std::vector<std::string>& names) {
-  if (names.size() != 1) return;
-  const std::string name = names[0];
-  for (const Variable& v : variables)
-    if (v.name == name && v.columns == 3 && v.rows > 1)
-      names = {name + "(:,1)", name + "(:,2)", name + "(:,3)"};
-}
-
 RawRecording recording_of(const std::filesystem::path& path, const std::vector<Variable>& variables,
-                          const ReadSettings& given) {
-  const auto fail_at = [&](const std::string& name) {
-    return [&path, name](const std::string& what, const std::string& remedy) {
-      return Error(path.string() + (name.empty() ? "" : ":" + name), what, remedy);
-    };
+                          const ReadSettings& settings) {
+  const auto fail = [&](const std::string& name, const std::string& what,
+                        const std::string& remedy) {
+    return Error(path.string() + (name.empty() ? "" : ":" + name), what, remedy);
   };
   std::vector<std::string> names;
   for (const Variable& variable : variables) names.push_back(variable.name);
-  std::string taken;
-  ReadSettings settings = with_named_columns(given, names, fail_at(""), taken);
-  for (auto* axes : {&settings.columns.position, &settings.columns.force, &settings.columns.torque})
-    expand(variables, *axes);
-  const auto roles = roles_of(settings.columns);
-  if (roles.empty())
-    throw fail_at("")("no variable is named",
-                      "Name columns = { time = ..., depth = ..., force = ... } in the manifest. "
-                      "There are: " +
-                          listed(names).substr(0, 300) + ".");
-  std::vector<std::vector<double>> columns;
-  std::vector<double> factors;
-  for (const Role& role : roles) {
-    columns.push_back(column_of(variables, role.name, fail_at(role.name)));
-    factors.push_back(
-        factor_of(role, variable_and_column(role.name).first, settings.units, fail_at(role.name)));
-  }
-  RawRecording recording = recording_of_arrays(
-      roles, std::move(columns), factors, settings,
-      [&](const Role& role, const std::string& what, const std::string& remedy) {
-        return fail_at(role.name)(what, remedy);
-      });
-  if (!taken.empty()) recording.taken.push_back(taken);
-  return recording;
+  return recording_of_arrays(
+      {.names = names,
+       .fail = fail,
+       .unnamed = fail(
+           "", "no variable is named",
+           "Name columns = { time = ..., depth = ..., force = ... } in the manifest. There are: " +
+               listed(names).substr(0, 300) + "."),
+       .axes =
+           [&](const std::string& name) {
+             const bool has_three = std::ranges::any_of(variables, [&](const Variable& v) {
+               return v.name == name && v.columns == 3 && v.rows > 1;
+             });
+             return has_three ? std::vector{name + "(:,1)", name + "(:,2)", name + "(:,3)"}
+                              : std::vector{name};
+           },
+       .header = [](const std::string& name) { return variable_and_column(name).first; },
+       .column =
+           [&](const std::string& name) {
+             return column_of(variables, name, [&](const auto& what, const auto& remedy) {
+               return fail(name, what, remedy);
+             });
+           }},
+      settings);
+}
+
+std::pair<std::string, std::size_t> set_and_axis(const std::string& name) {
+  const std::size_t colon = name.rfind(':');
+  if (colon == std::string::npos || colon + 2 != name.size()) return {name, 0};
+  return {name.substr(0, colon), static_cast<std::size_t>(name.back() - '0')};
+}
+
+std::vector<double> column_of(const h5::Reader& file, const std::string& name) {
+  const auto [set, axis] = set_and_axis(name);
+  const h5::Shape shape = file.shape_of(set);
+  const auto values = values_of(file, set, shape);
+  const std::size_t stride = shape.columns == 0 ? 1 : shape.columns;
+  if (axis >= stride) throw file.error(set, fmt::format("has no column {}", axis));
+  std::vector<double> column;
+  for (std::size_t i = axis; i < values.size(); i += stride) column.push_back(values[i]);
+  return column;
+}
+
+void strip_root(ColumnNames& names) {
+  const auto strip = [](std::string& name) {
+    if (name.starts_with('/')) name.erase(0, 1);
+  };
+  for (std::string* name :
+       {&names.time, &names.depth, &names.force_time, &names.retract_depth, &names.retract_force})
+    strip(*name);
+  for (auto* axes : {&names.position, &names.force, &names.contact, &names.normal, &names.torque})
+    for (std::string& name : *axes) strip(name);
 }
 
 }  // namespace
@@ -263,6 +275,48 @@ std::vector<RawRecording> read_matlab(const std::filesystem::path& path, std::st
                 "Save it with -v7, or leave out `format`.");
   std::deque<std::string> unpacked;
   return {recording_of(path, variables_5(path, bytes, settings.max_bytes, unpacked), settings)};
+}
+
+// Data sets of an HDF5 file that the manifest names by path: N values each, or N x 3 for a position
+// or force that has one name. A `unit` attribute stands for the brackets of a text header.
+bool begins_hdf5(std::string_view head) { return head.starts_with("\x89HDF\r\n\x1a\n"); }
+
+std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path& path, std::string_view,
+                                            const ReadSettings& given) {
+  const h5::Reader file(
+      path,
+      "Name its data sets under `columns` of the manifest, and correct or remove unusable rows "
+      "(or import with --drop-invalid).");
+  const auto fail = [&](const std::string& name, const std::string& what,
+                        const std::string& remedy) {
+    return Error(path.string() + (name.empty() ? "" : ":" + set_and_axis(name).first), what,
+                 remedy);
+  };
+  ReadSettings settings = given;
+  strip_root(settings.columns);
+  return {recording_of_arrays(
+      {.names = file.data_sets(),
+       .fail = fail,
+       .unnamed = file.error("", "no data set is named"),
+       .axes =
+           [&](const std::string& set) {
+             return file.has(set) && file.shape_of(set).columns == 3
+                        ? std::vector{set + ":0", set + ":1", set + ":2"}
+                        : std::vector{set};
+           },
+       .header =
+           [&](const std::string& name) {
+             const std::string set = set_and_axis(name).first;
+             return set + " (" + file.text_if_any(set, "unit") + ")";
+           },
+       .column =
+           [&](const std::string& name) {
+             if (!file.has(set_and_axis(name).first))
+               throw fail(name, "data set is missing",
+                          "There are: " + listed(file.data_sets()).substr(0, 300) + ".");
+             return column_of(file, name);
+           }},
+      settings)};
 }
 
 }  // namespace palpate::importers

@@ -1,7 +1,10 @@
+// Readings on one clock, and their picture.
+
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/signal/signal.hpp"
@@ -9,14 +12,7 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr Eigen::Index kMinRows = 5;
-constexpr Eigen::Index kStuckRows = 5;  // equal readings in a row that chance does not make
-constexpr double kCoarse = 2e-3;        // of the force's range: a larger step is a coarse sensor
-constexpr double kExtremeShare = 0.02;  // likewise, within which a reading is the largest
-constexpr double kStuckTravelShare = 0.03;  // of the whole travel, gone while the force stood still
-constexpr double kFreeTravelShare = 0.05;
-constexpr double kMostOfWay = 0.9;
-constexpr double kSinkingSpeed = 0.5;  // as of creep in timed_press.cpp
+constexpr Eigen::Index kMinRows = 5;  // for a curve; of equal readings, so many are no chance
 
 // Rows whose time is later than that of all rows kept before.
 std::vector<Eigen::Index> rows_in_time(const std::vector<double>& time_s,
@@ -39,11 +35,10 @@ std::vector<Eigen::Index> rows_in_time(const std::vector<double>& time_s,
   return rows;
 }
 
-template <class T>
-std::vector<T> picked(const std::vector<T>& from, const std::vector<Eigen::Index>& rows) {
-  std::vector<T> out;
-  for (const Eigen::Index row : rows) out.push_back(from[row]);
-  return out;
+void keep_rows(const std::vector<Eigen::Index>& rows, auto& values) {
+  auto kept = values.begin();
+  for (const Eigen::Index row : rows) *kept++ = values[row];
+  values.erase(kept, values.end());
 }
 
 Points along_first_axis(const std::vector<double>& values) {
@@ -83,46 +78,44 @@ void interpolate(Signal& signal, const std::vector<double>& force_time_s, const 
 Eigen::Index free_rows(const Points& position_m, double range_m) {
   const Eigen::Index most = std::max<Eigen::Index>(1, position_m.rows() / 20);
   Eigen::Index rows = 1;
-  while (rows < most &&
-         (position_m.row(rows) - position_m.row(0)).norm() < kFreeTravelShare * range_m)
-    ++rows;
+  while (rows < most && (position_m.row(rows) - position_m.row(0)).norm() < 0.05 * range_m) ++rows;
   return rows;
 }
 
-// Whether the tip goes much slower over these rows, until it has gone most of its way in them, than
-// since the force (times sign) was half of that there: a force that is held, of a body that creeps.
+// True if the tip goes half as fast or less over these rows, until it has gone 90 % of its path in
+// them, as since the force (times sign) was half of that there: a force that is held, of a body
+// that creeps.
 bool is_sinking(const Signal& signal, const Eigen::VectorXd& force, double half_N, double sign,
                 Eigen::Index first, Eigen::Index last) {
   if (signal.time_s.empty()) return false;
-  const auto way_m = [&](Eigen::Index a, Eigen::Index b) {
+  const auto path_m = [&](Eigen::Index a, Eigen::Index b) {
     return (signal.position_m.row(b) - signal.position_m.row(a)).norm();
   };
   const auto speed = [&](Eigen::Index a, Eigen::Index b) {
-    return way_m(a, b) / (signal.time_s[b] - signal.time_s[a]);
+    return path_m(a, b) / (signal.time_s[b] - signal.time_s[a]);
   };
   double most_m = 0;
-  for (Eigen::Index i = first + 1; i < last; ++i) most_m = std::max(most_m, way_m(first, i));
+  for (Eigen::Index i = first + 1; i < last; ++i) most_m = std::max(most_m, path_m(first, i));
   Eigen::Index gone = first + 1, half = first;
-  while (way_m(first, gone) < kMostOfWay * most_m) ++gone;
+  while (path_m(first, gone) < 0.9 * most_m) ++gone;
   while (half > 0 && sign * force[half] > sign * half_N) --half;
-  return half < first && speed(first, gone) < kSinkingSpeed * speed(half, first);
+  return half < first && speed(first, gone) < 0.5 * speed(half, first);
 }
 
 // Readings stuck at one value, on the far half of what an axis feels, with the tip moving
-// meanwhile: the near half holds the free part. A coarse sensor stands still on the way, too; of it
-// only its largest value counts.
+// meanwhile: the near half holds the free part. A coarse sensor, whose step is above 0.2 % of its
+// range, stands still on the path, too; of it only its largest value counts.
 void mark_stuck(Signal& signal, const Eigen::VectorXd& force, double range_m) {
   const double first_N = force.head(free_rows(signal.position_m, range_m)).mean(),
                up = force.maxCoeff() - first_N, down = first_N - force.minCoeff();
   const double sign = up >= down ? 1 : -1, max_N = std::max(up, down);
-  const double min_N = (quantum_of(force) > kCoarse * max_N ? 1 - kExtremeShare : 0.5) * max_N;
+  const double min_N = (quantum_of(force) > 2e-3 * max_N ? 1 - 0.02 : 0.5) * max_N;
   for (Eigen::Index first = 0, last = 0; first < force.size(); first = last) {
     for (last = first + 1; last < force.size() && force[last] == force[first]; ++last) {
     }
-    if (last - first < kStuckRows || sign * (force[first] - first_N) <= min_N) continue;
+    if (last - first < kMinRows || sign * (force[first] - first_N) <= min_N) continue;
     const auto run = signal.position_m.middleRows(first, last - first);
-    if ((run.colwise().maxCoeff() - run.colwise().minCoeff()).norm() >
-            kStuckTravelShare * range_m &&
+    if ((run.colwise().maxCoeff() - run.colwise().minCoeff()).norm() > 0.03 * range_m &&
         !is_sinking(signal, force, (force[first] + first_N) / 2, sign, first, last))
       std::fill(signal.is_saturated.begin() + first, signal.is_saturated.begin() + last, 1);
   }
@@ -171,12 +164,11 @@ void put_in_time(const importers::RawRecording& raw, double force_delay_s, const
   const auto rows = rows_in_time(signal.time_s, raw.line, file, drop_invalid, dropped);
   const bool has_own_clock = !raw.force_time_s.empty();
   signal.position_m = signal.position_m(rows, Eigen::all).eval();
-  signal.time_s = picked(signal.time_s, rows);
-  signal.line = picked(signal.line, rows);
+  keep_rows(rows, signal.time_s), keep_rows(rows, signal.line);
   std::vector<double> force_time_s = has_own_clock ? raw.force_time_s : signal.time_s;
   const auto force_rows =
       has_own_clock ? rows_in_time(force_time_s, raw.line, file, drop_invalid, dropped) : rows;
-  if (has_own_clock) force_time_s = picked(force_time_s, force_rows);
+  if (has_own_clock) keep_rows(force_rows, force_time_s);
   force_N = force_N(force_rows, Eigen::all).eval();
   if (torque_Nm.rows() > 0) torque_Nm = torque_Nm(force_rows, Eigen::all).eval();
   for (double& t : force_time_s) t -= force_delay_s;
@@ -189,9 +181,39 @@ void put_in_time(const importers::RawRecording& raw, double force_delay_s, const
   signal.torque_Nm = std::move(torque_Nm);
 }
 
+// About `count` of the rows [begin, end), equally spaced, the last among them.
+void spread(Eigen::Index begin, Eigen::Index end, Eigen::Index count,
+            std::set<Eigen::Index>& rows) {
+  const Eigen::Index last = end - 1 - begin, steps = std::min(count - 1, last);
+  for (Eigen::Index k = 0; k <= steps; ++k)
+    rows.insert(begin + (steps > 0 ? last * k / steps : last));
+}
+
+std::set<Eigen::Index> rows_shown(const Signal& signal) {
+  std::set<Eigen::Index> rows;
+  const Eigen::VectorXd &travel_m = signal.recorded_travel_m, &push_N = signal.recorded_push_N;
+  const Eigen::Index n = push_N.size(), most = 198;  // a picture is 400 points wide
+  const RowRange& in = signal.range.loading;
+  const bool has_press = signal.bias_N.size() > 0 && in.rows() > 1 && n > most;
+  spread(0, n, has_press ? most / 2 : most, rows);
+  if (has_press) {
+    const double deepest_m = travel_m[in.end - 1],
+                 from_m = signal.contact_m - (deepest_m - signal.contact_m);
+    Eigen::Index begin = in.end - 1;
+    while (begin > in.begin && travel_m[begin - 1] >= from_m) --begin;
+    spread(begin, in.end, most / 2, rows);
+  }
+  Eigen::Index row = 0;
+  for (const Eigen::VectorXd* column : {&push_N, &travel_m}) {
+    column->maxCoeff(&row);
+    rows.insert(row);
+  }
+  return rows;
+}
+
 }  // namespace
 
-Signal align(const importers::RawRecording& raw, const SensorSettings& settings,
+Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
              const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
              std::size_t& dropped) {
   Signal signal;
@@ -203,11 +225,6 @@ Signal align(const importers::RawRecording& raw, const SensorSettings& settings,
   if (raw.torque_Nm.rows() > 0 && raw.is_axial())
     throw Error(file, "has a torque of three axes and a depth of one",
                 "Name `position` columns, or leave the torque out.");
-  const bool has_force = raw.force_N.rows() > 0 || !raw.push_N.empty();
-  if (signal.position_m.rows() == 0 || !has_force)
-    throw Error(file,
-                "names no " + std::string(has_force ? "depth or position" : "force") + " column",
-                "Add it to `columns` in the manifest.");
   check_rows(signal, file);
   if (!raw.is_axial() && inward) signal.inward = *inward;
   Points force_N = forces_of(raw, inward, file);
@@ -226,6 +243,30 @@ Signal align(const importers::RawRecording& raw, const SensorSettings& settings,
   const Vec3 first = signal.force_N.row(0);
   signal.position_m -= settings.compliance_m_N * (signal.force_N.rowwise() - first.transpose());
   return signal;
+}
+
+SignalTrace trace_of(const Signal& signal) {
+  SignalTrace trace;
+  const Eigen::VectorXd &travel_m = signal.recorded_travel_m, &push_N = signal.recorded_push_N;
+  if (push_N.size() == 0) return trace;
+  for (const Eigen::Index row : rows_shown(signal)) {
+    trace.time_s.push_back(signal.time_s.empty()
+                               ? std::numeric_limits<float>::quiet_NaN()
+                               : static_cast<float>(signal.time_s[row] - signal.time_s[0]));
+    trace.travel_m.push_back(static_cast<float>(travel_m[row]));
+    trace.push_N.push_back(static_cast<float>(push_N[row]));
+    trace.phase.push_back(signal.phase.empty() ? std::int8_t{4}
+                                               : static_cast<std::int8_t>(signal.phase[row]));
+    trace.is_used.push_back(std::ranges::any_of(signal.range.used, [&](const RowRange& range) {
+      return row >= range.begin && row < range.end;
+    }));
+  }
+  if (signal.bias_N.size() == 0) return trace;
+  Eigen::Index low = 0, high = 0;  // a line over travel
+  const double range_m = travel_m.maxCoeff(&high) - travel_m.minCoeff(&low);
+  if (range_m > 0) trace.drift_N_m = (signal.bias_N[high] - signal.bias_N[low]) / range_m;
+  trace.bias_N = signal.bias_N[low] - trace.drift_N_m * travel_m[low];
+  return trace;
 }
 
 }  // namespace palpate::recordings

@@ -1,24 +1,17 @@
+#include "libfit/recordings/contact_point/contact_point.hpp"
+
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-
-#include "libfit/recordings/contact_point/contact_point.hpp"
+#include <numbers>
+#include <vector>
 
 namespace palpate::recordings {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kShortest = 1. / 60, kLongest = 3;  // lengths of an exponential, over the travel
-constexpr int kLengths = 24, kRefinements = 24;
-constexpr int kSteps = 8;          // trial contact points between two means
-constexpr double kWithin = 4;      // deviations of the length that are looked at
-constexpr double kGoodFit = 1.5;   // residual over noise up to which a law holds
-constexpr double kPromising = 30;  // likewise, of a scanned one
-constexpr double kEvidence = 10;   // log likelihood that a law must gain on another
 constexpr Eigen::Index kMinFree = 3, kMinRising = 4;
-constexpr double kInChance = 2;  // deviations of a correlation of white noise
-
-double square(double x) { return x * x; }
 
 struct ExponentialTrial {
   double contact_m = 0, width_m = 0, squares = kInfinity;
@@ -57,7 +50,7 @@ class Exponentials {
       }
     }
   }
-  ExponentialTrial best(double length_m, int steps = kSteps) const {
+  ExponentialTrial best(double length_m, int steps = kContactSteps) const {
     ExponentialTrial least;
     each_contact(length_m, steps, [&](const ExponentialTrial& trial) {
       if (trial.squares < least.squares) least = trial;
@@ -74,6 +67,7 @@ class Exponentials {
 // Length of the best exponential: the best of a scan, then golden sections about it. 0 where the
 // best of the scan is far from explaining the curve.
 double best_length_m(const Exponentials& laws, double range_m, double noise_squares) {
+  constexpr int kLengths = 24;
   const double step = std::log(kLongest / kShortest) / (kLengths - 1);
   double least = kInfinity, at = 0;
   for (int k = 0; k < kLengths; ++k) {
@@ -81,23 +75,10 @@ double best_length_m(const Exponentials& laws, double range_m, double noise_squa
     const double squares = laws.best(std::exp(log_length), 1).squares;
     if (squares < least) least = squares, at = log_length;
   }
-  if (!(least < square(kPromising) * noise_squares)) return 0;
-  constexpr double kGolden = 0.6180339887498949;
-  const auto squares_at = [&](double log_length) {
+  if (!(least < square(30) * noise_squares)) return 0;
+  return std::exp(minimum_between(at - step, at + step, 24, [&](double log_length) {
     return laws.best(std::exp(log_length)).squares;
-  };
-  double a = at - step, b = at + step, c = b - kGolden * (b - a), d = a + kGolden * (b - a);
-  double at_c = squares_at(c), at_d = squares_at(d);
-  for (int i = 0; i < kRefinements; ++i) {
-    if (at_c < at_d) {
-      b = d, d = c, at_d = at_c;
-      at_c = squares_at(c = b - kGolden * (b - a));
-    } else {
-      a = c, c = d, at_c = at_d;
-      at_d = squares_at(d = a + kGolden * (b - a));
-    }
-  }
-  return std::exp((a + b) / 2);
+  }));
 }
 
 // How far neighbours' misfits of a law go together: they do not where it holds.
@@ -115,6 +96,105 @@ double correlation(const PressCurve& curve, const ExponentialTrial& best, double
 
 }  // namespace
 
+PowerProfile::AmplitudeFit PowerProfile::at(double contact_m) const {
+  // Weighted moments of 1, the power and the travel, the last two in units of their largest.
+  const double range = curve_.travel_m[means_ - 1] - curve_.travel_m[0];
+  const double largest = basis(means_ - 1, contact_m);
+  if (!(range > 0) || !(contact_m < curve_.travel_m[means_ - 2])) return {};
+  const int unknowns = has_slope_ ? 3 : 2;
+  Mat3 moments = Mat3::Identity();
+  moments.topLeftCorner(unknowns, unknowns).setZero();
+  Vec3 right = Vec3::Zero();
+  for (Eigen::Index i = 0; i < means_; ++i) {
+    const double w = curve_.count[i], g = basis(i, contact_m) / largest;
+    const Vec3 x(1, g, (curve_.travel_m[i] - curve_.travel_m[0]) / range);
+    moments.topLeftCorner(unknowns, unknowns) +=
+        w * x.head(unknowns) * x.head(unknowns).transpose();
+    right.head(unknowns) += w * curve_.push_N[i] * x.head(unknowns);
+  }
+  const Eigen::LDLT<Mat3> factor(moments);
+  const auto pivots = factor.vectorD();
+  if (!(pivots.minCoeff() > 1e-12 * pivots.maxCoeff())) return {};
+  const Vec3 found = factor.solve(right);
+  AmplitudeFit fit;
+  fit.bias_N = found[0];
+  fit.amplitude = found[1] / largest;
+  fit.slope_N_m = has_slope_ ? found[2] / range : 0;
+  if (!(fit.amplitude > 0)) return {};
+  fit.squares = 0;
+  for (Eigen::Index i = 0; i < means_; ++i)
+    fit.squares += curve_.count[i] * square(residual(i, contact_m, fit));
+  return fit;
+}
+
+double PowerProfile::residual(Eigen::Index i, double contact_m, const AmplitudeFit& fit) const {
+  return curve_.push_N[i] - fit.bias_N - fit.amplitude * basis(i, contact_m) -
+         fit.slope_N_m * (curve_.travel_m[i] - curve_.travel_m[0]);
+}
+
+double PowerProfile::best_contact_m() const {
+  const double first = curve_.travel_m[0], last = curve_.travel_m[means_ - 1], range = last - first;
+  const double step = 2 * range / 64, closer = std::numbers::sqrt2;
+  std::vector<double> trial;
+  for (int k = -1; k < 64; ++k) trial.push_back(first - range + step * k);
+  for (double depth = step / closer; depth > range / static_cast<double>(means_); depth /= closer)
+    trial.push_back(last - depth);
+  trial.push_back(last);
+  std::size_t best = 1;
+  double least = kInfinity;
+  for (std::size_t k = 1; k + 1 < trial.size(); ++k)
+    if (const double squares = at(trial[k]).squares; squares < least) {
+      least = squares;
+      best = k;
+    }
+  // To 4e-6 of two trials.
+  return minimum_between(trial[best - 1], trial[best + 1], 26,
+                         [&](double contact_m) { return at(contact_m).squares; });
+}
+
+double PowerProfile::rms_N(double contact_m, const AmplitudeFit& fit) const {
+  double sum = 0;
+  for (Eigen::Index i = 0; i < means_; ++i) sum += square(residual(i, contact_m, fit));
+  return std::sqrt(sum / static_cast<double>(means_));
+}
+
+double PowerProfile::deviation_m(double contact_m, const AmplitudeFit& fit) const {
+  const double range = curve_.travel_m[means_ - 1] - curve_.travel_m[0];
+  const double variance = fit.squares / static_cast<double>(std::max<Eigen::Index>(1, means_ - 3));
+  double step = range / static_cast<double>(means_), rise = 0;
+  for (int i = 0; i < 8; ++i, step *= 1.6) {  // a step that the profile feels
+    rise = at(contact_m - step).squares + at(contact_m + step).squares - 2 * fit.squares;
+    if (std::isfinite(rise) && rise > 2 * variance) break;
+  }
+  if (!(rise > 0) || !std::isfinite(rise)) return range;
+  return std::min(range,
+                  std::sqrt(2 * variance * step * step / rise * correlation_time(contact_m, fit)));
+}
+
+double PowerProfile::basis(Eigen::Index i, double contact_m) const {
+  const double depth = curve_.travel_m[i] - contact_m;
+  if (depth <= 0) return 0;
+  return exponent_ == 1.5 ? depth * std::sqrt(depth)
+         : exponent_ == 1 ? depth
+                          : std::pow(depth, exponent_);
+}
+
+// Readings per independent one: 1 + 2 (r1 + r2 + ...), r the correlations of residuals until the
+// first that is not positive, since drift has a long memory; or what r1 alone would make of it.
+double PowerProfile::correlation_time(double contact_m, const AmplitudeFit& fit) const {
+  Eigen::VectorXd left(means_);
+  for (Eigen::Index i = 0; i < means_; ++i) left[i] = residual(i, contact_m, fit);
+  const double alone = left.squaredNorm();
+  double time = 1, geometric = 1;
+  for (Eigen::Index lag = 1; alone > 0 && lag < means_ / 4; ++lag) {
+    const double r = left.head(means_ - lag).dot(left.tail(means_ - lag)) / alone;
+    if (r <= 0) break;
+    if (lag == 1) geometric = (1 + r) / (1 - std::min(r, 0.95));
+    time += 2 * r;
+  }
+  return std::max(time, geometric);
+}
+
 std::optional<LawFit> contact_of_simple_law(const PressCurve& curve,
                                             std::span<const double> exponents,
                                             double squares_to_beat) {
@@ -129,9 +209,10 @@ std::optional<LawFit> contact_of_simple_law(const PressCurve& curve,
   const ExponentialTrial best = laws.best(length_m);
   const double variance =
       std::max(best.squares / static_cast<double>(n - 4), square(1e-6 * curve.push_N.maxCoeff()));
-  if (!(variance <= square(kGoodFit) * noise_variance)) return std::nullopt;
-  if (correlation(curve, best, length_m) > kInChance / std::sqrt(n)) return std::nullopt;
-  if (static_cast<double>(n) * std::log(squares_to_beat / best.squares) < 2 * kEvidence)
+  // The log likelihood of a law that is clearly better is 10 more.
+  if (!(variance <= square(kHolds) * noise_variance) ||
+      correlation(curve, best, length_m) > kCorrelationByChance / std::sqrt(n) ||
+      static_cast<double>(n) * std::log(squares_to_beat / best.squares) < 20)
     return std::nullopt;
 
   double sum = 0, first = 0, second = 0;
@@ -150,9 +231,9 @@ std::optional<LawFit> contact_of_simple_law(const PressCurve& curve,
     step *= 1.5;
   const int half = 12;
   for (int k = -half; k <= half; ++k) {
-    const double length = length_m * std::exp(kWithin * step * k / half);
+    const double length = length_m * std::exp(4 * step * k / half);
     if (length > kShortest * range_m && length < kLongest * range_m)
-      laws.each_contact(length, kSteps, [&](const ExponentialTrial& trial) {
+      laws.each_contact(length, kContactSteps, [&](const ExponentialTrial& trial) {
         add(likelihood(trial.squares) * trial.width_m / range_m / (2 * half + 1), trial.contact_m,
             trial.width_m / std::sqrt(12.0));
       });

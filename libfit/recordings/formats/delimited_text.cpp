@@ -1,20 +1,15 @@
-// Any delimited text whose columns the manifest names.
+// Delimited text: of columns that the manifest or they themselves name, and of palpating robots.
+
+#include <fmt/core.h>
 
 #include <algorithm>
 
-#include "libfit/recordings/formats/columns.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 
 namespace palpate::importers {
 namespace {
 
-constexpr std::size_t kHeaderLines = 400;  // a preamble is shorter
-constexpr std::size_t kStyleRows = 200;    // that show how numbers are written
-
-bool is_comment(std::string_view line, const ReadSettings& settings) {
-  return trimmed(line).empty() ||
-         (!settings.comment.empty() && trimmed(line).starts_with(settings.comment));
-}
+constexpr std::size_t kStyleRows = 200;  // that show how numbers are written
 
 struct ColumnsHeader {
   std::size_t line = 0;  // index
@@ -32,12 +27,6 @@ std::string_view uncommented(std::string_view line, const ReadSettings& settings
   return colon == std::string_view::npos || label.find_first_of(" \t,;") != std::string_view::npos
              ? line
              : line.substr(colon + 2);
-}
-
-std::vector<std::string> names_in(std::string_view line, char separator) {
-  std::vector<std::string> names;
-  for (const auto field : split(line, separator)) names.emplace_back(field);
-  return names;
 }
 
 std::size_t matches(const std::vector<Role>& roles, const std::vector<std::string>& names) {
@@ -59,15 +48,15 @@ ColumnsHeader find_header(const TextFile& file, const std::vector<Role>& roles,
   bool has_one = false;
   for (std::size_t i = 0, seen = 0; i < file.lines() && seen < kHeaderLines; ++i) {
     std::string_view line = file.line(i);
-    // A header may itself be commented out, as numpy writes it.
     if (trimmed(line).empty()) continue;
     ++seen;
-    if (is_comment(line, settings)) {
+    if (is_comment(line, settings.comment)) {
       if (is_numbered) continue;
       line = uncommented(line, settings);
     }
     const char separator = settings.separator ? settings.separator : guess_separator(line);
-    ColumnsHeader header{i, separator, names_in(line, separator), is_numbered};
+    const auto fields = split(line, separator);
+    ColumnsHeader header{i, separator, {fields.begin(), fields.end()}, is_numbered};
     if (is_numbered) {
       const bool is_row =
           std::any_of(header.names.begin(), header.names.end(), [](const std::string& name) {
@@ -84,9 +73,7 @@ ColumnsHeader find_header(const TextFile& file, const std::vector<Role>& roles,
     }
     if (count == roles.size()) break;
   }
-  if (best.names.empty() && is_numbered)
-    throw file.error(0, "has no row of numbers",
-                     "Record it again, or remove it from the manifest.");
+  if (best.names.empty() && is_numbered) throw file.error(0, "has no row of numbers", kNoRowRemedy);
   return best;
 }
 
@@ -94,7 +81,8 @@ ColumnsHeader find_header(const TextFile& file, const std::vector<Role>& roles,
 std::vector<std::string> names_of_line(std::string_view line, const ReadSettings& settings) {
   if (!settings.comment.empty() && trimmed(line).starts_with(settings.comment))
     line = uncommented(line, settings);
-  return names_in(line, settings.separator ? settings.separator : guess_separator(line));
+  const auto fields = split(line, settings.separator ? settings.separator : guess_separator(line));
+  return {fields.begin(), fields.end()};
 }
 
 // With the columns of the first line that names them by quantity and unit, where none are asked
@@ -127,7 +115,7 @@ void find_number_style(const TextFile& file, const ColumnsHeader& header,
   bool has_point = false;
   std::optional<std::pair<std::size_t, std::string>> grouped;
   for (std::size_t i = layout.first, seen = 0; i < file.lines() && seen < kStyleRows; ++i) {
-    if (is_comment(file.line(i), settings)) continue;
+    if (is_comment(file.line(i), settings.comment)) continue;
     ++seen;
     for (const auto field : split(file.line(i), header.separator)) {
       if (field.find(',') == std::string_view::npos) {
@@ -154,10 +142,6 @@ bool is_of_force(Meaning meaning) {
 // Whether positions and forces come in rows of their own, as two topics in one log do.
 bool has_two_topics(const TextFile& file, const std::vector<Role>& roles,
                     const std::vector<std::size_t>& field, const TableLayout& layout) {
-  // Share of rows that have one of them alone. With half of it, readings that were lost would seem
-  // to be topics; with twice, two topics that share every second time stamp would not.
-  constexpr double kAlone = 1.0 / 3;
-  constexpr std::size_t kMinAlone = 5;  // rows, as a signal has at the least
   std::size_t rows = 0, alone = 0;
   for (std::size_t i = layout.first; i < file.lines() && rows < kStyleRows; ++i) {
     const auto fields = split(file.line(i), layout.separator);
@@ -170,26 +154,22 @@ bool has_two_topics(const TextFile& file, const std::vector<Role>& roles,
     rows += has_position || has_force;
     alone += has_position != has_force;
   }
-  return alone >= kMinAlone && static_cast<double>(alone) >= kAlone * static_cast<double>(rows);
-}
-
-// Counts the fields of a row but for empty ones at its end.
-std::size_t count_fields(std::string_view row, char separator) {
-  const auto fields = split(row, separator);
-  return static_cast<std::size_t>(
-      std::find_if(fields.rbegin(), fields.rend(), [](auto field) { return !field.empty(); })
-          .base() -
-      fields.begin());
+  // Five rows are a signal at the least. With half of the share, readings that were lost would seem
+  // to be topics; with twice, two topics that share every second time stamp would not.
+  return alone >= 5 && static_cast<double>(alone) >= 1.0 / 3 * static_cast<double>(rows);
 }
 
 // A header whose names hold blanks has more fields than its rows, one that leaves out a column of
 // row numbers fewer: either would shift them. Half of the first rows may be longer, by notes.
 void check_width(const TextFile& file, const ColumnsHeader& header, const ReadSettings& settings) {
   if (header.is_numbered) return;
-  std::vector<std::size_t> widths;
-  for (std::size_t i = header.line + 1; i < file.lines() && widths.size() < kStyleRows; ++i)
-    if (!is_comment(file.line(i), settings))
-      widths.push_back(count_fields(file.line(i), header.separator));
+  std::vector<std::size_t> widths;  // of rows, but for empty fields at their ends
+  for (std::size_t i = header.line + 1; i < file.lines() && widths.size() < kStyleRows; ++i) {
+    if (is_comment(file.line(i), settings.comment)) continue;
+    auto fields = split(file.line(i), header.separator);
+    while (!fields.empty() && fields.back().empty()) fields.pop_back();
+    widths.push_back(fields.size());
+  }
   if (widths.empty()) return;
   const std::size_t names = header.names.size(), first = widths.front();
   const std::string said = "the header names " + std::to_string(names) + " columns, the rows have ";
@@ -206,6 +186,29 @@ void check_width(const TextFile& file, const ColumnsHeader& header, const ReadSe
                    has_commas ? "Export with decimal points, or with semicolons between fields."
                               : "Name all columns in the header, that of row numbers too, or name "
                                 "`columns` by number.");
+}
+
+// A layout without columns.
+TableLayout layout_of(const ReadSettings& settings, std::size_t first, char separator) {
+  TableLayout layout;
+  layout.first = first, layout.separator = separator;
+  layout.comment = settings.comment;
+  layout.drop_invalid = settings.drop_invalid;
+  layout.may_end_early = true;
+  return layout;
+}
+
+std::vector<std::string> axes(const std::string& stem) {
+  return {stem + "_x", stem + "_y", stem + "_z"};
+}
+
+// Names that a manifest may leave out.
+ColumnNames with_defaults(ColumnNames names) {
+  if (names.contact.empty()) names.contact = axes("contact");
+  if (names.normal.empty()) names.normal = axes("normal");
+  if (names.force.empty()) names.force = axes("force");
+  if (names.position.empty()) names.position = axes("current");
+  return names;
 }
 
 }  // namespace
@@ -229,16 +232,11 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
   const FailColumn fail = [&](const std::string& what, const std::string& remedy) {
     return file.error(header.line, what, remedy);
   };
-  TableLayout layout;
-  layout.first = header.line + !header.is_numbered;
-  layout.separator = header.separator;
+  TableLayout layout = layout_of(settings, header.line + !header.is_numbered, header.separator);
   check_width(file, header, settings);
   find_number_style(file, header, settings, layout);
   std::optional<std::int64_t> first_tick;
   layout.first_tick = &first_tick;
-  layout.comment = settings.comment;
-  layout.drop_invalid = settings.drop_invalid;
-  layout.may_end_early = true;
   auto field = find_columns(roles, header.names, fail);
   std::string topics;
   ColumnNames& asked = settings.columns;
@@ -291,6 +289,69 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
   for (const std::string& what : {taken, topics})
     if (!what.empty()) recording.taken.push_back(what);
   return {recording};
+}
+
+// A row per depth, as palpating robots log it: contact point, surface normal, contact force and
+// current position. Rows of one contact point follow one another; a file holds many.
+std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path,
+                                               std::string_view bytes,
+                                               const ReadSettings& settings) {
+  const TextFile file(path, bytes, settings.encoding);
+  std::size_t header = 0;
+  while (header < file.lines() && is_comment(file.line(header), settings.comment)) ++header;
+  if (header == file.lines())
+    throw file.error(0, "is empty", "The first line must name the columns.");
+  const FailColumn fail = [&](const std::string& what, const std::string& remedy) {
+    return file.error(header, what, remedy);
+  };
+  const std::vector<Role> roles = roles_of(with_defaults(settings.columns));
+  const std::string_view line_of_names = trimmed(file.line(header));
+  const std::vector<std::string> names = names_of_line(line_of_names, settings);
+  TableLayout layout =
+      layout_of(settings, header + 1,
+                settings.separator ? settings.separator : guess_separator(line_of_names));
+  layout.decimal = settings.decimal ? settings.decimal : '.';
+  layout.field = find_columns(roles, names, fail);
+  std::vector<double> factors;
+  for (std::size_t i = 0; i < roles.size(); ++i) {
+    layout.name.push_back(names[layout.field[i]]);
+    factors.push_back(factor_of(roles[i], layout.name[i], settings.units, fail));
+  }
+  NumberTable table = read_numbers(file, layout);
+  for (std::size_t i = 0; i < roles.size(); ++i)
+    for (double& value : table.column[i]) value *= factors[i];
+  const auto points = [&](Meaning meaning) { return points_of(meaning, roles, table.column); };
+  const int of_tool = settings.is_force_on_tool.value_or(false) ? -1 : 1;
+  const Points contact = points(Meaning::contact), position = points(Meaning::position),
+               normal = points(Meaning::normal) * (settings.is_normal_outward ? -1 : 1),
+               force = points(Meaning::force) * of_tool, torque = points(Meaning::torque) * of_tool;
+  const std::vector<std::size_t>& line = table.line;
+
+  std::vector<RawRecording> recordings;
+  const Eigen::Index rows = contact.rows();
+  for (Eigen::Index first = 0, last = 0; first < rows; first = last) {
+    last = first;  // rounding of a printed coordinate is no other point
+    while (last < rows && (contact.row(last) - contact.row(first)).norm() <= 1e-9) ++last;
+    RawRecording r;
+    r.name = fmt::format("contact{}", recordings.size() + 1);
+    if (!(normal.row(first).norm() > 1e-12)) {  // what robots write of a probe that failed
+      r.unread = file.error(line[first] - 1, "the surface normal has no direction",
+                            "Correct the row, or remove the probe's rows.");
+      recordings.push_back(std::move(r));
+      continue;
+    }
+    r.position_m = position.middleRows(first, last - first);
+    r.force_N = force.middleRows(first, last - first);
+    if (torque.rows() > 0) r.torque_Nm = torque.middleRows(first, last - first);
+    r.line.assign(line.begin() + first, line.begin() + last);
+    r.contact_m = Vec3(contact.row(first));
+    r.normal = Vec3(normal.row(first)).normalized();
+    recordings.push_back(std::move(r));
+  }
+  recordings.front().dropped_rows = table.dropped_rows;
+  if (std::ranges::all_of(recordings, [](const RawRecording& r) { return r.unread.has_value(); }))
+    throw *recordings.front().unread;
+  return recordings;
 }
 
 }  // namespace palpate::importers

@@ -1,0 +1,294 @@
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libfit/core/text.hpp"
+#include "libfit/recordings/batch/condition.hpp"
+
+// Steps of `condition`: ranges, contact point, rows.
+
+namespace palpate::recordings {
+namespace {
+
+// Push over the deepest part of an approach that all of them reach, above where it begins.
+double push_at_depth_N(const Signal& signal, const RowRange& approach, double from_m, double to_m) {
+  const Eigen::VectorXd travel = signal.travel_m(), push = signal.push_N();
+  const Eigen::Index free = std::max<Eigen::Index>(1, approach.rows() / 20);
+  double sum = 0, n = 0;
+  for (Eigen::Index i = approach.begin; i < approach.end; ++i)
+    if (travel[i] >= from_m && travel[i] <= to_m) sum += push[i], n += 1;
+  return n > 0 ? sum / n - push.segment(approach.begin, free).mean() : kNan;
+}
+
+// The press that the settings ask for, of those that go as deep, and a word on there being others.
+RowRange chosen_cycle(const Signal& signal, const RowRange& main, const SignalSettings& settings,
+                      const std::string& file, Conditioned& out) {
+  const std::vector<RowRange> presses = presses_like(signal, main);
+  const auto count = static_cast<int>(presses.size());
+  if (settings.cycle > std::max(1, count))
+    throw Error(file,
+                fmt::format("holds {} as deep as its deepest, and cycle = {} is asked for",
+                            counted(count, "press", "presses"), settings.cycle),
+                "Say cycle = \"first\", \"last\" or a number that is there.");
+  if (count < 2) return main;
+  std::size_t taken = settings.cycle > 0 ? settings.cycle - 1 : presses.size() - 1;
+  if (settings.cycle == kDeepestCycle)
+    taken = std::ranges::find(presses, main.begin, &RowRange::begin) - presses.begin();
+  if (taken >= presses.size()) return main;
+  const Eigen::VectorXd travel = signal.travel_m();
+  double reach_m = travel[main.end - 1];
+  for (const RowRange& approach : presses) reach_m = std::min(reach_m, travel[approach.end - 1]);
+  const double from_m = reach_m - 0.1 * (reach_m - travel[main.begin]),
+               first_N = push_at_depth_N(signal, presses.front(), from_m, reach_m),
+               last_N = push_at_depth_N(signal, presses.back(), from_m, reach_m),
+               change = last_N / first_N - 1;
+  std::string note = fmt::format("holds {} as deep; number {} is taken",
+                                 counted(count, "press", "presses"), taken + 1);
+  if (std::isfinite(change) && std::abs(change) > 0.1) {  // cycles of a good recording differ less
+    note += fmt::format(", and the last is {} {} than the first", percent(std::abs(change), 0),
+                        change < 0 ? "softer" : "stiffer");
+    out.grade = std::max(out.grade, Grade::fair);
+  }
+  out.reasons.push_back(note);
+  return presses[taken];
+}
+
+ContactEstimate contact_of(const Signal& signal, const Approach& approach,
+                           const SignalSettings& settings, const importers::RawRecording& raw) {
+  if (!signal.is_axial && raw.contact_m) return {{raw.contact_m->dot(signal.inward)}};
+  if (settings.known_contact) return {*settings.known_contact};
+  ContactEstimate found =
+      contact_estimator_named(settings.contact)->estimate(approach.curve, settings);
+  found.estimator = settings.contact + (found.by.empty() ? "" : ": ") + std::string(found.by);
+  if (approach.wide_contact_m)
+    found.deviation_m =
+        std::hypot(found.deviation_m, 0.5 * (*approach.wide_contact_m - found.travel_m));
+  return found;
+}
+
+// The tip at the contact travel, between two rows of the loading.
+Vec3 contact_position(const Signal& signal, const Approach& approach, double travel_m) {
+  Eigen::Index i = 0;
+  while (i + 1 < approach.travel.size() && approach.travel[i] < travel_m) ++i;
+  const Vec3 here = signal.position_m.row(approach.range.begin + i);
+  return here + (travel_m - approach.travel[i]) * signal.inward;
+}
+
+double speed_of(const Signal& signal, const Approach& approach, double contact_m) {
+  if (signal.time_s.empty()) return kNan;
+  Eigen::Index first = 0;
+  while (first + 2 < approach.travel.size() && approach.travel[first] < contact_m) ++first;
+  const Eigen::Index last = approach.travel.size() - 1;
+  const double dt =
+      signal.time_s[approach.range.begin + last] - signal.time_s[approach.range.begin + first];
+  return dt > 0 ? (approach.travel[last] - approach.travel[first]) / dt : kNan;
+}
+
+// Takes the free push (its mean, or its line over travel) off all rows and axes, and says in `out`
+// how noisy it is. Returns the correlation of neighbours in that noise; 0 where nothing is free.
+double take_off_bias(Signal& signal, const Approach& approach, const ContactEstimate& contact,
+                     const SignalSettings& settings, Conditioned& out) {
+  const double margin_m = std::max(
+      3 * contact.deviation_m, 0.01 * (approach.travel.maxCoeff() - approach.travel.minCoeff()));
+  Eigen::Index free = 0;
+  while (free < approach.travel.size() && approach.travel[free] < contact.travel_m - margin_m)
+    ++free;
+  constexpr Eigen::Index kMinFreeRows = 8;
+  if (free < kMinFreeRows) {  // less of a margin, before none is left
+    for (free = 0; free < approach.travel.size() && approach.travel[free] < contact.travel_m;
+         ++free) {
+    }
+  }
+  if (free < kMinFreeRows || contact.begins_in_contact) {
+    out.reasons.emplace_back(
+        out.contact.estimator == "given"
+            ? "the contact point is given and nothing before it; no bias was taken off"
+            : "begins in contact: no free travel from which to take the bias");
+    if (out.contact.estimator != "given") out.grade = std::max(out.grade, Grade::fair);
+    out.noise_N = approach.noise_N;
+    return 0;
+  }
+  const Eigen::VectorXd travel = approach.travel.head(free);
+  const Line line = fit_line(travel, approach.push.head(free));
+  out.noise_N = line.deviation;
+  const double correlation = std::clamp(line.correlation, 0.0, 0.95);
+  if (settings.drift == Drift::none) return correlation;
+  const Eigen::VectorXd all = signal.travel_m();
+  const auto take_off = [&](auto&& axis) {
+    const Eigen::VectorXd before = axis.segment(approach.range.begin, free);
+    const Line drift = fit_line(travel, before);
+    if (settings.drift == Drift::line)
+      axis.array() -= drift.at_0 + drift.slope * all.array();
+    else
+      axis.array() -= before.mean();
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    take_off(signal.force_N.col(axis));
+    if (signal.torque_Nm.rows() > 0) take_off(signal.torque_Nm.col(axis));
+  }
+  return correlation;
+}
+
+// Where along the rows' abscissa each signal row lies: depth, or length of the path since contact.
+Eigen::VectorXd abscissa(const Signal& signal, const RowRange& used, Eigen::Index touched,
+                         double contact_travel_m, bool is_press) {
+  if (is_press)
+    return signal.travel_m().segment(used.begin, used.rows()).array() - contact_travel_m;
+  Eigen::VectorXd at = Eigen::VectorXd::Constant(used.rows(), -1);
+  // Path of the tip, in strides of a hundredth of its range so that noise does not lengthen it.
+  const auto part = signal.position_m.middleRows(used.begin, used.rows());
+  const double stride_m = 0.01 * (part.colwise().maxCoeff() - part.colwise().minCoeff()).norm();
+  double path_m = 0;
+  Vec3 last = part.row(touched);
+  for (Eigen::Index i = touched; i < used.rows(); ++i) {
+    const double step_m = (Vec3(part.row(i)) - last).norm();
+    at[i] = path_m + step_m;
+    if (step_m > stride_m) {
+      path_m += step_m;
+      last = part.row(i);
+    }
+  }
+  return at;
+}
+
+// Error of a mean of `count` readings, of which neighbours correlate.
+double error_of_mean_N(double noise_N, double count, double correlation) {
+  return noise_N / std::sqrt(std::max(1.0, count * (1 - correlation) / (1 + correlation)));
+}
+
+}  // namespace
+
+void find_ranges(const SignalSettings& settings, const std::string& file, Signal& signal,
+                 Conditioned& recording) {
+  SignalRanges& out = signal.range;
+  const bool is_press = settings.kind == ExperimentKind::press;
+  const bool presses_once = is_press && settings.use == Use::approach;
+  if (!is_press && (settings.use == Use::mean || settings.cycle != kDeepestCycle))
+    throw Error(file, "`cycle` is for presses", "Leave it out, or say kind = \"press\".");
+  std::vector<RowRange>& loadings = out.first_loadings;
+  if (presses_once && settings.cycle == kDeepestCycle) loadings = first_loadings(signal);
+  RowRange& approach = out.approach;
+  approach = loadings.empty() ? main_approach(signal) : loadings.front();
+  if (is_press && settings.use != Use::mean && loadings.empty() && approach.rows() >= 2)
+    approach = chosen_cycle(signal, approach, settings, file, recording);
+  for (const RowRange& range : loadings.empty() ? std::vector{approach} : loadings)
+    if (presses_once && !out.break_in) out.break_in = break_in_row(signal, range);
+  if (out.break_in) {  // beyond it there is no curve of the body
+    const Eigen::Index end = *out.break_in + 1;
+    std::erase_if(loadings, [&](const RowRange& range) { return range.begin >= end; });
+    for (RowRange& range : loadings) range.end = std::min(range.end, end);
+    approach.end = std::min(approach.end, end);
+  }
+  out.loading =
+      approach.rows() >= 2 && is_press && !out.break_in ? loading_part(signal, approach) : approach;
+  if (out.loading.rows() < 2)
+    throw Error(place(file, signal, 0), "the tip never goes in",
+                "Check the normal, or turn the depth around: depth = \"-NAME\".");
+}
+
+ContactEstimate find_contact(const importers::RawRecording& raw, const SignalSettings& settings,
+                             const std::string& file, const std::vector<RowRange>& cycles,
+                             Signal& signal, Conditioned& out) {
+  Approach approach = approach_of(signal, signal.range.loading, cycles);
+  check_contact(signal, approach, file);
+  check_sign(signal, approach, file);
+  focus_on_contact(signal, exponent_of(settings.tip), approach);
+  const ContactEstimate contact = contact_of(signal, approach, settings, raw);
+  out.contact = contact, signal.contact_m = contact.travel_m;
+  const Eigen::VectorXd before_N = signal.push_N();
+  signal.correlation = take_off_bias(signal, approach, contact, settings, out);
+  signal.bias_N = before_N - signal.push_N();
+  out.contact_m = raw.contact_m;
+  if (!signal.is_axial && !raw.contact_m)
+    out.contact_m = contact_position(signal, approach, contact.travel_m);
+  out.speed_m_s = speed_of(signal, approach, contact.travel_m);
+  return contact;
+}
+
+void take_rows(const Signal& signal, const SignalSettings& settings, Conditioned& out) {
+  const RowRange& used = signal.range.used.back();
+  const double contact_travel_m = signal.contact_m;
+  const bool is_press = settings.kind == ExperimentKind::press;
+  const Eigen::VectorXd travel = signal.travel_m().segment(used.begin, used.rows());
+  Eigen::Index touched = 0;
+  while (touched + 1 < travel.size() && travel[touched] < contact_travel_m) ++touched;
+  const Eigen::VectorXd at = abscissa(signal, used, touched, contact_travel_m, is_press);
+  const double most = at.maxCoeff();
+  const Vec3 contact =
+      signal.is_axial || !out.contact_m ? Vec3(contact_travel_m * signal.inward) : *out.contact_m;
+
+  struct RowMean {
+    Vec3 deflection = Vec3::Zero(), force = Vec3::Zero(), torque = Vec3::Zero();
+    double count = 0, time_s = 0;
+    bool is_saturated = false;
+  };
+  std::vector<RowMean> means(static_cast<std::size_t>(std::max(1, settings.rows)));
+  const auto add = [&](Eigen::Index row, double where) {
+    if (!(where > 0) || where > most || signal.is_spike[row]) return;
+    const auto bin =
+        std::min(means.size() - 1,
+                 static_cast<std::size_t>(where / most * static_cast<double>(means.size())));
+    RowMean& mean = means[bin];
+    mean.deflection += Vec3(signal.position_m.row(row)) - contact;
+    mean.force += signal.force_N.row(row);
+    if (signal.torque_Nm.rows() > 0) mean.torque += signal.torque_Nm.row(row);
+    mean.count += 1;
+    if (!signal.time_s.empty()) mean.time_s += signal.time_s[row];
+    mean.is_saturated |= signal.is_saturated[row] != 0;
+  };
+  for (Eigen::Index i = 0; i < used.rows(); ++i) add(used.begin + i, at[i]);
+  for (std::size_t k = 0; k + 1 < signal.range.used.size(); ++k)
+    for (Eigen::Index row = signal.range.used[k].begin; row < signal.range.used[k].end; ++row)
+      add(row, signal.position_m.row(row).dot(signal.inward) - contact_travel_m);
+  std::erase_if(means, [](const RowMean& mean) { return mean.count == 0; });
+  const Eigen::Index rows = means.size();
+  out.deflection_m.resize(rows, 3), out.force_N.resize(rows, 3), out.error_N.resize(rows);
+  out.time_s.resize(signal.time_s.empty() ? 0 : rows);
+  out.torque_Nm.resize(signal.torque_Nm.rows() > 0 ? rows : 0, 3);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const RowMean& mean = means[i];
+    out.deflection_m.row(i) = mean.deflection / mean.count;
+    out.force_N.row(i) = mean.force / mean.count;
+    if (out.torque_Nm.rows() > 0) out.torque_Nm.row(i) = mean.torque / mean.count;
+    if (out.time_s.size() > 0)
+      out.time_s[i] = mean.time_s / mean.count - signal.time_s[used.begin + touched];
+    out.error_N[i] = error_of_mean_N(out.noise_N, mean.count, signal.correlation);
+    out.status.push_back(mean.is_saturated ? RowStatus::rejected : RowStatus::good);
+  }
+}
+
+void take_cycles(const Signal& signal, Conditioned& out) {
+  const Eigen::VectorXd depth = signal.travel_m().array() - signal.contact_m,
+                        push = signal.push_N();
+  const double level_m = depth.maxCoeff() / 20;
+  struct Mean {
+    double depth_m = 0, push_N = 0, count = 0;
+    Phase phase = Phase::hold;
+    int level = 0;
+  };
+  std::vector<Mean> means;
+  for (Eigen::Index i = 0; i < depth.size(); ++i) {
+    const Phase phase = signal.phase[i];
+    if (signal.is_saturated[i]) break;
+    if (signal.is_spike[i] || !(depth[i] > 0)) continue;
+    if (phase != Phase::approach && phase != Phase::retract) continue;
+    const int level = static_cast<int>(depth[i] / level_m);
+    if (means.empty() || means.back().phase != phase || means.back().level != level)
+      means.push_back({0, 0, 0, phase, level});
+    means.back().depth_m += depth[i];
+    means.back().push_N += push[i];
+    ++means.back().count;
+  }
+  const Eigen::Index rows = means.size();
+  for (Eigen::VectorXd* column : {&out.cycles.depth_m, &out.cycles.push_N, &out.cycles.error_N})
+    column->resize(rows);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const Mean& mean = means[i];
+    out.cycles.depth_m[i] = mean.depth_m / mean.count;
+    out.cycles.push_N[i] = mean.push_N / mean.count;
+    out.cycles.error_N[i] = error_of_mean_N(out.noise_N, mean.count, signal.correlation);
+  }
+}
+
+}  // namespace palpate::recordings
