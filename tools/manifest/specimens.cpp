@@ -8,7 +8,7 @@
 #include "libfit/recordings/formats/importers.hpp"
 #include "libfit/recordings/formats/text_file.hpp"
 #include "tools/manifest/keys.hpp"
-#include "tools/scene/material.hpp"
+#include "tools/scene/read_region.hpp"
 
 namespace palpate::tools {
 namespace {

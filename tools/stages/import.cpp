@@ -66,14 +66,13 @@ void check_defaults(const Manifest& manifest, const std::vector<ItemResult>& res
   }
 }
 
-std::vector<ItemResult> read_all(const ImportRequest& request, const Manifest& manifest,
-                                 const AssembleOptions& options) {
+std::vector<ItemResult> read_all(const ImportRequest& request, const AssembleOptions& options) {
   ConsoleProgress progress("import");
   BatchOptions batch{.jobs = job_count(request.jobs)};
   batch.body_from_rig = options.motion.value_or(RigidMotion{});
   batch.surface = options.surface;
   batch.fits_to_surface = options.fits_to_surface;
-  const auto results = run_batch(manifest.items, batch, progress.progress());
+  const auto results = run_batch(request.manifest.items, batch, progress.progress());
   const auto done = static_cast<std::size_t>(
       std::count_if(results.begin(), results.end(), [](const ItemResult& r) { return r.is_done; }));
   if (done < results.size())
@@ -81,7 +80,7 @@ std::vector<ItemResult> read_all(const ImportRequest& request, const Manifest& m
         fmt::format("{} of {} recordings were read and nothing was written; the same command "
                     "begins again",
                     done, results.size()));
-  check_defaults(manifest, results);
+  check_defaults(request.manifest, results);
   return results;
 }
 
@@ -119,13 +118,13 @@ void report_grades(const Assembled& assembled) {
   say("{} recordings: {} good, {} fair, {} poor", grades.size(), count(0), count(1), count(2));
 }
 
-void report(const ImportRequest& request, const Manifest& manifest,
-            const std::vector<ItemResult>& results, const Assembled& assembled) {
+void report(const ImportRequest& request, const std::vector<ItemResult>& results,
+            const Assembled& assembled) {
   if (assembled.registration)
     say("surface: residual {:.3g} mm rms, {:.3g} mm at most, after {} steps",
         1e3 * assembled.registration->rms_m, 1e3 * assembled.registration->largest_m,
         assembled.registration->iterations);
-  report_formats(manifest, results);
+  report_formats(request.manifest, results);
   report_distance(assembled);
   for (std::size_t i = 0; i < assembled.notes.size() && i < kListed; ++i)
     say("note: {}", assembled.notes[i]);
@@ -155,18 +154,6 @@ std::optional<Surface> surface_of(const Manifest& manifest) {
   return std::move(mended.surface);
 }
 
-std::string recorded_samples_fingerprint(const ImportRequest& request) {
-  const Manifest manifest = read_manifest(request.manifest);
-  ContentHash hash;
-  hash.add(import_fingerprint()).add_file(manifest.path);
-  if (manifest.surface) hash.add_file(*manifest.surface);
-  for (const BatchItem& item : manifest.items) {
-    hash.add(item.shown);
-    if (fs::is_regular_file(item.file)) hash.add_file(item.file);
-  }
-  return hash.add(fmt::format("{} {}", request.drop_invalid, request.holds_out)).hex();
-}
-
 fs::path import_summary_path(const fs::path& samples) { return beside(samples, ".json"); }
 
 void check_recordings_exist(const Manifest& manifest) {
@@ -183,34 +170,34 @@ void check_recordings_exist(const Manifest& manifest) {
 }
 
 ReadRecordings read_recordings(const ImportRequest& request) {
-  ReadRecordings out{read_manifest(request.manifest), {}, {}, {}};
-  check_recordings_exist(out.manifest);
-  for (BatchItem& item : out.manifest.items) item.read.drop_invalid |= request.drop_invalid;
-  const auto surface = surface_of(out.manifest);
-  const AssembleOptions options = place_options(out.manifest, surface);
-  out.results = read_all(request, out.manifest, options);
-  out.assembled = assemble(out.manifest.items, out.results, options);
+  const Manifest& manifest = request.manifest;
+  check_recordings_exist(manifest);
+  const auto surface = surface_of(manifest);
+  const AssembleOptions options = place_options(manifest, surface);
+  ReadRecordings out;
+  out.results = read_all(request, options);
+  out.assembled = assemble(manifest.items, out.results, options);
   Samples& samples = out.assembled.samples;
-  std::vector<ProbeSpec> probes = probes_of(out.manifest, out.assembled.tips);
+  std::vector<ProbeSpec> probes = probes_of(manifest, out.assembled.tips);
   samples.probe = probes.front();
   samples.other_probes.assign(probes.begin() + 1, probes.end());
-  samples.poisson = poisson_of(out.manifest);
-  out.is_held_out = held_out_points(out.manifest, samples, request.holds_out);
-  report(request, out.manifest, out.results, out.assembled);
+  samples.poisson = poisson_of(manifest);
+  out.is_held_out = held_out_points(manifest, samples, request.holds_out);
+  report(request, out.results, out.assembled);
   return out;
 }
 
 nlohmann::ordered_json write_recordings(const ImportRequest& request, const ReadRecordings& read,
                                         const std::string& inputs) {
   const Assembled& assembled = read.assembled;
-  const auto& items = read.manifest.items;
+  const auto& items = request.manifest.items;
   write_summary(beside(request.output, ".csv"), beside(request.output, ".json"), items,
                 read.results, assembled);
   if (assembled.relaxation)
     write_relaxation(fs::path(request.output).replace_extension(".relaxation.import.csv"),
                      *assembled.relaxation);
   if (assembled.samples.rows() == 0)
-    throw Error(request.manifest.string(),
+    throw Error(request.manifest.path.string(),
                 "none of its " + std::to_string(assembled.outcomes.size()) +
                     " recordings could be imported; " + request.output.string() +
                     " was not written",
