@@ -21,7 +21,6 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/same_bytes.hpp"
 #include "tools/build_identity.hpp"
-#include "tools/command_pages.hpp"
 #include "tools/console.hpp"
 #include "tools/crash_report.hpp"
 #include "tools/outputs.hpp"
@@ -379,6 +378,12 @@ int refuse(Session& session, const Error& error) {
 }
 
 }  // namespace
+
+void refuse_options(std::initializer_list<std::pair<const char*, bool>> options,
+                    const std::string& fact, const std::string& remedy) {
+  for (const auto& [option, is_set] : options)
+    if (is_set) throw Error(option, fact, remedy);
+}
 
 int run_program(const char* name, const char* summary, std::span<const CommandRow> rows, int argc,
                 char** argv) {

@@ -1,14 +1,20 @@
 #pragma once
 
+#include <filesystem>
 #include <initializer_list>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tools/outputs.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace palpate::tools {
 
@@ -35,6 +41,10 @@ class Arguments {
   virtual void option(const std::string& flags, std::string& target, const std::string& help,
                       bool is_required = false) = 0;
   virtual void option(const std::string& flags, int& target, const std::string& help) = 0;
+  /// The number of threads of what does not depend on it.
+  void jobs(int& target) {
+    option("--jobs", target, "Number of threads; 0 uses all cores; results do not depend on it");
+  }
   /// A file that the command writes. It may replace a file of these kinds only (kind_of_file).
   virtual void output(const std::string& flags, std::string& target, const std::string& help,
                       std::initializer_list<std::string_view> kinds, bool is_required = true) = 0;
@@ -59,6 +69,10 @@ class Command {
   /// Fills the answer and returns an exit status.
   virtual int run(Reply& reply) = 0;
 };
+
+/// Throws Error at the first of these options that is set: the command takes none of them here.
+void refuse_options(std::initializer_list<std::pair<const char*, bool>> options,
+                    const std::string& fact, const std::string& remedy = "Leave it out.");
 
 /// A row of the table of commands in main.cpp.
 struct CommandRow {
@@ -96,5 +110,11 @@ std::unique_ptr<Command> declare_tabulate(Arguments& arguments);
 std::unique_ptr<Command> declare_report(Arguments& arguments);
 std::unique_ptr<Command> declare_study(Arguments& arguments);
 std::unique_ptr<Command> declare_bench(Arguments& arguments);
+
+/// Writes what goes with an installed program, out of its own table of commands: man1/NAME.1 and
+/// man1/NAME-COMMAND.1, and completion for bash (NAME.bash), zsh (_NAME) and fish (NAME.fish).
+/// Throws Error when a file cannot be written.
+void write_command_pages(const CLI::App& app, const char* version,
+                         const std::filesystem::path& folder);
 
 }  // namespace palpate::tools

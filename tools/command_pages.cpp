@@ -1,11 +1,10 @@
-#include "tools/command_pages.hpp"
-
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
 #include "libfit/io/atomic_file.hpp"
+#include "tools/command.hpp"
 
 namespace palpate::tools {
 namespace {

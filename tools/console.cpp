@@ -49,10 +49,6 @@ struct Log {
 std::mutex saying;  // of lines, the log's too
 const double kStart_s = wall_seconds();
 
-constexpr double kTerminalInterval_s = 0.2;
-constexpr double kPlainInterval_s = 10;
-constexpr int kBarWidth = 28;
-
 // Whatever the loudness, or where it is not quiet.
 void show_line(const std::string& line, bool is_always) {
   if (loudness == Loudness::quiet && !is_always) return;
@@ -210,9 +206,7 @@ void ConsoleProgress::show(std::size_t done, std::size_t total, const std::strin
     state_->is_first = false;
   }
   const bool is_last = done == total;
-  if (!is_last &&
-      now - state_->shown_s < (state_->is_terminal ? kTerminalInterval_s : kPlainInterval_s))
-    return;
+  if (!is_last && now - state_->shown_s < (state_->is_terminal ? 0.2 : 10)) return;
   state_->shown_s = now;
   const double elapsed = now - state_->started_s;
   const auto fresh = static_cast<double>(done - std::min(done, state_->done_at_start));
@@ -225,11 +219,10 @@ void ConsoleProgress::show(std::size_t done, std::size_t total, const std::strin
     run_log.add(fmt::format("{} {}/{} {} {}", state_->what, done, total, time, latest));
   }
   if (state_->is_terminal) {
-    const int filled = total ? static_cast<int>(kBarWidth * done / total) : 0;
-    to_stderr("\r\033[K{} [{}{}] {}/{} {} {}", state_->what,
-              std::string(static_cast<std::size_t>(filled), '#'),
-              std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), done, total, time,
-              latest);
+    constexpr std::size_t kWidth = 28;
+    const std::size_t filled = total ? kWidth * done / total : 0;
+    to_stderr("\r\033[K{} [{}{}] {}/{} {} {}", state_->what, std::string(filled, '#'),
+              std::string(kWidth - filled, '.'), done, total, time, latest);
     state_->has_bar = true;
   } else if (!run_log.is_there || loudness == Loudness::verbose) {
     to_stderr("{} {}/{} {} {}\n", state_->what, done, total, time, latest);

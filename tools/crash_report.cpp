@@ -20,7 +20,6 @@ constexpr std::pair<int, std::string_view> kSignals[] = {{SIGSEGV, "SIGSEGV"},
                                                          {SIGBUS, "SIGBUS"},
                                                          {SIGFPE, "SIGFPE"},
                                                          {SIGABRT, "SIGABRT"}};
-constexpr int kMaxFrames = 64;
 
 // Text of fixed size: a handler may not allocate. What does not fit is cut.
 template <std::size_t Bytes>
@@ -98,8 +97,8 @@ void on_crash(int signal) {
   write_file(file, "system: ", "/etc/os-release", "\n");
   write_file(file, "processor:\n", "/proc/cpuinfo", "\n\n");
   write_text(file, "stack:\n");
-  void* frames[kMaxFrames];
-  ::backtrace_symbols_fd(frames, ::backtrace(frames, kMaxFrames), file);
+  void* frames[64];
+  ::backtrace_symbols_fd(frames, ::backtrace(frames, std::size(frames)), file);
   write_text(file, "\n");
   std::signal(signal, SIG_DFL);
   std::raise(signal);  // waits until this handler returns

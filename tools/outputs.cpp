@@ -21,7 +21,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kFirstBytes = 4096;
 constexpr std::string_view kHdf5Magic = "\x89HDF";
 // Formats of many programs: ours say in their first bytes that Palpate wrote them.
 constexpr std::pair<std::string_view, std::string_view> kCommonFormats[] = {
@@ -84,9 +83,9 @@ bool is_locked_by_another(int descriptor) {
 
 std::string kind_of_file(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
-  std::string bytes(kFirstBytes, '\0');
+  std::string bytes(4096, '\0');
   file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  bytes.resize(static_cast<std::size_t>(file.gcount()));
+  bytes.resize(file.gcount());
   if (bytes.starts_with(kHdf5Magic)) {
     try {
       return schema_of(path);

@@ -8,8 +8,8 @@
 #include "tests/tools/block_scene.hpp"
 #include "tools/scene/scene.hpp"
 #include "tools/scene/tissues.hpp"
+#include "tools/setup/check.hpp"
 #include "tools/setup/propose.hpp"
-#include "tools/setup/trial.hpp"
 
 namespace palpate::tools {
 namespace {

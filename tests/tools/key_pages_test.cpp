@@ -10,7 +10,7 @@
 #include "tests/tools/block_scene.hpp"
 #include "tools/manifest/manifest.hpp"
 #include "tools/manifest/specimens.hpp"
-#include "tools/study/cases.hpp"
+#include "tools/study/study_folder.hpp"
 
 namespace palpate::tools {
 namespace {

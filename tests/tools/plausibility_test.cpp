@@ -1,14 +1,13 @@
 // What is refused or doubted of a scene that reads well and makes no sense.
 
-#include "tools/stages/body/plausibility.hpp"
-
 #include <gtest/gtest.h>
 
 #include "libfem/mesh/structured_block.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/support/surfaces.hpp"
 #include "tests/tools/block_scene.hpp"
-#include "tools/stages/body/simulation_setup.hpp"
+#include "tools/stages/body/plausibility.hpp"
+#include "tools/stages/body/prepare.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -1,11 +1,11 @@
 // Which of a body's first points are dragged, and which are pressed on two meshes besides.
 
-#include "tools/stages/samples/points_to_drag.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "tools/stages/samples/placement.hpp"
 
 namespace palpate::tools {
 namespace {

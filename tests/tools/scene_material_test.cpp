@@ -1,5 +1,3 @@
-#include "tools/scene/material.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 
 #include "tests/support/error_of.hpp"
 #include "tools/scene/canonical.hpp"
+#include "tools/scene/read_region.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {

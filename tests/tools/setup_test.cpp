@@ -9,7 +9,7 @@
 #include "tests/support/surfaces.hpp"
 #include "tests/tools/block_scene.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/setup/doubts.hpp"
+#include "tools/setup/check.hpp"
 #include "tools/setup/propose.hpp"
 #include "tools/setup/window.hpp"
 

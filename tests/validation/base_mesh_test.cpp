@@ -16,9 +16,7 @@
 #include "libfit/core/statistics.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/validation/record.hpp"
-#include "tools/stages/body/body_meshes.hpp"
 #include "tools/stages/body/open_scene.hpp"
-#include "tools/stages/body/place_points.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/samples/simulate.hpp"
 

@@ -19,7 +19,6 @@
 #include "tools/scene/nearest_name.hpp"
 #include "tools/scene/rewrite.hpp"
 #include "tools/stages/body/open_scene.hpp"
-#include "tools/stages/body/place_points.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
@@ -31,11 +30,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-constexpr Eigen::Index kThinned = 60;  // rows of a test, while starts are compared
-constexpr int kStarts = 12;
-constexpr double kMaxStretch = 10;  // no soft body is drawn as far; gels reach it
-constexpr double kMaxMisfit = 0.2;  // rms over the largest stress: laws meet tests to some percent
 
 std::vector<std::string> split_names(const std::string& text) {
   std::vector<std::string> names{""};
@@ -52,9 +46,7 @@ std::vector<std::size_t> free_of(const fem::MaterialParameters& material, const 
   const auto names = names_of(material);
   std::vector<std::size_t> free;
   for (const std::string& name : split_names(wish)) {
-    const auto found = std::find_if(names.begin(), names.end(), [&](const NamedParameter& known) {
-      return known.name == name;
-    });
+    const auto found = std::ranges::find(names, name, &NamedParameter::name);
     const auto at = static_cast<std::size_t>(found - names.begin());
     const std::string law = "law " + material.law;
     std::vector<std::string> known;
@@ -67,8 +59,7 @@ std::vector<std::size_t> free_of(const fem::MaterialParameters& material, const 
                   found == names.end() ? fmt::format("{} has no \"{}\"", law, name)
                                        : fmt::format("[material] gives no {} to start from", name),
                   "Use any of " + listed(known, ",") + ".");
-    if (std::count_if(names.begin(), names.end(), [&](const auto& n) { return n.name == name; }) >
-        1)
+    if (!found->is_number)
       throw Error("--free", fmt::format("{} is a direction, which is not sought", name),
                   "Leave it out.");
     if (std::find(free.begin(), free.end(), at) == free.end()) free.push_back(at);
@@ -141,8 +132,7 @@ class Calibrate final : public Command {
                      "Points of the samples to use, evenly among them; 0 uses all");
     arguments.output("-o,--output", output_, "The scene with the material found, calibrated.toml",
                      {kCalibrationHeading});
-    arguments.option("--jobs", jobs_,
-                     "Number of threads; 0 uses all cores; results do not depend on it");
+    arguments.jobs(jobs_);
     arguments.flag("--resume", resume_, "Go on from the presses that an interrupted run kept");
   }
 
@@ -181,8 +171,8 @@ class Calibrate final : public Command {
     };
     std::vector<fem::HomogeneousTest> few;
     for (const fem::HomogeneousTest& test : specimens.tests)
-      few.push_back(fem::thinned(test, kThinned));
-    const fem::Identification rough = identify(specimens.material, few, kStarts);
+      few.push_back(fem::thinned(test, 60));  // while starts are compared
+    const fem::Identification rough = identify(specimens.material, few, 12);
     const fem::Identification found = identify(
         rough.response.size() > 0 ? rough.material : specimens.material, specimens.tests, 1);
     if (found.is_stopped) throw Interrupted("calibrate: nothing is kept");
@@ -196,9 +186,7 @@ class Calibrate final : public Command {
         answer.heading() + fmt::format("[material]\nlaw = \"{}\"\n", found.material.law);
     const auto names = names_of(found.material);
     for (std::size_t i = 0; i < names.size(); ++i)
-      if (std::isfinite(found.material.values[i]) &&
-          std::count_if(names.begin(), names.end(),
-                        [&](const auto& n) { return n.name == names[i].name; }) == 1)
+      if (std::isfinite(found.material.values[i]) && names[i].is_number)
         out += fmt::format("{} = {}\n", names[i].name,
                            in_toml(found.material.values[i], names[i].is_modulus));
     reply.json = answer.json();
@@ -227,10 +215,10 @@ class Calibrate final : public Command {
   static void warn_of(const std::string& name, const fem::HomogeneousTest& test, double rms_Pa) {
     const double most = test.stretch.cwiseAbs().maxCoeff(),
                  share = rms_Pa / test.stress.lpNorm<Eigen::Infinity>();
-    if (most > kMaxStretch)
+    if (most > 10)  // no soft body is drawn as far; gels reach it
       warn("{}: the {} reaches {:.4g}; percent are to be divided by 100", name,
            test.row->is_shear ? "shear" : "stretch", most);
-    if (!(share <= kMaxMisfit))
+    if (!(share <= 0.2))  // rms over the largest stress: laws meet tests to some percent
       warn(
           "{}: the law leaves {} of the largest stress: it is another law's, or a unit, a sign or "
           "a column is wrong",
@@ -319,9 +307,8 @@ class Calibrate final : public Command {
       throw Error("--points", fmt::format("{} has {} points, not {}", samples_, all, points_),
                   "Use at most as many, or 0 for all.");
     if (points_ == 0 || points_ == all) return;
-    std::vector<char> is_used(static_cast<std::size_t>(all), 0);
-    for (int i = 0; i < points_; ++i)
-      is_used[static_cast<std::size_t>((2 * i + 1) * all / (2 * points_))] = 1;
+    std::vector<char> is_used(all, 0);
+    for (int i = 0; i < points_; ++i) is_used[(2 * i + 1) * all / (2 * points_)] = 1;
     for (std::size_t row = 0; row < samples.status.size(); ++row)
       if (!is_used[samples.point[row]]) samples.status[row] = RowStatus::not_reached;
   }

@@ -19,14 +19,15 @@ inline constexpr std::string_view kCalibrationHeading = "# Calibrated by palpate
 
 struct NamedParameter {
   std::string name;
-  bool is_modulus = false;
+  bool is_modulus = false, is_number = true;  ///< else a component of a direction
 };
 
 /// Names of a law's values, one each.
 inline std::vector<NamedParameter> names_of(const fem::MaterialParameters& material) {
   std::vector<NamedParameter> out;
   for (const fem::ParameterRow& row : fem::find_law(material.law, "law").parameters)
-    for (int k = 0; k < row.count; ++k) out.push_back({std::string(row.name), !row.unit.empty()});
+    for (int k = 0; k < row.count; ++k)
+      out.push_back({std::string(row.name), !row.unit.empty(), row.count == 1});
   return out;
 }
 

@@ -3,23 +3,156 @@
 #include <nlohmann/json.hpp>
 
 #include "libfit/assets/asset_file.hpp"
+#include "libfit/certify/certificate.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/experiments/follow.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/vtu.hpp"
 #include "tools/command.hpp"
-#include "tools/commands/check_asset.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/manifest.hpp"
 #include "tools/report/report_page.hpp"
-#include "tools/setup/check_manifest.hpp"
-#include "tools/setup/doubts.hpp"
-#include "tools/setup/trial.hpp"
+#include "tools/scene/scene.hpp"
+#include "tools/scene/tissues.hpp"
+#include "tools/setup/check.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/plausibility.hpp"
 #include "tools/stages/body/prepare.hpp"
+#include "tools/stages/samples/compound.hpp"
 #include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {
+
+using certify::Certificate;
+using certify::DeviceVerdict;
+using Json = nlohmann::ordered_json;
+
+Json to_json(const DeviceVerdict& verdict) {
+  return {{"name", verdict.device.name},
+          {"force_fits", verdict.force_fits},
+          {"stiffness_fits", verdict.stiffness_fits},
+          {"resolution_fits", verdict.resolution_fits},
+          {"hands", verdict.hands},
+          {"swinging", verdict.swinging},
+          {"source", verdict.device.source}};
+}
+
+Json to_json(const Certificate& c, const std::vector<DeviceVerdict>& devices) {
+  const certify::ForceJumps& jumps = c.jumps;
+  Json damping = Json::object(), verdicts = Json::array();
+  for (const int rate : certify::kRates_Hz)
+    damping[std::to_string(rate)] = certify::least_damping_Ns_m(c.stiffness_N_m, rate);
+  for (const DeviceVerdict& device : devices) verdicts.push_back(to_json(device));
+  return {
+      {"passive_fixed", c.is_passive_fixed()},
+      {"k_max_N_m", c.stiffness_N_m},
+      {"b_min_Ns_m", damping},
+      {"edge_jump_N", jumps.edge_N},
+      {"edge_jump_at_m", c.edge_jump_at_m},
+      {"guard", {{"held_ticks", c.held_ticks}, {"refused_J", c.refused_J}, {"work_J", c.work_J}}},
+      {"continuity",
+       {{"sampled_ticks", c.ticks},
+        {"pulling_ticks", c.pulling_ticks},
+        {"touch_N", jumps.touch_N},
+        {"release_N", jumps.release_N},
+        {"edge_N", jumps.edge_N},
+        {"knot_N", jumps.knot_N},
+        {"range_end_N", jumps.range_end_N},
+        {"held_back_N", jumps.held_N},
+        {"inside_N", jumps.inside_N},
+        {"force_N", c.force_N}}},
+      {"devices", verdicts}};
+}
+
+std::string certificate_text(const Certificate& c, bool has_guard) {
+  const double* at = c.edge_jump_at_m;
+  std::string out = fmt::format("In {} ticks of seeded slides the body ", c.ticks);
+  out += c.is_passive_fixed()
+             ? "never pulled the tool in and never stored less than nothing. "
+             : fmt::format("pulled the tool in or stored less than nothing {} times. ",
+                           c.pulling_ticks);
+  if (!has_guard)
+    out += "The asset has no guard. ";
+  else if (c.held_ticks == 0)
+    out += "The guard never held its force back. ";
+  else
+    out += fmt::format(
+        "The guard held its force back in {:.2g} % of them: slips would have created {:.3g} uJ, "
+        "{:.2g} % of the work of the tool. ",
+        100 * double(c.held_ticks) / double(c.ticks), 1e6 * c.refused_J,
+        100 * c.refused_J / c.work_J);
+  return out + fmt::format(
+                   "The force changed by at most {:.3g} N in 50 um ({:.0f} N/m): over edges {:.3g} "
+                   "N, at ({:.1f}, {:.1f}, {:.1f}) mm, at touch {:.3g} N, at release {:.3g} N. A "
+                   "device needs {:.2g} N s/m of its own at 1 kHz.",
+                   c.stiffness_N_m * certify::SlideOptions().step_m, c.stiffness_N_m,
+                   c.jumps.edge_N, 1e3 * at[0], 1e3 * at[1], 1e3 * at[2], c.jumps.touch_N,
+                   c.jumps.release_N, certify::least_damping_Ns_m(c.stiffness_N_m, 1000));
+}
+
+// Lines of 80 columns at most.
+std::string wrapped(const std::string& text) {
+  std::string out;
+  std::size_t column = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find(' ', at), text.size());
+    if (column > 0 && column + 1 + (end - at) > 80) {
+      out += '\n';
+      column = 0;
+    } else if (column > 0) {
+      out += ' ';
+      ++column;
+    }
+    out += text.substr(at, end - at);
+    column += end - at;
+    at = end + 1;
+  }
+  return out;
+}
+
+std::string device_words(const std::vector<DeviceVerdict>& devices) {
+  std::string out;
+  for (const DeviceVerdict& verdict : devices) {
+    std::string lacks;
+    const auto add = [&](bool fits, const char* what) {
+      if (!fits) lacks += (lacks.empty() ? "" : ", ") + std::string(what);
+    };
+    add(verdict.force_fits, "force");
+    add(verdict.stiffness_fits, "stiffness");
+    add(verdict.resolution_fits, "friction for its resolution");
+    out += fmt::format("  {}: {}", verdict.device.name,
+                       lacks.empty() ? "shows this body" : "lacks " + lacks);
+    if (verdict.swinging > 0)
+      out += fmt::format("; swings in {} of {} simulated hands", verdict.swinging, verdict.hands);
+    else if (verdict.hands > 0)
+      out += fmt::format("; at rest in {} simulated hands", verdict.hands);
+    out += '\n';
+  }
+  return out;
+}
+
+// The certificate of an asset, as a paragraph and as an object. more_devices: a table beside the
+// program's. tool: a scene whose [probe] meets it; empty: the asset's own ball.
+int check_asset(const std::string& path, const std::string& more_devices, const std::string& tool,
+                Reply& reply) {
+  const AssetFile file = read_asset_file(path);
+  IndenterAssets met(file.asset());
+  const runtime::AssetView* other =
+      tool.empty() ? nullptr : met.of(meeting_end(tool, file.asset()));
+  const runtime::AssetView& asset = other != nullptr ? *other : file.asset();
+  const Certificate certificate =
+      certify::certify(asset, {.radius_m = asset.probe_radius_m});  // a tip stands for the ball
+  std::vector<DeviceVerdict> devices;
+  for (const certify::Device& device : read_devices(more_devices))
+    devices.push_back(certify::judge(device, certificate.stiffness_N_m, certificate.force_N));
+  reply.json = {{"asset", path}, {"radius_m", asset.probe_radius_m}};
+  reply.json.update(to_json(certificate, devices));
+  reply.text =
+      fmt::format("{}\n\nDevices:\n{}", wrapped(certificate_text(certificate, asset.has_guard)),
+                  device_words(devices));
+  return certificate.is_passive_fixed() ? kDone : kSomeFailed;
+}
 
 // The set-up on the fine surface: what is held, the window, the test points.
 void write_set_up(const std::string& path, const Scene& scene, const Body& body) {
@@ -27,7 +160,7 @@ void write_set_up(const std::string& path, const Scene& scene, const Body& body)
   const auto count = static_cast<std::size_t>(vertices.rows());
   std::vector<char> is_held(count), is_test_point(count);
   for (std::size_t v = 0; v < count; ++v)
-    is_held[v] = any_contains(scene.body.fixed, vertices.row(static_cast<Eigen::Index>(v)), true);
+    is_held[v] = any_contains(scene.body.fixed, vertices.row(v), true);
   for (Eigen::Index p = 0; p < body.test_points.position.rows(); ++p) {
     Eigen::Index nearest = 0;
     (vertices.rowwise() - body.test_points.position.row(p))
@@ -67,9 +200,7 @@ class Check final : public Command {
     try {
       if (is_asset_file(scene_path_)) {
         refuse_options_of_scenes(true);
-        AssetAnswer answer = check_asset({scene_path_, devices_, tool_});
-        reply = std::move(answer.reply);
-        return answer.is_passive ? kDone : kSomeFailed;
+        return check_asset(scene_path_, devices_, tool_, reply);
       }
       if (is_manifest(scene_path_)) {
         refuse_options_of_scenes(false);
@@ -94,24 +225,18 @@ class Check final : public Command {
  private:
   // An asset takes two of these options, recordings take none.
   void refuse_options_of_scenes(bool is_asset) const {
-    struct Option {
-      const char* name;
-      bool is_given, is_of_assets;
-    };
-    const Option options[] = {{"--vtu", !vtu_.empty(), false},
-                              {"--page", !page_.empty(), false},
-                              {"--devices", !devices_.empty(), true},
-                              {"--tool", !tool_.empty(), true},
-                              {"--no-trial", no_trial_, false}};
-    for (const Option& option : options) {
-      if (!option.is_given || (is_asset && option.is_of_assets)) continue;
-      if (is_asset)
-        throw Error(option.name, "is of scenes, and " + scene_path_ + " is an asset",
-                    "Leave it out; `palpate export` writes pictures of an asset's curves.");
-      throw Error(option.name,
-                  "is not of recordings, and " + scene_path_ + " is a manifest of them",
-                  "Leave it out; `palpate run` makes a report with a picture of each.");
-    }
+    if (is_asset)
+      return refuse_options(
+          {{"--vtu", !vtu_.empty()}, {"--page", !page_.empty()}, {"--no-trial", no_trial_}},
+          "is of scenes, and " + scene_path_ + " is an asset",
+          "Leave it out; `palpate export` writes pictures of an asset's curves.");
+    refuse_options({{"--vtu", !vtu_.empty()},
+                    {"--page", !page_.empty()},
+                    {"--devices", !devices_.empty()},
+                    {"--tool", !tool_.empty()},
+                    {"--no-trial", no_trial_}},
+                   "is not of recordings, and " + scene_path_ + " is a manifest of them",
+                   "Leave it out; `palpate run` makes a report with a picture of each.");
   }
 
   void inspect() {

@@ -20,9 +20,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kLongestAttribute = 100;  // a scene or a statement is shown by its first line
-constexpr double kGrain = 1e-6;                 // of the diagonal
-
 // "  body         text", further lines of the text below its first.
 std::string row(const std::string& name, const std::string& text) {
   std::string out = fmt::format("\n  {:<12}", name);
@@ -40,7 +37,7 @@ std::string size_mm(const Vec3& extent) {
 
 std::string body_text(const runtime::AssetView& asset, const Surface& surface) {
   // Floats about an origin: 0 comes back as 9e-10.
-  const double grain_m = kGrain * extent_m(surface.vertices).norm();
+  const double grain_m = 1e-6 * extent_m(surface.vertices).norm();
   const auto tidy = [&](const Vec3& place) {
     return Vec3((place / grain_m).array().round() * grain_m);
   };
@@ -175,7 +172,7 @@ std::string statement_text(const Json& meta) {
 // said to be so.
 std::string page_of(const std::string& name, const AssetFile& file) {
   const runtime::Asset& asset = file.asset();
-  const Surface surface = surface_of(asset);
+  const Surface surface = palpate::surface_of(asset);
   Json meta = Json::parse(file.meta_json(), nullptr, false);
   if (!meta.is_object()) meta = Json::object();
   std::string made = meta.value("program", std::string("a program that is not told"));
@@ -198,7 +195,7 @@ Reply answer_of(const FileDescription& file) {
   Json json{{"schema", file.schema}, {"version", file.version}};
   for (const auto& [name, value] : file.attributes) {
     std::string line = value.substr(0, value.find('\n'));
-    if (line.size() > kLongestAttribute) line.resize(kLongestAttribute);
+    if (line.size() > 100) line.resize(100);  // a scene or a statement is shown by its first line
     text += fmt::format("\n  {} = {}{}", name, line, line.size() < value.size() ? " ..." : "");
     json["attributes"][name] = value;
   }
@@ -237,25 +234,19 @@ Reply answer_of(const std::string& name, const AssetFile& file) {
 // How a scene's [probe] ends, for programs that give it to the engine, and how deep the asset knows
 // it.
 Reply answer_of(const std::string& scene_path, const runtime::AssetView& asset) {
-  const std::optional<Indenter> end = own_end(read_scene(scene_path));
-  if (!end)
-    throw Error(scene_path + ": [probe]", "is not round along its press",
-                "Name a scene with a ball, a cone or a rod.");
-  if (!runtime::knows_radius(asset))
-    throw Error("--tool", "the asset was measured with no ball, and knows no other tool",
-                "Leave --tool out.");
+  const Indenter end = meeting_end(scene_path, asset);
   IndenterAssets met(asset);
-  const runtime::AssetView* other = met.of(*end);
+  const runtime::AssetView* other = met.of(end);
   const double known_m = other != nullptr ? other->max_fitted_m : asset.max_fitted_m;
-  const std::vector<double> r_m(end->r_m, end->r_m + end->points),
-      slope(end->slope, end->slope + end->points);
+  const std::vector<double> r_m(end.r_m, end.r_m + end.points),
+      slope(end.slope, end.slope + end.points);
   std::string text =
       fmt::format("palpate_indenter: round_end_m {:.9g}, points {}, known to {:.3g} mm",
-                  end->round_end_m, end->points, 1e3 * known_m);
+                  end.round_end_m, end.points, 1e3 * known_m);
   for (std::size_t i = 0; i < r_m.size(); ++i)
     text += fmt::format("\n  r_m {:.9g}, slope {:.9g}", r_m[i], slope[i]);
   return {text,
-          {{"round_end_m", end->round_end_m},
+          {{"round_end_m", end.round_end_m},
            {"r_m", r_m},
            {"slope", slope},
            {"known_depth_m", known_m}}};

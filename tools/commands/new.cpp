@@ -15,8 +15,6 @@
 #include "tools/scene/scene.hpp"
 #include "tools/scene/tissues.hpp"
 #include "tools/setup/propose.hpp"
-#include "tools/setup/propose_manifest.hpp"
-#include "tools/setup/propose_path.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/stage_table.hpp"
@@ -118,16 +116,12 @@ class New final : public Command {
   void check_of_scene_alone() const {
     if (is_recordings_ && is_path_)
       throw Error("--path", "makes another file than --recordings", "Give one of them.");
-    const std::pair<const char*, bool> of_scenes[] = {{"--unit", !choices_.unit.empty()},
-                                                      {"--tissue", !choices_.tissue.empty()},
-                                                      {"--held", !choices_.held.empty()},
-                                                      {"--wrap", choices_.wrap}};
-    for (const auto& [option, is_given] : of_scenes)
-      if (is_given)
-        throw Error(option,
-                    fmt::format("is of a scene, and {} makes none",
-                                is_recordings_ ? "--recordings" : "--path"),
-                    "Leave it out.");
+    refuse_options({{"--unit", !choices_.unit.empty()},
+                    {"--tissue", !choices_.tissue.empty()},
+                    {"--held", !choices_.held.empty()},
+                    {"--wrap", choices_.wrap}},
+                   fmt::format("is of a scene, and {} makes none",
+                               is_recordings_ ? "--recordings" : "--path"));
   }
 
   int write_manifest(Reply& reply) const {

@@ -54,9 +54,9 @@ class Predict final : public Command {
     std::size_t predicted = 0, uncovered = 0;
     for (std::int32_t point = 0; point < samples.points(); ++point) {
       const Vec3 at = samples.point_position.row(point);
-      const bool is_fitted =
+      const bool is_fitted =  // as refinement pairs points
           fitted.rows() > 0 &&
-          (fitted.rowwise() - at.transpose()).rowwise().norm().minCoeff() < kSamePlace * size_m;
+          (fitted.rowwise() - at.transpose()).rowwise().norm().minCoeff() < 1e-6 * size_m;
       if (is_fitted) continue;
       const auto hit = find(model, boxes, at, samples.point_normal.row(point), size_m);
       if (!hit) {
@@ -78,8 +78,6 @@ class Predict final : public Command {
   }
 
  private:
-  static constexpr double kSamePlace = 1e-6;  // of the body, as refinement pairs points
-
   // Where a point sits on covered surface that faces as it does.
   static std::optional<SurfacePoint> find(const Model& model, const BoxTree& boxes, const Vec3& at,
                                           const Vec3& inward, double size_m) {

@@ -191,9 +191,9 @@ class PathOnBody {
 
   void say_begin() const {
     for (std::size_t i = 0; i < places_.of_a_time; ++i) {
-      const Vec3 at = places_.centre_m.row(static_cast<Eigen::Index>(i));
+      const Vec3 at = places_.centre_m.row(i);
       const auto near = closest_point(body_, boxes_, at);
-      if (!near || near->distance_m <= kTouching * extent_m(body_.vertices).norm() ||
+      if (!near || near->distance_m <= 1e-6 * extent_m(body_.vertices).norm() ||
           !is_in_body(at, *near))
         continue;
       warn(
@@ -211,8 +211,6 @@ class PathOnBody {
   }
 
  private:
-  static constexpr double kTouching = 1e-6;  // of the diagonal: an asset's floats
-
   bool is_in_body(const Vec3& tip, const SurfacePoint& near) const {
     const bool is_closed = std::none_of(asset_.neighbour, asset_.neighbour + 3 * asset_.triangles,
                                         [](int other) { return other < 0; });
@@ -295,7 +293,7 @@ std::vector<Felt> play_tip(const runtime::AssetView& asset, const PosePath& path
   runtime::Contact contact;
   std::vector<Felt> felt(path.time_s.size());
   for (std::size_t i = 0; i < felt.size(); ++i) {
-    const Vec3 tip = path.position.row(static_cast<Eigen::Index>(i));
+    const Vec3 tip = path.position.row(i);
     PlayedTick played;
     played.status =
         runtime::touch(asset, contact, tip.data(), played.out, nullptr, step_s(path, i));
@@ -332,8 +330,7 @@ std::vector<Felt> play_tools(const runtime::AssetView& asset, const PosePath& pa
                              Vec3::Map(out[k].torque_on_tool_Nm)));
     const auto rows = static_cast<Eigen::Index>(tools);
     if (frames)
-      frames->add(i, path.position.middleRows(static_cast<Eigen::Index>(i) * rows, rows), dents,
-                  std::span(felt).last(tools));
+      frames->add(i, path.position.middleRows(i * rows, rows), dents, std::span(felt).last(tools));
   }
   return felt;
 }
@@ -376,8 +373,7 @@ class Replay final : public Command {
     std::vector<ForceRow> rows;
     std::size_t faults = 0, touching = 0, beyond = 0;
     for (const Felt& each : felt) {
-      if (each.status != runtime::Status::ok && ++faults <= kFaultsShown)
-        say_fault(each, rows, path);
+      if (each.status != runtime::Status::ok && ++faults <= 10) say_fault(each, rows, path);
       rows.push_back(each.row);
       touching += each.row.is_in_contact;
       beyond += each.row.is_extrapolated;
@@ -435,12 +431,10 @@ class Replay final : public Command {
     say("{}", histogram("time of a tick", report.tick_ns));
     std::vector<Felt> felt;
     for (std::size_t i = 0; i < played.size(); ++i)
-      felt.push_back(
-          to_felt(path.time_s[i], played[i], path.position.row(static_cast<Eigen::Index>(i))));
+      felt.push_back(to_felt(path.time_s[i], played[i], path.position.row(i)));
     return felt;
   }
 
-  static constexpr std::size_t kFaultsShown = 10;
   std::string asset_, path_, output_, surface_, tool_;
   int rate_Hz_ = 0, every_ = 20;
 };

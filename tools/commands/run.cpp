@@ -5,7 +5,7 @@
 #include "tools/console.hpp"
 #include "tools/crash_report.hpp"
 #include "tools/report/report_page.hpp"
-#include "tools/stages/run.hpp"
+#include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -40,8 +40,7 @@ class Run final : public Command {
     arguments.positional("scene", request_.scene,
                          "Scene to read, scene.toml, or manifest of recordings, manifest.toml");
     arguments.option("-o,--output DIR", request_.folder, "Folder for all files of the run", true);
-    arguments.option("--jobs", request_.jobs,
-                     "Number of threads; 0 uses all cores; results do not depend on it");
+    arguments.jobs(request_.jobs);
     arguments.named_outputs(request_.folder, kFiles);
     arguments.flag(
         "--force", request_.force,
@@ -86,10 +85,32 @@ class Run final : public Command {
   RunRequest request_;
 };
 
+class Report final : public Command {
+ public:
+  explicit Report(Arguments& arguments) {
+    arguments.positional("folder", folder_, "Folder of a run, whole or in part");
+    arguments.output("-o,--output", output_, "Page to write, report.html", {kPageKind});
+  }
+
+  int run(Reply& reply) override {
+    write_page(output_, contents_of_folder(folder_));
+    say("wrote {}: open it in a browser", output_);
+    reply.json = nlohmann::ordered_json{{"folder", folder_}};
+    return kDone;
+  }
+
+ private:
+  std::string folder_, output_;
+};
+
 }  // namespace
 
 std::unique_ptr<Command> declare_run(Arguments& arguments) {
   return std::make_unique<Run>(arguments);
+}
+
+std::unique_ptr<Command> declare_report(Arguments& arguments) {
+  return std::make_unique<Report>(arguments);
 }
 
 }  // namespace palpate::tools

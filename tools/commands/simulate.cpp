@@ -10,7 +10,6 @@
 #include "tools/outputs.hpp"
 #include "tools/scene/canonical.hpp"
 #include "tools/stages/body/open_scene.hpp"
-#include "tools/stages/body/place_points.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/placement.hpp"
@@ -50,8 +49,7 @@ class Simulate final : public Command {
     arguments.option("--shard I/N", shard_,
                      "Share of the experiments to simulate, such as 3/8, for several processes; "
                      "-o then names a folder that they share, and merge puts them together");
-    arguments.option("--jobs", stage_.jobs,
-                     "Number of threads; 0 uses all cores; results do not depend on it");
+    arguments.jobs(stage_.jobs);
     arguments.flag("--resume", stage_.resume, "Go on from the rows that an interrupted run kept");
   }
 
@@ -137,8 +135,7 @@ class Merge final : public Command {
     arguments.positional("folder", folder_, "Folder of the shards, which simulate --shard wrote");
     arguments.output("-o,--output", output_, "samples.h5 to write", {kSamplesSchema.name});
     arguments.named_outputs(output_, kBeside);
-    arguments.option("--jobs", jobs_,
-                     "Number of threads; 0 uses all cores; results do not depend on it");
+    arguments.jobs(jobs_);
   }
 
   int run(Reply& reply) override {

@@ -17,8 +17,6 @@
 namespace palpate::tools {
 namespace {
 
-constexpr std::size_t kListed = 15;
-
 constexpr NamedOutput kFiles[] = {{"study.json", "{\"schema\":\"palpate-study\""},
                                   {"results.csv", "case,state,solved_from"},
                                   {"results.h5", "palpate-study"}};
@@ -133,8 +131,7 @@ class StudyCommand final : public Command {
     const auto cases = static_cast<int>(study.cases().size());
     for (int i = 0; i < cases; ++i) {
       ++count[static_cast<std::size_t>(study.state(i))];
-      if (const std::string failure = study.failure(i);
-          !failure.empty() && ++listed_failures <= kListed)
+      if (const std::string failure = study.failure(i); !failure.empty() && ++listed_failures <= 15)
         say_failed("case {} ({}): {}", i + 1, listed(study.cases()[i].inputs), failure);
     }
     reply.json = nlohmann::ordered_json{{"cases", cases}};

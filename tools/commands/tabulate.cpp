@@ -45,8 +45,7 @@ std::vector<CurveTableRow> tabulate_set(const CurveSet& curves,
   return rows;
 }
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr auto kNoDeviation = [](auto&&...) { return kUnknown; };
+constexpr auto kNoDeviation = [](auto&&...) { return std::numeric_limits<double>::quiet_NaN(); };
 
 std::vector<CurveTableRow> tabulate_asset(const runtime::AssetView& asset, int steps) {
   std::vector<CurveTableRow> rows;

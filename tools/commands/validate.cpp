@@ -28,8 +28,7 @@ class Validate final : public Command {
                      "Number of held-out contact points; 0: as the scene's [validate] has it");
     arguments.option("--seed", seed_,
                      "Seed of the contact points and paths; 0: as the scene's [validate] has it");
-    arguments.option("--jobs", stage_.jobs,
-                     "Number of threads; 0 uses all cores; results do not depend on it");
+    arguments.jobs(stage_.jobs);
     arguments.option("--body", body_,
                      "body.h5 of the scene; without it the body is prepared again");
     arguments.output("--rows", rows_, "CSV to write with every compared row", {"point,path,step"},
@@ -120,15 +119,12 @@ class Validate final : public Command {
   }
 
   int compare_recordings(Reply& reply) {
-    const std::pair<const char*, bool> of_scenes[] = {{"--points", points_ != 0},
-                                                      {"--seed", seed_ != 0},
-                                                      {"--model", !model_.empty()},
-                                                      {"--reference", !reference_.empty()},
-                                                      {"--no-causes", no_causes_}};
-    for (const auto& [option, is_given] : of_scenes)
-      if (is_given)
-        throw Error(option, "is of a simulated reference, and " + scene_ + " holds recordings",
-                    "Leave it out.");
+    refuse_options({{"--points", points_ != 0},
+                    {"--seed", seed_ != 0},
+                    {"--model", !model_.empty()},
+                    {"--reference", !reference_.empty()},
+                    {"--no-causes", no_causes_}},
+                   "is of a simulated reference, and " + scene_ + " holds recordings");
     if (curves_.empty() != body_.empty())
       throw Error(curves_.empty() ? "--curves" : "--body", "is missing beside the other one",
                   "Give both, for what points left out show, or none.");

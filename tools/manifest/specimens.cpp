@@ -6,8 +6,9 @@
 #include <optional>
 
 #include "libfit/recordings/formats/importers.hpp"
+#include "libfit/recordings/formats/text_file.hpp"
 #include "tools/manifest/manifest.hpp"
-#include "tools/scene/material.hpp"
+#include "tools/scene/read_region.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -1,6 +1,7 @@
 // The engine as WebAssembly, for the page: palpate.h with numbers in place of structures, and
 // beside it the engine's law with its interpolations off. It has no imports and allocates only the
 // asset's room. CMakeLists.txt has the compiler's flags.
+#include <initializer_list>
 #include <new>
 
 #include "libfit/runtime/palpate.cpp"
@@ -9,8 +10,6 @@
 #define PAGE_EXPORT(name) __attribute__((export_name(#name)))
 
 namespace {
-
-constexpr int kAnswer = 19;  // numbers of a tool; tools/page/src/engine.ts names them
 
 palpate_asset asset;  // with its body, where contacts damage one
 palpate_contact contact[PALPATE_MAX_BALLS];
@@ -21,11 +20,10 @@ double question[PALPATE_MAX_BALLS][7];  // x, y, z and the quaternion w, x, y, z
 double shape[PALPATE_MAX_BALLS][4];     // of a tool that starts: x, y, z and radius of each ball
 // End of each ball: the number of points of its profile (0: a ball), their places and slopes. All
 // tools have the same.
-constexpr int kProfile = 1 + 2 * PALPATE_MAX_PROFILE;
-double profile[PALPATE_MAX_BALLS][kProfile];
+double profile[PALPATE_MAX_BALLS][1 + 2 * PALPATE_MAX_PROFILE];
 palpate_asset resized[PALPATE_MAX_BALLS];  // the asset for balls other than its own
 void* room[PALPATE_MAX_BALLS] = {};
-double answer[PALPATE_MAX_BALLS][kAnswer];  // of each tool at the latest tick
+double answer[PALPATE_MAX_BALLS][19];  // numbers of each tool that src/engine.ts names
 
 // The tip without interpolation, where that is asked for.
 bool interpolates = true;
@@ -33,20 +31,18 @@ alignas(
     palpate::tools::AblatedTip) unsigned char faceted_storage[sizeof(palpate::tools::AblatedTip)];
 palpate::tools::AblatedTip* faceted = nullptr;
 
-constexpr int kTouches = 3;  // a state of its own: the faceted tip does not say whether it slides
-
 void tick_faceted() {
   std::memset(answer, 0, sizeof answer);
   double* to = answer[0];
   rt::put(faceted->tick(question[0]) * -1.0, to);
-  constexpr int kUnknown[] = {3, 4, 5, 9, 10, 11, 12};
-  for (const int k : kUnknown) to[k] = std::numeric_limits<double>::quiet_NaN();
+  for (const int k : {3, 4, 5, 9, 10, 11, 12}) to[k] = std::numeric_limits<double>::quiet_NaN();
   const int triangle = faceted->triangle();
   if (triangle >= 0) {
     const rt::Asset& opened = held<OpenAsset>(&asset, kAssetMark)->asset;
     rt::put(rt::normalized(opened.area_vector(triangle)) * -1.0, to + 6);
   }
-  to[13] = triangle < 0 ? PALPATE_AIR : kTouches;
+  // 3 is a state of its own: the faceted tip does not say whether it slides.
+  to[13] = triangle < 0 ? PALPATE_AIR : 3;
   to[18] = triangle >= 0;
 }
 

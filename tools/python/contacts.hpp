@@ -7,19 +7,68 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "libfit/runtime/palpate.h"
-#include "tools/python/arrays.hpp"
 
-// An asset, its contacts, and their ticks over arrays.
+// Arrays, an asset, and its contacts.
 
 namespace palpate::tools {
 
-inline constexpr py::ssize_t kTicksBetweenSignals = 1 << 16;  // some 50 ms
+namespace py = pybind11;
+
+template <class T>
+using Array = py::array_t<T, py::array::c_style | py::array::forcecast>;
+
+/// Numbers [n, columns], or [columns] for n = 1, as doubles without a gap. Copies only what is not.
+struct Rows {
+  Array<double> values;
+  py::ssize_t count;
+  bool is_single;
+};
+inline Rows rows_of(const char* name, const py::object& given, py::ssize_t columns) {
+  const py::array any = py::array::ensure(given);
+  if (!any || std::strchr("fiu", any.dtype().kind()) == nullptr)
+    throw py::type_error(std::string(name) + " must be real numbers");
+  const bool is_single = any.ndim() == 1;
+  if ((any.ndim() != 2 && !is_single) || any.shape(any.ndim() - 1) != columns)
+    throw py::value_error(std::string(name) + " must have the shape (n, " +
+                          std::to_string(columns) + "), or (" + std::to_string(columns) + ",)");
+  return {Array<double>(any), is_single ? 1 : any.shape(0), is_single};
+}
+
+/// One row for all ticks, or one each; a default where None is given.
+template <std::size_t N>
+class PerTick {
+ public:
+  PerTick(const char* name, const py::object& given, const std::array<double, N>& otherwise,
+          py::ssize_t ticks)
+      : constant_(otherwise) {
+    if (given.is_none()) return;
+    rows_ = rows_of(name, given, N);
+    if (!rows_->is_single && rows_->count != ticks)
+      throw py::value_error(std::string(name) + " has " + std::to_string(rows_->count) +
+                            " rows, position_m " + std::to_string(ticks));
+    data_ = rows_->values.data();
+    stride_ = rows_->is_single ? 0 : N;
+  }
+  void copy(py::ssize_t tick, double* to) const {
+    const double* from =
+        data_ ? data_ + static_cast<std::size_t>(tick) * stride_ : constant_.data();
+    std::copy_n(from, N, to);
+  }
+
+ private:
+  std::array<double, N> constant_;
+  std::optional<Rows> rows_;
+  const double* data_ = nullptr;
+  std::size_t stride_ = 0;
+};
 
 inline std::string shown(double value) {
   char text[32];
@@ -208,122 +257,5 @@ class Together {
   std::vector<palpate_contact> contacts_;
   const palpate_asset* asset_;
 };
-
-// Rows of one tool at all ticks.
-struct PosedPath {
-  Rows position;
-  PerTick<4> orientation;
-};
-
-// of: what comes for each tool, None for all.
-inline py::object item_of(const py::object& of, std::size_t tool, std::size_t tools,
-                          const char* name) {
-  if (of.is_none()) return of;
-  const auto items = of.cast<py::sequence>();
-  if (items.size() != tools)
-    throw py::value_error(std::string(name) + " has " + std::to_string(items.size()) +
-                          " items for " + std::to_string(tools) + " contacts");
-  return items[tool];
-}
-
-inline std::vector<PosedPath> paths_of(const py::object& position_m, const py::object& orientation,
-                                       std::size_t tools) {
-  std::vector<PosedPath> paths;
-  for (std::size_t k = 0; k < tools; ++k) {
-    Rows position = rows_of("position_m", item_of(position_m, k, tools, "position_m"), 3);
-    if (k > 0 && position.count != paths[0].position.count)
-      throw py::value_error("position_m has " + std::to_string(position.count) +
-                            " rows of contact " + std::to_string(k) + ", " +
-                            std::to_string(paths[0].position.count) + " of contact 0");
-    PerTick<4> turn("orientation", item_of(orientation, k, tools, "orientation"), {1, 0, 0, 0},
-                    position.count);
-    paths.push_back({std::move(position), std::move(turn)});
-  }
-  return paths;
-}
-
-// Ticks of tools together: outputs (tools, ticks), tick by tick of one asset.
-inline py::array_t<palpate_output> tick_all(Together& together, const std::vector<PosedPath>& paths,
-                                            const py::object& body_position_m,
-                                            const py::object& body_orientation, double dt_s,
-                                            bool wants_tangent) {
-  if (!(dt_s > 0) || !std::isfinite(dt_s))
-    throw py::value_error("dt_s must be above 0 and finite, not " + shown(dt_s));
-  const std::size_t tools = paths.size();
-  const py::ssize_t ticks = paths[0].position.count;
-  const PerTick<3> body("body_position_m", body_position_m, {0, 0, 0}, ticks);
-  const PerTick<4> body_turn("body_orientation", body_orientation, {1, 0, 0, 0}, ticks);
-  py::array_t<palpate_output> out({static_cast<py::ssize_t>(tools), ticks});
-  palpate_output* row = out.mutable_data();
-  std::vector<palpate_input> in(tools, palpate_input_at(0, 0, 0, 0.001));
-  std::vector<palpate_output> answer(tools);
-  for (palpate_input& each : in) {
-    each.dt_s = dt_s;
-    each.wants_tangent = wants_tangent;
-  }
-  for (py::ssize_t tick = 0; tick < ticks;) {
-    const py::ssize_t end = std::min(ticks, tick + kTicksBetweenSignals);
-    together.locked([&](palpate_contact* contacts) {
-      for (; tick < end; ++tick) {
-        for (std::size_t k = 0; k < tools; ++k) {
-          std::copy_n(paths[k].position.values.data() + 3 * tick, 3, in[k].tool.position_m);
-          paths[k].orientation.copy(tick, in[k].tool.orientation);
-          body.copy(tick, in[k].body.position_m);
-          body_turn.copy(tick, in[k].body.orientation);
-        }
-        palpate_tick(together.asset(), contacts, together.count(), in.data(), answer.data());
-        for (std::size_t k = 0; k < tools; ++k)
-          row[static_cast<py::ssize_t>(k) * ticks + tick] = answer[k];
-      }
-      return PALPATE_OK;
-    });
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-  }
-  return out;
-}
-
-inline py::object tick(PyContact& contact, const py::object& position_m,
-                       const py::object& orientation, const py::object& body_position_m,
-                       const py::object& body_orientation, double dt_s, bool wants_tangent) {
-  Together one({&contact});
-  const std::vector<PosedPath> paths =
-      paths_of(py::make_tuple(position_m),
-               orientation.is_none() ? orientation : py::object(py::make_tuple(orientation)), 1);
-  const py::object out =
-      tick_all(one, paths, body_position_m, body_orientation, dt_s, wants_tangent)[py::int_(0)];
-  return paths[0].position.is_single ? py::object(out[py::int_(0)]) : out;
-}
-
-inline py::object tick_together(const std::vector<PyContact*>& contacts,
-                                const py::object& position_m, const py::object& orientation,
-                                const py::object& body_position_m,
-                                const py::object& body_orientation, double dt_s,
-                                bool wants_tangent) {
-  Together together(contacts);
-  const std::vector<PosedPath> paths = paths_of(position_m, orientation, contacts.size());
-  const py::object out =
-      tick_all(together, paths, body_position_m, body_orientation, dt_s, wants_tangent);
-  return paths[0].position.is_single ? py::object(out[py::make_tuple(py::ellipsis(), py::int_(0))])
-                                     : out;
-}
-
-inline py::array_t<float> deform(const std::vector<PyContact*>& contacts, py::ssize_t first,
-                                 const std::optional<py::ssize_t>& count) {
-  Together together(contacts);
-  const py::ssize_t all = contacts[0]->asset()->mesh().vertices;
-  const py::ssize_t wanted = count.value_or(all - first);
-  if (first < 0 || wanted < 0 || first > all || wanted > all - first)
-    throw py::index_error("vertices " + std::to_string(first) + " to " +
-                          std::to_string(first + wanted) + " are not all of " +
-                          std::to_string(all));
-  py::array_t<float> out({wanted, py::ssize_t{3}});
-  float* to = out.mutable_data();
-  const palpate_status status = together.locked([&](const palpate_contact* copies) {
-    return palpate_deform(together.asset(), copies, together.count(),
-                          static_cast<std::int32_t>(first), static_cast<std::int32_t>(wanted), to);
-  });
-  if (status != PALPATE_OK) refuse_tool_or_bytes("deform", status);
-  return out;
-}
 
 }  // namespace palpate::tools

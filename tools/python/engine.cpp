@@ -14,6 +14,120 @@
 namespace palpate::tools {
 namespace {
 
+// Rows of one tool at all ticks.
+struct PosedPath {
+  Rows position;
+  PerTick<4> orientation;
+};
+
+// of: what comes for each tool, None for all.
+py::object item_of(const py::object& of, std::size_t tool, std::size_t tools, const char* name) {
+  if (of.is_none()) return of;
+  const auto items = of.cast<py::sequence>();
+  if (items.size() != tools)
+    throw py::value_error(std::string(name) + " has " + std::to_string(items.size()) +
+                          " items for " + std::to_string(tools) + " contacts");
+  return items[tool];
+}
+
+std::vector<PosedPath> paths_of(const py::object& position_m, const py::object& orientation,
+                                std::size_t tools) {
+  std::vector<PosedPath> paths;
+  for (std::size_t k = 0; k < tools; ++k) {
+    Rows position = rows_of("position_m", item_of(position_m, k, tools, "position_m"), 3);
+    if (k > 0 && position.count != paths[0].position.count)
+      throw py::value_error("position_m has " + std::to_string(position.count) +
+                            " rows of contact " + std::to_string(k) + ", " +
+                            std::to_string(paths[0].position.count) + " of contact 0");
+    PerTick<4> turn("orientation", item_of(orientation, k, tools, "orientation"), {1, 0, 0, 0},
+                    position.count);
+    paths.push_back({std::move(position), std::move(turn)});
+  }
+  return paths;
+}
+
+// Ticks of tools together: outputs (tools, ticks), tick by tick of one asset.
+py::array_t<palpate_output> tick_all(Together& together, const std::vector<PosedPath>& paths,
+                                     const py::object& body_position_m,
+                                     const py::object& body_orientation, double dt_s,
+                                     bool wants_tangent) {
+  if (!(dt_s > 0) || !std::isfinite(dt_s))
+    throw py::value_error("dt_s must be above 0 and finite, not " + shown(dt_s));
+  const std::size_t tools = paths.size();
+  const py::ssize_t ticks = paths[0].position.count;
+  const PerTick<3> body("body_position_m", body_position_m, {0, 0, 0}, ticks);
+  const PerTick<4> body_turn("body_orientation", body_orientation, {1, 0, 0, 0}, ticks);
+  py::array_t<palpate_output> out({static_cast<py::ssize_t>(tools), ticks});
+  palpate_output* row = out.mutable_data();
+  std::vector<palpate_input> in(tools, palpate_input_at(0, 0, 0, 0.001));
+  std::vector<palpate_output> answer(tools);
+  for (palpate_input& each : in) {
+    each.dt_s = dt_s;
+    each.wants_tangent = wants_tangent;
+  }
+  for (py::ssize_t tick = 0; tick < ticks;) {  // signals are looked for every 50 ms or so
+    const py::ssize_t end = std::min<py::ssize_t>(ticks, tick + (1 << 16));
+    together.locked([&](palpate_contact* contacts) {
+      for (; tick < end; ++tick) {
+        for (std::size_t k = 0; k < tools; ++k) {
+          std::copy_n(paths[k].position.values.data() + 3 * tick, 3, in[k].tool.position_m);
+          paths[k].orientation.copy(tick, in[k].tool.orientation);
+          body.copy(tick, in[k].body.position_m);
+          body_turn.copy(tick, in[k].body.orientation);
+        }
+        palpate_tick(together.asset(), contacts, together.count(), in.data(), answer.data());
+        for (std::size_t k = 0; k < tools; ++k)
+          row[static_cast<py::ssize_t>(k) * ticks + tick] = answer[k];
+      }
+      return PALPATE_OK;
+    });
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+  return out;
+}
+
+py::object tick(PyContact& contact, const py::object& position_m, const py::object& orientation,
+                const py::object& body_position_m, const py::object& body_orientation, double dt_s,
+                bool wants_tangent) {
+  Together one({&contact});
+  const std::vector<PosedPath> paths =
+      paths_of(py::make_tuple(position_m),
+               orientation.is_none() ? orientation : py::object(py::make_tuple(orientation)), 1);
+  const py::object out =
+      tick_all(one, paths, body_position_m, body_orientation, dt_s, wants_tangent)[py::int_(0)];
+  return paths[0].position.is_single ? py::object(out[py::int_(0)]) : out;
+}
+
+py::object tick_together(const std::vector<PyContact*>& contacts, const py::object& position_m,
+                         const py::object& orientation, const py::object& body_position_m,
+                         const py::object& body_orientation, double dt_s, bool wants_tangent) {
+  Together together(contacts);
+  const std::vector<PosedPath> paths = paths_of(position_m, orientation, contacts.size());
+  const py::object out =
+      tick_all(together, paths, body_position_m, body_orientation, dt_s, wants_tangent);
+  return paths[0].position.is_single ? py::object(out[py::make_tuple(py::ellipsis(), py::int_(0))])
+                                     : out;
+}
+
+py::array_t<float> deform(const std::vector<PyContact*>& contacts, py::ssize_t first,
+                          const std::optional<py::ssize_t>& count) {
+  Together together(contacts);
+  const py::ssize_t all = contacts[0]->asset()->mesh().vertices;
+  const py::ssize_t wanted = count.value_or(all - first);
+  if (first < 0 || wanted < 0 || first > all || wanted > all - first)
+    throw py::index_error("vertices " + std::to_string(first) + " to " +
+                          std::to_string(first + wanted) + " are not all of " +
+                          std::to_string(all));
+  py::array_t<float> out({wanted, py::ssize_t{3}});
+  float* to = out.mutable_data();
+  const palpate_status status = together.locked([&](const palpate_contact* copies) {
+    return palpate_deform(together.asset(), copies, together.count(),
+                          static_cast<std::int32_t>(first), static_cast<std::int32_t>(wanted), to);
+  });
+  if (status != PALPATE_OK) refuse_tool_or_bytes("deform", status);
+  return out;
+}
+
 // radius_m: of the one ball, or of each; centre_m: of the one, or of each (n, 3).
 palpate_tool tool_of(const py::object& radius_m, const py::object& centre_m, double damping_Ns_m,
                      double damper_depth_m, double lateral_damping_Ns_m, double max_force_N,

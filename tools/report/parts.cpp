@@ -217,20 +217,15 @@ void add_samples(Json& json, const Samples& samples, const FittedCurves* fitted)
 void add_held_out(Json& json, const fs::path& path) {
   static constexpr CsvColumnRule kRules[] = {{"point", true, true},
                                              {"path", true, true},
-                                             {"step"},
                                              {"x_m"},
                                              {"y_m"},
                                              {"z_m"},
-                                             {"dx_m"},
-                                             {"dy_m"},
-                                             {"dz_m"},
                                              {"fx_N"},
                                              {"fy_N"},
                                              {"fz_N"},
                                              {"ex_N"},
                                              {"ey_N"},
-                                             {"ez_N"},
-                                             {"error_N"}};
+                                             {"ez_N"}};
   const CsvTable table = read_csv(path, kRules);
   const auto vectors = [&](const std::array<const char*, 3>& names) {
     std::vector<float> values;

@@ -13,7 +13,7 @@
 #include "libfit/io/atomic_file.hpp"
 #include "tools/scene/fields.hpp"
 #include "tools/scene/rewrite.hpp"
-#include "tools/scene/scene_shapes.hpp"
+#include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
 namespace {

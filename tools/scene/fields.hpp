@@ -16,11 +16,9 @@
 
 namespace palpate::tools {
 
-inline constexpr double kAnyLength = 1e6;                 // m; beyond it the unit is wrong
-inline constexpr double kSmallestLength = 1e-9;           // m
-inline constexpr double kSlowest = 1e-9, kFastest = 100;  // m/s; a tool in tissue
-inline constexpr int kMaxPoints = 10000;                  // as many as can be triangulated
-
+inline constexpr double kAnyLength = 1e6;                    // m; beyond it the unit is wrong
+inline constexpr double kSmallestLength = 1e-9;              // m
+inline constexpr int kMaxPoints = 10000;                     // as many as can be triangulated
 inline constexpr double kMostTilt_rad = 1.3962634015954636;  // 80 degrees
 
 /// What a value may be.

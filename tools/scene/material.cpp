@@ -1,8 +1,8 @@
-#include "tools/scene/material.hpp"
-
 #include <fmt/core.h>
 
 #include <tuple>
+
+#include "tools/scene/read_region.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -47,12 +47,10 @@ void read_parameter(SceneTable& table, const fem::LawRow& law, const fem::Parame
 
 // relaxation = [[g, "tau"], ...]
 Relaxation read_relaxation(SceneTable& table) {
-  constexpr double kSmallestShare = 1e-6;
-  const auto branches =
-      table.pairs("relaxation", kSmallestShare, runtime::kMaxShare, Dimension::time,
-                  runtime::kMinRelaxation_s, runtime::kMaxRelaxation_s);
+  const auto branches = table.pairs("relaxation", 1e-6, runtime::kMaxShare, Dimension::time,
+                                    runtime::kMinRelaxation_s, runtime::kMaxRelaxation_s);
   Relaxation out;
-  out.share.resize(static_cast<Eigen::Index>(branches.size()));
+  out.share.resize(branches.size());
   out.time_s.resize(out.share.size());
   for (Eigen::Index k = 0; k < out.share.size(); ++k)
     std::tie(out.share[k], out.time_s[k]) = branches[k];

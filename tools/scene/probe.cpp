@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <numbers>
 
 #include "libfem/probes/probes.hpp"
 #include "libfit/runtime/series/root.hpp"
@@ -13,13 +14,10 @@
 namespace palpate::tools {
 namespace {
 
-constexpr double kSmallestLength = 1e-9, kAnyLength = 1e6;  // m
-constexpr double kFullTurn_rad = 6.283185307179586;
-
 std::vector<double> read_values(SceneTable& table, const fem::ProbeParameter& parameter) {
-  const double low = parameter.dimension == Dimension::length ? kSmallestLength : 0;
-  const double high = parameter.dimension == Dimension::length ? kAnyLength : kFullTurn_rad;
-  return {table.quantity(parameter.key, parameter.dimension, 0, low, high)};
+  const bool is_length = parameter.dimension == Dimension::length;
+  return {table.quantity(parameter.key, parameter.dimension, 0, is_length ? kSmallestLength : 0,
+                         is_length ? kAnyLength : 2 * std::numbers::pi)};
 }
 
 /// "upright" and "lying", or three numbers.
@@ -102,27 +100,6 @@ ToolSection read_played(SceneTable& table) {
   return tool;
 }
 
-void finish(SceneTable& table, const std::filesystem::path& folder, double friction,
-            ToolSection& tool) {
-  tool.probe = read_probe(table, folder);
-  tool.probe.spec.friction = friction;
-}
-
-std::vector<ToolSection> read_list(SceneTable& section, std::string_view key,
-                                   const std::string& name, int points, int ToolSection::*of_which,
-                                   const std::filesystem::path& folder, double friction) {
-  std::vector<ToolSection> out;
-  for (SceneTable& table : section.tables(key, name)) {
-    ToolSection tool = read_played(table);
-    tool.*of_which = static_cast<int>(table.integer("points", points, 1, 1000));
-    const std::string given = table.text("name", "");
-    finish(table, folder, friction, tool);
-    tool.name = given.empty() ? fmt::format("{} {}", tool.probe.spec.shape, out.size() + 1) : given;
-    out.push_back(std::move(tool));
-  }
-  return out;
-}
-
 }  // namespace
 
 ToolSection read_tool(SceneTable& table, const std::filesystem::path& folder, double friction) {
@@ -133,22 +110,27 @@ ToolSection read_tool(SceneTable& table, const std::filesystem::path& folder, do
   tool.name = "tool";
   tool.paths = static_cast<int>(table.integer("paths", 10, 1, 1000));
   tool.held_out = static_cast<int>(table.integer("held_out", 10, 0, 1000));
-  finish(table, folder, friction, tool);
+  tool.probe = read_probe(table, folder);
+  tool.probe.spec.friction = friction;
   return tool;
 }
 
-std::vector<ToolSection> read_pressed(SceneTable& experiments, const std::filesystem::path& folder,
-                                      double friction) {
-  constexpr int kPoints = 4;
-  return read_list(experiments, "probe", "[[experiments.probe]]", kPoints, &ToolSection::paths,
-                   folder, friction);
-}
-
-std::vector<ToolSection> read_stated(SceneTable& validate, const std::filesystem::path& folder,
-                                     double friction) {
-  constexpr int kPaths = 10;
-  return read_list(validate, "tool", "[[validate.tool]]", kPaths, &ToolSection::held_out, folder,
-                   friction);
+std::vector<ToolSection> read_tools(SceneTable& section, std::string_view key,
+                                    const std::filesystem::path& folder, double friction,
+                                    int points, int ToolSection::*of_which) {
+  std::vector<ToolSection> out;
+  const std::string& name = section.name();
+  for (SceneTable& table :
+       section.tables(key, fmt::format("[{}.{}]]", name.substr(0, name.size() - 1), key))) {
+    ToolSection tool = read_played(table);
+    tool.*of_which = static_cast<int>(table.integer("points", points, 1, 1000));
+    tool.name = table.text("name", "");
+    tool.probe = read_probe(table, folder);
+    tool.probe.spec.friction = friction;
+    if (tool.name.empty()) tool.name = fmt::format("{} {}", tool.probe.spec.shape, out.size() + 1);
+    out.push_back(std::move(tool));
+  }
+  return out;
 }
 
 }  // namespace palpate::tools

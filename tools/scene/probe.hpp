@@ -40,12 +40,12 @@ struct ToolSection {
 /// Reads [tool]. Throws as read_probe.
 ToolSection read_tool(SceneTable& table, const std::filesystem::path& folder, double friction);
 
-/// Reads [[experiments.probe]] and [[validate.tool]]: tools that are pressed at some points, and
-/// that the statement compares. Throws as read_probe.
-std::vector<ToolSection> read_pressed(SceneTable& experiments, const std::filesystem::path& folder,
-                                      double friction);
-std::vector<ToolSection> read_stated(SceneTable& validate, const std::filesystem::path& folder,
-                                     double friction);
+/// Reads [[experiments.probe]] or [[validate.tool]]: tools that are pressed at some points, or that
+/// the statement compares. points: their number where a table says nothing, and what it is of.
+/// Throws as read_probe.
+std::vector<ToolSection> read_tools(SceneTable& section, std::string_view key,
+                                    const std::filesystem::path& folder, double friction,
+                                    int points, int ToolSection::*of_which);
 
 /// Reads the keys that the named shape takes. Throws Error for keys of other shapes, saying whose
 /// they are, and as SceneTable does. Relative file names start at `folder`.

@@ -1,9 +1,15 @@
 #include "tools/scene/region.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 #include "libfit/core/closest_point.hpp"
+#include "libfit/core/error.hpp"
+#include "tools/scene/fields.hpp"
+#include "tools/scene/read_region.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -14,6 +20,94 @@ struct Overloaded : F... {
 };
 template <class... F>
 Overloaded(F...) -> Overloaded<F...>;
+
+HalfSpace read_half_space(SceneTable table, bool is_below) {
+  static const std::vector<std::string_view> kAxes{"x", "y", "z"};
+  HalfSpace half;
+  half.is_below = is_below;
+  half.axis = table.choice("axis", "z", kAxes)[0] - 'x';
+  half.at_m = table.required_quantity("at", Dimension::length, -kAnyLength, kAnyLength);
+  table.finish();
+  return half;
+}
+
+Ball read_ball(SceneTable table) {
+  Ball ball;
+  ball.center_m = table.point("center");
+  ball.radius_m = table.required_quantity("radius", Dimension::length, kSmallestLength, kAnyLength);
+  table.finish();
+  return ball;
+}
+
+Box read_box(SceneTable& table) {
+  const auto [low, high] = table.corners("box");
+  if (!(low.array() < high.array()).all())
+    throw Error(table.where("box"), "box of " + table.name() + " is empty",
+                "Give the lower corner first: every coordinate of the second must be larger.");
+  return {low, high};
+}
+
+// What the mesh file calls a part: a group, a colour, or where a field has a value.
+std::optional<MeshMark> find_mark(SceneTable& table, int& named) {
+  std::optional<MeshMark> mark;
+  if (table.has("group")) {
+    ++named;
+    mark = {MeshMark::By::group, table.text("group", ""), 0};
+  }
+  if (table.has("colour")) {
+    ++named;
+    mark = {MeshMark::By::colour, table.text("colour", ""), 0};
+    std::string& colour = mark->name;
+    for (char& c : colour)
+      if (c >= 'A' && c <= 'F') c = static_cast<char>(c - 'A' + 'a');
+    if (colour.size() != 7 || colour[0] != '#' ||
+        colour.find_first_not_of("0123456789abcdef", 1) != std::string::npos)
+      throw Error(table.where("colour"), fmt::format("\"{}\" is no colour", colour),
+                  "Write red, green and blue as colour = \"#ff0000\".");
+  }
+  if (table.has("field")) {
+    ++named;
+    mark = {MeshMark::By::field, table.text("field", ""), 0};
+    if (!table.has("equals"))
+      throw Error(table.where("field"), fmt::format("field of {} lacks equals", table.name()),
+                  "Write field = \"label\", equals = 2.");
+    mark->equals = table.number("equals", 0, -1e15, 1e15);
+  }
+  return mark;
+}
+
+constexpr std::string_view kRegions = "below, above, box, sphere, inside, group, colour, field";
+
+// The one region a table names; nothing when it names none.
+std::optional<Region> find_region(SceneTable& table, const std::filesystem::path& scene) {
+  std::optional<Region> region;
+  int named = 0;
+  if (table.has("below")) {
+    ++named;
+    region = read_half_space(table.table("below", "below"), true);
+  }
+  if (table.has("above")) {
+    ++named;
+    region = read_half_space(table.table("above", "above"), false);
+  }
+  if (table.has("sphere")) {
+    ++named;
+    region = read_ball(table.table("sphere", "sphere"));
+  }
+  if (table.has("box")) {
+    ++named;
+    region = read_box(table);
+  }
+  if (table.has("inside")) {
+    ++named;
+    region = Solid{file_beside(scene, table.text("inside", "")), {}};
+  }
+  if (const auto mark = find_mark(table, named)) region = Marked{*mark, {}};
+  if (named > 1)
+    throw Error(table.where_table(), table.name() + " names more than one region",
+                fmt::format("Keep one of {}.", kRegions));
+  return region;
+}
 
 }  // namespace
 
@@ -53,6 +147,47 @@ bool any_contains(const std::vector<Region>& regions, const Vec3& point, bool is
     return (is_on_boundary || marked == nullptr || !marked->part->is_on_faces()) &&
            contains(region, point);
   });
+}
+
+std::filesystem::path file_beside(const std::filesystem::path& scene, const std::string& name) {
+  static constexpr std::string_view kData = "$PALPATE_DATA/";
+  std::filesystem::path path(name);
+  if (name.starts_with(kData)) {
+    const char* folder = std::getenv("PALPATE_DATA");
+    if (folder == nullptr)
+      throw Error(
+          scene.string(), fmt::format("\"{}\" needs PALPATE_DATA, which is not set", name),
+          "Set it to the folder that holds the meshes; the scene says where they can be had.");
+    path = std::filesystem::path(folder) / name.substr(kData.size());
+  }
+  return std::filesystem::absolute(path.is_absolute() ? path : scene.parent_path() / path)
+      .lexically_normal();
+}
+
+Region take_region(SceneTable& table, const std::filesystem::path& scene) {
+  const auto region = find_region(table, scene);
+  if (!region)
+    throw Error(table.where_table(), table.name() + " names no region",
+                fmt::format("Give one of {}.", kRegions));
+  return *region;
+}
+
+Region read_region(SceneTable table, const std::filesystem::path& scene) {
+  Region region = take_region(table, scene);
+  table.finish();
+  return region;
+}
+
+SurfaceRegion read_surface_region(SceneTable table, const std::filesystem::path& scene) {
+  SurfaceRegion region;
+  region.part = find_region(table, scene);
+  if (table.has("facing"))
+    region.facing = table.choice("facing", "", {kSides.begin(), kSides.end()});
+  if (region.facing.empty() && !region.part)
+    throw Error(table.where_table(), table.name() + " names no region",
+                fmt::format("Give one of {}, or facing.", kRegions));
+  table.finish();
+  return region;
 }
 
 }  // namespace palpate::tools

@@ -9,7 +9,6 @@
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "tools/scene/fields.hpp"
-#include "tools/scene/material.hpp"
 #include "tools/scene/read_region.hpp"
 #include "tools/scene/toml_table.hpp"
 
@@ -74,7 +73,7 @@ class SectionReader {
   }
   void operator()(Stage, std::string_view key, std::vector<double>& value, Speed) {
     if (!table_.has(key)) return;
-    value = table_.quantities(key, Dimension::speed, kSlowest, kFastest);
+    value = table_.quantities(key, Dimension::speed, 1e-9, 100);  // m/s; a tool in tissue
     if (value.empty())
       throw Error(table_.where(key), fmt::format("{} names no speed", name_of(key)),
                   "Give one or more, or leave the key out.");
@@ -264,13 +263,15 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
   });
   section([&] {
     SceneTable experiments = root.table("experiments", "[experiments]");
-    scene.pressed = read_pressed(experiments, path.parent_path(), scene.probe.spec.friction);
+    scene.pressed = read_tools(experiments, "probe", path.parent_path(), scene.probe.spec.friction,
+                               4, &ToolSection::paths);
     scene.experiments = read_experiments(std::move(experiments), path);
   });
   section([&] { scene.fit = read_fit(root.table("fit", "[fit]"), path); });
   section([&] {
     SceneTable validate = root.table("validate", "[validate]");
-    scene.stated = read_stated(validate, path.parent_path(), scene.probe.spec.friction);
+    scene.stated = read_tools(validate, "tool", path.parent_path(), scene.probe.spec.friction, 10,
+                              &ToolSection::held_out);
     scene.validate = read_section<ValidateSection>(std::move(validate), path);
   });
   section([&] { root.finish(); });
@@ -279,25 +280,24 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
 }
 
 void make_quick(Scene& scene) {
-  constexpr int kRows = 5, kHeldOut = 6, kPlaced = 60, kToolPaths = 5;
   ExperimentsSection& experiments = scene.experiments;
   auto& placement = experiments.placement;
-  if (placement) placement->budget = std::min(placement->budget, kPlaced);
+  if (placement) placement->budget = std::min(placement->budget, 60);
   if (!experiments.points_file)
     experiments.test_points =
         std::min(experiments.test_points.value_or(kFirstPoints), kFirstPoints);
   Experiments& each = experiments.each;
-  each.press_steps = std::min(each.press_steps, kRows);
-  each.drag_steps = std::min(each.drag_steps, kRows);
+  each.press_steps = std::min(each.press_steps, 5);
+  each.drag_steps = std::min(each.drag_steps, 5);
   each.drag_directions = std::min(each.drag_directions, 1);
   if (!placement && each.drag_depths_m.size() > 1)
     each.drag_depths_m = {*std::max_element(each.drag_depths_m.begin(), each.drag_depths_m.end())};
-  scene.validate.points = std::min(scene.validate.points, kHeldOut);
+  scene.validate.points = std::min(scene.validate.points, 6);
   scene.validate.causes = false;
-  for (ToolSection& tool : scene.stated) tool.held_out = std::min(tool.held_out, kToolPaths);
+  for (ToolSection& tool : scene.stated) tool.held_out = std::min(tool.held_out, 5);
   if (!scene.tool) return;
-  scene.tool->paths = std::min(scene.tool->paths, kToolPaths);
-  scene.tool->held_out = std::min(scene.tool->held_out, kToolPaths);
+  scene.tool->paths = std::min(scene.tool->paths, 5);
+  scene.tool->held_out = std::min(scene.tool->held_out, 5);
 }
 
 Scene read_scene(const std::filesystem::path& path) {

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "libfit/certify/certificate.hpp"
 
 namespace palpate::tools {
 
@@ -26,5 +29,9 @@ const Tissue& find_tissue(std::string_view name, const std::string& where);
 /// one among equals. A word may be in the plural; other characters than letters, and a capital
 /// behind a small letter, end one. Null where no row is meant.
 const Tissue* tissue_of_name(std::string_view name);
+
+/// The rows of data/devices.toml, which travels inside the program, and those of a file of the same
+/// form where one is named. Throws Error at a bad key or value.
+std::vector<certify::Device> read_devices(const std::filesystem::path& more = {});
 
 }  // namespace palpate::tools

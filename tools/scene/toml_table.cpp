@@ -140,18 +140,31 @@ long SceneTable::integer(std::string_view key, long fallback, long low, long hig
   return number;
 }
 
+double SceneTable::number_of(const toml::node& value, std::string_view key, const std::string& verb,
+                             double low, double high, const std::string& remedy) const {
+  const auto number = value.value<double>();
+  if (!value.is_number() || !number)
+    fail(value, key, fmt::format("{} {}, not a number", verb, kind_of(value)), remedy);
+  if (!(*number >= low && *number <= high))
+    fail(value, key, fmt::format("{} {}", verb, *number), remedy);
+  return *number;
+}
+
 double SceneTable::number(std::string_view key, double fallback, double low, double high) {
   note(key, fmt::format("{:.7g} to {:.7g}", low, high), fmt::format("{:g}", fallback));
   const toml::node* value = node(key);
   if (!value) return fallback;
-  const auto number = value->value<double>();
-  if (!value->is_number() || !number)
-    fail(*value, key, "is " + kind_of(*value) + ", not a number",
-         fmt::format("Give a plain number from {} to {}.", low, high));
-  if (!(*number >= low && *number <= high))
-    fail(*value, key, fmt::format("is {}", *number),
-         fmt::format("Give a number from {} to {}.", low, high));
-  return *number;
+  return number_of(*value, key, "is", low, high,
+                   fmt::format("Give a plain number from {} to {}.", low, high));
+}
+
+const toml::array& SceneTable::items_of(const toml::node* value, std::string_view key,
+                                        std::size_t count, const std::string& what,
+                                        const std::string& remedy) const {
+  const toml::array* list = value ? value->as_array() : nullptr;
+  if (!list || (count > 0 && list->size() != count))
+    fail(value ? *value : *table_, key, "is not " + what, remedy);
+  return *list;
 }
 
 double SceneTable::quantity_of(const toml::node& value, std::string_view key, Dimension dimension,
@@ -243,30 +256,20 @@ std::vector<double> SceneTable::numbers(std::string_view key, std::size_t count,
   std::vector<double> out;
   const toml::node* value = node(key);
   if (!value) return out;
-  const toml::array* list = value->as_array();
   const std::string remedy =
       fmt::format("Write a list of {} plain numbers from {} to {}.", count, low, high);
-  if (!list || list->size() != count)
-    fail(*value, key, fmt::format("is not a list of {} numbers", count), remedy);
-  for (const toml::node& item : *list) {
-    const auto number = item.value<double>();
-    if (!item.is_number() || !number)
-      fail(item, key, "holds " + kind_of(item) + ", not a number", remedy);
-    if (!(*number >= low && *number <= high))
-      fail(item, key, fmt::format("holds {}", *number), remedy);
-    out.push_back(*number);
-  }
+  for (const toml::node& item :
+       items_of(value, key, count, fmt::format("a list of {} numbers", count), remedy))
+    out.push_back(number_of(item, key, "holds", low, high, remedy));
   return out;
 }
 
 Vec3 SceneTable::point_of(const toml::node& value, std::string_view key) const {
-  const toml::array* list = value.as_array();
-  if (!list || list->size() != 3)
-    fail(value, key, "is not a list of three lengths", "Write [\"10 mm\", \"0 mm\", \"5 mm\"].");
+  const toml::array& list =
+      items_of(&value, key, 3, "a list of three lengths", "Write [\"10 mm\", \"0 mm\", \"5 mm\"].");
   Vec3 point;
-  for (int k = 0; k < 3; ++k)
-    point[k] =
-        quantity_of(*list->get(static_cast<std::size_t>(k)), key, Dimension::length, -1e6, 1e6);
+  for (std::size_t k = 0; k < 3; ++k)
+    point[k] = quantity_of(*list.get(k), key, Dimension::length, -1e6, 1e6);
   return point;
 }
 
@@ -279,28 +282,23 @@ Vec3 SceneTable::point(std::string_view key) {
 }
 
 Points SceneTable::points(std::string_view key) {
-  const toml::node* value = node(key);
-  const toml::array* list = value ? value->as_array() : nullptr;
-  if (!list)
-    throw Error(where(key), fmt::format("{} of {} is not a list of places", key, name_),
-                fmt::format("Write {} = [[\"0 mm\", \"0 mm\", \"5 mm\"]].", key));
-  Points out(static_cast<Eigen::Index>(list->size()), 3);
-  for (std::size_t i = 0; i < list->size(); ++i)
-    out.row(static_cast<Eigen::Index>(i)) = point_of(*list->get(i), key);
+  const toml::array& list =
+      items_of(node(key), key, 0, "a list of places",
+               fmt::format("Write {} = [[\"0 mm\", \"0 mm\", \"5 mm\"]].", key));
+  Points out(static_cast<Eigen::Index>(list.size()), 3);
+  for (std::size_t i = 0; i < list.size(); ++i) out.row(i) = point_of(*list.get(i), key);
   return out;
 }
 
 Vec3 SceneTable::direction(std::string_view key) {
   const toml::node* value = node(key);
-  const toml::array* list = value ? value->as_array() : nullptr;
+  const std::string what = "a list of three numbers",
+                    remedy = fmt::format("Write {} = [1, 0, 0].", key);
+  const toml::array& list = items_of(value, key, 3, what, remedy);
   Vec3 direction;
-  for (int k = 0; k < 3; ++k) {
-    const toml::node* item =
-        list && list->size() == 3 ? list->get(static_cast<std::size_t>(k)) : nullptr;
-    if (!item || !item->is_number())
-      throw Error(where(key), fmt::format("{} of {} is not a list of three numbers", key, name_),
-                  fmt::format("Write {} = [1, 0, 0].", key));
-    direction[k] = *item->value<double>();
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!list.get(k)->is_number()) fail(*value, key, "is not " + what, remedy);
+    direction[k] = *list.get(k)->value<double>();
   }
   return direction;
 }
@@ -324,12 +322,9 @@ double SceneTable::length_unit() {
 }
 
 std::pair<Vec3, Vec3> SceneTable::corners(std::string_view key) {
-  const toml::node* value = node(key);
-  const toml::array* list = value ? value->as_array() : nullptr;
-  if (!list || list->size() != 2)
-    throw Error(where(key), fmt::format("{} of {} is not a pair of corners", key, name_),
-                "Write [[x, y, z], [x, y, z]], the lower corner first.");
-  return {point_of(*list->get(0), key), point_of(*list->get(1), key)};
+  const toml::array& list = items_of(node(key), key, 2, "a pair of corners",
+                                     "Write [[x, y, z], [x, y, z]], the lower corner first.");
+  return {point_of(*list.get(0), key), point_of(*list.get(1), key)};
 }
 
 SceneTable SceneTable::table(std::string_view key, std::string name) {

@@ -78,6 +78,11 @@ class SceneTable {
   double quantity_of(const toml::node& value, std::string_view key, Dimension dimension, double low,
                      double high) const;
   Vec3 point_of(const toml::node& value, std::string_view key) const;
+  double number_of(const toml::node& value, std::string_view key, const std::string& verb,
+                   double low, double high, const std::string& remedy) const;
+  /// The items of a list, so many unless count is 0; else an Error says what it is not.
+  const toml::array& items_of(const toml::node* value, std::string_view key, std::size_t count,
+                              const std::string& what, const std::string& remedy) const;
   [[noreturn]] void fail(const toml::node& value, std::string_view key, const std::string& what,
                          const std::string& remedy) const;
 

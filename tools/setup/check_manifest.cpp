@@ -1,5 +1,3 @@
-#include "tools/setup/check_manifest.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "tools/console.hpp"
+#include "tools/setup/check.hpp"
 #include "tools/stages/import.hpp"
 
 namespace palpate::tools {
@@ -58,8 +57,8 @@ nlohmann::ordered_json json_of(const std::string& shown, std::string_view kind,
 }
 
 // Where curves are going to lie; says what keeps `run` from making a surface of the contacts.
-std::string surface_in_words(const ReadRecordings& read) {
-  if (read.manifest.surface) return "on the surface " + read.manifest.surface->string();
+std::string surface_in_words(const Manifest& manifest, const ReadRecordings& read) {
+  if (manifest.surface) return "on the surface " + manifest.surface->string();
   try {
     surface_of_contacts(rows_at(read.assembled.samples, read.is_held_out, false));
   } catch (const Error& e) {
@@ -72,12 +71,9 @@ std::string surface_in_words(const ReadRecordings& read) {
 }  // namespace
 
 CheckedManifest check_manifest(const std::filesystem::path& manifest, int jobs) {
-  ImportRequest request;
-  request.manifest = manifest;
-  request.jobs = jobs;
-  request.holds_out = true;
+  const ImportRequest request{read_manifest(manifest), {}, jobs, true};
   const ReadRecordings read = read_recordings(request);
-  const auto& items = read.manifest.items;
+  const auto& items = request.manifest.items;
   CheckedManifest out;
   out.json = nlohmann::ordered_json::parse(summary_json(read.assembled));
   out.json["recordings"] = nlohmann::ordered_json::array();
@@ -102,9 +98,9 @@ CheckedManifest check_manifest(const std::filesystem::path& manifest, int jobs) 
   const auto held_out = std::ranges::count(read.is_held_out, 1);
   out.json["points"] = samples.points();
   out.json["held_out_points"] = held_out;
-  out.text +=
-      fmt::format("{}, {} of them held out for the error statement; {}",
-                  counted(samples.points(), "point", "points"), held_out, surface_in_words(read));
+  out.text += fmt::format("{}, {} of them held out for the error statement; {}",
+                          counted(samples.points(), "point", "points"), held_out,
+                          surface_in_words(request.manifest, read));
   return out;
 }
 

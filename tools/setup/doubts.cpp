@@ -1,5 +1,3 @@
-#include "tools/setup/doubts.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,18 +8,18 @@
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/units.hpp"
+#include "tools/setup/check.hpp"
 #include "tools/stages/body/plausibility.hpp"
 
 namespace palpate::tools {
 namespace {
 
 // A thyroid has 5 cm, a muscle of the thigh 50.
-constexpr double kSmallOrgan_m = 0.04, kLargeOrgan_m = 0.6, kUsualOrgan_m = 0.15;
-constexpr double kWideLid = 0.5;  // of the body's largest extent
+constexpr double kSmallOrgan_m = 0.04, kLargeOrgan_m = 0.6;
 
 // The power of ten, as a unit, that makes a length of a file an organ's.
 std::string likely_power(double extent) {
-  const double power_m = std::pow(10, std::round(std::log10(kUsualOrgan_m / extent)));
+  const double power_m = std::pow(10, std::round(std::log10(0.15 / extent)));
   for (const char* name : {"m", "dm", "cm", "mm", "um"})
     if (std::abs(*unit_factor(name, Dimension::length) / power_m - 1) < 1e-6) return name;
   return fmt::format("{:.3g} mm", 1e3 * power_m);
@@ -33,11 +31,11 @@ double widest_border_m(const Surface& surface) {
   for (const auto& t : surface.triangles.rowwise())
     for (int k = 0; k < 3; ++k) ++sides[std::minmax(t[k], t[(k + 1) % 3])];
   std::vector<std::int32_t> next;  // border edges as a surface of flat triangles, for its patches
-  std::vector<char> is_border(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  std::vector<char> is_border(surface.vertices.rows(), 0);
   Surface lines{surface.vertices, {}};
   for (const auto& [edge, triangles] : sides)
     if (triangles == 1) next.insert(next.end(), {edge.first, edge.second, edge.second});
-  lines.triangles.resize(static_cast<Eigen::Index>(next.size() / 3), 3);
+  lines.triangles.resize(next.size() / 3, 3);
   for (std::size_t i = 0; i < next.size(); ++i) {
     lines.triangles(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)) = next[i];
     is_border[next[i]] = 1;
@@ -77,7 +75,7 @@ std::optional<std::string> doubt_of_lid(const Surface& in_file,
     return std::nullopt;  // a soup, whose borders are none
   }
   const double size_m = extent_m(in_file.vertices).maxCoeff(), lid_m = widest_border_m(welded);
-  if (lid_m < kWideLid * size_m) return std::nullopt;
+  if (lid_m < 0.5 * size_m) return std::nullopt;
   return fmt::format(
       "[body]: the surface is open, and closed by a lid {:.3g} mm wide on a body of {:.3g} mm. "
       "Does "

@@ -15,18 +15,12 @@
 #include "libfit/core/units.hpp"
 #include "tools/scene/region.hpp"
 #include "tools/scene/tissues.hpp"
-#include "tools/setup/doubts.hpp"
+#include "tools/setup/check.hpp"
 #include "tools/setup/window.hpp"
 #include "tools/stages/body/plausibility.hpp"
 
 namespace palpate::tools {
 namespace {
-
-constexpr double kSmallestOrgan_m = 0.03, kLargestOrgan_m = 1;
-constexpr double kWrapShare = 0.02;  // of the diagonal: what a wrap closes
-// Vertices that a window is divided for, and the edges then over its radius: some hundred of them.
-constexpr int kFewVertices = 40;
-constexpr double kDividedEdge = 0.3;
 
 // wrap_m: what it was wrapped with, 0 where it was closed without.
 Mended mended(const Surface& surface, const std::string& mesh, bool may_move, double& wrap_m) {
@@ -34,7 +28,7 @@ Mended mended(const Surface& surface, const std::string& mesh, bool may_move, do
     return mend_surface(surface, {}, mesh);
   } catch (const Error& error) {
     const double diagonal_m = extent_m(surface.vertices).norm();
-    wrap_m = rounded_m(diagonal_m * kWrapShare);
+    wrap_m = rounded_m(diagonal_m * 0.02);
     Mended wrapped = mend_surface(surface, {.wrap_alpha_m = wrap_m}, mesh);
     if (wrapped.moved_m <= kMostMoved * diagonal_m || may_move) return wrapped;
     throw Error(mesh,
@@ -185,10 +179,11 @@ std::optional<Site> site_of(const Surface& surface, const Window& window, const 
   };
   const std::vector<char> is_in = vertices_in(window, surface);
   std::optional<ProposedBall> found;
-  if (std::count(is_in.begin(), is_in.end(), 1) >= kFewVertices) found = ball(surface);
+  if (std::count(is_in.begin(), is_in.end(), 1) >= 40) found = ball(surface);
   if (!found) {
     site.divided =
-        fem::divided_near(surface, window.centre, window.radius_m, kDividedEdge * window.radius_m);
+        // Edges over the radius, so that it has some hundred vertices.
+        fem::divided_near(surface, window.centre, window.radius_m, 0.3 * window.radius_m);
     if (site.divided->vertices.rows() == surface.vertices.rows()) return std::nullopt;
     found = ball(*site.divided);
   }
@@ -234,7 +229,7 @@ void note_site(const Site& site, const Tissue& tissue, ProposedScene& scene) {
 std::string likely_unit(const Vec3& extent) {
   for (const char* unit : {"mm", "cm", "m", "um"}) {
     const double size_m = extent.maxCoeff() * unit_factor(unit, Dimension::length).value();
-    if (size_m >= kSmallestOrgan_m && size_m <= kLargestOrgan_m) return unit;
+    if (size_m >= 0.03 && size_m <= 1) return unit;
   }
   return "mm";
 }

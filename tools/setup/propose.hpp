@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
+#include "libfit/io/csv/tables.hpp"
+#include "libfit/runtime/engine.hpp"
 
 namespace palpate::tools {
 
@@ -40,5 +42,40 @@ std::string likely_unit(const Vec3& extent);
 /// no window can be pressed.
 ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& surface,
                             const SceneChoices& choices);
+
+/// A manifest to start from.
+struct ProposedManifest {
+  std::string text;                   ///< manifest.toml, commented
+  std::vector<std::string> notes;     ///< what was found, a sentence each
+  std::vector<std::string> warnings;  ///< files that nothing could be made of, and guesses
+  std::vector<std::string> unread;    ///< of those files, name and reason alone
+  std::size_t files = 0;              ///< that it reads
+};
+
+/// Looks at every file of a folder and of those in it and proposes how they are read: format, by
+/// their first bytes; else columns and units by the names in their headers, and whose force it is,
+/// which way normals point and whether it was a press or a drag by what makes recordings of the
+/// first file of each kind that makes any. Keys that all entries have are in [defaults]. Units that
+/// no header says are guessed from the numbers, and said. Where a mesh lies in the folder and tools
+/// touched one distance off it, positions are proposed as those of a ball's centre with that
+/// radius. manifest: where it is going to be; names of files start at its folder. Throws Error
+/// where the folder cannot be read or holds no recording.
+ProposedManifest propose_manifest(const std::filesystem::path& folder,
+                                  const std::filesystem::path& manifest);
+
+/// A path of the tip to replay on an asset, and what it does.
+struct ProposedPath {
+  PosePath tip;                 ///< 1 kHz, in the asset's own coordinates
+  Vec3 touched = Vec3::Zero();  ///< where it comes down on the surface [m]
+  double depth_m = 0;           ///< below the surface, along the way that it comes down
+  double slide_m = 0;           ///< across; 0 where the window is too narrow for a slide
+};
+
+/// A path that comes down on the middle of the window (the measured vertex that lies farthest from
+/// the window's border along the surface, or the middle of the largest measured triangle), presses
+/// to 0.6 of the depth that curves were fitted to, slides at that depth below the surface the way
+/// that has most room, four depths at most, and lifts. Every way begins and ends at rest.
+/// Deterministic. Throws Error where no triangle of the asset has measured corners alone.
+ProposedPath propose_path(const runtime::AssetView& asset);
 
 }  // namespace palpate::tools

@@ -1,5 +1,3 @@
-#include "tools/setup/propose_manifest.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/formats/importers.hpp"
+#include "tools/setup/propose.hpp"
 #include "tools/setup/ways_to_read.hpp"
 
 namespace palpate::tools {
@@ -22,11 +21,7 @@ namespace fs = std::filesystem;
 using namespace recordings;
 
 constexpr std::uintmax_t kMaxBytes = std::uintmax_t{256} << 20;
-constexpr double kProposedUnit_m = 1e-3;  // of a mesh, as the manifest says
 constexpr std::size_t kMinOffsets = 5;
-constexpr double kSurelyOff = 4;                               // median deviations
-constexpr double kMinOffset_m = 0.3e-3, kMaxOffset_m = 30e-3;  // radii of balls that robots press
-constexpr double kSideways = 1.0 / 3;  // of the depth: a press that went so far aside is a drag
 
 // Whether most of the presses went sideways as a drag does.
 bool goes_sideways(const ItemResult& result) {
@@ -35,7 +30,8 @@ bool goes_sideways(const ItemResult& result) {
     if (r.is_axial || !r.inward || r.deflection_m.rows() == 0) continue;
     const Eigen::VectorXd depth = r.deflection_m * *r.inward;
     const Points aside = r.deflection_m - depth * r.inward->transpose();
-    sideways += aside.rowwise().norm().maxCoeff() > kSideways * depth.maxCoeff();
+    // A press that went so far aside, of its depth, is a drag.
+    sideways += aside.rowwise().norm().maxCoeff() > 1.0 / 3 * depth.maxCoeff();
   }
   return 2 * sideways > result.recordings.size();
 }
@@ -97,8 +93,7 @@ std::optional<double> offset_m(const std::vector<Conditioned>& recordings, const
     if (!r.is_axial && r.contact_m && r.inward) placed.push_back(&r);
   if (placed.size() < kMinOffsets) return std::nullopt;
   Points contacts(static_cast<Eigen::Index>(placed.size()), 3);
-  for (std::size_t i = 0; i < placed.size(); ++i)
-    contacts.row(static_cast<Eigen::Index>(i)) = *placed[i]->contact_m;
+  for (std::size_t i = 0; i < placed.size(); ++i) contacts.row(i) = *placed[i]->contact_m;
   const auto places = project(contacts, surface);
   std::vector<double> off_m, scatter_m;
   for (std::size_t i = 0; i < placed.size(); ++i)
@@ -107,10 +102,10 @@ std::optional<double> offset_m(const std::vector<Conditioned>& recordings, const
   if (off_m.size() < kMinOffsets) return std::nullopt;
   const double middle_m = upper_median(off_m);
   for (const double m : off_m) scatter_m.push_back(std::abs(m - middle_m));
-  return middle_m > kSurelyOff * upper_median(scatter_m) && middle_m > kMinOffset_m &&
-                 middle_m < kMaxOffset_m
-             ? std::optional(middle_m)
-             : std::nullopt;
+  // By more than four median deviations, and as large as the balls that robots press.
+  const bool is_off =
+      middle_m > 4 * upper_median(scatter_m) && middle_m > 0.3e-3 && middle_m < 30e-3;
+  return is_off ? std::optional(middle_m) : std::nullopt;
 }
 
 // Whether positions of a rig with three axes are of a ball's centre, as far as it can be known.
@@ -253,7 +248,7 @@ ProposedManifest propose_manifest(const fs::path& given, const fs::path& manifes
         fs::proximate(meshes.front(), base).string());
   std::optional<Surface> surface;
   try {
-    if (meshes.size() == 1) surface = read_surface(meshes.front(), kProposedUnit_m);
+    if (meshes.size() == 1) surface = read_surface(meshes.front(), 1e-3);  // as the manifest says
   } catch (const Error&) {  // `check` is going to say what is wrong with it
   }
   std::vector<ProposedEntry> entries;

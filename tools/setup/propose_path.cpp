@@ -1,5 +1,3 @@
-#include "tools/setup/propose_path.hpp"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -10,18 +8,17 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/refine/interpolation.hpp"
 #include "libfit/refine/points_on_surface.hpp"
+#include "tools/setup/propose.hpp"
 
 namespace palpate::tools {
 namespace {
 
 constexpr double kRate_Hz = 1000;
-constexpr double kDepthShare = 0.6;  // of what curves were fitted to: neither light nor at the end
 constexpr double kLongestSlide = 4;  // in depths: sticks, then slips
 constexpr int kStepsPerDepth = 10;   // at which the surface below a slide is looked up
 constexpr int kDirections = 12;
-constexpr double kMinFacing = 0.64;  // cosine of 50 degrees: a slide ends where it gets steeper
-constexpr double kDown_s = 0.6, kHold_s = 0.2, kSlide_s = 1, kLift_s = 0.4;
 
 /// The asset's surface, and which triangles its test points answer for.
 struct PathWindow {
@@ -63,11 +60,11 @@ Spot spot_of(const runtime::AssetView& asset, const PathWindow& window,
 // all are, none where none is.
 std::optional<Eigen::Index> middle_vertex(const PathWindow& window) {
   const Triangles& triangles = window.surface.triangles;
-  std::vector<char> is_inner(static_cast<std::size_t>(window.surface.vertices.rows()), 0);
+  std::vector<char> is_inner(window.surface.vertices.rows(), 0);
   for (const char wanted : {1, 0})
     for (Eigen::Index t = 0; t < triangles.rows(); ++t)
       if (window.is_measured[t] == wanted)
-        for (int k = 0; k < 3; ++k) is_inner[static_cast<std::size_t>(triangles(t, k))] = wanted;
+        for (int k = 0; k < 3; ++k) is_inner[triangles(t, k)] = wanted;
   EdgePathSeeds others;
   for (std::size_t v = 0; v < is_inner.size(); ++v)
     if (is_inner[v] == 0) others.push_back({static_cast<std::int32_t>(v), 0});
@@ -127,7 +124,8 @@ Slide slide_along(const PathWindow& window, const Vec3& spot, const Vec3& inward
     const Vec3 a = window.surface.vertices.row(corner[0]),
                b = window.surface.vertices.row(corner[1]),
                c = window.surface.vertices.row(corner[2]);
-    const bool faces_tool = -(b - a).cross(c - a).normalized().dot(inward) > kMinFacing;
+    // Within 50 degrees: a slide ends where it gets steeper.
+    const bool faces_tool = -(b - a).cross(c - a).normalized().dot(inward) > 0.64;
     if (!faces_tool || window.is_measured[hit->triangle] == 0) break;
     slide.fall_m.push_back(slide.fall_m.back() - depth_m + *way_m);
   }
@@ -159,7 +157,8 @@ ProposedPath propose_path(const runtime::AssetView& asset) {
   const Vec3 spot = middle.place, inward = middle.inward;
   ProposedPath out;
   out.touched = spot;
-  out.depth_m = kDepthShare * asset.max_fitted_m;
+  // Neither light nor at the end of what curves were fitted to.
+  out.depth_m = 0.6 * asset.max_fitted_m;
   const auto free_m = ray_distance_m(window.surface, window.boxes, spot, -inward,
                                      1e-6 * extent_m(window.surface.vertices).norm());
   const double above_m = std::min(asset.max_fitted_m, free_m ? *free_m / 2 : asset.max_fitted_m);
@@ -177,14 +176,14 @@ ProposedPath propose_path(const runtime::AssetView& asset) {
       tips.push_back(spot + way_m * slide.along + (slide.fall_at(way_m) + depth_m) * inward);
     }
   };
-  go(0, 0, -above_m, out.depth_m, kDown_s);
-  go(0, 0, out.depth_m, out.depth_m, kHold_s);
-  if (out.slide_m > 0) go(0, out.slide_m, out.depth_m, out.depth_m, kSlide_s);
-  go(out.slide_m, out.slide_m, out.depth_m, -above_m, kLift_s);
-  out.tip.position.resize(static_cast<Eigen::Index>(tips.size()), 3);
+  go(0, 0, -above_m, out.depth_m, 0.6);
+  go(0, 0, out.depth_m, out.depth_m, 0.2);
+  if (out.slide_m > 0) go(0, out.slide_m, out.depth_m, out.depth_m, 1);
+  go(out.slide_m, out.slide_m, out.depth_m, -above_m, 0.4);
+  out.tip.position.resize(tips.size(), 3);
   for (std::size_t i = 0; i < tips.size(); ++i) {
     out.tip.time_s.push_back(static_cast<double>(i) / kRate_Hz);
-    out.tip.position.row(static_cast<Eigen::Index>(i)) = tips[i];
+    out.tip.position.row(i) = tips[i];
   }
   return out;
 }

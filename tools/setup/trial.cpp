@@ -1,5 +1,3 @@
-#include "tools/setup/trial.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,21 +12,15 @@
 #include "libfit/core/linear_algebra.hpp"
 #include "tools/console.hpp"
 #include "tools/crash_report.hpp"
-#include "tools/stages/samples/points_to_drag.hpp"
+#include "tools/setup/check.hpp"
+#include "tools/setup/window.hpp"
+#include "tools/stages/samples/placement.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
 namespace {
 
-// A drag slips where its lateral force has fallen to this share of its first row's stiffness times
-// the distance.
-constexpr double kSlipShare = 0.6;
 constexpr double kUsefulError = 0.03;  // of a row's force; more hides what a fit can do
-constexpr double kSwayShare = 0.4;     // of the half-space's force; softer inclusions take less
-// Of sway_m over the depth. Livers, a hand, a cow, the dragon and blocks have 0.2 to 0.9, an
-// elephant held behind 1.6 (p95 3.6 %), a figure that stands on two feet 14 (p95 65 %).
-constexpr double kMaxSway = 3;
-constexpr double kSmallestForce_N = 0.04;  // that a hand notices
 
 double thread_seconds() {
   timespec now;
@@ -39,6 +31,7 @@ double thread_seconds() {
 Vec3 across(const Vec3& vector, const Vec3& normal) { return vector - vector.dot(normal) * normal; }
 
 // Sticking and slipping rows of the drags. Each drag starts from a press: what it had there counts.
+// It slips where its stiffness has fallen to 0.6 of that of its first row.
 void count_drags(const SampleRows& rows, const Vec3& normal, Trial& trial) {
   std::map<int, Eigen::Index> first;
   for (Eigen::Index row = 0; row < rows.rows(); ++row) {
@@ -50,7 +43,7 @@ void count_drags(const SampleRows& rows, const Vec3& normal, Trial& trial) {
     };
     const double initial = stiffness(start->second);
     if (!(initial > 0)) continue;
-    (stiffness(row) < kSlipShare * initial ? trial.slipping : trial.sticking) += 1;
+    (stiffness(row) < 0.6 * initial ? trial.slipping : trial.sticking) += 1;
   }
 }
 
@@ -156,18 +149,20 @@ std::vector<std::string> advice(const Scene& scene, const Trial& trial) {
     out.push_back(fmt::format(
         "rows state a force error of {:.2g} %: set force_tolerance = {} in [experiments].",
         100 * trial.force_error, kUsefulError));
-  const bool is_soft = trial.force_N < kSwayShare * trial.half_space_N;
+  const bool is_soft = trial.force_N < 0.4 * trial.half_space_N;  // softer inclusions take less
   if (is_soft)
     out.push_back(fmt::format(
         "the press has {:.2g} N where a body that stays in its place has {:.2g}: the organ sways. "
         "Hold more of it, or nearer to the window (fixed).",
         trial.force_N, trial.half_space_N));
-  else if (trial.force_N < kSmallestForce_N)
+  else if (trial.force_N < kFelt_N)
     out.push_back(fmt::format(
         "the press ends at {:.2g} N, less than a hand notices: press deeper, or check the unit of "
         "the material.",
         trial.force_N));
-  if (!is_soft && trial.sway_m > kMaxSway * trial.depth_m)
+  // Livers, a hand, a cow, the dragon and blocks sway by 0.2 to 0.9 of the depth, an elephant held
+  // behind by 1.6 (p95 3.6 %), a figure that stands on two feet by 14 (p95 65 %).
+  if (!is_soft && trial.sway_m > 3 * trial.depth_m)
     out.push_back(fmt::format(
         "the force of the press, sideways, moves the body as a whole by {:.2g} mm where the tool "
         "went in by {:.2g}: the organ sways, and slides will be off by 10 % or more. Hold more of "

@@ -17,17 +17,7 @@ namespace {
 
 constexpr double kHeldShare = 0.25;      // of the surface's area; less and the organ sways
 constexpr double kFacing = 0.7;          // cosine to a side of what lies flat on it
-constexpr double kWindowShare = 0.22;    // window's radius over the extents across
 constexpr double kProbeShare = 1.0 / 8;  // of the thickness; presses go one radius deep
-constexpr double kLargestShare = 1.0 / 4;
-constexpr double kLargestProbe_m = 0.01;
-constexpr double kWindowBalls = 3;       // radii of the ball that a window's has at least
-constexpr double kFeltFrom = 3.0 / 7;    // of the depth, from which on rows are to be felt
-constexpr double kOverlapShare = 0.1;    // of the depth, as find_reachable has it
-constexpr double kReachedShare = 0.5;    // of the window's vertices
-constexpr double kThinnest = 1.0 / 300;  // of the largest extent; a sheet takes minutes to fill
-constexpr double kSmallestShare = 0.3;   // of the first ball, that one is shrunk to
-constexpr double kShrink = 0.8;
 
 struct TriangleArea {
   Vec3 centre, area;  // area: along the outward normal [m^2]
@@ -82,7 +72,7 @@ void place(const Surface& surface, const BoxTree& boxes, Window& window) {
   window.centre = hit ? Vec3(above - *hit * up) : closest_point(surface, boxes, above)->position;
   Vec3 across = high - low;
   across[window.axis] = std::numeric_limits<double>::infinity();
-  window.radius_m = rounded_m(kWindowShare * across.minCoeff());
+  window.radius_m = rounded_m(0.22 * across.minCoeff());
 }
 
 // Share of the window's area that looks away from the held side, so that a tool can press on it.
@@ -117,12 +107,11 @@ std::vector<Window> windows_of(const Surface& surface, std::string_view held) {
     scored.emplace_back(facing_share(facets, window) + 0.5 * resting, window);
   }
   // A side that is hardly better than one before it in the table does not come before it.
-  constexpr double kHardly = 0.05;
   std::vector<Window> windows;
   while (!scored.empty()) {
     auto best = scored.begin();
     for (auto it = scored.begin(); it != scored.end(); ++it)
-      if (it->first > best->first + kHardly) best = it;
+      if (it->first > best->first + 0.05) best = it;
     windows.push_back(best->second);
     scored.erase(best);
   }
@@ -131,7 +120,7 @@ std::vector<Window> windows_of(const Surface& surface, std::string_view held) {
 
 std::vector<char> vertices_in(const Window& window, const Surface& surface) {
   const Points normals = vertex_normals(surface);
-  std::vector<char> is_in(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  std::vector<char> is_in(surface.vertices.rows(), 0);
   for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
     const Vec3 place = surface.vertices.row(v);
     is_in[v] = (place - window.centre).norm() <= window.radius_m &&
@@ -166,28 +155,27 @@ std::optional<ProposedBall> ball_for(const Window& window, const Surface& surfac
                                      double poisson) {
   const double thickness_m = thickness_under_m(window, surface);
   // Across, too: the rim of a sheet is as thick as the sheet is wide.
-  const double thinnest_m = kThinnest * extent_m(surface.vertices).maxCoeff();
+  // A thinner sheet takes minutes to fill.
+  const double thinnest_m = 1.0 / 300 * extent_m(surface.vertices).maxCoeff();
   if (!(thickness_m > thinnest_m && window.radius_m > thinnest_m)) return std::nullopt;
-  // Hertz with the contact radius sqrt(R d): F = 4/3 E* sqrt(R) d^1.5, of d = R at the end.
+  // Hertz with the contact radius sqrt(R d): F = 4/3 E* sqrt(R) d^1.5, of d = R at the end. Rows
+  // are to be felt from 3/7 of the depth on.
   const double hertz_Pa = 4.0 / 3 * young_Pa / (1 - poisson * poisson);
-  const double felt_m = std::sqrt(kFelt_N / (hertz_Pa * std::pow(kFeltFrom, 1.5)));
-  const double first_m =
-      std::min({std::max(std::min(kProbeShare * thickness_m, kLargestProbe_m), felt_m),
-                kLargestShare * thickness_m, window.radius_m / kWindowBalls});
+  const double felt_m = std::sqrt(kFelt_N / (hertz_Pa * std::pow(3.0 / 7, 1.5)));
+  const double first_m = std::min({std::max(std::min(kProbeShare * thickness_m, 0.01), felt_m),
+                                   1.0 / 4 * thickness_m, window.radius_m / 3});
   const std::vector<char> is_in = vertices_in(window, surface);
   const auto all = std::count(is_in.begin(), is_in.end(), 1);
   const Points outward = vertex_normals(surface);
-  for (double radius_m = first_m; radius_m > kSmallestShare * first_m; radius_m *= kShrink) {
+  for (double radius_m = first_m; radius_m > 0.3 * first_m; radius_m *= 0.8) {
     ProposedBall ball;
     ball.radius_m = rounded_m(radius_m);
     ball.force_N = hertz_Pa * ball.radius_m * ball.radius_m;
     const fem::ToolReach reach(surface, fem::make_probe(sphere_spec(ball.radius_m), "[probe]"),
-                               kOverlapShare * ball.radius_m);
+                               0.1 * ball.radius_m);  // as find_reachable has it
     const std::vector<char> is_reached = reach.vertices(is_in, outward);
     ball.reachable = static_cast<int>(std::count(is_reached.begin(), is_reached.end(), 1));
-    if (ball.reachable >= kFewestVertices &&
-        ball.reachable >= kReachedShare * static_cast<double>(all))
-      return ball;
+    if (ball.reachable >= 12 && ball.reachable >= 0.5 * static_cast<double>(all)) return ball;
   }
   return std::nullopt;
 }

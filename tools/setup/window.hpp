@@ -43,13 +43,12 @@ struct ProposedBall {
 
 /// Of an eighth of the thickness, 10 mm at most; larger, up to a quarter of it, where half of the
 /// rows would be below what a hand feels; and smaller until it reaches most of the window. Nothing
-/// where no ball reaches kFewestVertices, and under a sheet of a 300th of the body's extent.
-/// young_Pa, poisson: of the material at rest.
+/// where no ball reaches twelve vertices, which test points need, and under a sheet of a 300th of
+/// the body's extent. young_Pa, poisson: of the material at rest.
 std::optional<ProposedBall> ball_for(const Window& window, const Surface& surface, double young_Pa,
                                      double poisson);
 
-inline constexpr double kFelt_N = 0.04;     ///< that a hand notices
-inline constexpr int kFewestVertices = 12;  ///< of a window that test points can be placed in
+inline constexpr double kFelt_N = 0.04;  ///< that a hand notices
 
 /// Two digits, so that a reader sees a choice and no measurement.
 double rounded_m(double length_m);

@@ -14,19 +14,15 @@
 namespace palpate::tools {
 namespace {
 
-// Begins with the stage's name and the program.
-ContentHash stage_hash(const char* stage) {
-  ContentHash hash;
-  hash.add(stage).add(build_identity());
-  return hash;
-}
-
-std::optional<std::string> fingerprint_in(const std::string& json) {
-  const auto parsed = nlohmann::json::parse(json, nullptr, false);
-  if (!parsed.is_object() || !parsed.contains(kInputsAttribute) ||
-      !parsed[kInputsAttribute].is_string())
-    return std::nullopt;
-  return parsed[kInputsAttribute].get<std::string>();
+// The JSON of a file, or of an asset's meta; discarded where it is missing or damaged.
+nlohmann::json json_in(const std::filesystem::path& path) {
+  try {
+    const std::string text = is_asset_file(path) ? std::string(read_asset_file(path).meta_json())
+                                                 : read_whole_file(path);
+    return nlohmann::json::parse(text, nullptr, false);
+  } catch (const Error&) {
+    return nlohmann::json::value_t::discarded;
+  }
 }
 
 template <class Matrix>
@@ -36,6 +32,12 @@ std::string_view bytes_of(const Matrix& matrix) {
 }
 
 }  // namespace
+
+ContentHash stage_hash(const char* stage) {
+  ContentHash hash;
+  hash.add(stage).add(build_identity());
+  return hash;
+}
 
 std::string import_fingerprint() { return stage_hash("import").hex(); }
 
@@ -89,51 +91,6 @@ std::string samples_fingerprint(const Scene& scene, const Body& body) {
   return hash.hex();
 }
 
-std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples) {
-  return stage_hash("curves").add(canonical(fit)).add_file(samples).hex();
-}
-
-std::string model_fingerprint(const std::filesystem::path& curves,
-                              const std::filesystem::path& body,
-                              const std::filesystem::path& samples) {
-  ContentHash hash = stage_hash("model").add_file(curves).add_file(body);
-  if (samples.empty()) return hash.hex();
-  hash.add_file(samples);
-  if (const auto surface = surface_path(samples); std::filesystem::exists(surface))
-    hash.add_file(surface);
-  return hash.hex();
-}
-
-std::string asset_fingerprint(const std::filesystem::path& model) {
-  return stage_hash("asset").add_file(model).hex();
-}
-
-std::string statement_fingerprint(const Scene& scene, const std::string& asset_fingerprint,
-                                  const std::filesystem::path& body) {
-  ContentHash hash = stage_hash("statement");
-  hash.add(canonical(scene, Stage::validate)).add(canonical(scene, Stage::simulate));
-  if (scene.tool) hash.add(std::to_string(scene.tool->held_out));
-  for (const ToolSection& tool : scene.stated)
-    hash.add(canonical(tool)).add(std::to_string(tool.held_out));
-  return hash.add(asset_fingerprint).add_file(body).hex();
-}
-
-std::string recorded_body_fingerprint(const std::filesystem::path& samples,
-                                      const std::optional<std::filesystem::path>& surface) {
-  ContentHash hash = stage_hash("body").add_file(samples);
-  if (surface) hash.add_file(*surface);
-  return hash.hex();
-}
-
-std::string recorded_statement_fingerprint(const std::string& asset_fingerprint,
-                                           const std::filesystem::path& samples) {
-  ContentHash hash = stage_hash("statement").add(asset_fingerprint).add_file(samples);
-  const std::filesystem::path held_out =
-      std::filesystem::path(samples).replace_extension(".held_out.h5");
-  if (std::filesystem::exists(held_out)) hash.add_file(held_out);
-  return hash.hex();
-}
-
 std::optional<std::string> stored_in_hdf5(const std::filesystem::path& path,
                                           const char* attribute) {
   try {
@@ -145,29 +102,16 @@ std::optional<std::string> stored_in_hdf5(const std::filesystem::path& path,
   return std::nullopt;
 }
 
-std::optional<std::string> stored_in_asset(const std::filesystem::path& path) {
-  try {
-    return fingerprint_in(std::string(read_asset_file(path).meta_json()));
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-}
-
 std::optional<std::string> stored_in_json(const std::filesystem::path& path) {
-  try {
-    return fingerprint_in(read_whole_file(path));
-  } catch (const Error&) {
+  const auto json = json_in(path);
+  if (!json.is_object() || !json.contains(kInputsAttribute) || !json[kInputsAttribute].is_string())
     return std::nullopt;
-  }
+  return json[kInputsAttribute].get<std::string>();
 }
 
 bool has_statement(const std::filesystem::path& asset) {
-  try {
-    const auto meta = nlohmann::json::parse(read_asset_file(asset).meta_json(), nullptr, false);
-    return meta.is_object() && meta.contains("statement");
-  } catch (const Error&) {
-    return false;
-  }
+  const auto meta = json_in(asset);
+  return meta.is_object() && meta.contains("statement");
 }
 
 }  // namespace palpate::tools

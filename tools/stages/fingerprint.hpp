@@ -11,10 +11,12 @@
 
 namespace palpate::tools {
 
-/// Fingerprints of what each stage reads: the program (its version in a release, its sources in a
-/// developer's build), the scene's settings that matter to the stage, and the content of what was
-/// made before. A stage is redone exactly when the fingerprint wanted differs from the one stored
-/// in its output, so a damaged or edited file is noticed, and its existence proves nothing.
+/// The beginning of the fingerprint of what a stage reads: its name and the program (its version in
+/// a release, its sources in a developer's build). To it go the scene's settings that matter to the
+/// stage, and the content of what was made before. A stage is redone exactly when the fingerprint
+/// wanted differs from the one stored in its output, so a damaged or edited file is noticed, and
+/// its existence proves nothing.
+ContentHash stage_hash(const char* stage);
 std::string body_fingerprint(const Scene& scene);
 /// Of the program alone.
 std::string import_fingerprint();
@@ -25,28 +27,10 @@ std::string samples_fingerprint(const Scene& scene, const Body& body);
 std::string point_fingerprint(const Scene& scene, const Body& body);
 /// The same of rows that the scene's [tool] made and others beside [probe]; empty without any.
 std::string tool_fingerprint(const Scene& scene, const std::vector<ToolSection>& others);
-std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples);
-/// samples: what tells how contacts feel each other and, with the file beside it, how the surface
-/// moves; empty where nothing does.
-std::string model_fingerprint(const std::filesystem::path& curves,
-                              const std::filesystem::path& body,
-                              const std::filesystem::path& samples);
-std::string asset_fingerprint(const std::filesystem::path& model);
-/// asset_fingerprint: of the asset; its own bytes change when it gets its statement.
-std::string statement_fingerprint(const Scene& scene, const std::string& asset_fingerprint,
-                                  const std::filesystem::path& body);
-
-/// Of the body that recordings were made on. surface: of the manifest, if it names one.
-std::string recorded_body_fingerprint(const std::filesystem::path& samples,
-                                      const std::optional<std::filesystem::path>& surface);
-/// Of an asset that recordings are compared with.
-std::string recorded_statement_fingerprint(const std::string& asset_fingerprint,
-                                           const std::filesystem::path& samples);
-
 /// Fingerprint stored in a file; nothing when the file is missing, damaged or has none.
 std::optional<std::string> stored_in_hdf5(const std::filesystem::path& path,
                                           const char* attribute = kInputsAttribute);
-std::optional<std::string> stored_in_asset(const std::filesystem::path& path);
+/// The same of an asset, in its meta, and of a statement.
 std::optional<std::string> stored_in_json(const std::filesystem::path& path);
 /// Whether an asset carries an error statement in its meta.
 bool has_statement(const std::filesystem::path& asset);

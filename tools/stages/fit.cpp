@@ -17,9 +17,6 @@ namespace palpate::tools {
 namespace {
 
 constexpr std::size_t kListed = 15;  // points named before "and N more"
-// One over the share of points that may be poor. Of the shipped block and liver none are. At 2 a
-// spleen with 28 of 48 is just found, and at 8 one bad recording of eight fails a rig.
-constexpr std::size_t kTooMany = 4;
 
 void say_report(const FitReport& report) {
   say("  family   {}: {}", kCurveFamilyNames[static_cast<std::size_t>(report.family.family)].name,
@@ -198,7 +195,7 @@ Nuisances nuisances_named(const std::string& names) {
     if (row == kNuisanceNames.end())
       throw Error("--free", "there is nothing called \"" + name + "\" to free",
                   "Use contact, bias, drift, or several with commas between.");
-    choice[static_cast<std::size_t>(row - kNuisanceNames.begin())] = true;
+    choice[row - kNuisanceNames.begin()] = true;
     begin = end + 1;
   }
   return choice;
@@ -210,7 +207,9 @@ std::size_t list_bad_points(const FittedCurves& curves, bool is_quick) {
     guessed += status == FitStatus::failed || (status == FitStatus::underdetermined && !is_quick);
     poor += status == FitStatus::poor;
   }
-  const bool are_too_many = kTooMany * (guessed + poor) >= curves.status.size();
+  // None of the shipped block and liver are poor. At a half a spleen with 28 of 48 is just found,
+  // and at an eighth one bad recording of eight fails a rig.
+  const bool are_too_many = 4 * (guessed + poor) >= curves.status.size();
   const std::size_t bad = guessed + (are_too_many ? poor : 0);
   for (std::size_t p = 0; p < curves.status.size(); ++p) {
     const bool is_poor = curves.status[p] == FitStatus::poor;

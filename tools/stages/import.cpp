@@ -111,13 +111,13 @@ void report_grades(const Assembled& assembled) {
   say("{} recordings: {} good, {} fair, {} poor", grades.size(), count(0), count(1), count(2));
 }
 
-void report(const ImportRequest& request, const Manifest& manifest,
-            const std::vector<ItemResult>& results, const Assembled& assembled) {
+void report(const ImportRequest& request, const std::vector<ItemResult>& results,
+            const Assembled& assembled) {
   if (assembled.registration)
     say("surface: residual {:.3g} mm rms, {:.3g} mm at most, after {} steps",
         1e3 * assembled.registration->rms_m, 1e3 * assembled.registration->largest_m,
         assembled.registration->iterations);
-  report_formats(manifest, results);
+  report_formats(request.manifest, results);
   report_distance(assembled);
   for (std::size_t i = 0; i < assembled.notes.size() && i < kListed; ++i)
     say("note: {}", assembled.notes[i]);
@@ -208,18 +208,6 @@ Body body_of_recordings(const Manifest& manifest, const Samples& samples) {
   return body;
 }
 
-std::string recorded_samples_fingerprint(const ImportRequest& request) {
-  const Manifest manifest = read_manifest(request.manifest);
-  ContentHash hash;
-  hash.add(import_fingerprint()).add_file(manifest.path);
-  if (manifest.surface) hash.add_file(*manifest.surface);
-  for (const BatchItem& item : manifest.items) {
-    hash.add(item.shown);
-    if (fs::is_regular_file(item.file)) hash.add_file(item.file);
-  }
-  return hash.add(fmt::format("{} {}", request.drop_invalid, request.holds_out)).hex();
-}
-
 fs::path import_summary_path(const fs::path& samples) { return beside(samples, ".json"); }
 
 void check_recordings_exist(const Manifest& manifest) {
@@ -236,20 +224,20 @@ void check_recordings_exist(const Manifest& manifest) {
 }
 
 ReadRecordings read_recordings(const ImportRequest& request) {
-  ReadRecordings out{read_manifest(request.manifest), {}, {}, {}};
-  check_recordings_exist(out.manifest);
-  for (BatchItem& item : out.manifest.items) item.read.drop_invalid |= request.drop_invalid;
-  const auto surface = surface_of(out.manifest);
-  const BatchOptions options = batch_options(request, out.manifest, surface);
-  out.results = read_all(out.manifest, options);
-  out.assembled = assemble(out.manifest.items, out.results, options);
+  const Manifest& manifest = request.manifest;
+  check_recordings_exist(manifest);
+  const auto surface = surface_of(manifest);
+  const BatchOptions options = batch_options(request, manifest, surface);
+  ReadRecordings out;
+  out.results = read_all(manifest, options);
+  out.assembled = assemble(manifest.items, out.results, options);
   Samples& samples = out.assembled.samples;
-  std::vector<ProbeSpec> probes = probes_of(out.manifest, out.assembled.tips);
+  std::vector<ProbeSpec> probes = probes_of(manifest, out.assembled.tips);
   samples.probe = probes.front();
   samples.other_probes.assign(probes.begin() + 1, probes.end());
-  samples.poisson = out.manifest.items.front().signal.poisson;
-  out.is_held_out = held_out_points(out.manifest, samples, request.holds_out);
-  report(request, out.manifest, out.results, out.assembled);
+  samples.poisson = manifest.items.front().signal.poisson;
+  out.is_held_out = held_out_points(manifest, samples, request.holds_out);
+  report(request, out.results, out.assembled);
   return out;
 }
 
@@ -261,7 +249,7 @@ nlohmann::ordered_json write_recordings(const ImportRequest& request, const Read
     write_relaxation(fs::path(request.output).replace_extension(".relaxation.import.csv"),
                      *assembled.relaxation);
   if (assembled.samples.rows() == 0)
-    throw Error(request.manifest.string(),
+    throw Error(request.manifest.path.string(),
                 "none of its " + std::to_string(assembled.outcomes.size()) +
                     " recordings could be imported; " + request.output.string() +
                     " was not written",

@@ -11,19 +11,18 @@
 
 namespace palpate::tools {
 
-/// What `palpate import` is asked for. output: samples.h5; its tables lie beside it.
-/// Empty: nothing is written, and every file is read.
+/// What `palpate import` is asked for. output: samples.h5; its tables lie beside it. Empty: nothing
+/// is written, and every file is read.
 struct ImportRequest {
-  std::filesystem::path manifest, output;
-  int jobs = 0;               ///< threads, 0 for all cores
-  bool drop_invalid = false;  ///< leave out rows that are not numbers or go back in time
+  Manifest manifest;
+  std::filesystem::path output;
+  int jobs = 0;  ///< threads, 0 for all cores
   /// Hold points out of the fit also where the manifest says nothing (held_out_points).
   bool holds_out = false;
 };
 
 /// Recordings of a manifest, read, conditioned and placed on the body; results: one per item.
 struct ReadRecordings {
-  Manifest manifest;
   std::vector<recordings::ItemResult> results;
   recordings::Assembled assembled;
   std::vector<char> is_held_out;  ///< of the assembled samples' points, from the fit
@@ -33,7 +32,7 @@ struct ReadRecordings {
 /// they are read.
 void check_recordings_exist(const Manifest& manifest);
 
-/// Says on stderr what was found. Throws Error on a bad manifest or surface, Interrupted when the
+/// Says on stderr what was found. Throws Error on a bad surface, Interrupted when the
 /// user stopped it.
 ReadRecordings read_recordings(const ImportRequest& request);
 
@@ -58,9 +57,5 @@ std::string obj_text(const Surface& surface);
 /// The body of recordings: the manifest's surface, else the one of their contacts, with curves
 /// wanted wherever a point answers; test points are the samples'. No volume.
 Body body_of_recordings(const Manifest& manifest, const Samples& samples);
-
-/// What samples.h5 of a manifest is made from: manifest, surface, bytes of the recordings' files,
-/// choices of the request and program.
-std::string recorded_samples_fingerprint(const ImportRequest& request);
 
 }  // namespace palpate::tools

@@ -41,10 +41,7 @@ ShapeOptions options_for(const fem::Probe& probe, double depth_m) {
 // tell nothing of its surface.
 void add_shape(Model& model, const Samples& samples) {
   if (!samples.probe || samples.surface.cols() != 3 * model.surface.vertices.rows()) return;
-  double depth_m = 0;
-  for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    depth_m = std::max(
-        depth_m, samples.deflection.row(row).dot(samples.point_normal.row(samples.point[row])));
+  const double depth_m = deepest_m(samples);
   if (!(depth_m > 0)) return;
   const double from_s = wall_seconds();
   const AssetBytes bytes = make_asset_bytes(model, {});
@@ -62,8 +59,6 @@ void add_shape(Model& model, const Samples& samples) {
     say("  shape: {:>2} fields {:.2f} | {:.2f}", count.modes, 100 * count.near_p95,
         100 * count.all_p95);
 }
-
-constexpr double kShortest = 0.5;  // its scale over the ball's radius (M62)
 
 void say_kind(const runtime::AssetView& asset, const runtime::CouplingView& coupling,
               const Scene& scene, const Samples& all, ExperimentKind kind, const char* what) {
@@ -98,13 +93,22 @@ void add_coupling(Model& model, const Scene& scene, const Samples& samples) {
   coupling = identify_coupling(asset,
                                coupling_residual(asset, rows, scene.experiments.each.depth_m,
                                                  played_as(scene, Purpose::identify, rows)),
-                               kShortest * ball_radius_m(scene.probe.spec));
+                               // The coupling's least scale over the ball's radius (M62).
+                               0.5 * ball_radius_m(scene.probe.spec));
   say_kind(asset, coupling, scene, rows, ExperimentKind::pair, "two tools");
   say_kind(asset, coupling, scene, rows, ExperimentKind::tool, "tool");
   if (!coupling.is_any()) say("  coupling: that is no gain, there is none");
 }
 
 }  // namespace
+
+double deepest_m(const Samples& samples) {
+  double deepest_m = 0;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row)
+    deepest_m = std::max(
+        deepest_m, samples.deflection.row(row).dot(samples.point_normal.row(samples.point[row])));
+  return deepest_m;
+}
 
 Samples read_known(const std::filesystem::path& samples) {
   return std::filesystem::exists(surface_path(samples)) ? read_with_surface(samples)

@@ -21,6 +21,9 @@ Samples read_known(const std::filesystem::path& samples);
 Model refine_body(const FittedCurves& curves, const Body& body, const Samples& samples,
                   const Scene* scene);
 
+/// The largest depth of rows [m]; 0 where none is inward.
+double deepest_m(const Samples& samples);
+
 /// The attribute of model.h5 that says how many test points have no curves of their own, in words.
 inline constexpr const char* kGuessedAttribute = "points_without_curves_of_their_own";
 

@@ -1,4 +1,3 @@
-#include "tools/stages/run.hpp"
 
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
@@ -6,6 +5,7 @@
 #include "tools/crash_report.hpp"
 #include "tools/outputs.hpp"
 #include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/simulate.hpp"
 #include "tools/stages/stage_table.hpp"
 
@@ -19,7 +19,8 @@ bool bring_up_to_date(const StageRow& stage, Pipeline& pipeline, bool force) {
   set_stage(stage.name);
   const std::string output = (pipeline.files.*stage.output).string(),
                     wanted = stage.wanted(pipeline);
-  if (!force && stage.stored(pipeline) == wanted) {
+  const auto stored = stage.stored ? stage.stored(pipeline) : stored_in_hdf5(output);
+  if (!force && stored == wanted) {
     say("{:<9}{} is up to date", stage.name, output);
     if (stage.load) stage.load(pipeline, wanted);
     return false;
@@ -62,10 +63,9 @@ RunResult run(const RunRequest& request, RunLog* log) {
     if (log) log->open(fs::path(request.folder) / kRunLog, "palpate run " + request.scene);
   };
   if (is_of_recordings) {
-    pipeline.manifest = read_manifest(request.scene);
-    check_recordings_exist(pipeline.manifest);
-    pipeline.fit = pipeline.manifest.fit;
-    pipeline.import = {request.scene, pipeline.files.samples, request.jobs, false, true};
+    pipeline.import = {read_manifest(request.scene), pipeline.files.samples, request.jobs, true};
+    check_recordings_exist(pipeline.import.manifest);
+    pipeline.fit = pipeline.import.manifest.fit;
     open_folder();
   } else {
     pipeline.scene = open_scene(request.scene);

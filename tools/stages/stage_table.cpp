@@ -28,16 +28,12 @@ Attributes inputs_of(const std::string& fingerprint) {
   return fingerprint.empty() ? Attributes{} : Attributes{{kInputsAttribute, fingerprint}};
 }
 
-template <fs::path StageFiles::*file>
-std::optional<std::string> stored_in(const Pipeline& p) {
-  return stored_in_hdf5(p.files.*file);
-}
-
 // The body with the test points that were simulated.
 fs::path placed_body(const Pipeline& p) {
   return p.scene.experiments.placement ? p.files.samples.parent_path() / "placed.h5" : p.files.body;
 }
 
+std::string wanted_body(const Pipeline& p) { return body_fingerprint(p.scene); }
 void write_prepared(Pipeline& p, const std::string& fingerprint, bool is_new) {
   if (!p.surface_only) check_experiments(p.scene, p.body);
   if (p.before_writing) p.before_writing();
@@ -54,6 +50,7 @@ void load_prepared(Pipeline& p, const std::string& fingerprint) {
   write_prepared(p, fingerprint, false);
 }
 
+std::string wanted_samples(const Pipeline& p) { return samples_fingerprint(p.scene, p.body); }
 std::optional<std::string> stored_samples(const Pipeline& p) {
   const auto stored = stored_in_hdf5(p.files.samples);
   const bool has_points =
@@ -73,6 +70,17 @@ void say_simulated(Pipeline& p) {
   p.samples = {};
 }
 
+std::string wanted_recordings(const Pipeline& p) {
+  const Manifest& manifest = p.import.manifest;
+  ContentHash hash;
+  hash.add(import_fingerprint()).add_file(manifest.path);
+  if (manifest.surface) hash.add_file(*manifest.surface);
+  for (const recordings::BatchItem& item : manifest.items) {
+    hash.add(item.shown).add(item.read.drop_invalid ? "drop" : "");
+    if (fs::is_regular_file(item.file)) hash.add_file(item.file);
+  }
+  return hash.add(p.import.holds_out ? "hold" : "").hex();
+}
 void make_recorded_samples(Pipeline& p, const std::string& fingerprint) {
   const ReadRecordings read = read_recordings(p.import);
   p.imported = write_recordings(p.import, read, fingerprint);
@@ -93,9 +101,14 @@ std::optional<std::string> stored_recordings(const Pipeline& p) {
                                                           : std::nullopt;
 }
 
+std::string wanted_recorded_body(const Pipeline& p) {
+  ContentHash hash = stage_hash("body").add_file(p.files.samples);
+  if (p.import.manifest.surface) hash.add_file(*p.import.manifest.surface);
+  return hash.hex();
+}
 void make_recorded_body(Pipeline& p, const std::string& fingerprint) {
-  const Body body = body_of_recordings(p.manifest, read_samples(p.files.samples));
-  if (!p.manifest.surface)
+  const Body body = body_of_recordings(p.import.manifest, read_samples(p.files.samples));
+  if (!p.import.manifest.surface)
     write_file_atomically(fs::path(p.files.body).replace_extension(".obj"), obj_text(body.surface));
   write_body(p.files.body, body, inputs_of(fingerprint));
 }
@@ -116,6 +129,9 @@ void say_worth(const Pipeline& p, const fit::RadiusReport& radius) {
       is_tool ? "a larger `points` of [[experiments.probe]] lowers the error more than test points"
               : "more test points lower the error more than presses of the other tool");
 }
+std::string wanted_curves(const Pipeline& p) {
+  return stage_hash("curves").add(canonical(p.fit)).add_file(p.files.samples).hex();
+}
 void make_curves(Pipeline& p, const std::string& fingerprint) {
   fit::RadiusReport radius;
   const FittedCurves curves =
@@ -124,25 +140,35 @@ void make_curves(Pipeline& p, const std::string& fingerprint) {
   write_curves(p.files.curves, curves, inputs_of(fingerprint));
 }
 
+// Recordings say nothing of how contacts interact, nor of how the surface moves.
+bool is_measured(const Pipeline& p) {
+  return p.files.samples.empty() || !p.import.manifest.items.empty();
+}
 std::string wanted_model(const Pipeline& p) {
-  return model_fingerprint(p.files.curves, placed_body(p),
-                           p.manifest.items.empty() ? p.files.samples : fs::path());
+  ContentHash hash = stage_hash("model").add_file(p.files.curves).add_file(placed_body(p));
+  if (is_measured(p)) return hash.hex();
+  hash.add_file(p.files.samples);
+  if (const auto surface = surface_path(p.files.samples); fs::exists(surface))
+    hash.add_file(surface);
+  return hash.hex();
 }
 void make_model(Pipeline& p, const std::string& fingerprint) {
   const Body body = read_body(placed_body(p));
   const bool is_of_scene = !body.scene.empty();
   const Scene scene = is_of_scene ? scene_of(body, placed_body(p)) : Scene();
   const FittedCurves curves = read_curves(p.files.curves);
-  const bool is_measured = p.files.samples.empty() || !p.manifest.items.empty();
   const Model model =
-      refine_body(curves, body, is_measured ? Samples() : read_known(p.files.samples),
+      refine_body(curves, body, is_measured(p) ? Samples() : read_known(p.files.samples),
                   is_of_scene ? &scene : nullptr);
   write_model(p.files.model, model, model_attributes(curves, fingerprint));
 }
 
+std::string wanted_asset(const Pipeline& p) {
+  return stage_hash("asset").add_file(p.files.model).hex();
+}
 std::optional<std::string> stored_asset(const Pipeline& p) {
   return fs::exists(p.files.picture) && fs::is_directory(p.files.engine)
-             ? stored_in_asset(p.files.asset)
+             ? stored_in_json(p.files.asset)
              : std::nullopt;
 }
 void make_asset(Pipeline& p, const std::string& fingerprint) {
@@ -158,6 +184,23 @@ void make_asset(Pipeline& p, const std::string& fingerprint) {
                             p.exported_format.empty() ? "palp" : p.exported_format, request);
 }
 
+// The fingerprint of the asset counts, for its own bytes change when it gets its statement.
+std::string asset_inputs(const Pipeline& p) { return stored_in_json(p.files.asset).value_or(""); }
+std::string wanted_statement(const Pipeline& p) {
+  const Scene& scene = p.scene;
+  ContentHash hash = stage_hash("statement");
+  hash.add(canonical(scene, Stage::validate)).add(canonical(scene, Stage::simulate));
+  if (scene.tool) hash.add(std::to_string(scene.tool->held_out));
+  for (const ToolSection& tool : scene.stated)
+    hash.add(canonical(tool)).add(std::to_string(tool.held_out));
+  return hash.add(asset_inputs(p)).add_file(p.files.body).hex();
+}
+std::string wanted_recorded_statement(const Pipeline& p) {
+  ContentHash hash = stage_hash("statement").add(asset_inputs(p)).add_file(p.files.samples);
+  if (const auto held_out = held_out_path(p.files.samples); fs::exists(held_out))
+    hash.add_file(held_out);
+  return hash.hex();
+}
 std::optional<std::string> stored_statement(const Pipeline& p) {
   return has_statement(p.files.asset) ? stored_in_json(p.files.statement) : std::nullopt;
 }
@@ -207,71 +250,27 @@ StageFiles files_in(const fs::path& folder) {
           .reference = folder};
 }
 
-const StageRow kPrepareStage{"prepare",
-                             "prepare",
-                             &StageFiles::body,
-                             [](const Pipeline& p) { return body_fingerprint(p.scene); },
-                             stored_in<&StageFiles::body>,
-                             make_body,
-                             nullptr,
-                             load_prepared};
-const StageRow kSimulateStage{
-    "simulate",           "simulate",
-    &StageFiles::samples, [](const Pipeline& p) { return samples_fingerprint(p.scene, p.body); },
-    stored_samples,       make_samples,
-    say_simulated};
-const StageRow kFitStage{
-    "fit",
-    kCurvesToAsset,
-    &StageFiles::curves,
-    [](const Pipeline& p) { return curves_fingerprint(p.fit, p.files.samples); },
-    stored_in<&StageFiles::curves>,
-    make_curves};
-const StageRow kRefineStage{
-    "refine",  kCurvesToAsset, &StageFiles::model, wanted_model, stored_in<&StageFiles::model>,
-    make_model};
-const StageRow kExportStage{
-    "export",           kCurvesToAsset,
-    &StageFiles::asset, [](const Pipeline& p) { return asset_fingerprint(p.files.model); },
-    stored_asset,       make_asset};
-const StageRow kValidateStage{"validate",
-                              "validate",
-                              &StageFiles::statement,
-                              [](const Pipeline& p) {
-                                return statement_fingerprint(
-                                    p.scene, stored_in_asset(p.files.asset).value_or(""),
-                                    p.files.body);
-                              },
-                              stored_statement,
-                              make_statement};
+const StageRow kPrepareStage{"prepare", "prepare", &StageFiles::body, wanted_body,
+                             make_body, nullptr,   nullptr,           load_prepared};
+const StageRow kSimulateStage{"simulate",   "simulate",     &StageFiles::samples, wanted_samples,
+                              make_samples, stored_samples, say_simulated};
+const StageRow kFitStage{"fit", kCurvesToAsset, &StageFiles::curves, wanted_curves, make_curves};
+const StageRow kRefineStage{"refine", kCurvesToAsset, &StageFiles::model, wanted_model, make_model};
+const StageRow kExportStage{"export",     kCurvesToAsset, &StageFiles::asset,
+                            wanted_asset, make_asset,     stored_asset};
+const StageRow kValidateStage{"validate",       "validate",     &StageFiles::statement,
+                              wanted_statement, make_statement, stored_statement};
 const StageRow kImportStage{
-    "import",
-    "import",
-    &StageFiles::samples,
-    [](const Pipeline& p) { return recorded_samples_fingerprint(p.import); },
-    stored_recordings,
-    make_recorded_samples,
-    nullptr,
-    load_imported};
-const StageRow kRecordedBodyStage{"prepare",
-                                  "prepare",
-                                  &StageFiles::body,
-                                  [](const Pipeline& p) {
-                                    return recorded_body_fingerprint(p.files.samples,
-                                                                     p.manifest.surface);
-                                  },
-                                  stored_in<&StageFiles::body>,
+    "import",          "import", &StageFiles::samples, wanted_recordings, make_recorded_samples,
+    stored_recordings, nullptr,  load_imported};
+const StageRow kRecordedBodyStage{"prepare", "prepare", &StageFiles::body, wanted_recorded_body,
                                   make_recorded_body};
 const StageRow kRecordedValidateStage{"validate",
                                       "validate",
                                       &StageFiles::statement,
-                                      [](const Pipeline& p) {
-                                        return recorded_statement_fingerprint(
-                                            stored_in_asset(p.files.asset).value_or(""),
-                                            p.files.samples);
-                                      },
-                                      stored_statement,
-                                      make_recorded_statement};
+                                      wanted_recorded_statement,
+                                      make_recorded_statement,
+                                      stored_statement};
 
 std::vector<const StageRow*> stages_of_scene() {
   return {&kPrepareStage, &kSimulateStage, &kFitStage,

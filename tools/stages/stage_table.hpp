@@ -30,14 +30,13 @@ struct StageFiles {
 /// The names that they have in the folder of a run.
 StageFiles files_in(const std::filesystem::path& folder);
 
-/// What the stages of one body share. A scene's stages read `scene`, those of recordings
-/// `manifest`, and `fit` is of either.
+/// What the stages of one body share. A scene's stages read `scene`, those of recordings `import`,
+/// and `fit` is of either.
 struct Pipeline {
   StageFiles files = {};
   int jobs = 0;        ///< threads, 0 for all cores
   bool resume = true;  ///< use what earlier runs simulated
   Scene scene = {};
-  Manifest manifest = {};
   FitSection fit = {};
   Body body = {};             ///< from `prepare` on
   bool surface_only = false;  ///< of `prepare`: without a volume
@@ -64,10 +63,11 @@ struct StageRow {
   std::filesystem::path StageFiles::*output;
   /// Fingerprint of everything that the output depends on.
   std::string (*wanted)(const Pipeline&);
-  /// Fingerprint of the output that is there; nothing where a file of the stage is missing.
-  std::optional<std::string> (*stored)(const Pipeline&);
   /// Writes the output with that fingerprint; an empty one is not written.
   void (*make)(Pipeline&, const std::string& fingerprint);
+  /// Fingerprint of the output that is there; nothing where a file of the stage is missing. Null:
+  /// the one that the output has as an HDF5 file.
+  std::optional<std::string> (*stored)(const Pipeline&) = nullptr;
   /// Reports on stderr what was made; null: nothing more than `make` does.
   void (*say)(Pipeline&) = nullptr;
   /// Reads what later stages need of an output that is up to date; null: they read the file.
@@ -89,5 +89,27 @@ void remake(const StageRow& stage, Pipeline& pipeline);
 /// Refuses what a later stage of the scene would refuse: no [material], a probe, pairs of tools or
 /// a [tool] that the simulator or the engine does not know. Throws Error with a remedy.
 void check_choices(const Scene& scene);
+
+class RunLog;
+
+/// What `palpate run` is asked for. scene: or a manifest. jobs: threads, 0 for all cores.
+struct RunRequest {
+  std::string scene, folder;
+  int jobs = 0;
+  bool force = false, quick = false;
+};
+
+inline constexpr const char* kRunLog = "run.log";
+
+struct RunResult {
+  int stages_done = 0;
+  std::size_t items_failed = 0;  ///< experiments, points, held-out rows; each is said
+  validation::Statement statement;
+};
+
+/// All stages from a scene or a manifest of recordings to an asset and its statement, those that
+/// are up to date left out (docs/formats/run.md). Keeps a second run out of the folder. log: opened
+/// in the folder as kRunLog; a line a stage stays on stderr.
+RunResult run(const RunRequest& request, RunLog* log = nullptr);
 
 }  // namespace palpate::tools

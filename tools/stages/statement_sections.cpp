@@ -1,5 +1,3 @@
-#include "tools/stages/statement_sections.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -14,6 +12,7 @@
 #include "tools/stages/samples/compound.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/simulate.hpp"
+#include "tools/stages/validate.hpp"
 
 namespace palpate::tools {
 namespace {

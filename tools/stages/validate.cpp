@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -9,19 +10,24 @@
 #include "libfem/probes/probes.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/core/stated_error.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
+#include "libfit/refine/refine.hpp"
 #include "libfit/shape/shape.hpp"
+#include "libfit/validation/replay.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/body/reach.hpp"
+#include "tools/stages/body/prepare.hpp"
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/import.hpp"
+#include "tools/stages/refine.hpp"
 #include "tools/stages/samples/compound.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/placement.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
 #include "tools/stages/samples/simulate.hpp"
-#include "tools/stages/statement_sections.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -53,9 +59,9 @@ std::string probe_words(const nlohmann::json& probe) {
 }
 
 bool is_alike(const nlohmann::json& a, const nlohmann::json& b) {
-  constexpr double kRounding = 1e-9;  // of lengths in other units
   if (a.is_number() && b.is_number())
-    return std::abs(a.get<double>() - b.get<double>()) <= kRounding * std::abs(a.get<double>());
+    // Lengths were in other units.
+    return std::abs(a.get<double>() - b.get<double>()) <= 1e-9 * std::abs(a.get<double>());
   if (a.type() != b.type() || a.size() != b.size() || !a.is_structured()) return a == b;
   for (const auto& [key, value] : a.items()) {
     const auto other = a.is_array() ? b.begin() + std::stol(key) : b.find(key);
@@ -102,6 +108,19 @@ Reference simulate_reference(const Scene& scene, const Body& body, const Validat
   return out;
 }
 
+// Rows that the engine follows, of recordings with the asset's own probe.
+Samples followed(const Samples& samples) {
+  return of_kinds(samples, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
+}
+
+void check_probe(const std::filesystem::path& path, const AssetFile& file, const Samples& samples) {
+  const auto meta = nlohmann::json::parse(file.meta_json(), nullptr, false);
+  if (!samples.probe || !meta.is_object() || !meta.contains("probe")) return;
+  if (meta["probe"] != nlohmann::json::parse(probe_meta(*samples.probe)))
+    throw Error(path.string(), "was measured with another probe than the samples",
+                "Validate it with the samples that it was fitted to.");
+}
+
 }  // namespace
 
 Statement validate_asset(const std::filesystem::path& path, const Scene& scene, const Body& body,
@@ -130,6 +149,56 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   if (asset.shape.points > 0 && reference.paths.surface.cols() == 3 * asset.vertices)
     statement.shape =
         shape_error(met, reference.paths, contact_states(met, reference.paths, depth_m));
+  statement.asset_bytes = asset.file.bytes;
+  return statement;
+}
+
+std::filesystem::path held_out_path(std::filesystem::path samples_path) {
+  return samples_path.replace_extension(".held_out.h5");
+}
+
+RecordedSamples read_recorded(const std::filesystem::path& samples_path) {
+  const std::filesystem::path held_out = held_out_path(samples_path);
+  return {read_samples(samples_path),
+          std::filesystem::exists(held_out) ? read_samples(held_out) : Samples()};
+}
+
+Statement validate_recordings(const std::filesystem::path& path, const RecordedSamples& samples,
+                              const ValidateRequest& request, const Body* body) {
+  const AssetFile file = read_asset_file(path);
+  const runtime::AssetView& asset = file.asset();
+  check_probe(path, file, samples.fitted);
+  // Depths count from the surface, as import has it of a surface that the manifest names.
+  Samples held_out = followed(samples.held_out);
+  const PlacedPoints places = placed_points(asset, held_out);
+  const Samples as_placed = rows_at(held_out, places.is_covered, true);
+  held_out.point_position = places.position;
+  RecordedReference recorded{followed(samples.fitted), rows_at(held_out, places.is_covered, false),
+                             as_placed};
+  RefineReport refined;
+  if (request.curves != nullptr && body != nullptr) {
+    refine(*request.curves, *body, {.is_measured = true}, &refined);
+    recorded.left_out = &refined.interpolation;
+  }
+  Reference reference;
+  reference.paths = rows_at(held_out, places.is_covered, true);
+  const double depth_m = std::max(deepest_m(recorded.fitted), deepest_m(held_out));
+  const Replayed engine = follow(asset, reference.paths, depth_m);
+  const Comparison compared = compare(reference.paths, engine);
+  const ErrorFloors floors{std::max(relative_floor_N(recorded.fitted), relative_floor_N(held_out)),
+                           0};
+  Statement statement = summarize(compared, floors);
+  statement.is_recorded = true;
+  statement.probes = reference.paths.points();
+  statement.beyond = recorded.beyond.points();
+  statement.reference_failures = reference.paths.rows() - compared.rows.size();
+  const Samples& timed = compared.rows.empty() ? recorded.fitted : reference.paths;
+  if (timed.rows() > 0) statement.all.tick_ns = time_ticks_ns(asset, timed, depth_m);
+  const Scene none;
+  const StatedAsset of{asset,  asset,   none,    reference, engine, asset.probe_radius_m,
+                       floors, request, depth_m, &recorded};
+  if (!request.rows_csv.empty()) write_compared_rows(request.rows_csv, of);
+  statement.sections = statement_sections(of);
   statement.asset_bytes = asset.file.bytes;
   return statement;
 }

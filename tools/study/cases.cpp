@@ -1,5 +1,3 @@
-#include "tools/study/cases.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,13 +17,12 @@
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/stage_table.hpp"
 #include "tools/study/axes.hpp"
+#include "tools/study/study_folder.hpp"
 
 namespace palpate::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::size_t kNameDigits = 12;
 
 toml::table parse_study(const fs::path& path) {
   return parse_toml(read_whole_file(path), path.string(),
@@ -131,7 +128,7 @@ class StudyReader {
     StudyCase one;
     one.inputs = std::move(inputs);
     one.scene = text.str();
-    one.name = ContentHash().add(one.scene).add(import_fingerprint()).hex().substr(0, kNameDigits);
+    one.name = ContentHash().add(one.scene).add(import_fingerprint()).hex().substr(0, 12);
     study.cases.push_back(std::move(one));
   }
 
@@ -182,7 +179,7 @@ class StudyReader {
         const auto axis = std::find(named.begin(), named.end(), names[c]);
         const std::string where = file_line(path.string(), table.line[row]);
         if (axis != named.end()) {
-          const Axis& entries = axes_[static_cast<std::size_t>(axis - named.begin())];
+          const Axis& entries = axes_[axis - named.begin()];
           const auto entry =
               std::find_if(entries.begin(), entries.end(),
                            [&](const CaseChange& choice) { return choice.words.front() == word; });

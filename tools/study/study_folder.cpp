@@ -5,23 +5,24 @@
 
 #include <algorithm>
 #include <ctime>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
+#include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
+#include "libfit/io/hdf5/hdf5.hpp"
 #include "tools/build_identity.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
-#include "tools/scene/canonical.hpp"
 #include "tools/stages/body/open_scene.hpp"
-#include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/run.hpp"
-#include "tools/stages/samples/shards.hpp"
+#include "tools/stages/samples/sample_cache.hpp"
 #include "tools/stages/samples/simulate.hpp"
+#include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -50,7 +51,7 @@ void write_json(const fs::path& path, const Json& json) {
 
 // Median over the points of force over depth, where a press's good rows end [N/m].
 double median_stiffness(const Samples& samples) {
-  std::vector<double> depth_m(static_cast<std::size_t>(samples.points()), 0), stiffness(depth_m);
+  std::vector<double> depth_m(samples.points(), 0), stiffness(depth_m);
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
     const auto r = static_cast<std::size_t>(row);
     const auto p = static_cast<std::size_t>(samples.point[r]);
@@ -136,7 +137,7 @@ void StudyFolder::run_case(int number, int jobs) const {
     if (one.source != number && !fs::exists(output)) {
       const fs::path from_case = case_folder(one.source) / "samples.h5";
       const Body body = read_body(folder / "body.h5");
-      const Scene scene = scene_of(body, folder / "body.h5");
+      const Scene scene = open_scene(folder / "scene.toml");
       say("case {}: forces of case {} times {:.6g}", number + 1, one.source + 1, one.factor);
       write_with_surface(
           output,
@@ -182,18 +183,13 @@ std::vector<int> StudyFolder::missing_tasks() const {
   return {tasks.begin(), tasks.end()};
 }
 
-// The body of a case, from another case that has prepared the same one where there is one.
+// The body of a case, where another case has prepared the same one.
 void StudyFolder::share_body(int number) const {
-  const fs::path folder = case_folder(number);
-  if (fs::exists(folder / "body.h5")) return;
-  const Scene scene = open_scene(folder / "scene.toml");
-  std::optional<Body> body;
-  for (int other = 0; !body && other < static_cast<int>(cases().size()); ++other)
-    if (cases()[other].body == cases()[number].body && fs::exists(case_folder(other) / "body.h5"))
-      body = read_body(case_folder(other) / "body.h5");
-  if (!body) body = prepare_body(scene, false);
-  check_experiments(scene, *body);
-  settle_body(folder, scene, *body, body_fingerprint(scene));
+  const fs::path own = case_folder(number) / "body.h5";
+  for (int other = 0; !fs::exists(own) && other < static_cast<int>(cases().size()); ++other)
+    if (const fs::path body = case_folder(other) / "body.h5";
+        cases()[other].body == cases()[number].body && fs::exists(body))
+      write_body(own, read_body(body), {{kInputsAttribute, stored_in_hdf5(body).value_or("")}});
 }
 
 CaseState StudyFolder::state(int number) const {
@@ -215,6 +211,59 @@ void StudyFolder::forget_failures() const {
   std::error_code ignored;
   for (std::size_t i = 0; i < cases().size(); ++i)
     fs::remove(case_folder(static_cast<int>(i)) / "error.txt", ignored);
+}
+
+void StudyFolder::write_results() const {
+  static constexpr std::pair<std::string_view, std::string_view> kNumbers[] = {
+      {"points", "1"},          {"rows", "1"},    {"items_failed", "1"}, {"median_rel", "1"},
+      {"p95_rel", "1"},         {"max_rel", "1"}, {"within_jnd", "1"},   {"reference_p95_rel", "1"},
+      {"stiffness_N_m", "N/m"}, {"cpu_s", "s"},   {"memory_MB", "MB"}};
+  std::vector<std::string> texts{"case", "state", "solved_from"};
+  texts.insert(texts.end(), study_.inputs.begin(), study_.inputs.end());
+  std::vector<std::string_view> header(texts.begin(), texts.end());
+  header.push_back("force_factor");
+  for (const auto& [name, unit] : kNumbers) header.push_back(name);
+  header.push_back("failure");
+  CsvWriter csv(path_ / "results.csv", header);
+  std::vector<std::vector<std::string>> words(texts.size() + 1);
+  std::vector<std::vector<double>> numbers(std::size(kNumbers) + 1);
+  for (int i = 0; i < static_cast<int>(cases().size()); ++i) {
+    const StudyCase& one = cases()[i];
+    const CaseState now = state(i);
+    std::vector<std::string> row{one.name,
+                                 std::string(kCaseStateNames[static_cast<std::size_t>(now)]),
+                                 study_.cases[one.source].name};
+    row.insert(row.end(), one.inputs.begin(), one.inputs.end());
+    for (std::size_t c = 0; c < row.size(); ++c) words[c].push_back(row[c]);
+    for (const std::string& word : row) csv.text(word);
+    csv.number(one.factor);
+    numbers.back().push_back(one.factor);
+    const Json result = now == CaseState::done
+                            ? Json::parse(read_whole_file(case_folder(i) / "result.json"))
+                            : Json::object();
+    for (std::size_t c = 0; c < std::size(kNumbers); ++c) {
+      const auto found = result.find(kNumbers[c].first);
+      const bool is_known = found != result.end() && found->is_number();
+      numbers[c].push_back(is_known ? found->get<double>()
+                                    : std::numeric_limits<double>::quiet_NaN());
+      if (is_known)
+        csv.number(numbers[c].back());
+      else
+        csv.text("");
+    }
+    words.back().push_back(failure(i));
+    csv.text(words.back().back());
+    csv.end_row();
+  }
+  csv.commit();
+  h5::Writer file(path_ / "results.h5", "palpate-study", {{"study", study_.path.string()}});
+  for (std::size_t c = 0; c < texts.size(); ++c) file.strings("cases/" + texts[c], words[c]);
+  file.strings("cases/failure", words.back());
+  for (std::size_t c = 0; c < std::size(kNumbers); ++c)
+    file.numbers("cases/" + std::string(kNumbers[c].first), kNumbers[c].second, numbers[c].data(),
+                 {numbers[c].size(), 0});
+  file.numbers("cases/force_factor", "1", numbers.back().data(), {numbers.back().size(), 0});
+  file.commit();
 }
 
 }  // namespace palpate::tools

@@ -214,6 +214,11 @@ function take(tool: readonly Ball[]): News {
   return { news: "ready", deforms: engine.deforms, remembers: engine.remembers, fingers: count, isTool };
 }
 
+function rest(): void {
+  clearTimeout(timer);
+  timer = undefined;
+}
+
 addEventListener("message", async ({ data }: MessageEvent<Order>) => {
   if (data.order === "open") {
     try {
@@ -223,8 +228,7 @@ addEventListener("message", async ({ data }: MessageEvent<Order>) => {
       say({ news: "refused", sentence: failure instanceof Error ? failure.message : String(failure) });
     }
   } else if (data.order === "take") {
-    clearTimeout(timer);
-    timer = undefined;
+    rest();
     say(take(data.tool));
   } else if (data.order === "touch") begin(data.finger, data.from, data.to, data.turn, data.interpolates);
   else if (data.order === "move") {
@@ -233,8 +237,5 @@ addEventListener("message", async ({ data }: MessageEvent<Order>) => {
   } else if (data.order === "lift") Object.assign(fingers[data.finger], { target: data.to, isDown: false });
   else if (data.order === "heal") engine.heal();
   else if (data.order === "record") say({ news: "record", table: recording.table(kRate_Hz), ticks: recording.ticks });
-  else {
-    clearTimeout(timer);
-    timer = undefined;
-  }
+  else rest();
 });

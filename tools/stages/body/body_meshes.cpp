@@ -1,5 +1,3 @@
-#include "tools/stages/body/body_meshes.hpp"
-
 #include <fmt/core.h>
 
 #include <cmath>
@@ -20,6 +18,7 @@
 #include "libfit/core/units.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/prepare.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -27,16 +26,8 @@ namespace {
 // Base volume edge over the cube root of the volume: 30 mm in a liver. Grading refines it around
 // the probe; what is far only has to give way.
 constexpr double kMeshSizeRatio = 0.28;
-// Of the contact's radius and the distance from it. On a hand (ball of 3.1 mm, edges of 17 mm,
-// webs) presses are then at most 1.6 % off those on edges of 6 mm (p95 1.0); 0.2 and 0.35 give the
-// same, 0.5 a p95 of 7.0, and without a limit it is 5.9.
-constexpr double kStrayShare = 0.25;
 // What grading takes, 200,000 corners; a press on them would take 150 GB.
 constexpr double kMaxTets = 1e6;
-
-// Over the mean edge. A hand and three livers have 0.8 to 2.6 %, an elephant 5; at 18 % of
-// noise a surface cannot be coarsened.
-constexpr double kRough = 0.08;
 
 void mend(const Scene& scene, bool surface_only, Body& body, const std::string& file) {
   MendOptions options;
@@ -75,7 +66,9 @@ void filter(double noise_m, Body& body) {
 
 void doubt_roughness(const Surface& surface) {
   const double rough_m = roughness_m(surface), edge_m = mean_edge_m(surface);
-  if (rough_m > kRough * edge_m)
+  // A hand and three livers have 0.8 to 2.6 %, an elephant 5; at 18 % of noise a surface cannot be
+  // coarsened.
+  if (rough_m > 0.08 * edge_m)
     warn(
         "[body]: vertices stand {0:.2g} mm (rms) off their neighbours, {1:.0f} % of an edge. Where "
         "that is noise, noise = \"{0:.2g} mm\" in [body] takes it off.",
@@ -114,15 +107,17 @@ void read_meshes(const Scene& scene, bool surface_only, Body& body) {
 
 namespace {
 
-// How far the base's surface may be from each vertex of the fine one: a share of the contact's
-// radius and of the distance to where the tool touches. Empty where that is not known.
+// The base's surface may be a quarter of the contact's radius, and of the distance to where the
+// tool touches, off each vertex of the fine one. On a hand (ball of 3.1 mm, edges of 17 mm, webs)
+// presses are then at most 1.6 % off those on edges of 6 mm (p95 1.0); 0.2 and 0.35 do the same,
+// 0.5 has a p95 of 7.0, and without a limit it is 5.9. Empty where the contact is not known.
 Eigen::VectorXd allowed_stray_m(const Scene& scene, const Body& body) {
   Surface touched{body.surface.vertices, Triangles(0, 3)};
   std::vector<Eigen::Index> faces;
   for (Eigen::Index f = 0; f < body.surface.triangles.rows() && !body.in_region.empty(); ++f)
-    if (body.in_region[static_cast<std::size_t>(body.surface.triangles(f, 0))] ||
-        body.in_region[static_cast<std::size_t>(body.surface.triangles(f, 1))] ||
-        body.in_region[static_cast<std::size_t>(body.surface.triangles(f, 2))])
+    if (body.in_region[body.surface.triangles(f, 0)] ||
+        body.in_region[body.surface.triangles(f, 1)] ||
+        body.in_region[body.surface.triangles(f, 2)])
       faces.push_back(f);
   if (faces.empty() || !scene.probe.rigid) return {};
   touched.triangles = body.surface.triangles(faces, Eigen::all);
@@ -130,7 +125,7 @@ Eigen::VectorXd allowed_stray_m(const Scene& scene, const Body& body) {
   const BoxTree boxes = triangle_boxes(touched);
   Eigen::VectorXd out(body.surface.vertices.rows());
   for (Eigen::Index v = 0; v < out.size(); ++v)
-    out[v] = kStrayShare *
+    out[v] = 0.25 *
              (contact_m + closest_point(touched, boxes, body.surface.vertices.row(v))->distance_m);
   return out;
 }

@@ -14,68 +14,46 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/units.hpp"
 #include "tools/console.hpp"
-#include "tools/scene/scene_shapes.hpp"
+#include "tools/scene/scene.hpp"
 #include "tools/stages/body/plausibility.hpp"
 
 namespace palpate::tools {
 namespace {
 
-constexpr double kLong_m = 0.3;
-
 // A length of the scene, or places of one of its regions, and the key that has it.
-struct NamedLength {
+struct SceneLength {
   std::string key;
   double value_m = 0;
-};
-struct NamedPlaces {
-  std::string key;
-  Points places_m;
+  Points places_m{0, 3};
 };
 
-struct SceneLengths {
-  std::vector<NamedLength> lengths;
-  std::vector<NamedPlaces> places;
+void add_region(const std::string& key, const Region& region, std::vector<SceneLength>& out) {
+  if (const auto* ball = std::get_if<Ball>(&region)) {
+    out.push_back({key + ", center", 0, Points(ball->center_m.transpose())});
+    out.push_back({key + ", radius", ball->radius_m});
+  }
+  if (const auto* box = std::get_if<Box>(&region)) {
+    Points corners(2, 3);
+    corners << box->low_m.transpose(), box->high_m.transpose();
+    out.push_back({key + ", box", 0, corners});
+  }
+}
 
-  void add(const std::string& key, double value_m) { lengths.push_back({key, value_m}); }
-  void add(const std::string& key, const Vec3& place_m) {
-    places.push_back({key, Points(place_m.transpose())});
-  }
-  void add(const std::string& key, const Region& region) {
-    if (const auto* ball = std::get_if<Ball>(&region)) {
-      add(key + ", center", ball->center_m);
-      add(key + ", radius", ball->radius_m);
-    }
-    if (const auto* box = std::get_if<Box>(&region)) {
-      Points corners(2, 3);
-      corners << box->low_m.transpose(), box->high_m.transpose();
-      places.push_back({key + ", box", corners});
-    }
-  }
-  bool is_any_long() const {
-    return std::ranges::any_of(lengths,
-                               [](const NamedLength& l) { return l.value_m >= kLong_m; }) ||
-           std::ranges::any_of(places, [](const NamedPlaces& p) {
-             return p.places_m.cwiseAbs().maxCoeff() >= kLong_m;
-           });
-  }
-};
-
-SceneLengths lengths_of(const Scene& scene) {
-  SceneLengths out;
+std::vector<SceneLength> lengths_of(const Scene& scene) {
+  std::vector<SceneLength> out;
   for (const auto& [key, values] : scene.probe.spec.values)
     if (probe_dimension(key) == Dimension::length)
-      for (const double value : values) out.add("[probe] " + key, value);
-  if (scene.body.mesh_size_m) out.add("[body] mesh_size", *scene.body.mesh_size_m);
+      for (const double value : values) out.push_back({"[probe] " + key, value});
+  if (scene.body.mesh_size_m) out.push_back({"[body] mesh_size", *scene.body.mesh_size_m});
   const Experiments& each = scene.experiments.each;
-  out.add("[experiments] depth", each.depth_m);
-  if (!each.drag_depths_m.empty()) out.add("[experiments] drag_distance", each.drag_distance_m);
-  if (scene.experiments.region) {
-    const std::string key = "[experiments] region";
-    if (scene.experiments.region->part) out.add(key, *scene.experiments.region->part);
-  }
-  for (const Region& region : scene.body.fixed) out.add("[body] fixed", region);
+  out.push_back({"[experiments] depth", each.depth_m});
+  if (!each.drag_depths_m.empty())
+    out.push_back({"[experiments] drag_distance", each.drag_distance_m});
+  if (const auto& region = scene.experiments.region; region && region->part)
+    add_region("[experiments] region", *region->part, out);
+  for (const Region& region : scene.body.fixed) add_region("[body] fixed", region, out);
   for (const InclusionSection& inclusion : scene.inclusions)
-    out.add("[[inclusion]]", inclusion.region);
+    add_region("[[inclusion]]", inclusion.region, out);
   return out;
 }
 
@@ -105,16 +83,20 @@ bool spans(const Points& corners, const Points& body_m) {
 // is ten times the body or more, or a region lies beside the body, and in mm, cm or um would not.
 // Reads the body's mesh only where a length of the scene is long for any body (0.3 m).
 void refuse_misread_lengths(const Scene& scene) {
-  const SceneLengths all = lengths_of(scene);
-  if (!all.is_any_long()) return;
+  const std::vector<SceneLength> all = lengths_of(scene);
+  if (std::ranges::none_of(all, [](const SceneLength& length) {
+        return length.value_m >= 0.3 || (length.places_m.array().abs() >= 0.3).any();
+      }))
+    return;
   const Surface body = surface_of(scene.body);
   const Vec3 extent = extent_m(body.vertices);
-  for (const NamedLength& length : all.lengths)
+  for (const SceneLength& length : all)
     if (const auto unit = misread_unit(length.value_m, extent))
       refuse(scene, length.key, fmt::format("is {:.4g} m", length.value_m), extent,
              fmt::format("\"{:.4g} {}\"", length.value_m, *unit));
-  for (const NamedPlaces& part : all.places)
-    if (const auto unit = misread_unit(part.places_m, body);
+  for (const SceneLength& part : all)
+    if (const auto unit =
+            part.places_m.rows() > 0 ? misread_unit(part.places_m, body) : std::nullopt;
         unit && !spans(part.places_m, body.vertices)) {
       const auto at = part.places_m.row(0);
       refuse(scene, part.key, fmt::format("is at ({:.4g}, {:.4g}, {:.4g}) m", at[0], at[1], at[2]),

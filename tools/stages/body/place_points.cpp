@@ -1,5 +1,3 @@
-#include "tools/stages/body/place_points.hpp"
-
 #include <fmt/core.h>
 
 #include <array>
@@ -8,20 +6,14 @@
 #include "libfem/mesh/grade/smooth_surface.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/units.hpp"
+#include "tools/stages/body/prepare.hpp"
 
 namespace palpate::tools {
-namespace {
-
-constexpr double kFarthestRatio = 0.05;  // of the body's diagonal
-// Cosine to the inward normal. At a corner of a block, faces stand 55 degrees off its diagonal.
-constexpr double kOutward = -0.5;
-
-}  // namespace
 
 TestPoints place_points(const PointTable& points, const Surface& surface,
                         const std::string& where) {
   const fem::SmoothSurface smooth(surface);
-  const double farthest_m = kFarthestRatio * extent_m(surface.vertices).norm();
+  const double farthest_m = 0.05 * extent_m(surface.vertices).norm();
   TestPoints placed;
   placed.position.resize(points.position.rows(), 3);
   placed.normal.resize(points.position.rows(), 3);
@@ -40,7 +32,8 @@ TestPoints place_points(const PointTable& points, const Surface& surface,
     }
     placed.position.row(i) = hit.on_facet;
     placed.normal.row(i) = points.normal.rows() ? Vec3(points.normal.row(i)) : Vec3(-hit.normal);
-    if (placed.normal.row(i).dot(-hit.normal) < kOutward)
+    // At a corner of a block, faces stand 55 degrees off its diagonal.
+    if (placed.normal.row(i).dot(-hit.normal) < -0.5)
       throw Error(fmt::format("{}: point {}", where, i + 1),
                   fmt::format("its normal ({:.3g}, {:.3g}, {:.3g}) points out of the body, so a "
                               "press along it touches nothing",
@@ -67,10 +60,10 @@ PlacedPaths place_paths(const std::vector<PathInTable>& paths, const Surface& su
                         const std::string& where) {
   const double size_m = extent_m(surface.vertices).norm();
   PointTable table;
-  table.position.resize(static_cast<Eigen::Index>(paths.size()), 3);
+  table.position.resize(paths.size(), 3);
   PlacedPaths placed;
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    table.position.row(static_cast<Eigen::Index>(i)) = paths[i].point;
+    table.position.row(i) = paths[i].point;
     placed.paths.push_back({static_cast<int>(i), paths[i].deflection});
     const double most_m = paths[i].deflection.rowwise().norm().maxCoeff();
     if (most_m > size_m)
@@ -81,7 +74,7 @@ PlacedPaths place_paths(const std::vector<PathInTable>& paths, const Surface& su
   }
   placed.points = place_points(table, surface, where);
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    const Vec3 inward = placed.points.normal.row(static_cast<Eigen::Index>(i)).array() + 0.0;
+    const Vec3 inward = placed.points.normal.row(i).array() + 0.0;
     if (!((paths[i].deflection * inward).maxCoeff() > 0))
       throw Error(fmt::format("{}: path {}", where, paths[i].name), "never goes into the body",
                   fmt::format("Inward is ({:.2g}, {:.2g}, {:.2g}) there.", inward[0], inward[1],

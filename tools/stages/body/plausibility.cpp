@@ -16,30 +16,14 @@
 #include "libfit/core/error.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/tissues.hpp"
-#include "tools/stages/body/body_meshes.hpp"
+#include "tools/stages/body/prepare.hpp"
 
 namespace palpate::tools {
 namespace {
 
-// Gels go down to 100 Pa, cartilage and silicones up to a few MPa.
-constexpr double kSoftest_Pa = 50, kStiffest_Pa = 5e6;
-// Dry steel on skin has 0.6, on wet tissue 0.02 to 0.3.
-constexpr double kMostFriction = 1.5;
-// An organ in metres that is read as one in millimetres has 0.6 mm at most; a person has 2 m.
-constexpr double kSmallestBody_m = 1e-3, kLargestBody_m = 5;
-constexpr double kCoincident = 1e-9;  // distance over the body's diagonal: roundoff of nine digits
 constexpr std::size_t kListedParts = 3;
-constexpr double kDeepest = 0.5;       // press over the body's smallest extent
-constexpr double kMostNoise = 0.1;     // of the surface, likewise
-constexpr double kFinestProbe = 1e-3;  // tip radius over the body's largest extent
-
 // Tets over what the edge length asks for. Organs have 0.5 to 2.5.
 constexpr double kManyTimes = 8;
-constexpr double kManyTets = 50000;  // a press on them takes 2 GB
-
-// A border nearer the surface than this share of the body's extent is on it. Corners of a mesh are
-// off by the rounding of float32, 1e-7; 1e-3 would be 0.1 mm of an organ.
-constexpr double kOnSurface = 1e-6;
 constexpr int kSamplesAcross = 28;
 constexpr double kWhole = 0.99;  // share inside that passes without a word, for sampling's sake
 
@@ -56,12 +40,12 @@ void check_material(const fem::MaterialParameters& material, const std::string& 
                     "tissue does; "
                     "0.4 to 0.499 is usual.",
                     where, at_rest.poisson()));
-  if (young < kSoftest_Pa)
+  if (young < 50)  // gels go down to 100 Pa
     warnings.push_back(fmt::format(
         "{}: its stiffness at rest is {:.3g} Pa, softer than any tissue. Numbers without a unit "
         "are in Pa: was \"{:.3g} kPa\" meant?",
         where, young, young));
-  if (young > kStiffest_Pa) {
+  if (young > 5e6) {  // cartilage and silicones have a few MPa
     const auto [soft, stiff] = std::ranges::minmax(tissues(), {}, &Tissue::young_Pa);
     const double in_unit = young / (young < 1e9 ? 1e6 : 1e9);
     warnings.push_back(fmt::format(
@@ -72,11 +56,8 @@ void check_material(const fem::MaterialParameters& material, const std::string& 
   }
 }
 
-// Of a press [GB], as N^1.5 over N quadratic nodes: 12.6 GB were seen on 183,855 tets.
-double memory_GB(double tets) {
-  constexpr double kNodesPerTet = 1.4, kBytes = 98;
-  return 1e-9 * kBytes * std::pow(kNodesPerTet * tets, 1.5);
-}
+// Of a press [GB], as N^1.5 over N quadratic nodes, 1.4 a tet: 12.6 GB were seen on 183,855 tets.
+double memory_GB(double tets) { return 1e-9 * 98 * std::pow(1.4 * tets, 1.5); }
 
 void check_mesh_size(const Scene& scene, const Body& body, Warnings& warnings) {
   const auto tets = static_cast<double>(body.volume.tets.rows());
@@ -85,7 +66,8 @@ void check_mesh_size(const Scene& scene, const Body& body, Warnings& warnings) {
   const double edge_m = base_edge_m(scene, volume),
                times = tets / expected_tets(volume, area_m2(body.surface), edge_m);
   const bool is_given = scene.body.tetmesh.has_value();
-  if (tets <= kManyTets && (is_given || times <= kManyTimes)) return;
+  // A press on 50,000 tets takes 2 GB.
+  if (tets <= 50000 && (is_given || times <= kManyTimes)) return;
   const std::string cost =
       fmt::format("a press on it takes some {:.2g} GB of memory", memory_GB(tets));
   if (is_given)
@@ -122,9 +104,9 @@ std::vector<Vec3> painted_corners(const PaintedPart& part) {
 // Nodes that lie where one before them does. They are sorted along a direction in which the nodes
 // of a grid differ.
 Eigen::Index coincident_nodes(const Points& nodes) {
-  const double tolerance_m = kCoincident * extent_m(nodes).norm();
+  const double tolerance_m = 1e-9 * extent_m(nodes).norm();  // roundoff of nine digits
   const Eigen::VectorXd along = nodes * Vec3(0.61, 0.53, 0.59).normalized();
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(nodes.rows()));
+  std::vector<Eigen::Index> order(nodes.rows());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::sort(order, {}, [&](Eigen::Index n) { return along[n]; });
   Eigen::Index count = 0;
@@ -186,8 +168,10 @@ InclusionPlace place_of(const Region& region, const Body& body, const BoxTree& b
     for (const Vec3& at : painted_corners(*marked->part))
       if (const auto near = closest_point(body.surface, boxes, at, place.depth_m))
         place.depth_m = near->distance_m;
+  // Corners of a mesh are off by the rounding of float32, 1e-7 of the body's extent; 1e-3 would be
+  // 0.1 mm of an organ.
   if (place.inside < kWhole || std::holds_alternative<HalfSpace>(region) ||
-      place.depth_m < kOnSurface * extent_m(body.surface.vertices).maxCoeff())
+      place.depth_m < 1e-6 * extent_m(body.surface.vertices).maxCoeff())
     place.depth_m = 0;
   for (Eigen::Index t = 0; t < body.volume.tets.rows(); ++t) {
     Vec3 centre = Vec3::Zero();
@@ -202,7 +186,8 @@ InclusionPlace place_of(const Region& region, const Body& body, const BoxTree& b
 std::vector<std::string> doubts_of_shape(const Scene& scene, const Body& body) {
   std::vector<std::string> doubts;
   const Vec3 extent = extent_m(body.surface.vertices);
-  if (extent.maxCoeff() < kSmallestBody_m || extent.maxCoeff() > kLargestBody_m)
+  // An organ in metres that is read as one in millimetres has 0.6 mm at most; a person has 2 m.
+  if (extent.maxCoeff() < 1e-3 || extent.maxCoeff() > 5)
     doubts.push_back(
         fmt::format("[body]: it measures {}. Is length_unit right?", size_in_words(extent, 0)));
   if (const Eigen::Index doubled = scene.body.tetmesh ? coincident_nodes(body.volume.nodes) : 0) {
@@ -246,22 +231,23 @@ std::vector<std::string> implausible(const Scene& scene, const Body& body) {
   const double size_m = extent.maxCoeff();
   for (const std::string& doubt : doubts_of_shape(scene, body)) warnings.push_back(doubt);
   const double thickness_m = extent.minCoeff(), depth_m = scene.experiments.each.depth_m;
-  if (depth_m > kDeepest * thickness_m)
+  if (depth_m > 0.5 * thickness_m)
     warnings.push_back(fmt::format(
         "[experiments]: a depth of {:.3g} mm goes through most of a body whose smallest extent is "
         "{:.3g} mm. Is its unit right?",
         1e3 * depth_m, 1e3 * thickness_m));
-  if (scene.body.noise_m.value_or(0) > kMostNoise * thickness_m)
+  if (scene.body.noise_m.value_or(0) > 0.1 * thickness_m)
     warnings.push_back(
         fmt::format("[body]: noise of {:.3g} mm on a body of {:.3g} mm takes its shape away. Is "
                     "its unit right?",
                     1e3 * *scene.body.noise_m, 1e3 * thickness_m));
-  if (scene.probe.spec.friction > kMostFriction)
+  // Dry steel on skin has 0.6, on wet tissue 0.02 to 0.3.
+  if (scene.probe.spec.friction > 1.5)
     warnings.push_back(fmt::format(
         "[probe]: a friction of {:.3g} is more than any tool has on tissue; 0.02 to 0.6 is usual.",
         scene.probe.spec.friction));
   const double tip_m = scene.probe.rigid->length_m;
-  if (tip_m < kFinestProbe * size_m)
+  if (tip_m < 1e-3 * size_m)
     warnings.push_back(fmt::format(
         "[probe]: a tip radius of {:.3g} mm presses on a body of {:.3g} mm. Is its unit right?",
         1e3 * tip_m, 1e3 * size_m));
@@ -274,14 +260,9 @@ std::vector<InclusionPlace> place_inclusions(const Scene& scene, const Body& bod
   for (const InclusionSection& inclusion : scene.inclusions) {
     places.push_back(place_of(inclusion.region, body, boxes));
     if (places.back().volume_m3 > 0) continue;
-    const Vec3 low = body.surface.vertices.colwise().minCoeff(),
-               high = body.surface.vertices.colwise().maxCoeff();
     throw Error(fmt::format("{}: [[inclusion]] {}", scene.path.string(), places.size()),
                 "none of it is inside the body",
-                fmt::format("Move it: the body spans x {:.1f} to {:.1f}, y {:.1f} to {:.1f}, z "
-                            "{:.1f} to {:.1f} mm.",
-                            1e3 * low[0], 1e3 * high[0], 1e3 * low[1], 1e3 * high[1], 1e3 * low[2],
-                            1e3 * high[2]));
+                fmt::format("Move it: the body spans {}.", span_in_words(body.surface.vertices)));
   }
   return places;
 }
@@ -297,6 +278,12 @@ std::string size_in_words(const Vec3& extent_m, double volume_m3) {
   std::string words = fmt::format("{:.3g} x {:.3g} x {:.3g} {}", e[0], e[1], e[2], unit);
   if (volume_m3 > 0) words += fmt::format(", {:.3g} {}", cubic * volume_m3, cubic_unit);
   return words;
+}
+
+std::string span_in_words(const Points& nodes) {
+  const Vec3 low = 1e3 * nodes.colwise().minCoeff(), high = 1e3 * nodes.colwise().maxCoeff();
+  return fmt::format("x {:.1f} to {:.1f}, y {:.1f} to {:.1f}, z {:.1f} to {:.1f} mm", low[0],
+                     high[0], low[1], high[1], low[2], high[2]);
 }
 
 void say_plausibility(const Scene& scene, const Body& body) {

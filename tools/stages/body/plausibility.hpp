@@ -31,6 +31,9 @@ std::vector<InclusionPlace> place_inclusions(const Scene& scene, const Body& bod
 /// "194 x 154 x 156 mm, 1.48 l": so that a wrong unit is seen. Volume left out when 0.
 std::string size_in_words(const Vec3& extent_m, double volume_m3);
 
+/// "x -1.0 to 20.0, y 0.0 to 3.0, z 0.0 to 30.0 mm": where nodes lie.
+std::string span_in_words(const Points& nodes);
+
 /// Says what is implausible and where inclusions lie on stderr.
 void say_plausibility(const Scene& scene, const Body& body);
 

@@ -4,22 +4,22 @@
 
 #include <algorithm>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <utility>
+#include <vector>
 
+#include "libfem/materials/element_kernel.hpp"
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfem/solve/factor/schur_factor.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/linear_algebra.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/canonical.hpp"
-#include "tools/stages/body/body_meshes.hpp"
 #include "tools/stages/body/open_scene.hpp"
-#include "tools/stages/body/place_points.hpp"
 #include "tools/stages/body/plausibility.hpp"
-#include "tools/stages/body/reach.hpp"
-#include "tools/stages/body/simulation_setup.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -28,7 +28,6 @@ namespace {
 // rigid motions, rotations about the middle, over half the body's size.
 bool holds_rigidly(const fem::SimulationSetup& setup, const TetMesh& volume) {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  constexpr double kLeast = 1e-6;  // of the stiffest motion
   const Points& nodes = volume.nodes;
   const Vec3 middle = nodes.colwise().mean();
   const double half_m = extent_m(nodes).norm() / 2;
@@ -49,7 +48,7 @@ bool holds_rigidly(const fem::SimulationSetup& setup, const TetMesh& volume) {
                  motion;
   }
   const Eigen::VectorXd spread = symmetric_eigen(Eigen::MatrixXd(stiffness)).values;
-  return spread[0] > kLeast * spread[5];
+  return spread[0] > 1e-6 * spread[5];  // of the stiffest motion
 }
 
 // Nodes inside the scene's fixed regions; refuses bodies that could move rigidly or not at all.
@@ -58,17 +57,14 @@ void hold(const Scene& scene, Body& body) {
     throw Error(body_place(scene), "nothing is fixed, so the body could move as a rigid one",
                 "Add fixed = [ { below = { axis = \"z\", at = \"2 mm\" } } ] or another region.");
   const Points& nodes = body.volume.nodes;
-  std::vector<char> is_on_boundary(static_cast<std::size_t>(nodes.rows()), 0);
+  std::vector<char> is_on_boundary(nodes.rows(), 0);
   const Triangles boundary = fem::boundary_triangles(body.volume.tets);
   for (const std::int32_t n : boundary.reshaped()) is_on_boundary[n] = 1;
-  body.is_held.assign(static_cast<std::size_t>(nodes.rows()), 0);
+  body.is_held.assign(nodes.rows(), 0);
   for (Eigen::Index n = 0; n < nodes.rows(); ++n)
     body.is_held[n] = any_contains(scene.body.fixed, nodes.row(n), is_on_boundary[n] != 0);
   const auto held = std::count(body.is_held.begin(), body.is_held.end(), 1);
-  const Vec3 low = nodes.colwise().minCoeff(), high = nodes.colwise().maxCoeff();
-  const std::string extent = fmt::format(
-      "The body spans x {:.1f} to {:.1f}, y {:.1f} to {:.1f}, z {:.1f} to {:.1f} mm.", 1e3 * low[0],
-      1e3 * high[0], 1e3 * low[1], 1e3 * high[1], 1e3 * low[2], 1e3 * high[2]);
+  const std::string extent = fmt::format("The body spans {}.", span_in_words(nodes));
   if (held < 3 && !scene.beds.empty()) {
     if (!holds_rigidly(make_setup(scene, body), body.volume))
       throw Error(scene.path.string() + ": [[bed]]",
@@ -151,6 +147,13 @@ Body make_body(const Scene& scene, bool surface_only, const Surface* asset) {
   return body;
 }
 
+void warn_of_old_processor() {
+  if (!fem::has_instruction_set(fem::InstructionSet::avx2))
+    warn(
+        "this processor has no AVX2 with FMA: a simulation takes several times as long, and forces "
+        "differ from those of other processors in their last digits");
+}
+
 }  // namespace
 
 Body prepare_body(const Scene& scene, bool surface_only, const Surface* asset) {
@@ -196,6 +199,56 @@ void check_experiments(const Scene& scene, const Body& body) {
   }
   if (2 * refused > points) throw *first;
   if (refused) say("  {} of {} test points are on parts thinner than the depth", refused, points);
+}
+
+fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
+  static std::once_flag said;
+  std::call_once(said, warn_of_old_processor);
+  fem::bound_factor_memory(1e9 * scene.experiments.memory_GB);
+  fem::SimulationSetup setup;
+  setup.volume = body.volume;
+  setup.is_held = body.is_held;
+  setup.held_at = [fixed = scene.body.fixed](const Vec3& place, bool is_on_boundary) {
+    return any_contains(fixed, place, is_on_boundary);
+  };
+  setup.surface = body.surface;
+  setup.materials.push_back(*scene.material);
+  std::vector<Region> regions;
+  for (const InclusionSection& inclusion : scene.inclusions) {
+    setup.materials.push_back(inclusion.material);
+    regions.push_back(inclusion.region);
+  }
+  // The last inclusion named wins where several overlap.
+  if (!regions.empty())
+    setup.region_at = [regions](const Vec3& place) {
+      for (std::size_t i = regions.size(); i-- > 0;)
+        if (contains(regions[i], place)) return static_cast<int>(i) + 1;
+      return 0;
+    };
+  // Of a layer that is thin against its breadth: confined along the normal, in shear across (M13f).
+  std::vector<std::pair<Region, fem::BedStiffness>> beds;
+  for (const BedSection& bed : scene.beds) {
+    const fem::Material layer = fem::make_material(bed.material, "material of [[bed]]");
+    const fem::SmallStrain moduli = layer.law->small_strain(layer.constants);
+    beds.push_back({bed.region,
+                    {(moduli.lambda_Pa + 2 * moduli.mu_Pa) / bed.thickness_m,
+                     bed.slides ? 0 : moduli.mu_Pa / bed.thickness_m}});
+  }
+  if (!beds.empty())
+    setup.bed_at = [beds](const Vec3& place) {
+      for (const auto& [region, stiffness] : beds)
+        if (contains(region, place)) return stiffness;
+      return fem::BedStiffness{};
+    };
+  setup.probe = scene.probe.spec;
+  setup.options.force_tolerance = scene.experiments.force_tolerance;
+  return setup;
+}
+
+fem::Experiments experiments_of(const Scene& scene) {
+  fem::Experiments experiments = scene.experiments.each;
+  if (experiments.drag_directions == 0) experiments.drag_depths_m.clear();
+  return experiments;
 }
 
 }  // namespace palpate::tools

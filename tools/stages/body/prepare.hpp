@@ -1,6 +1,13 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
+#include "libfem/probes/reach.hpp"
+#include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/body.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/io/csv/tables.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
@@ -16,5 +23,68 @@ Body prepare_body(const Scene& scene, bool surface_only, const Surface* asset = 
 /// What only the body can tell: a probe larger than it, a depth larger than it is thick. Throws
 /// Error with the scene's key and a remedy.
 void check_experiments(const Scene& scene, const Body& body);
+
+/// Reads the body's surface, or its volume with its boundary as surface, mends it and filters its
+/// noise; says what was changed and keeps it in body.mended. An open surface will do where
+/// `surface_only`. Throws Error with a remedy.
+void read_meshes(const Scene& scene, bool surface_only, Body& body);
+
+/// Edge of the base volume [m]: mesh_size, or what a body of this volume gets without.
+double base_edge_m(const Scene& scene, double volume_m3);
+
+/// Fills the body's closed surface with the base volume, closer to it near in_region where that is
+/// filled in, and says its size and quality. Throws Error with a remedy.
+void fill_with_tets(const Scene& scene, Body& body);
+
+/// What the scene's tool can touch of a closed surface.
+fem::ToolReach make_reach(const Scene& scene, const Surface& surface);
+
+/// Fills in_region of a body that has its surface, where the scene's regions speak of it: what the
+/// scene's region holds and is not fixed.
+void find_region(const Scene& scene, Body& body);
+
+/// Divides triangles of the region that are far off the smooth surface, which the simulator's tool
+/// meets, for the engine's contact point slides on triangles; finds the region anew. Says what is
+/// divided. After filling: a smooth surface may cross itself where the given one does not.
+void divide_region(const Scene& scene, Body& body);
+
+/// Fills is_reachable: what of in_region the tool can touch, or all of it where `surface_only`
+/// (recorded points were touched). Patches smaller than a contact do not count, and what lies
+/// farther than the tool's half width, and than half of what test points lie apart, from all that
+/// can be touched leaves the region; narrower gaps stay in it, so that curves are blended across.
+/// Says what is left out. Throws Error when fewer than three vertices are left.
+void find_reachable(const Scene& scene, bool surface_only, Body& body);
+
+/// choose_test_points on a body whose flags are there. A gap that a point would have to stand in
+/// leaves the region.
+TestPoints spread_test_points(Body& body, int count);
+
+/// Takes given test points out where the tool cannot touch, and lists them. Throws Error when none
+/// stays.
+void leave_out_of_reach(const Scene& scene, Body& body);
+
+/// Points a user gave, moved to the nearest place of the surface. Normals are the surface's own
+/// (interpolated, inward) unless the table has some. Named "p0001"...
+/// Throws Error at `where` with the row of a point farther than 5 % of the body's diagonal: it is
+/// another unit or another body.
+TestPoints place_points(const PointTable& points, const Surface& surface, const std::string& where);
+
+/// Throws Error where two rows of a table `where` are at one place.
+void refuse_same_place(const Points& position, const std::string& where);
+
+/// The same as place_points() for tool paths; deflections stay as they are. normal: inward, one row
+/// per path.
+struct PlacedPaths {
+  TestPoints points;
+  std::vector<ToolPath> paths;  ///< one per point
+};
+PlacedPaths place_paths(const std::vector<PathInTable>& paths, const Surface& surface,
+                        const std::string& where);
+
+/// What the simulator is told of a scene: body, material, inclusions, beds and probe.
+fem::SimulationSetup make_setup(const Scene& scene, const Body& body);
+
+/// The presses and drags that the scene makes at each of its test points.
+fem::Experiments experiments_of(const Scene& scene);
 
 }  // namespace palpate::tools

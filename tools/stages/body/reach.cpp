@@ -1,5 +1,3 @@
-#include "tools/stages/body/reach.hpp"
-
 #include <fmt/core.h>
 
 #include <Eigen/Geometry>
@@ -15,6 +13,7 @@
 #include "libfit/refine/points_on_surface.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/fields.hpp"
+#include "tools/stages/body/prepare.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -22,11 +21,6 @@ namespace {
 // Overlap over depth, at first touch: a ball that begins a tenth of the way in feels 3 % of its
 // force too early (0.1^1.5).
 constexpr double kOverlapShare = 0.1;
-// Of the depth: how far triangles may be off the smooth surface. A contact point that slides comes
-// as much too deep, and force goes as depth^1.5: 6 % at a quarter of the depth. A third of it gains
-// nothing (liver-smooth).
-constexpr double kSagitta = 0.01;
-constexpr double kShortestEdge = 0.5;  // of the contact's radius: edges that stay
 
 std::string region_place(const Scene& scene) {
   return scene.path.string() + ": [experiments] region";
@@ -37,18 +31,12 @@ std::string in_mm(const Vec3& place_m) {
                      1e3 * place_m[2]);
 }
 
-// A vertex of the patch counts as of its side up to this angle from the normal at its middle: the
-// flanks of a fold do, the back of a rim does not.
-constexpr double kSameSide = -0.17;  // cosine, 100 degrees
-constexpr double kFacing = 0.5;      // cosine, 60 degrees
-constexpr int kMostAverages = 50;
-
 // Vertex normals averaged over about width_m, so that folds and noise turn no side.
 Points smoothed_normals(const Surface& surface, double width_m) {
   const Neighbours neighbours(surface.triangles, surface.vertices.rows());
   const double edges = width_m / mean_edge_m(surface);
   Points normals = vertex_normals(surface);
-  for (int i = std::clamp(static_cast<int>(edges * edges), 1, kMostAverages); i > 0; --i) {
+  for (int i = std::clamp(static_cast<int>(edges * edges), 1, 50); i > 0; --i) {
     Points next = normals;
     for (Eigen::Index v = 0; v < normals.rows(); ++v)
       for (const std::int32_t w : neighbours.of(static_cast<std::int32_t>(v)))
@@ -66,17 +54,17 @@ std::string keep_near_side(const Surface& surface, const Vec3& center, double wi
   std::int32_t nearest = -1;
   for (std::size_t v = 0; v < is_in.size(); ++v) {
     const auto squared = [&](std::size_t at) {
-      return (surface.vertices.row(static_cast<Eigen::Index>(at)).transpose() - center)
-          .squaredNorm();
+      return (surface.vertices.row(at).transpose() - center).squaredNorm();
     };
     if (is_in[v] && (nearest < 0 || squared(v) < squared(static_cast<std::size_t>(nearest))))
       nearest = static_cast<std::int32_t>(v);
   }
   if (nearest < 0) return {};
   const Points normals = smoothed_normals(surface, width_m);
+  // Up to 100 degrees from the normal at the middle: the flanks of a fold count as of its side, the
+  // back of a rim does not.
   for (std::size_t v = 0; v < is_in.size(); ++v)
-    is_in[v] =
-        is_in[v] && normals.row(static_cast<Eigen::Index>(v)).dot(normals.row(nearest)) > kSameSide;
+    is_in[v] = is_in[v] && normals.row(v).dot(normals.row(nearest)) > -0.17;
   std::vector<char> is_kept(is_in.size(), 0);
   for (const auto& patch : patches_of(surface, is_in))
     if (std::binary_search(patch.begin(), patch.end(), nearest))
@@ -92,7 +80,7 @@ std::string keep_near_side(const Surface& surface, const Vec3& center, double wi
 
 std::vector<char> vertices_where(const Surface& surface,
                                  const std::function<bool(Eigen::Index)>& is_in) {
-  std::vector<char> flags(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  std::vector<char> flags(surface.vertices.rows(), 0);
   for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) flags[v] = is_in(v);
   return flags;
 }
@@ -102,7 +90,7 @@ std::vector<char> vertices_where(const Surface& surface,
 std::vector<char> region_of(const Scene& scene, const Surface& surface, double width_m,
                             std::string& left_out) {
   const SurfaceRegion region = scene.experiments.region.value_or(SurfaceRegion{});
-  std::vector<char> is_in(static_cast<std::size_t>(surface.vertices.rows()), 1);
+  std::vector<char> is_in(surface.vertices.rows(), 1);
   if (const auto& part = region.part) {
     is_in = vertices_where(
         surface, [&](Eigen::Index v) { return contains(*part, surface.vertices.row(v)); });
@@ -117,13 +105,13 @@ std::vector<char> region_of(const Scene& scene, const Surface& surface, double w
                                 [&](const BedSection& bed) {
                                   return contains(bed.region, surface.vertices.row(v));
                                 }) &&
-           (region.facing.empty() || normals.row(v).dot(side) >= kFacing);
+           (region.facing.empty() || normals.row(v).dot(side) >= 0.5);  // 60 degrees
   });
 }
 
 // A third of each triangle to each of its corners [m^2].
 std::vector<double> area_of_vertices(const Surface& surface) {
-  std::vector<double> area(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  std::vector<double> area(surface.vertices.rows(), 0);
   for (const auto& t : surface.triangles.rowwise()) {
     const Vec3 a = surface.vertices.row(t[0]), b = surface.vertices.row(t[1]),
                c = surface.vertices.row(t[2]);
@@ -186,7 +174,7 @@ void say_out_of_reach(const Body& body, const std::vector<char>& in_region,
     if (overlap_m[v] >= overlap_m[worst]) worst = v;
   }
   if (out == 0) return;
-  const Vec3 place = body.surface.vertices.row(static_cast<Eigen::Index>(worst));
+  const Vec3 place = body.surface.vertices.row(worst);
   say("  out of reach: {} of {} vertices, where the tool would cut into the body first, by up to "
       "{:.2g} mm at {}, or has no way in; {} of them in gaps that curves are blended across",
       out, std::count(in_region.begin(), in_region.end(), 1), 1e3 * overlap_m[worst], in_mm(place),
@@ -223,15 +211,18 @@ void find_region(const Scene& scene, Body& body) {
 
 void divide_region(const Scene& scene, Body& body) {
   const fem::Probe& probe = rigid_probe(scene);
-  const double depth_m = scene.experiments.each.depth_m, sagitta_m = kSagitta * depth_m;
+  const double depth_m = scene.experiments.each.depth_m;
+  // A contact point that slides comes as much too deep as triangles are off, and force goes as
+  // depth^1.5: 6 % at a quarter of the depth. A third of a hundredth gains nothing (liver-smooth).
+  const double sagitta_m = 0.01 * depth_m;
   const auto is_in_region = [&](std::int32_t of, const Vec3&, const Vec3&, const Vec3&) {
     for (int k = 0; k < 3; ++k)
-      if (body.in_region[static_cast<std::size_t>(body.surface.triangles(of, k))]) return true;
+      if (body.in_region[body.surface.triangles(of, k)]) return true;
     return false;
   };
-  Surface fine = fem::divided(
-      fem::SmoothSurface(body.surface), is_in_region,
-      {.sagitta_m = sagitta_m, .shortest_m = kShortestEdge * probe.contact_radius_m(depth_m)});
+  Surface fine =
+      fem::divided(fem::SmoothSurface(body.surface), is_in_region,
+                   {.sagitta_m = sagitta_m, .shortest_m = 0.5 * probe.contact_radius_m(depth_m)});
   if (fine.vertices.rows() == body.surface.vertices.rows()) return;
   say("  region: triangles more than {:.2g} mm off the smooth surface through their corners are "
       "divided, which makes {} vertices of {}",

@@ -9,13 +9,12 @@
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/experiments/draw.hpp"
-#include "tools/stages/body/reach.hpp"
+#include "tools/stages/body/prepare.hpp"
 
 namespace palpate::tools {
 namespace {
 
-constexpr int kSlides = 4;        // directions in which balls are looked for outside the region
-constexpr double kLongest = 0.5;  // of the depth, by which the tool may touch beside the point
+constexpr int kSlides = 4;  // directions in which balls are looked for outside the region
 
 // Balls where they are in the tool's own axes.
 Points balls_of(const ToolSection& tool) {
@@ -72,7 +71,8 @@ class ToolDrawing {
   bool can_stand(const Vec3& position, const Vec3& inward, const Lean& lean) const {
     const Experiments& each = scene_.experiments.each;
     const double overlap_m = reach_.overlap_m(position, inward, lean);
-    if (overlap_m > kLongest * each.depth_m) return false;
+    // By which the tool may touch beside the point.
+    if (overlap_m > 0.5 * each.depth_m) return false;
     const Stance stance = stance_of(scene_, tool_, inward, lean);
     const Vec3 down = position + (each.depth_m - overlap_m) * inward;
     const Vec3 across = inward.unitOrthogonal();
@@ -148,6 +148,19 @@ std::optional<Indenter> own_end(const Scene& scene) {
   return scene.probe.rigid ? fem::round_end(*scene.probe.rigid) : std::nullopt;
 }
 
+Indenter meeting_end(const std::string& scene_path, const runtime::AssetView& asset) {
+  const Scene scene = read_scene(scene_path);
+  const std::optional<Indenter> end = own_end(scene);
+  if (!end)
+    throw Error(scene_path + ": [probe]",
+                fmt::format("is a {} that is not round along its press", scene.probe.spec.shape),
+                "Name a scene with a ball, a cone or a rod.");
+  if (!runtime::knows_radius(asset))
+    throw Error("--tool", "the asset was measured with no ball, and knows no other tool",
+                "Leave --tool out.");
+  return *end;
+}
+
 Scene with_tool(const Scene& scene, const ToolSection& tool) {
   Scene out = scene;
   out.probe = tool.probe;
@@ -196,8 +209,7 @@ PlayedTool played_as_tool(const Scene& scene, const ToolSection& tool, ToolShape
     return out;
   }
   const Vec3 inward = samples.point_normal.row(samples.point[row]);
-  const Lean lean = samples.lean.rows() > 0 ? Lean(samples.lean.row(row)) : Lean(Lean::Zero());
-  out.stance = stance_of(scene, tool, inward, lean);
+  out.stance = stance_of(scene, tool, inward, samples.lean_at(row));
   return out;
 }
 

@@ -35,10 +35,13 @@ std::vector<NamedTool> played_tools(const Scene& scene);
 /// shape at all.
 std::optional<Indenter> own_end(const Scene& scene);
 
+/// The round end with which the probe of a scene's file meets an asset. Throws Error where it has
+/// none, or the asset knows no other than its own.
+Indenter meeting_end(const std::string& scene_path, const runtime::AssetView& asset);
+
 /// The scene whose probe is that tool.
 Scene with_tool(const Scene& scene, const ToolSection& tool);
 
-inline constexpr std::uint64_t kToolSeed = 0x746f6f6c;
 /// Paths on which the tool leans and none of its balls leaves what answers.
 HeldOut draw_tool_paths(const Scene& scene, const ToolSection& tool, const Body& body, int paths,
                         std::uint64_t seed);

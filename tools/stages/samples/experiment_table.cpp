@@ -4,23 +4,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "libfem/probes/probes.hpp"
 #include "libfem/solve/experiments/tool_paths.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/experiments/draw.hpp"
-#include "tools/stages/body/reach.hpp"
+#include "tools/stages/body/prepare.hpp"
 #include "tools/stages/samples/compound.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
 namespace {
 
-Scene same(const Scene& scene, Purpose, std::int32_t) { return scene; }
-Scene of_tool(const Scene& scene, Purpose, std::int32_t) { return with_tool(scene, *scene.tool); }
-Scene of_other(const Scene& scene, Purpose purpose, std::int32_t number) {
-  return with_tool(scene, other_tools(scene, purpose)[number - 1]);
+const ToolSection* own_probe(const Scene&, Purpose, std::int32_t) { return nullptr; }
+const ToolSection* scene_tool(const Scene& scene, Purpose, std::int32_t) { return &*scene.tool; }
+const ToolSection* other_tool(const Scene& scene, Purpose purpose, std::int32_t number) {
+  return &other_tools(scene, purpose)[number - 1];
+}
+Scene simulated_with(const Scene& scene, const ToolSection* tool) {
+  return tool == nullptr ? scene : with_tool(scene, *tool);
 }
 
 // Draws places where the scene's tool can touch, upright and as it leans.
@@ -86,7 +90,7 @@ int pairs(const Scene& scene, Purpose purpose) {
 }
 // The tool that presses in pairs: to identify, the narrowest ball, which comes nearest to another
 // one; null: the probe.
-const ToolSection* pair_tool(const Scene& scene, Purpose purpose) {
+const ToolSection* pair_tool(const Scene& scene, Purpose purpose, std::int32_t) {
   const ToolSection* narrowest = nullptr;
   if (purpose == Purpose::hold_out) return narrowest;
   double radius_m = ball_radius_m(scene.probe.spec);
@@ -97,34 +101,18 @@ const ToolSection* pair_tool(const Scene& scene, Purpose purpose) {
   }
   return narrowest;
 }
-Scene of_pair(const Scene& scene, Purpose purpose, std::int32_t) {
-  const ToolSection* tool = pair_tool(scene, purpose);
-  return tool == nullptr ? scene : with_tool(scene, *tool);
-}
 ExperimentList draw_pairs(const Drawing& drawing) {
-  // Distances over the radius: from side by side to where tools of the probe's hardly interact.
-  constexpr double kMin = 2.1, kMax = 7;
-  constexpr std::uint64_t kSeed = 0x7077;
-  const Scene scene = of_pair(drawing.scene, drawing.purpose, 0);
+  const ToolSection* tool = pair_tool(drawing.scene, drawing.purpose, 0);
+  const Scene scene = simulated_with(drawing.scene, tool);
   const Reachable reachable({scene, drawing.body, drawing.points, drawing.purpose});
   HeldOutRange range = reachable.range();
-  if (const ToolSection* tool = pair_tool(drawing.scene, drawing.purpose))
-    range.depth_m = known_depth_m(drawing.scene, *tool);
+  if (tool != nullptr) range.depth_m = known_depth_m(drawing.scene, *tool);
+  // From side by side to where tools of the probe's radius hardly interact.
   const HeldOut out = draw_two_tools(drawing.body, range, pairs(drawing.scene, drawing.purpose),
-                                     kMin * ball_radius_m(scene.probe.spec),
-                                     kMax * ball_radius_m(drawing.scene.probe.spec),
-                                     drawing.purpose == Purpose::hold_out, drawing.seed(kSeed));
+                                     2.1 * ball_radius_m(scene.probe.spec),
+                                     7 * ball_radius_m(drawing.scene.probe.spec),
+                                     drawing.purpose == Purpose::hold_out, drawing.seed(0x7077));
   return paths_at(out.points, out.paths, ExperimentKind::pair);
-}
-PlayedTool pair_played_as(const Scene& scene, Purpose purpose, ToolShapes& shapes,
-                          const Samples& samples, Eigen::Index row) {
-  const ToolSection* tool = pair_tool(scene, purpose);
-  return tool == nullptr ? PlayedTool() : played_as_tool(scene, *tool, shapes, samples, row);
-}
-
-PlayedTool tool_played_as(const Scene& scene, Purpose, ToolShapes& shapes, const Samples& samples,
-                          Eigen::Index row) {
-  return played_as_tool(scene, *scene.tool, shapes, samples, row);
 }
 int tools(const Scene& scene, Purpose purpose) {
   if (!scene.tool) return 0;
@@ -133,7 +121,7 @@ int tools(const Scene& scene, Purpose purpose) {
 ExperimentList draw_tools(const Drawing& drawing) {
   const HeldOut out =
       draw_tool_paths(drawing.scene, *drawing.scene.tool, drawing.body,
-                      tools(drawing.scene, drawing.purpose), drawing.seed(kToolSeed));
+                      tools(drawing.scene, drawing.purpose), drawing.seed(0x746f6f6c));
   return paths_at(out.points, out.paths, ExperimentKind::tool);
 }
 
@@ -157,8 +145,7 @@ std::vector<ToolPath> presses_of(const Drawing& drawing, const ToolSection& tool
 
 // Paths of each kind, or, of a tool that is played as balls, on which it leans.
 HeldOut draw_stated(const Drawing& drawing, const ToolSection& tool) {
-  constexpr std::uint64_t kSeed = 0x73746174;
-  const std::uint64_t seed = drawing.seed(0) ^ kSeed;
+  const std::uint64_t seed = drawing.seed(0) ^ 0x73746174;
   if (tool.has_balls())
     return draw_tool_paths(drawing.scene, tool, drawing.body, tool.held_out, seed);
   const Scene scene = with_tool(drawing.scene, tool);
@@ -193,10 +180,11 @@ ExperimentList draw_others(const Drawing& drawing) {
   }
   return out;
 }
-PlayedTool other_played_as(const Scene& scene, Purpose purpose, ToolShapes& shapes,
-                           const Samples& samples, Eigen::Index row) {
-  const std::int32_t number = samples.probe_number[row];
-  return played_as_tool(scene, other_tools(scene, purpose)[number - 1], shapes, samples, row);
+// The tool that rows of a kind are of; null: the probe.
+const ToolSection* tool_of(const Scene& scene, Purpose purpose, ExperimentKind kind,
+                           std::int32_t number) {
+  const auto row = std::ranges::find(kExperimentRows, kind, &ExperimentRow::kind);
+  return row == kExperimentRows.end() ? nullptr : row->tool(scene, purpose, number);
 }
 
 }  // namespace
@@ -204,7 +192,6 @@ PlayedTool other_played_as(const Scene& scene, Purpose purpose, ToolShapes& shap
 // Each of a body that relaxes at one of the speeds, each of a body that softens at a place that was
 // pressed before.
 HeldOut draw_held_out_paths(const Drawing& drawing) {
-  constexpr double kTurn = 0.6180339887498949, kLeastPreload = 0.5;  // of the deepest press
   const Scene& scene = drawing.scene;
   const Reachable reachable(drawing);
   HeldOut out = draw_held_out(drawing.body, reachable.range(scene.validate.tilt_rad),
@@ -214,21 +201,21 @@ HeldOut draw_held_out_paths(const Drawing& drawing) {
     const std::vector<double>& speeds = scene.validate.speeds_m_s;
     if (relaxes(scene)) path = fem::in_time(path, speeds[i % speeds.size()], scene.validate.hold_s);
     if (!softens(scene)) continue;
-    const double turn = kTurn * static_cast<double>(i + 1);
-    path = fem::after_press(path, out.points.normal.row(path.point),
-                            scene.experiments.each.depth_m *
-                                (kLeastPreload + (1 - kLeastPreload) * (turn - std::floor(turn))));
+    const double turn = (std::numbers::phi - 1) * static_cast<double>(i + 1);
+    path =
+        fem::after_press(path, out.points.normal.row(path.point),
+                         scene.experiments.each.depth_m * (0.5 + 0.5 * (turn - std::floor(turn))));
   }
   return out;
 }
 
 const std::vector<ExperimentRow> kExperimentRows{
-    {ExperimentKind::path, same, paths, draw_paths, nullptr},
-    {ExperimentKind::press, same, presses, draw_presses, nullptr},
-    {ExperimentKind::cycle, same, cycles, draw_cycles, nullptr},
-    {ExperimentKind::pair, of_pair, pairs, draw_pairs, pair_played_as},
-    {ExperimentKind::tool, of_tool, tools, draw_tools, tool_played_as},
-    {ExperimentKind::other, of_other, others, draw_others, other_played_as},
+    {ExperimentKind::path, own_probe, paths, draw_paths},
+    {ExperimentKind::press, own_probe, presses, draw_presses},
+    {ExperimentKind::cycle, own_probe, cycles, draw_cycles},
+    {ExperimentKind::pair, pair_tool, pairs, draw_pairs},
+    {ExperimentKind::tool, scene_tool, tools, draw_tools},
+    {ExperimentKind::other, other_tool, others, draw_others},
 };
 
 void check_pairs(const Scene& scene) {
@@ -257,11 +244,8 @@ const std::vector<ToolSection>& other_tools(const Scene& scene, Purpose purpose)
 PlayedAs played_as(const Scene& scene, Purpose purpose, const Samples& samples) {
   auto shapes = std::make_shared<ToolShapes>();
   return [&scene, purpose, &samples, shapes](Eigen::Index row) {
-    const auto is_of = [&](const ExperimentRow& each) { return each.kind == samples.kind[row]; };
-    const auto found = std::ranges::find_if(kExperimentRows, is_of);
-    return found == kExperimentRows.end() || found->played_as == nullptr
-               ? PlayedTool()
-               : found->played_as(scene, purpose, *shapes, samples, row);
+    const ToolSection* tool = tool_of(scene, purpose, samples.kind[row], samples.probe_of(row));
+    return tool == nullptr ? PlayedTool() : played_as_tool(scene, *tool, *shapes, samples, row);
   };
 }
 
@@ -269,15 +253,13 @@ const fem::Simulator& Simulators::operator()(const Experiment& one) const {
   const ExperimentKind kind = one.kind;
   std::unique_ptr<fem::Simulator>& made = made_[{kind, one.probe_number}];
   if (made) return *made;
-  const auto found = std::ranges::find(kExperimentRows, kind, &ExperimentRow::kind);
-  const Scene scene =
-      found == kExperimentRows.end() ? scene_ : found->scene(scene_, purpose_, one.probe_number);
+  Scene scene = simulated_with(scene_, tool_of(scene_, purpose_, kind, one.probe_number));
   const bool is_kept =
       kind == (purpose_ == Purpose::identify ? ExperimentKind::press : ExperimentKind::path);
-  const double own = scene_.validate.force_tolerance;
-  const double tolerance =
-      purpose_ == Purpose::hold_out && own > 0 ? own : scene_.experiments.force_tolerance;
-  made = std::make_unique<fem::Simulator>(is_kept ? make_simulator(scene, body_, tolerance)
+  if (const double own = scene_.validate.force_tolerance;
+      is_kept && purpose_ == Purpose::hold_out && own > 0)
+    scene.experiments.force_tolerance = own;
+  made = std::make_unique<fem::Simulator>(is_kept ? make_simulator(scene, body_)
                                                   : fem::Simulator(make_setup(scene, body_)));
   return *made;
 }

@@ -35,14 +35,11 @@ struct Drawing {
 /// A kind of experiment; a new kind is a new row of the table.
 struct ExperimentRow {
   ExperimentKind kind;
-  /// The scene that the simulator gets: with its own probe, or another in its place. number: of
-  /// Samples::probe_number.
-  Scene (*scene)(const Scene&, Purpose, std::int32_t number);
+  /// The tool that takes the place of the probe; null: the probe. number: of Samples::probe_number.
+  const ToolSection* (*tool)(const Scene&, Purpose, std::int32_t number);
   /// Number of experiments that are wanted; 0: none.
   int (*count)(const Scene&, Purpose);
   ExperimentList (*draw)(const Drawing&);
-  /// The tool as which the engine plays a row; null: a tip.
-  PlayedTool (*played_as)(const Scene&, Purpose, ToolShapes&, const Samples&, Eigen::Index row);
 };
 extern const std::vector<ExperimentRow> kExperimentRows;
 

@@ -20,7 +20,6 @@
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
-#include "tools/stages/samples/points_to_drag.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
@@ -28,19 +27,13 @@ namespace {
 
 using namespace validation;
 
-// A round adds a quarter of what there is: few enough to learn from, enough to keep threads busy.
-// Where presses are quick, fits are what takes time, and it adds half. The tolerance has to be met
-// by two rounds in a row or more, of kJudged new points: a few may all lie where a body is even. No
-// round after one that met it adds more than those.
-constexpr int kMinBatch = 4, kMaxBatch = 64;
-constexpr double kShare = 0.25, kQuickShare = 0.5;
-constexpr int kJudged = 12, kJudgedRounds = 2;
-constexpr int kMinCompared = 4;  // points that tell what presses on one mesh lack
+// The tolerance has to be met by two rounds in a row or more, of so many new points: a few may all
+// lie where a body is even. No round after one that met it adds more.
+constexpr int kJudged = 12;
 // Of test points, over the contact's radius. Without it 120 of a hand's 200 points crowd in one
 // web; 1 leaves 47 % in a dragon's hollow, where 0.5 leaves 26. Halved where it leaves no vertex
 // before the tolerance is met, down to the least.
 constexpr double kFirstSpacing = 0.5, kLeastSpacing = 0.125;
-constexpr int kMostDragged = 48;  // points, where all have to be dragged: five times the time
 
 // Points so far with the ones of a batch, and the fine vertex each new one is.
 struct Grown {
@@ -90,7 +83,7 @@ fem::QuickScale try_quick(const fem::SimulatorOf& simulator, const TestPoints& p
   const Samples two_meshes = at(effort, "simulate");
   fem::QuickScale quick = fem::compare_quick(two_meshes, at(one_mesh, "press on one mesh"), wanted);
   if (!quick) return quick;
-  const bool is_good = quick.p95 <= wanted && quick.points >= kMinCompared;
+  const bool is_good = quick.p95 <= wanted && quick.points >= 4;
   say("  presses on one mesh: times {:.3f} they are {:.1f} % (p95) off those on two, at {} points "
       "that state less than {:.3g} % themselves: {}",
       quick.number(), 100 * quick.p95, quick.points, 100 * wanted,
@@ -102,8 +95,9 @@ fem::QuickScale try_quick(const fem::SimulatorOf& simulator, const TestPoints& p
 }  // namespace
 
 int round_size(int points, bool is_quick, bool is_within) {
-  const auto share = static_cast<int>((is_quick ? kQuickShare : kShare) * points);
-  return std::clamp(share, kMinBatch, is_within ? kJudged : kMaxBatch);
+  // A quarter of what there is: few enough to learn from, enough to keep threads busy. Where
+  // presses are quick, fits are what takes time.
+  return std::clamp((is_quick ? 2 : 1) * points / 4, 4, is_within ? kJudged : 64);
 }
 
 PlacementRound judge_round(const Samples& samples, const Model& model,
@@ -173,7 +167,7 @@ class PlacementRounds {
     placement_.points = body_.test_points;
     std::vector<Effort>& effort = placement_.effort;
     const Eigen::Index first = placement_.points.position.rows();
-    effort.assign(static_cast<std::size_t>(first), {has_drags_ && !are_few_, 0});
+    effort.assign(first, {has_drags_ && !are_few_, 0});
     on_two_meshes_.resize(effort.size());
     std::iota(on_two_meshes_.begin(), on_two_meshes_.end(), std::size_t{0});
     if (are_few_) {
@@ -199,7 +193,7 @@ class PlacementRounds {
       fit(nullptr);
     }
     press_alone_ = !has_drags_ || (are_few_ && are_rings());
-    budget_ = press_alone_ ? wanted_.budget : std::min(wanted_.budget, kMostDragged);
+    budget_ = press_alone_ ? wanted_.budget : std::min(wanted_.budget, 48);  // five times the time
   }
 
   bool are_rings() const { return curves_.curves.family == CurveFamily::rings; }
@@ -242,8 +236,7 @@ class PlacementRounds {
 
   void simulate(const TestPoints& points) {
     placement_.points = points;
-    placement_.effort.resize(static_cast<std::size_t>(points.position.rows()),
-                             {!press_alone_, placement_.quick.number()});
+    placement_.effort.resize(points.position.rows(), {!press_alone_, placement_.quick.number()});
     placement_.samples = known_.at(simulator_, experiments_at(points, placement_.effort),
                                    experiments_, "simulate", placement_.quick);
   }
@@ -268,7 +261,7 @@ class PlacementRounds {
     const bool is_within = round.p95_rel <= wanted_.tolerance;
     rounds_within_ = is_within ? rounds_within_ + 1 : 0;
     points_within_ = is_within ? points_within_ + round.new_points - round.poor : 0;
-    if (rounds_within_ >= kJudgedRounds && points_within_ >= kJudged)
+    if (rounds_within_ >= 2 && points_within_ >= kJudged)
       placement_.ended = fmt::format("the tolerance of {:.3g} % is met", 100 * wanted_.tolerance);
   }
 
@@ -327,8 +320,7 @@ Samples simulate_scene(const Scene& scene, const Body& body, const SimulateReque
   const fem::Experiments each = experiments_of(scene);
   TestPoints points = body.test_points;
   fem::QuickScale quick;
-  std::vector<Effort> effort(static_cast<std::size_t>(points.position.rows()),
-                             {!each.drag_depths_m.empty(), 0});
+  std::vector<Effort> effort(points.position.rows(), {!each.drag_depths_m.empty(), 0});
   if (scene.experiments.placement) {
     Placement placement = place_and_simulate(scene, body, simulator, request.jobs, cache);
     points = std::move(placement.points);

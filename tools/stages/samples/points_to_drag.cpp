@@ -1,15 +1,12 @@
-#include "tools/stages/samples/points_to_drag.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "tools/stages/samples/placement.hpp"
+
 namespace palpate::tools {
 namespace {
-
-// Tangential over normal force up to which the rings of a drag are those of a flat surface.
-constexpr double kMostLean = 0.1;
 
 struct Pressed {
   std::size_t point = 0;
@@ -61,8 +58,8 @@ std::vector<std::size_t> points_beyond_drags(const Samples& presses,
   const std::size_t most =
       std::min(static_cast<std::size_t>(presses.points()) / kPointsPerDrag, kLastDrags);
   std::vector<Pressed> points = deepest_rows(presses);
-  std::erase_if(points,
-                [](const Pressed& point) { return !point.is_whole || point.lean > kMostLean; });
+  // Rings of a drag are those of a flat surface up to a tenth of tangential over normal force.
+  std::erase_if(points, [](const Pressed& point) { return !point.is_whole || point.lean > 0.1; });
   std::vector<double> known;
   for (const Pressed& point : points)
     if (std::ranges::find(dragged, point.point) != dragged.end())
@@ -76,7 +73,8 @@ std::vector<std::size_t> points_beyond_drags(const Samples& presses,
   std::vector<std::size_t> out;
   while (!points.empty() && !known.empty() && out.size() < most) {
     const auto furthest = std::ranges::max_element(points, {}, away);
-    if (!(away(*furthest) > std::log(kFarForce))) break;
+    // Forces further apart than this factor say nothing of each other's rings.
+    if (!(away(*furthest) > std::log(1.1))) break;
     known.push_back(std::log(furthest->force_N));
     out.push_back(furthest->point);
   }

@@ -10,13 +10,6 @@
 #include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
-namespace {
-
-// Share of the time that is spent on keeping: a process that is killed loses the points in flight
-// and those done within fifty times what keeping takes, half a minute on the liver phantom.
-constexpr double kKeepShare = 0.02;
-
-}  // namespace
 
 Attributes attributes_of(const SimulateRequest& request) {
   Attributes out{{kPointFingerprintAttribute, request.fingerprint}};
@@ -28,11 +21,13 @@ std::filesystem::path partial_of(const std::filesystem::path& output) {
   return output.string() + ".partial";
 }
 
+// A process that is killed loses the points in flight and those done within fifty times what
+// keeping takes, half a minute on the liver phantom.
 void KeepClock::keep(const std::function<void()>& write) {
   const double from_s = wall_seconds();
   if (from_s < next_s_) return;
   write();
-  next_s_ = from_s + (wall_seconds() - from_s) / kKeepShare;
+  next_s_ = from_s + (wall_seconds() - from_s) / 0.02;
 }
 
 // Samples of a file whose points come from the same things; none otherwise.

@@ -33,7 +33,8 @@ bool softens(const Scene& scene) {
 
 Eigen::Index surface_columns(const Scene& scene, const Body& body) {
   const Eigen::Index vertices = body.surface.vertices.rows();
-  return scene.experiments.surface && vertices <= kMaxSurfaceVertices ? 3 * vertices : 0;
+  // A row of the motion takes some 3 bytes a vertex; a finer surface is not kept.
+  return scene.experiments.surface && vertices <= 20000 ? 3 * vertices : 0;
 }
 
 void add_origin(Samples& samples, const fem::SimulatorOf& simulator, const ExperimentList& list) {
@@ -50,10 +51,9 @@ void add_origin(Samples& samples, const fem::SimulatorOf& simulator, const Exper
 }
 
 Relaxation contact_relaxation(const Scene& scene, const Body& body, const Samples& samples) {
-  constexpr Eigen::Index kPoints = 3;
   if (!scene.material || scene.material->relaxation.branches() == 0) return {};
   TestPoints first;
-  const Eigen::Index points = std::min(kPoints, samples.points());
+  const Eigen::Index points = std::min<Eigen::Index>(3, samples.points());
   first.position = samples.point_position.topRows(points);
   first.normal = samples.point_normal.topRows(points);
   const double at_first =
@@ -68,12 +68,7 @@ Relaxation contact_relaxation(const Scene& scene, const Body& body, const Sample
 }
 
 fem::Simulator make_simulator(const Scene& scene, const Body& body) {
-  return make_simulator(scene, body, scene.experiments.force_tolerance);
-}
-
-fem::Simulator make_simulator(const Scene& scene, const Body& body, double force_tolerance) {
   fem::SimulationSetup setup = make_setup(scene, body);
-  setup.options.force_tolerance = force_tolerance;
   setup.keeps_surface = surface_columns(scene, body) > 0;
   return fem::Simulator(std::move(setup));
 }

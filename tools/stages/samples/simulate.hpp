@@ -8,18 +8,14 @@
 #include "libfit/core/body.hpp"
 #include "libfit/core/samples.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/stages/body/simulation_setup.hpp"
+#include "tools/stages/body/prepare.hpp"
 
 namespace palpate::tools {
 
 /// The simulator of a scene's body, material, inclusions and probe. It keeps how the surface moves
 /// where the scene wants it; one of make_setup does not.
 fem::Simulator make_simulator(const Scene& scene, const Body& body);
-/// The same asked for another force error, relative; 0: as it comes.
-fem::Simulator make_simulator(const Scene& scene, const Body& body, double force_tolerance);
 
-/// A row of the surface's motion takes some 3 bytes a vertex; a finer surface is not kept.
-inline constexpr Eigen::Index kMaxSurfaceVertices = 20000;
 /// Columns of Samples::surface of a scene: 0 where its samples do not tell how the surface moves.
 Eigen::Index surface_columns(const Scene& scene, const Body& body);
 

@@ -5,7 +5,6 @@
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/structured_block.hpp"
 #include "tools/stages/body/prepare.hpp"
-#include "tools/stages/body/simulation_setup.hpp"
 #include "tools/workshop/bench/fem.hpp"
 
 namespace palpate::tools {

@@ -8,8 +8,7 @@
 
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
-#include "tools/stages/body/body_meshes.hpp"
-#include "tools/stages/body/simulation_setup.hpp"
+#include "tools/stages/body/prepare.hpp"
 #include "tools/workshop/bench/machine.hpp"
 #include "tools/workshop/rivals/corotational.hpp"
 #include "tools/workshop/rivals/green.hpp"

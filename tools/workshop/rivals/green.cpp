@@ -12,7 +12,7 @@
 #include "libfem/mesh/grade/grade_mesh.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 #include "libfit/core/error.hpp"
-#include "tools/stages/body/simulation_setup.hpp"
+#include "tools/stages/body/prepare.hpp"
 #include "tools/workshop/bench/machine.hpp"
 
 namespace palpate::tools {

@@ -17,7 +17,7 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/canonical.hpp"
-#include "tools/stages/body/simulation_setup.hpp"
+#include "tools/stages/body/prepare.hpp"
 #include "tools/workshop/bench/bench.hpp"
 #include "tools/workshop/bench/machine.hpp"
 #include "tools/workshop/rivals/measure.hpp"

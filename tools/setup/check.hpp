@@ -1,10 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "libfit/core/body.hpp"
+#include "libfit/core/geometry.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
@@ -40,5 +44,30 @@ double cpu_of_run_s(const Scene& scene, const Body& body, const Trial& trial);
 
 /// What the trial says about the scene, a sentence each with the key to change; none: it will do.
 std::vector<std::string> advice(const Scene& scene, const Trial& trial);
+
+/// The doubt, a sentence with the unit that would be likelier, where a mesh measures what few
+/// organs do: less than 4 cm or more than 60 cm. extent: in the file's unit, which is unit_m long.
+std::optional<std::string> doubt_of_size(const Vec3& extent, double unit_m);
+
+/// The doubt of a lid: a surface that mending had to close over an opening half as wide as the body
+/// or more. in_file: as it was read, scaled to m; changes: what mending said of it.
+std::optional<std::string> doubt_of_lid(const Surface& in_file,
+                                        const std::vector<std::string>& changes);
+
+/// What `check` doubts of a scene's body file: its lid, and a wrap that was not needed.
+std::vector<std::string> doubts_of_body(const Scene& scene,
+                                        const std::vector<std::string>& changes);
+
+/// What each recording of a manifest is, and what is wrong with it.
+struct CheckedManifest {
+  std::string text;             ///< a line each, then what the points are and what is held out
+  nlohmann::ordered_json json;  ///< the same, with what `import` tells
+  std::size_t refused = 0;
+};
+
+/// Reads and places all recordings as `import` does and writes nothing. Refusals and notes are said
+/// on stderr. Throws Error on what `import` would refuse as a whole,
+/// and where no recording can be used.
+CheckedManifest check_manifest(const std::filesystem::path& manifest, int jobs);
 
 }  // namespace palpate::tools

@@ -1,0 +1,301 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "libfit/assets/exporters.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/core/stated_error.hpp"
+#include "libfit/core/units.hpp"
+#include "libfit/io/atomic_file.hpp"
+#include "libfit/io/files/files.hpp"
+#include "tools/command.hpp"
+#include "tools/console.hpp"
+#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/import.hpp"
+#include "tools/stages/stage_table.hpp"
+
+namespace palpate::tools {
+namespace {
+
+constexpr std::string_view kCacheKinds[] = {kFitCacheSchema.name};
+
+class Fit final : public Command {
+ public:
+  explicit Fit(Arguments& arguments) {
+    arguments.positional("samples", samples_, "Samples to fit, samples.h5");
+    arguments.output("-o,--output", output_, "curves.h5 to write", {kCurvesSchema.name});
+    FitSection& section = stage_.fit;
+    arguments.option("--degree", section.degree, "Degree of the curves, 1 to 4");
+    arguments.option(
+        "--pieces", section.pieces,
+        "Number of pieces of every curve; 0 takes the fewest that held-out rows support");
+    arguments.option(
+        "--family NAME", section.family,
+        "Curve family of docs/method.md, sections 2 and 17: rings, which without drags are "
+        "separable, or separable");
+    arguments.option(
+        "--warm-start", warm_start_,
+        "Earlier curves.h5 whose bases are kept; only points whose rows changed are fitted again");
+    arguments.option(
+        "--free NAMES", frees_,
+        "Nuisance parameters to estimate for each recording: any of contact,bias,drift");
+    arguments.jobs(stage_.jobs);
+  }
+
+  int run(Reply& reply) override {
+    const FitSection& section = stage_.fit;
+    if (section.degree < 1 || section.degree > 4)
+      throw Error("--degree", fmt::format("{} is no degree of a curve", section.degree),
+                  "Use 1 to 4.");
+    if (section.pieces < 0 || section.pieces > 256)
+      throw Error("--pieces", fmt::format("there cannot be {} pieces", section.pieces),
+                  "Use 1 to 256, or 0 to have the number chosen.");
+    check_output(fit_cache_path(output_), kCacheKinds, {});
+    say("fit {}", samples_);
+    std::optional<FittedCurves> earlier;
+    std::optional<FitCache> earlier_cache;
+    if (!warm_start_.empty()) {
+      earlier = read_curves(warm_start_);
+      earlier_cache = read_fit_cache(warm_start_, *earlier);
+    }
+    FitCache cache;
+    stage_.files = {.samples = samples_, .curves = output_};
+    stage_.fit_choices = {earlier ? &*earlier : nullptr, earlier_cache ? &*earlier_cache : nullptr,
+                          nuisances_named(frees_), &cache};
+    kFitStage.make(stage_, !earlier && frees_.empty() ? kFitStage.wanted(stage_) : "");
+    write_fit_cache(output_, cache);
+    say("wrote {}", output_);
+    const FittedCurves curves = read_curves(output_);
+    const std::size_t bad = list_bad_points(curves);
+    reply.json = nlohmann::ordered_json{{"points", curves.position.rows()},
+                                        {"family", name_of(curves.curves.family)},
+                                        {"without_curves_of_their_own", bad}};
+    return bad ? kSomeFailed : kDone;
+  }
+
+ private:
+  std::string samples_, output_, warm_start_, frees_;
+  Pipeline stage_;
+};
+
+class Prepare final : public Command {
+ public:
+  explicit Prepare(Arguments& arguments) {
+    arguments.positional("scene", scene_, "Scene to read, scene.toml");
+    arguments.output("-o,--output", output_, "body.h5 to write", {kBodySchema.name});
+    arguments.flag("--surface-only", stage_.surface_only,
+                   "Make no volume mesh, which is enough for measured data and for open surfaces");
+  }
+
+  int run(Reply& reply) override {
+    stage_.scene = open_scene(scene_);
+    stage_.files.body = output_;
+    say("prepare {}", scene_);
+    kPrepareStage.make(stage_, stage_.surface_only ? "" : kPrepareStage.wanted(stage_));
+    say("wrote {}", output_);
+    const Body& body = stage_.body;
+    reply.json = nlohmann::ordered_json{{"vertices", body.surface.vertices.rows()},
+                                        {"tets", body.volume.tets.rows()},
+                                        {"test_points", body.test_points.position.rows()}};
+    return kDone;
+  }
+
+ private:
+  std::string scene_, output_;
+  Pipeline stage_;
+};
+
+constexpr NamedOutput kBeside[] = {{".held_out.h5", kSamplesSchema.name},
+                                   {".signals.h5", kSignalsSchema.name},
+                                   {".import.csv", "file,line,recording"},
+                                   {".import.json", "{\"files\":"},
+                                   {".relaxation.import.csv", "file,point,time_s"}};
+
+class Import final : public Command {
+ public:
+  explicit Import(Arguments& arguments) {
+    arguments.positional("manifest", manifest_,
+                         "Manifest of the recordings and how to read them, manifest.toml");
+    arguments.output("-o,--output", output_,
+                     "samples.h5 to write, with samples.signals.h5, samples.import.csv and .json "
+                     "beside it",
+                     {kSamplesSchema.name});
+    arguments.named_outputs(output_, kBeside);
+    arguments.jobs(stage_.import.jobs);
+    arguments.flag("--drop-invalid", drops_invalid_,
+                   "Leave out rows that are not numbers or go back in time, and count them");
+    arguments.flag("--force", force_, "Replace files beside the output that Palpate did not write");
+  }
+
+  int run(Reply& reply) override {
+    stage_.import.manifest = read_manifest(manifest_);
+    for (recordings::BatchItem& item : stage_.import.manifest.items)
+      item.read.drop_invalid |= drops_invalid_;
+    stage_.import.output = output_;
+    remake(kImportStage, stage_);
+    reply.json = stage_.imported;
+    return *stage_.bad_experiments > 0 ? kSomeFailed : kDone;
+  }
+
+ private:
+  std::string manifest_, output_;
+  bool drops_invalid_ = false, force_ = false;  // Arguments looks for the second one
+  Pipeline stage_;
+};
+
+class Refine final : public Command {
+ public:
+  explicit Refine(Arguments& arguments) {
+    arguments.positional("curves", curves_, "Curves to interpolate, curves.h5");
+    arguments.option("--body", body_, "body.h5 whose surface the curves are interpolated onto",
+                     true);
+    arguments.option("--samples", samples_,
+                     "samples.h5 of the curves: what tells how contacts feel each other, and with "
+                     "samples.surface.h5 beside it how the surface moves");
+    arguments.output("-o,--output", output_, "model.h5 to write", {kModelSchema.name});
+  }
+
+  int run(Reply& reply) override {
+    say("refine {}", curves_);
+    Pipeline stage;
+    stage.files = {.body = body_, .samples = samples_, .curves = curves_, .model = output_};
+    remake(kRefineStage, stage);
+    say("wrote {}", output_);
+    const Model model = read_model(output_);
+    const auto covered = std::count(model.is_covered.begin(), model.is_covered.end(), 1);
+    reply.json =
+        nlohmann::ordered_json{{"vertices", model.is_covered.size()}, {"covered", covered}};
+    return kDone;
+  }
+
+ private:
+  std::string curves_, body_, samples_, output_;
+};
+
+class Export final : public Command {
+ public:
+  explicit Export(Arguments& arguments) {
+    arguments.positional("model", model_, "Model to export, model.h5");
+    arguments.output("-o,--output", output_,
+                     "File to write, in the format of its name: asset.palp, or .vtu, .glb, .ply",
+                     {"palp", "vtu", "glTF", "ply"});
+    arguments.option("--format NAME", format_, "Format that the name of the file must have");
+    arguments.option("--depth LEN", depth_,
+                     "Depth at which glb and ply show the stiffness, such as \"5 mm\"; half of the "
+                     "curves' range if not given");
+    arguments.option("--engine DIR", engine_, "Folder to copy the engine and its example into");
+    arguments.option("--scene", scene_, "scene.toml whose [tool] is taken, as run takes it");
+  }
+
+  int run(Reply& reply) override {
+    const std::string format = settled_format();
+    Pipeline stage{.files = {.model = model_, .asset = output_, .engine = engine_}};
+    if (!scene_.empty()) stage.scene = open_scene(scene_);
+    if (!engine_.empty() && format != "palp")
+      throw Error("--engine", "says nothing of a " + format, "Leave it out, or export palp.");
+    if (!depth_.empty() && format != "glb" && format != "ply")
+      throw Error("--depth", format + " has every depth", "Leave it out, or export glb or ply.");
+    if (std::error_code none; !engine_.empty() && std::filesystem::exists(engine_, none) &&
+                              !std::filesystem::is_directory(engine_, none))
+      throw Error("--engine", engine_ + " is a file", "Name a folder.");
+    stage.exported_format = format;
+    stage.map_depth_m = depth_m();
+    remake(kExportStage, stage);
+    const ExportReport& report = stage.exported;
+    reply.json = nlohmann::ordered_json{{"vertices", report.vertices},
+                                        {"triangles", report.triangles},
+                                        {"mean_vertices", report.mean_vertices},
+                                        {"remarks", report.remarks}};
+    return kDone;
+  }
+
+ private:
+  std::string settled_format() const {
+    if (!format_.empty()) find_exporter(format_);
+    const Exporter& named = exporter_of_file(output_);
+    if (!format_.empty() && format_ != named.name)
+      throw Error(
+          "--format",
+          fmt::format("is {}, and {} is the name of a {} file", format_, output_, named.name),
+          fmt::format("Leave it out, or let the name end in {}.",
+                      find_exporter(format_).extension));
+    return std::string(named.name);
+  }
+  double depth_m() const {
+    if (depth_.empty()) return 0;
+    const auto depth = parse_quantity(depth_, Dimension::length);
+    if (!depth || !(*depth > 0))
+      throw Error("--depth", "\"" + depth_ + "\" is no depth", "Give a length such as \"5 mm\".");
+    return *depth;
+  }
+
+  std::string model_, output_, format_, engine_, depth_, scene_;
+};
+
+class SurfaceCommand final : public Command {
+ public:
+  explicit SurfaceCommand(Arguments& arguments) {
+    arguments.positional("samples", samples_,
+                         "Samples whose contact points lie on the surface, "
+                         "samples.h5");
+    arguments.output("-o,--output", output_, "Surface to write, body.obj, in mm",
+                     {"# palpate surface"});
+  }
+
+  int run(Reply& reply) override {
+    say("surface {}", samples_);
+    const ContactSurface made = surface_of_contacts(read_samples(samples_));
+    write_file_atomically(output_, obj_text(made.surface));
+    say("wrote {}", output_);
+    std::vector<double> off_m;
+    for (const double m : made.left_out_m)
+      if (std::isfinite(m)) off_m.push_back(std::abs(m));
+    reply.json = nlohmann::ordered_json{{"contacts", made.left_out_m.size()},
+                                        {"is_height_field", made.is_height_field},
+                                        {"vertices", made.surface.vertices.rows()},
+                                        {"triangles", made.surface.triangles.rows()},
+                                        {"spacing_m", made.spacing_m},
+                                        {"reach_spacings", made.reach},
+                                        {"uses_normals", made.uses_normals},
+                                        {"left_out",
+                                         {{"contacts", off_m.size()},
+                                          {"median_m", stated_quantile(off_m, 0.5)},
+                                          {"p95_m", stated_quantile(off_m, 0.95)},
+                                          {"max_m", stated_quantile(off_m, 1)}}}};
+    return kDone;
+  }
+
+ private:
+  std::string samples_, output_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> declare_fit(Arguments& arguments) {
+  return std::make_unique<Fit>(arguments);
+}
+
+std::unique_ptr<Command> declare_prepare(Arguments& arguments) {
+  return std::make_unique<Prepare>(arguments);
+}
+
+std::unique_ptr<Command> declare_import(Arguments& arguments) {
+  return std::make_unique<Import>(arguments);
+}
+
+std::unique_ptr<Command> declare_refine(Arguments& arguments) {
+  return std::make_unique<Refine>(arguments);
+}
+
+std::unique_ptr<Command> declare_export(Arguments& arguments) {
+  return std::make_unique<Export>(arguments);
+}
+
+std::unique_ptr<Command> declare_surface(Arguments& arguments) {
+  return std::make_unique<SurfaceCommand>(arguments);
+}
+
+}  // namespace palpate::tools
