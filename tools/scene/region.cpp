@@ -47,7 +47,7 @@ Box read_box(SceneTable& table) {
   return {low, high};
 }
 
-// What the mesh file calls a part: a group, a colour, or where a field has a value.
+// The mark of a part in the mesh file: a group, a colour, or where a field has a value.
 std::optional<MeshMark> find_mark(SceneTable& table, int& named) {
   std::optional<MeshMark> mark;
   if (table.has("group")) {

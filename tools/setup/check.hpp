@@ -13,7 +13,7 @@
 
 namespace palpate::tools {
 
-/// What all of a scene's experiments gave at one test point, the one in the middle of the window.
+/// Results of a scene's experiments at one test point, the one in the middle of the window.
 struct Trial {
   std::string point;
   Vec3 position = Vec3::Zero();
@@ -42,7 +42,7 @@ int points_of_run(const Scene& scene, const Body& body);
 /// costs as much as a point with its drags: 0.8 to 1.0 of it on two livers and a hand.
 double cpu_of_run_s(const Scene& scene, const Body& body, const Trial& trial);
 
-/// What the trial says about the scene, a sentence each with the key to change; none: it will do.
+/// Advice from the trial about the scene, a sentence each with the key to change; none: it will do.
 std::vector<std::string> advice(const Scene& scene, const Trial& trial);
 
 /// The doubt, a sentence with the unit that would be likelier, where a mesh measures what few
@@ -54,11 +54,11 @@ std::optional<std::string> doubt_of_size(const Vec3& extent, double unit_m);
 std::optional<std::string> doubt_of_lid(const Surface& in_file,
                                         const std::vector<std::string>& changes);
 
-/// What `check` doubts of a scene's body file: its lid, and a wrap that was not needed.
+/// Doubts of a scene's body file: its lid, and a wrap that was not needed.
 std::vector<std::string> doubts_of_body(const Scene& scene,
                                         const std::vector<std::string>& changes);
 
-/// What each recording of a manifest is, and what is wrong with it.
+/// Each recording of a manifest, with its faults.
 struct CheckedManifest {
   std::string text;             ///< a line each, then what the points are and what is held out
   nlohmann::ordered_json json;  ///< the same, with what `import` tells

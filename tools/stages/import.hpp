@@ -11,7 +11,7 @@
 
 namespace palpate::tools {
 
-/// What `palpate import` is asked for. output: samples.h5; its tables lie beside it. Empty: nothing
+/// Input of `palpate import`. output: samples.h5; its tables lie beside it. Empty: nothing
 /// is written, and every file is read.
 struct ImportRequest {
   Manifest manifest;

@@ -30,8 +30,8 @@ struct StageFiles {
 /// The names that they have in the folder of a run.
 StageFiles files_in(const std::filesystem::path& folder);
 
-/// What the stages of one body share. A scene's stages read `scene`, those of recordings `import`,
-/// and `fit` is of either.
+/// State that the stages of one body share. A scene's stages read `scene`, those of recordings
+/// `import`, and `fit` is of either.
 struct Pipeline {
   StageFiles files = {};
   int jobs = 0;        ///< threads, 0 for all cores
@@ -92,7 +92,7 @@ void check_choices(const Scene& scene);
 
 class RunLog;
 
-/// What `palpate run` is asked for. scene: or a manifest. jobs: threads, 0 for all cores.
+/// Input of `palpate run`. scene: or a manifest. jobs: threads, 0 for all cores.
 struct RunRequest {
   std::string scene, folder;
   int jobs = 0;

@@ -24,8 +24,9 @@ ToolPath cycled_press(int point, const Vec3& inward, double depth_m) {
 
 ToolPath after_press(const ToolPath& path, const Vec3& inward, double preload_m) {
   constexpr auto kRows = static_cast<Eigen::Index>(kBefore.size());
-  ToolPath out{path.point, Points(kRows + path.deflections.rows(), 3)};
-  out.kind = path.kind;
+  ToolPath out = path;
+  out.time_s = {};  // in slow motion, as the press before it
+  out.deflections.resize(kRows + path.deflections.rows(), 3);
   for (Eigen::Index i = 0; i < kRows; ++i)
     out.deflections.row(i) = kBefore[i] * preload_m * inward.transpose();
   out.deflections.bottomRows(path.deflections.rows()) = path.deflections;

@@ -54,9 +54,11 @@ TEST(CycledPress, a_press_in_and_out_and_in_again_is_softer_up_to_where_it_had_b
 }
 
 TEST(CycledPress, a_path_after_a_press_begins_out_of_touch) {
-  const ToolPath path{3, Points(2 * kInward.transpose().replicate(2, 1))};
+  ToolPath path{3, Points(2 * kInward.transpose().replicate(2, 1))};
+  path.lean = {0.2, 0.1};
   const ToolPath out = after_press(path, kInward, 1);
   EXPECT_EQ(out.point, 3);
+  EXPECT_EQ(out.lean, path.lean) << "a tilted path stood upright on a body that softens";
   ASSERT_EQ(out.deflections.rows(), 7);
   EXPECT_EQ(Vec3(out.deflections.row(2)), kInward);
   EXPECT_LT(out.deflections.row(4).dot(kInward), 0);

@@ -56,7 +56,8 @@ void check_material(const fem::MaterialParameters& material, const std::string& 
   }
 }
 
-// Of a press [GB], as N^1.5 over N quadratic nodes, 1.4 a tet: 12.6 GB were seen on 183,855 tets.
+// Memory of a press [GB], as N^1.5 over N quadratic nodes, 1.4 a tet: 12.6 GB were seen on 183,855
+// tets.
 double memory_GB(double tets) { return 1e-9 * 98 * std::pow(1.4 * tets, 1.5); }
 
 void check_mesh_size(const Scene& scene, const Body& body, Warnings& warnings) {

@@ -225,7 +225,7 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
         if (contains(regions[i], place)) return static_cast<int>(i) + 1;
       return 0;
     };
-  // Of a layer that is thin against its breadth: confined along the normal, in shear across (M13f).
+  // The layer is thin against its breadth: confined along the normal, in shear across (M13f).
   std::vector<std::pair<Region, fem::BedStiffness>> beds;
   for (const BedSection& bed : scene.beds) {
     const fem::Material layer = fem::make_material(bed.material, "material of [[bed]]");

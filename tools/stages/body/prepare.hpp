@@ -20,7 +20,7 @@ namespace palpate::tools {
 /// tool and depth do, the body takes it.
 Body prepare_body(const Scene& scene, bool surface_only, const Surface* asset = nullptr);
 
-/// What only the body can tell: a probe larger than it, a depth larger than it is thick. Throws
+/// Checks that need the body: a probe larger than it, a depth larger than it is thick. Throws
 /// Error with the scene's key and a remedy.
 void check_experiments(const Scene& scene, const Body& body);
 
@@ -36,7 +36,7 @@ double base_edge_m(const Scene& scene, double volume_m3);
 /// filled in, and says its size and quality. Throws Error with a remedy.
 void fill_with_tets(const Scene& scene, Body& body);
 
-/// What the scene's tool can touch of a closed surface.
+/// The places of a closed surface that the scene's tool can touch.
 fem::ToolReach make_reach(const Scene& scene, const Surface& surface);
 
 /// Fills in_region of a body that has its surface, where the scene's regions speak of it: what the
@@ -81,7 +81,7 @@ struct PlacedPaths {
 PlacedPaths place_paths(const std::vector<PathInTable>& paths, const Surface& surface,
                         const std::string& where);
 
-/// What the simulator is told of a scene: body, material, inclusions, beds and probe.
+/// The simulator's input from a scene: body, material, inclusions, beds and probe.
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body);
 
 /// The presses and drags that the scene makes at each of its test points.
