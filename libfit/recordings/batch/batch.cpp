@@ -120,7 +120,7 @@ void weigh_with_surface(const std::vector<ItemResult>& results, const BatchOptio
       if (!r.is_axial && r.contact_m && r.inward && r.contact.deviation_m > 0)
         contacts.push_back({i, &r});
   if (contacts.size() < kMinContacts) return;
-  Points places(static_cast<Eigen::Index>(contacts.size()), 3);
+  Points places(contacts.size(), 3);
   for (std::size_t k = 0; k < contacts.size(); ++k)
     places.row(k) = *contacts[k].recording->contact_m;
   RigidMotion motion = options.motion.value_or(RigidMotion{});

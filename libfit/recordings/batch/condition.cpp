@@ -129,8 +129,7 @@ void grade(const SignalSettings& settings, double correlation, Conditioned& out)
     out.grade = std::max(out.grade, least);
     out.reasons.push_back(reason);
   };
-  const auto good =
-      static_cast<Eigen::Index>(std::count(out.status.begin(), out.status.end(), RowStatus::good));
+  const Eigen::Index good = std::ranges::count(out.status, RowStatus::good);
   double depth_m = 0, force_N = 0;
   for (Eigen::Index i = 0; i < out.deflection_m.rows(); ++i)
     if (out.status[i] == RowStatus::good) {

@@ -108,7 +108,7 @@ Registration register_to_surface(const Points& points, const Surface& surface,
 std::vector<std::optional<SurfacePlace>> project(const Points& points, const Surface& surface) {
   const BoxTree boxes = triangle_boxes(surface);
   const Points outward = vertex_normals(surface);
-  std::vector<std::optional<SurfacePlace>> places(static_cast<std::size_t>(points.rows()));
+  std::vector<std::optional<SurfacePlace>> places(points.rows());
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     const auto hit = closest_point(surface, boxes, points.row(i));
     if (!hit) continue;

@@ -96,9 +96,8 @@ double take_off_bias(Signal& signal, const Approach& approach, const ContactEsti
     ++free;
   constexpr Eigen::Index kMinFreeRows = 8;
   if (free < kMinFreeRows) {  // less of a margin, before none is left
-    for (free = 0; free < approach.travel.size() && approach.travel[free] < contact.travel_m;
-         ++free) {
-    }
+    free = 0;
+    while (free < approach.travel.size() && approach.travel[free] < contact.travel_m) ++free;
   }
   if (free < kMinFreeRows || contact.begins_in_contact) {
     out.reasons.emplace_back(
@@ -130,7 +129,7 @@ double take_off_bias(Signal& signal, const Approach& approach, const ContactEsti
   return correlation;
 }
 
-// Where along the rows' abscissa each signal row lies: depth, or length of the path since contact.
+// The abscissa of each signal row: depth, or length of the path since contact.
 Eigen::VectorXd abscissa(const Signal& signal, const RowRange& used, Eigen::Index touched,
                          double contact_travel_m, bool is_press) {
   if (is_press)
@@ -223,13 +222,11 @@ void take_rows(const Signal& signal, const SignalSettings& settings, Conditioned
     double count = 0, time_s = 0;
     bool is_saturated = false;
   };
-  std::vector<RowMean> means(static_cast<std::size_t>(std::max(1, settings.rows)));
+  std::vector<RowMean> means(std::max(1, settings.rows));
   const auto add = [&](Eigen::Index row, double where) {
     if (!(where > 0) || where > most || signal.is_spike[row]) return;
-    const auto bin =
-        std::min(means.size() - 1,
-                 static_cast<std::size_t>(where / most * static_cast<double>(means.size())));
-    RowMean& mean = means[bin];
+    RowMean& mean = means[std::min<std::size_t>(means.size() - 1,
+                                                where / most * static_cast<double>(means.size()))];
     mean.deflection += Vec3(signal.position_m.row(row)) - contact;
     mean.force += signal.force_N.row(row);
     if (signal.torque_Nm.rows() > 0) mean.torque += signal.torque_Nm.row(row);

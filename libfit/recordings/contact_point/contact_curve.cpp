@@ -71,7 +71,7 @@ struct State {
   }
 };
 
-// Of the first means, taken as free.
+// Moments of the first means, taken as free.
 struct Free {
   double weight = 0, mean = 0, squares = 0, log_determinant = 0;
   void see(double y, double variance) {

@@ -105,7 +105,7 @@ ContactEstimate fit_power(const PressCurve& curve, double exponent, bool stiffen
     // A smaller range would say little about contact.
     if (is_good || share / 2 * largest_N < 12 * curve.noise_N || means <= kMinMeans + 3) break;
   }
-  // Where a longer range put it tells what the power law leaves open.
+  // The place by a longer range shows how much the power law leaves open.
   if (!best.begins_in_contact && std::isfinite(other_m))
     best.deviation_m = std::hypot(best.deviation_m, 0.25 * (other_m - best.travel_m));
   return best;
@@ -135,7 +135,7 @@ ContactEstimate averaged(const PressCurve& curve, const LawFit& law, double othe
   return out;
 }
 
-// Where the tip is known its power law tells most; where not, the smooth curve alone is honest.
+// The power law of a tip that is known says most; without it the smooth curve alone is honest.
 ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings) {
   const ContactEstimate hertz = by_hertz(curve, settings);
   const bool is_told = settings.radius_m > 0 || settings.tip != Tip::sphere;
@@ -193,15 +193,14 @@ PressCurve mean_curve(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& pu
   Eigen::VectorXd travel = Eigen::VectorXd::Zero(bins), push = travel, count = travel;
   for (Eigen::Index i = 0; i < travel_m.size(); ++i) {
     const double share = range > 0 ? (travel_m[i] - first) / range : 0;
-    const Eigen::Index b =
-        std::min(bins - 1, static_cast<Eigen::Index>(share * static_cast<double>(bins)));
+    const auto b = std::min<Eigen::Index>(bins - 1, share * static_cast<double>(bins));
     travel[b] += travel_m[i];
     push[b] += push_N[i];
     count[b] += 1;
   }
   PressCurve curve;
   curve.quantum_N = quantum_of(push_N);
-  const auto filled = static_cast<Eigen::Index>((count.array() > 0).count());
+  const Eigen::Index filled = (count.array() > 0).count();
   for (Eigen::VectorXd* column : {&curve.travel_m, &curve.push_N, &curve.count})
     column->resize(filled);
   for (Eigen::Index b = 0, k = 0; b < bins; ++b) {

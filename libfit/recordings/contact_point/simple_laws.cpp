@@ -81,7 +81,7 @@ double best_length_m(const Exponentials& laws, double range_m, double noise_squa
   }));
 }
 
-// How far neighbours' misfits of a law go together: they do not where it holds.
+// Correlation of neighbours' misfits of a law; there is none where it holds.
 double correlation(const PressCurve& curve, const ExponentialTrial& best, double length_m) {
   const Eigen::Index n = curve.travel_m.size();
   const Eigen::VectorXd g = ((curve.travel_m.array() - best.contact_m) / length_m).max(0).exp();

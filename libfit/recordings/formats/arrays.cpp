@@ -33,7 +33,7 @@ double number_at(const char* bytes, bool is_swapped) {
   return static_cast<double>(value);
 }
 
-// How numbers of an element are stored, by its kind.
+// Storage of an element's numbers, by its kind.
 struct Storage {
   int kind;
   std::size_t bytes;
@@ -95,7 +95,7 @@ class MatElements {
   std::filesystem::path path_;
 };
 
-// What a matrix element holds.
+// The content of a matrix element.
 Variable variable_of(MatElements parts) {
   const auto flags = parts.next(), sizes = parts.next(), name = parts.next();
   if (flags.data.size() < 4 || sizes.data.size() % 4 != 0) throw parts.damaged();
@@ -109,8 +109,7 @@ Variable variable_of(MatElements parts) {
   const auto numbers = parts.next();
   const auto* storage = std::ranges::find(kStorages, numbers.kind, &Storage::kind);
   const auto size = [&](std::size_t k) {
-    return static_cast<std::size_t>(
-        number_at<std::uint32_t>(sizes.data.data() + 4 * k, parts.is_swapped()));
+    return std::size_t(number_at<std::uint32_t>(sizes.data.data() + 4 * k, parts.is_swapped()));
   };
   if (storage == std::end(kStorages) || size(0) > numbers.data.size() ||
       size(1) > numbers.data.size() || size(0) * size(1) != numbers.data.size() / storage->bytes)

@@ -30,19 +30,19 @@ std::string_view uncommented(std::string_view line, const ReadSettings& settings
 }
 
 std::size_t matches(const std::vector<Role>& roles, const std::vector<std::string>& names) {
-  return static_cast<std::size_t>(std::count_if(roles.begin(), roles.end(), [&](const Role& role) {
-    return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+  return std::ranges::count_if(roles, [&](const Role& role) {
+    return std::ranges::any_of(names, [&](const std::string& name) {
       return name == role.name || split_unit(name).first == split_unit(role.name).first;
     });
-  }));
+  });
 }
 
 // The line that names most of the columns, the first of equals; without any the first that could be
 // a header, for its error.
 ColumnsHeader find_header(const TextFile& file, const std::vector<Role>& roles,
                           const ReadSettings& settings) {
-  const bool is_numbered = std::all_of(roles.begin(), roles.end(),
-                                       [](const Role& r) { return r.name.starts_with('#'); });
+  const bool is_numbered =
+      std::ranges::all_of(roles, [](const Role& r) { return r.name.starts_with('#'); });
   ColumnsHeader best;
   std::size_t most = 0;
   bool has_one = false;
@@ -58,19 +58,15 @@ ColumnsHeader find_header(const TextFile& file, const std::vector<Role>& roles,
     const auto fields = split(line, separator);
     ColumnsHeader header{i, separator, {fields.begin(), fields.end()}, is_numbered};
     if (is_numbered) {
-      const bool is_row =
-          std::any_of(header.names.begin(), header.names.end(), [](const std::string& name) {
-            return parse_number(name, '.') || parse_number(name, ',');
-          });
+      const bool is_row = std::ranges::any_of(header.names, [](const std::string& name) {
+        return parse_number(name, '.') || parse_number(name, ',');
+      });
       if (is_row && header.names.size() > 1) return header;
       continue;
     }
     const std::size_t count = matches(roles, header.names);
-    if (count > most || (!has_one && header.names.size() > 1)) {
-      best = header;
-      most = count;
-      has_one = true;
-    }
+    if (count > most || (!has_one && header.names.size() > 1))
+      best = header, most = count, has_one = true;
     if (count == roles.size()) break;
   }
   if (best.names.empty() && is_numbered) throw file.error(0, "has no row of numbers", kNoRowRemedy);
@@ -104,7 +100,7 @@ ReadSettings named_by_header(const TextFile& file, const ReadSettings& settings,
   return with_named_columns(settings, names_of_line(file.line(i), settings), fail, taken);
 }
 
-// How numbers are written, as the first rows show: a comma is the decimal sign where it separates
+// Finds how numbers are written, by the first rows: a comma is the decimal sign where it separates
 // no fields and one number has it elsewhere than before three digits. Where all have it there,
 // points elsewhere show that it groups digits.
 void find_number_style(const TextFile& file, const ColumnsHeader& header,
@@ -139,7 +135,7 @@ bool is_of_force(Meaning meaning) {
   return meaning == Meaning::force_time || meaning == Meaning::force || meaning == Meaning::torque;
 }
 
-// Whether positions and forces come in rows of their own, as two topics in one log do.
+// True if positions and forces come in rows of their own, as two topics in one log do.
 bool has_two_topics(const TextFile& file, const std::vector<Role>& roles,
                     const std::vector<std::size_t>& field, const TableLayout& layout) {
   std::size_t rows = 0, alone = 0;
@@ -176,7 +172,7 @@ void check_width(const TextFile& file, const ColumnsHeader& header, const ReadSe
   if (header.separator == ' ' && names > first)
     throw file.error(header.line, said + std::to_string(first),
                      "Write names without blanks, or name `columns` by number.");
-  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>((widths.size() - 1) / 2);
+  const auto middle = widths.begin() + (widths.size() - 1) / 2;
   std::nth_element(widths.begin(), middle, widths.end());
   if (*middle <= names) return;
   const bool has_commas = header.separator == ',' && *middle == 2 * names;

@@ -79,7 +79,7 @@ class RingStep {
   bool is_at_rest(const State& v) const {
     return std::all_of(v.begin(), v.begin() + branches_, [](double each) { return each == 0; });
   }
-  // Of a tool that would hold the ring's surface at h.
+  // The force of a tool that would hold the ring's surface at h.
   double force(const State& v, double h) const {
     double sum = (1 + all_) * h;
     for (int k = 0; k < branches_; ++k) sum -= share_[k] * v[k];

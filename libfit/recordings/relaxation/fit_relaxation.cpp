@@ -18,7 +18,7 @@ double mean(const std::vector<double>& values) {
          static_cast<double>(std::max<std::size_t>(1, values.size()));
 }
 
-// Whether held-out errors fall by more than one standard error of their differences.
+// True if held-out errors fall by more than one standard error of their differences.
 bool is_gain(const std::vector<double>& before, const std::vector<double>& after) {
   const auto n = static_cast<double>(before.size());
   double sum = 0, squares = 0;
@@ -30,7 +30,7 @@ bool is_gain(const std::vector<double>& before, const std::vector<double>& after
   return sum / n > std::sqrt(variance / n);
 }
 
-// Whether rows tell every branch: its share, and that its time is above their shortest.
+// True if rows show every branch: its share, and that its time is above their shortest.
 bool is_told(const RelaxationFit& fit) {
   for (Eigen::Index k = 0; k < fit.relaxation.branches(); ++k)
     if (fit.is_faster[k] || !(fit.covariance(k, k) < 0.5 * 0.5)) return false;

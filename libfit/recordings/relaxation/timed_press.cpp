@@ -14,7 +14,7 @@ constexpr Eigen::Index kMinCreepRows = 6;
 // Peucker), first and last included.
 std::vector<Eigen::Index> corners_of(const Eigen::VectorXd& time, const Eigen::VectorXd& depth,
                                      double tolerance_m) {
-  std::vector<char> is_corner(static_cast<std::size_t>(time.size()), 0);
+  std::vector<char> is_corner(time.size(), 0);
   std::vector<std::pair<Eigen::Index, Eigen::Index>> open{{0, time.size() - 1}};
   is_corner.front() = is_corner.back() = 1;
   while (!open.empty()) {
@@ -37,7 +37,7 @@ std::vector<Eigen::Index> corners_of(const Eigen::VectorXd& time, const Eigen::V
   return rows;
 }
 
-// How far a row may go. stands_s: when the tool came to stand, where it does.
+// Limits of a row. stands_s: when the tool came to stand, where it does.
 struct Spans {
   double depth_m = 0, force_N = 0, time_s = 0, noise_N = 0;
   std::optional<double> stands_s = std::nullopt;
@@ -97,8 +97,8 @@ Spans spans_of_way(const Readings& r, Eigen::Index a, Eigen::Index b, const Span
   return own;
 }
 
-// What becomes one row each: the corners of the way, and what lies between them in parts that are
-// short, or twice or four times as long where that would be more than kMaxRows.
+// Parts that become one row each: the corners of the path, and short ones between them, or twice or
+// four times as long where those would be more than kMaxRows.
 std::vector<Part> parts_of(const Readings& r, double noise_N) {
   const double range_m = r.depth_m.maxCoeff() - r.depth_m.minCoeff();
   const double tolerance_m = std::max(0.003 * range_m, 4 * neighbour_scatter(r.depth_m));
@@ -114,7 +114,7 @@ std::vector<Part> parts_of(const Readings& r, double noise_N) {
         divide(r, corners[c] + 1, corners[c + 1],
                spans_of_way(r, corners[c], corners[c + 1], spans), parts);
     }
-    if (static_cast<Eigen::Index>(parts.size()) <= kMaxRows) break;
+    if (std::ssize(parts) <= kMaxRows) break;
     spans.depth_m *= 2, spans.force_N *= 2, spans.time_s *= 2;
   }
   return parts;

@@ -96,8 +96,7 @@ std::size_t replace_spikes(Signal& signal) {
   for (int axis = 0; axis < 3; ++axis) find_spikes(signal.force_N.col(axis), signal.is_spike);
   for (std::size_t i = 0; i < signal.is_spike.size(); ++i)
     if (signal.is_saturated[i]) signal.is_spike[i] = 0;
-  const auto spikes =
-      static_cast<std::size_t>(std::count(signal.is_spike.begin(), signal.is_spike.end(), 1));
+  const std::size_t spikes = std::ranges::count(signal.is_spike, 1);
   if (static_cast<double>(spikes) > 0.1 * static_cast<double>(rows)) {  // that is the signal
     signal.is_spike.assign(signal.is_spike.size(), 0);
     return 0;
@@ -159,8 +158,7 @@ Line fit_line(const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
   std::vector<Eigen::Index> kept;
   for (Eigen::Index i = 0; i < off.size(); ++i)
     if (off[i] <= most) kept.push_back(i);
-  return static_cast<Eigen::Index>(kept.size()) < off.size() ? least_squares(x(kept), y(kept))
-                                                             : line;
+  return std::ssize(kept) < off.size() ? least_squares(x(kept), y(kept)) : line;
 }
 
 }  // namespace palpate::recordings

@@ -69,8 +69,8 @@ bool goes_as_far(const Eigen::VectorXd& travel, const RowRange& run, const RowRa
   return part.minCoeff() <= low_m + slack_m && part.maxCoeff() >= high_m - slack_m;
 }
 
-// How the tip stands beside its way in, as means of neighbours, so that an encoder's noise is no
-// way.
+// Place of the tip beside its approach, as means of neighbours, so that an encoder's noise is no
+// motion.
 class SidewaysMotion {
  public:
   // reach: rows on either side in a mean.
@@ -85,7 +85,7 @@ class SidewaysMotion {
     const Points bend = sideways.topRows(rows - 2) - 2 * sideways.middleRows(1, rows - 2) +
                         sideways.bottomRows(rows - 2);
     const Eigen::VectorXd size = bend.rowwise().norm();
-    // Of white noise on two axes, whose second differences have six times its variance.
+    // Second differences of white noise on two axes have six times its variance.
     const double noise_m = median({size.begin(), size.end()}) / std::sqrt(6 * 2 * std::log(2.));
     // Within 5 deviations of an axis lie all but 4 of a million windows of noise.
     unseen_m_ = 5 * noise_m * std::sqrt(2. / static_cast<double>(2 * reach + 1));
@@ -123,7 +123,7 @@ double waves_N(const Eigen::VectorXd& push, double least_N) {
 std::vector<Phase> find_phases(const Signal& signal) {
   const Eigen::VectorXd travel = signal.travel_m();
   const Eigen::Index rows = travel.size();
-  std::vector<Phase> phases(static_cast<std::size_t>(rows), Phase::hold);
+  std::vector<Phase> phases(rows, Phase::hold);
   const double range_m = travel.maxCoeff() - travel.minCoeff();
   std::vector<Eigen::Index> turns = turning_rows(travel, 0.02 * range_m);
   if (signal.retract_begins) turns = {0, *signal.retract_begins, rows - 1};

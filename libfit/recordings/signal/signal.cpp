@@ -30,7 +30,7 @@ std::vector<Eigen::Index> rows_in_time(const std::vector<double>& time_s,
       ++dropped;
       continue;
     }
-    rows.push_back(static_cast<Eigen::Index>(i));
+    rows.push_back(i);
   }
   return rows;
 }
@@ -63,7 +63,7 @@ void interpolate(Signal& signal, const std::vector<double>& force_time_s, const 
     const Eigen::Index row = j;
     position.push_back((1 - share) * before.position_m.row(row) +
                        share * before.position_m.row(row + 1));
-    kept.push_back(static_cast<Eigen::Index>(i));
+    kept.push_back(i);
     signal.time_s.push_back(t);
     signal.line.push_back(before.line[j]);
   }
