@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "libfem/mesh/surface/contact_surface.hpp"
+#include "libfem/mesh/surface/surface.hpp"
 #include "libfit/core/body.hpp"
 #include "tools/manifest/manifest.hpp"
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "libfem/materials/element_kernel.hpp"
-#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/linear_algebra.hpp"

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "libfem/probes/probes.hpp"
-#include "libfem/solve/experiments/tool_paths.hpp"
+#include "libfem/solve/experiments/simulate.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/experiments/draw.hpp"

@@ -6,8 +6,8 @@
 #include <memory>
 #include <optional>
 
-#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/workshop/bench/machine.hpp"
 #include "tools/workshop/rivals/corotational.hpp"
