@@ -4,7 +4,28 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/closest_point.hpp"
+
 namespace palpate {
+namespace {
+
+Vec3 nearest_weights_on_border(const Vec3& p, const Vec3 (&corner)[3]) {
+  Vec3 best = Vec3::UnitX();
+  double squared_best = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 3; ++k) {
+    const int next = (k + 1) % 3;
+    const double t = nearest_on_segment(p, corner[k], corner[next]);
+    const double squared = (p - (corner[k] + t * (corner[next] - corner[k]))).squaredNorm();
+    if (!(squared < squared_best)) continue;
+    squared_best = squared;
+    best.setZero();
+    best[k] = 1 - t;
+    best[next] = t;
+  }
+  return best;
+}
+
+}  // namespace
 
 Points vertex_normals(const Surface& surface) {
   Points normals = Points::Zero(surface.vertices.rows(), 3);
@@ -83,6 +104,82 @@ std::vector<std::vector<std::int32_t>> patches_of(const Surface& surface,
     patches[patch].push_back(static_cast<std::int32_t>(v));
   }
   return patches;
+}
+
+Vec3 nearest_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const Vec3 bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {1 - d1 / (d1 - d3), d1 / (d1 - d3), 0};
+  const Vec3 cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {1 - d2 / (d2 - d6), 0, d2 / (d2 - d6)};
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {0, 1 - w, w};
+  }
+  const double sum = va + vb + vc;  // (twice the area)^2
+  const double squared_length = std::max(ab.squaredNorm(), ac.squaredNorm());
+  // A flat triangle, whose regions drown in rounding, counts as its edges, from which no place
+  // inside is farther than a millionth of the triangle's length.
+  if (!(sum > 1e-12 * squared_length * squared_length))
+    return nearest_weights_on_border(p, {a, b, c});
+  return {va / sum, vb / sum, vc / sum};
+}
+
+BoxTree triangle_boxes(const Surface& surface) {
+  Points lower(surface.triangles.rows(), 3), upper(surface.triangles.rows(), 3);
+  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
+    const auto corner = [&](int k) { return surface.vertices.row(surface.triangles(f, k)); };
+    lower.row(f) = corner(0).cwiseMin(corner(1)).cwiseMin(corner(2));
+    upper.row(f) = corner(0).cwiseMax(corner(1)).cwiseMax(corner(2));
+  }
+  return {lower, upper};
+}
+
+double ray_hit_m(const Vec3& origin, const Vec3& direction, const Vec3& a, const Vec3& b,
+                 const Vec3& c) {
+  constexpr double kMissed = std::numeric_limits<double>::infinity();
+  constexpr double kRim = 1e-12;  // of weights: a ray through a shared edge must not slip through
+  const Vec3 ab = b - a, ac = c - a, across = direction.cross(ac);
+  const double det = ab.dot(across);
+  if (det == 0) return kMissed;
+  const Vec3 from_a = origin - a, over = from_a.cross(ab);
+  const double v = from_a.dot(across) / det, w = direction.dot(over) / det;
+  return v >= -kRim && w >= -kRim && v + w <= 1 + kRim ? ac.dot(over) / det : kMissed;
+}
+
+std::optional<double> ray_distance_m(const Surface& surface, const BoxTree& boxes,
+                                     const Vec3& origin, const Vec3& direction, double skip_m) {
+  const Vec3 start = origin + skip_m * direction;
+  double first = std::numeric_limits<double>::infinity();
+  boxes.visit_along(start, direction, first, [&](std::int32_t f, double& nearest) {
+    const auto corner = [&](int k) { return Vec3(surface.vertices.row(surface.triangles(f, k))); };
+    const double hit = ray_hit_m(start, direction, corner(0), corner(1), corner(2));
+    if (hit >= 0) nearest = std::min(nearest, hit);
+  });
+  if (!std::isfinite(first)) return std::nullopt;
+  return skip_m + first;
+}
+
+bool is_inside(const Surface& closed, const BoxTree& boxes, const Vec3& place) {
+  // Not along an axis, where meshes have edges.
+  static const Vec3 kDirection = Vec3(0.1237, 0.0719, 1).normalized();
+  int crossings = 0;
+  double farthest = std::numeric_limits<double>::max();
+  boxes.visit_along(place, kDirection, farthest, [&](std::int32_t f, double&) {
+    const auto corner = [&](int k) { return Vec3(closed.vertices.row(closed.triangles(f, k))); };
+    const double hit = ray_hit_m(place, kDirection, corner(0), corner(1), corner(2));
+    if (hit >= 0 && std::isfinite(hit)) ++crossings;
+  });
+  return crossings % 2 == 1;
 }
 
 }  // namespace palpate
