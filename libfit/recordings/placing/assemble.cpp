@@ -252,8 +252,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     else
       out.notes.push_back(
           "some recordings have no clock: rows hold no time, and a fit takes their forces for "
-          "those "
-          "of slow motion");
+          "those of slow motion");
   }
   std::vector<Pooled> parts;
   for (std::size_t p = 0; p < points.size(); ++p) {
