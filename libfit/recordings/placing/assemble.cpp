@@ -1,6 +1,7 @@
 #include "libfit/recordings/placing/assemble.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -251,8 +252,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     else
       out.notes.push_back(
           "some recordings have no clock: rows hold no time, and a fit takes their forces for "
-          "those "
-          "of slow motion");
+          "those of slow motion");
   }
   std::vector<Pooled> parts;
   for (std::size_t p = 0; p < points.size(); ++p) {
@@ -260,17 +260,16 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     samples.point_position.row(p) = first.position_m;
     samples.point_normal.row(p) = first.inward;
     samples.point_name.push_back(first.point);
+    if (!relaxes)  // else the rates are fitted
+      std::ranges::copy(compare_rates(first.point, experiments[p]), std::back_inserter(out.notes));
     for (Pooled& pooled : experiments[p]) {
       const PlacedRecording& one = *pooled.member[0];
       pooled.point = static_cast<std::int32_t>(p);
       pooled.experiment = static_cast<std::int32_t>(parts.size());
       pooled.probe = tip_number(out.tips, one), pooled.kind = one.item->signal.kind;
       for (PlacedRecording* m : pooled.member) m->experiment = pooled.experiment;
-      parts.push_back(pooled);
+      parts.push_back(std::move(pooled));
     }
-    if (relaxes) continue;  // what the rates do is fitted
-    const auto notes = compare_rates(first.point, experiments[p]);
-    out.notes.insert(out.notes.end(), notes.begin(), notes.end());
   }
   if (const std::string note = break_note(candidates); !note.empty())
     out.notes.insert(out.notes.begin(), note);
