@@ -222,6 +222,16 @@ Stance stance(const Probe& probe, const Vec3& axis) {
   return {axes, axes.transpose() * probe.touch};
 }
 
+double round_end_m(const Probe& probe) {
+  const std::string_view shape = probe.shape->name;
+  const std::array<double, 4>& number = probe.geometry.number;
+  if (shape == "sphere") return SphereShape::radius_m(probe.geometry);
+  if (shape == "cone") return ConeShape::tip_radius_m(probe.geometry);
+  if (shape == "flat" && number[0] == number[1]) return number[0];
+  const bool is_upright = std::abs(std::abs(CapsuleShape::inward(probe.geometry).z()) - 1) < 1e-9;
+  return shape == "capsule" && is_upright ? number[0] : 0;
+}
+
 Probe pressed_to(Probe probe, double depth_m) {
   const double tip = probe.shape->tip_radius_m(probe.geometry);
   const double half_width = probe.shape->half_width_m(probe.geometry);

@@ -161,6 +161,10 @@ Probe tilted(const Probe& upright, const Vec3& axis, const Lean& lean, const std
 /// along own z.
 Stance stance(const Probe& probe, const Vec3& axis);
 
+/// Radius of the ball that a tool which is round about its axis ends with [m]; 0 where it ends with
+/// none, or is not round (a lying capsule, a mesh, a rod that is not rounded fully).
+double round_end_m(const Probe& probe);
+
 /// Profile of a tool's end along its press, for whatever plays it (docs/method-tools.md, section
 /// 30): of any shape, by its signed distance. Nothing of a tool that is not round about the press
 /// (a lying capsule, a mesh that is not) or not convex there. What is steeper than 84 degrees

@@ -149,14 +149,14 @@ void complete_second_tools(SampleRows& rows) {
   }
 }
 
-double achieved_error(const SampleRows& rows) {
+double achieved_error(const SampleRows& rows, const std::vector<Eigen::Index>& which) {
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
   double largest_N = 0, error = 0;
-  for (Eigen::Index i = 0; i < rows.rows(); ++i)
+  for (const Eigen::Index i : which)
     if (rows.status[i] == RowStatus::good)
       largest_N = std::max(largest_N, rows.force.row(i).norm());
   if (!(largest_N > 0)) return kUnknown;
-  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+  for (const Eigen::Index i : which) {
     const double force_N = rows.force.row(i).norm();
     if (rows.status[i] != RowStatus::good || !(force_N > 0)) continue;
     if (!std::isfinite(rows.force_error[i])) return kUnknown;
@@ -164,6 +164,12 @@ double achieved_error(const SampleRows& rows) {
         std::max(error, relative_error(rows.force_error[i], force_N, relative_floor(largest_N)));
   }
   return error;
+}
+
+double achieved_error(const SampleRows& rows) {
+  std::vector<Eigen::Index> all(rows.rows());
+  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  return achieved_error(rows, all);
 }
 
 }  // namespace palpate::fem

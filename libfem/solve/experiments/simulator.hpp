@@ -72,7 +72,8 @@ struct PointRows : SampleRows {
 };
 
 /// Largest force_error of good rows, over their force or, where that is lighter, relative_floor()
-/// of the largest. Infinite where none is good or one has no error.
+/// of the largest. Infinite where none is good or one has no error. which: rows by their numbers.
+double achieved_error(const SampleRows& rows, const std::vector<Eigen::Index>& which);
 double achieved_error(const SampleRows& rows);
 
 /// Makes experiments on one body. Const members are thread-safe and deterministic: each call owns
