@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/structured_block.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/error.hpp"
 

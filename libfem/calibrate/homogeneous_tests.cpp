@@ -9,7 +9,6 @@ namespace {
 /// Minimises the energy over the free sides (M45), from those of F. False where that fails.
 bool relax_free_sides(const Material& material, std::string_view sides, double modulus_Pa,
                       Mat3& F) {
-  constexpr double kFreeStress = 1e-7;  // left on a free side, over the stress that is measured
   std::vector<int> free;
   for (int i = 0; i < 3; ++i)
     if (sides[i] == 'f') free.push_back(i);
@@ -18,7 +17,8 @@ bool relax_free_sides(const Material& material, std::string_view sides, double m
   for (int iteration = 0; iteration < 60; ++iteration) {
     const Eigen::VectorXd g = now.P.diagonal()(free);
     if (!g.allFinite()) return false;
-    if (g.lpNorm<Eigen::Infinity>() <= kFreeStress * (now.P.norm() + modulus_Pa)) return true;
+    // A free side may keep this share of the stress that is measured.
+    if (g.lpNorm<Eigen::Infinity>() <= 1e-7 * (now.P.norm() + modulus_Pa)) return true;
     const std::vector<int> entries = [&] {
       std::vector<int> out = free;
       for (int& i : out) i *= 4;

@@ -41,7 +41,6 @@ struct IdentifyOptions {
   std::vector<std::size_t> free;
   bool may_scale = true;
   double common_error = 0;
-  double difference = 0.05;  ///< step of sensitivities, relative: above the scatter of a solver
   int starts = 1;
   int max_iterations = 30;
   Progress progress = {};

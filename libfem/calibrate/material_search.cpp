@@ -8,10 +8,7 @@ namespace {
 
 using Eigen::Index, Eigen::MatrixXd, Eigen::VectorXd;
 
-constexpr double kAssumedDeviation = 0.01;  // of the largest value, where no row states one
-constexpr double kScatter = 1e-3;           // of the largest value: what a solver leaves
-constexpr double kSmallest = 0.01;  // of the sum of moduli: below it a modulus is scaled by that
-constexpr double kReach = 12;       // how far bounds are looked for, in units of the search
+constexpr double kReach = 12;  // how far bounds are looked for, in units of the search
 
 }  // namespace
 
@@ -28,9 +25,11 @@ MaterialSearch::MaterialSearch(MaterialParameters start, const Observations& obs
     if (s > 0 && std::isfinite(s)) stated.push_back(s);
   std::nth_element(stated.begin(), stated.begin() + stated.size() / 2, stated.end());
   is_stated = !stated.empty();
-  const double usual = is_stated ? stated[stated.size() / 2] : kAssumedDeviation * largest;
+  // A deviation that no row states is 1 % of the largest value.
+  const double usual = is_stated ? stated[stated.size() / 2] : 0.01 * largest;
   deviation = observed.deviation.unaryExpr([&](double s) {
-    return std::hypot(s > 0 && std::isfinite(s) ? s : usual, is_stated ? kScatter * largest : 0);
+    // A solver leaves a thousandth of the largest value.
+    return std::hypot(s > 0 && std::isfinite(s) ? s : usual, is_stated ? 1e-3 * largest : 0);
   });
   if (observed.shared.size() > 0)
     visit_groups(observed.group, [&](Index first, Index rows) {
@@ -96,8 +95,8 @@ std::optional<MatrixXd> MaterialSearch::sensitivities(const VectorXd& y,
   std::vector<std::pair<Index, double>> step;
   for (Index j = 0; j < k; ++j) {
     if (j == by_scaling) continue;
-    const double size = coordinates[j].is_log ? options_.difference
-                                              : options_.difference * std::max(std::abs(y[j]), 0.2);
+    // Relative, above the scatter of a solver.
+    const double size = 0.05 * (coordinates[j].is_log ? 1 : std::max(std::abs(y[j]), 0.2));
     for (const double side : {1.0, -1.0}) {
       VectorXd moved = y;
       moved[j] += side * size;
@@ -161,8 +160,9 @@ MaterialParameters MaterialSearch::scaled_to_fit(MaterialParameters material,
 
 double MaterialSearch::size_of(const MaterialParameters& material, std::size_t k) const {
   const std::size_t index = coordinates[k].index;
+  // A modulus below a hundredth of all moduli is scaled by that.
   return std::max(std::abs(material.values[index]),
-                  is_modulus(index) ? kSmallest * sum_of_moduli(material) : 1e-9);
+                  is_modulus(index) ? 0.01 * sum_of_moduli(material) : 1e-9);
 }
 
 bool MaterialSearch::is_modulus(std::size_t index) const {

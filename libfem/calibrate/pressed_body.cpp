@@ -17,17 +17,15 @@ namespace {
 
 constexpr int kSteps = 10, kMaxSteps = 12;  // of a simulated press
 constexpr int kRounds = 3;
-constexpr double kMoved = 0.1;  // of a parameter against the others: the meshes are compared anew
-
-constexpr double kAside = 0.1;  // of the depth: rows of another probe may be those of a path
 
 bool is_press(const Samples& samples, Eigen::Index row, const Vec3& inward) {
   const ExperimentKind kind = samples.kind[row];
   const Vec3 deflection = samples.deflection.row(row);
   const double depth = deflection.dot(inward);
+  // Rows of another probe may be those of a path: they stay within a tenth of the depth.
   return depth > 0 &&
          (kind == ExperimentKind::press ||
-          (kind == ExperimentKind::other && (deflection - depth * inward).norm() < kAside * depth));
+          (kind == ExperimentKind::other && (deflection - depth * inward).norm() < 0.1 * depth));
 }
 
 // Force at a depth from forces at equal steps from 0: a power law to the first step, cubic in
@@ -279,7 +277,8 @@ Identification identify(PressedBody& body, const MaterialParameters& start,
                      then = compared.values[i] / (is_modulus ? size(compared) : 1);
         moved = std::max(moved, std::abs(now - then) / std::max(std::abs(then), 0.1));
       }
-    if (moved <= kMoved || round + 1 == kRounds) return found;
+    // The meshes are compared anew once a parameter has moved by more.
+    if (moved <= 0.1 || round + 1 == kRounds) return found;
     compared = from = found.material;
     const Eigen::VectorXd coarse =
         body.forces({compared}, PressMesh::coarse, options.progress).front();

@@ -4,6 +4,15 @@
 #include <cmath>
 
 namespace palpate::fem {
+namespace {
+
+// Share of a load step that a point has spent in contact, from its gap before.
+double share_in_contact(double gap, double before) {
+  return before <= 0 ? 1.0 : -gap / (before - gap);
+}
+
+}  // namespace
+
 ContactInterface::ContactInterface(const Points& nodes, const Faces& faces,
                                    const std::vector<char>& is_held,
                                    const std::vector<double>& young_Pa, const Probe& probe,
@@ -24,9 +33,7 @@ ContactInterface::ContactInterface(const Points& nodes, const Faces& faces,
       area_weight_.push_back(kFaceRule[q].weight *
                              area_normal_at(kFaceRule[q], nodes_of(rest, face)).norm());
   }
-  limit_Pa_.assign(area_weight_.size(), 0.0);
-  share_.assign(area_weight_.size(), 1.0);
-  normal_.assign(area_weight_.size(), Vec3::Zero());
+  lagged_.resize(area_weight_.size());
 }
 
 FaceNodes ContactInterface::nodes_of(const Points& u, int face) const {
@@ -35,13 +42,8 @@ FaceNodes ContactInterface::nodes_of(const Points& u, int face) const {
   return x;
 }
 
-bool ContactInterface::is_second(const ProbePose& pose, const ContactHistory& history, int point) {
-  return pose.second && !history.is_second.empty() && history.is_second[point];
-}
-
-SecondProbe ContactInterface::probe_of(const ProbePose& pose, const ContactHistory& history,
-                                       int point) {
-  return is_second(pose, history, point) ? *pose.second : SecondProbe{pose.tip, pose.axis};
+SecondProbe ContactInterface::probe_of(const ProbePose& pose, const InterfacePoint& point) {
+  return pose.second && point.is_second ? *pose.second : SecondProbe{pose.tip, pose.axis};
 }
 
 SignedDistance ContactInterface::distance(const Vec3& place, const SecondProbe& probe) const {
@@ -71,40 +73,28 @@ ContactInterface::Law ContactInterface::pressure_law(double gap, double stiffnes
   return {stiffness * past, stiffness, stiffness * (past * past / 2 + r * r / 24)};
 }
 
-double ContactInterface::share_in_contact(double gap, int point,
-                                          const ContactHistory& history) const {
-  const double before = history.gap[point];
-  return before <= 0 ? 1.0 : -gap / (before - gap);
-}
-
-// The gap that the pressure answers to.
-double ContactInterface::pressing_gap(double gap, int point, const ContactHistory& history) const {
-  return gap - history.multiplier_m[point];
-}
-
 // Return map of the tangential spring: trial slip in the tangent plane, cut back to the limit.
-ContactInterface::Friction ContactInterface::friction_law(const Vec3& relative, const Vec3& normal,
-                                                          double limit_Pa, double share,
-                                                          double stiffness, int point,
-                                                          const ContactHistory& history) const {
-  const Vec3 moved =
-      history.stick_Pa[point] / stiffness + share * (relative - history.relative[point]);
+ContactInterface::Friction ContactInterface::friction_law(const Vec3& relative,
+                                                          const LaggedFriction& lagged,
+                                                          double stiffness,
+                                                          const InterfacePoint& before) {
+  const Vec3& normal = lagged.normal;
+  const Vec3 moved = before.stick_Pa / stiffness + lagged.share * (relative - before.relative);
   Friction out;
   out.slip = moved - normal * normal.dot(moved);
   out.traction_Pa = stiffness * out.slip;
   const double size = out.traction_Pa.norm();
-  out.slides = size > limit_Pa;
-  if (out.slides) out.traction_Pa *= limit_Pa / size;
+  out.slides = size > lagged.limit_Pa;
+  if (out.slides) out.traction_Pa *= lagged.limit_Pa / size;
   return out;
 }
 
 ContactInterface::Traction ContactInterface::lagged_traction(const Vec3& relative, double spring,
                                                              int point,
-                                                             const ContactHistory& history) const {
-  const double limit = limit_Pa_[point], share = share_[point];
+                                                             const InterfacePoint& before) const {
+  const auto& [limit, share, n] = lagged_[point];
   if (limit <= 0) return {};
-  const Vec3& n = normal_[point];
-  const Friction friction = friction_law(relative, n, limit, share, spring, point, history);
+  const Friction friction = friction_law(relative, lagged_[point], spring, before);
   const double slip = friction.slip.norm();
   const Mat3 plane = Mat3::Identity() - n * n.transpose();
   const double weight = area_weight_[point] / share;
@@ -118,18 +108,17 @@ ContactInterface::Traction ContactInterface::lagged_traction(const Vec3& relativ
 ContactInterface::Traction ContactInterface::coupled_traction(const Vec3& relative,
                                                               const SignedDistance& gap,
                                                               const Law& law, double spring,
-                                                              int point,
-                                                              const ContactHistory& history) const {
+                                                              const InterfacePoint& before) const {
   const double limit = probe_.friction * law.pressure_Pa;
   if (limit <= 0) return {};
   const Vec3& n = gap.gradient;
-  const double before = history.gap[point];
-  const double share = share_in_contact(gap.distance_m, point, history);
-  const Friction friction = friction_law(relative, n, limit, share, spring, point, history);
-  const Vec3 travel = relative - history.relative[point];
-  const Vec3 moved = history.stick_Pa[point] / spring + share * travel;
-  const double opening = before - gap.distance_m;
-  const Vec3 share_by_place = before <= 0 ? Vec3(Vec3::Zero()) : -before / (opening * opening) * n;
+  const double share = share_in_contact(gap.distance_m, before.gap);
+  const Friction friction = friction_law(relative, {limit, share, n}, spring, before);
+  const Vec3 travel = relative - before.relative;
+  const Vec3 moved = before.stick_Pa / spring + share * travel;
+  const double opening = before.gap - gap.distance_m;
+  const Vec3 share_by_place =
+      before.gap <= 0 ? Vec3(Vec3::Zero()) : -before.gap / (opening * opening) * n;
   const Mat3 plane = Mat3::Identity() - n * n.transpose();
   const Mat3 slip_by_place = share * plane + plane * travel * share_by_place.transpose() -
                              n.dot(moved) * gap.hessian - n * (gap.hessian * moved).transpose();
@@ -146,20 +135,21 @@ void ContactInterface::add_point(const ContactTrial& trial, const FaceNodes& nod
                                  bool& touches) const {
   const auto& [u, pose, history] = trial;
   const int face = terms.face, point = kFacePoints * face + q;
-  if (!history.faces_probe[point]) return;
+  const InterfacePoint& before = history[point];
+  if (!before.faces_probe) return;
   const Vec3 x = place_at(kFaceRule[q], nodes);
-  const SecondProbe probe = probe_of(pose, history, point);
+  const SecondProbe probe = probe_of(pose, before);
   const SignedDistance gap = distance(x, probe);
   // A lagged limit acts also where the surface has just come off: else the energy would jump.
-  const double pressing = pressing_gap(gap.distance_m, point, history);
+  const double pressing = gap.distance_m - before.multiplier_m;
   const bool is_pressed = pressing < 0;
-  if (!is_pressed && (tangent == Tangent::coupled || limit_Pa_[point] <= 0)) return;
+  if (!is_pressed && (tangent == Tangent::coupled || lagged_[point].limit_Pa <= 0)) return;
   const double weight = area_weight_[point];
   const Law law = pressure_law(pressing, stiffness_[face]);
   const double spring = tangential_ * stiffness_[face];
   const Traction traction = tangent == Tangent::coupled
-                                ? coupled_traction(x - probe.tip, gap, law, spring, point, history)
-                                : lagged_traction(x - probe.tip, spring, point, history);
+                                ? coupled_traction(x - probe.tip, gap, law, spring, before)
+                                : lagged_traction(x - probe.tip, spring, point, before);
   totals.energy_J += weight * law.energy_J_m2;
   totals.energy_J += traction.energy_J;
   if (tangent == Tangent::none) return;
@@ -187,7 +177,7 @@ void ContactInterface::add_point(const ContactTrial& trial, const FaceNodes& nod
     }
   }
   const Vec3 force = -weight * pull;
-  if (is_second(pose, history, point)) {
+  if (pose.second && before.is_second) {
     totals.second_force_N += force;
   } else {
     totals.force_N += force;
@@ -243,6 +233,86 @@ std::vector<int> ContactInterface::faces_near(const Points& u, const ProbePose& 
     if (is_near) near.push_back(face);
   }
   return near;
+}
+
+ContactHistory ContactInterface::untouched(const ProbePose& pose) const {
+  return accepted({Points::Zero(nodes_.rows(), 3), pose, {}});
+}
+
+void ContactInterface::lag_friction_limit(const ContactHistory& history) {
+  for (std::size_t point = 0; point < lagged_.size(); ++point)
+    lagged_[point] = {probe_.friction * history[point].pressure_Pa, 1, history[point].normal};
+}
+
+void ContactInterface::lag_friction_limit(const ContactTrial& trial) {
+  const auto& [u, pose, history] = trial;
+  if (probe_.friction <= 0) return;
+  for (int face = 0; face < faces_.rows(); ++face) {
+    const FaceNodes nodes = nodes_of(u, face);
+    const bool is_near = may_touch(pose, nodes, face);
+    for (int q = 0; q < kFacePoints; ++q) {
+      const InterfacePoint& before = history[kFacePoints * face + q];
+      LaggedFriction& lagged = lagged_[kFacePoints * face + q];
+      lagged.limit_Pa = 0;
+      if (!is_near || !before.faces_probe) continue;
+      const SignedDistance gap = distance(place_at(kFaceRule[q], nodes), probe_of(pose, before));
+      const double pressing = gap.distance_m - before.multiplier_m;
+      lagged.limit_Pa = probe_.friction * pressure_law(pressing, stiffness_[face]).pressure_Pa;
+      if (lagged.limit_Pa <= 0) continue;
+      lagged.share = share_in_contact(gap.distance_m, before.gap);
+      lagged.normal = gap.gradient;
+    }
+  }
+}
+
+ContactHistory ContactInterface::accepted(const ContactTrial& trial) const {
+  const auto& [u, pose, history] = trial;
+  ContactHistory next(area_weight_.size());
+  for (int face = 0; face < faces_.rows(); ++face) {
+    const FaceNodes nodes = nodes_of(u, face);
+    for (int q = 0; q < kFacePoints; ++q) {
+      InterfacePoint& here = next[kFacePoints * face + q];
+      const InterfacePoint before = history.empty() ? here : history[kFacePoints * face + q];
+      const Vec3 x = place_at(kFaceRule[q], nodes);
+      const bool is_free =
+          pose.second &&
+          (history.empty() ||
+           distance(x, probe_of(pose, before)).distance_m - before.multiplier_m >= 0);
+      here.is_second = is_free ? distance(x, *pose.second).distance_m <
+                                     distance(x, {pose.tip, pose.axis}).distance_m
+                               : before.is_second;
+      const SecondProbe probe = probe_of(pose, here);
+      const SignedDistance gap = distance(x, probe);
+      here.relative = x - probe.tip;
+      here.gap = gap.distance_m;
+      here.normal = gap.gradient;
+      // A face whose outward normal points this far along the probe's own is the far wall of a thin
+      // body. Bulged surfaces ahead of a sunken sphere reach about 0.3.
+      const Vec3 outward = area_normal_at(kFaceRule[q], nodes).normalized();
+      here.faces_probe = outward.dot(gap.gradient) < 0.5;
+      if (history.empty() || is_free) continue;
+      const double pressing = gap.distance_m - before.multiplier_m;
+      if (pressing >= 0) continue;
+      here.pressure_Pa = pressure_law(pressing, stiffness_[face]).pressure_Pa;
+      const double limit = probe_.friction * here.pressure_Pa;
+      if (limit <= 0) continue;
+      const LaggedFriction lagged{limit, share_in_contact(gap.distance_m, before.gap),
+                                  gap.gradient};
+      here.stick_Pa =
+          friction_law(here.relative, lagged, tangential_ * stiffness_[face], before).traction_Pa;
+    }
+  }
+  return next;
+}
+
+ContactHistory ContactInterface::updated_multipliers(const ContactHistory& accepted) const {
+  ContactHistory out = accepted;
+  for (InterfacePoint& point : out) {
+    if (point.pressure_Pa <= 0) continue;
+    point.multiplier_m += std::max(0.0, -point.gap);
+    point.stick_Pa *= 2;
+  }
+  return out;
 }
 
 }  // namespace palpate::fem

@@ -26,22 +26,20 @@ struct ProbePose {
   std::optional<SecondProbe> second = std::nullopt;
 };
 
-/// What the interface remembers of the last accepted state, per quadrature point.
-/// stick_Pa: traction of the tangential spring, whatever its stiffness. relative: place of the
-/// surface point relative to the tip [m]. gap [m], < 0 in contact. pressure [Pa]. normal: of the
-/// probe. faces_probe: 0 on the far wall of a thin body. multiplier_m: the augmented Lagrangian's
-/// multiplier over the penalty [m], overlap that exerts pressure without being there. is_second: of
-/// two probes a point belongs to the second: to the nearer one, until it lets go; empty with one.
-struct ContactHistory {
-  std::vector<Vec3> stick_Pa;
-  std::vector<Vec3> relative;
-  std::vector<double> gap;
-  std::vector<double> pressure_Pa;
-  std::vector<Vec3> normal;
-  std::vector<char> faces_probe;
-  std::vector<double> multiplier_m;
-  std::vector<char> is_second = {};
+/// A quadrature point in the last accepted state. stick_Pa: traction of the tangential spring,
+/// whatever its stiffness. relative: place of the surface point relative to the tip [m]. normal: of
+/// the probe. gap [m]: < 0 in contact. multiplier_m: the augmented Lagrangian's multiplier over the
+/// penalty [m], overlap that exerts pressure without being there. faces_probe: false on the far
+/// wall of a thin body. is_second: of two probes it belongs to the second: to the nearer one, until
+/// it lets go.
+struct InterfacePoint {
+  Vec3 stick_Pa = Vec3::Zero(), relative = Vec3::Zero(), normal = Vec3::Zero();
+  double gap = 0, pressure_Pa = 0, multiplier_m = 0;
+  bool faces_probe = false, is_second = false;
 };
+
+/// All points of the interface, kFacePoints of each face.
+using ContactHistory = std::vector<InterfacePoint>;
 
 /// A displacement u (#N x 3 [m]) with the probe at `pose`, and what the interface remembers of the
 /// accepted state before. Refers to all three.
@@ -157,21 +155,24 @@ class ContactInterface {
     Mat3 by_place = Mat3::Zero();
     double energy_J = 0;
   };
+  /// Coulomb's limit at a point, frozen: of the tangential spring in the plane across `normal`, for
+  /// the share of the load step that the point has spent in contact.
+  struct LaggedFriction {
+    double limit_Pa = 0, share = 1;
+    Vec3 normal = Vec3::Zero();
+  };
   Law pressure_law(double gap, double stiffness) const;
-  Friction friction_law(const Vec3& relative, const Vec3& normal, double limit_Pa, double share,
-                        double stiffness, int point, const ContactHistory& history) const;
+  static Friction friction_law(const Vec3& relative, const LaggedFriction& lagged, double stiffness,
+                               const InterfacePoint& before);
   Traction lagged_traction(const Vec3& relative, double spring, int point,
-                           const ContactHistory& history) const;
+                           const InterfacePoint& before) const;
   Traction coupled_traction(const Vec3& relative, const SignedDistance& gap, const Law& law,
-                            double spring, int point, const ContactHistory& history) const;
+                            double spring, const InterfacePoint& before) const;
   bool may_touch(const ProbePose& pose, const FaceNodes& nodes, int face) const;
-  static bool is_second(const ProbePose& pose, const ContactHistory& history, int point);
   /// The probe that a point belongs to.
-  static SecondProbe probe_of(const ProbePose& pose, const ContactHistory& history, int point);
+  static SecondProbe probe_of(const ProbePose& pose, const InterfacePoint& point);
   SignedDistance distance(const Vec3& place, const SecondProbe& probe) const;
   FaceNodes nodes_of(const Points& u, int face) const;
-  double share_in_contact(double gap, int point, const ContactHistory& history) const;
-  double pressing_gap(double gap, int point, const ContactHistory& history) const;
   ContactTotals sum_over_faces(const ContactTrial& trial, Tangent tangent,
                                std::vector<FaceTerms>* terms) const;
   void add_point(const ContactTrial& trial, const FaceNodes& nodes, int q, Tangent tangent,
@@ -187,9 +188,7 @@ class ContactInterface {
   std::vector<double> area_weight_;  // #F * kFacePoints [m^2]
   std::vector<double> stiffness_;    // #F [Pa/m]
   std::vector<FaceTerms> terms_;
-  std::vector<double> limit_Pa_;  // lagged friction limit, per point
-  std::vector<Vec3> normal_;      // of the plane it acts in
-  std::vector<double> share_;     // of the load step that a point has spent in contact
+  std::vector<LaggedFriction> lagged_;  // per point
 };
 
 }  // namespace palpate::fem

@@ -29,6 +29,13 @@ constexpr FacePoint face_point(double weight, double r, double s) {
 /// Places of a face's nodes [m]: three corners, then the middles of its edges.
 using FaceNodes = std::array<Vec3, kFaceNodes>;
 
+template <class Face>
+FaceNodes nodes_of_face(const Points& nodes, const Face& face) {
+  FaceNodes x;
+  for (int a = 0; a < kFaceNodes; ++a) x[a] = nodes.row(face[a]);
+  return x;
+}
+
 inline Vec3 place_at(const FacePoint& point, const FaceNodes& nodes) {
   Vec3 x = Vec3::Zero();
   for (int a = 0; a < kFaceNodes; ++a) x += point.shape[a] * nodes[a];

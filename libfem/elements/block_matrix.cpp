@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "libfem/mesh/topology.hpp"
+
 namespace palpate::fem {
 
 SymmetricBlockMatrix::SymmetricBlockMatrix(
@@ -13,8 +15,7 @@ SymmetricBlockMatrix::SymmetricBlockMatrix(
     std::vector<std::int32_t> rows{j};
     for (const std::int32_t i : neighbours[j])
       if (i > j) rows.push_back(i);
-    std::sort(rows.begin(), rows.end());
-    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    sort_unique(rows);
     block_row_.insert(block_row_.end(), rows.begin(), rows.end());
     block_start_.push_back(static_cast<std::int32_t>(block_row_.size()));
   }

@@ -3,15 +3,13 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "libfem/mesh/tets.hpp"
 
 namespace palpate::fem {
 namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-
-// Middles of the edges (0,1) (1,2) (2,0) (0,3) (1,3) (2,3) follow the corners.
-constexpr int kTetEdges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
 
 }  // namespace
 
@@ -32,7 +30,7 @@ ElementPoint element_point(const Eigen::Vector4d& L, double weight) {
     for (int j = 0; j < 3; ++j) point.by_xi(c, j) = (4 * L[c] - 1) * dL[c][j];
   }
   for (int e = 0; e < 6; ++e) {
-    const int a = kTetEdges[e][0], b = kTetEdges[e][1];
+    const int a = kTetEdge[e][0], b = kTetEdge[e][1];
     point.shape[4 + e] = 4 * L[a] * L[b];
     for (int j = 0; j < 3; ++j) point.by_xi(4 + e, j) = 4 * (L[a] * dL[b][j] + L[b] * dL[a][j]);
   }
@@ -40,11 +38,11 @@ ElementPoint element_point(const Eigen::Vector4d& L, double weight) {
 }
 
 std::vector<ElementPoint> element_points() {
-  constexpr double kFar = 0.138196601125010515;  // barycentric, of the three farther corners
+  const double far = 0.138196601125010515;  // barycentric, of the three farther corners
   std::vector<ElementPoint> out;
   for (int c = 0; c < kElementPoints; ++c) {
-    Eigen::Vector4d L = Eigen::Vector4d::Constant(kFar);
-    L[c] = 1 - 3 * kFar;
+    Eigen::Vector4d L = Eigen::Vector4d::Constant(far);
+    L[c] = 1 - 3 * far;
     out.push_back(element_point(L, 0.25));
   }
   return out;

@@ -1,6 +1,7 @@
 #pragma once
 
-#include "libfem/elements/lane_transpose.hpp"
+#include <cstdint>
+
 #include "libfem/materials/softening.hpp"
 
 namespace palpate::fem {
@@ -8,6 +9,7 @@ namespace palpate::fem {
 inline constexpr int kElementNodes = 10, kElementPoints = 4;
 inline constexpr int kElementBlocks =
     kElementNodes * (kElementNodes + 1) / 2;  ///< node pairs a >= b
+inline constexpr int kPointStride = 4;        ///< doubles from a point in memory to the next
 
 /// Eight elements of one material. Index order is slowest first; the last one is the lane.
 /// gradient: dN_a/dX_j, [point][node][j] [1/m]. weight: rest volume of the point [m^3], 0 on an

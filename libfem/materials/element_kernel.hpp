@@ -2,7 +2,7 @@
 
 #include <sys/platform/x86.h>
 
-#include "libfem/materials/pack.hpp"
+#include "libfem/materials/pack_math.hpp"
 
 namespace palpate::fem {
 

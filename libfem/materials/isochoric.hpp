@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "libfem/materials/kinematics.hpp"
+#include "libfem/materials/materials.hpp"
 
 namespace palpate::fem {
 
@@ -27,6 +28,14 @@ struct ShapeTerms {
 /// Element Analysis (2008), 6.5.
 template <class Law, Uses kUses = Uses::first>
 struct IsochoricLaw {
+  /// The shear modulus is twice the sum of the derivatives of w by I1 and I2 at rest.
+  static SmallStrain small_strain(const LawConstants& constants) {
+    ShapeTerms<double> rest;
+    Law::template shape<double>(constants.data(), 0.0, 0.0, rest);
+    return of_shear_and_bulk(2 * (kUses == Uses::first_and_second ? rest.w1 + rest.w2 : rest.w1),
+                             constants[0]);
+  }
+
   /// U(J), the whole part of W that carries the bulk modulus.
   template <class S>
   static PALPATE_INLINE void volumetric(const S* constants, const S& dilation, S& U, S& U1, S& U2) {

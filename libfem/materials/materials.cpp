@@ -1,7 +1,5 @@
 #include "libfem/materials/materials.hpp"
 
-#include <cmath>
-
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {

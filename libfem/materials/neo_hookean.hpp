@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "libfem/materials/kinematics.hpp"
-#include "libfem/materials/law_types.hpp"
+#include "libfem/materials/materials.hpp"
 
 namespace palpate::fem {
 /// Compressible neo-Hookean law W = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2. Source: Bonet and

@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "libfem/materials/kinematics.hpp"
-#include "libfem/materials/law_types.hpp"
+#include "libfem/materials/materials.hpp"
 
 namespace palpate::fem {
 
@@ -102,7 +102,6 @@ struct Ogden {
        {"alpha3", "", "exponent of the third term, not zero", kAbsent},
        kPoissonRow,
        kBulkRow}};
-  static constexpr double kLargestExponent = 50;
   static constexpr int kConstants = 1 + 2 * kTerms;
 
   static Refusal refusal(std::span<const double> values) {
@@ -113,7 +112,7 @@ struct Ogden {
       if (std::isnan(mu) && std::isnan(alpha)) continue;
       if (std::isnan(mu)) return {mu_key, "is missing beside " + std::string(alpha_key)};
       if (std::isnan(alpha)) return {alpha_key, "is missing beside " + std::string(mu_key)};
-      if (!(std::abs(alpha) <= kLargestExponent))
+      if (!(std::abs(alpha) <= 50))
         return {alpha_key, "must lie between -50 and 50, not " + short_number(alpha)};
       if (!(mu * alpha > 0))
         return {mu_key, "times " + std::string(alpha_key) + " must be positive, not " +

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {

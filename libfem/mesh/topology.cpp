@@ -1,6 +1,5 @@
 #include "libfem/mesh/topology.hpp"
 
-#include <numeric>
 #include <tuple>
 
 namespace palpate {
@@ -50,6 +49,16 @@ Components components(const Eigen::Ref<const Triangles>& triangles) {
     result.of_face[f] = first == f ? result.number++ : result.of_face[first];
   }
   return result;
+}
+
+// The corners are looked up: triangles may have been turned since their sides were listed.
+void join_fans(const Eigen::Ref<const Triangles>& triangles, const TriangleSide& a,
+               const TriangleSide& b, DisjointSets& corners) {
+  const auto corner_at = [&](std::int32_t f, std::int32_t vertex) {
+    return 3 * f + (triangles(f, 0) == vertex ? 0 : triangles(f, 1) == vertex ? 1 : 2);
+  };
+  for (const std::int32_t vertex : {a.low, a.high})
+    corners.join(corner_at(a.face, vertex), corner_at(b.face, vertex));
 }
 
 DisjointSets corner_fans(const Eigen::Ref<const Triangles>& triangles) {

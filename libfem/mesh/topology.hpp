@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "libfit/core/disjoint_sets.hpp"
@@ -24,11 +25,33 @@ auto rows_of(const std::vector<Row>& list) {
                                   kWidth);
 }
 
+/// Corners of triangle f [m].
+inline std::array<Vec3, 3> corners_of(const Surface& surface, Eigen::Index f) {
+  const auto corner = surface.triangles.row(f);
+  return {surface.vertices.row(corner[0]), surface.vertices.row(corner[1]),
+          surface.vertices.row(corner[2])};
+}
+
 /// Sorts and keeps one of each.
 template <class List>
 void sort_unique(List& list) {
   std::ranges::sort(list);
   list.erase(std::ranges::unique(list).begin(), list.end());
+}
+
+/// Flags cells that have the corners of an earlier one, in whatever order.
+template <class Cell>
+std::vector<char> repeats(std::vector<Cell> cells) {
+  std::vector<std::pair<Cell, std::size_t>> sorted(cells.size());
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    std::ranges::sort(cells[c]);
+    sorted[c] = {cells[c], c};
+  }
+  std::ranges::sort(sorted);
+  std::vector<char> is_repeat(cells.size(), 0);
+  for (std::size_t i = 1; i < sorted.size(); ++i)
+    is_repeat[sorted[i].second] = sorted[i].first == sorted[i - 1].first;
+  return is_repeat;
 }
 
 /// Renumbers the corners of cells without gaps and returns the old number of each new one: in the
@@ -66,6 +89,10 @@ struct Components {
   std::size_t number = 0;
 };
 Components components(const Eigen::Ref<const Triangles>& triangles);
+
+/// Joins the corners (3 f + k) of two triangles at both ends of the edge that these sides share.
+void join_fans(const Eigen::Ref<const Triangles>& triangles, const TriangleSide& a,
+               const TriangleSide& b, DisjointSets& corners);
 
 /// Sets of the corners of triangles, 3 f + k each: those at one vertex whose triangles share an
 /// edge there, one after another, are one set, a fan.

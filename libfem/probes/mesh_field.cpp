@@ -1,19 +1,13 @@
 #include "libfem/probes/mesh_field.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
 #include <limits>
 
-#include "libfem/mesh/topology.hpp"
-#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 
 namespace palpate::fem {
 namespace {
-
-constexpr double kSlender = 4;  // length over half the width, from which on a section has a line
 
 constexpr double kDefaultShare = 1.0 / 64, kFinest = 1.0 / 160,
                  kCoarsest = 1.0 / 8;  // of the extent
@@ -84,8 +78,8 @@ void check_probe_mesh(const Surface& surface, const std::string& where) {
                 "Repair the mesh.");
   const double extent = extent_m(surface.vertices).maxCoeff();
   for (Eigen::Index f = 0; f < triangles.rows(); ++f) {
-    const auto corner = [&](int k) { return Vec3(surface.vertices.row(triangles(f, k))); };
-    if (!((corner(1) - corner(0)).cross(corner(2) - corner(0)).norm() > 1e-14 * extent * extent))
+    const auto [a, b, c] = corners_of(surface, f);
+    if (!((b - a).cross(c - a).norm() > 1e-14 * extent * extent))
       throw Error(
           where, "triangle " + std::to_string(f + 1) + " of the probe's mesh has no area",
           "Remove triangles without area, for example with a mesh editor's \"merge vertices\".");
@@ -273,7 +267,8 @@ MeshField::CrossSection MeshField::section(const Vec3& tip, const Vec3& inward,
     high = std::max(high, point.dot(along));
     out.width_m = std::max(out.width_m, (point - point.dot(along) * along).norm());
   }
-  if (high - low > kSlender * out.width_m) {
+  // A section four times as long as half its width has a line.
+  if (high - low > 4 * out.width_m) {
     out.from = std::min(0.0, low + out.width_m) * along;
     out.to = std::max(0.0, high - out.width_m) * along;
   }

@@ -3,46 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfem/probes/capsule.hpp"
-#include "libfem/probes/cone.hpp"
-#include "libfem/probes/flat.hpp"
-#include "libfem/probes/mesh_probe.hpp"
-#include "libfem/probes/sphere.hpp"
+#include "libfem/probes/mesh_field.hpp"
+#include "libfem/probes/shapes.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
 namespace {
-
-/// A point for shapes that say nothing of a line.
-template <class Shape>
-ContactLine contact_line_m(const ProbeGeometry& probe, double depth_m) {
-  if constexpr (requires { Shape::contact_line_m(probe, depth_m); })
-    return Shape::contact_line_m(probe, depth_m);
-  return {};
-}
-
-/// Zero for shapes that touch a flat surface in one point, or along a line.
-template <class Shape>
-double edge_ring_m(const ProbeGeometry& probe) {
-  if constexpr (requires { Shape::edge_ring_m(probe); }) return Shape::edge_ring_m(probe);
-  return 0;
-}
-
-/// The contact radius for shapes that say no other length.
-template <class Shape>
-double mesh_length_m(const ProbeGeometry& probe, double depth_m) {
-  if constexpr (requires { Shape::mesh_length_m(probe, depth_m); })
-    return Shape::mesh_length_m(probe, depth_m);
-  else
-    return Shape::contact_radius_m(probe, depth_m);
-}
-template <class Shape>
-double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
-  if constexpr (requires { Shape::contact_reach_m(probe, depth_m); })
-    return Shape::contact_reach_m(probe, depth_m);
-  else
-    return mesh_length_m<Shape>(probe, depth_m);
-}
 
 template <class Shape>
 constexpr ShapeRow shape_row(std::string_view name, std::string_view summary, bool is_axisymmetric,
@@ -56,12 +22,12 @@ constexpr ShapeRow shape_row(std::string_view name, std::string_view summary, bo
           Shape::signed_distance,
           Shape::bounding_ball,
           Shape::contact_radius_m,
-          mesh_length_m<Shape>,
-          contact_reach_m<Shape>,
+          Shape::mesh_length_m,
+          Shape::contact_reach_m,
           Shape::tip_radius_m,
           Shape::half_width_m,
-          contact_line_m<Shape>,
-          edge_ring_m<Shape>};
+          Shape::contact_line_m,
+          Shape::edge_ring_m};
 }
 
 // One row per shape; add a shape by its file and a row.

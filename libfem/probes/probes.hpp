@@ -2,7 +2,6 @@
 
 #include <array>
 #include <limits>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>

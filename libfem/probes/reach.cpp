@@ -1,19 +1,16 @@
 #include "libfem/probes/reach.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "libfem/mesh/topology.hpp"
+
 namespace palpate::fem {
 namespace {
 
-constexpr double kResolution = 0.25;  // of the tolerance, to which overlaps are known
-constexpr double kTight = 0.8;        // of the ball's radius: what an exit must leave room for
-constexpr double kLeastStep = 0.1;    // of the radius, along an exit
 constexpr std::size_t kPlacesOfPatch = 200;  // from where exits are tried, where no normal is one
-constexpr std::size_t kTriedPlaces = 3;      // nearest places with an exit, from each of them
 
 // To the faces, edges and corners of a cube: exits that are tried beside the normal.
 std::vector<Vec3> straight_directions() {
@@ -34,14 +31,12 @@ ToolReach::ToolReach(const Surface& closed, Probe probe, double tolerance_m)
       high_(closed.vertices.colwise().maxCoeff()),
       probe_(std::move(probe)),
       tolerance_m_(tolerance_m),
-      resolution_m_(kResolution * tolerance_m) {}
+      resolution_m_(tolerance_m / 4) {}
 
 double ToolReach::overlap_with_triangle_m(const Probe& probe, const Vec3& position,
                                           const Vec3& inward, std::int32_t triangle,
                                           double least_m) const {
-  std::vector<std::array<Vec3, 3>> parts{{surface_.vertices.row(surface_.triangles(triangle, 0)),
-                                          surface_.vertices.row(surface_.triangles(triangle, 1)),
-                                          surface_.vertices.row(surface_.triangles(triangle, 2))}};
+  std::vector<std::array<Vec3, 3>> parts{corners_of(surface_, triangle)};
   while (!parts.empty()) {
     const auto [a, b, c] = parts.back();
     parts.pop_back();
@@ -101,8 +96,9 @@ bool ToolReach::passes(Vec3 centre, const Vec3& direction, double length_m) cons
     if (((centre - low_).array() < -radius).any() || ((high_ - centre).array() < -radius).any())
       return true;
     const double distance = closest_point(surface_, boxes_, centre)->distance_m;
-    if (distance < kTight * radius) return false;
-    const double step = std::max(distance - radius, kLeastStep * radius);
+    // An exit must leave room for 0.8 of the ball, whose steps are a tenth of it or more.
+    if (distance < 0.8 * radius) return false;
+    const double step = std::max(distance - radius, 0.1 * radius);
     centre += step * direction;
     gone += step;
   }
@@ -120,7 +116,8 @@ bool ToolReach::can_leave(const std::vector<Vec3>& centres,
     std::vector<std::pair<double, std::size_t>> nearest;
     for (std::size_t i = 0; i < outside.size(); ++i)
       nearest.emplace_back((outside[i] - centre).squaredNorm(), i);
-    const std::size_t tried = std::min(kTriedPlaces, nearest.size());
+    // The three nearest places with an exit are tried.
+    const std::size_t tried = std::min(std::size_t{3}, nearest.size());
     std::partial_sort(nearest.begin(), nearest.begin() + tried, nearest.end());
     for (std::size_t i = 0; i < tried; ++i) {
       const Vec3 direction = outside[nearest[i].second] - centre;

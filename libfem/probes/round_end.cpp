@@ -9,10 +9,8 @@ namespace palpate::fem {
 namespace {
 
 constexpr double kSteepest_rad = 84 * std::numbers::pi / 180;
-constexpr double kShallow_rad = 0.03;  // below it slopes need be right to no share of themselves
-constexpr double kRound = 1e-6;        // of a slope: how alike it is all around
-constexpr double kWidest = 60;         // of the tip's radius, for shapes that widen without end
-constexpr int kPlaces = 1200;          // along a profile, before most are left out
+constexpr double kRound = 1e-6;  // of a slope: how alike it is all around
+constexpr int kPlaces = 1200;    // along a profile, before most are left out
 
 struct ProfilePlace {
   double r_m, angle_rad;  // of the surface, 0 where it is flat
@@ -35,8 +33,9 @@ std::optional<double> angle_at(const Probe& probe, double r_m, double around_rad
 }
 
 std::vector<ProfilePlace> profile_of(const Probe& probe) {
+  // Shapes that widen without end are followed to 60 radii of the tip.
   const double tip_m = probe.shape->tip_radius_m(probe.geometry),
-               width_m = std::min(probe.shape->half_width_m(probe.geometry), kWidest * tip_m);
+               width_m = std::min(probe.shape->half_width_m(probe.geometry), 60.0 * tip_m);
   std::vector<ProfilePlace> places{{0, 0}};
   for (int i = 1; i < kPlaces; ++i) {
     // Half of them where tips are, half over the whole width.
@@ -63,8 +62,9 @@ void keep_turns(const std::vector<ProfilePlace>& places, std::size_t from, std::
     const double share = (places[i].r_m - places[from].r_m) / (places[to].r_m - places[from].r_m);
     const double line =
         (1 - share) * std::tan(places[from].angle_rad) + share * std::tan(places[to].angle_rad);
+    // Slopes below 0.03 need be right to no share of themselves.
     const double residual =
-        std::abs(std::atan(line) - places[i].angle_rad) / (kShallow_rad + places[i].angle_rad);
+        std::abs(std::atan(line) - places[i].angle_rad) / (0.03 + places[i].angle_rad);
     if (residual > most) most = residual, at = i;
   }
   if (!(most > tolerance)) return;

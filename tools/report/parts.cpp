@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "libfem/materials/materials.hpp"
-#include "libfem/mesh/boundary.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/node_forces.hpp"
 #include "libfit/fit/spline/curve_band.hpp"

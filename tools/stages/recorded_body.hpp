@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libfem/mesh/surface/contact_surface.hpp"
+#include "libfem/mesh/surface/surface.hpp"
 #include "libfit/core/body.hpp"
 #include "libfit/core/samples.hpp"
 #include "tools/manifest/manifest.hpp"

@@ -8,7 +8,6 @@
 #include <time.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -27,7 +26,7 @@ namespace {
 
 constexpr int kExitMesh = 0, kExitReason = 3, kExitNoMemory = 4;
 
-/// The child leaves in the shared file a header, then nodes and tets, or a text.
+/// The child leaves in the shared file a header, then nodes, tets and a text.
 struct ResultHeader {
   std::int64_t nodes = 0, tets = 0, text_bytes = 0;
 };
@@ -55,47 +54,32 @@ bool read_all(int file, void* data, std::size_t bytes, off_t offset) {
   return true;
 }
 
-bool write_mesh(int file, const TetMesh& mesh) {
-  const ResultHeader header{mesh.nodes.rows(), mesh.tets.rows(), 0};
+bool write_result(int file, const TetMesh& mesh, const std::string& reason) {
+  const ResultHeader header{mesh.nodes.rows(), mesh.tets.rows(), std::ssize(reason)};
   return write_all(file, &header, sizeof header) &&
          write_all(file, mesh.nodes.data(), sizeof(double) * std::size_t(mesh.nodes.size())) &&
-         write_all(file, mesh.tets.data(), sizeof(std::int32_t) * std::size_t(mesh.tets.size()));
-}
-
-bool write_reason(int file, const std::string& reason) {
-  const ResultHeader header{0, 0, static_cast<std::int64_t>(reason.size())};
-  return write_all(file, &header, sizeof header) && write_all(file, reason.data(), reason.size());
-}
-
-std::optional<ResultHeader> read_header(int file) {
-  ResultHeader header;
-  const off_t size = ::lseek(file, 0, SEEK_END);
-  if (!read_all(file, &header, sizeof header, 0)) return std::nullopt;
-  const auto expected = static_cast<off_t>(sizeof header) + header.nodes * off_t{24} +
-                        header.tets * off_t{16} + header.text_bytes;
-  if (header.nodes < 0 || header.tets < 0 || header.text_bytes < 0 || size != expected)
-    return std::nullopt;
-  return header;
+         write_all(file, mesh.tets.data(), sizeof(std::int32_t) * std::size_t(mesh.tets.size())) &&
+         write_all(file, reason.data(), reason.size());
 }
 
 std::variant<TetMesh, std::string> read_result(int file, bool is_mesh) {
-  const auto header = read_header(file);
-  if (!header) return "left an incomplete result";
-  auto offset = static_cast<off_t>(sizeof(ResultHeader));
-  if (!is_mesh) {
-    std::string reason(static_cast<std::size_t>(header->text_bytes), ' ');
-    read_all(file, reason.data(), reason.size(), offset);
-    return reason;
-  }
-  TetMesh mesh;
-  mesh.nodes.resize(header->nodes, 3);
-  mesh.tets.resize(header->tets, 4);
-  const auto node_bytes = sizeof(double) * std::size_t(mesh.nodes.size());
-  const auto tet_bytes = sizeof(std::int32_t) * std::size_t(mesh.tets.size());
-  if (!read_all(file, mesh.nodes.data(), node_bytes, offset) ||
-      !read_all(file, mesh.tets.data(), tet_bytes, offset + static_cast<off_t>(node_bytes)))
-    return "left an incomplete result";
-  return mesh;
+  const char* incomplete = "left an incomplete result";
+  ResultHeader header;
+  const off_t size = ::lseek(file, 0, SEEK_END);
+  if (!read_all(file, &header, sizeof header, 0)) return incomplete;
+  const off_t nodes_at = sizeof header, tets_at = nodes_at + header.nodes * off_t{24},
+              text_at = tets_at + header.tets * off_t{16};
+  if (header.nodes < 0 || header.tets < 0 || header.text_bytes < 0 ||
+      size != text_at + header.text_bytes)
+    return incomplete;
+  TetMesh mesh{Points(header.nodes, 3), Tets(header.tets, 4), {}};
+  std::string reason(static_cast<std::size_t>(header.text_bytes), ' ');
+  if (!read_all(file, mesh.nodes.data(), static_cast<std::size_t>(tets_at - nodes_at), nodes_at) ||
+      !read_all(file, mesh.tets.data(), static_cast<std::size_t>(text_at - tets_at), tets_at) ||
+      !read_all(file, reason.data(), reason.size(), text_at))
+    return incomplete;
+  if (is_mesh) return mesh;
+  return reason;
 }
 
 /// Handlers, output and limits of the parent do not belong to the child.
@@ -121,7 +105,7 @@ void isolate_child(double safety_limit_s) {
   std::string reason;
   try {
     const TetMesh mesh = mesher();
-    ::_exit(write_mesh(file, mesh) ? kExitMesh : kExitNoMemory);
+    ::_exit(write_result(file, mesh, {}) ? kExitMesh : kExitNoMemory);
   } catch (const std::bad_alloc&) {
     ::_exit(kExitNoMemory);
   } catch (const int code) {
@@ -131,7 +115,7 @@ void isolate_child(double safety_limit_s) {
   } catch (...) {
     reason = "threw something unknown";
   }
-  ::_exit(write_reason(file, reason) ? kExitReason : kExitNoMemory);
+  ::_exit(write_result(file, {}, reason) ? kExitReason : kExitNoMemory);
 }
 
 /// CPU time that the child has used [s].
@@ -146,8 +130,7 @@ double cpu_seconds_of(pid_t child) {
 /// time that it used counts, but one that sleeps is not waited for without end.
 std::optional<int> wait_for(pid_t child, double safety_limit_s) {
   using Clock = std::chrono::steady_clock;
-  constexpr double kWallRatio = 20;
-  const auto deadline = Clock::now() + std::chrono::duration<double>(kWallRatio * safety_limit_s);
+  const auto deadline = Clock::now() + std::chrono::duration<double>(20 * safety_limit_s);
   for (;;) {
     int status = 0;
     const pid_t ended = ::waitpid(child, &status, WNOHANG);
@@ -160,10 +143,6 @@ std::optional<int> wait_for(pid_t child, double safety_limit_s) {
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
-}
-
-std::string described_signal(int signal) {
-  return "stopped on signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")";
 }
 
 [[noreturn]] void fail(const std::string& what, const std::string& remedy) {
@@ -203,8 +182,10 @@ std::variant<TetMesh, std::string> run_in_child(const std::function<TetMesh()>& 
     fail("had not ended after its safety limit of " + number(safety_limit_s, 6) + " CPU seconds",
          "Make mesh_size in [body] larger, or simplify the surface in a mesh editor.");
   if (WIFSIGNALED(*status)) {
-    const std::string what = described_signal(WTERMSIG(*status));
-    if (is_own_fault(WTERMSIG(*status))) return what;
+    const int signal = WTERMSIG(*status);
+    const std::string what =
+        "stopped on signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")";
+    if (is_own_fault(signal)) return what;
     fail(what + " from outside, as where memory runs out", memory_remedy);
   }
   const int code = WEXITSTATUS(*status);

@@ -9,13 +9,11 @@
 #include <new>
 #include <stdexcept>
 
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfem/mesh/topology.hpp"
 
 namespace palpate {
 namespace {
-
-constexpr int kOutOfMemory = 1;  // of what TetGen throws
 
 /// TetGen's input. It owns plain arrays that tetgenio's destructor deletes, so all are new[]-ed.
 void set_input(tetgenio& in, const Surface& closed, const Points& cavities) {
@@ -74,7 +72,7 @@ TetMesh fill_with_tetgen(const Surface& closed, const Points& cavities,
   try {
     tetrahedralize(switches.data(), &in, &out);
   } catch (const int code) {
-    if (code == kOutOfMemory) throw std::bad_alloc();
+    if (code == 1) throw std::bad_alloc();  // TetGen is out of memory
     throw;
   }
   if (out.numberofpoints - in.numberofpoints >= settings.max_added_points)

@@ -9,8 +9,8 @@
 
 #include "libfem/mesh/fill/fill_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
-#include "libfem/mesh/surface/surface_checks.hpp"
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 
@@ -18,23 +18,11 @@ namespace palpate {
 namespace {
 
 constexpr double kInteriorGrowth = 1.6;  // interior edge over that near the surface
-constexpr int kMaxPoints = 200'000;      // inside; grading takes no more
-constexpr double kSafetyLimit_s = 3600;  // CPU time of a run, against endless loops
 
 struct Filled {
   TetMesh mesh;
   TetQuality quality;
 };
-
-void refuse_bad_input(const Surface& closed, double edge_m) {
-  const char* remedy = "Mend the surface, or prepare it with --surface-only.";
-  if (const auto why = why_not_closed(closed))
-    throw Error("surface", "it cannot be filled: " + *why, remedy);
-  if (is_self_intersecting(closed))
-    throw Error("surface", "it cannot be filled: it crosses itself", remedy);
-  if (!(edge_m > 0))
-    throw Error("fill", "the edge is not a positive length", "Give one in metres.");
-}
 
 double volume_of_edge_m3(double edge_m) { return edge_m * edge_m * edge_m / (6 * std::sqrt(2.0)); }
 
@@ -42,9 +30,8 @@ double volume_of_edge_m3(double edge_m) { return edge_m * edge_m * edge_m / (6 *
 Vec3 point_across(const Surface& piece, const Surface& closed, const BoxTree& boxes) {
   double largest = -1;
   Vec3 start = Vec3::Zero(), direction = Vec3::Zero();
-  for (const auto& t : piece.triangles.rowwise()) {
-    const Vec3 a = piece.vertices.row(t[0]), b = piece.vertices.row(t[1]),
-               c = piece.vertices.row(t[2]);
+  for (Eigen::Index f = 0; f < piece.triangles.rows(); ++f) {
+    const auto [a, b, c] = corners_of(piece, f);
     const Vec3 normal = (b - a).cross(c - a);
     if (normal.norm() <= largest) continue;
     largest = normal.norm();
@@ -71,7 +58,6 @@ Points cavity_points(const Surface& closed) {
 /// A mesh or the reason for none; smoothed, mended and checked.
 std::variant<Filled, std::string> finish(std::variant<TetMesh, std::string> result,
                                          double surface_volume_m3) {
-  constexpr double kVolumeTolerance = 0.01;
   if (const auto* reason = std::get_if<std::string>(&result)) return *reason;
   Filled filled{std::get<TetMesh>(std::move(result)), {}};
   if (filled.mesh.tets.rows() == 0) return "made no tetrahedron";
@@ -80,7 +66,7 @@ std::variant<Filled, std::string> finish(std::variant<TetMesh, std::string> resu
   filled.quality = quality_of(filled.mesh);
   if (!(filled.quality.min_volume_m3 > 0)) return "made a flat tetrahedron";
   const double ratio = filled.quality.volume_m3 / surface_volume_m3;
-  if (!(std::abs(ratio - 1) <= kVolumeTolerance))
+  if (!(std::abs(ratio - 1) <= 0.01))
     return "filled " + std::to_string(100 * ratio) + " % of the surface's volume";
   return filled;
 }
@@ -100,7 +86,6 @@ bool is_better(const Filled& denser, const Filled& best) {
 /// runs, the first that is good, else the best, is kept. The boundary is never split: with that it
 /// has 6 to 10 times the tets on the liver and no better angle.
 TetMesh run_tetgen(const Surface& closed, double interior_edge_m) {
-  constexpr double kGoodDeg = 15;
   // Sparse first: each next pair makes about a tenth more tets.
   constexpr std::pair<double, double> kRatioAndAngle[] = {{1.8, 0},  {1.4, 0},  {1.8, 12},
                                                           {1.4, 12}, {1.2, 12}, {1.4, 18}};
@@ -109,9 +94,11 @@ TetMesh run_tetgen(const Surface& closed, double interior_edge_m) {
   std::optional<Filled> best;
   std::string reason;
   for (const auto& [ratio, angle] : kRatioAndAngle) {
-    const TetGenSettings settings{ratio, angle, volume_of_edge_m3(interior_edge_m), kMaxPoints};
+    // Grading takes no more points inside.
+    const TetGenSettings settings{ratio, angle, volume_of_edge_m3(interior_edge_m), 200'000};
+    // An hour of CPU time guards against endless loops.
     auto run = finish(run_in_child([&] { return fill_with_tetgen(closed, cavities, settings); },
-                                   tetgen_failure, kSafetyLimit_s),
+                                   tetgen_failure, 3600),
                       volume);
     if (const auto* why = std::get_if<std::string>(&run)) {
       reason = *why;
@@ -119,7 +106,7 @@ TetMesh run_tetgen(const Surface& closed, double interior_edge_m) {
     }
     auto& filled = std::get<Filled>(run);
     if (!best || is_better(filled, *best)) best = std::move(filled);
-    if (best->quality.min_dihedral_deg >= kGoodDeg) break;
+    if (best->quality.min_dihedral_deg >= 15) break;  // good enough
   }
   if (best) return std::move(best->mesh);
   throw Error("filling the surface", "TetGen " + reason,
@@ -129,16 +116,14 @@ TetMesh run_tetgen(const Surface& closed, double interior_edge_m) {
 }  // namespace
 
 double expected_tets(double volume_m3, double area_m2, double edge_m) {
-  constexpr double kMeanEdge = 0.6;                    // over the edge asked for
   constexpr double kPerTriangle = 1.4, kInside = 1.5;  // tets, and over regular ones
-  const double mean_m = kMeanEdge * edge_m;
+  const double mean_m = 0.6 * edge_m;  // the mean edge comes out at 0.6 of that asked for
   const double triangles = area_m2 / (std::sqrt(3.0) / 4 * mean_m * mean_m);
   return kPerTriangle * triangles +
          kInside * volume_m3 / volume_of_edge_m3(kInteriorGrowth * edge_m);
 }
 
 TetMesh fill_volume(const Surface& closed, double edge_m) {
-  refuse_bad_input(closed, edge_m);
   const double scale = std::exp2(-std::round(std::log2(extent_m(closed.vertices).maxCoeff())));
   TetMesh mesh =
       run_tetgen({scale * closed.vertices, closed.triangles}, scale * edge_m * kInteriorGrowth);

@@ -1,23 +1,16 @@
 #include "libfem/mesh/fill/fill_steps.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <utility>
 #include <vector>
 
-#include "libfem/mesh/boundary.hpp"
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfem/mesh/topology.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr double kGoodEnoughDeg = 22;  // a node whose tets all pass is left alone
-constexpr int kSweeps = 4;             // a fifth changed nothing on the liver
-
 constexpr double kMinGainDeg = 0.02;  // less is not worth an evaluation
-constexpr int kMaxRounds = 12;        // of a node's search, so that it ends
 
 std::vector<char> boundary_nodes(const TetMesh& mesh) {
   std::vector<char> is_boundary(mesh.nodes.rows(), 0);
@@ -59,7 +52,7 @@ double mean_edge_m(const TetMesh& mesh, std::int32_t node, const std::vector<std
 /// Pattern search over the axes, their diagonals and towards the middle of the neighbours.
 void smooth_node(TetMesh& mesh, std::int32_t node, const std::vector<std::int32_t>& around) {
   double best = worst_around(mesh, around);
-  if (best > kGoodEnoughDeg) return;
+  if (best > 22) return;  // a node whose tets all pass is left alone
   Vec3 centre;
   const double edge = mean_edge_m(mesh, node, around, centre);
   Vec3 at = mesh.nodes.row(node);
@@ -82,7 +75,8 @@ void smooth_node(TetMesh& mesh, std::int32_t node, const std::vector<std::int32_
 
 void search_place(Vec3& at, double edge_m, const std::function<bool(const Vec3&)>& accepts) {
   double step = 0.2 * edge_m;
-  for (int round = 0; round < kMaxRounds && step > 0.01 * edge_m; ++round) {
+  // Twelve rounds end the search of a node.
+  for (int round = 0; round < 12 && step > 0.01 * edge_m; ++round) {
     bool has_moved = false;
     for (int direction = 0; direction < 27; ++direction) {
       const Vec3 offset(direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1);
@@ -99,7 +93,7 @@ void search_place(Vec3& at, double edge_m, const std::function<bool(const Vec3&)
 void smooth_interior(TetMesh& mesh) {
   const auto around = cells_around(mesh.tets, mesh.nodes.rows());
   const std::vector<char> is_boundary = boundary_nodes(mesh);
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+  for (int sweep = 0; sweep < 4; ++sweep) {  // a fifth changed nothing on the liver
     std::vector<std::pair<double, std::int32_t>> order;
     for (std::size_t v = 0; v < around.size(); ++v)
       if (!is_boundary[v] && !around[v].empty())

@@ -6,8 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "libfem/mesh/boundary.hpp"
-#include "libfem/mesh/edge_map.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {

@@ -1,5 +1,5 @@
 #include "libfem/mesh/grade/grade_steps.hpp"
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/tets.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -9,17 +9,15 @@
 namespace palpate::fem {
 namespace {
 
-constexpr double kNear = 0.35;    // of an edge: a node so near the border is moved onto it
 constexpr double kTouches = 0.1;  // of an edge: a node so near counts as on it where it can't move
 constexpr double kSpoilt = 0.2;   // of the former volume or determinant
-constexpr int kHalvings = 40;     // of an edge, to find where it crosses
 constexpr int kOnBorder = -1;
 
 // Share of the segment from a to b at which region_at changes; a's own region before it.
 double crossing(const RegionAt& region_at, const Vec3& a, const Vec3& b) {
   const int own = region_at(a);
   double low = 0, high = 1;
-  for (int k = 0; k < kHalvings; ++k) {
+  for (int k = 0; k < 40; ++k) {  // halvings
     const double middle = (low + high) / 2;
     (region_at(a + middle * (b - a)) == own ? low : high) = middle;
   }
@@ -112,8 +110,9 @@ class Conforming : BorderNodes {
   // To the nearest place of the border on an edge of node n, if it is near.
   void snap(std::int32_t n) {
     if (region_[n] == kOnBorder) return;
+    // A node within 0.35 of an edge is moved onto the border.
     const auto [towards, nearest] = nearest_across(
-        n, kNear, [&](std::int32_t m) { return crosses(n, m); },
+        n, 0.35, [&](std::int32_t m) { return crosses(n, m); },
         [&](std::int32_t m) { return crossing(region_at_, at_[n], at_[m]); });
     if (towards < 0) return;
     if (boundary_.kind[n] == NodeKind::inside &&

@@ -1,57 +1,18 @@
 #include "libfem/mesh/grade/grade_mesh.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <string>
 
-#include "libfem/mesh/boundary.hpp"
-#include "libfem/mesh/edge_map.hpp"
 #include "libfem/mesh/grade/grade_steps.hpp"
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
 namespace {
-
-// Largest distance of a corner in contact from the surface, over the finest size, that passes.
-constexpr double kFaithful = 0.05;
-
-void check(const TetMesh& base, const std::vector<char>& is_held, const GradeOptions& options) {
-  const auto refuse = [](const std::string& what, const std::string& remedy) {
-    throw Error("grade_mesh", what, remedy);
-  };
-  if (base.tets.rows() == 0) refuse("the base mesh has no tet", "Fill the body first.");
-  if (base.tets.minCoeff() < 0 || base.tets.maxCoeff() >= base.nodes.rows())
-    refuse("a tet names a node that is not there", "Repair the mesh.");
-  if (static_cast<Eigen::Index>(is_held.size()) != base.nodes.rows())
-    refuse("held flags do not match the base mesh's nodes", "Give one flag for each base node.");
-  if (base.region.size() != 0 && base.region.size() != base.tets.rows())
-    refuse("regions do not match the base mesh's tets", "Give one region for each tet, or none.");
-  if (options.path.empty())
-    refuse("the contact's path is empty", "Give at least one segment or point.");
-  if (!(options.growth > 0 && options.growth <= 1))
-    refuse("growth is not in (0, 1]", "0.4 to 0.5 serves most bodies.");
-  if (!(options.interface_share > 0 && options.interface_share <= 1))
-    refuse("interface_share is not in (0, 1]", "0.5 serves most inclusions.");
-  if (!options.halved.empty() &&
-      static_cast<Eigen::Index>(options.halved.size()) != base.tets.rows())
-    refuse("halved does not match the base mesh's tets", "Give one flag for each tet, or none.");
-  for (const Segment& piece : options.path) {
-    if (!piece.from.allFinite() || !piece.to.allFinite())
-      refuse("the contact's path is not finite", "Give positions in metres.");
-    if (!(piece.h_m > 0)) refuse("h_m is not positive", "Give a size in metres.");
-    if (!(piece.reach_m >= 0)) refuse("reach_m is negative", "Give a distance in metres.");
-  }
-  for (Eigen::Index t = 0; t < base.tets.rows(); ++t) {
-    if (!(tet_volume_m3(corners_of(base, t)) > 0))
-      refuse("tet " + std::to_string(t) + " has no positive volume",
-             "Order its nodes so that it is positive, or fill the body again.");
-  }
-}
 
 // Corners of all tets and their mid-edge nodes, those of boundary edges first.
 void number_nodes(const BisectedMesh& mesh, const Boundary& boundary, const NodePlacement& corners,
@@ -135,10 +96,8 @@ void hold(const TetMesh& base, const std::vector<char>& is_held, const HeldAt& h
 }
 
 double distance_m(const Segment& piece, const Vec3& x) {
-  const Vec3 along = piece.to - piece.from;
-  const double length = along.squaredNorm();
-  const double t = length > 0 ? std::clamp((x - piece.from).dot(along) / length, 0.0, 1.0) : 0.0;
-  return (piece.from + t * along - x).norm();
+  const double t = nearest_on_segment(x, piece.from, piece.to);
+  return (piece.from + t * (piece.to - piece.from) - x).norm();
 }
 
 double wanted_size_m(const Segment& piece, double growth, const Vec3& x) {
@@ -160,10 +119,6 @@ double largest_offset_m(const NodePlacement& placed, const GradeOptions& options
         is_finest_of_a_piece(options, placed.nodes[n], placed.offset_m[n]))
       largest_m = placed.offset_m[n];
   return largest_m;
-}
-
-double finest_m(const GradeOptions& options) {
-  return std::ranges::min_element(options.path, {}, &Segment::h_m)->h_m;
 }
 
 // Mean offset of the boundary nodes that a contact touches, largest of the contacts along the path.
@@ -222,11 +177,16 @@ double wanted_size_m(const GradeOptions& options, const Vec3& x) {
 
 QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
                          const SmoothSurface& surface, const GradeOptions& options) {
-  check(base, is_held, options);
+  assert(std::ssize(is_held) == base.nodes.rows() && !options.path.empty() && options.growth > 0);
+  for (Eigen::Index t = 0; t < base.tets.rows(); ++t)
+    if (!(tet_volume_m3(corners_of(base, t)) > 0))
+      throw Error("grade_mesh", "tet " + std::to_string(t) + " has no positive volume",
+                  "Order its nodes so that it is positive, or fill the body again.");
   BisectedMesh mesh = bisect(base, options);
   Boundary boundary = classify_boundary(base, mesh);
   NodePlacement corners = place_corners(mesh, boundary, surface, Placing::by_birth);
-  if (largest_offset_m(corners, options) > kFaithful * finest_m(options)) {
+  const double finest_m = std::ranges::min_element(options.path, {}, &Segment::h_m)->h_m;
+  if (largest_offset_m(corners, options) > 0.05 * finest_m) {
     NodePlacement spread = place_corners(mesh, boundary, surface, Placing::spread);
     if (largest_offset_m(spread, options) < largest_offset_m(corners, options))
       corners = std::move(spread);

@@ -41,24 +41,17 @@ struct GradeOptions {
 /// base's. Corner nodes come first, the base's own among them with their indices, then mid-edge
 /// nodes.
 ///
-/// Refinement halves longest edges until every tet is small enough and none has a halved edge
-/// (Rivara 1984, doi:10.1002/nme.1620200412): conforming always. Boundary nodes are then moved onto
-/// the smooth surface in the order they were born, each from the middle of its moved parents, so
-/// that the inside follows. Nodes on creases (boundary edges sharper than 40 degrees in the base,
-/// with a crease of the surface nearby) go to the crease only. A move that would leave an element
-/// less than a fifth of its straight volume, or a determinant that small at a quadrature point, a
-/// corner or the centroid, is halved up to three times and then dropped: `deviation_m` is the
-/// largest offset that this left, `contact_deviation_m` the mean of that over what a contact
-/// touches. Where a node in contact is off by more than a twentieth of the finest h_m, corners are
-/// placed in another way (`Placing::spread`), and whichever is nearer to the surface there is
-/// taken. A new node is held when it lies on a boundary face or in a tet of the base whose corners
-/// all are, or where held_at says so; so are nodes on the border of what held_at holds.
+/// Longest edges are halved until every tet is small enough and none has a halved edge: conforming
+/// always. Boundary nodes are then moved onto the smooth surface as far as elements allow, the
+/// inside follows, and with region_at tets end at the border between regions (grade_steps.hpp).
+/// `deviation_m` is the largest offset that this left, `contact_deviation_m` the mean of that over
+/// what a contact touches. Where a node in contact is off by more than a twentieth of the finest
+/// h_m, corners are placed by `Placing::spread`, too, and whichever is nearer to the surface there
+/// is taken. A new node is held when it lies on a boundary face or in a tet of the base whose
+/// corners all are, or where held_at says so; so are nodes on the border of what held_at holds.
 ///
-/// With region_at, tets end at the border between regions, whose mid-edge nodes follow it
-/// (grade_steps.hpp).
-///
-/// Throws Error on options out of range, on is_held of another length, on a tet that is not
-/// positive and when max_corners is passed. Depends on nothing but its arguments; thread-safe.
+/// Throws Error on a tet that is not positive and when max_corners is passed. Depends on nothing
+/// but its arguments; thread-safe.
 QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
                          const SmoothSurface& surface, const GradeOptions& options);
 

@@ -8,18 +8,16 @@
 #include <cmath>
 #include <utility>
 
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfem/mesh/topology.hpp"
 
 namespace palpate::fem {
 namespace {
 
-constexpr double kCompatibleCosine = 0.5;  // 60 degrees: never the other side, nor across an edge
 // A right angle between neighbouring facets bulges by 0.21 of an edge; farther off is another
 // sheet.
 constexpr double kMoveLimit = 0.35;
 constexpr double kSpoilt = 0.2;  // of the straight element: below it Newton steps start to invert
-constexpr double kSmallestScale = 0.125;  // three halvings, then the move is dropped
 
 double volume_of(const std::vector<Vec3>& x, const std::array<std::int32_t, 4>& n) {
   return six_volumes(x[n[0]], x[n[1]], x[n[2]], x[n[3]]);
@@ -70,7 +68,7 @@ std::vector<Vec3> move_unless_spoilt(const std::vector<Vec3>& start, const std::
 
     std::fill(is_moved.begin(), is_moved.end(), 0);
     for (const std::int32_t n : back) {
-      scale[n] = scale[n] > kSmallestScale ? scale[n] / 2 : 0;
+      scale[n] = scale[n] > 0.125 ? scale[n] / 2 : 0;  // three halvings, then the move is dropped
       at[n] = start[n] + scale[n] * (goal[n] - start[n]);
       is_moved[n] = 1;
     }
@@ -123,7 +121,8 @@ std::optional<Vec3> place_on(const SmoothSurface& surface, const Vec3& guess, No
     if (const auto crease = surface.closest_crease(guess, limit))
       return kind == NodeKind::corner ? guess : *crease;
   }
-  const auto hit = surface.closest(guess, direction, kCompatibleCosine);
+  // Within 60 degrees it is never the other side, nor beyond an edge.
+  const auto hit = surface.closest(guess, direction, 0.5);
   if (!hit || (hit->position - guess).norm() > limit) return std::nullopt;
   return hit->position;
 }

@@ -1,6 +1,7 @@
 #include "libfem/mesh/grade/smooth_surface.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,21 +11,7 @@
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
-namespace {
-
-void check(const Surface& surface) {
-  const auto& t = surface.triangles;
-  if (t.rows() == 0)
-    throw Error("surface", "it has no triangle", "Give a surface with at least one triangle.");
-  if (t.minCoeff() < 0 || t.maxCoeff() >= surface.vertices.rows())
-    throw Error("surface", "a triangle names a vertex that is not there",
-                "Repair the indices of the triangles.");
-}
-
-}  // namespace
-
 SmoothSurface::SmoothSurface(Surface surface) : surface_(std::move(surface)) {
-  check(surface_);
   const Eigen::Index count = surface_.triangles.rows();
   facet_normal_.resize(count, 3);
   for (std::int32_t f = 0; f < count; ++f) {
@@ -36,11 +23,11 @@ SmoothSurface::SmoothSurface(Surface surface) : surface_(std::move(surface)) {
   if (facet_normal_.isZero(0))
     throw Error("surface", "no triangle has an area", "Give a surface, not lines or points.");
   triangle_boxes_ = triangle_boxes(surface_);
-  find_neighbours();
-  average_corner_normals();
+  average_corner_normals(find_neighbours());
 }
 
-void SmoothSurface::find_neighbours() {
+DisjointSets SmoothSurface::find_neighbours() {
+  DisjointSets fans(surface_.triangles.size());
   const double crease_cosine = std::cos(kCreaseAngle_rad);
   smooth_neighbour_ = Triangles::Constant(surface_.triangles.rows(), 3, -1);
   for_each_edge(sorted_sides(surface_.triangles), [&](auto begin, auto end) {
@@ -52,6 +39,7 @@ void SmoothSurface::find_neighbours() {
     if (is_smooth) {
       smooth_neighbour_(f.face, f.corner) = g.face;
       smooth_neighbour_(g.face, g.corner) = f.face;
+      join_fans(surface_.triangles, f, g, fans);
     } else {
       crease_.push_back({f.low, f.high});
     }
@@ -64,23 +52,11 @@ void SmoothSurface::find_neighbours() {
     upper.row(e) = a.cwiseMax(b);
   }
   crease_boxes_ = BoxTree(lower, upper);
+  return fans;
 }
 
-void SmoothSurface::average_corner_normals() {
+void SmoothSurface::average_corner_normals(DisjointSets fans) {
   const auto& triangles = surface_.triangles;
-  DisjointSets fans(triangles.size());
-  const auto corner_at = [&](std::int32_t f, std::int32_t vertex) {
-    const int k = triangles(f, 0) == vertex ? 0 : triangles(f, 1) == vertex ? 1 : 2;
-    return 3 * f + k;
-  };
-  for (std::int32_t f = 0; f < triangles.rows(); ++f)
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t g = smooth_neighbour_(f, k);
-      if (g < f) continue;
-      for (const std::int32_t vertex : {triangles(f, k), triangles(f, (k + 1) % 3)})
-        fans.join(corner_at(f, vertex), corner_at(g, vertex));
-    }
-
   Points sum = Points::Zero(triangles.size(), 3);
   for (std::int32_t f = 0; f < triangles.rows(); ++f)
     for (int k = 0; k < 3; ++k) {
@@ -160,6 +136,101 @@ Vec3 SmoothSurface::normal(std::int32_t triangle, const Vec3& weights) const {
   for (int k = 0; k < 3; ++k) sum += weights[k] * corner_normal_.row(3 * triangle + k).transpose();
   const double length = sum.norm();
   return length > 0 ? Vec3(sum / length) : Vec3(facet_normal_.row(triangle));
+}
+
+namespace {
+
+constexpr int kTerms = 10;  // 1, x, y, x^2, xy, y^2 and the four cubics
+constexpr double kSamplesPerRadius =
+    4;  // twelve or more samples a fit of 10 terms even at a corner
+
+struct Sample {
+  Vec3 position;
+  double area;
+};
+
+// Height over a frame whose third axis is roughly the normal; columns x, y, z.
+Eigen::Matrix<double, 1, kTerms> terms(double x, double y) {
+  Eigen::Matrix<double, 1, kTerms> row;
+  row << 1, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y;
+  return row;
+}
+
+Mat3 frame_about(const Vec3& normal) {
+  Mat3 frame;
+  frame.col(2) = normal;
+  frame.col(0) = normal.unitOrthogonal();
+  frame.col(1) = normal.cross(frame.col(0));
+  return frame;
+}
+
+// Weight 1 at the centre, 0 with zero slope at the rim: samples come and go without a jump.
+double window(double distance, double radius) {
+  const double t = distance / radius;
+  return t < 1 ? (1 - t * t) * (1 - t * t) : 0;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> SmoothSurface::patch_around(const SurfaceHit& centre,
+                                                      double radius_m) const {
+  std::vector<std::int32_t> patch{centre.triangle};
+  std::vector<char> is_visited(surface_.triangles.rows(), 0);
+  is_visited[centre.triangle] = 1;
+  for (std::size_t i = 0; i < patch.size(); ++i)
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t next = smooth_neighbour_(patch[i], k);
+      if (next < 0 || is_visited[next]) continue;
+      is_visited[next] = 1;
+      const Vec3 a = corner(patch[i], k), b = corner(patch[i], (k + 1) % 3);
+      const double along = nearest_on_segment(centre.on_facet, a, b);
+      if ((a + along * (b - a) - centre.on_facet).norm() < radius_m) patch.push_back(next);
+    }
+  return patch;
+}
+
+Mat3 SmoothSurface::normal_gradient(const SurfaceHit& centre, double radius_m) const {
+  std::vector<Sample> samples;
+  for (const std::int32_t f : patch_around(centre, radius_m)) {
+    const Vec3 a = corner(f, 0), b = corner(f, 1), c = corner(f, 2);
+    const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+    // A triangle far larger than the patch is sampled no finer.
+    const int split =
+        std::clamp(static_cast<int>(std::ceil(kSamplesPerRadius * longest / radius_m)), 1, 32);
+    const double area = 0.5 * (b - a).cross(c - a).norm() / (split * split);
+    // Centres of the split^2 small triangles, upright ones first: a midpoint rule over the facet.
+    for (int i = 0; i < split; ++i)
+      for (int j = 0; i + j < split; ++j)
+        for (int upside = 0; upside < (i + j + 1 < split ? 2 : 1); ++upside) {
+          const double third = upside == 0 ? 1.0 / 3 : 2.0 / 3;
+          const double u = (i + third) / split, v = (j + third) / split;
+          samples.push_back({lifted(f, {1 - u - v, u, v}), area});
+        }
+  }
+
+  // The second pass fits about the first one's own normal, where the height has no slope.
+  Mat3 frame = frame_about(centre.normal);
+  Mat3 gradient = Mat3::Zero();
+  for (int pass = 0; pass < 2; ++pass) {
+    Eigen::MatrixXd matrix(samples.size(), kTerms);
+    Eigen::VectorXd height(matrix.rows());
+    for (Eigen::Index s = 0; s < matrix.rows(); ++s) {
+      const Sample& sample = samples[s];
+      const Vec3 local = frame.transpose() * (sample.position - centre.position) / radius_m;
+      const double weight = std::sqrt(sample.area * window(local.norm(), 1));
+      matrix.row(s) = weight * terms(local[0], local[1]);
+      height[s] = weight * local[2];
+    }
+    const Eigen::VectorXd fit = matrix.completeOrthogonalDecomposition().solve(height);
+    Eigen::Matrix2d hessian;
+    hessian << 2 * fit[3], fit[4], fit[4], 2 * fit[5];
+    const auto tangents = frame.leftCols<2>();
+    gradient = tangents * (hessian / radius_m) * tangents.transpose();
+    frame = frame_about((frame * Vec3(-fit[1], -fit[2], 1)).normalized());
+  }
+  const Mat3 along = Mat3::Identity() - centre.normal * centre.normal.transpose();
+  const Mat3 tangential = along * gradient * along;
+  return 0.5 * (tangential + tangential.transpose());
 }
 
 }  // namespace palpate::fem

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "libfit/core/closest_point.hpp"
+#include "libfit/core/disjoint_sets.hpp"
 #include "libfit/core/geometry.hpp"
 
 namespace palpate::fem {
@@ -36,7 +37,7 @@ class SmoothSurface {
  public:
   static constexpr double kCreaseAngle_rad = 40 * 3.14159265358979323846 / 180;
 
-  /// Throws Error when there is no triangle with area or a triangle names a missing vertex.
+  /// Throws Error when there is no triangle with area.
   explicit SmoothSurface(Surface surface);
 
   /// Nearest point over all triangles; of two as near, that of the lower triangle index.
@@ -62,8 +63,8 @@ class SmoothSurface {
   /// `point`): symmetric, its null space holds the hit's normal; -1/R on the tangents of a sphere
   /// of radius R. Least squares of a cubic height function over the patch within `radius_m` [m]
   /// (the size of what will touch it), weighted by area and falling to zero at the rim; the patch
-  /// stops at creases. A sphere is overestimated by about 0.15 (radius/R)^2. Throws Error unless
-  /// radius_m > 0. Source: Cazals and Pouget 2005 (doi:10.1016/j.cagd.2004.09.004).
+  /// stops at creases. A sphere is overestimated by about 0.15 (radius/R)^2. Source: Cazals and
+  /// Pouget 2005 (doi:10.1016/j.cagd.2004.09.004).
   Mat3 normal_gradient(const SurfaceHit& hit, double radius_m) const;
 
   const Surface& surface() const { return surface_; }
@@ -78,8 +79,8 @@ class SmoothSurface {
   }
   template <class Accept>
   std::optional<SurfaceHit> closest_where(const Vec3& point, Accept&& accept) const;
-  void find_neighbours();
-  void average_corner_normals();
+  DisjointSets find_neighbours();  // returns the fans of corners between creases
+  void average_corner_normals(DisjointSets fans);
   std::vector<std::int32_t> patch_around(const SurfaceHit& centre, double radius_m) const;
 
   Surface surface_;

@@ -1,4 +1,4 @@
-#include "libfem/mesh/read/cursor.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,8 +13,6 @@
 
 namespace palpate::mesh_read {
 namespace {
-
-constexpr std::uintmax_t kLargestFile = std::uintmax_t{1} << 32;
 
 void refuse_compressed(std::string_view bytes, const std::string& name) {
   constexpr std::pair<std::string_view, const char*> kFirstBytes[] = {{"\x1f\x8b", "gzip"},
@@ -85,37 +83,22 @@ std::optional<T> parse(std::string_view word) {
 
 std::optional<NumberType> number_type(std::string_view name) {
   using enum NumberType;
-  constexpr std::pair<NumberType, std::string_view> kNames[] = {
-      {int8, "char"},
-      {int8, "int8"},
-      {int8, "signed_char"},
-      {uint8, "uchar"},
-      {uint8, "uint8"},
-      {uint8, "unsigned_char"},
-      {int16, "short"},
-      {int16, "int16"},
-      {uint16, "ushort"},
-      {uint16, "uint16"},
-      {uint16, "unsigned_short"},
-      {int32, "int"},
-      {int32, "int32"},
-      {int32, "vtkIdType"},
-      {uint32, "uint"},
-      {uint32, "uint32"},
-      {uint32, "unsigned_int"},
-      {int64, "long"},
-      {int64, "int64"},
-      {uint64, "uint64"},
-      {uint64, "unsigned_long"},
-      {float32, "float"},
-      {float32, "float32"},
-      {float64, "double"},
-      {float64, "float64"},
-  };
+  constexpr std::pair<NumberType, std::array<std::string_view, 3>> kNames[] = {
+      {int8, {"char", "int8", "signed_char"}},
+      {uint8, {"uchar", "uint8", "unsigned_char"}},
+      {int16, {"short", "int16"}},
+      {uint16, {"ushort", "uint16", "unsigned_short"}},
+      {int32, {"int", "int32", "vtkIdType"}},
+      {uint32, {"uint", "uint32", "unsigned_int"}},
+      {int64, {"long", "int64"}},
+      {uint64, {"uint64", "unsigned_long"}},
+      {float32, {"float", "float32"}},
+      {float64, {"double", "float64"}}};
   constexpr std::string_view kPrefix = "vtktype";
   if (same_word(name.substr(0, kPrefix.size()), kPrefix)) name.remove_prefix(kPrefix.size());
-  for (const auto& [type, known] : kNames)
-    if (same_word(name, known)) return type;
+  for (const auto& [type, names] : kNames)
+    for (const std::string_view known : names)
+      if (!name.empty() && same_word(name, known)) return type;
   return std::nullopt;
 }
 
@@ -158,7 +141,7 @@ std::string load_file(const std::filesystem::path& path) {
   const std::uintmax_t size = std::filesystem::file_size(path, fault);
   if (fault) throw Error(name, "cannot be read: " + fault.message(), "Check its permissions.");
   if (size == 0) throw Error(name, "the file is empty", "Export the mesh again.");
-  if (size > kLargestFile)
+  if (size > std::uintmax_t{1} << 32)
     throw Error(name, "is larger than 4 GiB", "Decimate the mesh, or save it in a binary format.");
   std::string bytes(size, '\0');
   std::ifstream in(path, std::ios::binary);
@@ -185,14 +168,18 @@ std::string quoted(std::string_view word) {
   return out + (word.size() > 24 ? "...'" : "'");
 }
 
-std::string coordinate_fault(double value) {
-  if (std::isnan(value)) return "a coordinate is not a number (NaN)";
-  if (std::isinf(value)) return "a coordinate is infinite";
+double Cursor::coordinate(double value, const std::string& place) const {
   const double size = std::abs(value);
-  if (size != 0 && size < static_cast<double>(std::numeric_limits<float>::min()))
-    return "a coordinate is absurdly small (below 1.2e-38)";
-  if (size > 1e15) return "a coordinate is absurdly large (above 1e15)";
-  return {};
+  const char* fault = std::isnan(value)   ? "is not a number (NaN)"
+                      : std::isinf(value) ? "is infinite"
+                      : size > 1e15       ? "is absurdly large (above 1e15)"
+                      : size != 0 && size < static_cast<double>(std::numeric_limits<float>::min())
+                          ? "is absurdly small (below 1.2e-38)"
+                          : nullptr;
+  if (fault != nullptr)
+    fail(std::string("a coordinate ") + fault + place,
+         "Find the vertex in the program that made the mesh, and export it again.");
+  return value;
 }
 
 void Cursor::seek(std::size_t position) {
@@ -266,11 +253,7 @@ std::int64_t Cursor::integer(NumberType type) {
 
 Vec3 Cursor::position_3d(NumberType type) {
   Vec3 point;
-  for (double& x : point) {
-    x = real(type);
-    if (const std::string fault = coordinate_fault(x); !fault.empty())
-      fail(fault, "Find the vertex in the program that made the mesh, and export it again.");
-  }
+  for (double& x : point) x = coordinate(real(type));
   return point;
 }
 
@@ -288,8 +271,6 @@ std::size_t Cursor::checked_count(std::int64_t number, std::size_t min_bytes,
          "The file is cut short or damaged; copy or export it again.");
   return number;
 }
-
-void Cursor::skip_bytes(std::size_t number) { take(number); }
 
 std::string Cursor::where() const {
   if (encoding != Encoding::text) return file_ + ": byte " + std::to_string(last_);

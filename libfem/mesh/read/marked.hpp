@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "libfem/mesh/closest_tet.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfit/core/box_tree.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/geometry.hpp"

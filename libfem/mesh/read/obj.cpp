@@ -42,8 +42,7 @@ void read_vertex(Cursor& file, RawSurface& surface) {
   for (double& x : point) {
     const auto value = parse_real(word_of_statement(file));
     if (!value) file.fail("a vertex needs three numbers, with decimal points");
-    if (const std::string fault = coordinate_fault(*value); !fault.empty()) file.fail(fault);
-    x = *value;
+    x = file.coordinate(*value);
   }
   surface.points.push_back(point);
 }

@@ -1,6 +1,5 @@
 // Object File Format of Geomview: OFF and its variants with normals, colours and texture
 // coordinates (COFF, NOFF, STOFF, CNOFF, ...), a vertex or face per line, # comments.
-#include <string>
 
 #include "libfem/mesh/read/raw_mesh.hpp"
 

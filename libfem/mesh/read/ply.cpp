@@ -92,16 +92,14 @@ std::size_t find_property(const Element& element, std::initializer_list<std::str
   file.fail("element '" + element.name + "' has no property '" + std::string(*names.begin()) + "'");
 }
 
-void read_list(Cursor& file, const Property& p, std::vector<std::int64_t>& list) {
+// Numbers of a property: those that its list announces, or one.
+std::size_t numbers_of(Cursor& file, const Property& p) {
   const std::size_t least = file.encoding == Encoding::text ? 1 : size_of(p.type);
-  list.resize(file.count(*p.count_type, least, "list entries"));
-  for (std::int64_t& entry : list) entry = file.integer(p.type);
+  return p.count_type ? file.count(*p.count_type, least, "list entries") : 1;
 }
 
 void skip_property(Cursor& file, const Property& p) {
-  const std::size_t least = file.encoding == Encoding::text ? 1 : size_of(p.type);
-  const std::size_t numbers = p.count_type ? file.count(*p.count_type, least, "list entries") : 1;
-  for (std::size_t i = 0; i < numbers; ++i) file.real(p.type);
+  for (std::size_t left = numbers_of(file, p); left > 0; --left) file.real(p.type);
 }
 
 // Takes a property that is no geometry: into a field where it is one number and asked for.
@@ -129,8 +127,7 @@ void read_vertices(Cursor& file, const Element& element, std::size_t number, Raw
         take_property(file, p, true, labels);
         continue;
       }
-      const double x = point[which - axis.begin()] = file.real(p.type);
-      if (const std::string fault = coordinate_fault(x); !fault.empty()) file.fail(fault);
+      point[which - axis.begin()] = file.coordinate(file.real(p.type));
     }
     surface.points.push_back(point);
   }
@@ -149,7 +146,8 @@ void read_faces(Cursor& file, const Element& element, std::size_t number, RawSur
         take_property(file, p, false, labels);
         continue;
       }
-      read_list(file, p, corners);
+      corners.resize(numbers_of(file, p));
+      for (std::int64_t& corner : corners) corner = file.integer(p.type);
       add_polygon(surface, corners, file);
     }
     if (labels != nullptr) labels->add_cell(surface.triangles.size() - before);

@@ -80,8 +80,7 @@ Mesh read_raw(const std::filesystem::path& path, std::span<const Format<Mesh>> f
   const std::string bytes = mesh_read::load_file(path);
   Cursor file(bytes, path.string());
   Mesh mesh = format->read(file, labels);
-  constexpr std::size_t kMax = std::numeric_limits<std::int32_t>::max();
-  if (mesh.points.size() > kMax)
+  if (mesh.points.size() > std::size_t{std::numeric_limits<std::int32_t>::max()})
     throw Error(path.string(), "has more than 2^31 - 1 vertices", "Decimate the mesh.");
   return mesh;
 }

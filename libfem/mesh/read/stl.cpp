@@ -40,11 +40,11 @@ RawSurface read_binary(Cursor& file, std::size_t facets) {
   Merger merger(surface);
   surface.triangles.reserve(facets);
   for (std::size_t f = 0; f < facets; ++f) {
-    file.skip_bytes(12);
+    file.take(12);
     std::array<std::int32_t, 3> triangle;
     for (std::int32_t& corner : triangle)
       corner = merger.index_of(file.position_3d(NumberType::float32));
-    file.skip_bytes(2);
+    file.take(2);
     surface.triangles.push_back(triangle);
   }
   return surface;
@@ -87,7 +87,7 @@ RawSurface read_stl(Cursor& file, RawLabels*) {
     if (is_exact || !same_word(bytes.substr(0, 5), "solid")) {
       file.encoding = Encoding::little_endian;
       file.seek(80);
-      file.skip_bytes(4);
+      file.take(4);
       if (!is_exact)
         file.fail("a binary STL of " + std::to_string(facets) + " facets has " +
                       std::to_string(kHeader + kFacet * facets) + " bytes, this file has " +

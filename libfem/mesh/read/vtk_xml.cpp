@@ -93,48 +93,6 @@ struct VtkPiece {
   std::vector<VtkArray> arrays;
 };
 
-// A VTK XML file of one data set type, its tags read, its arrays read on demand.
-// ASCII, inline base64, appended raw and appended base64; zlib-compressed or not; 32 and 64 bit
-// headers; both byte orders. Safe on untrusted bytes.
-class VtkXmlFile {
- public:
-  // type: PolyData or UnstructuredGrid. Throws Error when the file is of another type, or written
-  // with a compressor other than zlib.
-  VtkXmlFile(Cursor& file, std::string_view type);
-
-  const std::vector<VtkPiece>& pieces() const { return pieces_; }
-
-  // The numbers of the array `name` in `section` of a piece (empty name: the section's first).
-  // Throws when there is none, or it has not exactly `number` values (any number if negative).
-  std::vector<double> reals(const VtkPiece& piece, std::string_view section, std::string_view name,
-                            std::int64_t number) const;
-  std::vector<std::int64_t> integers(const VtkPiece& piece, std::string_view section,
-                                     std::string_view name, std::int64_t number) const;
-
-  // The first text of the array of texts `name` in the file's field data; empty where it has none.
-  std::string field_text(std::string_view name) const;
-
- private:
-  const VtkArray& find(const VtkPiece& piece, std::string_view section,
-                       std::string_view name) const;
-  std::string bytes_of(const VtkArray& array) const;
-  std::string unpack(std::string_view block, std::size_t position) const;
-  std::string inflate(std::string_view block, std::size_t position) const;
-
-  Cursor& file_;
-  std::vector<VtkPiece> pieces_;
-  VtkPiece fields_;  // arrays of texts in <FieldData>
-  Encoding byte_order_ = Encoding::little_endian;
-  NumberType header_ = NumberType::uint32;
-  bool is_compressed_ = false;
-  bool is_appended_base64_ = false;
-  std::size_t appended_ = 0;  // byte after the underscore
-};
-
-// zlib cannot shrink further than this (its manual, "maximum compression factor"), so a header that
-// promises more is damaged: checked before memory is taken.
-constexpr std::size_t kMaxInflation = 1032;
-
 std::int64_t count_attribute(const XmlTag& tag, std::string_view name, const Cursor& file) {
   const std::string_view text = attribute(tag, name);
   if (text.empty()) return 0;
@@ -195,174 +153,199 @@ std::string decode_base64(std::string_view text) {
   return out;
 }
 
-VtkXmlFile::VtkXmlFile(Cursor& file, std::string_view type) : file_(file) {
-  std::vector<std::string> open;  // sections around the present tag
-  bool is_vtk = false, is_inside_piece = false;
-  while (const auto tag = next_tag(file)) {
-    if (tag->name == "VTKFile" && !tag->is_end) {
-      is_vtk = true;
-      if (attribute(*tag, "type") != type)
-        file.fail("holds " + quoted(attribute(*tag, "type")) + ", not " + std::string(type),
-                  type == "PolyData" ? "Give a surface; a volume mesh is read as body.tetmesh."
-                                     : "Give tetrahedra; a surface is read as body.surface.");
-      if (attribute(*tag, "byte_order") == "BigEndian") byte_order_ = Encoding::big_endian;
-      if (attribute(*tag, "header_type") == "UInt64") header_ = NumberType::uint64;
-      const std::string_view compressor = attribute(*tag, "compressor");
-      is_compressed_ = !compressor.empty();
-      if (is_compressed_ && compressor != "vtkZLibDataCompressor")
-        file.fail("is compressed with " + quoted(compressor),
-                  "Save the file without compression or with zlib.");
-    } else if (tag->name == "AppendedData" && !tag->is_end) {
-      is_appended_base64_ = attribute(*tag, "encoding") == "base64";
-      const std::size_t mark = file.bytes().find('_', tag->after);
-      if (mark == std::string_view::npos) file.fail("the appended data lacks its underscore");
-      appended_ = mark + 1;
-      break;
-    } else if (tag->name == "Piece") {
-      is_inside_piece = !tag->is_end && !tag->is_closed;
-      if (is_inside_piece)
-        pieces_.push_back({count_attribute(*tag, "NumberOfPoints", file),
-                           count_attribute(*tag, "NumberOfCells", file),
-                           count_attribute(*tag, "NumberOfVerts", file),
-                           count_attribute(*tag, "NumberOfLines", file),
-                           count_attribute(*tag, "NumberOfPolys", file),
-                           count_attribute(*tag, "NumberOfStrips", file),
-                           {}});
-    } else if (is_inside_piece && tag->name == "DataArray") {
-      const bool is_geometry =
-          !open.empty() && open.back() != "PointData" && open.back() != "CellData";
-      const bool is_number = number_type(attribute(*tag, "type")).has_value();
-      if (!tag->is_end && !open.empty() && (is_geometry || is_number))
-        pieces_.back().arrays.push_back(read_array_tag(*tag, open.back(), file));
-    } else if (!is_inside_piece && tag->name == "Array" && attribute(*tag, "type") == "String") {
-      fields_.arrays.push_back(read_array_tag(*tag, "FieldData", file));
-    } else if (is_inside_piece && !tag->is_closed) {
-      if (!tag->is_end)
-        open.emplace_back(tag->name);
-      else if (!open.empty())
-        open.pop_back();
+// A VTK XML file of one data set type, its tags read, its arrays read on demand.
+// ASCII, inline base64, appended raw and appended base64; zlib-compressed or not; 32 and 64 bit
+// headers; both byte orders. Safe on untrusted bytes.
+class VtkXmlFile {
+ public:
+  // type: PolyData or UnstructuredGrid. Throws Error when the file is of another type, or written
+  // with a compressor other than zlib.
+  VtkXmlFile(Cursor& file, std::string_view type) : file_(file) {
+    std::vector<std::string> open;  // sections around the present tag
+    bool is_vtk = false, is_inside_piece = false;
+    while (const auto tag = next_tag(file)) {
+      if (tag->name == "VTKFile" && !tag->is_end) {
+        is_vtk = true;
+        if (attribute(*tag, "type") != type)
+          file.fail("holds " + quoted(attribute(*tag, "type")) + ", not " + std::string(type),
+                    type == "PolyData" ? "Give a surface; a volume mesh is read as body.tetmesh."
+                                       : "Give tetrahedra; a surface is read as body.surface.");
+        if (attribute(*tag, "byte_order") == "BigEndian") byte_order_ = Encoding::big_endian;
+        if (attribute(*tag, "header_type") == "UInt64") header_ = NumberType::uint64;
+        const std::string_view compressor = attribute(*tag, "compressor");
+        is_compressed_ = !compressor.empty();
+        if (is_compressed_ && compressor != "vtkZLibDataCompressor")
+          file.fail("is compressed with " + quoted(compressor),
+                    "Save the file without compression or with zlib.");
+      } else if (tag->name == "AppendedData" && !tag->is_end) {
+        is_appended_base64_ = attribute(*tag, "encoding") == "base64";
+        const std::size_t mark = file.bytes().find('_', tag->after);
+        if (mark == std::string_view::npos) file.fail("the appended data lacks its underscore");
+        appended_ = mark + 1;
+        break;
+      } else if (tag->name == "Piece") {
+        is_inside_piece = !tag->is_end && !tag->is_closed;
+        if (is_inside_piece)
+          pieces_.push_back({count_attribute(*tag, "NumberOfPoints", file),
+                             count_attribute(*tag, "NumberOfCells", file),
+                             count_attribute(*tag, "NumberOfVerts", file),
+                             count_attribute(*tag, "NumberOfLines", file),
+                             count_attribute(*tag, "NumberOfPolys", file),
+                             count_attribute(*tag, "NumberOfStrips", file),
+                             {}});
+      } else if (is_inside_piece && tag->name == "DataArray") {
+        const bool is_geometry =
+            !open.empty() && open.back() != "PointData" && open.back() != "CellData";
+        const bool is_number = number_type(attribute(*tag, "type")).has_value();
+        if (!tag->is_end && !open.empty() && (is_geometry || is_number))
+          pieces_.back().arrays.push_back(read_array_tag(*tag, open.back(), file));
+      } else if (!is_inside_piece && tag->name == "Array" && attribute(*tag, "type") == "String") {
+        fields_.arrays.push_back(read_array_tag(*tag, "FieldData", file));
+      } else if (is_inside_piece && !tag->is_closed) {
+        if (!tag->is_end)
+          open.emplace_back(tag->name);
+        else if (!open.empty())
+          open.pop_back();
+      }
+      file.seek(tag->after);
     }
-    file.seek(tag->after);
+    if (!is_vtk) file.fail("has no <VTKFile> tag");
   }
-  if (!is_vtk) file.fail("has no <VTKFile> tag");
-}
 
-const VtkArray& VtkXmlFile::find(const VtkPiece& piece, std::string_view section,
-                                 std::string_view name) const {
-  for (const VtkArray& array : piece.arrays)
-    if (array.section == section && (name.empty() || array.name == name)) return array;
-  file_.fail("a piece lacks the array <" + std::string(section) + "> " + std::string(name));
-}
+  const std::vector<VtkPiece>& pieces() const { return pieces_; }
 
-std::string VtkXmlFile::bytes_of(const VtkArray& array) const {
-  const std::string_view all = file_.bytes();
-  if (array.format == "binary") {
-    const std::string_view text = all.substr(array.content);
-    return unpack(decode_base64(text.substr(0, text.find('<'))), array.content);
-  }
-  if (appended_ == 0 || static_cast<std::uint64_t>(array.offset) > all.size() - appended_)
-    file_.fail_at(array.content, "array '" + array.name + "' lies past the appended data");
-  const std::size_t start = appended_ + array.offset;
-  const std::string_view block = all.substr(start);
-  return is_appended_base64_ ? unpack(decode_base64(block), start) : unpack(block, start);
-}
-
-// The bytes of an array from its block: a header that counts them, then they, or zlib blocks.
-std::string VtkXmlFile::unpack(std::string_view block, std::size_t position) const {
-  if (is_compressed_) return inflate(block, position);
-  const std::size_t header = size_of(header_);
-  if (block.size() < header) file_.fail_at(position, "an array's header is cut short");
-  const std::int64_t bytes = decode_integer(block.data(), header_, byte_order_);
-  if (bytes < 0 || static_cast<std::uint64_t>(bytes) > block.size() - header)
-    file_.fail_at(position, "an array is longer than the file");
-  return std::string(block.substr(header, bytes));
-}
-
-std::string VtkXmlFile::inflate(std::string_view block, std::size_t position) const {
-  Cursor in(block, file_.file());
-  in.encoding = byte_order_;
-  const auto damaged = [&]() { file_.fail_at(position, "a compressed array is damaged"); };
-  if (block.size() < 3 * size_of(header_)) damaged();
-  const std::int64_t blocks = in.integer(header_);
-  const std::int64_t block_bytes = in.integer(header_), last = in.integer(header_);
-  if (blocks < 0 || block_bytes < 0 || last < 0 || last > std::int64_t{1} << 32 ||
-      block_bytes > std::int64_t{1} << 32 ||
-      static_cast<std::uint64_t>(blocks) > in.remaining() / size_of(header_))
-    damaged();
-  std::vector<std::size_t> packed(blocks);
-  for (std::size_t& size : packed) size = in.integer(header_);
-
-  std::string out;
-  for (std::size_t b = 0; b < packed.size(); ++b) {
-    const bool is_partial = b + 1 == packed.size() && last > 0;
-    const auto size = static_cast<std::size_t>(is_partial ? last : block_bytes);
-    if (packed[b] > in.remaining() || size / kMaxInflation > packed[b]) damaged();
-    const std::size_t before = out.size();
-    out.resize(before + size);
-    uLongf written = static_cast<uLongf>(size);
-    const int status = uncompress(reinterpret_cast<Bytef*>(out.data() + before), &written,
-                                  reinterpret_cast<const Bytef*>(block.data() + in.position()),
-                                  static_cast<uLong>(packed[b]));
-    if (status != Z_OK || written != size) damaged();
-    in.skip_bytes(packed[b]);
-  }
-  return out;
-}
-
-std::vector<double> VtkXmlFile::reals(const VtkPiece& piece, std::string_view section,
-                                      std::string_view name, std::int64_t number) const {
-  const VtkArray& array = find(piece, section, name);
-  std::vector<double> values;
-  if (array.format == "ascii") {
-    Cursor text(file_.bytes().substr(0, file_.bytes().find('<', array.content)), file_.file());
-    text.seek(array.content);
-    while (!text.at_end()) values.push_back(text.real());
-  } else {
-    const std::string bytes = bytes_of(array);
-    const std::size_t size = size_of(array.type);
-    for (std::size_t at = 0; at + size <= bytes.size(); at += size)
-      values.push_back(decode_real(bytes.data() + at, array.type, byte_order_));
-  }
-  if (number >= 0 && values.size() != static_cast<std::size_t>(number))
-    file_.fail_at(array.content, "array '" + array.name + "' of <" + array.section + "> has " +
-                                     std::to_string(values.size()) + " numbers instead of " +
-                                     std::to_string(number));
-  return values;
-}
-
-std::string VtkXmlFile::field_text(std::string_view name) const {
-  for (const VtkArray& array : fields_.arrays) {
-    if (array.name != name) continue;
-    std::string text;
-    for (const double code : reals(fields_, array.section, name, -1)) {
-      if (code == 0) break;
-      text += static_cast<char>(code);
+  // The numbers of the array `name` in `section` of a piece (empty name: the section's first).
+  // Throws when there is none, or it has not exactly `number` values (any number if negative).
+  std::vector<double> reals(const VtkPiece& piece, std::string_view section, std::string_view name,
+                            std::int64_t number) const {
+    const VtkArray& array = find(piece, section, name);
+    std::vector<double> values;
+    if (array.format == "ascii") {
+      Cursor text(file_.bytes().substr(0, file_.bytes().find('<', array.content)), file_.file());
+      text.seek(array.content);
+      while (!text.at_end()) values.push_back(text.real());
+    } else {
+      const std::string bytes = bytes_of(array);
+      const std::size_t size = size_of(array.type);
+      for (std::size_t at = 0; at + size <= bytes.size(); at += size)
+        values.push_back(decode_real(bytes.data() + at, array.type, byte_order_));
     }
-    return text;
+    if (number >= 0 && values.size() != static_cast<std::size_t>(number))
+      file_.fail_at(array.content, "array '" + array.name + "' of <" + array.section + "> has " +
+                                       std::to_string(values.size()) + " numbers instead of " +
+                                       std::to_string(number));
+    return values;
   }
-  return {};
-}
 
-std::vector<std::int64_t> VtkXmlFile::integers(const VtkPiece& piece, std::string_view section,
-                                               std::string_view name, std::int64_t number) const {
-  const std::vector<double> values = reals(piece, section, name, number);
-  std::vector<std::int64_t> integers(values.size());
-  // Indices are below 2^31, so a double holds them; what is no index becomes -1, refused later.
-  std::ranges::transform(values, integers.begin(), [](double value) {
-    return value >= 0 && value < 0x1p53 ? static_cast<std::int64_t>(value) : std::int64_t{-1};
-  });
-  return integers;
-}
+  std::vector<std::int64_t> integers(const VtkPiece& piece, std::string_view section,
+                                     std::string_view name, std::int64_t number) const {
+    const std::vector<double> values = reals(piece, section, name, number);
+    std::vector<std::int64_t> integers(values.size());
+    // Indices are below 2^31, so a double holds them; what is no index becomes -1, refused later.
+    std::ranges::transform(values, integers.begin(), [](double value) {
+      return value >= 0 && value < 0x1p53 ? static_cast<std::int64_t>(value) : std::int64_t{-1};
+    });
+    return integers;
+  }
+
+  // The first text of the array of texts `name` in the file's field data; empty where it has none.
+  std::string field_text(std::string_view name) const {
+    for (const VtkArray& array : fields_.arrays) {
+      if (array.name != name) continue;
+      std::string text;
+      for (const double code : reals(fields_, array.section, name, -1)) {
+        if (code == 0) break;
+        text += static_cast<char>(code);
+      }
+      return text;
+    }
+    return {};
+  }
+
+ private:
+  const VtkArray& find(const VtkPiece& piece, std::string_view section,
+                       std::string_view name) const {
+    for (const VtkArray& array : piece.arrays)
+      if (array.section == section && (name.empty() || array.name == name)) return array;
+    file_.fail("a piece lacks the array <" + std::string(section) + "> " + std::string(name));
+  }
+
+  std::string bytes_of(const VtkArray& array) const {
+    const std::string_view all = file_.bytes();
+    if (array.format == "binary") {
+      const std::string_view text = all.substr(array.content);
+      return unpack(decode_base64(text.substr(0, text.find('<'))), array.content);
+    }
+    if (appended_ == 0 || static_cast<std::uint64_t>(array.offset) > all.size() - appended_)
+      file_.fail_at(array.content, "array '" + array.name + "' lies past the appended data");
+    const std::size_t start = appended_ + array.offset;
+    const std::string_view block = all.substr(start);
+    return is_appended_base64_ ? unpack(decode_base64(block), start) : unpack(block, start);
+  }
+
+  // The bytes of an array from its block: a header that counts them, then they, or zlib blocks.
+  std::string unpack(std::string_view block, std::size_t position) const {
+    if (is_compressed_) return inflate(block, position);
+    const std::size_t header = size_of(header_);
+    if (block.size() < header) file_.fail_at(position, "an array's header is cut short");
+    const std::int64_t bytes = decode_integer(block.data(), header_, byte_order_);
+    if (bytes < 0 || static_cast<std::uint64_t>(bytes) > block.size() - header)
+      file_.fail_at(position, "an array is longer than the file");
+    return std::string(block.substr(header, bytes));
+  }
+
+  std::string inflate(std::string_view block, std::size_t position) const {
+    Cursor in(block, file_.file());
+    in.encoding = byte_order_;
+    const auto damaged = [&]() { file_.fail_at(position, "a compressed array is damaged"); };
+    if (block.size() < 3 * size_of(header_)) damaged();
+    const std::int64_t blocks = in.integer(header_);
+    const std::int64_t block_bytes = in.integer(header_), last = in.integer(header_);
+    if (blocks < 0 || block_bytes < 0 || last < 0 || last > std::int64_t{1} << 32 ||
+        block_bytes > std::int64_t{1} << 32 ||
+        static_cast<std::uint64_t>(blocks) > in.remaining() / size_of(header_))
+      damaged();
+    std::vector<std::size_t> packed(blocks);
+    for (std::size_t& size : packed) size = in.integer(header_);
+
+    std::string out;
+    for (std::size_t b = 0; b < packed.size(); ++b) {
+      const bool is_partial = b + 1 == packed.size() && last > 0;
+      const auto size = static_cast<std::size_t>(is_partial ? last : block_bytes);
+      // zlib shrinks no further than to a 1032nd (its manual, "maximum compression factor"), so a
+      // header that promises more is damaged: checked before memory is taken.
+      if (packed[b] > in.remaining() || size / 1032 > packed[b]) damaged();
+      const std::size_t before = out.size();
+      out.resize(before + size);
+      uLongf written = static_cast<uLongf>(size);
+      const int status = uncompress(reinterpret_cast<Bytef*>(out.data() + before), &written,
+                                    reinterpret_cast<const Bytef*>(block.data() + in.position()),
+                                    static_cast<uLong>(packed[b]));
+      if (status != Z_OK || written != size) damaged();
+      in.take(packed[b]);
+    }
+    return out;
+  }
+
+  Cursor& file_;
+  std::vector<VtkPiece> pieces_;
+  VtkPiece fields_;  // arrays of texts in <FieldData>
+  Encoding byte_order_ = Encoding::little_endian;
+  NumberType header_ = NumberType::uint32;
+  bool is_compressed_ = false;
+  bool is_appended_base64_ = false;
+  std::size_t appended_ = 0;  // byte after the underscore
+};
 
 void append_points(const VtkXmlFile& xml, const VtkPiece& piece, const Cursor& file,
                    std::vector<Vec3>& points) {
   if (piece.points == 0) return;
   const std::vector<double> xyz = xml.reals(piece, "Points", "", 3 * piece.points);
-  for (std::size_t i = 0; i < xyz.size(); ++i)
-    if (const std::string fault = coordinate_fault(xyz[i]); !fault.empty())
-      file.fail(fault + " in point " + std::to_string(i / 3));
-  for (std::size_t i = 0; i + 2 < xyz.size(); i += 3)
-    points.emplace_back(xyz[i], xyz[i + 1], xyz[i + 2]);
+  for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) {
+    Vec3& point = points.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k)
+      point[k] = file.coordinate(xyz[i + k], " in point " + std::to_string(i / 3));
+  }
 }
 
 VtkCells read_cells(const VtkXmlFile& xml, const VtkPiece& piece, const char* section,

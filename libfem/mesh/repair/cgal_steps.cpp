@@ -123,6 +123,13 @@ std::vector<std::pair<std::size_t, std::size_t>> self_intersections(const Surfac
   return pairs;
 }
 
+Surface crossing_part(const Surface& surface) {
+  std::vector<std::size_t> triangles;
+  for (const auto& [a, b] : self_intersections(surface)) triangles.insert(triangles.end(), {a, b});
+  sort_unique(triangles);
+  return {surface.vertices, surface.triangles(triangles, Eigen::all)};
+}
+
 std::optional<Surface> without_self_intersections(const Surface& surface) {
   CgalMesh mesh = to_cgal(surface);
   try {

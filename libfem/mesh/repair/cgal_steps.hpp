@@ -15,6 +15,9 @@ namespace palpate::repair {
 /// Pairs of triangles that cross or touch other than along what they share; in order.
 std::vector<std::pair<std::size_t, std::size_t>> self_intersections(const Surface& surface);
 
+/// The triangles of these pairs, with all vertices.
+Surface crossing_part(const Surface& surface);
+
 /// The surface with triangles around its self-intersections replaced; none when that failed.
 /// Source: CGAL 5.5, remove_self_intersections (smoothing, then hole filling, locally).
 std::optional<Surface> without_self_intersections(const Surface& surface);

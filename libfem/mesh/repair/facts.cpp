@@ -2,10 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <string>
 
 #include "libfem/mesh/topology.hpp"
-#include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate {
 
@@ -14,9 +13,6 @@ SurfaceFacts surface_facts(const Surface& surface) {
   facts.vertices = surface.vertices.rows();
   facts.triangles = surface.triangles.rows();
   if (facts.triangles == 0) return facts;
-  if (surface.triangles.minCoeff() < 0 || surface.triangles.maxCoeff() >= facts.vertices)
-    throw Error("surface", "a triangle uses a vertex that is not there", "Read the mesh again.");
-
   const Triangles& faces = surface.triangles;
   for_each_edge(sorted_sides(faces), [&](auto begin, auto end) {
     if (end - begin == 1) ++facts.border_edges;
@@ -42,6 +38,23 @@ SurfaceFacts surface_facts(const Surface& surface) {
   facts.area_m2 = area_m2(surface);
   facts.volume_m3 = palpate::volume_m3(surface);
   return facts;
+}
+
+std::optional<std::string> why_not_closed(const Surface& surface) {
+  if (surface.triangles.rows() == 0) return "it has no triangle";
+  const SurfaceFacts facts = surface_facts(surface);
+  if (facts.border_edges > 0)
+    return counted(facts.border_edges, "edge lies", "edges lie") + " on a border";
+  if (facts.non_manifold_edges > 0)
+    return counted(facts.non_manifold_edges, "edge has", "edges have") + " over two triangles";
+  if (facts.unlike_edges > 0)
+    return counted(facts.unlike_edges, "edge joins", "edges join") +
+           " triangles that face opposite ways";
+  if (facts.pinched_vertices > 0)
+    return counted(facts.pinched_vertices, "vertex joins", "vertices join") +
+           " two sheets that otherwise do not touch";
+  if (!(facts.volume_m3 > 0)) return "it points inward: its volume is not positive";
+  return std::nullopt;
 }
 
 double mean_edge_m(const Surface& surface) {

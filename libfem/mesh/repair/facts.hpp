@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
@@ -25,8 +27,12 @@ struct SurfaceFacts {
 };
 
 /// Facts of any surface, mended or not. Linear in its size, except for sorting edges.
-/// Throws Error (where: "surface") when a triangle's vertex is out of range.
 SurfaceFacts surface_facts(const Surface& surface);
+
+/// Why a surface bounds no volume, as a sentence's end ("3 edges lie on a border"), or nothing when
+/// it is closed, 2-manifold, consistently oriented and points outward in all. By surface_facts;
+/// self-intersection is not looked for.
+std::optional<std::string> why_not_closed(const Surface& surface);
 
 /// Mean length of a triangle's edges.
 double mean_edge_m(const Surface& surface);

@@ -110,13 +110,7 @@ void agree_on_sides(Soup& soup, const std::vector<Glue>& glues, const std::strin
 // Copies each vertex until its faces form one fan. Returns the copies of each vertex that has some.
 std::vector<std::vector<std::int32_t>> split_fans(Soup& soup, const std::vector<Glue>& glues) {
   DisjointSets corners(3 * soup.faces.size());
-  const auto corner_at = [&](const TriangleSide& side, std::int32_t vertex) {
-    const auto& face = soup.faces[side.face];
-    return 3 * side.face + (std::ranges::find(face, vertex) - face.begin());
-  };
-  for (const Glue& g : glues)
-    for (const std::int32_t vertex : {g.a.low, g.a.high})
-      corners.join(corner_at(g.a, vertex), corner_at(g.b, vertex));
+  for (const Glue& g : glues) join_fans(rows_of(soup.faces), g.a, g.b, corners);
 
   std::vector<std::vector<std::int32_t>> copies(soup.points.size());
   std::vector<std::int32_t> vertex_of(3 * soup.faces.size());

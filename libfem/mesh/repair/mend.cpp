@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "libfem/mesh/repair/cgal_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
@@ -17,11 +16,6 @@ namespace {
 using repair::Changes;
 using repair::Soup;
 
-constexpr double kRelativeWeld = 1e-9;        // roundoff of nine digits
-constexpr double kSmallestPiece = 1e-4;       // of the largest piece's area
-constexpr double kRelativeOffset = 1.0 / 10;  // of alpha
-constexpr double kShellThickness = 3;         // of a wrap around a sheet, below which it is thin
-constexpr double kMostShell = 0.5;  // of the area that may be thin: fins and rims of solid bodies
 // Volume over area^1.5 below which a closed piece is two sheets on each other (a ball: 0.094).
 constexpr double kThinnest = 1e-9;
 // More crossings are no local flaw: a 2.6 k triangle mesh with 423 took 8 s to fail.
@@ -30,26 +24,10 @@ constexpr std::size_t kMaxCrossings = 200;
 constexpr double kMovedSpacing = 0.5;
 constexpr const char* kWrapHint = "Repair it in a mesh editor, or wrap it.";
 
-void check_input(const Surface& surface, const std::string& where) {
-  if (surface.triangles.rows() == 0)
-    throw Error(where, "the surface has no triangles", "Give a mesh with faces.");
-  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f)
-    if (surface.triangles.row(f).minCoeff() < 0 ||
-        surface.triangles.row(f).maxCoeff() >= surface.vertices.rows())
-      throw Error(where, "triangle " + std::to_string(f + 1) + " uses a vertex that is not there",
-                  "Export the mesh again.");
-  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v)
-    if (!surface.vertices.row(v).allFinite())
-      throw Error(where, "vertex " + std::to_string(v + 1) + " has a coordinate that is not finite",
-                  "Export the mesh again.");
-  if (!(extent_m(surface.vertices).norm() > 0))
-    throw Error(where, "all vertices lie at one place", "Check the mesh and its length unit.");
-}
-
 double weld_length_m(const Surface& surface) {
   // Below the coordinates' own roundoff nothing can be distinguished.
   const double roundoff_m = 4e-16 * surface.vertices.cwiseAbs().maxCoeff();
-  return std::max(kRelativeWeld * extent_m(surface.vertices).norm(), roundoff_m);
+  return std::max(1e-9 * extent_m(surface.vertices).norm(), roundoff_m);  // roundoff of nine digits
 }
 
 // Everything that needs no new geometry.
@@ -68,7 +46,7 @@ Soup settled_soup(const Surface& surface, const std::string& where, Changes& cha
   repair::drop_stray_facets(soup, changes, where);
   repair::drop_unused_vertices(soup);
   repair::make_manifold(soup, changes, where);
-  repair::drop_stray_components(soup, kSmallestPiece, changes);
+  repair::drop_stray_components(soup, 1e-4, changes);  // of the largest's area
   repair::drop_unused_vertices(soup);
   repair::orient_outward(soup, changes);
   repair::drop_unused_vertices(soup);
@@ -106,9 +84,8 @@ double farthest_m(const Surface& from, const Surface& to, double spacing_m) {
   const BoxTree boxes = triangle_boxes(to);
   double farthest = 0;
   for (Eigen::Index f = 0; f < from.triangles.rows(); ++f) {
-    const Vec3 a = from.vertices.row(from.triangles(f, 0));
-    const Vec3 u = Vec3(from.vertices.row(from.triangles(f, 1))) - a;
-    const Vec3 v = Vec3(from.vertices.row(from.triangles(f, 2))) - a;
+    const auto [a, b, c] = corners_of(from, f);
+    const Vec3 u = b - a, v = c - a;
     const double longest = std::max({u.norm(), v.norm(), (u - v).norm()});
     const int steps = std::clamp(static_cast<int>(std::ceil(longest / spacing_m)), 1, 200);
     for (int i = 0; i <= steps; ++i)
@@ -117,10 +94,6 @@ double farthest_m(const Surface& from, const Surface& to, double spacing_m) {
           farthest = std::max(farthest, hit->distance_m);
   }
   return farthest;
-}
-
-double hausdorff_m(const Surface& a, const Surface& b, double spacing_m) {
-  return std::max(farthest_m(a, b, spacing_m), farthest_m(b, a, spacing_m));
 }
 
 // The surface without the triangles that cross, which are no part of a body's form: a spike through
@@ -249,9 +222,8 @@ double thin_share(const Surface& closed, double thin_m) {
   const BoxTree boxes = triangle_boxes(closed);
   const double skip_m = 1e-3 * thin_m;
   double thin = 0, all = 0;
-  for (const auto& t : closed.triangles.rowwise()) {
-    const Vec3 a = closed.vertices.row(t[0]), b = closed.vertices.row(t[1]),
-               c = closed.vertices.row(t[2]);
+  for (Eigen::Index f = 0; f < closed.triangles.rows(); ++f) {
+    const auto [a, b, c] = corners_of(closed, f);
     const Vec3 normal = (b - a).cross(c - a);
     const auto across =
         ray_distance_m(closed, boxes, (a + b + c) / 3, -normal.normalized(), skip_m);
@@ -263,14 +235,15 @@ double thin_share(const Surface& closed, double thin_m) {
 
 Mended wrap(const Surface& surface, double alpha_m, const std::string& where,
             const std::string& why) {
-  const double offset_m = kRelativeOffset * alpha_m;
+  const double offset_m = 1.0 / 10 * alpha_m;
   Mended mended{{}, {"could not mend it (" + why + "), so wrapped it"}, true, 0};
   const Surface lidded = with_lids(surface, where, mended.changes);
   const Surface wrapped = repair::wrap_surface(lidded, alpha_m, offset_m);
   verify(wrapped, false, where);
-  // Around an open sheet both sides of the wrap lie an offset off it.
-  const double thin_m = kShellThickness * 2 * offset_m, share = thin_share(wrapped, thin_m);
-  if (share > kMostShell)
+  // Around an open sheet both sides of the wrap lie an offset off it: three times that is thin.
+  const double thin_m = 3 * 2 * offset_m, share = thin_share(wrapped, thin_m);
+  // Fins and rims of solid bodies may be thin: half of the area.
+  if (share > 0.5)
     throw Error(where,
                 "wrapped with alpha " + millimetres(alpha_m) + " it is a hollow shell: over " +
                     number(std::round(100 * share)) + " % of its area the other side is within " +
@@ -278,7 +251,8 @@ Mended wrap(const Surface& surface, double alpha_m, const std::string& where,
                 "Close the openings in a mesh editor, or give wrap a length wider than they are; "
                 "a body as thin as that takes a smaller wrap.");
   mended.surface = wrapped;
-  mended.moved_m = hausdorff_m(lidded, wrapped, alpha_m / 2);
+  mended.moved_m =
+      std::max(farthest_m(lidded, wrapped, alpha_m / 2), farthest_m(wrapped, lidded, alpha_m / 2));
   mended.changes.push_back("wrapped with alpha " + millimetres(alpha_m) + ": " +
                            counted(wrapped.triangles.rows(), "triangle", "triangles") +
                            ", at most " + millimetres(mended.moved_m) +
@@ -290,7 +264,8 @@ Mended wrap(const Surface& surface, double alpha_m, const std::string& where,
 }  // namespace
 
 Mended mend_surface(const Surface& surface, const MendOptions& options, const std::string& where) {
-  check_input(surface, where);
+  if (!(extent_m(surface.vertices).norm() > 0))
+    throw Error(where, "all vertices lie at one place", "Check the mesh and its length unit.");
   try {
     return mend(surface, options.allow_open, where);
   } catch (const Error& error) {

@@ -113,11 +113,8 @@ class SurfaceParts {
           return !is_through && (centre - (from + to) / 2).norm() <= half_diagonal_m + length_m / 2;
         };
         tree.boxes.visit_where(comes_near, [&](std::int32_t f) {
-          const auto corner = [&](int i) {
-            return Vec3(tree.surface.vertices.row(tree.surface.triangles(f, i)));
-          };
-          const double hit_m =
-              ray_hit_m(from, (to - from) / length_m, corner(0), corner(1), corner(2));
+          const auto [a, b, c] = corners_of(tree.surface, f);
+          const double hit_m = ray_hit_m(from, (to - from) / length_m, a, b, c);
           is_through |= hit_m >= 0 && hit_m <= length_m;
         });
         if (is_through) return true;
@@ -214,16 +211,12 @@ void drop_stray_facets(Soup& soup, Changes& changes, const std::string& where) {
   make_manifold(open, unreported, where);
   const SurfaceParts pieces(open);
   std::vector<char> is_kept(soup.faces.size(), 1);
-  std::size_t dropped = 0;
   for (std::size_t f = 0; f < open.faces.size(); ++f)
-    if (std::abs(pieces.of_number(pieces.of_face(f)).volume_m3) < kLeastPiece * body.volume()) {
+    if (std::abs(pieces.of_number(pieces.of_face(f)).volume_m3) < kLeastPiece * body.volume())
       is_kept[number_of[f]] = 0;
-      ++dropped;
-    }
-  if (dropped == 0) return;
-  keep_faces(soup, is_kept);
-  changes.push_back("dropped " + counted(dropped, "stray triangle", "stray triangles") +
-                    " with open borders, beside or on a body that is closed without");
+  if (const std::size_t dropped = keep_faces(soup, is_kept))
+    changes.push_back("dropped " + counted(dropped, "stray triangle", "stray triangles") +
+                      " with open borders, beside or on a body that is closed without");
 }
 
 void orient_outward(Soup& soup, Changes& changes) {

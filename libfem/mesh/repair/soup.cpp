@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <unordered_map>
 
@@ -52,7 +51,7 @@ Soup to_soup(const Surface& surface) {
 
 Surface to_surface(const Soup& soup) { return {rows_of(soup.points), rows_of(soup.faces)}; }
 
-void keep_faces(Soup& soup, const std::vector<char>& keep) {
+std::size_t keep_faces(Soup& soup, const std::vector<char>& keep) {
   std::size_t kept = 0;
   for (std::size_t f = 0; f < soup.faces.size(); ++f) {
     if (!keep[f]) continue;
@@ -63,6 +62,7 @@ void keep_faces(Soup& soup, const std::vector<char>& keep) {
   soup.faces.resize(kept);
   soup.origin.resize(kept);
   soup.is_turned.resize(kept);
+  return keep.size() - kept;
 }
 
 void weld_vertices(Soup& soup, double weld_m, Changes& changes) {
@@ -101,49 +101,33 @@ void drop_flat_faces(Soup& soup, double weld_m, Changes& changes) {
     const Triangle& t = soup.faces[f];
     keep[f] = t[0] != t[1] && t[1] != t[2] && t[2] != t[0] && lowest_height_m(soup, f) > weld_m;
   }
-  const auto dropped = std::ranges::count(keep, 0);
-  if (dropped == 0) return;
-  keep_faces(soup, keep);
-  changes.push_back("dropped " + counted(dropped, "triangle", "triangles") + " without area");
+  if (const std::size_t dropped = keep_faces(soup, keep))
+    changes.push_back("dropped " + counted(dropped, "triangle", "triangles") + " without area");
 }
 
 void drop_duplicate_faces(Soup& soup, Changes& changes) {
-  std::vector<std::pair<Triangle, std::size_t>> sorted(soup.faces.size());
-  for (std::size_t f = 0; f < sorted.size(); ++f) {
-    sorted[f] = {soup.faces[f], f};
-    std::ranges::sort(sorted[f].first);
-  }
-  std::ranges::sort(sorted);
-  std::vector<char> keep(soup.faces.size(), 1);
-  for (std::size_t i = 1; i < sorted.size(); ++i)
-    if (sorted[i].first == sorted[i - 1].first) keep[sorted[i].second] = 0;
-  const auto dropped = std::ranges::count(keep, 0);
-  if (dropped == 0) return;
-  keep_faces(soup, keep);
-  changes.push_back("dropped " + counted(dropped, "duplicate triangle", "duplicate triangles"));
+  std::vector<char> keep = repeats(soup.faces);
+  for (char& flag : keep) flag ^= 1;
+  if (const std::size_t dropped = keep_faces(soup, keep))
+    changes.push_back("dropped " + counted(dropped, "duplicate triangle", "duplicate triangles"));
 }
 
 void drop_stray_components(Soup& soup, double smallest_share, Changes& changes) {
   const Components parts = components(rows_of(soup.faces));
   std::vector<double> area(parts.number, 0);
-  std::vector<std::size_t> faces(parts.number, 0);
-  for (std::size_t f = 0; f < soup.faces.size(); ++f) {
-    area[parts.of_face[f]] += face_area(soup, f);
-    ++faces[parts.of_face[f]];
-  }
+  for (std::size_t f = 0; f < soup.faces.size(); ++f) area[parts.of_face[f]] += face_area(soup, f);
   const double least = smallest_share * std::ranges::max(area);
   std::vector<char> keep(soup.faces.size());
   for (std::size_t f = 0; f < keep.size(); ++f) keep[f] = area[parts.of_face[f]] >= least;
-  std::size_t dropped = 0, dropped_faces = 0;
+  std::size_t dropped = 0;
   double largest = 0;
-  for (std::size_t c = 0; c < parts.number; ++c) {
-    if (area[c] >= least) continue;
-    ++dropped;
-    dropped_faces += faces[c];
-    largest = std::max(largest, area[c]);
-  }
+  for (const double each : area)
+    if (each < least) {
+      ++dropped;
+      largest = std::max(largest, each);
+    }
   if (dropped == 0) return;
-  keep_faces(soup, keep);
+  const std::size_t dropped_faces = keep_faces(soup, keep);
   changes.push_back("dropped " + counted(dropped, "stray piece", "stray pieces") + " of " +
                     counted(dropped_faces, "triangle", "triangles") + " in all (largest: " +
                     number(largest / std::ranges::max(area), 2) + " of the body's area)");
@@ -170,8 +154,6 @@ std::string name_faces(const Soup& soup, const std::vector<std::int32_t>& faces)
 }
 
 namespace {
-
-constexpr int kMaxPasses = 8;  // a triangle can be hit on each side, and its halves again
 
 struct OnEdge {
   double along;
@@ -232,7 +214,8 @@ void split_face(Soup& soup, const TriangleSide& side, const std::vector<OnEdge>&
 
 void split_t_junctions(Soup& soup, double weld_m, Changes& changes) {
   std::size_t split = 0;
-  for (int pass = 0; pass < kMaxPasses; ++pass) {
+  for (int pass = 0; pass < 8;
+       ++pass) {  // a triangle can be hit on each side, and its halves again
     std::vector<TriangleSide> border;
     for_each_edge(sorted_sides(rows_of(soup.faces)), [&](auto begin, auto end) {
       if (end - begin == 1) border.push_back(*begin);

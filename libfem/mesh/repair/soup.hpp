@@ -22,8 +22,8 @@ using Changes = std::vector<std::string>;
 Soup to_soup(const Surface& surface);
 Surface to_surface(const Soup& soup);
 
-/// Keeps the faces for which keep[f] != 0.
-void keep_faces(Soup& soup, const std::vector<char>& keep);
+/// Keeps the faces for which keep[f] != 0, and returns how many that dropped.
+std::size_t keep_faces(Soup& soup, const std::vector<char>& keep);
 
 /// Each of these makes one kind of repair and adds a sentence to `changes` if it did anything.
 /// CGAL's own repair of polygon soups merges points of equal bits alone and leaves copies of a

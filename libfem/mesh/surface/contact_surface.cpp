@@ -1,6 +1,6 @@
 // A surface through contact points.
 
-#include "libfem/mesh/surface/contact_surface.hpp"
+#include "libfem/mesh/surface/surface.hpp"
 
 #include <CGAL/Advancing_front_surface_reconstruction.h>
 #include <CGAL/Delaunay_triangulation_2.h>
@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -29,7 +28,6 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
 constexpr Eigen::Index kMinContacts = 6, kNear = 24;
-constexpr double kFacesAlike = 0.3;   // cosine: not the other side of a thin body
 constexpr double kHeightField = 0.5;  // cosine of 60 degrees
 // Damping of curvature where contacts do not determine it, and where it would run away from them.
 constexpr double kRidge = 1e-3, kRidgeBeyond = 1;
@@ -57,9 +55,9 @@ struct Quadrics {
   std::vector<Eigen::Index> near(const HeightAxes& frame, const Vec3& at,
                                  Eigen::Index without) const {
     std::vector<Eigen::Index> all;
+    // Contacts within 72 degrees are not on the other side of a thin body.
     for (Eigen::Index i = 0; i < contacts.position.rows(); ++i)
-      if (i != without && frame.axes.row(2).dot(contacts.normal.row(i)) > kFacesAlike)
-        all.push_back(i);
+      if (i != without && frame.axes.row(2).dot(contacts.normal.row(i)) > 0.3) all.push_back(i);
     const auto away = [&](Eigen::Index i) {
       return (contacts.position.row(i).transpose() - at).squaredNorm();
     };

@@ -1,10 +1,15 @@
-#include "libfem/mesh/surface/half_edge.hpp"
-
-#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
+#include <queue>
+#include <utility>
+#include <vector>
 
+#include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/surface/half_edge.hpp"
+#include "libfem/mesh/surface/remesh.hpp"
 #include "libfit/core/closest_point.hpp"
 
 namespace palpate {
@@ -93,6 +98,128 @@ FeatureLines mark_features(HalfEdgeMesh& mesh, double min_length_m) {
                                 position(mesh, mesh.to_vertex_handle(h)));
   }
   return lines;
+}
+
+namespace {
+
+// Shares of the target edge: a triangle may stray so far from a curve, and the shortest edge.
+constexpr double kStray = 0.08, kShortest = 0.4;
+
+using VertexNeighbours = std::vector<std::vector<std::int32_t>>;
+
+VertexNeighbours vertex_neighbours(const Surface& surface) {
+  VertexNeighbours neighbours(surface.vertices.rows());
+  for (const auto& t : surface.triangles.rowwise())
+    for (int k = 0; k < 3; ++k)  // closed surface: each edge is met once in either direction
+      neighbours[t[k]].push_back(t[(k + 1) % 3]);
+  return neighbours;
+}
+
+/// Without the vertices on features: normals there belong to no side, and a crease is no curvature.
+VertexNeighbours without_features(VertexNeighbours neighbours, const HalfEdgeMesh& mesh) {
+  for (std::size_t v = 0; v < neighbours.size(); ++v)
+    if (mesh.status(OpenMesh::VertexHandle(static_cast<int>(v))).feature()) neighbours[v].clear();
+  for (auto& around : neighbours)
+    std::erase_if(around,
+                  [&](std::int32_t w) { return mesh.status(OpenMesh::VertexHandle(w)).feature(); });
+  return neighbours;
+}
+
+/// Averages with the neighbours until features shorter than `radius_m` are gone: each round
+/// spreads by about an edge, and rounds add up as their squares.
+Points smoothed(Points values, const VertexNeighbours& neighbours, double radius_m, double edge_m) {
+  const double ratio = edge_m > 0 ? radius_m / edge_m : 0;
+  // Forty rounds are enough for a target 12 edges long; finer meshes are smooth.
+  const int rounds = std::min(40, static_cast<int>(std::lround(ratio * ratio)));
+  for (int round = 0; round < rounds; ++round) {
+    Points next = values;
+    for (std::size_t v = 0; v < neighbours.size(); ++v)
+      for (const std::int32_t w : neighbours[v]) next.row(v) += values.row(w);
+    next.rowwise().normalize();
+    values = std::move(next);
+  }
+  return values;
+}
+
+/// Largest normal curvature towards a neighbour, |(n_w - n_v) . e| / e^2; 1/R on a sphere.
+double curvature_1_m(const Surface& fine, const Points& normals, const VertexNeighbours& neighbours,
+                     Eigen::Index v) {
+  double largest = 0;
+  for (const std::int32_t w : neighbours[v]) {
+    const Vec3 edge = (fine.vertices.row(w) - fine.vertices.row(v)).transpose();
+    const double turn = std::abs((normals.row(w) - normals.row(v)).dot(edge));
+    if (edge.squaredNorm() > 0) largest = std::max(largest, turn / edge.squaredNorm());
+  }
+  return largest;
+}
+
+/// Turn of a feature line at a vertex over the length it turns in; 0 off lines and at corners.
+double line_curvature_1_m(const HalfEdgeMesh& mesh, OpenMesh::VertexHandle v) {
+  if (!mesh.status(v).feature() || mesh.status(v).locked()) return 0;
+  Vec3 turn = Vec3::Zero();
+  double length = 0;
+  for (const auto h : mesh.voh_range(v)) {
+    if (!mesh.status(mesh.edge_handle(h)).feature()) continue;
+    const Vec3 arm = position(mesh, mesh.to_vertex_handle(h)) - position(mesh, v);
+    turn += arm.normalized();
+    length += arm.norm() / 2;
+  }
+  return length > 0 ? turn.norm() / length : 0;
+}
+
+double edge_for_curvature_m(double curvature, double deviation_m) {
+  const double radius = 1 / std::max(curvature, 1e-12);
+  return std::sqrt(std::max(6 * deviation_m * radius - 3 * deviation_m * deviation_m, 0.0));
+}
+
+}  // namespace
+
+Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes, double target_edge_m) {
+  const VertexNeighbours neighbours = vertex_neighbours(fine);
+  const double edge_m = mean_edge_m(fine);
+  const Points normals = vertex_normals(fine);
+  const double min_m = kShortest * target_edge_m;
+  HalfEdgeMesh mesh = to_half_edges(fine);
+  mark_features(mesh, 2 * min_m);
+  const VertexNeighbours smooth_neighbours = without_features(neighbours, mesh);
+  const Points smooth = smoothed(normals, smooth_neighbours, 0.5 * target_edge_m, edge_m);
+  const double deviation = kStray * target_edge_m;
+
+  Eigen::VectorXd size(fine.vertices.rows());
+  for (Eigen::Index v = 0; v < size.size(); ++v) {
+    const double curvature =
+        std::max(curvature_1_m(fine, smooth, smooth_neighbours, v),
+                 line_curvature_1_m(mesh, OpenMesh::VertexHandle(static_cast<int>(v))));
+    double wanted = std::min(target_edge_m, edge_for_curvature_m(curvature, deviation));
+    const Vec3 inward = -smooth.row(v).transpose();
+    const auto thickness =
+        ray_distance_m(fine, boxes, fine.vertices.row(v), inward, 1e-3 * std::min(edge_m, min_m));
+    if (thickness) wanted = std::min(wanted, *thickness);
+    size[v] = std::max(wanted, min_m);
+  }
+  limit_growth(size, fine);
+  return size;
+}
+
+// Dijkstra's algorithm, from the least sizes on.
+void limit_growth(Eigen::VectorXd& size, const Surface& fine) {
+  const VertexNeighbours neighbours = vertex_neighbours(fine);
+  using Entry = std::pair<double, std::int32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  for (Eigen::Index v = 0; v < size.size(); ++v)
+    queue.emplace(size[v], static_cast<std::int32_t>(v));
+  while (!queue.empty()) {
+    const auto [at, v] = queue.top();
+    queue.pop();
+    if (at > size[v]) continue;
+    for (const std::int32_t w : neighbours[v]) {
+      // Sizes grow by half the distance along the surface.
+      const double allowed = at + 0.5 * (fine.vertices.row(w) - fine.vertices.row(v)).norm();
+      if (allowed >= size[w]) continue;
+      size[w] = allowed;
+      queue.emplace(allowed, w);
+    }
+  }
 }
 
 }  // namespace palpate

@@ -1,11 +1,10 @@
-#include "libfem/mesh/surface/filter_noise.hpp"
+#include "libfem/mesh/surface/surface.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 #include <vector>
 
 #include "libfem/mesh/topology.hpp"
@@ -15,8 +14,6 @@ namespace palpate {
 namespace {
 
 constexpr double kAlike = 0.6;  // distance of unit normals at which a neighbour counts 0.6 of full
-constexpr int kMaxRounds = 20;
-constexpr int kFollow = 20;  // steps in which vertices follow the normals; 10 leave a tenth more
 
 using Around = std::vector<std::vector<std::int32_t>>;
 
@@ -41,9 +38,7 @@ Facets facets_of(const Surface& surface) {
   const Eigen::Index count = surface.triangles.rows();
   Facets out{Points(count, 3), Points(count, 3), Eigen::VectorXd(count)};
   for (Eigen::Index t = 0; t < count; ++t) {
-    const auto corner = surface.triangles.row(t);
-    const Vec3 a = surface.vertices.row(corner[0]), b = surface.vertices.row(corner[1]),
-               c = surface.vertices.row(corner[2]);
+    const auto [a, b, c] = corners_of(surface, t);
     const Vec3 across = (b - a).cross(c - a);
     out.centre.row(t) = (a + b + c) / 3;
     out.area[t] = across.norm() / 2;
@@ -71,7 +66,8 @@ void smooth_normals(const Facets& facets, const Around& beside, double reach_m, 
 // Vertices where the planes of their triangles, turned to these normals, meet best.
 Points follow(const Surface& surface, const Around& around, const Points& normal) {
   Surface moved = surface;
-  for (int step = 0; step < kFollow; ++step) {
+  // Vertices follow the normals in twenty steps; 10 leave a tenth more.
+  for (int step = 0; step < 20; ++step) {
     const Points centre = facets_of(moved).centre;
     for (std::size_t v = 0; v < around.size(); ++v) {
       if (around[v].empty()) continue;
@@ -127,7 +123,7 @@ FilteredSurface filter_noise(const Surface& surface, double noise_m) {
   };
   FilteredSurface out{.surface = surface};
   Points normal = facets.normal;
-  for (int round = 0; round < kMaxRounds && out.moved_m < noise_m; ++round) {
+  for (int round = 0; round < 20 && out.moved_m < noise_m; ++round) {
     smooth_normals(facets, beside, reach_m, normal);
     const Points next = follow(surface, around, normal);
     const Eigen::VectorXd was = moved_along(out.surface.vertices), is = moved_along(next);
@@ -176,8 +172,8 @@ double roughness_m(const Surface& surface) {
   for (Eigen::Index v = 0; v < count; ++v)
     if (const double gain = twice.row(v).norm(); gain > 0 && !is_apart[v])
       size.push_back(std::abs(residual.row(v).dot(normals.row(v))) / gain);
-  constexpr double kOfNormal = 1.4826;  // standard deviation over the median of absolute values
-  return size.empty() ? 0 : kOfNormal * median(size);
+  // The standard deviation is 1.4826 times the median of absolute values.
+  return size.empty() ? 0 : 1.4826 * median(size);
 }
 
 }  // namespace palpate

@@ -1,25 +1,35 @@
-#include "libfem/mesh/surface/simulation_surface.hpp"
+#include "libfem/mesh/surface/surface.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
 
+#include "libfem/mesh/repair/cgal_steps.hpp"
+#include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/surface/remesh.hpp"
-#include "libfem/mesh/surface/surface_checks.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate {
 namespace {
 
-void refuse_bad_input(const Surface& fine, double target_edge_m) {
-  if (!(target_edge_m > 0) || !std::isfinite(target_edge_m))
-    throw Error("simulation surface", "the target edge is not a positive length",
-                "Give an edge such as a tenth of the body's size.");
-  if (const auto why = why_not_closed(fine))
-    throw Error("surface", "it bounds no volume: " + *why,
-                "Mend the surface, or prepare it with --surface-only.");
+double one_sided_deviation_m(const Surface& from, const Surface& to, const BoxTree& boxes) {
+  double largest = 0;
+  const auto sample = [&](const Vec3& p) {
+    if (const auto hit = closest_point(to, boxes, p)) largest = std::max(largest, hit->distance_m);
+  };
+  for (Eigen::Index f = 0; f < from.triangles.rows(); ++f) {
+    const std::array<Vec3, 3> corner = corners_of(from, f);
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3;
+      if (from.triangles(f, k) > from.triangles(f, next)) continue;  // once per edge, when closed
+      sample(corner[k]);
+      sample((corner[k] + corner[next]) / 2);
+    }
+    sample((corner[0] + corner[1] + corner[2]) / 3);
+  }
+  return largest;
 }
 
 // Distance of each fine vertex from the coarse surface.
@@ -51,14 +61,12 @@ class CoarseSurfaces {
   // Rounds of shorter edges where a surface crosses itself or is farther off than allowed. The
   // closest that is sound, or the first.
   Attempt at(double target_m) const {
-    constexpr int kRounds = 6;
-    constexpr double kShorter = 0.7;        // halves a chord's deviation
-    constexpr double kShortestEdge = 0.15;  // of the target
     Eigen::VectorXd wanted = wanted_edge_m(fine_, boxes_, target_m);
     Attempt best = made(target_m, wanted), last = best;
-    for (int round = 0; round < kRounds && !last.too_coarse.empty(); ++round) {
+    for (int round = 0; round < 6 && !last.too_coarse.empty(); ++round) {
+      // Shorter by 0.7, a chord's deviation halves; edges keep 0.15 of the target.
       for (const Eigen::Index v : last.too_coarse)
-        wanted[v] = std::min(wanted[v], std::max(kShorter * wanted[v], kShortestEdge * target_m));
+        wanted[v] = std::min(wanted[v], std::max(0.7 * wanted[v], 0.15 * target_m));
       limit_growth(wanted, fine_);
       last = made(target_m, wanted);
       if (!last.fault && (best.fault || last.made.excess < best.made.excess)) best = last;
@@ -80,7 +88,7 @@ class CoarseSurfaces {
       out.fault = "its volume is off by " + std::to_string(100 * volume_change) + " %";
     else if (made.deviation_m > stray_m_)
       out.fault = "it strays by " + std::to_string(1e3 * made.deviation_m) + " mm";
-    const Surface crossing = crossing_part(made.surface);
+    const Surface crossing = repair::crossing_part(made.surface);
     if (crossing.triangles.rows() > 0) {
       if (!out.fault) out.fault = "it crosses itself";
       const Eigen::VectorXd to_crossing_m = distance_m(fine_, crossing);
@@ -105,15 +113,21 @@ class CoarseSurfaces {
 
 }  // namespace
 
+double deviation_m(const Surface& a, const BoxTree& boxes_of_a, const Surface& b) {
+  return std::max(one_sided_deviation_m(b, a, boxes_of_a),
+                  one_sided_deviation_m(a, b, triangle_boxes(b)));
+}
+
 SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
                                      const SimulationSurfaceOptions& options) {
-  refuse_bad_input(fine, target_edge_m);
-  constexpr int kAttempts = 5;
-  constexpr double kFiner = 0.75;  // nearly halves the chords' deviation, which goes as the square
+  if (const auto why = why_not_closed(fine))
+    throw Error("surface", "it bounds no volume: " + *why,
+                "Mend the surface, or prepare it with --surface-only.");
   const CoarseSurfaces coarse(fine, target_edge_m, options);
   std::string refused;
   double target = target_edge_m;
-  for (int attempt = 1; attempt <= kAttempts; ++attempt, target *= kFiner) {
+  // A target of 0.75 nearly halves the chords' deviation, which goes as the square.
+  for (int attempt = 1; attempt <= 5; ++attempt, target *= 0.75) {
     Attempt at = coarse.at(target);
     if (!at.fault) {
       at.made.refused = refused;
@@ -121,7 +135,7 @@ SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
     }
     refused = "with a target of " + std::to_string(target * 1e3) + " mm " + *at.fault;
   }
-  if (is_self_intersecting(fine))
+  if (!repair::self_intersections(fine).empty())
     throw Error("surface",
                 "it crosses itself, and no coarser surface of it is sound (" + refused + ")",
                 "Mend the self-intersections first.");

@@ -1,4 +1,4 @@
-#include "libfem/mesh/surface/test_points.hpp"
+#include "libfem/mesh/surface/surface.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -12,18 +12,6 @@
 namespace palpate {
 namespace {
 
-void refuse_bad_input(const Surface& fine, const std::vector<char>& in_region,
-                      const std::vector<char>& is_reachable, int count) {
-  if (count < kMinTestPoints || count > kMaxTestPoints)
-    throw Error("test_points", std::to_string(count) + " is not a number of test points",
-                "Ask for " + std::to_string(kMinTestPoints) + " to " +
-                    std::to_string(kMaxTestPoints) + ".");
-  if (static_cast<Eigen::Index>(in_region.size()) != fine.vertices.rows() ||
-      is_reachable.size() != in_region.size())
-    throw Error("test_points", "reachable flags do not match the surface's vertices",
-                "Give one flag per vertex.");
-}
-
 /// The part of a surface that a tool can touch, on its own.
 struct ReachablePart {
   Surface surface;  ///< vertices in the order of the whole surface, unused ones left out
@@ -34,9 +22,6 @@ struct ReachablePart {
 using TriangleList = std::vector<Eigen::Index>;
 
 TriangleList reachable_triangles(const Surface& fine, const std::vector<char>& is_reachable) {
-  if (fine.triangles.size() > 0 &&
-      (fine.triangles.minCoeff() < 0 || fine.triangles.maxCoeff() >= fine.vertices.rows()))
-    throw Error("surface", "a triangle names a vertex that does not exist", "Mend the surface.");
   TriangleList kept;
   for (Eigen::Index f = 0; f < fine.triangles.rows(); ++f) {
     const auto t = fine.triangles.row(f);
@@ -131,7 +116,10 @@ TestPoints collect(const HalfEdgeMesh& mesh, const ReachablePart& part,
 
 TestPoints choose_test_points(const Surface& fine, const std::vector<char>& in_region,
                               const std::vector<char>& is_reachable, int count) {
-  refuse_bad_input(fine, in_region, is_reachable, count);
+  if (count < kMinTestPoints || count > kMaxTestPoints)
+    throw Error("test_points", std::to_string(count) + " is not a number of test points",
+                "Ask for " + std::to_string(kMinTestPoints) + " to " +
+                    std::to_string(kMaxTestPoints) + ".");
   const ReachablePart part = reachable_part(fine, in_region);
   HalfEdgeMesh mesh = to_half_edges(part.surface);
   if (mesh.n_faces() != static_cast<std::size_t>(part.surface.triangles.rows()))

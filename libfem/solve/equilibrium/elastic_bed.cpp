@@ -1,4 +1,4 @@
-#include "libfem/solve/equilibrium/elastic_bed.hpp"
+#include "libfem/solve/equilibrium/equilibrium.hpp"
 
 namespace palpate::fem {
 
@@ -6,11 +6,8 @@ ElasticBed::ElasticBed(const QuadraticMesh& mesh, const BedAt& bed_at) {
   if (!bed_at) return;
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
     BedFace face;
-    FaceNodes nodes;
-    for (int a = 0; a < kFaceNodes; ++a) {
-      face.node[a] = mesh.faces(f, a);
-      nodes[a] = mesh.nodes.row(face.node[a]);
-    }
+    for (int a = 0; a < kFaceNodes; ++a) face.node[a] = mesh.faces(f, a);
+    const FaceNodes nodes = nodes_of_face(mesh.nodes, face.node);
     face.block.fill(Mat3::Zero());
     bool has_bed = false;
     for (const FacePoint& point : kFaceRule) {

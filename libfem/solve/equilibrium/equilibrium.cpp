@@ -1,11 +1,11 @@
 #include "libfem/solve/equilibrium/equilibrium.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/linear_algebra.hpp"
 
 namespace palpate::fem {
@@ -138,8 +138,7 @@ std::vector<std::int32_t> Equilibrium::nodes_near_probe(const Points& u, const P
   };
   for (const int face : contact_.faces_near(u, pose, within_m)) add_face(face);
   for (const FaceTerms& face : contact_.terms()) add_face(face.face);
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  sort_unique(nodes);
   return nodes;
 }
 
@@ -153,9 +152,9 @@ void Equilibrium::index_contact_nodes() {
 // part, which carries the second derivative of J. The scale that worked is remembered.
 void Equilibrium::refresh_factor(Step& step) {
   Local& at = step.at;
-  const auto nodes = nodes_near_probe(at.u, step.pose, options_.contact_margin * step_m_);
+  const auto nodes = nodes_near_probe(at.u, step.pose, step_m_);
   for (;;) {
-    assemble_elastic(geometric_scale_, options_.max_pressure, at);
+    assemble_elastic(geometric_scale_, 2, at);  // shear moduli: see ElasticBody::add_stiffness
     ++counts_.factorizations;
     if (factor_.factor(K_, nodes)) break;
     if (geometric_scale_ <= 0) break;
@@ -322,8 +321,7 @@ bool Equilibrium::is_stable(const BodyState& accepted) {
   assemble_elastic(1.0, std::numeric_limits<double>::infinity(), step.at);
   ++counts_.factorizations;
   is_stale_ = true;  // made without bounds that Newton's method likes
-  const double near_m = options_.contact_margin * step_m_;
-  if (!factor_.factor(K_, nodes_near_probe(accepted.u, accepted.pose, near_m))) return false;
+  if (!factor_.factor(K_, nodes_near_probe(accepted.u, accepted.pose, step_m_))) return false;
   index_contact_nodes();
   contact_.lag_friction_limit(accepted.history);
   add_contact(step);

@@ -1,14 +1,51 @@
 #pragma once
 
+#include <array>
+#include <functional>
 #include <memory>
 #include <vector>
 
 #include "libfem/contact/contact.hpp"
+#include "libfem/contact/face_rule.hpp"
+#include "libfem/elements/block_matrix.hpp"
 #include "libfem/elements/elastic_body.hpp"
-#include "libfem/solve/equilibrium/elastic_bed.hpp"
+#include "libfem/mesh/quadratic_mesh.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 
 namespace palpate::fem {
+
+/// What a place of a body's boundary rests on: force over area and displacement [N/m^3], along the
+/// normal and across it.
+struct BedStiffness {
+  double along_N_m3 = 0, across_N_m3 = 0;
+};
+
+/// The bed under a place [m] of the boundary at rest; zeros where there is none. May be empty.
+using BedAt = std::function<BedStiffness(const Vec3& rest_position)>;
+
+/// Springs on a body's boundary (Winkler's foundation), linear in the displacement:
+/// E = 1/2 int u . k u dA, k = along n n' + across (1 - n n'), n and A of the boundary at rest
+/// (M13f). It pulls as it pushes. Integrated with six points a face, so its border may cross one.
+class ElasticBed {
+ public:
+  ElasticBed() = default;
+  ElasticBed(const QuadraticMesh& mesh, const BedAt& bed_at);
+
+  bool is_empty() const { return faces_.empty(); }
+
+  /// Energy [J] at displacement u (#N x 3 [m]) and, added to force (#N x 3 [N]), its gradient.
+  double add_force(const Points& u, Points& force) const;
+
+  /// Added to K, which couples the nodes of each face; free_index: #N, -1 for held nodes.
+  void add_stiffness(const std::vector<std::int32_t>& free_index, SymmetricBlockMatrix& K) const;
+
+ private:
+  struct BedFace {
+    std::array<std::int32_t, kFaceNodes> node;
+    std::array<Mat3, kFaceBlocks> block;  // pairs a >= b
+  };
+  std::vector<BedFace> faces_;
+};
 
 /// Anderson mixing of the fixed-point iteration u <- u + d(u), where K d = b with a symmetric
 /// positive definite K that stays the same: the next iterate is the combination of the last ones
@@ -83,13 +120,8 @@ struct EquilibriumOptions {
   int max_newton = 30;     ///< corrections before a step is given up
   int max_astray = 5;      ///< the same while the residual is above 0.3
   int patience = 8;        ///< corrections after which a factor is made anew
-  int stale = 6;       ///< corrections of a solve after which the next begins with a fresh factor
-  int mixing = 10;     ///< corrections that Anderson mixing remembers
-  double model = 0.1;  ///< residual of the condensed model, of that of the body or its goal
-  double model_lagged = 0.1;  ///< the same at which friction is coupled
-  int max_model = 20;         ///< iterations of the condensed model
-  double max_pressure = 2;    ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
-  double contact_margin = 1;  ///< faces this close become contact nodes, in steps of the probe
+  int stale = 6;    ///< corrections of a solve after which the next begins with a fresh factor
+  int mixing = 10;  ///< corrections that Anderson mixing remembers
 };
 
 /// Counts of the work that was done; deterministic.

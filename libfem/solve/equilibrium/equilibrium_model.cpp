@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#include "libfem/mesh/topology.hpp"
 #include "libfem/solve/equilibrium/equilibrium.hpp"
 #include "libfem/solve/factor/dense_kernels.hpp"
 
@@ -101,27 +102,146 @@ Eigen::MatrixXd Equilibrium::condensed_stiffness(const std::vector<Eigen::Index>
 // come close.
 class Equilibrium::CondensedContact {
  public:
-  CondensedContact(Equilibrium& of, const Step& now);
+  CondensedContact(Equilibrium& of, const Step& now)
+      : of_(of),
+        at_(now.at),
+        node_of_(of.factor_.contact_nodes().size()),
+        u_(now.at.u),
+        trial_{u_, now.pose, now.from.history} {
+    for (Eigen::Index n = 0; n < at_.u.rows(); ++n)
+      if (const std::int32_t i = of_.body_.free_index()[n]; i >= 0 && of_.contact_index_[i] >= 0)
+        node_of_[of_.contact_index_[i]] = n;
+    // Contact forces are added behind the reduction, whose single precision small residuals
+    // survive.
+    of_.factor_.reduce(at_.residual, load_);
+    force_before_ = force();
+    load_ += force_before_;
+    sum_ = {Eigen::VectorXd::Zero(load_.size()), load_};
+  }
 
-  Correction solve();
+  Correction solve() {
+    // A tenth of the residual of the body, or of its goal.
+    const double goal =
+        0.1 * std::max(of_.options_.residual, at_.residual.norm() / at_.contact_scale_N);
+    relative_ = evaluate();
+    is_kept_ = !of_.tangent_.is_empty();
+    for (int iteration = 0; iteration < 20; ++iteration) {
+      if (is_coupled_ && relative_ <= goal) break;
+      ++of_.counts_.model;
+      if (is_coupled_)
+        iterate_coupled();
+      else
+        iterate_lagged();
+    }
+    of_.contact_.lag_friction_limit(trial_);
+    Correction out;
+    out.load = at_.residual;
+    const auto& nodes = of_.factor_.contact_nodes();
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      out.load.segment<3>(3 * nodes[i]) += (force_before_ - sum_.z).segment<3>(3 * i);
+    of_.factor_.expand(sum_.w, out.displacement);
+    return out;
+  }
 
  private:
   using CondensedStep = CondensedTangent::CondensedStep;
   using Tangent = ContactInterface::Tangent;
 
   Eigen::VectorXd force() const;
-  std::vector<Eigen::Index> touching_unknowns() const;
-  void advance(const CondensedStep& step, double length);
-  double evaluate(Tangent uncoupled = Tangent::lagged);
-  void refactor();
+
+  // Unknowns of the dense block on faces of the latest contact terms, increasing.
+  std::vector<Eigen::Index> touching_unknowns() const {
+    std::vector<Eigen::Index> out;
+    for (const FaceTerms& face : of_.contact_.terms())
+      for (int a = 0; a < kFaceNodes; ++a)
+        if (const std::int32_t i = of_.contact_place(face.face, a); i >= 0)
+          for (int c = 0; c < 3; ++c) out.push_back(3 * i + c);
+    sort_unique(out);
+    return out;
+  }
+
+  void advance(const CondensedStep& step, double length) {
+    sum_.w += length * step.w;
+    sum_.z += length * step.z;
+    for (std::size_t i = 0; i < node_of_.size(); ++i)
+      u_.row(node_of_[i]) = at_.u.row(node_of_[i]) + sum_.w.segment<3>(3 * i).transpose();
+  }
+
+  // Sets the residual and returns its relative size; 0 where nothing touches and nothing is
+  // exerted.
+  double evaluate(Tangent uncoupled = Tangent::lagged) {
+    of_.contact_.evaluate(trial_, is_coupled_ ? Tangent::coupled : uncoupled);
+    const Eigen::VectorXd exerted = force();
+    residual_ = sum_.z - exerted;
+    return residual_.norm() > 0 ? residual_.norm() / exerted.norm() : 0;
+  }
+
+  void refactor() {
+    of_.tangent_.cover(of_.factor_.flexibility(), touching_unknowns());
+    of_.tangent_.set_contact(of_.condensed_stiffness(of_.tangent_.unknowns()));
+  }
+
   CondensedStep newton_step() const {
     return of_.tangent_.step(of_.factor_.flexibility(), residual_);
   }
   double energy() const { return -0.5 * sum_.w.dot(load_ + sum_.z) + of_.contact_.energy(trial_); }
-  bool falls(const CondensedStep& step);
-  double descend();
-  void iterate_lagged();
-  void iterate_coupled();
+
+  // Halves a step until the energy for the lagged limit falls.
+  bool falls(const CondensedStep& step) {
+    const double start = energy(), slope = -residual_.dot(step.w);
+    if (!(slope < 0)) return false;
+    double length = 1;
+    advance(step, 1);
+    for (int cut = 0; cut < 8; ++cut, length /= 2) {
+      if (energy() <= start + 1e-4 * length * slope) return true;
+      advance(step, -length / 2);
+    }
+    advance(step, -length);
+    return false;
+  }
+
+  double descend() {
+    refactor();
+    if (falls(newton_step())) return evaluate();
+    evaluate(Tangent::lagged_flat);
+    refactor();
+    const CondensedStep step = newton_step();
+    if (!falls(step)) advance(step, 1.0 / 256);
+    return evaluate();
+  }
+
+  void iterate_lagged() {
+    relative_ = descend();
+    if (relative_ > 0.1) return;
+    of_.contact_.lag_friction_limit(trial_);
+    is_coupled_ = true;
+    is_kept_ = false;
+    relative_ = evaluate();
+  }
+
+  void iterate_coupled() {
+    if (!is_kept_) refactor();
+    const CondensedStep step = newton_step();
+    const double before = relative_;
+    double length = 1;
+    advance(step, 1);
+    relative_ = evaluate();
+    if (is_kept_ && relative_ > kKeptTangent * before) {
+      advance(step, -1);
+      relative_ = evaluate();
+      is_kept_ = false;
+      return;
+    }
+    for (int cut = 0; cut < 4 && relative_ > (1 - 0.1 * length) * before; ++cut, length /= 2) {
+      advance(step, -length / 2);
+      relative_ = evaluate();
+    }
+    is_kept_ = relative_ <= kKeptTangent * before;
+    if (relative_ <= kInVain * before) return;
+    of_.contact_.lag_friction_limit(trial_);
+    is_coupled_ = false;
+    relative_ = evaluate();
+  }
 
   Equilibrium& of_;
   const Local& at_;
@@ -134,22 +254,6 @@ class Equilibrium::CondensedContact {
   bool is_coupled_ = true, is_kept_ = false;
 };
 
-Equilibrium::CondensedContact::CondensedContact(Equilibrium& of, const Step& now)
-    : of_(of),
-      at_(now.at),
-      node_of_(of.factor_.contact_nodes().size()),
-      u_(now.at.u),
-      trial_{u_, now.pose, now.from.history} {
-  for (Eigen::Index n = 0; n < at_.u.rows(); ++n)
-    if (const std::int32_t i = of_.body_.free_index()[n]; i >= 0 && of_.contact_index_[i] >= 0)
-      node_of_[of_.contact_index_[i]] = n;
-  // Contact forces are added behind the reduction, whose single precision small residuals survive.
-  of_.factor_.reduce(at_.residual, load_);
-  force_before_ = force();
-  load_ += force_before_;
-  sum_ = {Eigen::VectorXd::Zero(load_.size()), load_};
-}
-
 // Force of the latest contact terms over the dense block.
 Eigen::VectorXd Equilibrium::CondensedContact::force() const {
   Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * std::ssize(node_of_));
@@ -158,119 +262,6 @@ Eigen::VectorXd Equilibrium::CondensedContact::force() const {
       if (const std::int32_t i = of_.contact_place(face.face, a); i >= 0)
         force.segment<3>(3 * i) += Eigen::Map<const Vec3>(face.force + 3 * a);
   return force;
-}
-
-// Unknowns of the dense block on faces of the latest contact terms, increasing.
-std::vector<Eigen::Index> Equilibrium::CondensedContact::touching_unknowns() const {
-  std::vector<Eigen::Index> out;
-  for (const FaceTerms& face : of_.contact_.terms())
-    for (int a = 0; a < kFaceNodes; ++a)
-      if (const std::int32_t i = of_.contact_place(face.face, a); i >= 0)
-        for (int c = 0; c < 3; ++c) out.push_back(3 * i + c);
-  std::sort(out.begin(), out.end());
-  out.erase(std::unique(out.begin(), out.end()), out.end());
-  return out;
-}
-
-void Equilibrium::CondensedContact::advance(const CondensedStep& step, double length) {
-  sum_.w += length * step.w;
-  sum_.z += length * step.z;
-  for (std::size_t i = 0; i < node_of_.size(); ++i)
-    u_.row(node_of_[i]) = at_.u.row(node_of_[i]) + sum_.w.segment<3>(3 * i).transpose();
-}
-
-// Sets the residual and returns its relative size; 0 where nothing touches and nothing is exerted.
-double Equilibrium::CondensedContact::evaluate(Tangent uncoupled) {
-  of_.contact_.evaluate(trial_, is_coupled_ ? Tangent::coupled : uncoupled);
-  const Eigen::VectorXd exerted = force();
-  residual_ = sum_.z - exerted;
-  return residual_.norm() > 0 ? residual_.norm() / exerted.norm() : 0;
-}
-
-void Equilibrium::CondensedContact::refactor() {
-  of_.tangent_.cover(of_.factor_.flexibility(), touching_unknowns());
-  of_.tangent_.set_contact(of_.condensed_stiffness(of_.tangent_.unknowns()));
-}
-
-// Halves a step until the energy for the lagged limit falls.
-bool Equilibrium::CondensedContact::falls(const CondensedStep& step) {
-  const double start = energy(), slope = -residual_.dot(step.w);
-  if (!(slope < 0)) return false;
-  double length = 1;
-  advance(step, 1);
-  for (int cut = 0; cut < 8; ++cut, length /= 2) {
-    if (energy() <= start + 1e-4 * length * slope) return true;
-    advance(step, -length / 2);
-  }
-  advance(step, -length);
-  return false;
-}
-
-double Equilibrium::CondensedContact::descend() {
-  refactor();
-  if (falls(newton_step())) return evaluate();
-  evaluate(Tangent::lagged_flat);
-  refactor();
-  const CondensedStep step = newton_step();
-  if (!falls(step)) advance(step, 1.0 / 256);
-  return evaluate();
-}
-
-void Equilibrium::CondensedContact::iterate_lagged() {
-  relative_ = descend();
-  if (relative_ > of_.options_.model_lagged) return;
-  of_.contact_.lag_friction_limit(trial_);
-  is_coupled_ = true;
-  is_kept_ = false;
-  relative_ = evaluate();
-}
-
-void Equilibrium::CondensedContact::iterate_coupled() {
-  if (!is_kept_) refactor();
-  const CondensedStep step = newton_step();
-  const double before = relative_;
-  double length = 1;
-  advance(step, 1);
-  relative_ = evaluate();
-  if (is_kept_ && relative_ > kKeptTangent * before) {
-    advance(step, -1);
-    relative_ = evaluate();
-    is_kept_ = false;
-    return;
-  }
-  for (int cut = 0; cut < 4 && relative_ > (1 - 0.1 * length) * before; ++cut, length /= 2) {
-    advance(step, -length / 2);
-    relative_ = evaluate();
-  }
-  is_kept_ = relative_ <= kKeptTangent * before;
-  if (relative_ <= kInVain * before) return;
-  of_.contact_.lag_friction_limit(trial_);
-  is_coupled_ = false;
-  relative_ = evaluate();
-}
-
-Equilibrium::Correction Equilibrium::CondensedContact::solve() {
-  const EquilibriumOptions& options = of_.options_;
-  const double goal =
-      options.model * std::max(options.residual, at_.residual.norm() / at_.contact_scale_N);
-  relative_ = evaluate();
-  is_kept_ = !of_.tangent_.is_empty();
-  for (int iteration = 0; iteration < options.max_model; ++iteration) {
-    if (is_coupled_ && relative_ <= goal) break;
-    ++of_.counts_.model;
-    if (is_coupled_)
-      iterate_coupled();
-    else
-      iterate_lagged();
-  }
-  of_.contact_.lag_friction_limit(trial_);
-  Correction out;
-  out.load = at_.residual;
-  const auto& nodes = of_.factor_.contact_nodes();
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    out.load.segment<3>(3 * nodes[i]) += (force_before_ - sum_.z).segment<3>(3 * i);
-  of_.factor_.expand(sum_.w, out.displacement);
-  return out;
 }
 
 // The correction after which a body with the factor's tangent would rest.

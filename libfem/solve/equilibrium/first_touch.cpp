@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "libfem/contact/face_rule.hpp"
@@ -50,12 +49,9 @@ std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& prob
   // Faces that may touch: not held, and looking against the axis somewhere.
   std::vector<FaceNodes> faces;
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
-    FaceNodes nodes;
+    const FaceNodes nodes = nodes_of_face(mesh.nodes, mesh.faces.row(f));
     bool is_open = false;
-    for (int a = 0; a < kFaceNodes; ++a) {
-      nodes[a] = mesh.nodes.row(mesh.faces(f, a)).transpose();
-      is_open |= !mesh.is_held[mesh.faces(f, a)];
-    }
+    for (const std::int32_t n : mesh.faces.row(f)) is_open |= !mesh.is_held[n];
     if (is_open && looks_against(nodes, pose.axis)) faces.push_back(nodes);
   }
   double travel = 0;

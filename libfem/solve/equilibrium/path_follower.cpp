@@ -65,7 +65,7 @@ struct StepOutcome {
 struct Following {
   Equilibrium& equilibrium;
   const Probe& probe;
-  const PathOptions& options;
+  bool uzawa_update;
   int stiffenings = 0;
 };
 
@@ -95,9 +95,7 @@ StepOutcome try_step(Following& following, PathState& moving, const ProbePose& p
   BodyState next;
   if (!following.equilibrium.solve(moving.state, pose, guess, next, may_shorten))
     return {RowStatus::not_converged};
-  StepCheck step_check =
-      check_step(moving.state, next, must_rise,
-                 following.options.greatest_penetration * following.probe.length_m);
+  StepCheck step_check = check_step(moving.state, next, must_rise, 0.02 * following.probe.length_m);
   if (step_check == StepCheck::does_not_rise && may_fall &&
       falls_on_a_stable_branch(following.equilibrium, moving.state, next))
     step_check = StepCheck::falls;
@@ -115,22 +113,22 @@ StepOutcome try_step(Following& following, PathState& moving, const ProbePose& p
   return {};
 }
 
-/// Reaches `pose` in as many steps as it takes. A step that overlaps too far is tried again with
-/// twice the penalty, which then stays. The distance of a hold is in shares of its time. motion: as
-/// above, over the complete segment; it is used if one step suffices, and dropped if that fails.
+/// Reaches `pose` in as many steps as it takes, none longer than a quarter of the probe's length. A
+/// step that overlaps too far is tried again with twice the penalty, which then stays, four times.
+/// The distance of a hold is in shares of its time. motion: as above, over the complete segment; it
+/// is used if one step suffices, and dropped if that fails.
 StepOutcome reach(Following& following, PathState& moving, const ProbePose& pose, double time_s,
                   bool must_rise, const Points& motion) {
-  const PathOptions& options = following.options;
   const ProbePose start = moving.state.pose;
   const PoseStep segment = step_between(start, pose);
   const double start_s = moving.time_s, moved_m = segment.length_m();
   const double distance = moved_m > 0 ? moved_m : time_s > start_s ? 1 : 0;
   if (distance == 0) return {};
   const double pieces =
-      std::max({1.0, std::ceil(moved_m / (options.longest_step * following.probe.length_m) - 1e-9),
+      std::max({1.0, std::ceil(moved_m / (0.25 * following.probe.length_m) - 1e-9),
                 moved_m > 0 ? following.equilibrium.body().steps_in_time(start_s, time_s) : 1.0});
   const double full_step = distance / pieces;
-  const double shortest = full_step * std::ldexp(0.75, -options.max_cuts);
+  const double shortest = full_step * std::ldexp(0.75, -6);
   double step = full_step, done = 0;
   bool is_guided = motion.size() > 0 && pieces == 1;
   while (done < distance) {
@@ -150,8 +148,7 @@ StepOutcome reach(Following& following, PathState& moving, const ProbePose& pose
       step = std::min(2 * step, full_step);
     } else if (is_guided) {
       is_guided = false;
-    } else if (outcome.step_check == StepCheck::overlaps &&
-               following.stiffenings < options.max_stiffenings) {
+    } else if (outcome.step_check == StepCheck::overlaps && following.stiffenings < 4) {
       following.equilibrium.stiffen_contact(2);
       ++following.stiffenings;
     } else {
@@ -175,7 +172,7 @@ PathRow record(Following& following, PathState& moving, const PathTarget& target
   row.status = depth > 0 && state.contact.points == 0 && !may_release ? RowStatus::no_contact
                                                                       : RowStatus::good;
   BodyState rigid;
-  const bool is_rigid = state.contact.points > 0 && following.options.uzawa_update &&
+  const bool is_rigid = state.contact.points > 0 && following.uzawa_update &&
                         equilibrium.uzawa_update(state, rigid) && pressing_force_N(rigid) > 0;
   const BodyState& recorded = is_rigid ? rigid : state;
   row.force_N = recorded.contact.force_N;
@@ -238,9 +235,9 @@ StepCheck check_step(const BodyState& before, const BodyState& after, bool must_
 
 std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
                                   const ProbePose& touch, const std::vector<ProbePath>& paths,
-                                  int rows, const PathOptions& options, const Progress& progress,
+                                  int rows, bool uzawa_update, const Progress& progress,
                                   const OnRow& on_row, const Waypoints& ahead, Waypoints* reached) {
-  Following following{equilibrium, probe, options};
+  Following following{equilibrium, probe, uzawa_update};
   std::vector<PathRow> out(rows);
   std::map<std::pair<int, int>, PathState> kept;  // at targets where later paths start
   for (const ProbePath& path : paths)

@@ -1,11 +1,8 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "libfem/solve/equilibrium/equilibrium.hpp"
@@ -56,16 +53,6 @@ struct PathRow {
   double solver_error_N = 0;
 };
 
-/// How far the probe may move between two equilibria and what is believed, in the probe's length_m
-/// (the radius of a ball).
-struct PathOptions {
-  double longest_step = 0.25;          ///< in lengths of the probe
-  int max_cuts = 6;                    ///< halvings of a step that failed
-  int max_stiffenings = 4;             ///< doublings of the penalty where the overlap is too large
-  double greatest_penetration = 0.02;  ///< in lengths of the probe
-  bool uzawa_update = true;  ///< rows of the equilibrium after one: Equilibrium::uzawa_update
-};
-
 /// Where along `axis` the probe touches the body at rest [m], measured from
 /// `tip`: from there on inward where it is free, else outward to where it first is. Only what looks
 /// against the axis counts, so not what stands behind the tool. Found to 1e-9 of its length by
@@ -83,13 +70,14 @@ using Waypoints = std::vector<std::vector<Points>>;
 
 /// Follows all paths from first touch at `touch`. rows: how many there are. ahead: what another
 /// mesh found, at the nodes of this one; the search for an equilibrium begins with its motion since
-/// the target before. May be empty. reached: takes what is found here.
-/// A step that fails is halved up to max_cuts times; what cannot be reached stays not_reached, and
-/// the row that failed says why. Returns early when progress.stopped(), rows then not_reached.
+/// the target before. May be empty. reached: takes what is found here. uzawa_update: rows are of
+/// the equilibrium after one (Equilibrium::uzawa_update). A step that fails is halved up to six
+/// times; what cannot be reached stays not_reached, and the row that failed says why. Returns early
+/// when progress.stopped(), rows then not_reached.
 std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
                                   const ProbePose& touch, const std::vector<ProbePath>& paths,
-                                  int rows, const PathOptions& options,
-                                  const Progress& progress = {}, const OnRow& on_row = {},
-                                  const Waypoints& ahead = {}, Waypoints* reached = nullptr);
+                                  int rows, bool uzawa_update, const Progress& progress = {},
+                                  const OnRow& on_row = {}, const Waypoints& ahead = {},
+                                  Waypoints* reached = nullptr);
 
 }  // namespace palpate::fem

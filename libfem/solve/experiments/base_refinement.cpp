@@ -1,4 +1,4 @@
-#include "libfem/solve/experiments/base_refinement.hpp"
+#include "libfem/solve/experiments/simulator_state.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -34,9 +34,6 @@ constexpr double kSurelyWhole = 2.0 / 3, kSurelyHalved = 2 * kHidden;
 /// those that look as the contact point does and lie between kSwayInner and kSwayOuter times the
 /// contact's reach from it. Nearer, a dent moves them; farther, another part of the body.
 constexpr double kSwayInner = 3.5, kSwayOuter = 5.5;
-constexpr double kLeastShare = 0.1;    // of a flat ring's area
-constexpr double kLeastSpread = 1e-3;  // of a ring's rigid motions: else some motion is not told
-constexpr double kLeastGive = 1e-3;    // of the largest: rounding to float keeps it positive
 constexpr double kCorner = -1.0 / 9, kMiddle = 4.0 / 9;  // shape functions at a face's centroid
 
 template <class Face>
@@ -78,34 +75,31 @@ Mat3 sway_under(const QuadraticMesh& mesh, const Vec3& normal, double reach_m,
     area_m2 += outward.norm();
   }
   const double flat_m2 = std::numbers::pi * (outer * outer - inner * inner);
-  if (!(area_m2 >= kLeastShare * flat_m2)) return Mat3::Zero();
+  if (!(area_m2 >= 0.1 * flat_m2)) return Mat3::Zero();  // a tenth of a flat ring
   const Eigen::VectorXd spread = symmetric_eigen(Eigen::MatrixXd(square)).values;
-  if (!(spread[0] > kLeastSpread * spread[5])) return Mat3::Zero();
+  // Else some rigid motion of the ring is not determined.
+  if (!(spread[0] > 1e-3 * spread[5])) return Mat3::Zero();
   const Mat3 sway = square.ldlt().solve(right).topRows<3>();
   const auto [values, vectors] = symmetric_eigen(Mat3(0.5 * (sway + sway.transpose())));
   const double most = values.maxCoeff();
   if (!(most > 0)) return Mat3::Zero();
-  return vectors * values.cwiseMax(kLeastGive * most).asDiagonal() * vectors.transpose();
+  // A thousandth of the largest stays positive when rounded to float.
+  return vectors * values.cwiseMax(1e-3 * most).asDiagonal() * vectors.transpose();
 }
 
 /// Share of a unit force that each node carries, #N.
 Eigen::VectorXd patch_shares(const QuadraticMesh& mesh, const Vec3& normal, double radius_m) {
   Eigen::VectorXd shares = Eigen::VectorXd::Zero(mesh.nodes.rows());
-  for (const auto& face : mesh.faces.rowwise())
+  for (const auto& face : mesh.faces.rowwise()) {
+    const FaceNodes nodes = nodes_of_face(mesh.nodes, face);
     for (const FacePoint& point : kFaceRule) {
-      Vec3 x = Vec3::Zero(), by_r = Vec3::Zero(), by_s = Vec3::Zero();
-      for (int a = 0; a < kFaceNodes; ++a) {
-        const Vec3 node = mesh.nodes.row(face[a]);
-        x += point.shape[a] * node;
-        by_r += point.shape_r[a] * node;
-        by_s += point.shape_s[a] * node;
-      }
-      const Vec3 area = by_r.cross(by_s);
-      const double inside = 1 - x.squaredNorm() / (radius_m * radius_m);
+      const Vec3 area = area_normal_at(point, nodes);
+      const double inside = 1 - place_at(point, nodes).squaredNorm() / (radius_m * radius_m);
       if (inside <= 0 || area.dot(normal) >= 0) continue;
       for (int a = 0; a < kFaceNodes; ++a)
         shares[face[a]] += point.weight * point.shape[a] * area.norm() * std::sqrt(inside);
     }
+  }
   const double sum = shares.sum();
   if (sum > 0) shares /= sum;
   return shares;

@@ -1,9 +1,9 @@
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
@@ -22,8 +22,8 @@ double thickness_m(const Surface& surface, const Vec3& position, const Vec3& nor
                    double skip_m) {
   double thickness = std::numeric_limits<double>::infinity();
   for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
-    const auto corner = [&](int k) { return Vec3(surface.vertices.row(surface.triangles(f, k))); };
-    const double hit = ray_hit_m(position, normal, corner(0), corner(1), corner(2));
+    const auto [a, b, c] = corners_of(surface, f);
+    const double hit = ray_hit_m(position, normal, a, b, c);
     if (hit > skip_m) thickness = std::min(thickness, hit);
   }
   return thickness;

@@ -12,9 +12,6 @@
 namespace palpate::fem {
 namespace {
 
-constexpr double kApart = 0.05;  // of ln force: pairs that are closer tell no slope
-constexpr double kRidge = 0.05;  // sum of squares of ln force at which a slope counts half
-
 // Good rows of presses by point and step.
 std::map<std::pair<std::int32_t, std::int32_t>, Eigen::Index> pressed(const Samples& samples) {
   std::map<std::pair<std::int32_t, std::int32_t>, Eigen::Index> out;
@@ -74,12 +71,14 @@ double slope_of(const RowsByStep& steps) {
     const double middle = median(log_force);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       squares += std::pow(log_force[i] - middle, 2) / static_cast<double>(steps.size());
+      // Pairs whose ln forces are closer have no slope.
       for (std::size_t j = 0; j < i; ++j)
-        if (const double apart = log_force[i] - log_force[j]; std::abs(apart) > kApart)
+        if (const double apart = log_force[i] - log_force[j]; std::abs(apart) > 0.05)
           slopes.push_back((rows[i].ratio - rows[j].ratio) / apart);
     }
   }
-  return median(std::move(slopes)) * squares / (squares + kRidge);
+  // A slope counts half where the squares of ln force sum to 0.05.
+  return median(std::move(slopes)) * squares / (squares + 0.05);
 }
 
 // The factors of all steps (M13e), without their errors.

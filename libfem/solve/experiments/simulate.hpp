@@ -1,11 +1,11 @@
 #pragma once
 
 #include <functional>
-#include <vector>
 
 #include "libfem/solve/experiments/quick_press.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/experiments.hpp"
+#include "libfit/core/samples.hpp"
 
 namespace palpate::fem {
 
@@ -51,5 +51,19 @@ double force_at_first(const Simulator& simulator, const TestPoints& points,
 /// does not (M14c): a branch for each of the material's, weaker and slower. at_first: its shares
 /// are scaled so that they sum to at_first - 1; 0: they are those of the half-space.
 Relaxation relaxation_of_contact(const Material& material, double at_first = 0);
+
+/// A straight press in cycles, from first touch along the inward normal: to half the depth, nearly
+/// out, in to all of it, nearly out and in again.
+ToolPath cycled_press(int point, const Vec3& inward, double depth_m);
+
+/// The path after a straight press to preload_m and out again.
+ToolPath after_press(const ToolPath& path, const Vec3& inward, double preload_m);
+
+/// Rows of a hold, the last at its end, evenly in the logarithm of time over two decades.
+inline constexpr int kHoldRows = 5;
+
+/// The path at a constant speed from first touch, with the time of each row, and a hold of hold_s
+/// at its end; 0: none. Rows that stand still where they were are left out: a row takes time.
+ToolPath in_time(const ToolPath& path, double speed_m_s, double hold_s);
 
 }  // namespace palpate::fem

@@ -29,16 +29,12 @@ struct SolverOptions {
   double max_base_error = 0.01;
   double coarse_ratio = 1.6;  ///< element size of the coarser grid that extrapolates force; 0: none
   /// Force error asked for, relative: where rows state more, the point is solved again on a mesh
-  /// finer by coarse_ratio, the former one its coarse grid, up to kMaxFiner times. 0: as it comes.
+  /// finer by coarse_ratio, the former one its coarse grid, up to twice. 0: as it comes.
   double force_tolerance = 0;
   EquilibriumOptions equilibrium;
   ContactSettings contact;
-  PathOptions path;
+  bool uzawa_update = true;  ///< see follow_paths
 };
-
-/// Meshes that SolverOptions::force_tolerance may add to a point; each has two to four times the
-/// nodes of the one before and about eight times its work.
-inline constexpr int kMaxFiner = 2;
 
 /// A body, its materials and the probe.
 /// volume, is_held: base mesh. held_at: what is held between its nodes, too; may be empty.
@@ -71,7 +67,6 @@ struct PointCost {
 struct PointRows : SampleRows {
   Mat3 sway_m_N = Mat3::Zero();  ///< of the point (base_refinement.hpp)
   double scale = 0;              ///< Samples::point_scale of the point
-  double touch_offset_m = 0;     ///< from the given position to first touch along the normal
   bool is_complete = false;      ///< not stopped by progress: such rows are for the bin
   PointCost cost = {};
 };

@@ -1,11 +1,10 @@
 // A plan on one mesh: the mesh graded for it, what of the body is where, and the solution.
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "libfem/solve/experiments/displacements.hpp"
 #include "libfem/solve/experiments/simulator_state.hpp"
-#include "libfem/solve/experiments/surface_places.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -16,8 +15,7 @@ namespace {
 /// up to 1.8 % in rows that claim 1.3 %. So does one size below the whole punch
 /// (tests/validation/contact).
 constexpr double kEdgeShare = 0.3;
-constexpr double kBaseShare = 0.5;  // of force_tolerance: what the base mesh may be wrong by
-constexpr int kRingPieces = 24;     // chords are within 0.01 of the radius
+constexpr int kRingPieces = 24;  // chords are within 0.01 of the radius
 
 /// Displacements of the surface are rounded to 2^-13 of the probe's length: a micrometre of 8 mm.
 constexpr int kSurfaceBits = 13;
@@ -81,32 +79,30 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
   return mesh;
 }
 
-/// mesh: of mesh_at for the same plan.
-MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, const Vec3& position,
-                              const Vec3& normal, bool keeps_surface, const Progress& progress,
-                              const MeshRun* coarser) const {
+/// finished: of mesh_at for the same plan.
+MeshRun Simulator::State::run(QuadraticMesh finished, const ExperimentPlan& plan,
+                              const Vec3& position, const Vec3& normal, bool keeps_surface,
+                              const Progress& progress, const MeshRun* coarser) const {
   MeshRun out;
-  out.nodes = static_cast<int>(mesh.nodes.rows());
+  out.mesh = std::move(finished);
+  const QuadraticMesh& mesh = out.mesh;
   out.rows.assign(plan.rows.rows(), {});
   const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
-  const std::optional<double> touch =
-      first_touch_m(mesh, here, {Vec3::Zero(), normal}, here.half_width_m);
-  if (!touch) {
+  const auto touch_m = [&](const Vec3& place, const Vec3& axis) {
+    return first_touch_m(mesh, here, {place, axis}, here.half_width_m);
+  };
+  const std::optional<double> first_m = touch_m(Vec3::Zero(), normal),
+                              second_m = plan.second && first_m ? touch_m(plan.second->from_first_m,
+                                                                          plan.second->normal)
+                                                                : first_m;
+  if (!second_m) {
     for (PathRow& row : out.rows) row.status = RowStatus::no_contact;
     return out;
   }
-  out.touch_m = *touch;
-  ProbePose pose{out.touch_m * normal, normal};
-  if (plan.second) {
-    const auto& [place, axis] = *plan.second;
-    const std::optional<double> touch_m =
-        first_touch_m(mesh, here, {place, axis}, here.half_width_m);
-    if (!touch_m) {
-      for (PathRow& row : out.rows) row.status = RowStatus::no_contact;
-      return out;
-    }
-    pose.second = {place + *touch_m * axis, axis};
-  }
+  ProbePose pose{*first_m * normal, normal};
+  if (plan.second)
+    pose.second = {plan.second->from_first_m + *second_m * plan.second->normal,
+                   plan.second->normal};
   ContactSettings contact = setup.options.contact;
   // The penalty is in moduli of slow motion; a body that is stiffer at first overlaps no further.
   if (plan.is_in_time) contact.stiffness *= at_first_over_slow(materials);
@@ -124,11 +120,10 @@ MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, co
     };
   }
   out.rows = follow_paths(
-      equilibrium, here, pose, plan.paths, static_cast<int>(plan.rows.rows()), setup.options.path,
-      progress, on_row,
+      equilibrium, here, pose, plan.paths, static_cast<int>(plan.rows.rows()),
+      setup.options.uzawa_update, progress, on_row,
       coarser != nullptr ? transferred(coarser->reached, coarser->mesh, mesh) : Waypoints{},
       &out.reached);
-  out.mesh = std::move(mesh);
   out.counts = equilibrium.counts();
   out.is_complete = !progress.stopped();
   return out;
@@ -164,11 +159,11 @@ BaseRefinement Simulator::State::base_at(const ExperimentPlan& plan, const Vec3&
       [&](double coarsening, const std::vector<char>& halved) {
         return patch_at(mesh_at(position, normal, pressed, {coarsening, halved}), pressed, position,
                         normal);
+        // The base mesh may be wrong by half of force_tolerance.
       },
       options.coarse_ratio, normal,
-      options.force_tolerance > 0
-          ? std::min(options.max_base_error, kBaseShare * options.force_tolerance)
-          : options.max_base_error);
+      options.force_tolerance > 0 ? std::min(options.max_base_error, 0.5 * options.force_tolerance)
+                                  : options.max_base_error);
 }
 
 /// True if another material than that at the test point is so close that its border matters: on a

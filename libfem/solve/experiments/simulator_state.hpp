@@ -1,17 +1,103 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
+#include "libfem/elements/elastic_body.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
-#include "libfem/solve/experiments/base_refinement.hpp"
-#include "libfem/solve/experiments/experiment_plan.hpp"
-#include "libfem/solve/experiments/mesh_transfer.hpp"
+#include "libfem/solve/equilibrium/equilibrium.hpp"
+#include "libfem/solve/experiments/displacements.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
-
-// The state of a simulator, and a plan followed on one of its meshes.
+#include "libfit/core/geometry.hpp"
 
 namespace palpate::fem {
+
+/// Linear response of a body at rest to a unit force along `normal` (inward, unit) on a patch
+/// of its surface. The force is spread as Hertz's pressure over faces within `radius_m` of the
+/// origin that look against `normal`; compliance_m_N is the mean of the displacement, weighted
+/// alike, under a unit force along each axis (a column each). distortion_J_N2: #base tets, the
+/// deviatoric energy of their parts by the displacements of corners. sway_m_N: how the body moves
+/// as a whole around the patch under a unit force along each axis (M33), symmetric and nowhere
+/// negative; zero where that is not told. Zero and empty where no face is met or the body has no
+/// stiffness.
+struct PatchResponse {
+  Mat3 compliance_m_N = Mat3::Zero();
+  std::vector<double> distortion_J_N2;
+  Mat3 sway_m_N = Mat3::Zero();
+};
+
+/// One factorization. The mesh knows its base tets (QuadraticMesh::base), `base_tets` of them.
+PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
+                          const std::vector<Material>& materials, const RegionAt& region_at,
+                          const Vec3& normal, double radius_m, const BedAt& bed_at = {});
+
+/// Which tets of the base mesh to halve for a contact, and which share of force may be wrong after
+/// that because of the base mesh: thickness, far geometry, the border of what is held.
+/// halved: #base tets, or empty for none.
+struct BaseRefinement {
+  std::vector<char> halved;
+  double error = 0;
+  Mat3 sway_m_N = Mat3::Zero();  ///< of PatchResponse, on the finer mesh
+};
+
+/// The patch response on the mesh graded for the contact, its elements `coarsening` times as large
+/// as the contact asks for, with these base tets halved.
+using PressPatch = std::function<PatchResponse(double coarsening, const std::vector<char>& halved)>;
+
+/// Which base tets to halve so that no more than about `max_error` of force, relative and sideways
+/// too, is wrong because of the base mesh: those that hold two thirds of the distortion under
+/// the patch, or none (M13d). The forces that move the patch along `normal`, sticking and sliding,
+/// are compared with whole and with halved tets, on the grid whose elements are `coarse_ratio`
+/// times as large; where that cannot tell, as its own error changes with the tets too, on both
+/// grids, extrapolated.
+BaseRefinement refine_base(const PressPatch& press, double coarse_ratio, const Vec3& normal,
+                           double max_error);
+
+/// A straight piece of where contact goes on the surface, from the test point, and the shallowest
+/// depth there.
+struct ContactSegment {
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();
+  double depth_m = 0;
+};
+
+/// Place of a second probe: its test point, from the first one's, and its inward normal.
+struct SecondPlace {
+  Vec3 from_first_m, normal;
+};
+
+/// Rows of one test point, the paths of the probe that fill them, and the segments of the surface
+/// that contact visits.
+struct ExperimentPlan {
+  SampleRows rows;  ///< not reached yet; of two tools that of the second comes after the first's
+  std::vector<ProbePath> paths;
+  std::vector<ContactSegment> segments;
+  double depth_m = 0;  // deepest
+  bool is_in_time = false;
+  Lean lean = Lean::Zero();  // of the tool, all along
+  std::optional<SecondPlace> second = std::nullopt;
+
+  /// Appends a row of a tool and returns its number.
+  int add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection, int tool = 0);
+};
+
+/// The press passes every row and every depth where a drag starts; drags branch off there.
+ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& normal);
+
+/// Path 0 alone, a press, on meshes of the whole plan, so that grids differ in nothing but size.
+/// All rows stay, those of other paths are never reached.
+ExperimentPlan press_of(ExperimentPlan plan);
+
+/// One experiment `path` along successive deflections from first touch, of both tools where there
+/// are two.
+ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3& normal);
+
+/// A path with a straight press as deep beside it, path 0 of the plan; its few rows come last, as
+/// experiment 1.
+ExperimentPlan with_press(const ExperimentPlan& path, const Vec3& normal);
+
+/// The plan of a press to which the body answers as it does at first, before anything has relaxed.
+ExperimentPlan at_once(ExperimentPlan plan);
 
 /// coarsening: of the sizes that the contact asks for. halved: base tets, see GradeOptions.
 struct Fineness {
@@ -23,8 +109,6 @@ struct Fineness {
 struct MeshRun {
   std::vector<PathRow> rows;
   std::vector<Eigen::VectorXf> surface;  ///< of each row, where it is kept
-  double touch_m = 0;
-  int nodes = 0;
   SolverCounts counts;
   bool is_complete = true;  ///< not stopped
   QuadraticMesh mesh;       ///< and its displacements at all targets
@@ -54,7 +138,7 @@ struct Simulator::State {
                          const Vec3& normal) const;
   BaseRefinement base_at(const ExperimentPlan& plan, const Vec3& position,
                          const Vec3& normal) const;
-  MeshRun run(QuadraticMesh mesh, const ExperimentPlan& plan, const Vec3& position,
+  MeshRun run(QuadraticMesh finished, const ExperimentPlan& plan, const Vec3& position,
               const Vec3& normal, bool keeps_surface, const Progress& progress,
               const MeshRun* coarser = nullptr) const;
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
@@ -65,6 +149,9 @@ struct Simulator::State {
   PointRows quick_press(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
                         const Progress& progress) const;
 };
+
+/// Writes what was solved at row i, force and torque times a factor; false where it is not good.
+bool write_row(const PathRow& solved, double factor, Eigen::Index i, SampleRows& out);
 
 /// Writes forces, torques, errors and statuses of `out` [N rows, experiment after experiment] from
 /// what was solved on two meshes, the coarse one `ratio` times as coarse: extrapolated experiment
@@ -88,5 +175,31 @@ void mark_wedged(const Vec3& normal, SampleRows& rows);
 /// Gives rows of second tools the status, checks and error of their first ones, with which they
 /// were solved.
 void complete_second_tools(SampleRows& rows);
+
+/// Comparison of a mesh with a coarse grid by the forces of one experiment, all relative to them.
+/// excess: by how much forces on the mesh exceed those of an ever finer one, to be taken off.
+/// error: of what is then left, per row, at 95 %; NaN where nothing can be compared.
+struct Richardson {
+  double excess = 0;
+  std::vector<double> error;
+};
+
+/// Errors that grids which agree have in common: forces of balls and cones on exact layers are up
+/// to 1.1 % off (tests/validation/contact), and 1.2 % where the border of another material, whose
+/// elements differ from it, is within two contact radii (soft and stiff lumps: tests/libfem/solve).
+inline constexpr double kMinError = 0.01, kMinErrorAtBorder = 0.012;
+
+/// Richardson extrapolation to elements of size zero of the rows of one experiment. fine, coarse:
+/// forces [N] on the mesh and on a coarse grid whose elements are `ratio` times as large; zero
+/// where a row failed. A mesh with size proportional to distance from first touch is too stiff by
+/// nearly the same share at every depth, while differences of single rows scatter with how the rim
+/// of the contact happens to cut elements: so excess is the mean of all rows, and a row's own
+/// deviation from it, sideways too, only adds to its error, in quadrature to half of the excess
+/// (M13b, M13c). Forces below a hundredth of the largest do not count for the mean. No
+/// extrapolation where the coarse grid is off by more than a tenth: the error is then all of the
+/// difference. min_error: no error is below it. Source: Richardson 1911,
+/// doi:10.1098/rsta.1911.0009, with the order observed, 2.
+Richardson richardson(const std::vector<Vec3>& fine, const std::vector<Vec3>& coarse, double ratio,
+                      double min_error = kMinError);
 
 }  // namespace palpate::fem

@@ -1,4 +1,4 @@
-#include "libfem/solve/factor/elimination.hpp"
+#include "libfem/solve/factor/multifrontal.hpp"
 
 #include <suitesparse/cholmod.h>
 

@@ -11,8 +11,6 @@
 namespace palpate::fem {
 namespace {
 
-constexpr double kMaxSprings = 1e6;  // in the largest stiffness of a contact node
-
 std::atomic<double> max_bytes = 2e9;
 
 void check_memory(const Elimination& plan) {
@@ -59,7 +57,8 @@ bool SchurFactor::eliminate_and_invert(const SymmetricBlockMatrix& K) {
   // Without the probe the body may not be stable: springs then stand in for it.
   Eigen::MatrixXd held = frontal_.schur;
   for (double springs = 0.03; !factor_dense(held, flexibility_); springs *= 10) {
-    if (!(springs < kMaxSprings)) return false;  // not a number somewhere
+    // Springs beyond a million times the largest stiffness of a contact node do not help:
+    if (!(springs < 1e6)) return false;  // something is not a number
     held.diagonal().array() += springs * frontal_.schur.diagonal().cwiseAbs().maxCoeff();
   }
   dense_kernels().invert_from_factor(flexibility_.data(), static_cast<int>(flexibility_.rows()));

@@ -1,4 +1,3 @@
-#include "libfem/elements/material_history.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/tets.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "libfem/probes/cone.hpp"
+#include "libfem/probes/shapes.hpp"
 #include "probe_cases.hpp"
 
 namespace palpate::fem {

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "allocations.hpp"
-#include "libfem/probes/probe_frame.hpp"
+#include "libfem/probes/shapes.hpp"
 #include "probe_cases.hpp"
 
 namespace palpate::fem {

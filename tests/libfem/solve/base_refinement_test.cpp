@@ -1,6 +1,6 @@
 // What the base mesh hides (M13d), and what is done about it.
 
-#include "libfem/solve/experiments/base_refinement.hpp"
+#include "libfem/solve/experiments/simulator_state.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
 #include "libfem/mesh/structured_block.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 
 namespace palpate::fem {

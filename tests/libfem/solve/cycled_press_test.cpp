@@ -1,6 +1,6 @@
 // A block of soft gel that softens, pressed in cycles (docs/method-body.md, section 26).
 
-#include "libfem/solve/experiments/tool_paths.hpp"
+#include "libfem/solve/experiments/simulate.hpp"
 
 #include <gtest/gtest.h>
 

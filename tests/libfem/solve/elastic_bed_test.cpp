@@ -1,8 +1,6 @@
 // Springs under a body against closed forms: a rigid motion, a bar between planes of symmetry, a
 // stiff block that sinks.
 
-#include "libfem/solve/equilibrium/elastic_bed.hpp"
-
 #include <gtest/gtest.h>
 
 #include <random>

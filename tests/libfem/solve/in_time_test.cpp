@@ -6,7 +6,6 @@
 
 #include "block.hpp"
 #include "libfem/solve/experiments/simulate.hpp"
-#include "libfem/solve/experiments/tool_paths.hpp"
 
 namespace palpate::fem {
 namespace {

@@ -1,6 +1,6 @@
 // What one mesh knows at the nodes of another, and what a search gains by it.
 
-#include "libfem/solve/experiments/mesh_transfer.hpp"
+#include "libfem/solve/experiments/displacements.hpp"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ TEST(MeshTransfer, is_exact_for_parabolas_and_leaves_what_is_held) {
   const SimulationSetup setup = block_setup(0);
   const QuadraticMesh coarse = graded_block(setup, 0.008), fine = graded_block(setup, 0.003);
   ASSERT_GT(fine.nodes.rows(), 2 * coarse.nodes.rows());
-  const Points found = MeshTransfer(coarse, fine)(parabolas(coarse.nodes)),
+  const Points found = transferred({{parabolas(coarse.nodes)}}, coarse, fine)[0][0],
                wanted = parabolas(fine.nodes);
   for (Eigen::Index n = 0; n < found.rows(); ++n) {
     if (fine.is_held[n])
@@ -57,8 +57,8 @@ Dragged drag(const QuadraticMesh& mesh, const SimulationSetup& setup, const Wayp
   for (int k = 1; k <= 3; ++k) press.targets.push_back({Vec3(0, 0, -1e-3 * k), k - 1, true});
   for (int k = 1; k <= 4; ++k) aside.targets.push_back({Vec3(1.5e-3 * k, 0, -3e-3), k + 2, false});
   Dragged out;
-  out.rows = follow_paths(equilibrium, probe, {block_top(), -Vec3::UnitZ()}, {press, aside}, 7, {},
-                          {}, {}, ahead, &out.reached);
+  out.rows = follow_paths(equilibrium, probe, {block_top(), -Vec3::UnitZ()}, {press, aside}, 7,
+                          true, {}, {}, ahead, &out.reached);
   out.counts = equilibrium.counts();
   return out;
 }

@@ -80,9 +80,7 @@ std::vector<PathRow> press(double stiffness, bool uzawa_update, double friction)
   ProbePath path;
   for (int row = 0; row < 3; ++row)
     path.targets.push_back({Vec3(0, 0, -1e-3 * (row + 1)), row, true});
-  PathOptions following;
-  following.uzawa_update = uzawa_update;
-  return follow_paths(equilibrium, probe, {block_top(), -Vec3::UnitZ()}, {path}, 3, following);
+  return follow_paths(equilibrium, probe, {block_top(), -Vec3::UnitZ()}, {path}, 3, uzawa_update);
 }
 
 // Without friction what is left is of second order: under a third of the shift on this coarse mesh,

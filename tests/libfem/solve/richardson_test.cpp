@@ -1,4 +1,4 @@
-#include "libfem/solve/experiments/richardson.hpp"
+#include "libfem/solve/experiments/simulator_state.hpp"
 
 #include <gtest/gtest.h>
 

@@ -33,7 +33,7 @@ TEST(TwoTools, what_one_does_to_the_other_is_mutual) {
   // Without friction forces are the gradient of an energy over both depths.
   SimulationSetup setup = block_setup(0);
   setup.options.equilibrium.residual = 1e-6;
-  setup.options.path.uzawa_update = false;  // whose rest is no gradient
+  setup.options.uzawa_update = false;  // whose rest is no gradient
   const Simulator simulator(setup);
   constexpr double h = 0.0004, a = 0.0025, b = 0.0015;
   const auto rows = press_both(simulator, {{a, b - h}, {a, b + h}, {a - h, b}, {a + h, b}});

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "block.hpp"
-#include "libfem/solve/experiments/experiment_plan.hpp"
 #include "libfem/solve/experiments/simulator_state.hpp"
 
 namespace palpate::fem {

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "libfem/mesh/boundary.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "tests/libfem/solve/block.hpp"
 #include "tools/workshop/rivals/bullet_body.hpp"
 #include "tools/workshop/rivals/corotational.hpp"

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/structured_block.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "tests/validation/record.hpp"
 

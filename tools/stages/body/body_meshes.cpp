@@ -5,14 +5,12 @@
 #include <cmath>
 #include <utility>
 
-#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/fill/fill_volume.hpp"
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/mend.hpp"
-#include "libfem/mesh/surface/filter_noise.hpp"
-#include "libfem/mesh/surface/simulation_surface.hpp"
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/surface/surface.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/mend.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/misread_unit.hpp"

@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/linear_algebra.hpp"
 #include "libfit/io/csv/tables.hpp"

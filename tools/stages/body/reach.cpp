@@ -10,7 +10,7 @@
 
 #include "libfem/mesh/grade/divide.hpp"
 #include "libfem/mesh/repair/facts.hpp"
-#include "libfem/mesh/surface/test_points.hpp"
+#include "libfem/mesh/surface/surface.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/refine/edge_paths.hpp"
 #include "tools/console.hpp"

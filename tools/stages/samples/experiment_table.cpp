@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "libfem/probes/probes.hpp"
-#include "libfem/solve/experiments/tool_paths.hpp"
+#include "libfem/solve/experiments/simulate.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/experiments/draw.hpp"

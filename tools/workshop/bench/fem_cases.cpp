@@ -2,8 +2,8 @@
 #include <cmath>
 #include <ctime>
 
-#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/structured_block.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/body/simulation_setup.hpp"
 #include "tools/workshop/bench/fem.hpp"

@@ -40,7 +40,7 @@ constexpr SolverChoice kChoices[] = {
      }},
     {"shipped: stale factor, mixing", [](fem::SolverOptions&) {}},
     {"no mixing", [](fem::SolverOptions& o) { o.equilibrium.mixing = 0; }},
-    {"no Uzawa update", [](fem::SolverOptions& o) { o.path.uzawa_update = false; }},
+    {"no Uzawa update", [](fem::SolverOptions& o) { o.uzawa_update = false; }},
 };
 
 void add_choices(const std::string& experiment, FemCase what, const fem::Experiments& experiments,

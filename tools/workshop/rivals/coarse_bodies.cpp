@@ -6,8 +6,8 @@
 #include <memory>
 #include <optional>
 
-#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "tools/stages/body/body_meshes.hpp"
 #include "tools/stages/body/simulation_setup.hpp"
 #include "tools/workshop/bench/machine.hpp"

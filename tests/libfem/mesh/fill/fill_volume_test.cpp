@@ -8,8 +8,8 @@
 
 #include "libfem/mesh/fill/fill_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
-#include "libfem/mesh/surface/simulation_surface.hpp"
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/surface/surface.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "tests/libfem/mesh/surface/surfaces.hpp"
 #include "tests/support/error_of.hpp"
 
@@ -58,19 +58,6 @@ TEST(FillVolume, tetgen_on_a_crossing_surface_ends_in_a_reason_and_not_in_our_de
       tetgen_failure, 20);
   ASSERT_TRUE(std::holds_alternative<std::string>(result));
   EXPECT_FALSE(std::get<std::string>(result).empty());
-}
-
-TEST(FillVolume, surfaces_that_are_open_or_cross_themselves_are_refused_before_meshing) {
-  const auto refusal = [](const Surface& surface, double edge_m) {
-    return testing_support::fact_of([&] { fill_volume(surface, edge_m); });
-  };
-  Surface open = cube(0.1);
-  open.triangles.conservativeResize(11, 3);
-  EXPECT_EQ(refusal(open, 0.1), "it cannot be filled: 3 edges lie on a border");
-  const Surface crossing =
-      together(sphere(0.05, 2), moved(sphere(0.05, 2), Vec3(0.0801, 0.0102, 0.0053)));
-  EXPECT_EQ(refusal(crossing, 0.02), "it cannot be filled: it crosses itself");
-  EXPECT_NE(refusal(cube(0.1), -1), "accepted");
 }
 
 TEST(FillVolume, the_same_input_gives_the_same_bits) {

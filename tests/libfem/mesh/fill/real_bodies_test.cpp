@@ -7,8 +7,8 @@
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/mend.hpp"
-#include "libfem/mesh/surface/simulation_surface.hpp"
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/surface/surface.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace palpate {

@@ -7,9 +7,8 @@
 #include <random>
 #include <set>
 
-#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/structured_block.hpp"
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/libfem/mesh/grade/measures.hpp"
 #include "tests/support/error_of.hpp"
@@ -117,9 +116,6 @@ TEST(Bisect, halved_base_tets_have_parts_of_half_their_size_and_others_are_left_
   }
   EXPECT_GE(std::min(count[7], count[20]), 8);
   EXPECT_GT(std::count(count.begin(), count.end(), 1), base.tets.rows() / 2);
-  options.halved.pop_back();
-  EXPECT_THROW(grade_mesh(base, held_nowhere(base), SmoothSurface(boundary_surface(base)), options),
-               Error);
 }
 
 TEST(Bisect, tets_that_two_regions_share_are_smaller_by_the_share_asked_for) {
@@ -138,9 +134,6 @@ TEST(Bisect, tets_that_two_regions_share_are_smaller_by_the_share_asked_for) {
         << "tet " << t;
   }
   EXPECT_GT(shared, 50);
-  options.interface_share = 0;
-  EXPECT_THROW(grade_mesh(base, held_nowhere(base), SmoothSurface(boundary_surface(base)), options),
-               Error);
 }
 
 TEST(Bisect, dihedral_angles_shrink_boundedly) {

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/tets.hpp"
 
 namespace palpate::fem {
 

@@ -8,10 +8,9 @@
 #include <set>
 #include <thread>
 
-#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/grade/grade_steps.hpp"
 #include "libfem/mesh/structured_block.hpp"
-#include "libfem/mesh/tet_quality.hpp"
+#include "libfem/mesh/tets.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/libfem/mesh/grade/measures.hpp"
 #include "tests/support/error_of.hpp"
@@ -321,20 +320,8 @@ TEST(GradeMesh, result_is_the_same_bit_for_bit_on_any_thread) {
   }
 }
 
-TEST(GradeMesh, options_out_of_range_are_refused_by_name) {
+TEST(GradeMesh, a_tet_inside_out_is_refused) {
   const Block block;
-  const auto fact_of = [&](const GradeOptions& options, const std::vector<char>& held) {
-    return testing_support::fact_of([&] { grade_mesh(block.base, held, block.surface, options); });
-  };
-  GradeOptions no_path, no_size = kPress, no_growth = kPress, far = kPress;
-  no_size.path[0].h_m = 0;
-  no_growth.growth = 0;
-  far.path[0].reach_m = NAN;
-  EXPECT_EQ(fact_of(no_path, block.held), "the contact's path is empty");
-  EXPECT_EQ(fact_of(no_size, block.held), "h_m is not positive");
-  EXPECT_EQ(fact_of(no_growth, block.held), "growth is not in (0, 1]");
-  EXPECT_EQ(fact_of(far, block.held), "reach_m is negative");
-  EXPECT_EQ(fact_of(kPress, {}), "held flags do not match the base mesh's nodes");
   TetMesh inside_out = block.base;
   std::swap(inside_out.tets(7, 0), inside_out.tets(7, 1));
   EXPECT_THROW(grade_mesh(inside_out, block.held, block.surface, kPress), Error);

@@ -76,10 +76,5 @@ TEST(NormalGradient, noise_of_a_tenth_of_a_millimetre_costs_a_tenth_of_the_curva
   EXPECT_LT(rms, 0.15);
 }
 
-TEST(NormalGradient, patch_without_a_radius_is_refused) {
-  const SmoothSurface sphere(icosphere(1, 0.05));
-  EXPECT_THROW(sphere.normal_gradient(sphere.closest({0, 0, 0.05}), 0), Error);
-}
-
 }  // namespace
 }  // namespace palpate::fem

@@ -1,4 +1,4 @@
-#include "libfem/mesh/surface/contact_surface.hpp"
+#include "libfem/mesh/surface/surface.hpp"
 
 #include <gtest/gtest.h>
 

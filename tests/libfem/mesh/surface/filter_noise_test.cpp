@@ -1,6 +1,6 @@
 // The filter against surfaces whose truth is known: what is left of the noise, what it costs.
 
-#include "libfem/mesh/surface/filter_noise.hpp"
+#include "libfem/mesh/surface/surface.hpp"
 
 #include <gtest/gtest.h>
 

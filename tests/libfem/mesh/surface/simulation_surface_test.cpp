@@ -1,4 +1,4 @@
-#include "libfem/mesh/surface/simulation_surface.hpp"
+#include "libfem/mesh/surface/surface.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,8 @@
 #include <filesystem>
 #include <set>
 
-#include "libfem/mesh/surface/surface_checks.hpp"
+#include "libfem/mesh/repair/cgal_steps.hpp"
+#include "libfem/mesh/repair/facts.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "tests/libfem/mesh/surface/surfaces.hpp"
 #include "tests/support/error_of.hpp"
@@ -20,7 +21,7 @@ TEST(SimulationSurface, a_sphere_keeps_its_volume_within_the_tolerance) {
   const Surface fine = sphere(0.05, 5);  // 8192 triangles
   const auto result = simulation_surface(fine, 0.012, {.volume_tolerance = 0.02});
   EXPECT_EQ(why_not_closed(result.surface), std::nullopt);
-  EXPECT_FALSE(is_self_intersecting(result.surface));
+  EXPECT_TRUE(repair::self_intersections(result.surface).empty());
   EXPECT_NEAR(volume_m3(result.surface) / volume_m3(fine), 1, 0.02);
   EXPECT_LT(result.surface.triangles.rows(), fine.triangles.rows() / 7);
   // An edge e of chords on a sphere strays by about e^2 / (6 R); edges reach 4/3 of the target.
@@ -76,7 +77,6 @@ TEST(SimulationSurface, bad_input_is_refused) {
   const auto fact = [](const Surface& surface, double edge_m) {
     return testing_support::fact_of([&] { simulation_surface(surface, edge_m); });
   };
-  EXPECT_NE(fact(sphere(0.05, 2), 0), "accepted");
   Surface open = sphere(0.05, 2);
   open.triangles.conservativeResize(open.triangles.rows() - 1, 3);
   EXPECT_EQ(fact(open, 0.01), "it bounds no volume: 3 edges lie on a border");
@@ -104,7 +104,7 @@ TEST(SimulationSurface, is_closer_where_less_is_allowed) {
   EXPECT_LE(closer.excess, 1.1);
   EXPECT_LE(off_m(closer, true), 0.00088);
   EXPECT_GT(off_m(closer, false), 0.0016);  // and is as coarse as before elsewhere
-  EXPECT_FALSE(is_self_intersecting(closer.surface));
+  EXPECT_TRUE(repair::self_intersections(closer.surface).empty());
 }
 
 // A coarser ball inside another has chords that cross it; finer ones are needed there alone.
@@ -116,7 +116,7 @@ TEST(SimulationSurface, is_finer_where_it_would_cross_itself) {
   const SimulationSurface made =
       simulation_surface(fine, 0.08, {.volume_tolerance = 0.2, .stray_tolerance = 1});
   EXPECT_EQ(made.refused, "");
-  EXPECT_FALSE(is_self_intersecting(made.surface));
+  EXPECT_TRUE(repair::self_intersections(made.surface).empty());
   const auto count = [&](bool is_near) {
     return std::ranges::count_if(made.surface.vertices.rowwise(), [&](const auto& v) {
       return (v.norm() > 0.0499) && (v.x() > 0) == is_near;

@@ -5,8 +5,14 @@
 
 #include "libfem/contact/face_rule.hpp"
 #include "libfem/mesh/quadratic_mesh.hpp"
+#include "libfem/solve/equilibrium/path_follower.hpp"
 
 namespace palpate::fem {
+
+/// Displacements by which the paths on one mesh moved its nodes, from before the probe touched, at
+/// the nodes of another of the same body. A node takes those of the nearest tet, as its ten shape
+/// functions between straight edges have them; held nodes stay.
+Waypoints transferred(const Waypoints& reached, const QuadraticMesh& from, const QuadraticMesh& to);
 
 /// Places of a surface on the boundary of a solved mesh, so that they move as it does.
 /// A place belongs to the nearest boundary face that faces its way (each face as four flat

@@ -1,15 +1,51 @@
-#include "libfem/solve/experiments/surface_places.hpp"
+#include "libfem/solve/experiments/displacements.hpp"
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <utility>
 
+#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/closest_point.hpp"
 
 namespace palpate::fem {
-namespace {
 
-constexpr double kMinFacing = 0.3;  // cosine: a thin body's other side is never hit
+Waypoints transferred(const Waypoints& reached, const QuadraticMesh& from,
+                      const QuadraticMesh& to) {
+  if (reached.empty()) return {};
+  struct NodePlace {
+    std::array<std::int32_t, 10> node{};
+    std::array<double, 10> shape{};  // zeros where held
+  };
+  std::vector<NodePlace> places(to.nodes.rows());
+  const TetMesh corners{from.nodes, from.tets.leftCols<4>(), {}};
+  const BoxTree boxes = tet_boxes(corners);
+  for (std::size_t n = 0; n < places.size(); ++n) {
+    if (to.is_held[n]) continue;
+    const auto found =
+        closest_in_volume(corners, boxes, to.nodes.row(n), std::numeric_limits<double>::infinity(),
+                          [](const VolumePoint&) { return true; });
+    if (!found) continue;
+    auto& [node, shape] = places[n];
+    const Eigen::Vector4d& w = found->weight;
+    for (int k = 0; k < 4; ++k) shape[k] = w[k] * (2 * w[k] - 1);
+    for (int e = 0; e < 6; ++e) shape[4 + e] = 4 * w[kTetEdge[e][0]] * w[kTetEdge[e][1]];
+    for (int k = 0; k < 10; ++k) node[k] = from.tets(found->tet, k);
+  }
+  Waypoints out = reached;
+  for (std::vector<Points>& path : out)
+    for (Points& u : path) {
+      if (u.size() == 0) continue;
+      const Points there = std::exchange(u, Points::Zero(places.size(), 3));
+      for (std::size_t n = 0; n < places.size(); ++n)
+        for (int k = 0; k < 10; ++k) u.row(n) += places[n].shape[k] * there.row(places[n].node[k]);
+    }
+  return out;
+}
+
+namespace {
 
 // Area coordinates of corners 1 and 2 at a face's nodes, and its four flat triangles.
 constexpr double kNodeR[kFaceNodes] = {0, 1, 0, 0.5, 0.5, 0};
@@ -33,14 +69,12 @@ SurfacePlaces::SurfacePlaces(const QuadraticMesh& mesh, const Points& places,
   for (Eigen::Index i = 0; i < places.rows(); ++i) {
     const Vec3 place = places.row(i), normal = outward.row(i);
     const auto faces_it = [&](const SurfacePoint& hit) {
-      const auto corner = flat.triangles.row(hit.triangle);
-      const Vec3 a = flat.vertices.row(corner[0]), b = flat.vertices.row(corner[1]),
-                 c = flat.vertices.row(corner[2]);
+      const auto [a, b, c] = corners_of(flat, hit.triangle);
       const Vec3 area = (b - a).cross(c - a);
-      return area.dot(normal) >= kMinFacing * area.norm();
+      return area.dot(normal) >= 0.3 * area.norm();  // a thin body's other side is never hit
     };
-    constexpr double kAnywhere = std::numeric_limits<double>::infinity();
-    std::optional<SurfacePoint> hit = closest_point(flat, boxes, place, kAnywhere, faces_it);
+    std::optional<SurfacePoint> hit =
+        closest_point(flat, boxes, place, std::numeric_limits<double>::infinity(), faces_it);
     if (!hit) hit = closest_point(flat, boxes, place);
     double r = 0, s = 0;
     for (int k = 0; k < 3; ++k) {
