@@ -16,8 +16,7 @@ namespace palpate::tools {
 namespace {
 
 constexpr double kRate_Hz = 1000;
-constexpr double kLongestSlide = 4;  // in depths: sticks, then slips
-constexpr int kStepsPerDepth = 10;   // at which the surface below a slide is looked up
+constexpr int kStepsPerDepth = 10;  // at which the surface below a slide is looked up
 constexpr int kDirections = 12;
 
 /// The asset's surface, and which triangles its test points answer for.
@@ -114,7 +113,7 @@ struct Slide {
 Slide slide_along(const PathWindow& window, const Vec3& spot, const Vec3& inward, const Vec3& along,
                   double depth_m) {
   Slide slide{along, depth_m / kStepsPerDepth};
-  const auto steps = static_cast<int>(kLongestSlide * kStepsPerDepth);
+  const auto steps = static_cast<int>(4.0 * kStepsPerDepth);  // in depths: sticks, then slips
   for (int i = 1; i <= steps + 1; ++i) {
     const Vec3 above = spot + i * slide.step_m * along + (slide.fall_m.back() - depth_m) * inward;
     const auto way_m = ray_distance_m(window.surface, window.boxes, above, inward, 0);

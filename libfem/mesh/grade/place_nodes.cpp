@@ -293,11 +293,10 @@ double jacobian_determinant(const TetNodes& nodes, const Eigen::Vector4d& at) {
 }
 
 double smallest_jacobian(const TetNodes& nodes) {
-  constexpr double kNear = 0.58541019662496852, kFar = 0.13819660112501050;  // degree-2 rule
   double smallest = jacobian_determinant(nodes, Eigen::Vector4d::Constant(0.25));
   for (int k = 0; k < 4; ++k) {
-    Eigen::Vector4d at = Eigen::Vector4d::Constant(kFar);
-    at[k] = kNear;
+    Eigen::Vector4d at = Eigen::Vector4d::Constant(0.13819660112501050);  // degree-2 rule
+    at[k] = 0.58541019662496852;
     smallest = std::min({smallest, jacobian_determinant(nodes, at),
                          jacobian_determinant(nodes, Eigen::Vector4d::Unit(k))});
   }

@@ -141,8 +141,6 @@ Vec3 SmoothSurface::normal(std::int32_t triangle, const Vec3& weights) const {
 namespace {
 
 constexpr int kTerms = 10;  // 1, x, y, x^2, xy, y^2 and the four cubics
-constexpr double kSamplesPerRadius =
-    4;  // twelve or more samples a fit of 10 terms even at a corner
 
 struct Sample {
   Vec3 position;
@@ -195,8 +193,8 @@ Mat3 SmoothSurface::normal_gradient(const SurfaceHit& centre, double radius_m) c
     const Vec3 a = corner(f, 0), b = corner(f, 1), c = corner(f, 2);
     const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
     // A triangle far larger than the patch is sampled no finer.
-    const int split =
-        std::clamp(static_cast<int>(std::ceil(kSamplesPerRadius * longest / radius_m)), 1, 32);
+    // Twelve or more samples a fit of 10 terms even at a corner.
+    const int split = std::clamp(static_cast<int>(std::ceil(4.0 * longest / radius_m)), 1, 32);
     const double area = 0.5 * (b - a).cross(c - a).norm() / (split * split);
     // Centres of the split^2 small triangles, upright ones first: a midpoint rule over the facet.
     for (int i = 0; i < split; ++i)

@@ -68,10 +68,6 @@ void fail_not_tets(const Cursor& cursor, const char* kind) {
 
 namespace {
 
-// Volume over longest edge cubed below which a tet counts as flat: roundoff of a tet written with
-// 12 digits, and far below slivers that still solve (quality 0.0015).
-constexpr double kFlatVolume = 1e-12;
-
 using TetIds = std::array<std::int32_t, 4>;
 
 std::string list_of(std::span<const std::int64_t> ids) {
@@ -117,7 +113,9 @@ std::vector<TetIds> turned_positive(const RawTetMesh& raw, const std::string& wh
   std::vector<std::int64_t> flat;
   for (std::size_t t = 0; t < tets.size(); ++t) {
     const double volume = relative_volume(raw.points, tets[t]);
-    if (!(std::abs(volume) > kFlatVolume)) flat.push_back(raw.tet_id[t]);
+    // Volume over longest edge cubed below which a tet counts as flat: roundoff of a tet written
+    // with 12 digits, and far below slivers that still solve (quality 0.0015).
+    if (!(std::abs(volume) > 1e-12)) flat.push_back(raw.tet_id[t]);
     if (volume >= 0) continue;
     std::swap(tets[t][2], tets[t][3]);
     ++notes.flipped_tets;

@@ -39,9 +39,6 @@ constexpr Format<mesh_read::RawTetMesh> kTetFormats[] = {
     {".ele", "TetGen, with .node beside it", mesh_read::read_tetgen},
 };
 
-// A body of more than 1000 km or less than 1 nm is a wrong unit or misread bytes.
-constexpr double kLargest_m = 1e6, kSmallest_m = 1e-9;
-
 template <typename Mesh>
 std::string list_formats(std::span<const Format<Mesh>> formats) {
   std::string list;
@@ -94,8 +91,9 @@ void check_unit(double length_unit_m, const std::string& where) {
 void check_size(const Points& points, const std::string& where) {
   const double largest = points.cwiseAbs().maxCoeff(), extent = extent_m(points).maxCoeff();
   const char* remedy = "Check length_unit, and the mesh for stray vertices.";
-  if (largest > kLargest_m) throw Error(where, "the mesh reaches further than 1000 km", remedy);
-  if (extent < kSmallest_m) throw Error(where, "the mesh is smaller than 1 nm", remedy);
+  if (largest > 1e6) throw Error(where, "the mesh reaches further than 1000 km", remedy);
+  // A body of more than 1000 km or less than 1 nm is a wrong unit or misread bytes.
+  if (extent < 1e-9) throw Error(where, "the mesh is smaller than 1 nm", remedy);
 }
 
 }  // namespace

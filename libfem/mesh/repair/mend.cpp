@@ -16,10 +16,6 @@ namespace {
 using repair::Changes;
 using repair::Soup;
 
-// Volume over area^1.5 below which a closed piece is two sheets on each other (a ball: 0.094).
-constexpr double kThinnest = 1e-9;
-// More crossings are no local flaw: a 2.6 k triangle mesh with 423 took 8 s to fail.
-constexpr std::size_t kMaxCrossings = 200;
 // Between samples of the distance that mending moved, over kMostMoved: a pit as wide is met twice.
 constexpr double kMovedSpacing = 0.5;
 constexpr const char* kWrapHint = "Repair it in a mesh editor, or wrap it.";
@@ -113,7 +109,8 @@ Surface without_crossings(const Surface& surface, const Soup& soup, const std::s
   if (pairs.empty()) return surface;
   const std::string names = name_pairs(surface, pairs, soup);
   std::optional<Surface> mended;
-  if (pairs.size() <= kMaxCrossings) mended = repair::without_self_intersections(surface);
+  // More crossings are no local flaw: a 2.6 k triangle mesh with 423 took 8 s to fail.
+  if (pairs.size() <= 200) mended = repair::without_self_intersections(surface);
   if (!mended)
     throw Error(where,
                 "the surface crosses itself in " + counted(pairs.size(), "pair", "pairs") +
@@ -148,7 +145,8 @@ void verify(const Surface& surface, bool allow_open, const std::string& where) {
   if (!facts.is_manifold) refuse("is not manifold");
   if (!facts.is_oriented) refuse("is not oriented");
   if (!facts.is_closed && !allow_open) refuse("is open");
-  if (facts.is_closed && !(facts.volume_m3 > kThinnest * std::pow(facts.area_m2, 1.5)))
+  // Volume over area^1.5 below which a closed piece is two sheets on each other (a ball: 0.094).
+  if (facts.is_closed && !(facts.volume_m3 > 1e-9 * std::pow(facts.area_m2, 1.5)))
     refuse("encloses no volume (two sheets on each other, or a flat piece)");
   const Pairs pairs = repair::self_intersections(surface);
   if (!pairs.empty())

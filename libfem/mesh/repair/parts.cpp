@@ -171,12 +171,6 @@ class SurfaceParts {
   std::vector<SurfacePart> parts_;
 };
 
-// Least share of the volume of the body's box that a piece with a border encloses, closed by a fan,
-// as a part of the body that lost a lid: a bag of a tenth of the body's length. A facet has 0, a
-// dozen bent ones some 1e-5; a gall bladder beside its liver 0.01. Half and twice: 0.08 and 0.13 of
-// the length.
-constexpr double kLeastPiece = 1e-3;
-
 }  // namespace
 
 void drop_stray_facets(Soup& soup, Changes& changes, const std::string& where) {
@@ -211,8 +205,12 @@ void drop_stray_facets(Soup& soup, Changes& changes, const std::string& where) {
   make_manifold(open, unreported, where);
   const SurfaceParts pieces(open);
   std::vector<char> is_kept(soup.faces.size(), 1);
+  // Least share of the volume of the body's box that a piece with a border encloses, closed by a
+  // fan, as a part of the body that lost a lid: a bag of a tenth of the body's length. A facet has
+  // 0, a dozen bent ones some 1e-5; a gall bladder beside its liver 0.01. Half and twice: 0.08 and
+  // 0.13 of the length.
   for (std::size_t f = 0; f < open.faces.size(); ++f)
-    if (std::abs(pieces.of_number(pieces.of_face(f)).volume_m3) < kLeastPiece * body.volume())
+    if (std::abs(pieces.of_number(pieces.of_face(f)).volume_m3) < 1e-3 * body.volume())
       is_kept[number_of[f]] = 0;
   if (const std::size_t dropped = keep_faces(soup, is_kept))
     changes.push_back("dropped " + counted(dropped, "stray triangle", "stray triangles") +

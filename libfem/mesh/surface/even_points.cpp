@@ -204,9 +204,8 @@ class EvenOut {
   }
 
   void run() {
-    constexpr int kRounds =
-        10;  // hops go half the distance, so the last moves are a thousandth of the first
-    for (int round = 0; round < kRounds; ++round) {
+    // Hops go half the distance, so the last moves are a thousandth of the first.
+    for (int round = 0; round < 10; ++round) {
       flip_edges();
       for (const auto v : mesh_.vertices()) hop(v);
     }

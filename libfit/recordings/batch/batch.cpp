@@ -113,7 +113,6 @@ double surface_deviation_m(const std::vector<OffSurface>& contacts) {
 void weigh_with_surface(const std::vector<ItemResult>& results, const BatchOptions& options,
                         std::vector<KnownContacts>& known) {
   constexpr std::size_t kMinContacts = 6;  // that a registration takes
-  constexpr double kMinCosine = 0.5;       // between press and normal: the travel is twice the gap
   std::vector<OffSurface> contacts;
   for (std::size_t i = 0; i < results.size(); ++i)
     for (const Conditioned& r : results[i].recordings)
@@ -132,7 +131,7 @@ void weigh_with_surface(const std::vector<ItemResult>& results, const BatchOptio
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     if (!nearest[k]) continue;
     const double cosine = nearest[k]->inward.dot(motion.rotation * *contacts[k].recording->inward);
-    if (cosine < kMinCosine) continue;
+    if (cosine < 0.5) continue;  // between press and normal: the travel is twice the gap
     const Vec3 gap_m = nearest[k]->position_m - Vec3(places.row(k));
     near.push_back(contacts[k]);
     near.back().off_m = nearest[k]->inward.dot(gap_m) / cosine;
