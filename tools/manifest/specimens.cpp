@@ -51,9 +51,9 @@ TwoColumns read_two(const std::filesystem::path& path, const Column& strain, con
   const TextFile file(path, bytes, "utf-8");
   for (std::size_t i = 0; i < std::min(file.lines(), kHeaderLines); ++i) {
     const std::string_view line = file.line(i);
-    if (trimmed(line).empty()) continue;
-    const char separator = guess_separator(trimmed(line));
-    const auto fields = split(trimmed(line), separator);
+    if (unquoted(line).empty()) continue;
+    const char separator = guess_separator(unquoted(line));
+    const auto fields = split(unquoted(line), separator);
     const auto place = [&](const Column& column) -> std::optional<std::size_t> {
       if (column.number)
         return *column.number < fields.size() ? column.number : std::optional<std::size_t>();

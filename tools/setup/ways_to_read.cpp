@@ -135,7 +135,7 @@ std::vector<std::string> header_of(const fs::path& path, const std::string& byte
     const std::string text = importers::is_utf16(bytes) ? importers::utf8_of(path, bytes) : bytes;
     const importers::TextFile file(path, text, encoding_of(path, text));
     for (std::size_t i = 0; i < file.lines(); ++i) {
-      const std::string_view line = importers::trimmed(file.line(i));
+      const std::string_view line = importers::unquoted(file.line(i));
       if (line.empty() || line.starts_with("#")) continue;
       std::vector<std::string> names;
       for (const auto field : importers::split(line, importers::guess_separator(line)))

@@ -21,9 +21,9 @@ struct ColumnsHeader {
 // A header that is commented out, as numpy writes it, without the mark and a label: "# columns: t
 // z".
 std::string_view uncommented(std::string_view line, const ReadSettings& settings) {
-  line = trimmed(line).substr(settings.comment.size());
+  line = unquoted(line).substr(settings.comment.size());
   const std::size_t colon = line.find(": ");
-  const std::string_view label = trimmed(line.substr(0, std::min(colon, line.size())));
+  const std::string_view label = unquoted(line.substr(0, std::min(colon, line.size())));
   return colon == std::string_view::npos || label.find_first_of(" \t,;") != std::string_view::npos
              ? line
              : line.substr(colon + 2);
@@ -48,7 +48,7 @@ ColumnsHeader find_header(const TextFile& file, const std::vector<Role>& roles,
   bool has_one = false;
   for (std::size_t i = 0, seen = 0; i < file.lines() && seen < kHeaderLines; ++i) {
     std::string_view line = file.line(i);
-    if (trimmed(line).empty()) continue;
+    if (unquoted(line).empty()) continue;
     ++seen;
     if (is_comment(line, settings.comment)) {
       if (is_numbered) continue;
@@ -75,7 +75,7 @@ ColumnsHeader find_header(const TextFile& file, const std::vector<Role>& roles,
 
 // A line as the names of columns.
 std::vector<std::string> names_of_line(std::string_view line, const ReadSettings& settings) {
-  if (!settings.comment.empty() && trimmed(line).starts_with(settings.comment))
+  if (!settings.comment.empty() && unquoted(line).starts_with(settings.comment))
     line = uncommented(line, settings);
   const auto fields = split(line, settings.separator ? settings.separator : guess_separator(line));
   return {fields.begin(), fields.end()};
@@ -301,7 +301,7 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
     return file.error(header, what, remedy);
   };
   const std::vector<Role> roles = roles_of(with_defaults(settings.columns));
-  const std::string_view line_of_names = trimmed(file.line(header));
+  const std::string_view line_of_names = unquoted(file.line(header));
   const std::vector<std::string> names = names_of_line(line_of_names, settings);
   TableLayout layout =
       layout_of(settings, header + 1,

@@ -82,7 +82,7 @@ TextFile::TextFile(const std::filesystem::path& path, std::string_view bytes,
                    std::string_view encoding)
     : path_(path) {
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);  // byte order mark
-  if (trimmed(bytes).empty()) throw Error(path.string() + ":1", "is empty", kNoRowRemedy);
+  if (unquoted(bytes).empty()) throw Error(path.string() + ":1", "is empty", kNoRowRemedy);
   const auto line_of = [&](std::size_t at) {
     return fmt::format("{}:{}", path.string(), lines_of(bytes.substr(0, at + 1)).size());
   };
@@ -107,7 +107,7 @@ Error TextFile::error(std::size_t index, const std::string& what, const std::str
   return Error(fmt::format("{}:{}", path_.string(), index + 1), what, remedy);
 }
 
-std::string_view trimmed(std::string_view text) {
+std::string_view unquoted(std::string_view text) {
   constexpr std::string_view kBlank = " \t\r\n\f\v";
   const auto strip = [&] {
     const std::size_t first = text.find_first_not_of(kBlank);
@@ -131,7 +131,7 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
       if (first == std::string_view::npos) return fields;
       line.remove_prefix(first);
       const std::size_t end = std::min(line.find_first_of(" \t"), line.size());
-      fields.push_back(trimmed(line.substr(0, end)));
+      fields.push_back(unquoted(line.substr(0, end)));
       line.remove_prefix(end);
     }
   }
@@ -140,15 +140,15 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
   for (std::size_t i = 0; i < line.size(); ++i) {
     if (line[i] == '"') is_quoted = !is_quoted;
     if (line[i] != separator || is_quoted) continue;
-    fields.push_back(trimmed(line.substr(begin, i - begin)));
+    fields.push_back(unquoted(line.substr(begin, i - begin)));
     begin = i + 1;
   }
-  fields.push_back(trimmed(line.substr(begin)));
+  fields.push_back(unquoted(line.substr(begin)));
   return fields;
 }
 
 bool is_comment(std::string_view line, std::string_view mark) {
-  line = trimmed(line);
+  line = unquoted(line);
   return line.empty() || (!mark.empty() && line.starts_with(mark));
 }
 
@@ -215,8 +215,8 @@ std::pair<std::string, std::string> split_unit(std::string_view name) {
   for (const auto& [open, close] : {std::pair{'(', ')'}, std::pair{'[', ']'}}) {
     const std::size_t from = text.rfind(open);
     if (from == std::string::npos || text.empty() || text.back() != close) continue;
-    return {std::string(trimmed(text.substr(0, from))),
-            std::string(trimmed(text.substr(from + 1, text.size() - from - 2)))};
+    return {std::string(unquoted(text.substr(0, from))),
+            std::string(unquoted(text.substr(from + 1, text.size() - from - 2)))};
   }
   return {text, {}};
 }

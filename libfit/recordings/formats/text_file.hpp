@@ -40,7 +40,7 @@ bool is_utf16(std::string_view bytes);
 std::string utf8_of(const std::filesystem::path& path, std::string_view bytes);
 
 /// Without blanks and quotes around it.
-std::string_view trimmed(std::string_view text);
+std::string_view unquoted(std::string_view text);
 /// Fields of a line, each trimmed; a separator ' ' stands for any run of blanks.
 std::vector<std::string_view> split(std::string_view line, char separator);
 /// Whether a list with blanks between its words has this one.
