@@ -1,6 +1,6 @@
 // Words of the code are those of the field (docs/style.md): private ones and riddling beginnings of
-// comments are counted per file, and named numeric constants in all. words_allowed.txt has what is
-// left, and only shrinks.
+// comments are counted per file, named numeric constants in all. words_allowed.txt has what is
+// left, and only shrinks. docs/bench/constants.csv says what half and twice of a constant change.
 
 #include <gtest/gtest.h>
 
@@ -15,6 +15,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "tests/support/sources.hpp"
 
@@ -77,30 +78,67 @@ int riddling_comments(const std::string& code, const std::string& comment) {
   return found;
 }
 
-int numeric_constants(const std::string& code) {
+struct NumericConstant {
+  std::string name, value;
+  std::string comment;  ///< beside its statement and right above it
+};
+
+// Those with a literal value: one that is made of others is no number of its own.
+std::vector<NumericConstant> numeric_constants(const std::string& text) {
   static const std::regex statement(
-      R"re(\bconstexpr (?:static |inline )*(?:double|float|int|unsigned|long|std::u?int\w+|std::size_t)( k[A-Z][^;]*);)re");
-  static const std::regex name(R"re([ ,]k[A-Z]\w* ?[={])re");
-  int found = 0;
-  for (std::sregex_iterator it(code.begin(), code.end(), statement), end; it != end; ++it) {
-    const std::string names = (*it)[1];
-    found +=
-        static_cast<int>(std::distance(std::sregex_iterator(names.begin(), names.end(), name), {}));
+      R"re(((?:\n *//[^\n]*)*)\n[^\n/]*\bconstexpr (?:static |inline )*(?:double|float|int|unsigned|long|std::u?int\w+|std::size_t|Eigen::Index)( k[A-Z][^;]*);([^\n]*))re");
+  static const std::regex name(R"re([ ,](k[A-Z]\w*) = ([-0-9eE.+*/()xu' ]+)(?=,|$))re");
+  std::vector<NumericConstant> found;
+  for (std::sregex_iterator it(text.begin(), text.end(), statement), end; it != end; ++it) {
+    const std::string names = (*it)[2];
+    for (std::sregex_iterator part(names.begin(), names.end(), name); part != end; ++part)
+      found.push_back({(*part)[1], (*part)[2], (*it)[1].str() + (*it)[3].str()});
   }
   return found;
 }
 
+// Numbers, equations and sources in a comment say how its constant was chosen.
+bool has_evidence(const std::string& comment) {
+  static const std::regex evidence(
+      R"re([Mm]easured|[Hh]alf|[0-9]+ to [0-9]|\((M|S|B)[0-9]+|[a-z] [12][0-9]{3}\b|[0-9.]+ (%|s|ms|mm|um|times|of)\b)re");
+  return std::regex_search(comment, evidence);
+}
+
+// "file,name,value" of each row.
+std::set<std::string> measured_constants() {
+  std::istringstream table(
+      testing_support::text_of(testing_support::kSourceRoot / "docs/bench/constants.csv"));
+  std::set<std::string> rows;
+  std::string line;
+  std::getline(table, line);
+  for (std::string file, name, value; std::getline(table, line);) {
+    std::istringstream fields(line);
+    for (std::string* field : {&file, &name, &value}) std::getline(fields, *field, ',');
+    rows.insert(file + ',' + name + ',' + value);
+  }
+  return rows;
+}
+
 TEST(words, are_those_of_the_field) {
-  std::map<std::string, int> counts{{"named_numeric_constants", 0}};
+  std::map<std::string, int> counts;
+  std::set<std::string> measured = measured_constants();
+  EXPECT_FALSE(measured.empty());
   for (const auto& [name, text] : testing_support::source_files(
            {"libfem", "libfit", "tools"}, {".cpp", ".hpp", ".h", ".inc", ".ts", ".py", ".cs"})) {
     const std::string comment = name.ends_with(".py") ? "#" : "//";
     const std::string code = without_quotations(text, comment);
     const int found = private_words(code) + riddling_comments(code, comment);
     if (found > 0) counts[name] = found;
-    if (!name.starts_with("tools/workshop"))
-      counts["named_numeric_constants"] += numeric_constants(code);
+    if (name.starts_with("tools/workshop")) continue;
+    for (const NumericConstant& constant : numeric_constants(text)) {
+      ++counts["numeric_constants"];
+      const bool is_measured =
+          measured.erase(name + ',' + constant.name + ',' + constant.value) > 0;
+      counts["numeric_constants_without_evidence"] +=
+          is_measured || has_evidence(constant.comment) ? 0 : 1;
+    }
   }
+  for (const std::string& row : measured) ADD_FAILURE() << row << " is no constant of the code";
   if (std::getenv("PALPATE_WRITE_WORDS") != nullptr) {
     std::ofstream out(kAllowance);
     for (const auto& [name, count] : counts) out << name << ' ' << count << '\n';
