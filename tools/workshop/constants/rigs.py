@@ -1,5 +1,6 @@
-"""Made recordings for vary.py: python3 rigs.py FOLDER writes two rigs, `faults` with one press for each
-fault that a real recording has, and `holds` with a body that relaxes, pressed at two rates."""
+"""Recordings for vary.py: python3 rigs.py FOLDER SHARED makes two rigs, `faults` with one press for
+each fault that a real recording has, and `holds` with a body that relaxes, pressed at two rates; and a
+manifest of the silicone compressions in SHARED/data, `compressions`."""
 import math
 import pathlib
 import random
@@ -82,6 +83,20 @@ def relaxing(stiffness, touch, speed, dt=0.06, hold=6.0):
     return rows
 
 
+def compressions(folder, shared):
+    folder.mkdir(parents=True, exist_ok=True)
+    text = """[defaults]
+force_on = "body"
+normal = [0, 0, -1]
+probe = { shape = "flat", radius = "25 mm" }
+"""
+    for file in sorted(pathlib.Path(shared, "data/compression").resolve().glob("EF10*.csv")):
+        point, x = ("EF100", 90) if "100T" in file.name else ("EF50", 0)
+        text += f'[[recording]]\nfile = "{file}"\npoint = "{point}"\n'
+        text += f'position = ["{x} mm", "0 mm", "0 mm"]\n'
+    (folder / "manifest.toml").write_text(text)
+
+
 if __name__ == "__main__":
     root = pathlib.Path(sys.argv[1])
     random.seed(7)
@@ -95,3 +110,4 @@ if __name__ == "__main__":
         write(root / "holds", f"p{k}", relaxing(0.16, 0.6 + 0.05 * k, speed))
         places[f"p{k}"] = place
     manifest(root / "holds", places)
+    compressions(root / "compressions", sys.argv[2])

@@ -3,7 +3,9 @@
     git worktree add COPY; python3 vary.py instrument COPY
     cmake -S COPY -B COPY/build/release -DCMAKE_BUILD_TYPE=Release \\
       -DCMAKE_CXX_FLAGS="-include $PWD/tune.hpp"; ninja -C COPY/build/release palpate
-    python3 rigs.py RIGS
+    python3 rigs.py RIGS SHARED; python3 COPY/docs/tutorial/presses.py RIGS/presses
+    palpate run COPY/data/scenes/block.toml --quick -o RIGS/block     (fibre_block, cylinder,
+                                                   lying_capsule as well; by COPY's program)
     python3 vary.py measure COPY SUITE RIGS >> measured.jsonl      (one suite after the other)
     python3 vary.py table COPY measured.jsonl > docs/bench/constants.csv
 
@@ -145,7 +147,8 @@ class Program:
             grades = ["", "good", "fair", "poor", "refused"]
             self.set(f"{name} grade {i}", grades.index(row["grade"]), 0)
             if row["contact_m"]:
-                self.set(f"{name} contact {i}", row["contact_m"], row["contact_deviation_m"] or 1e-5)
+                deviation_m = row["contact_deviation_m"] or 1e-5
+                self.set(f"{name} contact {i}", row["contact_m"], deviation_m)
 
     def statement(self, name, path):
         try:
@@ -168,7 +171,8 @@ class Program:
         return self.figures
 
     def recordings(self, tuned):
-        self.imported("faults", os.path.join(self.rigs, "faults/manifest.toml"), tuned)
+        for rig in ("presses", "faults", "compressions"):
+            self.imported(rig, os.path.join(self.rigs, rig, "manifest.toml"), tuned)
         for path in sorted(pathlib.Path(self.shared, "cases/odd").glob("*.toml")):
             self.imported(path.stem, str(path), tuned)
 
@@ -184,8 +188,11 @@ class Program:
                 self.set(f"{path.stem} number {i}", number, SHARES["scene"] * float(number))
 
     def meshes(self, tuned):
-        for scene in ("liver", "breast", "clot"):
-            self.run(scene, tuned, "prepare", f"{self.scenes}/{scene}.toml", "-o", scene + ".h5")
+        elephant = os.path.join(self.shared, "data/surfaces/cgal_elephant-with-holes.off")
+        self.run("new", "", "new", elephant, "-o", "elephant.toml")
+        for scene in ("liver", "breast", "clot", "elephant"):
+            folder = self.folder if scene == "elephant" else self.scenes
+            self.run(scene, tuned, "prepare", f"{folder}/{scene}.toml", "-o", scene + ".h5")
 
             def visit(name, data, scene=scene):
                 if isinstance(data, h5py.Dataset) and data.dtype.kind in "fi" and data.size:
