@@ -1,6 +1,6 @@
 """Recordings for vary.py: python3 rigs.py FOLDER SHARED makes two rigs, `faults` with one press for
-each fault that a real recording has, and `holds` with a body that relaxes, pressed at two rates; and a
-manifest of the silicone compressions in SHARED/data, `compressions`."""
+each fault that a real recording has, and `holds` with a body that relaxes, pressed at two rates; and
+a manifest of the silicone compressions in SHARED/data, `compressions`."""
 import math
 import pathlib
 import random

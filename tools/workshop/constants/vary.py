@@ -7,7 +7,7 @@
     palpate run COPY/data/scenes/block.toml --quick -o RIGS/block     (fibre_block, cylinder,
                                                    lying_capsule as well; by COPY's program)
     python3 vary.py measure COPY SUITE RIGS >> measured.jsonl      (one suite after the other)
-    python3 vary.py table COPY measured.jsonl > docs/bench/constants.csv
+    python3 vary.py table . measured.jsonl > docs/bench/constants.csv
 
 A change counts in deviations of the figure that it moves: of a contact point the one that import
 states, of a p95 a quarter of its 95 % interval, else a share of the figure (SHARES). Constants are
@@ -238,9 +238,8 @@ def moved(base, now):
 def measure(root, suite, rigs):
     program = Program(root, rigs)
     base = program.measure(suite, "")
-    names = [f"{f}:{n}" for f, n, _ in constants(root) if re.match(SUITES[suite], f)]
     tuned = re.findall(r'tune<[^>]*>\("([^"]+)"', "".join(sources(root).values()))
-    names += [n for n in tuned if re.match(SUITES[suite], n)]
+    names = [n for n in tuned if re.match(SUITES[suite], n)]
 
     def vary(group, factor):
         now = program.measure(suite, ",".join(f"{n}={factor}" for n in group))
