@@ -11,7 +11,7 @@ BALL = '{ shape = "sphere", radius = "5 mm", friction = 0.3 }'
 
 def manifest(folder, places):
     """One recording NAME.csv at each place (x, y) in mm on the surface z = 30 mm."""
-    text = f"""surface = "phantom.off"
+    text = f"""surface = "../presses/phantom.off"
 length_unit = "mm"
 [defaults]
 columns = {{ time = "t", depth = "z", force = "F" }}
