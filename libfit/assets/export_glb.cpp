@@ -88,7 +88,7 @@ std::vector<PressedShape> pressed_shapes(const Model& model, const StiffnessMap&
 
 /// A binary glTF in the making (Khronos, glTF 2.0, 4.4): JSON and one buffer.
 struct Glb {
-  static constexpr int kFloat = 5126, kUnsigned = 5125, kVertices = 34962, kIndices = 34963;
+  enum Code : int { kFloat = 5126, kUnsigned = 5125, kVertices = 34962, kIndices = 34963 };
   Json json{{"asset", {{"version", "2.0"}, {"generator", "palpate"}}}};
   std::string buffer;
 

@@ -16,7 +16,7 @@ namespace palpate {
 struct ExportOptions {
   bool fades_borders = true;  ///< forces fade out over the last ring before an open border
   /// Surface without test points answers with the mean curves of the covered vertices and says so
-  /// (kFlagOutside), so that no hole is noticed; false: with nothing.
+  /// (PALPATE_FLAG_OUTSIDE), so that no hole is noticed; false: with nothing.
   bool has_mean_elsewhere = false;
   std::string meta_json = "{}";           ///< for people: error statement, scene hash
   std::filesystem::path engine_dir = {};  ///< where the engine's folder goes; empty: not copied

@@ -47,7 +47,7 @@ class SeededSlide {
     // A pull below 1 mN is none: a fortieth of what a hand notices. Dashpots of a breast leave 0.2.
     if (is && (dot(f, runtime::make_vec3<double>(now.normal)) > 1e-3 || now.stored_J < 0))
       ++out_.pulling_ticks;
-    out_.held_ticks += (now.flags & runtime::kFlagHeldBack) != 0;
+    out_.held_ticks += (now.flags & PALPATE_FLAG_HELD_BACK) != 0;
     out_.refused_J += now.refused_J - before_.refused_J;
     out_.work_J +=
         std::max(now.stored_J + now.dissipated_J - before_.stored_J - before_.dissipated_J, 0.0);
@@ -63,8 +63,8 @@ class SeededSlide {
     ForceJumps& jumps = out_.jumps;
     if (!was) return jumps.touch_N;
     if (!is) return jumps.release_N;
-    if (((now.flags | before_.flags) & runtime::kFlagHeldBack) != 0) return jumps.held_N;
-    if (((now.flags ^ before_.flags) & runtime::kFlagExtrapolated) != 0) return jumps.range_end_N;
+    if (((now.flags | before_.flags) & PALPATE_FLAG_HELD_BACK) != 0) return jumps.held_N;
+    if (((now.flags ^ before_.flags) & PALPATE_FLAG_EXTRAPOLATED) != 0) return jumps.range_end_N;
     if (now.triangle != before_.triangle) return jumps.edge_N;
     return piece(now.normal_m) != piece(before_.normal_m) ? jumps.knot_N : jumps.inside_N;
   }

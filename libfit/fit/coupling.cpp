@@ -10,7 +10,6 @@ namespace palpate {
 namespace {
 
 constexpr int kUnknowns = 2 * runtime::kCouplingScales;
-constexpr double kLimitSpring = 1e3;
 // Limit of compliances, over what the softest place allows a probe: beyond it all contacts have
 // their bound (coupling_share), but those of balls that are narrower.
 constexpr double kLimit = 3;
@@ -50,7 +49,7 @@ Unknowns bounded_minimum(const Gram& gram, const Unknowns& right, const Unknowns
 Unknowns limited_minimum(Gram gram, Unknowns right, const Unknowns& least,
                          const Eigen::Matrix<double, kUnknowns, 2>& rows,
                          const Eigen::Vector2d& limit) {
-  const double spring = kLimitSpring * gram.diagonal().maxCoeff();
+  const double spring = 1e3 * gram.diagonal().maxCoeff();
   Unknowns x = bounded_minimum(gram, right, least);
   for (int i = 0; i < 2; ++i) {
     if (rows.col(i).dot(x) <= limit[i]) continue;

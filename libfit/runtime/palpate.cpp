@@ -28,8 +28,6 @@ static_assert(sizeof(StartedContact) <= sizeof(palpate_contact),
               "raise palpate_contact and PALPATE_ABI");
 static_assert(PALPATE_MAX_BALLS == rt::kMaxContacts, "one bound");
 static_assert(PALPATE_MAX_PROFILE == rt::kMaxProfilePoints, "one bound");
-static_assert(PALPATE_FLAG_OTHER_RADIUS == rt::kFlagOtherRadius, "one flag");
-static_assert(PALPATE_FLAG_CROWDED == rt::kFlagCrowded, "one flag");
 static_assert(alignof(OpenAsset) <= alignof(palpate_asset), "storage must suit");
 static_assert(std::is_trivially_copyable<OpenAsset>::value, "a plain copy is a copy");
 static_assert(std::is_trivially_copyable<StartedContact>::value, "a plain copy is a copy");

@@ -28,7 +28,7 @@ bool answers(const runtime::AssetView& asset, int vertex) {
                      [](float value) { return value != 0; });
 }
 
-// Curves of the held-out points from their own experiments, on given knots.
+// Curves of the held-out points from their own experiments, on the same knots.
 FittedCurves own_curves(const runtime::AssetView& asset, const Samples& own, int split, int jobs) {
   FitOptions options = options_for(own);
   options.family = static_cast<CurveFamily>(asset.curves.family);

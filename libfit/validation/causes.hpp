@@ -21,7 +21,7 @@ std::vector<StatedError> error_causes(const runtime::AssetView& asset, const Ref
                                       const Replayed& engine, double depth_m, int jobs);
 
 /// The same paths with something simpler in place of the asset's curves, each with its whole
-/// error: nearest_point (no interpolation; only where curves and model are given),
+/// error: nearest_point (no interpolation; only with curves and model),
 /// one_response (the mean curve everywhere), linear (slope at the first row of a press, first_m).
 std::vector<StatedError> baseline_errors(const runtime::AssetView& asset,
                                          const Reference& reference, double depth_m, double first_m,

@@ -22,7 +22,7 @@ struct Reference {
   Samples all;    ///< these and every other kind
 };
 
-/// The experiments of one point with given curves: the law of section 4 on the local quadric
+/// The experiments of one point by curves of its own: the law of section 4 on the local quadric
 /// (docs/method.md, M11), as the fit sees it. row: of `curves`. Answers the point's good rows; of a
 /// drag or path those before its first row that is not.
 void replay_point(const Samples& samples, std::int32_t point, const CurveSet& curves,
@@ -63,7 +63,7 @@ double tick_ns(const Pass& pass) {
 // Recordings against an asset that was made of others: baselines beside it, and places where it
 // answers at all.
 
-/// The way in of a press, ever deeper from first touch on: depths [m] and forces along the inward
+/// The loading of a press, ever deeper from first touch on: depths [m] and forces along the inward
 /// normal [N].
 struct PressTable {
   std::vector<double> depth_m{0}, push_N{0};
@@ -75,7 +75,7 @@ struct PressTable {
 std::map<std::int32_t, std::vector<PressTable>> presses_of(const Samples& samples);
 
 /// Answers to the good rows of presses in `asked`: what the presses of the nearest `neighbours`
-/// points of `fitted` felt at that depth, weighted with distance to the power -2 (Shepard 1968),
+/// points of `fitted` met at that depth, weighted with distance to the power -2 (Shepard 1968),
 /// along the asked normal. Between rows a press is straight, and beyond its last it goes on as
 /// between the last two. A point never answers for its own place, so that `asked` may be `fitted`.
 /// Other rows are not answered.

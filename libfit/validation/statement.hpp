@@ -57,7 +57,7 @@ ErrorFloors floors_of(const Comparison& compared);
 inline constexpr double kPoor = 0.1;
 
 /// Share of the stated error above which a reference's own error is mentioned.
-inline constexpr double kToldReference = 0.5;
+inline constexpr double kMentionedReference = 0.5;
 
 /// Sizes of the errors of some rows, in N or N m, and the same over what the reference says there.
 struct ErrorFigures {
@@ -87,7 +87,7 @@ struct StatementSection {
 /// counts. Times of a tick are of the machine that validated.
 struct Statement {
   StatedError all = {"all"};  ///< every held-out row of the asset's own probe
-  /// Share of rows within max(0.04 N, 7 %); no number where no force could be felt.
+  /// Share of rows within max(0.04 N, 7 %); no number where no force reaches the threshold.
   double within_jnd = kNoNumber;
   /// Between these p95_rel of all places lies 8 to 9 times of 10 (M11c); no numbers of fewer than
   /// two places.
@@ -124,7 +124,7 @@ Statement summarize(const Comparison& compared, const ErrorFloors& floors);
 Statement summarize(const Comparison& compared);
 
 /// The statement as an asset carries it: all but the advice and what differs from one machine or
-/// one writing to the next (tick_ns, asset_bytes), so that the same scene gives the same bytes.
+/// one writing to the next (tick_ns, asset_bytes), so that the same scene makes the same bytes.
 std::string to_asset_json(const Statement& statement);
 
 /// The object others read (docs/formats/statement.md); one line.

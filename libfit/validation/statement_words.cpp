@@ -25,13 +25,13 @@ constexpr Remedy kRemedies[] = {
      "Most of it is left by the curves: give [fit] a smaller tolerance, and [experiments] more "
      "press_steps and drag_steps."},
     {"curve_family",
-     "Most of it is what the law of the curves cannot say: leave family of [fit] to \"auto\", and "
+     "Most of it is what the law of the curves cannot say: leave family of [fit] at \"rings\", and "
      "give [experiments] more drag_depths and drag_directions."},
     {"friction_law",
      "Most of it is felt while sliding: drag at more drag_depths and in more drag_directions."},
 };
 
-// The unit that forces of a body are told in.
+// The unit in which forces of a body are written.
 struct Unit {
   std::string_view name;
   double factor;
@@ -102,7 +102,7 @@ const StatedError* worst(const std::vector<StatedError>& lines) {
 std::string tables(const Statement& s) {
   const Unit unit = force_unit(s);
   StatedError all = s.all;
-  all.tick_ns = kNoNumber;  // told at the end
+  all.tick_ns = kNoNumber;  // written at the end
   std::string words =
       all.rows > 0 ? table({"all", s.is_recorded ? "all held out" : "all paths", {all}}, unit) : "";
   for (const StatementSection& section : s.sections) words += table(section, unit);
@@ -118,7 +118,7 @@ std::string of_reference(const Statement& s) {
   if (s.is_recorded)
     return words + fmt::format("held-out rows that import rejected: {}\n", s.reference_failures);
   words += fmt::format("rows that the reference could not solve: {}\n", s.reference_failures);
-  if (s.reference_p95_rel > kToldReference * s.all.force.p95_rel)
+  if (s.reference_p95_rel > kMentionedReference * s.all.force.p95_rel)
     words += fmt::format(
         "this compares noise in part: at {} of rows the error is within the\n"
         "reference's own; force_tolerance of [validate] asks for a finer reference\n",
@@ -197,7 +197,7 @@ std::vector<std::string> advice(const Statement& s) {
   const double p95_rel = s.all.force.p95_rel;
   if (!(p95_rel > kPoor)) return out;
   if (s.is_recorded) return recorded_advice(s);
-  if (s.reference_p95_rel > kToldReference * s.all.force.p95_rel)
+  if (s.reference_p95_rel > kMentionedReference * s.all.force.p95_rel)
     out.push_back(
         fmt::format("The reference itself is uncertain by {}: ask for a finer one with "
                     "force_tolerance = {} in [validate].",

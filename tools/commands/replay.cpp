@@ -47,10 +47,10 @@ Felt to_felt(double time_s, int tool, runtime::Status status, const Out& out,
   row.depth_m = out.normal_m;
   row.lateral_m = out.lateral_m;
   row.is_sliding = out.state == runtime::ContactState::slip;
-  row.is_outside = (out.flags & runtime::kFlagOutside) != 0;
-  row.is_extrapolated = (out.flags & runtime::kFlagExtrapolated) != 0;
-  row.is_blocked = (out.flags & runtime::kFlagBlocked) != 0;
-  row.is_in_debt = (out.flags & runtime::kFlagHeldBack) != 0;
+  row.is_outside = (out.flags & PALPATE_FLAG_OUTSIDE) != 0;
+  row.is_extrapolated = (out.flags & PALPATE_FLAG_EXTRAPOLATED) != 0;
+  row.is_blocked = (out.flags & PALPATE_FLAG_BLOCKED) != 0;
+  row.is_in_debt = (out.flags & PALPATE_FLAG_HELD_BACK) != 0;
   row.tool = tool;
   row.torque_Nm = torque_Nm;
   return felt;

@@ -1,11 +1,6 @@
-// The engine as WebAssembly, for the page: palpate.h with numbers in place of structures, and
-// beside it the engine's law with its interpolations off. It has no imports and allocates only the
-// asset's room. CMakeLists.txt has the compiler's flags.
-#include <initializer_list>
-#include <new>
-
+// The engine as WebAssembly, for the page: palpate.h with numbers in place of structures. It has no
+// imports and allocates only the asset's room. CMakeLists.txt has the compiler's flags.
 #include "libfit/runtime/palpate.cpp"
-#include "tools/page/ablated_surface.hpp"
 
 #define PAGE_EXPORT(name) __attribute__((export_name(#name)))
 
@@ -24,27 +19,6 @@ double profile[PALPATE_MAX_BALLS][1 + 2 * PALPATE_MAX_PROFILE];
 palpate_asset resized[PALPATE_MAX_BALLS];  // the asset for balls other than its own
 void* room[PALPATE_MAX_BALLS] = {};
 double answer[PALPATE_MAX_BALLS][19];  // numbers of each tool that src/engine.ts names
-
-// The tip without interpolation, where that is asked for.
-bool interpolates = true;
-alignas(
-    palpate::tools::AblatedTip) unsigned char faceted_storage[sizeof(palpate::tools::AblatedTip)];
-palpate::tools::AblatedTip* faceted = nullptr;
-
-void tick_faceted() {
-  std::memset(answer, 0, sizeof answer);
-  double* to = answer[0];
-  rt::put(faceted->tick(question[0]) * -1.0, to);
-  for (const int k : {3, 4, 5, 9, 10, 11, 12}) to[k] = std::numeric_limits<double>::quiet_NaN();
-  const int triangle = faceted->triangle();
-  if (triangle >= 0) {
-    const rt::Asset& opened = held<OpenAsset>(&asset, kAssetMark)->asset;
-    rt::put(rt::normalized(opened.area_vector(triangle)) * -1.0, to + 6);
-  }
-  // 3 is a state of its own: the faceted tip does not say whether it slides.
-  to[13] = triangle < 0 ? PALPATE_AIR : 3;
-  to[18] = triangle >= 0;
-}
 
 void write_answer(const palpate_output& out, double* to) {
   copy3(out.force_on_tool_N, to);
@@ -145,24 +119,11 @@ PAGE_EXPORT(start) std::int32_t page_start(std::int32_t tool, std::int32_t balls
   return palpate_start(&contact[tool], &made);
 }
 
-// 0: from here on one tip meets the mean curve and the flat normal of each facet in place of what
-// the engine blends.
-PAGE_EXPORT(blend) void page_blend(std::int32_t interpolates_now) {
-  interpolates = interpolates_now != 0;
-  const auto* opened = held<OpenAsset>(&asset, kAssetMark);
-  if (!interpolates && opened != nullptr)
-    faceted = new (faceted_storage) palpate::tools::AblatedTip(opened->asset, {false, false});
-}
-
 // One tick of so many tools where `question` has them, dt_s after the one before; returns the
 // status.
 PAGE_EXPORT(tick) std::int32_t page_tick(std::int32_t count, double dt_s) {
   if (count < 1 || count > PALPATE_MAX_BALLS) return PALPATE_COUNT_WRONG;
   ticked = count;
-  if (!interpolates && faceted != nullptr) {
-    tick_faceted();
-    return PALPATE_OK;
-  }
   static palpate_input in[PALPATE_MAX_BALLS];
   static palpate_output out[PALPATE_MAX_BALLS];
   for (std::int32_t i = 0; i < count; ++i) {
@@ -181,8 +142,7 @@ PAGE_EXPORT(vertices) std::int32_t page_vertices() {
   return palpate_describe(&asset, &info) == PALPATE_OK && info.has_shape ? info.vertices : 0;
 }
 
-// Displacements [m] of the first so many vertices under the tools of the latest tick; at rest
-// without interpolation.
+// Displacements [m] of the first so many vertices under the tools of the latest tick.
 PAGE_EXPORT(deform) std::int32_t page_deform(float* displacement_m, std::int32_t count) {
   return palpate_deform(&asset, contact, ticked, 0, count, displacement_m);
 }

@@ -24,7 +24,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kExitMesh = 0, kExitReason = 3, kExitNoMemory = 4;
+enum ExitStatus : int { kExitMesh = 0, kExitReason = 3, kExitNoMemory = 4 };
 
 /// The child leaves in the shared file a header, then nodes, tets and a text.
 struct ResultHeader {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kTouches = 0.1;  // of an edge: a node so near counts as on it where it can't move
 constexpr double kSpoilt = 0.2;   // of the former volume or determinant
-constexpr int kOnBorder = -1;
+enum Region : int { kOnBorder = -1 };
 
 // Share of the segment from a to b at which region_at changes; a's own region before it.
 double crossing(const RegionAt& region_at, const Vec3& a, const Vec3& b) {

@@ -24,12 +24,18 @@ constexpr std::int32_t kLawRevision = 4;
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
 constexpr std::uint64_t kByteAlignment = 8;  ///< of the bytes in memory: that of any malloc
-constexpr std::uint32_t kFlagGuard = 1;      ///< refuse the energy-creating part of slips
-constexpr std::uint32_t kFlagShape = 2;      ///< a shape response follows the sections
+/// Flags of the header; blocks (RelaxationBlock and those below it) have the further ones.
+enum HeaderFlag : std::uint32_t {
+  kFlagGuard = 1,  ///< refuse the energy-creating part of slips
+  kFlagShape = 2   ///< a shape response follows the sections
+};
 
-// Source of a vertex's curves; 0: it has none, its controls are zero.
-constexpr std::uint8_t kMeasured = 1;  ///< its own curves
-constexpr std::uint8_t kMean = 2;      ///< the mean of the body's, where no test point answers
+/// Source of a vertex's curves.
+enum CurveSource : std::uint8_t {
+  kNoCurves,  ///< its controls are zero
+  kMeasured,  ///< its own curves
+  kMean       ///< the mean of the body's, where no test point answers
+};
 
 // Bounds that keep every size within 64 bits and every walk finite; far above any real body.
 constexpr std::int32_t kMaxVertices = 1 << 26;

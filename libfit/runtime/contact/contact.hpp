@@ -65,7 +65,7 @@ struct Contact : ContactPoint {
 enum class ContactState { air, stick, slip };
 
 /// Output of a tick. In the air, and with any status but ok, the force is exactly zero; of the
-/// rest the air has kFlagInside alone.
+/// rest the air has PALPATE_FLAG_INSIDE alone.
 struct Output {
   double force_on_tool_N[3] = {0, 0, 0};  ///< what a device displays; the body has the negative
   double contact_m[3] = {0, 0, 0};        ///< contact point c in body coordinates
@@ -75,7 +75,7 @@ struct Output {
   double weight[3] = {0, 0, 0};        ///< its area coordinates
   double normal_m = 0, lateral_m = 0;  ///< dz, dr of (M2); of rings d, |q|
   ContactState state = ContactState::air;
-  unsigned flags = 0;                      ///< kFlag... of mesh_surface.hpp
+  unsigned flags = 0;                      ///< PALPATE_FLAG_...
   double law_share = 1;                    ///< of the law's force, what ledger and memories leave
   double stored_J = 0;                     ///< elastic energy now
   double dissipated_J = 0, refused_J = 0;  ///< running sums of the ledger

@@ -47,11 +47,11 @@ inline void describe(const AssetView& asset, const ContactPoint& at, const SpotC
   out.lateral_m = depth.lateral_m;
   out.state = report.state;
   out.flags |= report.flags;
-  if (depth.normal_m > double(asset.max_depth_m[at.triangle])) out.flags |= kFlagTooDeep;
-  if (cache.is_frictionless) out.flags |= kFlagFrictionless;
-  if (depth.normal_m > asset.max_fitted_m) out.flags |= kFlagExtrapolated;
+  if (depth.normal_m > double(asset.max_depth_m[at.triangle])) out.flags |= PALPATE_FLAG_TOO_DEEP;
+  if (cache.is_frictionless) out.flags |= PALPATE_FLAG_FRICTIONLESS;
+  if (depth.normal_m > asset.max_fitted_m) out.flags |= PALPATE_FLAG_EXTRAPOLATED;
   for (int k = 0; k < 3; ++k)
-    if (asset.covered[asset.corner(at.triangle, k)] != kMeasured) out.flags |= kFlagOutside;
+    if (asset.covered[asset.corner(at.triangle, k)] != kMeasured) out.flags |= PALPATE_FLAG_OUTSIDE;
 }
 
 /// The standing spot of a contact, cached.
@@ -122,8 +122,8 @@ SlideEnd follow(const AssetView& asset, ContactPoint& at, SpotCache& cache, cons
     fill<F>(cache, asset, at.triangle, at.weight, kIsBall, mesh_kinematics.spot);
   }
   report.flags |= surface.flags();
-  if (end == SlideEnd::unfinished) report.flags |= kFlagUnfinished;
-  if (end == SlideEnd::stopped) report.flags |= kFlagBlocked;
+  if (end == SlideEnd::unfinished) report.flags |= PALPATE_FLAG_UNFINISHED;
+  if (end == SlideEnd::stopped) report.flags |= PALPATE_FLAG_BLOCKED;
   if (slips) report.state = ContactState::slip;
   return end;
 }

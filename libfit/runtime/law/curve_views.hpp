@@ -113,8 +113,7 @@ inline double own_depth(const IndenterView& view, const SplineView& normal, doub
 }
 
 /// The parts that every family begins with: f^z(dz), f^r(dr), L(dz).
-constexpr int kNormal = 0, kLateral = 1, kLimit = 2;
-constexpr int kCurves = 3;
+enum CurvePart : int { kNormal, kLateral, kLimit, kCurves };
 
 /// The family of a body and the bases of its parts; no pieces: numbers, or not a part of it.
 struct CurveViews {

@@ -9,15 +9,17 @@
 namespace palpate::runtime {
 
 /// Parts of a node beside its normal curve.
-constexpr int kLambda = 1;         ///< lateral over normal stiffness of a ring [1]
-constexpr int kFriction = 2;       ///< mu_0 [1]
-constexpr int kFrictionSlope = 3;  ///< mu_1 [1/m]: a ball ploughs
-constexpr int kSpread = 4;         ///< gamma [1/m]: how far a press spreads a ring that sticks
-constexpr int kSide2 = 5;          ///< g_2 [N/m^2]
-constexpr int kSide3 = 6;          ///< g_3 [N/m^3]
-constexpr int kCurvature = 7;      ///< kappa = -du/dc [1/m]
-constexpr int kSway = 8;           ///< C [m/N] of sway.hpp
-constexpr int kRadiusEffect = 9;   ///< k_0, k_1 [1] of (M83)
+enum RingPart : int {
+  kLambda = 1,     ///< lateral over normal stiffness of a ring [1]
+  kFriction,       ///< mu_0 [1]
+  kFrictionSlope,  ///< mu_1 [1/m]: a ball ploughs
+  kSpread,         ///< gamma [1/m]: how far a press spreads a ring that sticks
+  kSide2,          ///< g_2 [N/m^2]
+  kSide3,          ///< g_3 [N/m^3]
+  kCurvature,      ///< kappa = -du/dc [1/m]
+  kSway,           ///< C [m/N] of sway.hpp
+  kRadiusEffect    ///< k_0, k_1 [1] of (M83)
+};
 
 /// Friction limit of the rings by depth.
 template <class T>

@@ -335,8 +335,8 @@ class Series {
     put(m.tool_m - m.now.relative_m, at.series.aside_m);
     at.law_J = m.now.law_J;
     describe(asset_of(i), at, at.cache, m.now.depth, m.tool_m, m.report, out);
-    if (!is_settled) out.flags |= kFlagUnfinished;
-    if (ledger.debt_J > 0) out.flags |= kFlagHeldBack;
+    if (!is_settled) out.flags |= PALPATE_FLAG_UNFINISHED;
+    if (ledger.debt_J > 0) out.flags |= PALPATE_FLAG_HELD_BACK;
     out.law_share = ledger.share(all_J) * m.now.energy.share;
     put(force * -ledger.share(all_J), out.force_on_tool_N);
     out.stored_J = all_J > 0 ? own_J * (ledger.stored_J(all_J) / all_J) : own_J;

@@ -107,7 +107,7 @@ Status tick_alone(const AssetView& asset, const SeriesContact& at, Ledger& ledge
   contact.law_J = law.stored_J;
   put(law.force_N, contact.series.force_N);
   describe(asset, contact, contact.cache, slipped.depth, x, report, out);
-  if (ledger.debt_J > 0) out.flags |= kFlagHeldBack;
+  if (ledger.debt_J > 0) out.flags |= PALPATE_FLAG_HELD_BACK;
   const double share = ledger.share(energy.stored_J);
   out.law_share = share * energy.share;
   put(law.force_N * -out.law_share, out.force_on_tool_N);

@@ -65,11 +65,11 @@ inline void finish(const AssetView& asset, const SeriesContact& at, const Ledger
   Output& out = *at.out;
   if (out.state == ContactState::air) {
     out = Output();
-    if (at.status == Status::ok && at.contact->is_inside) out.flags = kFlagInside;
+    if (at.status == Status::ok && at.contact->is_inside) out.flags = PALPATE_FLAG_INSIDE;
     if (TangentOut tangent = at.tangent_N_m)
       for (int k = 0; k < 9; ++k) tangent[k] = 0;
   } else if (is_other_radius(asset, at.radius_m)) {
-    out.flags |= kFlagOtherRadius;
+    out.flags |= PALPATE_FLAG_OTHER_RADIUS;
   }
   put_sums(ledger, out);
 }
@@ -79,13 +79,13 @@ inline void finish(const AssetView& asset, const SeriesContact& at, const Ledger
 /// it is. Where the curves were measured with a ball, a tip is that ball's lowest point, and the
 /// ball does not turn (M15a). A ball's reference point is x = p + R u(c); contact begins where it
 /// touches first (docs/method.md, section 12). One that begins inside the body, or a ball deeper in
-/// the surface than kRestShare of its radius, has no force (kFlagInside) until it has come out,
-/// or, having lifted off, sinks again; so does one that slid off over the rim of a surface that
-/// fades to zero. Touch is swept from the previous place, so nothing tunnels. Refuses (status, zero
-/// force, contact reset): a place that is not finite or farther than asset.max_step_m from the one
-/// before; a contact of another asset; a radius that is negative or not finite; a force that is not
-/// finite; where the body relaxes, a dt_s [s] since the tick before that is not kMinTimeStep_s to
-/// kMaxTimeStep_s. worked_J: done on the contact since the tick before, beside its force's work.
+/// the surface than kRestShare of its radius, has no force (PALPATE_FLAG_INSIDE) until it has come
+/// out, or, having lifted off, sinks again; so does one that slid off over the rim of a surface
+/// that fades to zero. Touch is swept from the previous place, so nothing tunnels. Refuses (status,
+/// zero force, contact reset): a place that is not finite or farther than asset.max_step_m from the
+/// one before; a contact of another asset; a radius that is negative or not finite; a force that is
+/// not finite; where the body relaxes, a dt_s [s] since the tick before that is not kMinTimeStep_s
+/// to kMaxTimeStep_s. worked_J: done on the contact since the tick before, beside its force's work.
 /// tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(place): of the branches this tick
 /// took; zero without force. Asking for it makes a tick several times as long and changes no other
 /// bit. Deterministic: the same bytes and places lead to the same bits. Work: in the air the tree
@@ -211,7 +211,7 @@ inline void touch_together(const AssetView& asset, TogetherMemory& together, Bal
     for (int j = 0; j < count; ++j)
       if (ball[j].tool != ball[i].tool && ball[i].out.state != ContactState::air &&
           are_crowded(asset, ball[i], ball[j]))
-        ball[i].out.flags |= kFlagCrowded;
+        ball[i].out.flags |= PALPATE_FLAG_CROWDED;
   }
 }
 

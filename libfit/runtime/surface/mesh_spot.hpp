@@ -57,9 +57,15 @@ inline void node_stiffness(const CurveViews& views, const CornerSpot& spot, doub
 
 /// A row of doubles holds a node's numbers, so that a spot's is one weighted sum: place, inward
 /// normal, and of a body of rings what a slip reads (RingNumbers), gamma, the side force and c_i.
-constexpr int kPlaceAt = 0, kNormalAt = 3, kNumbersAt = 6, kSpreadAt = 15, kSideAt = 16,
-              kStiffnessAt = 22;
-constexpr int kRowSize = kStiffnessAt + kRings;  // even: processors take two at once
+enum NodeRow : int {
+  kPlaceAt = 0,
+  kNormalAt = 3,
+  kNumbersAt = 6,
+  kSpreadAt = 15,
+  kSideAt = 16,
+  kStiffnessAt = 22,
+  kRowSize = kStiffnessAt + kRings  // even: processors take two at once
+};
 
 /// A node as the law computes with it.
 struct Corner {

@@ -4,25 +4,10 @@
 // The contact point on the asset's triangles, as a Surface of slide.hpp: it walks from triangle to
 // triangle, keeps to borders, and goes no farther in a tick than its budget.
 
+#include "../palpate.h"
 #include "mesh_spot.hpp"
 
 namespace palpate::runtime {
-
-// Flags of a tick, or-ed together.
-constexpr unsigned kFlagUnfinished = 1;  ///< the slip goes on at the next tick
-constexpr unsigned kFlagBorder = 2;      ///< the contact point was at a border that held it
-constexpr unsigned kFlagHeldBack = 4;    ///< the guard leaves only a share of the force
-constexpr unsigned kFlagTooDeep = 8;     ///< dz is beyond the triangle's max_depth_m
-constexpr unsigned kFlagFrictionless =
-    16;                                ///< no lateral stiffness here: slides as if frictionless
-constexpr unsigned kFlagBlocked = 32;  ///< the anchor slips beside a contact point that cannot
-constexpr unsigned kFlagOutside = 64;  ///< where no test point answers, or in the rim before it
-constexpr unsigned kFlagExtrapolated = 128;  ///< deeper than the curves were fitted
-constexpr unsigned kFlagCapped = 256;   ///< the force was brought down to the tool's max_force_N
-constexpr unsigned kFlagRamp = 512;     ///< the tool's ramp is not over
-constexpr unsigned kFlagInside = 1024;  ///< the tool stands in the surface and nothing answers
-constexpr unsigned kFlagOtherRadius = 2048;  ///< the curves were measured with another ball
-constexpr unsigned kFlagCrowded = 4096;      ///< the ball stands in one of another tool
 
 /// T: double, or a scalar with derivatives for the tangent; decisions read values only.
 template <class T, bool kIsBall>
@@ -154,7 +139,7 @@ class MeshSurface {
                        const Plane& plane) noexcept {
     for (int k = 0; k < 3; ++k)
       if (leaves(path, k) && is_wall(k)) {
-        flags_ |= kFlagBorder;
+        flags_ |= PALPATE_FLAG_BORDER;
         follow_edge(path, k, lateral, normal, plane);
         break;
       }

@@ -134,7 +134,7 @@ inline double force_share(Tool& tool, double stored_J, const Vec3d& force,
   double share = 1;
   if (tool.since_start_s < shape.ramp_s) {
     share = tool.since_start_s / shape.ramp_s;
-    flags |= kFlagRamp;
+    flags |= PALPATE_FLAG_RAMP;
   }
   if (!(shape.max_force_N > 0)) return share;
   if (!(stored_J > tool.capped_from_J)) tool.capped_from_J = 0;
@@ -144,7 +144,7 @@ inline double force_share(Tool& tool, double stored_J, const Vec3d& force,
     capped = shape.max_force_N / size;
     tool.capped_from_J = stored_J * (capped * capped);
   }
-  if (capped < 1) flags |= kFlagCapped;
+  if (capped < 1) flags |= PALPATE_FLAG_CAPPED;
   return share * capped;
 }
 

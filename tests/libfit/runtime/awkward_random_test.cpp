@@ -61,9 +61,9 @@ struct Walker {
     if (out.state == ContactState::air) return expect_silence();
     ASSERT_NEAR(out.weight[0] + out.weight[1] + out.weight[2], 1, 1e-12);
     const bool is_deep = out.normal_m > double(subject.body.asset.max_depth_m[out.triangle]);
-    ASSERT_EQ((out.flags & runtime::kFlagTooDeep) != 0, is_deep);
+    ASSERT_EQ((out.flags & PALPATE_FLAG_TOO_DEEP) != 0, is_deep);
     if (subject.has_no_lateral) {
-      ASSERT_TRUE(out.flags & runtime::kFlagFrictionless);
+      ASSERT_TRUE(out.flags & PALPATE_FLAG_FRICTIONLESS);
       ++seen[4];
     }
   }

@@ -97,10 +97,10 @@ TEST(awkward, flags_say_where_the_body_was_not_measured) {
   const Loaded plate = load(model);
   Tool tool(plate.asset);
   tool.go({0, 0.001, 0.001}, {0, 0.001, -0.0099}, 1e-4);
-  constexpr unsigned kNotMeasured = runtime::kFlagOutside | runtime::kFlagExtrapolated;
+  constexpr unsigned kNotMeasured = PALPATE_FLAG_OUTSIDE | PALPATE_FLAG_EXTRAPOLATED;
   EXPECT_EQ(tool.out.flags & kNotMeasured, 0U);
   tool.tick({0, 0.001, -0.0101});
-  EXPECT_TRUE(tool.out.flags & runtime::kFlagExtrapolated);
+  EXPECT_TRUE(tool.out.flags & PALPATE_FLAG_EXTRAPOLATED);
   tool.go({0, 0.001, -0.0101}, {0.01, 0.001, -0.003}, 1e-4);
   EXPECT_EQ(tool.out.flags & kNotMeasured, 0U);
   unsigned seen = 0;
@@ -108,7 +108,7 @@ TEST(awkward, flags_say_where_the_body_was_not_measured) {
     tool.tick({0.01 + 1e-4 * i, 0.001, -0.003});
     seen |= tool.out.flags;
   }
-  EXPECT_TRUE(seen & runtime::kFlagOutside);
+  EXPECT_TRUE(seen & PALPATE_FLAG_OUTSIDE);
   EXPECT_EQ(tool.contact.triangle, -1);
 }
 
@@ -119,7 +119,7 @@ TEST(awkward, a_border_blocks_the_contact_point_and_the_force_stays_at_its_limit
   Tool tool(plate.asset);
   tool.go({0.045, 0.001, 0.001}, {0.045, 0.001, -0.003}, 1e-4);
   tool.go({0.045, 0.001, -0.003}, {0.06, 0.001, -0.003}, 1e-4);
-  EXPECT_TRUE(tool.out.flags & runtime::kFlagBlocked);
+  EXPECT_TRUE(tool.out.flags & PALPATE_FLAG_BLOCKED);
   EXPECT_NEAR(-tool.out.force_on_tool_N[0], 0.4 * 1.2, 1e-6);
   Vec3 before = -Vec3::Map(tool.out.force_on_tool_N);
   for (int i = 1; i <= 400; ++i) {  // back, and on over the body
@@ -153,7 +153,7 @@ TEST(awkward, zero_lateral_stiffness_slides_as_if_frictionless_and_says_so) {
     EXPECT_EQ(f.head<2>().norm(), 0) << i;
     EXPECT_NEAR(f[2], -1.2, 1e-5) << i;
     EXPECT_LT(tool.out.lateral_m, 1e-9);
-    EXPECT_TRUE(tool.out.flags & runtime::kFlagFrictionless);
+    EXPECT_TRUE(tool.out.flags & PALPATE_FLAG_FRICTIONLESS);
   }
 }
 
@@ -214,7 +214,7 @@ TEST(awkward, an_unfaded_border_holds_the_contact_point_and_says_so) {
   Tool tool(plate.asset);
   tool.go({0.045, 0.001, 0.001}, {0.045, 0.001, -0.002}, 1e-4);
   tool.go({0.045, 0.001, -0.002}, {0.055, 0.001, -0.002}, 1e-4);
-  EXPECT_TRUE(tool.out.flags & runtime::kFlagBorder);
+  EXPECT_TRUE(tool.out.flags & PALPATE_FLAG_BORDER);
   EXPECT_NEAR(tool.out.contact_m[0], 0.05, 1e-8);
   const Vec3 f = tool.go({0.055, 0.001, -0.002}, {0.055, 0.011, -0.002}, 1e-4);
   EXPECT_TRUE(f.allFinite());

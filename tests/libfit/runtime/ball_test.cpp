@@ -204,7 +204,7 @@ TEST(ball, one_that_begins_deep_inside_feels_nothing_until_it_came_out) {
       ball.tick(out * (start + 0.0002 * std::sin(0.3 * i)));
       ASSERT_EQ(ball.out.state, ContactState::air) << start << ' ' << i;
       if (start > 0.0305) {  // its centre is outside
-        ASSERT_EQ(ball.out.flags, runtime::kFlagInside) << start << ' ' << i;
+        ASSERT_EQ(ball.out.flags, PALPATE_FLAG_INSIDE) << start << ' ' << i;
       }
     }
     ball.go(out * start, out * 0.036, 1e-4);

@@ -119,9 +119,9 @@ class Path {
       note(out_.by_small, 1);
     else
       note(out_.by_tick, kTick_m / std::max(step_m, kTick_m));
-    out_.held += (now.flags & runtime::kFlagHeldBack) != 0;
+    out_.held += (now.flags & PALPATE_FLAG_HELD_BACK) != 0;
     if (was && !is) {
-      is_watched_ = (before_.flags & runtime::kFlagOutside) == 0;
+      is_watched_ = (before_.flags & PALPATE_FLAG_OUTSIDE) == 0;
       was_deep_ = is_watched_ && before_.normal_m > kSinks_m;
       out_.slid_off += was_deep_;
       least_m_ = 1;
@@ -133,14 +133,14 @@ class Path {
   }
   // After a release: whether the tool sinks into the surface and nothing answers.
   void look_into_surface(const Output& now) {
-    out_.inside += (now.flags & runtime::kFlagInside) != 0;
+    out_.inside += (now.flags & PALPATE_FLAG_INSIDE) != 0;
     if (!is_watched_) return;
     ++ticks_out_;
     const double depth_m = depth_in_surface_m(asset_, place(), radius_m());
     is_watched_ = depth_m > 0;
     if (!is_watched_) return;  // it has come out
     out_.unflagged_inside += ticks_out_ > 1 && depth_m > kSinks_m && radius_m() > 0 &&
-                             (now.flags & runtime::kFlagInside) == 0;
+                             (now.flags & PALPATE_FLAG_INSIDE) == 0;
     least_m_ = std::min(least_m_, depth_m);
     if (depth_m < least_m_ + kSinks_m) return;
     ++out_.lost;
@@ -156,13 +156,13 @@ class Path {
   void look_at_limits(const Output& now) {
     ++out_.in_contact;
     const auto has = [&](unsigned flag) { return (now.flags & flag) != 0; };
-    out_.blocked += has(runtime::kFlagBlocked);
-    out_.extrapolated += has(runtime::kFlagExtrapolated);
-    out_.outside += has(runtime::kFlagOutside);
+    out_.blocked += has(PALPATE_FLAG_BLOCKED);
+    out_.extrapolated += has(PALPATE_FLAG_EXTRAPOLATED);
+    out_.outside += has(PALPATE_FLAG_OUTSIDE);
     bool is_measured = true;
     for (int k = 0; k < 3; ++k)
       is_measured &= asset_.covered[asset_.corner(now.triangle, k)] == runtime::kMeasured;
-    out_.beside += !is_measured && !has(runtime::kFlagOutside);
+    out_.beside += !is_measured && !has(PALPATE_FLAG_OUTSIDE);
     const Vec3d force = runtime::make_vec3<double>(now.force_on_tool_N) * -1.0,
                 u = runtime::make_vec3<double>(now.normal), aside = tangential(force, u);
     const Limits most = limits_of(asset_, now);
@@ -171,7 +171,7 @@ class Path {
                                                                  : has_rings(asset_) ? kShare_N
                                                                                      : kRounding);
     out_.most_above_N = std::max(out_.most_above_N, lateral_N - most.lateral_N);
-    out_.above_range += dot(force, u) > most.normal_N * noise && !has(runtime::kFlagExtrapolated);
+    out_.above_range += dot(force, u) > most.normal_N * noise && !has(PALPATE_FLAG_EXTRAPOLATED);
   }
   // The same ball as a tool with a cap.
   void look_at_cap(const Output& now, double dt_s) {
@@ -182,7 +182,7 @@ class Path {
     runtime::Tool* const only = &tool_;
     Status status;
     touch_tools(asset_, &only, &in, &tick, &status, 1);
-    const bool is_capped = (tick.flags & runtime::kFlagCapped) != 0;
+    const bool is_capped = (tick.flags & PALPATE_FLAG_CAPPED) != 0;
     const Vec3d force = runtime::make_vec3<double>(now.force_on_tool_N),
                 shown = runtime::make_vec3<double>(tick.force_on_tool_N);
     const double cap_N = tool_.shape.max_force_N, noise = 1 + kRounding;

@@ -28,7 +28,7 @@ class Elsewhere : public testing::TestWithParam<Law> {
   Loaded none = load(model), mean = load(model, {.has_mean_elsewhere = true});
 };
 
-bool is_outside(const Output& out) { return (out.flags & runtime::kFlagOutside) != 0; }
+bool is_outside(const Output& out) { return (out.flags & PALPATE_FLAG_OUTSIDE) != 0; }
 
 // At an angle [rad] from the pole +z in the plane x-z.
 Vec3 at_angle(double angle, double radius_m) {

@@ -157,8 +157,8 @@ TEST(Indenter, wider_than_what_was_measured_is_said_and_goes_on_as_of_a_half_spa
     const double depth_m = -1e-4 + 1e-5 * i, tip[3] = {0.001, 0.0004, -depth_m};
     touch(view, contact, tip, out);
     if (out.state == ContactState::air) continue;
-    EXPECT_EQ((out.flags & runtime::kFlagExtrapolated) != 0, depth_m > view.max_fitted_m);
-    EXPECT_EQ(out.flags & runtime::kFlagOtherRadius, 0U);
+    EXPECT_EQ((out.flags & PALPATE_FLAG_EXTRAPOLATED) != 0, depth_m > view.max_fitted_m);
+    EXPECT_EQ(out.flags & PALPATE_FLAG_OTHER_RADIUS, 0U);
   }
 }
 

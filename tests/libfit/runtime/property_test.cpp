@@ -58,7 +58,7 @@ TEST(property, finished_slips_end_at_the_limit) {
         ASSERT_EQ(tool.status, Status::ok)
             << "seed " << seed << ", walk " << walk << ", tick " << i;
         const unsigned held =
-            runtime::kFlagUnfinished | runtime::kFlagHeldBack | runtime::kFlagBorder;
+            PALPATE_FLAG_UNFINISHED | PALPATE_FLAG_HELD_BACK | PALPATE_FLAG_BORDER;
         if (tool.out.state == ContactState::air || (tool.out.flags & held)) continue;
         const double limit_N = blended(body.asset, tool.out, 2, tool.out.normal_m);
         const double lateral_N = blended(body.asset, tool.out, 1, tool.out.lateral_m);

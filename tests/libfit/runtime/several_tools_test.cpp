@@ -73,13 +73,13 @@ TEST(SeveralTools, in_one_place_bear_more_than_one_and_say_so) {
   four.go({down, down, down, down}, 300);
   double sum = 0;
   for (std::size_t i = 0; i < 4; ++i) {
-    EXPECT_NE(four.tool[i].out.flags & runtime::kFlagCrowded, 0u);
-    EXPECT_EQ(four.tool[i].out.flags & runtime::kFlagUnfinished, 0u);
+    EXPECT_NE(four.tool[i].out.flags & PALPATE_FLAG_CROWDED, 0u);
+    EXPECT_EQ(four.tool[i].out.flags & PALPATE_FLAG_UNFINISHED, 0u);
     EXPECT_LT(four.force(i).norm(), one.force(0).norm());
     sum += four.force(i).norm();
   }
   EXPECT_GT(sum, one.force(0).norm());
-  EXPECT_EQ(one.tool[0].out.flags & runtime::kFlagCrowded, 0u);
+  EXPECT_EQ(one.tool[0].out.flags & PALPATE_FLAG_CROWDED, 0u);
 }
 
 TEST(SeveralTools, one_tool_in_a_group_is_a_tool) {
@@ -172,7 +172,7 @@ TEST(SeveralTools, six_balls_that_jump_into_a_body_that_sways_bear_what_six_that
       slow.tick(away);
       slow.go(down, 300);
       for (std::size_t i = 0; i < 6; ++i) {
-        EXPECT_EQ(jump.tool[i].out.flags & runtime::kFlagUnfinished, 0U);
+        EXPECT_EQ(jump.tool[i].out.flags & PALPATE_FLAG_UNFINISHED, 0U);
         EXPECT_GT(-slow.force(i).z(), 1e-4);
         EXPECT_NEAR(-jump.force(i).z(), -slow.force(i).z(), 1e-5 * -slow.force(i).z())
             << "ball " << i << ", " << depth_m << " m, sways by " << sway_m_N << " m/N";

@@ -70,9 +70,9 @@ TEST(slide, a_long_slip_goes_on_at_the_next_ticks) {
   tool.go({-0.03, 0.001, 0.001}, {-0.03, 0.001, -0.002}, 1e-4);
   const Vec3 there(0.03, 0.0012, -0.002);
   tool.tick(there);
-  EXPECT_TRUE(tool.out.flags & runtime::kFlagUnfinished);
+  EXPECT_TRUE(tool.out.flags & PALPATE_FLAG_UNFINISHED);
   int ticks = 1;
-  while (tool.out.flags & runtime::kFlagUnfinished && ticks < 100) {
+  while (tool.out.flags & PALPATE_FLAG_UNFINISHED && ticks < 100) {
     tool.tick(there);
     ++ticks;
   }

@@ -108,7 +108,7 @@ TEST(sway, leaves_the_law_the_rest_of_the_way) {
         << "tick " << k;
     ASSERT_NEAR(out.stored_J, rest.stored_J + 0.5 * force.dot(stored * force),
                 1e-7 * (1e-6 + out.stored_J));
-    EXPECT_EQ(out.flags & runtime::kFlagUnfinished, 0U) << "tick " << k;
+    EXPECT_EQ(out.flags & PALPATE_FLAG_UNFINISHED, 0U) << "tick " << k;
     slid += out.state == ContactState::slip;
     stuck += out.state == ContactState::stick;
   }

@@ -17,9 +17,9 @@ struct Tally {
 std::string branch_of(const Output& out, int start_triangle) {
   std::string name = out.state == ContactState::stick ? "stick" : "slip";
   if (out.triangle != start_triangle) name += " over edges";
-  if (out.flags & runtime::kFlagBorder) name += " at a border";
-  if (out.flags & runtime::kFlagHeldBack) name += " held back";
-  if (out.flags & runtime::kFlagFrictionless) name += " frictionless";
+  if (out.flags & PALPATE_FLAG_BORDER) name += " at a border";
+  if (out.flags & PALPATE_FLAG_HELD_BACK) name += " held back";
+  if (out.flags & PALPATE_FLAG_FRICTIONLESS) name += " frictionless";
   return name;
 }
 
@@ -49,7 +49,7 @@ void compare(const Asset& asset, const Contact& start, const Vec3& x, double rad
     const Vec3 fd = tick(x - kStep_m * Vec3::Unit(j), nullptr, down);
     const Vec3 difference = (fu - fd) / (2 * kStep_m);
     // While a slip makes a debt, what it comes to is not differentiated.
-    const bool is_held = ((out.flags | up.flags | down.flags) & runtime::kFlagHeldBack) != 0 &&
+    const bool is_held = ((out.flags | up.flags | down.flags) & PALPATE_FLAG_HELD_BACK) != 0 &&
                          out.state == ContactState::slip;
     if (is_held) {
       for (int i = 0; i < 3; ++i) ASSERT_LT(std::abs(k[3 * i + j]), 1e4) << place;

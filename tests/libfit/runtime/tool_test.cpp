@@ -182,7 +182,7 @@ TEST(Tool, whose_ball_is_not_that_of_the_curves_says_so) {
     for (int i = 0; i <= 100; ++i)
       one.tick(pose_at({0, 0, radius_m + 0.0005 - 1e-5 * i}, Vec3::Zero()));
     ASSERT_GT(one.force().norm(), 0);
-    EXPECT_EQ((one.out.flags & runtime::kFlagOtherRadius) != 0, radius_m != kRadius_m);
+    EXPECT_EQ((one.out.flags & PALPATE_FLAG_OTHER_RADIUS) != 0, radius_m != kRadius_m);
   }
 }
 

@@ -280,7 +280,7 @@ class Walk {
       before_[i] = now;
       stored_J += out[i].stored_J;
       touching += out[i].touching;
-      sums_.unfinished += (out[i].flags & runtime::kFlagUnfinished) != 0;
+      sums_.unfinished += (out[i].flags & PALPATE_FLAG_UNFINISHED) != 0;
       if (finer_ == 1) sums_.slipping += out[i].state == runtime::ContactState::slip;
     }
     has_before_ = true;

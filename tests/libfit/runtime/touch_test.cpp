@@ -143,7 +143,7 @@ TEST(touch, a_tip_that_stands_under_the_surface_says_so_until_it_has_come_out) {
     for (double z = 0.02; z < 0.0295; z += 5e-4) {
       tool.tick({0.0005, 0.0003, z});
       EXPECT_EQ(tool.out.state, ContactState::air);
-      EXPECT_EQ(tool.out.flags, runtime::kFlagInside) << z;
+      EXPECT_EQ(tool.out.flags, PALPATE_FLAG_INSIDE) << z;
     }
     for (double z = 0.0305; z < 0.033; z += 5e-4) tool.tick({0.0005, 0.0003, z});
     EXPECT_EQ(tool.out.flags, 0U);

@@ -202,6 +202,9 @@ TEST(statement, a_poor_asset_ends_with_what_to_do_about_it) {
   EXPECT_EQ(advised[0], "It is worst on paths of the kind sliding, 40.0 %.");
   EXPECT_EQ(advised[1].rfind("Most of it is felt while sliding", 0), 0u) << advised[1];
   EXPECT_TRUE(in_words(s).ends_with("drag_directions.")) << in_words(s);
+  s.sections.back().lines.push_back(line("curve_family", {{1, 0.2}}));
+  EXPECT_NE(advice(s)[1].find("family of [fit] at \"rings\""), std::string::npos) << advice(s)[1];
+  s.sections.back().lines.pop_back();
   EXPECT_EQ(verdict(s),
             "Poor: 19 of 20 rows are off by 15.0 % of their force at most; a person notices it in "
             "100 % of the rows.");

@@ -25,8 +25,8 @@ export async function openEngine(modules, asset) {
 }
 
 /** Forces on a tip [N] at places [m], a tick each from a fresh start. */
-export function replay(engine, places, interpolates = true) {
-  engine.start(interpolates);
+export function replay(engine, places) {
+  engine.start();
   return places.map((place) => {
     engine.tick([...place, 1, 0, 0, 0]);
     return Array.from(engine.answer().subarray(0, 3));

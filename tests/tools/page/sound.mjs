@@ -1,6 +1,6 @@
 // What is heard of one slide over a ball of facets: node sound.mjs MODULES ball.palp RADIUS_m
-// Prints the peaks of the samples that the page hands to the loudspeaker, with interpolation and
-// without; a step of 1 N would be 1.
+// Prints the peaks of the samples that the page hands to the loudspeaker, of the slide and of the
+// same with a step of 0.1 N in it; a step of 1 N would be 1.
 import { load, openEngine, replay } from "./load.mjs";
 
 const [modules, asset, radius] = process.argv.slice(2);
@@ -15,8 +15,9 @@ for (let i = 0; i < ticks; ++i) {
   const along = -1 + (2 * Math.max(i - 300, 0)) / (ticks - 300);
   tips.push([Math.cos(0.35) * Math.cos(along), Math.cos(0.35) * Math.sin(along), Math.sin(0.35)].map((v) => v * out));
 }
-for (const interpolates of [true, false]) {
-  const sizes = Float32Array.from(replay(engine, tips, interpolates), (force) => Math.hypot(...force));
+const slide_N = Float32Array.from(replay(engine, tips), (force) => Math.hypot(...force));
+for (const step_N of [0, 0.1]) {
+  const sizes = slide_N.map((size, i) => (i < ticks / 2 ? size : size + step_N));
   const signal = new ForceSignal(1, 48000);
   let peak = 0;
   let count = 0;

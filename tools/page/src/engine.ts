@@ -14,7 +14,6 @@ interface Exports {
   question(): number;
   answer(): number;
   start(tool: number, balls: number): number;
-  blend(interpolates: number): void;
   tick(count: number, dt_s: number): number;
   vertices(): number;
   deform(address: number, count: number): number;
@@ -112,8 +111,8 @@ export class Engine {
     this.tools = tools;
   }
 
-  /** Ends contact and sets all sums to zero. Without interpolation each facet has one curve and its own normal, for one tip. */
-  start(interpolates = true): void {
+  /** Ends contact and sets all sums to zero. */
+  start(): void {
     this.tools.forEach((balls, tool) => {
       const shape = this.doubles(this.wasm.shape(), 4 * balls.length);
       balls.forEach((ball, i) => {
@@ -127,7 +126,6 @@ export class Engine {
       const status = this.wasm.start(tool, balls.length);
       if (status !== 0) throw new Error(this.sentence(status));
     });
-    this.wasm.blend(interpolates ? 1 : 0);
   }
 
   /** The body is as it was before any touch. */

@@ -5,7 +5,7 @@ import workerSource from "worker-source";
 import type { BodyView } from "./body";
 import { seriesColour } from "./colours";
 import { bytes, type Contents, floats, largest, type Vector } from "./contents";
-import { button, checkbox, choice, details, html, slider, swatch } from "./dom";
+import { button, choice, details, html, slider, swatch } from "./dom";
 import { Answer, type Ball, kTip } from "./engine";
 import { ForceGraph } from "./force-graph";
 import { listenForGamepad } from "./gamepad";
@@ -67,8 +67,6 @@ export class Poke {
   private latest: Batch | undefined;
   /** Poses and answers that the picture shows. */
   private shownState = "";
-  /** The last touch was interpolated. */
-  private isBlended = true;
   private readonly depth: HTMLInputElement;
   private readonly depthText = html("output", {});
   private readonly values = new Map<string, HTMLElement>();
@@ -77,7 +75,6 @@ export class Poke {
   private readonly message = html("p", { class: "small", id: "tool-message", "aria-live": "polite" });
   private readonly pressButton: HTMLButtonElement;
   private readonly healButton: HTMLButtonElement;
-  private readonly blendBox: HTMLInputElement;
 
   constructor(
     private readonly contents: Contents,
@@ -97,7 +94,6 @@ export class Poke {
     const isOff = { "aria-pressed": "false" };
     this.turnButton = button("turn-only", "Turn", () => this.set(!this.isPoking), isOff);
     this.sideButton = button("side-view", "Cut", () => this.lookFromSide(!this.view.isCut), isOff);
-    this.blendBox = checkbox("poke-blend", true, () => this.lift());
     this.pressButton = button("poke-press", "Press", () => (this.isPressed ? this.lift() : this.pressHere()));
     this.healButton = button("poke-heal", "Heal the body", () => this.heal(), { hidden: true });
     const row = (key: string, label: string, term: Term, first = "0") => {
@@ -132,7 +128,6 @@ export class Poke {
           row("energy", "stored, dissipated", "energy"),
           row("rate", "ticks per second", "ticks"),
         ),
-        html("p", {}, html("label", {}, this.blendBox, " interpolation"), " ", ask("interpolation")),
         html("p", {}, this.sound.element),
         html(
           "p",
@@ -197,12 +192,9 @@ export class Poke {
       this.panel.dataset.ready = "yes";
       this.fingers = news.fingers;
       if (!news.isTool) this.tool = this.tool.slice(0, 1);
-      const isTip = this.tool === kTip;
-      this.blendBox.disabled = !isTip; // facets are for a tip
-      if (!isTip) this.blendBox.checked = true;
       this.help.textContent =
         kHelp +
-        (isTip ? "" : kTurns) +
+        (this.tool === kTip ? "" : kTurns) +
         (news.deforms ? kDeforms : kAtRest) +
         (news.remembers ? kRemembers : "") +
         (news.isTool ? "" : kAlone);
@@ -223,9 +215,7 @@ export class Poke {
     html("a", { href: url, download: "touch.csv" }).click();
     setTimeout(() => URL.revokeObjectURL(url), 10000);
     const tool = this.tool === kTip ? "" : " --tool scene.toml";
-    this.message.textContent = this.isBlended
-      ? `Saved ${ticks} ticks: palpate replay asset.palp touch.csv -o FORCES.csv${tool} gives the same forces.`
-      : `Saved ${ticks} ticks without interpolation.`;
+    this.message.textContent = `Saved ${ticks} ticks: palpate replay asset.palp touch.csv -o FORCES.csv${tool} gives the same forces.`;
   }
 
   /** The pointer and the arrow keys press, or turn the body. */
@@ -317,14 +307,12 @@ export class Poke {
       this.view.cutThrough(place.position);
     }
     this.pressButton.textContent = this.isPressed ? "Lift" : "Press";
-    this.isBlended = this.blendBox.checked || this.blendBox.disabled;
     this.order({
       order: "touch",
       finger,
       from: this.lifted(finger),
       to: this.at(finger, this.depth_m),
       turn: this.wxyz,
-      interpolates: this.isBlended,
     });
   }
 

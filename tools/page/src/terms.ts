@@ -11,8 +11,6 @@ const kTerms = {
   moved: "How far the vertex moves that moves most.",
   energy: "Stored: elastic energy in the body now. Dissipated: what friction has turned into heat in this touch.",
   ticks: "The engine answers 1000 times a second, as a haptic device asks it to; the picture follows as it can.",
-  interpolation:
-    "Curves are blended between neighbouring points. Without it each facet answers by itself, and edges click.",
   stiffness: "How much the force grows with depth: its slope in newtons per metre, at the depth that you choose.",
   "test points": "Places where the body was pressed, simulated or measured; the curves between them are interpolated.",
   "held-out points": "Places where the body was pressed only to compare: no curve was fitted to them.",

@@ -12,7 +12,7 @@ export type Turn = [number, number, number, number];
 export type Order =
   | { order: "open"; module: ArrayBuffer; asset: ArrayBuffer; speed_m_s: number; tool: readonly Ball[] }
   | { order: "take"; tool: readonly Ball[] }
-  | { order: "touch"; finger: number; from: Vector; to: Vector; turn: Turn; interpolates: boolean }
+  | { order: "touch"; finger: number; from: Vector; to: Vector; turn: Turn }
   | { order: "move"; finger: number; to: Vector; turn: Turn }
   | { order: "lift"; finger: number; to: Vector }
   | { order: "rest" }
@@ -181,9 +181,9 @@ function run(): void {
 }
 
 /** A touch. Of the first tool that comes down all begins anew; another one joins it. */
-function begin(finger: number, from: Vector, to: Vector, turned: Turn, interpolates: boolean): void {
+function begin(finger: number, from: Vector, to: Vector, turned: Turn): void {
   if (!fingers.some(({ isDown }, i) => isDown && i !== finger)) {
-    engine.start(interpolates);
+    engine.start();
     [turn, turnTarget, reportedState] = [turned, turned, ""];
     recording = new Recording(fingers.length);
     const idle = from.map((v, k) => v + kIdle * (v - to[k])) as Vector;
@@ -230,7 +230,7 @@ addEventListener("message", async ({ data }: MessageEvent<Order>) => {
   } else if (data.order === "take") {
     rest();
     say(take(data.tool));
-  } else if (data.order === "touch") begin(data.finger, data.from, data.to, data.turn, data.interpolates);
+  } else if (data.order === "touch") begin(data.finger, data.from, data.to, data.turn);
   else if (data.order === "move") {
     fingers[data.finger].target = data.to;
     turnTarget = data.turn;

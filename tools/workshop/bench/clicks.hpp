@@ -3,7 +3,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/page/ablated_surface.hpp"
+#include "tools/workshop/bench/ablated_surface.hpp"
 
 namespace palpate::tools {
 
