@@ -9,7 +9,7 @@
 #include <string>
 
 #include "libfit/core/error.hpp"
-#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 #include "tests/fuzz/promises.hpp"

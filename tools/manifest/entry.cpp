@@ -1,5 +1,4 @@
 #include <fmt/core.h>
-#include <fnmatch.h>
 
 #include <algorithm>
 #include <array>
@@ -12,7 +11,6 @@
 namespace palpate::tools {
 namespace {
 
-namespace fs = std::filesystem;
 using recordings::BatchItem;
 using recordings::Drift;
 using recordings::Tip;
@@ -107,24 +105,15 @@ void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
                    << 20;
 }
 
-// A column's name, or its number in a file without header.
-std::string column(SceneTable& table, std::string_view key, const toml::node& node) {
-  if (node.is_string()) return node.as_string()->get();
-  if (node.is_integer() && node.as_integer()->get() > 0)
-    return fmt::format("#{}", node.as_integer()->get());
-  fail(table, key, fmt::format("{} of columns is no column", key),
-       "Give a name of the header in quotes, or a number counted from 1.");
-}
-
 void read_columns_of(SceneTable& table, std::string_view key, std::vector<std::string>& target,
                      bool may_be_one) {
   const toml::node* node = table.node(key);
   if (!node) return;
   target.clear();
   if (const toml::array* list = node->as_array())
-    for (const toml::node& name : *list) target.push_back(column(table, key, name));
+    for (const toml::node& name : *list) target.push_back(column(table, key, &name));
   else
-    target.push_back(column(table, key, *node));
+    target.push_back(column(table, key, node));
   if (target.size() != 3 && !(may_be_one && target.size() == 1))
     fail(table, key, fmt::format("{} of columns has {} names", key, target.size()),
          may_be_one ? "Give one name, or three: [\"x\", \"y\", \"z\"]."
@@ -137,7 +126,7 @@ void read_columns(SceneTable table, importers::ColumnNames& names) {
                                   {"depth", &names.depth},
                                   {"retract_depth", &names.retract_depth},
                                   {"retract_force", &names.retract_force}})
-    if (const toml::node* node = table.node(key)) *name = column(table, key, *node);
+    if (const toml::node* node = table.node(key)) *name = column(table, key, node);
   for (const auto& [key, axes] :
        {std::pair{"position", &names.position}, {"force", &names.force}, {"torque", &names.torque}})
     read_columns_of(table, key, *axes, true);
@@ -234,6 +223,14 @@ std::vector<importers::SaidKey> said_keys(const SceneTable& table, const SceneTa
   throw Error(table.where(key), what, remedy);
 }
 
+std::string column(const SceneTable& table, std::string_view key, const toml::node* node) {
+  if (node && node->is_string()) return node->as_string()->get();
+  if (node && node->is_integer() && node->as_integer()->get() > 0)
+    return fmt::format("#{}", node->as_integer()->get());
+  fail(table, key, fmt::format("{} of {} is no column", key, table.name()),
+       "Give a name of the header in quotes, or a number counted from 1.");
+}
+
 void read_keys(SceneTable& table, ManifestEntry& entry) {
   entry.file = table.text("file", entry.file);
   entry.item.point = table.text("point", entry.item.point);
@@ -253,62 +250,6 @@ void read_keys(SceneTable& table, ManifestEntry& entry) {
   read_text_keys(table, entry.item.read);
   read_signal_keys(table, entry);
   table.finish();
-}
-
-void complete(const SceneTable& table, ManifestEntry& entry) {
-  BatchItem& item = entry.item;
-  if (entry.file.empty())
-    throw Error(table.where_table(), "[[recording]] has no file", "Add file = \"...\".");
-  const auto& c = item.read.columns;
-  const bool is_robot = item.read.format == "robot-palpation";
-  if (is_robot || c.has_signal()) {  // else the file says itself what its columns are
-    if (!item.read.is_force_on_tool)
-      throw Error(
-          table.where_table(), "force_on is missing: whose force the sensor reports",
-          "Add force_on = \"tool\" (what the sensor feels) or \"body\" (what the body feels).");
-    if (!is_robot && (c.force.empty() || (c.depth.empty() && c.position.empty())))
-      throw Error(
-          table.where("columns"),
-          c.force.empty() ? "columns names no force" : "columns names neither depth nor position",
-          "Add columns = { time = \"t\", position = [\"x\", \"y\", \"z\"], force = [\"fx\", "
-          "\"fy\", \"fz\"] }, or depth = \"d\" for a 1-axis rig.");
-    if (!is_robot && !c.depth.empty() && !c.position.empty())
-      throw Error(table.where("columns"), "columns names both depth and position",
-                  "Leave one out.");
-    if (c.position.size() == 1 && item.read.format == "csv")
-      throw Error(table.where("columns"), "position of columns has one name",
-                  "Give three, or call it depth.");
-  }
-  if (entry.position) {
-    const std::string& unit = item.read.units.position;
-    const auto factor =
-        unit_factor(importers::split_unit(fmt::format("({})", unit)).second, Dimension::length);
-    if (!factor)
-      throw Error(
-          table.where("position"), "position has no unit",
-          "Say units = { position = \"mm\" }, or write [\"12 mm\", \"3.5 mm\", \"40 mm\"].");
-    item.position_m =
-        *factor * Vec3((*entry.position)[0], (*entry.position)[1], (*entry.position)[2]);
-  }
-}
-
-std::vector<std::string> files_of(const SceneTable& table, const std::string& file,
-                                  const fs::path& folder) {
-  if (file.find_first_of("*?") == std::string::npos) return {file};
-  const fs::path parent = fs::path(file).parent_path();
-  const std::string pattern = fs::path(file).filename().string();
-  std::vector<std::string> files;
-  std::error_code failure;
-  const fs::path place = folder / parent;
-  for (const auto& entry : fs::directory_iterator(place.empty() ? "." : place, failure))
-    if (fnmatch(pattern.c_str(), entry.path().filename().c_str(), FNM_PERIOD) == 0 &&
-        !entry.path().filename().string().ends_with(".import.csv"))
-      files.push_back((parent / entry.path().filename()).string());
-  if (files.empty())
-    throw Error(table.where("file"), "no file matches \"" + file + "\"",
-                "Correct the pattern; names start at the manifest's folder.");
-  std::sort(files.begin(), files.end());
-  return files;
 }
 
 }  // namespace palpate::tools

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "libfit/io/atomic_file.hpp"
+#include "libfit/recordings/formats/importers.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -76,6 +77,65 @@ ProbeSpec probe_of(const recordings::UsedTip& used, double friction) {
   probe.values = {{"tip_radius", {used.radius_m}}};
   if (used.half_angle_rad > 0) probe.values["half_angle"] = {used.half_angle_rad};
   return probe;
+}
+
+// Checks what an entry must say by the time all of it is known, and turns its position into m.
+void complete(const SceneTable& table, ManifestEntry& entry) {
+  recordings::BatchItem& item = entry.item;
+  if (entry.file.empty())
+    throw Error(table.where_table(), "[[recording]] has no file", "Add file = \"...\".");
+  const auto& c = item.read.columns;
+  const bool is_robot = item.read.format == "robot-palpation";
+  if (is_robot || c.has_signal()) {  // else the file says itself what its columns are
+    if (!item.read.is_force_on_tool)
+      throw Error(
+          table.where_table(), "force_on is missing: whose force the sensor reports",
+          "Add force_on = \"tool\" (what the sensor feels) or \"body\" (what the body feels).");
+    if (!is_robot && (c.force.empty() || (c.depth.empty() && c.position.empty())))
+      throw Error(
+          table.where("columns"),
+          c.force.empty() ? "columns names no force" : "columns names neither depth nor position",
+          "Add columns = { time = \"t\", position = [\"x\", \"y\", \"z\"], force = [\"fx\", "
+          "\"fy\", \"fz\"] }, or depth = \"d\" for a 1-axis rig.");
+    if (!is_robot && !c.depth.empty() && !c.position.empty())
+      throw Error(table.where("columns"), "columns names both depth and position",
+                  "Leave one out.");
+    if (c.position.size() == 1 && item.read.format == "csv")
+      throw Error(table.where("columns"), "position of columns has one name",
+                  "Give three, or call it depth.");
+  }
+  if (entry.position) {
+    const std::string& unit = item.read.units.position;
+    const auto factor =
+        unit_factor(importers::split_unit(fmt::format("({})", unit)).second, Dimension::length);
+    if (!factor)
+      throw Error(
+          table.where("position"), "position has no unit",
+          "Say units = { position = \"mm\" }, or write [\"12 mm\", \"3.5 mm\", \"40 mm\"].");
+    item.position_m =
+        *factor * Vec3((*entry.position)[0], (*entry.position)[1], (*entry.position)[2]);
+  }
+}
+
+// The files of an entry: itself, or those that its pattern in the last component matches, sorted. A
+// summary that an import left there is none of them.
+std::vector<std::string> files_of(const SceneTable& table, const std::string& file,
+                                  const fs::path& folder) {
+  if (file.find_first_of("*?") == std::string::npos) return {file};
+  const fs::path parent = fs::path(file).parent_path();
+  const std::string pattern = fs::path(file).filename().string();
+  std::vector<std::string> files;
+  std::error_code failure;
+  const fs::path place = folder / parent;
+  for (const auto& entry : fs::directory_iterator(place.empty() ? "." : place, failure))
+    if (fnmatch(pattern.c_str(), entry.path().filename().c_str(), FNM_PERIOD) == 0 &&
+        !entry.path().filename().string().ends_with(".import.csv"))
+      files.push_back((parent / entry.path().filename()).string());
+  if (files.empty())
+    throw Error(table.where("file"), "no file matches \"" + file + "\"",
+                "Correct the pattern; names start at the manifest's folder.");
+  std::sort(files.begin(), files.end());
+  return files;
 }
 
 }  // namespace

@@ -69,17 +69,13 @@ struct ManifestEntry {
 [[noreturn]] void fail(const SceneTable& table, std::string_view key, const std::string& what,
                        const std::string& remedy);
 
+/// A column by its name, or "#3" by its number in a file without header. Throws Error where the
+/// node is neither.
+std::string column(const SceneTable& table, std::string_view key, const toml::node* node);
+
 inline constexpr double kAnyNumber = 1e15;  // in whatever unit a rig's files have
 
 /// The keys of [defaults] and of [[recording]] alike.
 void read_keys(SceneTable& table, ManifestEntry& entry);
-
-/// Checks what an entry must say by the time all of it is known, and turns its position into m.
-void complete(const SceneTable& table, ManifestEntry& entry);
-
-/// The files of an entry: itself, or those that its pattern in the last component matches, sorted.
-/// A summary that an import left there is none of them.
-std::vector<std::string> files_of(const SceneTable& table, const std::string& file,
-                                  const std::filesystem::path& folder);
 
 }  // namespace palpate::tools

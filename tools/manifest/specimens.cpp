@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "libfit/recordings/formats/importers.hpp"
-#include "libfit/recordings/formats/text_file.hpp"
 #include "tools/manifest/manifest.hpp"
 #include "tools/scene/read_region.hpp"
 
@@ -18,25 +17,14 @@ using namespace importers;
 constexpr const char* kRemedy =
     "Write [material] and [[test]] as docs/formats/tests.md shows tests of specimens.";
 
-/// A column by its name, or by its number from 1.
-struct Column {
-  std::string name;
-  std::optional<std::size_t> number;
-  bool operator==(const Column&) const = default;
-};
-
-Column column_of(SceneTable& table, std::string_view key) {
-  const toml::node* node = table.node(key);
-  if (node && node->is_string()) return {node->as_string()->get(), {}};
-  if (node && node->is_integer() && node->as_integer()->get() > 0)
-    return {fmt::format("column {}", node->as_integer()->get()),
-            static_cast<std::size_t>(node->as_integer()->get() - 1)};
-  fail(table, key, fmt::format("{} of {} is no column", key, table.name()),
-       "Give a name of the header in quotes, or a number counted from 1.");
-}
-
-bool is_named(std::string_view field, const Column& column) {
-  return field == column.name || split_unit(field).first == split_unit(column.name).first;
+// The field of a column, by its name in a header or by its number.
+std::optional<std::size_t> field_of(const std::string& column,
+                                    const std::vector<std::string_view>& fields) {
+  for (std::size_t k = 0; k < fields.size(); ++k)
+    if (column == fmt::format("#{}", k + 1) || fields[k] == column ||
+        split_unit(fields[k]).first == split_unit(column).first)
+      return k;
+  return std::nullopt;
 }
 
 struct TwoColumns {
@@ -45,7 +33,8 @@ struct TwoColumns {
 };
 
 // The two columns of a file: below the line that names both, or from its first line of numbers on.
-TwoColumns read_two(const std::filesystem::path& path, const Column& strain, const Column& stress) {
+TwoColumns read_two(const std::filesystem::path& path, const std::string& strain,
+                    const std::string& stress) {
   const std::uintmax_t most = ReadSettings{}.max_bytes;
   const std::string bytes = unpacked(path, read_bytes(path, most), most);
   const TextFile file(path, bytes, "utf-8");
@@ -54,27 +43,20 @@ TwoColumns read_two(const std::filesystem::path& path, const Column& strain, con
     if (unquoted(line).empty()) continue;
     const char separator = guess_separator(unquoted(line));
     const auto fields = split(unquoted(line), separator);
-    const auto place = [&](const Column& column) -> std::optional<std::size_t> {
-      if (column.number)
-        return *column.number < fields.size() ? column.number : std::optional<std::size_t>();
-      for (std::size_t k = 0; k < fields.size(); ++k)
-        if (is_named(fields[k], column)) return k;
-      return std::nullopt;
-    };
-    const auto at = place(strain), stress_at = place(stress);
+    const auto at = field_of(strain, fields), stress_at = field_of(stress, fields);
     const bool is_numbers = std::all_of(fields.begin(), fields.end(), [](std::string_view field) {
       return parse_number(field, '.').has_value();
     });
-    const bool is_by_number = strain.number && stress.number;
+    const bool is_by_number = strain.starts_with('#') && stress.starts_with('#');
     if (!at || !stress_at || is_numbers != is_by_number) continue;
     TableLayout layout{.first = is_by_number ? i : i + 1,
                        .separator = separator,
                        .comment = "#",
                        .field = {*at, *stress_at},
-                       .name = {strain.name, stress.name}};
+                       .name = {strain, stress}};
     return {read_numbers(file, layout), is_by_number ? "" : split_unit(fields[*stress_at]).second};
   }
-  throw file.error(0, fmt::format("has no {} beside {}", strain.name, stress.name),
+  throw file.error(0, fmt::format("has no column {} beside {}", strain, stress),
                    "Name columns of its header, or number them from 1 where it has none.");
 }
 
@@ -97,8 +79,9 @@ fem::HomogeneousTest read_test(SceneTable& table, const std::filesystem::path& f
                                                   : "[[test]] has neither stretch nor strain",
                 "Give the column of one: stretch = \"l\", or strain = 2 (nominal; of a shear its "
                 "amount).");
-  const Column strain = column_of(table, is_stretch ? "stretch" : "strain"),
-               stress = column_of(table, "stress");
+  const char* of_strain = is_stretch ? "stretch" : "strain";
+  const std::string strain = column(table, of_strain, table.node(of_strain)),
+                    stress = column(table, "stress", table.node("stress"));
   if (strain == stress)
     fail(table, "stress", "is the column of the strain", "Name the column of the stress.");
   const std::string unit = table.text("unit", "");

@@ -15,7 +15,6 @@ namespace {
 using namespace recordings;
 
 constexpr std::size_t kListed = 40;  // recordings on the screen; JSON has all
-constexpr std::string_view kGradeNames[] = {"good", "fair", "poor"};
 
 struct Deepest {
   double depth_m = 0, force_N = 0;
@@ -36,8 +35,8 @@ std::string line_of(const std::string& shown, std::string_view kind, const Condi
                      r.source.format, kind, is_creep(r.history) ? " with creep (force held)" : "",
                      number(at.force_N), number(1e3 * at.depth_m), number(1e3 * r.contact.travel_m),
                      number(1e3 * r.contact.deviation_m, 2), r.contact.estimator,
-                     kGradeNames[static_cast<std::size_t>(r.grade)], r.reasons.empty() ? "" : ": ",
-                     listed(r.reasons, "; "));
+                     kRecordingGradeNames[static_cast<std::size_t>(r.grade)],
+                     r.reasons.empty() ? "" : ": ", listed(r.reasons, "; "));
 }
 
 nlohmann::ordered_json json_of(const std::string& shown, std::string_view kind,
@@ -52,7 +51,7 @@ nlohmann::ordered_json json_of(const std::string& shown, std::string_view kind,
           {"force_N", at.force_N},
           {"contact_m", r.contact.travel_m},
           {"contact_deviation_m", r.contact.deviation_m},
-          {"grade", kGradeNames[static_cast<std::size_t>(r.grade)]},
+          {"grade", kRecordingGradeNames[static_cast<std::size_t>(r.grade)]},
           {"reasons", r.reasons}};
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <optional>
-#include <sstream>
 
 #include "libfem/mesh/read/read.hpp"
 #include "libfit/core/error.hpp"
@@ -108,22 +107,29 @@ std::optional<double> offset_m(const std::vector<Conditioned>& recordings, const
   return is_off ? std::optional(middle_m) : std::nullopt;
 }
 
-// Whether positions of a rig with three axes are of a ball's centre, as far as it can be known.
-std::string positions_line(const TriedWay& way, const Surface* surface, const std::string& shown,
-                           ProposedManifest& out) {
-  if (way.result.recordings.front().is_axial) return {};
-  const auto found_m =
-      surface != nullptr ? offset_m(way.result.recordings, *surface) : std::nullopt;
-  if (!found_m)
-    return "# positions = \"center\"  # where they are of the ball's centre, and not of where it "
-           "touches\n";
-  out.warnings.push_back(fmt::format(
-      "{}: tools touched {:.2g} mm off the surface, everywhere: positions are taken for those of "
-      "a ball's centre, and that for its radius: make sure",
-      shown, 1e3 * *found_m));
-  return fmt::format(
-      "positions = \"center\"\nprobe = {{ shape = \"sphere\", radius = \"{:.2g} mm\" }}\n",
-      1e3 * *found_m);
+// Adds whether positions of a rig with three axes are of a ball's centre, as far as it can be
+// known.
+void add_positions(const TriedWay& way, const Surface* surface, const std::string& shown,
+                   std::vector<std::string>& lines, ProposedManifest& out) {
+  std::optional<double> found_m;
+  if (!way.result.recordings.front().is_axial) {
+    if (surface != nullptr) found_m = offset_m(way.result.recordings, *surface);
+    lines.emplace_back("positions = \"center\"");
+    if (!found_m)
+      lines.back() =
+          "# positions = \"center\"  # where they are of the ball's centre, and not of "
+          "where it touches";
+  }
+  if (found_m)
+    out.warnings.push_back(fmt::format(
+        "{}: tools touched {:.2g} mm off the surface, everywhere: positions are taken for those of "
+        "a ball's centre, and that for its radius: make sure",
+        shown, 1e3 * *found_m));
+  lines.push_back(
+      found_m
+          ? fmt::format("probe = {{ shape = \"sphere\", radius = \"{:.2g} mm\" }}", 1e3 * *found_m)
+          : "# probe = { shape = \"sphere\", radius = \"5 mm\" }  # no file says it; moduli "
+            "and contacts need it");
 }
 
 // An entry of the manifest, and its lines.
@@ -201,27 +207,16 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
       best.result.refused.empty() ? "" : fmt::format(", {} refused", best.result.refused.size())));
   for (const std::string& guess : best.way.guesses)
     out.warnings.push_back(fmt::format("{}: {}: make sure", shown, guess));
-  std::string keys;
-  for (const std::string& line : best.way.lines) keys += line + "\n";
-  const std::string positions = positions_line(best, surface, shown, out);
-  keys += positions;
-  if (positions.find("probe") == std::string::npos)
-    keys +=
-        "# probe = { shape = \"sphere\", radius = \"5 mm\" }  # no file says it; moduli and "
-        "contacts "
-        "need it\n";
+  std::vector<std::string> lines = best.way.lines;
+  add_positions(best, surface, shown, lines, out);
   const bool has_place = r.contact_m && r.inward;
   if (!has_place) {
-    keys +=
-        "# position = [0, 0, 0]  # where on the body, and inward: no file says it\n"
-        "# normal = [0, 0, -1]\n";
+    lines.emplace_back("# position = [0, 0, 0]  # where on the body, and inward: no file says it");
+    lines.emplace_back("# normal = [0, 0, -1]");
     out.warnings.push_back(fmt::format("{}: say position and normal of each recording", shown));
   }
   const std::string pattern = has_place ? pattern_of(group) : std::string();
   out.files += group.size();
-  std::vector<std::string> lines;
-  std::istringstream text(keys);
-  for (std::string line; std::getline(text, line);) lines.push_back(line);
   for (const fs::path& file : group) {
     const std::string& named = pattern.empty() ? file.string() : pattern;
     entries.push_back({fs::proximate(named, base).string(), lines});

@@ -1,4 +1,4 @@
-#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 
 #include <fmt/core.h>
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 
 namespace palpate::recordings {
 namespace {

@@ -1,12 +1,13 @@
-// Variables of a MATLAB file that the manifest names: "force", or "M(:,2)" for a column of a
-// matrix. Version 5 to 7 is read here (variables packed or not, without structures and cells);
-// version 7.3 is HDF5, with rows and columns exchanged. Debian's libmatio returns numbers of files
-// that are cut short or damaged, without an error. Source: MATLAB MAT-File Format, 2019.
+// Whole arrays. Variables of a MATLAB file that the manifest names: "force", or "M(:,2)" for a
+// column of a matrix. Version 5 to 7 is read here (variables packed or not, without structures and
+// cells); version 7.3 is HDF5, with rows and columns exchanged. Debian's libmatio returns numbers
+// of files that are cut short or damaged, without an error. Source: MATLAB MAT-File Format, 2019.
 
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <deque>
 #include <functional>
@@ -46,11 +47,31 @@ constexpr Storage kStorages[] = {
     {7, 4, number_at<float>},         {9, 8, number_at<double>},
     {12, 8, number_at<std::int64_t>}, {13, 8, number_at<std::uint64_t>}};
 
-// A matrix of numbers, column by column; rows and columns 0: an array of another kind.
-struct Variable {
-  std::string name;
+// An array of a file, whose numbers come row by row or column by column; a vector has one column.
+struct NamedArray {
+  std::string name, header;  // the second with its unit, where the file says one
   std::size_t rows = 0, columns = 0;
-  std::function<double(std::size_t)> value;
+  bool is_row_major = false;
+  std::function<std::vector<double>()> values;  // none of an array of another kind
+};
+
+NamedArray by_columns(const std::string& name, std::size_t rows, std::size_t columns,
+                      std::function<std::vector<double>()> values) {
+  if (rows == 1) std::swap(rows, columns);
+  return {name, name, rows, columns, false, std::move(values)};
+}
+
+// A file of arrays.
+struct ArrayFile {
+  std::filesystem::path path;
+  std::string noun;  // of an array
+  std::vector<std::string> names;
+  std::function<std::optional<NamedArray>(const std::string& name)> find;
+
+  Error error(const std::string& name, const std::string& what, const std::string& remedy) const {
+    return Error(path.string() + (name.empty() ? "" : ":" + name), what, remedy);
+  }
+  std::string listed_names() const { return "There are: " + listed(names).substr(0, 300) + "."; }
 };
 
 // The elements of version 5 one after another. Safe on untrusted bytes.
@@ -96,16 +117,16 @@ class MatElements {
 };
 
 // The content of a matrix element.
-Variable variable_of(MatElements parts) {
+NamedArray variable_of(MatElements parts) {
   const auto flags = parts.next(), sizes = parts.next(), name = parts.next();
   if (flags.data.size() < 4 || sizes.data.size() % 4 != 0) throw parts.damaged();
   const auto word =
       static_cast<std::uint32_t>(number_at<std::uint32_t>(flags.data.data(), parts.is_swapped()));
   const int array_class = static_cast<int>(word & 0xff);  // 6 to 15 are of numbers
-  Variable variable;
-  variable.name = std::string(name.data);
+  NamedArray other;
+  other.name = std::string(name.data);
   const bool is_complex = (word >> 8) & 8;
-  if (array_class < 6 || array_class > 15 || is_complex || sizes.data.size() != 8) return variable;
+  if (array_class < 6 || array_class > 15 || is_complex || sizes.data.size() != 8) return other;
   const auto numbers = parts.next();
   const auto* storage = std::ranges::find(kStorages, numbers.kind, &Storage::kind);
   const auto size = [&](std::size_t k) {
@@ -114,20 +135,22 @@ Variable variable_of(MatElements parts) {
   if (storage == std::end(kStorages) || size(0) > numbers.data.size() ||
       size(1) > numbers.data.size() || size(0) * size(1) != numbers.data.size() / storage->bytes)
     throw parts.damaged();
-  variable.rows = size(0), variable.columns = size(1);
-  variable.value = [data = numbers.data, of = *storage, swap = parts.is_swapped()](std::size_t i) {
-    return of.read(data.data() + i * of.bytes, swap);
-  };
-  return variable;
+  return by_columns(other.name, size(0), size(1),
+                    [data = numbers.data, of = *storage, swap = parts.is_swapped()] {
+                      std::vector<double> values(data.size() / of.bytes);
+                      for (std::size_t i = 0; i < values.size(); ++i)
+                        values[i] = of.read(data.data() + i * of.bytes, swap);
+                      return values;
+                    });
 }
 
 // All variables of a file of version 5; `unpacked` keeps what they point to.
-std::vector<Variable> variables_5(const std::filesystem::path& path, std::string_view bytes,
-                                  std::uintmax_t max_bytes, std::deque<std::string>& unpacked) {
+std::vector<NamedArray> variables_5(const std::filesystem::path& path, std::string_view bytes,
+                                    std::uintmax_t max_bytes, std::deque<std::string>& unpacked) {
   if (bytes.size() < 128) throw Error(path.string(), kDamaged, "Save it again.");
   const bool is_little = bytes.substr(126, 2) == "IM";
   const bool is_swapped = is_little != (std::endian::native == std::endian::little);
-  std::vector<Variable> variables;
+  std::vector<NamedArray> variables;
   MatElements elements(bytes.substr(128), is_swapped, path);
   while (!elements.is_at_end()) {
     auto element = elements.next();
@@ -148,23 +171,8 @@ std::vector<double> values_of(const h5::Reader& file, const std::string& set, h5
   return {whole.begin(), whole.end()};
 }
 
-// Those of version 7.3 that hold real numbers.
-std::vector<Variable> variables_73(const h5::Reader& file) {
-  std::vector<Variable> variables;
-  for (const std::string& name : file.data_sets()) {
-    const std::string type = file.type_of(name);
-    if (name.find('/') != std::string::npos || !(type.starts_with("float") || type == "int32"))
-      continue;
-    const h5::Shape shape = file.shape_of(name);
-    variables.push_back(
-        {name, std::max<std::size_t>(shape.columns, 1), shape.rows,
-         [numbers = values_of(file, name, shape)](std::size_t i) { return numbers[i]; }});
-  }
-  return variables;
-}
-
 // "M(:,2)": {"M", 2}; "t": {"t", 0}.
-std::pair<std::string, std::size_t> variable_and_column(const std::string& name) {
+std::pair<std::string, std::size_t> array_and_column(const std::string& name) {
   const std::size_t open = name.find("(:,");
   if (open == std::string::npos || !name.ends_with(')')) return {name, 0};
   const auto column = parse_number(name.substr(open + 3, name.size() - open - 4), '.');
@@ -172,89 +180,113 @@ std::pair<std::string, std::size_t> variable_and_column(const std::string& name)
   return {name.substr(0, open), static_cast<std::size_t>(*column)};
 }
 
-std::vector<double> column_of(const std::vector<Variable>& variables, const std::string& name,
-                              const FailColumn& fail) {
-  const auto [of, column] = variable_and_column(name);
-  const auto found = std::ranges::find(variables, of, &Variable::name);
-  std::vector<std::string> names;
-  for (const Variable& v : variables)
-    if (v.value) names.push_back(v.name);
-  if (found == variables.end())
-    throw fail("variable is missing", "There are: " + listed(names).substr(0, 300) + ".");
-  if (!found->value || found->rows * found->columns == 0)
-    throw fail("is no array of real numbers", "There are: " + listed(names).substr(0, 300) + ".");
-  const bool is_vector = found->rows == 1 || found->columns == 1;
-  if (column == 0 && !is_vector)
-    throw fail(fmt::format("is a matrix of {} columns", found->columns),
-               "Name one of them: \"" + of + "(:,1)\".");
+// The numbers of a column by its name, and the header that says their unit.
+std::vector<double> column_of(const ArrayFile& file, const std::string& name, std::string& header) {
+  const auto [of, column] = array_and_column(name);
+  const auto found = file.find(of);
+  if (!found) throw file.error(name, file.noun + " is missing", file.listed_names());
+  if (!found->values || found->rows * found->columns == 0)
+    throw file.error(name, "is no array of real numbers", file.listed_names());
+  if (column == 0 && found->columns > 1)
+    throw file.error(name, fmt::format("is a matrix of {} columns", found->columns),
+                     "Name one of them: \"" + of + "(:,1)\".");
   if (column > found->columns)
-    throw fail(fmt::format("has {} columns", found->columns), "Name one that is there.");
-  const std::size_t rows = column == 0 ? found->rows * found->columns : found->rows,
-                    first = column == 0 ? 0 : (column - 1) * found->rows;
-  std::vector<double> values(rows);
-  for (std::size_t i = 0; i < rows; ++i) values[i] = found->value(first + i);
+    throw file.error(name, fmt::format("has {} columns", found->columns),
+                     "Name one that is there.");
+  header = found->header;
+  const std::vector<double> all = found->values();
+  const std::size_t at = std::max<std::size_t>(column, 1) - 1;
+  std::vector<double> values(found->rows);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = all[found->is_row_major ? i * found->columns + at : at * found->rows + i];
   return values;
 }
 
-RawRecording recording_of(const std::filesystem::path& path, const std::vector<Variable>& variables,
-                          const ReadSettings& settings) {
-  const auto fail = [&](const std::string& name, const std::string& what,
-                        const std::string& remedy) {
-    return Error(path.string() + (name.empty() ? "" : ":" + name), what, remedy);
+// The recording of the rows whose numbers are all in range. Throws Error for an array that has
+// another number and is not dropped, is of another length than the first, or when no row is left.
+RawRecording recording_of_arrays(const ArrayFile& file, const ReadSettings& given) {
+  std::string taken;
+  ReadSettings settings = with_named_columns(
+      given, file.names,
+      [&](const auto& what, const auto& remedy) { return file.error("", what, remedy); }, taken);
+  for (auto* axes : {&settings.columns.position, &settings.columns.force, &settings.columns.torque})
+    if (const auto all = axes->size() == 1 ? file.find(axes->front()) : std::nullopt;
+        all && all->columns == 3)
+      *axes = {all->name + "(:,1)", all->name + "(:,2)", all->name + "(:,3)"};
+  const std::vector<Role> roles = roles_of(settings.columns);
+  if (roles.empty())
+    throw file.error("", "no " + file.noun + " is named",
+                     "Name columns = { time = ..., depth = ..., force = ... } in the manifest. " +
+                         file.listed_names());
+  std::vector<std::vector<double>> columns;
+  std::vector<double> factors;
+  for (const Role& role : roles) {
+    std::string header;
+    columns.push_back(column_of(file, role.name, header));
+    factors.push_back(factor_of(
+        role, header, settings.units,
+        [&](const auto& what, const auto& remedy) { return file.error(role.name, what, remedy); }));
+  }
+  const std::size_t before = columns[0].size();
+  for (std::size_t c = 0; c < columns.size(); ++c)
+    if (columns[c].size() != before)
+      throw file.error(
+          roles[c].name,
+          fmt::format("has {} rows, {} has {}", columns[c].size(), roles[0].name, before),
+          "Give columns of one length.");
+  std::optional<double> first_tick;  // of clocks that count from a time long past
+  for (std::size_t c = 0; c < columns.size(); ++c)
+    if ((roles[c].meaning == Meaning::time || roles[c].meaning == Meaning::force_time) &&
+        before > 0 && std::isfinite(columns[c][0]) && std::abs(columns[c][0]) > kLargestNumber) {
+      first_tick = first_tick.value_or(columns[c][0]);
+      for (double& tick : columns[c]) tick -= *first_tick;
+    }
+  std::vector<std::size_t> line;
+  for (std::size_t i = 0; i < before; ++i) {
+    bool is_usable = true;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      if (std::abs(columns[c][i]) <= kLargestNumber) continue;
+      if (!settings.drop_invalid)
+        throw file.error(roles[c].name, fmt::format("row {} is not a number in range", i + 1),
+                         kBadRowRemedy);
+      is_usable = false;
+    }
+    if (is_usable) line.push_back(i + 1);
+  }
+  if (line.empty()) throw file.error(roles[0].name, "has no row of numbers", kNoRowRemedy);
+  for (auto& column : columns) {
+    for (std::size_t i = 0; i < line.size(); ++i) column[i] = column[line[i] - 1];
+    column.resize(line.size());
+  }
+  const std::size_t rows = line.size();
+  RawRecording recording =
+      recording_of(roles, std::move(columns), factors, std::move(line), settings);
+  recording.dropped_rows = before - rows;
+  if (!taken.empty()) recording.taken.push_back(taken);
+  return recording;
+}
+
+// A recording of the data sets of an HDF5 file, or of the variables of a MATLAB file, whose rows
+// and columns are exchanged.
+RawRecording recording_of_hdf5(const h5::Reader& file, const std::filesystem::path& path,
+                               bool is_matlab, const ReadSettings& settings) {
+  std::vector<std::string> names = file.data_sets();
+  if (is_matlab)
+    std::erase_if(names, [&](const std::string& name) {
+      const std::string type = file.type_of(name);
+      return name.find('/') != std::string::npos || !(type.starts_with("float") || type == "int32");
+    });
+  const auto find = [&](const std::string& name) -> std::optional<NamedArray> {
+    const std::string set = name.substr(name.starts_with('/') ? 1 : 0);
+    if (is_matlab ? std::ranges::count(names, set) == 0 : !file.has(set)) return std::nullopt;
+    const h5::Shape shape = file.shape_of(set);
+    const std::size_t columns = std::max<std::size_t>(shape.columns, 1);
+    const auto values = [&file, set, shape] { return values_of(file, set, shape); };
+    if (is_matlab) return by_columns(set, columns, shape.rows, values);
+    return NamedArray{
+        set, set + " (" + file.text_if_any(set, "unit") + ")", shape.rows, columns, true, values};
   };
-  std::vector<std::string> names;
-  for (const Variable& variable : variables) names.push_back(variable.name);
-  return recording_of_arrays(
-      {.names = names,
-       .fail = fail,
-       .unnamed = fail(
-           "", "no variable is named",
-           "Name columns = { time = ..., depth = ..., force = ... } in the manifest. There are: " +
-               listed(names).substr(0, 300) + "."),
-       .axes =
-           [&](const std::string& name) {
-             const bool has_three = std::ranges::any_of(variables, [&](const Variable& v) {
-               return v.name == name && v.columns == 3 && v.rows > 1;
-             });
-             return has_three ? std::vector{name + "(:,1)", name + "(:,2)", name + "(:,3)"}
-                              : std::vector{name};
-           },
-       .header = [](const std::string& name) { return variable_and_column(name).first; },
-       .column =
-           [&](const std::string& name) {
-             return column_of(variables, name, [&](const auto& what, const auto& remedy) {
-               return fail(name, what, remedy);
-             });
-           }},
-      settings);
-}
-
-std::pair<std::string, std::size_t> set_and_axis(const std::string& name) {
-  const std::size_t colon = name.rfind(':');
-  if (colon == std::string::npos || colon + 2 != name.size()) return {name, 0};
-  return {name.substr(0, colon), static_cast<std::size_t>(name.back() - '0')};
-}
-
-std::vector<double> column_of(const h5::Reader& file, const std::string& name) {
-  const auto [set, axis] = set_and_axis(name);
-  const h5::Shape shape = file.shape_of(set);
-  const auto values = values_of(file, set, shape);
-  const std::size_t stride = shape.columns == 0 ? 1 : shape.columns;
-  if (axis >= stride) throw file.error(set, fmt::format("has no column {}", axis));
-  std::vector<double> column;
-  for (std::size_t i = axis; i < values.size(); i += stride) column.push_back(values[i]);
-  return column;
-}
-
-void strip_root(ColumnNames& names) {
-  const auto strip = [](std::string& name) {
-    if (name.starts_with('/')) name.erase(0, 1);
-  };
-  for (std::string* name :
-       {&names.time, &names.depth, &names.force_time, &names.retract_depth, &names.retract_force})
-    strip(*name);
-  for (auto* axes : {&names.position, &names.force, &names.contact, &names.normal, &names.torque})
-    for (std::string& name : *axes) strip(name);
+  return recording_of_arrays({path, is_matlab ? "variable" : "data set", names, find}, settings);
 }
 
 }  // namespace
@@ -265,15 +297,20 @@ bool begins_matlab(std::string_view head) {
 
 std::vector<RawRecording> read_matlab(const std::filesystem::path& path, std::string_view bytes,
                                       const ReadSettings& settings) {
-  if (bytes.starts_with(kVersion73)) {
-    const h5::Reader file(path, "Save it again.");
-    return {recording_of(path, variables_73(file), settings)};
-  }
+  if (bytes.starts_with(kVersion73))
+    return {recording_of_hdf5({path, "Save it again."}, path, true, settings)};
   if (!bytes.starts_with(kVersion5))
     throw Error(path.string(), "is no MATLAB file of version 5 to 7.3",
                 "Save it with -v7, or leave out `format`.");
   std::deque<std::string> unpacked;
-  return {recording_of(path, variables_5(path, bytes, settings.max_bytes, unpacked), settings)};
+  const auto arrays = variables_5(path, bytes, settings.max_bytes, unpacked);
+  std::vector<std::string> names;
+  for (const NamedArray& array : arrays) names.push_back(array.name);
+  const auto find = [&](const std::string& name) {
+    const auto at = std::ranges::find(arrays, name, &NamedArray::name);
+    return at == arrays.end() ? std::nullopt : std::optional(*at);
+  };
+  return {recording_of_arrays({path, "variable", names, find}, settings)};
 }
 
 // Data sets of an HDF5 file that the manifest names by path: N values each, or N x 3 for a position
@@ -281,41 +318,12 @@ std::vector<RawRecording> read_matlab(const std::filesystem::path& path, std::st
 bool begins_hdf5(std::string_view head) { return head.starts_with("\x89HDF\r\n\x1a\n"); }
 
 std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path& path, std::string_view,
-                                            const ReadSettings& given) {
+                                            const ReadSettings& settings) {
   const h5::Reader file(
       path,
       "Name its data sets under `columns` of the manifest, and correct or remove unusable rows "
       "(or import with --drop-invalid).");
-  const auto fail = [&](const std::string& name, const std::string& what,
-                        const std::string& remedy) {
-    return Error(path.string() + (name.empty() ? "" : ":" + set_and_axis(name).first), what,
-                 remedy);
-  };
-  ReadSettings settings = given;
-  strip_root(settings.columns);
-  return {recording_of_arrays(
-      {.names = file.data_sets(),
-       .fail = fail,
-       .unnamed = file.error("", "no data set is named"),
-       .axes =
-           [&](const std::string& set) {
-             return file.has(set) && file.shape_of(set).columns == 3
-                        ? std::vector{set + ":0", set + ":1", set + ":2"}
-                        : std::vector{set};
-           },
-       .header =
-           [&](const std::string& name) {
-             const std::string set = set_and_axis(name).first;
-             return set + " (" + file.text_if_any(set, "unit") + ")";
-           },
-       .column =
-           [&](const std::string& name) {
-             if (!file.has(set_and_axis(name).first))
-               throw fail(name, "data set is missing",
-                          "There are: " + listed(file.data_sets()).substr(0, 300) + ".");
-             return column_of(file, name);
-           }},
-      settings)};
+  return {recording_of_hdf5(file, path, false, settings)};
 }
 
 }  // namespace palpate::importers

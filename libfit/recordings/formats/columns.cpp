@@ -261,62 +261,6 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
   return recording;
 }
 
-RawRecording recording_of_arrays(const ArrayFile& file, const ReadSettings& given) {
-  std::string taken;
-  ReadSettings settings = with_named_columns(
-      given, file.names,
-      [&](const auto& what, const auto& remedy) { return file.fail("", what, remedy); }, taken);
-  for (auto* axes : {&settings.columns.position, &settings.columns.force, &settings.columns.torque})
-    if (axes->size() == 1) *axes = file.axes(axes->front());
-  const std::vector<Role> roles = roles_of(settings.columns);
-  if (roles.empty()) throw file.unnamed;
-  std::vector<std::vector<double>> columns;
-  std::vector<double> factors;
-  for (const Role& role : roles) {
-    columns.push_back(file.column(role.name));
-    factors.push_back(factor_of(
-        role, file.header(role.name), settings.units,
-        [&](const auto& what, const auto& remedy) { return file.fail(role.name, what, remedy); }));
-  }
-  const std::size_t before = columns[0].size();
-  for (std::size_t c = 0; c < columns.size(); ++c)
-    if (columns[c].size() != before)
-      throw file.fail(
-          roles[c].name,
-          fmt::format("has {} rows, {} has {}", columns[c].size(), roles[0].name, before),
-          "Give columns of one length.");
-  std::optional<double> first_tick;  // of clocks that count from a time long past
-  for (std::size_t c = 0; c < columns.size(); ++c)
-    if ((roles[c].meaning == Meaning::time || roles[c].meaning == Meaning::force_time) &&
-        before > 0 && std::isfinite(columns[c][0]) && std::abs(columns[c][0]) > kLargestNumber) {
-      first_tick = first_tick.value_or(columns[c][0]);
-      for (double& tick : columns[c]) tick -= *first_tick;
-    }
-  std::vector<std::size_t> line;
-  for (std::size_t i = 0; i < before; ++i) {
-    bool is_usable = true;
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      if (std::abs(columns[c][i]) <= kLargestNumber) continue;
-      if (!settings.drop_invalid)
-        throw file.fail(roles[c].name, fmt::format("row {} is not a number in range", i + 1),
-                        kBadRowRemedy);
-      is_usable = false;
-    }
-    if (is_usable) line.push_back(i + 1);
-  }
-  if (line.empty()) throw file.fail(roles[0].name, "has no row of numbers", kNoRowRemedy);
-  for (auto& column : columns) {
-    for (std::size_t i = 0; i < line.size(); ++i) column[i] = column[line[i] - 1];
-    column.resize(line.size());
-  }
-  const std::size_t rows = line.size();
-  RawRecording recording =
-      recording_of(roles, std::move(columns), factors, std::move(line), settings);
-  recording.dropped_rows = before - rows;
-  if (!taken.empty()) recording.taken.push_back(taken);
-  return recording;
-}
-
 std::optional<Meaning> meaning_named(const std::string& name) {
   const Stem* row = stem_named(in_small_letters(name));
   return row ? std::optional(row->meaning) : std::nullopt;

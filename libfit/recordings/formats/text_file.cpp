@@ -1,4 +1,4 @@
-#include "libfit/recordings/formats/text_file.hpp"
+#include "libfit/recordings/formats/importers.hpp"
 
 #include <fmt/core.h>
 

@@ -237,10 +237,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   samples.point_normal.resize(points.size(), 3);
   std::vector<std::vector<Pooled>> experiments;
   for (const auto& members : points) experiments.push_back(pool(members));
-  if (options.relaxation != RelaxationUse::none) {
-    const TimedPoints timed = presses_in_time(alike);
-    if (!timed.member.empty()) out.relaxation = relaxation_of(timed);
-  }
+  if (options.relaxation != RelaxationUse::none) out.relaxation = relaxation_of(alike);
   const bool relaxes =
       out.relaxation && out.relaxation->fit.relaxation.branches() > 0 &&
       (out.relaxation->doubts.empty() || options.relaxation == RelaxationUse::always);

@@ -128,16 +128,10 @@ std::vector<Pooled> pool(const Members& members);
 std::vector<std::string> compare_rates(const std::string& point,
                                        const std::vector<Pooled>& experiments);
 
-/// Presses that show how the body changes in time: with a stand in contact, or of one point at
-/// several rates. Few enough for the search, those that show most first. Nothing where none does.
-struct TimedPoints {
-  std::vector<Members> member;  ///< of each point
-  bool has_holds = false;
-};
-TimedPoints presses_in_time(const std::vector<Members>& points);
-
-/// Relaxation of a body from its recordings, and of each of its points that has a hold.
-BodyRelaxation relaxation_of(const TimedPoints& timed);
+/// Relaxation of a body, and of each of its points that has a hold, from presses that show how it
+/// changes in time: with a stand in contact, or of one point at several rates; of those that show
+/// most, as few as a search can take. Nothing where none does.
+std::optional<BodyRelaxation> relaxation_of(const std::vector<Members>& points);
 
 /// Aligns the contacts of presses in time, point by point, for a body that relaxes as was found.
 void align_points(const std::vector<Members>& points, const RelaxationFit& body);

@@ -124,9 +124,8 @@ std::vector<std::string> doubts_of(const BodyRelaxation& found) {
   return doubts;
 }
 
-}  // namespace
-
-TimedPoints presses_in_time(const std::vector<Members>& points) {
+// Presses of each point that show how the body changes in time, those that show most first.
+std::vector<Members> presses_in_time(const std::vector<Members>& points, bool& has_holds) {
   // Poor recordings only where there is nothing better.
   Grade worst = Grade::fair;
   const auto usable = [&](const PlacedRecording* m) { return is_press_in_time(*m, worst); };
@@ -163,28 +162,31 @@ TimedPoints presses_in_time(const std::vector<Members>& points) {
     usable_points.push_back(std::move(point));
   }
   std::ranges::stable_sort(usable_points, std::greater<>{}, &Usable::information);
-  TimedPoints out;
+  std::vector<Members> out;
   std::size_t used = 0;
   for (Usable& point : usable_points) {
     if (used >= kMaxUsed) break;
     point.member.resize(std::min(point.member.size(), kMaxUsed - used));
     used += point.member.size();
-    out.has_holds |= point.has_hold;
-    out.member.push_back(std::move(point.member));
+    has_holds |= point.has_hold;
+    out.push_back(std::move(point.member));
   }
   return out;
 }
 
-BodyRelaxation relaxation_of(const TimedPoints& timed) {
+}  // namespace
+
+std::optional<BodyRelaxation> relaxation_of(const std::vector<Members>& all) {
   BodyRelaxation out;
-  out.has_holds = timed.has_holds;
+  const std::vector<Members> points = presses_in_time(all, out.has_holds);
+  if (points.empty()) return std::nullopt;
   std::vector<std::vector<TimedPress>> presses;
-  for (const Members& members : timed.member) presses.push_back(histories_of(members));
+  for (const Members& members : points) presses.push_back(histories_of(members));
   out.fit = fit_relaxation(presses);
   std::vector<std::size_t> held;
-  for (std::size_t p = 0; p < timed.member.size(); ++p) {
+  for (std::size_t p = 0; p < points.size(); ++p) {
     bool has_hold = false;
-    for (const PlacedRecording* m : timed.member[p]) {
+    for (const PlacedRecording* m : points[p]) {
       const Conditioned& r = *m->recording;
       const bool is_creeping = is_creep(r.history);
       has_hold |= is_creeping || held_share(r.history) >= kMinHeld;
@@ -196,7 +198,7 @@ BodyRelaxation relaxation_of(const TimedPoints& timed) {
   const auto branches = static_cast<int>(out.fit.relaxation.branches());
   if (branches > 0 && held.size() > 1)
     for (const std::size_t p : held)
-      out.points.push_back({timed.member[p][0]->point, fit_relaxation({presses[p]}, branches)});
+      out.points.push_back({points[p][0]->point, fit_relaxation({presses[p]}, branches)});
   out.doubts = doubts_of(out);
   return out;
 }

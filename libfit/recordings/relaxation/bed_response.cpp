@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "libfit/core/linear_algebra.hpp"
-#include "libfit/recordings/relaxation/series_search.hpp"
+#include "libfit/recordings/relaxation/fit_relaxation.hpp"
 
 namespace palpate::recordings {
 namespace {

@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include "libfit/core/statistics.hpp"
-#include "libfit/recordings/relaxation/series_search.hpp"
 
 namespace palpate::recordings {
 namespace {

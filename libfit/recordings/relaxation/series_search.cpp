@@ -1,4 +1,4 @@
-#include "libfit/recordings/relaxation/series_search.hpp"
+#include "libfit/recordings/relaxation/fit_relaxation.hpp"
 
 #include <ceres/ceres.h>
 

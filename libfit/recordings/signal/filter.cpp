@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <vector>
 
@@ -117,8 +116,6 @@ std::size_t replace_spikes(Signal& signal) {
 }
 
 void smooth(Signal& signal, double sigma_s) {
-  assert(!signal.time_s.empty());
-  if (!(sigma_s > 0)) return;
   const Points force = signal.force_N, position = signal.position_m, torque = signal.torque_Nm;
   Eigen::Index begin = 0, end = 0;
   for (Eigen::Index i = 0; i < signal.rows(); ++i) {

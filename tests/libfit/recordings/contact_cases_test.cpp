@@ -6,7 +6,6 @@
 #include <cstdio>
 
 #include "libfit/recordings/batch/batch.hpp"
-#include "libfit/recordings/batch/condition.hpp"
 #include "tests/libfit/recordings/case_recordings.hpp"
 #include "tests/libfit/recordings/contact_bounds.hpp"
 

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <random>
 
-#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 
 #ifndef RIG_SEEDS
 #define RIG_SEEDS 8

@@ -6,7 +6,7 @@
 
 #include <random>
 
-#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 
 namespace palpate::recordings {
 namespace {

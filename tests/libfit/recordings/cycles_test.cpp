@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "libfit/core/error.hpp"
-#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 
 namespace palpate::recordings {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "tests/libfit/io/scratch.hpp"
 #include "tests/support/shared_data.hpp"

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "libfit/core/body.hpp"
-#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/formats/recording.hpp"
-#include "libfit/recordings/relaxation/series_search.hpp"
+#include "libfit/recordings/relaxation/fit_relaxation.hpp"
 
 // Presses of a sphere on a bed of rings that relaxes, as a rig would record them. The bed is
 // integrated here by small explicit steps, apart from the code under test.

@@ -1,4 +1,4 @@
-#include "libfit/recordings/relaxation/timed_press.hpp"
+#include "libfit/recordings/signal/signal.hpp"
 
 #include <gtest/gtest.h>
 

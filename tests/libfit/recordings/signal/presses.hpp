@@ -7,7 +7,7 @@
 #include <string>
 
 #include "libfit/core/error.hpp"
-#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 
 // Presses with a closed form, as signals of a rig.
 namespace palpate::recordings::testing_signal {

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "libfit/core/text.hpp"
-#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 
-// Steps of `condition`: ranges, contact point, rows.
+// Ranges of a signal, and rows of their readings.
 
 namespace palpate::recordings {
 namespace {
@@ -54,81 +54,6 @@ RowRange chosen_cycle(const Signal& signal, const RowRange& main, const SignalSe
   return presses[taken];
 }
 
-ContactEstimate contact_of(const Signal& signal, const Approach& approach,
-                           const SignalSettings& settings, const importers::RawRecording& raw) {
-  if (!signal.is_axial && raw.contact_m) return {{raw.contact_m->dot(signal.inward)}};
-  if (settings.known_contact) return {*settings.known_contact};
-  ContactEstimate found =
-      contact_estimator_named(settings.contact)->estimate(approach.curve, settings);
-  found.estimator = settings.contact + (found.by.empty() ? "" : ": ") + std::string(found.by);
-  if (approach.wide_contact_m)
-    found.deviation_m =
-        std::hypot(found.deviation_m, 0.5 * (*approach.wide_contact_m - found.travel_m));
-  return found;
-}
-
-// The tip at the contact travel, between two rows of the loading.
-Vec3 contact_position(const Signal& signal, const Approach& approach, double travel_m) {
-  Eigen::Index i = 0;
-  while (i + 1 < approach.travel.size() && approach.travel[i] < travel_m) ++i;
-  const Vec3 here = signal.position_m.row(approach.range.begin + i);
-  return here + (travel_m - approach.travel[i]) * signal.inward;
-}
-
-double speed_of(const Signal& signal, const Approach& approach, double contact_m) {
-  if (signal.time_s.empty()) return kNan;
-  Eigen::Index first = 0;
-  while (first + 2 < approach.travel.size() && approach.travel[first] < contact_m) ++first;
-  const Eigen::Index last = approach.travel.size() - 1;
-  const double dt =
-      signal.time_s[approach.range.begin + last] - signal.time_s[approach.range.begin + first];
-  return dt > 0 ? (approach.travel[last] - approach.travel[first]) / dt : kNan;
-}
-
-// Takes the free push (its mean, or its line over travel) off all rows and axes, and says in `out`
-// how noisy it is. Returns the correlation of neighbours in that noise; 0 where nothing is free.
-double take_off_bias(Signal& signal, const Approach& approach, const ContactEstimate& contact,
-                     const SignalSettings& settings, Conditioned& out) {
-  const double margin_m = std::max(
-      3 * contact.deviation_m, 0.01 * (approach.travel.maxCoeff() - approach.travel.minCoeff()));
-  Eigen::Index free = 0;
-  while (free < approach.travel.size() && approach.travel[free] < contact.travel_m - margin_m)
-    ++free;
-  constexpr Eigen::Index kMinFreeRows = 8;
-  if (free < kMinFreeRows) {  // less of a margin, before none is left
-    free = 0;
-    while (free < approach.travel.size() && approach.travel[free] < contact.travel_m) ++free;
-  }
-  if (free < kMinFreeRows || contact.begins_in_contact) {
-    out.reasons.emplace_back(
-        out.contact.estimator == "given"
-            ? "the contact point is given and nothing before it; no bias was taken off"
-            : "begins in contact: no free travel from which to take the bias");
-    if (out.contact.estimator != "given") out.grade = std::max(out.grade, Grade::fair);
-    out.noise_N = approach.noise_N;
-    return 0;
-  }
-  const Eigen::VectorXd travel = approach.travel.head(free);
-  const Line line = fit_line(travel, approach.push.head(free));
-  out.noise_N = line.deviation;
-  const double correlation = std::clamp(line.correlation, 0.0, 0.95);
-  if (settings.drift == Drift::none) return correlation;
-  const Eigen::VectorXd all = signal.travel_m();
-  const auto take_off = [&](auto&& axis) {
-    const Eigen::VectorXd before = axis.segment(approach.range.begin, free);
-    const Line drift = fit_line(travel, before);
-    if (settings.drift == Drift::line)
-      axis.array() -= drift.at_0 + drift.slope * all.array();
-    else
-      axis.array() -= before.mean();
-  };
-  for (int axis = 0; axis < 3; ++axis) {
-    take_off(signal.force_N.col(axis));
-    if (signal.torque_Nm.rows() > 0) take_off(signal.torque_Nm.col(axis));
-  }
-  return correlation;
-}
-
 // The abscissa of each signal row: depth, or length of the path since contact.
 Eigen::VectorXd abscissa(const Signal& signal, const RowRange& used, Eigen::Index touched,
                          double contact_travel_m, bool is_press) {
@@ -154,6 +79,17 @@ Eigen::VectorXd abscissa(const Signal& signal, const RowRange& used, Eigen::Inde
 // Error of a mean of `count` readings, of which neighbours correlate.
 double error_of_mean_N(double noise_N, double count, double correlation) {
   return noise_N / std::sqrt(std::max(1.0, count * (1 - correlation) / (1 + correlation)));
+}
+
+// The way in without its last rows where the force falls already: a soft sensor springs back before
+// the tip does.
+RowRange loading_part(const Signal& signal, RowRange range) {
+  const Eigen::VectorXd travel = signal.travel_m().segment(range.begin, range.rows());
+  Eigen::Index most = 0;
+  signal.push_N().segment(range.begin, range.rows()).maxCoeff(&most);
+  if (travel[most] > travel.maxCoeff() - 0.1 * (travel.maxCoeff() - travel.minCoeff()))
+    range.end = range.begin + most + 1;
+  return range;
 }
 
 }  // namespace
@@ -184,25 +120,6 @@ void find_ranges(const SignalSettings& settings, const std::string& file, Signal
   if (out.loading.rows() < 2)
     throw Error(place(file, signal, 0), "the tip never goes in",
                 "Check the normal, or turn the depth around: depth = \"-NAME\".");
-}
-
-ContactEstimate find_contact(const importers::RawRecording& raw, const SignalSettings& settings,
-                             const std::string& file, const std::vector<RowRange>& cycles,
-                             Signal& signal, Conditioned& out) {
-  Approach approach = approach_of(signal, signal.range.loading, cycles);
-  check_contact(signal, approach, file);
-  check_sign(signal, approach, file);
-  focus_on_contact(signal, exponent_of(settings.tip), approach);
-  const ContactEstimate contact = contact_of(signal, approach, settings, raw);
-  out.contact = contact, signal.contact_m = contact.travel_m;
-  const Eigen::VectorXd before_N = signal.push_N();
-  signal.correlation = take_off_bias(signal, approach, contact, settings, out);
-  signal.bias_N = before_N - signal.push_N();
-  out.contact_m = raw.contact_m;
-  if (!signal.is_axial && !raw.contact_m)
-    out.contact_m = contact_position(signal, approach, contact.travel_m);
-  out.speed_m_s = speed_of(signal, approach, contact.travel_m);
-  return contact;
 }
 
 void take_rows(const Signal& signal, const SignalSettings& settings, Conditioned& out) {

@@ -1,19 +1,28 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <utility>
 
 #include "libfit/core/text.hpp"
-#include "libfit/recordings/contact_point/contact_point.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 
 namespace palpate::recordings {
 namespace {
 
 constexpr Eigen::Index kMinRows = 8;
 constexpr double kLeastExplained = 0.5;  // beside long free travel, whose waves look like a toe
+
+// The way in, as the estimators and the checks see it: W rows, and means of them and of others.
+struct Approach {
+  RowRange range;
+  Eigen::VectorXd travel, push;    // W
+  double noise_N = 0;              // of one reading, without contact
+  std::vector<Eigen::Index> rows;  // of the signal, that the curve is the means of
+  PressCurve curve;
+  std::optional<double> wide_contact_m;  // of a curve with more free travel
+};
 
 // Push of the deepest part, a twentieth or a hundredth of the means, over that of the first part.
 double rise_of(const PressCurve& curve) {
@@ -34,21 +43,7 @@ void take_means(const Signal& signal, Approach& approach) {
   approach.curve.noise_N = approach.noise_N / std::sqrt(per_mean);
 }
 
-}  // namespace
-
-std::string place(const std::string& file, const Signal& signal, Eigen::Index row) {
-  return file_line(file, signal.line[std::clamp<Eigen::Index>(row, 0, signal.rows() - 1)]);
-}
-
-RowRange loading_part(const Signal& signal, RowRange range) {
-  const Eigen::VectorXd travel = signal.travel_m().segment(range.begin, range.rows());
-  Eigen::Index most = 0;
-  signal.push_N().segment(range.begin, range.rows()).maxCoeff(&most);
-  if (travel[most] > travel.maxCoeff() - 0.1 * (travel.maxCoeff() - travel.minCoeff()))
-    range.end = range.begin + most + 1;
-  return range;
-}
-
+// The rows of `range`, and in the means those of `more` too. Saturated rows are in no mean.
 Approach approach_of(const Signal& signal, const RowRange& range,
                      const std::vector<RowRange>& more) {
   Approach approach;
@@ -72,6 +67,9 @@ Approach approach_of(const Signal& signal, const RowRange& range,
   return approach;
 }
 
+// Spends the means around the contact point where the press is a small part of the travel: leaves
+// out what lies farther before it than forty, then twelve times the depth, as the power law of this
+// exponent has it. `least_explained` rises where that is so, or the press is under a fifth of it.
 void focus_on_contact(const Signal& signal, double exponent, Approach& approach) {
   std::optional<double> found_m;                      // on the curve as it is
   for (const double free_depths : {40., 40., 12.}) {  // that a pass keeps
@@ -96,6 +94,8 @@ void focus_on_contact(const Signal& signal, double exponent, Approach& approach)
   }
 }
 
+// Refuses a way in that holds no contact: too few rows, a force that falls (its sign is reversed),
+// saturates at once, or stays in the noise.
 void check_contact(const Signal& signal, const Approach& approach, const std::string& file) {
   const bool is_short = approach.curve.push_N.size() < 5;
   const Eigen::VectorXd travel_m = signal.travel_m();
@@ -132,6 +132,9 @@ void check_contact(const Signal& signal, const Approach& approach, const std::st
                 "Press deeper, or remove the recording.");
 }
 
+// Refuses depth and force that both have the other sign: the recording first goes out by as much as
+// it comes in, its force falls below zero meanwhile, and the way in, which is the way back then,
+// bends as no press does. A curve comes out of that, too, and a modulus two times too large.
 void check_sign(const Signal& signal, const Approach& approach, const std::string& file) {
   const RowRange& in = approach.range;
   const Eigen::VectorXd before_m = signal.travel_m().head(in.begin + 1);
@@ -154,6 +157,106 @@ void check_sign(const Signal& signal, const Approach& approach, const std::strin
           " N there: depth and force both have the reversed sign",
       "Turn both around: depth = \"-NAME\", and force = \"-NAME\" or the other force_on; of "
       "three axes the normal points out of the body: turn it.");
+}
+
+ContactEstimate contact_of(const Signal& signal, const Approach& approach,
+                           const SignalSettings& settings, const importers::RawRecording& raw) {
+  if (!signal.is_axial && raw.contact_m) return {{raw.contact_m->dot(signal.inward)}};
+  if (settings.known_contact) return {*settings.known_contact};
+  ContactEstimate found =
+      contact_estimator_named(settings.contact)->estimate(approach.curve, settings);
+  found.estimator = settings.contact + (found.by.empty() ? "" : ": ") + std::string(found.by);
+  if (approach.wide_contact_m)
+    found.deviation_m =
+        std::hypot(found.deviation_m, 0.5 * (*approach.wide_contact_m - found.travel_m));
+  return found;
+}
+
+// The tip at the contact travel, between two rows of the loading.
+Vec3 contact_position(const Signal& signal, const Approach& approach, double travel_m) {
+  Eigen::Index i = 0;
+  while (i + 1 < approach.travel.size() && approach.travel[i] < travel_m) ++i;
+  const Vec3 here = signal.position_m.row(approach.range.begin + i);
+  return here + (travel_m - approach.travel[i]) * signal.inward;
+}
+
+double speed_of(const Signal& signal, const Approach& approach, double contact_m) {
+  if (signal.time_s.empty()) return kNan;
+  Eigen::Index first = 0;
+  while (first + 2 < approach.travel.size() && approach.travel[first] < contact_m) ++first;
+  const Eigen::Index last = approach.travel.size() - 1;
+  const double dt =
+      signal.time_s[approach.range.begin + last] - signal.time_s[approach.range.begin + first];
+  return dt > 0 ? (approach.travel[last] - approach.travel[first]) / dt : kNan;
+}
+
+// Takes the free push (its mean, or its line over travel) off all rows and axes, and says in `out`
+// how noisy it is. Returns the correlation of neighbours in that noise; 0 where nothing is free.
+double take_off_bias(Signal& signal, const Approach& approach, const ContactEstimate& contact,
+                     const SignalSettings& settings, Conditioned& out) {
+  const double margin_m = std::max(
+      3 * contact.deviation_m, 0.01 * (approach.travel.maxCoeff() - approach.travel.minCoeff()));
+  Eigen::Index free = 0;
+  while (free < approach.travel.size() && approach.travel[free] < contact.travel_m - margin_m)
+    ++free;
+  constexpr Eigen::Index kMinFreeRows = 8;
+  if (free < kMinFreeRows) {  // less of a margin, before none is left
+    free = 0;
+    while (free < approach.travel.size() && approach.travel[free] < contact.travel_m) ++free;
+  }
+  if (free < kMinFreeRows || contact.begins_in_contact) {
+    out.reasons.emplace_back(
+        out.contact.estimator == "given"
+            ? "the contact point is given and nothing before it; no bias was taken off"
+            : "begins in contact: no free travel from which to take the bias");
+    if (out.contact.estimator != "given") out.grade = std::max(out.grade, Grade::fair);
+    out.noise_N = approach.noise_N;
+    return 0;
+  }
+  const Eigen::VectorXd travel = approach.travel.head(free);
+  const Line line = fit_line(travel, approach.push.head(free));
+  out.noise_N = line.deviation;
+  const double correlation = std::clamp(line.correlation, 0.0, 0.95);
+  if (settings.drift == Drift::none) return correlation;
+  const Eigen::VectorXd all = signal.travel_m();
+  const auto take_off = [&](auto&& axis) {
+    const Eigen::VectorXd before = axis.segment(approach.range.begin, free);
+    const Line drift = fit_line(travel, before);
+    if (settings.drift == Drift::line)
+      axis.array() -= drift.at_0 + drift.slope * all.array();
+    else
+      axis.array() -= before.mean();
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    take_off(signal.force_N.col(axis));
+    if (signal.torque_Nm.rows() > 0) take_off(signal.torque_Nm.col(axis));
+  }
+  return correlation;
+}
+
+}  // namespace
+
+std::string place(const std::string& file, const Signal& signal, Eigen::Index row) {
+  return file_line(file, signal.line[std::clamp<Eigen::Index>(row, 0, signal.rows() - 1)]);
+}
+
+ContactEstimate find_contact(const importers::RawRecording& raw, const SignalSettings& settings,
+                             const std::string& file, const std::vector<RowRange>& cycles,
+                             Signal& signal, Conditioned& out) {
+  Approach approach = approach_of(signal, signal.range.loading, cycles);
+  check_contact(signal, approach, file);
+  check_sign(signal, approach, file);
+  focus_on_contact(signal, exponent_of(settings.tip), approach);
+  const ContactEstimate contact = contact_of(signal, approach, settings, raw);
+  out.contact = contact, signal.contact_m = contact.travel_m;
+  const Eigen::VectorXd before_N = signal.push_N();
+  signal.correlation = take_off_bias(signal, approach, contact, settings, out);
+  signal.bias_N = before_N - signal.push_N();
+  out.contact_m = raw.contact_m;
+  if (!signal.is_axial && !raw.contact_m)
+    out.contact_m = contact_position(signal, approach, contact.travel_m);
+  out.speed_m_s = speed_of(signal, approach, contact.travel_m);
+  return contact;
 }
 
 }  // namespace palpate::recordings
