@@ -22,7 +22,6 @@
 #include "libfit/core/same_bytes.hpp"
 #include "tools/build_identity.hpp"
 #include "tools/console.hpp"
-#include "tools/crash_report.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/nearest_name.hpp"
 
@@ -220,6 +219,12 @@ class Session {
     } catch (const Error&) {
     }
   }
+  /// A command line that was not understood: whether it asks for --json, and of which command.
+  void set_words(std::span<char*> words, const std::string& command) {
+    flags_.json =
+        std::ranges::any_of(words, [](std::string_view word) { return word == "--json"; });
+    command_ = command;
+  }
   /// What --help and --version answer.
   void answer(std::string text) { reply_.text = std::move(text); }
 
@@ -248,75 +253,54 @@ class Session {
   std::vector<std::string> wrote_;
 };
 
-std::string without_line_end(std::string text) {
-  if (text.ends_with('\n')) text.pop_back();
-  return text;
+// "palpate run"; command: empty where it is not known.
+std::string program_of(const CLI::App& app, const std::string& command) {
+  return app.get_name() + (command.empty() ? "" : " " + command);
 }
 
-// Says on stderr what is wrong with a command line and, with --json among its words, on stdout.
-class WrongUsage {
- public:
-  WrongUsage(const CLI::App& app, std::span<char*> words)
-      : name_(app.get_name()),
-        is_json_(std::any_of(words.begin(), words.end(),
-                             [](const char* word) { return word == std::string_view("--json"); })) {
-  }
-  // command: empty where it is not known. hint: a sentence and a space, or nothing.
-  int say(const std::string& command, const std::string& what, const std::string& hint = "") const {
-    const std::string program = name_ + (command.empty() ? "" : " " + command);
-    const std::string remedy = fmt::format("{}See {} --help.", hint, program);
-    to_stderr("palpate: {}: {}: {}\n  {}\n", error_word(), program, what, remedy);
-    if (is_json_)
-      std::puts(nlohmann::ordered_json{
-          {"command", command},
-          {"errors", {{{"where", program}, {"what", what}, {"remedy", remedy}}}}}
-                    .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
-                    .c_str());
-    return kWrongUsage;
-  }
-
- private:
-  std::string name_;
-  bool is_json_;
+// A command line that is not understood. hint: a sentence and a space, or nothing.
+struct WrongUsage : Error {
+  WrongUsage(const CLI::App& app, const std::string& of, const std::string& what,
+             const std::string& hint = "")
+      : Error(program_of(app, of), what,
+              fmt::format("{}See {} --help.", hint, program_of(app, of))),
+        command(of) {}
+  std::string command, help;  // help: for stderr alone
 };
 
-// Asks whether a name was meant; empty for no name.
-std::string question(const std::string& name) {
-  return name.empty() ? "" : fmt::format("Did you mean \"{}\"? ", name);
-}
-
-// Whether the first word is no command, or an option none of the command's; says what was meant.
-// CLI11 would complain of what is missing instead.
-bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
-                 const std::map<std::string, DeclaredCommand>& declared, std::span<char*> words) {
-  const WrongUsage wrong(app, words);
+// Refuses a first word that is no command, and an option none of the command's; says what was
+// meant. CLI11 would complain of what is missing instead.
+void refuse_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
+                     const std::map<std::string, DeclaredCommand>& declared,
+                     std::span<char*> words) {
   if (words.empty()) {
-    wrong.say("", "no command is given");
-    to_stderr("\n{}", app.help());
-    return true;
+    WrongUsage wrong(app, "", "no command is given");
+    wrong.help = "\n" + app.help();
+    throw wrong;
   }
-  if (words[0][0] == '-') return false;
+  if (words[0][0] == '-') return;
+  const auto refuse = [&](const std::string& command, std::string_view of, std::string_view name,
+                          const std::string& what, const std::string& nearest) {
+    const std::string remedy = remedy_of_former(of, name);
+    throw WrongUsage(app, command, what,
+                     !remedy.empty()   ? remedy + " "
+                     : nearest.empty() ? ""
+                                       : fmt::format("Did you mean \"{}\"? ", nearest));
+  };
   const auto found = declared.find(words[0]);
   if (found == declared.end()) {
     std::vector<std::string_view> names;
     for (const CommandRow& row : rows) names.push_back(row.name);
-    const std::string remedy = remedy_of_former("command", words[0]);
-    wrong.say("", fmt::format("there is no command \"{}\"", words[0]),
-              remedy.empty() ? question(nearest_name(words[0], names)) : remedy + " ");
-    return true;
+    refuse("", "command", words[0], fmt::format("there is no command \"{}\"", words[0]),
+           nearest_name(words[0], names));
   }
   for (const std::string_view word : words.subspan(1)) {
     if (word == "--") break;
     if (!word.starts_with("--")) continue;
     const std::string_view name = word.substr(0, word.find('='));
-    if (const auto nearest = found->second.arguments->unknown_option(name)) {
-      const std::string remedy = remedy_of_former(words[0], name);
-      wrong.say(words[0], fmt::format("there is no option {}", name),
-                remedy.empty() ? question(*nearest) : remedy + " ");
-      return true;
-    }
+    if (const auto nearest = found->second.arguments->unknown_option(name))
+      refuse(words[0], words[0], name, fmt::format("there is no option {}", name), *nearest);
   }
-  return false;
 }
 
 int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char** argv,
@@ -344,7 +328,7 @@ int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char*
     words.erase(words.begin() + 1);
     words.push_back(help.data());
   }
-  if (is_misspelt(app, rows, declared, std::span(words).subspan(1))) return kWrongUsage;
+  refuse_misspelt(app, rows, declared, std::span(words).subspan(1));
   try {
     app.parse(static_cast<int>(words.size()), words.data());
   } catch (const CLI::ParseError& e) {
@@ -352,7 +336,9 @@ int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char*
     if (e.get_exit_code() == 0) {  // --help, --version
       std::ostringstream text;
       app.exit(e, text, text);
-      session.answer(without_line_end(text.str()));
+      std::string answer = text.str();
+      if (answer.ends_with('\n')) answer.pop_back();
+      session.answer(std::move(answer));
       return kDone;
     }
     const auto parsed = std::find_if(declared.begin(), declared.end(), [](const auto& row) {
@@ -361,7 +347,7 @@ int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char*
     const bool is_no_number = dynamic_cast<const CLI::ConversionError*>(&e) != nullptr;
     std::string what = e.what();  // "Could not convert: --jobs = many"
     if (is_no_number) what = what.substr(what.find(": ") + 2) + " is no whole number";
-    return WrongUsage(app, words).say(parsed == declared.end() ? "" : parsed->first, what);
+    throw WrongUsage(app, parsed == declared.end() ? "" : parsed->first, what);
   }
   for (const auto& [name, row] : declared)
     if (row.arguments->is_parsed()) return session.run(name, row);
@@ -369,12 +355,12 @@ int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char*
 }
 
 // Says it on stderr and, with --json, as "errors" on stdout.
-int refuse(Session& session, const Error& error) {
+int refuse(Session& session, const Error& error, ExitStatus status = kBadInput) {
   to_stderr("palpate: {}: {}\n", error_word(), error.what());
   session.say_end(
       {{"errors",
         {{{"where", error.where()}, {"what", error.fact()}, {"remedy", error.remedy()}}}}});
-  return kBadInput;
+  return status;
 }
 
 }  // namespace
@@ -407,6 +393,11 @@ int run_program(const char* name, const char* summary, std::span<const CommandRo
       std::_Exit(kInterrupted);
     }
     return kInterrupted;
+  } catch (const WrongUsage& e) {
+    session.set_words({argv, argv + argc}, e.command);
+    const int status = refuse(session, e, kWrongUsage);
+    to_stderr("{}", e.help);
+    return status;
   } catch (const Error& e) {
     return refuse(session, e);
   } catch (const std::bad_alloc&) {
@@ -416,9 +407,9 @@ int run_program(const char* name, const char* summary, std::span<const CommandRo
     return refuse(session, {e.path1().string(), e.code().message(),
                             "Check the name, the permissions and the space."});
   } catch (const std::system_error& e) {
-    return refuse(session, {"system", e.what(),
-                            "Use fewer --jobs, or raise the limits of memory and threads (ulimit "
-                            "-v, -u)."});
+    return refuse(session,
+                  {"system", e.what(),
+                   "Use fewer --jobs, or raise the limits of memory and threads (ulimit -v, -u)."});
   } catch (const std::exception& e) {
     return refuse(session,
                   {"internal", e.what(), "Please report this with the command that caused it."});

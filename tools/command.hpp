@@ -74,7 +74,7 @@ class Command {
 void refuse_options(std::initializer_list<std::pair<const char*, bool>> options,
                     const std::string& fact, const std::string& remedy = "Leave it out.");
 
-/// A row of the table of commands in main.cpp.
+/// A row of a table of commands.
 struct CommandRow {
   std::string_view name;
   std::string_view summary;
@@ -82,6 +82,10 @@ struct CommandRow {
   std::string_view group = {};    ///< of the list that --help prints
   std::string_view example = {};  ///< a command line without the program's name
 };
+template <class SomeCommand>
+std::unique_ptr<Command> declared(Arguments& arguments) {
+  return std::make_unique<SomeCommand>(arguments);
+}
 
 /// What a `main` does: parses the command line, runs the command that it names, and turns what is
 /// thrown into a message and an exit status. With --json stdout is one object: "command", the
@@ -90,26 +94,10 @@ struct CommandRow {
 int run_program(const char* name, const char* summary, std::span<const CommandRow> rows, int argc,
                 char** argv);
 
-std::unique_ptr<Command> declare_run(Arguments& arguments);
-std::unique_ptr<Command> declare_new(Arguments& arguments);
-std::unique_ptr<Command> declare_check(Arguments& arguments);
-std::unique_ptr<Command> declare_prepare(Arguments& arguments);
-std::unique_ptr<Command> declare_simulate(Arguments& arguments);
-std::unique_ptr<Command> declare_merge(Arguments& arguments);
-std::unique_ptr<Command> declare_import(Arguments& arguments);
-std::unique_ptr<Command> declare_surface(Arguments& arguments);
-std::unique_ptr<Command> declare_calibrate(Arguments& arguments);
-std::unique_ptr<Command> declare_fit(Arguments& arguments);
-std::unique_ptr<Command> declare_refine(Arguments& arguments);
-std::unique_ptr<Command> declare_export(Arguments& arguments);
-std::unique_ptr<Command> declare_replay(Arguments& arguments);
-std::unique_ptr<Command> declare_predict(Arguments& arguments);
-std::unique_ptr<Command> declare_validate(Arguments& arguments);
-std::unique_ptr<Command> declare_inspect(Arguments& arguments);
-std::unique_ptr<Command> declare_tabulate(Arguments& arguments);
-std::unique_ptr<Command> declare_report(Arguments& arguments);
-std::unique_ptr<Command> declare_study(Arguments& arguments);
-std::unique_ptr<Command> declare_bench(Arguments& arguments);
+extern const CommandRow kNewCommand, kCheckCommand, kRunCommand, kReportCommand, kPrepareCommand,
+    kSimulateCommand, kMergeCommand, kFitCommand, kRefineCommand, kExportCommand, kValidateCommand,
+    kImportCommand, kSurfaceCommand, kCalibrateCommand, kReplayCommand, kInspectCommand,
+    kTabulateCommand, kPredictCommand, kStudyCommand, kBenchCommand;
 
 /// Writes what goes with an installed program, out of its own table of commands: man1/NAME.1 and
 /// man1/NAME-COMMAND.1, and completion for bash (NAME.bash), zsh (_NAME) and fish (NAME.fish).

@@ -9,44 +9,36 @@
 namespace palpate::tools {
 namespace {
 
-struct OptionPage {
-  std::string name;  ///< "--output"; of a positional "scene"
-  std::string letter, help, value;
-  bool is_positional = false, is_required = false;
-};
-struct CommandPage {
-  std::string name, summary, group, example;
-  std::vector<OptionPage> options;
-};
+using Commands = std::vector<const CLI::App*>;
 
-CommandPage page_of(const CLI::App& command) {
-  CommandPage page{command.get_name(), command.get_description(), command.get_group(), "", {}};
-  const std::string footer = command.get_footer();  // "Example:\n  palpate run ..."
-  if (const std::size_t at = footer.find("  "); at < footer.size())
-    page.example = footer.substr(at + 2);
-  for (const CLI::Option* option : command.get_options()) {
-    OptionPage out;
-    out.is_positional = option->get_positional();
-    out.is_required = option->get_required();
-    out.help = option->get_description();
-    if (out.is_positional)
-      out.name = option->get_name(true);
-    else
-      out.name = "--" + option->get_lnames().at(0);
-    if (!option->get_snames().empty()) out.letter = option->get_snames()[0];
-    if (!out.is_positional && option->get_items_expected_max() > 0)
-      out.value = option->get_type_name();
-    if (!option->get_default_str().empty())
-      out.help += fmt::format(" (default: {})", option->get_default_str());
-    page.options.push_back(std::move(out));
-  }
-  return page;
+// "--output"; of a positional "scene".
+std::string name_of(const CLI::Option& option) {
+  return option.get_positional() ? option.get_name(true) : "--" + option.get_lnames().at(0);
+}
+// Empty where it has none.
+std::string letter_of(const CLI::Option& option) {
+  return option.get_snames().empty() ? "" : option.get_snames()[0];
+}
+std::string value_of(const CLI::Option& option) {
+  return option.get_items_expected_max() > 0 ? option.get_type_name() : "";
+}
+std::string help_of(const CLI::Option& option) {
+  const std::string fallback = option.get_default_str();
+  return option.get_description() +
+         (fallback.empty() ? "" : fmt::format(" (default: {})", fallback));
 }
 
-std::string joined(const CommandPage& page, bool is_positional) {
+// The footer is "Example:\n  palpate run ...".
+std::string example_of(const CLI::App& command) {
+  const std::string footer = command.get_footer();
+  const std::size_t at = footer.find("  ");
+  return at < footer.size() ? footer.substr(at + 2) : "";
+}
+
+std::string names_of_options(const CLI::App& command) {
   std::string words;
-  for (const OptionPage& option : page.options)
-    if (option.is_positional == is_positional) words += (words.empty() ? "" : " ") + option.name;
+  for (const CLI::Option* option : command.get_options())
+    if (!option->get_positional()) words += (words.empty() ? "" : " ") + name_of(*option);
   return words;
 }
 
@@ -73,39 +65,39 @@ std::string heading(const std::string& title, const std::string& summary,
 }
 
 std::string man_page(const std::string& program, const std::string& version,
-                     const CommandPage& page) {
-  std::string text = heading(program + "-" + page.name, page.summary, version);
-  text += fmt::format(".B {} {}\n", program, page.name);
-  for (const OptionPage& option : page.options)
-    if (option.is_positional)
-      text += fmt::format(".I {}\n", roff(option.name));
-    else if (option.is_required)
-      text += fmt::format(".B {}\n.I {}\n", roff(option.name), option.value);
+                     const CLI::App& command) {
+  const std::string name = command.get_name(), example = example_of(command);
+  std::string text = heading(program + "-" + name, command.get_description(), version);
+  text += fmt::format(".B {} {}\n", program, name);
+  for (const CLI::Option* option : command.get_options())
+    if (option->get_positional())
+      text += fmt::format(".I {}\n", roff(name_of(*option)));
+    else if (option->get_required())
+      text += fmt::format(".B {}\n.I {}\n", roff(name_of(*option)), value_of(*option));
   text += ".RI [ options ]\n.SH OPTIONS\n";
-  for (const OptionPage& option : page.options) {
-    text += ".TP\n";
-    if (option.is_positional)
-      text += fmt::format(".I {}\n", roff(option.name));
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string letter = letter_of(*option), value = value_of(*option);
+    if (option->get_positional())
+      text += fmt::format(".TP\n.I {}\n", roff(name_of(*option)));
     else
-      text +=
-          fmt::format(".B {}{}{}\n", option.letter.empty() ? "" : roff("-" + option.letter + ", "),
-                      roff(option.name), option.value.empty() ? "" : " " + option.value);
-    text += roff(option.help) + ".\n";
+      text += fmt::format(".TP\n.B {}{}{}\n", letter.empty() ? "" : roff("-" + letter + ", "),
+                          roff(name_of(*option)), value.empty() ? "" : " " + value);
+    text += roff(help_of(*option)) + ".\n";
   }
-  if (!page.example.empty())
-    text += fmt::format(".SH EXAMPLES\n.nf\n{}\n.fi\n", roff(page.example));
+  if (!example.empty()) text += fmt::format(".SH EXAMPLES\n.nf\n{}\n.fi\n", roff(example));
   return text + fmt::format(".SH SEE ALSO\n.BR {} (1)\n", program);
 }
 
 std::string overview(const std::string& program, const std::string& version,
-                     const std::string& summary, const std::vector<CommandPage>& pages) {
+                     const std::string& summary, const Commands& commands) {
   std::string text = heading(program, summary, version);
   text += fmt::format(".B {}\n.I command\n.RI [ arguments ]\n.SH COMMANDS\n", program);
   std::string group;
-  for (const CommandPage& page : pages) {
-    if (page.group != group) text += fmt::format(".SS {}\n", roff(page.group));
-    group = page.group;
-    text += fmt::format(".TP\n.BR {}\\-{} (1)\n{}.\n", program, page.name, roff(page.summary));
+  for (const CLI::App* command : commands) {
+    if (command->get_group() != group) text += fmt::format(".SS {}\n", roff(command->get_group()));
+    group = command->get_group();
+    text += fmt::format(".TP\n.BR {}\\-{} (1)\n{}.\n", program, command->get_name(),
+                        roff(command->get_description()));
   }
   text +=
       ".SH EXIT STATUS\n.TP\n0\ndone\n.TP\n1\nbad input or surroundings; place, fact and remedy on "
@@ -116,11 +108,12 @@ std::string overview(const std::string& program, const std::string& version,
   return text;
 }
 
-std::string bash_completion(const std::string& program, const std::vector<CommandPage>& pages) {
+std::string bash_completion(const std::string& program, const Commands& commands) {
   std::string names, cases;
-  for (const CommandPage& page : pages) {
-    names += (names.empty() ? "" : " ") + page.name;
-    cases += fmt::format("    {}) words='{}' ;;\n", page.name, joined(page, false));
+  for (const CLI::App* command : commands) {
+    names += (names.empty() ? "" : " ") + command->get_name();
+    cases +=
+        fmt::format("    {}) words='{}' ;;\n", command->get_name(), names_of_options(*command));
   }
   return fmt::format(
       "# bash completion for {0}, made from its table of commands\n"
@@ -150,18 +143,19 @@ std::string quoted(const std::string& text, bool is_zsh) {
   return out;
 }
 
-std::string zsh_completion(const std::string& program, const std::vector<CommandPage>& pages) {
+std::string zsh_completion(const std::string& program, const Commands& commands) {
   std::string names, cases;
-  for (const CommandPage& page : pages) {
-    names += fmt::format("    '{}:{}'\n", page.name, quoted(page.summary, true));
-    cases += fmt::format("    {}) _arguments", page.name);
-    for (const OptionPage& option : page.options) {
-      if (option.is_positional) continue;
-      const std::string names_of = option.letter.empty()
-                                       ? "'" + option.name
-                                       : fmt::format("{{-{},{}}}'", option.letter, option.name);
-      cases += fmt::format(" {}[{}]{}'", names_of, quoted(option.help, true),
-                           option.value.empty() ? "" : ":value:_files");
+  for (const CLI::App* command : commands) {
+    names +=
+        fmt::format("    '{}:{}'\n", command->get_name(), quoted(command->get_description(), true));
+    cases += fmt::format("    {}) _arguments", command->get_name());
+    for (const CLI::Option* option : command->get_options()) {
+      if (option->get_positional()) continue;
+      const std::string name = name_of(*option), letter = letter_of(*option);
+      const std::string names_of =
+          letter.empty() ? "'" + name : fmt::format("{{-{},{}}}'", letter, name);
+      cases += fmt::format(" {}[{}]{}'", names_of, quoted(help_of(*option), true),
+                           value_of(*option).empty() ? "" : ":value:_files");
     }
     cases += " '*:file:_files' ;;\n";
   }
@@ -178,17 +172,18 @@ std::string zsh_completion(const std::string& program, const std::vector<Command
       program, names, cases);
 }
 
-std::string fish_completion(const std::string& program, const std::vector<CommandPage>& pages) {
+std::string fish_completion(const std::string& program, const Commands& commands) {
   std::string text = "# made from the program's table of commands\n";
-  for (const CommandPage& page : pages) {
+  for (const CLI::App* command : commands) {
     text += fmt::format("complete -c {} -n __fish_use_subcommand -f -a {} -d '{}'\n", program,
-                        page.name, quoted(page.summary, false));
-    for (const OptionPage& option : page.options)
-      if (!option.is_positional)
-        text += fmt::format(
-            "complete -c {} -n '__fish_seen_subcommand_from {}' -l {}{}{} -d '{}'\n", program,
-            page.name, option.name.substr(2), option.letter.empty() ? "" : " -s " + option.letter,
-            option.value.empty() ? "" : " -r", quoted(option.help, false));
+                        command->get_name(), quoted(command->get_description(), false));
+    for (const CLI::Option* option : command->get_options())
+      if (!option->get_positional())
+        text +=
+            fmt::format("complete -c {} -n '__fish_seen_subcommand_from {}' -l {}{}{} -d '{}'\n",
+                        program, command->get_name(), name_of(*option).substr(2),
+                        letter_of(*option).empty() ? "" : " -s " + letter_of(*option),
+                        value_of(*option).empty() ? "" : " -r", quoted(help_of(*option), false));
   }
   return text;
 }
@@ -198,17 +193,16 @@ std::string fish_completion(const std::string& program, const std::vector<Comman
 void write_command_pages(const CLI::App& app, const char* version,
                          const std::filesystem::path& folder) {
   const std::string program = app.get_name();
-  std::vector<CommandPage> pages;
-  for (const CLI::App* command : app.get_subcommands({})) pages.push_back(page_of(*command));
+  const Commands commands = app.get_subcommands([](const CLI::App*) { return true; });
   std::filesystem::create_directories(folder / "man1");
   write_file_atomically(folder / "man1" / (program + ".1"),
-                        overview(program, version, app.get_description(), pages));
-  for (const CommandPage& page : pages)
-    write_file_atomically(folder / "man1" / fmt::format("{}-{}.1", program, page.name),
-                          man_page(program, version, page));
-  write_file_atomically(folder / (program + ".bash"), bash_completion(program, pages));
-  write_file_atomically(folder / ("_" + program), zsh_completion(program, pages));
-  write_file_atomically(folder / (program + ".fish"), fish_completion(program, pages));
+                        overview(program, version, app.get_description(), commands));
+  for (const CLI::App* command : commands)
+    write_file_atomically(folder / "man1" / fmt::format("{}-{}.1", program, command->get_name()),
+                          man_page(program, version, *command));
+  write_file_atomically(folder / (program + ".bash"), bash_completion(program, commands));
+  write_file_atomically(folder / ("_" + program), zsh_completion(program, commands));
+  write_file_atomically(folder / (program + ".fish"), fish_completion(program, commands));
 }
 
 }  // namespace palpate::tools

@@ -19,7 +19,6 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
-#include "tools/crash_report.hpp"
 
 namespace palpate::tools {
 namespace {

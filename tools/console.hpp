@@ -8,6 +8,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "libfit/core/progress.hpp"
@@ -117,5 +118,20 @@ std::string in_words(double seconds);
 /// Threads to use: `jobs` where positive, all cores where it is 0. Throws Error below 0 and above
 /// 1024.
 int job_count(int jobs);
+
+/// Makes SIGSEGV, SIGILL, SIGBUS, SIGFPE and SIGABRT write one line to stderr and a report to the
+/// crash file, before they end the program as they would without. A sanitizer keeps its own
+/// handlers. build: version and identity of the program.
+void report_crashes(std::string_view build);
+
+/// Names the report `OUTPUT.crash.txt`; without an output it is palpate.crash.txt in the working
+/// folder. Reports of several crashes follow each other in the file.
+void set_crash_file(std::string_view output);
+
+/// Names what the program does now.
+void set_stage(std::string_view stage);
+
+/// Names what the calling thread computes now, such as "press at p0003"; empty: nothing.
+void set_item(std::string_view item);
 
 }  // namespace palpate::tools

@@ -1,4 +1,4 @@
-#include "tools/crash_report.hpp"
+#include "tools/console.hpp"
 
 #include <execinfo.h>
 #include <fcntl.h>

@@ -29,11 +29,6 @@ constexpr std::string_view kForeign = "another program's ";
 constexpr std::string_view kDamagedHdf5 = "damaged HDF5";
 constexpr std::string_view kNamed[] = {"palp", "glTF", "ply", "vtu", "HDF5", kDamagedHdf5};
 
-bool is_same_file(const fs::path& a, const fs::path& b) {
-  std::error_code ignored;
-  return fs::equivalent(a, b, ignored);
-}
-
 bool can_be_opened(const fs::path& hdf5) {
   try {
     h5::Reader(hdf5, "");
@@ -58,12 +53,6 @@ std::string common_format(const std::string& bytes) {
         (is_xml && mark.starts_with('<') && bytes.find(mark) != std::string::npos))
       return (is_signed ? "" : std::string(kForeign)) + std::string(name);
   return "";
-}
-
-// "{" and the keys that follow, however they are laid out.
-std::string json_kind(std::string bytes) {
-  std::erase_if(bytes, [](char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; });
-  return bytes;
 }
 
 // The folder itself or the nearest one above it that exists.
@@ -95,7 +84,10 @@ std::string kind_of_file(const fs::path& path) {
   }
   if (bytes.starts_with("PALP")) return "palp";
   if (std::string format = common_format(bytes); !format.empty()) return format;
-  if (bytes.starts_with("{")) return json_kind(std::move(bytes));
+  if (bytes.starts_with("{")) {  // and the keys that follow, however they are laid out
+    std::erase_if(bytes, [](char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; });
+    return bytes;
+  }
   return bytes.substr(0, bytes.find_first_of("\r\n"));
 }
 
@@ -113,7 +105,9 @@ void check_output(const fs::path& output, std::span<const std::string_view> kind
   const std::string found = kind_of_file(output);
   const auto is_of = [&](std::string_view kind) { return found.starts_with(kind); };
   if (std::any_of(kinds.begin(), kinds.end(), is_of)) return;
-  const auto is_output = [&](const std::string& input) { return is_same_file(input, output); };
+  const auto is_output = [&](const std::string& input) {
+    return fs::equivalent(input, output, ignored);
+  };
   const bool is_input = std::any_of(inputs.begin(), inputs.end(), is_output);
   throw Error(
       output.string(),

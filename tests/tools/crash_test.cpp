@@ -14,7 +14,7 @@
 #include "libfit/io/files/files.hpp"
 #include "tests/tools/block_scene.hpp"
 #include "tests/tools/stopped.hpp"
-#include "tools/crash_report.hpp"
+#include "tools/console.hpp"
 
 namespace palpate::tools {
 namespace {

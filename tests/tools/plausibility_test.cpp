@@ -6,7 +6,6 @@
 #include "libfit/core/error.hpp"
 #include "tests/support/surfaces.hpp"
 #include "tests/tools/block_scene.hpp"
-#include "tools/stages/body/plausibility.hpp"
 #include "tools/stages/body/prepare.hpp"
 
 namespace palpate::tools {

@@ -1,6 +1,6 @@
 // Values written back into a scene's text.
 
-#include "tools/scene/rewrite.hpp"
+#include "tools/scene/canonical.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 
 #include "tests/support/error_of.hpp"
 #include "tools/scene/canonical.hpp"
-#include "tools/scene/read_region.hpp"
 #include "tools/scene/scene.hpp"
+#include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
 namespace {

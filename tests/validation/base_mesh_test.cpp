@@ -16,9 +16,8 @@
 #include "libfit/core/statistics.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/validation/record.hpp"
-#include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
-#include "tools/stages/samples/simulate.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 
 namespace palpate::tools {
 namespace {

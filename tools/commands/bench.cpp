@@ -31,26 +31,21 @@ class Bench final : public Command {
     const std::string fact = "cannot start " + name + ": " + std::strerror(errno);
     const std::string remedy =
         "Configure with -DPALPATE_WORKSHOP=ON and build the target palpate_bench.";
-    if (!asks_for_help()) throw Error("bench", fact, remedy);
+    const bool asks_for_help = std::ranges::any_of(
+        arguments_, [](const std::string& word) { return word == "--help" || word == "-h"; });
+    if (!asks_for_help) throw Error("bench", fact, remedy);
     reply.text =
         "Benchmarks are a program of their own, which lists them: " + fact + ".\n" + remedy;
     return kDone;
   }
 
  private:
-  bool asks_for_help() const {
-    return std::ranges::any_of(arguments_, [](const std::string& argument) {
-      return argument == "--help" || argument == "-h";
-    });
-  }
-
   std::vector<std::string> arguments_;
 };
 
 }  // namespace
 
-std::unique_ptr<Command> declare_bench(Arguments& arguments) {
-  return std::make_unique<Bench>(arguments);
-}
+const CommandRow kBenchCommand{"bench", "Measure speed and error, and write tables and pictures",
+                               declared<Bench>, "Studies", "bench tick -o bench"};
 
 }  // namespace palpate::tools

@@ -17,12 +17,10 @@
 #include "tools/outputs.hpp"
 #include "tools/scene/canonical.hpp"
 #include "tools/scene/nearest_name.hpp"
-#include "tools/scene/rewrite.hpp"
-#include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
-#include "tools/stages/samples/simulate.hpp"
 #include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
@@ -343,8 +341,9 @@ class Calibrate final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_calibrate(Arguments& arguments) {
-  return std::make_unique<Calibrate>(arguments);
-}
+const CommandRow kCalibrateCommand{
+    "calibrate", "Identify a material from presses on a body or from tests of specimens",
+    declared<Calibrate>, "Recordings",
+    "calibrate organ.toml --samples samples.h5 -o calibrated.toml"};
 
 }  // namespace palpate::tools

@@ -10,7 +10,7 @@
 #include "libfem/calibrate/identify.hpp"
 #include "libfem/materials/materials.hpp"
 #include "libfit/core/text.hpp"
-#include "tools/scene/rewrite.hpp"
+#include "tools/scene/canonical.hpp"
 
 namespace palpate::tools {
 
@@ -51,6 +51,14 @@ inline std::string in_toml(double value, bool is_modulus) {
   return fmt::format("\"{} {}\"", number(value / unit.size_Pa, 6), unit.name);
 }
 
+/// "2.1 ± 0.03 kPa".
+inline std::string with_deviation(double value, double deviation, bool is_modulus) {
+  if (!is_modulus) return fmt::format("{:.4g} ± {:.2g}", value, deviation);
+  const PressureUnit unit(std::abs(value));
+  return fmt::format("{:.4g} ± {:.2g} {}", value / unit.size_Pa, deviation / unit.size_Pa,
+                     unit.name);
+}
+
 /// What was found, in words, as JSON and as values of [material].
 class CalibrationAnswer {
  public:
@@ -65,11 +73,7 @@ class CalibrationAnswer {
 
   std::string value_in_words(std::size_t k) const {
     const std::size_t i = found_.free[k];
-    const double value = found_.material.values[i], deviation = found_.deviation(k);
-    if (!names_[i].is_modulus) return fmt::format("{:.4g} ± {:.2g}", value, deviation);
-    const PressureUnit unit(std::abs(value));
-    return fmt::format("{:.4g} ± {:.2g} {}", value / unit.size_Pa, deviation / unit.size_Pa,
-                       unit.name);
+    return with_deviation(found_.material.values[i], found_.deviation(k), names_[i].is_modulus);
   }
   std::string in_words() const {
     std::string text =
@@ -179,11 +183,7 @@ class CalibrationAnswer {
     return text;
   }
   std::string in_words(const fem::DeterminedCombination& one) const {
-    if (one.is_product)
-      return fmt::format("{} = {:.4g} ± {:.2g}", combination(one), one.value, one.deviation);
-    const PressureUnit unit(std::abs(one.value));
-    return fmt::format("{} = {:.4g} ± {:.2g} {}", combination(one), one.value / unit.size_Pa,
-                       one.deviation / unit.size_Pa, unit.name);
+    return combination(one) + " = " + with_deviation(one.value, one.deviation, !one.is_product);
   }
 
   const fem::Identification& found_;

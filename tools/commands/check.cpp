@@ -15,10 +15,8 @@
 #include "tools/scene/scene.hpp"
 #include "tools/scene/tissues.hpp"
 #include "tools/setup/check.hpp"
-#include "tools/stages/body/open_scene.hpp"
-#include "tools/stages/body/plausibility.hpp"
 #include "tools/stages/body/prepare.hpp"
-#include "tools/stages/samples/compound.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
@@ -66,7 +64,6 @@ Json to_json(const Certificate& c, const std::vector<DeviceVerdict>& devices) {
 }
 
 std::string certificate_text(const Certificate& c, bool has_guard) {
-  const double* at = c.edge_jump_at_m;
   std::string out = fmt::format("In {} ticks of seeded slides the body ", c.ticks);
   out += c.is_passive_fixed()
              ? "never pulled the tool in and never stored less than nothing. "
@@ -84,10 +81,10 @@ std::string certificate_text(const Certificate& c, bool has_guard) {
         100 * c.refused_J / c.work_J);
   return out + fmt::format(
                    "The force changed by at most {:.3g} N in 50 um ({:.0f} N/m): over edges {:.3g} "
-                   "N, at ({:.1f}, {:.1f}, {:.1f}) mm, at touch {:.3g} N, at release {:.3g} N. A "
-                   "device needs {:.2g} N s/m of its own at 1 kHz.",
+                   "N, at {}, at touch {:.3g} N, at release {:.3g} N. A device needs {:.2g} N s/m "
+                   "of its own at 1 kHz.",
                    c.stiffness_N_m * certify::SlideOptions().step_m, c.stiffness_N_m,
-                   c.jumps.edge_N, 1e3 * at[0], 1e3 * at[1], 1e3 * at[2], c.jumps.touch_N,
+                   c.jumps.edge_N, in_mm(Vec3::Map(c.edge_jump_at_m)), c.jumps.touch_N,
                    c.jumps.release_N, certify::least_damping_Ns_m(c.stiffness_N_m, 1000));
 }
 
@@ -180,10 +177,9 @@ void write_set_up(const std::string& path, const Scene& scene, const Body& body)
 class Check final : public Command {
  public:
   explicit Check(Arguments& arguments) {
-    arguments.positional(
-        "file", scene_path_,
-        "Scene to check, scene.toml; recordings to look at, manifest.toml; or asset to "
-        "slide over, asset.palp");
+    arguments.positional("file", scene_path_,
+                         "Scene to check, scene.toml; recordings to look at, manifest.toml; or "
+                         "asset to slide over, asset.palp");
     arguments.output("--vtu", vtu_, "Picture to write: what is held, window, points", {"vtu"},
                      false);
     arguments.output("--page", page_, "Page of the set-up to write: the same, to turn and look at",
@@ -208,17 +204,15 @@ class Check final : public Command {
         reply = {std::move(checked.text), checked.json};
         return checked.refused > 0 ? kSomeFailed : kDone;
       }
-      inspect();
+      inspect(reply);
     } catch (const Error& e) {
       errors_.push_back(e);
     }
     for (const Error& e : errors_) {
-      report_["errors"].push_back(
+      reply.json["errors"].push_back(
           {{"where", e.where()}, {"what", e.fact()}, {"remedy", e.remedy()}});
       to_stderr("palpate: {}: {}\n", error_word(), e.what());
     }
-    reply.text = std::move(text_);
-    reply.json = report_;
     return !errors_.empty() ? kBadInput : has_good_rows_ ? kDone : kSomeFailed;
   }
 
@@ -239,8 +233,9 @@ class Check final : public Command {
                    "Leave it out; `palpate run` makes a report with a picture of each.");
   }
 
-  void inspect() {
-    report_ = {{"scene", scene_path_}, {"errors", nlohmann::ordered_json::array()}};
+  void inspect(Reply& reply) {
+    Json& report = reply.json;
+    report = {{"scene", scene_path_}, {"errors", nlohmann::ordered_json::array()}};
     Scene scene = parse_scene(read_whole_file(scene_path_), scene_path_, &errors_);
     if (!errors_.empty()) return;
     scene = open_scene(scene_path_);
@@ -252,60 +247,58 @@ class Check final : public Command {
       warn("{}", doubt);
       warnings.push_back(doubt);
     }
-    report_["warnings"] = warnings;
-    report_["tets"] = body.volume.tets.rows();
-    report_["test_points"] = body.test_points.position.rows();
+    report["warnings"] = warnings;
+    report["tets"] = body.volume.tets.rows();
+    report["test_points"] = body.test_points.position.rows();
     if (!vtu_.empty()) write_set_up(vtu_, scene, body);
     if (!page_.empty())
       write_page(page_, contents_of_set_up(std::filesystem::path(scene_path_).stem(), body,
-                                           report_["warnings"]));
-    if (!no_trial_) report_trial(scene, body);
+                                           report["warnings"]));
+    if (!no_trial_) report_trial(scene, body, reply);
   }
 
-  void report_trial(const Scene& scene, const Body& body) {
+  void report_trial(const Scene& scene, const Body& body, Reply& reply) {
+    Json& report = reply.json;
     const Trial trial = try_middle_point(scene, body);
     has_good_rows_ = trial.good > 0;
     if (!has_good_rows_) say_failed("{}: no row of the trial is good", scene_path_);
     const int points = points_of_run(scene, body);
     const double cpu_s = cpu_of_run_s(scene, body, trial);
     const std::vector<std::string> advices = advice(scene, trial);
-    report_["trial"] = {{"point", trial.point},
-                        {"force_N", trial.force_N},
-                        {"sway_m", trial.sway_m},
-                        {"depth_m", trial.depth_m},
-                        {"force_error", trial.force_error},
-                        {"rows", trial.rows},
-                        {"good", trial.good},
-                        {"sticking", trial.sticking},
-                        {"slipping", trial.slipping},
-                        {"nodes", trial.nodes},
-                        {"cpu_s", trial.cpu_s}};
-    report_["run"] = {{"points_at_most", points}, {"cpu_s", cpu_s}};
-    report_["advice"] = advices;
-    text_ = fmt::format(
-        "tried {} at ({:.1f}, {:.1f}, {:.1f}) mm: {:.3g} N at {:.3g} mm, {} of {} rows good, "
-        "stated "
-        "force error {:.2g} %, drags stick in {} rows and slip in {}; {} nodes, {}\n"
+    report["trial"] = {{"point", trial.point},
+                       {"force_N", trial.force_N},
+                       {"sway_m", trial.sway_m},
+                       {"depth_m", trial.depth_m},
+                       {"force_error", trial.force_error},
+                       {"rows", trial.rows},
+                       {"good", trial.good},
+                       {"sticking", trial.sticking},
+                       {"slipping", trial.slipping},
+                       {"nodes", trial.nodes},
+                       {"cpu_s", trial.cpu_s}};
+    report["run"] = {{"points_at_most", points}, {"cpu_s", cpu_s}};
+    report["advice"] = advices;
+    reply.text = fmt::format(
+        "tried {} at {}: {:.3g} N at {:.3g} mm, {} of {} rows good, stated force error {:.2g} %, "
+        "drags stick in {} rows and slip in {}; {} nodes, {}\n"
         "a run simulates {} points at most, held-out ones among them: about {} of one core",
-        trial.point, 1e3 * trial.position[0], 1e3 * trial.position[1], 1e3 * trial.position[2],
-        trial.force_N, 1e3 * trial.depth_m, trial.good, trial.rows, 100 * trial.force_error,
-        trial.sticking, trial.slipping, trial.nodes, in_words(trial.cpu_s), points,
-        in_words(cpu_s));
-    for (const std::string& sentence : advices) text_ += fmt::format("\nadvice: {}", sentence);
-    if (advices.empty() && report_["warnings"].empty()) text_ += "\nnothing to change";
+        trial.point, in_mm(trial.position), trial.force_N, 1e3 * trial.depth_m, trial.good,
+        trial.rows, 100 * trial.force_error, trial.sticking, trial.slipping, trial.nodes,
+        in_words(trial.cpu_s), points, in_words(cpu_s));
+    for (const std::string& sentence : advices) reply.text += fmt::format("\nadvice: {}", sentence);
+    if (advices.empty() && report["warnings"].empty()) reply.text += "\nnothing to change";
   }
 
-  std::string scene_path_, vtu_, page_, devices_, tool_, text_;
+  std::string scene_path_, vtu_, page_, devices_, tool_;
   int jobs_ = 0;
   bool no_trial_ = false, has_good_rows_ = true;
   std::vector<Error> errors_;
-  nlohmann::ordered_json report_;
 };
 
 }  // namespace
 
-std::unique_ptr<Command> declare_check(Arguments& arguments) {
-  return std::make_unique<Check>(arguments);
-}
+const CommandRow kCheckCommand{
+    "check", "Say all that is wrong with a scene, try one point, and say what a run will cost",
+    declared<Check>, "Start", "check organ.toml"};
 
 }  // namespace palpate::tools

@@ -13,7 +13,7 @@
 #include "libfit/io/files/files.hpp"
 #include "libfit/runtime/asset/format.hpp"
 #include "tools/command.hpp"
-#include "tools/stages/samples/compound.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -128,11 +128,6 @@ std::string curves_text(const runtime::AssetView& asset) {
   return text;
 }
 
-std::string certificate_text(const std::string& name, const runtime::AssetView& asset) {
-  return fmt::format("the guard of slips is {}\n`palpate check {}` makes one",
-                     asset.has_guard ? "on" : "OFF", name);
-}
-
 // "p95 4.2 % (0.012 N)"; what is null could not be had.
 std::string error_text(const Json& error, const std::string& quantile) {
   const auto value = [&](const char* unit) {
@@ -181,12 +176,13 @@ std::string page_of(const std::string& name, const AssetFile& file) {
   return fmt::format("{}: palpate asset, version {}", name, asset.file.version) +
          row("body", body_text(asset, surface)) + row("window", window_text(asset, surface)) +
          row("probe", probe_text(asset, meta)) + row("curves", curves_text(asset)) +
-         row("certificate", certificate_text(name, asset)) +
+         row("certificate", fmt::format("the guard of slips is {}\n`palpate check {}` makes one",
+                                        asset.has_guard ? "on" : "OFF", name)) +
          row("statement", statement_text(meta)) +
-         row("size", fmt::format("{} bytes, {} of them meta data; check path of {}, reproduced bit "
-                                 "for bit",
-                                 file.bytes(), asset.file.meta_bytes,
-                                 counted(asset.check.ticks, "tick", "ticks"))) +
+         row("size",
+             fmt::format("{} bytes, {} of them meta data; check path of {}, reproduced bit for bit",
+                         file.bytes(), asset.file.meta_bytes,
+                         counted(asset.check.ticks, "tick", "ticks"))) +
          row("made by", made);
 }
 
@@ -277,8 +273,7 @@ class Inspect final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_inspect(Arguments& arguments) {
-  return std::make_unique<Inspect>(arguments);
-}
+const CommandRow kInspectCommand{"inspect", "Print what a file holds", declared<Inspect>,
+                                 "Assets and files", "inspect asset.palp"};
 
 }  // namespace palpate::tools

@@ -15,7 +15,6 @@
 #include "tools/scene/scene.hpp"
 #include "tools/scene/tissues.hpp"
 #include "tools/setup/propose.hpp"
-#include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/stage_table.hpp"
 
@@ -61,9 +60,9 @@ class New final : public Command {
     arguments.option("--tissue NAME", choices_.tissue,
                      "Material of the table in data/materials.toml, such as liver or breast-fat; "
                      "without it the one that the mesh's name means, or liver");
-    arguments.option("--held SIDE", choices_.held,
-                     "Side that the body rests on: -x, +x, -y, +y, -z or +z; without it the "
-                     "flattest");
+    arguments.option(
+        "--held SIDE", choices_.held,
+        "Side that the body rests on: -x, +x, -y, +y, -z or +z; without it the flattest");
     arguments.flag("--wrap", choices_.wrap,
                    "Wrap a mesh that cannot be mended, though that moves its surface by more than "
                    "2 % of its diagonal");
@@ -141,9 +140,7 @@ class New final : public Command {
                   "Name the asset.palp that `palpate run` or `export` wrote.");
     const ProposedPath path = propose_path(read_asset_file(mesh_).asset());
     write_tip_path(output_, path.tip);
-    const Vec3 at = 1e3 * path.touched;
-    say("  down at ({:.1f}, {:.1f}, {:.1f}) mm, {:.3g} mm deep, {}, and up again", at[0], at[1],
-        at[2], 1e3 * path.depth_m,
+    say("  down at {}, {:.3g} mm deep, {}, and up again", in_mm(path.touched), 1e3 * path.depth_m,
         path.slide_m > 0 ? fmt::format("{:.3g} mm across", 1e3 * path.slide_m)
                          : "no slide in so narrow a window");
     say("wrote {}: {} ticks; next: palpate replay {} {} -o forces.csv", output_,
@@ -175,8 +172,7 @@ class New final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_new(Arguments& arguments) {
-  return std::make_unique<New>(arguments);
-}
+const CommandRow kNewCommand{"new", "Write a commented scene to start from, for a surface mesh",
+                             declared<New>, "Start", "new organ.stl --unit mm -o organ.toml"};
 
 }  // namespace palpate::tools

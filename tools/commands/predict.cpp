@@ -97,8 +97,8 @@ class Predict final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_predict(Arguments& arguments) {
-  return std::make_unique<Predict>(arguments);
-}
+const CommandRow kPredictCommand{
+    "predict", "Compare a model with experiments at points where it was not fitted",
+    declared<Predict>, "Studies", "predict model.h5 samples.h5"};
 
 }  // namespace palpate::tools

@@ -19,8 +19,8 @@
 #include "tools/console.hpp"
 #include "tools/realtime/play.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/stages/body/plausibility.hpp"
-#include "tools/stages/samples/compound.hpp"
+#include "tools/stages/body/prepare.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -118,10 +118,10 @@ class ToolSet {
     const bool is_row = std::any_of(tool_.begin(), tool_.end(),
                                     [](const runtime::Tool& tool) { return tool.shape.balls > 1; });
     if (is_row && asset.coupling == nullptr)
-      throw Error("--tool",
-                  "it is played as several balls, and contacts of this asset feel nothing "
-                  "of each other",
-                  "Make the asset by `palpate run` of a scene with [tool], or with pairs.");
+      throw Error(
+          "--tool",
+          "it is played as several balls, and contacts of this asset feel nothing of each other",
+          "Make the asset by `palpate run` of a scene with [tool], or with pairs.");
   }
 
   /// The centres of all balls along a path, and a radius each.
@@ -175,12 +175,12 @@ class PathOnBody {
     const Vec3 extent = extent_m(body_.vertices);
     for (const double radius_m : places_.radius_m)
       if (const auto unit = misread_unit(radius_m, extent))
-        throw Error("--tool",
-                    fmt::format("its ball has a radius of {:.4g} m, and the body measures {}",
-                                radius_m, size_in_words(extent, 0)),
-                    fmt::format("Numbers without a unit are metres: write \"{:.4g} {}\" if that "
-                                "is meant.",
-                                radius_m, *unit));
+        throw Error(
+            "--tool",
+            fmt::format("its ball has a radius of {:.4g} m, and the body measures {}", radius_m,
+                        size_in_words(extent, 0)),
+            fmt::format("Numbers without a unit are metres: write \"{:.4g} {}\" if that is meant.",
+                        radius_m, *unit));
     if (const auto unit = misread_unit(places_.centre_m, body_))
       throw Error(file,
                   fmt::format("its columns are in metres, and so it passes the body {:.3g} m away; "
@@ -339,19 +339,17 @@ class Replay final : public Command {
  public:
   explicit Replay(Arguments& arguments) {
     arguments.positional("asset", asset_, "Asset to play, asset.palp");
-    arguments.positional("path", path_,
-                         "Path of the tools in seconds and metres, PATH.csv: "
-                         "t_s,x_m,y_m,z_m[,qx,qy,qz,qw][,tool]");
+    arguments.positional(
+        "path", path_,
+        "Path of the tools in seconds and metres, PATH.csv: t_s,x_m,y_m,z_m[,qx,qy,qz,qw][,tool]");
     arguments.output("-o,--output", output_,
                      "FORCES.csv to write, with forces on the tool in newtons", {"t_s,fx_N"});
-    arguments.option(
-        "--tool", tool_,
-        "Scene whose [tool], or the round end of its [probe], takes the path in place of "
-        "a tip; of several tools one scene each, with commas");
+    arguments.option("--tool", tool_,
+                     "Scene whose [tool], or the round end of its [probe], takes the path in place "
+                     "of a tip; of several tools one scene each, with commas");
     arguments.option("--realtime HZ", rate_Hz_,
                      "Rate in Hz at which rows are played on the real-time clock, with a second "
-                     "thread for first "
-                     "touch; 0 plays as fast as possible");
+                     "thread for first touch; 0 plays as fast as possible");
     arguments.option("--surface DIR", surface_,
                      "Folder for path.pvd and its frames: how the surface moves, for ParaView");
     arguments.named_outputs(surface_, kFrames);
@@ -441,8 +439,8 @@ class Replay final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_replay(Arguments& arguments) {
-  return std::make_unique<Replay>(arguments);
-}
+const CommandRow kReplayCommand{"replay", "Play a tool path on an asset and write the forces",
+                                declared<Replay>, "Assets and files",
+                                "replay asset.palp path.csv -o forces.csv"};
 
 }  // namespace palpate::tools

@@ -3,7 +3,6 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/crash_report.hpp"
 #include "tools/report/report_page.hpp"
 #include "tools/stages/stage_table.hpp"
 
@@ -42,10 +41,9 @@ class Run final : public Command {
     arguments.option("-o,--output DIR", request_.folder, "Folder for all files of the run", true);
     arguments.jobs(request_.jobs);
     arguments.named_outputs(request_.folder, kFiles);
-    arguments.flag(
-        "--force", request_.force,
-        "Repeat every stage, also those whose inputs have not changed, and replace files "
-        "that Palpate did not write");
+    arguments.flag("--force", request_.force,
+                   "Repeat every stage, also those whose inputs have not changed, and replace "
+                   "files that Palpate did not write");
     arguments.flag("--quick", request_.quick,
                    "A first answer within minutes: few points and rows, and a statement of what "
                    "that is worth");
@@ -77,8 +75,8 @@ class Run final : public Command {
       return fmt::format("open {} in a browser and press the body", output.string());
     }
     return fmt::format(
-        "build the page (Node.js 18 or newer with npm; target palpate_page), then "
-        "`palpate report {} -o report.html`",
+        "build the page (Node.js 18 or newer with npm; target palpate_page), then `palpate report "
+        "{} -o report.html`",
         request_.folder);
   }
 
@@ -105,12 +103,12 @@ class Report final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_run(Arguments& arguments) {
-  return std::make_unique<Run>(arguments);
-}
-
-std::unique_ptr<Command> declare_report(Arguments& arguments) {
-  return std::make_unique<Report>(arguments);
-}
+const CommandRow kRunCommand{"run",
+                             "Run all stages, or those still missing, from a scene or recordings "
+                             "to an asset and its error statement",
+                             declared<Run>, "Start", "run organ.toml -o out --quick"};
+const CommandRow kReportCommand{
+    "report", "Write a page to look at: errors, the body, its curves, and the body to poke",
+    declared<Report>, "Start", "report out"};
 
 }  // namespace palpate::tools

@@ -9,12 +9,11 @@
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/canonical.hpp"
-#include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/placement.hpp"
 #include "tools/stages/samples/shards.hpp"
-#include "tools/stages/samples/simulate.hpp"
 #include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
@@ -47,8 +46,8 @@ class Simulate final : public Command {
         "--paths", paths_,
         "Table of paths in metres to follow, PATHS.csv: path,x_m,y_m,z_m,dx_m,dy_m,dz_m");
     arguments.option("--shard I/N", shard_,
-                     "Share of the experiments to simulate, such as 3/8, for several processes; "
-                     "-o then names a folder that they share, and merge puts them together");
+                     "Share of the experiments to simulate, such as 3/8, for several processes; -o "
+                     "then names a folder that they share, and merge puts them together");
     arguments.jobs(stage_.jobs);
     arguments.flag("--resume", stage_.resume, "Go on from the rows that an interrupted run kept");
   }
@@ -160,12 +159,10 @@ class Merge final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_merge(Arguments& arguments) {
-  return std::make_unique<Merge>(arguments);
-}
-
-std::unique_ptr<Command> declare_simulate(Arguments& arguments) {
-  return std::make_unique<Simulate>(arguments);
-}
+const CommandRow kMergeCommand{"merge", "Put the samples of several simulate --shard together",
+                               declared<Merge>, "Stages of a run", "merge shards -o samples.h5"};
+const CommandRow kSimulateCommand{
+    "simulate", "Simulate presses and drags of the probe at every test point", declared<Simulate>,
+    "Stages of a run", "simulate body.h5 -o samples.h5"};
 
 }  // namespace palpate::tools

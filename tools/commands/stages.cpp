@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -13,7 +14,7 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/prepare.hpp"
 #include "tools/stages/import.hpp"
 #include "tools/stages/stage_table.hpp"
 
@@ -21,6 +22,22 @@ namespace palpate::tools {
 namespace {
 
 constexpr std::string_view kCacheKinds[] = {kFitCacheSchema.name};
+
+// Marks the nuisance parameters that are estimated (FitOptions). names: with commas between.
+std::array<bool, 3> nuisances_named(const std::string& names) {
+  std::array<bool, 3> choice{};
+  for (std::size_t begin = 0; begin < names.size();) {
+    const std::size_t end = std::min(names.find(',', begin), names.size());
+    const std::string name = names.substr(begin, end - begin);
+    const auto row = std::ranges::find(kNuisanceNames, name);
+    if (row == kNuisanceNames.end())
+      throw Error("--free", "there is nothing called \"" + name + "\" to free",
+                  "Use contact, bias, drift, or several with commas between.");
+    choice[row - kNuisanceNames.begin()] = true;
+    begin = end + 1;
+  }
+  return choice;
+}
 
 class Fit final : public Command {
  public:
@@ -32,10 +49,9 @@ class Fit final : public Command {
     arguments.option(
         "--pieces", section.pieces,
         "Number of pieces of every curve; 0 takes the fewest that held-out rows support");
-    arguments.option(
-        "--family NAME", section.family,
-        "Curve family of docs/method.md, sections 2 and 17: rings, which without drags are "
-        "separable, or separable");
+    arguments.option("--family NAME", section.family,
+                     "Curve family of docs/method.md, sections 2 and 17: rings, which without "
+                     "drags are separable, or separable");
     arguments.option(
         "--warm-start", warm_start_,
         "Earlier curves.h5 whose bases are kept; only points whose rows changed are fitted again");
@@ -63,8 +79,10 @@ class Fit final : public Command {
     }
     FitCache cache;
     stage_.files = {.samples = samples_, .curves = output_};
-    stage_.fit_choices = {earlier ? &*earlier : nullptr, earlier_cache ? &*earlier_cache : nullptr,
-                          nuisances_named(frees_), &cache};
+    stage_.fit_choices.warm_start = earlier ? &*earlier : nullptr;
+    stage_.fit_choices.warm_cache = earlier_cache ? &*earlier_cache : nullptr;
+    stage_.fit_choices.estimates = nuisances_named(frees_);
+    stage_.fit_cache = &cache;
     kFitStage.make(stage_, !earlier && frees_.empty() ? kFitStage.wanted(stage_) : "");
     write_fit_cache(output_, cache);
     say("wrote {}", output_);
@@ -119,10 +137,10 @@ class Import final : public Command {
   explicit Import(Arguments& arguments) {
     arguments.positional("manifest", manifest_,
                          "Manifest of the recordings and how to read them, manifest.toml");
-    arguments.output("-o,--output", output_,
-                     "samples.h5 to write, with samples.signals.h5, samples.import.csv and .json "
-                     "beside it",
-                     {kSamplesSchema.name});
+    arguments.output(
+        "-o,--output", output_,
+        "samples.h5 to write, with samples.signals.h5, samples.import.csv and .json beside it",
+        {kSamplesSchema.name});
     arguments.named_outputs(output_, kBeside);
     arguments.jobs(stage_.import.jobs);
     arguments.flag("--drop-invalid", drops_invalid_,
@@ -239,8 +257,7 @@ class SurfaceCommand final : public Command {
  public:
   explicit SurfaceCommand(Arguments& arguments) {
     arguments.positional("samples", samples_,
-                         "Samples whose contact points lie on the surface, "
-                         "samples.h5");
+                         "Samples whose contact points lie on the surface, samples.h5");
     arguments.output("-o,--output", output_, "Surface to write, body.obj, in mm",
                      {"# palpate surface"});
   }
@@ -274,28 +291,22 @@ class SurfaceCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_fit(Arguments& arguments) {
-  return std::make_unique<Fit>(arguments);
-}
-
-std::unique_ptr<Command> declare_prepare(Arguments& arguments) {
-  return std::make_unique<Prepare>(arguments);
-}
-
-std::unique_ptr<Command> declare_import(Arguments& arguments) {
-  return std::make_unique<Import>(arguments);
-}
-
-std::unique_ptr<Command> declare_refine(Arguments& arguments) {
-  return std::make_unique<Refine>(arguments);
-}
-
-std::unique_ptr<Command> declare_export(Arguments& arguments) {
-  return std::make_unique<Export>(arguments);
-}
-
-std::unique_ptr<Command> declare_surface(Arguments& arguments) {
-  return std::make_unique<SurfaceCommand>(arguments);
-}
+const CommandRow kFitCommand{"fit", "Identify response curves at the test points", declared<Fit>,
+                             "Stages of a run", "fit samples.h5 -o curves.h5"};
+const CommandRow kPrepareCommand{
+    "prepare", "Repair a surface, place test points on it and fill it with tetrahedra",
+    declared<Prepare>, "Stages of a run", "prepare organ.toml -o body.h5"};
+const CommandRow kImportCommand{"import", "Turn the recordings that a manifest names into samples",
+                                declared<Import>, "Recordings",
+                                "import manifest.toml -o samples.h5"};
+const CommandRow kRefineCommand{
+    "refine", "Interpolate the curves onto every vertex of the fine surface", declared<Refine>,
+    "Stages of a run", "refine curves.h5 --body body.h5 -o model.h5"};
+const CommandRow kExportCommand{"export", "Write a model as a runtime asset or in another format",
+                                declared<Export>, "Stages of a run",
+                                "export model.h5 -o asset.palp --engine engine"};
+const CommandRow kSurfaceCommand{"surface", "Make a surface from where recordings touched the body",
+                                 declared<SurfaceCommand>, "Recordings",
+                                 "surface samples.h5 -o body.obj"};
 
 }  // namespace palpate::tools

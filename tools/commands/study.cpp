@@ -65,12 +65,10 @@ class StudyCommand final : public Command {
                           "resume DIR: run only what is missing");
     arguments.option("-o,--output DIR", folder_, "Folder for all files of the study");
     arguments.named_outputs(folder_, kFiles);
-    arguments.option(
-        "--on WHERE", on_,
-        "Where it runs: local (this process; the default), slurm (submits a job array), "
-        "or script (prints that array's script)");
-    arguments.option("--jobs", jobs_,
-                     "Number of threads here; 0 uses all cores; results do not depend on it");
+    arguments.option("--on WHERE", on_,
+                     "Where it runs: local (this process; the default), slurm (submits a job "
+                     "array), or script (prints that array's script)");
+    arguments.jobs(jobs_);
   }
 
   int run(Reply& reply) override {
@@ -157,8 +155,8 @@ class StudyCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_study(Arguments& arguments) {
-  return std::make_unique<StudyCommand>(arguments);
-}
+const CommandRow kStudyCommand{
+    "study", "Run many scenes: bodies, materials, probes and settings, here or on a cluster",
+    declared<StudyCommand>, "Studies", "study study.toml -o out"};
 
 }  // namespace palpate::tools

@@ -67,10 +67,9 @@ class Tabulate final : public Command {
     arguments.output("-o,--output", output_,
                      "Table to write, T.csv: point,name,curve,at_m,value_N,slope_N_m",
                      {"point,name,curve,at_m"});
-    arguments.flag(
-        "--band", has_band_,
-        "Add a column deviation_N, the standard error; curves.h5 alone holds it, and curves "
-        "without one are left out");
+    arguments.flag("--band", has_band_,
+                   "Add a column deviation_N, the standard error; curves.h5 alone holds it, and "
+                   "curves without one are left out");
     arguments.option("--steps", steps_, "Number of intervals of a curve up to its last knot");
   }
 
@@ -86,15 +85,10 @@ class Tabulate final : public Command {
 
  private:
   std::vector<CurveTableRow> read_and_tabulate() const {
-    if (is_asset_file(file_)) {
-      if (has_band_)
-        throw Error(file_, "holds no errors of its curves", "Give the curves.h5 it was made from.");
-      const AssetFile asset = read_asset_file(file_);
-      return tabulate_asset(asset.asset(), steps_);
-    }
-    const std::string schema = schema_of(file_);
+    const std::string schema = is_asset_file(file_) ? "palp" : schema_of(file_);
     if (has_band_ && schema != kCurvesSchema.name)
       throw Error(file_, "holds no errors of its curves", "Give the curves.h5 it was made from.");
+    if (schema == "palp") return tabulate_asset(read_asset_file(file_).asset(), steps_);
     if (schema == kCurvesSchema.name) {
       const FittedCurves fitted = read_curves(file_);
       if (!has_band_)
@@ -129,8 +123,7 @@ class Tabulate final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_tabulate(Arguments& arguments) {
-  return std::make_unique<Tabulate>(arguments);
-}
+const CommandRow kTabulateCommand{"tabulate", "Write curves as a table", declared<Tabulate>,
+                                  "Assets and files", "tabulate curves.h5 -o table.csv"};
 
 }  // namespace palpate::tools

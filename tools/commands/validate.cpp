@@ -6,7 +6,6 @@
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
-#include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/stage_table.hpp"
 
@@ -33,18 +32,15 @@ class Validate final : public Command {
                      "body.h5 of the scene; without it the body is prepared again");
     arguments.output("--rows", rows_, "CSV to write with every compared row", {"point,path,step"},
                      false);
-    arguments.option(
-        "--curves", curves_,
-        "curves.h5 that the asset was made from; with --model, adds the comparison without "
-        "interpolation");
-    arguments.option(
-        "--model", model_,
-        "model.h5 that the asset was made from; needs --curves, or recordings, whose points "
-        "left out it knows");
-    arguments.option(
-        "--reference DIR", reference_,
-        "Folder that keeps the simulated rows, for a validation that was stopped and for the "
-        "next one; by default ASSET.SCENE.reference beside the asset");
+    arguments.option("--curves", curves_,
+                     "curves.h5 that the asset was made from; with --model, adds the comparison "
+                     "without interpolation");
+    arguments.option("--model", model_,
+                     "model.h5 that the asset was made from; needs --curves, or recordings, whose "
+                     "points left out it knows");
+    arguments.option("--reference DIR", reference_,
+                     "Folder that keeps the simulated rows, for a validation that was stopped and "
+                     "for the next one; by default ASSET.SCENE.reference beside the asset");
     arguments.named_outputs(reference_, kReference);
     arguments.flag(
         "--no-causes", no_causes_,
@@ -70,7 +66,12 @@ class Validate final : public Command {
     if (no_causes_) scene.validate.causes = false;
     check_choices(scene);
     const RemovedIfEmpty made{keep_reference()};
-    stage_.body = body_of(scene);
+    if (body_.empty()) {
+      const Surface surface = palpate::surface_of(read_asset_file(asset_).asset());
+      stage_.body = prepare_body(scene, false, &surface);
+    } else {
+      stage_.body = read_body(body_);
+    }
     check_experiments(scene, stage_.body);
     if (curves_.empty() != model_.empty())
       throw Error(curves_.empty() ? "--curves" : "--model", "is missing beside the other one",
@@ -88,12 +89,6 @@ class Validate final : public Command {
       std::filesystem::remove(folder, ignored);
     }
   };
-
-  Body body_of(const Scene& scene) const {
-    if (!body_.empty()) return read_body(body_);
-    const Surface surface = palpate::surface_of(read_asset_file(asset_).asset());
-    return prepare_body(scene, false, &surface);
-  }
 
   // What is simulated is kept beside the asset where nothing else is said, so that a validation
   // that was stopped goes on. Returns the folder that was made, if one was.
@@ -149,8 +144,8 @@ class Validate final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_validate(Arguments& arguments) {
-  return std::make_unique<Validate>(arguments);
-}
+const CommandRow kValidateCommand{"validate", "Compare an asset with fresh simulated experiments",
+                                  declared<Validate>, "Stages of a run",
+                                  "validate asset.palp organ.toml"};
 
 }  // namespace palpate::tools

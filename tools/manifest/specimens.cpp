@@ -7,7 +7,8 @@
 
 #include "libfit/recordings/formats/importers.hpp"
 #include "tools/manifest/manifest.hpp"
-#include "tools/scene/read_region.hpp"
+#include "tools/scene/scene.hpp"
+#include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
 namespace {

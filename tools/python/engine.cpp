@@ -86,18 +86,6 @@ py::array_t<palpate_output> tick_all(Together& together, const std::vector<Posed
   return out;
 }
 
-py::object tick(PyContact& contact, const py::object& position_m, const py::object& orientation,
-                const py::object& body_position_m, const py::object& body_orientation, double dt_s,
-                bool wants_tangent) {
-  Together one({&contact});
-  const std::vector<PosedPath> paths =
-      paths_of(py::make_tuple(position_m),
-               orientation.is_none() ? orientation : py::object(py::make_tuple(orientation)), 1);
-  const py::object out =
-      tick_all(one, paths, body_position_m, body_orientation, dt_s, wants_tangent)[py::int_(0)];
-  return paths[0].position.is_single ? py::object(out[py::int_(0)]) : out;
-}
-
 py::object tick_together(const std::vector<PyContact*>& contacts, const py::object& position_m,
                          const py::object& orientation, const py::object& body_position_m,
                          const py::object& body_orientation, double dt_s, bool wants_tangent) {
@@ -107,6 +95,15 @@ py::object tick_together(const std::vector<PyContact*>& contacts, const py::obje
       tick_all(together, paths, body_position_m, body_orientation, dt_s, wants_tangent);
   return paths[0].position.is_single ? py::object(out[py::make_tuple(py::ellipsis(), py::int_(0))])
                                      : out;
+}
+
+py::object tick(PyContact& contact, const py::object& position_m, const py::object& orientation,
+                const py::object& body_position_m, const py::object& body_orientation, double dt_s,
+                bool wants_tangent) {
+  return tick_together(
+      {&contact}, py::make_tuple(position_m),
+      orientation.is_none() ? orientation : py::object(py::make_tuple(orientation)),
+      body_position_m, body_orientation, dt_s, wants_tangent)[py::int_(0)];
 }
 
 py::array_t<float> deform(const std::vector<PyContact*>& contacts, py::ssize_t first,
@@ -183,8 +180,7 @@ using AssetClass = py::class_<PyAsset, std::shared_ptr<PyAsset>>;
 AssetClass declare_asset(py::module_& module) {
   return AssetClass(module, "Asset",
                     "An opened asset. `palpate.open(path)` makes one; it is also a context "
-                    "manager. Threads may "
-                    "share it. ValueError once it is closed.")
+                    "manager. Threads may share it. ValueError once it is closed.")
       .def(py::init<const py::bytes&, const std::string&>(), py::arg("content"),
            py::arg("where") = "asset",
            "Checks the bytes of a .palp file. palpate.Error where they are refused.")
@@ -210,11 +206,9 @@ AssetClass declare_asset(py::module_& module) {
           py::arg("ramp_s") = 0.0, py::arg("profile") = py::none(),
           "A tool on the body: a tip (radius 0, what `palpate replay` plays), a ball, or several "
           "balls fixed to each other: centre_m (n, 3) in the tool's frame, radius_m of all or "
-          "(n,). "
-          "A ball of another radius than that of the curves is answered as method.md, section 30, "
-          "has it; so is a tool of one ball with a profile (n, 2), r_m and slope of "
-          "palpate_indenter. "
-          "Fields as in palpate_tool; palpate.Error where one is out of range.");
+          "(n,). A ball of another radius than that of the curves is answered as method.md, "
+          "section 30, has it; so is a tool of one ball with a profile (n, 2), r_m and slope of "
+          "palpate_indenter. Fields as in palpate_tool; palpate.Error where one is out of range.");
 }
 
 void declare_surface(AssetClass& asset) {

@@ -1,4 +1,4 @@
-#include "tools/report/parts.hpp"
+#include "tools/report/report_page.hpp"
 
 #include <algorithm>
 #include <array>

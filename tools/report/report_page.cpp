@@ -11,7 +11,6 @@
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/validation/statement.hpp"
-#include "tools/report/parts.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -64,24 +63,6 @@ Json begin(const std::string& name) {
 // Names and remarks may hold bytes that are no UTF-8, which JSON cannot.
 std::string text_of(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-std::string folder_name(const fs::path& folder) {
-  return fs::absolute(folder / ".").lexically_normal().parent_path().filename().string();
-}
-
-// The body as experiments were made on it; none where the folder has none.
-std::optional<Body> body_of(const fs::path& folder) {
-  for (const char* name : {"placed.h5", "body.h5"})
-    if (fs::exists(folder / name)) return read_body(folder / name);
-  return std::nullopt;
-}
-
-Json statement_of(const fs::path& folder) {
-  const fs::path path = folder / "statement.json";
-  const std::string text = read_whole_file(path);
-  validation::parse_statement(text, path.string());  // throws where it is none
-  return Json::parse(text);
 }
 
 // The place of the data in tools/page/page.html: the content of a <script type="application/json">.
@@ -156,10 +137,17 @@ void add_pictures(Json& json, const fs::path& folder) {
 
 Json contents_of(const fs::path& folder) {
   const auto has = [&](const char* name) { return fs::exists(folder / name); };
-  Json json = begin(folder_name(folder));
+  Json json =
+      begin(fs::absolute(folder / ".").lexically_normal().parent_path().filename().string());
   json["files"] = files_json(folder);
-  if (has("statement.json")) json["statement"] = statement_of(folder);
-  if (const auto body = body_of(folder)) add_body(json, *body);
+  if (has("statement.json")) {
+    const std::string text = read_whole_file(folder / "statement.json");
+    validation::parse_statement(text, (folder / "statement.json").string());  // or it throws
+    json["statement"] = Json::parse(text);
+  }
+  // The body as experiments were made on it.
+  if (has("placed.h5") || has("body.h5"))
+    add_body(json, read_body(folder / (has("placed.h5") ? "placed.h5" : "body.h5")));
   if (has("model.h5")) add_model(json, read_model(folder / "model.h5"));
   std::optional<FittedCurves> fitted;
   if (has("curves.h5")) {

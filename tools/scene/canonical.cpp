@@ -12,17 +12,10 @@
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "tools/scene/fields.hpp"
-#include "tools/scene/rewrite.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
 namespace {
-
-template <class Matrix>
-std::string_view bytes_of(const Matrix& matrix) {
-  return {reinterpret_cast<const char*>(matrix.data()),
-          static_cast<std::size_t>(matrix.size()) * sizeof(typename Matrix::Scalar)};
-}
 
 std::string hash_of_mesh(const SceneMesh& mesh) {
   return ContentHash()
@@ -83,12 +76,8 @@ class SceneWriter {
                   const Kind&) {
     put(stage, key, array_of(value));
   }
-  template <class Kind>
-  void operator()(Stage stage, std::string_view key, int value, const Kind&) {
-    put(stage, key, value);
-  }
-  void operator()(Stage stage, std::string_view key, bool value, Any) { put(stage, key, value); }
-  void operator()(Stage stage, std::string_view key, const std::string& value, const Choice&) {
+  template <class Value, class Kind>  // whole numbers, flags and texts
+  void operator()(Stage stage, std::string_view key, const Value& value, const Kind&) {
     put(stage, key, value);
   }
   void operator()(Stage stage, std::string_view key, const std::filesystem::path& value, File) {

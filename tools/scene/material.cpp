@@ -2,7 +2,8 @@
 
 #include <tuple>
 
-#include "tools/scene/read_region.hpp"
+#include "tools/scene/scene.hpp"
+#include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -89,19 +90,17 @@ fem::MaterialParameters read_material(SceneTable table, bool may_relax) {
   table.finish();
   for (const fem::ParameterRow& row : law.parameters)
     read_parameter(table, law, row, material.values);
-  if (const fem::Refusal refusal = law.refusal(material.values); refusal.is_refused()) {
-    const fem::ParameterRow* row = fem::find_parameter(law, refusal.key);
-    throw Error(table.where(refusal.key),
-                fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),
-                fmt::format("{} is the {}.", refusal.key, row ? row->summary : law.summary));
-  }
+  const auto check = [&](const fem::Refusal& refusal, const std::string& remedy) {
+    if (refusal.is_refused())
+      throw Error(table.where(refusal.key),
+                  fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text), remedy);
+  };
+  const fem::Refusal refusal = law.refusal(material.values);
+  const fem::ParameterRow* row = fem::find_parameter(law, refusal.key);
+  check(refusal, fmt::format("{} is the {}.", refusal.key, row ? row->summary : law.summary));
   if (!may_relax) return material;
   material.relaxation = read_relaxation(table);
-  if (const fem::Refusal refusal = fem::refuse_relaxation(material.relaxation);
-      refusal.is_refused())
-    throw Error(table.where(refusal.key),
-                fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),
-                fem::kRelaxationRemedy);
+  check(fem::refuse_relaxation(material.relaxation), fem::kRelaxationRemedy);
   material.softening = read_softening(table);
   if (material.relaxation.branches() > 0 && material.softening.is_any())
     throw Error(table.where("softening"),
@@ -110,10 +109,7 @@ fem::MaterialParameters read_material(SceneTable table, bool may_relax) {
                             table.name()),
                 "Keep one of them here. Curves that recordings of both are fitted to may do both: "
                 "the engine plays them together.");
-  if (const fem::Refusal refusal = fem::refuse_softening(material); refusal.is_refused())
-    throw Error(table.where(refusal.key),
-                fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),
-                fem::kSofteningRemedy);
+  check(fem::refuse_softening(material), fem::kSofteningRemedy);
   return material;
 }
 

@@ -31,8 +31,8 @@ struct FormerNames {
 };
 constexpr FormerNames kFormerNames[] = {
     {"command key", " modulus thickness ",
-     "Identify the material from presses on the body: palpate calibrate SCENE --samples "
-     "samples.h5 -o NEW.toml."},
+     "Identify the material from presses on the body: palpate calibrate SCENE --samples samples.h5 "
+     "-o NEW.toml."},
     {"export", " --no-guard ", "Leave it out: every asset has the guard."},
     {"fit", " --contact-deviation ", "Write it into recordings/contact_deviation of the samples."},
     {"refine", " --follow-gap ", "Leave it out: the choice is made by leaving points out."},

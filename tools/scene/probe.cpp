@@ -1,4 +1,4 @@
-#include "tools/scene/probe.hpp"
+#include "tools/scene/scene.hpp"
 
 #include <fmt/core.h>
 
@@ -13,12 +13,6 @@
 
 namespace palpate::tools {
 namespace {
-
-std::vector<double> read_values(SceneTable& table, const fem::ProbeParameter& parameter) {
-  const bool is_length = parameter.dimension == Dimension::length;
-  return {table.quantity(parameter.key, parameter.dimension, 0, is_length ? kSmallestLength : 0,
-                         is_length ? kAnyLength : 2 * std::numbers::pi)};
-}
 
 /// "upright" and "lying", or three numbers.
 Vec3 read_orientation(SceneTable& table) {
@@ -49,9 +43,13 @@ ProbeSection read_probe(SceneTable& table, const std::filesystem::path& folder) 
       if (std::find(own.begin(), own.end(), key) == own.end() && table.holds(key))
         fem::refuse_probe_key(row, key, table.where(key) + ": " + table.name());
     }
-  for (const fem::ProbeParameter& parameter : row.parameters)
-    if (table.has(parameter.key))
-      spec.values[std::string(parameter.key)] = read_values(table, parameter);
+  for (const fem::ProbeParameter& parameter : row.parameters) {
+    if (!table.has(parameter.key)) continue;
+    const bool is_length = parameter.dimension == Dimension::length;
+    spec.values[std::string(parameter.key)] = {
+        table.quantity(parameter.key, parameter.dimension, 0, is_length ? kSmallestLength : 0,
+                       is_length ? kAnyLength : 2 * std::numbers::pi)};
+  }
   if (!row.is_axisymmetric && table.has("orientation")) spec.orientation = read_orientation(table);
   if (row.takes_mesh) {
     if (!table.has("mesh"))

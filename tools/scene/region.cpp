@@ -9,7 +9,7 @@
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "tools/scene/fields.hpp"
-#include "tools/scene/read_region.hpp"
+#include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -47,62 +47,49 @@ Box read_box(SceneTable& table) {
   return {low, high};
 }
 
-// The mark of a part in the mesh file: a group, a colour, or where a field has a value.
-std::optional<MeshMark> find_mark(SceneTable& table, int& named) {
-  std::optional<MeshMark> mark;
-  if (table.has("group")) {
-    ++named;
-    mark = {MeshMark::By::group, table.text("group", ""), 0};
-  }
-  if (table.has("colour")) {
-    ++named;
-    mark = {MeshMark::By::colour, table.text("colour", ""), 0};
-    std::string& colour = mark->name;
-    for (char& c : colour)
-      if (c >= 'A' && c <= 'F') c = static_cast<char>(c - 'A' + 'a');
-    if (colour.size() != 7 || colour[0] != '#' ||
-        colour.find_first_not_of("0123456789abcdef", 1) != std::string::npos)
-      throw Error(table.where("colour"), fmt::format("\"{}\" is no colour", colour),
-                  "Write red, green and blue as colour = \"#ff0000\".");
-  }
-  if (table.has("field")) {
-    ++named;
-    mark = {MeshMark::By::field, table.text("field", ""), 0};
-    if (!table.has("equals"))
-      throw Error(table.where("field"), fmt::format("field of {} lacks equals", table.name()),
-                  "Write field = \"label\", equals = 2.");
-    mark->equals = table.number("equals", 0, -1e15, 1e15);
-  }
-  return mark;
+MeshMark read_colour(SceneTable& table) {
+  std::string colour = table.text("colour", "");
+  for (char& c : colour)
+    if (c >= 'A' && c <= 'F') c = static_cast<char>(c - 'A' + 'a');
+  if (colour.size() != 7 || colour[0] != '#' ||
+      colour.find_first_not_of("0123456789abcdef", 1) != std::string::npos)
+    throw Error(table.where("colour"), fmt::format("\"{}\" is no colour", colour),
+                "Write red, green and blue as colour = \"#ff0000\".");
+  return {MeshMark::By::colour, colour, 0};
+}
+
+MeshMark read_field(SceneTable& table) {
+  const std::string name = table.text("field", "");
+  if (!table.has("equals"))
+    throw Error(table.where("field"), fmt::format("field of {} lacks equals", table.name()),
+                "Write field = \"label\", equals = 2.");
+  return {MeshMark::By::field, name, table.number("equals", 0, -1e15, 1e15)};
 }
 
 constexpr std::string_view kRegions = "below, above, box, sphere, inside, group, colour, field";
+
+[[noreturn]] void refuse_none(const SceneTable& table, const char* more) {
+  throw Error(table.where_table(), table.name() + " names no region",
+              fmt::format("Give one of {}{}.", kRegions, more));
+}
 
 // The one region a table names; nothing when it names none.
 std::optional<Region> find_region(SceneTable& table, const std::filesystem::path& scene) {
   std::optional<Region> region;
   int named = 0;
-  if (table.has("below")) {
+  const auto take = [&](const char* key, auto&& read) {
+    if (!table.has(key)) return;
     ++named;
-    region = read_half_space(table.table("below", "below"), true);
-  }
-  if (table.has("above")) {
-    ++named;
-    region = read_half_space(table.table("above", "above"), false);
-  }
-  if (table.has("sphere")) {
-    ++named;
-    region = read_ball(table.table("sphere", "sphere"));
-  }
-  if (table.has("box")) {
-    ++named;
-    region = read_box(table);
-  }
-  if (table.has("inside")) {
-    ++named;
-    region = Solid{file_beside(scene, table.text("inside", "")), {}};
-  }
-  if (const auto mark = find_mark(table, named)) region = Marked{*mark, {}};
+    region = read();
+  };
+  take("below", [&] { return read_half_space(table.table("below", "below"), true); });
+  take("above", [&] { return read_half_space(table.table("above", "above"), false); });
+  take("sphere", [&] { return read_ball(table.table("sphere", "sphere")); });
+  take("box", [&] { return read_box(table); });
+  take("inside", [&] { return Solid{file_beside(scene, table.text("inside", "")), {}}; });
+  take("group", [&] { return Marked{{MeshMark::By::group, table.text("group", ""), 0}, {}}; });
+  take("colour", [&] { return Marked{read_colour(table), {}}; });
+  take("field", [&] { return Marked{read_field(table), {}}; });
   if (named > 1)
     throw Error(table.where_table(), table.name() + " names more than one region",
                 fmt::format("Keep one of {}.", kRegions));
@@ -166,9 +153,7 @@ std::filesystem::path file_beside(const std::filesystem::path& scene, const std:
 
 Region take_region(SceneTable& table, const std::filesystem::path& scene) {
   const auto region = find_region(table, scene);
-  if (!region)
-    throw Error(table.where_table(), table.name() + " names no region",
-                fmt::format("Give one of {}.", kRegions));
+  if (!region) refuse_none(table, "");
   return *region;
 }
 
@@ -183,9 +168,7 @@ SurfaceRegion read_surface_region(SceneTable table, const std::filesystem::path&
   region.part = find_region(table, scene);
   if (table.has("facing"))
     region.facing = table.choice("facing", "", {kSides.begin(), kSides.end()});
-  if (region.facing.empty() && !region.part)
-    throw Error(table.where_table(), table.name() + " names no region",
-                fmt::format("Give one of {}, or facing.", kRegions));
+  if (region.facing.empty() && !region.part) refuse_none(table, ", or facing");
   table.finish();
   return region;
 }

@@ -15,6 +15,8 @@
 
 namespace palpate::tools {
 
+class SceneTable;
+
 /// A part of space named by a scene: what is held, what is reachable, what an inclusion fills.
 struct HalfSpace {
   int axis = 2;
@@ -68,5 +70,19 @@ bool contains(const Region& region, const Vec3& point);
 /// Whether a place of the body lies in one of them; what is marked on faces has places of its
 /// boundary only.
 bool any_contains(const std::vector<Region>& regions, const Vec3& point, bool is_on_boundary);
+
+/// The file that a scene names, absolute: beside the scene, or below the folder that PALPATE_DATA
+/// names. Throws Error where the scene needs that folder and it is not set.
+std::filesystem::path file_beside(const std::filesystem::path& scene, const std::string& name);
+
+/// The one region that the keys of a table name; its other keys are left. Throws Error with
+/// file:line:column where they name none or several, or one of its values is wrong.
+Region take_region(SceneTable& table, const std::filesystem::path& scene);
+
+/// The same of a table that holds nothing else.
+Region read_region(SceneTable table, const std::filesystem::path& scene);
+
+/// One of the regions above, what faces a side, or both; nothing else is in the table.
+SurfaceRegion read_surface_region(SceneTable table, const std::filesystem::path& scene);
 
 }  // namespace palpate::tools

@@ -1,11 +1,14 @@
-#include "tools/scene/rewrite.hpp"
+#include "tools/scene/canonical.hpp"
 
 #include <fmt/core.h>
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "libfit/core/error.hpp"
 #include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
@@ -50,12 +53,7 @@ std::string rewritten(std::string text, const std::string& file,
 }
 
 std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + '"';
+  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 std::vector<NewValue> absolute_files(const std::string& text, const std::string& file) {
@@ -70,6 +68,83 @@ std::vector<NewValue> absolute_files(const std::string& text, const std::string&
     out.push_back({section, key, std::filesystem::weakly_canonical(folder / *name).string()});
   }
   return out;
+}
+
+namespace {
+
+// Offset of a character that is not ASCII where TOML has none: outside strings and comments, or
+// behind a backslash and blanks, of a text that is TOML. npos where there is none; a byte order
+// mark at the beginning is none.
+std::size_t misplaced_character(std::string_view text) {
+  constexpr std::string_view kQuotes[] = {"\"\"\"", "'''", "\"", "'"};
+  std::string_view open;  // of the string we are in
+  bool is_comment = false, is_escaped = false;
+  for (std::size_t i = text.starts_with("\xEF\xBB\xBF") ? 3 : 0; i < text.size(); ++i) {
+    const char c = text[i];
+    const bool is_ascii = static_cast<unsigned char>(c) < 0x80, is_blank = c == ' ' || c == '\t';
+    if (!is_ascii && (is_escaped || (open.empty() && !is_comment))) return i;
+    if (is_escaped) {
+      is_escaped = open.size() == 3 && (is_blank || c == '\n' || c == '\r');
+      if (c != '\n') continue;
+    }
+    if (c == '\n') {
+      is_comment = false;
+      if (open.size() == 1) open = {};  // an error, which toml++ tells
+    } else if (!open.empty()) {
+      if (text.substr(i).starts_with(open)) {
+        i += open.size() - 1;
+        for (int more = 0; more < 2 && open.size() == 3 && text.substr(i + 1).starts_with(open[0]);
+             ++more)
+          ++i;  // quotes that the string ends with
+        open = {};
+      } else {
+        is_escaped = c == '\\' && open[0] == '"';
+      }
+    } else if (!is_comment) {
+      is_comment = c == '#';
+      for (const std::string_view quotes : kQuotes)
+        if (open.empty() && text.substr(i).starts_with(quotes)) {
+          open = quotes;
+          i += quotes.size() - 1;
+        }
+    }
+  }
+  return std::string_view::npos;
+}
+
+// The text with a question mark for each character that is not ASCII.
+std::string ascii_of(std::string_view text) {
+  const std::string_view mark = "\xEF\xBB\xBF";
+  std::string out(text.starts_with(mark) ? mark : "");
+  for (const char c : text.substr(out.size())) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80) out += c;
+    if (byte >= 0xC0) out += '?';
+  }
+  return out;
+}
+
+}  // namespace
+
+// toml++ 3 is undefined where a character that is not ASCII is out of place (its tables of blanks
+// have a hole). So it reads the text without such characters first; where that is TOML, we know
+// where strings are.
+toml::table parse_toml(std::string_view text, const std::string& file, const std::string& remedy) {
+  if (const std::size_t at = misplaced_character(text); at != std::string_view::npos) {
+    const std::string_view before = text.substr(0, at);
+    const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+    const std::size_t column = at - (before.rfind('\n') + 1) + 1;
+    throw Error(fmt::format("{}:{}:{}", file, line, column),
+                "a character that is not ASCII stands outside quotes",
+                "Put it in quotes, or remove it: a blank may be one that does not break.");
+  }
+  try {
+    static_cast<void>(toml::parse(ascii_of(text), file));
+    return toml::parse(text, file);
+  } catch (const toml::parse_error& e) {
+    throw Error(fmt::format("{}:{}:{}", file, e.source().begin.line, e.source().begin.column),
+                std::string(e.description()), remedy);
+  }
 }
 
 }  // namespace palpate::tools

@@ -9,7 +9,6 @@
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "tools/scene/fields.hpp"
-#include "tools/scene/read_region.hpp"
 #include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
@@ -166,11 +165,11 @@ ExperimentsSection read_experiments(SceneTable table, const std::filesystem::pat
   // A key of another way to place points is named for what it is.
   for (const char* key : {"tolerance", "budget"})
     if (!out.placement && table.has(key))
-      throw Error(table.where(key),
-                  fmt::format("{} of [experiments] places test points, and test_points is a number "
-                              "or a file",
-                              key),
-                  fmt::format("Set test_points = \"auto\", or leave {} out.", key));
+      throw Error(
+          table.where(key),
+          fmt::format(
+              "{} of [experiments] places test points, and test_points is a number or a file", key),
+          fmt::format("Set test_points = \"auto\", or leave {} out.", key));
   Experiments& each = out.each;
   if (!table.has("drag_depths")) each.drag_depths_m = {0.4 * each.depth_m, 0.8 * each.depth_m};
   for (const double depth : each.drag_depths_m)

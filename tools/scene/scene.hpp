@@ -8,10 +8,11 @@
 #include <vector>
 
 #include "libfem/materials/materials.hpp"
+#include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/probe.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/fit/fit_curves.hpp"
-#include "tools/scene/probe.hpp"
 #include "tools/scene/region.hpp"
 
 namespace palpate::tools {
@@ -21,6 +22,31 @@ namespace palpate::tools {
 enum class Stage { prepare, simulate, surface, place, fit, validate, none };
 
 // A scene.toml with its defaults filled in, SI throughout (docs/formats/scene.md has every key).
+
+/// [probe] of a scene: numbers and directions as libfem wants them, the mesh still a file. The
+/// shape "point" is for measured data alone: it has no keys, and simulation refuses it.
+struct ProbeSection {
+  ProbeSpec spec = sphere_spec(kDefaultBallRadius_m, kDefaultFriction);
+  std::optional<std::filesystem::path> mesh;  ///< absolute; none once it is read into spec.mesh
+  double mesh_unit_m = 0;
+  std::optional<fem::Probe> rigid;  ///< the shape that `spec` describes (resolve_probes)
+};
+
+/// A rigid tool beside [probe]: [tool], [[experiments.probe]] or [[validate.tool]] of a scene. The
+/// engine plays it as balls (docs/method-tools.md, section 29; at most one of row and balls_m), or
+/// without any by the round end that it has along its press (section 30).
+struct ToolSection {
+  std::string name;
+  ProbeSection probe;            ///< its shape; friction is that of [probe]
+  int row = 0;                   ///< balls evenly along a capsule, from end to end
+  Points balls_m;                ///< centres in the tool's own axes
+  std::vector<double> radius_m;  ///< of each ball, or of all; none: the probe's, or the capsule's
+  double tilt_rad = 0.6;         ///< up to which it leans in experiments, played as balls
+  int paths = 0;                 ///< experiments that identify, of [tool] and [[experiments.probe]]
+  int held_out = 0;              ///< that the statement compares, of [tool] and [[validate.tool]]
+
+  bool has_balls() const { return row > 0 || balls_m.rows() > 0; }
+};
 
 struct InclusionSection {
   Region region;
@@ -114,6 +140,27 @@ const fem::Probe& rigid_probe(const Scene& scene);
 /// "FILE: [probe]" and "FILE: tool `NAME`", where errors of them are.
 std::string probe_place(const Scene& scene);
 std::string tool_place(const Scene& scene, const ToolSection& tool);
+
+/// Reads [tool]. Throws as read_probe.
+ToolSection read_tool(SceneTable& table, const std::filesystem::path& folder, double friction);
+
+/// Reads [[experiments.probe]] or [[validate.tool]]: tools that are pressed at some points, or that
+/// the statement compares. points: their number where a table says nothing, and what it is of.
+/// Throws as read_probe.
+std::vector<ToolSection> read_tools(SceneTable& section, std::string_view key,
+                                    const std::filesystem::path& folder, double friction,
+                                    int points, int ToolSection::*of_which);
+
+/// Reads the keys that the named shape takes. Throws Error for keys of other shapes, saying whose
+/// they are, and as SceneTable does. Relative file names start at `folder`.
+ProbeSection read_probe(SceneTable& table, const std::filesystem::path& folder);
+
+/// The material of a table: `law`, and the keys of that law's parameter rows. Returns a value for
+/// every row, SI; NaN for an optional one left out. may_relax: the keys
+/// `relaxation` and `softening` are among them.
+/// Throws Error with file:line:column for an unknown law or key (naming the nearest), a key missing
+/// or of the wrong kind or unit, two keys that exclude each other, and values that the law refuses.
+fem::MaterialParameters read_material(SceneTable table, bool may_relax = false);
 
 /// A section that a manifest has, too. Throws Error at what is wrong in the file `path`.
 FitSection read_fit(SceneTable table, const std::filesystem::path& path);

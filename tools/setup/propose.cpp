@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "libfem/mesh/grade/divide.hpp"
@@ -13,11 +12,10 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/core/units.hpp"
-#include "tools/scene/region.hpp"
+#include "tools/scene/canonical.hpp"
 #include "tools/scene/tissues.hpp"
 #include "tools/setup/check.hpp"
-#include "tools/setup/window.hpp"
-#include "tools/stages/body/plausibility.hpp"
+#include "tools/stages/body/prepare.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -61,8 +59,7 @@ ChosenTissue choose_tissue(const std::string& asked, const std::filesystem::path
   if (meant->name.ends_with("-wall"))
     return chosen(
         *meant,
-        fmt::format("by the name {}, and the whole mesh is filled with it: --tissue gives "
-                    "another",
+        fmt::format("by the name {}, and the whole mesh is filled with it: --tissue gives another",
                     file),
         true);
   return chosen(*meant, fmt::format("by the name {}: --tissue gives another", file), false);
@@ -88,18 +85,6 @@ double metres_in(const std::string& unit) {
         "--unit", fmt::format("\"{}\" is no length", unit),
         "Use one of " + known_units(Dimension::length) + ", or a length such as \"110 mm\".");
   return *metres;
-}
-
-void check_side(const std::string& name) {
-  if (std::find(kSides.begin(), kSides.end(), name) == kSides.end())
-    throw Error("--held", fmt::format("\"{}\" is no side", name),
-                fmt::format("Use one of {}.", fmt::join(kSides, ", ")));
-}
-
-// A TOML string: what JSON escapes in a file's name, and how, TOML understands.
-std::string quoted(const std::filesystem::path& path) {
-  return nlohmann::json(path.string())
-      .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 // What a scene says of its body. wrap_m: 0 where the surface needs none.
@@ -128,14 +113,12 @@ std::string body_text(const ProposedBody& body, const std::string& origin, const
       "# {}, {}. Made by `palpate new`: every line is a proposal.\n"
       "# Next: palpate check THIS_FILE, then palpate run THIS_FILE -o out\n\n"
       "[body]\n"
-      "{}"
-      "surface = {}\n"
+      "{}surface = {}\n"
       "length_unit = \"{}\"              # mesh files carry none\n"
-      "{}"
-      "fixed = [ {{ {} = {{ axis = \"{}\", at = \"{:.4g} mm\" }} }} ]   # what the body rests "
+      "{}fixed = [ {{ {} = {{ axis = \"{}\", at = \"{:.4g} mm\" }} }} ]   # what the body rests "
       "on\n\n",
       origin, body.mesh.filename().string(),
-      size_in_words(body.facts.extent_m, body.facts.volume_m3), divided, quoted(body.mesh),
+      size_in_words(body.facts.extent_m, body.facts.volume_m3), divided, quoted(body.mesh.string()),
       body.unit, wrap, window.sign < 0 ? "below" : "above", "xyz"[window.axis],
       1e3 * window.held_m);
 }
@@ -198,30 +181,29 @@ Site find_site(const Surface& surface, const std::string& mesh, const SceneChoic
     if (auto site = site_of(surface, window, tissue)) return std::move(*site);
   const std::string side =
       choices.held.empty() ? "no side of it" : fmt::format("opposite its {} side it", choices.held);
-  throw Error(
-      mesh,
-      fmt::format(
-          "{} has {} that a ball can press: it is a sheet there, or too little of it can be "
-          "touched",
-          side, choices.held.empty() ? "a window" : "no window"),
-      choices.held.empty() ? "Give a closed surface with both its sides, or write a scene by hand "
-                             "with a region that a tool comes to (docs/formats/scene.md)."
-                           : "Give another side, or leave --held out.");
+  throw Error(mesh,
+              fmt::format("{} has {} that a ball can press: it is a sheet there, or too little of "
+                          "it can be touched",
+                          side, choices.held.empty() ? "a window" : "no window"),
+              choices.held.empty()
+                  ? "Give a closed surface with both its sides, or write a scene by hand with a "
+                    "region that a tool comes to (docs/formats/scene.md)."
+                  : "Give another side, or leave --held out.");
 }
 
 void note_site(const Site& site, const Tissue& tissue, ProposedScene& scene) {
   const Window& window = site.window;
   const Surface& surface = site.divided ? *site.divided : scene.surface;
-  scene.notes.push_back(fmt::format(
-      "held on its {} side; the window lies opposite, where the body is {:.3g} mm thick (median) "
-      "and a ball of {:.3g} mm reaches {} vertices",
-      window.side(), 1e3 * thickness_under_m(window, surface), 1e3 * site.ball.radius_m,
-      site.ball.reachable));
-  if (site.ball.force_N < kFelt_N)
+  scene.notes.push_back(
+      fmt::format("held on its {} side; the window lies opposite, where the body is {:.3g} mm "
+                  "thick (median) and a ball of {:.3g} mm reaches {} vertices",
+                  window.side(), 1e3 * thickness_under_m(window, surface), 1e3 * site.ball.radius_m,
+                  site.ball.reachable));
+  if (site.ball.force_N < kForceFloor_N)
     scene.warnings.push_back(fmt::format(
         "a press ends at about {:.2g} N, less than a hand notices ({} N): the body is thin for a "
         "material as soft as {}. Give its own with --tissue, or check --unit",
-        site.ball.force_N, kFelt_N, tissue.name));
+        site.ball.force_N, kForceFloor_N, tissue.name));
 }
 
 }  // namespace
@@ -240,7 +222,9 @@ ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in
   const Tissue& tissue = chosen.tissue;
   const Vec3 extent = extent_m(in_file.vertices);
   ProposedBody body{mesh, {}, choices.unit.empty() ? likely_unit(extent) : choices.unit, {}};
-  if (!choices.held.empty()) check_side(choices.held);
+  if (!choices.held.empty() && std::ranges::find(kSides, choices.held) == kSides.end())
+    throw Error("--held", fmt::format("\"{}\" is no side", choices.held),
+                fmt::format("Use one of {}.", fmt::join(kSides, ", ")));
   const double unit_m = metres_in(body.unit);
 
   ProposedScene scene;

@@ -11,7 +11,6 @@
 #include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 #include "tools/setup/propose.hpp"
-#include "tools/setup/ways_to_read.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/setup/ways_to_read.hpp"
+#include "tools/setup/propose.hpp"
 
 #include <fmt/format.h>
 

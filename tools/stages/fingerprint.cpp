@@ -25,12 +25,6 @@ nlohmann::json json_in(const std::filesystem::path& path) {
   }
 }
 
-template <class Matrix>
-std::string_view bytes_of(const Matrix& matrix) {
-  return {reinterpret_cast<const char*>(matrix.data()),
-          static_cast<std::size_t>(matrix.size()) * sizeof(typename Matrix::Scalar)};
-}
-
 }  // namespace
 
 ContentHash stage_hash(const char* stage) {

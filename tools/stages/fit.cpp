@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
@@ -29,9 +28,8 @@ void say_report(const FitReport& report) {
   }
   if (const RingsReport& rings = report.rings; rings.points > 0) {
     say("  rings    lambda {:.3g} +- {:.2g}, mu0 {:.3g} +- {:.2g}, mu1 {:.3g} +- {:.2g} /m, spread "
-        "{:.2g} +- {:.1g} /m, side "
-        "force +- {:.2g} % of the normal one ({} points with drags; standard errors of a point's)"
-        "{}{}",
+        "{:.2g} +- {:.1g} /m, side force +- {:.2g} % of the normal one ({} points with drags; "
+        "standard errors of a point's){}{}",
         rings.lambda, rings.lambda_deviation, rings.friction, rings.friction_deviation,
         rings.friction_slope_1_m, rings.friction_slope_deviation_1_m, rings.spread_1_m,
         rings.spread_deviation_1_m, 100 * rings.side_deviation, rings.points,
@@ -48,8 +46,7 @@ void say_report(const FitReport& report) {
   for (std::size_t k = 0; k < kCurveKinds; ++k)
     if (report.bands.widest_point[k] >= 0)
       say("  {:<8} 90 % band where its rows end: median {:.2g} % of force, widest {:.2g} % at "
-          "point "
-          "{}",
+          "point {}",
           kCurveNames[k], 100 * report.bands.median[k], 100 * report.bands.widest[k],
           report.bands.widest_point[k]);
   if (report.points.kept > 0)
@@ -97,8 +94,7 @@ void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent) {
     return;
   }
   say("  damage   r {:.3g}, m {:.3g} of a whole press's energy, beta {:.3g}: {} cycles of {} rows "
-      "are off by {:.1f} % "
-      "(median), {:.1f} % (p95); without it {:.1f} % and {:.1f} %",
+      "are off by {:.1f} % (median), {:.1f} % (p95); without it {:.1f} % and {:.1f} %",
       damage.r, damage.scale, damage.beta, report.cycles, report.rows, 100 * report.damaged.median,
       100 * report.damaged.p95, 100 * report.undamaged.median, 100 * report.undamaged.p95);
   say("           standard deviations: r {:.2g} %, m {:.2g} %, beta {:.2g} %",
@@ -131,8 +127,7 @@ fit::RadiusReport add_radius_effect(FittedCurves& curves, const Samples& others)
     return fmt::format("{:.1f} and {:.1f} %", 100 * e.median, 100 * e.p95);
   };
   say("  radius   {} presses' rows of other tools at {} points, median and p95: as the own ball "
-      "{}, "
-      "theory alone {}, of left out points {} ({}), as fitted {}",
+      "{}, theory alone {}, of left out points {} ({}), as fitted {}",
       report.rows, report.points, words(report.as_own_ball), words(report.theory),
       words(report.left_out), report.chosen, words(report.fitted));
   return report;
@@ -161,19 +156,19 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
 }
 
 FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs,
-                         const FitChoices& choices, fit::RadiusReport* radius) {
+                         const FitOptions& choices, FitCache* cache, fit::RadiusReport* radius) {
   const Samples samples =
       of_kinds(all, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
   FitOptions options = fit_options(all, section, jobs);
   const Samples others = of_kinds(all, {ExperimentKind::other});
-  options.warm_start = choices.curves;
+  options.warm_start = choices.warm_start;
   options.warm_cache = choices.warm_cache;
-  options.estimates = choices.nuisances;
+  options.estimates = choices.estimates;
   FitReport report;
   FittedCurves curves;
   {
     ConsoleProgress progress("fit");
-    curves = fit_curves(samples, options, progress.progress(), &report, choices.cache);
+    curves = fit_curves(samples, options, progress.progress(), &report, cache);
   }
   say_fit(curves, report);
   curves.probe = samples.probe;
@@ -184,21 +179,6 @@ FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs
     if (radius != nullptr) *radius = effect;
   }
   return curves;
-}
-
-Nuisances nuisances_named(const std::string& names) {
-  Nuisances choice{};
-  for (std::size_t begin = 0; begin < names.size();) {
-    const std::size_t end = std::min(names.find(',', begin), names.size());
-    const std::string name = names.substr(begin, end - begin);
-    const auto row = std::ranges::find(kNuisanceNames, name);
-    if (row == kNuisanceNames.end())
-      throw Error("--free", "there is nothing called \"" + name + "\" to free",
-                  "Use contact, bias, drift, or several with commas between.");
-    choice[row - kNuisanceNames.begin()] = true;
-    begin = end + 1;
-  }
-  return choice;
 }
 
 std::size_t list_bad_points(const FittedCurves& curves, bool is_quick) {

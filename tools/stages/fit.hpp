@@ -1,8 +1,6 @@
 #pragma once
 
-#include <array>
-#include <optional>
-#include <string>
+#include <cstddef>
 
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
@@ -12,30 +10,18 @@
 
 namespace palpate::tools {
 
-/// What is free of measured recordings, as FitOptions::estimates.
-using Nuisances = std::array<bool, 3>;
-/// names: with commas between. Throws Error on a name that is none.
-Nuisances nuisances_named(const std::string& names);
-
-/// What a fit takes beside samples and [fit]; see FitOptions. curves, warm_cache: of an earlier fit
-/// to go on from. cache: filled where wanted, for a later one.
-struct FitChoices {
-  const FittedCurves* curves = nullptr;
-  const FitCache* warm_cache = nullptr;
-  Nuisances nuisances{};
-  FitCache* cache = nullptr;
-};
-
 /// What a fit is told: by the samples (friction of their probe, Poisson's ratio of their body), and
 /// by [fit]. The one place where stages fill FitOptions. Throws Error on an unknown family.
 FitOptions fit_options(const Samples& samples, const FitSection& section, int jobs);
 
 /// Curves at the test points, with basis, residuals and worst points said on stderr, and how the
 /// body softens where there are cycles. They carry the probe of the samples.
-/// radius: filled where wanted, with how presses of other indenters come out. Throws Interrupted
+/// choices: of it warm_start, warm_cache and estimates count. cache: filled where wanted, for a
+/// later fit. radius: likewise, with how presses of other indenters come out. Throws Interrupted
 /// when the user stopped it: nothing half-fitted is kept.
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
-                         const FitChoices& choices = {}, fit::RadiusReport* radius = nullptr);
+                         const FitOptions& choices = {}, FitCache* cache = nullptr,
+                         fit::RadiusReport* radius = nullptr);
 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a
 /// screenful, and `poor` ones where all of these are a quarter of the points or more. Returns how

@@ -69,10 +69,9 @@ std::vector<ItemResult> read_all(const Manifest& manifest, const BatchOptions& o
   const auto done = static_cast<std::size_t>(
       std::count_if(results.begin(), results.end(), [](const ItemResult& r) { return r.is_done; }));
   if (done < results.size())
-    throw Interrupted(
-        fmt::format("{} of {} recordings were read and nothing was written; the same command "
-                    "begins again",
-                    done, results.size()));
+    throw Interrupted(fmt::format(
+        "{} of {} recordings were read and nothing was written; the same command begins again",
+        done, results.size()));
   check_defaults(manifest, results);
   return results;
 }
@@ -175,8 +174,7 @@ ContactSurface surface_of_contacts(const Samples& samples) {
     say("  contacts are too few to leave any out: how well the surface fits is not known");
   else
     say("  contacts left out lie {:.3g} mm off the surface of the others (median), {:.3g} mm "
-        "(p95), "
-        "{:.3g} mm at most; quadrics reach {:g} spacings{}",
+        "(p95), {:.3g} mm at most; quadrics reach {:g} spacings{}",
         1e3 * stated_quantile(off_m, 0.5), 1e3 * stated_quantile(off_m, 0.95),
         1e3 * stated_quantile(off_m, 1), made.reach,
         made.uses_normals ? ", normals count" : ", normals do not count");

@@ -6,15 +6,14 @@
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
+#include "tools/outputs.hpp"
 #include "tools/scene/canonical.hpp"
-#include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/import.hpp"
-#include "tools/stages/refine.hpp"
+#include "tools/stages/model.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/placement.hpp"
-#include "tools/stages/samples/simulate.hpp"
 #include "tools/stages/validate.hpp"
 
 namespace palpate::tools {
@@ -119,12 +118,12 @@ void say_worth(const Pipeline& p, const fit::RadiusReport& radius) {
   const double point_p95 = last_predicted_p95(p.files.samples.parent_path() / "placement.csv");
   if (radius.points == 0)
     return say(
-        "  worth    points are predicted to {} (p95), and the other {} by theory alone: a "
-        "few presses of one ([[experiments.probe]]) show how far it holds",
+        "  worth    points are predicted to {} (p95), and the other {} by theory alone: a few "
+        "presses of one ([[experiments.probe]]) show how far it holds",
         percent(point_p95), counted(std::ssize(p.scene.stated), "tool", "tools"));
   const bool is_tool = radius.left_out.p95 > point_p95;
-  say("  worth    points are predicted to {} (p95), presses of another tool at points where it "
-      "was not pressed to {}: {}",
+  say("  worth    points are predicted to {} (p95), presses of another tool at points where it was "
+      "not pressed to {}: {}",
       percent(point_p95), percent(radius.left_out.p95),
       is_tool ? "a larger `points` of [[experiments.probe]] lowers the error more than test points"
               : "more test points lower the error more than presses of the other tool");
@@ -134,8 +133,8 @@ std::string wanted_curves(const Pipeline& p) {
 }
 void make_curves(Pipeline& p, const std::string& fingerprint) {
   fit::RadiusReport radius;
-  const FittedCurves curves =
-      fit_samples(read_samples(p.files.samples), p.fit, p.jobs, p.fit_choices, &radius);
+  const FittedCurves curves = fit_samples(read_samples(p.files.samples), p.fit, p.jobs,
+                                          p.fit_choices, p.fit_cache, &radius);
   say_worth(p, radius);
   write_curves(p.files.curves, curves, inputs_of(fingerprint));
 }
@@ -289,6 +288,83 @@ void check_choices(const Scene& scene) {
   check_simulated(scene);
   check_pairs(scene);
   check_tools(scene);
+}
+
+namespace {
+
+// Brings a stage's output up to date. Returns whether it was made.
+bool bring_up_to_date(const StageRow& stage, Pipeline& pipeline, bool force) {
+  set_stage(stage.name);
+  const std::string output = (pipeline.files.*stage.output).string(),
+                    wanted = stage.wanted(pipeline);
+  const auto stored = stage.stored ? stage.stored(pipeline) : stored_in_hdf5(output);
+  if (!force && stored == wanted) {
+    say("{:<9}{} is up to date", stage.name, output);
+    if (stage.load) stage.load(pipeline, wanted);
+    return false;
+  }
+  say("{:<9}{}", stage.name, output);
+  stage.make(pipeline, wanted);
+  if (stage.say) stage.say(pipeline);
+  return true;
+}
+
+// Returns how many stages were made. Stages with one summary share a line beside the log.
+int run_stages(const std::vector<const StageRow*>& stages, Pipeline& pipeline, bool force,
+               RunLog* log) {
+  int done = 0;
+  for (auto stage = stages.begin(); stage != stages.end();) {
+    const char* const summary = (*stage)->summary;
+    const int before = done;
+    const double from_s = wall_seconds();
+    for (; stage != stages.end() && (*stage)->summary == summary; ++stage)
+      done += bring_up_to_date(**stage, pipeline, force);
+    if (log != nullptr)
+      log->say_summary(fmt::format(
+          "{:<21}{}", summary, done == before ? "up to date" : in_words(wall_seconds() - from_s)));
+  }
+  return done;
+}
+
+}  // namespace
+
+RunResult run(const RunRequest& request, RunLog* log) {
+  const bool is_of_recordings = is_manifest(request.scene);
+  if (is_of_recordings && request.quick)
+    throw Error("--quick", "is of scenes, and " + request.scene + " is a manifest of recordings",
+                "Leave it out: recordings are not simulated, and a run of them takes a minute.");
+  OutputFolder folder(request.folder);
+  Pipeline pipeline{
+      .files = files_in(request.folder), .jobs = request.jobs, .resume = !request.force};
+  const auto open_folder = [&] {
+    folder.claim();
+    if (log) log->open(fs::path(request.folder) / kRunLog, "palpate run " + request.scene);
+  };
+  if (is_of_recordings) {
+    pipeline.import = {read_manifest(request.scene), pipeline.files.samples, request.jobs, true};
+    check_recordings_exist(pipeline.import.manifest);
+    pipeline.fit = pipeline.import.manifest.fit;
+    open_folder();
+  } else {
+    pipeline.scene = open_scene(request.scene);
+    if (request.quick) make_quick(pipeline.scene);
+    check_choices(pipeline.scene);
+    pipeline.fit = pipeline.scene.fit;
+    pipeline.before_writing = open_folder;
+  }
+  RunResult result;
+  result.stages_done = run_stages(is_of_recordings ? stages_of_recordings() : stages_of_scene(),
+                                  pipeline, request.force, log);
+  if (result.stages_done == 0) say("nothing to do: everything in {} is up to date", request.folder);
+  const StageFiles& files = pipeline.files;
+  result.statement =
+      validation::parse_statement(read_whole_file(files.statement), files.statement.string());
+  if (!pipeline.bad_experiments)
+    pipeline.bad_experiments = list_bad_experiments(read_samples(files.samples));
+  result.items_failed =
+      *pipeline.bad_experiments + list_bad_points(read_curves(files.curves), request.quick);
+  if (!is_of_recordings) result.items_failed += result.statement.reference_failures;
+  return result;
 }
 
 }  // namespace palpate::tools

@@ -11,9 +11,9 @@
 #include "libfit/validation/statement.hpp"
 #include "tools/manifest/manifest.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/stages/export.hpp"
 #include "tools/stages/fit.hpp"
 #include "tools/stages/import.hpp"
+#include "tools/stages/model.hpp"
 
 namespace palpate::tools {
 
@@ -43,7 +43,8 @@ struct Pipeline {
   /// Called before the first file is written, when the inputs have been checked.
   std::function<void()> before_writing = {};
   ImportRequest import = {};
-  FitChoices fit_choices = {};
+  FitOptions fit_choices = {};  ///< of fit_samples(), and where its cache goes
+  FitCache* fit_cache = nullptr;
   std::string exported_format = {};  ///< of files.asset; empty: palp
   double map_depth_m = 0;            ///< of an exported picture; 0: half of the curves' range
   Samples samples = {};              ///< simulated, until `say` has reported them

@@ -9,9 +9,7 @@
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/validation/causes.hpp"
 #include "libfit/validation/replay.hpp"
-#include "tools/stages/samples/compound.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
-#include "tools/stages/samples/simulate.hpp"
 #include "tools/stages/validate.hpp"
 
 namespace palpate::tools {

@@ -19,15 +19,12 @@
 #include "libfit/validation/replay.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/body/prepare.hpp"
-#include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/import.hpp"
-#include "tools/stages/refine.hpp"
-#include "tools/stages/samples/compound.hpp"
+#include "tools/stages/model.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/placement.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
-#include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -121,6 +118,18 @@ void check_probe(const std::filesystem::path& path, const AssetFile& file, const
                 "Validate it with the samples that it was fitted to.");
 }
 
+// The statement of compared rows, but for what simulated and recorded references have alone.
+Statement stated(const StatedAsset& of, const Comparison& compared, const Samples& timed) {
+  Statement statement = summarize(compared, of.floors);
+  statement.probes = of.reference.paths.points();
+  statement.reference_failures = of.reference.paths.rows() - compared.rows.size();
+  if (timed.rows() > 0) statement.all.tick_ns = time_ticks_ns(of.met, timed, of.depth_m);
+  if (!of.request.rows_csv.empty()) write_compared_rows(of.request.rows_csv, of);
+  statement.sections = statement_sections(of);
+  statement.asset_bytes = of.asset.file.bytes;
+  return statement;
+}
+
 }  // namespace
 
 Statement validate_asset(const std::filesystem::path& path, const Scene& scene, const Body& body,
@@ -138,18 +147,12 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   const Replayed engine = follow(met, reference.paths, depth_m);
   const double radius_m = fem::round_end_m(*scene.probe.rigid);
   const Comparison compared = compare(reference.paths, engine, radius_m);
-  Statement statement = summarize(compared);
-  statement.probes = reference.paths.points();
-  statement.reference_failures = reference.paths.rows() - compared.rows.size();
-  statement.all.tick_ns = time_ticks_ns(met, reference.paths, depth_m);
   const StatedAsset of{asset,   met,    scene, reference, engine, radius_m, floors_of(compared),
                        request, depth_m};
-  if (!request.rows_csv.empty()) write_compared_rows(request.rows_csv, of);
-  statement.sections = statement_sections(of);
+  Statement statement = stated(of, compared, reference.paths);
   if (asset.shape.points > 0 && reference.paths.surface.cols() == 3 * asset.vertices)
     statement.shape =
         shape_error(met, reference.paths, contact_states(met, reference.paths, depth_m));
-  statement.asset_bytes = asset.file.bytes;
   return statement;
 }
 
@@ -187,19 +190,13 @@ Statement validate_recordings(const std::filesystem::path& path, const RecordedS
   const Comparison compared = compare(reference.paths, engine);
   const ErrorFloors floors{std::max(relative_floor_N(recorded.fitted), relative_floor_N(held_out)),
                            0};
-  Statement statement = summarize(compared, floors);
-  statement.is_recorded = true;
-  statement.probes = reference.paths.points();
-  statement.beyond = recorded.beyond.points();
-  statement.reference_failures = reference.paths.rows() - compared.rows.size();
-  const Samples& timed = compared.rows.empty() ? recorded.fitted : reference.paths;
-  if (timed.rows() > 0) statement.all.tick_ns = time_ticks_ns(asset, timed, depth_m);
   const Scene none;
   const StatedAsset of{asset,  asset,   none,    reference, engine, asset.probe_radius_m,
                        floors, request, depth_m, &recorded};
-  if (!request.rows_csv.empty()) write_compared_rows(request.rows_csv, of);
-  statement.sections = statement_sections(of);
-  statement.asset_bytes = asset.file.bytes;
+  Statement statement =
+      stated(of, compared, compared.rows.empty() ? recorded.fitted : reference.paths);
+  statement.is_recorded = true;
+  statement.beyond = recorded.beyond.points();
   return statement;
 }
 

@@ -18,10 +18,10 @@
 #include "tools/build_identity.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
-#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
-#include "tools/stages/samples/simulate.hpp"
 #include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
@@ -215,18 +215,17 @@ void StudyFolder::forget_failures() const {
 
 void StudyFolder::write_results() const {
   static constexpr std::pair<std::string_view, std::string_view> kNumbers[] = {
-      {"points", "1"},          {"rows", "1"},    {"items_failed", "1"}, {"median_rel", "1"},
-      {"p95_rel", "1"},         {"max_rel", "1"}, {"within_jnd", "1"},   {"reference_p95_rel", "1"},
-      {"stiffness_N_m", "N/m"}, {"cpu_s", "s"},   {"memory_MB", "MB"}};
+      {"force_factor", "1"},      {"points", "1"},          {"rows", "1"},    {"items_failed", "1"},
+      {"median_rel", "1"},        {"p95_rel", "1"},         {"max_rel", "1"}, {"within_jnd", "1"},
+      {"reference_p95_rel", "1"}, {"stiffness_N_m", "N/m"}, {"cpu_s", "s"},   {"memory_MB", "MB"}};
   std::vector<std::string> texts{"case", "state", "solved_from"};
   texts.insert(texts.end(), study_.inputs.begin(), study_.inputs.end());
   std::vector<std::string_view> header(texts.begin(), texts.end());
-  header.push_back("force_factor");
   for (const auto& [name, unit] : kNumbers) header.push_back(name);
   header.push_back("failure");
   CsvWriter csv(path_ / "results.csv", header);
   std::vector<std::vector<std::string>> words(texts.size() + 1);
-  std::vector<std::vector<double>> numbers(std::size(kNumbers) + 1);
+  std::vector<std::vector<double>> numbers(std::size(kNumbers));
   for (int i = 0; i < static_cast<int>(cases().size()); ++i) {
     const StudyCase& one = cases()[i];
     const CaseState now = state(i);
@@ -236,11 +235,10 @@ void StudyFolder::write_results() const {
     row.insert(row.end(), one.inputs.begin(), one.inputs.end());
     for (std::size_t c = 0; c < row.size(); ++c) words[c].push_back(row[c]);
     for (const std::string& word : row) csv.text(word);
-    csv.number(one.factor);
-    numbers.back().push_back(one.factor);
-    const Json result = now == CaseState::done
-                            ? Json::parse(read_whole_file(case_folder(i) / "result.json"))
-                            : Json::object();
+    Json result = now == CaseState::done
+                      ? Json::parse(read_whole_file(case_folder(i) / "result.json"))
+                      : Json::object();
+    result["force_factor"] = one.factor;
     for (std::size_t c = 0; c < std::size(kNumbers); ++c) {
       const auto found = result.find(kNumbers[c].first);
       const bool is_known = found != result.end() && found->is_number();
@@ -262,7 +260,6 @@ void StudyFolder::write_results() const {
   for (std::size_t c = 0; c < std::size(kNumbers); ++c)
     file.numbers("cases/" + std::string(kNumbers[c].first), kNumbers[c].second, numbers[c].data(),
                  {numbers[c].size(), 0});
-  file.numbers("cases/force_factor", "1", numbers.back().data(), {numbers.back().size(), 0});
   file.commit();
 }
 

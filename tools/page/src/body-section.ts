@@ -73,23 +73,22 @@ class BodySection {
     const range = contents.maps?.depths_m.at(-1) ?? 0;
     this.depth = slider("map-depth", 0.05 * range, range, () => this.colour());
     const maps = choice(
+      "map-choice",
       "Colour",
       kMaps.filter(([name]) => contents.maps || name === "tissue").map(([name, text]) => [name, text]),
       () => this.colour(),
     );
     this.maps = maps.select;
-    this.maps.id = "map-choice";
     const modes: [MarkerMode, string][] = [
       ["none", "none"],
       ["points", "test points"],
     ];
     if (this.heldOut.error.length) modes.push(["held_out", "held-out errors"]);
-    const marks = choice("Marks", modes, (value) => {
+    const marks = choice("mark-choice", "Marks", modes, (value) => {
       this.markerMode = value as MarkerMode;
       this.mark();
       this.colour();
     });
-    marks.select.id = "mark-choice";
     // A body that can be poked is shown without marks; a set-up is there to show its own.
     this.markerMode = contents.asset ? "none" : "points";
     marks.select.value = this.markerMode;

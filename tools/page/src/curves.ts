@@ -3,10 +3,8 @@
 import { seriesColour } from "./colours";
 import { across, type Contents, dot, type Experiment, experimentsOf, floats, type Row, vector } from "./contents";
 import { choice, figure, html, section } from "./dom";
-import { axisOf, errorPlot, plot, type Series } from "./plot";
+import { axisOf, errorPlot, flatten, plot, type Series } from "./plot";
 import { plain, quantity } from "./words";
-
-const flatten = (series: Series[], axis: "x" | "y") => series.flatMap((s) => s[axis]);
 
 /** Samples of the test points, read once. */
 class Curves {
@@ -198,11 +196,11 @@ export class PointSection {
     this.curves = new Curves(contents);
     const names = contents.points?.name ?? [];
     const { element, select } = choice(
+      "point-choice",
       "Test point",
       names.map((name, i) => [String(i), this.curves.hasDrags(i) ? `${name} (dragged)` : name]),
       (value) => this.choose(Number(value)),
     );
-    select.id = "point-choice";
     this.list = select;
     this.element = section("curves", "Point curves", html("p", {}, element), this.detail);
   }

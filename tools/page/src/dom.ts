@@ -59,13 +59,14 @@ export function slider(id: string, min: number, max: number, input: () => void):
 
 /** A labelled <select>. */
 export function choice(
+  id: string,
   label: string,
   options: [string, string][],
   changed: (value: string) => void,
 ): { element: HTMLElement; select: HTMLSelectElement } {
   const select = html(
     "select",
-    { change: () => changed(select.value) },
+    { id, change: () => changed(select.value) },
     ...options.map(([value, text]) => html("option", { value }, text)),
   );
   return { element: html("label", {}, `${label} `, select), select };

@@ -29,16 +29,18 @@ export function setUpGroups(contents: Contents): { others: Group; inclusions: Gr
   others.visible = inclusions.visible = false;
   const set_up = contents.set_up;
   if (!set_up) return { others, inclusions };
-  const held = new BufferGeometry();
-  held.setAttribute("position", new BufferAttribute(floats(set_up.held_m), 3));
-  const volume = new BufferGeometry();
-  volume.setAttribute("position", new BufferAttribute(floats(set_up.nodes_m), 3));
-  volume.setIndex(new BufferAttribute(new Uint32Array(integers(set_up.boundary).buffer), 1));
+  const geometry = (places_m: string, triangles?: string) => {
+    const made = new BufferGeometry().setAttribute("position", new BufferAttribute(floats(places_m), 3));
+    return triangles ? made.setIndex(new BufferAttribute(new Uint32Array(integers(triangles).buffer), 1)) : made;
+  };
   const wire = (color: string, opacity: number, depthTest: boolean) =>
     new MeshBasicMaterial({ color, wireframe: true, transparent: true, opacity, depthTest });
   others.add(
-    new Points(held, new PointsMaterial({ color: kSetUpColours.held, size: 6, sizeAttenuation: false })),
-    new Mesh(volume, wire("#808080", 0.35, false)),
+    new Points(
+      geometry(set_up.held_m),
+      new PointsMaterial({ color: kSetUpColours.held, size: 6, sizeAttenuation: false }),
+    ),
+    new Mesh(geometry(set_up.nodes_m, set_up.boundary), wire("#808080", 0.35, false)),
   );
   const draw = (region: Region, group: Group, colour: string, opacity: number) => {
     const { center_m, radius_m, low_m, high_m, vertices_m, triangles } = region;
@@ -46,10 +48,7 @@ export function setUpGroups(contents: Contents): { others: Group; inclusions: Gr
       const box = new Box3(new Vector3().fromArray(low_m), new Vector3().fromArray(high_m));
       group.add(new Box3Helper(box, new Color(colour)));
     } else if (vertices_m) {
-      const solid = new BufferGeometry();
-      solid.setAttribute("position", new BufferAttribute(floats(vertices_m), 3));
-      solid.setIndex(new BufferAttribute(new Uint32Array(integers(triangles).buffer), 1));
-      group.add(new Mesh(solid, wire(colour, opacity, true)));
+      group.add(new Mesh(geometry(vertices_m, triangles), wire(colour, opacity, true)));
     } else if (center_m) {
       const ball = new Mesh(new SphereGeometry(radius_m, 20, 12), wire(colour, opacity, true));
       ball.position.fromArray(center_m);

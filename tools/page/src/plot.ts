@@ -26,6 +26,8 @@ export interface Series {
   titles?: string[];
 }
 
+export const flatten = (series: Series[], axis: "x" | "y") => series.flatMap((s) => s[axis]);
+
 const kWidth = 420;
 const kHeight = 270;
 const kLeft = 52;
@@ -43,7 +45,8 @@ function picture(title: string, height: number): SVGSVGElement {
   return svg("svg", { viewBox: `0 0 ${kWidth} ${height}`, role: "img", class: "plot", "aria-label": title });
 }
 
-function range(axis: Axis, values: number[]): [number, number] {
+/** Both ends of an axis, in its unit. */
+function range(axis: Axis, values: number[]): number[] {
   const finite = values.filter(Number.isFinite);
   let low = axis.min ?? Math.min(...finite);
   let high = axis.max ?? Math.max(...finite);
@@ -51,7 +54,7 @@ function range(axis: Axis, values: number[]): [number, number] {
   if (!finite.length && axis.max === undefined) high = low + 1;
   if (!(high > low)) [low, high] = [low - 0.5, low + 0.5];
   const margin = 0.04 * (high - low);
-  return [axis.min ?? low - margin, axis.max ?? high + margin];
+  return [axis.min ?? low - margin, axis.max ?? high + margin].map((v) => v * (axis.scale ?? 1));
 }
 
 /** A plot that says `title` to those who do not see it; there is room for a label below that is not empty. */
@@ -59,14 +62,8 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[], height =
   const bottom = height - (x.label ? kBottom : 22);
   const sx = x.scale ?? 1;
   const sy = y.scale ?? 1;
-  const [x0, x1] = range(
-    x,
-    series.flatMap((s) => s.x),
-  ).map((v) => v * sx);
-  const [y0, y1] = range(
-    y,
-    series.flatMap((s) => [...s.y, ...(s.y2 ?? [])]),
-  ).map((v) => v * sy);
+  const [x0, x1] = range(x, flatten(series, "x"));
+  const [y0, y1] = range(y, [...flatten(series, "y"), ...series.flatMap((s) => s.y2 ?? [])]);
   const px = (v: number) => kLeft + ((v * sx - x0) / (x1 - x0)) * (kWidth - kLeft - kRight);
   const py = (v: number) => bottom - ((v * sy - y0) / (y1 - y0)) * (bottom - kTop);
   const root = picture(title, height);
@@ -126,10 +123,10 @@ export function errorPlot(
   { floor_N, share }: Contents["jnd"],
   dots: Series[],
 ): SVGSVGElement {
-  const most = 1.04 * (largest(dots.flatMap((s) => s.x)) || 1);
+  const most = 1.04 * (largest(flatten(dots, "x")) || 1);
   const at = [0, Math.min(floor_N / share, most), most];
   const limit = at.map((force) => Math.max(floor_N, share * force));
-  const errors = largest(dots.flatMap((s) => s.y));
+  const errors = largest(flatten(dots, "y"));
   const isNoticeable = most > floor_N; // of a microscope nothing is, and the limit would hide the errors
   const highest = 1.05 * ((isNoticeable ? largest([...limit, errors]) : errors) || 1);
   const axis = (label: string, max: number) => axisOf(label, "N", [max], { min: 0, max });

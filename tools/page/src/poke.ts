@@ -148,13 +148,12 @@ export class Poke {
   private toolChoice(first: number): HTMLElement[] {
     if (this.tools.length < 2) return [];
     const options = this.tools.map(({ name }, i): [string, string] => [String(i), name]);
-    const { element, select } = choice("Tool", options, (value) => {
+    const { element, select } = choice("poke-tool", "Tool", options, (value) => {
       this.liftAll();
       this.tool = this.tools[Number(value)].balls;
       this.turn.identity();
       this.order({ order: "take", tool: this.tool });
     });
-    select.id = "poke-tool";
     select.value = String(first);
     return [element];
   }

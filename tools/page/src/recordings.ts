@@ -13,7 +13,7 @@ import {
   type Pictures,
   vector,
 } from "./contents";
-import { figure, html, section, swatch } from "./dom";
+import { details, figure, html, section, swatch } from "./dom";
 import { type Axis, axisOf, plot, type Series } from "./plot";
 import { counted, quantity } from "./words";
 
@@ -235,11 +235,8 @@ export function recordingsSection(contents: Contents): HTMLElement | undefined {
   };
   out.append(grid(0, Math.min(kOpen, signals.length)));
   if (signals.length > kOpen) {
-    const more = html("details", {}, html("summary", {}, `${signals.length - kOpen} more`));
-    more.addEventListener(
-      "toggle",
-      () => more.open && more.childElementCount < 2 && more.append(grid(kOpen, signals.length)),
-    );
+    const more = details(`${signals.length - kOpen} more`);
+    more.addEventListener("toggle", () => more.childElementCount < 2 && more.append(grid(kOpen, signals.length)));
     out.append(more);
   }
   if (total > signals.length)

@@ -1,6 +1,6 @@
 // A task for who pokes a body with an inclusion: find it by touch alone, mark it, see it.
 
-import { Vector3 } from "three";
+import { Box3, Vector3 } from "three";
 import type { BodyView } from "./body";
 import { type Contents, floats } from "./contents";
 import { button, html } from "./dom";
@@ -20,14 +20,9 @@ function lumpsOf(contents: Contents): Lump[] {
     if (center_m && radius_m) return [{ centre: new Vector3().fromArray(center_m), radius_m, isStiff }];
     const corners = low_m && high_m ? [...low_m, ...high_m] : floats(vertices_m);
     if (!corners.length) return [];
-    const low = new Vector3(Infinity, Infinity, Infinity);
-    const high = low.clone().negate();
-    for (let i = 0; i < corners.length; i += 3) {
-      low.min(new Vector3().fromArray(corners, i));
-      high.max(new Vector3().fromArray(corners, i));
-    }
-    const size = high.clone().sub(low);
-    return [{ centre: low.add(high).multiplyScalar(0.5), radius_m: (size.x + size.y + size.z) / 6, isStiff }];
+    const box = new Box3().setFromArray(corners);
+    const { x, y, z } = box.getSize(new Vector3());
+    return [{ centre: box.getCenter(new Vector3()), radius_m: (x + y + z) / 6, isStiff }];
   });
 }
 

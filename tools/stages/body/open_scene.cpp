@@ -1,4 +1,4 @@
-#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/prepare.hpp"
 
 #include <fmt/format.h>
 
@@ -15,7 +15,6 @@
 #include "libfit/core/units.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/stages/body/plausibility.hpp"
 
 namespace palpate::tools {
 namespace {

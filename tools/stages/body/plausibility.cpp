@@ -1,4 +1,3 @@
-#include "tools/stages/body/plausibility.hpp"
 
 #include <fmt/format.h>
 
@@ -37,14 +36,13 @@ void check_material(const fem::MaterialParameters& material, const std::string& 
   if (at_rest.poisson() < 0)
     warnings.push_back(
         fmt::format("{}: with a Poisson's ratio of {:.2g} it grows thinner under a press, which no "
-                    "tissue does; "
-                    "0.4 to 0.499 is usual.",
+                    "tissue does; 0.4 to 0.499 is usual.",
                     where, at_rest.poisson()));
   if (young < 50)  // gels go down to 100 Pa
-    warnings.push_back(fmt::format(
-        "{}: its stiffness at rest is {:.3g} Pa, softer than any tissue. Numbers without a unit "
-        "are in Pa: was \"{:.3g} kPa\" meant?",
-        where, young, young));
+    warnings.push_back(
+        fmt::format("{}: its stiffness at rest is {:.3g} Pa, softer than any tissue. Numbers "
+                    "without a unit are in Pa: was \"{:.3g} kPa\" meant?",
+                    where, young, young));
   if (young > 5e6) {  // cartilage and silicones have a few MPa
     const auto [soft, stiff] = std::ranges::minmax(tissues(), {}, &Tissue::young_Pa);
     const double in_unit = young / (young < 1e9 ? 1e6 : 1e9);
@@ -74,22 +72,19 @@ void check_mesh_size(const Scene& scene, const Body& body, Warnings& warnings) {
   if (is_given)
     warnings.push_back(
         fmt::format("[body]: the tetmesh has {:.0f} tets; {}. Give a coarser one, or the surface "
-                    "alone: a press "
-                    "refines the mesh where it is needed.",
+                    "alone: a press refines the mesh where it is needed.",
                     tets, cost));
   else if (times > kManyTimes)
-    warnings.push_back(fmt::format(
-        "[body]: the base mesh has {:.0f} tets, {:.0f} times what an edge of {:.3g} mm needs; {}. "
-        "No "
-        "coarser surface of the body is sound, as where parts touch, nearly touch or fold: take "
-        "them "
-        "apart or join them in a mesh editor, smooth or simplify the surface, or set mesh_size.",
-        tets, times, 1e3 * edge_m, cost));
+    warnings.push_back(
+        fmt::format("[body]: the base mesh has {:.0f} tets, {:.0f} times what an edge of {:.3g} mm "
+                    "needs; {}. No coarser surface of the body is sound, as where parts touch, "
+                    "nearly touch or fold: take them apart or join them in a mesh editor, smooth "
+                    "or simplify the surface, or set mesh_size.",
+                    tets, times, 1e3 * edge_m, cost));
   else
     warnings.push_back(
         fmt::format("[body]: the base mesh has {:.0f} tets; {}. Make mesh_size larger than {:.3g} "
-                    "mm, or leave it "
-                    "out: a press refines the mesh where it is needed.",
+                    "mm, or leave it out: a press refines the mesh where it is needed.",
                     tets, cost, 1e3 * edge_m));
 }
 
@@ -214,10 +209,10 @@ std::vector<std::string> doubts_of_shape(const Scene& scene, const Body& body) {
   }
   if (parts.size() > kListedParts)
     others += fmt::format(", and {} more", parts.size() - kListedParts);
-  doubts.push_back(fmt::format(
-      "[body]: it is {} separate parts: {}{}. That is fine if it is meant; else join them, or "
-      "delete the others, in a mesh editor.",
-      parts.size(), size_in_words(extent_m(parts[0].vertices), 0), others));
+  doubts.push_back(
+      fmt::format("[body]: it is {} separate parts: {}{}. That is fine if it is meant; else join "
+                  "them, or delete the others, in a mesh editor.",
+                  parts.size(), size_in_words(extent_m(parts[0].vertices), 0), others));
   return doubts;
 }
 
@@ -233,10 +228,10 @@ std::vector<std::string> implausible(const Scene& scene, const Body& body) {
   for (const std::string& doubt : doubts_of_shape(scene, body)) warnings.push_back(doubt);
   const double thickness_m = extent.minCoeff(), depth_m = scene.experiments.each.depth_m;
   if (depth_m > 0.5 * thickness_m)
-    warnings.push_back(fmt::format(
-        "[experiments]: a depth of {:.3g} mm goes through most of a body whose smallest extent is "
-        "{:.3g} mm. Is its unit right?",
-        1e3 * depth_m, 1e3 * thickness_m));
+    warnings.push_back(
+        fmt::format("[experiments]: a depth of {:.3g} mm goes through most of a body whose "
+                    "smallest extent is {:.3g} mm. Is its unit right?",
+                    1e3 * depth_m, 1e3 * thickness_m));
   if (scene.body.noise_m.value_or(0) > 0.1 * thickness_m)
     warnings.push_back(
         fmt::format("[body]: noise of {:.3g} mm on a body of {:.3g} mm takes its shape away. Is "
@@ -279,6 +274,11 @@ std::string size_in_words(const Vec3& extent_m, double volume_m3) {
   std::string words = fmt::format("{:.3g} x {:.3g} x {:.3g} {}", e[0], e[1], e[2], unit);
   if (volume_m3 > 0) words += fmt::format(", {:.3g} {}", cubic * volume_m3, cubic_unit);
   return words;
+}
+
+std::string in_mm(const Vec3& place_m) {
+  const Vec3 mm = 1e3 * place_m;
+  return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", mm[0], mm[1], mm[2]);
 }
 
 std::string span_in_words(const Points& nodes) {

@@ -18,8 +18,6 @@
 #include "libfit/io/csv/tables.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/canonical.hpp"
-#include "tools/stages/body/open_scene.hpp"
-#include "tools/stages/body/plausibility.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -147,13 +145,6 @@ Body make_body(const Scene& scene, bool surface_only, const Surface* asset) {
   return body;
 }
 
-void warn_of_old_processor() {
-  if (!fem::has_instruction_set(fem::InstructionSet::avx2))
-    warn(
-        "this processor has no AVX2 with FMA: a simulation takes several times as long, and forces "
-        "differ from those of other processors in their last digits");
-}
-
 }  // namespace
 
 Body prepare_body(const Scene& scene, bool surface_only, const Surface* asset) {
@@ -203,7 +194,12 @@ void check_experiments(const Scene& scene, const Body& body) {
 
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   static std::once_flag said;
-  std::call_once(said, warn_of_old_processor);
+  std::call_once(said, [] {
+    if (!fem::has_instruction_set(fem::InstructionSet::avx2))
+      warn(
+          "this processor has no AVX2 with FMA: a simulation takes several times as long, and "
+          "forces differ from those of other processors in their last digits");
+  });
   fem::bound_factor_memory(1e9 * scene.experiments.memory_GB);
   fem::SimulationSetup setup;
   setup.volume = body.volume;

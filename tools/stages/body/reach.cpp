@@ -22,15 +22,6 @@ namespace {
 // force too early (0.1^1.5).
 constexpr double kOverlapShare = 0.1;
 
-std::string region_place(const Scene& scene) {
-  return scene.path.string() + ": [experiments] region";
-}
-
-std::string in_mm(const Vec3& place_m) {
-  return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", 1e3 * place_m[0], 1e3 * place_m[1],
-                     1e3 * place_m[2]);
-}
-
 // Vertex normals averaged over about width_m, so that folds and noise turn no side.
 Points smoothed_normals(const Surface& surface, double width_m) {
   const Neighbours neighbours(surface.triangles, surface.vertices.rows());
@@ -195,7 +186,7 @@ void refuse_few(const Scene& scene, const Surface& surface, const std::vector<ch
   const auto count = std::count(is_left.begin(), is_left.end(), 1);
   if (count < 3)
     throw Error(
-        region_place(scene),
+        scene.path.string() + ": [experiments] region",
         fmt::format("{} of {} surface vertices are reachable", count, surface.vertices.rows()),
         remedy);
 }
@@ -234,11 +225,10 @@ void divide_region(const Scene& scene, Body& body) {
 
 void find_reachable(const Scene& scene, bool surface_only, Body& body) {
   body.is_reachable = body.in_region;
-  refuse_few(
-      scene, body.surface, body.is_reachable,
-      "Move the region onto the surface, and not into what is fixed. If it is there and the "
-      "surface is coarse, make the region larger, or divide the triangles there: `palpate new` "
-      "writes such a mesh.");
+  refuse_few(scene, body.surface, body.is_reachable,
+             "Move the region onto the surface, and not into what is fixed. If it is there and the "
+             "surface is coarse, make the region larger, or divide the triangles there: `palpate "
+             "new` writes such a mesh.");
   if (surface_only) return;
   const fem::Probe& probe = rigid_probe(scene);
   const std::vector<char> wanted = body.in_region;

@@ -1,4 +1,4 @@
-#include "tools/stages/samples/compound.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 
 #include <fmt/core.h>
 

@@ -12,8 +12,6 @@
 #include "libfit/core/error.hpp"
 #include "libfit/experiments/draw.hpp"
 #include "tools/stages/body/prepare.hpp"
-#include "tools/stages/samples/compound.hpp"
-#include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -20,7 +20,6 @@
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
-#include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -124,7 +123,37 @@ PlacementRound judge_round(const Samples& samples, const Model& model,
 
 namespace {
 
-// A loop of four calls, each the step of a round: predict, choose, simulate, fit.
+void write_rounds(const std::filesystem::path& path, const std::vector<PlacementRound>& rounds) {
+  static constexpr std::string_view kHeader[] = {"points",  "new_points", "median_rel", "p95_rel",
+                                                 "max_rel", "dragged",    "poor",       "rows"};
+  CsvWriter csv(path, kHeader);
+  for (const PlacementRound& round : rounds) {
+    if (std::isnan(round.p95_rel)) continue;  // no new point has a good row
+    csv.integer(round.points).integer(round.new_points).number(round.median_rel);
+    csv.number(round.p95_rel).number(round.max_rel).integer(round.dragged);
+    csv.integer(round.poor).integer(round.rows).end_row();
+  }
+  csv.commit();
+}
+
+struct Placement {
+  TestPoints points;           ///< the body's first points, then those added, triangulated
+  std::vector<Effort> effort;  ///< what is simulated at each
+  fem::QuickScale quick;       ///< what presses on one mesh lack
+  Samples samples;
+  std::vector<PlacementRound> rounds;
+  std::string ended;  ///< why, a sentence
+};
+
+/// Adds test points where interpolation fails (docs/method.md, section 7): from the body's own
+/// points on, each round predicts the experiments at places that promise the largest error,
+/// simulates there and adds them, until two rounds or more in a row, of twelve new points, were
+/// predicted within the tolerance (p95 of force errors at points whose own fit is not poor) or the
+/// budget is spent. Says the error of each round. With rings a few of the first points are dragged
+/// and all others pressed alone, on one mesh where that is good enough (M13e). A first
+/// point that is pressed on one mesh is pressed once more when its factor is known; nothing else is
+/// simulated twice, in this run or a resumed one. The same scene gives the same points whatever the
+/// number of threads.
 class PlacementRounds {
  public:
   PlacementRounds(const Scene& scene, const Body& body, const fem::SimulatorOf& simulator, int jobs,
@@ -291,11 +320,6 @@ class PlacementRounds {
 
 }  // namespace
 
-Placement place_and_simulate(const Scene& scene, const Body& body,
-                             const fem::SimulatorOf& simulator, int jobs, SampleCache& known) {
-  return PlacementRounds(scene, body, simulator, jobs, known).run();
-}
-
 SimulateRequest request_for(const Scene& scene, const Body& body, Purpose purpose, int jobs,
                             const std::filesystem::path& output, bool resume) {
   std::string fingerprint = point_fingerprint(scene, body);
@@ -322,7 +346,7 @@ Samples simulate_scene(const Scene& scene, const Body& body, const SimulateReque
   fem::QuickScale quick;
   std::vector<Effort> effort(points.position.rows(), {!each.drag_depths_m.empty(), 0});
   if (scene.experiments.placement) {
-    Placement placement = place_and_simulate(scene, body, simulator, request.jobs, cache);
+    Placement placement = PlacementRounds(scene, body, simulator, request.jobs, cache).run();
     points = std::move(placement.points);
     effort = std::move(placement.effort);
     quick = std::move(placement.quick);
@@ -339,25 +363,6 @@ Samples simulate_scene(const Scene& scene, const Body& body, const SimulateReque
   write_with_surface(request.output, samples, attributes);
   remove_partial(request.output);
   return samples;
-}
-
-void write_rounds(const std::filesystem::path& path, const std::vector<PlacementRound>& rounds) {
-  static constexpr std::string_view kHeader[] = {"points",  "new_points", "median_rel", "p95_rel",
-                                                 "max_rel", "dragged",    "poor",       "rows"};
-  CsvWriter csv(path, kHeader);
-  for (const PlacementRound& round : rounds) {
-    if (std::isnan(round.p95_rel)) continue;  // no new point has a good row
-    csv.integer(round.points)
-        .integer(round.new_points)
-        .number(round.median_rel)
-        .number(round.p95_rel)
-        .number(round.max_rel)
-        .integer(round.dragged)
-        .integer(round.poor)
-        .integer(round.rows)
-        .end_row();
-  }
-  csv.commit();
 }
 
 double last_predicted_p95(const std::filesystem::path& placement_csv) {

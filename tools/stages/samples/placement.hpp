@@ -38,27 +38,6 @@ int round_size(int points, bool is_quick, bool is_within);
 /// p95_rel of the last round in a placement.csv; not a number where it has none.
 double last_predicted_p95(const std::filesystem::path& placement_csv);
 
-struct Placement {
-  TestPoints points;           ///< the body's first points, then those added, triangulated
-  std::vector<Effort> effort;  ///< what is simulated at each
-  fem::QuickScale quick;       ///< what presses on one mesh lack
-  Samples samples;
-  std::vector<PlacementRound> rounds;
-  std::string ended;  ///< why, a sentence
-};
-
-/// Adds test points where interpolation fails (docs/method.md, section 7): from the body's own
-/// points on, each round predicts the experiments at places that promise the largest error,
-/// simulates there and adds them, until two rounds or more in a row, of twelve new points, were
-/// predicted within the tolerance (p95 of force errors at points whose own fit is not poor) or the
-/// budget is spent. Says the error of each round. With rings a few of the first points are dragged
-/// and all others pressed alone, on one mesh where that is good enough (M13e). A first
-/// point that is pressed on one mesh is pressed once more when its factor is known; nothing else is
-/// simulated twice, in this run or a resumed one. The same scene gives the same points whatever the
-/// number of threads.
-Placement place_and_simulate(const Scene& scene, const Body& body,
-                             const fem::SimulatorOf& simulator, int jobs, SampleCache& known);
-
 /// What simulates the experiments of a scene for a purpose. output: samples.h5 or reference.h5;
 /// empty: nothing is kept.
 SimulateRequest request_for(const Scene& scene, const Body& body, Purpose purpose, int jobs,
@@ -71,9 +50,6 @@ SimulateRequest request_for(const Scene& scene, const Body& body, Purpose purpos
 /// known: samples that need not be simulated, none: those of earlier runs.
 Samples simulate_scene(const Scene& scene, const Body& body, const SimulateRequest& request,
                        std::optional<Samples> known = std::nullopt);
-
-/// Rounds as a table: points, new_points, median_rel, p95_rel, max_rel, dragged, poor, rows.
-void write_rounds(const std::filesystem::path& path, const std::vector<PlacementRound>& rounds);
 
 /// Points that are dragged first, and solved on two meshes: those from which the rings of a body
 /// and the error of presses on one mesh are known. Four on the phantom miss how rings change above

@@ -7,18 +7,23 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/samples/simulate.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 
 namespace palpate::tools {
+
+namespace {
+
+// The file that keeps the finished part of an output until all of it is done.
+std::filesystem::path partial_of(const std::filesystem::path& output) {
+  return output.string() + ".partial";
+}
+
+}  // namespace
 
 Attributes attributes_of(const SimulateRequest& request) {
   Attributes out{{kPointFingerprintAttribute, request.fingerprint}};
   if (!request.tool.empty()) out[kToolFingerprintAttribute] = request.tool;
   return out;
-}
-
-std::filesystem::path partial_of(const std::filesystem::path& output) {
-  return output.string() + ".partial";
 }
 
 // A process that is killed loses the points in flight and those done within fifty times what

@@ -82,7 +82,4 @@ Samples read_with_surface(const std::filesystem::path& path);
 /// Deletes what an unfinished simulate kept.
 void remove_partial(const std::filesystem::path& output);
 
-/// File that keeps the finished part of an output until all of it is done.
-std::filesystem::path partial_of(const std::filesystem::path& output);
-
 }  // namespace palpate::tools

@@ -18,7 +18,6 @@
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/placement.hpp"
-#include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -36,6 +35,13 @@ constexpr const char* kQuick = "quick";
 struct Settled {
   Body body;
   Scene scene;
+};
+
+// The experiments of a round: all that need nothing else first, or in later rounds what round.h5
+// says.
+struct ShardRound {
+  int number = 0;
+  ExperimentBatch batch;
 };
 
 Settled read_settled(const fs::path& folder) {
@@ -111,6 +117,20 @@ std::optional<ShardRound> read_round(const fs::path& path, const std::string& fi
     throw Error(path.string(), fmt::format("is no round of shards: {}", e.what()),
                 "Delete it and merged.h5; the rounds then start again.");
   }
+}
+
+ShardRound round_of(const fs::path& folder, const Settled& settled) {
+  if (auto round =
+          read_round(folder / "round.h5", samples_fingerprint(settled.scene, settled.body)))
+    return *std::move(round);
+  try {
+    SimulateRequest request;
+    request.only_known = true;
+    simulate_scene(settled.scene, settled.body, request, Samples{});
+  } catch (ExperimentsMissing& missing) {
+    return {0, std::move(missing.batch)};
+  }
+  return {};  // a body without test points, which prepare refuses
 }
 
 // Finds the shards of a folder by their names.
@@ -222,19 +242,6 @@ fs::path shard_path(const fs::path& folder, const Shard& shard) {
   return folder / fmt::format("shard-{}-of-{}.h5", shard.number, shard.count);
 }
 
-ShardRound round_of(const fs::path& folder, const Scene& scene, const Body& body) {
-  if (auto round = read_round(folder / "round.h5", samples_fingerprint(scene, body)))
-    return *std::move(round);
-  try {
-    SimulateRequest request;
-    request.only_known = true;
-    simulate_scene(scene, body, request, Samples{});
-  } catch (ExperimentsMissing& missing) {
-    return {0, std::move(missing.batch)};
-  }
-  return {};  // a body without test points, which prepare refuses
-}
-
 double cost_of(const Experiment& experiment, const fem::Experiments& each) {
   if (experiment.kind != ExperimentKind::press)
     return static_cast<double>(experiment.path.deflections.rows());
@@ -284,7 +291,7 @@ std::size_t simulate_shard(const fs::path& folder, const Shard& shard, int jobs)
   const fs::path path = shard_path(folder, shard);
   const OutputLock lock(path);
   const Settled settled = read_settled(folder);
-  const ShardRound round = round_of(folder, settled.scene, settled.body);
+  const ShardRound round = round_of(folder, settled);
   const fem::Experiments each = experiments_of(settled.scene);
   const ExperimentList own = taken(round.batch.list, dealt_to(shard, round.batch.list, each));
   Attributes attributes = attributes_of(settled, shard, round.number);
@@ -309,7 +316,7 @@ std::size_t simulate_shard(const fs::path& folder, const Shard& shard, int jobs)
 Merged merge_shards(const fs::path& folder, const fs::path& output, int jobs) {
   const Settled settled = read_settled(folder);
   const std::string fingerprint = samples_fingerprint(settled.scene, settled.body);
-  const ShardRound round = round_of(folder, settled.scene, settled.body);
+  const ShardRound round = round_of(folder, settled);
   // Shards that a merge had put together when it was interrupted.
   for (const auto& [_, path] : shards_in(folder)) {
     const Attributes stored = attributes_in(path);

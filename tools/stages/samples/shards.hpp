@@ -28,14 +28,6 @@ Shard parse_shard(const std::string& text);
 
 std::filesystem::path shard_path(const std::filesystem::path& folder, const Shard& shard);
 
-/// The experiments of a round: all that need nothing else first, or in later rounds what round.h5
-/// says.
-struct ShardRound {
-  int number = 0;
-  ExperimentBatch batch;
-};
-ShardRound round_of(const std::filesystem::path& folder, const Scene& scene, const Body& body);
-
 /// Cost of an experiment, in rows of a press on two meshes.
 double cost_of(const Experiment& experiment, const fem::Experiments& each);
 

@@ -7,15 +7,19 @@
 #include <memory>
 
 #include "libfem/materials/materials.hpp"
+#include "libfem/mesh/read/read.hpp"
+#include "libfem/mesh/repair/mend.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
+#include "libfit/core/error.hpp"
 #include "libfit/core/linear_algebra.hpp"
+#include "libfit/core/units.hpp"
 #include "tools/console.hpp"
-#include "tools/crash_report.hpp"
 #include "tools/setup/check.hpp"
-#include "tools/setup/window.hpp"
+#include "tools/setup/propose.hpp"
+#include "tools/stages/body/prepare.hpp"
+#include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/placement.hpp"
-#include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -135,39 +139,39 @@ std::vector<std::string> advice(const Scene& scene, const Trial& trial) {
   std::vector<std::string> out;
   const Experiments& each = scene.experiments.each;
   if (trial.wedged > 0)
-    out.push_back(fmt::format(
-        "{} of {} rows of the press are wedged: their force stands more than 45 degrees off the "
-        "press, as in a groove narrower than the tool. Move the window (region), or take a smaller "
-        "probe.",
-        trial.wedged, trial.pressed));
+    out.push_back(
+        fmt::format("{} of {} rows of the press are wedged: their force stands more than 45 "
+                    "degrees off the press, as in a groove narrower than the tool. Move the window "
+                    "(region), or take a smaller probe.",
+                    trial.wedged, trial.pressed));
   if (trial.good + trial.wedged < trial.rows)
-    out.push_back(fmt::format(
-        "{} of {} rows are not good, the press ends at {:.3g} mm: press less deep (depth), or in "
-        "smaller steps (press_steps, drag_steps).",
-        trial.rows - trial.good - trial.wedged, trial.rows, 1e3 * trial.depth_m));
+    out.push_back(
+        fmt::format("{} of {} rows are not good, the press ends at {:.3g} mm: press less deep "
+                    "(depth), or in smaller steps (press_steps, drag_steps).",
+                    trial.rows - trial.good - trial.wedged, trial.rows, 1e3 * trial.depth_m));
   if (!std::isfinite(trial.force_error) || trial.force_error > kUsefulError)
     out.push_back(fmt::format(
         "rows state a force error of {:.2g} %: set force_tolerance = {} in [experiments].",
         100 * trial.force_error, kUsefulError));
   const bool is_soft = trial.force_N < 0.4 * trial.half_space_N;  // softer inclusions take less
   if (is_soft)
-    out.push_back(fmt::format(
-        "the press has {:.2g} N where a body that stays in its place has {:.2g}: the organ sways. "
-        "Hold more of it, or nearer to the window (fixed).",
-        trial.force_N, trial.half_space_N));
-  else if (trial.force_N < kFelt_N)
-    out.push_back(fmt::format(
-        "the press ends at {:.2g} N, less than a hand notices: press deeper, or check the unit of "
-        "the material.",
-        trial.force_N));
+    out.push_back(
+        fmt::format("the press has {:.2g} N where a body that stays in its place has {:.2g}: the "
+                    "organ sways. Hold more of it, or nearer to the window (fixed).",
+                    trial.force_N, trial.half_space_N));
+  else if (trial.force_N < kForceFloor_N)
+    out.push_back(
+        fmt::format("the press ends at {:.2g} N, less than a hand notices: press deeper, or check "
+                    "the unit of the material.",
+                    trial.force_N));
   // Livers, a hand, a cow, the dragon and blocks sway by 0.2 to 0.9 of the depth, an elephant held
   // behind by 1.6 (p95 3.6 %), a figure that stands on two feet by 14 (p95 65 %).
   if (!is_soft && trial.sway_m > 3 * trial.depth_m)
-    out.push_back(fmt::format(
-        "the force of the press, sideways, moves the body as a whole by {:.2g} mm where the tool "
-        "went in by {:.2g}: the organ sways, and slides will be off by 10 % or more. Hold more of "
-        "it, or nearer to the window (fixed).",
-        1e3 * trial.sway_m, 1e3 * trial.depth_m));
+    out.push_back(
+        fmt::format("the force of the press, sideways, moves the body as a whole by {:.2g} mm "
+                    "where the tool went in by {:.2g}: the organ sways, and slides will be off by "
+                    "10 % or more. Hold more of it, or nearer to the window (fixed).",
+                    1e3 * trial.sway_m, 1e3 * trial.depth_m));
   if (each.drag_directions > 0 && scene.probe.spec.friction > 0) {
     if (trial.slipping == 0)
       out.push_back(fmt::format("no drag slips: make drag_distance {:.2g} mm or more.",
@@ -177,6 +181,91 @@ std::vector<std::string> advice(const Scene& scene, const Trial& trial) {
           fmt::format("drags slip at once: make drag_steps {} or more.", 2 * each.drag_steps));
   }
   return out;
+}
+
+namespace {
+
+// A thyroid has 5 cm, a muscle of the thigh 50.
+constexpr double kSmallOrgan_m = 0.04, kLargeOrgan_m = 0.6;
+
+// The power of ten, as a unit, that makes a length of a file an organ's.
+std::string likely_power(double extent) {
+  const double power_m = std::pow(10, std::round(std::log10(0.15 / extent)));
+  for (const char* name : {"m", "dm", "cm", "mm", "um"})
+    if (std::abs(*unit_factor(name, Dimension::length) / power_m - 1) < 1e-6) return name;
+  return fmt::format("{:.3g} mm", 1e3 * power_m);
+}
+
+// Largest extent of each border of a surface, of those that hang together over their vertices.
+double widest_border_m(const Surface& surface) {
+  std::map<std::pair<std::int32_t, std::int32_t>, int> sides;  // triangles of an edge
+  for (const auto& t : surface.triangles.rowwise())
+    for (int k = 0; k < 3; ++k) ++sides[std::minmax(t[k], t[(k + 1) % 3])];
+  std::vector<std::int32_t> next;  // border edges as a surface of flat triangles, for its patches
+  std::vector<char> is_border(surface.vertices.rows(), 0);
+  Surface lines{surface.vertices, {}};
+  for (const auto& [edge, triangles] : sides)
+    if (triangles == 1) next.insert(next.end(), {edge.first, edge.second, edge.second});
+  lines.triangles.resize(next.size() / 3, 3);
+  for (std::size_t i = 0; i < next.size(); ++i) {
+    lines.triangles(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)) = next[i];
+    is_border[next[i]] = 1;
+  }
+  double widest_m = 0;
+  for (const auto& border : patches_of(lines, is_border))
+    widest_m =
+        std::max(widest_m, extent_m(Points(surface.vertices(border, Eigen::all))).maxCoeff());
+  return widest_m;
+}
+
+}  // namespace
+
+std::optional<std::string> doubt_of_size(const Vec3& extent, double unit_m) {
+  const double size_m = unit_m * extent.maxCoeff();
+  if (size_m >= kSmallOrgan_m && size_m <= kLargeOrgan_m) return std::nullopt;
+  const std::string unit = likely_power(extent.maxCoeff());
+  const auto named = unit_factor(unit, Dimension::length);
+  const double other_m = named ? *named : *parse_quantity(unit, Dimension::length);
+  return fmt::format(
+      "it measures {}, {} than most organs. If that is not so, give its unit: --unit \"{}\" makes "
+      "it {}",
+      size_in_words(unit_m * extent, 0), size_m < kSmallOrgan_m ? "smaller" : "larger", unit,
+      size_in_words(other_m * extent, 0));
+}
+
+std::optional<std::string> doubt_of_lid(const Surface& in_file,
+                                        const std::vector<std::string>& changes) {
+  if (std::ranges::none_of(changes, [](const std::string& c) { return c.starts_with("filled "); }))
+    return std::nullopt;
+  MendOptions open;
+  open.allow_open = true;
+  Surface welded;
+  try {
+    welded = mend_surface(in_file, open, "").surface;
+  } catch (const Error&) {
+    return std::nullopt;  // a soup, whose borders are none
+  }
+  const double size_m = extent_m(in_file.vertices).maxCoeff(), lid_m = widest_border_m(welded);
+  if (lid_m < 0.5 * size_m) return std::nullopt;
+  return fmt::format(
+      "[body]: the surface is open, and closed by a lid {:.3g} mm wide on a body of {:.3g} mm. "
+      "Does the organ end there, or is a part of it missing? Where it is missing, close the "
+      "surface in a mesh editor",
+      1e3 * lid_m, 1e3 * size_m);
+}
+
+std::vector<std::string> doubts_of_body(const Scene& scene,
+                                        const std::vector<std::string>& changes) {
+  std::vector<std::string> doubts;
+  if (!scene.body.surface) return doubts;
+  const auto is_wrapped = [](const std::string& c) { return c.find("wrapped") != c.npos; };
+  if (scene.body.wrap_m && std::ranges::none_of(changes, is_wrapped))
+    doubts.push_back("[body]: wrap changes nothing, for the surface can be mended without");
+  if (changes.empty()) return doubts;
+  if (const auto lid =
+          doubt_of_lid(read_surface(*scene.body.surface, scene.body.length_unit_m), changes))
+    doubts.push_back(*lid);
+  return doubts;
 }
 
 }  // namespace palpate::tools
