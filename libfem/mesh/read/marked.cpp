@@ -204,7 +204,7 @@ PaintedPart::PaintedPart(Surface surface, std::vector<char> is_painted)
 PaintedPart::PaintedPart(TetMesh volume, std::vector<char> is_painted)
     : volume_(std::move(volume)),
       is_painted_(std::move(is_painted)),
-      boxes_(tet_boxes(volume_)),
+      boxes_(boxes_of(volume_.nodes, volume_.tets)),
       slack_m_(kSlack * extent_m(volume_.nodes).norm()),
       interiors_(volume_.tets.rows()) {
   for (Eigen::Index t = 0; t < volume_.tets.rows(); ++t) {

@@ -1,4 +1,3 @@
-#include <Eigen/Dense>
 #include <Eigen/Geometry>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
 #include <OpenMesh/Tools/Decimater/ModBaseT.hh>
