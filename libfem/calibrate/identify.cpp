@@ -77,62 +77,6 @@ void add_combinations(const MaterialSearch& search, const MatrixXd& V, const Mat
   }
 }
 
-}  // namespace
-
-void state_errors(const MaterialSearch& search, const Observations& observed, const VectorXd& y,
-                  double common_error, Identification& out) {
-  const Index k = search.size();
-  const std::optional<MatrixXd> J = search.sensitivities(y, out.response);
-  if (!J) {
-    out.is_converged = false;
-    return;
-  }
-  VectorXd size(k);
-  MatrixXd weighted = search.whitened(*J);
-  for (Index j = 0; j < k; ++j) {
-    size[j] = search.size_of(out.material, j);
-    weighted.col(j) *= size[j] / search.coordinates[j].slope(y[j]);
-  }
-  const VectorXd r = search.whitened(out.response - observed.value);
-  out.shared_error = search.shared_error(observed.value - out.response);
-  const double n = r.size();
-  const double per_freedom = r.squaredNorm() / std::max(1.0, n - k);
-  out.misfit = std::sqrt(per_freedom);
-  out.sum_of_squares = (out.response - observed.value).squaredNorm();
-  double inflation = 1, rows = n;
-  if (!search.is_stated || per_freedom > 1) {
-    out.rows_each = rows_each(r, observed.group);
-    inflation = per_freedom * out.rows_each;
-    rows = n / out.rows_each;
-  }
-  const double freedom = std::max(1.0, rows - k);
-  out.region = k * f_quantile(k, freedom);
-  out.half_width = std::sqrt(f_quantile(1, freedom));
-
-  const Eigen::JacobiSVD<MatrixXd> svd(weighted, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const VectorXd singular =
-      svd.singularValues().cwiseMax(1e-9 * svd.singularValues()[0]).cwiseMax(1e-300);
-  const MatrixXd V = svd.matrixV();
-  const MatrixXd inverse =
-      inflation * V * singular.cwiseAbs2().cwiseInverse().asDiagonal() * V.transpose();
-  const VectorXd weighted_response = search.whitened(out.response);
-  const VectorXd shared =
-      common_error / inflation * inverse * (weighted.transpose() * weighted_response);
-  const MatrixXd relative = inverse + shared * shared.transpose();
-  out.covariance = size.asDiagonal() * relative * size.asDiagonal();
-  const VectorXd deviation = out.covariance.diagonal().cwiseSqrt();
-  out.correlation = deviation.cwiseInverse().asDiagonal() * out.covariance *
-                    deviation.cwiseInverse().asDiagonal();
-
-  for (Index i = 0; i < k; ++i)
-    if (std::sqrt(V.col(i).dot(relative * V.col(i))) > kUndetermined) out.are_told_apart = false;
-  if (!out.are_told_apart) add_combinations(search, V, relative, size, out);
-}
-
-namespace {
-
-using Eigen::Index, Eigen::VectorXd;
-
 struct SearchEnd {
   VectorXd y;
   double cost = std::numeric_limits<double>::infinity();
@@ -232,6 +176,56 @@ Identification identify_as_stated(const MaterialParameters& start, const Observa
 }
 
 }  // namespace
+
+void state_errors(const MaterialSearch& search, const Observations& observed, const VectorXd& y,
+                  double common_error, Identification& out) {
+  const Index k = search.size();
+  const std::optional<MatrixXd> J = search.sensitivities(y, out.response);
+  if (!J) {
+    out.is_converged = false;
+    return;
+  }
+  VectorXd size(k);
+  MatrixXd weighted = search.whitened(*J);
+  for (Index j = 0; j < k; ++j) {
+    size[j] = search.size_of(out.material, j);
+    weighted.col(j) *= size[j] / search.coordinates[j].slope(y[j]);
+  }
+  const VectorXd r = search.whitened(out.response - observed.value);
+  out.shared_error = search.shared_error(observed.value - out.response);
+  const double n = r.size();
+  const double per_freedom = r.squaredNorm() / std::max(1.0, n - k);
+  out.misfit = std::sqrt(per_freedom);
+  out.sum_of_squares = (out.response - observed.value).squaredNorm();
+  double inflation = 1, rows = n;
+  if (!search.is_stated || per_freedom > 1) {
+    out.rows_each = rows_each(r, observed.group);
+    inflation = per_freedom * out.rows_each;
+    rows = n / out.rows_each;
+  }
+  const double freedom = std::max(1.0, rows - k);
+  out.region = k * f_quantile(k, freedom);
+  out.half_width = std::sqrt(f_quantile(1, freedom));
+
+  const Eigen::JacobiSVD<MatrixXd> svd(weighted, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const VectorXd singular =
+      svd.singularValues().cwiseMax(1e-9 * svd.singularValues()[0]).cwiseMax(1e-300);
+  const MatrixXd V = svd.matrixV();
+  const MatrixXd inverse =
+      inflation * V * singular.cwiseAbs2().cwiseInverse().asDiagonal() * V.transpose();
+  const VectorXd weighted_response = search.whitened(out.response);
+  const VectorXd shared =
+      common_error / inflation * inverse * (weighted.transpose() * weighted_response);
+  const MatrixXd relative = inverse + shared * shared.transpose();
+  out.covariance = size.asDiagonal() * relative * size.asDiagonal();
+  const VectorXd deviation = out.covariance.diagonal().cwiseSqrt();
+  out.correlation = deviation.cwiseInverse().asDiagonal() * out.covariance *
+                    deviation.cwiseInverse().asDiagonal();
+
+  for (Index i = 0; i < k; ++i)
+    if (std::sqrt(V.col(i).dot(relative * V.col(i))) > kUndetermined) out.are_told_apart = false;
+  if (!out.are_told_apart) add_combinations(search, V, relative, size, out);
+}
 
 std::vector<std::size_t> identifiable(const MaterialParameters& material) {
   std::vector<std::size_t> out;

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "libfem/materials/materials.hpp"

@@ -5,13 +5,6 @@
 namespace palpate::fem {
 namespace {
 
-std::string known_laws() {
-  std::string names;
-  for (const LawRow& row : material_laws())
-    names += (names.empty() ? "" : ", ") + std::string(row.name);
-  return names;
-}
-
 std::string parameter_names(const LawRow& law) {
   std::string names;
   for (const ParameterRow& row : law.parameters)
@@ -50,10 +43,13 @@ std::vector<double> complete_values(const LawRow& law, std::vector<double> value
 }  // namespace
 
 const LawRow& find_law(std::string_view name, const std::string& where) {
-  for (const LawRow& row : material_laws())
+  std::string names;
+  for (const LawRow& row : material_laws()) {
     if (row.name == name) return row;
+    names += (names.empty() ? "" : ", ") + std::string(row.name);
+  }
   throw Error(where, "unknown material law \"" + std::string(name) + "\"",
-              "Use one of: " + known_laws() + ".");
+              "Use one of: " + names + ".");
 }
 
 const ParameterRow* find_parameter(const LawRow& law, std::string_view key) {

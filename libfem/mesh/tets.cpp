@@ -71,18 +71,6 @@ VolumePoint nearest_in_tet(const Vec3& p, const Vec3& a, const Vec3& b, const Ve
   return point;
 }
 
-BoxTree tet_boxes(const TetMesh& volume) {
-  Points lower(volume.tets.rows(), 3), upper(volume.tets.rows(), 3);
-  for (Eigen::Index t = 0; t < volume.tets.rows(); ++t) {
-    lower.row(t) = upper.row(t) = volume.nodes.row(volume.tets(t, 0));
-    for (int k = 1; k < 4; ++k) {
-      lower.row(t) = lower.row(t).cwiseMin(volume.nodes.row(volume.tets(t, k)));
-      upper.row(t) = upper.row(t).cwiseMax(volume.nodes.row(volume.tets(t, k)));
-    }
-  }
-  return {lower, upper};
-}
-
 }  // namespace palpate
 
 namespace palpate::fem {

@@ -50,11 +50,9 @@ struct VolumePoint {
 VolumePoint nearest_in_tet(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c,
                            const Vec3& d);
 
-/// Boxes of the tets of a volume, for the query below.
-BoxTree tet_boxes(const TetMesh& volume);
-
 /// Nearest point among the tets whose nearest point `accept(VolumePoint)` takes, no farther than
-/// max_m; of two as near, that of the lower tet. Empty when there is none. Thread-safe.
+/// max_m; of two as near, that of the lower tet. Empty when there is none. boxes: of the tets.
+/// Thread-safe.
 template <class Accept>
 std::optional<VolumePoint> closest_in_volume(const TetMesh& volume, const BoxTree& boxes,
                                              const Vec3& query, double max_m, Accept&& accept) {

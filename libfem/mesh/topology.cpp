@@ -63,14 +63,8 @@ void join_fans(const Eigen::Ref<const Triangles>& triangles, const TriangleSide&
 
 DisjointSets corner_fans(const Eigen::Ref<const Triangles>& triangles) {
   DisjointSets corners(triangles.size());
-  const auto corner_at = [&](const TriangleSide& side, std::int32_t vertex) {
-    const int k = side.corner;
-    return 3 * side.face + (triangles(side.face, k) == vertex ? k : (k + 1) % 3);
-  };
   for_each_edge(sorted_sides(triangles), [&](auto begin, auto end) {
-    for (auto side = begin + 1; side < end; ++side)
-      for (const std::int32_t vertex : {begin->low, begin->high})
-        corners.join(corner_at(*begin, vertex), corner_at(*side, vertex));
+    for (auto side = begin + 1; side < end; ++side) join_fans(triangles, *begin, *side, corners);
   });
   return corners;
 }

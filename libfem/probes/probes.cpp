@@ -97,6 +97,21 @@ void read_orientation(const ShapeRow& row, const ProbeSpec& spec, const std::str
       turn_inward(spec.orientation.value_or((row.takes_mesh ? -1.0 : 1.0) * Vec3::UnitZ()));
 }
 
+// The foremost point of a convex shape along `direction`, in its own axes: the nearest to a place
+// far out; twice, as the first sees the shape under an angle of its width over the distance.
+std::optional<Vec3> foremost(const Probe& probe, const Vec3& axis, const Vec3& direction) {
+  constexpr double kFar = 1e6, kNear = 1e2;  // of the tool's width
+  const double width = std::max(probe.half_width_m, probe.length_m);
+  Vec3 nearest = Vec3::Zero();
+  for (int look = 0; look < 2; ++look) {
+    const Vec3 far = nearest + kFar * width * direction;
+    const SignedDistance at = probe.shape->signed_distance(probe.geometry, axis, far);
+    nearest = far - at.distance_m * at.gradient;
+    if (!(nearest.norm() < kNear * width)) return std::nullopt;
+  }
+  return nearest;
+}
+
 }  // namespace
 
 std::span<const ShapeRow> probe_shapes() { return kShapes; }
@@ -168,25 +183,6 @@ double Probe::contact_reach_m(double depth_m) const {
   const double sine = (turn - Mat3::Identity()).norm() / std::sqrt(2.0);  // 2 sin(tilt / 2)
   return std::min(2 * upright, upright * kTiltedEdge + depth_m / std::max(sine, 1e-9));
 }
-
-namespace {
-
-// The foremost point of a convex shape along `direction`, in its own axes: the nearest to a place
-// far out; twice, as the first sees the shape under an angle of its width over the distance.
-std::optional<Vec3> foremost(const Probe& probe, const Vec3& axis, const Vec3& direction) {
-  constexpr double kFar = 1e6, kNear = 1e2;  // of the tool's width
-  const double width = std::max(probe.half_width_m, probe.length_m);
-  Vec3 nearest = Vec3::Zero();
-  for (int look = 0; look < 2; ++look) {
-    const Vec3 far = nearest + kFar * width * direction;
-    const SignedDistance at = probe.shape->signed_distance(probe.geometry, axis, far);
-    nearest = far - at.distance_m * at.gradient;
-    if (!(nearest.norm() < kNear * width)) return std::nullopt;
-  }
-  return nearest;
-}
-
-}  // namespace
 
 Probe tilted(const Probe& upright, const Vec3& axis, const Lean& lean, const std::string& where) {
   if (!(lean.norm() > 0)) return upright;

@@ -177,8 +177,22 @@ inline SurfacePoint nearest_on_triangle(const Vec3& p, const Vec3& a, const Vec3
   return {-1, w, position, (position - p).norm()};
 }
 
-/// Boxes of the triangles of a surface, for the queries below.
-BoxTree triangle_boxes(const Surface& surface);
+/// Boxes of cells with these corners, rows of `points`, for the queries below.
+template <class Cells>
+BoxTree boxes_of(const Points& points, const Cells& cells) {
+  Points lower(cells.rows(), 3), upper = lower;
+  for (Eigen::Index c = 0; c < cells.rows(); ++c) {
+    lower.row(c) = upper.row(c) = points.row(cells(c, 0));
+    for (Eigen::Index k = 1; k < cells.cols(); ++k) {
+      lower.row(c) = lower.row(c).cwiseMin(points.row(cells(c, k)));
+      upper.row(c) = upper.row(c).cwiseMax(points.row(cells(c, k)));
+    }
+  }
+  return {lower, upper};
+}
+inline BoxTree triangle_boxes(const Surface& surface) {
+  return boxes_of(surface.vertices, surface.triangles);
+}
 
 /// Nearest point among the triangles whose nearest point `accept(SurfacePoint)` takes, no farther
 /// than max_m; of two as near, that of the lower triangle. Empty when there is none.

@@ -134,16 +134,6 @@ Vec3 nearest_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
   return {va / sum, vb / sum, vc / sum};
 }
 
-BoxTree triangle_boxes(const Surface& surface) {
-  Points lower(surface.triangles.rows(), 3), upper(surface.triangles.rows(), 3);
-  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
-    const auto corner = [&](int k) { return surface.vertices.row(surface.triangles(f, k)); };
-    lower.row(f) = corner(0).cwiseMin(corner(1)).cwiseMin(corner(2));
-    upper.row(f) = corner(0).cwiseMax(corner(1)).cwiseMax(corner(2));
-  }
-  return {lower, upper};
-}
-
 double ray_hit_m(const Vec3& origin, const Vec3& direction, const Vec3& a, const Vec3& b,
                  const Vec3& c) {
   constexpr double kMissed = std::numeric_limits<double>::infinity();

@@ -12,13 +12,6 @@ namespace {
 
 constexpr double kMinGainDeg = 0.02;  // less is not worth an evaluation
 
-std::vector<char> boundary_nodes(const TetMesh& mesh) {
-  std::vector<char> is_boundary(mesh.nodes.rows(), 0);
-  const Triangles boundary = fem::boundary_triangles(mesh.tets);
-  for (const std::int32_t v : boundary.reshaped()) is_boundary[v] = 1;
-  return is_boundary;
-}
-
 /// Smallest dihedral angle of the tets around a node [deg], negative when one is inside out; stops
 /// at the first tet no better than `enough_deg`.
 double worst_around(const TetMesh& mesh, const std::vector<std::int32_t>& around,
@@ -92,7 +85,9 @@ void search_place(Vec3& at, double edge_m, const std::function<bool(const Vec3&)
 
 void smooth_interior(TetMesh& mesh) {
   const auto around = cells_around(mesh.tets, mesh.nodes.rows());
-  const std::vector<char> is_boundary = boundary_nodes(mesh);
+  std::vector<char> is_boundary(mesh.nodes.rows(), 0);
+  const Triangles boundary = fem::boundary_triangles(mesh.tets);
+  for (const std::int32_t v : boundary.reshaped()) is_boundary[v] = 1;
   for (int sweep = 0; sweep < 4; ++sweep) {  // a fifth changed nothing on the liver
     std::vector<std::pair<double, std::int32_t>> order;
     for (std::size_t v = 0; v < around.size(); ++v)

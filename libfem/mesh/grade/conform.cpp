@@ -186,15 +186,6 @@ TetNodes nodes_of(const QuadraticMesh& mesh, Eigen::Index t) {
   return out;
 }
 
-}  // namespace
-
-void conform_to_regions(BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
-                        const SmoothSurface& surface, const RegionAt& region_at) {
-  Conforming(mesh, placed, boundary, surface, region_at).run();
-}
-
-namespace {
-
 /// Nodes in the order of their numbers, each moved once.
 class HeldBorder : BorderNodes {
  public:
@@ -256,6 +247,11 @@ class HeldBorder : BorderNodes {
 };
 
 }  // namespace
+
+void conform_to_regions(BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
+                        const SmoothSurface& surface, const RegionAt& region_at) {
+  Conforming(mesh, placed, boundary, surface, region_at).run();
+}
 
 std::vector<char> conform_to_held(const BisectedMesh& mesh, NodePlacement& placed,
                                   const Boundary& boundary, const SmoothSurface& surface,

@@ -111,6 +111,16 @@ void spread(const BisectedMesh& mesh, const Boundary& boundary, std::vector<Vec3
     if (row[n] >= 0) at[n] = mesh.nodes[n] + Vec3(moved.row(row[n]));
 }
 
+// On the surface that faces `direction`, else on what is nearest: creases are not sought.
+std::optional<Vec3> place_anywhere(const SmoothSurface& surface, const Vec3& guess,
+                                   const Vec3& direction, double spacing_m) {
+  if (const auto place = place_on(surface, guess, NodeKind::smooth, direction, spacing_m))
+    return place;
+  const SurfaceHit nearest = surface.closest(guess);
+  if (nearest.distance_m > kMoveLimit * spacing_m) return std::nullopt;
+  return nearest.position;
+}
+
 }  // namespace
 
 std::optional<Vec3> place_on(const SmoothSurface& surface, const Vec3& guess, NodeKind kind,
@@ -126,20 +136,6 @@ std::optional<Vec3> place_on(const SmoothSurface& surface, const Vec3& guess, No
   if (!hit || (hit->position - guess).norm() > limit) return std::nullopt;
   return hit->position;
 }
-
-namespace {
-
-// On the surface that faces `direction`, else on what is nearest: creases are not sought.
-std::optional<Vec3> place_anywhere(const SmoothSurface& surface, const Vec3& guess,
-                                   const Vec3& direction, double spacing_m) {
-  if (const auto place = place_on(surface, guess, NodeKind::smooth, direction, spacing_m))
-    return place;
-  const SurfaceHit nearest = surface.closest(guess);
-  if (nearest.distance_m > kMoveLimit * spacing_m) return std::nullopt;
-  return nearest.position;
-}
-
-}  // namespace
 
 Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh) {
   Boundary out;

@@ -44,14 +44,7 @@ DisjointSets SmoothSurface::find_neighbours() {
       crease_.push_back({f.low, f.high});
     }
   });
-
-  Points lower(crease_.size(), 3), upper = lower;
-  for (std::size_t e = 0; e < crease_.size(); ++e) {
-    const auto a = surface_.vertices.row(crease_[e].a), b = surface_.vertices.row(crease_[e].b);
-    lower.row(e) = a.cwiseMin(b);
-    upper.row(e) = a.cwiseMax(b);
-  }
-  crease_boxes_ = BoxTree(lower, upper);
+  crease_boxes_ = boxes_of(surface_.vertices, rows_of(crease_));
   return fans;
 }
 
@@ -110,7 +103,7 @@ std::optional<Vec3> SmoothSurface::closest_crease(const Vec3& point, double with
   std::optional<Vec3> hit;
   double squared_best = within_m * within_m;
   crease_boxes_.visit_nearest(point, squared_best, [&](std::int32_t e, double& best) {
-    const Vec3 a = surface_.vertices.row(crease_[e].a), b = surface_.vertices.row(crease_[e].b);
+    const Vec3 a = surface_.vertices.row(crease_[e][0]), b = surface_.vertices.row(crease_[e][1]);
     const Vec3 nearest = a + nearest_on_segment(point, a, b) * (b - a);
     const double squared = (nearest - point).squaredNorm();
     if (squared > best || (hit && squared == best)) return;

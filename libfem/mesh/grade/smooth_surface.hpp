@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -69,10 +70,6 @@ class SmoothSurface {
   const Surface& surface() const { return surface_; }
 
  private:
-  struct Edge {
-    std::int32_t a, b;
-  };
-
   Vec3 corner(std::int32_t triangle, int k) const {
     return surface_.vertices.row(surface_.triangles(triangle, k));
   }
@@ -86,7 +83,7 @@ class SmoothSurface {
   Points facet_normal_;         // #F x 3 unit, zero without area
   Points corner_normal_;        // 3#F x 3 unit, row 3f + k
   Triangles smooth_neighbour_;  // #F x 3: triangle across edge (k, k+1), -1 at a crease
-  std::vector<Edge> crease_;
+  std::vector<std::array<std::int32_t, 2>> crease_;
   BoxTree triangle_boxes_, crease_boxes_;
 };
 

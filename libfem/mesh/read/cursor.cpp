@@ -8,6 +8,7 @@
 #include <fstream>
 #include <limits>
 #include <type_traits>
+#include <variant>
 
 #include "libfit/core/error.hpp"
 
@@ -42,32 +43,16 @@ T decode(const char* bytes, Encoding encoding) {
   return std::bit_cast<T>(copy);
 }
 
+// A zero of each NumberType, in its order.
+constexpr std::variant<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t,
+                       std::uint32_t, std::int64_t, std::uint64_t, float, double>
+    kZeros[] = {std::int8_t{},   std::uint8_t{}, std::int16_t{},  std::uint16_t{}, std::int32_t{},
+                std::uint32_t{}, std::int64_t{}, std::uint64_t{}, float{},         double{}};
+
 // Calls use(T{}) with the C++ type that `type` stands for.
 template <typename Use>
 auto with_type(NumberType type, Use use) {
-  switch (type) {
-    case NumberType::int8:
-      return use(std::int8_t{});
-    case NumberType::uint8:
-      return use(std::uint8_t{});
-    case NumberType::int16:
-      return use(std::int16_t{});
-    case NumberType::uint16:
-      return use(std::uint16_t{});
-    case NumberType::int32:
-      return use(std::int32_t{});
-    case NumberType::uint32:
-      return use(std::uint32_t{});
-    case NumberType::int64:
-      return use(std::int64_t{});
-    case NumberType::uint64:
-      return use(std::uint64_t{});
-    case NumberType::float32:
-      return use(float{});
-    case NumberType::float64:
-      break;
-  }
-  return use(double{});
+  return std::visit(use, kZeros[static_cast<std::size_t>(type)]);
 }
 
 template <typename T>

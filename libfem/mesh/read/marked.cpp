@@ -19,83 +19,6 @@ namespace {
 
 constexpr double kSlack = 1e-9;  // of the mesh's extent
 
-}  // namespace
-
-PaintedPart::PaintedPart(Surface surface, std::vector<char> is_painted)
-    : surface_(std::move(surface)),
-      is_painted_(std::move(is_painted)),
-      boxes_(triangle_boxes(surface_)),
-      slack_m_(kSlack * extent_m(surface_.vertices).norm()) {}
-
-PaintedPart::PaintedPart(TetMesh volume, std::vector<char> is_painted)
-    : volume_(std::move(volume)),
-      is_painted_(std::move(is_painted)),
-      boxes_(tet_boxes(volume_)),
-      slack_m_(kSlack * extent_m(volume_.nodes).norm()),
-      interiors_(volume_.tets.rows()) {
-  for (Eigen::Index t = 0; t < volume_.tets.rows(); ++t) {
-    const auto painted = std::count(&is_painted_[4 * t], &is_painted_[4 * t] + 4, 1);
-    if (painted != 0 && painted != 4) continue;
-    Interior& tet = interiors_[t];
-    for (int k = 0; k < 4; ++k) {
-      const auto corner = [&](int i) -> Vec3 {
-        return volume_.nodes.row(volume_.tets(t, (k + i) % 4));
-      };
-      Vec3 inward = (corner(2) - corner(1)).cross(corner(3) - corner(1)).normalized();
-      if (inward.dot(corner(0) - corner(1)) < 0) inward = -inward;
-      tet.normal.row(k) = inward;
-      tet.offset_m[k] = inward.dot(corner(1));
-    }
-  }
-}
-
-// The tets that hold a place decide, unless one of them is painted in part.
-std::optional<bool> PaintedPart::decided_by_holders(const Vec3& place) const {
-  bool is_any = false, is_painted = false, is_in_part = false;
-  double squared_best = slack_m_ * slack_m_;
-  boxes_.visit_nearest(place, squared_best, [&](std::int32_t t, double& best) {
-    const Interior& tet = interiors_[t];
-    if ((tet.normal * place - tet.offset_m).minCoeff() < -slack_m_) return;
-    is_any = true;
-    is_in_part |= tet.normal.isZero();
-    is_painted |= !tet.normal.isZero() && is_painted_[4 * t] != 0;
-    if (is_painted) best = -1;  // ends the search
-  });
-  return is_painted              ? std::optional(true)
-         : is_any && !is_in_part ? std::optional(false)
-                                 : std::nullopt;
-}
-
-bool PaintedPart::contains(const Vec3& place) const {
-  const auto is_painted = [&](std::int32_t cell, const auto& weight) {
-    double painted = 0;
-    for (Eigen::Index k = 0; k < weight.size(); ++k)
-      if (is_painted_[weight.size() * cell + k]) painted += weight[k];
-    return painted >= 0.5 - 1e-9;
-  };
-  // The nearest place decides, and of places as near one that is painted.
-  const auto decide = [&](const auto& nearest) {
-    const auto any =
-        nearest(std::numeric_limits<double>::infinity(), [](const auto&) { return true; });
-    return any && nearest(any->distance_m + slack_m_, [&](const auto& at) {
-                    if constexpr (requires { at.tet; })
-                      return is_painted(at.tet, at.weight);
-                    else
-                      return is_painted(at.triangle, at.weight);
-                  }).has_value();
-  };
-  if (is_on_faces())
-    return decide([&](double max_m, auto accept) {
-      return closest_point(surface_, boxes_, place, max_m, accept);
-    });
-  if (const auto decided = decided_by_holders(place)) return *decided;
-  return decide([&](double max_m, auto accept) {
-    return closest_in_volume(volume_, boxes_, place, max_m, accept);
-  });
-}
-
-namespace {
-
 using mesh_read::RawLabels;
 
 constexpr std::size_t kListed = 10;
@@ -241,34 +164,29 @@ std::vector<char> corner_flags(const MarkFlags& marked,
   return flags;
 }
 
-Triangle sorted(Triangle face) {
-  std::ranges::sort(face);
-  return face;
-}
-
 // The boundary of tets, and of it the faces or points that are marked in the file.
-PaintedPart marked_boundary(const mesh_read::RawTetMesh& raw, const RawLabels& labels,
+PaintedPart marked_boundary(const mesh_read::RawMesh& raw, const RawLabels& labels,
                             const MarkFlags& marked, double length_unit_m, const std::string& where,
                             const MeshMark& mark) {
-  constexpr int kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  std::map<Triangle, Triangle> boundary;  // by sorted corners
-  for (const auto& tet : raw.tets)
-    for (const auto& corner : kFaces) {
-      const Triangle face{tet[corner[0]], tet[corner[1]], tet[corner[2]]};
-      const auto [at, is_new] = boundary.try_emplace(sorted(face), face);
-      if (!is_new) boundary.erase(at);
-    }
-  std::set<Triangle> painted;
+  std::set<Triangle> painted;  // by sorted corners
   for (std::size_t f = 0; f < labels.faces.size(); ++f)
-    if (marked.points.empty() && marked.cells[labels.face_cell[f]])
-      painted.insert(sorted(labels.faces[f]));
+    if (marked.points.empty() && marked.cells[labels.face_cell[f]]) {
+      Triangle face = labels.faces[f];
+      std::ranges::sort(face);
+      painted.insert(face);
+    }
   std::vector<Triangle> triangles;
   std::vector<char> flags;
-  for (const auto& [key, face] : boundary) {
-    triangles.push_back(face);
-    for (const std::int32_t corner : face)
-      flags.push_back(marked.points.empty() ? painted.contains(key) : marked.points[corner]);
-  }
+  fem::for_each_face(fem::sorted_faces(rows_of(raw.tets)), [&](auto begin, auto end) {
+    if ((end - begin) % 2 == 0) return;  // an inner face, or that of a tet that is there twice
+    const auto [tet, face] = (end - 1)->of;
+    Triangle& triangle = triangles.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      triangle[k] = raw.tets[tet][fem::kTetFace[face][k]];
+      flags.push_back(marked.points.empty() ? painted.contains(begin->sorted)
+                                            : marked.points[triangle[k]]);
+    }
+  });
   if (std::ranges::count(flags, 1) == 0)
     throw Error(where, fmt::format("no face of \"{}\" lies on the boundary of the body", mark.name),
                 "Name a group of faces on its boundary, or one of tetrahedra.");
@@ -277,18 +195,88 @@ PaintedPart marked_boundary(const mesh_read::RawTetMesh& raw, const RawLabels& l
 
 }  // namespace
 
+PaintedPart::PaintedPart(Surface surface, std::vector<char> is_painted)
+    : surface_(std::move(surface)),
+      is_painted_(std::move(is_painted)),
+      boxes_(triangle_boxes(surface_)),
+      slack_m_(kSlack * extent_m(surface_.vertices).norm()) {}
+
+PaintedPart::PaintedPart(TetMesh volume, std::vector<char> is_painted)
+    : volume_(std::move(volume)),
+      is_painted_(std::move(is_painted)),
+      boxes_(boxes_of(volume_.nodes, volume_.tets)),
+      slack_m_(kSlack * extent_m(volume_.nodes).norm()),
+      interiors_(volume_.tets.rows()) {
+  for (Eigen::Index t = 0; t < volume_.tets.rows(); ++t) {
+    const auto painted = std::count(&is_painted_[4 * t], &is_painted_[4 * t] + 4, 1);
+    if (painted != 0 && painted != 4) continue;
+    Interior& tet = interiors_[t];
+    for (int k = 0; k < 4; ++k) {
+      const auto corner = [&](int i) -> Vec3 {
+        return volume_.nodes.row(volume_.tets(t, (k + i) % 4));
+      };
+      Vec3 inward = (corner(2) - corner(1)).cross(corner(3) - corner(1)).normalized();
+      if (inward.dot(corner(0) - corner(1)) < 0) inward = -inward;
+      tet.normal.row(k) = inward;
+      tet.offset_m[k] = inward.dot(corner(1));
+    }
+  }
+}
+
+// The tets that hold a place decide, unless one of them is painted in part.
+std::optional<bool> PaintedPart::decided_by_holders(const Vec3& place) const {
+  bool is_any = false, is_painted = false, is_in_part = false;
+  double squared_best = slack_m_ * slack_m_;
+  boxes_.visit_nearest(place, squared_best, [&](std::int32_t t, double& best) {
+    const Interior& tet = interiors_[t];
+    if ((tet.normal * place - tet.offset_m).minCoeff() < -slack_m_) return;
+    is_any = true;
+    is_in_part |= tet.normal.isZero();
+    is_painted |= !tet.normal.isZero() && is_painted_[4 * t] != 0;
+    if (is_painted) best = -1;  // ends the search
+  });
+  return is_painted              ? std::optional(true)
+         : is_any && !is_in_part ? std::optional(false)
+                                 : std::nullopt;
+}
+
+bool PaintedPart::contains(const Vec3& place) const {
+  const auto is_painted = [&](std::int32_t cell, const auto& weight) {
+    double painted = 0;
+    for (Eigen::Index k = 0; k < weight.size(); ++k)
+      if (is_painted_[weight.size() * cell + k]) painted += weight[k];
+    return painted >= 0.5 - 1e-9;
+  };
+  // The nearest place decides, and of places as near one that is painted.
+  const auto decide = [&](const auto& nearest) {
+    const auto any =
+        nearest(std::numeric_limits<double>::infinity(), [](const auto&) { return true; });
+    return any && nearest(any->distance_m + slack_m_, [&](const auto& at) {
+                    if constexpr (requires { at.tet; })
+                      return is_painted(at.tet, at.weight);
+                    else
+                      return is_painted(at.triangle, at.weight);
+                  }).has_value();
+  };
+  if (is_on_faces())
+    return decide([&](double max_m, auto accept) {
+      return closest_point(surface_, boxes_, place, max_m, accept);
+    });
+  if (const auto decided = decided_by_holders(place)) return *decided;
+  return decide([&](double max_m, auto accept) {
+    return closest_in_volume(volume_, boxes_, place, max_m, accept);
+  });
+}
+
 PaintedPart read_marked_part(const std::filesystem::path& path, double length_unit_m, bool is_tets,
                              const MeshMark& mark) {
   const std::string where = path.string();
   RawLabels labels;
-  if (!is_tets) {
-    const mesh_read::RawSurface raw = mesh_read::read_raw_surface(path, &labels);
-    const MarkFlags marked = find_mark(labels, raw.points.size(), mark, where);
+  const mesh_read::RawMesh raw = mesh_read::read_raw(path, is_tets, &labels);
+  const MarkFlags marked = find_mark(labels, raw.points.size(), mark, where);
+  if (!is_tets)
     return {Surface{length_unit_m * rows_of(raw.points), rows_of(raw.triangles)},
             corner_flags<3>(marked, raw.triangles, labels.cell)};
-  }
-  const mesh_read::RawTetMesh raw = mesh_read::read_raw_tets(path, &labels);
-  const MarkFlags marked = find_mark(labels, raw.points.size(), mark, where);
   std::vector<char> flags = corner_flags<4>(marked, raw.tets, labels.cell);
   bool has_full_tet = false;
   for (std::size_t t = 0; t < raw.tets.size(); ++t)

@@ -10,32 +10,25 @@
 namespace palpate::mesh_read {
 namespace {
 
-enum class MshShape { flat, tet, other };
-
-// Element types of the Gmsh manual (MSH file format): number, nodes, shape.
+// Element types of the Gmsh manual (MSH file format).
 struct ElementType {
   std::int64_t number;
   std::size_t nodes;
-  MshShape shape;
-  const char* name;
+  int dimension;
+  std::string_view name;
 };
 constexpr ElementType kElementTypes[] = {
-    {15, 1, MshShape::flat, "point"},        {1, 2, MshShape::flat, "line"},
-    {8, 3, MshShape::flat, "line"},          {26, 4, MshShape::flat, "line"},
-    {27, 5, MshShape::flat, "line"},         {28, 6, MshShape::flat, "line"},
-    {2, 3, MshShape::flat, "triangle"},      {9, 6, MshShape::flat, "triangle"},
-    {20, 9, MshShape::flat, "triangle"},     {21, 10, MshShape::flat, "triangle"},
-    {22, 12, MshShape::flat, "triangle"},    {23, 15, MshShape::flat, "triangle"},
-    {24, 15, MshShape::flat, "triangle"},    {25, 21, MshShape::flat, "triangle"},
-    {3, 4, MshShape::flat, "quad"},          {10, 9, MshShape::flat, "quad"},
-    {16, 8, MshShape::flat, "quad"},         {4, 4, MshShape::tet, "tetrahedron"},
-    {11, 10, MshShape::tet, "tetrahedron"},  {29, 20, MshShape::tet, "tetrahedron"},
-    {30, 35, MshShape::tet, "tetrahedron"},  {31, 56, MshShape::tet, "tetrahedron"},
-    {5, 8, MshShape::other, "hexahedron"},   {12, 27, MshShape::other, "hexahedron"},
-    {17, 20, MshShape::other, "hexahedron"}, {6, 6, MshShape::other, "prism"},
-    {13, 18, MshShape::other, "prism"},      {18, 15, MshShape::other, "prism"},
-    {7, 5, MshShape::other, "pyramid"},      {14, 14, MshShape::other, "pyramid"},
-    {19, 13, MshShape::other, "pyramid"},
+    {15, 1, 0, "point"},        {1, 2, 1, "line"},          {8, 3, 1, "line"},
+    {26, 4, 1, "line"},         {27, 5, 1, "line"},         {28, 6, 1, "line"},
+    {2, 3, 2, "triangle"},      {9, 6, 2, "triangle"},      {20, 9, 2, "triangle"},
+    {21, 10, 2, "triangle"},    {22, 12, 2, "triangle"},    {23, 15, 2, "triangle"},
+    {24, 15, 2, "triangle"},    {25, 21, 2, "triangle"},    {3, 4, 2, "quad"},
+    {10, 9, 2, "quad"},         {16, 8, 2, "quad"},         {4, 4, 3, "tetrahedron"},
+    {11, 10, 3, "tetrahedron"}, {29, 20, 3, "tetrahedron"}, {30, 35, 3, "tetrahedron"},
+    {31, 56, 3, "tetrahedron"}, {5, 8, 3, "hexahedron"},    {12, 27, 3, "hexahedron"},
+    {17, 20, 3, "hexahedron"},  {6, 6, 3, "prism"},         {13, 18, 3, "prism"},
+    {18, 15, 3, "prism"},       {7, 5, 3, "pyramid"},       {14, 14, 3, "pyramid"},
+    {19, 13, 3, "pyramid"},
 };
 
 const ElementType& element_type(std::int64_t number, const Cursor& file) {
@@ -49,7 +42,7 @@ class MshFile {
  public:
   MshFile(Cursor& file, RawLabels* labels) : file_(file), labels_(labels) {}
 
-  RawTetMesh read() {
+  RawMesh read() {
     while (!file_.at_end()) {
       const std::string_view section = file_.word();
       if (section == "$MeshFormat")
@@ -186,16 +179,12 @@ class MshFile {
   // The next cell of the labels, in its physical groups; 0 stands for none.
   void label(const ElementType& type, std::span<const std::int64_t> groups) {
     if (labels_ == nullptr) return;
-    const int dimension = type.shape == MshShape::tet             ? 3
-                          : type.nodes == 1                       ? 0
-                          : std::string_view("line") == type.name ? 1
-                                                                  : 2;
     for (const std::int64_t tag : groups) {
       if (tag == 0) continue;
-      const auto name = physical_name_.find({dimension, std::abs(tag)});
+      const auto name = physical_name_.find({type.dimension, std::abs(tag)});
       labels_
           ->group(name != physical_name_.end() ? name->second : std::to_string(std::abs(tag)),
-                  dimension)
+                  type.dimension)
           .cells.push_back(labels_->cells);
     }
     ++labels_->cells;
@@ -212,14 +201,14 @@ class MshFile {
   void add_element(std::int64_t id, const ElementType& type, std::span<const std::int64_t> tags,
                    std::span<const std::int64_t> groups) {
     label(type, groups);
-    if (type.shape == MshShape::flat) {
+    if (type.dimension < 3) {
       ++mesh_.ignored_elements;
-      if (labels_ == nullptr || std::string_view("triangle") != type.name) return;
+      if (labels_ == nullptr || type.name != "triangle") return;
       const std::array corners{index_of(tags[0], id), index_of(tags[1], id), index_of(tags[2], id)};
       labels_->add_face(corners, labels_->cells - 1);
       return;
     }
-    if (type.shape == MshShape::other) fail_not_tets(file_, type.name);
+    if (type.name != "tetrahedron") fail_not_tets(file_, type.name);
     std::array<std::int64_t, 4> corners;
     for (std::size_t i = 0; i < 4; ++i) corners[i] = index_of(tags[i], id);
     add_tet(mesh_, corners, id, file_);
@@ -308,13 +297,13 @@ class MshFile {
   std::map<std::pair<int, std::int64_t>, std::vector<std::int64_t>> physical_of_;  // of entities
   double version_ = 1;
   Encoding data_ = Encoding::text;
-  RawTetMesh mesh_;
+  RawMesh mesh_;
   std::unordered_map<std::int64_t, std::size_t> index_;  // of each node tag
 };
 
 }  // namespace
 
-RawTetMesh read_msh(Cursor& file, RawLabels* labels) {
+RawMesh read_msh(Cursor& file, RawLabels* labels) {
   if (!file.bytes().starts_with("$")) file.fail("does not begin with $MeshFormat or $NOD");
   return MshFile(file, labels).read();
 }

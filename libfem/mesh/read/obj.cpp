@@ -37,7 +37,7 @@ std::int64_t corner_index(std::string_view word, std::size_t points, const Curso
   return index;
 }
 
-void read_vertex(Cursor& file, RawSurface& surface) {
+void read_vertex(Cursor& file, RawMesh& surface) {
   Vec3 point;
   for (double& x : point) {
     const auto value = parse_real(word_of_statement(file));
@@ -47,7 +47,7 @@ void read_vertex(Cursor& file, RawSurface& surface) {
   surface.points.push_back(point);
 }
 
-void read_face(Cursor& file, RawSurface& surface, Furthest& furthest) {
+void read_face(Cursor& file, RawMesh& surface, Furthest& furthest) {
   std::vector<std::int64_t> corners;
   for (std::string_view word = word_of_statement(file); !word.empty();
        word = word_of_statement(file)) {
@@ -84,9 +84,9 @@ struct FaceGroups {
 
 }  // namespace
 
-RawSurface read_obj(Cursor& file, RawLabels* labels) {
+RawMesh read_obj(Cursor& file, RawLabels* labels) {
   file.comment = '#';
-  RawSurface surface;
+  RawMesh surface;
   Furthest furthest;
   FaceGroups groups;
   while (!file.at_end()) {

@@ -29,14 +29,14 @@ bool read_keyword(Cursor& file) {
 
 }  // namespace
 
-RawSurface read_off(Cursor& file, RawLabels*) {
+RawMesh read_off(Cursor& file, RawLabels*) {
   file.comment = '#';
   const bool has_extras = read_keyword(file);
   const std::size_t vertices = file.count(NumberType::int64, 6, "vertices");
   const std::size_t faces = file.count(NumberType::int64, 8, "faces");
   file.line();  // the number of edges, which nobody keeps right
 
-  RawSurface surface;
+  RawMesh surface;
   surface.points.reserve(vertices);
   for (std::size_t v = 0; v < vertices; ++v) {
     surface.points.push_back(file.position_3d());

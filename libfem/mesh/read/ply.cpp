@@ -112,7 +112,7 @@ void take_property(Cursor& file, const Property& p, bool is_on_points, RawLabels
   labels->field(p.name, is_on_points).values.push_back(is_share ? std::round(255 * value) : value);
 }
 
-void read_vertices(Cursor& file, const Element& element, std::size_t number, RawSurface& surface,
+void read_vertices(Cursor& file, const Element& element, std::size_t number, RawMesh& surface,
                    RawLabels* labels) {
   const std::array<std::size_t, 3> axis{find_property(element, {"x"}, false, file),
                                         find_property(element, {"y"}, false, file),
@@ -133,7 +133,7 @@ void read_vertices(Cursor& file, const Element& element, std::size_t number, Raw
   }
 }
 
-void read_faces(Cursor& file, const Element& element, std::size_t number, RawSurface& surface,
+void read_faces(Cursor& file, const Element& element, std::size_t number, RawMesh& surface,
                 RawLabels* labels) {
   const std::size_t corners_at =
       find_property(element, {"vertex_indices", "vertex_index"}, true, file);
@@ -156,10 +156,10 @@ void read_faces(Cursor& file, const Element& element, std::size_t number, RawSur
 
 }  // namespace
 
-RawSurface read_ply(Cursor& file, RawLabels* labels) {
+RawMesh read_ply(Cursor& file, RawLabels* labels) {
   const PlyHeader header = read_header(file);
   file.encoding = header.encoding;
-  RawSurface surface;
+  RawMesh surface;
   for (const Element& element : header.elements) {
     if (element.properties.empty()) continue;  // takes no bytes, however many there are
     const std::size_t number =

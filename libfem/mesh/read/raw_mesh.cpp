@@ -19,55 +19,6 @@ std::int32_t checked_index(std::int64_t index, std::size_t points, const Cursor&
   return static_cast<std::int32_t>(index);
 }
 
-}  // namespace
-
-void RawLabels::add_face(std::span<const std::int64_t> corners, std::int32_t of_cell) {
-  std::array<std::int32_t, 3>& face = faces.emplace_back();
-  std::copy_n(corners.begin(), 3, face.begin());
-  face_cell.push_back(of_cell);
-}
-
-RawLabels::Field& RawLabels::field(std::string_view name, bool is_on_points) {
-  for (Field& known : fields)
-    if (known.name == name && known.is_on_points == is_on_points) return known;
-  return fields.emplace_back(Field{std::string(name), is_on_points, {}});
-}
-
-RawLabels::Group& RawLabels::group(std::string_view name, int dimension) {
-  for (Group& known : groups)
-    if (known.name == name && known.dimension == dimension) return known;
-  return groups.emplace_back(Group{std::string(name), dimension, {}});
-}
-
-void add_polygon(RawSurface& surface, std::span<const std::int64_t> corners, const Cursor& cursor) {
-  if (corners.size() < 3)
-    cursor.fail("a face has " + std::to_string(corners.size()) + " corners, needs at least 3");
-  const std::size_t points = surface.points.size();
-  const std::int32_t first = checked_index(corners[0], points, cursor);
-  std::int32_t previous = checked_index(corners[1], points, cursor);
-  for (const std::int64_t corner : corners.subspan(2)) {
-    const std::int32_t next = checked_index(corner, points, cursor);
-    surface.triangles.push_back({first, previous, next});
-    previous = next;
-  }
-}
-
-void add_tet(RawTetMesh& mesh, std::span<const std::int64_t, 4> corners, std::int64_t id,
-             const Cursor& cursor) {
-  std::array<std::int32_t, 4> tet;
-  for (std::size_t i = 0; i < 4; ++i)
-    tet[i] = checked_index(corners[i], mesh.points.size(), cursor);
-  mesh.tets.push_back(tet);
-  mesh.tet_id.push_back(id);
-}
-
-void fail_not_tets(const Cursor& cursor, const char* kind) {
-  cursor.fail(std::string("the mesh holds volume elements that are not tetrahedra: ") + kind,
-              "Mesh the volume with tetrahedra only, or give its surface instead.");
-}
-
-namespace {
-
 using TetIds = std::array<std::int32_t, 4>;
 
 std::string list_of(std::span<const std::int64_t> ids) {
@@ -90,7 +41,7 @@ double relative_volume(const std::vector<Vec3>& points, const TetIds& tet) {
 }
 
 // Drops tets with the corners of an earlier one, in whatever order.
-void drop_duplicates(RawTetMesh& raw, TetReadNotes& notes) {
+void drop_duplicates(RawMesh& raw, TetReadNotes& notes) {
   const std::vector<char> is_repeat = repeats(raw.tets);
   std::vector<std::int64_t> dropped;
   std::size_t kept = 0;
@@ -107,7 +58,7 @@ void drop_duplicates(RawTetMesh& raw, TetReadNotes& notes) {
   notes.duplicate_tets = list_of(dropped);
 }
 
-std::vector<TetIds> turned_positive(const RawTetMesh& raw, const std::string& where,
+std::vector<TetIds> turned_positive(const RawMesh& raw, const std::string& where,
                                     TetReadNotes& notes) {
   std::vector<TetIds> tets = raw.tets;
   std::vector<std::int64_t> flat;
@@ -128,7 +79,7 @@ std::vector<TetIds> turned_positive(const RawTetMesh& raw, const std::string& wh
 
 // Positive tets that share a face lie on opposite sides of it exactly when they see it in opposite
 // orders: a tet that was inside out because a node crossed its far face is found here.
-void refuse_overlaps(const RawTetMesh& raw, const std::vector<TetIds>& tets,
+void refuse_overlaps(const RawMesh& raw, const std::vector<TetIds>& tets,
                      const std::string& where) {
   std::vector<std::int64_t> overlapping;
   fem::for_each_face(fem::sorted_faces(rows_of(tets)), [&](auto begin, auto end) {
@@ -140,21 +91,6 @@ void refuse_overlaps(const RawTetMesh& raw, const std::vector<TetIds>& tets,
   throw Error(where, "tetrahedra overlap their neighbours: " + list_of(overlapping),
               "The mesh is tangled: mesh the body again, or give its surface.");
 }
-
-}  // namespace
-
-TetMesh settle_tets(RawTetMesh raw, double length_unit_m, const std::string& where,
-                    TetReadNotes& notes) {
-  drop_duplicates(raw, notes);
-  std::vector<TetIds> tets = turned_positive(raw, where, notes);
-  refuse_overlaps(raw, tets, where);
-  const auto used =
-      renumber({tets.front().data(), 4 * tets.size()}, raw.points.size(), Numbering::ascending);
-  notes.dropped_nodes = raw.points.size() - used.size();
-  return {length_unit_m * rows_of(raw.points)(used, Eigen::all), rows_of(tets), {}};
-}
-
-namespace {
 
 // Calls use(cell, corners) with each cell's corners as indices into the whole mesh's points.
 template <typename Use>
@@ -190,15 +126,69 @@ CellKind kind_of(std::int64_t type) {
 
 }  // namespace
 
-void add_polygons(RawSurface& surface, const VtkCells& cells, std::size_t base,
-                  const Cursor& cursor) {
+void RawLabels::add_face(std::span<const std::int64_t> corners, std::int32_t of_cell) {
+  std::array<std::int32_t, 3>& face = faces.emplace_back();
+  std::copy_n(corners.begin(), 3, face.begin());
+  face_cell.push_back(of_cell);
+}
+
+RawLabels::Field& RawLabels::field(std::string_view name, bool is_on_points) {
+  for (Field& known : fields)
+    if (known.name == name && known.is_on_points == is_on_points) return known;
+  return fields.emplace_back(Field{std::string(name), is_on_points, {}});
+}
+
+RawLabels::Group& RawLabels::group(std::string_view name, int dimension) {
+  for (Group& known : groups)
+    if (known.name == name && known.dimension == dimension) return known;
+  return groups.emplace_back(Group{std::string(name), dimension, {}});
+}
+
+void add_polygon(RawMesh& surface, std::span<const std::int64_t> corners, const Cursor& cursor) {
+  if (corners.size() < 3)
+    cursor.fail("a face has " + std::to_string(corners.size()) + " corners, needs at least 3");
+  const std::size_t points = surface.points.size();
+  const std::int32_t first = checked_index(corners[0], points, cursor);
+  std::int32_t previous = checked_index(corners[1], points, cursor);
+  for (const std::int64_t corner : corners.subspan(2)) {
+    const std::int32_t next = checked_index(corner, points, cursor);
+    surface.triangles.push_back({first, previous, next});
+    previous = next;
+  }
+}
+
+void add_tet(RawMesh& mesh, std::span<const std::int64_t, 4> corners, std::int64_t id,
+             const Cursor& cursor) {
+  std::array<std::int32_t, 4> tet;
+  for (std::size_t i = 0; i < 4; ++i)
+    tet[i] = checked_index(corners[i], mesh.points.size(), cursor);
+  mesh.tets.push_back(tet);
+  mesh.tet_id.push_back(id);
+}
+
+void fail_not_tets(const Cursor& cursor, std::string_view kind) {
+  cursor.fail("the mesh holds volume elements that are not tetrahedra: " + std::string(kind),
+              "Mesh the volume with tetrahedra only, or give its surface instead.");
+}
+
+TetMesh settle_tets(RawMesh raw, double length_unit_m, const std::string& where,
+                    TetReadNotes& notes) {
+  drop_duplicates(raw, notes);
+  std::vector<TetIds> tets = turned_positive(raw, where, notes);
+  refuse_overlaps(raw, tets, where);
+  const auto used =
+      renumber({tets.front().data(), 4 * tets.size()}, raw.points.size(), Numbering::ascending);
+  notes.dropped_nodes = raw.points.size() - used.size();
+  return {length_unit_m * rows_of(raw.points)(used, Eigen::all), rows_of(tets), {}};
+}
+
+void add_polygons(RawMesh& surface, const VtkCells& cells, std::size_t base, const Cursor& cursor) {
   for_each_cell(cells, base, cursor, [&](std::size_t, std::span<const std::int64_t> corners) {
     add_polygon(surface, corners, cursor);
   });
 }
 
-void add_strips(RawSurface& surface, const VtkCells& cells, std::size_t base,
-                const Cursor& cursor) {
+void add_strips(RawMesh& surface, const VtkCells& cells, std::size_t base, const Cursor& cursor) {
   for_each_cell(cells, base, cursor, [&](std::size_t, std::span<const std::int64_t> corners) {
     for (std::size_t i = 2; i < corners.size(); ++i) {
       std::array<std::int64_t, 3> triangle{corners[i - 2], corners[i - 1], corners[i]};
@@ -216,7 +206,7 @@ void note_cells(const VtkCells& cells, RawLabels& labels) {
   }
 }
 
-void add_tets(RawTetMesh& mesh, const VtkCells& cells, const std::vector<std::int64_t>& types,
+void add_tets(RawMesh& mesh, const VtkCells& cells, const std::vector<std::int64_t>& types,
               std::size_t base, const Cursor& cursor, RawLabels* labels) {
   constexpr std::int64_t kTriangles[] = {5, 22, 34, 69};
   if (types.size() != cells.end.size())
@@ -231,7 +221,7 @@ void add_tets(RawTetMesh& mesh, const VtkCells& cells, const std::vector<std::in
           labels->add_face(corners, labels->cells + static_cast<std::int32_t>(cell));
         break;
       case CellKind::other_volume:
-        fail_not_tets(cursor, ("VTK cell type " + std::to_string(types[cell])).c_str());
+        fail_not_tets(cursor, "VTK cell type " + std::to_string(types[cell]));
       case CellKind::tet:
         if (corners.size() < 4) cursor.fail("a tetrahedron has fewer than 4 corners");
         add_tet(mesh, corners.first<4>(), static_cast<std::int64_t>(cell), cursor);

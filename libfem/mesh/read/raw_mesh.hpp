@@ -117,16 +117,12 @@ std::string quoted(std::string_view word);
 double decode_real(const char* bytes, NumberType type, Encoding encoding);
 std::int64_t decode_integer(const char* bytes, NumberType type, Encoding encoding);
 
-/// Result of a surface reader, in file units. Corners index `points` (checked by the reader, or by
-/// add_polygon).
-struct RawSurface {
+/// Result of a reader, in file units: triangles of a surface, or tets. Corners index `points`
+/// (checked by the reader, or by add_polygon and add_tet). tet_id: the file's own number of each
+/// tet, for messages.
+struct RawMesh {
   std::vector<Vec3> points;
   std::vector<std::array<std::int32_t, 3>> triangles;
-};
-
-/// Result of a tet reader, in file units. tet_id: the file's own number of each tet, for messages.
-struct RawTetMesh {
-  std::vector<Vec3> points;
   std::vector<std::array<std::int32_t, 4>> tets;
   std::vector<std::int64_t> tet_id;
   std::size_t ignored_elements = 0;
@@ -164,24 +160,24 @@ struct RawLabels {
 
 /// Adds a polygon as a fan about its first corner. corners: indices into `points`, at least 3.
 /// Throws through `cursor` (which says where) when there are fewer or one is out of range.
-void add_polygon(RawSurface& surface, std::span<const std::int64_t> corners, const Cursor& cursor);
+void add_polygon(RawMesh& surface, std::span<const std::int64_t> corners, const Cursor& cursor);
 
 /// Adds a tet by its four corner indices, checked as in add_polygon.
-void add_tet(RawTetMesh& mesh, std::span<const std::int64_t, 4> corners, std::int64_t id,
+void add_tet(RawMesh& mesh, std::span<const std::int64_t, 4> corners, std::int64_t id,
              const Cursor& cursor);
 
 /// The element kinds that share a file with tets.
-[[noreturn]] void fail_not_tets(const Cursor& cursor, const char* kind);
+[[noreturn]] void fail_not_tets(const Cursor& cursor, std::string_view kind);
 
-/// The mesh of a file by its extension, in file units; labels: null, or what else it says.
-RawSurface read_raw_surface(const std::filesystem::path& path, RawLabels* labels);
-RawTetMesh read_raw_tets(const std::filesystem::path& path, RawLabels* labels);
+/// The surface or the tets of a file by its extension, in file units; labels: null, or what else it
+/// says.
+RawMesh read_raw(const std::filesystem::path& path, bool is_tets, RawLabels* labels);
 
 /// A tet mesh in m from a reader's raw one: unused nodes and duplicate tets dropped, negative tets
 /// turned.
 /// where: the file, for messages. Throws Error when tets have no volume or use a node twice, or two
 /// tets lie on the same side of a shared face (they overlap), or three share one.
-TetMesh settle_tets(RawTetMesh raw, double length_unit_m, const std::string& where,
+TetMesh settle_tets(RawMesh raw, double length_unit_m, const std::string& where,
                     TetReadNotes& notes);
 
 // One reader per format, each in its own .cpp. A reader gets a cursor at the start of the file's
@@ -189,21 +185,21 @@ TetMesh settle_tets(RawTetMesh raw, double length_unit_m, const std::string& whe
 // labels: what else the file says, where its format has such (OBJ, PLY, VTK, MSH); null: passed
 // over, so that nothing in it is refused.
 
-RawSurface read_obj(Cursor& file, RawLabels* labels);
-RawSurface read_stl(Cursor& file, RawLabels* labels);
-RawSurface read_ply(Cursor& file, RawLabels* labels);
-RawSurface read_off(Cursor& file, RawLabels* labels);
-RawSurface read_vtk_polydata(Cursor& file, RawLabels* labels);
-RawSurface read_vtp(Cursor& file, RawLabels* labels);
+RawMesh read_obj(Cursor& file, RawLabels* labels);
+RawMesh read_stl(Cursor& file, RawLabels* labels);
+RawMesh read_ply(Cursor& file, RawLabels* labels);
+RawMesh read_off(Cursor& file, RawLabels* labels);
+RawMesh read_vtk_polydata(Cursor& file, RawLabels* labels);
+RawMesh read_vtp(Cursor& file, RawLabels* labels);
 
-RawTetMesh read_msh(Cursor& file, RawLabels* labels);
-RawTetMesh read_vtk_grid(Cursor& file, RawLabels* labels);
-RawTetMesh read_vtu(Cursor& file, RawLabels* labels);
+RawMesh read_msh(Cursor& file, RawLabels* labels);
+RawMesh read_vtk_grid(Cursor& file, RawLabels* labels);
+RawMesh read_vtu(Cursor& file, RawLabels* labels);
 /// The first text of the array `name` in the field data of a VTK XML file of a type, PolyData or
 /// UnstructuredGrid; empty where it has none.
 std::string vtk_field_text(Cursor& file, std::string_view type, std::string_view name);
 /// Either of the pair X.node, X.ele; opens the other beside it.
-RawTetMesh read_tetgen(Cursor& file, RawLabels* labels);
+RawMesh read_tetgen(Cursor& file, RawLabels* labels);
 
 /// Cells as VTK keeps them: cell i has corners connectivity[end[i-1] .. end[i]), end[-1] = 0.
 struct VtkCells {
@@ -213,18 +209,17 @@ struct VtkCells {
 
 /// Adds polygons as fans; point indices start at `base` of the mesh's points.
 /// These throw through `cursor` when offsets fall or overrun, or indices are out of range.
-void add_polygons(RawSurface& surface, const VtkCells& cells, std::size_t base,
-                  const Cursor& cursor);
+void add_polygons(RawMesh& surface, const VtkCells& cells, std::size_t base, const Cursor& cursor);
 
 /// Adds triangle strips: every second triangle is turned.
-void add_strips(RawSurface& surface, const VtkCells& cells, std::size_t base, const Cursor& cursor);
+void add_strips(RawMesh& surface, const VtkCells& cells, std::size_t base, const Cursor& cursor);
 
 /// Notes for each polygon or strip that it is the labels' next cell, and its triangles of it.
 void note_cells(const VtkCells& cells, RawLabels& labels);
 
 /// Adds the tets among cells of the given VTK types (10; 24, 71 by their corners), counts points,
 /// lines and faces as ignored, and throws when there are other volumes. labels: may be null.
-void add_tets(RawTetMesh& mesh, const VtkCells& cells, const std::vector<std::int64_t>& types,
+void add_tets(RawMesh& mesh, const VtkCells& cells, const std::vector<std::int64_t>& types,
               std::size_t base, const Cursor& cursor, RawLabels* labels);
 
 }  // namespace palpate::mesh_read

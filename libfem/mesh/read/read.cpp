@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <span>
 #include <string_view>
 #include <utility>
 
@@ -15,71 +14,41 @@ namespace {
 
 using mesh_read::Cursor;
 
-template <typename Mesh>
 struct Format {
   std::string_view extension;
+  bool has_tets;
   std::string_view what;
-  Mesh (*read)(Cursor& file, mesh_read::RawLabels* labels);
+  mesh_read::RawMesh (*read)(Cursor& file, mesh_read::RawLabels* labels);
 };
 
 // Adding a format is a .cpp and a row.
-constexpr Format<mesh_read::RawSurface> kSurfaceFormats[] = {
-    {".obj", "Wavefront", mesh_read::read_obj},
-    {".stl", "stereolithography, ASCII or binary", mesh_read::read_stl},
-    {".ply", "Stanford, ASCII or binary", mesh_read::read_ply},
-    {".off", "Geomview", mesh_read::read_off},
-    {".vtk", "VTK legacy POLYDATA, ASCII or binary", mesh_read::read_vtk_polydata},
-    {".vtp", "VTK XML PolyData", mesh_read::read_vtp},
-};
-constexpr Format<mesh_read::RawTetMesh> kTetFormats[] = {
-    {".msh", "Gmsh 1, 2.x or 4.1, ASCII or binary", mesh_read::read_msh},
-    {".vtk", "VTK legacy UNSTRUCTURED_GRID, ASCII or binary", mesh_read::read_vtk_grid},
-    {".vtu", "VTK XML UnstructuredGrid", mesh_read::read_vtu},
-    {".node", "TetGen, with .ele beside it", mesh_read::read_tetgen},
-    {".ele", "TetGen, with .node beside it", mesh_read::read_tetgen},
+constexpr Format kFormats[] = {
+    {".obj", false, "Wavefront", mesh_read::read_obj},
+    {".stl", false, "stereolithography, ASCII or binary", mesh_read::read_stl},
+    {".ply", false, "Stanford, ASCII or binary", mesh_read::read_ply},
+    {".off", false, "Geomview", mesh_read::read_off},
+    {".vtk", false, "VTK legacy POLYDATA, ASCII or binary", mesh_read::read_vtk_polydata},
+    {".vtp", false, "VTK XML PolyData", mesh_read::read_vtp},
+    {".msh", true, "Gmsh 1, 2.x or 4.1, ASCII or binary", mesh_read::read_msh},
+    {".vtk", true, "VTK legacy UNSTRUCTURED_GRID, ASCII or binary", mesh_read::read_vtk_grid},
+    {".vtu", true, "VTK XML UnstructuredGrid", mesh_read::read_vtu},
+    {".node", true, "TetGen, with .ele beside it", mesh_read::read_tetgen},
+    {".ele", true, "TetGen, with .node beside it", mesh_read::read_tetgen},
 };
 
-template <typename Mesh>
-std::string list_formats(std::span<const Format<Mesh>> formats) {
+std::string list_formats(bool has_tets) {
   std::string list;
-  for (const Format<Mesh>& row : formats)
-    list += (list.empty() ? "" : ", ") + std::string(row.extension) + " (" + std::string(row.what) +
-            ")";
+  for (const Format& row : kFormats)
+    if (row.has_tets == has_tets)
+      list += (list.empty() ? "" : ", ") + std::string(row.extension) + " (" +
+              std::string(row.what) + ")";
   return list;
 }
 
-template <typename Mesh>
-const Format<Mesh>* find_format(const std::string& extension,
-                                std::span<const Format<Mesh>> formats) {
-  for (const Format<Mesh>& row : formats)
-    if (mesh_read::same_word(row.extension, extension)) return &row;
+const Format* find_format(const std::string& extension, bool has_tets) {
+  for (const Format& row : kFormats)
+    if (row.has_tets == has_tets && mesh_read::same_word(row.extension, extension)) return &row;
   return nullptr;
-}
-
-constexpr const char* kSurfacePlace = "surfaces, which are read as body.surface";
-constexpr const char* kTetPlace = "tetrahedra, which are read as body.tetmesh";
-
-// others: the formats of the other kind of mesh, and other_place: what they hold.
-template <typename Mesh, typename Other>
-Mesh read_raw(const std::filesystem::path& path, std::span<const Format<Mesh>> formats,
-              std::span<const Format<Other>> others, const char* other_place,
-              mesh_read::RawLabels* labels) {
-  const std::string extension = path.extension().string();
-  const Format<Mesh>* format = find_format(extension, formats);
-  if (std::error_code ignored; !format && std::filesystem::is_directory(path, ignored))
-    throw Error(path.string(), "is a folder", "Give the path of a mesh file.");
-  if (!format)
-    throw Error(path.string(),
-                "'" + extension + "' is " +
-                    (find_format(extension, others) ? std::string("a format of ") + other_place
-                                                    : "no mesh format that is known here"),
-                "Known: " + list_formats(formats) + ".");
-  const std::string bytes = mesh_read::load_file(path);
-  Cursor file(bytes, path.string());
-  Mesh mesh = format->read(file, labels);
-  if (mesh.points.size() > std::size_t{std::numeric_limits<std::int32_t>::max()})
-    throw Error(path.string(), "has more than 2^31 - 1 vertices", "Decimate the mesh.");
-  return mesh;
 }
 
 void check_unit(double length_unit_m, const std::string& where) {
@@ -100,13 +69,24 @@ void check_size(const Points& points, const std::string& where) {
 
 namespace mesh_read {
 
-RawSurface read_raw_surface(const std::filesystem::path& path, RawLabels* labels) {
-  return read_raw<RawSurface, RawTetMesh>(path, kSurfaceFormats, kTetFormats, kTetPlace, labels);
-}
-
-RawTetMesh read_raw_tets(const std::filesystem::path& path, RawLabels* labels) {
-  return read_raw<RawTetMesh, RawSurface>(path, kTetFormats, kSurfaceFormats, kSurfacePlace,
-                                          labels);
+RawMesh read_raw(const std::filesystem::path& path, bool is_tets, RawLabels* labels) {
+  const std::string extension = path.extension().string();
+  const Format* format = find_format(extension, is_tets);
+  if (std::error_code ignored; !format && std::filesystem::is_directory(path, ignored))
+    throw Error(path.string(), "is a folder", "Give the path of a mesh file.");
+  if (!format)
+    throw Error(path.string(),
+                "'" + extension + "' is " +
+                    (!find_format(extension, !is_tets) ? "no mesh format that is known here"
+                     : is_tets ? "a format of surfaces, which are read as body.surface"
+                               : "a format of tetrahedra, which are read as body.tetmesh"),
+                "Known: " + list_formats(is_tets) + ".");
+  const std::string bytes = load_file(path);
+  Cursor file(bytes, path.string());
+  RawMesh mesh = format->read(file, labels);
+  if (mesh.points.size() > std::size_t{std::numeric_limits<std::int32_t>::max()})
+    throw Error(path.string(), "has more than 2^31 - 1 vertices", "Decimate the mesh.");
+  return mesh;
 }
 
 }  // namespace mesh_read
@@ -114,7 +94,7 @@ RawTetMesh read_raw_tets(const std::filesystem::path& path, RawLabels* labels) {
 Surface read_surface(const std::filesystem::path& path, double length_unit_m) {
   const std::string where = path.string();
   check_unit(length_unit_m, where);
-  const auto raw = mesh_read::read_raw_surface(path, nullptr);
+  const auto raw = mesh_read::read_raw(path, false, nullptr);
   if (raw.triangles.empty())
     throw Error(where, "the mesh has no faces (" + std::to_string(raw.points.size()) + " vertices)",
                 "Export the surface as triangles or polygons.");
@@ -127,14 +107,13 @@ TetMesh read_tet_mesh(const std::filesystem::path& path, double length_unit_m,
                       TetReadNotes* notes) {
   const std::string where = path.string();
   check_unit(length_unit_m, where);
-  auto raw = mesh_read::read_raw_tets(path, nullptr);
+  auto raw = mesh_read::read_raw(path, true, nullptr);
   if (raw.tets.empty())
     throw Error(where,
                 "the mesh has no tetrahedra (" + std::to_string(raw.ignored_elements) +
                     " points, lines and faces)",
                 "Save the volume elements too, or a surface, read as body.surface, in one of: " +
-                    list_formats(std::span<const Format<mesh_read::RawSurface>>(kSurfaceFormats)) +
-                    ".");
+                    list_formats(false) + ".");
   TetReadNotes own;
   TetMesh mesh = mesh_read::settle_tets(std::move(raw), length_unit_m, where, notes ? *notes : own);
   check_size(mesh.nodes, where);

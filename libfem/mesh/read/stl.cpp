@@ -20,7 +20,7 @@ struct HashPoint {
 
 class Merger {
  public:
-  explicit Merger(RawSurface& surface) : surface_(surface) {}
+  explicit Merger(RawMesh& surface) : surface_(surface) {}
 
   std::int32_t index_of(Vec3 point) {
     point.array() += 0.0;  // -0 becomes +0: the same place
@@ -31,12 +31,12 @@ class Merger {
   }
 
  private:
-  RawSurface& surface_;
+  RawMesh& surface_;
   std::unordered_map<std::array<double, 3>, std::int32_t, HashPoint> index_;
 };
 
-RawSurface read_binary(Cursor& file, std::size_t facets) {
-  RawSurface surface;
+RawMesh read_binary(Cursor& file, std::size_t facets) {
+  RawMesh surface;
   Merger merger(surface);
   surface.triangles.reserve(facets);
   for (std::size_t f = 0; f < facets; ++f) {
@@ -50,8 +50,8 @@ RawSurface read_binary(Cursor& file, std::size_t facets) {
   return surface;
 }
 
-RawSurface read_text(Cursor& file) {
-  RawSurface surface;
+RawMesh read_text(Cursor& file) {
+  RawMesh surface;
   Merger merger(surface);
   while (!file.at_end()) {
     file.expect("solid");
@@ -77,7 +77,7 @@ RawSurface read_text(Cursor& file) {
 
 }  // namespace
 
-RawSurface read_stl(Cursor& file, RawLabels*) {
+RawMesh read_stl(Cursor& file, RawLabels*) {
   const std::string_view bytes = file.bytes();
   // Binary files may begin with "solid" too, so the exact size decides.
   if (bytes.size() >= kHeader) {

@@ -8,7 +8,7 @@ namespace palpate::mesh_read {
 namespace {
 
 // Returns the number of the first point, 0 or 1.
-std::int64_t read_nodes(Cursor& file, RawTetMesh& mesh) {
+std::int64_t read_nodes(Cursor& file, RawMesh& mesh) {
   const std::size_t nodes = file.count(NumberType::int64, 8, "nodes");
   if (file.integer() != 3) file.fail("the points are not of dimension 3");
   file.line();
@@ -25,7 +25,7 @@ std::int64_t read_nodes(Cursor& file, RawTetMesh& mesh) {
   return first;
 }
 
-void read_elements(Cursor& file, std::int64_t first, RawTetMesh& mesh) {
+void read_elements(Cursor& file, std::int64_t first, RawMesh& mesh) {
   const std::size_t tets = file.count(NumberType::int64, 10, "tetrahedra");
   const std::int64_t corners = file.integer();
   if (corners != 4 && corners != 10) file.fail("tetrahedra have neither 4 nor 10 nodes");
@@ -46,7 +46,7 @@ void read_elements(Cursor& file, std::int64_t first, RawTetMesh& mesh) {
 
 }  // namespace
 
-RawTetMesh read_tetgen(Cursor& file, RawLabels*) {
+RawMesh read_tetgen(Cursor& file, RawLabels*) {
   const std::filesystem::path path(file.file());
   const bool is_node = same_word(path.extension().string(), ".node");
   std::filesystem::path other = path;
@@ -60,7 +60,7 @@ RawTetMesh read_tetgen(Cursor& file, RawLabels*) {
   Cursor elements(is_node ? std::string_view(other_bytes) : file.bytes(),
                   (is_node ? other : path).string());
   nodes.comment = elements.comment = '#';
-  RawTetMesh mesh;
+  RawMesh mesh;
   const std::int64_t first = read_nodes(nodes, mesh);
   read_elements(elements, first, mesh);
   return mesh;

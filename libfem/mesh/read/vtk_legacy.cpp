@@ -229,12 +229,12 @@ class LegacyFile {
 
 }  // namespace
 
-RawSurface read_vtk_polydata(Cursor& file, RawLabels* labels) {
+RawMesh read_vtk_polydata(Cursor& file, RawLabels* labels) {
   LegacyFile legacy(file);
   if (!same_word(legacy.dataset(), "POLYDATA"))
     file.fail("holds a " + quoted(legacy.dataset()) + ", not POLYDATA",
               "Give a surface; tetrahedra (UNSTRUCTURED_GRID) are read as body.tetmesh.");
-  RawSurface surface;
+  RawMesh surface;
   // VTK counts cells in this order, whatever that of the sections.
   VtkCells vertices, lines, polygons, strips;
   for (auto keyword = legacy.section(); !keyword.empty(); keyword = legacy.section()) {
@@ -261,12 +261,12 @@ RawSurface read_vtk_polydata(Cursor& file, RawLabels* labels) {
   return surface;
 }
 
-RawTetMesh read_vtk_grid(Cursor& file, RawLabels* labels) {
+RawMesh read_vtk_grid(Cursor& file, RawLabels* labels) {
   LegacyFile legacy(file);
   if (!same_word(legacy.dataset(), "UNSTRUCTURED_GRID"))
     file.fail("holds " + quoted(legacy.dataset()) + ", not an UNSTRUCTURED_GRID",
               "Give tetrahedra; a surface (POLYDATA) is read as body.surface.");
-  RawTetMesh mesh;
+  RawMesh mesh;
   VtkCells cells;
   std::vector<std::int64_t> types;
   for (auto keyword = legacy.section(); !keyword.empty(); keyword = legacy.section()) {

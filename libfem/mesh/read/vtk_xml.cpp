@@ -372,9 +372,9 @@ std::string vtk_field_text(Cursor& file, std::string_view type, std::string_view
   return VtkXmlFile(file, type).field_text(name);
 }
 
-RawSurface read_vtp(Cursor& file, RawLabels* labels) {
+RawMesh read_vtp(Cursor& file, RawLabels* labels) {
   const VtkXmlFile xml(file, "PolyData");
-  RawSurface surface;
+  RawMesh surface;
   for (const VtkPiece& piece : xml.pieces()) {
     const std::size_t base = surface.points.size();
     append_points(xml, piece, file, surface.points);
@@ -391,9 +391,9 @@ RawSurface read_vtp(Cursor& file, RawLabels* labels) {
   return surface;
 }
 
-RawTetMesh read_vtu(Cursor& file, RawLabels* labels) {
+RawMesh read_vtu(Cursor& file, RawLabels* labels) {
   const VtkXmlFile xml(file, "UnstructuredGrid");
-  RawTetMesh mesh;
+  RawMesh mesh;
   for (const VtkPiece& piece : xml.pieces()) {
     const std::size_t base = mesh.points.size();
     append_points(xml, piece, file, mesh.points);

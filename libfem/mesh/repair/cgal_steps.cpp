@@ -63,22 +63,6 @@ Surface from_cgal(CgalMesh& mesh) {
   return surface;
 }
 
-struct Border {
-  std::size_t edges = 0;
-  double width_m = 0;
-};
-
-Border measure(const CgalMesh& mesh, CgalMesh::Halfedge_index border) {
-  Border result;
-  CGAL::Bbox_3 box;
-  for (const auto h : CGAL::halfedges_around_face(border, mesh)) {
-    box += mesh.point(mesh.target(h)).bbox();
-    ++result.edges;
-  }
-  result.width_m = Vec3(box.x_span(), box.y_span(), box.z_span()).norm();
-  return result;
-}
-
 }  // namespace
 
 FilledHoles fill_holes(const Surface& surface) {
@@ -88,10 +72,15 @@ FilledHoles fill_holes(const Surface& surface) {
   pmp::extract_boundary_cycles(mesh, std::back_inserter(borders));
   FilledHoles result;
   for (const auto border : borders) {
-    const Border hole = measure(mesh, border);
+    CGAL::Bbox_3 box;
+    std::size_t edges = 0;
+    for (const auto h : CGAL::halfedges_around_face(border, mesh)) {
+      box += mesh.point(mesh.target(h)).bbox();
+      ++edges;
+    }
     std::vector<CgalMesh::Face_index> faces;
     std::vector<CgalMesh::Vertex_index> vertices;
-    if (hole.edges <= kLongestHole) {
+    if (edges <= kLongestHole) {
       try {
         pmp::triangulate_and_refine_hole(mesh, border, std::back_inserter(faces),
                                          std::back_inserter(vertices));
@@ -106,7 +95,8 @@ FilledHoles fill_holes(const Surface& surface) {
     }
     ++result.filled;
     result.triangles += faces.size();
-    result.widest_m = std::max(result.widest_m, hole.width_m);
+    result.widest_m =
+        std::max(result.widest_m, Vec3(box.x_span(), box.y_span(), box.z_span()).norm());
   }
   result.surface = from_cgal(mesh);
   return result;

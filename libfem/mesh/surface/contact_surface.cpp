@@ -6,7 +6,6 @@
 #include <CGAL/Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
-#include <fmt/core.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

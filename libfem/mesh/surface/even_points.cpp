@@ -1,4 +1,3 @@
-#include <Eigen/Dense>
 #include <Eigen/Geometry>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
 #include <OpenMesh/Tools/Decimater/ModBaseT.hh>
@@ -146,28 +145,6 @@ struct Guards {
 };
 // Sensible triangles first; then whatever the asked count needs, short of folding over.
 constexpr Guards kStages[] = {{0.5, 0.3}, {0.3, 0.1}, {0.0, 0.02}};
-
-}  // namespace
-
-void decimate_evenly(HalfEdgeMesh& mesh, const Points& normals, const std::vector<char>& may_stand,
-                     int count, OpenMesh::VPropHandleT<int> origin) {
-  for (const Guards& guards : kStages) {
-    const auto left = static_cast<int>(mesh.n_vertices());
-    if (left <= count) return;
-    OpenMesh::Decimater::DecimaterT<HalfEdgeMesh> decimater(mesh);
-    ModEvenSpacing<HalfEdgeMesh>::Handle handle;
-    decimater.add(handle);
-    decimater.module(handle).set_guards(guards.facing, guards.roundness);
-    decimater.module(handle).set_vertices(normals, may_stand, origin);
-    decimater.initialize();
-    decimater.decimate(left - count);
-    mesh.garbage_collection();
-  }
-}
-
-namespace {
-
-using OpenMesh::VertexHandle;
 
 /// Least cosine of a triangle to the mean normal of its corners, where a change may lead.
 constexpr double kMinFacing = 0.3;
@@ -345,6 +322,22 @@ class EvenOut {
 };
 
 }  // namespace
+
+void decimate_evenly(HalfEdgeMesh& mesh, const Points& normals, const std::vector<char>& may_stand,
+                     int count, OpenMesh::VPropHandleT<int> origin) {
+  for (const Guards& guards : kStages) {
+    const auto left = static_cast<int>(mesh.n_vertices());
+    if (left <= count) return;
+    OpenMesh::Decimater::DecimaterT<HalfEdgeMesh> decimater(mesh);
+    ModEvenSpacing<HalfEdgeMesh>::Handle handle;
+    decimater.add(handle);
+    decimater.module(handle).set_guards(guards.facing, guards.roundness);
+    decimater.module(handle).set_vertices(normals, may_stand, origin);
+    decimater.initialize();
+    decimater.decimate(left - count);
+    mesh.garbage_collection();
+  }
+}
 
 void even_out(HalfEdgeMesh& mesh, const Surface& part, const Points& normals,
               const std::vector<char>& may_stand, OpenMesh::VPropHandleT<int> origin) {

@@ -69,39 +69,6 @@ void mark_vertices(HalfEdgeMesh& mesh) {
   }
 }
 
-}  // namespace
-
-Vec3 FeatureLines::closest(const Vec3& query) const {
-  Vec3 best = query;
-  double least = std::numeric_limits<double>::infinity();
-  for (const auto& [a, b] : segments) {
-    const Vec3 candidate = a + nearest_on_segment(query, a, b) * (b - a);
-    const double squared_distance = (candidate - query).squaredNorm();
-    if (squared_distance >= least) continue;
-    least = squared_distance;
-    best = candidate;
-  }
-  return best;
-}
-
-FeatureLines mark_features(HalfEdgeMesh& mesh, double min_length_m) {
-  const double min_cosine = std::cos(kFeatureDeg * std::numbers::pi / 180);
-  for (const auto e : mesh.edges()) mesh.status(e).set_feature(is_sharp(mesh, e, min_cosine));
-  drop_short_strings(mesh, min_length_m);
-  mark_vertices(mesh);
-
-  FeatureLines lines;
-  for (const auto e : mesh.edges()) {
-    if (!mesh.status(e).feature()) continue;
-    const auto h = mesh.halfedge_handle(e, 0);
-    lines.segments.emplace_back(position(mesh, mesh.from_vertex_handle(h)),
-                                position(mesh, mesh.to_vertex_handle(h)));
-  }
-  return lines;
-}
-
-namespace {
-
 // Shares of the target edge: a triangle may stray so far from a curve, and the shortest edge.
 constexpr double kStray = 0.08, kShortest = 0.4;
 
@@ -173,6 +140,35 @@ double edge_for_curvature_m(double curvature, double deviation_m) {
 }
 
 }  // namespace
+
+Vec3 FeatureLines::closest(const Vec3& query) const {
+  Vec3 best = query;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& [a, b] : segments) {
+    const Vec3 candidate = a + nearest_on_segment(query, a, b) * (b - a);
+    const double squared_distance = (candidate - query).squaredNorm();
+    if (squared_distance >= least) continue;
+    least = squared_distance;
+    best = candidate;
+  }
+  return best;
+}
+
+FeatureLines mark_features(HalfEdgeMesh& mesh, double min_length_m) {
+  const double min_cosine = std::cos(kFeatureDeg * std::numbers::pi / 180);
+  for (const auto e : mesh.edges()) mesh.status(e).set_feature(is_sharp(mesh, e, min_cosine));
+  drop_short_strings(mesh, min_length_m);
+  mark_vertices(mesh);
+
+  FeatureLines lines;
+  for (const auto e : mesh.edges()) {
+    if (!mesh.status(e).feature()) continue;
+    const auto h = mesh.halfedge_handle(e, 0);
+    lines.segments.emplace_back(position(mesh, mesh.from_vertex_handle(h)),
+                                position(mesh, mesh.to_vertex_handle(h)));
+  }
+  return lines;
+}
 
 Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes, double target_edge_m) {
   const VertexNeighbours neighbours = vertex_neighbours(fine);

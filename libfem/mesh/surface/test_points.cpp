@@ -1,7 +1,7 @@
 #include "libfem/mesh/surface/surface.hpp"
 
+#include <fmt/core.h>
 #include <algorithm>
-#include <cstdio>
 #include <string>
 #include <utility>
 
@@ -80,12 +80,6 @@ ReachablePart reachable_part(const Surface& fine, const std::vector<char>& is_re
   return part;
 }
 
-std::string name_of(Eigen::Index index) {
-  char name[24];
-  std::snprintf(name, sizeof name, "p%04d", static_cast<int>(index) + 1);
-  return name;
-}
-
 /// Points in the order of the part's vertices, which is the fine surface's.
 TestPoints collect(const HalfEdgeMesh& mesh, const ReachablePart& part,
                    OpenMesh::VPropHandleT<int> origin) {
@@ -102,13 +96,9 @@ TestPoints collect(const HalfEdgeMesh& mesh, const ReachablePart& part,
     rank[v.idx()] = static_cast<std::int32_t>(i);
     points.position.row(i) = part.surface.vertices.row(mesh.property(origin, v));
     points.normal.row(i) = -part.normals.row(mesh.property(origin, v));
-    points.name.push_back(name_of(i));
+    points.name.push_back(fmt::format("p{:04}", i + 1));
   }
-  points.triangles.resize(mesh.n_faces(), 3);
-  for (const auto f : mesh.faces()) {
-    int k = 0;
-    for (const auto v : mesh.fv_range(f)) points.triangles(f.idx(), k++) = rank[v.idx()];
-  }
+  points.triangles = to_surface(mesh).triangles.unaryExpr([&](int v) { return rank[v]; });
   return points;
 }
 

@@ -147,7 +147,15 @@ class Equilibrium::CondensedContact {
   using CondensedStep = CondensedTangent::CondensedStep;
   using Tangent = ContactInterface::Tangent;
 
-  Eigen::VectorXd force() const;
+  // Force of the latest contact terms over the dense block.
+  Eigen::VectorXd force() const {
+    Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * std::ssize(node_of_));
+    for (const FaceTerms& face : of_.contact_.terms())
+      for (int a = 0; a < kFaceNodes; ++a)
+        if (const std::int32_t i = of_.contact_place(face.face, a); i >= 0)
+          force.segment<3>(3 * i) += Eigen::Map<const Vec3>(face.force + 3 * a);
+    return force;
+  }
 
   // Unknowns of the dense block on faces of the latest contact terms, increasing.
   std::vector<Eigen::Index> touching_unknowns() const {
@@ -253,16 +261,6 @@ class Equilibrium::CondensedContact {
   double relative_ = 0;  // size of the residual z - f(w) over that of f
   bool is_coupled_ = true, is_kept_ = false;
 };
-
-// Force of the latest contact terms over the dense block.
-Eigen::VectorXd Equilibrium::CondensedContact::force() const {
-  Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * std::ssize(node_of_));
-  for (const FaceTerms& face : of_.contact_.terms())
-    for (int a = 0; a < kFaceNodes; ++a)
-      if (const std::int32_t i = of_.contact_place(face.face, a); i >= 0)
-        force.segment<3>(3 * i) += Eigen::Map<const Vec3>(face.force + 3 * a);
-  return force;
-}
 
 // The correction after which a body with the factor's tangent would rest.
 Equilibrium::Correction Equilibrium::correction(const Step& now) {

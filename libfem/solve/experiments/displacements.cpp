@@ -21,7 +21,7 @@ Waypoints transferred(const Waypoints& reached, const QuadraticMesh& from,
   };
   std::vector<NodePlace> places(to.nodes.rows());
   const TetMesh corners{from.nodes, from.tets.leftCols<4>(), {}};
-  const BoxTree boxes = tet_boxes(corners);
+  const BoxTree boxes = boxes_of(corners.nodes, corners.tets);
   for (std::size_t n = 0; n < places.size(); ++n) {
     if (to.is_held[n]) continue;
     const auto found =

@@ -30,6 +30,20 @@ int ExperimentPlan::add_row(ExperimentKind kind, int experiment, int step, const
   return static_cast<int>(row);
 }
 
+void ExperimentPlan::add_segments(const Points& deflections, const Vec3& from, const Vec3& normal) {
+  Vec3 before = from;
+  double depth_before = 0;
+  for (Eigen::Index i = 0; i < deflections.rows(); ++i) {
+    const Vec3 here = deflections.row(i);
+    const double depth = here.dot(normal);
+    depth_m = std::max(depth_m, depth);
+    const Vec3 lateral = from + here - depth * normal;
+    segments.push_back({before, lateral, std::min(depth, depth_before)});
+    before = lateral;
+    depth_before = depth;
+  }
+}
+
 ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& normal) {
   ExperimentPlan plan;
   plan.depth_m = experiments.depth_m;
@@ -86,40 +100,24 @@ ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3&
   plan.lean = path.lean;
   plan.is_in_time = time_s.size() > 0;
   plan.paths.emplace_back();
-  Vec3 before = Vec3::Zero();
-  double depth_before = 0;
   for (Eigen::Index i = 0; i < deflections.rows(); ++i) {
     const Vec3 here = deflections.row(i);
-    const double depth = here.dot(normal);
     const int step = static_cast<int>(i), row = plan.add_row(ExperimentKind::path, 0, step, here);
     if (path.second)
       plan.add_row(ExperimentKind::path, 0, step, path.second->deflections.row(i), 1);
-    plan.depth_m = std::max(plan.depth_m, depth);
     plan.paths[0].targets.push_back({here, row});
     if (plan.is_in_time) plan.paths[0].targets.back().time_s = time_s[i];
-    const Vec3 lateral = here - depth * normal;
-    plan.segments.push_back({before, lateral, std::min(depth, depth_before)});
-    before = lateral;
-    depth_before = depth;
   }
+  plan.add_segments(deflections, Vec3::Zero(), normal);
   if (plan.is_in_time)
     plan.rows.time_s =
         path.second ? Eigen::VectorXd(time_s.replicate(1, 2).transpose().reshaped()) : time_s;
   if (!path.second) return plan;
   const SecondTool& other = *path.second;
   plan.second = {other.position - position, other.normal};
-  before = plan.second->from_first_m;
-  depth_before = 0;
-  for (Eigen::Index i = 0; i < deflections.rows(); ++i) {
-    const Vec3 here = other.deflections.row(i);
-    const double depth = here.dot(other.normal);
-    plan.depth_m = std::max(plan.depth_m, depth);
-    plan.paths[0].targets[i].second_deflection = here;
-    const Vec3 lateral = plan.second->from_first_m + here - depth * other.normal;
-    plan.segments.push_back({before, lateral, std::max(0.0, std::min(depth, depth_before))});
-    before = lateral;
-    depth_before = depth;
-  }
+  for (Eigen::Index i = 0; i < deflections.rows(); ++i)
+    plan.paths[0].targets[i].second_deflection = other.deflections.row(i);
+  plan.add_segments(other.deflections, plan.second->from_first_m, other.normal);
   return plan;
 }
 

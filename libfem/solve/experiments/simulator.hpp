@@ -1,10 +1,6 @@
 #pragma once
 
-#include <functional>
-#include <limits>
 #include <memory>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "libfem/solve/equilibrium/path_follower.hpp"

@@ -4,7 +4,6 @@
 #include <optional>
 #include <vector>
 
-#include "libfem/elements/elastic_body.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
 #include "libfem/solve/equilibrium/equilibrium.hpp"
 #include "libfem/solve/experiments/displacements.hpp"
@@ -79,6 +78,9 @@ struct ExperimentPlan {
 
   /// Appends a row of a tool and returns its number.
   int add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection, int tool = 0);
+  /// Appends the segments of a path of successive deflections of a tool, whose first touch lies at
+  /// `from`, and notes how deep they go.
+  void add_segments(const Points& deflections, const Vec3& from, const Vec3& normal);
 };
 
 /// The press passes every row and every depth where a drag starts; drags branch off there.
