@@ -37,8 +37,8 @@ void append(ExperimentList& to, const ExperimentList& more);
 /// Those of a list, by their numbers, with their places alone.
 ExperimentList taken(const ExperimentList& list, const std::vector<std::size_t>& which);
 
-/// The experiments of a list as samples whose rows are not reached yet. A press has one row, and
-/// one more if it is dragged; its scale is that of its place.
+/// The experiments of a list as samples: placeholder rows, whose status is not_reached. A press has
+/// one row, and one more if it is dragged; its scale is that of its place.
 Samples planned_rows(const ExperimentList& list);
 /// The list that rows were planned for.
 ExperimentList list_of(const Samples& planned);
@@ -47,10 +47,9 @@ ExperimentList list_of(const Samples& planned);
 /// press with all its drags.
 std::vector<std::int32_t> first_numbers(const ExperimentList& list, int per_point);
 
-/// The wanted experiments that `known` has, in their order and with their numbers, at all of
-/// their places. An experiment is known where all that is asked for is the same to the bit: kind,
-/// place, normal, effort, and of a path every deflection, time and lean of every tool. Of one that
-/// is there twice the first counts.
+/// Results in `known` for the wanted experiments, in their order and with their numbers, at all of
+/// their places. Experiments are compared bit by bit: kind, place, normal, effort, and of a path
+/// every deflection, time and lean of every tool. The first of several equal ones counts.
 Samples known_rows(const ExperimentList& wanted, const Samples& known, int per_point);
 
 /// Experiments without a row in samples that are theirs, ascending.

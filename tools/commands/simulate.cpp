@@ -120,7 +120,7 @@ class Simulate final : public Command {
     samples = fem::simulate(of_all, list, experiments_of(stage_.scene),
                             {.jobs = job_count(stage_.jobs), .already_done = {}}, {},
                             progress.progress());
-    add_origin(samples, of_all, list);
+    add_body_and_probe(samples, of_all, list);
     write_with_surface(output_, samples, {});
   }
 

@@ -23,7 +23,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-/// of: the kinds of name (command, key, format, ...), or the command whose options they were.
+/// of: as in remedy_of_former, several of them between blanks.
 /// names: the names that are gone, each between blanks. remedy: what a user does instead.
 struct FormerNames {
   std::string_view of, names;

@@ -163,7 +163,6 @@ Model refine_body(const FittedCurves& curves, const Body& body, const Samples& s
   }
   if (!report.uncovered.empty())
     say("  {} reachable vertices are answered for by no test point", report.uncovered.size());
-  model.probe = curves.probe;
   if (samples.surface.rows() > 0)
     add_shape(model, of_kinds(samples, {ExperimentKind::press, ExperimentKind::drag}));
   if (scene != nullptr) add_coupling(model, *scene, samples);

@@ -169,10 +169,10 @@ class Equilibrium {
   bool solve(const BodyState& from, const ProbePose& pose, const Points& guess, BodyState& to,
              bool may_shorten = false);
 
-  /// Solves from here on are those dt_s after `from`, which stays as it is (M14a, M54b). A body is
+  /// Later solves are a time step dt_s after `from`, which stays as it is (M14a, M54b). A body is
   /// in slow motion and undamaged until the first of these; one without a history stays so.
   void begin_step(const BodyState& from, double dt_s);
-  /// Takes what the body remembers at the end of the step into an accepted state, from its own
+  /// Commits the internal variables at the end of the step to an accepted state, from its own
   /// displacement, or from that after an Uzawa update, which is nearer to a rigid probe's.
   void end_step(BodyState& accepted) const { end_step(accepted.u, accepted); }
   void end_step(const Points& u, BodyState& accepted) const;

@@ -80,7 +80,7 @@ struct SignalRanges {
   RowRange approach;   ///< the loading that the settings ask for, up to its deepest row
   RowRange loading;    ///< its part in which the force rises
   RowRange unloading;  ///< after it; empty where there is none
-  /// Of a press in cycles that go deeper and deeper, what each loads for the first time; else none.
+  /// The first loading of each cycle of a press whose cycles go deeper and deeper; else none.
   std::vector<RowRange> first_loadings;
   std::optional<Eigen::Index> break_in;  ///< last row before the tool breaks in
   /// Ranges that rows are means of, the last of them with the contact point.

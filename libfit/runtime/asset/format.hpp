@@ -124,7 +124,7 @@ struct Header {
   std::int32_t degree[kMaxParts], pieces[kMaxParts];  ///< of each part's basis; 0 where none is
   double origin_m[3];                                 ///< body coordinates are origin + vertex
   double max_step_m;      ///< a tip that moves farther in one tick has teleported
-  double probe_radius_m;  ///< of the probe the curves were measured with; 0 unknown
+  double probe_radius_m;  ///< of the ball that pressed; 0 where another tool did, or unknown
   double first_row_m;     ///< below it no press has a row; 0 unknown
   std::uint64_t meta_bytes;
   std::uint64_t offset[kSections];

@@ -127,8 +127,8 @@ inline double damage_kernel(double squared) noexcept {
   return left > 0 ? left * left : 0;
 }
 
-/// The contact at a place and depth stores law_J > M: the place and those around it have now stored
-/// as much, those around less by distance (M57). Nothing heals.
+/// Raises M at a place and around it to law_J, the energy of a contact there at this depth; around
+/// it less by distance (M57). Nothing heals.
 inline void damage(const AssetView& asset, int triangle, const double weight[3], double depth_m,
                    double law_J, double unit_J) noexcept {
   Vec3d corner[3], c{0, 0, 0};
@@ -194,7 +194,7 @@ struct SofteningMemory {
     const DamageHistory here = damage_history_at(asset, at.triangle, at.weight);
     return softened(asset.damage, here.unit_J, here.most_J, law_J);
   }
-  /// The place has stored law_J at depth_m; returns energy() of it from now on.
+  /// Raises M of the place to law_J, reached at depth_m; returns energy() of it from now on.
   static MemoryEnergy load(const AssetView& asset, ContactPoint& at, double depth_m,
                            double law_J) noexcept {
     DamageHistory here = damage_history_at(asset, at.triangle, at.weight);

@@ -7,7 +7,8 @@
 //
 //     eta = dPsi/dE = max(0, 1 - (1/r) y / sqrt(w^2 + y^2)),   y = max(M - E, 0),   w = m + beta M
 //
-// which falls as M rises, at every E: damage only takes (M56). All are energies over a unit e.
+// which falls as M rises, at every E, so that damage dissipates (M56). Energies are in joules, and
+// m = scale times the unit e of the place.
 
 #include <cmath>
 

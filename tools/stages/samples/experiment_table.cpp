@@ -187,8 +187,8 @@ const ToolSection* tool_of(const Scene& scene, Purpose purpose, ExperimentKind k
 
 }  // namespace
 
-// Each of a body that relaxes at one of the speeds, each of a body that softens at a place that was
-// pressed before.
+// On a body that relaxes each path has one of the speeds; on a body that softens each begins with a
+// press at its own place.
 HeldOut draw_held_out_paths(const Drawing& drawing) {
   const Scene& scene = drawing.scene;
   const Reachable reachable(drawing);

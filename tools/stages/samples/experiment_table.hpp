@@ -140,7 +140,8 @@ Relaxation contact_relaxation(const Scene& scene, const Body& body, const Sample
 
 /// Adds what later stages need to know of the simulators of a list: their probes, and the body's
 /// Poisson's ratio.
-void add_origin(Samples& samples, const fem::SimulatorOf& simulator, const ExperimentList& list);
+void add_body_and_probe(Samples& samples, const fem::SimulatorOf& simulator,
+                        const ExperimentList& list);
 
 /// Says what error the rows' own estimates leave at the points, and whether it is what was asked
 /// for (ExperimentsSection::force_tolerance). Returns the points that miss it.

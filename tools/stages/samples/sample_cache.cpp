@@ -82,7 +82,7 @@ Samples SampleCache::at(const fem::SimulatorOf& simulator, const ExperimentList&
   Samples known = known_rows(list, joined(interrupted_, earlier_), per_point);
   const std::vector<std::size_t> missing = without_rows(list, known, per_point);
   if (missing.empty()) {
-    add_origin(known, simulator, list);
+    add_body_and_probe(known, simulator, list);
     return known;
   }
   if (request_.only_known) throw ExperimentsMissing{{taken(list, missing), quick}};
@@ -91,7 +91,7 @@ Samples SampleCache::at(const fem::SimulatorOf& simulator, const ExperimentList&
   const auto on_done = [&](const std::function<Samples()>& so_far) {
     clock_.keep([&] {
       Samples now = so_far();
-      add_origin(now, simulator, list);
+      add_body_and_probe(now, simulator, list);
       keep(joined(now, others));
     });
   };
@@ -102,7 +102,7 @@ Samples SampleCache::at(const fem::SimulatorOf& simulator, const ExperimentList&
                                    .quick = quick,
                                    .surface_columns = request_.surface_columns},
                                   on_done, progress.progress());
-  add_origin(samples, simulator, list);
+  add_body_and_probe(samples, simulator, list);
   interrupted_ = joined(samples, others);
   if (is_interrupted()) {
     keep(interrupted_);

@@ -41,7 +41,8 @@ Eigen::Index surface_columns(const Scene& scene, const Body& body) {
   return scene.experiments.surface && vertices <= 20000 ? 3 * vertices : 0;
 }
 
-void add_origin(Samples& samples, const fem::SimulatorOf& simulator, const ExperimentList& list) {
+void add_body_and_probe(Samples& samples, const fem::SimulatorOf& simulator,
+                        const ExperimentList& list) {
   const fem::SimulationSetup& setup = simulator(Experiment{}).setup();
   samples.probe = setup.probe;
   for (const Experiment& one : list.experiments) {
