@@ -108,9 +108,11 @@ void check_finite(const Complain& complain, const std::string& name, const doubl
       throw complain(name, fmt::format("row {} is not a finite number", i / width));
 }
 
-void check_unit_length(const Complain& complain, const std::string& name, const Points& vectors) {
+void check_unit_length(const Complain& complain, const std::string& name, const Points& vectors,
+                       bool may_be_zero) {
   for (Eigen::Index i = 0; i < vectors.rows(); ++i)
-    if (!(std::abs(vectors.row(i).norm() - 1) < 1e-6))
+    if (const double length = vectors.row(i).norm();
+        !(std::abs(length - 1) < 1e-6 || (may_be_zero && length == 0)))
       throw complain(name, fmt::format("row {} is not a unit vector", i));
 }
 

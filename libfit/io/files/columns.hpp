@@ -186,8 +186,9 @@ class ColumnChecker {
   Eigen::Index rows_ = 0;
 };
 
-/// Every row has length 1 within 1e-6 (float32 sources pass).
-void check_unit_length(const Complain& complain, const std::string& name, const Points& vectors);
+/// Every row has length 1 within 1e-6 (float32 sources pass), or 0 where that is let through.
+void check_unit_length(const Complain& complain, const std::string& name, const Points& vectors,
+                       bool may_be_zero = false);
 /// Every index in [0, end), of a matrix or a vector.
 template <class Column>
 void check_indices(const Complain& complain, const std::string& name, const Column& column,

@@ -85,13 +85,6 @@ void check_shape(const h5::Complain& complain, const Model& model) {
   if (!is_good(shape.mode)) throw complain("shape/mode", "is not finite, small and a float32");
 }
 
-// Unit length, or zero at a vertex without triangle.
-void check_normals(const h5::Complain& complain, const Points& normals) {
-  for (Eigen::Index v = 0; v < normals.rows(); ++v)
-    if (const double length = normals.row(v).norm(); !(std::abs(length - 1) < 1e-6 || length == 0))
-      throw complain("inward_normal", "row " + std::to_string(v) + " is not a unit vector");
-}
-
 void check_blend(const h5::Complain& complain, const Model& model) {
   const Eigen::Index vertices = model.surface.vertices.rows();
   check_indices(complain, "blend_point", model.blend_point,
@@ -111,7 +104,7 @@ void check(const Model& model, const h5::Complain& complain) {
   ColumnChecker all(complain);
   columns(model, all);
   check_indices(complain, "surface/triangles", model.surface.triangles, vertices);
-  check_normals(complain, model.inward_normal);
+  check_unit_length(complain, "inward_normal", model.inward_normal, true);
   check_curve_set(complain, model.curves, vertices);
   check_blend(complain, model);
   check_shape(complain, model);

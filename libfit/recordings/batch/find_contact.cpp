@@ -14,7 +14,7 @@ namespace {
 constexpr Eigen::Index kMinRows = 8;
 constexpr double kLeastExplained = 0.5;  // beside long free travel, whose waves look like a toe
 
-// The way in, as the estimators and the checks see it: W rows, and means of them and of others.
+// The approach as the estimators and the checks see it: W rows, and means of them and of others.
 struct Approach {
   RowRange range;
   Eigen::VectorXd travel, push;    // W
@@ -94,8 +94,8 @@ void focus_on_contact(const Signal& signal, double exponent, Approach& approach)
   }
 }
 
-// Refuses a way in that holds no contact: too few rows, a force that falls (its sign is reversed),
-// saturates at once, or stays in the noise.
+// Refuses an approach that holds no contact: too few rows, a force that falls (its sign is
+// reversed), saturates at once, or stays in the noise.
 void check_contact(const Signal& signal, const Approach& approach, const std::string& file) {
   const bool is_short = approach.curve.push_N.size() < 5;
   const Eigen::VectorXd travel_m = signal.travel_m();
@@ -133,7 +133,7 @@ void check_contact(const Signal& signal, const Approach& approach, const std::st
 }
 
 // Refuses depth and force that both have the other sign: the recording first goes out by as much as
-// it comes in, its force falls below zero meanwhile, and the way in, which is the way back then,
+// it comes in, its force falls below zero meanwhile, and the approach, which is the retract then,
 // bends as no press does. A curve comes out of that, too, and a modulus two times too large.
 void check_sign(const Signal& signal, const Approach& approach, const std::string& file) {
   const RowRange& in = approach.range;
@@ -172,19 +172,24 @@ ContactEstimate contact_of(const Signal& signal, const Approach& approach,
   return found;
 }
 
+// The first row of the loading at a travel or beyond; as many as there are where none is.
+Eigen::Index first_row_at(const Approach& approach, double travel_m) {
+  Eigen::Index i = 0;
+  while (i < approach.travel.size() && approach.travel[i] < travel_m) ++i;
+  return i;
+}
+
 // The tip at the contact travel, between two rows of the loading.
 Vec3 contact_position(const Signal& signal, const Approach& approach, double travel_m) {
-  Eigen::Index i = 0;
-  while (i + 1 < approach.travel.size() && approach.travel[i] < travel_m) ++i;
+  const Eigen::Index i = std::min(first_row_at(approach, travel_m), approach.travel.size() - 1);
   const Vec3 here = signal.position_m.row(approach.range.begin + i);
   return here + (travel_m - approach.travel[i]) * signal.inward;
 }
 
 double speed_of(const Signal& signal, const Approach& approach, double contact_m) {
   if (signal.time_s.empty()) return kNan;
-  Eigen::Index first = 0;
-  while (first + 2 < approach.travel.size() && approach.travel[first] < contact_m) ++first;
-  const Eigen::Index last = approach.travel.size() - 1;
+  const Eigen::Index last = approach.travel.size() - 1,
+                     first = std::min(first_row_at(approach, contact_m), last - 1);
   const double dt =
       signal.time_s[approach.range.begin + last] - signal.time_s[approach.range.begin + first];
   return dt > 0 ? (approach.travel[last] - approach.travel[first]) / dt : kNan;
@@ -196,14 +201,10 @@ double take_off_bias(Signal& signal, const Approach& approach, const ContactEsti
                      const SignalSettings& settings, Conditioned& out) {
   const double margin_m = std::max(
       3 * contact.deviation_m, 0.01 * (approach.travel.maxCoeff() - approach.travel.minCoeff()));
-  Eigen::Index free = 0;
-  while (free < approach.travel.size() && approach.travel[free] < contact.travel_m - margin_m)
-    ++free;
+  Eigen::Index free = first_row_at(approach, contact.travel_m - margin_m);
   constexpr Eigen::Index kMinFreeRows = 8;
-  if (free < kMinFreeRows) {  // less of a margin, before none is left
-    free = 0;
-    while (free < approach.travel.size() && approach.travel[free] < contact.travel_m) ++free;
-  }
+  if (free < kMinFreeRows)  // less of a margin, before none is left
+    free = first_row_at(approach, contact.travel_m);
   if (free < kMinFreeRows || contact.begins_in_contact) {
     out.reasons.emplace_back(
         out.contact.estimator == "given"

@@ -81,8 +81,8 @@ double error_of_mean_N(double noise_N, double count, double correlation) {
   return noise_N / std::sqrt(std::max(1.0, count * (1 - correlation) / (1 + correlation)));
 }
 
-// The way in without its last rows where the force falls already: a soft sensor springs back before
-// the tip does.
+// The approach without its last rows where the force falls already: a soft sensor springs back
+// before the tip does.
 RowRange loading_part(const Signal& signal, RowRange range) {
   const Eigen::VectorXd travel = signal.travel_m().segment(range.begin, range.rows());
   Eigen::Index most = 0;

@@ -52,15 +52,13 @@ class PressGroup {
     /// Residuals by curve, level and drift; rows() x unknowns that are not at their bounds.
     Eigen::MatrixXd slopes;
   };
-  Solution solve(const Relaxation& relaxation, const double* shifts,
+  Solution solve(const Eigen::MatrixXd& parts, const double* shifts,
                  const std::vector<char>& held_out) const;
 
   /// Forces of the curve's parts on all rows, and those on a recording's rows put among them.
   Eigen::MatrixXd parts(const Relaxation& relaxation, const double* shifts) const;
   void put_parts(std::size_t recording, const Relaxation& relaxation, const double* shifts,
                  Eigen::MatrixXd& parts) const;
-  Solution solve(const Eigen::MatrixXd& parts, const double* shifts,
-                 const std::vector<char>& held_out) const;
 
   std::size_t recordings() const { return presses_.size(); }
   /// Of a recording's rows within all rows.

@@ -210,11 +210,6 @@ Eigen::MatrixXd PressGroup::parts(const Relaxation& relaxation, const double* sh
   return out;
 }
 
-PressGroup::Solution PressGroup::solve(const Relaxation& relaxation, const double* shifts,
-                                       const std::vector<char>& held_out) const {
-  return solve(parts(relaxation, shifts), shifts, held_out);
-}
-
 PressGroup::Solution PressGroup::solve(const Eigen::MatrixXd& column, const double* shifts,
                                        const std::vector<char>& held_out) const {
   Eigen::MatrixXd sensor = Eigen::MatrixXd::Zero(rows_, 2 * presses_.size());

@@ -205,8 +205,9 @@ std::vector<double> SeriesSearch::held_out_squares(const SeriesValues& found,
         held_out[g][i] = groups_[g].stretch()[i] >= 0 && groups_[g].stretch()[i] % kFolds == fold;
     const SeriesValues values = iterations > 0 ? refined(found, held_out, iterations) : found;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
+      const double* shift = values.shift[g].data();
       const auto solution =
-          groups_[g].solve(values.relaxation(), values.shift[g].data(), held_out[g]);
+          groups_[g].solve(groups_[g].parts(values.relaxation(), shift), shift, held_out[g]);
       for (std::size_t i = 0; i < held_out[g].size(); ++i) {
         if (!held_out[g][i]) continue;
         const std::size_t at = offset[g] + static_cast<std::size_t>(groups_[g].stretch()[i]);
@@ -233,7 +234,9 @@ SeriesSearch::Slopes SeriesSearch::slopes(std::size_t group, const SeriesValues&
 }
 
 PressGroup::Solution SeriesSearch::solution(std::size_t group, const SeriesValues& values) const {
-  return groups_[group].solve(values.relaxation(), values.shift[group].data(), none_[group]);
+  const double* shift = values.shift[group].data();
+  return groups_[group].solve(groups_[group].parts(values.relaxation(), shift), shift,
+                              none_[group]);
 }
 
 Eigen::MatrixXd sensor_covariance(const Eigen::VectorXd& time_s, const Eigen::VectorXd& noise,

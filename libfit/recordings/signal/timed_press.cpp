@@ -65,13 +65,10 @@ struct Readings {
   }
 };
 
-// Rows [first, second) of the signal.
-using Part = std::pair<Eigen::Index, Eigen::Index>;
-
 void divide(const Readings& r, Eigen::Index a, Eigen::Index b, const Spans& spans,
-            std::vector<Part>& parts) {
+            std::vector<RowRange>& parts) {
   if (b <= a) return;
-  if (b - a < 2 || r.is_short(a, b, spans)) return void(parts.emplace_back(a, b));
+  if (b - a < 2 || r.is_short(a, b, spans)) return parts.push_back({a, b});
   divide(r, a, (a + b) / 2, spans, parts);
   divide(r, (a + b) / 2, b, spans, parts);
 }
@@ -99,17 +96,17 @@ Spans spans_of_way(const Readings& r, Eigen::Index a, Eigen::Index b, const Span
 
 // Parts that become one row each: the corners of the path, and short ones between them, or twice or
 // four times as long where those would be more than kMaxRows.
-std::vector<Part> parts_of(const Readings& r, double noise_N) {
+std::vector<RowRange> parts_of(const Readings& r, double noise_N) {
   const double range_m = r.depth_m.maxCoeff() - r.depth_m.minCoeff();
   const double tolerance_m = std::max(0.003 * range_m, 4 * neighbour_scatter(r.depth_m));
   const auto corners = corners_of(r.time_s, r.depth_m, tolerance_m);
-  std::vector<Part> parts;
+  std::vector<RowRange> parts;
   Spans spans{r.depth_m.maxCoeff() / kParts, r.push_N.maxCoeff() / kParts,
               (r.time_s[r.time_s.size() - 1] - r.time_s[0]) / kParts, noise_N};
   for (int coarser = 0; coarser < 3; ++coarser) {
     parts.clear();
     for (std::size_t c = 0; c < corners.size(); ++c) {
-      parts.emplace_back(corners[c], corners[c] + 1);
+      parts.push_back({corners[c], corners[c] + 1});
       if (c + 1 < corners.size())
         divide(r, corners[c] + 1, corners[c + 1],
                spans_of_way(r, corners[c], corners[c + 1], spans), parts);
@@ -155,7 +152,7 @@ TimedPress timed_press(const Signal& signal, const std::optional<Vec3>& contact_
   while (touched < n && r.depth_m[touched] <= 0) ++touched;
   if (touched == n) return out;
   const double touch_s = touch_time_s(r.time_s, r.depth_m, touched);
-  const std::vector<Part> parts = parts_of(r, noise_N);
+  const std::vector<RowRange> parts = parts_of(r, noise_N);
   const Eigen::Index rows = parts.size();
   if (rows > kMaxRows) return out;
   for (Eigen::VectorXd* column : {&out.time_s, &out.depth_m, &out.push_N, &out.readings})
@@ -183,30 +180,26 @@ TimedPress timed_press(const Signal& signal, const std::optional<Vec3>& contact_
 }
 
 double held_share(const TimedPress& press) {
-  double in_m = 0, in_s = 0, all_s = 0, held_s = 0;
-  for (Eigen::Index i = 1; i < press.rows(); ++i) {
-    if (!(press.depth_m[i] > 0)) continue;
-    const double dt = press.time_s[i] - press.time_s[i - 1],
-                 gone = press.depth_m[i] - press.depth_m[i - 1];
+  const auto each_step_in_contact = [&](const auto& take) {
+    for (Eigen::Index i = 1; i < press.rows(); ++i)
+      if (press.depth_m[i] > 0)
+        take(press.time_s[i] - press.time_s[i - 1], press.depth_m[i] - press.depth_m[i - 1]);
+  };
+  double in_m = 0, in_s = 0, all_s = 0, fast_m = 0, fast_s = 0, held_s = 0;
+  each_step_in_contact([&](double dt, double gone_m) {
     all_s += dt;
-    if (gone > 0) in_m += gone, in_s += dt;
-  }
+    if (gone_m > 0) in_m += gone_m, in_s += dt;
+  });
   // Speed of the way in without its stands: the median of what is gone per time would need rows of
   // equal length, so steps faster than the mean count.
-  double fast_m = 0, fast_s = 0;
   const double mean = in_s > 0 ? in_m / in_s : 0;
-  for (Eigen::Index i = 1; i < press.rows(); ++i) {
-    const double dt = press.time_s[i] - press.time_s[i - 1],
-                 gone = press.depth_m[i] - press.depth_m[i - 1];
-    if (press.depth_m[i] > 0 && gone >= mean * dt) fast_m += gone, fast_s += dt;
-  }
+  each_step_in_contact([&](double dt, double gone_m) {
+    if (gone_m >= mean * dt) fast_m += gone_m, fast_s += dt;
+  });
   const double speed = fast_s > 0 ? fast_m / fast_s : 0;
-  for (Eigen::Index i = 1; i < press.rows(); ++i) {
-    const double dt = press.time_s[i] - press.time_s[i - 1];
-    if (press.depth_m[i] > 0 &&
-        std::abs(press.depth_m[i] - press.depth_m[i - 1]) < 0.1 * speed * dt)
-      held_s += dt;
-  }
+  each_step_in_contact([&](double dt, double gone_m) {
+    if (std::abs(gone_m) < 0.1 * speed * dt) held_s += dt;
+  });
   return all_s > 0 ? held_s / all_s : 0;
 }
 
