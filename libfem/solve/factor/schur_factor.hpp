@@ -67,7 +67,7 @@ struct EliminationRoom {
 };
 
 /// Factor of K up to the dense block of its last nodes, in single precision.
-/// panels: of each supernode, at panel_start: see panel_kernels.hpp.
+/// panels: of each supernode, at panel_start: see dense_kernels.hpp.
 /// schur: what is left on the last nodes (S), all entries, in double precision.
 struct FrontalFactor {
   std::vector<float> panels;
