@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "libfem/mesh/structured_block.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/error.hpp"
 

@@ -9,9 +9,12 @@ namespace {
 /// Minimises the energy over the free sides (M45), from those of F. False where that fails.
 bool relax_free_sides(const Material& material, std::string_view sides, double modulus_Pa,
                       Mat3& F) {
-  std::vector<int> free;
+  std::vector<int> free, entries;  // of the diagonal, and their places among the entries of F
   for (int i = 0; i < 3; ++i)
-    if (sides[i] == 'f') free.push_back(i);
+    if (sides[i] == 'f') {
+      free.push_back(i);
+      entries.push_back(4 * i);
+    }
   if (free.empty()) return true;
   LawPoint now = material.law->evaluate(material.constants, F);
   for (int iteration = 0; iteration < 60; ++iteration) {
@@ -19,11 +22,6 @@ bool relax_free_sides(const Material& material, std::string_view sides, double m
     if (!g.allFinite()) return false;
     // A free side may keep this share of the stress that is measured.
     if (g.lpNorm<Eigen::Infinity>() <= 1e-7 * (now.P.norm() + modulus_Pa)) return true;
-    const std::vector<int> entries = [&] {
-      std::vector<int> out = free;
-      for (int& i : out) i *= 4;
-      return out;
-    }();
     const Eigen::MatrixXd K = now.A(entries, entries);
     const Eigen::VectorXd step = -K.fullPivLu().solve(g);
     double share = 1;

@@ -144,39 +144,8 @@ MaterialParameters scattered(const MaterialSearch& search, MaterialParameters ma
   return material;
 }
 
-Identification identify_as_stated(const MaterialParameters& start, const Observations& observed,
-                                  const MaterialResponses& responses,
-                                  const IdentifyOptions& options) {
-  MaterialSearch search(start, observed, responses, options);
-  Identification out;
-  out.material = start;
-  out.free = options.free;
-  const MaterialParameters middle = search.at(search.place(start).data());
-  SearchEnd best;
-  for (int i = 0; i < std::max(1, options.starts) && !options.progress.stopped(); ++i) {
-    MaterialParameters from = i == 0 ? middle : scattered(search, middle, i);
-    const VectorXd response = responses({from}).front();
-    if (response.size() == 0) continue;
-    out.has_answer = true;
-    const SearchEnd found =
-        solve(search, search.scaled_to_fit(from, response), options.max_iterations);
-    if (found.cost < best.cost) best = found;
-  }
-  out.is_stopped = options.progress.stopped();
-  if (out.is_stopped || !std::isfinite(best.cost)) return out;
-  out.is_converged = best.is_converged;
-  out.material = search.at(best.y.data());
-  out.response = responses({out.material}).front();
-  if (out.response.size() == 0)
-    out.is_stopped = true;
-  else
-    state_errors(search, observed, best.y, options.common_error, out);
-  out.is_stopped = options.progress.stopped();
-  return out;
-}
-
-}  // namespace
-
+// Covariance, 95 % region and undetermined parameters (M44), at coordinates y where out.response,
+// out.material and out.free are those found. Not converged where a sensitivity has no answer.
 void state_errors(const MaterialSearch& search, const Observations& observed, const VectorXd& y,
                   double common_error, Identification& out) {
   const Index k = search.size();
@@ -226,6 +195,39 @@ void state_errors(const MaterialSearch& search, const Observations& observed, co
     if (std::sqrt(V.col(i).dot(relative * V.col(i))) > kUndetermined) out.are_told_apart = false;
   if (!out.are_told_apart) add_combinations(search, V, relative, size, out);
 }
+
+Identification identify_as_stated(const MaterialParameters& start, const Observations& observed,
+                                  const MaterialResponses& responses,
+                                  const IdentifyOptions& options) {
+  MaterialSearch search(start, observed, responses, options);
+  Identification out;
+  out.material = start;
+  out.free = options.free;
+  const MaterialParameters middle = search.at(search.place(start).data());
+  SearchEnd best;
+  for (int i = 0; i < std::max(1, options.starts) && !options.progress.stopped(); ++i) {
+    MaterialParameters from = i == 0 ? middle : scattered(search, middle, i);
+    const VectorXd response = responses({from}).front();
+    if (response.size() == 0) continue;
+    out.has_answer = true;
+    const SearchEnd found =
+        solve(search, search.scaled_to_fit(from, response), options.max_iterations);
+    if (found.cost < best.cost) best = found;
+  }
+  out.is_stopped = options.progress.stopped();
+  if (out.is_stopped || !std::isfinite(best.cost)) return out;
+  out.is_converged = best.is_converged;
+  out.material = search.at(best.y.data());
+  out.response = responses({out.material}).front();
+  if (out.response.size() == 0)
+    out.is_stopped = true;
+  else
+    state_errors(search, observed, best.y, options.common_error, out);
+  out.is_stopped = options.progress.stopped();
+  return out;
+}
+
+}  // namespace
 
 std::vector<std::size_t> identifiable(const MaterialParameters& material) {
   std::vector<std::size_t> out;

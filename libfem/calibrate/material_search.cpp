@@ -37,7 +37,14 @@ MaterialSearch::MaterialSearch(MaterialParameters start, const Observations& obs
           observed.shared.segment(first, rows).cwiseQuotient(deviation.segment(first, rows));
       if (weight.norm() > 0) shared_.push_back({first, rows, std::move(weight)});
     });
-  find_scaling();
+  moduli_ = moduli_of(start_);
+  const auto is_free = [&](std::size_t i) {
+    return std::find(options_.free.begin(), options_.free.end(), i) != options_.free.end();
+  };
+  scales = options_.may_scale && !moduli_.empty() &&
+           std::all_of(moduli_.begin(), moduli_.end(),
+                       [&](std::size_t m) { return is_free(m) || start_.values[m] == 0; });
+  unit_sum_ = sum_of_moduli(start_);
   make_coordinates();
   set_num_residuals(static_cast<int>(value_.size()));
   mutable_parameter_block_sizes()->push_back(size());
@@ -175,17 +182,6 @@ Index MaterialSearch::largest_free_modulus(const MaterialParameters& material) c
   for (Index k = 0; k < size(); ++k)
     if (is_modulus(coordinates[k].index) && (best < 0 || modulus(k) > modulus(best))) best = k;
   return best;
-}
-
-void MaterialSearch::find_scaling() {
-  moduli_ = moduli_of(start_);
-  const auto is_free = [&](std::size_t i) {
-    return std::find(options_.free.begin(), options_.free.end(), i) != options_.free.end();
-  };
-  scales = options_.may_scale && !moduli_.empty() &&
-           std::all_of(moduli_.begin(), moduli_.end(),
-                       [&](std::size_t m) { return is_free(m) || start_.values[m] == 0; });
-  unit_sum_ = sum_of_moduli(start_);
 }
 
 void MaterialSearch::make_coordinates() {

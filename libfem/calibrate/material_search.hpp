@@ -61,7 +61,6 @@ class MaterialSearch final : public ceres::CostFunction {
 
  private:
   Eigen::Index largest_free_modulus(const MaterialParameters& material) const;
-  void find_scaling();
   void make_coordinates();
 
   const LawRow& law_;
@@ -77,11 +76,5 @@ class MaterialSearch final : public ceres::CostFunction {
   std::vector<std::size_t> moduli_;
   double unit_sum_ = 1;
 };
-
-/// Covariance, 95 % region and undetermined parameters (M44), at coordinates y where
-/// out.response, out.material and out.free are those found. Not converged where a sensitivity has
-/// no answer. common_error: see IdentifyOptions.
-void state_errors(const MaterialSearch& search, const Observations& observed,
-                  const Eigen::VectorXd& y, double common_error, Identification& out);
 
 }  // namespace palpate::fem

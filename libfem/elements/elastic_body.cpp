@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 
 namespace palpate::fem {
 namespace {

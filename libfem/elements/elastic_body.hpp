@@ -8,7 +8,7 @@
 #include "libfem/elements/element_kernels.hpp"
 #include "libfem/materials/materials.hpp"
 #include "libfem/materials/pack_math.hpp"
-#include "libfem/mesh/quadratic_mesh.hpp"
+#include "libfem/mesh/topology.hpp"
 
 namespace palpate::fem {
 

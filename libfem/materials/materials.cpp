@@ -108,14 +108,14 @@ Refusal refuse_softening(const MaterialParameters& material) {
 Material make_material(const MaterialParameters& parameters, const std::string& where) {
   const LawRow& law = find_law(parameters.law, where);
   const std::vector<double> values = complete_values(law, parameters.values, where);
-  if (const Refusal refusal = law.refusal(values); refusal.is_refused())
-    throw Error(where, std::string(refusal.key) + " " + refusal.text,
-                "Correct the material; law " + std::string(law.name) + " takes " +
-                    parameter_names(law) + ".");
-  if (const Refusal refusal = refuse_relaxation(parameters.relaxation); refusal.is_refused())
-    throw Error(where, std::string(refusal.key) + " " + refusal.text, kRelaxationRemedy);
-  if (const Refusal refusal = refuse_softening(parameters); refusal.is_refused())
-    throw Error(where, std::string(refusal.key) + " " + refusal.text, kSofteningRemedy);
+  const auto check = [&](const Refusal& refusal, const std::string& remedy) {
+    if (refusal.is_refused())
+      throw Error(where, std::string(refusal.key) + " " + refusal.text, remedy);
+  };
+  check(law.refusal(values), "Correct the material; law " + std::string(law.name) + " takes " +
+                                 parameter_names(law) + ".");
+  check(refuse_relaxation(parameters.relaxation), kRelaxationRemedy);
+  check(refuse_softening(parameters), kSofteningRemedy);
   return {&law, law.constants(values), parameters.relaxation, parameters.softening};
 }
 

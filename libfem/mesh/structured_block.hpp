@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {

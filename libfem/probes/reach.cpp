@@ -12,16 +12,6 @@ namespace {
 
 constexpr std::size_t kPlacesOfPatch = 200;  // from where exits are tried, where no normal is one
 
-// To the faces, edges and corners of a cube: exits that are tried beside the normal.
-std::vector<Vec3> straight_directions() {
-  std::vector<Vec3> directions;
-  for (int x = -1; x <= 1; ++x)
-    for (int y = -1; y <= 1; ++y)
-      for (int z = -1; z <= 1; ++z)
-        if (x != 0 || y != 0 || z != 0) directions.push_back(Vec3(x, y, z).normalized());
-  return directions;
-}
-
 }  // namespace
 
 ToolReach::ToolReach(const Surface& closed, Probe probe, double tolerance_m)
@@ -107,7 +97,15 @@ bool ToolReach::passes(Vec3 centre, const Vec3& direction, double length_m) cons
 
 bool ToolReach::can_leave(const std::vector<Vec3>& centres,
                           const std::vector<Vec3>& outside) const {
-  static const std::vector<Vec3> kDirections = straight_directions();
+  // To the faces, edges and corners of a cube: exits that are tried beside the normal.
+  static const std::vector<Vec3> kDirections = [] {
+    std::vector<Vec3> directions;
+    for (int x = -1; x <= 1; ++x)
+      for (int y = -1; y <= 1; ++y)
+        for (int z = -1; z <= 1; ++z)
+          if (x != 0 || y != 0 || z != 0) directions.push_back(Vec3(x, y, z).normalized());
+    return directions;
+  }();
   constexpr double kFar = std::numeric_limits<double>::infinity();
   for (const Vec3& centre : centres) {
     if (std::any_of(kDirections.begin(), kDirections.end(),

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "libfem/mesh/grade/divide.hpp"
+#include "libfem/mesh/grade/smooth_surface.hpp"
 #include "tests/support/surfaces.hpp"
 #include "tests/tools/block_scene.hpp"
 #include "tools/scene/scene.hpp"

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/solve/block.hpp"
 #include "tests/validation/record.hpp"

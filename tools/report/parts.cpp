@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "libfem/materials/materials.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/curves.hpp"
 #include "libfit/fit/spline/monotone_least_squares.hpp"

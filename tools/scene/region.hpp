@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "libfem/mesh/read/marked.hpp"
+#include "libfem/mesh/read/read.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/geometry.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "libfem/mesh/grade/divide.hpp"
+#include "libfem/mesh/grade/smooth_surface.hpp"
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfit/core/error.hpp"

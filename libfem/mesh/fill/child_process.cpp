@@ -8,6 +8,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -25,6 +26,8 @@ namespace palpate {
 namespace {
 
 enum ExitStatus : int { kExitMesh = 0, kExitReason = 3, kExitNoMemory = 4 };
+// Signals that a mesher brings on itself; any other came from outside.
+constexpr int kOwnFaults[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 
 /// The child leaves in the shared file a header, then nodes, tets and a text.
 struct ResultHeader {
@@ -85,8 +88,8 @@ std::variant<TetMesh, std::string> read_result(int file, bool is_mesh) {
 /// Handlers, output and limits of the parent do not belong to the child.
 void isolate_child(double safety_limit_s) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTERM, SIGALRM})
-    ::signal(signal, SIG_DFL);
+  for (const int signal : kOwnFaults) ::signal(signal, SIG_DFL);
+  for (const int signal : {SIGTERM, SIGALRM}) ::signal(signal, SIG_DFL);
   ::signal(SIGINT, SIG_IGN);
   const rlimit none{0, 0};
   ::setrlimit(RLIMIT_CORE, &none);
@@ -149,12 +152,6 @@ std::optional<int> wait_for(pid_t child, double safety_limit_s) {
   throw Error("filling the surface", "the mesher " + what, remedy);
 }
 
-// Signals that a mesher brings on itself; any other came from outside.
-bool is_own_fault(int signal) {
-  return signal == SIGSEGV || signal == SIGABRT || signal == SIGFPE || signal == SIGBUS ||
-         signal == SIGILL;
-}
-
 /// Closes on leaving.
 struct ScopedFile {
   int descriptor;
@@ -185,7 +182,7 @@ std::variant<TetMesh, std::string> run_in_child(const std::function<TetMesh()>& 
     const int signal = WTERMSIG(*status);
     const std::string what =
         "stopped on signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")";
-    if (is_own_fault(signal)) return what;
+    if (std::ranges::count(kOwnFaults, signal) > 0) return what;
     fail(what + " from outside, as where memory runs out", memory_remedy);
   }
   const int code = WEXITSTATUS(*status);

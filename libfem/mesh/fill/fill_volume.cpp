@@ -1,15 +1,23 @@
 #include "libfem/mesh/fill/fill_volume.hpp"
 
+#define TETLIBRARY  // the interface that throws instead of leaving the process
+#include <tetgen.h>
+
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <new>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "libfem/mesh/fill/fill_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
-#include "libfem/mesh/tets.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
@@ -113,6 +121,98 @@ TetMesh run_tetgen(const Surface& closed, double interior_edge_m) {
               "Mend the surface (self-intersections, slits), or try another edge length.");
 }
 
+constexpr double kMinGainDeg = 0.02;  // less is not worth an evaluation
+
+/// Smallest dihedral angle of the tets around a node [deg], negative when one is inside out; stops
+/// at the first tet no better than `enough_deg`.
+double worst_around(const TetMesh& mesh, const std::vector<std::int32_t>& around,
+                    double enough_deg = -1) {
+  double worst = 180;
+  for (const std::int32_t t : around) {
+    if (worst <= enough_deg) break;
+    const TetCorners corner = corners_of(mesh, t);
+    if (!(tet_volume_m3(corner) > 0)) return -1;
+    worst = std::min(worst, min_dihedral_deg(corner));
+  }
+  return worst;
+}
+
+double mean_edge_m(const TetMesh& mesh, std::int32_t node, const std::vector<std::int32_t>& around,
+                   Vec3& centre) {
+  double sum = 0;
+  centre.setZero();
+  for (const std::int32_t t : around)
+    for (int k = 0; k < 4; ++k) {
+      const auto other = mesh.tets(t, k);
+      if (other == node) continue;
+      sum += (mesh.nodes.row(other) - mesh.nodes.row(node)).norm();
+      centre += mesh.nodes.row(other).transpose();
+    }
+  const double count = 3.0 * static_cast<double>(around.size());
+  centre /= count;
+  return sum / count;
+}
+
+/// Pattern search over the axes, their diagonals and towards the middle of the neighbours.
+void smooth_node(TetMesh& mesh, std::int32_t node, const std::vector<std::int32_t>& around) {
+  double best = worst_around(mesh, around);
+  if (best > 22) return;  // a node whose tets all pass is left alone
+  Vec3 centre;
+  const double edge = mean_edge_m(mesh, node, around, centre);
+  Vec3 at = mesh.nodes.row(node);
+  const auto accepts = [&](const Vec3& candidate) {
+    const Vec3 before = mesh.nodes.row(node);
+    mesh.nodes.row(node) = candidate;
+    const double worst = worst_around(mesh, around, best + kMinGainDeg);
+    if (worst > best + kMinGainDeg) {
+      best = worst;
+      return true;
+    }
+    mesh.nodes.row(node) = before;
+    return false;
+  };
+  if (accepts(centre)) at = centre;
+  search_place(at, edge, accepts);
+}
+
+/// TetGen's input. It owns plain arrays that tetgenio's destructor deletes, so all are new[]-ed.
+void set_input(tetgenio& in, const Surface& closed, const Points& cavities) {
+  in.firstnumber = 0;
+  in.numberofpoints = static_cast<int>(closed.vertices.rows());
+  in.pointlist = new REAL[closed.vertices.size()];
+  std::copy_n(closed.vertices.data(), closed.vertices.size(), in.pointlist);
+
+  in.numberoffacets = static_cast<int>(closed.triangles.rows());
+  in.facetlist = new tetgenio::facet[in.numberoffacets];
+  for (Eigen::Index f = 0; f < closed.triangles.rows(); ++f) {
+    tetgenio::facet& facet = in.facetlist[f];
+    tetgenio::init(&facet);
+    facet.numberofpolygons = 1;
+    facet.polygonlist = new tetgenio::polygon[1];
+    tetgenio::polygon& polygon = facet.polygonlist[0];
+    tetgenio::init(&polygon);
+    polygon.numberofvertices = 3;
+    polygon.vertexlist = new int[3];
+    for (int k = 0; k < 3; ++k) polygon.vertexlist[k] = closed.triangles(f, k);
+  }
+  if (cavities.rows() == 0) return;
+  in.numberofholes = static_cast<int>(cavities.rows());
+  in.holelist = new REAL[cavities.size()];
+  std::copy_n(cavities.data(), cavities.size(), in.holelist);
+}
+
+/// Nodes and tets, each turned positive; nodes that no tet uses are left out.
+TetMesh to_tet_mesh(const tetgenio& out) {
+  TetMesh mesh;
+  mesh.tets = Eigen::Map<const Tets>(out.tetrahedronlist, out.numberoftetrahedra, 4);
+  const auto used = renumber({mesh.tets.data(), std::size_t(mesh.tets.size())}, out.numberofpoints,
+                             Numbering::by_use);
+  mesh.nodes = Eigen::Map<const Points>(out.pointlist, out.numberofpoints, 3)(used, Eigen::all);
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
+    if (tet_volume_m3(corners_of(mesh, t)) < 0) std::swap(mesh.tets(t, 0), mesh.tets(t, 1));
+  return mesh;
+}
+
 }  // namespace
 
 double expected_tets(double volume_m3, double area_m2, double edge_m) {
@@ -129,6 +229,77 @@ TetMesh fill_volume(const Surface& closed, double edge_m) {
       run_tetgen({scale * closed.vertices, closed.triangles}, scale * edge_m * kInteriorGrowth);
   mesh.nodes /= scale;
   return mesh;
+}
+
+void search_place(Vec3& at, double edge_m, const std::function<bool(const Vec3&)>& accepts) {
+  double step = 0.2 * edge_m;
+  // Twelve rounds end the search of a node.
+  for (int round = 0; round < 12 && step > 0.01 * edge_m; ++round) {
+    bool has_moved = false;
+    for (int direction = 0; direction < 27; ++direction) {
+      const Vec3 offset(direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1);
+      if (direction == 13) continue;
+      const Vec3 candidate = at + step * offset.normalized();
+      if (!accepts(candidate)) continue;
+      at = candidate;
+      has_moved = true;
+    }
+    if (!has_moved) step /= 2;
+  }
+}
+
+void smooth_interior(TetMesh& mesh) {
+  const auto around = cells_around(mesh.tets, mesh.nodes.rows());
+  std::vector<char> is_boundary(mesh.nodes.rows(), 0);
+  const Triangles boundary = fem::boundary_triangles(mesh.tets);
+  for (const std::int32_t v : boundary.reshaped()) is_boundary[v] = 1;
+  for (int sweep = 0; sweep < 4; ++sweep) {  // a fifth changed nothing on the liver
+    std::vector<std::pair<double, std::int32_t>> order;
+    for (std::size_t v = 0; v < around.size(); ++v)
+      if (!is_boundary[v] && !around[v].empty())
+        order.emplace_back(worst_around(mesh, around[v]), static_cast<std::int32_t>(v));
+    std::sort(order.begin(), order.end());
+    for (const auto& [angle, node] : order) smooth_node(mesh, node, around[node]);
+  }
+}
+
+TetMesh fill_with_tetgen(const Surface& closed, const Points& cavities,
+                         const TetGenSettings& settings) {
+  tetgenio in, out;
+  set_input(in, closed, cavities);
+  // p: fill a surface; Q: quiet; Y: leave the boundary alone; q: quality; a: volume; O9/7: optimise
+  // with all means; S: how many points it may add.
+  std::array<char, 128> switches{};
+  std::snprintf(switches.data(), switches.size(), "pQYq%.3f/%.1fa%.15fO9/7S%d",
+                settings.radius_edge_ratio, settings.min_dihedral_deg, settings.max_volume_m3,
+                settings.max_added_points);
+  try {
+    tetrahedralize(switches.data(), &in, &out);
+  } catch (const int code) {
+    if (code == 1) throw std::bad_alloc();  // TetGen is out of memory
+    throw;
+  }
+  if (out.numberofpoints - in.numberofpoints >= settings.max_added_points)
+    throw std::runtime_error("wanted more than " + std::to_string(settings.max_added_points) +
+                             " points inside");
+  return to_tet_mesh(out);
+}
+
+std::string tetgen_failure(int code) {
+  switch (code) {
+    case 2:
+      return "met an error of its own";
+    case 3:
+      return "found that the surface crosses itself";
+    case 4:
+      return "found a feature too small for its tolerance";
+    case 5:
+      return "found two facets too close to each other";
+    case 10:
+      return "refused the input";
+    default:
+      return "failed with code " + std::to_string(code);
+  }
 }
 
 }  // namespace palpate

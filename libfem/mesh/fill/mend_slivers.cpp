@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "libfem/mesh/tets.hpp"
 #include "libfem/mesh/topology.hpp"
 
 namespace palpate {

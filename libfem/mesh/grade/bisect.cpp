@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {

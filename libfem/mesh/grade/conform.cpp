@@ -1,5 +1,5 @@
 #include "libfem/mesh/grade/grade_steps.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

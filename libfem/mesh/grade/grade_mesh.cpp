@@ -7,7 +7,6 @@
 #include <string>
 
 #include "libfem/mesh/grade/grade_steps.hpp"
-#include "libfem/mesh/tets.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 

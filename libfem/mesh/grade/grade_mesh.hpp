@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libfem/mesh/grade/smooth_surface.hpp"
-#include "libfem/mesh/quadratic_mesh.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/geometry.hpp"
 
 namespace palpate::fem {

@@ -9,8 +9,7 @@
 
 #include "libfem/mesh/grade/grade_mesh.hpp"
 #include "libfem/mesh/grade/smooth_surface.hpp"
-#include "libfem/mesh/quadratic_mesh.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 
 namespace palpate::fem {
 

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <utility>
 
-#include "libfem/mesh/tets.hpp"
 #include "libfem/mesh/topology.hpp"
 
 namespace palpate::fem {

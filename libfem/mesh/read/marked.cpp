@@ -1,4 +1,4 @@
-#include "libfem/mesh/read/marked.hpp"
+#include "libfem/mesh/read/read.hpp"
 
 #include <fmt/core.h>
 #include <Eigen/Geometry>

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfem/mesh/tets.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 

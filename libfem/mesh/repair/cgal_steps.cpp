@@ -1,4 +1,4 @@
-#include "libfem/mesh/repair/cgal_steps.hpp"
+#include "libfem/mesh/repair/repair_steps.hpp"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/border.h>

@@ -4,7 +4,7 @@
 #include <limits>
 #include <map>
 
-#include "libfem/mesh/repair/soup.hpp"
+#include "libfem/mesh/repair/repair_steps.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::repair {
@@ -44,22 +44,6 @@ std::vector<Glue> pair_around_edge(const Soup& soup, std::vector<TriangleSide> s
     if (!here.is_forward) glues.push_back({here, next});
   }
   return glues;
-}
-
-struct Glued {
-  std::vector<Glue> glues;
-  std::size_t crowded_edges = 0;
-};
-
-Glued glue_faces(const Soup& soup) {
-  Glued glued;
-  for_each_edge(sorted_sides(rows_of(soup.faces)), [&](auto begin, auto end) {
-    if (end - begin == 2) glued.glues.push_back({*begin, *(begin + 1)});
-    if (end - begin <= 2) return;
-    ++glued.crowded_edges;
-    for (const Glue& glue : pair_around_edge(soup, {begin, end})) glued.glues.push_back(glue);
-  });
-  return glued;
 }
 
 struct Neighbour {
@@ -160,12 +144,19 @@ void move_apart(Soup& soup, const std::vector<std::vector<std::int32_t>>& copies
 }  // namespace
 
 void make_manifold(Soup& soup, Changes& changes, const std::string& where) {
-  const Glued glued = glue_faces(soup);
-  agree_on_sides(soup, glued.glues, where);
-  const auto copies = split_fans(soup, glued.glues);
+  std::vector<Glue> glues;
+  std::size_t crowded_edges = 0;
+  for_each_edge(sorted_sides(rows_of(soup.faces)), [&](auto begin, auto end) {
+    if (end - begin == 2) glues.push_back({*begin, *(begin + 1)});
+    if (end - begin <= 2) return;
+    ++crowded_edges;
+    for (const Glue& glue : pair_around_edge(soup, {begin, end})) glues.push_back(glue);
+  });
+  agree_on_sides(soup, glues, where);
+  const auto copies = split_fans(soup, glues);
   move_apart(soup, copies);
-  if (glued.crowded_edges > 0)
-    changes.push_back("separated sheets at " + counted(glued.crowded_edges, "edge", "edges") +
+  if (crowded_edges > 0)
+    changes.push_back("separated sheets at " + counted(crowded_edges, "edge", "edges") +
                       " of more than two triangles");
   if (!copies.empty())
     changes.push_back("separated the surface from itself at " +

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfem/mesh/repair/cgal_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
-#include "libfem/mesh/repair/soup.hpp"
+#include "libfem/mesh/repair/repair_steps.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 
@@ -20,15 +19,12 @@ using repair::Soup;
 constexpr double kMovedSpacing = 0.5;
 constexpr const char* kWrapHint = "Repair it in a mesh editor, or wrap it.";
 
-double weld_length_m(const Surface& surface) {
-  // Below the coordinates' own roundoff nothing can be distinguished.
-  const double roundoff_m = 4e-16 * surface.vertices.cwiseAbs().maxCoeff();
-  return std::max(1e-9 * extent_m(surface.vertices).norm(), roundoff_m);  // roundoff of nine digits
-}
-
 // Everything that needs no new geometry.
 Soup settled_soup(const Surface& surface, const std::string& where, Changes& changes) {
-  const double weld_m = weld_length_m(surface);
+  // Below the coordinates' own roundoff nothing can be distinguished.
+  const double roundoff_m = 4e-16 * surface.vertices.cwiseAbs().maxCoeff();
+  const double weld_m =
+      std::max(1e-9 * extent_m(surface.vertices).norm(), roundoff_m);  // roundoff of nine digits
   Soup soup = repair::to_soup(surface);
   repair::weld_vertices(soup, weld_m, changes);
   repair::drop_flat_faces(soup, weld_m, changes);

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <optional>
 
-#include "libfem/mesh/repair/soup.hpp"
+#include "libfem/mesh/repair/repair_steps.hpp"
 #include "libfit/core/closest_point.hpp"
 
 namespace palpate::repair {

@@ -1,4 +1,4 @@
-#include "libfem/mesh/repair/soup.hpp"
+#include "libfem/mesh/repair/repair_steps.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -31,11 +31,6 @@ struct HashCell {
     return hash_of({reinterpret_cast<const char*>(cell.data()), sizeof cell});
   }
 };
-
-void replace_vertices(Soup& soup, DisjointSets& sets) {
-  for (Triangle& face : soup.faces)
-    for (std::int32_t& v : face) v = static_cast<std::int32_t>(sets.find(v));
-}
 
 struct OnEdge {
   double along;
@@ -146,7 +141,8 @@ void weld_vertices(Soup& soup, double weld_m, Changes& changes) {
     welded += !is_new;
   }
   if (welded == 0) return;
-  replace_vertices(soup, sets);
+  for (Triangle& face : soup.faces)
+    for (std::int32_t& v : face) v = static_cast<std::int32_t>(sets.find(v));
   changes.push_back("welded " + counted(welded, "duplicate vertex", "duplicate vertices"));
 }
 

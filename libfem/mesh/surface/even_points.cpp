@@ -36,6 +36,11 @@ struct ErrorQuadric {
   }
 };
 
+/// Least cosine of a triangle to the surface's normal, and least roundness, that a collapse leaves.
+struct Guards {
+  double facing, roundness;
+};
+
 /// Collapses the closest pair first, which keeps the least spacing large (sample elimination),
 /// and weighs in how far the surface would stray.
 template <class MeshT>
@@ -46,12 +51,9 @@ class ModEvenSpacing : public OpenMesh::Decimater::ModBaseT<MeshT> {
   explicit ModEvenSpacing(MeshT& mesh) : Base(mesh, false) { mesh.add_property(quadric_); }
   ~ModEvenSpacing() override { Base::mesh().remove_property(quadric_); }
 
-  void set_guards(double min_facing, double min_roundness) {
-    min_facing_ = min_facing;
-    min_roundness_ = min_roundness;
-  }
-  void set_vertices(const Points& normals, const std::vector<char>& may_stand,
-                    OpenMesh::VPropHandleT<int> origin) {
+  void set(const Guards& guards, const Points& normals, const std::vector<char>& may_stand,
+           OpenMesh::VPropHandleT<int> origin) {
+    guards_ = guards;
     normals_ = &normals;
     may_stand_ = &may_stand;
     origin_ = origin;
@@ -125,8 +127,8 @@ class ModEvenSpacing : public OpenMesh::Decimater::ModBaseT<MeshT> {
         mean += normals_->row(mesh.property(origin_, used)).transpose();
       }
       const Vec3 facet = scaled_normal(corner[0], corner[1], corner[2]).normalized();
-      if (facet.dot(mean.normalized()) < min_facing_) return true;
-      if (roundness(corner[0], corner[1], corner[2]) < min_roundness_) return true;
+      if (facet.dot(mean.normalized()) < guards_.facing) return true;
+      if (roundness(corner[0], corner[1], corner[2]) < guards_.roundness) return true;
     }
     return false;
   }
@@ -137,12 +139,9 @@ class ModEvenSpacing : public OpenMesh::Decimater::ModBaseT<MeshT> {
   OpenMesh::VPropHandleT<int> origin_;
   const Points* normals_ = nullptr;
   const std::vector<char>* may_stand_ = nullptr;
-  double min_facing_ = 0, min_roundness_ = 0;
+  Guards guards_ = {};
 };
 
-struct Guards {
-  double facing, roundness;
-};
 // Sensible triangles first; then whatever the asked count needs, short of folding over.
 constexpr Guards kStages[] = {{0.5, 0.3}, {0.3, 0.1}, {0.0, 0.02}};
 
@@ -321,8 +320,6 @@ class EvenOut {
   std::vector<char> is_used_;
 };
 
-}  // namespace
-
 void decimate_evenly(HalfEdgeMesh& mesh, const Points& normals, const std::vector<char>& may_stand,
                      int count, OpenMesh::VPropHandleT<int> origin) {
   for (const Guards& guards : kStages) {
@@ -331,16 +328,19 @@ void decimate_evenly(HalfEdgeMesh& mesh, const Points& normals, const std::vecto
     OpenMesh::Decimater::DecimaterT<HalfEdgeMesh> decimater(mesh);
     ModEvenSpacing<HalfEdgeMesh>::Handle handle;
     decimater.add(handle);
-    decimater.module(handle).set_guards(guards.facing, guards.roundness);
-    decimater.module(handle).set_vertices(normals, may_stand, origin);
+    decimater.module(handle).set(guards, normals, may_stand, origin);
     decimater.initialize();
     decimater.decimate(left - count);
     mesh.garbage_collection();
   }
 }
 
-void even_out(HalfEdgeMesh& mesh, const Surface& part, const Points& normals,
-              const std::vector<char>& may_stand, OpenMesh::VPropHandleT<int> origin) {
+}  // namespace
+
+void space_evenly(HalfEdgeMesh& mesh, const Surface& part, const Points& normals,
+                  const std::vector<char>& may_stand, int count,
+                  OpenMesh::VPropHandleT<int> origin) {
+  decimate_evenly(mesh, normals, may_stand, count, origin);
   EvenOut(mesh, part, normals, may_stand, origin).run();
 }
 

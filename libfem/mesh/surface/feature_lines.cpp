@@ -9,7 +9,6 @@
 
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/surface/half_edge.hpp"
-#include "libfem/mesh/surface/remesh.hpp"
 #include "libfit/core/closest_point.hpp"
 
 namespace palpate {
@@ -53,11 +52,6 @@ void drop_short_strings(HalfEdgeMesh& mesh, double min_length_m) {
   }
 }
 
-/// A line passes through smoothly: two feature edges, turning by less than 60 degrees.
-bool is_along_a_line(const std::vector<Vec3>& arms) {
-  return arms.size() == 2 && arms[0].dot(arms[1]) < -0.5;
-}
-
 void mark_vertices(HalfEdgeMesh& mesh) {
   for (const auto v : mesh.vertices()) {
     std::vector<Vec3> arms;
@@ -65,7 +59,9 @@ void mark_vertices(HalfEdgeMesh& mesh) {
       if (mesh.status(mesh.edge_handle(h)).feature())
         arms.push_back((position(mesh, mesh.to_vertex_handle(h)) - position(mesh, v)).normalized());
     mesh.status(v).set_feature(!arms.empty());
-    mesh.status(v).set_locked(!arms.empty() && !is_along_a_line(arms));
+    // A line passes through smoothly: two feature edges, turning by less than 60 degrees.
+    const bool is_along_a_line = arms.size() == 2 && arms[0].dot(arms[1]) < -0.5;
+    mesh.status(v).set_locked(!arms.empty() && !is_along_a_line);
   }
 }
 
@@ -134,11 +130,6 @@ double line_curvature_1_m(const HalfEdgeMesh& mesh, OpenMesh::VertexHandle v) {
   return length > 0 ? turn.norm() / length : 0;
 }
 
-double edge_for_curvature_m(double curvature, double deviation_m) {
-  const double radius = 1 / std::max(curvature, 1e-12);
-  return std::sqrt(std::max(6 * deviation_m * radius - 3 * deviation_m * deviation_m, 0.0));
-}
-
 }  // namespace
 
 Vec3 FeatureLines::closest(const Vec3& query) const {
@@ -186,7 +177,10 @@ Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes, double 
     const double curvature =
         std::max(curvature_1_m(fine, smooth, smooth_neighbours, v),
                  line_curvature_1_m(mesh, OpenMesh::VertexHandle(static_cast<int>(v))));
-    double wanted = std::min(target_edge_m, edge_for_curvature_m(curvature, deviation));
+    const double radius = 1 / std::max(curvature, 1e-12);
+    double wanted =
+        std::min(target_edge_m,
+                 std::sqrt(std::max(6 * deviation * radius - 3 * deviation * deviation, 0.0)));
     const Vec3 inward = -smooth.row(v).transpose();
     const auto thickness =
         ray_distance_m(fine, boxes, fine.vertices.row(v), inward, 1e-3 * std::min(edge_m, min_m));

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/geometry.hpp"
 
 // The half-edge surface of this folder. Included by its .cpp files only: OpenMesh goes no further.
@@ -102,20 +103,34 @@ struct FeatureLines {
 /// Strings of sharp edges shorter than `min_length_m` in all are noise and not marked.
 FeatureLines mark_features(HalfEdgeMesh& mesh, double min_length_m);
 
-/// Decimates a half-edge surface to `count` of its vertices, evenly spaced, with OpenMesh.
-/// normals: per vertex, outward unit. may_stand: per vertex; others are removed first. Guards
-/// against flipped and needle triangles are loosened in stages until the count is reached or
-/// topology forbids more. Leaves the mesh garbage-collected; `origin` follows each vertex and
-/// has its index at the start.
-void decimate_evenly(HalfEdgeMesh& mesh, const Points& normals, const std::vector<char>& may_stand,
-                     int count, OpenMesh::VPropHandleT<int> origin);
+/// Decimates a half-edge surface to `count` of its vertices, evenly spaced, with OpenMesh, then
+/// lets them hop among the vertices of the part they were chosen from, towards the middle of their
+/// neighbours, and flips edges, for a few rounds.
+/// part: the surface before decimation; normals: per vertex of it, outward unit; may_stand: per
+/// vertex of it, where vertices may stay and hop; others are removed first, or leave for the
+/// nearest such. Guards against flipped and needle triangles are loosened in stages until the count
+/// is reached or topology forbids more. Leaves the mesh garbage-collected; `origin` is each
+/// vertex's index in the part, kept up to date. Borders stay borders. No triangle is folded over.
+void space_evenly(HalfEdgeMesh& mesh, const Surface& part, const Points& normals,
+                  const std::vector<char>& may_stand, int count,
+                  OpenMesh::VPropHandleT<int> origin);
 
-/// Lets the vertices of a decimated surface hop among the vertices of the part they were chosen
-/// from, towards the middle of their neighbours, and flips edges, for a few rounds.
-/// part: the surface before decimation; normals: per vertex of it, outward; may_stand: per vertex
-/// of it, where vertices may hop, and leave others for the nearest such; `origin`: index in it
-/// of each mesh vertex, kept up to date. Borders stay borders. No triangle is folded over.
-void even_out(HalfEdgeMesh& mesh, const Surface& part, const Points& normals,
-              const std::vector<char>& may_stand, OpenMesh::VPropHandleT<int> origin);
+/// Wanted edge length at each vertex of a fine surface, #V [m]. boxes: triangle_boxes(fine).
+/// The least of the target, the edge whose chord strays by 0.08 of the target on the local
+/// curvature (sqrt(6 e r - 3 e^2), Dunyach et al. 2013, doi:10.2312/conf/EG2013/short/029-032), and
+/// the local thickness, never below 0.4 of the target; then limited in growth from vertex to
+/// vertex. Curvature finer than the target is smoothed away first: noise is not a feature.
+Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes, double target_edge_m);
+
+/// Lets no vertex's size exceed a neighbour's by more than half their distance.
+void limit_growth(Eigen::VectorXd& size_m, const Surface& fine);
+
+/// A surface with the shape of `fine` and edges of about `wanted_m` (#V, per fine vertex [m]),
+/// vertices on `fine`, feature lines kept as edges.
+/// fine: closed, manifold, outward. The result is closed and manifold; whether it crosses itself
+/// or strays is for the caller to check. Deterministic.
+/// Source: Botsch and Kobbelt 2004, doi:10.1145/1057432.1057457 (split, collapse, flip, relax),
+/// with the sizes of Dunyach et al. 2013.
+Surface remesh(const Surface& fine, const BoxTree& boxes, const Eigen::VectorXd& wanted_m);
 
 }  // namespace palpate

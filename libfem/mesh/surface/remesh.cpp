@@ -1,4 +1,3 @@
-#include "libfem/mesh/surface/remesh.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -99,8 +98,36 @@ struct Remeshing {
     });
   }
 
-  void relax_vertices() {
-    for (const auto v : mesh.vertices()) relax_vertex(v);
+  void relax_vertex(VertexHandle v) {
+    if (mesh.status(v).locked()) return;
+    const bool is_feature = mesh.status(v).feature();
+    const Vec3 old = position(mesh, v);
+    Vec3 sum = Vec3::Zero();
+    double weights = 0;
+    for (const auto h : mesh.voh_range(v)) {
+      if (is_feature && !mesh.status(mesh.edge_handle(h)).feature()) continue;
+      const VertexHandle w = mesh.to_vertex_handle(h);
+      const double weight = 1 / size_m[at(w)];  // smaller sizes pull harder: spacing follows size
+      sum += weight * position(mesh, w);
+      weights += weight;
+    }
+    if (!(weights > 0)) return;
+    Vec3 move = sum / weights - old;
+    if (!is_feature) move -= move.dot(normal[at(v)]) * normal[at(v)];
+    const SurfacePoint hit = land(old + move, is_feature);
+    const double old_size = size_m[at(v)];
+    const Vec3 old_normal = normal[at(v)];
+    take(v, hit);
+    // The nearest point may belong to another sheet, and a move may fold a neighbour over.
+    bool is_good = is_feature || old_normal.dot(normal[at(v)]) > kMinFacing;
+    for (const auto h : mesh.voh_range(v))
+      is_good = is_good && faces_outward(v, mesh.to_vertex_handle(h),
+                                         mesh.to_vertex_handle(mesh.next_halfedge_handle(h)));
+    is_good = is_good && distance_around_m(v, old) < 0.03 * old_size;
+    if (is_good) return;
+    mesh.set_point(v, to_open_mesh(old));
+    size_m[at(v)] = old_size;
+    normal[at(v)] = old_normal;
   }
 
  private:
@@ -172,38 +199,6 @@ struct Remeshing {
     return facet.dot(mean) > kMinFacing;
   }
 
-  void relax_vertex(VertexHandle v) {
-    if (mesh.status(v).locked()) return;
-    const bool is_feature = mesh.status(v).feature();
-    const Vec3 old = position(mesh, v);
-    Vec3 sum = Vec3::Zero();
-    double weights = 0;
-    for (const auto h : mesh.voh_range(v)) {
-      if (is_feature && !mesh.status(mesh.edge_handle(h)).feature()) continue;
-      const VertexHandle w = mesh.to_vertex_handle(h);
-      const double weight = 1 / size_m[at(w)];  // smaller sizes pull harder: spacing follows size
-      sum += weight * position(mesh, w);
-      weights += weight;
-    }
-    if (!(weights > 0)) return;
-    Vec3 move = sum / weights - old;
-    if (!is_feature) move -= move.dot(normal[at(v)]) * normal[at(v)];
-    const SurfacePoint hit = land(old + move, is_feature);
-    const double old_size = size_m[at(v)];
-    const Vec3 old_normal = normal[at(v)];
-    take(v, hit);
-    // The nearest point may belong to another sheet, and a move may fold a neighbour over.
-    bool is_good = is_feature || old_normal.dot(normal[at(v)]) > kMinFacing;
-    for (const auto h : mesh.voh_range(v))
-      is_good = is_good && faces_outward(v, mesh.to_vertex_handle(h),
-                                         mesh.to_vertex_handle(mesh.next_halfedge_handle(h)));
-    is_good = is_good && distance_around_m(v, old) < 0.03 * old_size;
-    if (is_good) return;
-    mesh.set_point(v, to_open_mesh(old));
-    size_m[at(v)] = old_size;
-    normal[at(v)] = old_normal;
-  }
-
   double distance_around_m(VertexHandle v, const Vec3& query) const {
     double least = std::numeric_limits<double>::infinity();
     for (const auto h : mesh.voh_range(v))
@@ -231,7 +226,7 @@ Surface remesh(const Surface& fine, const BoxTree& boxes, const Eigen::VectorXd&
     work.split_long_edges();
     work.collapse_short_edges();
     work.flip_edges();
-    work.relax_vertices();
+    for (const auto v : work.mesh.vertices()) work.relax_vertex(v);
   }
   work.flip_edges();
   return to_surface(work.mesh);

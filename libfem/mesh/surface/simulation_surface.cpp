@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "libfem/mesh/repair/cgal_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
-#include "libfem/mesh/surface/remesh.hpp"
+#include "libfem/mesh/repair/repair_steps.hpp"
+#include "libfem/mesh/surface/half_edge.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfit/core/error.hpp"
 

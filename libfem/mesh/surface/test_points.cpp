@@ -21,16 +21,6 @@ struct ReachablePart {
 
 using TriangleList = std::vector<Eigen::Index>;
 
-TriangleList reachable_triangles(const Surface& fine, const std::vector<char>& is_reachable) {
-  TriangleList kept;
-  for (Eigen::Index f = 0; f < fine.triangles.rows(); ++f) {
-    const auto t = fine.triangles.row(f);
-    const auto is_in = [&](int k) { return is_reachable[t[k]] != 0; };
-    if (is_in(0) && is_in(1) && is_in(2)) kept.push_back(f);
-  }
-  return kept;
-}
-
 /// Drops all but the largest fan at vertices that have several; true when something was dropped.
 /// Of fans as large, the one stays whose last triangle comes first.
 bool drop_pinches(const Surface& fine, TriangleList& kept) {
@@ -64,7 +54,11 @@ bool drop_pinches(const Surface& fine, TriangleList& kept) {
 /// sheets (the largest sheet at the vertex stays). Throws Error when no triangle is left or an
 /// index is out of range.
 ReachablePart reachable_part(const Surface& fine, const std::vector<char>& is_reachable) {
-  TriangleList kept = reachable_triangles(fine, is_reachable);
+  TriangleList kept;
+  for (Eigen::Index f = 0; f < fine.triangles.rows(); ++f) {
+    const auto t = fine.triangles.row(f);
+    if (is_reachable[t[0]] && is_reachable[t[1]] && is_reachable[t[2]]) kept.push_back(f);
+  }
   while (drop_pinches(fine, kept)) {
   }
   if (kept.empty())
@@ -124,10 +118,8 @@ TestPoints choose_test_points(const Surface& fine, const std::vector<char>& in_r
   }
   const auto most = static_cast<int>(std::count(may_stand.begin(), may_stand.end(), 1));
   count = std::min(count, std::max(most, 1));
-  if (static_cast<std::size_t>(count) < mesh.n_vertices()) {
-    decimate_evenly(mesh, part.normals, may_stand, count, origin);
-    even_out(mesh, part.surface, part.normals, may_stand, origin);
-  }
+  if (static_cast<std::size_t>(count) < mesh.n_vertices())
+    space_evenly(mesh, part.surface, part.normals, may_stand, count, origin);
   return collect(mesh, part, origin);
 }
 

@@ -6,10 +6,9 @@
 #include <vector>
 
 #include "libfem/contact/contact.hpp"
-#include "libfem/contact/face_rule.hpp"
 #include "libfem/elements/block_matrix.hpp"
 #include "libfem/elements/elastic_body.hpp"
-#include "libfem/mesh/quadratic_mesh.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 
 namespace palpate::fem {

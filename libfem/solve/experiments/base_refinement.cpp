@@ -10,7 +10,7 @@
 #include <numeric>
 #include <optional>
 
-#include "libfem/contact/face_rule.hpp"
+#include "libfem/contact/contact.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 #include "libfit/core/linear_algebra.hpp"
 

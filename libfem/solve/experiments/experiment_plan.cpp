@@ -88,11 +88,6 @@ ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& n
   return plan;
 }
 
-ExperimentPlan press_of(ExperimentPlan plan) {
-  plan.paths.resize(1);
-  return plan;
-}
-
 ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3& normal) {
   const Points& deflections = path.deflections;
   const Eigen::VectorXd& time_s = path.time_s;
@@ -131,13 +126,6 @@ ExperimentPlan with_press(const ExperimentPlan& path, const Vec3& normal) {
         {deflection, plan.add_row(ExperimentKind::press, 1, step - 1, deflection), true});
   }
   plan.paths.insert(plan.paths.begin(), std::move(press));
-  return plan;
-}
-
-ExperimentPlan at_once(ExperimentPlan plan) {
-  plan.is_in_time = true;
-  for (ProbePath& path : plan.paths)
-    for (PathTarget& target : path.targets) target.time_s = 0;
   return plan;
 }
 

@@ -1,4 +1,4 @@
-#include "libfem/solve/experiments/quick_press.hpp"
+#include "libfem/solve/experiments/simulate.hpp"
 
 #include <algorithm>
 #include <cmath>

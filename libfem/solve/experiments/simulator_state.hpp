@@ -1,16 +1,45 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <vector>
 
+#include "libfem/contact/contact.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfem/solve/equilibrium/equilibrium.hpp"
-#include "libfem/solve/experiments/displacements.hpp"
+#include "libfem/solve/equilibrium/path_follower.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/geometry.hpp"
 
 namespace palpate::fem {
+
+/// Displacements by which the paths on one mesh moved its nodes, from before the probe touched, at
+/// the nodes of another of the same body. A node takes those of the nearest tet, as its ten shape
+/// functions between straight edges have them; held nodes stay.
+Waypoints transferred(const Waypoints& reached, const QuadraticMesh& from, const QuadraticMesh& to);
+
+/// Places of a surface on the boundary of a solved mesh, so that they move as it does.
+/// A place belongs to the nearest boundary face that faces its way (each face as four flat
+/// triangles between its six nodes), and moves by the face's own shape functions: at a node by
+/// exactly what the node moves.
+class SurfacePlaces {
+ public:
+  /// places, outward: S x 3 [m], unit normals, in the mesh's coordinates.
+  SurfacePlaces(const QuadraticMesh& mesh, const Points& places, const Points& outward);
+
+  /// Displacement [m] of the places where the mesh's nodes (N x 3) move by u: x, y, z of each in
+  /// turn, rounded to multiples of quantum_m, a power of two: files of round numbers compress well.
+  Eigen::VectorXf displacement(const Points& u, double quantum_m) const;
+
+ private:
+  struct FacePlace {
+    std::array<std::int32_t, kFaceNodes> node;
+    std::array<double, kFaceNodes> shape;
+  };
+  std::vector<FacePlace> places_;
+};
 
 /// Linear response of a body at rest to a unit force along `normal` (inward, unit) on a patch
 /// of its surface. The force is spread as Hertz's pressure over faces within `radius_m` of the
@@ -86,10 +115,6 @@ struct ExperimentPlan {
 /// The press passes every row and every depth where a drag starts; drags branch off there.
 ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& normal);
 
-/// Path 0 alone, a press, on meshes of the whole plan, so that grids differ in nothing but size.
-/// All rows stay, those of other paths are never reached.
-ExperimentPlan press_of(ExperimentPlan plan);
-
 /// One experiment `path` along successive deflections from first touch, of both tools where there
 /// are two.
 ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3& normal);
@@ -97,9 +122,6 @@ ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3&
 /// A path with a straight press as deep beside it, path 0 of the plan; its few rows come last, as
 /// experiment 1.
 ExperimentPlan with_press(const ExperimentPlan& path, const Vec3& normal);
-
-/// The plan of a press to which the body answers as it does at first, before anything has relaxed.
-ExperimentPlan at_once(ExperimentPlan plan);
 
 /// coarsening: of the sizes that the contact asks for. halved: base tets, see GradeOptions.
 struct Fineness {
@@ -144,8 +166,10 @@ struct Simulator::State {
               const Vec3& normal, bool keeps_surface, const Progress& progress,
               const MeshRun* coarser = nullptr) const;
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
-  bool is_told_by_press(const ExperimentPlan& plan) const;     // the rest on the coarse grid alone
-  ExperimentPlan fine_part(const ExperimentPlan& plan) const;  // what is solved on both grids
+  bool is_told_by_press(const ExperimentPlan& plan) const;  // the rest on the coarse grid alone
+  /// What is solved on both grids: all, or path 0 alone, a press, on meshes of the whole plan, so
+  /// that grids differ in nothing but size. All rows stay, those of other paths are never reached.
+  ExperimentPlan fine_part(const ExperimentPlan& plan) const;
   PointRows experiment(const ExperimentPlan& plan, const BaseRefinement& base, const Vec3& position,
                        const Vec3& normal, const Progress& progress) const;
   PointRows quick_press(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,

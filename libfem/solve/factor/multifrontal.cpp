@@ -1,9 +1,8 @@
-#include "libfem/solve/factor/multifrontal.hpp"
+#include "libfem/solve/factor/schur_factor.hpp"
 
 #include <algorithm>
 
 #include "libfem/solve/factor/dense_kernels.hpp"
-#include "libfem/solve/factor/panel_kernels.hpp"
 
 namespace palpate::fem {
 namespace {

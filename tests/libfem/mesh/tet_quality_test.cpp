@@ -1,4 +1,4 @@
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include "libfem/mesh/grade/grade_mesh.hpp"
 #include "libfem/mesh/structured_block.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 
 namespace palpate::fem {

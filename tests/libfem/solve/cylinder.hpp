@@ -1,7 +1,7 @@
 #pragma once
 
 #include "libfem/mesh/structured_block.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 
 namespace palpate::fem {

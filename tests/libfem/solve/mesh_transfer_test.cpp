@@ -1,6 +1,6 @@
 // What one mesh knows at the nodes of another, and what a search gains by it.
 
-#include "libfem/solve/experiments/displacements.hpp"
+#include "libfem/solve/experiments/simulator_state.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "libfem/solve/factor/panel_kernels.hpp"
+#include "libfem/solve/factor/dense_kernels.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,6 @@
 #include <cstring>
 
 #include "block.hpp"
-#include "libfem/solve/experiments/quick_press.hpp"
 #include "libfem/solve/experiments/simulate.hpp"
 
 namespace palpate::fem {

@@ -1,6 +1,6 @@
 // How the fine surface moves with the solved mesh.
 
-#include "libfem/solve/experiments/displacements.hpp"
+#include "libfem/solve/experiments/simulator_state.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "tests/libfem/solve/block.hpp"
 #include "tools/workshop/rivals/bullet_body.hpp"
 #include "tools/workshop/rivals/corotational.hpp"

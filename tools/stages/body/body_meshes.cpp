@@ -11,7 +11,7 @@
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfem/mesh/surface/surface.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"

@@ -9,7 +9,7 @@
 
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/mend.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/units.hpp"

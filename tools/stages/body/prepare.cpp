@@ -11,7 +11,7 @@
 
 #include "libfem/materials/element_kernel.hpp"
 #include "libfem/mesh/repair/facts.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/linear_algebra.hpp"

@@ -6,7 +6,7 @@
 #include <functional>
 #include <numbers>
 
-#include "libfem/mesh/grade/divide.hpp"
+#include "libfem/mesh/grade/smooth_surface.hpp"
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/surface/surface.hpp"
 #include "libfit/core/error.hpp"

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "libfem/probes/probes.hpp"
-#include "libfem/solve/experiments/quick_press.hpp"
+#include "libfem/solve/experiments/simulate.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/atomic_file.hpp"

@@ -4,7 +4,6 @@
 #include <functional>
 #include <string>
 
-#include "libfem/solve/experiments/quick_press.hpp"
 #include "libfem/solve/experiments/simulate.hpp"
 #include "libfit/core/experiments.hpp"
 #include "libfit/io/files/files.hpp"

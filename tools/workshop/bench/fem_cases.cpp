@@ -3,7 +3,7 @@
 #include <ctime>
 
 #include "libfem/mesh/structured_block.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/workshop/bench/fem.hpp"
 

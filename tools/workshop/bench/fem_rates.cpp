@@ -4,7 +4,6 @@
 
 #include "libfem/elements/elastic_body.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
-#include "libfem/solve/factor/multifrontal.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 #include "tools/console.hpp"
 #include "tools/workshop/bench/fem.hpp"

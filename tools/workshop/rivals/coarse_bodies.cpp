@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "libfem/mesh/grade/grade_mesh.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/workshop/bench/machine.hpp"
 #include "tools/workshop/rivals/corotational.hpp"

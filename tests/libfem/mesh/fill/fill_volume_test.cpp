@@ -9,7 +9,7 @@
 #include "libfem/mesh/fill/fill_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/surface/surface.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "tests/libfem/mesh/surface/surfaces.hpp"
 #include "tests/support/error_of.hpp"
 

@@ -8,7 +8,7 @@
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfem/mesh/surface/surface.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace palpate {

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "libfem/mesh/structured_block.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/libfem/mesh/grade/measures.hpp"
 #include "tests/support/error_of.hpp"

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "libfem/mesh/repair/facts.hpp"
-#include "libfem/mesh/tets.hpp"
+#include "libfem/mesh/topology.hpp"
 
 namespace palpate::fem {
 

@@ -1,4 +1,4 @@
-#include "libfem/mesh/grade/divide.hpp"
+#include "libfem/mesh/grade/smooth_surface.hpp"
 
 #include <gtest/gtest.h>
 

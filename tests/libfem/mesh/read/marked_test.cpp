@@ -1,6 +1,6 @@
 // Groups, colours and fields of mesh files as parts of space.
 
-#include "libfem/mesh/read/marked.hpp"
+#include "libfem/mesh/read/read.hpp"
 
 #include <gtest/gtest.h>
 

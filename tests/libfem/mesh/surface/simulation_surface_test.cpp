@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <set>
 
-#include "libfem/mesh/repair/cgal_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/repair/repair_steps.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "tests/libfem/mesh/surface/surfaces.hpp"
 #include "tests/support/error_of.hpp"

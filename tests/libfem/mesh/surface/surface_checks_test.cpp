@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "libfem/mesh/repair/cgal_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/repair/repair_steps.hpp"
 #include "libfem/mesh/surface/surface.hpp"
 #include "tests/libfem/mesh/surface/surfaces.hpp"
 

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <set>
 
-#include "libfem/mesh/repair/cgal_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/repair/repair_steps.hpp"
 #include "tests/libfem/mesh/surface/surfaces.hpp"
 #include "tests/support/error_of.hpp"
 
