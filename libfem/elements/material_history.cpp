@@ -66,12 +66,12 @@ bool ElasticBody::softens() const {
 }
 
 double ElasticBody::steps_in_time(double from_s, double to_s) const {
-  constexpr double kShort = 0.05, kLong = 200;  // steps over a branch's time that need no division
   const double duration_s = to_s - from_s;
   double steps = 1;
+  // Steps over a branch's time that need no division.
   for (const Relaxation& relaxation : relaxations_)
     for (const double time_s : relaxation.time_s)
-      if (duration_s > kShort * time_s && duration_s < kLong * time_s)
+      if (duration_s > 0.05 * time_s && duration_s < 200.0 * time_s)
         steps = std::max(steps, std::ceil(6 * duration_s / to_s - 1e-9));  // see kStepError
   return steps;
 }

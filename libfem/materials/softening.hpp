@@ -38,10 +38,10 @@ PALPATE_INLINE void erf_of(const S& argument, S& erf, S& integral) {
 template <class S>
 PALPATE_INLINE void soften(const Softening& softening, const S& peak, const S& shape, S& added,
                            S& less, S& slope) {
-  constexpr double kRootPi = 1.77245385090551602730, kLeast_Pa = 1e-30;
+  constexpr double kRootPi = 1.77245385090551602730;
   const S zero = shape * 0.0;
   const S below = shape < peak ? peak - shape : zero;
-  const S scale = softening.scale_Pa + softening.beta * peak + kLeast_Pa;
+  const S scale = softening.scale_Pa + softening.beta * peak + 1e-30;  // not 0 of a body at rest
   const S x = below / scale;
   S erf, integral, bell;
   erf_of(x, erf, integral);

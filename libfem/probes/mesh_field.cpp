@@ -9,9 +9,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr double kDefaultShare = 1.0 / 64, kFinest = 1.0 / 160,
-                 kCoarsest = 1.0 / 8;  // of the extent
-constexpr int kPadding = 5;            // grid nodes around the mesh's box
+constexpr int kPadding = 5;  // grid nodes around the mesh's box
 
 /// Values and derivatives of the four cubic B-splines that reach a place t in [0, 1) of its cell.
 struct CubicWeights {
@@ -100,8 +98,8 @@ MeshField::MeshField(Surface surface, double smoothing_m, const std::string& whe
     : surface_(std::move(surface)) {
   check_probe_mesh(surface_, where);
   extent_ = palpate::extent_m(surface_.vertices).maxCoeff();
-  spacing_ = std::isnan(smoothing_m) ? kDefaultShare * extent_ : smoothing_m;
-  if (!(spacing_ >= kFinest * extent_ && spacing_ <= kCoarsest * extent_))
+  spacing_ = std::isnan(smoothing_m) ? (1.0 / 64) * extent_ : smoothing_m;
+  if (!(spacing_ >= (1.0 / 160) * extent_ && spacing_ <= (1.0 / 8) * extent_))  // of the extent
     throw Error(
         where,
         "smoothing of " + std::to_string(1e3 * spacing_) + " mm does not fit a mesh of " +

@@ -100,11 +100,11 @@ void read_orientation(const ShapeRow& row, const ProbeSpec& spec, const std::str
 // The foremost point of a convex shape along `direction`, in its own axes: the nearest to a place
 // far out; twice, as the first sees the shape under an angle of its width over the distance.
 std::optional<Vec3> foremost(const Probe& probe, const Vec3& axis, const Vec3& direction) {
-  constexpr double kFar = 1e6, kNear = 1e2;  // of the tool's width
+  constexpr double kNear = 1e2;  // of the tool's width
   const double width = std::max(probe.half_width_m, probe.length_m);
   Vec3 nearest = Vec3::Zero();
   for (int look = 0; look < 2; ++look) {
-    const Vec3 far = nearest + kFar * width * direction;
+    const Vec3 far = nearest + 1e6 * width * direction;
     const SignedDistance at = probe.shape->signed_distance(probe.geometry, axis, far);
     nearest = far - at.distance_m * at.gradient;
     if (!(nearest.norm() < kNear * width)) return std::nullopt;

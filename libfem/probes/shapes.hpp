@@ -132,12 +132,12 @@ struct FlatShape : ProbeShape<FlatShape> {
       {"edge_radius", "of the rounded edge; 1/10 of radius when left out", "0.5 mm",
        Dimension::length, false}};
   /// An edge sharper than this is within the penetration that is tolerated.
-  static constexpr double kMinEdge = 0.02, kDefaultEdge = 0.1;  // of the radius
+  static constexpr double kMinEdge = 0.02;  // of the radius
 
   static double edge_m(const ProbeGeometry& probe) { return probe.number[1]; }
 
   static std::string complete(ProbeGeometry& probe) {
-    if (std::isnan(probe.number[1])) probe.number[1] = kDefaultEdge * probe.number[0];
+    if (std::isnan(probe.number[1])) probe.number[1] = 0.1 * probe.number[0];
     if (edge_m(probe) < kMinEdge * radius_m(probe) || edge_m(probe) > radius_m(probe))
       return "edge_radius must be from 0.02 to 1 times radius";
     return {};

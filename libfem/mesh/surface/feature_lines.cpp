@@ -66,7 +66,7 @@ void mark_vertices(HalfEdgeMesh& mesh) {
 }
 
 // Shares of the target edge: a triangle may stray so far from a curve, and the shortest edge.
-constexpr double kStray = 0.08, kShortest = 0.4;
+constexpr double kShortest = 0.4;
 
 using VertexNeighbours = std::vector<std::vector<std::int32_t>>;
 
@@ -170,7 +170,7 @@ Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes, double 
   mark_features(mesh, 2 * min_m);
   const VertexNeighbours smooth_neighbours = without_features(neighbours, mesh);
   const Points smooth = smoothed(normals, smooth_neighbours, 0.5 * target_edge_m, edge_m);
-  const double deviation = kStray * target_edge_m;
+  const double deviation = 0.08 * target_edge_m;
 
   Eigen::VectorXd size(fine.vertices.rows());
   for (Eigen::Index v = 0; v < size.size(); ++v) {

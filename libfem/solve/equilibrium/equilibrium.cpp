@@ -24,9 +24,6 @@ std::vector<double> face_young(const QuadraticMesh& mesh, const std::vector<Mate
   return young;
 }
 
-// Residuals of a body that springs back after a tool has left it are compared with this share of
-// the largest contact force.
-constexpr double kUnloaded = 0.01;
 // A factor of a body that was this much stiffer or softer is made anew at once.
 constexpr double kStiffnessChange = 1.25;
 
@@ -113,8 +110,9 @@ void Equilibrium::add_contact(Step& step) {
     contact_squared += contact_force.row(n).squaredNorm();
   }
   at.contact_scale_N = std::sqrt(contact_squared);
-  if (step_)
-    at.contact_scale_N = std::max(at.contact_scale_N, kUnloaded * step.from.largest_contact_N);
+  // Residuals of a body that springs back after a tool has left it are compared with this share of
+  // the largest contact force.
+  if (step_) at.contact_scale_N = std::max(at.contact_scale_N, 0.01 * step.from.largest_contact_N);
 }
 
 // Forces and energy at step.at.u; no stiffness, which costs ten times as much.
@@ -187,7 +185,6 @@ bool Equilibrium::touches_elsewhere() const {
 // taken. Returns the share of `direction` that was gone, 0 when `tries` were in vain. Forces come
 // with the energy of a trial for a fifth more, and the accepted one's are kept.
 double Equilibrium::search_line(const Eigen::VectorXd& direction, int tries, Step& step) {
-  constexpr double kSufficient = 1e-4, kRounding = 1e-13;
   Local& at = step.at;
   const double slope = std::min(0.0, -at.residual.dot(direction));
   double length = 1;
@@ -195,8 +192,7 @@ double Equilibrium::search_line(const Eigen::VectorXd& direction, int tries, Ste
     Step trial{step.from, step.pose, step.to};
     trial.at.u = moved(at.u, direction, length);
     evaluate(trial);
-    if (trial.at.energy_J <=
-        at.energy_J + kSufficient * length * slope + kRounding * std::abs(at.energy_J)) {
+    if (trial.at.energy_J <= at.energy_J + 1e-4 * length * slope + 1e-13 * std::abs(at.energy_J)) {
       at = std::move(trial.at);
       contact_.lag_friction_limit(step.trial());
       add_contact(step);

@@ -16,11 +16,6 @@ namespace {
 // A tangent of an earlier place serves for as long as a step with it brings the residual down to
 // this share: a step with a fresh one costs as much as five.
 constexpr double kKeptTangent = 0.6;
-// A step of coupled friction that leaves this share of the residual has met its match.
-constexpr double kInVain = 0.98;
-// Condensing anew is due when the kept unknowns are this many times those that touch: a
-// factorization of theirs costs twice as much.
-constexpr double kMaxKeptUnknowns = 1.25;
 
 Eigen::VectorXf symmetric_product(const Eigen::MatrixXf& A, const Eigen::VectorXf& x) {
   Eigen::VectorXf out(A.rows());
@@ -40,7 +35,9 @@ void CondensedTangent::cover(const Eigen::MatrixXf& flexibility,
                              const std::vector<Eigen::Index>& touching) {
   const bool holds =
       std::includes(unknowns_.begin(), unknowns_.end(), touching.begin(), touching.end());
-  if (holds && unknowns_.size() <= kMaxKeptUnknowns * touching.size()) return;
+  // Condensing anew is due when the kept unknowns are this many times those that touch: a
+  // factorization of theirs costs twice as much.
+  if (holds && unknowns_.size() <= 1.25 * touching.size()) return;
   unknowns_ = touching;
   stiffness_ = flexibility(unknowns_, unknowns_);
   const int size = static_cast<int>(unknowns_.size());
@@ -245,7 +242,8 @@ class Equilibrium::CondensedContact {
       relative_ = evaluate();
     }
     is_kept_ = relative_ <= kKeptTangent * before;
-    if (relative_ <= kInVain * before) return;
+    // A step of coupled friction that leaves this share of the residual has met its match.
+    if (relative_ <= 0.98 * before) return;
     of_.contact_.lag_friction_limit(trial_);
     is_coupled_ = false;
     relative_ = evaluate();

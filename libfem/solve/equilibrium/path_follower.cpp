@@ -48,15 +48,6 @@ struct PathState {
   double time_s = 0;  // since first touch; NaN in slow motion
 };
 
-// With friction the path to a state has crept as well, which an update of its last equilibrium
-// cannot undo: of the shift, up to 0.4 was left against a penalty ten times as stiff. So it is
-// where the body remembers its strain.
-constexpr double kCreepLeft = 0.5;
-// A force that falls is believed from steps this much shorter than the first try on, and when it
-// falls by no more than this share: a body that jumps to somewhere else falls by as much in any
-// step.
-constexpr double kFallingStep = 0.25, kLargestFall = 0.1;
-
 /// Outcome of a step or of a series of them.
 struct StepOutcome {
   RowStatus status = RowStatus::good;
@@ -93,8 +84,11 @@ StepOutcome try_step(Following& following, PathState& moving, const ProbePose& p
     return {RowStatus::not_converged};
   StepCheck step_check = check_step(moving.state, next, must_rise, 0.02 * following.probe.length_m);
   const double before_N = pressing_force_N(moving.state), next_N = pressing_force_N(next);
-  if (step_check == StepCheck::does_not_rise && may_fall &&
-      before_N - next_N <= kLargestFall * before_N && following.equilibrium.is_stable(next))
+  // A force that falls is believed from steps this much shorter than the first try on, and when it
+  // falls by no more than this share: a body that jumps to somewhere else falls by as much in any
+  // step.
+  if (step_check == StepCheck::does_not_rise && may_fall && before_N - next_N <= 0.1 * before_N &&
+      following.equilibrium.is_stable(next))
     step_check = StepCheck::falls;
   if (step_check != StepCheck::none && step_check != StepCheck::falls)
     return {step_check == StepCheck::inverted ? RowStatus::inverted : RowStatus::rejected,
@@ -135,7 +129,7 @@ StepOutcome reach(Following& following, PathState& moving, const ProbePose& pose
     const double goal_s = done + here >= distance
                               ? time_s
                               : start_s + (time_s - start_s) * ((done + here) / distance);
-    const bool may_fall = moving.falls || here <= 1.25 * kFallingStep * full_step;
+    const bool may_fall = moving.falls || here <= 1.25 * 0.25 * full_step;
     // On a press near nu 1/2 iterations that seem astray converge; on drags they do not.
     const bool may_shorten = !must_rise && here / 2 >= shortest;
     const StepOutcome outcome = try_step(following, moving, goal, goal_s, must_rise, may_fall,
@@ -181,7 +175,10 @@ PathRow record(Following& following, PathState& moving, const PathTarget& target
     // Overlaps shrink by the same factor with each update; twice, as points at the rim come and
     // go.
     const double left = 2 * rigid.contact.mean_penetration_m / state.contact.mean_penetration_m;
-    const double min_left = state.step || following.probe.friction > 0 ? kCreepLeft : 0;
+    // With friction the path to a state has crept as well, which an update of its last equilibrium
+    // cannot undo: of the shift, up to 0.4 was left against a penalty ten times as stiff. So it is
+    // where the body remembers its strain.
+    const double min_left = state.step || following.probe.friction > 0 ? 0.5 : 0;
     row.penalty_error_N = std::max(left, min_left) * row.penalty_shift_N.norm();
   } else if (state.contact.points > 0) {
     // Hertz: force goes as depth to the power of 3/2, and depth is short of the mean overlap.
@@ -231,10 +228,10 @@ double gap_at(const FaceNodes& nodes, const Probe& probe, const ProbePose& pose,
 
 /// Least gap over one curved face: a grid, then ever smaller grids about the best point.
 double min_gap_of_face(const FaceNodes& nodes, const Probe& probe, const ProbePose& pose) {
-  constexpr int kGrid = 4, kRounds = 12;
+  constexpr int kGrid = 4;
   double r0 = 1.0 / 3, s0 = 1.0 / 3, half = 2.0 / 3;
   double least = gap_at(nodes, probe, pose, r0, s0);
-  for (int round = 0; round < kRounds; ++round, half /= 2) {
+  for (int round = 0; round < 12; ++round, half /= 2) {
     const double centre_r = r0, centre_s = s0;
     for (int i = -kGrid; i <= kGrid; ++i)
       for (int j = -kGrid; j <= kGrid; ++j) {

@@ -14,10 +14,6 @@
 namespace palpate::fem {
 namespace {
 
-/// Share of a force: a mesh whose distance from the surface changes it by more has a bump under the
-/// tool.
-constexpr double kBump = 0.01;
-
 std::ptrdiff_t count_solved(const SampleRows& rows) {
   return std::ranges::count_if(rows.status, is_solved);
 }
@@ -79,7 +75,7 @@ double thickness_m(const Surface& surface, const Vec3& position, const Vec3& nor
 // One sliver in a hundred changes no force by more than the rows' error; a mesh of which every
 // inner node makes slivers was 8 to 15 % too stiff in rows that claimed 2
 // (tests/validation/hard_cases_test).
-constexpr double kFlatDeg = 2, kMaxFlat = 0.05;
+constexpr double kFlatDeg = 2;
 
 /// Share of the tets of which two faces meet at less than kFlatDeg.
 double flat_share(const TetMesh& mesh) {
@@ -103,7 +99,7 @@ SetupParts checked_parts(const SimulationSetup& setup) {
   need(setup.is_held.size() == static_cast<std::size_t>(setup.volume.nodes.rows()), "[body] fixed",
        "held flags do not match the nodes of the volume", "Prepare the body again.");
   need(
-      flat_share(setup.volume) <= kMaxFlat, "[body]",
+      flat_share(setup.volume) <= 0.05, "[body]",
       "more than one tetrahedron in twenty is flatter than 2 degrees, which makes a body too stiff",
       "Give the surface alone, so that it is filled anew, or a better mesh.");
   const auto held = std::count(setup.is_held.begin(), setup.is_held.end(), char(1));
@@ -210,7 +206,9 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
     if (!(wanted > 0 && achieved > std::max(wanted, std::hypot(base.error, wanted / 2)))) break;
     const double finer_by = coarsening / ratio;
     QuadraticMesh finer_mesh = mesh_at(position, normal, plan, {finer_by, base.halved});
-    if (bump_error(finer_mesh, plan.depth_m) > kBump) break;  // the surface is not given up
+    // Share of a force: a mesh whose distance from the surface changes it by more has a bump under
+    // the tool.
+    if (bump_error(finer_mesh, plan.depth_m) > 0.01) break;  // the surface is not given up
     coarse = std::move(fine);
     coarsening = finer_by;
     fine =

@@ -22,9 +22,6 @@ namespace {
 constexpr double kEdgeShare = 0.3;
 constexpr int kRingPieces = 24;  // chords are within 0.01 of the radius
 
-/// Displacements of the surface are rounded to 2^-13 of the probe's length: a micrometre of 8 mm.
-constexpr int kSurfaceBits = 13;
-
 // Area coordinates of corners 1 and 2 at a face's nodes, and its four flat triangles.
 constexpr double kNodeR[kFaceNodes] = {0, 1, 0, 0.5, 0.5, 0};
 constexpr double kNodeS[kFaceNodes] = {0, 0, 1, 0, 0.5, 0.5};
@@ -120,7 +117,9 @@ MeshRun Simulator::State::run(QuadraticMesh finished, const ExperimentPlan& plan
     Points places = setup.surface.vertices;
     places.rowwise() -= position.transpose();
     const SurfacePlaces surface_places(mesh, places, outward);
-    const double quantum_m = std::ldexp(1, std::ilogb(here.length_m) - kSurfaceBits);
+    // Displacements of the surface are rounded to 2^-13 of the probe's length: a micrometre of 8
+    // mm.
+    const double quantum_m = std::ldexp(1, std::ilogb(here.length_m) - 13);
     on_row = [&out, surface_places, quantum_m](int row, const Points& u) {
       out.surface[row] = surface_places.displacement(u, quantum_m);
     };
