@@ -1,6 +1,7 @@
 #include "libfit/recordings/placing/assemble.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <set>
@@ -54,22 +55,17 @@ std::vector<Members> group_by_point(const BatchOptions& options,
   return points;
 }
 
-// Each tip of known size with how many recordings it made, most first.
+// The tips of known size, those that made most recordings first.
 std::vector<UsedTip> tips_of(const std::vector<PlacedRecording>& candidates) {
-  std::vector<std::pair<UsedTip, std::size_t>> counts;
-  for (const PlacedRecording& c : candidates) {
-    const UsedTip tip = tip_of(c);
-    if (c.failure || !(tip.radius_m > 0)) continue;
-    const auto at = std::ranges::find(counts, tip, &std::pair<UsedTip, std::size_t>::first);
-    if (at == counts.end())
-      counts.emplace_back(tip, 1);
-    else
-      ++at->second;
-  }
-  std::stable_sort(counts.begin(), counts.end(),
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
   std::vector<UsedTip> out;
-  for (const auto& [tip, count] : counts) out.push_back(tip);
+  for (const PlacedRecording& c : candidates)
+    if (const UsedTip tip = tip_of(c);
+        !c.failure && tip.radius_m > 0 && std::ranges::find(out, tip) == out.end())
+      out.push_back(tip);
+  std::ranges::stable_sort(out, std::greater<>{}, [&](const UsedTip& tip) {
+    return std::ranges::count_if(
+        candidates, [&](const PlacedRecording& c) { return !c.failure && tip_of(c) == tip; });
+  });
   return out;
 }
 
