@@ -115,35 +115,6 @@ void fill_rows(const std::vector<Pooled>& parts, bool has_probes, Samples& sampl
   }
 }
 
-MeasuredRecordings provenance(const std::vector<PlacedRecording>& candidates) {
-  MeasuredRecordings out;
-  std::vector<const PlacedRecording*> used;
-  for (const PlacedRecording& c : candidates)
-    if (c.experiment >= 0) used.push_back(&c);
-  const Eigen::Index n = used.size();
-  for (Eigen::VectorXd* column : {&out.contact_m, &out.contact_deviation_m, &out.speed_m_s,
-                                  &out.noise_N, &out.hysteresis, &out.young_Pa})
-    column->resize(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const PlacedRecording& c = *used[i];
-    const Conditioned& r = *c.recording;
-    out.experiment.push_back(c.experiment);
-    out.file.push_back(shown(c));
-    out.hash.push_back(c.result->hash);
-    const FoundContact contact = contact_of(c);
-    out.contact_m[i] = contact.travel_m;
-    out.contact_deviation_m[i] = contact.deviation_m;
-    out.estimator.push_back(contact.estimator);
-    out.speed_m_s[i] = r.speed_m_s;
-    out.noise_N[i] = r.noise_N;
-    out.hysteresis[i] = r.hysteresis;
-    out.young_Pa[i] = r.young_Pa;
-    out.grade.push_back(static_cast<std::int8_t>(r.grade));
-    out.reasons.push_back(listed(r.reasons, "; "));
-  }
-  return out;
-}
-
 std::string sideways_note(const Samples& samples, const std::vector<std::int32_t>& experiments) {
   std::vector<std::string> points;
   for (const std::int32_t e : experiments) {
