@@ -29,13 +29,6 @@ auto rows_of(const std::vector<Row>& list) {
                                   kWidth);
 }
 
-/// Corners of triangle f [m].
-inline std::array<Vec3, 3> corners_of(const Surface& surface, Eigen::Index f) {
-  const auto corner = surface.triangles.row(f);
-  return {surface.vertices.row(corner[0]), surface.vertices.row(corner[1]),
-          surface.vertices.row(corner[2])};
-}
-
 /// Sorts and keeps one of each.
 template <class List>
 void sort_unique(List& list) {

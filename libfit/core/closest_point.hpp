@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <numeric>
 #include <optional>
 #include <vector>
@@ -106,7 +105,7 @@ class BoxTree {
 
   /// Distance at which the ray enters a box, 0 inside; infinite when it does not.
   static double entry(const Node& node, const Vec3& origin, const Vec3& direction) {
-    double begin = 0, end = std::numeric_limits<double>::infinity();
+    double begin = 0, end = kInfinity;
     for (int i = 0; i < 3; ++i) {
       if (direction[i] == 0) {
         if (origin[i] < node.lower[i] || origin[i] > node.upper[i]) end = -1;
@@ -118,13 +117,12 @@ class BoxTree {
       end = std::min(end, std::max(one, other));
     }
     // A box may be as flat as its triangle.
-    return begin <= end * (1 + 1e-12) ? begin : std::numeric_limits<double>::infinity();
+    return begin <= end * (1 + 1e-12) ? begin : kInfinity;
   }
 
   void build(const Points& lower, const Points& upper, std::int32_t begin, std::int32_t end) {
     const std::size_t index = nodes_.size();
-    Node node{Vec3::Constant(std::numeric_limits<double>::infinity()),
-              Vec3::Constant(-std::numeric_limits<double>::infinity()), begin, end - begin};
+    Node node{Vec3::Constant(kInfinity), Vec3::Constant(-kInfinity), begin, end - begin};
     for (std::int32_t k = begin; k < end; ++k) {
       node.lower = node.lower.cwiseMin(lower.row(order_[k]).transpose());
       node.upper = node.upper.cwiseMax(upper.row(order_[k]).transpose());
@@ -166,7 +164,7 @@ struct SurfacePoint {
   std::int32_t triangle = -1;
   Vec3 weight = Vec3::Zero();
   Vec3 position = Vec3::Zero();  ///< [m]
-  double distance_m = std::numeric_limits<double>::infinity();
+  double distance_m = kInfinity;
 };
 
 /// Nearest point of one triangle, whose number is left at -1.
@@ -203,17 +201,12 @@ std::optional<SurfacePoint> closest_point(const Surface& surface, const BoxTree&
   std::optional<SurfacePoint> hit;
   double squared_best = max_m * max_m;
   boxes.visit_nearest(query, squared_best, [&](std::int32_t f, double& best) {
-    const auto corner = surface.triangles.row(f);
-    const Vec3 a = surface.vertices.row(corner[0]), b = surface.vertices.row(corner[1]),
-               c = surface.vertices.row(corner[2]);
-    SurfacePoint point;
+    const auto [a, b, c] = corners_of(surface, f);
+    SurfacePoint point = nearest_on_triangle(query, a, b, c);
     point.triangle = f;
-    point.weight = nearest_weights(query, a, b, c);
-    point.position = point.weight[0] * a + point.weight[1] * b + point.weight[2] * c;
     const double squared = (point.position - query).squaredNorm();
     const bool is_better = squared < best || (squared == best && (!hit || f < hit->triangle));
     if (!is_better) return;
-    point.distance_m = std::sqrt(squared);
     if (!accept(static_cast<const SurfacePoint&>(point))) return;
     best = squared;
     hit = point;
@@ -222,9 +215,8 @@ std::optional<SurfacePoint> closest_point(const Surface& surface, const BoxTree&
 }
 
 /// The same over all triangles.
-inline std::optional<SurfacePoint> closest_point(
-    const Surface& surface, const BoxTree& boxes, const Vec3& query,
-    double max_m = std::numeric_limits<double>::infinity()) {
+inline std::optional<SurfacePoint> closest_point(const Surface& surface, const BoxTree& boxes,
+                                                 const Vec3& query, double max_m = kInfinity) {
   return closest_point(surface, boxes, query, max_m, [](const SurfacePoint&) { return true; });
 }
 

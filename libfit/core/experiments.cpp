@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -16,7 +15,7 @@ namespace {
 class Key {
  public:
   void add(double number) {
-    if (std::isnan(number)) number = std::numeric_limits<double>::quiet_NaN();
+    if (std::isnan(number)) number = kNan;
     bytes_.append(reinterpret_cast<const char*>(&number), sizeof number);
   }
   template <class Derived>
@@ -246,7 +245,7 @@ Samples planned_rows(const ExperimentList& list) {
   }
   const Eigen::Index rows = std::ssize(deflection);
   out.force = out.torque = Points::Zero(rows, 3);
-  out.force_error.setConstant(rows, std::numeric_limits<double>::quiet_NaN());
+  out.force_error.setConstant(rows, kNan);
   out.deflection.resize(rows, 3);
   out.time_s.resize(rows);
   out.lean.resize(rows, 2);

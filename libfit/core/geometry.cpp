@@ -11,7 +11,7 @@ namespace {
 
 Vec3 nearest_weights_on_border(const Vec3& p, const Vec3 (&corner)[3]) {
   Vec3 best = Vec3::UnitX();
-  double squared_best = std::numeric_limits<double>::infinity();
+  double squared_best = kInfinity;
   for (int k = 0; k < 3; ++k) {
     const int next = (k + 1) % 3;
     const double t = nearest_on_segment(p, corner[k], corner[next]);
@@ -31,8 +31,7 @@ Points vertex_normals(const Surface& surface) {
   Points normals = Points::Zero(surface.vertices.rows(), 3);
   for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
     const auto triangle = surface.triangles.row(f);
-    Vec3 corner[3];
-    for (int k = 0; k < 3; ++k) corner[k] = surface.vertices.row(triangle[k]);
+    const std::array<Vec3, 3> corner = corners_of(surface, f);
     const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
     const double length = normal.norm();
     if (!(length > 0)) continue;
@@ -52,9 +51,7 @@ Points vertex_normals(const Surface& surface) {
 double area_m2(const Surface& surface) {
   double sum = 0;
   for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
-    const Vec3 a = surface.vertices.row(surface.triangles(f, 0));
-    const Vec3 b = surface.vertices.row(surface.triangles(f, 1));
-    const Vec3 c = surface.vertices.row(surface.triangles(f, 2));
+    const auto [a, b, c] = corners_of(surface, f);
     sum += 0.5 * (b - a).cross(c - a).norm();
   }
   return sum;
@@ -65,10 +62,8 @@ double volume_m3(const Surface& surface) {
   const Vec3 origin = surface.vertices.row(0);
   double sum = 0;
   for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
-    const Vec3 a = surface.vertices.row(surface.triangles(f, 0)).transpose() - origin;
-    const Vec3 b = surface.vertices.row(surface.triangles(f, 1)).transpose() - origin;
-    const Vec3 c = surface.vertices.row(surface.triangles(f, 2)).transpose() - origin;
-    sum += a.dot(b.cross(c));
+    const auto [a, b, c] = corners_of(surface, f);
+    sum += (a - origin).dot((b - origin).cross(c - origin));
   }
   return sum / 6;
 }
@@ -136,23 +131,22 @@ Vec3 nearest_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
 
 double ray_hit_m(const Vec3& origin, const Vec3& direction, const Vec3& a, const Vec3& b,
                  const Vec3& c) {
-  constexpr double kMissed = std::numeric_limits<double>::infinity();
   constexpr double kRim = 1e-12;  // of weights: a ray through a shared edge must not slip through
   const Vec3 ab = b - a, ac = c - a, across = direction.cross(ac);
   const double det = ab.dot(across);
-  if (det == 0) return kMissed;
+  if (det == 0) return kInfinity;
   const Vec3 from_a = origin - a, over = from_a.cross(ab);
   const double v = from_a.dot(across) / det, w = direction.dot(over) / det;
-  return v >= -kRim && w >= -kRim && v + w <= 1 + kRim ? ac.dot(over) / det : kMissed;
+  return v >= -kRim && w >= -kRim && v + w <= 1 + kRim ? ac.dot(over) / det : kInfinity;
 }
 
 std::optional<double> ray_distance_m(const Surface& surface, const BoxTree& boxes,
                                      const Vec3& origin, const Vec3& direction, double skip_m) {
   const Vec3 start = origin + skip_m * direction;
-  double first = std::numeric_limits<double>::infinity();
+  double first = kInfinity;
   boxes.visit_along(start, direction, first, [&](std::int32_t f, double& nearest) {
-    const auto corner = [&](int k) { return Vec3(surface.vertices.row(surface.triangles(f, k))); };
-    const double hit = ray_hit_m(start, direction, corner(0), corner(1), corner(2));
+    const auto [a, b, c] = corners_of(surface, f);
+    const double hit = ray_hit_m(start, direction, a, b, c);
     if (hit >= 0) nearest = std::min(nearest, hit);
   });
   if (!std::isfinite(first)) return std::nullopt;
@@ -165,8 +159,8 @@ bool is_inside(const Surface& closed, const BoxTree& boxes, const Vec3& place) {
   int crossings = 0;
   double farthest = std::numeric_limits<double>::max();
   boxes.visit_along(place, kDirection, farthest, [&](std::int32_t f, double&) {
-    const auto corner = [&](int k) { return Vec3(closed.vertices.row(closed.triangles(f, k))); };
-    const double hit = ray_hit_m(place, kDirection, corner(0), corner(1), corner(2));
+    const auto [a, b, c] = corners_of(closed, f);
+    const double hit = ray_hit_m(place, kDirection, a, b, c);
     if (hit >= 0 && std::isfinite(hit)) ++crossings;
   });
   return crossings % 2 == 1;

@@ -2,12 +2,17 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <vector>
 
 namespace palpate {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity(),
+                        kNan = std::numeric_limits<double>::quiet_NaN();
 
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
@@ -25,6 +30,13 @@ struct Surface {
   Points vertices;
   Triangles triangles;
 };
+
+/// Corners of triangle f [m].
+inline std::array<Vec3, 3> corners_of(const Surface& surface, Eigen::Index f) {
+  const auto corner = surface.triangles.row(f);
+  return {surface.vertices.row(corner[0]), surface.vertices.row(corner[1]),
+          surface.vertices.row(corner[2])};
+}
 
 /// Outward unit normal of each vertex, weighted by the angle of its triangles (Thuermer and
 /// Wuethrich 1998, doi:10.1080/10867651.1998.10487487), so it does not depend on how a flat

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -99,26 +98,28 @@ constexpr std::string_view name_of(StepCheck check) {
   return kStepCheckNames[static_cast<int>(check)];
 }
 
-/// The recordings behind measured samples: group `recordings` of samples.h5. R
-/// recordings, in the order of the manifest; several of one experiment were pooled. All empty for
-/// simulated samples.
-struct MeasuredRecordings {
-  std::vector<std::int32_t> experiment;  ///< R, of rows/experiment
+/// What is known of R recordings beside their readings, in the order of the manifest.
+struct RecordingColumns {
+  std::vector<std::int32_t> experiment;  ///< R, of rows/experiment; -1 of refused ones
   std::vector<std::string> file;  ///< R, as the manifest names it, with `#name` within a file
-  std::vector<std::string> hash;  ///< R, ContentHash of the file's bytes
-  Eigen::VectorXd
-      contact_m;  ///< R, travel at which the tip touched first, in the recording's own zero
-  Eigen::VectorXd contact_deviation_m;  ///< R, its standard deviation: a fit with free contact
-                                        ///< point starts here
-  std::vector<std::string> estimator;   ///< R, that found it
-  Eigen::VectorXd speed_m_s;            ///< R, loading rate; NaN without a clock
-  Eigen::VectorXd noise_N;              ///< R, standard deviation of one reading without contact
-  Eigen::VectorXd hysteresis;      ///< R, share of the work not given back; NaN without a way back
-  Eigen::VectorXd young_Pa;        ///< R, apparent, of the contact fit; NaN where it has none
-  std::vector<std::int8_t> grade;  ///< R: 0 good, 1 fair, 2 poor
-  std::vector<std::string> reasons;  ///< R, of the grade; empty when good
+  std::vector<double> contact_m;  ///< R, travel at first touch, in the recording's own zero
+  /// R, its standard deviation: a fit with free contact point starts here.
+  std::vector<double> contact_deviation_m;
+  std::vector<std::string> estimator;  ///< R, that found it; empty where there is none
+  std::vector<double> noise_N;         ///< R, standard deviation of one reading without contact
+  std::vector<std::int8_t> grade;      ///< R, of kRecordingGradeNames
+  std::vector<std::string> reasons;    ///< R, of the grade; why it was refused, and the remedy
 
   std::size_t size() const { return experiment.size(); }
+};
+
+/// The recordings behind measured samples: group `recordings` of samples.h5. Several of one
+/// experiment were pooled. All empty for simulated samples.
+struct MeasuredRecordings : RecordingColumns {
+  std::vector<std::string> hash;   ///< R, ContentHash of the file's bytes
+  std::vector<double> speed_m_s;   ///< R, loading rate; NaN without a clock
+  std::vector<double> hysteresis;  ///< R, share of the work not given back; NaN without a way back
+  std::vector<double> young_Pa;    ///< R, apparent, of the contact fit; NaN where it has none
 };
 
 /// Displacements of a surface's vertices, a row per state.
@@ -194,9 +195,7 @@ struct SampleRows {
   Eigen::Index rows() const { return deflection.rows(); }
   int tool_of(Eigen::Index row) const { return tool.empty() ? 0 : tool[row]; }
   int probe_of(Eigen::Index row) const { return probe_number.empty() ? 0 : probe_number[row]; }
-  double time_of(Eigen::Index row) const {
-    return time_s.size() > 0 ? time_s[row] : std::numeric_limits<double>::quiet_NaN();
-  }
+  double time_of(Eigen::Index row) const { return time_s.size() > 0 ? time_s[row] : kNan; }
   Lean lean_at(Eigen::Index row) const {
     return lean.rows() > 0 ? Lean(lean.row(row)) : Lean(Lean::Zero());
   }
@@ -207,7 +206,7 @@ struct SampleRows {
 struct SampleOrigin {
   std::optional<ProbeSpec> probe;       ///< that made them; none where unknown
   std::vector<ProbeSpec> other_probes;  ///< that rows of the kind `other` are of
-  double poisson = std::numeric_limits<double>::quiet_NaN();  ///< of the body; NaN where unknown
+  double poisson = kNan;                ///< of the body; NaN where unknown
   Relaxation relaxation;  ///< of the body, where it is known; rows without time do not feel it
   MeasuredRecordings recordings;  ///< where measured rows came from; empty when simulated
 };
@@ -233,7 +232,6 @@ void each_point_column(const F& f) {
 template <class F>
 void each_row_column(const F& f) {
   using S = SampleRows;
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   const ColumnFormat optional{.is_optional = true};
   f("rows/point", &S::point, ColumnFormat{});
   f("rows/experiment", &S::experiment, ColumnFormat{});
@@ -250,7 +248,7 @@ void each_row_column(const F& f) {
   f("rows/status", &S::status, ColumnFormat{.names = kRowStatusNames});
   f("rows/step_check", &S::step_check, ColumnFormat{.names = kStepCheckNames, .is_optional = true},
     StepCheck::none);
-  f("rows/time", &S::time_s, ColumnFormat{"s", true, {}, true}, kNaN);
+  f("rows/time", &S::time_s, ColumnFormat{"s", true, {}, true}, kNan);
   f("rows/lean", &S::lean, optional, 0.0);
 }
 
@@ -308,9 +306,7 @@ struct ToolPath {
   std::optional<SecondTool> second = std::nullopt;
   PathKind kind = PathKind::none;
 
-  double time_of(Eigen::Index row) const {
-    return time_s.size() > 0 ? time_s[row] : std::numeric_limits<double>::quiet_NaN();
-  }
+  double time_of(Eigen::Index row) const { return time_s.size() > 0 ? time_s[row] : kNan; }
 };
 
 /// Work at a test point.
@@ -338,19 +334,16 @@ struct SignalTrace {
   std::size_t readings() const { return push_N.size(); }
 };
 
-/// One recording of an import as it came, imported or refused: a row of samples.signals.h5
-/// (docs/formats.md). Numbers are NaN where there are none.
-struct RecordedSignal {
-  std::string file;              ///< as the manifest names it, with `#name` within a file
-  std::string point;             ///< of the samples
-  std::int32_t experiment = -1;  ///< of the samples; -1 of refused ones
-  std::int8_t grade = 0;         ///< of kRecordingGradeNames
-  std::string reasons;           ///< of the grade; why it was refused, and the remedy
-  std::string estimator;         ///< of the contact point; empty where there is none
-  double contact_m = std::numeric_limits<double>::quiet_NaN();  ///< travel at first touch
-  double contact_deviation_m = std::numeric_limits<double>::quiet_NaN();
-  double noise_N = std::numeric_limits<double>::quiet_NaN();  ///< of one reading without contact
-  SignalTrace trace;
+/// Recordings of an import as they came, imported or refused: samples.signals.h5
+/// (docs/formats.md), with the N readings of all of them, one recording's after another's. Numbers
+/// are NaN where there are none.
+struct RecordedSignals : RecordingColumns {
+  std::vector<std::string> point;                ///< R, of the samples
+  std::vector<double> bias_N, drift_N_m;         ///< R, as SignalTrace has them
+  std::vector<std::int32_t> readings;            ///< R
+  std::vector<double> time_s, travel_m, push_N;  ///< N
+  std::vector<std::int8_t> phase;                ///< N
+  std::vector<char> is_used;                     ///< N
 };
 
 }  // namespace palpate

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
@@ -43,8 +42,7 @@ RelativeErrors relative_errors(const std::vector<ForceError>& rows) {
 }
 
 double stated_quantile(std::vector<double> values, double share) {
-  return values.empty() ? std::numeric_limits<double>::quiet_NaN()
-                        : quantile(std::move(values), share);
+  return values.empty() ? kNan : quantile(std::move(values), share);
 }
 
 std::string stated_percent(double share) { return std::isnan(share) ? "-" : percent(share); }

@@ -4,7 +4,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <limits>
 
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/text.hpp"
@@ -107,7 +106,7 @@ std::optional<std::string_view> misread_unit(const Points& places_m, const Surfa
     if (is_within(kFarTooLong, place)) return std::nullopt;
   const BoxTree boxes = triangle_boxes(body);
   std::optional<std::string_view> unit;
-  double best = std::numeric_limits<double>::infinity();
+  double best = kInfinity;
   // About 500 places of a path are looked at.
   const Eigen::Index stride = std::max<Eigen::Index>(1, places_m.rows() / 500);
   for (const std::string_view name : {"mm", "cm", "um"})

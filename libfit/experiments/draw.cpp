@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <random>
@@ -49,10 +48,8 @@ ReachableArea reachable_area(const Body& body) {
     bool is_reachable = true;
     for (int k = 0; k < 3; ++k) is_reachable = is_reachable && body.is_reachable[corner[k]];
     if (!is_reachable) continue;
-    const Vec3 a = body.surface.vertices.row(corner[0]);
-    sum += 0.5 * (body.surface.vertices.row(corner[1]).transpose() - a)
-                     .cross(body.surface.vertices.row(corner[2]).transpose() - a)
-                     .norm();
+    const auto [a, b, c] = corners_of(body.surface, t);
+    sum += 0.5 * (b - a).cross(c - a).norm();
     area.triangle.push_back(t);
     area.sum_m2.push_back(sum);
   }
@@ -244,7 +241,7 @@ class PathDrawer {
   // As far apart as wanted, as nearly as 400 draws come to it.
   TwoPlaces draw_places(double least_m, double wanted_m) {
     TwoPlaces best;
-    double best_m = std::numeric_limits<double>::infinity();
+    double best_m = kInfinity;
     for (int place = 0; place < 400; ++place) {
       const auto [p, u] = draw_point(body_, area_, outward_, uniform_);
       const auto [q, v] = draw_point(body_, area_, outward_, uniform_);

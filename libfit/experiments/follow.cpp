@@ -142,6 +142,13 @@ Replayed follow(const runtime::AssetView& asset, const Samples& samples, double 
   return Follower(asset).follow(samples, depth_m, played_as, on_row);
 }
 
+Follower::Follower(const runtime::AssetView& asset)
+    : view_(asset),
+      body_(asset.damage.softens() ? runtime::body_bytes(asset) / 8 : 0),
+      met_(view_) {
+  if (!body_.empty()) view_ = runtime::with_body(asset, body_.data());
+}
+
 Replayed Follower::follow(const Samples& samples, double depth_m, const PlayedAs& played_as,
                           const OnFollowed& on_row) {
   Replayed out(samples);
@@ -159,9 +166,9 @@ Replayed Follower::follow(const Samples& samples, double depth_m, const PlayedAs
       outside.push_back(at + (std::min(0.0, depth) - kApproachRatio * depth_m) * normal);
       down.push_back(at + depth * normal);
     }
-    ToolsWalk walk(body_.fresh(), met_, std::move(played), std::move(outside));
-    if (samples.kind[row] == ExperimentKind::drag)
-      walk.go(down, std::numeric_limits<double>::quiet_NaN());
+    if (!body_.empty()) runtime::start_body(view_, body_.data());  // as before any touch
+    ToolsWalk walk(view_, met_, std::move(played), std::move(outside));
+    if (samples.kind[row] == ExperimentKind::drag) walk.go(down, kNan);
     for (double before_s = 0; row < samples.rows() && samples.experiment[row] == experiment;
          before_s = samples.time_of(row), row += tools) {
       for (Eigen::Index i = 0; i < tools; ++i)

@@ -39,27 +39,6 @@ class IndenterAssets {
   std::deque<MadeAsset> entries_;
 };
 
-/// An asset with a body of its own where contacts damage one.
-class WalkedBody {
- public:
-  explicit WalkedBody(const runtime::AssetView& asset)
-      : view_(asset), memory_(asset.damage.softens() ? runtime::body_bytes(asset) / 8 : 0) {
-    if (!memory_.empty()) view_ = runtime::with_body(asset, memory_.data());
-  }
-  WalkedBody(const WalkedBody&) = delete;
-  WalkedBody& operator=(const WalkedBody&) = delete;
-
-  /// The body as it was before any touch.
-  const runtime::AssetView& fresh() {
-    if (!memory_.empty()) runtime::start_body(view_, memory_.data());
-    return view_;
-  }
-
- private:
-  runtime::AssetView view_;
-  std::vector<std::uint64_t> memory_;
-};
-
 /// A tool as the engine plays it, and how it stands: its axes in the body's, and the point of it
 /// that deflections and torques are of. By default an upright tip. end: how each ball meets the
 /// body; none: as the ball that the asset was measured with.
@@ -96,13 +75,14 @@ using OnFollowed = std::function<void(Eigen::Index row, const runtime::Tool& too
 /// other. A status but ok answers with zero force.
 class Follower {
  public:
-  explicit Follower(const runtime::AssetView& asset) : body_(asset), met_(body_.fresh()) {}
+  explicit Follower(const runtime::AssetView& asset);
   Replayed follow(const Samples& samples, double depth_m, const PlayedAs& played_as = {},
                   const OnFollowed& on_row = {});
 
  private:
-  WalkedBody body_;
-  IndenterAssets met_;  ///< tabulated when a tool is first followed
+  runtime::AssetView view_;
+  std::vector<std::uint64_t> body_;  ///< of its own, where contacts damage it
+  IndenterAssets met_;               ///< tabulated when a tool is first followed
 };
 /// The same once.
 Replayed follow(const runtime::AssetView& asset, const Samples& samples, double depth_m,

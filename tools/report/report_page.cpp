@@ -72,12 +72,12 @@ constexpr std::size_t kShown = 1000;  // recordings: 2.5 MB of a page
 
 // Indices of the recordings that are shown: refused ones first, then from poor to good. Of more
 // than kShown as many of each grade in that order, equally spaced, as there is room for.
-std::vector<std::size_t> chosen(const std::vector<RecordedSignal>& signals) {
+std::vector<std::size_t> chosen(const std::vector<std::int8_t>& grades) {
   std::vector<std::size_t> shown;
   for (int grade = kRefusedGrade; grade >= 0; --grade) {
     std::vector<std::size_t> of_grade;
-    for (std::size_t i = 0; i < signals.size(); ++i)
-      if (signals[i].grade == grade) of_grade.push_back(i);
+    for (std::size_t i = 0; i < grades.size(); ++i)
+      if (grades[i] == grade) of_grade.push_back(i);
     const std::size_t room = std::min(of_grade.size(), kShown - shown.size());
     for (std::size_t k = 0; k < room; ++k) shown.push_back(of_grade[k * of_grade.size() / room]);
   }
@@ -85,41 +85,42 @@ std::vector<std::size_t> chosen(const std::vector<RecordedSignal>& signals) {
 }
 
 // Recordings as the page draws them.
-Json pictures_json(const std::vector<RecordedSignal>& signals) {
+Json pictures_json(const RecordedSignals& signals) {
   std::array<int, kRecordingGradeNames.size()> all{};
-  for (const RecordedSignal& signal : signals) ++all[signal.grade];
-  const std::vector<std::size_t> shown = chosen(signals);
-  const auto listed = [&](auto value) {
+  for (const std::int8_t grade : signals.grade) ++all[grade];
+  std::vector<std::ptrdiff_t> first{0};  // reading of each recording
+  for (const std::int32_t own : signals.readings) first.push_back(first.back() + own);
+  const std::vector<std::size_t> shown = chosen(signals.grade);
+  const auto listed = [&](const auto& column) {
     Json list = Json::array();
-    for (const std::size_t i : shown) list.push_back(std::invoke(value, signals[i]));
+    for (const std::size_t i : shown) list.push_back(column[i]);
     return list;
   };
-  const auto numbers = [&](auto value) { return packed_as<float>(listed(value)); };
-  const auto readings = [&](auto member) {
-    auto list = SignalTrace().*member;
-    for (const std::size_t i : shown) {
-      const auto& own = signals[i].trace.*member;
-      list.insert(list.end(), own.begin(), own.end());
-    }
-    return packed(list);
+  const auto numbers = [&](const auto& column) { return packed_as<float>(listed(column)); };
+  const auto readings = [&](const auto& column) {
+    auto list = column;
+    list.clear();
+    for (const std::size_t i : shown)
+      list.insert(list.end(), column.begin() + first[i], column.begin() + first[i + 1]);
+    return list;
   };
   return {{"grade_names", kRecordingGradeNames},
           {"all", all},
-          {"file", listed(&RecordedSignal::file)},
-          {"point", listed(&RecordedSignal::point)},
-          {"reasons", listed(&RecordedSignal::reasons)},
-          {"estimator", listed(&RecordedSignal::estimator)},
-          {"grade", listed(&RecordedSignal::grade)},
-          {"experiment", listed(&RecordedSignal::experiment)},
-          {"readings", listed([](const RecordedSignal& s) { return s.trace.readings(); })},
-          {"contact_m", numbers(&RecordedSignal::contact_m)},
-          {"contact_deviation_m", numbers(&RecordedSignal::contact_deviation_m)},
-          {"noise_N", numbers(&RecordedSignal::noise_N)},
-          {"bias_N", numbers([](const RecordedSignal& s) { return s.trace.bias_N; })},
-          {"drift_N_m", numbers([](const RecordedSignal& s) { return s.trace.drift_N_m; })},
-          {"travel_m", readings(&SignalTrace::travel_m)},
-          {"push_N", readings(&SignalTrace::push_N)},
-          {"is_used", readings(&SignalTrace::is_used)}};
+          {"file", listed(signals.file)},
+          {"point", listed(signals.point)},
+          {"reasons", listed(signals.reasons)},
+          {"estimator", listed(signals.estimator)},
+          {"grade", listed(signals.grade)},
+          {"experiment", listed(signals.experiment)},
+          {"readings", listed(signals.readings)},
+          {"contact_m", numbers(signals.contact_m)},
+          {"contact_deviation_m", numbers(signals.contact_deviation_m)},
+          {"noise_N", numbers(signals.noise_N)},
+          {"bias_N", numbers(signals.bias_N)},
+          {"drift_N_m", numbers(signals.drift_N_m)},
+          {"travel_m", packed_as<float>(readings(signals.travel_m))},
+          {"push_N", packed_as<float>(readings(signals.push_N))},
+          {"is_used", packed(readings(signals.is_used))}};
 }
 
 // The recordings behind the samples, where their signals are of the same import.

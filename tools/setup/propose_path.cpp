@@ -119,10 +119,7 @@ Slide slide_along(const PathWindow& window, const Vec3& spot, const Vec3& inward
     const auto way_m = ray_distance_m(window.surface, window.boxes, above, inward, 0);
     if (!way_m) break;
     const auto hit = closest_point(window.surface, window.boxes, above + *way_m * inward);
-    const auto corner = window.surface.triangles.row(hit->triangle);
-    const Vec3 a = window.surface.vertices.row(corner[0]),
-               b = window.surface.vertices.row(corner[1]),
-               c = window.surface.vertices.row(corner[2]);
+    const auto [a, b, c] = corners_of(window.surface, hit->triangle);
     // Within 50 degrees: a slide ends where it gets steeper.
     const bool faces_tool = -(b - a).cross(c - a).normalized().dot(inward) > 0.64;
     if (!faces_tool || window.is_measured[hit->triangle] == 0) break;

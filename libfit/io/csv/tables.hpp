@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -79,7 +78,7 @@ struct CurveTableRow {
   double at_m = 0;
   double value_N = 0;
   double slope_N_m = 0;
-  double deviation_N = std::numeric_limits<double>::quiet_NaN();
+  double deviation_N = kNan;
 };
 void write_curve_rows(const std::filesystem::path& path, const std::vector<CurveTableRow>& rows);
 

@@ -87,6 +87,9 @@ class ColumnReader {
   void get(const std::string& name, std::vector<std::string>& out, const ColumnFormat&) const {
     out = in_.strings(name, rows_);
   }
+  void get(const std::string& name, std::vector<double>& out, const ColumnFormat& kept) const {
+    out = in_.numbers(name, kept.unit, {rows_, 0}, kept.may_be_nan);
+  }
   void get(const std::string& name, std::vector<std::int32_t>& out,
            const ColumnFormat& kept) const {
     out = in_.integers(name, kept.unit, {rows_, 0});
@@ -138,6 +141,8 @@ class ColumnWriter {
         out_.integers(name, kept.unit, column.data(), shape);
     } else if constexpr (std::is_same_v<Column, std::vector<std::string>>) {
       out_.strings(name, column);
+    } else if constexpr (std::is_same_v<Column, std::vector<double>>) {
+      out_.numbers(name, kept.unit, column.data(), {rows, 0});
     } else if constexpr (std::is_same_v<Column, std::vector<std::int32_t>>) {
       out_.integers(name, kept.unit, column.data(), {rows, 0});
     } else {  // codes and flags
@@ -177,6 +182,8 @@ class ColumnChecker {
       check_rows(complain_, name, rows_of(column), rows_);
     if constexpr (std::is_same_v<Column, std::vector<char>>)
       check_flags(complain_, name, column);
+    else if constexpr (std::is_same_v<Column, std::vector<double>>)
+      check_finite(complain_, name, column.data(), rows_, 1, kept.may_be_nan);
     else if constexpr (requires { requires std::is_same_v<typename Column::Scalar, double>; })
       check_finite(complain_, name, column.data(), column.size(), column.cols(), kept.may_be_nan);
   }

@@ -89,8 +89,8 @@ inline constexpr FileSchema kSignalsSchema{"palpate-signals",
                                            "Make it again with `palpate import`."};
 
 /// Recordings as they came, for pictures (docs/formats/samples.md).
-std::vector<RecordedSignal> read_signals(const std::filesystem::path& path);
-void write_signals(const std::filesystem::path& path, const std::vector<RecordedSignal>& signals,
+RecordedSignals read_signals(const std::filesystem::path& path);
+void write_signals(const std::filesystem::path& path, const RecordedSignals& signals,
                    const Attributes& attributes = {});
 
 struct DataSetDescription {

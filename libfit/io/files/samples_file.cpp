@@ -14,6 +14,22 @@ using namespace h5;
 
 namespace {
 
+// R: a kind of RecordingColumns, or const; false where the file has none. Refused ones, which
+// signals have, may have no numbers.
+template <class R, class F>
+bool recording_columns(R& r, F& f, bool has_refused) {
+  if (!f.first("recordings/experiment", r.experiment, {.is_optional = !has_refused})) return false;
+  f("recordings/file", r.file);
+  f("recordings/contact", r.contact_m, {"m", has_refused});
+  f("recordings/contact_deviation", r.contact_deviation_m, {"m", has_refused});
+  f("recordings/estimator", r.estimator);
+  f("recordings/noise", r.noise_N, {"N", has_refused});
+  f("recordings/grade", r.grade,
+    {.names = {kRecordingGradeNames.data(), std::size_t{kRefusedGrade} + has_refused}});
+  f("recordings/reasons", r.reasons);
+  return true;
+}
+
 // S: Samples or const Samples.
 template <class S, class F>
 void columns(S& s, F& f) {
@@ -31,18 +47,11 @@ void columns(S& s, F& f) {
   relaxation_columns(s.relaxation, f);
 
   auto& r = s.recordings;
-  if (!f.first("recordings/experiment", r.experiment, {.is_optional = true})) return;
-  f("recordings/file", r.file);
+  if (!recording_columns(r, f, false)) return;
   f("recordings/hash", r.hash);
-  f("recordings/contact", r.contact_m, {"m"});
-  f("recordings/contact_deviation", r.contact_deviation_m, {"m"});
-  f("recordings/estimator", r.estimator);
   f("recordings/speed", r.speed_m_s, {"m/s", true});
-  f("recordings/noise", r.noise_N, {"N"});
   f("recordings/hysteresis", r.hysteresis, {kNoUnit, true});
   f("recordings/young", r.young_Pa, {"Pa", true});
-  f("recordings/grade", r.grade, {.names = {kRecordingGradeNames.data(), kRefusedGrade}});
-  f("recordings/reasons", r.reasons);
 }
 
 std::string other_probe(std::size_t i) { return fmt::format("probe_{}/", i + 1); }
@@ -116,7 +125,7 @@ void check(const Samples& s, const h5::Complain& complain) {
   check_experiments(s, complain);
   check_probes(s, complain);
   check_relaxation(complain, s.relaxation);
-  if ((s.recordings.contact_deviation_m.array() < 0).any())
+  if (std::ranges::any_of(s.recordings.contact_deviation_m, [](double m) { return m < 0; }))
     throw complain("recordings/contact_deviation", "is negative");
 }
 
@@ -129,77 +138,32 @@ void surface_columns(S& s, F& f) {
   f("rows/displacement", s.surface, {"m"});
 }
 
-// R recordings and the N readings of all of them, one recording's after another's.
-struct SignalColumns {
-  std::vector<std::string> file, point, reasons, estimator;                    // R
-  std::vector<std::int32_t> experiment, readings;                              // R
-  std::vector<std::int8_t> grade;                                              // R
-  Eigen::VectorXd contact_m, contact_deviation_m, noise_N, bias_N, drift_N_m;  // R
-  Eigen::VectorXd time_s, travel_m, push_N;                                    // N
-  std::vector<std::int8_t> phase;                                              // N
-  std::vector<char> is_used;                                                   // N
-};
+// S: RecordedSignals or const RecordedSignals.
+template <class S, class F>
+void signal_columns(S& s, F& f) {
+  recording_columns(s, f, true);
+  f("recordings/point", s.point);
+  f("recordings/bias", s.bias_N, {"N"});
+  f("recordings/drift", s.drift_N_m, {"N/m"});
+  f("recordings/readings", s.readings);
 
-// C: SignalColumns or const SignalColumns.
-template <class C, class F>
-void signal_columns(C& c, F& f) {
-  f.first("recordings/file", c.file);
-  f("recordings/point", c.point);
-  f("recordings/experiment", c.experiment);
-  f("recordings/grade", c.grade, {.names = kRecordingGradeNames});
-  f("recordings/reasons", c.reasons);
-  f("recordings/estimator", c.estimator);
-  f("recordings/contact", c.contact_m, {"m", true});
-  f("recordings/contact_deviation", c.contact_deviation_m, {"m", true});
-  f("recordings/noise", c.noise_N, {"N", true});
-  f("recordings/bias", c.bias_N, {"N"});
-  f("recordings/drift", c.drift_N_m, {"N/m"});
-  f("recordings/readings", c.readings);
-
-  f.first("readings/time", c.time_s, {"s", true});
-  f("readings/travel", c.travel_m, {"m"});
-  f("readings/push", c.push_N, {"N"});
-  f("readings/phase", c.phase, {.names = kPhaseNames});
-  f("readings/is_used", c.is_used);
+  f.first("readings/time", s.time_s, {"s", true});
+  f("readings/travel", s.travel_m, {"m"});
+  f("readings/push", s.push_N, {"N"});
+  f("readings/phase", s.phase, {.names = kPhaseNames});
+  f("readings/is_used", s.is_used);
 }
 
-void check(const SignalColumns& c, const Complain& complain) {
+void check(const RecordedSignals& s, const Complain& complain) {
   ColumnChecker rows(complain);
-  signal_columns(c, rows);
+  signal_columns(s, rows);
   std::int64_t all = 0;
-  for (const std::int32_t own : c.readings) {
+  for (const std::int32_t own : s.readings) {
     if (own < 0) throw complain("recordings/readings", "is negative");
     all += own;
   }
-  if (all != c.push_N.size())
+  if (all != std::ssize(s.push_N))
     throw complain("recordings/readings", "do not add up to the rows of readings/push");
-}
-
-SignalColumns columns_of(const std::vector<RecordedSignal>& signals) {
-  SignalColumns c;
-  Eigen::Index all = 0, row = 0, at = 0;
-  for (const RecordedSignal& s : signals) all += static_cast<Eigen::Index>(s.trace.readings());
-  for (Eigen::VectorXd* column :
-       {&c.contact_m, &c.contact_deviation_m, &c.noise_N, &c.bias_N, &c.drift_N_m})
-    column->resize(static_cast<Eigen::Index>(signals.size()));
-  for (Eigen::VectorXd* column : {&c.time_s, &c.travel_m, &c.push_N}) column->resize(all);
-  for (const RecordedSignal& s : signals) {
-    const SignalTrace& t = s.trace;
-    c.file.push_back(s.file), c.point.push_back(s.point), c.reasons.push_back(s.reasons);
-    c.estimator.push_back(s.estimator), c.experiment.push_back(s.experiment);
-    c.grade.push_back(s.grade);
-    c.readings.push_back(static_cast<std::int32_t>(t.readings()));
-    c.contact_m[row] = s.contact_m, c.contact_deviation_m[row] = s.contact_deviation_m;
-    c.noise_N[row] = s.noise_N, c.bias_N[row] = t.bias_N, c.drift_N_m[row] = t.drift_N_m;
-    ++row;
-    std::ranges::copy(t.time_s, c.time_s.begin() + at);
-    std::ranges::copy(t.travel_m, c.travel_m.begin() + at);
-    std::ranges::copy(t.push_N, c.push_N.begin() + at);
-    c.phase.insert(c.phase.end(), t.phase.begin(), t.phase.end());
-    c.is_used.insert(c.is_used.end(), t.is_used.begin(), t.is_used.end());
-    at += static_cast<Eigen::Index>(t.readings());
-  }
-  return c;
 }
 
 }  // namespace
@@ -264,37 +228,21 @@ std::filesystem::path signals_path(std::filesystem::path samples_path) {
   return samples_path.replace_extension(".signals.h5");
 }
 
-std::vector<RecordedSignal> read_signals(const std::filesystem::path& path) {
+RecordedSignals read_signals(const std::filesystem::path& path) {
   const h5::Reader reader = h5::open(path, kSignalsSchema);
-  SignalColumns c;
+  RecordedSignals signals;
   ColumnReader in(reader);
-  signal_columns(c, in);
-  check(c, complain_about(reader));
-  std::vector<RecordedSignal> signals(c.file.size());
-  Eigen::Index at = 0;
-  for (std::size_t i = 0; i < signals.size(); ++i) {
-    RecordedSignal& s = signals[i];
-    s = {c.file[i],      c.point[i],     c.experiment[i],          c.grade[i],   c.reasons[i],
-         c.estimator[i], c.contact_m[i], c.contact_deviation_m[i], c.noise_N[i], {}};
-    s.trace.bias_N = c.bias_N[i], s.trace.drift_N_m = c.drift_N_m[i];
-    for (const Eigen::Index end = at + c.readings[i]; at < end; ++at) {
-      s.trace.time_s.push_back(static_cast<float>(c.time_s[at]));
-      s.trace.travel_m.push_back(static_cast<float>(c.travel_m[at]));
-      s.trace.push_N.push_back(static_cast<float>(c.push_N[at]));
-      s.trace.phase.push_back(c.phase[at]);
-      s.trace.is_used.push_back(c.is_used[at]);
-    }
-  }
+  signal_columns(signals, in);
+  check(signals, complain_about(reader));
   return signals;
 }
 
-void write_signals(const std::filesystem::path& path, const std::vector<RecordedSignal>& signals,
+void write_signals(const std::filesystem::path& path, const RecordedSignals& signals,
                    const Attributes& attributes) {
-  const SignalColumns c = columns_of(signals);
-  check(c, complain_about(path));
+  check(signals, complain_about(path));
   h5::Writer writer = h5::create(path, kSignalsSchema, attributes);
   ColumnWriter out(writer);
-  signal_columns(c, out);
+  signal_columns(signals, out);
   writer.commit();
 }
 

@@ -23,33 +23,25 @@ namespace h5 {
 /// Owns one HDF5 identifier (hid_t) and gives it back with the function that suits its kind.
 class Handle {
  public:
-  using Close = int (*)(std::int64_t);
-
   Handle() = default;
-  Handle(std::int64_t id, Close close) : id_(id), close_(close) {}
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle(std::int64_t id, int (*close)(std::int64_t)) : id_(id), close_(close) {}
+  Handle(Handle&& other) noexcept : id_(other.release()), close_(other.close_) {}
   Handle& operator=(Handle&& other) noexcept {
-    if (this != &other) {
-      reset();
-      id_ = std::exchange(other.id_, -1);
-      close_ = other.close_;
-    }
+    std::swap(id_, other.id_), std::swap(close_, other.close_);
     return *this;
   }
-  ~Handle() { reset(); }
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
 
   std::int64_t id() const { return id_; }
   bool is_valid() const { return id_ >= 0; }
   /// Hands the identifier over; the caller closes it.
   std::int64_t release() { return std::exchange(id_, -1); }
-  void reset() {
-    if (id_ >= 0) close_(id_);
-    id_ = -1;
-  }
 
  private:
   std::int64_t id_ = -1;
-  Close close_ = nullptr;
+  int (*close_)(std::int64_t) = nullptr;
 };
 
 /// Stops HDF5 from printing its error stack; for the calling thread.
@@ -110,8 +102,10 @@ class Writer {
            Shape shape);
   Handle group_of(const std::string& name);
   Handle open(const std::string& object);
-  void put_attribute(std::int64_t object, const std::string& name, std::int64_t type,
-                     std::int64_t space, const void* data);
+  void put_attribute(const std::string& object, const std::string& name, std::int64_t type,
+                     const Handle& space, const void* data);
+  void put_texts(const std::string& object, const std::string& name,
+                 const std::vector<std::string>& values, const Handle& space);
   void check(std::int64_t result, const std::string& name, const std::string& what) const;
 
   std::filesystem::path path_;
@@ -184,7 +178,9 @@ class Reader {
   std::vector<T> values(const CheckedSet& of, const std::string& name,
                         std::int64_t memory_type) const;
   Error attribute_error(const std::string& object, const std::string& name,
-                        const std::string& what) const;
+                        const std::string& what) const {
+    return error(object, "attribute `" + name + "` " + what);
+  }
 
   std::filesystem::path path_;
   std::string remedy_;

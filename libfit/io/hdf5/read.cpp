@@ -263,11 +263,6 @@ std::vector<std::string> Reader::strings(const std::string& name, std::size_t ro
   return values;
 }
 
-Error Reader::attribute_error(const std::string& object, const std::string& name,
-                              const std::string& what) const {
-  return error(object, "attribute `" + name + "` " + what);
-}
-
 bool Reader::has_attribute(const std::string& object, const std::string& name) const {
   return H5Aexists(open_object(object).id(), name.c_str()) > 0;
 }

@@ -159,36 +159,35 @@ void Writer::bytes(const std::string& name, std::string_view unit, const std::in
 
 void Writer::strings(const std::string& name, const std::vector<std::string>& values) {
   const PackedStrings packed = pack(values, path_.string() + ":" + name);
-  const Handle type = text_type(packed.longest);
-  put(name, kNoUnit, type.id(), packed.bytes.data(), {values.size(), 0});
+  put(name, kNoUnit, text_type(packed.longest).id(), packed.bytes.data(), {values.size(), 0});
 }
 
-void Writer::put_attribute(std::int64_t object, const std::string& name, std::int64_t type,
-                           std::int64_t space, const void* data) {
-  const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT),
-                         H5Aclose);
+void Writer::put_attribute(const std::string& object, const std::string& name, std::int64_t type,
+                           const Handle& space, const void* data) {
+  const Handle attribute(
+      H5Acreate2(open(object).id(), name.c_str(), type, space.id(), H5P_DEFAULT, H5P_DEFAULT),
+      H5Aclose);
   check(attribute.id(), name, "attribute cannot be made");
   check(H5Awrite(attribute.id(), type, data), name, "attribute cannot be written");
 }
 
+void Writer::put_texts(const std::string& object, const std::string& name,
+                       const std::vector<std::string>& values, const Handle& space) {
+  const PackedStrings packed = pack(values, path_.string() + ":" + name);
+  put_attribute(object, name, text_type(packed.longest).id(), space, packed.bytes.data());
+}
+
 void Writer::attribute(const std::string& object, const std::string& name, std::string_view value) {
-  const PackedStrings packed = pack({std::string(value)}, path_.string() + ":" + name);
-  const Handle type = text_type(packed.longest);
-  const Handle scalar(H5Screate(H5S_SCALAR), H5Sclose);
-  put_attribute(open(object).id(), name, type.id(), scalar.id(), packed.bytes.data());
+  put_texts(object, name, {std::string(value)}, Handle(H5Screate(H5S_SCALAR), H5Sclose));
 }
 
 void Writer::attribute(const std::string& object, const std::string& name, std::int32_t value) {
-  const Handle scalar(H5Screate(H5S_SCALAR), H5Sclose);
-  put_attribute(open(object).id(), name, H5T_NATIVE_INT32, scalar.id(), &value);
+  put_attribute(object, name, H5T_NATIVE_INT32, Handle(H5Screate(H5S_SCALAR), H5Sclose), &value);
 }
 
 void Writer::attribute(const std::string& object, const std::string& name,
                        const std::vector<std::string>& values) {
-  const PackedStrings packed = pack(values, path_.string() + ":" + name);
-  const Handle type = text_type(packed.longest);
-  const Handle space = space_of({values.size(), 0});
-  put_attribute(open(object).id(), name, type.id(), space.id(), packed.bytes.data());
+  put_texts(object, name, values, space_of({values.size(), 0}));
 }
 
 void Writer::commit() {

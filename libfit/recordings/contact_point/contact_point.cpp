@@ -87,7 +87,7 @@ ContactEstimate fit_power(const PressCurve& curve, double exponent, bool stiffen
   double rms_N = 0;
   const double largest_N = curve.push_N.maxCoeff() - curve.push_N[0];
   ContactEstimate best;
-  double least = kInfinity, other_m = std::numeric_limits<double>::quiet_NaN();
+  double least = kInfinity, other_m = kNan;
   for (double share = 1; share > 1e-3; share /= 2) {
     const Eigen::Index means = means_up_to(curve, share);
     const ContactEstimate fit = fit_up_to(curve, exponent, stiffens, means, rms_N);

@@ -1,6 +1,7 @@
 #include "libfit/recordings/placing/assemble.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <set>
@@ -54,22 +55,17 @@ std::vector<Members> group_by_point(const BatchOptions& options,
   return points;
 }
 
-// Each tip of known size with how many recordings it made, most first.
+// The tips of known size, those that made most recordings first.
 std::vector<UsedTip> tips_of(const std::vector<PlacedRecording>& candidates) {
-  std::vector<std::pair<UsedTip, std::size_t>> counts;
-  for (const PlacedRecording& c : candidates) {
-    const UsedTip tip = tip_of(c);
-    if (c.failure || !(tip.radius_m > 0)) continue;
-    const auto at = std::ranges::find(counts, tip, &std::pair<UsedTip, std::size_t>::first);
-    if (at == counts.end())
-      counts.emplace_back(tip, 1);
-    else
-      ++at->second;
-  }
-  std::stable_sort(counts.begin(), counts.end(),
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
   std::vector<UsedTip> out;
-  for (const auto& [tip, count] : counts) out.push_back(tip);
+  for (const PlacedRecording& c : candidates)
+    if (const UsedTip tip = tip_of(c);
+        !c.failure && tip.radius_m > 0 && std::ranges::find(out, tip) == out.end())
+      out.push_back(tip);
+  std::ranges::stable_sort(out, std::greater<>{}, [&](const UsedTip& tip) {
+    return std::ranges::count_if(
+        candidates, [&](const PlacedRecording& c) { return !c.failure && tip_of(c) == tip; });
+  });
   return out;
 }
 
@@ -117,35 +113,6 @@ void fill_rows(const std::vector<Pooled>& parts, bool has_probes, Samples& sampl
     if (has_time) samples.time_s.segment(at, n) = from.time_s;
     at += n;
   }
-}
-
-MeasuredRecordings provenance(const std::vector<PlacedRecording>& candidates) {
-  MeasuredRecordings out;
-  std::vector<const PlacedRecording*> used;
-  for (const PlacedRecording& c : candidates)
-    if (c.experiment >= 0) used.push_back(&c);
-  const Eigen::Index n = used.size();
-  for (Eigen::VectorXd* column : {&out.contact_m, &out.contact_deviation_m, &out.speed_m_s,
-                                  &out.noise_N, &out.hysteresis, &out.young_Pa})
-    column->resize(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const PlacedRecording& c = *used[i];
-    const Conditioned& r = *c.recording;
-    out.experiment.push_back(c.experiment);
-    out.file.push_back(shown(c));
-    out.hash.push_back(c.result->hash);
-    const FoundContact contact = contact_of(c);
-    out.contact_m[i] = contact.travel_m;
-    out.contact_deviation_m[i] = contact.deviation_m;
-    out.estimator.push_back(contact.estimator);
-    out.speed_m_s[i] = r.speed_m_s;
-    out.noise_N[i] = r.noise_N;
-    out.hysteresis[i] = r.hysteresis;
-    out.young_Pa[i] = r.young_Pa;
-    out.grade.push_back(static_cast<std::int8_t>(r.grade));
-    out.reasons.push_back(listed(r.reasons, "; "));
-  }
-  return out;
 }
 
 std::string sideways_note(const Samples& samples, const std::vector<std::int32_t>& experiments) {

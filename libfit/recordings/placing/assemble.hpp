@@ -98,7 +98,9 @@ void write_relaxation(const std::filesystem::path& csv, const BodyRelaxation& re
 std::string summary_json(const Assembled& assembled);
 
 /// Every recording with the signal that a picture is drawn from, in the order of the outcomes.
-std::vector<RecordedSignal> signals_of(const Assembled& assembled);
+RecordedSignals signals_of(const Assembled& assembled);
+/// Those that samples were made from.
+MeasuredRecordings provenance(const std::vector<PlacedRecording>& outcomes);
 
 // Steps of `assemble`.
 

@@ -138,6 +138,25 @@ Json totals(const Assembled& a) {
   return json;
 }
 
+// Appends what is known of a recording.
+void append(const PlacedRecording& placed, RecordingColumns& out) {
+  const Conditioned* r = placed.recording;
+  const FoundContact contact = r ? contact_of(placed) : FoundContact{kNan, kNan, ""};
+  out.experiment.push_back(placed.experiment), out.file.push_back(shown(placed));
+  out.contact_m.push_back(contact.travel_m);
+  out.contact_deviation_m.push_back(contact.deviation_m);
+  out.estimator.push_back(contact.estimator);
+  out.noise_N.push_back(r ? r->noise_N : kNan);
+  if (const auto& failure = placed.failure) {
+    const std::string& what = failure->fact();
+    out.grade.push_back(kRefusedGrade);
+    out.reasons.push_back(what + (what.ends_with('?') ? " " : ". ") + failure->remedy());
+  } else {
+    out.grade.push_back(static_cast<std::int8_t>(r->grade));
+    out.reasons.push_back(listed(r->reasons, "; "));
+  }
+}
+
 std::string dumped(const Json& json, int indent) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
@@ -162,30 +181,34 @@ void write_summary(const std::filesystem::path& csv_path, const std::filesystem:
   write_file_atomically(json_path, dumped(json, 1) + "\n");
 }
 
-std::vector<RecordedSignal> signals_of(const Assembled& assembled) {
-  std::vector<RecordedSignal> all;
+RecordedSignals signals_of(const Assembled& assembled) {
+  RecordedSignals out;
   for (const PlacedRecording& placed : assembled.outcomes) {
-    RecordedSignal& signal = all.emplace_back();
-    signal.file = shown(placed);
-    signal.point = placed.point;
-    signal.experiment = placed.experiment;
-    if (const Conditioned* r = placed.recording) {
-      signal.grade = static_cast<std::int8_t>(r->grade);
-      signal.reasons = listed(r->reasons, "; ");
-      const FoundContact contact = contact_of(placed);
-      signal.estimator = contact.estimator;
-      signal.contact_m = contact.travel_m;
-      signal.contact_deviation_m = contact.deviation_m;
-      signal.noise_N = r->noise_N;
-    }
-    signal.trace = placed.recording ? placed.recording->trace : placed.refused->trace;
-    if (placed.failure) {
-      signal.grade = kRefusedGrade;
-      const std::string& what = placed.failure->fact();
-      signal.reasons = what + (what.ends_with('?') ? " " : ". ") + placed.failure->remedy();
-    }
+    append(placed, out);
+    out.point.push_back(placed.point);
+    const SignalTrace& trace = placed.recording ? placed.recording->trace : placed.refused->trace;
+    out.bias_N.push_back(trace.bias_N), out.drift_N_m.push_back(trace.drift_N_m);
+    out.readings.push_back(static_cast<std::int32_t>(trace.readings()));
+    const auto add = [](const auto& own, auto& all) {
+      all.insert(all.end(), own.begin(), own.end());
+    };
+    add(trace.time_s, out.time_s), add(trace.travel_m, out.travel_m);
+    add(trace.push_N, out.push_N), add(trace.phase, out.phase), add(trace.is_used, out.is_used);
   }
-  return all;
+  return out;
+}
+
+MeasuredRecordings provenance(const std::vector<PlacedRecording>& outcomes) {
+  MeasuredRecordings out;
+  for (const PlacedRecording& placed : outcomes) {
+    if (placed.experiment < 0) continue;
+    append(placed, out);
+    const Conditioned& r = *placed.recording;
+    out.hash.push_back(placed.result->hash);
+    out.speed_m_s.push_back(r.speed_m_s);
+    out.hysteresis.push_back(r.hysteresis), out.young_Pa.push_back(r.young_Pa);
+  }
+  return out;
 }
 
 }  // namespace palpate::recordings

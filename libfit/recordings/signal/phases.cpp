@@ -162,15 +162,10 @@ std::vector<RowRange> approaches(const Signal& signal) {
 
 RowRange main_approach(const Signal& signal) {
   const Eigen::VectorXd travel = signal.travel_m();
-  RowRange best;
-  double max_m = 0;
-  for (const RowRange& rising : approaches(signal)) {
-    if (const double gain_m = travel[rising.end - 1] - travel[rising.begin]; gain_m > max_m) {
-      max_m = gain_m;
-      best = rising;
-    }
-  }
-  return best;
+  const auto gain_m = [&](const RowRange& in) { return travel[in.end - 1] - travel[in.begin]; };
+  const std::vector<RowRange> all = approaches(signal);
+  const auto best = std::ranges::max_element(all, {}, gain_m);
+  return best != all.end() && gain_m(*best) > 0 ? *best : RowRange{};
 }
 
 std::vector<RowRange> cycles_like(const Signal& signal, const RowRange& approach) {

@@ -12,9 +12,6 @@
 
 namespace palpate::recordings {
 
-inline constexpr double kInfinity = std::numeric_limits<double>::infinity(),
-                        kNan = std::numeric_limits<double>::quiet_NaN();
-
 /// What is taken off the force before contact: nothing, its mean, or its line over travel.
 enum class Drift { none, bias, line };
 

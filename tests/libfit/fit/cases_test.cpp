@@ -97,7 +97,7 @@ Found fit_case(const Recording& r, bool knows_contact, FitOptions options) {
     const auto estimate = estimate_contact(r);
     contact_m = estimate.travel_m;
     rig.samples.recordings.experiment = {0};
-    rig.samples.recordings.contact_deviation_m.setConstant(
+    rig.samples.recordings.contact_deviation_m.assign(
         1, std::max(estimate.deviation_m, 0.05 * r.range_m));
     options.estimates[0] = true;
   }

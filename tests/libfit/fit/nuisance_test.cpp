@@ -31,8 +31,7 @@ Samples off_presses(const std::vector<Off>& offs, double noise_N, unsigned seed)
     rig.add(p, ExperimentKind::press, deflection, force);
     rig.samples.recordings.experiment.push_back(rig.samples.experiment.back());
   }
-  rig.samples.recordings.contact_deviation_m.setConstant(static_cast<Eigen::Index>(offs.size()),
-                                                         2e-4);
+  rig.samples.recordings.contact_deviation_m.assign(offs.size(), 2e-4);
   add_noise(rig.samples, noise_N, seed);
   return rig.samples;
 }
@@ -85,7 +84,7 @@ TEST(nuisance, nothing_is_moved_further_than_four_deviations) {
 
 TEST(nuisance, free_contact_points_need_a_deviation) {
   Samples samples = off_presses({{0, 0, 0}}, 0.01, 6);
-  samples.recordings.contact_deviation_m.setZero();
+  samples.recordings.contact_deviation_m.assign(1, 0);
   FitOptions options;
   options.estimates[0] = true;
   EXPECT_EQ(testing_support::fact_of([&] { fit_curves(samples, options); }),

@@ -73,7 +73,7 @@ Samples whole_samples() {
   r.file = r.hash = r.estimator = r.reasons = {"a"};
   for (auto* column :
        {&r.contact_m, &r.contact_deviation_m, &r.speed_m_s, &r.noise_N, &r.hysteresis, &r.young_Pa})
-    *column = Eigen::VectorXd::Constant(1, 0.001);
+    *column = {0.001};
   r.grade.resize(1);
   s.surface.resize(6, 15);
   s.surface.setZero();
@@ -110,7 +110,7 @@ TEST_F(Documents, name_every_data_set_of_samples) {
   const Samples s = whole_samples();
   write_samples(at("s.h5"), s);
   write_surface_motion(at("s.surface.h5"), s);
-  write_signals(at("s.signals.h5"), {RecordedSignal{}});
+  write_signals(at("s.signals.h5"), RecordedSignals{});
   expect_tables("formats/samples.md", {{"samples", data_sets(at("s.h5"), own)},
                                        {"surface", data_sets(at("s.surface.h5"), own)},
                                        {"signals", data_sets(at("s.signals.h5"), own)}});
