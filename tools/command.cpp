@@ -78,16 +78,7 @@ class CliArguments final : public Arguments {
   void flag(const std::string& flags, bool& target, const std::string& help) override {
     app_.add_flag(flags, target, help);
   }
-  void remaining(std::vector<std::string>& target, const std::string& help) override {
-    app_.prefix_command();
-    app_.set_help_flag();
-    app_.footer("Arguments " + help);
-    app_.callback([this, &target] { target = app_.remaining(); });
-    takes_all_ = true;
-  }
-
   void add_output_flags() {
-    if (takes_all_) return;
     const auto add = [&](const char* names, bool& target, const char* help) {
       return app_.add_flag(names, target, help)->group("Output");
     };
@@ -111,7 +102,6 @@ class CliArguments final : public Arguments {
 
   /// The nearest option where the command has none of this name; nothing where it has.
   std::optional<std::string> unknown_option(std::string_view typed) const {
-    if (takes_all_) return std::nullopt;
     std::vector<std::string> known;
     for (const CLI::Option* option : app_.get_options())
       for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
@@ -153,7 +143,6 @@ class CliArguments final : public Arguments {
   std::vector<OutputFile> outputs_;
   std::vector<FilesOfOutput> named_outputs_;
   OutputFlags flags_;
-  bool takes_all_ = false;
 };
 
 struct DeclaredCommand {

@@ -51,8 +51,6 @@ class Arguments {
   /// What the command writes besides, beside the output `target` or in the folder `target`: a file
   /// of these names that Palpate did not write is kept, unless there is --force. files: constants.
   virtual void named_outputs(const std::string& target, std::span<const NamedOutput> files) = 0;
-  /// All that follows the command's name, as it is.
-  virtual void remaining(std::vector<std::string>& target, const std::string& help) = 0;
   virtual void flag(const std::string& flags, bool& target, const std::string& help) = 0;
 };
 
@@ -97,7 +95,7 @@ int run_program(const char* name, const char* summary, std::span<const CommandRo
 extern const CommandRow kNewCommand, kCheckCommand, kRunCommand, kReportCommand, kPrepareCommand,
     kSimulateCommand, kMergeCommand, kFitCommand, kRefineCommand, kExportCommand, kValidateCommand,
     kImportCommand, kSurfaceCommand, kCalibrateCommand, kReplayCommand, kInspectCommand,
-    kTabulateCommand, kPredictCommand, kStudyCommand, kBenchCommand;
+    kTabulateCommand, kPredictCommand, kStudyCommand;
 
 /// Writes what goes with an installed program, out of its own table of commands: man1/NAME.1 and
 /// man1/NAME-COMMAND.1, and completion for bash (NAME.bash), zsh (_NAME) and fish (NAME.fish).

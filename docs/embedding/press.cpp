@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "libfem/mesh/structured_block.hpp"
+#include "data/generators/structured_block.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/error.hpp"

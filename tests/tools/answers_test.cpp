@@ -111,7 +111,6 @@ class Answers : public testing::Test {
         {"tabulate", " out/curves.h5 -o t.csv"},
         {"report", " out -o r.html"},
         {"study", " study.toml -o study --on script"},
-        {"bench", " --help"},
     };
   }
 
@@ -127,10 +126,6 @@ TEST_F(Answers, of_every_command_are_one_object_with_json_and_nothing_when_quiet
   for (const std::string& command : known) {
     SCOPED_TRACE(command);
     ASSERT_TRUE(all.contains(command)) << "give it a line";
-    if (command == "bench") {  // its own program, without these options
-      EXPECT_EQ(palpate(folder, command + all.at(command)).status, 0);
-      continue;
-    }
     const auto fresh = [&] {
       fs::remove(folder / "new.toml");
       fs::remove(folder / "new.divided.off");

@@ -1,4 +1,4 @@
-// `palpate bench` as a user runs it: what it prints it writes, and it says how it is built.
+// palpate_bench as a user runs it: what it prints it writes.
 
 #include <gtest/gtest.h>
 
@@ -10,10 +10,13 @@
 namespace palpate::tools::testing_support {
 namespace {
 
-#ifdef PALPATE_WORKSHOP
+Outcome bench(const Folder& folder, const std::string& arguments) {
+  return shell(folder, PALPATE_BENCH " " + arguments);
+}
+
 TEST(bench_fem, writes_the_table_that_it_prints) {
   const Folder folder;
-  const Outcome outcome = palpate(folder, "bench fem --part rates --quick -o .");
+  const Outcome outcome = bench(folder, "fem --part rates --quick -o .");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   std::istringstream table(content_of(folder / "fem_rates.csv"));
   int rows = 0;
@@ -25,27 +28,13 @@ TEST(bench_fem, writes_the_table_that_it_prints) {
   EXPECT_EQ(rows, 2);
 }
 
-TEST(bench, hands_its_arguments_and_the_exit_status_through) {
+TEST(bench, says_wrong_usage_by_its_status) {
   const Folder folder;
-  const Outcome help = palpate(folder, "bench fem --help");
+  const Outcome help = bench(folder, "fem --help");
   EXPECT_EQ(help.status, 0) << help.err;
   EXPECT_TRUE(holds(help.out, "--part"));
-  for (const char* wrong : {"bench fem --no-such-option", "bench speed"})
-    EXPECT_EQ(palpate(folder, wrong).status, 2) << wrong;
-}
-
-#endif
-
-TEST(bench, says_when_the_program_is_not_beside_palpate) {
-  const Folder folder;
-  fs::copy_file(PALPATE_PROGRAM, folder / "palpate");
-  const Outcome tick = shell(folder, "./palpate bench tick");
-  EXPECT_EQ(tick.status, 1);
-  EXPECT_TRUE(holds(tick.err, "palpate: error: bench: cannot start "));
-  EXPECT_TRUE(holds(tick.err, "-DPALPATE_WORKSHOP=ON"));
-  const Outcome help = shell(folder, "./palpate bench --help");
-  EXPECT_EQ(help.status, 0);
-  EXPECT_TRUE(holds(help.out, "-DPALPATE_WORKSHOP=ON"));
+  for (const char* wrong : {"fem --no-such-option", "speed"})
+    EXPECT_EQ(bench(folder, wrong).status, 2) << wrong;
 }
 
 }  // namespace

@@ -134,9 +134,8 @@ TEST(outputs, an_engine_is_not_written_over_files_of_another_folder) {
 TEST(outputs, stdout_that_cannot_be_written_ends_with_an_error) {
   const Folder folder;
   const fs::path samples = some_samples(folder, "s.h5");
-  for (const std::string command :
-       {"--version", "--help", "fit --help", "inspect s.h5", "inspect s.h5 --json",
-        "inspect none.h5 --json", "bench --help", "bench tick --help"})
+  for (const std::string command : {"--version", "--help", "fit --help", "inspect s.h5",
+                                    "inspect s.h5 --json", "inspect none.h5 --json"})
     for (const auto& [where, reason] :
          {std::pair{">/dev/full", "No space left on device"}, {">&-", "Bad file descriptor"}}) {
       const Outcome outcome = palpate(folder, command + where);

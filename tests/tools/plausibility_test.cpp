@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "libfem/mesh/structured_block.hpp"
+#include "data/generators/structured_block.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/support/surfaces.hpp"
 #include "tests/tools/block_scene.hpp"

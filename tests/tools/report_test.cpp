@@ -203,21 +203,6 @@ TEST_F(Report, a_drag_with_the_mouse_yields_the_native_forces) {
   expect_native_forces(path("touch.csv"), path("touch.csv"));
 }
 
-// The ball of 48 facets of the golden asset, met along an arc: its edges make no click.
-TEST_F(Report, a_step_of_the_force_is_heard_and_a_slide_over_facets_is_not) {
-  SKIP_WITHOUT_ENGINE();
-  const Outcome heard =
-      node("sound.mjs", PALPATE_SOURCE_DIR "/tests/libfit/runtime/golden/version_1.palp 0.03");
-  ASSERT_EQ(heard.status, 0) << heard.out;
-  double smooth = 0, stepped = 0;
-  long samples = 0, again = 0;
-  std::istringstream(heard.out) >> smooth >> samples >> stepped >> again;
-  EXPECT_EQ(samples, 72000);  // 1.5 s at 48 kHz
-  EXPECT_EQ(again, samples);
-  EXPECT_GT(smooth, 0);
-  EXPECT_GT(stepped, 8 * smooth) << heard.out;
-}
-
 TEST_F(Report, a_large_surface_is_moved_and_met_by_rays_in_a_share_of_the_time) {
   SKIP_WITHOUT_PAGE();
   const Outcome seen = node("surface.mjs", "");
@@ -249,14 +234,15 @@ TEST_P(InChromium, holds) {
 
 INSTANTIATE_TEST_SUITE_P(
     Report, InChromium,
-    testing::Values(
-        "opens_from_disk_without_error_or_request", "a_click_shows_the_curves_of_the_nearest_point",
-        "the_body_gives_way_under_the_tool", "two_fingers_are_two_tools",
-        "a_gamepad_presses_drags_and_turns", "the_sound_switch_plays_what_the_tool_feels",
-        "the_window_is_pressed_at_once_and_all_else_turns_the_body",
-        "grey_says_that_it_is_not_measured", "the_body_is_seen_cut_from_the_side",
-        "axe_finds_nothing", "keys_alone_reach_everything",
-        "the_body_is_lit_alike_wherever_it_lies", "both_schemes_and_narrow_screens_hold_it"),
+    testing::Values("opens_from_disk_without_error_or_request",
+                    "a_click_shows_the_curves_of_the_nearest_point",
+                    "the_body_gives_way_under_the_tool", "two_fingers_are_two_tools",
+                    "a_gamepad_presses_drags_and_turns",
+                    "the_window_is_pressed_at_once_and_all_else_turns_the_body",
+                    "grey_says_that_it_is_not_measured", "the_body_is_seen_cut_from_the_side",
+                    "axe_finds_nothing", "keys_alone_reach_everything",
+                    "the_body_is_lit_alike_wherever_it_lies",
+                    "both_schemes_and_narrow_screens_hold_it"),
     [](const auto& claim) { return std::string(claim.param); });
 
 }  // namespace

@@ -159,7 +159,6 @@ TEST(Documents, name_commands_and_options_that_are_there) {
       if (before != '`' && before != '\n' && !(at > 3 && text.substr(at - 4, 4) == "    "))
         continue;
       const std::string command = (*it)[1], rest = (*it)[2];
-      if (command == "bench") continue;
       EXPECT_TRUE(holds(commands, "\n  " + command + " ")) << page << ": palpate " << command;
       for (std::sregex_iterator o(rest.begin(), rest.end(), option); o != end; ++o, ++checked)
         EXPECT_TRUE(holds(help_of(command), o->str())) << page << ": palpate " << command << rest;

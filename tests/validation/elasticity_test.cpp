@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "libfem/mesh/structured_block.hpp"
+#include "data/generators/structured_block.hpp"
 #include "record.hpp"
 #include "static_problem.hpp"
 

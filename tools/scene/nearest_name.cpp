@@ -30,6 +30,8 @@ struct FormerNames {
   const char* remedy;
 };
 constexpr FormerNames kFormerNames[] = {
+    {"command", " bench ",
+     "Benchmarks are a program of their own, palpate_bench: configure with -DPALPATE_WORKSHOP=ON."},
     {"command key", " modulus thickness ",
      "Identify the material from presses on the body: palpate calibrate SCENE --samples samples.h5 "
      "-o NEW.toml."},

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "data/generators/structured_block.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
-#include "libfem/mesh/structured_block.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 

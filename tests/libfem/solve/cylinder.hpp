@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libfem/mesh/structured_block.hpp"
+#include "data/generators/structured_block.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 

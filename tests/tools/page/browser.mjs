@@ -329,36 +329,6 @@ const claims = {
     await set(() => (window.pad.axes[2] = 0));
   },
 
-  async the_sound_switch_plays_what_the_tool_feels() {
-    // What is handed to the loudspeaker, whatever there is of one.
-    await page.addInitScript(() => {
-      window.heard = { samples: 0, peak: 0 };
-      const copy = AudioBuffer.prototype.copyToChannel;
-      AudioBuffer.prototype.copyToChannel = function (samples, ...rest) {
-        window.heard.samples += samples.length;
-        window.heard.peak = Math.max(window.heard.peak, ...samples.map(Math.abs));
-        copy.call(this, samples, ...rest);
-      };
-    });
-    await open();
-    await unfold();
-    const touch = async (least = 0) => {
-      await page.click("#poke-press");
-      await until("#poke-state", isTouching);
-      await page.waitForFunction((samples) => window.heard.samples > samples, least - 1);
-      await page.click("#poke-press");
-      await until("#poke-state", isOver);
-      return page.evaluate(() => window.heard);
-    };
-    assert.equal((await touch()).samples, 0); // off at first
-    await page.check("#poke-sound");
-    const { peak } = await touch(20000); // samples: half a second
-    assert.ok(peak > 0 && peak < 0.2, `a smooth touch peaks at ${peak}`);
-    await page.uncheck("#poke-sound");
-    const until_off = await page.evaluate(() => window.heard.samples); // the air sounded until then
-    assert.equal((await touch()).samples, until_off);
-  },
-
   async the_window_is_pressed_at_once_and_all_else_turns_the_body() {
     await open();
     const [x, y] = await touchable();

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "libfem/mesh/structured_block.hpp"
+#include "data/generators/structured_block.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "tests/validation/record.hpp"

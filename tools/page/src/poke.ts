@@ -10,7 +10,6 @@ import { Answer, type Ball, kTip } from "./engine";
 import { ForceGraph } from "./force-graph";
 import { listenForGamepad } from "./gamepad";
 import type { DrawnTool } from "./glyphs";
-import { ForceSound } from "./sound";
 import type { Place } from "./surface";
 import { ask, type Term } from "./terms";
 import { kKeyStep, listenForTool } from "./tool-input";
@@ -71,7 +70,6 @@ export class Poke {
   private readonly depthText = html("output", {});
   private readonly values = new Map<string, HTMLElement>();
   private readonly graph: ForceGraph;
-  private readonly sound: ForceSound;
   private readonly message = html("p", { class: "small", id: "tool-message", "aria-live": "polite" });
   private readonly pressButton: HTMLButtonElement;
   private readonly healButton: HTMLButtonElement;
@@ -89,7 +87,6 @@ export class Poke {
     this.tool = this.tools[first].balls;
     this.fullForce_N = largest(floats(contents.maps?.force_N)) || 1; // of an asset alone nothing is known
     this.graph = new ForceGraph(0.1 * this.fullForce_N);
-    this.sound = new ForceSound(this.fullForce_N);
     this.depth = slider("poke-depth", 0, this.range_m, () => this.follow());
     const isOff = { "aria-pressed": "false" };
     this.turnButton = button("turn-only", "Turn", () => this.set(!this.isPoking), isOff);
@@ -128,7 +125,6 @@ export class Poke {
           row("energy", "stored, dissipated", "energy"),
           row("rate", "ticks per second", "ticks"),
         ),
-        html("p", {}, this.sound.element),
         html(
           "p",
           { class: "buttons" },
@@ -389,7 +385,6 @@ export class Poke {
 
   /** Ticks are heard and remembered as they come; the picture follows once a frame. */
   private take(batch: Batch): void {
-    this.sound.play(batch);
     this.graph.add(batch.pressing_N, batch.sliding_N);
     const before = this.latest;
     batch.displacement ??= before?.displacement;

@@ -66,7 +66,7 @@ def plot_statement(path, axes=None):
 
 
 def plot_rivals(path, body=None, axes=None):
-    """Errors of the methods in the rivals.json that `palpate bench rivals` writes, on one of its bodies, by
+    """Errors of the methods in the rivals.json that `palpate_bench rivals` writes, on one of its bodies, by
     default its first; of a method with several settings the best. Returns the axes."""
     with open(path, encoding="utf-8") as file:
         bodies = json.load(file)

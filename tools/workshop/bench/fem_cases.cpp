@@ -2,7 +2,7 @@
 #include <cmath>
 #include <ctime>
 
-#include "libfem/mesh/structured_block.hpp"
+#include "data/generators/structured_block.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/workshop/bench/fem.hpp"

@@ -1,5 +1,5 @@
 // `palpate_bench`: a program of its own, so that what is measured by developers alone is no part of
-// what users carry. `palpate bench` starts it.
+// what users carry.
 
 #include "tools/command.hpp"
 #include "tools/workshop/bench/bench.hpp"
@@ -62,6 +62,6 @@ constexpr CommandRow kBenchmarks[] = {
 
 int main(int argc, char** argv) {
   using namespace palpate::tools;
-  return run_program("palpate bench", "Measure speed and error, and write tables and pictures",
+  return run_program("palpate_bench", "Measure speed and error, and write tables and pictures",
                      kBenchmarks, argc, argv);
 }

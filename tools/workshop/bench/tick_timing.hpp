@@ -1,6 +1,6 @@
 #pragma once
 
-// Times of single ticks, for `palpate bench tick`.
+// Times of single ticks, for `palpate_bench tick`.
 
 #include <sys/resource.h>
 

@@ -7,7 +7,7 @@
 #include <random>
 #include <set>
 
-#include "libfem/mesh/structured_block.hpp"
+#include "data/generators/structured_block.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/libfem/mesh/grade/measures.hpp"

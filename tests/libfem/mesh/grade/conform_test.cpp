@@ -7,8 +7,8 @@
 #include <numbers>
 #include <set>
 
+#include "data/generators/structured_block.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
-#include "libfem/mesh/structured_block.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/libfem/mesh/grade/measures.hpp"

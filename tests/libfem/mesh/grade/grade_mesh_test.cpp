@@ -8,8 +8,8 @@
 #include <set>
 #include <thread>
 
+#include "data/generators/structured_block.hpp"
 #include "libfem/mesh/grade/grade_steps.hpp"
-#include "libfem/mesh/structured_block.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/libfem/mesh/grade/measures.hpp"

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <random>
 
+#include "data/generators/structured_block.hpp"
 #include "libfem/mesh/grade/smooth_surface.hpp"
-#include "libfem/mesh/structured_block.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 

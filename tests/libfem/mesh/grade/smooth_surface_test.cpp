@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "libfem/mesh/structured_block.hpp"
+#include "data/generators/structured_block.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 #include "tests/support/error_of.hpp"
 

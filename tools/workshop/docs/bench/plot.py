@@ -1,7 +1,7 @@
-"""Draws the tables of `palpate bench` that are worth a picture, one SVG each.
+"""Draws the tables of `palpate_bench` that are worth a picture, one SVG each.
 
-    palpate bench fem
-    palpate bench rivals --run OUT
+    palpate_bench fem
+    palpate_bench rivals --run OUT
     python3 tools/workshop/docs/bench/plot.py docs/bench
 
 Needs python3-matplotlib.
