@@ -1,13 +1,9 @@
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "libfit/assets/asset_bytes.hpp"
 #include "libfit/assets/exporters.hpp"
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/runtime/engine.hpp"
 
 namespace palpate {
 namespace {
@@ -26,64 +22,6 @@ Floats normals_of(const Surface& surface) {
   for (Eigen::Index v = 0; v < normals.rows(); ++v)
     if (!(normals.row(v).squaredNorm() > 0.5)) normals.row(v) << 0, 0, 1;
   return normals.cast<float>();
-}
-
-/// Displacement of the surface under a press, for a morph target.
-struct PressedShape {
-  std::string name;       ///< "press at vertex 12, 10.0 mm, stiffest 1"
-  Points displacement_m;  ///< V x 3
-};
-
-// The vertex that each test point answers for most, softest first.
-std::vector<Eigen::Index> test_vertices(const Model& model, const StiffnessMap& map) {
-  std::vector<Eigen::Index> vertex(model.shape.point.rows(), -1);
-  std::vector<double> most(vertex.size(), 0.9);
-  for (Eigen::Index v = 0; v < model.blend_point.rows(); ++v)
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t point = model.blend_point(v, k);
-      if (!model.is_covered[v] || !(model.blend_weight(v, k) > most[point])) continue;
-      most[point] = model.blend_weight(v, k);
-      vertex[point] = v;
-    }
-  std::erase(vertex, -1);
-  std::stable_sort(vertex.begin(), vertex.end(), [&](Eigen::Index a, Eigen::Index b) {
-    return map.stiffness_N_m[a] < map.stiffness_N_m[b];
-  });
-  return vertex;
-}
-
-/// Presses to the deepest of the shape response at the two stiffest and the two softest test points
-/// of a map, as the engine shows them. None where the model does not say how its surface moves.
-std::vector<PressedShape> pressed_shapes(const Model& model, const StiffnessMap& map) {
-  if (model.shape.point.rows() == 0) return {};
-  const AssetBytes bytes = make_asset_bytes(model, {});
-  runtime::Status status;
-  const runtime::Asset asset = runtime::Asset::open(bytes.data(), bytes.size(), &status);
-  std::vector<Eigen::Index> vertices = test_vertices(model, map);
-  const std::size_t each = std::min<std::size_t>(2, vertices.size() / 2);
-  std::vector<PressedShape> out;
-  const auto press = [&](Eigen::Index v, const char* end, std::size_t rank) {
-    const double depth_m = model.shape.depth_m;
-    const Vec3 inward = model.inward_normal.row(v), place = model.surface.vertices.row(v);
-    const int ticks = int(std::ceil(1.1 * depth_m / 50e-6));
-    runtime::Contact contact;
-    runtime::Output tick;
-    for (int i = 0; i <= ticks; ++i) {
-      const Vec3 tip = place + inward * depth_m * (1.1 * i / ticks - 0.1);
-      runtime::touch(asset, contact, tip.data(), tick, nullptr, runtime::kMaxTimeStep_s);
-    }
-    if (contact.triangle < 0) return;
-    Floats moved(asset.vertices, 3);
-    runtime::deform(asset, contact, 0, 0, asset.vertices, moved.data());
-    char name[96];
-    std::snprintf(name, sizeof name, "press at vertex %lld, %.1f mm, %s %zu",
-                  static_cast<long long>(v), depth_m * 1e3, end, rank);
-    out.push_back({name, moved.cast<double>()});
-  };
-  for (std::size_t i = 0; i < each; ++i)
-    press(vertices[vertices.size() - 1 - i], "stiffest", i + 1);
-  for (std::size_t i = 0; i < each; ++i) press(vertices[i], "softest", i + 1);
-  return out;
 }
 
 /// A binary glTF in the making (Khronos, glTF 2.0, 4.4): JSON and one buffer.
@@ -153,24 +91,12 @@ ExportReport export_glb(const Model& model, const std::filesystem::path& path,
   primitive["indices"] = glb.add(
       surface.triangles.data(), corners * sizeof(std::int32_t),
       {{"componentType", Glb::kUnsigned}, {"count", corners}, {"type", "SCALAR"}}, Glb::kIndices);
-  Json names = Json::array();
-  for (const PressedShape& pressed : pressed_shapes(model, map)) {
-    const Floats moved = pressed.displacement_m.cast<float>();
-    const Floats turned =
-        normals_of({surface.vertices + pressed.displacement_m, surface.triangles}) - normals;
-    primitive["targets"].push_back({{"POSITION", glb.add(moved)}, {"NORMAL", glb.add(turned)}});
-    names.push_back(pressed.name);
-  }
   const Json extras{{"depth_m", map.depth_m}, {"low_N_m", map.low_N_m}, {"high_N_m", map.high_N_m}};
-  Json mesh{{"name", "normal stiffness"}, {"extras", extras}, {"primitives", {primitive}}};
-  if (!names.empty()) {
-    mesh["extras"]["targetNames"] = names;
-    mesh["weights"] = std::vector<int>(names.size(), 0);
-  }
   glb.json["scene"] = 0;
   glb.json["scenes"] = {{{"nodes", {0}}}};
   glb.json["nodes"] = {{{"mesh", 0}}};
-  glb.json["meshes"] = {mesh};
+  glb.json["meshes"] = {
+      {{"name", "normal stiffness"}, {"extras", extras}, {"primitives", {primitive}}}};
   glb.json["materials"] = {
       {{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0.6}}}}};
   const std::string bytes = glb.bytes();

@@ -174,47 +174,6 @@ TEST(pictures, glb_holds_the_surface_in_metres_with_linear_colours) {
     EXPECT_EQ(corners[c], static_cast<std::uint32_t>(model.surface.triangles.data()[c]));
   const auto& box = glb.json["accessors"][attributes["POSITION"].get<std::size_t>()];
   EXPECT_EQ(box["max"][2], static_cast<float>(kRadius_m));
-  EXPECT_FALSE(glb.primitive().contains("targets"));  // nobody knows how it moves
-}
-
-// The dent of a target lies where its name says, as deep as it says, and is what the engine shows.
-TEST(pictures, glb_targets_are_dents_at_the_stiffest_and_softest_test_points) {
-  Model model = graded_ball();
-  make_shaped(model, 6, 2, 3);
-  const Glb glb(written(export_glb, model));
-  const auto names = glb.json["meshes"][0]["extras"]["targetNames"].get<std::vector<std::string>>();
-  const auto& targets = glb.primitive()["targets"];
-  ASSERT_EQ(names.size(), 4u);
-  ASSERT_EQ(targets.size(), 4u);
-  const StiffnessMap map = stiffness_map(model, 0);
-  std::vector<float> stiffness;
-  const AssetBytes bytes = make_asset_bytes(model, {});
-  const Asset asset = Asset::open(bytes.data(), bytes.size(), nullptr);
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    long vertex = -1;
-    double depth_mm = 0;
-    ASSERT_EQ(std::sscanf(names[i].c_str(), "press at vertex %ld, %lf mm", &vertex, &depth_mm), 2);
-    EXPECT_NE(names[i].find(i < 2 ? "stiffest" : "softest"), std::string::npos);
-    EXPECT_NEAR(depth_mm, model.shape.depth_m * 1e3, 0.05);
-    stiffness.push_back(map.stiffness_N_m[static_cast<std::size_t>(vertex)]);
-    const auto moved = glb.values<float>(targets[i]["POSITION"]);
-    const auto turned = glb.values<float>(targets[i]["NORMAL"]);
-    EXPECT_GT(*std::max_element(turned.begin(), turned.end()), 0.01F);
-    Contact contact;
-    Output out;
-    const Vec3 place = model.surface.vertices.row(vertex), inward = model.inward_normal.row(vertex);
-    for (const double share : {-0.2, -0.1, 0.2, 0.5, 0.8, 1.0}) {
-      const Vec3 tip = place + inward * share * model.shape.depth_m;
-      ASSERT_EQ(runtime::touch(asset, contact, tip.data(), out), Status::ok);
-    }
-    std::vector<float> shown(moved.size());
-    runtime::deform(asset, contact, 0, 0, asset.vertices, shown.data());
-    for (std::size_t k = 0; k < moved.size(); ++k)
-      EXPECT_NEAR(moved[k], shown[k], 2e-5) << names[i];
-  }
-  EXPECT_GE(stiffness[0], stiffness[1]);
-  EXPECT_GT(stiffness[1], stiffness[3]);
-  EXPECT_GE(stiffness[3], stiffness[2]);
 }
 
 }  // namespace
