@@ -18,8 +18,7 @@ namespace {
 constexpr std::size_t kListed = 15;  // points named before "and N more"
 
 void say_report(const FitReport& report) {
-  say("  family   {}: {}", kCurveFamilyNames[static_cast<std::size_t>(report.family.family)].name,
-      report.family.reason);
+  say("  family   {}: {}", kCurveFamilyNames[report.family.family].name, report.family.reason);
   for (int kind = 0; kind < static_cast<int>(curves_of(report.family.family)); ++kind) {
     const auto k = static_cast<std::size_t>(kind);
     const CurveBasis& basis = report.kind[k].basis;

@@ -95,8 +95,7 @@ QuickScale factors_of(const RowsByStep& steps, bool is_line) {
     for (const PairedRow& row : rows)
       level.push_back(row.ratio - out.slope * (row.log_force() - here.log_force));
     here.scale = median(std::move(level));
-    out.steps.resize(static_cast<std::size_t>(step) + 1,
-                     out.steps.empty() ? here : out.steps.back());
+    out.steps.resize(step + 1, out.steps.empty() ? here : out.steps.back());
     out.steps.back() = here;
   }
   return out;

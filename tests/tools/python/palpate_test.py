@@ -434,7 +434,7 @@ class Program(unittest.TestCase):
 
 def example(name, *arguments):
     """What the example printed."""
-    return subprocess.run([sys.executable, SOURCE / "tools/python/examples" / name, *arguments], check=True,
+    return subprocess.run([sys.executable, SOURCE / "docs/embedding/python" / name, *arguments], check=True,
                           stdout=subprocess.PIPE, text=True).stdout
 
 
