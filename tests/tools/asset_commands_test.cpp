@@ -1,6 +1,8 @@
 // What commands on a finished run say: `inspect` as a page, `replay` of paths that feel nothing,
 // `export` by the name of the file.
 
+#include <algorithm>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -54,6 +56,23 @@ TEST_F(AssetCommands, a_replay_that_feels_nothing_says_why) {
 TEST_F(AssetCommands, a_replay_beyond_the_curves_says_so) {
   const Outcome outcome = replay("0,0.04,0.04,0.031\n0.1,0.04,0.04,0.028\n0.2,0.04,0.04,0.02\n");
   EXPECT_TRUE(holds(outcome.err, "1 of 2 ticks in contact go beyond the curves"));
+}
+
+TEST_F(AssetCommands, a_replay_by_the_clock_writes_the_bytes_of_a_plain_one) {
+  std::ofstream file(path("path.csv"));
+  file << "t_s,x_m,y_m,z_m\n";
+  for (int i = 0; i < 400; ++i)
+    file << 0.001 * i << ',' << 0.04 + 1e-5 * std::max(i - 150, 0) << ",0.04,"
+         << 0.0305 - 0.0025 * std::min({i, 100, 500 - i}) / 100 << '\n';
+  file.close();
+  for (const std::string tool : {"", " --tool scene.toml"}) {
+    const std::string line = "replay out/asset.palp path.csv" + tool;
+    ASSERT_EQ(palpate(*folder_, line + " -o plain.csv").status, 0);
+    const Outcome live = palpate(*folder_, line + " -o live.csv --realtime 1000");
+    ASSERT_EQ(live.status, 0) << live.err;
+    EXPECT_TRUE(holds(live.said(), "400 ticks at 1000 Hz")) << live.said();
+    EXPECT_EQ(content_of(path("live.csv")), content_of(path("plain.csv"))) << tool;
+  }
 }
 
 TEST_F(AssetCommands, columns_that_say_nothing_are_named) {

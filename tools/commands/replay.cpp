@@ -17,7 +17,7 @@
 #include "libfit/runtime/engine.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/realtime/play.hpp"
+#include "tools/realtime/clock.hpp"
 #include "tools/scene/scene.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
@@ -55,13 +55,6 @@ Felt to_felt(double time_s, int tool, runtime::Status status, const Out& out,
   row.torque_Nm = torque_Nm;
   return felt;
 }
-Felt to_felt(double time_s, const PlayedTick& tick, const Vec3& tip) {
-  const Vec3 force = Vec3::Map(tick.out.force_on_tool_N);
-  const Vec3 torque = (Vec3::Map(tick.out.acts_at_m) - tip).cross(force);
-  const bool acts = tick.out.state != runtime::ContactState::air;
-  const Vec3 none = Vec3::Zero();
-  return to_felt(time_s, 0, tick.status, tick.out, acts ? Vec3(torque + none) : none);  // no -0
-}
 
 runtime::Pose pose_at(const PosePath& path, std::size_t row) {
   runtime::Pose pose;
@@ -72,9 +65,30 @@ runtime::Pose pose_at(const PosePath& path, std::size_t row) {
   return pose;
 }
 
-double step_s(const PosePath& path, std::size_t i) {
-  return i > 0 ? path.time_s[i] - path.time_s[i - 1] : runtime::kCheckTick_s;
-}
+// The ticks of a path: as fast as possible, or by a clock.
+class Ticks {
+ public:
+  Ticks(const PosePath& path, double rate_Hz) : path_(path) {
+    if (rate_Hz != 0) clock_.emplace(rate_Hz, path.time_s.size());
+  }
+  /// Begins tick i, once it is due; returns the time since the one before it [s].
+  double begin(std::size_t i) {
+    if (is_interrupted()) throw Interrupted("replay: nothing was written");
+    if (!clock_) return i > 0 ? path_.time_s[i] - path_.time_s[i - 1] : runtime::kCheckTick_s;
+    clock_->wait();
+    return clock_->period_s();
+  }
+  void end() {
+    if (clock_) clock_->done();
+  }
+  std::vector<std::string> report() const {
+    return clock_ ? clock_->report() : std::vector<std::string>();
+  }
+
+ private:
+  const PosePath& path_;
+  std::optional<RealtimeClock> clock_;
+};
 
 // What touches. A path without a scene is of tips.
 class ToolSet {
@@ -287,17 +301,20 @@ class Frames {
 constexpr NamedOutput kFrames[] = {
     {"path.pvd", "vtu"}, {"surface_000000.vtu", "vtu"}, {"tool_000000.vtu", "vtu"}};
 
-// Today's path of one tip, tick by tick.
-std::vector<Felt> play_tip(const runtime::AssetView& asset, const PosePath& path,
+std::vector<Felt> play_tip(const runtime::AssetView& asset, const PosePath& path, Ticks& ticks,
                            std::optional<Frames>& frames) {
   runtime::Contact contact;
   std::vector<Felt> felt(path.time_s.size());
   for (std::size_t i = 0; i < felt.size(); ++i) {
     const Vec3 tip = path.position.row(i);
-    PlayedTick played;
-    played.status =
-        runtime::touch(asset, contact, tip.data(), played.out, nullptr, step_s(path, i));
-    felt[i] = to_felt(path.time_s[i], played, tip);
+    runtime::Output out;
+    const double dt_s = ticks.begin(i);
+    const runtime::Status status = runtime::touch(asset, contact, tip.data(), out, nullptr, dt_s);
+    ticks.end();
+    Vec3 torque_Nm = Vec3::Zero();
+    if (out.state != runtime::ContactState::air)  // the sum makes no -0
+      torque_Nm += (Vec3::Map(out.acts_at_m) - tip).cross(Vec3::Map(out.force_on_tool_N));
+    felt[i] = to_felt(path.time_s[i], 0, status, out, torque_Nm);
     if (frames) frames->add(i, Points(tip.transpose()), {{&contact, 0, nullptr}}, {&felt[i], 1});
   }
   return felt;
@@ -305,7 +322,8 @@ std::vector<Felt> play_tip(const runtime::AssetView& asset, const PosePath& path
 
 // Any tools, all of them at each time.
 std::vector<Felt> play_tools(const runtime::AssetView& asset, const PosePath& path,
-                             std::vector<runtime::Tool>& tool, std::optional<Frames>& frames) {
+                             std::vector<runtime::Tool>& tool, Ticks& ticks,
+                             std::optional<Frames>& frames) {
   const std::size_t tools = tool.size();
   std::vector<runtime::Tool*> all;
   std::vector<runtime::Dent> dents;
@@ -318,13 +336,16 @@ std::vector<Felt> play_tools(const runtime::AssetView& asset, const PosePath& pa
   std::vector<runtime::ToolOutput> out(tools);
   std::vector<runtime::Status> status(tools);
   std::vector<Felt> felt;
+  felt.reserve(path.time_s.size() * tools);
   for (std::size_t i = 0; i < path.time_s.size(); ++i) {
+    const double dt_s = ticks.begin(i);
     for (std::size_t k = 0; k < tools; ++k) {
       in[k].pose = pose_at(path, i * tools + k);
-      in[k].dt_s = step_s(path, i);
+      in[k].dt_s = dt_s;
     }
     runtime::touch_tools(asset, all.data(), in.data(), out.data(), status.data(),
                          static_cast<int>(tools));
+    ticks.end();
     for (std::size_t k = 0; k < tools; ++k)
       felt.push_back(to_felt(path.time_s[i], static_cast<int>(k), status[k], out[k],
                              Vec3::Map(out[k].torque_on_tool_Nm)));
@@ -347,9 +368,10 @@ class Replay final : public Command {
     arguments.option("--tool", tool_,
                      "Scene whose [tool], or the round end of its [probe], takes the path in place "
                      "of a tip; of several tools one scene each, with commas");
-    arguments.option("--realtime HZ", rate_Hz_,
-                     "Rate in Hz at which rows are played on the real-time clock, with a second "
-                     "thread for first touch; 0 plays as fast as possible");
+    arguments.option(
+        "--realtime HZ", rate_Hz_,
+        "Rate in Hz at which rows are played on the real-time clock; 0 plays as fast as "
+        "possible");
     arguments.option("--surface DIR", surface_,
                      "Folder for path.pvd and its frames: how the surface moves, for ParaView");
     arguments.named_outputs(surface_, kFrames);
@@ -400,9 +422,6 @@ class Replay final : public Command {
     if (rate_Hz_ != 0 && !surface_.empty())
       throw Error("--surface", "frames are not written in real time",
                   "Leave --realtime out: the forces are the same.");
-    if (rate_Hz_ != 0 && !tools.is_one_tip())
-      throw Error("--realtime", "it plays one tip, and this path is of other tools",
-                  "Leave --realtime out: the forces are the same.");
   }
   void say_fault(const Felt& felt, const std::vector<ForceRow>& before,
                  const PosePath& path) const {
@@ -413,23 +432,11 @@ class Replay final : public Command {
   }
   std::vector<Felt> play(const runtime::AssetView& asset, const PosePath& path, ToolSet& tools,
                          std::optional<Frames>& frames) const {
-    if (!tools.is_one_tip()) return play_tools(asset, path, tools.tools(), frames);
-    return rate_Hz_ != 0 ? play_live(asset, path) : play_tip(asset, path, frames);
-  }
-  std::vector<Felt> play_live(const runtime::AssetView& asset, const PosePath& path) const {
-    std::vector<PlayedTick> played;
-    const RealtimeReport report =
-        play_in_real_time(asset, path.position, rate_Hz_, played, is_interrupted);
-    if (report.ticks < path.time_s.size()) throw Interrupted("replay: nothing was written");
-    say("{} ticks at {} Hz, {} deadlines missed; {}", report.ticks, rate_Hz_, report.missed,
-        report.remark.empty() ? "SCHED_FIFO, memory locked" : report.remark);
-    say("{} touches found by the search thread, their force at most {} ticks late", report.touches,
-        report.worst_touch_delay);
-    say("{}", histogram("jitter of the clock", report.jitter_ns));
-    say("{}", histogram("time of a tick", report.tick_ns));
-    std::vector<Felt> felt;
-    for (std::size_t i = 0; i < played.size(); ++i)
-      felt.push_back(to_felt(path.time_s[i], played[i], path.position.row(i)));
+    Ticks ticks(path, rate_Hz_);
+    std::vector<Felt> felt = tools.is_one_tip()
+                                 ? play_tip(asset, path, ticks, frames)
+                                 : play_tools(asset, path, tools.tools(), ticks, frames);
+    for (const std::string& line : ticks.report()) say("{}", line);
     return felt;
   }
 
