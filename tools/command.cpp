@@ -28,7 +28,7 @@
 namespace palpate::tools {
 namespace {
 
-// What every command takes.
+// Options of every command.
 struct OutputFlags {
   bool json = false, quiet = false, verbose = false;
 };
@@ -214,7 +214,7 @@ class Session {
         std::ranges::any_of(words, [](std::string_view word) { return word == "--json"; });
     command_ = command;
   }
-  /// What --help and --version answer.
+  /// Answer to --help and --version.
   void answer(std::string text) { reply_.text = std::move(text); }
 
  private:

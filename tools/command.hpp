@@ -27,7 +27,7 @@ enum ExitStatus : int {
   kInterrupted = 130,
 };
 
-/// What a command accepts, declared without the parsing library: main.cpp alone knows that.
+/// Arguments of a command, declared without the parsing library: main.cpp alone knows that.
 /// Targets must outlive parsing and hold the defaults, which --help shows. After the flags may
 /// stand what their value is, "--depth LEN"; else it is FILE, or N of a whole number.
 class Arguments {
@@ -54,7 +54,7 @@ class Arguments {
   virtual void flag(const std::string& flags, bool& target, const std::string& help) = 0;
 };
 
-/// What a command says on stdout: the text, or with --json one object and nothing else.
+/// Output of a command on stdout: the text, or with --json one object and nothing else.
 struct Reply {
   std::string text;             ///< lines for people, the last without its end; empty: none
   nlohmann::ordered_json json;  ///< an object for programs; run_program adds what all tell
@@ -85,7 +85,7 @@ std::unique_ptr<Command> declared(Arguments& arguments) {
   return std::make_unique<SomeCommand>(arguments);
 }
 
-/// What a `main` does: parses the command line, runs the command that it names, and turns what is
+/// Body of a `main`: parses the command line, runs the command that it names, and turns what is
 /// thrown into a message and an exit status. With --json stdout is one object: "command", the
 /// command's own keys, "wrote" (file, bytes), "warnings", "failures", and "errors" (where, what,
 /// remedy) or "interrupted" where it did not end well.

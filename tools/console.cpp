@@ -62,7 +62,7 @@ bool is_verbose() { return loudness == Loudness::verbose; }
 
 void say_line(Tone tone, const std::string& line) {
   const std::lock_guard<std::mutex> lock(saying);
-  std::vector<std::string>& before = lines_said[tone];
+  std::vector<std::string>& before = lines_said[static_cast<std::size_t>(tone)];
   const bool is_known =
       tone == Tone::warning && std::find(before.begin(), before.end(), line) != before.end();
   if (tone != Tone::note) before.push_back(line);
@@ -96,7 +96,9 @@ void RunLog::open(const std::filesystem::path& file, const std::string& title) {
   if (!waiting.empty()) run_log.add(waiting.substr(0, waiting.size() - 1));
 }
 
-const std::vector<std::string>& said(Tone tone) { return lines_said[tone]; }
+const std::vector<std::string>& said(Tone tone) {
+  return lines_said[static_cast<std::size_t>(tone)];
+}
 
 void warn_of_unused(const std::string& file, const std::vector<std::string>& columns) {
   if (columns.empty()) return;

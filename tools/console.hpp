@@ -31,12 +31,12 @@ bool is_interrupted();
 void run_abandonably(std::function<void()> work, const std::string& lost);
 bool has_abandoned_work();
 
-/// What of it is shown: errors and failed items alone; all; all with the time since the start.
+/// Amount of output: errors and failed items alone; all; all with the time since the start.
 enum class Loudness { quiet, normal, verbose };
 void set_loudness(Loudness loudness);
 bool is_verbose();
 
-/// What a line on stderr is. Warnings and failed items are remembered for --json; a failed item is
+/// Kind of a line on stderr. Warnings and failed items are remembered for --json; a failed item is
 /// shown whatever the loudness, as an error is.
 enum class Tone { note, warning, failed };
 void say_line(Tone tone, const std::string& line);
@@ -68,7 +68,7 @@ void say_failed(fmt::format_string<T...> format, T&&... arguments) {
 /// Warns of columns of a table that say nothing to its reader; of none says nothing.
 void warn_of_unused(const std::string& file, const std::vector<std::string>& columns);
 
-/// Whether a terminal wants colours: not where NO_COLOR is set to anything (no-color.org) or TERM
+/// True if a terminal wants colours: not where NO_COLOR is set to anything (no-color.org) or TERM
 /// is dumb. Either may be null.
 bool wants_colour(bool is_terminal, const char* no_color, const char* term);
 /// "error" in red where stderr wants colours.

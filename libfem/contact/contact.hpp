@@ -68,13 +68,13 @@ inline constexpr std::array<FacePoint, kFacePoints> kFaceRule{
 
 using Faces = Eigen::Matrix<std::int32_t, Eigen::Dynamic, kFaceNodes, Eigen::RowMajor>;
 
-/// Where another probe of the same shape is.
+/// Pose of another probe of the same shape.
 struct SecondProbe {
   Vec3 tip = Vec3::Zero();
   Vec3 axis = Vec3::UnitZ();
 };
 
-/// Where the probe is: its reference point x [m] and the unit axis u into the body. And a second
+/// Pose of the probe: its reference point x [m] and the unit axis u into the body. And a second
 /// one, if there is one.
 struct ProbePose {
   Vec3 tip = Vec3::Zero();

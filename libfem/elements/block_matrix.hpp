@@ -9,7 +9,7 @@
 
 namespace palpate::fem {
 
-/// Where a 3 x 3 block lives in a SymmetricBlockMatrix; base < 0 means nowhere (a held node).
+/// Position of a 3 x 3 block in a SymmetricBlockMatrix; base < 0 means nowhere (a held node).
 /// is_swapped: the pair's second node comes later, so the block is stored transposed.
 struct BlockPlace {
   std::int32_t base = -1;

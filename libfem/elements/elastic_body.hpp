@@ -15,10 +15,10 @@ namespace palpate::fem {
 /// Components of a symmetric tensor at a quadrature point: xx, yy, zz, xy, xz, yz.
 inline constexpr int kSymmetric = 6;
 
-/// What a relaxing body remembers at a time, batch by batch of ElasticBody, [point][1 + branch]
-/// [component] [Pa]: the second Piola-Kirchhoff stress that its shape has in slow motion, then the
-/// internal stress of each branch (M14b). Nothing of materials that do not relax. peak: the largest
-/// W - U that each point has reached (M54a) [Pa], of materials that soften.
+/// Internal variables of a relaxing body at a time, batch by batch of ElasticBody, [point][1 +
+/// branch] [component] [Pa]: the second Piola-Kirchhoff stress that its shape has in slow motion,
+/// then the internal stress of each branch (M14b). Nothing of materials that do not relax. peak:
+/// the largest W - U that each point has reached (M54a) [Pa], of materials that soften.
 struct MaterialHistory {
   std::vector<PackArray> stress, peak;
 };
@@ -104,9 +104,9 @@ class ElasticBody {
                        SymmetricBlockMatrix& K,
                        double max_pressure = std::numeric_limits<double>::infinity()) const;
 
-  /// Whether some material has a relaxation.
+  /// True if some material has a relaxation.
   bool relaxes() const;
-  /// Whether some material softens (M54a): steps then start from the largest energies so far.
+  /// True if some material softens (M54a): steps then start from the largest energies so far.
   bool softens() const;
   /// From here on energy, force and stiffness are those of a step in time; none: of slow motion.
   void set_step(std::shared_ptr<const MaterialStep> step) { step_ = std::move(step); }
@@ -117,7 +117,7 @@ class ElasticBody {
   /// step leaves out stays below kStepError (M14b): a sixth of the later time, unless it is far
   /// shorter or longer than every branch.
   double steps_in_time(double from_s, double to_s) const;
-  /// What the body remembers at the end of a step that took it to displacement u (M14b).
+  /// Internal variables at the end of a step that took it to displacement u (M14b).
   MaterialHistory remembered(const Points& u, const MaterialStep& step) const;
 
   /// Least det F over the quadrature points, of the latest evaluation.

@@ -34,7 +34,7 @@ struct CellBatch {
   const Pack* peak = nullptr;
 };
 
-/// How far the derivatives of the energy are wanted.
+/// The highest derivative of the energy that is wanted.
 enum class Want { energy, force, stiffness };
 
 /// Integrals over eight elements. energy [J]; min_J over their points; force: dE/du_a, [node][i]

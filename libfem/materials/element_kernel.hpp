@@ -10,7 +10,7 @@ namespace palpate::fem {
 enum class InstructionSet { portable, avx2, avx512 };
 inline constexpr int kInstructionSets = 3;
 
-/// Whether this processor has it. AVX2 and AVX-512 can be hidden from the program by glibc's
+/// True if this processor has it. AVX2 and AVX-512 can be hidden from the program by glibc's
 /// tunables (glibc.cpu.hwcaps=-AVX512F).
 inline bool has_instruction_set(InstructionSet set) {
   return set == InstructionSet::portable ||

@@ -107,8 +107,8 @@ inline SmallStrain of_young_and_poisson(std::span<const double> values) {
   return {young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))};
 }
 
-/// What laws of Young's modulus and Poisson's ratio have in common. constants: mu, lambda [Pa],
-/// unless the law has others.
+/// The part that laws of Young's modulus and Poisson's ratio have in common. constants: mu, lambda
+/// [Pa], unless the law has others.
 struct YoungPoissonLaw {
   static constexpr std::span<const ParameterRow> kParameters = kYoungPoisson;
   static constexpr int kConstants = 2;
@@ -127,7 +127,7 @@ using Mat9 = Eigen::Matrix<double, 9, 9, Eigen::RowMajor>;
 
 constexpr double kMaxSoftening = 1000;
 
-/// How a material softens (M54a): a pseudo-elastic law after Ogden and Roxburgh 1999,
+/// Softening of a material (M54a): a pseudo-elastic law after Ogden and Roxburgh 1999,
 /// doi:10.1098/rspa.1999.0431. r 0: it does not.
 struct Softening {
   double r = 0;         ///< >= 1: most of the stress that unloading loses is 1/r of it

@@ -67,7 +67,7 @@ PALPATE_INLINE void sqrt_of(const Pack& x, Pack& out) {
   for (int lane = 0; lane < kLanes; ++lane) out[lane] = std::sqrt(x[lane]);
 }
 
-/// Whether any lane is not zero.
+/// True if any lane is not zero.
 PALPATE_INLINE bool is_any_nonzero(const double& x) { return x != 0; }
 PALPATE_INLINE bool is_any_nonzero(const Pack& x) {
   bool is_any = false;

@@ -32,7 +32,7 @@ PALPATE_INLINE void erf_of(const S& argument, S& erf, S& integral) {
   integral = argument * erf + less * (1.0 / kRootPi);
 }
 
-/// What softening adds to the energy of shape W0 >= 0 where the largest so far is `peak` (M54b)
+/// Softening adds this to the energy of shape W0 >= 0 where the largest so far is `peak` (M54b)
 /// [Pa], how much less than 1 its factor eta is (M54a), and the factor's slope over W0 [1/Pa]; all
 /// 0 where W0 is the largest.
 template <class S>

@@ -98,7 +98,7 @@ constexpr std::string_view name_of(StepCheck check) {
   return kStepCheckNames[static_cast<int>(check)];
 }
 
-/// What is known of R recordings beside their readings, in the order of the manifest.
+/// Facts of R recordings beside their readings, in the order of the manifest.
 struct RecordingColumns {
   std::vector<std::int32_t> experiment;  ///< R, of rows/experiment; -1 of refused ones
   std::vector<std::string> file;  ///< R, as the manifest names it, with `#name` within a file

@@ -27,7 +27,7 @@ namespace {
 
 static_assert(kMaxPathTools == runtime::kMaxContacts, "one bound");
 
-/// What one tool felt at one time.
+/// Forces on one tool at one time.
 struct Felt {
   runtime::Status status = runtime::Status::ok;
   ForceRow row;
@@ -90,7 +90,7 @@ class Ticks {
   std::optional<RealtimeClock> clock_;
 };
 
-// What touches. A path without a scene is of tips.
+// The tools. A path without a scene is of tips.
 class ToolSet {
  public:
   /// scenes: one for all tools, or one each.

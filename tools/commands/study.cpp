@@ -128,7 +128,7 @@ class StudyCommand final : public Command {
     std::size_t listed_failures = 0;
     const auto cases = static_cast<int>(study.cases().size());
     for (int i = 0; i < cases; ++i) {
-      ++count[study.state(i)];
+      ++count[static_cast<std::size_t>(study.state(i))];
       if (const std::string failure = study.failure(i); !failure.empty() && ++listed_failures <= 15)
         say_failed("case {} ({}): {}", i + 1, listed(study.cases()[i].inputs), failure);
     }
@@ -145,7 +145,7 @@ class StudyCommand final : public Command {
     if (count[0] < cases)
       reply.text +=
           fmt::format("\n`palpate study resume {}` runs what is missing", study.path().string());
-    return count[CaseState::failed] ? kSomeFailed : kDone;
+    return count[static_cast<std::size_t>(CaseState::failed)] ? kSomeFailed : kDone;
   }
 
   std::vector<std::string> words_;

@@ -20,7 +20,7 @@ struct HoldOut {
   std::vector<std::string> names;  ///< of points; `*` and `?` are allowed
 };
 
-/// What a manifest.toml says (docs/formats/manifest.md).
+/// Contents of a manifest.toml (docs/formats/manifest.md).
 struct Manifest {
   std::filesystem::path path;
   std::optional<std::filesystem::path> surface;
@@ -34,7 +34,7 @@ struct Manifest {
   FitSection fit;  ///< as in a scene, for `run`
 };
 
-/// Whether a TOML file says that it is a manifest: it has recordings, no body. False where it
+/// True if a TOML file says that it is a manifest: it has recordings, no body. False where it
 /// cannot be read or parsed.
 bool is_manifest(const std::filesystem::path& path);
 

@@ -17,7 +17,7 @@ struct Specimens {
   std::vector<std::string> name;  ///< of each test: its kind and its file
 };
 
-/// Whether the text of a TOML file has tests of specimens, as a scene has not.
+/// True if the text of a TOML file has tests of specimens, as a scene has not.
 bool has_specimens(const std::string& text, const std::string& file);
 
 /// Throws Error with file:line:column of the TOML, or file:line of a table.

@@ -175,7 +175,8 @@ void add_curves(Json& json, const FittedCurves& fitted) {
               {"depth_range_m", packed_as<float>(fitted.depth_range_m)},
               {"status", Json::array()},
               {"curves", Json::array()}};
-  for (const FitStatus status : fitted.status) points["status"].push_back(kFitStatusNames[status]);
+  for (const FitStatus status : fitted.status)
+    points["status"].push_back(kFitStatusNames[static_cast<std::size_t>(status)]);
   const std::size_t kinds = curves_of(fitted.curves.family);
   for (std::size_t kind = 0; kind < kinds; ++kind)
     points["curves"].push_back(curve_json(fitted, kind));

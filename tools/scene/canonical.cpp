@@ -251,7 +251,7 @@ std::string lines_of(const toml::table& table) {
   return lines + sections;
 }
 
-// What every stage needs.
+// Keys of every stage.
 toml::table table_of_scene(const Scene& scene, SceneWriter writer) {
   toml::table root, body, experiments, fit;
   toml::array inclusions, beds;

@@ -21,7 +21,7 @@ inline constexpr double kSmallestLength = 1e-9;              // m
 inline constexpr int kMaxPoints = 10000;                     // as many as can be triangulated
 inline constexpr double kMostTilt_rad = 1.3962634015954636;  // 80 degrees
 
-/// What a value may be.
+/// Range of a value.
 struct Length {};    ///< m
 struct Speed {};     ///< m/s
 struct Duration {};  ///< s

@@ -67,7 +67,7 @@ Vec3 outward_of_side(std::string_view side);
 /// Borders belong to the region, of a solid one side of them. What names a file has been read.
 bool contains(const Region& region, const Vec3& point);
 
-/// Whether a place of the body lies in one of them; what is marked on faces has places of its
+/// True if a place of the body lies in one of them; what is marked on faces has places of its
 /// boundary only.
 bool any_contains(const std::vector<Region>& regions, const Vec3& point, bool is_on_boundary);
 

@@ -17,7 +17,7 @@
 
 namespace palpate::tools {
 
-/// What a setting changes first: the stage whose fingerprint it belongs to. Later stages see it
+/// First stage that a setting changes: the one whose fingerprint it belongs to. Later stages see it
 /// through the files before them. none: it changes no result.
 enum class Stage { prepare, simulate, surface, place, fit, validate, none };
 

@@ -28,7 +28,7 @@ class SceneTable {
   SceneTable(const toml::table& table, std::string name, std::string file, KeyLog* log = nullptr);
 
   bool has(std::string_view key);
-  /// Whether every key of the table is one of these.
+  /// True if every key of the table is one of these.
   bool has_only(std::initializer_list<std::string_view> keys) const;
   std::string text(std::string_view key, std::string fallback);
   /// A text that must be there; else an Error at the table, with what is wrong and its remedy.
@@ -66,7 +66,7 @@ class SceneTable {
   /// The node itself, for keys of several types; nullptr when absent.
   const toml::node* node(std::string_view key);
 
-  /// Whether the key is there; unlike has(), this does not make it a known one.
+  /// True if the key is there; unlike has(), this does not make it a known one.
   bool holds(std::string_view key) const { return table_->get(key) != nullptr; }
   void finish() const;
   std::string where(std::string_view key) const;

@@ -35,8 +35,8 @@ std::string line_of(const std::string& shown, std::string_view kind, const Condi
                      r.source.format, kind, is_creep(r.history) ? " with creep (force held)" : "",
                      number(at.force_N), number(1e3 * at.depth_m), number(1e3 * r.contact.travel_m),
                      number(1e3 * r.contact.deviation_m, 2), r.contact.estimator,
-                     kRecordingGradeNames[r.grade], r.reasons.empty() ? "" : ": ",
-                     listed(r.reasons, "; "));
+                     kRecordingGradeNames[static_cast<std::size_t>(r.grade)],
+                     r.reasons.empty() ? "" : ": ", listed(r.reasons, "; "));
 }
 
 nlohmann::ordered_json json_of(const std::string& shown, std::string_view kind,
@@ -51,7 +51,7 @@ nlohmann::ordered_json json_of(const std::string& shown, std::string_view kind,
           {"force_N", at.force_N},
           {"contact_m", r.contact.travel_m},
           {"contact_deviation_m", r.contact.deviation_m},
-          {"grade", kRecordingGradeNames[r.grade]},
+          {"grade", kRecordingGradeNames[static_cast<std::size_t>(r.grade)]},
           {"reasons", r.reasons}};
 }
 
@@ -81,7 +81,7 @@ CheckedManifest check_manifest(const std::filesystem::path& manifest, int jobs) 
   for (std::size_t i = 0; i < items.size(); ++i)
     for (const Conditioned& r : read.results[i].recordings) {
       const std::string shown = items[i].shown + (r.name.empty() ? "" : "#" + r.name);
-      const auto kind = kExperimentKindNames[items[i].signal.kind];
+      const auto kind = kExperimentKindNames[static_cast<std::size_t>(items[i].signal.kind)];
       if (++listed_ones <= kListed) out.text += line_of(shown, kind, r);
       out.json["recordings"].push_back(json_of(shown, kind, r));
     }

@@ -14,7 +14,7 @@
 
 namespace palpate::tools {
 
-/// What the user has decided; empty: proposed from the mesh.
+/// Decisions of the user; empty: proposed from the mesh.
 struct SceneChoices {
   std::string unit{};    ///< "mm", or a length such as "110 mm"
   std::string tissue{};  ///< of data/materials.toml; empty: by the mesh's name, else liver
@@ -103,7 +103,7 @@ std::vector<Window> windows_of(const Surface& surface, std::string_view held);
 /// Per vertex: in the window's sphere, not held, and on the side that looks away from what is held.
 std::vector<char> vertices_in(const Window& window, const Surface& surface);
 
-/// How thick the body is under the window [m]: median over its area, along the inward normals; 0
+/// Thickness of the body under the window [m]: median over its area, along the inward normals; 0
 /// where it has no triangle there.
 double thickness_under_m(const Window& window, const Surface& surface);
 

@@ -21,7 +21,7 @@ using namespace recordings;
 constexpr std::uintmax_t kMaxBytes = std::uintmax_t{256} << 20;
 constexpr std::size_t kMinOffsets = 5;
 
-// Whether most of the presses went sideways as a drag does.
+// True if most of the presses went sideways as a drag does.
 bool goes_sideways(const ItemResult& result) {
   std::size_t sideways = 0;
   for (const Conditioned& r : result.recordings) {

@@ -33,7 +33,7 @@ std::vector<TriangleArea> areas_of(const Surface& surface) {
   return facets;
 }
 
-// Whether a facet is in the window and a tool can press on it.
+// True if a facet is in the window and a tool can press on it.
 bool is_pressed(const TriangleArea& facet, const Window& window) {
   return (facet.centre - window.centre).norm() <= window.radius_m &&
          -facet.area.dot(window.outward()) > kFacing * facet.area.norm();

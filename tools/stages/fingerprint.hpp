@@ -32,7 +32,7 @@ std::optional<std::string> stored_in_hdf5(const std::filesystem::path& path,
                                           const char* attribute = kInputsAttribute);
 /// The same of an asset, in its meta, and of a statement.
 std::optional<std::string> stored_in_json(const std::filesystem::path& path);
-/// Whether an asset carries an error statement in its meta.
+/// True if an asset carries an error statement in its meta.
 bool has_statement(const std::filesystem::path& asset);
 
 /// The attributes under which samples carry their point_fingerprint and tool_fingerprint.

@@ -18,7 +18,8 @@ namespace {
 constexpr std::size_t kListed = 15;  // points named before "and N more"
 
 void say_report(const FitReport& report) {
-  say("  family   {}: {}", kCurveFamilyNames[report.family.family].name, report.family.reason);
+  say("  family   {}: {}", kCurveFamilyNames[static_cast<std::size_t>(report.family.family)].name,
+      report.family.reason);
   for (int kind = 0; kind < static_cast<int>(curves_of(report.family.family)); ++kind) {
     const auto k = static_cast<std::size_t>(kind);
     const CurveBasis& basis = report.kind[k].basis;
@@ -82,7 +83,8 @@ void say_fit(const FittedCurves& curves, const FitReport& report) {
         "See the list of experiments that are not good; press less deep or in smaller steps.");
 }
 
-// How the body softens, into the curves. may_dent: the cycles were recorded, so a dent may stay.
+// Identifies the softening of the body, into the curves. may_dent: the cycles were recorded, so a
+// dent may stay.
 void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent) {
   fit::DamageReport report;
   curves.curves.damage = fit::identify_damage(curves, cycles, &report, may_dent);
@@ -104,7 +106,7 @@ void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent) {
         100 * report.dent);
 }
 
-// How curves change with the indenter's radius, into the curves.
+// Identifies how curves change with the indenter's radius, into the curves.
 fit::RadiusReport add_radius_effect(FittedCurves& curves, const Samples& others) {
   std::vector<Indenter> ends;
   for (const ProbeSpec& spec : others.other_probes) {

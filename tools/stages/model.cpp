@@ -29,7 +29,7 @@
 namespace palpate::tools {
 namespace {
 
-// How the contact radius of a probe goes with the depth, to the nearest power (M30).
+// Exponent of a probe's contact radius over depth, to the nearest power (M30).
 ShapeOptions options_for(const fem::Probe& probe, double depth_m) {
   ShapeOptions options;
   options.depth_m = depth_m;

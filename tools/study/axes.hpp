@@ -18,7 +18,7 @@ struct CaseChange {
 };
 using Axis = std::vector<CaseChange>;
 
-/// What a study varies: its cases are all combinations of one value of each axis.
+/// Axes of a study: its cases are all combinations of one value of each axis.
 struct Axes {
   std::vector<Axis> axis;
   std::vector<std::string> inputs;  ///< columns: body, material, probe, and the keys varied

@@ -229,7 +229,8 @@ void StudyFolder::write_results() const {
   for (int i = 0; i < static_cast<int>(cases().size()); ++i) {
     const StudyCase& one = cases()[i];
     const CaseState now = state(i);
-    std::vector<std::string> row{one.name, std::string(kCaseStateNames[now]),
+    std::vector<std::string> row{one.name,
+                                 std::string(kCaseStateNames[static_cast<std::size_t>(now)]),
                                  study_.cases[one.source].name};
     row.insert(row.end(), one.inputs.begin(), one.inputs.end());
     for (std::size_t c = 0; c < row.size(); ++c) words[c].push_back(row[c]);

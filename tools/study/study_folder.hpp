@@ -25,7 +25,7 @@ struct StudyCase {
   double factor = 1;  ///< its forces over those of its source
 };
 
-/// What [cluster] says.
+/// Contents of [cluster].
 struct ClusterSection {
   std::string command;               ///< instead of this program, as a container starts it
   std::vector<std::string> options;  ///< further options of sbatch

@@ -52,7 +52,7 @@ constexpr std::variant<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, s
 // Calls use(T{}) with the C++ type that `type` stands for.
 template <typename Use>
 auto with_type(NumberType type, Use use) {
-  return std::visit(use, kZeros[type]);
+  return std::visit(use, kZeros[static_cast<std::size_t>(type)]);
 }
 
 template <typename T>

@@ -181,7 +181,7 @@ class Equilibrium {
   /// order. It is not a state to continue from.
   bool uzawa_update(const BodyState& accepted, BodyState& to);
 
-  /// Whether an accepted state is stable with the probe held where it is: its tangent, contact and
+  /// True if an accepted state is stable with the probe held where it is: its tangent, contact and
   /// sticking friction included, is positive definite. Costs a factorization.
   bool is_stable(const BodyState& accepted);
 

@@ -213,7 +213,7 @@ void note_failure(const ProbePath& path, std::size_t target, const StepOutcome& 
     }
 }
 
-/// Whether the outward normal is against the axis at a corner or in the middle.
+/// True if the outward normal is against the axis at a corner or in the middle.
 bool looks_against(const FaceNodes& nodes, const Vec3& axis) {
   constexpr double kPlaces[][2] = {{0, 0}, {1, 0}, {0, 1}, {1.0 / 3, 1.0 / 3}};
   return std::ranges::any_of(kPlaces, [&](const auto& at) {

@@ -37,7 +37,7 @@ struct ProbePath {
 StepCheck check_step(const BodyState& before, const BodyState& after, bool must_rise,
                      double deepest_penetration_m);
 
-/// What is recorded at a target. Force [N] and torque about the tip [N m] are of the probe on the
+/// Record of a target. Force [N] and torque about the tip [N m] are of the probe on the
 /// body after an Uzawa update (method, 10), zero unless the status is good or no_contact.
 /// penalty_shift_N: what the update has changed; penalty_error_N: what may be left of it.
 /// solver_error_N: what the residual may hide. step_check: why the row is `rejected` or `inverted`,
@@ -53,7 +53,7 @@ struct PathRow {
   double solver_error_N = 0;
 };
 
-/// Where along `axis` the probe touches the body at rest [m], measured from
+/// Place along `axis` at which the probe touches the body at rest [m], measured from
 /// `tip`: from there on inward where it is free, else outward to where it first is. Only what looks
 /// against the axis counts, so not what stands behind the tool. Found to 1e-9 of its length by
 /// conservative advancement, on the curved faces and not only at their quadrature points. Empty

@@ -61,7 +61,7 @@ void extend_add(const Real* update, const std::int32_t* places, int count,
   }
 }
 
-/// Where the panel of each supernode begins, and the end.
+/// Beginning of each supernode's panel, and the end.
 auto panel_starts(const Elimination& plan) {
   decltype(FrontalFactor::panel_start) out{0};
   for (int s = 0; s < plan.supernodes(); ++s)

@@ -120,7 +120,7 @@ class SchurFactor {
   /// Inverse of S, all entries [m/N], to single precision.
   const Eigen::MatrixXf& flexibility() const { return flexibility_; }
 
-  /// Whether S + C is positive definite; C: lower triangle.
+  /// True if S + C is positive definite; C: lower triangle.
   bool is_stable_with(const Eigen::MatrixXd& C) const;
 
   /// x = K^-1 b, to single precision.

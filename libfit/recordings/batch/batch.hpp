@@ -40,7 +40,7 @@ Registration register_landmarks(const Points& from, const Points& to);
 Registration register_to_surface(const Points& points, const Surface& surface,
                                  const RigidMotion& start);
 
-/// Where a point belongs on a surface.
+/// Place of a point on a surface.
 struct SurfacePlace {
   Vec3 position_m;
   Vec3 inward;  ///< unit, from the vertex normals
@@ -175,7 +175,7 @@ struct ItemResult {
 /// Uses of the relaxation that recordings show.
 enum class RelaxationUse { none, where_sure, always };
 
-/// How a batch is read and becomes samples on a body.
+/// Options of reading a batch into samples on a body.
 struct BatchOptions {
   int jobs = 0;                            ///< threads, 0: all. Results do not depend on it
   const Surface* surface = nullptr;        ///< of the body, onto which positions are projected

@@ -12,7 +12,7 @@ namespace palpate::importers {
 /// A row of the table of recording formats.
 struct Importer {
   std::string_view name;
-  /// Whether a file begins like this format (its first bytes, unpacked); nullptr: never chosen by
+  /// True if a file begins like this format (its first bytes, unpacked); nullptr: never chosen by
   /// itself.
   bool (*begins)(std::string_view head);
   /// The recordings of a file. bytes: its content, unpacked. Throws Error naming file and line.
@@ -91,7 +91,7 @@ class TextFile {
 /// True of a line that is blank or begins with the mark of a comment.
 bool is_comment(std::string_view line, std::string_view mark);
 
-/// Whether bytes begin with the byte order mark of UTF-16.
+/// True if bytes begin with the byte order mark of UTF-16.
 bool is_utf16(std::string_view bytes);
 /// Such text as UTF-8, without the mark. Throws Error naming the line where it is damaged.
 std::string utf8_of(const std::filesystem::path& path, std::string_view bytes);
@@ -100,7 +100,7 @@ std::string utf8_of(const std::filesystem::path& path, std::string_view bytes);
 std::string_view unquoted(std::string_view text);
 /// Fields of a line, each trimmed; a separator ' ' stands for any run of blanks.
 std::vector<std::string_view> split(std::string_view line, char separator);
-/// Whether a list with blanks between its words has this one.
+/// True if a list with blanks between its words has this one.
 bool has_word(std::string_view list, std::string_view word);
 /// The separator of a header or data line: tab, semicolon, comma, else blanks.
 char guess_separator(std::string_view line);
@@ -109,7 +109,7 @@ std::optional<double> parse_number(std::string_view text, char decimal);
 /// A number without the signs between its groups of three digits, "1,304.5" where `group` is a
 /// comma; nothing where there are none, or they stand elsewhere.
 std::optional<std::string> without_groups(std::string_view text, char group);
-/// Whether a field has no value: it is blank, or "nan" as tables of other programs write that.
+/// True if a field has no value: it is blank, or "nan" as tables of other programs write that.
 bool is_blank_field(std::string_view text);
 /// "Load (N)" or "Load [N]" -> {"Load", "N"}; the micro sign becomes u. {name, ""} without
 /// brackets.
@@ -122,7 +122,7 @@ struct NumberTable {
   std::size_t dropped_rows = 0;
 };
 
-/// How the numbers of a file are laid out.
+/// Layout of a file's numbers.
 struct TableLayout {
   std::size_t first = 0;  ///< index of the first data line
   char separator = ',';

@@ -37,7 +37,7 @@ struct SaidKey {
   bool operator==(const SaidKey& other) const { return name == other.name; }
 };
 
-/// How one file is to be read. The defaults let a file speak for itself.
+/// Options of reading one file. The defaults let a file speak for itself.
 struct ReadSettings {
   std::string format = "auto";  ///< a name of kImporters
   ColumnNames columns;

@@ -10,7 +10,7 @@
 
 namespace palpate::recordings {
 
-/// What recordings tell of a body's relaxation (method-recordings.md, section 25).
+/// A body's relaxation by its recordings (method-recordings.md, section 25).
 struct BodyRelaxation {
   RelaxationFit fit;  ///< of all recordings that were used; no branches where they show none
   struct PointSeries {

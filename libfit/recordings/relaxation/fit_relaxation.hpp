@@ -16,7 +16,7 @@ namespace palpate::recordings {
 Eigen::MatrixXd ring_forces(const Eigen::VectorXd& time_s, const Eigen::VectorXd& depth_m,
                             const Relaxation& relaxation, const Eigen::VectorXd& ring_depth_m);
 
-/// How much stiffer than in slow motion the body is, at times since a step: 1 + sum g e^(-t/tau).
+/// Stiffness of the body over that in slow motion, at times since a step: 1 + sum g e^(-t/tau).
 Eigen::VectorXd stiffening(const Relaxation& relaxation, const Eigen::VectorXd& time_s);
 
 /// Parts of the curve of slow motion: sums with weights >= 0 of powers 1, 3/2, 2 and 3 of
@@ -114,7 +114,7 @@ class SeriesSearch {
                double shortest_s, double longest_s);
 
   const std::vector<PressGroup>& groups() const { return groups_; }
-  /// Whether a branch's time is at the end, or at the beginning, of what is sought.
+  /// True if a branch's time is at the end, or at the beginning, of what is sought.
   bool is_slowest(double log_time) const { return log_time > high_ - 0.02; }
   bool is_fastest(double log_time) const { return log_time < low_ + 0.02; }
 

@@ -12,7 +12,7 @@
 
 namespace palpate::recordings {
 
-/// What is taken off the force before contact: nothing, its mean, or its line over travel.
+/// Correction of the force before contact: nothing, its mean, or its line over travel.
 enum class Drift { none, bias, line };
 
 /// Shape of the tip that pressed, for the contact estimate: force grows as depth to the power
@@ -39,7 +39,7 @@ struct UsedTip {
   bool operator==(const UsedTip&) const = default;
 };
 
-/// How the signals of one recording become samples.
+/// Options of turning the signals of one recording into samples.
 struct SignalSettings : UsedTip {
   double force_delay_s = 0;                      ///< the force signal is this late
   double compliance_m_N = 0;                     ///< of the rig: travel that the body does not see
@@ -63,7 +63,7 @@ struct SignalSettings : UsedTip {
   bool operator==(const SignalSettings&) const = default;
 };
 
-/// What the tip does in a row.
+/// Phase of the tip in a row.
 enum class Phase : char { approach, hold, retract, slide };
 
 /// Rows [begin, end).
@@ -152,7 +152,7 @@ struct Line {
 };
 Line fit_line(const Eigen::VectorXd& x, const Eigen::VectorXd& y);
 
-/// What the tip does, row by row: it changes direction where the travel turns back by more than 2 %
+/// Phase of the tip, row by row: it changes direction where the travel turns back by more than 2 %
 /// of its whole range; it slides where it goes farther sideways than inward, and holds where over a
 /// 2 % window of the rows it goes neither way by more than a tenth of the mean speed. Where the
 /// file says where the retract begins, that is believed.
@@ -218,7 +218,7 @@ double touch_time_s(const Eigen::VectorXd& time_s, const Eigen::VectorXd& depth_
 /// the way there.
 double held_share(const TimedPress& press);
 
-/// Whether the force is held while the tool sinks (creep): for a tenth of the time or longer the
+/// True if the force is held while the tool sinks (creep): for a tenth of the time or longer the
 /// force is within 10 % of its largest. From the first third of that time to the last its mean
 /// moves by less than 3 % and the depth grows by more than 2 %, slower than half the speed before.
 bool is_creep(const TimedPress& press);

@@ -22,7 +22,7 @@
 namespace palpate::tools {
 namespace {
 
-// Whether what a body rests on keeps it from moving as a rigid one: its stiffness against the six
+// True if what a body rests on keeps it from moving as a rigid one: its stiffness against the six
 // rigid motions, rotations about the middle, over half the body's size.
 bool holds_rigidly(const fem::SimulationSetup& setup, const TetMesh& volume) {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;

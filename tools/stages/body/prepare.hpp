@@ -105,7 +105,7 @@ std::vector<std::string> implausible(const Scene& scene, const Body& body);
 /// tetmesh that is cut where its nodes are doubled.
 std::vector<std::string> doubts_of_shape(const Scene& scene, const Body& body);
 
-/// Where an inclusion lies. inside: share of its volume in the body; NaN for half-spaces.
+/// Place of an inclusion. inside: share of its volume in the body; NaN for half-spaces.
 struct InclusionPlace {
   double volume_m3 = 0;  ///< inside the body
   double inside = 0;
