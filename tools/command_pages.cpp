@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 
 #include "libfit/io/atomic_file.hpp"
 #include "tools/command.hpp"

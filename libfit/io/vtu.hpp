@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -23,24 +22,16 @@ class VtuWriter {
   void add(const std::string& name, int components, const std::vector<double>& values) {
     append("Float64", name, components, values);
   }
-  /// Field data: numbers of the whole file. ParaView takes "TimeValue" for its time.
-  void add_field(const std::string& name, const std::vector<double>& values) {
-    append("Float64", name, static_cast<int>(values.size()), values, &fields_,
-           " NumberOfTuples=\"1\"");
-  }
-  /// The whole file. scalars: name of what a viewer shows first, or empty. Without triangles,
-  /// points alone.
+  /// The whole file. scalars: name of what a viewer shows first, or empty.
   std::string text(const Surface& surface, const std::string& scalars);
 
  private:
   template <class T>
   void append(const char* type, const std::string& name, int components,
-              const std::vector<T>& values, std::string* list = nullptr,
-              const std::string& more = {}) {
-    (list ? *list : arrays_) += "        <DataArray type=\"" + std::string(type) + "\" Name=\"" +
-                                name + "\" NumberOfComponents=\"" + std::to_string(components) +
-                                "\"" + more + " format=\"appended\" offset=\"" +
-                                std::to_string(data_.size()) + "\"/>\n";
+              const std::vector<T>& values) {
+    arrays_ += "        <DataArray type=\"" + std::string(type) + "\" Name=\"" + name +
+               "\" NumberOfComponents=\"" + std::to_string(components) +
+               "\" format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
     const std::uint64_t bytes = values.size() * sizeof(T);
     data_.append(reinterpret_cast<const char*>(&bytes), sizeof bytes);
     data_.append(reinterpret_cast<const char*>(values.data()), bytes);
@@ -50,23 +41,7 @@ class VtuWriter {
     arrays_.clear();
   }
 
-  std::string arrays_, fields_, body_, data_;
-};
-
-/// A time series of .vtu files and the path.pvd that names them. Source: ParaView, "PVD File
-/// Format".
-class VtuSeries {
- public:
-  explicit VtuSeries(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  /// Writes FOLDER/<part>_<number>.vtu; the folder must exist. part: tells what belongs to one time
-  /// from each other.
-  void add(double time_s, const std::string& part, int number, const std::string& text);
-  /// Writes FOLDER/path.pvd.
-  void close() const;
-
- private:
-  std::filesystem::path folder_;
-  std::string entries_;
+  std::string arrays_, body_, data_;
 };
 
 }  // namespace palpate

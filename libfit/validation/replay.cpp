@@ -1,8 +1,6 @@
 #include "libfit/validation/replay.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/closest_point.hpp"

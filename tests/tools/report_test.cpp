@@ -237,7 +237,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values("opens_from_disk_without_error_or_request",
                     "a_click_shows_the_curves_of_the_nearest_point",
                     "the_body_gives_way_under_the_tool", "two_fingers_are_two_tools",
-                    "a_gamepad_presses_drags_and_turns",
+
                     "the_window_is_pressed_at_once_and_all_else_turns_the_body",
                     "grey_says_that_it_is_not_measured", "the_body_is_seen_cut_from_the_side",
                     "axe_finds_nothing", "keys_alone_reach_everything",

@@ -16,7 +16,6 @@
 #include "tools/manifest/specimens.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/canonical.hpp"
-#include "tools/scene/nearest_name.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/experiment_table.hpp"

@@ -1,11 +1,9 @@
 #include <fmt/core.h>
 
 #include <Eigen/Geometry>
-#include <numbers>
 
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/experiments.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/validation/replay.hpp"
 #include "tools/command.hpp"

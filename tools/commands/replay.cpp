@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,7 +12,6 @@
 #include "libfit/core/units.hpp"
 #include "libfit/experiments/follow.hpp"
 #include "libfit/io/csv/tables.hpp"
-#include "libfit/io/vtu.hpp"
 #include "libfit/runtime/engine.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -252,57 +250,7 @@ class PathOnBody {
   BoxTree boxes_;
 };
 
-/// The surface as it is shown every so many ticks, for ParaView: the surface moved, and the tools.
-class Frames {
- public:
-  Frames(const runtime::AssetView& asset, const std::string& folder, int every)
-      : asset_(asset), every_(every), rest_(palpate::surface_of(asset)), series_(folder) {
-    if (every < 1) throw Error("--every", "it is no number of ticks", "Give 1 or more.");
-    if (asset.shape.points == 0)
-      throw Error("--surface", "the asset does not say how its surface moves",
-                  "Make it of samples with surface = true, by `palpate run`.");
-    std::filesystem::create_directories(folder);
-  }
-
-  /// position_m, felt: of each tool.
-  void add(std::size_t tick, const Points& position_m, const std::vector<runtime::Dent>& dents,
-           std::span<const Felt> felt) {
-    if (tick % static_cast<std::size_t>(every_) != 0) return;
-    Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> moved(rest_.vertices.rows(), 3);
-    runtime::deform(asset_, dents.data(), static_cast<int>(dents.size()), 0, asset_.vertices,
-                    moved.data());
-    const double time_s = felt[0].row.time_s;
-    std::vector<double> place(position_m.data(), position_m.data() + position_m.size()), force;
-    for (const Felt& each : felt)
-      force.insert(force.end(), each.row.force_N.data(), each.row.force_N.data() + 3);
-    VtuWriter surface, tool;
-    for (VtuWriter* part : {&surface, &tool}) part->add_field("TimeValue", {time_s});
-    surface.add_field("tool_position_m", place);
-    surface.add_field("force_on_tool_N", force);
-    surface.add("displacement_m", 3, std::vector<float>(moved.data(), moved.data() + moved.size()));
-    series_.add(time_s, "surface", frames_,
-                surface.text({rest_.vertices + moved.cast<double>(), rest_.triangles}, {}));
-    tool.add("force_on_tool_N", 3, force);
-    series_.add(time_s, "tool", frames_++, tool.text({position_m, {}}, {}));
-  }
-  int close() const {
-    series_.close();
-    return frames_;
-  }
-
- private:
-  const runtime::AssetView& asset_;
-  int every_;
-  Surface rest_;
-  VtuSeries series_;
-  int frames_ = 0;
-};
-
-constexpr NamedOutput kFrames[] = {
-    {"path.pvd", "vtu"}, {"surface_000000.vtu", "vtu"}, {"tool_000000.vtu", "vtu"}};
-
-std::vector<Felt> play_tip(const runtime::AssetView& asset, const PosePath& path, Ticks& ticks,
-                           std::optional<Frames>& frames) {
+std::vector<Felt> play_tip(const runtime::AssetView& asset, const PosePath& path, Ticks& ticks) {
   runtime::Contact contact;
   std::vector<Felt> felt(path.time_s.size());
   for (std::size_t i = 0; i < felt.size(); ++i) {
@@ -315,23 +263,16 @@ std::vector<Felt> play_tip(const runtime::AssetView& asset, const PosePath& path
     if (out.state != runtime::ContactState::air)  // the sum makes no -0
       torque_Nm += (Vec3::Map(out.acts_at_m) - tip).cross(Vec3::Map(out.force_on_tool_N));
     felt[i] = to_felt(path.time_s[i], 0, status, out, torque_Nm);
-    if (frames) frames->add(i, Points(tip.transpose()), {{&contact, 0, nullptr}}, {&felt[i], 1});
   }
   return felt;
 }
 
 // Any tools, all of them at each time.
 std::vector<Felt> play_tools(const runtime::AssetView& asset, const PosePath& path,
-                             std::vector<runtime::Tool>& tool, Ticks& ticks,
-                             std::optional<Frames>& frames) {
+                             std::vector<runtime::Tool>& tool, Ticks& ticks) {
   const std::size_t tools = tool.size();
   std::vector<runtime::Tool*> all;
-  std::vector<runtime::Dent> dents;
-  for (runtime::Tool& each : tool) {
-    all.push_back(&each);
-    for (int i = 0; i < each.shape.balls; ++i)
-      dents.push_back({&each.contact[i], each.shape.ball[i].radius_m, each.shape.ball[i].asset});
-  }
+  for (runtime::Tool& each : tool) all.push_back(&each);
   std::vector<runtime::ToolInput> in(tools);
   std::vector<runtime::ToolOutput> out(tools);
   std::vector<runtime::Status> status(tools);
@@ -349,9 +290,6 @@ std::vector<Felt> play_tools(const runtime::AssetView& asset, const PosePath& pa
     for (std::size_t k = 0; k < tools; ++k)
       felt.push_back(to_felt(path.time_s[i], static_cast<int>(k), status[k], out[k],
                              Vec3::Map(out[k].torque_on_tool_Nm)));
-    const auto rows = static_cast<Eigen::Index>(tools);
-    if (frames)
-      frames->add(i, path.position.middleRows(i * rows, rows), dents, std::span(felt).last(tools));
   }
   return felt;
 }
@@ -372,10 +310,6 @@ class Replay final : public Command {
         "--realtime HZ", rate_Hz_,
         "Rate in Hz at which rows are played on the real-time clock; 0 plays as fast as "
         "possible");
-    arguments.option("--surface DIR", surface_,
-                     "Folder for path.pvd and its frames: how the surface moves, for ParaView");
-    arguments.named_outputs(surface_, kFrames);
-    arguments.option("--every", every_, "Ticks from one frame to the next");
   }
 
   int run(Reply& reply) override {
@@ -383,13 +317,11 @@ class Replay final : public Command {
     const PosePath path = read_pose_path(path_);
     warn_of_unused(path_, path.ignored);
     ToolSet tools(tool_, path.tools);
-    check(file.asset(), tools);
+    tools.check(file.asset());
     IndenterAssets met(file.asset());
     tools.meet(met);
     const PathOnBody on_body(file.asset(), tools.along(path), path_);
-    std::optional<Frames> frames;
-    if (!surface_.empty()) frames.emplace(file.asset(), surface_, every_);
-    const std::vector<Felt> felt = play(file.asset(), path, tools, frames);
+    const std::vector<Felt> felt = play(file.asset(), path, tools);
     std::vector<ForceRow> rows;
     std::size_t faults = 0, touching = 0, beyond = 0;
     for (const Felt& each : felt) {
@@ -409,20 +341,10 @@ class Replay final : public Command {
         rows.size(), touching, faults, guarded);
     reply.json = nlohmann::ordered_json{
         {"ticks", rows.size()}, {"in_contact", touching}, {"faults", faults}, {"guarded", guarded}};
-    if (frames) {
-      reply.json["frames"] = frames->close();
-      say("wrote {}/path.pvd: {} frames", surface_, reply.json["frames"].get<int>());
-    }
     return faults ? kSomeFailed : kDone;
   }
 
  private:
-  void check(const runtime::AssetView& asset, const ToolSet& tools) const {
-    tools.check(asset);
-    if (rate_Hz_ != 0 && !surface_.empty())
-      throw Error("--surface", "frames are not written in real time",
-                  "Leave --realtime out: the forces are the same.");
-  }
   void say_fault(const Felt& felt, const std::vector<ForceRow>& before,
                  const PosePath& path) const {
     const std::size_t tick = before.size() / static_cast<std::size_t>(path.tools) + 1;
@@ -430,18 +352,17 @@ class Replay final : public Command {
                path.tools > 1 ? fmt::format(", tool {}", felt.row.tool) : "",
                runtime::sentence(felt.status));
   }
-  std::vector<Felt> play(const runtime::AssetView& asset, const PosePath& path, ToolSet& tools,
-                         std::optional<Frames>& frames) const {
+  std::vector<Felt> play(const runtime::AssetView& asset, const PosePath& path,
+                         ToolSet& tools) const {
     Ticks ticks(path, rate_Hz_);
-    std::vector<Felt> felt = tools.is_one_tip()
-                                 ? play_tip(asset, path, ticks, frames)
-                                 : play_tools(asset, path, tools.tools(), ticks, frames);
+    std::vector<Felt> felt = tools.is_one_tip() ? play_tip(asset, path, ticks)
+                                                : play_tools(asset, path, tools.tools(), ticks);
     for (const std::string& line : ticks.report()) say("{}", line);
     return felt;
   }
 
-  std::string asset_, path_, output_, surface_, tool_;
-  int rate_Hz_ = 0, every_ = 20;
+  std::string asset_, path_, output_, tool_;
+  int rate_Hz_ = 0;
 };
 
 }  // namespace

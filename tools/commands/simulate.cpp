@@ -12,7 +12,6 @@
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
-#include "tools/stages/samples/placement.hpp"
 #include "tools/stages/samples/shards.hpp"
 #include "tools/stages/stage_table.hpp"
 

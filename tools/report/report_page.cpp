@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/samples.hpp"

@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "libfem/materials/materials.hpp"
-#include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "tools/scene/fields.hpp"

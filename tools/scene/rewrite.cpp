@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "libfit/core/error.hpp"
 #include "tools/scene/toml_table.hpp"

@@ -3,8 +3,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <numbers>
 
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"

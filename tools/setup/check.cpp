@@ -13,12 +13,11 @@
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/linear_algebra.hpp"
+#include "libfit/core/statistics.hpp"
 #include "libfit/core/units.hpp"
 #include "tools/console.hpp"
 #include "tools/setup/check.hpp"
-#include "tools/setup/propose.hpp"
 #include "tools/stages/body/prepare.hpp"
-#include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/samples/placement.hpp"
 
 namespace palpate::tools {

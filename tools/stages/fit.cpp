@@ -9,7 +9,6 @@
 #include "libfit/core/experiments.hpp"
 #include "libfit/fit/contact_effects.hpp"
 #include "libfit/fit/fit_curves.hpp"
-#include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {

@@ -2,7 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "libfit/assets/exporters.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"

@@ -12,7 +12,6 @@
 #include "libfit/io/csv/csv.hpp"
 #include "tools/scene/canonical.hpp"
 #include "tools/scene/toml_table.hpp"
-#include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/stage_table.hpp"
 #include "tools/study/axes.hpp"

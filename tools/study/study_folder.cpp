@@ -7,7 +7,6 @@
 #include <ctime>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
 
 #include "libfit/core/error.hpp"

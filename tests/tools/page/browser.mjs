@@ -291,44 +291,6 @@ const claims = {
     assert.notEqual(await text("#point-detail p"), before);
   },
 
-  async a_gamepad_presses_drags_and_turns() {
-    await page.addInitScript(() => {
-      const buttons = Array.from({ length: 17 }, () => ({ pressed: false, touched: false, value: 0 }));
-      window.pad = { connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons };
-      navigator.getGamepads = () => [null, window.pad];
-    });
-    await open();
-    const set = (act) => page.evaluate(act);
-    await page.evaluate(() => dispatchEvent(new Event("gamepadconnected")));
-    assert.match(await text("#tool-message"), /right trigger presses/);
-    await set(() => (window.pad.buttons[7].value = 0.6));
-    await until("#poke-state", isTouching);
-    const range = Number(await page.locator("#poke-depth").getAttribute("max"));
-    assert.ok(Math.abs(Number(await page.locator("#poke-depth").inputValue()) - 0.6 * range) < 0.01 * range);
-    await until("#poke-depth-now", (s) => Number.parseFloat(s) > 0.4 * 1e3 * range);
-    await frames(5);
-    const lateral = async () => Number.parseFloat(await text("#poke-lateral-now"));
-    const atRest = await lateral();
-    await set(() => (window.pad.axes[0] = 0.1)); // within what sticks rest at
-    await frames(5);
-    assert.ok(Math.abs((await lateral()) - atRest) < 0.1, `${atRest} mm, then ${await lateral()} mm`);
-    await set(() => (window.pad.axes[0] = 1));
-    await until("#poke-state", (s) => s === "slides");
-    await set(() => (window.pad.axes[0] = 0));
-    await set(() => (window.pad.buttons[7].value = 0));
-    await until("#poke-state", isOver);
-    await set(() => (window.pad.buttons[0].pressed = true));
-    await until("#poke-state", isTouching);
-    await set(() => (window.pad.buttons[0].pressed = false));
-    await frames(3);
-    await set(() => (window.pad.buttons[0].pressed = true));
-    await until("#poke-state", isOver);
-    const before = await canvas.screenshot();
-    await set(() => (window.pad.axes[2] = 1));
-    await changed(before);
-    await set(() => (window.pad.axes[2] = 0));
-  },
-
   async the_window_is_pressed_at_once_and_all_else_turns_the_body() {
     await open();
     const [x, y] = await touchable();

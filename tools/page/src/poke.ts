@@ -1,4 +1,4 @@
-// Poking: mouse, pen, fingers, keys and gamepads are the tool; what the engine answers is shown live.
+// Poking: mouse, pen, fingers and keys are the tool; what the engine answers is shown live.
 
 import { Quaternion, Vector3 } from "three";
 import workerSource from "worker-source";
@@ -8,7 +8,6 @@ import { bytes, type Contents, floats, largest, type Vector } from "./contents";
 import { button, choice, details, html, slider, swatch } from "./dom";
 import { Answer, type Ball, kTip } from "./engine";
 import { ForceGraph } from "./force-graph";
-import { listenForGamepad } from "./gamepad";
 import type { DrawnTool } from "./glyphs";
 import type { Place } from "./surface";
 import { ask, type Term } from "./terms";
@@ -19,7 +18,7 @@ import { millimetres, quantity } from "./words";
 const kStates = ["in the air", "sticks", "slides", "touches"];
 const kHelp =
   "Hold the button, pen or finger on the coloured window to press, and move to drag; beside it, or with the right button, you turn the body. Wheel or pen pressure sets the depth; a second finger on a touch screen is a second tool. " +
-  "With keys, on the body: Space presses and lifts, arrows move the tool, Page Up and Page Down set the depth, V switches to turning. A gamepad works, too. ";
+  "With keys, on the body: Space presses and lifts, arrows move the tool, Page Up and Page Down set the depth, V switches to turning. ";
 const kUnmeasured = "Not measured here";
 const kTurns = "Q and E turn the tool, arrows with Shift lean it. ";
 const kDeforms = "The surface moves as the engine shows it; its error is among those of the accuracy.";
@@ -136,9 +135,6 @@ export class Poke {
     this.showDepth();
     this.open(engine);
     listenForTool(view, this);
-    listenForGamepad(view, this, (sentence) => {
-      this.message.textContent = sentence;
-    });
   }
 
   private toolChoice(first: number): HTMLElement[] {

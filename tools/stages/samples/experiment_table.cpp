@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "libfem/probes/probes.hpp"
 #include "libfem/solve/experiments/simulate.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
