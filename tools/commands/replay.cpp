@@ -26,17 +26,17 @@ namespace {
 static_assert(kMaxPathTools == runtime::kMaxContacts, "one bound");
 
 /// Forces on one tool at one time.
-struct Felt {
+struct PlayedRow {
   runtime::Status status = runtime::Status::ok;
   ForceRow row;
   std::int64_t guarded = 0;
 };
 
 template <class Out>
-Felt to_felt(double time_s, int tool, runtime::Status status, const Out& out,
-             const Vec3& torque_Nm) {
-  Felt felt{status, {}, out.refused_ticks};
-  ForceRow& row = felt.row;
+PlayedRow played_row(double time_s, int tool, runtime::Status status, const Out& out,
+                     const Vec3& torque_Nm) {
+  PlayedRow played{status, {}, out.refused_ticks};
+  ForceRow& row = played.row;
   row.time_s = time_s;
   row.force_N = Vec3(out.force_on_tool_N[0], out.force_on_tool_N[1], out.force_on_tool_N[2]);
   row.is_in_contact = out.state != runtime::ContactState::air;
@@ -51,7 +51,7 @@ Felt to_felt(double time_s, int tool, runtime::Status status, const Out& out,
   row.is_in_debt = (out.flags & PALPATE_FLAG_HELD_BACK) != 0;
   row.tool = tool;
   row.torque_Nm = torque_Nm;
-  return felt;
+  return played;
 }
 
 runtime::Pose pose_at(const PosePath& path, std::size_t row) {
@@ -250,10 +250,11 @@ class PathOnBody {
   BoxTree boxes_;
 };
 
-std::vector<Felt> play_tip(const runtime::AssetView& asset, const PosePath& path, Ticks& ticks) {
+std::vector<PlayedRow> play_tip(const runtime::AssetView& asset, const PosePath& path,
+                                Ticks& ticks) {
   runtime::Contact contact;
-  std::vector<Felt> felt(path.time_s.size());
-  for (std::size_t i = 0; i < felt.size(); ++i) {
+  std::vector<PlayedRow> rows_played(path.time_s.size());
+  for (std::size_t i = 0; i < rows_played.size(); ++i) {
     const Vec3 tip = path.position.row(i);
     runtime::Output out;
     const double dt_s = ticks.begin(i);
@@ -262,22 +263,22 @@ std::vector<Felt> play_tip(const runtime::AssetView& asset, const PosePath& path
     Vec3 torque_Nm = Vec3::Zero();
     if (out.state != runtime::ContactState::air)  // the sum makes no -0
       torque_Nm += (Vec3::Map(out.acts_at_m) - tip).cross(Vec3::Map(out.force_on_tool_N));
-    felt[i] = to_felt(path.time_s[i], 0, status, out, torque_Nm);
+    rows_played[i] = played_row(path.time_s[i], 0, status, out, torque_Nm);
   }
-  return felt;
+  return rows_played;
 }
 
 // Any tools, all of them at each time.
-std::vector<Felt> play_tools(const runtime::AssetView& asset, const PosePath& path,
-                             std::vector<runtime::Tool>& tool, Ticks& ticks) {
+std::vector<PlayedRow> play_tools(const runtime::AssetView& asset, const PosePath& path,
+                                  std::vector<runtime::Tool>& tool, Ticks& ticks) {
   const std::size_t tools = tool.size();
   std::vector<runtime::Tool*> all;
   for (runtime::Tool& each : tool) all.push_back(&each);
   std::vector<runtime::ToolInput> in(tools);
   std::vector<runtime::ToolOutput> out(tools);
   std::vector<runtime::Status> status(tools);
-  std::vector<Felt> felt;
-  felt.reserve(path.time_s.size() * tools);
+  std::vector<PlayedRow> rows_played;
+  rows_played.reserve(path.time_s.size() * tools);
   for (std::size_t i = 0; i < path.time_s.size(); ++i) {
     const double dt_s = ticks.begin(i);
     for (std::size_t k = 0; k < tools; ++k) {
@@ -288,10 +289,10 @@ std::vector<Felt> play_tools(const runtime::AssetView& asset, const PosePath& pa
                          static_cast<int>(tools));
     ticks.end();
     for (std::size_t k = 0; k < tools; ++k)
-      felt.push_back(to_felt(path.time_s[i], static_cast<int>(k), status[k], out[k],
-                             Vec3::Map(out[k].torque_on_tool_Nm)));
+      rows_played.push_back(played_row(path.time_s[i], static_cast<int>(k), status[k], out[k],
+                                       Vec3::Map(out[k].torque_on_tool_Nm)));
   }
-  return felt;
+  return rows_played;
 }
 
 class Replay final : public Command {
@@ -321,10 +322,10 @@ class Replay final : public Command {
     IndenterAssets met(file.asset());
     tools.meet(met);
     const PathOnBody on_body(file.asset(), tools.along(path), path_);
-    const std::vector<Felt> felt = play(file.asset(), path, tools);
+    const std::vector<PlayedRow> rows_played = play(file.asset(), path, tools);
     std::vector<ForceRow> rows;
     std::size_t faults = 0, touching = 0, beyond = 0;
-    for (const Felt& each : felt) {
+    for (const PlayedRow& each : rows_played) {
       if (each.status != runtime::Status::ok && ++faults <= 10) say_fault(each, rows, path);
       rows.push_back(each.row);
       touching += each.row.is_in_contact;
@@ -336,7 +337,7 @@ class Replay final : public Command {
       warn("{} of {} ticks in contact go beyond the curves, and their forces are extrapolated",
            beyond, touching);
     write_forces(output_, rows);
-    const std::int64_t guarded = felt.empty() ? 0 : felt.back().guarded;
+    const std::int64_t guarded = rows_played.empty() ? 0 : rows_played.back().guarded;
     say("wrote {}: {} ticks, {} in contact, {} with a fault, {} where the guard acted", output_,
         rows.size(), touching, faults, guarded);
     reply.json = nlohmann::ordered_json{
@@ -345,20 +346,21 @@ class Replay final : public Command {
   }
 
  private:
-  void say_fault(const Felt& felt, const std::vector<ForceRow>& before,
+  void say_fault(const PlayedRow& played, const std::vector<ForceRow>& before,
                  const PosePath& path) const {
     const std::size_t tick = before.size() / static_cast<std::size_t>(path.tools) + 1;
-    say_failed("{}: tick {} at {} s{}: {}", path_, tick, felt.row.time_s,
-               path.tools > 1 ? fmt::format(", tool {}", felt.row.tool) : "",
-               runtime::sentence(felt.status));
+    say_failed("{}: tick {} at {} s{}: {}", path_, tick, played.row.time_s,
+               path.tools > 1 ? fmt::format(", tool {}", played.row.tool) : "",
+               runtime::sentence(played.status));
   }
-  std::vector<Felt> play(const runtime::AssetView& asset, const PosePath& path,
-                         ToolSet& tools) const {
+  std::vector<PlayedRow> play(const runtime::AssetView& asset, const PosePath& path,
+                              ToolSet& tools) const {
     Ticks ticks(path, rate_Hz_);
-    std::vector<Felt> felt = tools.is_one_tip() ? play_tip(asset, path, ticks)
-                                                : play_tools(asset, path, tools.tools(), ticks);
+    std::vector<PlayedRow> rows_played = tools.is_one_tip()
+                                             ? play_tip(asset, path, ticks)
+                                             : play_tools(asset, path, tools.tools(), ticks);
     for (const std::string& line : ticks.report()) say("{}", line);
-    return felt;
+    return rows_played;
   }
 
   std::string asset_, path_, output_, tool_;

@@ -24,7 +24,7 @@ struct SceneChoices {
   std::filesystem::path divided_mesh = "divided.off";
 };
 
-/// A scene to start from, and what was noticed on the way, a sentence each.
+/// A scene to start from, and what was noticed, a sentence each.
 struct ProposedScene {
   std::string text, unit, tissue;
   std::vector<std::string> notes, warnings;
@@ -58,10 +58,10 @@ struct ProposedManifest {
 
 /// Looks at every file of a folder and of those in it and proposes how they are read: format, by
 /// their first bytes; else columns and units by the names in their headers, and whose force it is,
-/// which way normals point and whether it was a press or a drag by what makes recordings of the
-/// first file of each kind that makes any. Keys that all entries have are in [defaults]. Units that
-/// no header says are guessed from the numbers, and said. Where a mesh lies in the folder and tools
-/// touched one distance off it, positions are proposed as those of a ball's centre with that
+/// the side to which normals point and whether it was a press or a drag by what makes recordings of
+/// the first file of each kind that makes any. Keys that all entries have are in [defaults]. Units
+/// that no header says are guessed from the numbers, and said. Where a mesh lies in the folder and
+/// tools touched one distance off it, positions are proposed as those of a ball's centre with that
 /// radius. manifest: where it is going to be; names of files start at its folder. Throws Error
 /// where the folder cannot be read or holds no recording.
 ProposedManifest propose_manifest(const std::filesystem::path& folder,
@@ -71,15 +71,15 @@ ProposedManifest propose_manifest(const std::filesystem::path& folder,
 struct ProposedPath {
   PosePath tip;                 ///< 1 kHz, in the asset's own coordinates
   Vec3 touched = Vec3::Zero();  ///< where it comes down on the surface [m]
-  double depth_m = 0;           ///< below the surface, along the way that it comes down
+  double depth_m = 0;           ///< below the surface, along the path on which it comes down
   double slide_m = 0;           ///< across; 0 where the window is too narrow for a slide
 };
 
 /// A path that comes down on the middle of the window (the measured vertex that lies farthest from
 /// the window's border along the surface, or the middle of the largest measured triangle), presses
-/// to 0.6 of the depth that curves were fitted to, slides at that depth below the surface the way
-/// that has most room, four depths at most, and lifts. Every way begins and ends at rest.
-/// Deterministic. Throws Error where no triangle of the asset has measured corners alone.
+/// to 0.6 of the depth that curves were fitted to, slides at that depth below the surface in the
+/// direction that has most room, four depths at most, and lifts. Every path begins and ends at
+/// rest. Deterministic. Throws Error where no triangle of the asset has measured corners alone.
 ProposedPath propose_path(const runtime::AssetView& asset);
 
 /// A side of a body's bounding box that it could rest on, and the window opposite that a tool
@@ -124,8 +124,8 @@ std::optional<ProposedBall> ball_for(const Window& window, const Surface& surfac
 /// Two digits, so that a reader sees a choice and no measurement.
 double rounded_m(double length_m);
 
-/// A way to read a file, and the words of the manifest for it.
-struct FileWay {
+/// A reading of a file, and the words of the manifest for it.
+struct FileReading {
   importers::ReadSettings read;
   ExperimentKind kind = ExperimentKind::press;
   std::vector<std::string> lines;    ///< of the manifest
@@ -135,16 +135,17 @@ struct FileWay {
 /// The first line that is no comment, split; empty of files that are no text.
 std::vector<std::string> header_of(const std::filesystem::path& path, const std::string& bytes);
 
-/// Every way in which a file may be meant, the likeliest first: by its first bytes; columns by
-/// their names; units, where no header says them; whose force it is; which way normals point.
-std::vector<FileWay> ways_of(const std::filesystem::path& path, const std::string& bytes);
+/// Readings of a file that may be meant, the likeliest first: by its first bytes; columns by
+/// their names; units, where no header says them; whose force it is; the side to which normals
+/// point.
+std::vector<FileReading> readings_of(const std::filesystem::path& path, const std::string& bytes);
 
-struct TriedWay {
-  FileWay way;
+struct TriedReading {
+  FileReading reading;
   recordings::ItemResult result;
 };
 
-/// The way that makes most recordings of a file; of equals the first.
-TriedWay best_way(const std::filesystem::path& path, std::vector<FileWay> ways);
+/// The reading that makes most recordings of a file; of equals the first.
+TriedReading best_reading(const std::filesystem::path& path, std::vector<FileReading> readings);
 
 }  // namespace palpate::tools

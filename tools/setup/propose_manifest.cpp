@@ -108,11 +108,11 @@ std::optional<double> offset_m(const std::vector<Conditioned>& recordings, const
 
 // Adds whether positions of a rig with three axes are of a ball's centre, as far as it can be
 // known.
-void add_positions(const TriedWay& way, const Surface* surface, const std::string& shown,
+void add_positions(const TriedReading& tried, const Surface* surface, const std::string& shown,
                    std::vector<std::string>& lines, ProposedManifest& out) {
   std::optional<double> found_m;
-  if (!way.result.recordings.front().is_axial) {
-    if (surface != nullptr) found_m = offset_m(way.result.recordings, *surface);
+  if (!tried.result.recordings.front().is_axial) {
+    if (surface != nullptr) found_m = offset_m(tried.result.recordings, *surface);
     lines.emplace_back("positions = \"center\"");
     if (!found_m)
       lines.back() =
@@ -155,12 +155,13 @@ std::string text_of(std::vector<ProposedEntry> entries) {
 }
 
 // The first file of a group that makes recordings, and how; of those before it a warning each.
-std::pair<fs::path, TriedWay> first_read(const FilesAlike& group, const fs::path& base,
-                                         ProposedManifest& out) {
+std::pair<fs::path, TriedReading> first_read(const FilesAlike& group, const fs::path& base,
+                                             ProposedManifest& out) {
   std::vector<std::string> warnings;
-  std::optional<TriedWay> tried;
+  std::optional<TriedReading> tried;
   for (const fs::path& file : group) {
-    TriedWay best = best_way(file, ways_of(file, importers::read_bytes(file, kMaxBytes)));
+    TriedReading best =
+        best_reading(file, readings_of(file, importers::read_bytes(file, kMaxBytes)));
     if (!best.result.recordings.empty()) {
       out.warnings.insert(out.warnings.end(), warnings.begin(), warnings.end());
       return {file, std::move(best)};
@@ -190,11 +191,11 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
     return;
   }
   if (goes_sideways(best.result)) {
-    best.way.kind = ExperimentKind::drag;
-    TriedWay drag = best_way(first, {best.way});
+    best.reading.kind = ExperimentKind::drag;
+    TriedReading drag = best_reading(first, {best.reading});
     if (!drag.result.recordings.empty()) {
       best = std::move(drag);
-      best.way.lines.push_back("kind = \"drag\"");
+      best.reading.lines.push_back("kind = \"drag\"");
     }
   }
   const Conditioned& r = best.result.recordings.front();
@@ -204,9 +205,9 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
       counted(static_cast<std::int64_t>(best.result.recordings.size()), "recording in the first",
               "recordings in the first"),
       best.result.refused.empty() ? "" : fmt::format(", {} refused", best.result.refused.size())));
-  for (const std::string& guess : best.way.guesses)
+  for (const std::string& guess : best.reading.guesses)
     out.warnings.push_back(fmt::format("{}: {}: make sure", shown, guess));
-  std::vector<std::string> lines = best.way.lines;
+  std::vector<std::string> lines = best.reading.lines;
   add_positions(best, surface, shown, lines, out);
   const bool has_place = r.contact_m && r.inward;
   if (!has_place) {

@@ -38,7 +38,7 @@ PathWindow window_of(const runtime::AssetView& asset) {
   return out;
 }
 
-/// Where a tool comes down, and which way.
+/// Place and direction in which a tool comes down.
 struct Spot {
   Vec3 place, inward;
 };
@@ -93,15 +93,15 @@ Spot middle_of(const runtime::AssetView& asset, const PathWindow& window) {
                  {asset.corner(largest, 0), asset.corner(largest, 1), asset.corner(largest, 2)});
 }
 
-/// A way over the surface from `spot` along a tangent.
+/// A path over the surface from `spot` along a tangent.
 struct Slide {
   Vec3 along = Vec3::Zero();
   double step_m = 0;
   std::vector<double> fall_m{0};  // at 0, 1, 2 ... steps: how far inward the surface lies
 
   double length_m() const { return step_m * static_cast<double>(fall_m.size() - 1); }
-  double fall_at(double way_m) const {
-    const double at = step_m > 0 ? way_m / step_m : 0;
+  double fall_at(double path_m) const {
+    const double at = step_m > 0 ? path_m / step_m : 0;
     const auto i = std::min(static_cast<std::size_t>(at), fall_m.size() - 1);
     const std::size_t j = std::min(i + 1, fall_m.size() - 1);
     return fall_m[i] + (at - static_cast<double>(i)) * (fall_m[j] - fall_m[i]);
@@ -116,14 +116,14 @@ Slide slide_along(const PathWindow& window, const Vec3& spot, const Vec3& inward
   const auto steps = static_cast<int>(4.0 * kStepsPerDepth);  // in depths: sticks, then slips
   for (int i = 1; i <= steps + 1; ++i) {
     const Vec3 above = spot + i * slide.step_m * along + (slide.fall_m.back() - depth_m) * inward;
-    const auto way_m = ray_distance_m(window.surface, window.boxes, above, inward, 0);
-    if (!way_m) break;
-    const auto hit = closest_point(window.surface, window.boxes, above + *way_m * inward);
+    const auto path_m = ray_distance_m(window.surface, window.boxes, above, inward, 0);
+    if (!path_m) break;
+    const auto hit = closest_point(window.surface, window.boxes, above + *path_m * inward);
     const auto [a, b, c] = corners_of(window.surface, hit->triangle);
     // Within 50 degrees: a slide ends where it gets steeper.
     const bool faces_tool = -(b - a).cross(c - a).normalized().dot(inward) > 0.64;
     if (!faces_tool || window.is_measured[hit->triangle] == 0) break;
-    slide.fall_m.push_back(slide.fall_m.back() - depth_m + *way_m);
+    slide.fall_m.push_back(slide.fall_m.back() - depth_m + *path_m);
   }
   if (slide.fall_m.size() > 1) slide.fall_m.pop_back();
   return slide;
@@ -167,9 +167,9 @@ ProposedPath propose_path(const runtime::AssetView& asset) {
     const auto ticks = static_cast<int>(std::lround(time_s * kRate_Hz));
     for (int i = tips.empty() ? 0 : 1; i <= ticks; ++i) {
       const double share = eased(static_cast<double>(i) / ticks);
-      const double way_m = from_m + share * (to_m - from_m);
+      const double path_m = from_m + share * (to_m - from_m);
       const double depth_m = from_depth_m + share * (to_depth_m - from_depth_m);
-      tips.push_back(spot + way_m * slide.along + (slide.fall_at(way_m) + depth_m) * inward);
+      tips.push_back(spot + path_m * slide.along + (slide.fall_at(path_m) + depth_m) * inward);
     }
   };
   go(0, 0, -above_m, out.depth_m, 0.6);

@@ -78,11 +78,12 @@ DriftPrior expected_drift(const TimedPress& p, double margin_m, double most_N) {
                row_N = p.noise_N / std::sqrt(readings / static_cast<double>(n));
   if (!(spread_s > 0)) return usual;
   const Line line = fit_line(t, f);
-  const double told_N = line.slope * whole_s,
+  const double measured_N = line.slope * whole_s,
                error_N = std::max(line.deviation, row_N) / spread_s * whole_s;
   // Two readings of one number.
-  const double told = 1 / (error_N * error_N), before = 1 / (usual.deviation_N * usual.deviation_N);
-  return {told_N * told / (told + before), 1 / std::sqrt(told + before)};
+  const double precision = 1 / (error_N * error_N),
+               before = 1 / (usual.deviation_N * usual.deviation_N);
+  return {measured_N * precision / (precision + before), 1 / std::sqrt(precision + before)};
 }
 
 }  // namespace
@@ -112,16 +113,16 @@ Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& gram,
       Eigen::MatrixXd part = g(passive, passive);
       part.diagonal().array() += 1e-12;  // columns may be alike but for rounding
       const Eigen::VectorXd wanted = ldlt_solve(part, b(passive));
-      double way = 1;
+      double step = 1;
       for (std::size_t k = 0; k < passive.size(); ++k) {
         const double to = wanted[k], from = x[passive[k]];
-        if (to <= 0) way = std::min(way, from > 0 ? from / (from - to) : 0.);
+        if (to <= 0) step = std::min(step, from > 0 ? from / (from - to) : 0.);
       }
       for (std::size_t k = 0; k < passive.size(); ++k) {
         double& at = x[passive[k]];
-        at += way * (wanted[k] - at);
+        at += step * (wanted[k] - at);
       }
-      if (way >= 1) break;
+      if (step >= 1) break;
       std::erase_if(passive, [&](Eigen::Index i) {
         if (x[i] > 1e-14) return false;
         x[i] = 0;
@@ -149,7 +150,7 @@ PressGroup::PressGroup(const std::vector<TimedPress>& presses, SlowCurve curve) 
     deviation_m = std::max(deviation_m, p.contact_deviation_m);
     const double most_N = p.push_N.maxCoeff();
     const double margin_m = kDeviations * p.contact_deviation_m;
-    // Without a free part the level is that of first touch, where the body bears nothing.
+    // Without a free part the level is that of first touch, where the body carries no force.
     const double level_N = p.depth_m[0] < -margin_m ? 0 : p.push_N[0];
     Eigen::Index before = 0, after = 0, touching = 0;
     bool was_in = false;

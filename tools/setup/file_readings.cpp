@@ -26,7 +26,7 @@ bool is_robot(const std::vector<std::string>& header) {
   return has("contact_x") && has("normal_x") && has("force_x") && has("current_x");
 }
 
-// What a quantity without a unit is measured in, by its name; empty: none that is known.
+// Unit of a quantity without one, by its name; empty: none that is known.
 std::string unit_guess(const std::string& name, const char* length, const char* force) {
   if (const auto meaning = importers::meaning_named(name))
     return *meaning == importers::Meaning::time     ? "s"
@@ -64,57 +64,57 @@ bool is_whole(const importers::ColumnNames& c) {
 constexpr std::array kUnits{std::pair{"mm", "N"}, std::pair{"m", "N"}, std::pair{"mm", "mN"},
                             std::pair{"um", "mN"}, std::pair{"um", "uN"}};
 
-FileWay with_units(FileWay way, const char* length, const char* force) {
-  way.read.units.time = "s";
-  way.read.units.position = length;
-  way.read.units.force = force;
-  way.lines.push_back(
+FileReading with_units(FileReading reading, const char* length, const char* force) {
+  reading.read.units.time = "s";
+  reading.read.units.position = length;
+  reading.read.units.force = force;
+  reading.lines.push_back(
       fmt::format("units = {{ time = \"s\", position = \"{}\", force = \"{}\" }}", length, force));
-  way.guesses.push_back(fmt::format("units {} and {}, which no header says", length, force));
-  return way;
+  reading.guesses.push_back(fmt::format("units {} and {}, which no header says", length, force));
+  return reading;
 }
 
 // Columns by names that say quantity and unit, else by those that say the quantity alone.
-std::vector<FileWay> ways_of_columns(const std::vector<std::string>& header) {
-  std::vector<FileWay> out;
+std::vector<FileReading> readings_by_columns(const std::vector<std::string>& header) {
+  std::vector<FileReading> out;
   if (const auto named = importers::columns_named(header);
       named.problem.empty() && is_whole(named.columns)) {
-    FileWay way;
-    way.read.columns = named.columns;
-    way.lines.push_back(columns_line(named.columns));
-    return {std::move(way)};
+    FileReading reading;
+    reading.read.columns = named.columns;
+    reading.lines.push_back(columns_line(named.columns));
+    return {std::move(reading)};
   }
   for (const auto& [length, force] : kUnits) {
     std::map<std::string, std::string> as_written;
-    std::vector<std::string> told;
+    std::vector<std::string> with_unit;
     for (const std::string& name : header) {
       const std::string unit = unit_guess(name, length, force);
-      told.push_back(unit.empty() ? name : fmt::format("{} ({})", name, unit));
-      as_written[told.back()] = name;
+      with_unit.push_back(unit.empty() ? name : fmt::format("{} ({})", name, unit));
+      as_written[with_unit.back()] = name;
     }
-    importers::ColumnNames columns = importers::columns_named(told).columns;
+    importers::ColumnNames columns = importers::columns_named(with_unit).columns;
     if (!is_whole(columns)) return out;
     for (std::string* name : {&columns.time, &columns.depth})
       if (!name->empty()) *name = as_written[*name];
     for (auto* names : {&columns.position, &columns.force, &columns.torque})
       for (std::string& name : *names) name = as_written[name];
-    FileWay way;
-    way.read.columns = columns;
-    way.lines.push_back(columns_line(columns));
-    out.push_back(with_units(std::move(way), length, force));
+    FileReading reading;
+    reading.read.columns = columns;
+    reading.lines.push_back(columns_line(columns));
+    out.push_back(with_units(std::move(reading), length, force));
   }
   return out;
 }
 
-std::vector<FileWay> ways_of_robot(const std::vector<std::string>& header) {
-  std::vector<FileWay> out;
-  FileWay way;
-  way.read.format = "robot-palpation";
-  way.lines.push_back("format = \"robot-palpation\"");
+std::vector<FileReading> readings_of_robot(const std::vector<std::string>& header) {
+  std::vector<FileReading> out;
+  FileReading reading;
+  reading.read.format = "robot-palpation";
+  reading.lines.push_back("format = \"robot-palpation\"");
   const bool says_units = std::ranges::none_of(
       header, [](const std::string& name) { return name == "contact_x" || name == "force_x"; });
-  if (says_units) return {way};
-  for (const auto& [length, force] : kUnits) out.push_back(with_units(way, length, force));
+  if (says_units) return {reading};
+  for (const auto& [length, force] : kUnits) out.push_back(with_units(reading, length, force));
   return out;
 }
 
@@ -147,16 +147,17 @@ std::vector<std::string> header_of(const fs::path& path, const std::string& byte
   return {};
 }
 
-std::vector<FileWay> ways_of(const fs::path& path, const std::string& bytes) {
-  std::vector<FileWay> out{FileWay{}};
+std::vector<FileReading> readings_of(const fs::path& path, const std::string& bytes) {
+  std::vector<FileReading> out{FileReading{}};
   const std::vector<std::string> header = header_of(path, bytes);
   const bool is_of_robot = is_robot(header),
              is_latin = !importers::is_utf16(bytes) && encoding_of(path, bytes) == kLatin;
-  for (const FileWay& way : is_of_robot ? ways_of_robot(header) : ways_of_columns(header))
+  for (const FileReading& reading :
+       is_of_robot ? readings_of_robot(header) : readings_by_columns(header))
     for (const bool is_on_tool : {true, false})
       for (const bool is_outward : {false, true}) {
         if (is_outward && !is_of_robot) continue;
-        FileWay signs = way;
+        FileReading signs = reading;
         signs.read.is_force_on_tool = is_on_tool;
         signs.read.is_normal_outward = is_outward;
         if (is_latin) {
@@ -171,13 +172,13 @@ std::vector<FileWay> ways_of(const fs::path& path, const std::string& bytes) {
   return out;
 }
 
-TriedWay best_way(const fs::path& path, std::vector<FileWay> ways) {
+TriedReading best_reading(const fs::path& path, std::vector<FileReading> readings) {
   std::vector<BatchItem> items;
-  for (const FileWay& way : ways) {
+  for (const FileReading& reading : readings) {
     BatchItem item;
     item.file = path, item.shown = path.filename().string();
-    item.read = way.read;
-    item.signal.kind = way.kind;
+    item.read = reading.read;
+    item.signal.kind = reading.kind;
     items.push_back(std::move(item));
   }
   std::vector<ItemResult> results = run_batch(items, {}, {});
@@ -185,9 +186,9 @@ TriedWay best_way(const fs::path& path, std::vector<FileWay> ways) {
     return a.recordings.size() < b.recordings.size();
   });
   auto at = static_cast<std::size_t>(best - results.begin());
-  if (results[at].recordings.empty() && ways.size() > 1)
+  if (results[at].recordings.empty() && readings.size() > 1)
     at = 1;  // says more than an unknown format
-  return {std::move(ways[at]), std::move(results[at])};
+  return {std::move(readings[at]), std::move(results[at])};
 }
 
 }  // namespace palpate::tools
