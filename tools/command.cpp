@@ -268,27 +268,23 @@ void refuse_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
     throw wrong;
   }
   if (words[0][0] == '-') return;
-  const auto refuse = [&](const std::string& command, std::string_view of, std::string_view name,
-                          const std::string& what, const std::string& nearest) {
-    const std::string remedy = remedy_of_former(of, name);
+  const auto refuse = [&](const std::string& command, const std::string& what,
+                          const std::string& nearest) {
     throw WrongUsage(app, command, what,
-                     !remedy.empty()   ? remedy + " "
-                     : nearest.empty() ? ""
-                                       : fmt::format("Did you mean \"{}\"? ", nearest));
+                     nearest.empty() ? "" : fmt::format("Did you mean \"{}\"? ", nearest));
   };
   const auto found = declared.find(words[0]);
   if (found == declared.end()) {
     std::vector<std::string_view> names;
     for (const CommandRow& row : rows) names.push_back(row.name);
-    refuse("", "command", words[0], fmt::format("there is no command \"{}\"", words[0]),
-           nearest_name(words[0], names));
+    refuse("", fmt::format("there is no command \"{}\"", words[0]), nearest_name(words[0], names));
   }
   for (const std::string_view word : words.subspan(1)) {
     if (word == "--") break;
     if (!word.starts_with("--")) continue;
     const std::string_view name = word.substr(0, word.find('='));
     if (const auto nearest = found->second.arguments->unknown_option(name))
-      refuse(words[0], words[0], name, fmt::format("there is no option {}", name), *nearest);
+      refuse(words[0], fmt::format("there is no option {}", name), *nearest);
   }
 }
 

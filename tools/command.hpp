@@ -98,7 +98,7 @@ extern const CommandRow kNewCommand, kCheckCommand, kRunCommand, kReportCommand,
     kTabulateCommand, kPredictCommand, kStudyCommand;
 
 /// Writes what goes with an installed program, out of its own table of commands: man1/NAME.1 and
-/// man1/NAME-COMMAND.1, and completion for bash (NAME.bash), zsh (_NAME) and fish (NAME.fish).
+/// man1/NAME-COMMAND.1, and completion for bash (NAME.bash).
 /// Throws Error when a file cannot be written.
 void write_command_pages(const CLI::App& app, const char* version,
                          const std::filesystem::path& folder);

@@ -132,61 +132,6 @@ std::string bash_completion(const std::string& program, const Commands& commands
       program, names, cases);
 }
 
-// Within single quotes of zsh and fish; zsh takes brackets and colons for its own.
-std::string quoted(const std::string& text, bool is_zsh) {
-  std::string out;
-  for (const char c : text) {
-    if (is_zsh && (c == '[' || c == ']' || c == ':')) out += '\\';
-    out += c == '\'' ? (is_zsh ? "'\\''" : "\\'") : std::string(1, c);
-  }
-  return out;
-}
-
-std::string zsh_completion(const std::string& program, const Commands& commands) {
-  std::string names, cases;
-  for (const CLI::App* command : commands) {
-    names +=
-        fmt::format("    '{}:{}'\n", command->get_name(), quoted(command->get_description(), true));
-    cases += fmt::format("    {}) _arguments", command->get_name());
-    for (const CLI::Option* option : command->get_options()) {
-      if (option->get_positional()) continue;
-      const std::string name = name_of(*option), letter = letter_of(*option);
-      const std::string names_of =
-          letter.empty() ? "'" + name : fmt::format("{{-{},{}}}'", letter, name);
-      cases += fmt::format(" {}[{}]{}'", names_of, quoted(help_of(*option), true),
-                           value_of(*option).empty() ? "" : ":value:_files");
-    }
-    cases += " '*:file:_files' ;;\n";
-  }
-  return fmt::format(
-      "#compdef {0}\n# made from the program's table of commands\n"
-      "_{0}() {{\n"
-      "  local -a commands=(\n{1}  )\n"
-      "  if (( CURRENT == 2 )); then\n    _describe command commands\n    return\n  fi\n"
-      "  local command=$words[2]\n"
-      "  shift words\n  (( CURRENT-- ))\n"
-      "  case $command in\n{2}  esac\n"
-      "}}\n"
-      "_{0} \"$@\"\n",
-      program, names, cases);
-}
-
-std::string fish_completion(const std::string& program, const Commands& commands) {
-  std::string text = "# made from the program's table of commands\n";
-  for (const CLI::App* command : commands) {
-    text += fmt::format("complete -c {} -n __fish_use_subcommand -f -a {} -d '{}'\n", program,
-                        command->get_name(), quoted(command->get_description(), false));
-    for (const CLI::Option* option : command->get_options())
-      if (!option->get_positional())
-        text +=
-            fmt::format("complete -c {} -n '__fish_seen_subcommand_from {}' -l {}{}{} -d '{}'\n",
-                        program, command->get_name(), name_of(*option).substr(2),
-                        letter_of(*option).empty() ? "" : " -s " + letter_of(*option),
-                        value_of(*option).empty() ? "" : " -r", quoted(help_of(*option), false));
-  }
-  return text;
-}
-
 }  // namespace
 
 void write_command_pages(const CLI::App& app, const char* version,
@@ -200,8 +145,6 @@ void write_command_pages(const CLI::App& app, const char* version,
     write_file_atomically(folder / "man1" / fmt::format("{}-{}.1", program, command->get_name()),
                           man_page(program, version, *command));
   write_file_atomically(folder / (program + ".bash"), bash_completion(program, commands));
-  write_file_atomically(folder / ("_" + program), zsh_completion(program, commands));
-  write_file_atomically(folder / (program + ".fish"), fish_completion(program, commands));
 }
 
 }  // namespace palpate::tools

@@ -9,7 +9,6 @@
 #include "tests/support/generated_page.hpp"
 #include "tests/tools/block_scene.hpp"
 #include "tools/manifest/manifest.hpp"
-#include "tools/manifest/specimens.hpp"
 #include "tools/study/study_folder.hpp"
 
 namespace palpate::tools {

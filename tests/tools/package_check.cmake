@@ -73,12 +73,11 @@ output(out ${prefix}/bin/palpate check ${prefix}/share/palpate/scenes/block.toml
 expect("${out}" "\"errors\":\\[\\]")
 
 # Completion and manual say what the program itself says.
-foreach(file share/man/man1/palpate.1 share/man/man1/palpate-fit.1
-        share/zsh/vendor-completions/_palpate share/fish/vendor_completions.d/palpate.fish)
+foreach(file share/man/man1/palpate.1 share/man/man1/palpate-fit.1)
   file(READ ${prefix}/${file} text)
   expect("${text}" "fit")
 endforeach()
-expect("${text}" "-l family -r")
+expect("${text}" "family")
 find_program(BASH bash REQUIRED)
 function(complete words count wanted)
   output(out ${BASH} -c
@@ -99,16 +98,6 @@ if(GROFF)
     endif()
   endforeach()
 endif()
-foreach(shell zsh fish)
-  find_program(SHELL_${shell} ${shell})
-endforeach()
-if(SHELL_zsh)
-  run(${SHELL_zsh} -n ${prefix}/share/zsh/vendor-completions/_palpate)
-endif()
-if(SHELL_fish)
-  run(${SHELL_fish} --no-execute ${prefix}/share/fish/vendor_completions.d/palpate.fish)
-endif()
-
 use_engine(${prefix})
 use_libraries(${prefix})
 

@@ -66,27 +66,6 @@ TEST(scene, a_probe_takes_the_keys_of_its_shape_in_units) {
   EXPECT_EQ(probe("shape = \"point\"\n").spec.shape, "point");
 }
 
-TEST(scene, keys_and_values_that_are_gone_are_answered_with_what_to_do_instead) {
-  const auto answer = [](const std::string& section, const std::string& line) {
-    return error_of(kSmallest + section + "\n" + line + "\n");
-  };
-  for (const auto& [section, line, remedy] : std::initializer_list<std::array<const char*, 3>>{
-           {"[validate]", "holds = 2", "Leave it out"},
-           {"[fit]", "family = \"auto\"", "curves are rings wherever there are drags"},
-           {"[probe]", "shape = \"ellipsoid\"", "Take shape = \"mesh\""},
-           {"[probe]\nshape = \"capsule\"", "heading = [1, 0, 0]", "play the tool as balls"},
-           {"[export]", "elsewhere = \"mean\"", "Leave it out"}})
-    EXPECT_TRUE(holds(answer(section, line), remedy));
-  for (const auto& [of, name] : {std::pair{"key", "symmetric"},
-                                 {"key", "cantilever"},
-                                 {"format", "jpk"},
-                                 {"contact", "two-line"},
-                                 {"command", "modulus"},
-                                 {"report", "--figures"}})
-    EXPECT_NE(remedy_of_former(of, name), "") << name;
-  EXPECT_EQ(remedy_of_former("key", "depth"), "");
-}
-
 TEST(scene, the_mesh_unit_may_be_any_length) {
   EXPECT_DOUBLE_EQ(parse_scene("[body]\nsurface = \"a.obj\"\nlength_unit = \"110 mm\"\n", "a.toml")
                        .body.length_unit_m,

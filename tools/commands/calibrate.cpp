@@ -13,7 +13,7 @@
 #include "tools/command.hpp"
 #include "tools/commands/calibration_answer.hpp"
 #include "tools/console.hpp"
-#include "tools/manifest/specimens.hpp"
+#include "tools/manifest/manifest.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/canonical.hpp"
 #include "tools/stages/body/prepare.hpp"

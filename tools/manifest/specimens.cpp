@@ -1,4 +1,4 @@
-#include "tools/manifest/specimens.hpp"
+#include "tools/manifest/manifest.hpp"
 
 #include <fmt/core.h>
 
@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "libfit/recordings/formats/importers.hpp"
-#include "tools/manifest/manifest.hpp"
 #include "tools/scene/scene.hpp"
 #include "tools/scene/toml_table.hpp"
 

@@ -14,8 +14,4 @@ std::string nearest_name(std::string_view typed, const std::vector<std::string_v
 /// "Did you mean "depth"? Known: ...", without the question where no name is near.
 std::string suggestion(std::string_view typed, const std::vector<std::string_view>& names);
 
-/// The remedy for a name that is gone; empty for a name that never was. of: the command whose
-/// option it is, the key whose value it is, "command", or "key" of a scene, a manifest or a study.
-std::string remedy_of_former(std::string_view of, std::string_view name);
-
 }  // namespace palpate::tools

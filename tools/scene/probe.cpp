@@ -27,8 +27,6 @@ ProbeSection read_probe(SceneTable& table, const std::filesystem::path& folder) 
   ProbeSection probe;
   ProbeSpec& spec = probe.spec;
   spec.shape = table.text("shape", spec.shape);
-  if (const std::string remedy = remedy_of_former("shape", spec.shape); !remedy.empty())
-    throw Error(table.where("shape"), fmt::format("there is no shape \"{}\"", spec.shape), remedy);
   if (spec.shape != "sphere") spec.values.clear();
   spec.friction = table.number("friction", spec.friction, 0, 100);
   if (spec.shape == "point") {

@@ -36,13 +36,6 @@ std::string kind_of(const toml::node& node) {
   }
 }
 
-// For a name that is not among those that are known.
-std::string remedy_for(std::string_view of, std::string_view typed,
-                       const std::vector<std::string_view>& known) {
-  const std::string former = remedy_of_former(of, typed);
-  return former.empty() ? suggestion(typed, known) : former;
-}
-
 }  // namespace
 
 SceneTable::SceneTable(const toml::table& table, std::string name, std::string file, KeyLog* log)
@@ -114,7 +107,7 @@ std::string SceneTable::choice(std::string_view key, std::string fallback,
     if (name == chosen) return chosen;
   const toml::node* value = node(key);
   fail(value ? *value : *table_, key, fmt::format("is \"{}\", which is not known", chosen),
-       remedy_for(key, chosen, choices));
+       suggestion(chosen, choices));
 }
 
 bool SceneTable::boolean(std::string_view key, bool fallback) {
@@ -365,7 +358,7 @@ void SceneTable::finish() const {
     std::vector<std::string_view> known(asked_.begin(), asked_.end());
     throw Error(fmt::format("{}:{}:{}", file_, key.source().begin.line, key.source().begin.column),
                 fmt::format("{} has no key \"{}\"", name_, key.str()),
-                remedy_for("key", key.str(), known));
+                suggestion(key.str(), known));
   }
 }
 

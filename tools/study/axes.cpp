@@ -1,4 +1,4 @@
-#include "tools/study/axes.hpp"
+#include "tools/study/study_folder.hpp"
 
 #include <fmt/format.h>
 

@@ -14,7 +14,6 @@
 #include "tools/scene/toml_table.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/stage_table.hpp"
-#include "tools/study/axes.hpp"
 #include "tools/study/study_folder.hpp"
 
 namespace palpate::tools {
