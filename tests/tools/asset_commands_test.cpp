@@ -65,9 +65,11 @@ TEST_F(AssetCommands, a_replay_by_the_clock_writes_the_bytes_of_a_plain_one) {
     file << 0.001 * i << ',' << 0.04 + 1e-5 * std::max(i - 150, 0) << ",0.04,"
          << 0.0305 - 0.0025 * std::min({i, 100, 500 - i}) / 100 << '\n';
   file.close();
+  std::ofstream(path("scene.toml")) << kScene;
   for (const std::string tool : {"", " --tool scene.toml"}) {
     const std::string line = "replay out/asset.palp path.csv" + tool;
-    ASSERT_EQ(palpate(*folder_, line + " -o plain.csv").status, 0);
+    const Outcome plain = palpate(*folder_, line + " -o plain.csv");
+    ASSERT_EQ(plain.status, 0) << plain.err;
     const Outcome live = palpate(*folder_, line + " -o live.csv --realtime 1000");
     ASSERT_EQ(live.status, 0) << live.err;
     EXPECT_TRUE(holds(live.said(), "400 ticks at 1000 Hz")) << live.said();

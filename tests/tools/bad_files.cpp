@@ -10,8 +10,7 @@ std::vector<BadInputRow> bad_files() {
       {"a body where samples belong", "fit out/body.h5 -o c.h5"},
       {"samples cut in the middle", "fit cut.h5 -o c.h5"},
       {"a family of curves that is none", "fit out/samples.h5 -o c.h5 --family ring"},
-      {"a share of slopes, which is chosen now",
-       "refine out/curves.h5 --body out/body.h5 -o m.h5 --slope-share 0.5", 2},
+      {"samples where a body belongs", "refine out/curves.h5 --body out/samples.h5 -o m.h5"},
       {"curves where a model belongs", "export out/curves.h5 -o a.palp"},
       {"a name of no format", "export out/model.h5 -o a.obj"},
       {"a format that is not the name's", "export out/model.h5 -o a.vtu --format palp"},
@@ -50,7 +49,7 @@ std::vector<BadInputRow> bad_files() {
        1,
        {{"report.html", "my notes\n"}}},
       {"an output behind =", "fit out/samples.h5 -o=c.h5", 2},
-      {"a figure of the report", "report out --figures figures", 2},
+      {"a folder of a run that is not there", "report none -o r.html"},
   };
 }
 

@@ -25,7 +25,7 @@
 namespace palpate {
 namespace {
 
-enum ExitStatus : int { kExitMesh = 0, kExitReason = 3, kExitNoMemory = 4 };
+enum ChildStatus : int { kExitMesh = 0, kExitReason = 3, kExitNoMemory = 4 };
 // Signals that a mesher brings on itself; any other came from outside.
 constexpr int kOwnFaults[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 
