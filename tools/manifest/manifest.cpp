@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kHeldOutEvery = 5, kHeldOutFrom = 10;  // fewer points are all needed
+constexpr int kHeldOutEvery = 5;
 
 void read_registration(SceneTable table, Manifest& manifest) {
   manifest.options.fits_to_surface = table.boolean("icp", false);
@@ -166,7 +166,8 @@ std::vector<char> held_out_points(const Manifest& manifest, const Samples& sampl
   const HoldOut& wanted = manifest.hold_out;
   std::vector<char> is_held_out(points, 0);
   if (points == 0) return is_held_out;
-  const bool is_default = by_default && points >= kHeldOutFrom && wanted.names.empty();
+  // Fewer than ten points are all needed.
+  const bool is_default = by_default && points >= 10 && wanted.names.empty();
   const auto every =
       static_cast<std::size_t>(wanted.every.value_or(is_default ? kHeldOutEvery : 0));
   for (std::size_t block = 0; every > 0 && (block + 1) * every <= points; ++block)

@@ -67,17 +67,16 @@ std::string text_of(const Json& json) {
 // The place of the data in tools/page/page.html: the content of a <script type="application/json">.
 constexpr std::string_view kPlace = "{\"schema\":\"none\"}";
 
-constexpr std::size_t kShown = 1000;  // recordings: 2.5 MB of a page
-
 // Indices of the recordings that are shown: refused ones first, then from poor to good. Of more
-// than kShown as many of each grade in that order, equally spaced, as there is room for.
+// than 1000 (2.5 MB of a page) as many of each grade in that order, equally spaced, as there is
+// room for.
 std::vector<std::size_t> chosen(const std::vector<std::int8_t>& grades) {
   std::vector<std::size_t> shown;
   for (int grade = kRefusedGrade; grade >= 0; --grade) {
     std::vector<std::size_t> of_grade;
     for (std::size_t i = 0; i < grades.size(); ++i)
       if (grades[i] == grade) of_grade.push_back(i);
-    const std::size_t room = std::min(of_grade.size(), kShown - shown.size());
+    const std::size_t room = std::min(of_grade.size(), 1000 - shown.size());
     for (std::size_t k = 0; k < room; ++k) shown.push_back(of_grade[k * of_grade.size() / room]);
   }
   return shown;

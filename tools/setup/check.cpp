@@ -184,9 +184,6 @@ std::vector<std::string> advice(const Scene& scene, const Trial& trial) {
 
 namespace {
 
-// A thyroid has 5 cm, a muscle of the thigh 50.
-constexpr double kSmallOrgan_m = 0.04, kLargeOrgan_m = 0.6;
-
 // The power of ten, as a unit, that makes a length of a file an organ's.
 std::string likely_power(double extent) {
   const double power_m = std::pow(10, std::round(std::log10(0.15 / extent)));
@@ -221,14 +218,15 @@ double widest_border_m(const Surface& surface) {
 
 std::optional<std::string> doubt_of_size(const Vec3& extent, double unit_m) {
   const double size_m = unit_m * extent.maxCoeff();
-  if (size_m >= kSmallOrgan_m && size_m <= kLargeOrgan_m) return std::nullopt;
+  // A thyroid has 5 cm, a muscle of the thigh 50.
+  if (size_m >= 0.04 && size_m <= 0.6) return std::nullopt;
   const std::string unit = likely_power(extent.maxCoeff());
   const auto named = unit_factor(unit, Dimension::length);
   const double other_m = named ? *named : *parse_quantity(unit, Dimension::length);
   return fmt::format(
       "it measures {}, {} than most organs. If that is not so, give its unit: --unit \"{}\" makes "
       "it {}",
-      size_in_words(unit_m * extent, 0), size_m < kSmallOrgan_m ? "smaller" : "larger", unit,
+      size_in_words(unit_m * extent, 0), size_m < 0.04 ? "smaller" : "larger", unit,
       size_in_words(other_m * extent, 0));
 }
 

@@ -29,10 +29,6 @@ using namespace validation;
 // The tolerance has to be met by two rounds in a row or more, of so many new points: a few may all
 // lie where a body is even. No round after one that met it adds more.
 constexpr int kJudged = 12;
-// Of test points, over the contact's radius. Without it 120 of a hand's 200 points crowd in one
-// web; 1 leaves 47 % in a dragon's hollow, where 0.5 leaves 26. Halved where it leaves no vertex
-// before the tolerance is met, down to the least.
-constexpr double kFirstSpacing = 0.5, kLeastSpacing = 0.125;
 
 // Points so far with the ones of a batch, and the fine vertex each new one is.
 struct Grown {
@@ -168,7 +164,7 @@ class PlacementRounds {
         has_drags_(!experiments_.drag_depths_m.empty()),
         are_few_(has_drags_ && scene.fit.family != name_of(CurveFamily::separable)),
         contact_m_(rigid_probe(scene).contact_radius_m(experiments_.depth_m)),
-        least_m_(kFirstSpacing * contact_m_) {}
+        least_m_(0.5 * contact_m_) {}
 
   Placement run() {
     begin();
@@ -256,7 +252,7 @@ class PlacementRounds {
                          choose(body_, placement_.points, predicted.model, predicted.expected_error,
                                 batch_, wanted_.tolerance, least_m_));
       if (!grown.vertices.empty()) return grown;
-      if (least_m_ <= kLeastSpacing * contact_m_) break;
+      if (least_m_ <= 0.125 * contact_m_) break;
     }
     placement_.ended = fmt::format(
         "every vertex that can be reached is one, or nearer than {:.2g} mm to one", 1e3 * least_m_);
@@ -309,7 +305,11 @@ class PlacementRounds {
   const PlacementSection& wanted_;
   fem::Experiments experiments_;
   bool has_drags_, are_few_, press_alone_ = false;
-  double contact_m_, least_m_;
+  double contact_m_;
+  // Spacing of test points, at first half the contact's radius: without it 120 of a hand's 200
+  // points crowd in one web; all of it leaves 47 % in a dragon's hollow, where half leaves 26.
+  // Halved where it leaves no vertex before the tolerance is met, down to an eighth.
+  double least_m_;
   int budget_ = 0, batch_ = 0;
   int rounds_within_ = 0, points_within_ = 0;  // the last ones that met the tolerance
   std::vector<std::size_t> on_two_meshes_;
