@@ -33,7 +33,10 @@ class PressedBody {
   const Observations& observed() const { return observed_; }
   std::size_t presses() const { return points_.size(); }
   /// Forces are in proportion to the moduli, unless an inclusion or a bed keeps its own.
-  bool is_scaled() const { return setup_.materials.size() == 1 && !setup_.bed_at; }
+  bool is_scaled() const {
+    return setup_.materials.size() == 1 && !setup_.loads.bed_at &&
+           setup_.loads.lumen_pressure_Pa == 0;
+  }
 
   /// Forces at the rows, in parallel over materials and points; an empty vector where a press
   /// fails, and of all where progress stops it.

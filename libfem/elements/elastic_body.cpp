@@ -108,27 +108,48 @@ void ElasticBody::add_batch(const Material& material, std::size_t number,
     if (batch.cell[lane] < 0) continue;
     for (Eigen::Index a = 0; a < kElementNodes; ++a)
       batch.points[kLanes * a + lane] = mesh_.tets(cells[lane], a);
+    for (int q = 0; q < kElementPoints; ++q) {
+      for (int c = 0; c < constants; ++c)
+        batch.constants.at(constants * q + c, lane) = material.constants[c];
+      batch.weight.at(q, lane) = material_at[kElementPoints * lane + q] == &material;
+    }
+  }
+  measure(points, batch);
+  batches_.push_back(std::move(batch));
+}
+
+// Gradients of shape functions, weights where they are not 0, and the constant, without stress.
+void ElasticBody::measure(const std::vector<ElementPoint>& points, Batch& batch) const {
+  for (int lane = 0; lane < kLanes && batch.cell[lane] >= 0; ++lane) {
+    Points nodes(kElementNodes, 3);
+    for (int a = 0; a < kElementNodes; ++a) {
+      const std::int32_t n = mesh_.tets(batch.cell[lane], a);
+      nodes.row(a) = mesh_.nodes.row(n);
+      if (strained_by_.rows() > 0) nodes.row(a) -= strained_by_.row(n);
+    }
     Eigen::VectorXd weight = Eigen::VectorXd::Zero(kElementPoints);
     for (int q = 0; q < kElementPoints; ++q) {
       const ElementPoint& point = points[q];
       Mat3 jacobian = Mat3::Zero();  // dX_i/dxi_j
       for (int a = 0; a < kElementNodes; ++a)
-        jacobian += mesh_.nodes.row(mesh_.tets(cells[lane], a)).transpose() * point.by_xi.row(a);
+        jacobian += nodes.row(a).transpose() * point.by_xi.row(a);
       const double det = jacobian.determinant();
       const Eigen::MatrixXd gradient = point.by_xi * jacobian.inverse();
       for (int a = 0; a < kElementNodes; ++a)
         for (int j = 0; j < 3; ++j)
           batch.gradient.at(3 * (kElementNodes * q + a) + j, lane) = gradient(a, j);
-      for (int c = 0; c < constants; ++c)
-        batch.constants.at(constants * q + c, lane) = material.constants[c];
-      if (material_at[kElementPoints * lane + q] != &material) continue;  // weight stays 0
-      weight[q] = std::abs(det) * point.weight / 6;
-      batch.weight.at(q, lane) = weight[q];
+      if (batch.weight.at(q, lane) == 0) continue;
+      batch.weight.at(q, lane) = weight[q] = std::abs(det) * point.weight / 6;
     }
     const Eigen::VectorXd mode = unit_constant(weight);
     for (int q = 0; q < kElementPoints; ++q) batch.mode.at(q, lane) = mode[q];
   }
-  batches_.push_back(std::move(batch));
+}
+
+void ElasticBody::strain_by(Points u) {
+  strained_by_ = std::move(u);
+  const std::vector<ElementPoint> points = element_points();
+  for (Batch& batch : batches_) measure(points, batch);
 }
 
 // What a material remembers is one thing or the other (refuse_softening).
@@ -167,7 +188,8 @@ SymmetricBlockMatrix ElasticBody::pattern() const {
 const double* ElasticBody::displacement_rows(const Points& u) const {
   double* rows = reinterpret_cast<double*>(displacement_rows_.data());
   for (Eigen::Index n = 0; n < u.rows(); ++n)
-    for (int i = 0; i < 3; ++i) rows[kPointStride * n + i] = u(n, i);
+    for (int i = 0; i < 3; ++i)
+      rows[kPointStride * n + i] = strained_by_.rows() > 0 ? u(n, i) + strained_by_(n, i) : u(n, i);
   return rows;
 }
 

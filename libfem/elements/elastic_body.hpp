@@ -84,6 +84,10 @@ class ElasticBody {
   ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>& materials,
               const RegionAt& region_at);
 
+  /// Takes the body to be without stress where its nodes are at the mesh's minus u (#N x 3 [m]),
+  /// free of the mesh's own shape, from which displacements count as before.
+  void strain_by(Points u);
+
   /// #N: index among the free nodes, -1 for held ones.
   const std::vector<std::int32_t>& free_index() const { return free_index_; }
   /// Zero matrix over the free nodes with the elements' couplings.
@@ -139,12 +143,14 @@ class ElasticBody {
   void add_batch(const Material& material, std::size_t number,
                  const std::vector<ElementPoint>& points, const std::vector<std::int32_t>& cells,
                  const std::vector<const Material*>& material_at);
+  void measure(const std::vector<ElementPoint>& points, Batch& batch) const;
   CellKernels kernels_in_step(const Batch& batch) const;
   const double* displacement_rows(const Points& u) const;
   double integrate(Want want, const Points& u, double geometric_scale, double max_pressure,
                    Points* force, SymmetricBlockMatrix* K) const;
 
   const QuadraticMesh& mesh_;
+  Points strained_by_;  // empty: nothing
   int free_nodes_ = 0;
   std::vector<std::int32_t> free_index_;
   std::vector<Relaxation> relaxations_;  // by material

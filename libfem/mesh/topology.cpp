@@ -61,6 +61,20 @@ Components components(const Eigen::Ref<const Triangles>& triangles) {
 }
 
 // The corners are looked up: triangles may have been turned since their sides were listed.
+std::vector<char> faces_of_lumens(const Points& vertices,
+                                  const Eigen::Ref<const Triangles>& triangles) {
+  const Components parts = components(triangles);
+  std::vector<double> volume(parts.number, 0.0);
+  const Vec3 first = vertices.rows() > 0 ? Vec3(vertices.row(0)) : Vec3::Zero();
+  const auto at = [&](std::int32_t v) { return Vec3(vertices.row(v).transpose() - first); };
+  for (Eigen::Index f = 0; f < triangles.rows(); ++f)
+    volume[parts.of_face[f]] +=
+        at(triangles(f, 0)).dot(at(triangles(f, 1)).cross(at(triangles(f, 2))));
+  std::vector<char> out(triangles.rows());
+  for (std::size_t f = 0; f < out.size(); ++f) out[f] = volume[parts.of_face[f]] < 0;
+  return out;
+}
+
 void join_fans(const Eigen::Ref<const Triangles>& triangles, const TriangleSide& a,
                const TriangleSide& b, DisjointSets& corners) {
   const auto corner_at = [&](std::int32_t f, std::int32_t vertex) {

@@ -87,6 +87,10 @@ struct Components {
 };
 Components components(const Eigen::Ref<const Triangles>& triangles);
 
+/// Flags triangles of a closed surface whose component encloses a void: those of lumens.
+std::vector<char> faces_of_lumens(const Points& vertices,
+                                  const Eigen::Ref<const Triangles>& triangles);
+
 /// Joins the corners (3 f + k) of two triangles at both ends of the edge that these sides share.
 void join_fans(const Eigen::Ref<const Triangles>& triangles, const TriangleSide& a,
                const TriangleSide& b, DisjointSets& corners);

@@ -103,12 +103,29 @@ TEST(new_scene, says_in_its_first_line_which_tissue_it_took) {
             "# tissue: liver (5.4 kPa), since neither --tissue nor the name block.off says which");
   ASSERT_FALSE(unknown.warnings.empty());
   EXPECT_EQ("# " + unknown.warnings[0], first_line(unknown));
-  const ProposedScene filled = propose_scene("stomach.stl", block(24), {});
+  const ProposedScene filled = propose_scene("hepatic_artery.stl", block(24), {});
   ASSERT_FALSE(filled.warnings.empty());
   EXPECT_TRUE(holds(filled.warnings[0], "the whole mesh is filled with it"));
   const ProposedScene asked = propose_scene("prostate.stl", block(24), {.tissue = "spleen"});
   EXPECT_EQ(first_line(asked), "# tissue: spleen (2.9 kPa), as asked for");
   EXPECT_EQ("# " + asked.notes[0], first_line(asked));
+}
+
+// A stomach was jelly through and through, without a word.
+TEST(new_scene, hollows_out_what_its_name_says_is_hollow) {
+  const ProposedScene stomach = propose_scene("stomach.stl", block(24), {.unit = "mm"});
+  ASSERT_FALSE(stomach.warnings.empty());
+  EXPECT_TRUE(holds(stomach.warnings[0], "a stomach is hollow: it gets a wall of 2.9 mm"));
+  EXPECT_EQ(parse_scene(stomach.text, "s.toml").body.wall_m, 0.0029);
+  // As deep as the organ allows, not its wall.
+  const ProposedScene solid =
+      propose_scene("block.stl", block(24), {.unit = "mm", .tissue = "stomach-wall"});
+  EXPECT_EQ(parse_scene(stomach.text, "s.toml").experiments.each.depth_m,
+            parse_scene(solid.text, "s.toml").experiments.each.depth_m);
+  const ProposedScene thin = propose_scene("bladder.stl", block(24), {.unit = "100 um"});
+  ASSERT_FALSE(thin.warnings.empty());
+  EXPECT_TRUE(holds(thin.warnings[0], "leaves no lumen in this mesh"));
+  EXPECT_EQ(parse_scene(thin.text, "s.toml").body.wall_m, std::nullopt);
 }
 
 TEST(tissues, each_has_a_source_and_makes_a_scene) {
@@ -217,6 +234,9 @@ TEST(check, advises_what_to_change) {
   changed = trial;
   changed.sway_m = 0.028;
   says(changed, "the force of the press, sideways, moves the body as a whole by 28 mm");
+  changed = trial;
+  changed.held_share = 0.12;
+  says(changed, "12 % of the press's force comes from where the body is held");
   changed = trial;
   changed.force_error = 0.2;
   says(changed, "force_tolerance");

@@ -4,6 +4,7 @@
 
 #include "data/generators/structured_block.hpp"
 #include "libfit/core/error.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/surfaces.hpp"
 #include "tests/tools/block_scene.hpp"
 #include "tools/stages/body/prepare.hpp"
@@ -45,10 +46,30 @@ TEST(simulation_setup, a_bed_is_springs_of_its_thickness_and_slides_where_it_say
   for (const bool slides : {false, true}) {
     const fem::SimulationSetup setup =
         make_setup(scene_with("", "", bed + (slides ? "slides = true\n" : "")), block_body());
-    EXPECT_NEAR(setup.bed_at(Vec3::Zero()).along_N_m3, 3 * 2000 / 0.01, 1e-6);
-    EXPECT_NEAR(setup.bed_at(Vec3::Zero()).across_N_m3, slides ? 0 : 2000 / 0.01, 1e-6);
-    EXPECT_EQ(setup.bed_at(Vec3(0, 0, 0.02)).along_N_m3, 0);
+    EXPECT_NEAR(setup.loads.bed_at(Vec3::Zero()).along_N_m3, 3 * 2000 / 0.01, 1e-6);
+    EXPECT_NEAR(setup.loads.bed_at(Vec3::Zero()).across_N_m3, slides ? 0 : 2000 / 0.01, 1e-6);
+    EXPECT_EQ(setup.loads.bed_at(Vec3(0, 0, 0.02)).along_N_m3, 0);
   }
+}
+
+// The block has 80 x 80 x 30 mm.
+TEST(read_meshes, hollow_a_body_out_as_the_scene_says) {
+  const BlockFolder folder;
+  const auto read = [&](const std::string& keys) {
+    Body body;
+    const Scene scene =
+        parse_scene(replaced(kScene, "fixed", keys + "\nfixed"), folder.path() / "scene.toml");
+    read_meshes(scene, false, body);
+    return body;
+  };
+  const Body body = read("wall = \"5 mm\"\npressure = \"1 kPa\"");
+  const double lumen_m3 = 0.07 * 0.07 * 0.02;
+  EXPECT_NEAR((0.08 * 0.08 * 0.03 - volume_m3(body.surface)) / lumen_m3, 1, 0.06);
+  EXPECT_TRUE(holds(body.mended.back(), "hollowed out: 1 lumen of"));
+  EXPECT_TRUE(holds(palpate::testing_support::error_of([&] { read("wall = \"20 mm\""); }),
+                    "leaves no lumen"));
+  EXPECT_TRUE(holds(palpate::testing_support::error_of([&] { read("pressure = \"1 kPa\""); }),
+                    "pressure needs a lumen"));
 }
 
 struct Slip {

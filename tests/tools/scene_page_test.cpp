@@ -42,6 +42,7 @@ std::string_view name_of(Stage stage) {
 std::string may_be(const Length&) { return "length"; }
 std::string may_be(const Speed&) { return "speeds"; }
 std::string may_be(const Duration&) { return "time"; }
+std::string may_be(const Pressure&) { return "pressure"; }
 std::string may_be(const Tilt&) {
   return fmt::format("angle, to {:.0f} deg", kMostTilt_rad * 180 / std::numbers::pi);
 }
@@ -106,6 +107,8 @@ class KeyLister {
       return std::nullopt;  // filled in from other keys
     else if constexpr (std::is_same_v<Kind, Length>)
       return fmt::format("{:g} mm", 1e3 * value);
+    else if constexpr (std::is_same_v<Kind, Pressure>)
+      return fmt::format("{:g} Pa", value);
     else if constexpr (std::is_same_v<Kind, Duration>)
       return fmt::format("{:g} s", value);
     else

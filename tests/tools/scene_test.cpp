@@ -14,6 +14,7 @@ namespace palpate::tools {
 namespace {
 
 using palpate::testing_support::holds;
+using palpate::testing_support::replaced;
 
 const std::string kSmallest = R"([body]
 surface = "liver.obj"
@@ -64,6 +65,22 @@ TEST(scene, a_probe_takes_the_keys_of_its_shape_in_units) {
             "friction = 0.3\nradius = 0.005\n"
             "shape = \"sphere\"\n");
   EXPECT_EQ(probe("shape = \"point\"\n").spec.shape, "point");
+}
+
+TEST(scene, a_hollow_body_has_a_wall_or_a_cavity_and_a_pressure) {
+  const auto with = [](const std::string& keys) {
+    return replaced(kSmallest, "fixed", keys + "\nfixed");
+  };
+  const BodySection body =
+      parse_scene(with("wall = \"4 mm\"\npressure = \"1 kPa\""), "/scenes/liver.toml").body;
+  EXPECT_EQ(body.wall_m, 0.004);
+  EXPECT_EQ(body.pressure_Pa, 1000);
+  EXPECT_EQ(parse_scene(with("cavity = \"lumen.stl\""), "/scenes/a.toml").body.cavity->string(),
+            "/scenes/lumen.stl");
+  EXPECT_TRUE(
+      holds(error_of(with("wall = 0.004\ncavity = \"lumen.stl\"")), "both wall and cavity"));
+  EXPECT_TRUE(holds(error_of(replaced(with("wall = 0.004"), "surface", "tetmesh")),
+                    "the body is a tetmesh"));
 }
 
 TEST(scene, the_mesh_unit_may_be_any_length) {

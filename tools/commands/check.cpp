@@ -268,6 +268,7 @@ class Check final : public Command {
     report["trial"] = {{"point", trial.point},
                        {"force_N", trial.force_N},
                        {"sway_m", trial.sway_m},
+                       {"held_share", trial.held_share},
                        {"depth_m", trial.depth_m},
                        {"force_error", trial.force_error},
                        {"rows", trial.rows},

@@ -25,6 +25,7 @@ inline constexpr double kMostTilt_rad = 1.3962634015954636;  // 80 degrees
 struct Length {};    ///< m
 struct Speed {};     ///< m/s
 struct Duration {};  ///< s
+struct Pressure {};  ///< Pa
 struct Tilt {};      ///< rad, from upright
 struct Number {
   double low = 0, high = 1;
@@ -75,7 +76,8 @@ void visit(SectionOf<ToolSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<BodySection> auto& section, Visitor& f) {
-  auto& [surface, tetmesh, length_unit_m, fixed, mesh_size_m, noise_m, wrap_m] = section;
+  auto& [surface, tetmesh, length_unit_m, fixed, mesh_size_m, noise_m, wrap_m, wall_m, cavity,
+         pressure_Pa] = section;
   f(Stage::prepare, "surface", surface, File{});
   f(Stage::prepare, "tetmesh", tetmesh, File{});
   f(Stage::prepare, "length_unit", length_unit_m, MeshUnit{});
@@ -83,6 +85,9 @@ void visit(SectionOf<BodySection> auto& section, Visitor& f) {
   f(Stage::prepare, "mesh_size", mesh_size_m, Length{});
   f(Stage::prepare, "noise", noise_m, Length{});
   f(Stage::prepare, "wrap", wrap_m, Length{});
+  f(Stage::prepare, "wall", wall_m, Length{});
+  f(Stage::prepare, "cavity", cavity, File{});
+  f(Stage::simulate, "pressure", pressure_Pa, Pressure{});
 }
 
 template <class Visitor>

@@ -65,6 +65,9 @@ class SectionReader {
   void operator()(Stage, std::string_view key, double& value, Duration) {
     value = table_.quantity(key, Dimension::time, value, 0, runtime::kMaxRelaxation_s);
   }
+  void operator()(Stage, std::string_view key, double& value, Pressure) {
+    value = table_.quantity(key, Dimension::pressure, value, 0, 1e6);
+  }
   void operator()(Stage, std::string_view key, double& value, Tilt) {
     value = table_.quantity(key, Dimension::angle, value, 0, kMostTilt_rad);
   }
@@ -155,7 +158,15 @@ BodySection read_body(SceneTable table, const std::filesystem::path& scene) {
                 table.has("surface") ? "[body] has both surface and tetmesh"
                                      : "[body] has neither surface nor tetmesh",
                 "Give exactly one: surface = \"liver.obj\" or tetmesh = \"liver.msh\".");
-  return read_section<BodySection>(std::move(table), scene);
+  const std::string where = table.where_table();
+  const BodySection body = read_section<BodySection>(std::move(table), scene);
+  if ((body.wall_m || body.cavity) && body.tetmesh)
+    throw Error(where, "wall and cavity hollow a surface out, and the body is a tetmesh",
+                "Leave them out, or give the surface.");
+  if (body.wall_m && body.cavity)
+    throw Error(where, "[body] has both wall and cavity",
+                "Give one: each makes the inner surface.");
+  return body;
 }
 
 ExperimentsSection read_experiments(SceneTable table, const std::filesystem::path& scene) {

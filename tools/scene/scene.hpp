@@ -69,6 +69,9 @@ struct BodySection {
   std::optional<double> mesh_size_m;  ///< edge of the base volume far from the probe
   std::optional<double> noise_m;      ///< of the surface's vertices, filtered; absent: kept
   std::optional<double> wrap_m;       ///< alpha of the repair of last resort; off when absent
+  std::optional<double> wall_m;       ///< of a hollow body whose outer surface is `surface`
+  std::optional<std::filesystem::path> cavity;  ///< its inner surface; at most one of both
+  double pressure_Pa = 0;                       ///< in the lumens, in the body's own shape
 };
 
 /// test_points = "auto": points are added where prediction fails (docs/method.md, section 7).

@@ -19,11 +19,25 @@ extern const char* const kDevicesToml;    // generated from data/devices.toml
 
 namespace {
 
-std::vector<Tissue> read_tissues() {
+struct MaterialTable {
+  std::vector<Tissue> tissues;
+  std::vector<HollowOrgan> hollow;
+};
+
+MaterialTable read_materials() {
   const toml::table parsed =
       toml::parse(std::string_view(kMaterialsToml), std::string_view("data/materials.toml"));
   SceneTable root(parsed, "the table of materials", "data/materials.toml");
-  std::vector<Tissue> rows;
+  MaterialTable out;
+  for (SceneTable& table : root.tables("hollow", "[[hollow]]")) {
+    HollowOrgan& row = out.hollow.emplace_back();
+    row.name = table.text("name", "");
+    row.wall_m = table.required_quantity("wall", Dimension::length, 1e-4, 0.1);
+    row.source = table.text("source", "");
+    row.doi = table.text("doi", "");
+    table.finish();
+  }
+  std::vector<Tissue>& rows = out.tissues;
   for (SceneTable& table : root.tables("material", "[[material]]")) {
     Tissue row;
     row.name = table.text("name", "");
@@ -38,7 +52,12 @@ std::vector<Tissue> read_tissues() {
     rows.push_back(std::move(row));
   }
   root.finish();
-  return rows;
+  return out;
+}
+
+const MaterialTable& material_table() {
+  static const MaterialTable table = read_materials();
+  return table;
 }
 
 // Words of file names for those of the table.
@@ -97,9 +116,13 @@ void add_devices(std::string_view text, const std::string& file,
 
 }  // namespace
 
-const std::vector<Tissue>& tissues() {
-  static const std::vector<Tissue> rows = read_tissues();
-  return rows;
+const std::vector<Tissue>& tissues() { return material_table().tissues; }
+
+const HollowOrgan* hollow_organ_of_name(std::string_view name) {
+  const std::set<std::string> words = words_of(name);
+  for (const HollowOrgan& row : material_table().hollow)
+    if (words.contains(row.name)) return &row;
+  return nullptr;
 }
 
 const Tissue& find_tissue(std::string_view name, const std::string& where) {

@@ -16,7 +16,17 @@ struct Tissue {
   std::string measured, source, doi;                   ///< doi may be empty
 };
 
+/// A row of its [[hollow]]: an organ with a lumen.
+struct HollowOrgan {
+  std::string name;
+  double wall_m = 0;
+  std::string source, doi;  ///< doi may be empty
+};
+
 const std::vector<Tissue>& tissues();
+
+/// The first hollow organ of which a file's name has the word; null where there is none.
+const HollowOrgan* hollow_organ_of_name(std::string_view name);
 
 /// The row that is taken where nothing says which.
 inline constexpr std::string_view kUnnamedTissue = "liver";

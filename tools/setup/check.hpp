@@ -21,7 +21,8 @@ struct Trial {
   double depth_m = 0;       ///< there
   double half_space_N = 0;  ///< on a half-space of the body's material at that depth
   double sway_m = 0;  ///< of the body as a whole (M33), by the force there in the softest direction
-  double force_error = 0;                       ///< largest stated error of the good rows, relative
+  double held_share = 0;   ///< of the force, lost where only the farther half of what is held is
+  double force_error = 0;  ///< largest stated error of the good rows, relative
   std::size_t rows = 0, good = 0, pressed = 0;  ///< pressed: rows of the press
   std::size_t wedged = 0;                       ///< of the press (RowStatus::wedged)
   std::size_t sticking = 0, slipping = 0;       ///< good rows of drags

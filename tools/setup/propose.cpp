@@ -8,6 +8,7 @@
 #include "libfem/mesh/grade/smooth_surface.hpp"
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/mend.hpp"
+#include "libfem/mesh/repair/wall.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/core/units.hpp"
@@ -42,7 +43,8 @@ struct ChosenTissue {
   bool is_doubtful = false;
 };
 
-ChosenTissue choose_tissue(const std::string& asked, const std::filesystem::path& mesh) {
+ChosenTissue choose_tissue(const std::string& asked, const std::filesystem::path& mesh,
+                           bool has_lumen) {
   const auto chosen = [](const Tissue& tissue, const std::string& because, bool is_doubtful) {
     return ChosenTissue{
         tissue,
@@ -55,13 +57,32 @@ ChosenTissue choose_tissue(const std::string& asked, const std::filesystem::path
   if (meant == nullptr)
     return chosen(find_tissue(kUnnamedTissue, "--tissue"),
                   fmt::format("since neither --tissue nor the name {} says which", file), true);
-  if (meant->name.ends_with("-wall"))
+  if (meant->name.ends_with("-wall") && !has_lumen)
     return chosen(
         *meant,
         fmt::format("by the name {}, and the whole mesh is filled with it: --tissue gives another",
                     file),
         true);
   return chosen(*meant, fmt::format("by the name {}: --tissue gives another", file), false);
+}
+
+// The hollow organ that a file's name means, where its mesh is solid and its wall leaves a lumen:
+// notes what is made of it.
+const HollowOrgan* hollow_organ(const Surface& surface, const SurfaceFacts& facts,
+                                const std::filesystem::path& mesh, ProposedScene& scene) {
+  const HollowOrgan* organ = hollow_organ_of_name(mesh.stem().string());
+  if (organ == nullptr || facts.cavities > 0) return nullptr;
+  const std::string wall = fmt::format("{:.3g} mm", 1e3 * organ->wall_m);
+  if (with_wall(surface, organ->wall_m).lumens == 0) {
+    scene.warnings.push_back(
+        fmt::format("a {} is hollow, but a wall of {} leaves no lumen in this mesh: it stays solid",
+                    organ->name, wall));
+    return nullptr;
+  }
+  scene.warnings.push_back(fmt::format(
+      "a {} is hollow: it gets a wall of {} ({}). Give yours, and the pressure of what fills it",
+      organ->name, wall, organ->source));
+  return organ;
 }
 
 std::string material_text(const Tissue& tissue) {
@@ -92,6 +113,7 @@ struct ProposedBody {
   std::string unit;
   SurfaceFacts facts;
   double wrap_m = 0;
+  const HollowOrgan* hollow = nullptr;  // where it gets a wall
 };
 
 std::string body_text(const ProposedBody& body, const std::string& origin, const Window& window) {
@@ -101,6 +123,13 @@ std::string body_text(const ProposedBody& body, const std::string& origin, const
                 "wrap = \"{:.3g} mm\"               # it has gaps; narrower ones are closed\n",
                 1e3 * body.wrap_m)
           : "";
+  const std::string wall =
+      body.hollow == nullptr
+          ? ""
+          : fmt::format(
+                "wall = \"{:.3g} mm\"              # {}; solid without\n"
+                "# pressure = \"500 Pa\"           # of what fills it in the shape of the mesh\n",
+                1e3 * body.hollow->wall_m, body.hollow->source);
   const std::string divided =
       body.divided_from.empty()
           ? ""
@@ -114,11 +143,11 @@ std::string body_text(const ProposedBody& body, const std::string& origin, const
       "[body]\n"
       "{}surface = {}\n"
       "length_unit = \"{}\"              # mesh files carry none\n"
-      "{}fixed = [ {{ {} = {{ axis = \"{}\", at = \"{:.4g} mm\" }} }} ]   # what the body rests "
+      "{}{}fixed = [ {{ {} = {{ axis = \"{}\", at = \"{:.4g} mm\" }} }} ]   # what the body rests "
       "on\n\n",
       origin, body.mesh.filename().string(),
       size_in_words(body.facts.extent_m, body.facts.volume_m3), divided, quoted(body.mesh.string()),
-      body.unit, wrap, window.sign < 0 ? "below" : "above", "xyz"[window.axis],
+      body.unit, wrap, wall, window.sign < 0 ? "below" : "above", "xyz"[window.axis],
       1e3 * window.held_m);
 }
 
@@ -217,8 +246,6 @@ std::string likely_unit(const Vec3& extent) {
 
 ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in_file,
                             const SceneChoices& choices) {
-  const ChosenTissue chosen = choose_tissue(choices.tissue, mesh);
-  const Tissue& tissue = chosen.tissue;
   const Vec3 extent = extent_m(in_file.vertices);
   ProposedBody body{mesh, {}, choices.unit.empty() ? likely_unit(extent) : choices.unit, {}};
   if (!choices.held.empty() && std::ranges::find(kSides, choices.held) == kSides.end())
@@ -228,13 +255,17 @@ ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in
 
   ProposedScene scene;
   scene.unit = body.unit;
-  scene.tissue = tissue.name;
-  (chosen.is_doubtful ? scene.warnings : scene.notes).push_back(chosen.origin);
   Surface scaled = in_file;
   scaled.vertices *= unit_m;
   Mended closed = mended(scaled, mesh.string(), choices.wrap, body.wrap_m);
   scene.surface = std::move(closed.surface);
   body.facts = surface_facts(scene.surface);
+  body.hollow = hollow_organ(scene.surface, body.facts, mesh, scene);
+  const ChosenTissue chosen =
+      choose_tissue(choices.tissue, mesh, body.hollow != nullptr || body.facts.cavities > 0);
+  const Tissue& tissue = chosen.tissue;
+  scene.tissue = tissue.name;
+  (chosen.is_doubtful ? scene.warnings : scene.notes).push_back(chosen.origin);
   for (const std::string& change : closed.changes) scene.notes.push_back("mended: " + change);
   scene.notes.push_back(fmt::format("in {} it measures {}", body.unit,
                                     size_in_words(body.facts.extent_m, body.facts.volume_m3)));
@@ -253,7 +284,7 @@ ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in
         "its triangles are too large for the window of {:.3g} mm: divided there, from {} to {} "
         "vertices on the smooth surface through them",
         1e3 * site.window.radius_m, scene.surface.vertices.rows(), site.divided->vertices.rows()));
-    body = {choices.divided_mesh, mesh, "m", body.facts};
+    body = {choices.divided_mesh, mesh, "m", body.facts, 0, body.hollow};
   }
   note_site(site, tissue, scene);
   if (site.divided) scene.surface = *site.divided;

@@ -103,9 +103,9 @@ std::vector<Window> windows_of(const Surface& surface, std::string_view held);
 /// Per vertex: in the window's sphere, not held, and on the side that looks away from what is held.
 std::vector<char> vertices_in(const Window& window, const Surface& surface);
 
-/// Thickness of the body under the window [m]: median over its area, along the inward normals; 0
-/// where it has no triangle there.
-double thickness_under_m(const Window& window, const Surface& surface);
+/// Thickness of the body under the window [m], lumens filled: median over its area, along the
+/// inward normals; 0 where it has no triangle there.
+double thickness_under_m(const Window& window, const Surface& with_lumens);
 
 /// A ball that the window can be pressed with, one radius deep.
 struct ProposedBall {

@@ -44,6 +44,7 @@ std::string body_fingerprint(const Scene& scene) {
   // What its beds leave of the region.
   if (!scene.beds.empty()) hash.add(canonical(scene, Stage::simulate));
   hash.add_file(scene.body.surface ? *scene.body.surface : *scene.body.tetmesh);
+  if (scene.body.cavity) hash.add_file(*scene.body.cavity);
   if (scene.experiments.points_file) hash.add_file(*scene.experiments.points_file);
   return hash.hex();
 }

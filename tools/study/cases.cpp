@@ -61,6 +61,7 @@ std::pair<std::string, double> unscaled(Scene scene) {
   if (scene.material) add(*scene.material);
   for (InclusionSection& inclusion : scene.inclusions) add(inclusion.material);
   for (BedSection& bed : scene.beds) add(bed.material);
+  moduli.push_back(&scene.body.pressure_Pa);
   const double unit = moduli.empty() ? 1 : *moduli.front();
   for (double* modulus : moduli) *modulus = std::stod(fmt::format("{:.12g}", *modulus / unit));
   return {canonical(scene, Stage::prepare) + canonical(scene, Stage::simulate) +

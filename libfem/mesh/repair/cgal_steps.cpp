@@ -132,14 +132,21 @@ std::optional<Surface> without_self_intersections(const Surface& surface) {
   return from_cgal(mesh);
 }
 
-Surface wrap_surface(const Surface& surface, double alpha_m, double offset_m) {
+Surface wrap_surface(const Surface& surface, double alpha_m, double offset_m,
+                     const std::vector<Vec3>& seeds) {
   std::vector<CgalPoint> points;
   for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v)
     points.push_back(to_cgal(Vec3(surface.vertices.row(v))));
   std::vector<Triangle> faces;
   for (const auto& t : surface.triangles.rowwise()) faces.push_back({t[0], t[1], t[2]});
   CgalMesh mesh;
-  CGAL::alpha_wrap_3(points, faces, alpha_m, offset_m, mesh);
+  std::vector<CgalPoint> inside;
+  for (const Vec3& seed : seeds) inside.push_back(to_cgal(seed));
+  if (inside.empty())
+    CGAL::alpha_wrap_3(points, faces, alpha_m, offset_m, mesh);
+  else
+    CGAL::alpha_wrap_3(points, faces, alpha_m, offset_m, mesh, CGAL::parameters::default_values(),
+                       CGAL::parameters::seed_points(std::ref(inside)));
   return from_cgal(mesh);
 }
 

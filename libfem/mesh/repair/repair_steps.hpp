@@ -90,8 +90,10 @@ inline constexpr std::size_t kLongestHole = 2000;
 FilledHoles fill_holes(const Surface& surface);
 
 /// A closed surface around any triangles, manifold or not. alpha_m: gaps narrower are closed;
-/// offset_m: distance outside. Source: CGAL 5.5, 3D Alpha Wrapping (Portaneri et al. 2022,
-/// doi:10.1145/3528223.3530152).
-Surface wrap_surface(const Surface& surface, double alpha_m, double offset_m);
+/// offset_m: distance outside. seeds: places from which it is carved instead, in hollows that the
+/// surface is then wrapped from; its triangles look into them. Source: CGAL 5.5, 3D Alpha Wrapping
+/// (Portaneri et al. 2022, doi:10.1145/3528223.3530152).
+Surface wrap_surface(const Surface& surface, double alpha_m, double offset_m,
+                     const std::vector<Vec3>& seeds = {});
 
 }  // namespace palpate::repair

@@ -55,20 +55,29 @@ Eigen::VectorXd AndersonMixing::mix(const Eigen::VectorXd& d, const Eigen::Vecto
 Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>& materials,
                          const RegionAt& region_at, const Probe& probe,
                          const ContactSettings& contact, const EquilibriumOptions& options,
-                         const BedAt& bed_at)
+                         const BoundaryLoads& loads)
     : mesh_(mesh),
       options_(options),
       body_(mesh, materials, region_at),
-      bed_(mesh, bed_at),
+      bed_(mesh, loads.bed_at),
+      lumen_(mesh, loads.lumen_pressure_Pa),
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
                contact),
-      K_(body_.pattern()) {}
+      K_(body_.pattern()) {
+  balance_pressure(mesh, loads, body_);
+}
 
 BodyState Equilibrium::rest(const ProbePose& pose) const {
   BodyState state;
   state.u = Points::Zero(mesh_.nodes.rows(), 3);
   state.pose = pose;
   state.history = contact_.untouched(pose);
+  if (lumen_.is_empty()) return state;
+  Points force = state.u;
+  state.elastic_energy_J = body_.energy(state.u) + lumen_.add_force(state.u, force);
+  if (body_.relaxes() || body_.softens())
+    state.memory = std::make_shared<const MaterialHistory>(body_.remembered(
+        state.u, body_.step_from(nullptr, std::numeric_limits<double>::infinity())));
   return state;
 }
 
@@ -87,8 +96,9 @@ void Equilibrium::assemble_elastic(double geometric_scale, double max_pressure, 
   K_.set_zero();
   at.elastic_energy_J =
       body_.add_stiffness(at.u, geometric_scale, at.elastic_force, K_, max_pressure) +
-      bed_.add_force(at.u, at.elastic_force);
+      bed_.add_force(at.u, at.elastic_force) + lumen_.add_force(at.u, at.elastic_force);
   bed_.add_stiffness(body_.free_index(), K_);
+  lumen_.add_stiffness(at.u, body_.free_index(), K_);
 }
 
 // Contact terms, energy and residual from the elastic ones; the friction limit is lagged.
@@ -119,8 +129,9 @@ void Equilibrium::add_contact(Step& step) {
 void Equilibrium::evaluate(Step& step) {
   Local& at = step.at;
   at.elastic_force = Points::Zero(at.u.rows(), 3);
-  at.elastic_energy_J =
-      body_.add_force(at.u, at.elastic_force) + bed_.add_force(at.u, at.elastic_force);
+  at.elastic_energy_J = body_.add_force(at.u, at.elastic_force) +
+                        bed_.add_force(at.u, at.elastic_force) +
+                        lumen_.add_force(at.u, at.elastic_force);
   step.to.min_J = body_.min_J();
   add_contact(step);
 }
@@ -300,7 +311,7 @@ void Equilibrium::end_step(const Points& u, BodyState& accepted) const {
 double Equilibrium::elastic_energy_J(const BodyState& from) const {
   if (!step_) return from.elastic_energy_J;
   Points force = Points::Zero(from.u.rows(), 3);
-  return body_.energy(from.u) + bed_.add_force(from.u, force);
+  return body_.energy(from.u) + bed_.add_force(from.u, force) + lumen_.add_force(from.u, force);
 }
 
 bool Equilibrium::uzawa_update(const BodyState& accepted, BodyState& to) {

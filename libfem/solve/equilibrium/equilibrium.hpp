@@ -9,6 +9,7 @@
 #include "libfem/elements/block_matrix.hpp"
 #include "libfem/elements/elastic_body.hpp"
 #include "libfem/mesh/topology.hpp"
+#include "libfem/solve/equilibrium/lumen_pressure.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 
 namespace palpate::fem {
@@ -21,6 +22,13 @@ struct BedStiffness {
 
 /// The bed under a place [m] of the boundary at rest; zeros where there is none. May be empty.
 using BedAt = std::function<BedStiffness(const Vec3& rest_position)>;
+
+/// Loads on a body's boundary beside the probe's. In the rest of all else a bed exerts nothing,
+/// and stress is in balance with the pressure.
+struct BoundaryLoads {
+  BedAt bed_at;
+  double lumen_pressure_Pa = 0;
+};
 
 /// Springs on a body's boundary (Winkler's foundation), linear in the displacement:
 /// E = 1/2 int u . k u dA, k = along n n' + across (1 - n n'), n and A of the boundary at rest
@@ -45,6 +53,13 @@ class ElasticBed {
   };
   std::vector<BedFace> faces_;
 };
+
+/// Finds the shape without stress that the pressure in its lumens inflates to the mesh's, in which
+/// an organ is seen, and strains the body by what is between them (Sellier 2011,
+/// doi:10.1016/j.apm.2011.01.033). A fixed point with the elastic tangent, without its geometric
+/// part, at the first step, under Anderson mixing. Nothing where there is no pressure or no lumen.
+/// Throws Error, with `where` a key of the scene, where no such shape is found.
+void balance_pressure(const QuadraticMesh& mesh, const BoundaryLoads& loads, ElasticBody& body);
 
 /// Anderson mixing of the fixed-point iteration u <- u + d(u), where K d = b with a symmetric
 /// positive definite K that stays the same: the next iterate is the combination of the last ones
@@ -157,7 +172,7 @@ class Equilibrium {
   /// mesh must outlive this. young_Pa of faces follows region_at at their centres.
   Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>& materials,
               const RegionAt& region_at, const Probe& probe, const ContactSettings& contact = {},
-              const EquilibriumOptions& options = {}, const BedAt& bed_at = {});
+              const EquilibriumOptions& options = {}, const BoundaryLoads& loads = {});
 
   /// The body at rest with the probe at `pose`, touching or not.
   BodyState rest(const ProbePose& pose) const;
@@ -243,6 +258,7 @@ class Equilibrium {
   EquilibriumOptions options_;
   ElasticBody body_;
   ElasticBed bed_;
+  LumenPressure lumen_;
   ContactInterface contact_;
   SymmetricBlockMatrix K_;  // elastic; contact is added where it is used
   SchurFactor factor_;

@@ -147,14 +147,17 @@ PatchStiffness extrapolated(const PatchStiffness& fine, const PatchStiffness& co
 
 PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
                           const std::vector<Material>& materials, const RegionAt& region_at,
-                          const Vec3& normal, double radius_m, const BedAt& bed_at) {
+                          const Vec3& normal, double radius_m, const BoundaryLoads& loads) {
   PatchResponse out;
   const Eigen::VectorXd shares = patch_shares(mesh, normal, radius_m);
-  const ElasticBody body(mesh, materials, region_at);
+  ElasticBody body(mesh, materials, region_at);
+  balance_pressure(mesh, loads, body);
   SymmetricBlockMatrix K = body.pattern();
-  Points force = Points::Zero(mesh.nodes.rows(), 3);
-  body.add_stiffness(Points::Zero(mesh.nodes.rows(), 3), 1.0, force, K);
-  ElasticBed(mesh, bed_at).add_stiffness(body.free_index(), K);
+  const Points rest = Points::Zero(mesh.nodes.rows(), 3);
+  Points force = rest;
+  body.add_stiffness(rest, 1.0, force, K);
+  ElasticBed(mesh, loads.bed_at).add_stiffness(body.free_index(), K);
+  LumenPressure(mesh, loads.lumen_pressure_Pa).add_stiffness(rest, body.free_index(), K);
   SchurFactor factor;
   if (shares.isZero() || !factor.factor(K, {})) return out;
   std::array<Points, 3> by_axis;  // displacements under a unit force along x, y and z

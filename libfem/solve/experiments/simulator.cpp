@@ -59,17 +59,22 @@ void need(bool is_so, const char* where, const std::string& what, const std::str
   if (!is_so) throw Error(where, what, remedy);
 }
 
-/// Thickness [m] of the body from a surface point along the inward normal; +inf where the ray meets
-/// no second sheet.
+/// Thickness [m] of the body from a surface point along the inward normal, of a hollow part as far
+/// as its wall can go before it meets the wall across the lumen; +inf where the ray meets no second
+/// sheet.
 double thickness_m(const Surface& surface, const Vec3& position, const Vec3& normal,
                    double skip_m) {
-  double thickness = std::numeric_limits<double>::infinity();
+  const std::vector<char> is_lumen = faces_of_lumens(surface.vertices, surface.triangles);
+  std::vector<std::pair<double, bool>> hits;
   for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
     const auto [a, b, c] = corners_of(surface, f);
     const double hit = ray_hit_m(position, normal, a, b, c);
-    if (hit > skip_m) thickness = std::min(thickness, hit);
+    if (hit > skip_m && std::isfinite(hit)) hits.emplace_back(hit, is_lumen[f] != 0);
   }
-  return thickness;
+  std::ranges::sort(hits);
+  if (hits.empty()) return std::numeric_limits<double>::infinity();
+  return hits.front().second && hits.size() > 1 ? hits[1].first - hits.front().first
+                                                : hits.front().first;
 }
 
 // One sliver in a hundred changes no force by more than the rows' error; a mesh of which every
@@ -103,7 +108,7 @@ SetupParts checked_parts(const SimulationSetup& setup) {
       "more than one tetrahedron in twenty is flatter than 2 degrees, which makes a body too stiff",
       "Give the surface alone, so that it is filled anew, or a better mesh.");
   const auto held = std::count(setup.is_held.begin(), setup.is_held.end(), char(1));
-  need(held >= 3 || setup.bed_at, "[body] fixed",
+  need(held >= 3 || setup.loads.bed_at, "[body] fixed",
        held == 0 ? "no node is held, so a press would push the body away"
                  : "fewer than three nodes are held, so a press would turn the body about them",
        "Give `fixed` a region that holds part of the body, such as the face it lies on.");
@@ -316,8 +321,9 @@ void check_experiments(const SimulationSetup& setup, const Experiments& experime
          "Give them, or leave drag_depths empty for presses only.");
   const double thick = thickness_m(setup.surface, position, normal, 1e-6 * experiments.depth_m);
   need(experiments.depth_m < thick, where,
-       "depth " + millimetres(experiments.depth_m) + " is more than the body is thick (" +
-           millimetres(thick) + ") at a test point",
+       "depth " + millimetres(experiments.depth_m) +
+           " is more than the body is thick, or its lumen wide (" + millimetres(thick) +
+           ") at a test point",
        "Press less deep, or restrict the region of test points.");
 }
 

@@ -35,8 +35,7 @@ struct SolverOptions {
 /// A body, its materials and the probe.
 /// volume, is_held: base mesh. held_at: what is held between its nodes, too; may be empty.
 /// surface: fine, outward. materials: [0] is the body's own; region_at tells which one fills a
-/// place of the rest body, empty means 0 everywhere. bed_at: what its boundary rests on beside what
-/// is held; empty: nothing. keeps_surface: rows tell how the vertices of `surface` move.
+/// place of the rest body, empty means 0 everywhere. loads: on its boundary, beside what is held. keeps_surface: rows tell how the vertices of `surface` move.
 struct SimulationSetup {
   TetMesh volume;
   std::vector<char> is_held;
@@ -44,7 +43,7 @@ struct SimulationSetup {
   Surface surface;
   std::vector<MaterialParameters> materials;
   RegionAt region_at;
-  BedAt bed_at;
+  BoundaryLoads loads;
   ProbeSpec probe;
   SolverOptions options;
   bool keeps_surface = false;

@@ -110,7 +110,7 @@ MeshRun Simulator::State::run(QuadraticMesh finished, const ExperimentPlan& plan
     at_first_over_slow = std::max(at_first_over_slow, instantaneous_stiffness(material.relaxation));
   if (plan.is_in_time) contact.stiffness *= at_first_over_slow;
   Equilibrium equilibrium(mesh, materials, region_about(position), here, contact,
-                          setup.options.equilibrium, bed_about(position));
+                          setup.options.equilibrium, loads_about(position));
   OnRow on_row;
   if (keeps_surface) {
     out.surface.resize(plan.rows.rows());
@@ -139,9 +139,11 @@ RegionAt Simulator::State::region_about(const Vec3& position) const {
   return [this, position](const Vec3& x) { return setup.region_at(x + position); };
 }
 
-BedAt Simulator::State::bed_about(const Vec3& position) const {
-  if (!setup.bed_at) return {};
-  return [this, position](const Vec3& x) { return setup.bed_at(x + position); };
+BoundaryLoads Simulator::State::loads_about(const Vec3& position) const {
+  BoundaryLoads out{{}, setup.loads.lumen_pressure_Pa};
+  if (setup.loads.bed_at)
+    out.bed_at = [this, position](const Vec3& x) { return setup.loads.bed_at(x + position); };
+  return out;
 }
 
 /// A unit load, spread over the contact at the deepest depth.
@@ -151,7 +153,7 @@ PatchResponse Simulator::State::patch_at(QuadraticMesh mesh, const ExperimentPla
   const double reach_m = here.contact_reach_m(plan.depth_m);
   return press_patch(mesh, static_cast<std::size_t>(volume.tets.rows()), materials,
                      region_about(position), normal, reach_m > 0 ? reach_m : here.half_width_m,
-                     bed_about(position));
+                     loads_about(position));
 }
 
 /// Both grids of a point share the base mesh, so their difference tells nothing of it.

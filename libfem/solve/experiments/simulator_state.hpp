@@ -58,7 +58,7 @@ struct PatchResponse {
 /// One factorization. The mesh knows its base tets (QuadraticMesh::base), `base_tets` of them.
 PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
                           const std::vector<Material>& materials, const RegionAt& region_at,
-                          const Vec3& normal, double radius_m, const BedAt& bed_at = {});
+                          const Vec3& normal, double radius_m, const BoundaryLoads& loads = {});
 
 /// Which tets of the base mesh to halve for a contact, and which share of force may be wrong after
 /// that because of the base mesh: thickness, far geometry, the border of what is held.
@@ -157,7 +157,7 @@ struct Simulator::State {
     return tilted(probe, normal, plan.lean, "[probe]");
   }
   RegionAt region_about(const Vec3& position) const;
-  BedAt bed_about(const Vec3& position) const;
+  BoundaryLoads loads_about(const Vec3& position) const;
   PatchResponse patch_at(QuadraticMesh mesh, const ExperimentPlan& plan, const Vec3& position,
                          const Vec3& normal) const;
   BaseRefinement base_at(const ExperimentPlan& plan, const Vec3& position,

@@ -99,7 +99,7 @@ TEST(ElasticBed, that_slides_and_hardly_gives_is_a_plane_of_symmetry) {
   ContactSettings contact;
   contact.stiffness = 20000;
   Equilibrium equilibrium(mesh, {make_material({"neo-hookean", {kYoung_Pa, kPoisson}}, "test")}, {},
-                          plate, contact, options, planes);
+                          plate, contact, options, {planes});
   const Vec3 top(kSide_m / 2, kSide_m / 2, kSide_m);
   BodyState at = equilibrium.rest({top, -Vec3::UnitZ()}), next;
   for (const double strain : {0.03, 0.06, 0.1}) {
@@ -116,7 +116,7 @@ TEST(ElasticBed, lets_a_stiff_block_sink) {
   setup.is_held.assign(setup.is_held.size(), 0);
   setup.materials[0].values[0] = 1e6;
   const double bed_N_m3 = 2e5, area_m2 = 0.06 * 0.06;
-  setup.bed_at = under_a_face(2, {bed_N_m3, bed_N_m3});
+  setup.loads.bed_at = under_a_face(2, {bed_N_m3, bed_N_m3});
   const auto rows =
       Simulator(setup).press_and_drag({0.03, 0.03, 0.03}, -Vec3::UnitZ(), press_only(2), {});
   ASSERT_GT(rows.rows(), 0);

@@ -10,6 +10,7 @@
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/mend.hpp"
+#include "libfem/mesh/repair/wall.hpp"
 #include "libfem/mesh/surface/surface.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfem/probes/probes.hpp"
@@ -74,6 +75,35 @@ void doubt_roughness(const Surface& surface) {
         1e3 * rough_m, 100 * rough_m / edge_m);
 }
 
+void hollow_out(const Scene& scene, Body& body) {
+  const BodySection& section = scene.body;
+  Walled walled;
+  if (section.wall_m) {
+    walled = with_wall(body.surface, *section.wall_m);
+    if (walled.lumens == 0)
+      throw Error(body_place(scene),
+                  fmt::format("a wall of {:.3g} mm leaves no lumen: the body is nowhere thicker "
+                              "than two walls",
+                              to_millimetres(*section.wall_m)),
+                  "Give a thinner wall, or leave it out for a solid body.");
+  } else {
+    Body lumen;
+    lumen.surface = read_surface(*section.cavity, section.length_unit_m);
+    turn_into_frame_of_body(*section.surface, *section.cavity, lumen.surface);
+    mend(scene, false, lumen, section.cavity->string());
+    walled = with_lumen(body.surface, std::move(lumen.surface), section.cavity->string());
+  }
+  body.surface = std::move(walled.surface);
+  body.mended.push_back(fmt::format(
+      "hollowed out: {} of {:.3g} ml, inside a wall of {:.3g} mm (median){}",
+      counted(walled.lumens, "lumen", "lumens"), 1e6 * walled.lumen_m3,
+      to_millimetres(walled.thickness_m),
+      walled.solid_share < 0.005 ? ""
+                                 : fmt::format("; under {} of the surface the body is solid",
+                                               percent(walled.solid_share, 0))));
+  say("  {}", body.mended.back());
+}
+
 }  // namespace
 
 void read_meshes(const Scene& scene, bool surface_only, Body& body) {
@@ -101,7 +131,11 @@ void read_meshes(const Scene& scene, bool surface_only, Body& body) {
     } else {
       doubt_roughness(body.surface);
     }
+    if ((scene.body.wall_m || scene.body.cavity) && !surface_only) hollow_out(scene, body);
   }
+  if (scene.body.pressure_Pa > 0 && !surface_only && surface_facts(body.surface).cavities == 0)
+    throw Error(body_place(scene), "pressure needs a lumen, and the body is solid",
+                "Hollow it out with wall or cavity, or leave pressure out.");
 }
 
 namespace {

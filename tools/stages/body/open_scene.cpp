@@ -110,27 +110,6 @@ std::string without_wrap(std::string remedy) {
   return remedy;
 }
 
-// Turns a surface of one anatomical frame into the frame of the body's file: LPS and RAS differ by
-// half a turn about z.
-void turn_into_frame_of_body(const std::filesystem::path& body, const std::filesystem::path& file,
-                             Surface& surface) {
-  const std::string bodys = stated_frame(body), own = stated_frame(file);
-  if (own == bodys) return;
-  const auto name = body.filename().string();
-  if (own.empty() || bodys.empty()) {
-    warn("{}: states {}, and {} states {}: it is taken to be in the same frame", file.string(),
-         own.empty() ? "no frame" : own, name, bodys.empty() ? "none" : bodys);
-    return;
-  }
-  const auto is_known = [](const std::string& frame) { return frame == "LPS" || frame == "RAS"; };
-  if (!is_known(own) || !is_known(bodys))
-    throw Error(file.string(), fmt::format("states the frame {}, and {} {}", own, name, bodys),
-                "Export both in one frame, LPS or RAS.");
-  surface.vertices.leftCols<2>() *= -1;
-  say("  frame: {} is in {}, and turned by half a turn about z into {}, the frame of {}",
-      file.string(), own, bodys, name);
-}
-
 // Reads what a region is made of from the file that has it.
 void read_region_file(Region& region, const BodySection& body) {
   const double length_unit_m = body.length_unit_m;
@@ -154,6 +133,26 @@ void read_region_file(Region& region, const BodySection& body) {
 }
 
 }  // namespace
+
+// LPS and RAS differ by half a turn about z.
+void turn_into_frame_of_body(const std::filesystem::path& body, const std::filesystem::path& file,
+                             Surface& surface) {
+  const std::string bodys = stated_frame(body), own = stated_frame(file);
+  if (own == bodys) return;
+  const auto name = body.filename().string();
+  if (own.empty() || bodys.empty()) {
+    warn("{}: states {}, and {} states {}: it is taken to be in the same frame", file.string(),
+         own.empty() ? "no frame" : own, name, bodys.empty() ? "none" : bodys);
+    return;
+  }
+  const auto is_known = [](const std::string& frame) { return frame == "LPS" || frame == "RAS"; };
+  if (!is_known(own) || !is_known(bodys))
+    throw Error(file.string(), fmt::format("states the frame {}, and {} {}", own, name, bodys),
+                "Export both in one frame, LPS or RAS.");
+  surface.vertices.leftCols<2>() *= -1;
+  say("  frame: {} is in {}, and turned by half a turn about z into {}, the frame of {}",
+      file.string(), own, bodys, name);
+}
 
 Scene open_scene(const std::filesystem::path& path) {
   Scene scene = read_scene(path);

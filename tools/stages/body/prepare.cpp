@@ -35,7 +35,7 @@ bool holds_rigidly(const fem::SimulationSetup& setup, const TetMesh& volume) {
     const Vec3 a = nodes.row(face[0]), b = nodes.row(face[1]), c = nodes.row(face[2]);
     const Vec3 centre = (a + b + c) / 3, area = (b - a).cross(c - a) / 2,
                x = (centre - middle) / half_m;
-    const fem::BedStiffness bed = setup.bed_at(centre);
+    const fem::BedStiffness bed = setup.loads.bed_at(centre);
     const Vec3 n = area.normalized();
     Eigen::Matrix<double, 3, 6> motion;
     motion.leftCols<3>().setIdentity();
@@ -231,11 +231,12 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
                      bed.slides ? 0 : moduli.mu_Pa / bed.thickness_m}});
   }
   if (!beds.empty())
-    setup.bed_at = [beds](const Vec3& place) {
+    setup.loads.bed_at = [beds](const Vec3& place) {
       for (const auto& [region, stiffness] : beds)
         if (contains(region, place)) return stiffness;
       return fem::BedStiffness{};
     };
+  setup.loads.lumen_pressure_Pa = scene.body.pressure_Pa;
   setup.probe = scene.probe.spec;
   setup.options.force_tolerance = scene.experiments.force_tolerance;
   return setup;

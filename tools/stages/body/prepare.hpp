@@ -19,6 +19,11 @@ Scene open_scene(const std::filesystem::path& path);
 /// Throws Error with a remedy.
 void check_simulated(const Scene& scene);
 
+/// Turns a surface of one anatomical frame into the frame of the body's file, LPS or RAS, and says
+/// so. Throws Error where a frame is neither.
+void turn_into_frame_of_body(const std::filesystem::path& body, const std::filesystem::path& file,
+                             Surface& surface);
+
 /// "FILE: [body]", where errors of the body are.
 std::string body_place(const Scene& scene);
 
