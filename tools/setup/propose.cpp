@@ -116,7 +116,8 @@ struct ProposedBody {
   const HollowOrgan* hollow = nullptr;  // where it gets a wall
 };
 
-std::string body_text(const ProposedBody& body, const std::string& origin, const Window& window) {
+std::string body_text(const ProposedBody& body, const std::string& origin, const Window& window,
+                      double young_Pa) {
   const std::string wrap =
       body.wrap_m > 0
           ? fmt::format(
@@ -128,8 +129,11 @@ std::string body_text(const ProposedBody& body, const std::string& origin, const
           ? ""
           : fmt::format(
                 "wall = \"{:.3g} mm\"              # {}; solid without\n"
-                "# pressure = \"500 Pa\"           # of what fills it in the shape of the mesh\n",
-                1e3 * body.hollow->wall_m, body.hollow->source);
+                "# pressure = \"{:.2g} Pa\"           # of what fills it in this shape; some such "
+                "stretches it by a tenth\n",
+                1e3 * body.hollow->wall_m, body.hollow->source,
+                // A sphere has a stress of p R / (2 t).
+                0.1 * 4 * young_Pa * body.hollow->wall_m / body.facts.extent_m.minCoeff());
   const std::string divided =
       body.divided_from.empty()
           ? ""
@@ -289,8 +293,8 @@ ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in
   note_site(site, tissue, scene);
   if (site.divided) scene.surface = *site.divided;
   scene.is_divided = site.divided.has_value();
-  scene.text = body_text(body, chosen.origin, site.window) + material_text(tissue) +
-               experiments_text(site.window, site.ball);
+  scene.text = body_text(body, chosen.origin, site.window, tissue.young_Pa) +
+               material_text(tissue) + experiments_text(site.window, site.ball);
   return scene;
 }
 

@@ -106,24 +106,31 @@ void balance_pressure(const QuadraticMesh& mesh, const BoundaryLoads& loads, Ela
   AndersonMixing mixing(10);
   if (!factor.factor(K, {})) throw_unbalanced();
   double first_N = 0;
+  Points step = none;  // the last one, halved where it turned an element inside out
   // An ellipsoid whose walls stretch by a tenth takes 35 rounds, by a sixth 60.
   for (int round = 0; round < 100; ++round) {
     force = load;
     body.add_force(none, force);
-    if (!(body.min_J() > 0)) break;
-    Eigen::VectorXd residual(K.size()), step;
+    Eigen::VectorXd residual(K.size()), next;
     for (Eigen::Index n = 0; n < u.rows(); ++n)
       if (const std::int32_t i = body.free_index()[n]; i >= 0)
         residual.segment<3>(3 * i) = -force.row(n).transpose();
     if (first_N == 0) first_N = residual.norm();
-    // A contact's equilibrium takes up what is left, by a displacement that is a ten-thousandth.
-    if (residual.norm() <= 1e-4 * first_N) return;
-    factor.solve(residual, step);
-    const Eigen::VectorXd mixed = mixing.mix(step, residual);
-    mixing.record(mixed);
-    for (Eigen::Index n = 0; n < u.rows(); ++n)
-      if (const std::int32_t i = body.free_index()[n]; i >= 0)
-        u.row(n) += mixed.segment<3>(3 * i).transpose();
+    if (!(body.min_J() > 0)) {
+      step /= 2;
+      u -= step;
+      mixing.reset();
+    } else {
+      // A contact's equilibrium takes up what is left, a displacement of a ten-thousandth.
+      if (residual.norm() <= 1e-4 * first_N) return;
+      factor.solve(residual, next);
+      next = mixing.mix(Eigen::VectorXd(next), residual);
+      mixing.record(next);
+      for (Eigen::Index n = 0; n < u.rows(); ++n)
+        if (const std::int32_t i = body.free_index()[n]; i >= 0)
+          step.row(n) = next.segment<3>(3 * i).transpose();
+      u += step;
+    }
     body.strain_by(u);
   }
   throw_unbalanced();
