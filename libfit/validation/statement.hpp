@@ -103,6 +103,8 @@ struct Statement {
   ShapeError shape = {};  ///< of the surface that is shown; no rows where none is
   /// The reference is recordings held out of the fit; else it is simulated.
   bool is_recorded = false;
+  /// Share of a press's force that comes from where the body is held, in the middle of the window.
+  double held_share = kNoNumber;
   std::size_t beyond = 0;  ///< held-out points that the asset has no curves of its own for
 
   /// Lines of a section; none where there is no such section.
@@ -141,6 +143,8 @@ std::string verdict(const Statement& statement);
 
 /// Remedies for an asset that is off by more than kPoor, a sentence each; else nothing.
 std::vector<std::string> advice(const Statement& statement);
+/// The sentence on what is held; none where a twentieth of the force or less comes from there.
+std::optional<std::string> advice_on_held_part(double held_share);
 
 /// A table for people, 80 columns wide at most, then verdict and advice.
 std::string in_words(const Statement& statement);

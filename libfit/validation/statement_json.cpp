@@ -75,6 +75,7 @@ void statement_fields(S& s, const F& f) {
   f("floor_N", s.floor_N);
   f("reference_p95_rel", s.reference_p95_rel);
   f("within_reference", s.within_reference);
+  f("held_share", s.held_share);
   f("tick_ns", s.all.tick_ns);
 }
 

@@ -192,8 +192,17 @@ std::vector<std::string> recorded_advice(const Statement& s) {
 
 }  // namespace
 
+std::optional<std::string> advice_on_held_part(double held_share) {
+  if (!(held_share > 0.05)) return std::nullopt;
+  return fmt::format(
+      "{} of a press's force comes from where the body is held: that much is lost where only the "
+      "farther half of it is. Hold what anatomy holds (fixed), or put the body on a [[bed]].",
+      percent(held_share, 0));
+}
+
 std::vector<std::string> advice(const Statement& s) {
   std::vector<std::string> out;
+  if (const auto held = advice_on_held_part(s.held_share)) out.push_back(*held);
   const double p95_rel = s.all.force.p95_rel;
   if (!(p95_rel > kPoor)) return out;
   if (s.is_recorded) return recorded_advice(s);

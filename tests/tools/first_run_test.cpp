@@ -236,7 +236,7 @@ TEST(check, advises_what_to_change) {
   says(changed, "the force of the press, sideways, moves the body as a whole by 28 mm");
   changed = trial;
   changed.held_share = 0.12;
-  says(changed, "12 % of the press's force comes from where the body is held");
+  says(changed, "12 % of a press's force comes from where the body is held");
   changed = trial;
   changed.force_error = 0.2;
   says(changed, "force_tolerance");

@@ -14,8 +14,8 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/linear_algebra.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/core/text.hpp"
 #include "libfit/core/units.hpp"
+#include "libfit/validation/statement.hpp"
 #include "tools/console.hpp"
 #include "tools/setup/check.hpp"
 #include "tools/stages/body/prepare.hpp"
@@ -51,42 +51,11 @@ void count_drags(const SampleRows& rows, const Vec3& normal, Trial& trial) {
   }
 }
 
-// Force along the normal at the deepest good row of a press.
-double end_N(const SampleRows& press, const Vec3& normal) {
-  double deepest_m = 0, out = 0;
-  for (Eigen::Index row = 0; row < press.rows(); ++row)
-    if (press.status[row] == RowStatus::good && press.deflection.row(row).dot(normal) > deepest_m) {
-      deepest_m = press.deflection.row(row).dot(normal);
-      out = press.force.row(row).dot(normal);
-    }
-  return out;
-}
-
-// The same body with only the half of what is held that is farther from a place.
-fem::SimulationSetup held_farther(fem::SimulationSetup setup, const Vec3& place) {
-  std::vector<double> distance_m;
-  for (Eigen::Index n = 0; n < setup.volume.nodes.rows(); ++n)
-    if (setup.is_held[n])
-      distance_m.push_back((setup.volume.nodes.row(n).transpose() - place).norm());
-  if (distance_m.empty()) return setup;
-  const double half_m = median(distance_m);
-  const auto is_far = [=](const Vec3& x) { return (x - place).norm() >= half_m; };
-  for (Eigen::Index n = 0; n < setup.volume.nodes.rows(); ++n)
-    if (!is_far(setup.volume.nodes.row(n))) setup.is_held[n] = 0;
-  setup.held_at = [is_far, held_at = setup.held_at](const Vec3& x, bool is_on_boundary) {
-    return is_far(x) && held_at(x, is_on_boundary);
-  };
-  return setup;
-}
-
 Trial simulate_middle_point(const Scene& scene, const Body& body) {
-  const Points& places = body.test_points.position;
-  const Vec3 middle = center_of(scene.experiments.region).value_or(places.colwise().mean());
-  Eigen::Index point = 0;
-  (places.rowwise() - middle.transpose()).rowwise().squaredNorm().minCoeff(&point);
+  const Eigen::Index point = middle_point(scene, body);
   Trial trial;
   trial.point = body.test_points.name[point];
-  trial.position = places.row(point);
+  trial.position = body.test_points.position.row(point);
   const Vec3 normal = body.test_points.normal.row(point);
   const fem::Simulator simulator(make_setup(scene, body));
   const double started_s = thread_seconds();
@@ -97,13 +66,9 @@ Trial simulate_middle_point(const Scene& scene, const Body& body) {
   const fem::PointRows done =
       simulator.press_and_drag(trial.position, normal, experiments_of(scene), progress);
   trial.cpu_s = thread_seconds() - started_s;
-  const double quick_N = end_N(
-      simulator.press_quickly(trial.position, normal, experiments_of(scene), progress), normal);
+  simulator.press_quickly(trial.position, normal, experiments_of(scene), progress);
   trial.quick_s = thread_seconds() - started_s - trial.cpu_s;
-  const fem::Simulator looser(held_farther(simulator.setup(), trial.position));
-  const double looser_N =
-      end_N(looser.press_quickly(trial.position, normal, experiments_of(scene), progress), normal);
-  if (quick_N > 0) trial.held_share = std::max(0.0, 1 - looser_N / quick_N);
+  trial.held_share = simulator.held_share(trial.position, normal, experiments_of(scene), progress);
   set_item("");
   if (!done.is_complete) throw Interrupted("check: the trial was not finished");
   trial.nodes = done.cost.nodes;
@@ -189,12 +154,7 @@ std::vector<std::string> advice(const Scene& scene, const Trial& trial) {
   // Softer inclusions take less. A wall bends wherever it is held.
   const bool is_soft =
       trial.force_N < 0.4 * trial.half_space_N && !scene.body.wall_m && !scene.body.cavity;
-  if (trial.held_share > 0.05)
-    out.push_back(fmt::format(
-        "{} of the press's force comes from where the body is held: that much is lost where only "
-        "the farther half of it is. Hold what anatomy holds (fixed), or give what the body lies on "
-        "a [[bed]].",
-        percent(trial.held_share, 0)));
+  if (const auto held = validation::advice_on_held_part(trial.held_share)) out.push_back(*held);
   if (is_soft)
     out.push_back(
         fmt::format("the press has {:.2g} N where a body that stays in its place has {:.2g}: the "

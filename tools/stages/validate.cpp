@@ -148,6 +148,16 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   const StatedAsset of{asset,   met,    scene, reference, engine, radius_m, floors_of(compared),
                        request, depth_m};
   Statement statement = stated(of, compared, reference.paths);
+  if (scene.validate.causes && body.test_points.position.rows() > 0) {
+    const Eigen::Index middle = middle_point(scene, body);
+    Progress progress;
+    progress.is_stopped = [] { return is_interrupted(); };
+    statement.held_share =
+        fem::Simulator(make_setup(scene, body))
+            .held_share(body.test_points.position.row(middle), body.test_points.normal.row(middle),
+                        experiments_of(scene), progress);
+    if (progress.stopped()) throw Interrupted("validate: nothing was written");
+  }
   if (asset.shape.points > 0 && reference.paths.surface.cols() == 3 * asset.vertices)
     statement.shape =
         shape_error(met, reference.paths, contact_states(met, reference.paths, depth_m));

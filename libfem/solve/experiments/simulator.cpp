@@ -9,6 +9,7 @@
 #include "libfem/solve/experiments/simulator_state.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 
 namespace palpate::fem {
@@ -262,6 +263,37 @@ PointRows Simulator::press_quickly(const Vec3& position, const Vec3& normal,
                                    const Experiments& experiments, const Progress& progress) const {
   return state_->quick_press(press_and_drag_plan(without_drags(experiments), normal), position,
                              normal, progress);
+}
+
+double Simulator::held_share(const Vec3& position, const Vec3& normal,
+                             const Experiments& experiments, const Progress& progress) const {
+  SimulationSetup looser = state_->setup;
+  std::vector<double> distance_m;
+  for (Eigen::Index n = 0; n < looser.volume.nodes.rows(); ++n)
+    if (looser.is_held[n])
+      distance_m.push_back((looser.volume.nodes.row(n).transpose() - position).norm());
+  if (distance_m.size() < 6) return 0;
+  const double half_m = median(distance_m);
+  const auto is_far = [=](const Vec3& x) { return (x - position).norm() >= half_m; };
+  for (Eigen::Index n = 0; n < looser.volume.nodes.rows(); ++n)
+    if (!is_far(looser.volume.nodes.row(n))) looser.is_held[n] = 0;
+  if (looser.held_at)
+    looser.held_at = [is_far, held_at = looser.held_at](const Vec3& x, bool is_on_boundary) {
+      return is_far(x) && held_at(x, is_on_boundary);
+    };
+  const auto end_N = [&](const Simulator& of) {
+    const PointRows press = of.press_quickly(position, normal, experiments, progress);
+    double deepest_m = 0, out = 0;
+    for (Eigen::Index row = 0; row < press.rows(); ++row)
+      if (const double depth_m = press.deflection.row(row).dot(normal);
+          press.status[row] == RowStatus::good && depth_m > deepest_m) {
+        deepest_m = depth_m;
+        out = press.force.row(row).dot(normal);
+      }
+    return out;
+  };
+  const double held_N = end_N(*this), looser_N = end_N(Simulator(std::move(looser)));
+  return held_N > 0 && looser_N > 0 ? std::max(0.0, 1 - looser_N / held_N) : 0;
 }
 
 PointRows Simulator::press_at_once(const Vec3& position, const Vec3& normal,

@@ -35,7 +35,8 @@ struct SolverOptions {
 /// A body, its materials and the probe.
 /// volume, is_held: base mesh. held_at: what is held between its nodes, too; may be empty.
 /// surface: fine, outward. materials: [0] is the body's own; region_at tells which one fills a
-/// place of the rest body, empty means 0 everywhere. loads: on its boundary, beside what is held. keeps_surface: rows tell how the vertices of `surface` move.
+/// place of the rest body, empty means 0 everywhere. loads: on its boundary, beside what is held.
+/// keeps_surface: rows tell how the vertices of `surface` move.
 struct SimulationSetup {
   TetMesh volume;
   std::vector<char> is_held;
@@ -92,6 +93,11 @@ class Simulator {
   /// much the same share all over a body (M13e), and force_error is the solver's alone.
   PointRows press_quickly(const Vec3& position, const Vec3& normal, const Experiments& experiments,
                           const Progress& progress = {}) const;
+  /// Share of that press's force at its end which is lost where only the half of what is held is
+  /// that lies farther from the point: it comes from where the body is held. 0 where the press
+  /// fails.
+  double held_share(const Vec3& position, const Vec3& normal, const Experiments& experiments,
+                    const Progress& progress = {}) const;
   /// The same of a relaxing body before anything has relaxed.
   PointRows press_at_once(const Vec3& position, const Vec3& normal, const Experiments& experiments,
                           const Progress& progress = {}) const;

@@ -242,6 +242,14 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   return setup;
 }
 
+Eigen::Index middle_point(const Scene& scene, const Body& body) {
+  const Points& places = body.test_points.position;
+  const Vec3 middle = center_of(scene.experiments.region).value_or(places.colwise().mean());
+  Eigen::Index point = 0;
+  (places.rowwise() - middle.transpose()).rowwise().squaredNorm().minCoeff(&point);
+  return point;
+}
+
 fem::Experiments experiments_of(const Scene& scene) {
   fem::Experiments experiments = scene.experiments.each;
   if (experiments.drag_directions == 0) experiments.drag_depths_m.clear();
