@@ -87,4 +87,17 @@ std::vector<Surface> parts_of(const Surface& surface) {
   return parts;
 }
 
+Surface outer_surface(const Surface& closed) {
+  const Components parts = components(closed.triangles);
+  Eigen::VectorXd volume = Eigen::VectorXd::Zero(parts.number);
+  for (Eigen::Index f = 0; f < closed.triangles.rows(); ++f) {
+    const auto [a, b, c] = corners_of(closed, f);
+    volume[parts.of_face[f]] += a.dot(b.cross(c));
+  }
+  std::vector<Eigen::Index> faces;
+  for (Eigen::Index f = 0; f < closed.triangles.rows(); ++f)
+    if (volume[parts.of_face[f]] > 0) faces.push_back(f);
+  return compact(closed.vertices, closed.triangles(faces, Eigen::all));
+}
+
 }  // namespace palpate

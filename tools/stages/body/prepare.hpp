@@ -94,6 +94,9 @@ PlacedPaths place_paths(const std::vector<PathInTable>& paths, const Surface& su
 /// The simulator's input from a scene: body, material, inclusions, beds and probe.
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body);
 
+/// Lists the parts that are not of [material], layers first; at a place the last one counts.
+std::vector<InclusionSection> parts_of_body(const Scene& scene, const Body& body);
+
 /// The presses and drags that the scene makes at each of its test points.
 fem::Experiments experiments_of(const Scene& scene);
 
