@@ -153,8 +153,12 @@ TEST(canonical, every_member_of_every_section_changes_the_text_of_its_stage_and_
 
 TEST(canonical, a_scene_comes_back_from_a_body_with_the_same_fingerprints) {
   for (const std::string& text :
-       {kFull, std::string("[body]\nsurface = \"a.off\"\nlength_unit = \"mm\"\n"
-                           "[experiments]\ntest_points = \"vertices\"\n")}) {
+       {kFull,
+        std::string("[body]\nsurface = \"a.off\"\nlength_unit = \"mm\"\n"
+                    "[experiments]\ntest_points = \"vertices\"\n"),
+        std::string("[body]\nsurface = \"a.off\"\nlength_unit = \"mm\"\n[material]\nyoung = 1\n"
+                    "[[layer]]\nthickness = 0.1\nmaterial = { young = 2 }\n"
+                    "[[layer]]\nthickness = 0.2\nmaterial = { young = 3 }\n")}) {
     const Scene scene = parse_scene(text, "/s/a.toml");
     Body body;
     store_scene(scene, body);

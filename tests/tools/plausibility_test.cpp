@@ -173,6 +173,52 @@ TEST(plausibility, the_share_of_an_inclusion_outside_the_body_is_measured) {
   EXPECT_EQ(places[0].depth_m, 0);
 }
 
+std::string layer(const std::string& thickness, const std::string& young) {
+  return "[[layer]]\nthickness = \"" + thickness + " mm\"\nmaterial = { young = \"" + young +
+         " kPa\", poisson = 0.45 }\n";
+}
+
+// The modulus at a place of a body.
+double young_at(const fem::SimulationSetup& setup, const Vec3& place) {
+  return setup.materials[setup.region_at ? setup.region_at(place) : 0].values[0];
+}
+
+TEST(layers, follow_one_another_below_the_outer_surface_and_end_at_no_cavity) {
+  const Scene scene = scene_with("", "", layer("2", "100") + layer("3", "2"));
+  const Body body = with_second_block({0.02, 0.02, 0.01}, 0.4, true);
+  const fem::SimulationSetup setup = make_setup(scene, body);
+  EXPECT_EQ(young_at(setup, {0.04, 0.04, 0.0281}), 100e3);
+  EXPECT_EQ(young_at(setup, {0.0019, 0.04, 0.015}), 100e3);
+  EXPECT_EQ(young_at(setup, {0.04, 0.04, 0.0279}), 2e3);
+  EXPECT_EQ(young_at(setup, {0.04, 0.04, 0.0251}), 2e3);
+  EXPECT_EQ(young_at(setup, {0.04, 0.04, 0.0249}), 10e3);
+  EXPECT_EQ(young_at(setup, {0.03, 0.03, 0.0221}), 10e3) << "beside the cavity";
+  const auto places = place_inclusions(scene, block_body());  // the deepest first
+  const double fat_m3 = 0.08 * 0.08 * 0.03 - 0.07 * 0.07 * 0.02;
+  EXPECT_NEAR(places[0].volume_m3, fat_m3, 0.05 * fat_m3);
+}
+
+TEST(layers, of_the_body_s_own_material_are_no_regions_and_two_of_one_material_are_their_sum) {
+  EXPECT_FALSE(make_setup(scene_with("", "", layer("2", "10")), block_body()).region_at);
+  const auto two =
+                 make_setup(scene_with("", "", layer("2", "60") + layer("3", "60")), block_body()),
+             one = make_setup(scene_with("", "", layer("5", "60")), block_body());
+  ASSERT_EQ(two.materials.size(), 2u);
+  for (int k = 0; k < 1000; ++k) {
+    const Vec3 place(0.04, 0.04, 3e-5 * k);
+    ASSERT_EQ(two.region_at(place), one.region_at(place)) << place.z();
+  }
+}
+
+TEST(layers, without_thickness_or_constants_are_errors) {
+  for (const std::string& text :
+       {layer("0", "60"), layer("-2", "60"), std::string("[[layer]]\nmaterial = { young = 1 }\n"),
+        std::string("[[layer]]\nthickness = 0.1\n"),
+        std::string("[[layer]]\nthickness = 0.1\ngroup = \"a\"\n"
+                    "material = { young = 1 }\n")})
+    EXPECT_THROW(scene_with("", "", text), Error) << text;
+}
+
 TEST(plausibility, an_inclusion_beside_the_body_is_an_error) {
   EXPECT_THROW(place_inclusions(with_ball_at("50"), block_body()), Error);
 }

@@ -163,6 +163,8 @@ class SceneWriter {
     if (const auto* ball = std::get_if<Ball>(&region))
       return toml::table{{"sphere", toml::table{{"center", array_of(ball->center_m)},
                                                 {"radius", ball->radius_m}}}};
+    if (const auto* layer = std::get_if<Layer>(&region))
+      return toml::table{{"thickness", layer->thickness_m}};
     if (text_for_ == TextFor::fingerprint)
       return toml::table{{std::holds_alternative<Solid>(region) ? "inside" : "marked",
                           hash_of_mesh(*mesh_of(region))}};
@@ -253,7 +255,7 @@ std::string lines_of(const toml::table& table) {
 // Keys of every stage.
 toml::table table_of_scene(const Scene& scene, SceneWriter writer) {
   toml::table root, body, experiments, fit;
-  toml::array inclusions, beds;
+  toml::array layers, inclusions, beds;
   writer.section(body, scene.body);
   writer.section(root, scene.material);
   for (const InclusionSection& section : scene.inclusions) {
@@ -262,7 +264,10 @@ toml::table table_of_scene(const Scene& scene, SceneWriter writer) {
     if (toml::table* own = inclusion["material"].as_table();
         own && !own->contains("softening") && !own->contains("relaxation"))
       own->insert("softening", toml::table());  // else it would be the body's
-    inclusions.push_back(inclusion);
+    if (std::holds_alternative<Layer>(section.region))
+      layers.insert(layers.begin(), inclusion);
+    else
+      inclusions.push_back(inclusion);
   }
   for (const BedSection& section : scene.beds) {
     toml::table bed;
@@ -272,6 +277,7 @@ toml::table table_of_scene(const Scene& scene, SceneWriter writer) {
   writer.section(experiments, scene.experiments);
   writer.section(fit, scene.fit);
   root.insert("body", body);
+  if (!layers.empty()) root.insert("layer", layers);
   if (!inclusions.empty()) root.insert("inclusion", inclusions);
   if (!beds.empty()) root.insert("bed", beds);
   root.insert("experiments", experiments);
@@ -398,6 +404,9 @@ std::string canonical(const Scene& scene, Stage stage) {
 
 std::string canonical(const BodySection& section) { return canonical_section(section); }
 std::string canonical(const FitSection& section) { return canonical_section(section); }
+std::string canonical(const fem::MaterialParameters& material) {
+  return canonical_section(std::optional(material));
+}
 std::string canonical(const ProbeSpec& probe) { return canonical_section(probe); }
 std::string canonical(const ToolSection& tool) {
   return canonical_section(tool) + canonical(tool.probe.spec);

@@ -24,6 +24,7 @@ Scene scene_of(const Body& body, const std::filesystem::path& path);
 std::string canonical(const Scene& scene, Stage stage);
 std::string canonical(const BodySection& section);
 std::string canonical(const FitSection& section);
+std::string canonical(const fem::MaterialParameters& material);
 std::string canonical(const ProbeSpec& probe);
 std::string canonical(const ToolSection& tool);
 

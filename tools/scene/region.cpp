@@ -115,6 +115,16 @@ bool contains(const Region& region, const Vec3& point) {
           },
           [&](const Solid& r) { return is_inside(r.boundary->surface, r.boundary->boxes, point); },
           [&](const Marked& r) { return r.part->contains(point); },
+          [&](const Layer& r) {
+            bool is_in = false;
+            double squared_m2 = r.depth_m() * r.depth_m();
+            r.outer->boxes.visit_nearest(point, squared_m2, [&](std::int32_t f, double& most) {
+              const auto [a, b, c] = corners_of(r.outer->surface, f);
+              is_in = is_in || nearest_on_triangle(point, a, b, c).distance_m <= r.depth_m();
+              if (is_in) most = -1;  // ends the search
+            });
+            return is_in;
+          },
       },
       region);
 }

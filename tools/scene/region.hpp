@@ -48,7 +48,15 @@ struct Marked {
   MeshMark mark;
   std::shared_ptr<const PaintedPart> part;
 };
-using Region = std::variant<HalfSpace, Box, Ball, Solid, Marked>;
+/// A layer lies no deeper below the outer surface of the body than its thickness and that of the
+/// layers above it; `outer` is known once there is a body (parts_of_body).
+struct Layer {
+  double thickness_m = 0, above_m = 0;
+  std::shared_ptr<const Enclosed> outer;
+
+  double depth_m() const { return above_m + thickness_m; }
+};
+using Region = std::variant<HalfSpace, Box, Ball, Solid, Marked, Layer>;
 
 /// A part of a body's surface, where a tool presses: what `part` names (of a ball only the patch
 /// that is nearest to its centre, on that side of the body), and of it what faces a side.

@@ -12,21 +12,33 @@
 namespace palpate::tools {
 namespace {
 
-// An inclusion relaxes and softens as the body does unless it says how.
+// A part of the body relaxes and softens as the body does unless it says how.
+fem::MaterialParameters read_part_material(SceneTable& table,
+                                           const std::optional<fem::MaterialParameters>& body) {
+  const SceneTable own = table.table("material", "");
+  auto material = read_material(table.table("material", "material of " + table.name()), true);
+  if (!own.holds("relaxation") && !own.holds("softening") && body) {
+    material.relaxation = body->relaxation;
+    material.softening = body->softening;
+  }
+  table.finish();
+  return material;
+}
+
+// Layers are the first inclusions, the deepest first, for the last one named counts.
 std::vector<InclusionSection> read_inclusions(SceneTable& root, const std::filesystem::path& scene,
                                               const std::optional<fem::MaterialParameters>& body) {
   std::vector<InclusionSection> inclusions;
+  Layer layer;
+  for (SceneTable& table : root.tables("layer", "[[layer]]")) {
+    layer.above_m = layer.depth_m();
+    layer.thickness_m =
+        table.required_quantity("thickness", Dimension::length, kSmallestLength, kAnyLength);
+    inclusions.insert(inclusions.begin(), {layer, read_part_material(table, body)});
+  }
   for (SceneTable& table : root.tables("inclusion", "[[inclusion]]")) {
-    InclusionSection inclusion;
-    inclusion.region = take_region(table, scene);
-    const SceneTable own = table.table("material", "");
-    inclusion.material = read_material(table.table("material", "material of [[inclusion]]"), true);
-    if (!own.holds("relaxation") && !own.holds("softening") && body) {
-      inclusion.material.relaxation = body->relaxation;
-      inclusion.material.softening = body->softening;
-    }
-    table.finish();
-    inclusions.push_back(inclusion);
+    const Region region = take_region(table, scene);
+    inclusions.push_back({region, read_part_material(table, body)});
   }
   return inclusions;
 }
@@ -206,6 +218,14 @@ FitSection read_fit(SceneTable table, const std::filesystem::path& path) {
 std::string probe_place(const Scene& scene) { return scene.path.string() + ": [probe]"; }
 std::string tool_place(const Scene& scene, const ToolSection& tool) {
   return fmt::format("{}: tool `{}`", scene.path.string(), tool.name);
+}
+
+std::string name_of_part(const Scene& scene, std::size_t i) {
+  const auto layers = static_cast<std::size_t>(std::ranges::count_if(
+      scene.inclusions,
+      [](const InclusionSection& part) { return std::holds_alternative<Layer>(part.region); }));
+  return i < layers ? fmt::format("[[layer]] {}", layers - i)
+                    : fmt::format("[[inclusion]] {}", i - layers + 1);
 }
 
 void resolve_probes(Scene& scene) {

@@ -48,6 +48,7 @@ struct ToolSection {
   bool has_balls() const { return row > 0 || balls_m.rows() > 0; }
 };
 
+/// An [[inclusion]] is read so, and a [[layer]].
 struct InclusionSection {
   Region region;
   fem::MaterialParameters material;
@@ -122,7 +123,7 @@ struct Scene {
   BodySection body;
   std::optional<fem::MaterialParameters>
       material;  ///< complete values; absent only for surfaces of measured data
-  std::vector<InclusionSection> inclusions;
+  std::vector<InclusionSection> inclusions;  ///< layers first, the deepest before those above it
   std::vector<BedSection> beds;
   ProbeSection probe;
   std::optional<ToolSection> tool;
@@ -137,6 +138,9 @@ struct Scene {
 /// open_scene() the others. A "point" has none. Throws Error at the section where a shape cannot be
 /// made.
 void resolve_probes(Scene& scene);
+/// "[[layer]] 1" or "[[inclusion]] 1" of scene.inclusions.
+std::string name_of_part(const Scene& scene, std::size_t i);
+
 /// The rigid shape of [probe]. Throws Error where it has none.
 const fem::Probe& rigid_probe(const Scene& scene);
 

@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "libfem/mesh/topology.hpp"
+#include "libfem/mesh/repair/facts.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfem/probes/reach.hpp"
 #include "libfit/core/closest_point.hpp"
@@ -132,11 +132,7 @@ std::vector<char> vertices_in(const Window& window, const Surface& surface) {
 }
 
 double thickness_under_m(const Window& window, const Surface& with_lumens) {
-  const std::vector<char> is_lumen = faces_of_lumens(with_lumens.vertices, with_lumens.triangles);
-  std::vector<Eigen::Index> outer;
-  for (Eigen::Index f = 0; f < with_lumens.triangles.rows(); ++f)
-    if (!is_lumen[f]) outer.push_back(f);
-  const Surface surface{with_lumens.vertices, with_lumens.triangles(outer, Eigen::all)};
+  const Surface surface = outer_surface(with_lumens);
   const BoxTree boxes = triangle_boxes(surface);
   const double skip_m = 1e-6 * extent_m(surface.vertices).norm();
   std::vector<std::pair<double, double>> thick;  // and the area that has it

@@ -1,7 +1,9 @@
 #include "libfem/mesh/grade/grade_steps.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -80,9 +82,29 @@ class Bisection {
     const double size = tet_size_m(x0, x1, x2, x3);
     double wanted = wanted_size_m(options_, centroid);
     if (!largest_m_.empty()) wanted = std::min(wanted, largest_m_[tet.base]);
+    // A lump's border bends within an element, and halved ones see it; a layer's is flat. Presses
+    // on a dome of skin, fat, muscle and tumour take 31, 20, 18 CPU s where 0, 0.03 and 0.08 of the
+    // size count as flat, with forces 0.4 and 0.4 % apart; over a tumour alone 0.2 and 1.1 %.
     is_fine_[t] = size <= wanted &&
-                  (size <= options_.interface_share * wanted || !is_shared({x0, x1, x2, x3}));
+                  (size <= options_.interface_share * wanted || !is_shared({x0, x1, x2, x3}) ||
+                   is_cut_flat({x0, x1, x2, x3}, 0.03 * size));
     return !is_fine_[t];
+  }
+
+  // True where the border through a tet is within off_m of a plane at its middle. Tets that several
+  // borders cross count as cut flat, too: all are split there.
+  bool is_cut_flat(const std::array<Vec3, 4>& x, double off_m) const {
+    const auto region_at = [&](const Vec3& place) { return options_.region_at(place); };
+    std::array<int, 4> region;
+    std::ranges::transform(x, region.begin(), region_at);
+    std::vector<Vec3> cut;
+    for (const auto& [a, b] : kTetEdge)
+      if (region[a] != region[b])
+        cut.push_back(x[a] + region_change(options_.region_at, x[a], x[b]) * (x[b] - x[a]));
+    if (cut.size() != 3 && cut.size() != 4) return !cut.empty();
+    const Vec3 middle = std::reduce(cut.begin() + 1, cut.end(), cut[0]) / double(cut.size()),
+               off = off_m * (cut[1] - cut[0]).cross(cut[2] - cut[0]).stableNormalized();
+    return region_at(middle - off) != region_at(middle + off);
   }
 
   // True where several regions fill a tet, as its corners, edges' middles and centroid show.

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -11,18 +12,10 @@ namespace {
 
 constexpr double kTouches = 0.1;  // of an edge: a node so near counts as on it where it can't move
 constexpr double kSpoilt = 0.2;   // of the former volume or determinant
-enum Region : int { kOnBorder = -1 };
 
-// Share of the segment from a to b at which region_at changes; a's own region before it.
-double crossing(const RegionAt& region_at, const Vec3& a, const Vec3& b) {
-  const int own = region_at(a);
-  double low = 0, high = 1;
-  for (int k = 0; k < 40; ++k) {  // halvings
-    const double middle = (low + high) / 2;
-    (region_at(a + middle * (b - a)) == own ? low : high) = middle;
-  }
-  return high;
-}
+/// A node lies within one region, which is then named twice, or on the border of two.
+using Sides = std::array<int, 2>;
+bool is_border(const Sides& sides) { return sides[0] != sides[1]; }
 
 /// Corner nodes with the tets around each, which a move may not spoil.
 struct MovableNodes {
@@ -71,10 +64,14 @@ class BorderNodes {
   std::pair<std::int32_t, double> nearest_across(std::int32_t n, double limit, Crosses&& crosses,
                                                  ShareTo&& share_to) const {
     std::pair<std::int32_t, double> nearest{-1, limit};
+    std::vector<std::int32_t> seen{n};
     for (const std::int32_t t : movable_.tets_of[n])
       for (const std::int32_t m : movable_.tets[t].node) {
-        if (m == n || !crosses(m)) continue;
-        if (const double share = share_to(m); share < nearest.second) nearest = {m, share};
+        if (std::ranges::find(seen, m) != seen.end()) continue;
+        seen.push_back(m);
+        if (!crosses(m)) continue;
+        if (const double share = share_to(m, nearest.second); share < nearest.second)
+          nearest = {m, share};
       }
     return nearest;
   }
@@ -91,7 +88,7 @@ class Conforming : BorderNodes {
   Conforming(BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
              const SmoothSurface& surface, const RegionAt& region_at)
       : BorderNodes(mesh.tets, placed, boundary, surface), mesh_(mesh), region_at_(region_at) {
-    for (const Vec3& x : at_) region_.push_back(region_at_(x));
+    for (const Vec3& x : at_) sides_.push_back({region_at_(x), region_at_(x)});
   }
 
   void run() {
@@ -103,23 +100,26 @@ class Conforming : BorderNodes {
   }
 
  private:
+  // No region is on a side of both ends.
   bool crosses(std::int32_t a, std::int32_t b) const {
-    return region_[a] != region_[b] && region_[a] != kOnBorder && region_[b] != kOnBorder;
+    const Sides &p = sides_[a], &q = sides_[b];
+    return (!is_border(p) || !is_border(q)) && p[0] != q[0] && p[0] != q[1] && p[1] != q[0] &&
+           p[1] != q[1];
   }
 
   // To the nearest place of the border on an edge of node n, if it is near.
   void snap(std::int32_t n) {
-    if (region_[n] == kOnBorder) return;
+    if (is_border(sides_[n])) return;
     // A node within 0.35 of an edge is moved onto the border.
     const auto [towards, nearest] = nearest_across(
         n, 0.35, [&](std::int32_t m) { return crosses(n, m); },
-        [&](std::int32_t m) { return crossing(region_at_, at_[n], at_[m]); });
+        [&](std::int32_t m, double most) {
+          return region_change(region_at_, at_[n], at_[m], most);
+        });
     if (towards < 0) return;
-    if (boundary_.kind[n] == NodeKind::inside &&
-        movable_.move(n, at_[n] + nearest * (at_[towards] - at_[n])))
-      region_[n] = kOnBorder;
-    else if (nearest < kTouches)
-      region_[n] = kOnBorder;
+    const Vec3 border = at_[n] + nearest * (at_[towards] - at_[n]);
+    const bool is_moved = boundary_.kind[n] == NodeKind::inside && movable_.move(n, border);
+    if (is_moved || nearest < kTouches) sides_[n][1] = region_at_(border);
   }
 
   std::optional<std::pair<std::int32_t, std::int32_t>> longest_crossing_edge(
@@ -139,12 +139,15 @@ class Conforming : BorderNodes {
 
   // All tets around edge ab become two, with a node where the edge crosses the border.
   void split(std::int32_t a, std::int32_t b) {
-    const double share = std::clamp(crossing(region_at_, at_[a], at_[b]), kTouches, 1 - kTouches);
+    const std::int32_t from = is_border(sides_[a]) ? b : a, to = a + b - from;
+    const double change = region_change(region_at_, at_[from], at_[to]),
+                 clear = std::clamp(change, kTouches, 1 - kTouches),
+                 share = from == a ? clear : 1 - clear;
+    sides_.push_back({sides_[from][0], region_at_(at_[from] + change * (at_[to] - at_[from]))});
     const auto middle = static_cast<std::int32_t>(at_.size());
     at_.push_back(at_[a] + share * (at_[b] - at_[a]));
     offset_m_.push_back(0);
     mesh_.nodes.push_back(mesh_.nodes[a] + share * (mesh_.nodes[b] - mesh_.nodes[a]));
-    region_.push_back(kOnBorder);
     movable_.tets_of.emplace_back();
     const std::vector<std::int32_t> around = movable_.tets_of[a];
     for (const std::int32_t t : around) {
@@ -177,7 +180,7 @@ class Conforming : BorderNodes {
 
   BisectedMesh& mesh_;
   const RegionAt& region_at_;
-  std::vector<int> region_;  // per node; kOnBorder
+  std::vector<Sides> sides_;  // per node
 };
 
 TetNodes nodes_of(const QuadraticMesh& mesh, Eigen::Index t) {
@@ -219,7 +222,8 @@ class HeldBorder : BorderNodes {
   double border_between(std::int32_t n, std::int32_t m) const {
     const auto is_held = [&, is_on_boundary = boundary_.kind[n] != NodeKind::inside](
                              const Vec3& x) -> int { return held_at_(x, is_on_boundary); };
-    return is_held_[n] ? 1 - crossing(is_held, at_[m], at_[n]) : crossing(is_held, at_[n], at_[m]);
+    return is_held_[n] ? 1 - region_change(is_held, at_[m], at_[n])
+                       : region_change(is_held, at_[n], at_[m]);
   }
 
   void snap(std::int32_t n) {
@@ -228,7 +232,7 @@ class HeldBorder : BorderNodes {
         [&](std::int32_t m) {
           return is_held_[m] != is_held_[n] && !is_border_[m] && may_move_along(n, m);
         },
-        [&](std::int32_t m) { return border_between(n, m); });
+        [&](std::int32_t m, double) { return border_between(n, m); });
     if (towards < 0) return;
     Vec3 to = at_[n] + nearest * (at_[towards] - at_[n]);
     if (boundary_.kind[n] != NodeKind::inside) {
@@ -247,6 +251,17 @@ class HeldBorder : BorderNodes {
 };
 
 }  // namespace
+
+double region_change(const RegionAt& region_at, const Vec3& a, const Vec3& b, double limit) {
+  const int own = region_at(a);
+  double low = 0, high = limit;
+  if (limit < 1 && region_at(a + limit * (b - a)) == own) return limit;
+  for (int k = 0; k < 28; ++k) {  // halvings, to 4e-9 of the segment
+    const double middle = (low + high) / 2;
+    (region_at(a + middle * (b - a)) == own ? low : high) = middle;
+  }
+  return high;
+}
 
 void conform_to_regions(BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
                         const SmoothSurface& surface, const RegionAt& region_at) {
@@ -287,12 +302,12 @@ void curve_borders(QuadraticMesh& mesh, std::int32_t first, const RegionAt& regi
                  b = mesh.nodes.row(mesh.tets(t, kTetEdge[k][1]));
       const double length = (b - a).norm();
       const Vec3 reach = 0.25 * length * n.stableNormalized();
-      const bool is_border = n.norm() > 1e-3 * length * length;
+      const bool is_on_border = n.norm() > 1e-3 * length * length;
       n.setZero();  // every edge once
-      if (!is_border) continue;
+      if (!is_on_border) continue;
       const Vec3 low = (a + b) / 2 - reach, high = (a + b) / 2 + reach;
       if (region_at(low) == region_at(high)) continue;
-      mesh.nodes.row(node) = low + crossing(region_at, low, high) * (high - low);
+      mesh.nodes.row(node) = low + region_change(region_at, low, high) * (high - low);
       curved.push_back(node);
     }
   std::vector<char> is_curved(mesh.nodes.rows(), 0);

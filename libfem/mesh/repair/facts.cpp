@@ -87,4 +87,12 @@ std::vector<Surface> parts_of(const Surface& surface) {
   return parts;
 }
 
+Surface outer_surface(const Surface& closed) {
+  const std::vector<char> is_lumen = faces_of_lumens(closed.vertices, closed.triangles);
+  std::vector<Eigen::Index> faces;
+  for (Eigen::Index f = 0; f < closed.triangles.rows(); ++f)
+    if (!is_lumen[f]) faces.push_back(f);
+  return compact(closed.vertices, closed.triangles(faces, Eigen::all));
+}
+
 }  // namespace palpate

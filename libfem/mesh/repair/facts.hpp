@@ -43,4 +43,7 @@ Surface compact(const Points& vertices, const Triangles& triangles);
 /// The parts of a surface that share no vertex.
 std::vector<Surface> parts_of(const Surface& surface);
 
+/// Returns a closed surface without its cavities, the parts that point inward.
+Surface outer_surface(const Surface& closed);
+
 }  // namespace palpate

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "layer.hpp"
+#include "layered_ground.hpp"
 #include "tests/validation/record.hpp"
 
 namespace palpate::fem {
@@ -91,6 +92,28 @@ TEST(Layer, ball_presses_the_exact_force_on_thin_layers) {
                {{0.1e-3, 1.976298915562122e-3}, {0.25e-3, 8.437459773540126e-3}});
   shallow_ball("SPH/thin/nu0.49/h20/R100", 0.49, layer(0.020),
                {{0.1e-3, 1.8582275986467197e-3}, {0.25e-3, 7.6090382781924615e-3}});
+}
+
+// The integral equation knows the reference of one layer, as one and as three.
+TEST(Layer, three_layers_of_one_material_are_one) {
+  const double one = LayeredContact({{0.02, kYoung_Pa, 0.49}}, 0.1).force_N(0.025e-3);
+  EXPECT_NEAR(one / 0.76090382781924615e-3, 1, 1e-3);
+  const LayeredContact three(
+      {{0.004, kYoung_Pa, 0.49}, {0.006, kYoung_Pa, 0.49}, {0.01, kYoung_Pa, 0.49}}, 0.1);
+  EXPECT_NEAR(three.force_N(0.025e-3) / one, 1, 1e-4);
+}
+
+// A large ball on skin, fat and muscle; contacts of a half to two skins.
+TEST(Layer, ball_presses_the_exact_force_on_skin_fat_and_muscle) {
+  SimulationSetup setup = layer_setup(0.47, sphere_spec(0.1));
+  setup.materials.push_back({"neo-hookean", {100e3, 0.47}});
+  setup.materials.push_back({"neo-hookean", {3e3, 0.47}});
+  setup.region_at = [](const Vec3& x) { return x.z() > -0.003 ? 1 : x.z() > -0.008 ? 2 : 0; };
+  const LayeredContact exact({{0.003, 100e3, 0.47}, {0.005, 3e3, 0.47}, {0.032, 10e3, 0.47}}, 0.1);
+  std::vector<Exact> at;
+  for (const double depth_m : {0.05e-3, 0.1e-3, 0.3e-3})
+    at.push_back({depth_m, exact.force_N(depth_m)});
+  compare("SPH/skin fat muscle", setup, at, 0.02);
 }
 
 /// Force of a flat punch with a rounded edge over that of a sharp one as wide, on a half-space:

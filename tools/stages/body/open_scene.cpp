@@ -36,6 +36,8 @@ void add_region(const std::string& key, const Region& region, std::vector<SceneL
     corners << box->low_m.transpose(), box->high_m.transpose();
     out.push_back({key + ", box", 0, corners});
   }
+  if (const auto* layer = std::get_if<Layer>(&region))
+    out.push_back({"[[layer]] thickness", layer->thickness_m});
 }
 
 std::vector<SceneLength> lengths_of(const Scene& scene) {

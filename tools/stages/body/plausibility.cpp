@@ -123,6 +123,7 @@ Box bounds_of(const Region& region, const Points& vertices) {
     const Points& corners = solid->boundary->surface.vertices;
     return {corners.colwise().minCoeff(), corners.colwise().maxCoeff()};
   }
+  if (std::holds_alternative<Layer>(region)) return box;
   if (const auto* marked = std::get_if<Marked>(&region)) {
     const std::vector<Vec3> corners = painted_corners(*marked->part);
     if (corners.empty()) return box;  // of a mark on the surface, that of the body
@@ -153,9 +154,11 @@ InclusionPlace place_of(const Region& region, const Body& body, const BoxTree& b
         if (near) place.depth_m = near->distance_m;
       }
   place.volume_m3 = in_body * cell.prod();
-  place.inside = std::holds_alternative<HalfSpace>(region) || std::holds_alternative<Marked>(region)
-                     ? std::numeric_limits<double>::quiet_NaN()
-                     : static_cast<double>(in_body) / std::max(in_region, 1);
+  const bool is_bounded = std::holds_alternative<Ball>(region) ||
+                          std::holds_alternative<Box>(region) ||
+                          std::holds_alternative<Solid>(region);
+  place.inside = is_bounded ? static_cast<double>(in_body) / std::max(in_region, 1)
+                            : std::numeric_limits<double>::quiet_NaN();
   if (const auto* ball = std::get_if<Ball>(&region))
     if (const auto near = closest_point(body.surface, boxes, ball->center_m))
       place.depth_m = near->distance_m - ball->radius_m;
@@ -219,8 +222,7 @@ std::vector<std::string> implausible(const Scene& scene, const Body& body) {
   Warnings warnings;
   if (scene.material) check_material(*scene.material, "[material]", warnings);
   for (std::size_t i = 0; i < scene.inclusions.size(); ++i)
-    check_material(scene.inclusions[i].material, fmt::format("material of [[inclusion]] {}", i + 1),
-                   warnings);
+    check_material(scene.inclusions[i].material, "material of " + name_of_part(scene, i), warnings);
   check_mesh_size(scene, body, warnings);
   const Vec3 extent = extent_m(body.surface.vertices);
   const double size_m = extent.maxCoeff();
@@ -252,10 +254,10 @@ std::vector<std::string> implausible(const Scene& scene, const Body& body) {
 std::vector<InclusionPlace> place_inclusions(const Scene& scene, const Body& body) {
   const BoxTree boxes = triangle_boxes(body.surface);
   std::vector<InclusionPlace> places;
-  for (const InclusionSection& inclusion : scene.inclusions) {
-    places.push_back(place_of(inclusion.region, body, boxes));
+  for (const InclusionSection& part : parts_of_body(scene, body)) {
+    places.push_back(place_of(part.region, body, boxes));
     if (places.back().volume_m3 > 0) continue;
-    throw Error(fmt::format("{}: [[inclusion]] {}", scene.path.string(), places.size()),
+    throw Error(scene.path.string() + ": " + name_of_part(scene, places.size() - 1),
                 "none of it is inside the body",
                 fmt::format("Move it: the body spans {}.", span_in_words(body.surface.vertices)));
   }
@@ -290,14 +292,22 @@ void say_plausibility(const Scene& scene, const Body& body) {
   const std::vector<InclusionPlace> places = place_inclusions(scene, body);
   for (std::size_t i = 0; i < places.size(); ++i) {
     const InclusionPlace& place = places[i];
-    say("  inclusion {}: {:.3g} ml, {}; {} tets of the base mesh, refined at the probe", i + 1,
+    const std::string name = name_of_part(scene, i);
+    if (const auto* layer = std::get_if<Layer>(&scene.inclusions[i].region)) {
+      const double share = place.volume_m3 / volume_m3(body.surface);
+      say("  {}: to a depth of {:.3g} mm, which is {:.0f} % of the body", name,
+          1e3 * layer->depth_m(), 100 * share);
+      if (share >= kWhole)
+        warn("{}: the layers are as thick as the body, so nothing is left of [material]", name);
+      continue;
+    }
+    say("  {}: {:.3g} ml, {}; {} tets of the base mesh, refined at the probe", name,
         1e6 * place.volume_m3,
         place.depth_m > 0 ? fmt::format("{:.1f} mm under the surface", 1e3 * place.depth_m)
                           : "reaches the surface",
         place.tets);
     if (place.inside < kWhole)
-      warn("[[inclusion]] {}: {:.0f} % of it lies outside the body", i + 1,
-           100 * (1 - place.inside));
+      warn("{}: {:.0f} % of it lies outside the body", name, 100 * (1 - place.inside));
   }
   for (const std::string& warning : implausible(scene, body)) warn("{}", warning);
 }

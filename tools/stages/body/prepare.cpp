@@ -192,6 +192,17 @@ void check_experiments(const Scene& scene, const Body& body) {
   if (refused) say("  {} of {} test points are on parts thinner than the depth", refused, points);
 }
 
+std::vector<InclusionSection> parts_of_body(const Scene& scene, const Body& body) {
+  std::vector<InclusionSection> parts = scene.inclusions;
+  std::shared_ptr<const Enclosed> outer;
+  for (InclusionSection& part : parts)
+    if (auto* layer = std::get_if<Layer>(&part.region)) {
+      if (!outer) outer = std::make_shared<const Enclosed>(outer_surface(body.surface));
+      layer->outer = outer;
+    }
+  return parts;
+}
+
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   static std::once_flag said;
   std::call_once(said, [] {
@@ -209,17 +220,22 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   };
   setup.surface = body.surface;
   setup.materials.push_back(*scene.material);
-  std::vector<Region> regions;
-  for (const InclusionSection& inclusion : scene.inclusions) {
-    setup.materials.push_back(inclusion.material);
-    regions.push_back(inclusion.region);
+  // Parts of one material have no border: they cost what the body costs without them.
+  std::vector<std::string> texts{canonical(*scene.material)};
+  std::vector<std::pair<Region, int>> parts;
+  for (const InclusionSection& part : parts_of_body(scene, body)) {
+    const auto known = std::ranges::find(texts, canonical(part.material));
+    parts.emplace_back(part.region, known - texts.begin());
+    if (known != texts.end()) continue;
+    texts.push_back(canonical(part.material));
+    setup.materials.push_back(part.material);
   }
-  // The last inclusion named wins where several overlap.
-  if (!regions.empty())
-    setup.region_at = [regions](const Vec3& place) {
-      for (std::size_t i = regions.size(); i-- > 0;)
-        if (contains(regions[i], place)) return static_cast<int>(i) + 1;
-      return 0;
+  // The last part named counts where several overlap.
+  if (texts.size() > 1)
+    setup.region_at = [parts](const Vec3& place) {
+      const auto last = std::find_if(parts.rbegin(), parts.rend(),
+                                     [&](const auto& part) { return contains(part.first, place); });
+      return last == parts.rend() ? 0 : last->second;
     };
   // The layer is thin against its breadth: confined along the normal, in shear across (M13f).
   std::vector<std::pair<Region, fem::BedStiffness>> beds;

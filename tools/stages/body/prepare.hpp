@@ -102,6 +102,9 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body);
 /// The test point in the middle of the window.
 Eigen::Index middle_point(const Scene& scene, const Body& body);
 
+/// Lists the parts that are not of [material], layers first; at a place the last one counts.
+std::vector<InclusionSection> parts_of_body(const Scene& scene, const Body& body);
+
 /// The presses and drags that the scene makes at each of its test points.
 fem::Experiments experiments_of(const Scene& scene);
 

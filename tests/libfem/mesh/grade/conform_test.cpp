@@ -66,8 +66,32 @@ TEST(Conform, a_layer_that_reaches_the_sides_is_cut_exactly) {
   const RegionAt layer = [](const Vec3& x) { return x.z() > 0.0313; };
   const QuadraticMesh mesh = pressed_block(layer);
   EXPECT_EQ(tets_across(mesh, [](const Vec3& x) { return x.z() - 0.0313; }), 0);
-  EXPECT_NEAR(quadratic_volume_m3(part_of(mesh, layer, 1)), 0.1 * 0.1 * 0.0087, 1e-12);
+  EXPECT_NEAR(quadratic_volume_m3(part_of(mesh, layer, 1)), 0.1 * 0.1 * 0.0087, 1e-11);
   EXPECT_LT(mesh.deviation_m, 1e-12) << "new nodes of the sides are on them";
+}
+
+// A node on one border hid the other one from its edges: a press on skin, fat and muscle was 4.7 %
+// too stiff in rows that stated 1.2.
+TEST(Conform, two_layers_are_both_cut_where_an_element_reaches_through_them) {
+  const RegionAt layers = [](const Vec3& x) { return x.z() > 0.0371 ? 1 : x.z() > 0.0313 ? 2 : 0; };
+  const QuadraticMesh mesh = pressed_block(layers);
+  for (const double border_m : {0.0313, 0.0371})
+    EXPECT_EQ(tets_across(mesh, [&](const Vec3& x) { return x.z() - border_m; }), 0);
+  EXPECT_NEAR(quadratic_volume_m3(part_of(mesh, layers, 1)), 0.1 * 0.1 * 0.0029, 1e-8);
+  EXPECT_NEAR(quadratic_volume_m3(part_of(mesh, layers, 2)), 0.1 * 0.1 * 0.0058, 1e-8);
+}
+
+// Elements of a flat border need not be smaller than others.
+TEST(Conform, a_flat_layer_halves_no_element_and_a_ball_does) {
+  const auto corners = [](const RegionAt& region_at) {
+    const TetMesh base = structured_block({0.1, 0.1, 0.04}, {5, 5, 2});
+    GradeOptions options{.path = {{{0.05, 0.05, 0.04}, {0.05, 0.05, 0.04}}}};
+    options.region_at = region_at;
+    options.interface_share = 0.5;
+    return bisect(base, options).nodes.size();
+  };
+  EXPECT_EQ(corners([](const Vec3& x) { return x.z() > 0.0313; }), corners({}));
+  EXPECT_GT(corners(in_ball), corners({}));
 }
 
 TEST(Conform, elements_stay_sound_and_neighbours_share_faces) {
