@@ -23,9 +23,10 @@ enum class ExperimentKind : std::int8_t {
   pair = 4,   ///< two tools side by side
   tool = 5,   ///< the scene's [tool] along a path
   other = 6,  ///< a path of another tool than the samples' own
+  scan = 7,   ///< a pass of a tool that presses and slides in one go, in its recording's time
 };
-inline constexpr std::array<std::string_view, 7> kExperimentKindNames{
-    "press", "drag", "path", "cycle", "pair", "tool", "other"};
+inline constexpr std::array<std::string_view, 8> kExperimentKindNames{
+    "press", "drag", "path", "cycle", "pair", "tool", "other", "scan"};
 
 /// The shape of a drawn path. Draws take the upright ones in turn.
 enum class PathKind : std::int8_t {

@@ -126,6 +126,40 @@ Replayed neighbouring_presses(const Samples& fitted, const Samples& asked, int n
   return out;
 }
 
+Replayed neighbouring_rows(const Samples& fitted, const Samples& asked, int neighbours) {
+  struct State {
+    Eigen::Index row;
+    Vec3 place, motion;
+  };
+  const auto states = [](const Samples& s) {
+    std::vector<State> out;
+    for (Eigen::Index row = 0; row + 1 < s.rows(); ++row) {
+      if (s.kind[row] != ExperimentKind::scan || s.status[row] != RowStatus::good) continue;
+      const bool is_last = s.experiment[row + 1] != s.experiment[row];
+      const Eigen::Index from = is_last ? row - 1 : row;
+      if (from < 0 || s.experiment[from] != s.experiment[row]) continue;
+      const Vec3 place = s.point_position.row(s.point[row]) + s.deflection.row(row),
+                 step = s.deflection.row(from + 1) - s.deflection.row(from);
+      out.push_back({row, place, 0.05 / (s.time_of(from + 1) - s.time_of(from)) * step});
+    }
+    return out;
+  };
+  Replayed out(asked);
+  const auto known = states(fitted);
+  if (std::ssize(known) < neighbours) return out;
+  std::vector<std::pair<double, Eigen::Index>> near(known.size());
+  for (const auto& [row, place, motion] : states(asked)) {
+    for (std::size_t i = 0; i < known.size(); ++i)
+      near[i] = {(known[i].place - place).squaredNorm() + (known[i].motion - motion).squaredNorm(),
+                 known[i].row};
+    std::ranges::nth_element(near, near.begin() + neighbours - 1);
+    for (int i = 0; i < neighbours; ++i)
+      out.force_N.row(row) += fitted.force.row(near[i].second) / neighbours;
+    out.is_answered[row] = 1;
+  }
+  return out;
+}
+
 Replayed left_out_presses(const FittedCurves& curves, const InterpolationChoice& found,
                           const Samples& asked) {
   Replayed out(asked);

@@ -74,6 +74,10 @@ struct PressTable {
 /// The presses of the good rows of samples, by the points that have any.
 std::map<std::int32_t, std::vector<PressTable>> presses_of(const Samples& samples);
 
+/// Answers to the good rows of scans in `asked`: the mean force of the fitted rows that are nearest
+/// in place and in velocity times 0.05 s, in which a tool of 2 Hz crosses its stroke.
+Replayed neighbouring_rows(const Samples& fitted, const Samples& asked, int neighbours);
+
 /// Answers to the good rows of presses in `asked`: what the presses of the nearest `neighbours`
 /// points of `fitted` met at that depth, weighted with distance to the power -2 (Shepard 1968),
 /// along the asked normal. Between rows a press is straight, and beyond its last it goes on as

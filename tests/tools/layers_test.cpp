@@ -38,6 +38,7 @@ const std::vector<Row> kLayers{
     {"libfit/validation",
      {"libfit/core", "libfit/experiments", "libfit/runtime", "libfit/io", "libfit/fit",
       "libfit/refine", "libfit/assets", "libfit/shape"}},
+    {"libfit/scan", {"libfit/core", "libfit/runtime", "libfit/experiments", "libfit/assets"}},
     {"libfit/certify", {"libfit/runtime"}},
     {"libfem/probes", {"libfit/core", "libfem/mesh"}},
     {"libfem/materials", {"libfit/core"}},
@@ -49,11 +50,11 @@ const std::vector<Row> kLayers{
       "libfem/elements"}},
     {"libfem/calibrate", {"libfit/core", "libfem/probes", "libfem/materials", "libfem/solve"}},
     {"data/generators", {"libfit/core", "libfem/mesh"}},
-    {"tools",
-     {"libfit/core", "libfit/experiments", "libfit/runtime", "libfit/io", "libfit/fit",
-      "libfit/refine", "libfit/assets", "libfit/shape", "libfit/recordings", "libfit/validation",
-      "libfit/certify", "libfem/probes", "libfem/materials", "libfem/mesh", "libfem/contact",
-      "libfem/elements", "libfem/solve", "libfem/calibrate", "data/generators"}},
+    {"tools", {"libfit/core",       "libfit/experiments", "libfit/runtime",    "libfit/io",
+               "libfit/fit",        "libfit/refine",      "libfit/assets",     "libfit/shape",
+               "libfit/recordings", "libfit/scan",        "libfit/validation", "libfit/certify",
+               "libfem/probes",     "libfem/materials",   "libfem/mesh",       "libfem/contact",
+               "libfem/elements",   "libfem/solve",       "libfem/calibrate",  "data/generators"}},
 };
 
 const std::vector<Row> kRooms{

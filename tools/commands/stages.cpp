@@ -264,6 +264,13 @@ class SurfaceCommand final : public Command {
 
   int run(Reply& reply) override {
     say("surface {}", samples_);
+    if (const auto scan = scan_body_path(samples_); std::filesystem::exists(scan)) {
+      const Surface found = read_body(scan).surface;  // found with the curves
+      write_file_atomically(output_, obj_text(found));
+      reply.json = nlohmann::ordered_json{{"vertices", found.vertices.rows()},
+                                          {"triangles", found.triangles.rows()}};
+      return kDone;
+    }
     const ContactSurface made = surface_of_contacts(read_samples(samples_));
     write_file_atomically(output_, obj_text(made.surface));
     say("wrote {}", output_);

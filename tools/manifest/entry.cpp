@@ -22,9 +22,9 @@ struct Named {
 };
 template <class Value>  // clang 14 deduces nothing for aggregates
 Named(std::string_view, Value)->Named<Value>;
-constexpr std::array kKinds{Named{"press", ExperimentKind::press},
-                            Named{"drag", ExperimentKind::drag},
-                            Named{"path", ExperimentKind::path}};
+constexpr std::array kKinds{
+    Named{"press", ExperimentKind::press}, Named{"drag", ExperimentKind::drag},
+    Named{"path", ExperimentKind::path}, Named{"scan", ExperimentKind::scan}};
 constexpr std::array kDrifts{Named{"none", Drift::none}, Named{"bias", Drift::bias},
                              Named{"line", Drift::line}};
 constexpr std::array kUses{Named{"approach", recordings::Use::approach},

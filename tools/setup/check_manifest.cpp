@@ -57,6 +57,7 @@ nlohmann::ordered_json json_of(const std::string& shown, std::string_view kind,
 
 // Where curves are going to lie; says what keeps `run` from making a surface of the contacts.
 std::string surface_in_words(const Manifest& manifest, const ReadRecordings& read) {
+  if (read.scan) return "the surface is found with the curves";
   if (manifest.surface) return "on the surface " + manifest.surface->string();
   try {
     surface_of_contacts(rows_at(read.assembled.samples, read.is_held_out, false));
@@ -82,7 +83,8 @@ CheckedManifest check_manifest(const std::filesystem::path& manifest, int jobs) 
     for (const Conditioned& r : read.results[i].recordings) {
       const std::string shown = items[i].shown + (r.name.empty() ? "" : "#" + r.name);
       const auto kind = kExperimentKindNames[static_cast<std::size_t>(items[i].signal.kind)];
-      if (++listed_ones <= kListed) out.text += line_of(shown, kind, r);
+      if (items[i].signal.kind != ExperimentKind::scan && ++listed_ones <= kListed)
+        out.text += line_of(shown, kind, r);
       out.json["recordings"].push_back(json_of(shown, kind, r));
     }
   if (listed_ones > kListed) out.text += fmt::format("and {} more\n", listed_ones - kListed);

@@ -167,10 +167,41 @@ std::vector<FileReading> readings_of(const fs::path& path, const std::string& by
         signs.lines.push_back(fmt::format("force_on = \"{}\"", is_on_tool ? "tool" : "body"));
         if (is_of_robot)
           signs.lines.push_back(fmt::format("normals = \"{}\"", is_outward ? "outward" : "inward"));
+        out.push_back(signs);
+        if (is_of_robot || signs.read.columns.position.size() != 3) continue;
+        signs.kind = ExperimentKind::scan;
+        signs.lines.emplace_back("kind = \"scan\"");
         out.push_back(std::move(signs));
       }
   return out;
 }
+
+namespace {
+
+// True if the passes are of a tool that goes to and fro on the body: all the time with a force,
+// over more than it goes in, and several times as far as the region is large.
+bool is_scan(const ItemResult& result) {
+  Points place(0, 3), chord = place;
+  std::vector<double> force_N;
+  for (const Conditioned& pass : result.recordings) {
+    const Mat3 aside = Mat3::Identity() - *pass.inward * pass.inward->transpose();
+    const Eigen::Index rows = pass.force_N.rows(), end = place.rows();
+    place.conservativeResize(end + rows, 3), chord.conservativeResize(chord.rows() + 1, 3);
+    place.bottomRows(rows) = pass.deflection_m.rowwise() + pass.contact_m->transpose();
+    chord.bottomRows(1) = pass.deflection_m.bottomRows(1) * aside;
+    for (Eigen::Index row = 0; row < rows; ++row) force_N.push_back(pass.force_N.row(row).norm());
+  }
+  if (force_N.empty()) return false;
+  const Vec3 inward = *result.recordings.front().inward;
+  const Eigen::VectorXd depth_m = place * inward;
+  const double aside_m = extent_m(place - depth_m * inward.transpose()).norm(),
+               most_N = *std::ranges::max_element(force_N);
+  const auto free = std::ranges::count_if(force_N, [&](double f) { return f < 0.02 * most_N; });
+  return 10 * free < std::ssize(force_N) && aside_m > depth_m.maxCoeff() - depth_m.minCoeff() &&
+         chord.rowwise().norm().sum() > 4 * aside_m;
+}
+
+}  // namespace
 
 TriedReading best_reading(const fs::path& path, std::vector<FileReading> readings) {
   std::vector<BatchItem> items;
@@ -182,6 +213,9 @@ TriedReading best_reading(const fs::path& path, std::vector<FileReading> reading
     items.push_back(std::move(item));
   }
   std::vector<ItemResult> results = run_batch(items, {}, {});
+  for (std::size_t i = 0; i < items.size(); ++i)
+    if (items[i].signal.kind == ExperimentKind::scan && !is_scan(results[i]))
+      results[i].recordings.clear();
   const auto best = std::ranges::max_element(results, [](const ItemResult& a, const ItemResult& b) {
     return a.recordings.size() < b.recordings.size();
   });

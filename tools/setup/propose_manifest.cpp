@@ -58,7 +58,8 @@ std::map<std::string, FilesAlike> groups_in(const fs::path& folder, std::vector<
     if (std::ranges::count(kMeshes, ending) + std::ranges::count(kOthers, ending) > 0 ||
         name.find(".import.") != std::string::npos || fs::file_size(path) > kMaxBytes)
       continue;
-    std::string head = importers::read_bytes(path, kMaxBytes).substr(0, 4096);
+    std::string head = importers::unpacked(path, importers::read_bytes(path, kMaxBytes), kMaxBytes)
+                           .substr(0, 4096);
     std::string key = path.parent_path().string() + "\n" + ending + "\n";
     for (const std::string& column : header_of(path, head.substr(0, head.rfind('\n'))))
       if (!importers::parse_number(column, '.')) key += column + "\n";
@@ -160,8 +161,9 @@ std::pair<fs::path, TriedReading> first_read(const FilesAlike& group, const fs::
   std::vector<std::string> warnings;
   std::optional<TriedReading> tried;
   for (const fs::path& file : group) {
-    TriedReading best =
-        best_reading(file, readings_of(file, importers::read_bytes(file, kMaxBytes)));
+    TriedReading best = best_reading(
+        file, readings_of(file, importers::unpacked(file, importers::read_bytes(file, kMaxBytes),
+                                                    kMaxBytes)));
     if (!best.result.recordings.empty()) {
       out.warnings.insert(out.warnings.end(), warnings.begin(), warnings.end());
       return {file, std::move(best)};
@@ -190,7 +192,7 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
     out.unread.push_back(shown + ": " + failure.fact());
     return;
   }
-  if (goes_sideways(best.result)) {
+  if (best.reading.kind != ExperimentKind::scan && goes_sideways(best.result)) {
     best.reading.kind = ExperimentKind::drag;
     TriedReading drag = best_reading(first, {best.reading});
     if (!drag.result.recordings.empty()) {

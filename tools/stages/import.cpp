@@ -13,6 +13,7 @@
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/recordings/formats/importers.hpp"
+#include "libfit/scan/scan.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/manifest.hpp"
 #include "tools/stages/fingerprint.hpp"
@@ -133,6 +134,27 @@ void report(const ImportRequest& request, const std::vector<ItemResult>& results
   report_grades(assembled);
 }
 
+// Finds surface and curves of scans, and takes what belongs to their recordings off all rows.
+void identify_scans(const ImportRequest& request, ReadRecordings& read) {
+  Samples& samples = read.assembled.samples;
+  const auto scans = std::ranges::count(samples.kind, ExperimentKind::scan);
+  if (scans == 0) return;
+  if (scans < samples.rows() || request.manifest.surface)
+    throw Error(request.manifest.path.string(),
+                request.manifest.surface ? "has a scan and a `surface`"
+                                         : "has scans beside other recordings",
+                request.manifest.surface ? "Leave `surface` out: the scan brings its own."
+                                         : "Import the others by a manifest of their own.");
+  ConsoleProgress progress("scan");
+  scan::ScanFit fit = scan::identify(rows_at(samples, read.is_held_out, false),
+                                     job_count(request.jobs), progress.progress());
+  if (progress.progress().stopped()) throw Interrupted("import: nothing was written");
+  fit.curves.probe = samples.probe;
+  for (const std::string& note : fit.notes) say("scan: {}", note);
+  samples = scan::corrected(samples, fit);
+  read.scan = std::make_shared<const scan::ScanFit>(std::move(fit));
+}
+
 // Points of samples, with the smallest deviation of the contacts found at each; 0: unknown.
 Contacts contacts_of(const Samples& samples) {
   Contacts out{samples.point_position, samples.point_normal,
@@ -192,6 +214,9 @@ std::string obj_text(const Surface& surface) {
   return text;
 }
 
+fs::path scan_body_path(fs::path samples) { return samples.replace_extension(".scan_body.h5"); }
+fs::path scan_curves_path(fs::path samples) { return samples.replace_extension(".scan_curves.h5"); }
+
 Body body_of_recordings(const Manifest& manifest, const Samples& samples) {
   Body body;
   auto given = surface_of(manifest);
@@ -236,6 +261,7 @@ ReadRecordings read_recordings(const ImportRequest& request) {
   samples.poisson = manifest.items.front().signal.poisson;
   out.is_held_out = held_out_points(manifest, samples, request.holds_out);
   report(request, out.results, out.assembled);
+  identify_scans(request, out);
   return out;
 }
 
@@ -262,6 +288,21 @@ nlohmann::ordered_json write_recordings(const ImportRequest& request, const Read
     write_samples(beside_it, held_out, fingerprint);
   else
     fs::remove(beside_it);
+  if (read.scan) {
+    Body body;
+    body.surface = read.scan->surface;
+    const auto vertices = static_cast<std::size_t>(body.surface.vertices.rows());
+    body.in_region.assign(vertices, 1);
+    body.is_reachable.assign(vertices, 1);
+    body.test_points = {read.scan->curves.position, read.scan->curves.normal,
+                        read.scan->curves.name, body.surface.triangles};
+    body.probe = read.scan->curves.probe;
+    write_body(scan_body_path(request.output), body, fingerprint);
+    write_curves(scan_curves_path(request.output), read.scan->curves, fingerprint);
+  } else {
+    fs::remove(scan_body_path(request.output));
+    fs::remove(scan_curves_path(request.output));
+  }
   write_signals(signals_path(request.output), signals_of(assembled), fingerprint);
   say("wrote {}: {} rows at {} points", request.output.string(), fitted.rows(), fitted.points());
   if (held_out.rows() > 0)

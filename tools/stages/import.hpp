@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
@@ -8,6 +9,10 @@
 #include "libfem/mesh/surface/surface.hpp"
 #include "libfit/core/body.hpp"
 #include "tools/manifest/manifest.hpp"
+
+namespace palpate::scan {
+struct ScanFit;
+}
 
 namespace palpate::tools {
 
@@ -25,7 +30,8 @@ struct ImportRequest {
 struct ReadRecordings {
   std::vector<recordings::ItemResult> results;
   recordings::Assembled assembled;
-  std::vector<char> is_held_out;  ///< of the assembled samples' points, from the fit
+  std::vector<char> is_held_out;              ///< of the assembled samples' points, from the fit
+  std::shared_ptr<const scan::ScanFit> scan;  ///< of the passes that are not held out
 };
 
 /// Throws Error where no recording that a manifest names is there. Single ones are refused when
@@ -41,6 +47,10 @@ ReadRecordings read_recordings(const ImportRequest& request);
 /// be imported.
 nlohmann::ordered_json write_recordings(const ImportRequest& request, const ReadRecordings& read,
                                         const std::string& fingerprint);
+/// Files beside samples.h5 in which an import of scans keeps the surface and the curves that it
+/// found together, samples.scan_body.h5 and samples.scan_curves.h5; none of other recordings.
+std::filesystem::path scan_body_path(std::filesystem::path samples);
+std::filesystem::path scan_curves_path(std::filesystem::path samples);
 /// Totals and every recording, of an import to samples.h5.
 std::filesystem::path import_summary_path(const std::filesystem::path& samples);
 

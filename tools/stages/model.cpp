@@ -109,8 +109,9 @@ void add_coupling(Model& model, const Scene& scene, const Samples& samples) {
 double deepest_m(const Samples& samples) {
   double deepest_m = 0;
   for (Eigen::Index row = 0; row < samples.rows(); ++row)
-    deepest_m = std::max(
-        deepest_m, samples.deflection.row(row).dot(samples.point_normal.row(samples.point[row])));
+    if (samples.kind[row] != ExperimentKind::scan)  // counts from where a pass begins
+      deepest_m = std::max(
+          deepest_m, samples.deflection.row(row).dot(samples.point_normal.row(samples.point[row])));
   return deepest_m;
 }
 
@@ -119,12 +120,17 @@ Samples read_known(const std::filesystem::path& samples) {
                                                         : read_samples(samples);
 }
 
+bool has_all_vertices(const FittedCurves& curves, const Body& body) {
+  return curves.position.rows() == body.surface.vertices.rows();
+}
+
 Model refine_body(const FittedCurves& curves, const Body& body, const Samples& samples,
                   const Scene* scene) {
   RefineReport report;
-  Model model =
-      refine(curves, body, {.tool = fem::round_end(curves.probe), .is_measured = scene == nullptr},
-             &report);
+  Model model = refine(curves, body,
+                       {.tool = fem::round_end(curves.probe),
+                        .is_measured = scene == nullptr && !has_all_vertices(curves, body)},
+                       &report);
   if (static_cast<Eigen::Index>(report.left_out.size()) == curves.position.rows())
     throw Error(
         "curves",

@@ -105,7 +105,10 @@ std::string wanted_recorded_body(const Pipeline& p) {
   return hash.hex();
 }
 void make_recorded_body(Pipeline& p, const std::string& fingerprint) {
-  const Body body = body_of_recordings(p.import.manifest, read_samples(p.files.samples));
+  const fs::path scan_body = scan_body_path(p.files.samples);
+  const Body body = fs::exists(scan_body)
+                        ? read_body(scan_body)
+                        : body_of_recordings(p.import.manifest, read_samples(p.files.samples));
   if (!p.import.manifest.surface)
     write_file_atomically(fs::path(p.files.body).replace_extension(".obj"), obj_text(body.surface));
   write_body(p.files.body, body, inputs_of(fingerprint));
@@ -131,6 +134,10 @@ std::string wanted_curves(const Pipeline& p) {
   return stage_hash("curves").add(canonical(p.fit)).add_file(p.files.samples).hex();
 }
 void make_curves(Pipeline& p, const std::string& fingerprint) {
+  if (const fs::path scan = scan_curves_path(p.files.samples); fs::exists(scan)) {
+    say("  the curves of a scan come with its surface: those that import found");
+    return write_curves(p.files.curves, read_curves(scan), inputs_of(fingerprint));
+  }
   fit::RadiusReport radius;
   const FittedCurves curves = fit_samples(read_samples(p.files.samples), p.fit, p.jobs,
                                           p.fit_choices, p.fit_cache, &radius);

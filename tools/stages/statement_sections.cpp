@@ -183,6 +183,42 @@ Lines by_kind(const StatedAsset& of) {
   return lines.size() > 1 ? lines : Lines();
 }
 
+// Scans: rows of a tool that sinks or rises, and of a contact that slides or sticks.
+Lines by_motion(const StatedAsset& of) {
+  static constexpr std::string_view kNames[] = {"pressing", "lifting", "sliding", "sticking"};
+  const Samples& rows = of.reference.paths;
+  const auto group = [&](bool by_slip) {
+    return grouped(of, kNames, [&, by_slip](Eigen::Index row) -> std::size_t {
+      if (rows.kind[row] != ExperimentKind::scan) return std::size(kNames);
+      if (by_slip) return of.engine.is_sliding[row] ? 2 : 3;
+      if (row == 0 || rows.experiment[row - 1] != rows.experiment[row]) return std::size(kNames);
+      const Vec3 step = rows.deflection.row(row) - rows.deflection.row(row - 1);
+      return step.dot(rows.point_normal.row(rows.point[row])) > 0 ? 0 : 1;
+    });
+  };
+  Lines lines = group(false);
+  std::ranges::move(group(true), std::back_inserter(lines));
+  return lines;
+}
+
+// Scans: the size of the force alone, and its direction (the chord, in radians where it is small).
+Lines by_component(const StatedAsset& of) {
+  Lines lines;
+  const Samples& rows = of.reference.paths;
+  if (std::ranges::count(rows.kind, ExperimentKind::scan) == 0) return lines;
+  Replayed size = of.engine, direction = of.engine;
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    const double answered_N = of.engine.force_N.row(row).norm(),
+                 asked_N = rows.force.row(row).norm();
+    if (!(answered_N > 0 && asked_N > 0)) continue;
+    size.force_N.row(row) = rows.force.row(row) * (answered_N / asked_N);
+    direction.force_N.row(row) = of.engine.force_N.row(row) * (asked_N / answered_N);
+  }
+  add_recorded(lines, "magnitude", of, rows, size);
+  add_recorded(lines, "direction", of, rows, direction);
+  return lines;
+}
+
 constexpr int kNeighbours = 8;  // of inverse distance
 
 // The recorded presses of points near a place, in place of the asset.
@@ -194,6 +230,7 @@ Lines by_recorded_baseline(const StatedAsset& of) {
   const Samples &fitted = of.recorded->fitted, &asked = of.reference.paths;
   add("nearest_point", neighbouring_presses(fitted, asked, 1));
   add("inverse_distance", neighbouring_presses(fitted, asked, kNeighbours));
+  add("nearest_rows", neighbouring_rows(fitted, asked, kNeighbours));
   add("one_response",
       follow(SubstitutedAsset::with_mean_response(of.asset).view(), asked, of.depth_m));
   return lines;
@@ -241,6 +278,8 @@ constexpr SectionRow kSections[] = {
     {"two_tools", "two tools on the body", of_pairs},
     {"tool", "the tool, as balls", of_tool},
     {"by_kind", "by kind", by_kind, true},
+    {"by_motion", "by motion", by_motion, true},
+    {"by_component", "by component", by_component, true},
     {"baselines", "baselines", by_recorded_baseline, true},
     {"left_out", "points left out", of_left_out, true},
     {"fitted", "what it was fitted to", of_fitted, true},

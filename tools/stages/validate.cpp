@@ -105,7 +105,8 @@ Reference simulate_reference(const Scene& scene, const Body& body, const Validat
 
 // Rows that the engine follows, of recordings with the asset's own probe.
 Samples followed(const Samples& samples) {
-  return of_kinds(samples, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
+  return of_kinds(samples, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path,
+                            ExperimentKind::scan});
 }
 
 void check_probe(const std::filesystem::path& path, const AssetFile& file, const Samples& samples) {
@@ -187,13 +188,14 @@ Statement validate_recordings(const std::filesystem::path& path, const RecordedS
   RecordedReference recorded{followed(samples.fitted), rows_at(held_out, places.is_covered, false),
                              as_placed};
   RefineReport refined;
-  if (request.curves != nullptr && body != nullptr) {
+  if (request.curves != nullptr && body != nullptr && !has_all_vertices(*request.curves, *body)) {
     refine(*request.curves, *body, {.is_measured = true}, &refined);
     recorded.left_out = &refined.interpolation;
   }
   Reference reference;
   reference.paths = rows_at(held_out, places.is_covered, true);
-  const double depth_m = std::max(deepest_m(recorded.fitted), deepest_m(held_out));
+  double depth_m = std::max(deepest_m(recorded.fitted), deepest_m(held_out));
+  if (!(depth_m > 0)) depth_m = asset.max_fitted_m;  // scans
   const Replayed engine = follow(asset, reference.paths, depth_m);
   const Comparison compared = compare(reference.paths, engine);
   const ErrorFloors floors{std::max(relative_floor_N(recorded.fitted), relative_floor_N(held_out)),

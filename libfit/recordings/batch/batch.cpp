@@ -49,8 +49,12 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, const Known
       if (const auto contact = known.find(raw.name); contact != known.end())
         signal.known_contact = contact->second;
       const std::string shown = item.file.string() + (raw.name.empty() ? "" : "#" + raw.name);
-      result.recordings.push_back(
-          condition(raw, signal, inward, shown, item.read.drop_invalid, &trace));
+      if (signal.kind == ExperimentKind::scan)
+        std::ranges::move(condition_scan(raw, signal, inward, shown, item.read.drop_invalid),
+                          std::back_inserter(result.recordings));
+      else
+        result.recordings.push_back(
+            condition(raw, signal, inward, shown, item.read.drop_invalid, &trace));
     } catch (const Error& error) {
       result.refused.push_back({recordings.size() == 1 ? "" : raw.name, error, std::move(trace)});
     }
@@ -282,7 +286,10 @@ std::vector<std::vector<std::optional<Error>>> question_stiffness(
     const auto of_rig = median_Pa.find(rig_of(items[i]));
     const bool is_compared = of_rig != median_Pa.end() && !items[i].signal.is_range_given;
     for (const Conditioned& recording : results[i].recordings)
-      failures[i].push_back(question(items[i], recording, is_compared ? of_rig->second : kNan));
+      failures[i].push_back(
+          items[i].signal.kind == ExperimentKind::scan  // its depth is not known
+              ? std::nullopt
+              : question(items[i], recording, is_compared ? of_rig->second : kNan));
   }
   return failures;
 }

@@ -105,6 +105,14 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
                       const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
                       SignalTrace* refused = nullptr);
 
+/// Passes of a scan, "1" to "N" in the recording's name: it is cut where the tool turns back, or
+/// where it hardly does at equal times. Rows are readings, in time; the force keeps its bias.
+/// inward: unit, else that of the mean force. Throws Error without a clock, three axes or 400 rows.
+std::vector<Conditioned> condition_scan(const importers::RawRecording& raw,
+                                        const SignalSettings& settings,
+                                        const std::optional<Vec3>& inward, const std::string& file,
+                                        bool drop_invalid);
+
 /// "file:line" of a row.
 std::string place(const std::string& file, const Signal& signal, Eigen::Index row);
 

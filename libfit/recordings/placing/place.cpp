@@ -235,7 +235,8 @@ std::vector<Pooled> pool(const Members& members) {
            *std::min_element(b.member.begin(), b.member.end());
   });
   // Rows are of slow motion unless relaxation is applied (experiments_in_time).
-  for (Pooled& one : experiments) one.time_s.resize(0);
+  for (Pooled& one : experiments)
+    if (one.member[0]->item->signal.kind != ExperimentKind::scan) one.time_s.resize(0);
   return experiments;
 }
 

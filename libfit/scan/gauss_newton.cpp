@@ -1,0 +1,332 @@
+#include "libfit/scan/gauss_newton.hpp"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "libfit/core/error.hpp"
+#include "libfit/core/statistics.hpp"
+
+namespace palpate::scan {
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double>;
+
+constexpr double kKnee = 3;  // robust deviations from which on a residual counts less (Huber)
+constexpr int kPieces = 5;
+
+Vec3 mean_direction(const Passes& passes) {
+  const Eigen::VectorXd force_N = passes.force_N.rowwise().norm();
+  const double least_N = relative_floor(force_N.maxCoeff());
+  Vec3 sum = Vec3::Zero();
+  for (Eigen::Index row = 0; row < passes.rows(); ++row)
+    if (force_N[row] > least_N) sum += passes.force_N.row(row).transpose() / force_N[row];
+  if (!(sum.norm() > 0))
+    throw Error("scan", "no force presses", "Check force_on and the columns of the force.");
+  return sum.normalized();
+}
+
+// Spacing at which a square that the scan covers has this many rows.
+double spacing_for(const Passes& passes, const Vec3& inward, double rows_per_square) {
+  double spacing_m = 0.05 * extent_m(passes.position_m).norm();
+  for (int round = 0; round < 3; ++round) {
+    const Nodes nodes(passes.position_m, inward, spacing_m);
+    std::vector<char> is_covered(nodes.cells(), 0);
+    for (Eigen::Index row = 0; row < passes.rows(); ++row) {
+      const Vec3 x = nodes.coordinates(passes.position_m.row(row));
+      if (const int cell = nodes.at(x[0], x[1]).cell; cell >= 0) is_covered[cell] = 1;
+    }
+    const auto squares = std::ranges::count(is_covered, 1);
+    spacing_m *= std::sqrt(rows_per_square * double(squares) / double(passes.rows()));
+  }
+  return spacing_m;
+}
+
+void add_square(std::vector<Eigen::Triplet<double>>& entries, double weight,
+                std::initializer_list<std::pair<int, double>> terms) {
+  for (const auto& [i, a] : terms)
+    for (const auto& [j, b] : terms) entries.emplace_back(i, j, weight * a * b);
+}
+
+// Prior of smoothness between nodes, and weak ones that decide what no row says.
+Sparse prior_of(const Nodes& nodes, const Unknowns& u, double strength) {
+  std::vector<Eigen::Triplet<double>> entries;
+  const auto bend = [&](double weight, int a, int b, int c) {
+    add_square(entries, weight * strength, {{a, 1.0}, {b, -2.0}, {c, 1.0}});
+  };
+  for (const auto& [a, b, c] : nodes.triples()) {
+    for (int j = 0; j < u.increments; ++j)
+      bend(0.07, u.increment(a, j), u.increment(b, j), u.increment(c, j));
+    bend(0.3, u.height(a), u.height(b), u.height(c));
+  }
+  const auto differ = [&](double weight, int a, int b) {
+    add_square(entries, weight * strength, {{a, 1.0}, {b, -1.0}});
+  };
+  for (const auto& [a, b] : nodes.pairs()) {
+    differ(0.3, u.friction(a), u.friction(b));
+    differ(0.1, u.friction_slope(a), u.friction_slope(b));
+    for (int j = 0; j < u.increments; ++j) differ(0.001, u.increment(a, j), u.increment(b, j));
+    differ(1e-5, u.height(a), u.height(b));
+  }
+  for (int n = 0; n < u.nodes; ++n) {
+    for (int j = 0; j + 1 < u.increments; ++j)
+      differ(0.03, u.increment(n, j), u.increment(n, j + 1));
+    entries.emplace_back(u.friction_slope(n), u.friction_slope(n), 0.01 * strength);
+  }
+  Sparse out(u.size(), u.size());
+  out.setFromTriplets(entries.begin(), entries.end());
+  return out;
+}
+
+double scale_of(const Eigen::VectorXd& error, const Mask& mask) {
+  std::vector<double> sizes;
+  for (Eigen::Index row = 0; row < error.size(); ++row)
+    if (mask[row]) sizes.push_back(error[row]);
+  return 1.4826 * upper_median(sizes);
+}
+
+Eigen::VectorXd fixed(const Eigen::VectorXd& step, const Mask& is_free) {
+  Eigen::VectorXd out = step;
+  for (Eigen::Index i = 0; i < out.size(); ++i)
+    if (is_free[i]) out[i] = 0;
+  return out;
+}
+
+}  // namespace
+
+Identification::Identification(const Samples& scans, int jobs, const Progress& progress)
+    : passes(scans),
+      nodes(passes.position_m, mean_direction(passes),
+            spacing_for(passes, mean_direction(passes), 200)),
+      jobs_(jobs),
+      progress_(progress) {
+  force_N_ = passes.force_N.rowwise().norm();
+  floor_N_ = relative_floor(force_N_.maxCoeff());
+  unknowns.nodes = nodes.count();
+  unknowns.increments = kPieces + 2;
+  unknowns.spacing_m = nodes.spacing_m();
+  start();
+}
+
+// Heights from the outermost rows of each cell, smooth; curves of one stiffness.
+void Identification::start() {
+  std::vector<std::vector<double>> level(nodes.cells());
+  std::vector<int> cell(passes.rows());
+  for (Eigen::Index row = 0; row < passes.rows(); ++row) {
+    const Vec3 x = nodes.coordinates(passes.position_m.row(row));
+    cell[row] = nodes.at(x[0], x[1]).cell;
+    level[cell[row]].push_back(x[2]);
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(nodes.count());
+  for (Eigen::Index row = 0; row < passes.rows(); ++row) {
+    const Vec3 x = nodes.coordinates(passes.position_m.row(row));
+    const Nodes::Place at = nodes.at(x[0], x[1]);
+    std::vector<double>& levels = level[at.cell];
+    const auto outer = levels.begin() + std::ssize(levels) / 32;
+    std::nth_element(levels.begin(), outer, levels.end());
+    for (int i = 0; i < Nodes::kHeights; ++i) {
+      right[nodes.cell(at.cell).height[i]] += at.height[i] * *outer;
+      for (int j = 0; j < Nodes::kHeights; ++j)
+        entries.emplace_back(nodes.cell(at.cell).height[i], nodes.cell(at.cell).height[j],
+                             at.height[i] * at.height[j]);
+    }
+  }
+  for (const auto& [a, b, c] : nodes.triples())
+    add_square(entries, 1.0, {{a, 1.0}, {b, -2.0}, {c, 1.0}});
+  for (const auto& [a, b] : nodes.pairs()) add_square(entries, 1e-6, {{a, 1.0}, {b, -1.0}});
+  Sparse matrix(nodes.count(), nodes.count());
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  parameters.height_m = Eigen::SimplicialLDLT<Sparse>(matrix).solve(right);
+  std::vector<double> depth_m, stiffness_N_m;
+  for (Eigen::Index row = 0; row < passes.rows(); ++row) {
+    depth_m.push_back(nodes.foot(passes.position_m.row(row), parameters.height_m).depth_m);
+    if (force_N_[row] > floor_N_ && depth_m.back() > 0)
+      stiffness_N_m.push_back(force_N_[row] / depth_m.back());
+  }
+  unknowns.depth_m = 1.25 * stated_quantile(depth_m, 0.99);
+  unknowns.force_N = upper_median(std::vector<double>(force_N_.begin(), force_N_.end()));
+  if (!(unknowns.depth_m > 0) || stiffness_N_m.empty())
+    throw Error("scan", "no row is deeper than another", "Record presses to several depths.");
+  basis.degree = 3;
+  for (int i = 0; i <= kPieces; ++i) basis.knots_m.push_back(unknowns.depth_m * i / kPieces);
+  parameters.increment_N = Eigen::MatrixXd::Constant(
+      nodes.count(), unknowns.increments,
+      upper_median(stiffness_N_m) * unknowns.depth_m / unknowns.increments);
+  parameters.friction = Eigen::VectorXd::Constant(nodes.count(), 0.3);
+  parameters.friction_slope_1_m = Eigen::VectorXd::Zero(nodes.count());
+  parameters.lambda = 2.0 / 3;
+  is_free.assign(unknowns.size(), 1);
+  std::fill(is_free.begin() + unknowns.global(0), is_free.end(), 0);
+}
+
+Eigen::VectorXd Identification::relative_errors(const Walked& walked, const Parameters& at) const {
+  Eigen::VectorXd out(passes.rows());
+  for (Eigen::Index row = 0; row < out.size(); ++row)
+    out[row] = (passes.force_N.row(row) - walked.force_N.row(row) - at.bias_N.transpose()).norm() /
+               std::max(force_N_[row], floor_N_);
+  return out;
+}
+
+// Mean of Huber's loss over the rows that are marked so.
+double Identification::loss(const Eigen::VectorXd& error, double scale, const Mask& mask) const {
+  double sum = 0, count = 0;
+  for (Eigen::Index row = 0; row < error.size(); ++row) {
+    if (!mask[row]) continue;
+    const double e = error[row] / scale;
+    sum += e < kKnee ? 0.5 * e * e : kKnee * (e - 0.5 * kKnee);
+    ++count;
+  }
+  return count > 0 ? sum * scale * scale / count : 0;
+}
+
+RelativeErrors Identification::errors(const Mask& mask) const {
+  const PlayedBody body(nodes, parameters, basis, kParts);
+  const Eigen::VectorXd all =
+      relative_errors(body.walk(passes, parameters.delay_s, mask, false, jobs_), parameters);
+  std::vector<double> rows;
+  for (Eigen::Index row = 0; row < all.size(); ++row)
+    if (mask[row] && force_N_[row] > floor_N_) rows.push_back(all[row]);
+  return {stated_quantile(rows, 0.5), stated_quantile(rows, 0.95), stated_quantile(rows, 1)};
+}
+
+double Identification::loss_of(const Mask& mask) const {
+  const PlayedBody body(nodes, parameters, basis, kParts);
+  const Walked walked = body.walk(passes, parameters.delay_s, mask, false, jobs_);
+  return loss(relative_errors(walked, parameters), 0.1, mask);
+}
+
+// Changes of all forces by unknowns behind the nodes', by differences of replays.
+std::vector<std::pair<int, Points>> Identification::changes(const Eigen::VectorXd& x,
+                                                            const Walked& walked,
+                                                            const Mask& mask) const {
+  std::vector<std::pair<int, Points>> out;
+  for (int k = Unknowns::kLambda; k < Unknowns::kGlobals; ++k) {
+    if (!is_free[unknowns.global(k)]) continue;
+    Eigen::VectorXd moved = x;
+    const double step = 0.05;  // of 10 ms, of a share, of a logarithm: well above ticks' rounding
+    moved[unknowns.global(k)] += step;
+    const Parameters p = unknowns.parameters_of(moved);
+    const Walked other =
+        PlayedBody(nodes, p, basis, kParts).walk(passes, p.delay_s, mask, false, jobs_);
+    out.emplace_back(k, (other.force_N - walked.force_N) / step);
+  }
+  return out;
+}
+
+// Solves for the step that keeps bounds: unknowns that would cross theirs stay there.
+Eigen::VectorXd Identification::bounded_step(const NormalEquations& normal,
+                                             const Eigen::VectorXd& room) const {
+  Mask free = this->is_free;
+  for (Eigen::Index i = 0; i < room.size(); ++i)  // those at their bound that press against it
+    if (!(room[i] < 0) && normal.right[i] < 0) free[i] = 0;
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(room.size());
+  for (int round = 0; round < 2; ++round) {
+    std::vector<int> number(room.size(), -1);
+    int count = 0;
+    for (Eigen::Index i = 0; i < room.size(); ++i)
+      if (free[i]) number[i] = count++;
+    std::vector<Eigen::Triplet<double>> entries;
+    Eigen::VectorXd right(count), full = normal.right - normal.matrix * fixed(step, free);
+    for (Eigen::Index i = 0; i < room.size(); ++i)
+      if (number[i] >= 0) right[number[i]] = full[i];
+    for (int c = 0; c < normal.matrix.outerSize(); ++c)
+      for (Sparse::InnerIterator it(normal.matrix, c); it; ++it)
+        if (number[it.row()] >= 0 && number[c] >= 0)
+          entries.emplace_back(number[it.row()], number[c], it.value());
+    Sparse matrix(count, count);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    const Eigen::VectorXd found = Eigen::SimplicialLDLT<Sparse>(matrix).solve(right);
+    bool is_within = true;
+    for (Eigen::Index i = 0; i < room.size(); ++i) {
+      if (number[i] < 0) continue;
+      step[i] = found[number[i]];
+      if (step[i] >= room[i]) continue;
+      step[i] = room[i];
+      free[i] = 0;
+      is_within = false;
+    }
+    if (is_within) break;
+  }
+  return step;
+}
+
+// Gauss-Newton on the rows that are marked, damped where a step does not lower the loss.
+void Identification::fit(const Mask& mask, int most_steps) {
+  const double count = static_cast<double>(std::ranges::count(mask, 1));
+  const Sparse prior = prior_of(nodes, unknowns, smoothness * 0.05 * count / nodes.cells());
+  Eigen::VectorXd x = unknowns.vector_of(parameters);
+  const Eigen::VectorXd lower = unknowns.lower();
+  auto body = std::make_unique<PlayedBody>(nodes, parameters, basis, kParts);
+  Walked walked = body->walk(passes, parameters.delay_s, mask, true, jobs_);
+  double damping = 1e-4;
+  for (int step = 0; step < most_steps; ++step, ++steps) {
+    if (progress_.stopped()) return;
+    const Eigen::VectorXd error = relative_errors(walked, parameters);
+    const double scale = scale_of(error, mask);
+    const auto cost = [&](const Eigen::VectorXd& e, const Eigen::VectorXd& at) {
+      return count * loss(e, scale, mask) + 0.5 * at.dot(prior * at);
+    };
+    const double before = cost(error, x);
+    Eigen::VectorXd weight = Eigen::VectorXd::Zero(passes.rows());
+    for (Eigen::Index row = 0; row < weight.size(); ++row)
+      if (mask[row])
+        weight[row] = std::sqrt(std::min(1.0, kKnee * scale / error[row])) /
+                      std::max(force_N_[row], floor_N_);
+    normal_ = linearise(nodes, unknowns, *body, walked, passes, parameters, weight,
+                        changes(x, walked, mask));
+    normal_.matrix += prior;
+    normal_.right -= prior * x;
+    bool is_lower = false;
+    double after = before;
+    for (int attempt = 0; attempt < 5 && !is_lower; ++attempt) {
+      NormalEquations damped = normal_;
+      const Eigen::VectorXd diagonal = normal_.matrix.diagonal();
+      Sparse added(x.size(), x.size());
+      added.setIdentity();
+      for (Eigen::Index i = 0; i < x.size(); ++i)
+        added.coeffRef(i, i) = damping * diagonal[i] + 1e-9;
+      damped.matrix += added;
+      const Eigen::VectorXd tried = (x + bounded_step(damped, lower - x)).cwiseMax(lower);
+      const Parameters p = unknowns.parameters_of(tried);
+      auto other = std::make_unique<PlayedBody>(nodes, p, basis, kParts);
+      Walked there = other->walk(passes, p.delay_s, mask, true, jobs_);
+      after = cost(relative_errors(there, p), tried);
+      is_lower = after < before;
+      damping = is_lower ? std::max(0.2 * damping, 1e-5) : 10 * damping;
+      if (!is_lower) continue;
+      x = tried, parameters = p, body = std::move(other), walked = std::move(there);
+    }
+    scale_ = scale;
+    if (!is_lower || after > 0.998 * before) break;
+  }
+}
+
+// Standard errors of unknowns behind the nodes' from the last normal equations. Neighbouring rows
+// with correlation r count (1 - r) / (1 + r).
+Eigen::VectorXd Identification::deviations(const Walked& walked) const {
+  double squares = 0, products = 0;
+  Vec3 before = Vec3::Zero();
+  for (Eigen::Index row = 0; row < passes.rows(); ++row) {
+    const Vec3 off =
+        (passes.force_N.row(row) - walked.force_N.row(row)).transpose() - parameters.bias_N;
+    const Vec3 relative = off / std::max(force_N_[row], floor_N_);
+    squares += relative.squaredNorm();
+    products += relative.dot(before);
+    before = relative;
+  }
+  const double r = std::clamp(products / squares, 0.0, 0.99),
+               variance = scale_ * scale_ / 3 * (1 + r) / (1 - r);
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(Unknowns::kGlobals);
+  for (int k = 0; k < Unknowns::kGlobals; ++k) {
+    if (!is_free[unknowns.global(k)]) continue;
+    NormalEquations unit{normal_.matrix,
+                         Eigen::VectorXd::Unit(unknowns.size(), unknowns.global(k))};
+    const Eigen::VectorXd free_room = Eigen::VectorXd::Constant(unknowns.size(), -kInfinity);
+    out[k] = std::sqrt(std::max(0.0, variance * bounded_step(unit, free_room)[unknowns.global(k)]));
+  }
+  return out;
+}
+
+}  // namespace palpate::scan

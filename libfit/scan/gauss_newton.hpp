@@ -1,0 +1,61 @@
+#pragma once
+
+#include <vector>
+
+#include "libfit/core/progress.hpp"
+#include "libfit/core/stated_error.hpp"
+#include "libfit/scan/residuals.hpp"
+
+namespace palpate::scan {
+
+using Mask = std::vector<char>;  ///< of each row; rows of a pass have one
+
+/// Squares of the mesh along the side of a square of nodes. At 1 heights of a dome of 20 mm are off
+/// by 0.08 mm between nodes 3.6 mm apart, at 2 by 0.02.
+inline constexpr int kParts = 2;
+
+/// Least squares of the relative errors of all forces over the numbers at the nodes and those of
+/// recording and body that are free, with Huber's loss and a weak prior of smoothness.
+class Identification {
+ public:
+  Identification(const Samples& scans, int jobs, const Progress& progress);
+
+  /// Gauss-Newton on the rows that are marked, damped where a step does not lower the loss. Ends
+  /// early when Progress says so.
+  void fit(const Mask& mask, int most_steps);
+  /// Mean loss, and errors of rows above a tenth of the largest force.
+  double loss_of(const Mask& mask) const;
+  RelativeErrors errors(const Mask& mask) const;
+  /// Standard errors of Unknowns::Global from the last fit; 0 of those that are not free.
+  Eigen::VectorXd deviations(const Walked& walked) const;
+
+  PlayedBody body() const { return PlayedBody(nodes, parameters, basis, kParts); }
+  Walked walk(const Mask& mask) const {
+    return body().walk(passes, parameters.delay_s, mask, false, jobs_);
+  }
+
+  const Passes passes;
+  const Nodes nodes;
+  Unknowns unknowns;
+  CurveBasis basis;
+  Parameters parameters;
+  Mask is_free;           ///< of each unknown
+  double smoothness = 1;  ///< factor of the prior
+  int steps = 0;
+
+ private:
+  void start();
+  double loss(const Eigen::VectorXd& error, double scale, const Mask& mask) const;
+  Eigen::VectorXd relative_errors(const Walked& walked, const Parameters& at) const;
+  std::vector<std::pair<int, Points>> changes(const Eigen::VectorXd& x, const Walked& walked,
+                                              const Mask& mask) const;
+  Eigen::VectorXd bounded_step(const NormalEquations& normal, const Eigen::VectorXd& room) const;
+
+  int jobs_;
+  const Progress& progress_;
+  Eigen::VectorXd force_N_;
+  double floor_N_ = 0, scale_ = 0;
+  NormalEquations normal_;
+};
+
+}  // namespace palpate::scan

@@ -1,0 +1,194 @@
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libfit/core/closest_point.hpp"
+#include "libfit/scan/gauss_newton.hpp"
+#include "libfit/scan/scan.hpp"
+
+namespace palpate::scan {
+namespace {
+
+// Unknown of the recording or of the whole body: `count` from `unknown` on, of which the first is
+// stated, times `scale` or as its exponential (0).
+struct Candidate {
+  const char *name, *unit;
+  int unknown, count;
+  double scale;
+};
+constexpr Candidate kCandidates[] = {{"delay of the force", " s", Unknowns::kDelay, 1, 0.01},
+                                     {"bias of the force", "", Unknowns::kBias, 3, 0},
+                                     {"lambda", "", Unknowns::kLambda, 1, 0},
+                                     {"share of a relaxation", "", Unknowns::kShare, 2, 1}};
+
+// Passes left out decide whether a candidate is free, and how smooth neighbours are.
+class Choice {
+ public:
+  Choice(Identification& fit, const Progress& progress)
+      : fit_(fit), progress_(progress), half_(fit.passes.rows(), 0), other_(half_) {
+    for (std::size_t pass = 0; pass < fit.passes.count(); ++pass)
+      for (Eigen::Index row = fit.passes.first[pass]; row < fit.passes.first[pass + 1]; ++row)
+        (pass / 2 % 2 == 0 ? half_ : other_)[row] = 1;  // to and fro in each
+  }
+
+  void run(ScanFit& out) {
+    constexpr std::size_t kParts = std::size(kCandidates) + 4;
+    progress_.report(0, kParts, "surface and curves");
+    fit_.fit(half_, 12);
+    best_ = fit_.loss_of(other_);
+    std::size_t done = 0;
+    for (const Candidate& candidate : kCandidates) {
+      progress_.report(++done, kParts, candidate.name);
+      const double gain = keep_if_better(5, [&] { free(candidate); });
+      gains.push_back(gain);
+    }
+    for (const double factor : {0.2, 5.0}) {
+      progress_.report(++done, kParts, "smoothness");
+      keep_if_better(4, [&] { fit_.smoothness *= factor; });
+    }
+    out.fitted = fit_.errors(half_), out.left_out = fit_.errors(other_);
+    progress_.report(++done, kParts, "all passes");
+    fit_.fit(Mask(half_.size(), 1), 8);
+    progress_.report(kParts, kParts);
+  }
+
+  std::vector<double> gains;  ///< of the loss of passes left out, by each candidate
+
+ private:
+  static constexpr double kLeastGain = 0.01;  // of the loss; less than chance of a pass
+
+  void free(const Candidate& candidate) {
+    for (int k = 0; k < candidate.count; ++k)
+      fit_.is_free[fit_.unknowns.global(candidate.unknown + k)] = 1;
+    if (candidate.unknown != Unknowns::kShare) return;
+    fit_.parameters.relaxation.share = Eigen::VectorXd::Constant(1, 0.02);
+    fit_.parameters.relaxation.time_s = Eigen::VectorXd::Constant(1, 0.1);
+  }
+
+  template <class Change>
+  double keep_if_better(int most_steps, const Change& change) {
+    const Parameters parameters = fit_.parameters;
+    const Mask is_free = fit_.is_free;
+    const double smoothness = fit_.smoothness;
+    change();
+    fit_.fit(half_, most_steps);
+    const double now = fit_.loss_of(other_), gain = 1 - now / best_;
+    if (gain > kLeastGain)
+      best_ = now;
+    else
+      fit_.parameters = parameters, fit_.is_free = is_free, fit_.smoothness = smoothness;
+    return gain;
+  }
+
+  Identification& fit_;
+  const Progress& progress_;
+  Mask half_, other_;
+  double best_ = 0;
+};
+
+void say_numbers(const Identification& fit, const std::vector<double>& gains,
+                 const Eigen::VectorXd& deviation, ScanFit& out) {
+  const Eigen::VectorXd x = fit.unknowns.vector_of(fit.parameters).tail(Unknowns::kGlobals);
+  out.delay_s = fit.parameters.delay_s, out.bias_N = fit.parameters.bias_N;
+  out.delay_deviation_s = 0.01 * deviation[Unknowns::kDelay];
+  out.bias_deviation_N = fit.unknowns.force_N * deviation.head<3>();
+  for (std::size_t i = 0; i < std::size(kCandidates); ++i) {
+    const Candidate& of = kCandidates[i];
+    const int k = of.unknown;
+    std::string value = fmt::format("no {}", of.name);
+    if (fit.is_free[fit.unknowns.global(k)]) {
+      const double scale = of.scale > 0 ? of.scale : std::exp(x[k]);
+      value = fmt::format("{} {:.3g} +- {:.2g}{}", of.name, of.scale > 0 ? scale * x[k] : scale,
+                          scale * deviation[k], of.unit);
+      if (k == Unknowns::kBias)
+        value = fmt::format("{} ({:.2g}, {:.2g}, {:.2g}) +- {:.2g} N", of.name, out.bias_N[0],
+                            out.bias_N[1], out.bias_N[2], out.bias_deviation_N.maxCoeff());
+    }
+    out.notes.push_back(fmt::format("{}: the loss of passes left out {} by {:.1f} % with it", value,
+                                    gains[i] > 0 ? "falls" : "rises", 100 * std::abs(gains[i])));
+  }
+}
+
+void say_coverage(const Identification& fit, const Walked& walked, ScanFit& out) {
+  const Passes& passes = fit.passes;
+  Mask is_covered(fit.nodes.cells() + 1, 0);
+  std::vector<double> depth_m, speed_m_s;
+  double sliding = 0, gap_s = 0;
+  for (std::size_t pass = 0; pass < passes.count(); ++pass)
+    for (Eigen::Index row = passes.first[pass]; row < passes.first[pass + 1]; ++row) {
+      const auto foot = fit.nodes.foot(passes.position_m.row(row), fit.parameters.height_m);
+      is_covered[foot.place.cell + 1] = 1;
+      depth_m.push_back(foot.depth_m);
+      sliding += walked.is_sliding[row];
+      if (row == passes.first[pass]) continue;
+      const double step_s = passes.time_s[row] - passes.time_s[row - 1];
+      speed_m_s.push_back((passes.position_m.row(row) - passes.position_m.row(row - 1)).norm() /
+                          step_s);
+      gap_s = std::max(gap_s, step_s);
+    }
+  const auto squares = std::count(is_covered.begin() + 1, is_covered.end(), 1);
+  out.notes.push_back(fmt::format(
+      "{} passes, {} rows over {:.3g} cm2; {:.2g} to {:.2g} mm deep, {:.2g} to {:.2g} mm/s (p5, "
+      "p95); {:.0f} % of the rows slide; the longest gap is {:.2g} s",
+      passes.count(), passes.rows(), 1e4 * double(squares) * std::pow(fit.nodes.spacing_m(), 2),
+      1e3 * stated_quantile(depth_m, 0.05), 1e3 * stated_quantile(depth_m, 0.95),
+      1e3 * stated_quantile(speed_m_s, 0.05), 1e3 * stated_quantile(speed_m_s, 0.95),
+      100 * sliding / double(passes.rows()), gap_s));
+}
+
+}  // namespace
+
+ScanFit identify(const Samples& scans, int jobs, const Progress& progress) {
+  ScanFit out;
+  Identification fit(scans, jobs, progress);
+  Choice choice(fit, progress);
+  choice.run(out);
+  if (progress.stopped()) return {};
+  const PlayedBody body = fit.body();
+  const Walked walked = fit.walk(Mask(fit.passes.rows(), 1));
+  out.notes.push_back(fmt::format(
+      "nodes {:.2g} mm apart, curves to {:.3g} mm, smoothness {:g}; passes left out of half of it "
+      "are off by {} (median), {} (p95), that half by {}, {}",
+      1e3 * fit.nodes.spacing_m(), 1e3 * fit.unknowns.depth_m, fit.smoothness,
+      stated_percent(out.left_out.median), stated_percent(out.left_out.p95),
+      stated_percent(out.fitted.median), stated_percent(out.fitted.p95)));
+  say_numbers(fit, choice.gains, fit.deviations(walked), out);
+  say_coverage(fit, walked, out);
+  out.surface = body.mesh().surface;
+  const Eigen::Index vertices = out.surface.vertices.rows();
+  FittedCurves& curves = out.curves;
+  curves.position = out.surface.vertices, curves.normal = body.model().inward_normal;
+  curves.curves = body.model().curves;
+  curves.status.assign(vertices, FitStatus::good), curves.message.assign(vertices, "");
+  for (Eigen::Index v = 0; v < vertices; ++v) curves.name.push_back(fmt::format("v{}", v + 1));
+  curves.rms_residual_N = curves.max_residual_N = Eigen::VectorXd::Constant(vertices, kNan);
+  curves.depth_range_m = Eigen::VectorXd::Constant(vertices, fit.unknowns.depth_m);
+  return out;
+}
+
+Samples corrected(const Samples& scans, const ScanFit& fit) {
+  Samples out = scans;
+  const Passes passes(scans);
+  const BoxTree boxes = triangle_boxes(fit.surface);
+  for (std::size_t pass = 0; pass < passes.count(); ++pass) {
+    const Eigen::Index first = passes.first[pass];
+    const auto foot =
+        closest_point(fit.surface, boxes, passes.position_at(pass, first, fit.delay_s));
+    Vec3 inward = Vec3::Zero();
+    for (int k = 0; k < 3; ++k)
+      inward += foot->weight[k] *
+                fit.curves.normal.row(fit.surface.triangles(foot->triangle, k)).transpose();
+    out.point_position.row(scans.point[first]) = foot->position.transpose();
+    out.point_normal.row(scans.point[first]) = inward.normalized().transpose();
+    for (Eigen::Index row = first; row < passes.first[pass + 1]; ++row) {
+      out.deflection.row(row) =
+          (passes.position_at(pass, row, fit.delay_s) - foot->position).transpose();
+      out.force.row(row) -= fit.bias_N.transpose();
+    }
+  }
+  out.relaxation = fit.curves.curves.relaxation;
+  return out;
+}
+
+}  // namespace palpate::scan

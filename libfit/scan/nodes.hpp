@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "libfit/core/geometry.hpp"
+
+namespace palpate::scan {
+
+/// Regular grid of nodes over a region of a plane, and a height field on it. Heights [m] are along
+/// the inward axis and are coefficients of bicubic B-splines, so that normals are smooth; whatever
+/// else nodes own is blended bilinearly. A cell has the nodes (i, j) to (i + 1, j + 1).
+class Nodes {
+ public:
+  static constexpr int kHeights = 16;  ///< nodes that the height in a cell depends on
+
+  /// Nodes of a cell's corners, and of the B-splines alive there.
+  struct Cell {
+    std::array<int, 4> corner;
+    std::array<int, kHeights> height;
+  };
+  /// A place in a cell: bilinear weights of its corners, and the B-splines with their slopes [1/m].
+  struct Place {
+    int cell = -1;  ///< -1: outside
+    std::array<double, 4> corner{};
+    std::array<double, kHeights> height{}, slope1{}, slope2{};
+  };
+
+  /// points: # x 3 [m], that the cells with a margin of one shall cover. inward: unit.
+  Nodes(const Points& points, const Vec3& inward, double spacing_m);
+
+  int count() const { return columns_ * rows_; }
+  int cells() const { return static_cast<int>(cell_.size()); }
+  double spacing_m() const { return spacing_m_; }
+  const Cell& cell(int c) const { return cell_[c]; }
+  const Vec3& inward() const { return axis_[2]; }
+  const Vec3& axis(int k) const { return axis_[k]; }
+  /// Pairs and triples of neighbouring nodes along both axes, for differences.
+  std::vector<std::array<int, 2>> pairs() const;
+  std::vector<std::array<int, 3>> triples() const;
+
+  /// A node in the plane.
+  Vec3 position(int node) const {
+    return origin_ + spacing_m_ * (node / rows_ * axis_[0] + node % rows_ * axis_[1]);
+  }
+  /// Coordinates along the plane's two axes and inward.
+  Vec3 coordinates(const Vec3& point) const;
+  /// cell: of which the place is taken; -1: the one that the coordinates lie in.
+  Place at(double first, double second, int cell = -1) const;
+  /// Point of the height field with its inward unit normal.
+  struct Foot {
+    Place place;
+    Vec3 position = Vec3::Zero(), normal = Vec3::Zero();
+    double depth_m = 0;  ///< of the point asked for, along the normal
+  };
+  /// Foot of a point. Fixed point iteration: exact where the surface bends by less than its depth.
+  Foot foot(const Vec3& point, const Eigen::VectorXd& height) const;
+
+  /// The height field as triangles, each cell as `parts` x `parts` squares; vertices are shared.
+  struct Mesh {
+    Surface surface;
+    std::vector<Place> vertex;       ///< where each vertex is
+    std::vector<int> triangle_cell;  ///< of each triangle
+  };
+  Mesh mesh(const Eigen::VectorXd& height, int parts) const;
+
+ private:
+  Vec3 axis_[3], origin_;
+  double spacing_m_;
+  int columns_ = 0, rows_ = 0;
+  std::vector<Cell> cell_;
+  std::vector<std::array<int, 2>> index_;  // of each cell
+  std::vector<int> cell_at_;               // of each square of the grid; -1: none
+};
+
+}  // namespace palpate::scan

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Sparse>
+#include <vector>
+
+#include "libfit/scan/walk.hpp"
+
+namespace palpate::scan {
+
+/// Places of the unknowns in one vector. All are of order 1: increments over `force_N`, heights
+/// over the spacing of nodes, mu_1 times `depth_m`. Behind those of the nodes stand those of the
+/// recording and of the whole body.
+struct Unknowns {
+  int nodes = 0, increments = 0;
+  double spacing_m = 0, depth_m = 0, force_N = 0;
+  bool has_heights = true;
+
+  int increment(int node, int j) const { return node * increments + j; }
+  int height(int node) const { return nodes * increments + node; }
+  int friction(int node) const { return nodes * (increments + 1) + node; }
+  int friction_slope(int node) const { return nodes * (increments + 2) + node; }
+  int global(int k) const { return nodes * (increments + 3) + k; }
+  int size() const { return global(kGlobals); }
+
+  enum Global : int { kBias, kLambda = 3, kDelay, kShare, kTime, kGlobals };
+
+  Eigen::VectorXd vector_of(const Parameters& p) const;
+  Parameters parameters_of(const Eigen::VectorXd& x) const;
+  /// Bounds from below; -infinity where there is none.
+  Eigen::VectorXd lower() const;
+};
+
+/// Normal equations of Gauss-Newton: matrix dx = right.
+struct NormalEquations {
+  Eigen::SparseMatrix<double> matrix;
+  Eigen::VectorXd right;
+};
+
+/// Linearises the forces of rows about the contact points that they have now: anchors and dashpots
+/// hold, rings that slip stay at their limit. weight: N, of each row's residual; 0 leaves it out.
+/// changes: of the unknowns behind `bias`, the change of all forces by each, N x 3 over its unit.
+NormalEquations linearise(const Nodes& nodes, const Unknowns& unknowns, const PlayedBody& body,
+                          const Walked& walked, const Passes& passes, const Parameters& at,
+                          const Eigen::VectorXd& weight,
+                          const std::vector<std::pair<int, Points>>& changes);
+
+}  // namespace palpate::scan

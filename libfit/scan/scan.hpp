@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libfit/core/curves.hpp"
+#include "libfit/core/progress.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/core/stated_error.hpp"
+
+namespace palpate::scan {
+
+/// Result of an identification. The rows of `curves` are the vertices of the surface.
+struct ScanFit {
+  Surface surface;
+  FittedCurves curves;
+  double delay_s = 0, delay_deviation_s = 0;  ///< the force is this late
+  Vec3 bias_N = Vec3::Zero(), bias_deviation_N = Vec3::Zero();
+  /// Of half of the passes, and of the others, by which the unknowns of the recording were chosen.
+  RelativeErrors fitted, left_out;
+  std::vector<std::string> notes;  ///< a sentence on each finding and on what the scan covers
+};
+
+/// Surface, curves and unknowns of the recording from rows of the kind `scan`, each experiment a
+/// pass in its recording's time (docs/measured-data.md, Scans). jobs: threads, 0: all; the result
+/// does not depend on it, and is none where Progress stopped it. Throws Error where nothing
+/// presses.
+ScanFit identify(const Samples& scans, int jobs = 0, const Progress& progress = {});
+
+/// The same scans without what belongs to their recordings: positions at the time of the force,
+/// bias subtracted, each pass placed at the point of the surface under its first row.
+Samples corrected(const Samples& scans, const ScanFit& fit);
+
+}  // namespace palpate::scan

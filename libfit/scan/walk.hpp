@@ -1,0 +1,77 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "libfit/assets/asset_bytes.hpp"
+#include "libfit/core/curves.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/runtime/engine.hpp"
+#include "libfit/scan/nodes.hpp"
+
+namespace palpate::scan {
+
+/// The body at the nodes, N rows each, and what belongs to the recording.
+struct Parameters {
+  Eigen::MatrixXd increment_N;  ///< N x K, >= 0, of the normal curves
+  Eigen::VectorXd height_m;     ///< N, coefficients of Nodes
+  Eigen::VectorXd friction, friction_slope_1_m;
+  double lambda = 0;      ///< lateral over normal stiffness of a ring
+  Relaxation relaxation;  ///< of at most one branch
+  double delay_s = 0;     ///< the force is this late
+  Vec3 bias_N = Vec3::Zero();
+};
+
+/// Passes of a tool: rows of the kind `scan` with their times, of one experiment each.
+struct Passes {
+  std::vector<Eigen::Index> first;  ///< row of each pass, and the end of all
+  Points position_m, force_N;       ///< N x 3, force of the tool ON the body
+  Eigen::VectorXd time_s;           ///< N, of the recording's clock
+
+  explicit Passes(const Samples& samples);
+  Eigen::Index rows() const { return time_s.size(); }
+  std::size_t count() const { return first.size() - 1; }
+  /// Where the tool was when the force of a row acted.
+  Vec3 position_at(std::size_t pass, Eigen::Index row, double delay_s) const;
+};
+
+/// State of the contact after a row.
+struct RowState {
+  runtime::ContactPlace place;  ///< triangle -1: nothing touches
+  runtime::RingMemory<double> memory;
+};
+struct Walked {
+  Points force_N;                ///< N x 3, ON THE BODY, without bias
+  std::vector<char> is_sliding;  ///< N
+  std::vector<RowState> state;   ///< N, where it was asked for
+};
+
+/// The body of parameters as the engine plays it.
+class PlayedBody {
+ public:
+  PlayedBody(const Nodes& nodes, const Parameters& parameters, const CurveBasis& basis, int parts);
+  PlayedBody(const PlayedBody&) = delete;
+  PlayedBody& operator=(const PlayedBody&) = delete;
+
+  const runtime::AssetView& asset() const { return asset_; }
+  const Nodes::Mesh& mesh() const { return mesh_; }
+  const Model& model() const { return model_; }
+  /// Passes along the engine, each on a body that nothing has touched. is_wanted: of each row,
+  /// those of a pass alike; others stay 0. jobs: threads.
+  Walked walk(const Passes& passes, double delay_s, const std::vector<char>& is_wanted,
+              bool wants_states, int jobs) const;
+
+ private:
+  const Nodes& nodes_;
+  const Eigen::VectorXd height_m_;
+  Nodes::Mesh mesh_;
+  Model model_;
+  std::optional<AssetBytes> bytes_;
+  runtime::Asset asset_;
+};
+
+/// Curvature of the surface at its vertices as the law of rings reads it, -du/dc at half of the
+/// curves' depth (docs/method.md, M15c), V x 6: least squares over neighbouring normals.
+Controls vertex_curvature(const Surface& surface, const Points& inward_normal, double depth_m);
+
+}  // namespace palpate::scan

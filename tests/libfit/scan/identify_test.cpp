@@ -1,0 +1,136 @@
+// Scans of a known body, made with the engine: its surface, curves and friction, and what belongs
+// to the recording, come back.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "libfit/core/stated_error.hpp"
+#include "libfit/scan/scan.hpp"
+#include "libfit/scan/walk.hpp"
+
+namespace palpate::test {
+namespace {
+
+using scan::Nodes;
+using scan::Parameters;
+using scan::Passes;
+
+constexpr unsigned kSeed = 7;
+constexpr double kDepth_m = 6e-3, kDelay_s = 4e-3, kNoise_N = 0.01;
+const Vec3 kBias_N(0.03, -0.02, 0.05);
+
+/// A dome, 16 x 12 mm, half as stiff again on one side, inward along -z.
+struct KnownBody {
+  Nodes nodes{corners(), -Vec3::UnitZ(), 2.5e-3};
+  CurveBasis basis;
+  Parameters at;
+
+  static Points corners() {
+    Points out(0, 3);
+    for (int i = 0; i <= 32; ++i)
+      for (int j = 0; j <= 24; ++j) {
+        out.conservativeResize(out.rows() + 1, 3);
+        out.row(out.rows() - 1) << 0.5e-3 * i, 0.5e-3 * j, 0;
+      }
+    return out;
+  }
+  static double height_m(double x, double y) {
+    return (std::pow(x - 8e-3, 2) + std::pow(y - 6e-3, 2)) / (2 * 0.04);
+  }
+  static double stiffness(double x) { return 1 + x / 32e-3; }
+
+  KnownBody() {
+    for (int i = 0; i <= 4; ++i) basis.knots_m.push_back(kDepth_m * i / 4);
+    const int count = nodes.count();
+    at.increment_N.resize(count, 6);
+    at.height_m.resize(count);
+    for (int n = 0; n < count; ++n) {
+      const Vec3 p = nodes.position(n);
+      at.height_m[n] = height_m(p.x(), p.y());
+      for (int j = 0; j < 6; ++j) at.increment_N(n, j) = 0.1 * (j + 1) * stiffness(p.x());
+    }
+    at.friction = Eigen::VectorXd::Constant(count, 0.35);
+    at.friction_slope_1_m = Eigen::VectorXd::Zero(count);
+    at.lambda = 0.7;
+  }
+
+  /// Lines 1 mm apart, to and fro, with a sine of 2 Hz between 0.5 and 4.5 mm of depth.
+  Samples scanned(double first_line_m) const {
+    std::mt19937 random(kSeed);
+    std::normal_distribution<double> noise(0, kNoise_N);
+    Samples s;
+    std::vector<Vec3> tip;
+    double time_s = 0;
+    for (int pass = 0; pass < 12; ++pass) {
+      time_s = 0.25;
+      for (int i = 0; i < 140; ++i, time_s += 0.015) {
+        const double along_m = 8e-3 * i / 70, x = pass % 2 == 0 ? along_m : 16e-3 - along_m,
+                     y = first_line_m + 1e-3 * pass,
+                     depth_m =
+                         2.5e-3 - 2e-3 * std::cos(4 * std::numbers::pi * (time_s - 0.25) + pass);
+        tip.emplace_back(x, y, -height_m(x, y) - depth_m);
+        s.experiment.push_back(pass), s.point.push_back(pass), s.step.push_back(i);
+        s.kind.push_back(ExperimentKind::scan), s.status.push_back(RowStatus::good);
+        s.time_s.conservativeResize(s.time_s.size() + 1);
+        s.time_s[s.time_s.size() - 1] = time_s;
+      }
+    }
+    s.point_position = Points::Zero(12, 3), s.point_normal = Points::Zero(12, 3);
+    s.deflection.resize(tip.size(), 3), s.force.resize(tip.size(), 3);
+    for (std::size_t i = 0; i < tip.size(); ++i) s.deflection.row(i) = tip[i];
+    const scan::PlayedBody body(nodes, at, basis, 3);
+    const std::vector<char> all(tip.size(), 1);
+    s.force = body.walk(Passes(s), kDelay_s, all, false, 0).force_N.rowwise() + kBias_N.transpose();
+    for (double& f : s.force.reshaped()) f += noise(random);
+    return s;
+  }
+};
+
+TEST(scan, surface_curves_and_friction_come_back_with_delay_and_bias) {
+  SCOPED_TRACE(kSeed);
+  const KnownBody truth;
+  const Samples recorded = truth.scanned(0.5e-3);
+  const scan::ScanFit fit = scan::identify(recorded);
+  EXPECT_NEAR(fit.delay_s, kDelay_s, 1e-3);
+  EXPECT_LT((fit.bias_N - kBias_N).norm(), 0.03);
+  EXPECT_LT(fit.left_out.p95, 0.07);
+
+  // Stiffness at 3 mm and friction, vertex by vertex within the scan.
+  const NodeForces forces(fit.curves.curves);
+  std::vector<double> stiffness_off, friction_off, height_off_m;
+  for (Eigen::Index v = 0; v < fit.surface.vertices.rows(); ++v) {
+    const Vec3 p = fit.surface.vertices.row(v);
+    if (p.x() < 2e-3 || p.x() > 14e-3 || p.y() < 2e-3 || p.y() > 10e-3) continue;
+    const SplineTables tables = tabulate(truth.basis);
+    Eigen::VectorXd control(7);
+    control << 0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.1;
+    const double known_N_m = KnownBody::stiffness(p.x()) *
+                             runtime::curve_slope(palpate::view(tables), control.data(), 3e-3);
+    stiffness_off.push_back(std::abs(forces.normal_slope_N_m(v, 3e-3) / known_N_m - 1));
+    friction_off.push_back(std::abs(forces.limit_N(v, 3e-3) / forces.normal_N(v, 3e-3) / 0.35 - 1));
+    height_off_m.push_back(std::abs(p.z() + KnownBody::height_m(p.x(), p.y())));
+  }
+  EXPECT_LT(stated_quantile(stiffness_off, 0.5), 0.05);
+  EXPECT_LT(stated_quantile(friction_off, 0.5), 0.1);
+  EXPECT_LT(stated_quantile(height_off_m, 0.5), 0.15e-3);
+
+  // Another scan between the lines, at the positions of its forces.
+  Samples other = truth.scanned(0.9e-3);
+  const Samples placed = scan::corrected(other, fit);
+  EXPECT_LT((placed.force - other.force).rowwise().norm().maxCoeff(), 0.1);
+}
+
+TEST(scan, a_place_beyond_the_scan_is_outside) {
+  const KnownBody truth;
+  EXPECT_LT(truth.nodes.at(-0.1, 0).cell, 0);
+  const Nodes::Foot foot = truth.nodes.foot({8e-3, 6e-3, -2e-3}, truth.at.height_m);
+  EXPECT_GE(foot.place.cell, 0);
+  EXPECT_NEAR(foot.depth_m, 2e-3, 0.1e-3);
+  EXPECT_NEAR(foot.normal.z(), -1, 1e-3);
+}
+
+}  // namespace
+}  // namespace palpate::test
