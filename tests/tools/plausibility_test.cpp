@@ -195,7 +195,7 @@ TEST(layers, follow_one_another_below_the_outer_surface_and_end_at_no_cavity) {
   EXPECT_EQ(young_at(setup, {0.03, 0.03, 0.0221}), 10e3) << "beside the cavity";
   const auto places = place_inclusions(scene, block_body());  // the deepest first
   const double fat_m3 = 0.08 * 0.08 * 0.03 - 0.07 * 0.07 * 0.02;
-  EXPECT_NEAR(places[0].volume_m3, fat_m3, 0.05 * fat_m3);
+  EXPECT_NEAR(places[0].volume_m3, fat_m3, 0.1 * fat_m3);  // by samples 3 mm apart
 }
 
 TEST(layers, of_the_body_s_own_material_are_no_regions_and_two_of_one_material_are_their_sum) {
