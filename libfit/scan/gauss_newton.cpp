@@ -14,7 +14,8 @@ namespace {
 using Sparse = Eigen::SparseMatrix<double>;
 
 constexpr double kKnee = 3;  // robust deviations from which on a residual counts less (Huber)
-constexpr int kPieces = 5;
+constexpr int kPieces = 5;  // of the normal curves: with 8 passes left out are 0.3 points better in
+                            // the median and 1.5 worse at p95 (a sketch on palpation_1)
 
 Vec3 mean_direction(const Passes& passes) {
   const Eigen::VectorXd force_N = passes.force_N.rowwise().norm();

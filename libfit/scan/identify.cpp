@@ -33,31 +33,28 @@ class Choice {
   }
 
   void run(ScanFit& out) {
-    constexpr std::size_t kParts = std::size(kCandidates) + 4;
-    progress_.report(0, kParts, "surface and curves");
+    const std::size_t parts = std::size(kCandidates) + 4;
+    progress_.report(0, parts, "surface and curves");
     fit_.fit(half_, 12);
     best_ = fit_.loss_of(other_);
     std::size_t done = 0;
     for (const Candidate& candidate : kCandidates) {
-      progress_.report(++done, kParts, candidate.name);
-      const double gain = keep_if_better(5, [&] { free(candidate); });
-      gains.push_back(gain);
+      progress_.report(++done, parts, candidate.name);
+      gains.push_back(keep_if_better(5, [&] { free(candidate); }));
     }
     for (const double factor : {0.2, 5.0}) {
-      progress_.report(++done, kParts, "smoothness");
+      progress_.report(++done, parts, "smoothness");
       keep_if_better(4, [&] { fit_.smoothness *= factor; });
     }
     out.fitted = fit_.errors(half_), out.left_out = fit_.errors(other_);
-    progress_.report(++done, kParts, "all passes");
+    progress_.report(++done, parts, "all passes");
     fit_.fit(Mask(half_.size(), 1), 8);
-    progress_.report(kParts, kParts);
+    progress_.report(parts, parts);
   }
 
   std::vector<double> gains;  ///< of the loss of passes left out, by each candidate
 
  private:
-  static constexpr double kLeastGain = 0.01;  // of the loss; less than chance of a pass
-
   void free(const Candidate& candidate) {
     for (int k = 0; k < candidate.count; ++k)
       fit_.is_free[fit_.unknowns.global(candidate.unknown + k)] = 1;
@@ -74,7 +71,7 @@ class Choice {
     change();
     fit_.fit(half_, most_steps);
     const double now = fit_.loss_of(other_), gain = 1 - now / best_;
-    if (gain > kLeastGain)
+    if (gain > 0.01)  // of the loss, so that no chance of a pass decides
       best_ = now;
     else
       fit_.parameters = parameters, fit_.is_free = is_free, fit_.smoothness = smoothness;

@@ -31,7 +31,7 @@ Eigen::MatrixXd ring_weights(const runtime::RingTable& table, int controls) {
 
 Vec3 vec3(const runtime::Vec3d& v) { return {v.x, v.y, v.z}; }
 
-// What a row's force is made of, and how it changes.
+// The law of rings at the contact point of a row, and its derivatives.
 class Differentiator {
  public:
   Differentiator(const Nodes& nodes, const PlayedBody& body, const Parameters& at)

@@ -16,7 +16,7 @@ struct ScanFit {
   FittedCurves curves;
   double delay_s = 0, delay_deviation_s = 0;  ///< the force is this late
   Vec3 bias_N = Vec3::Zero(), bias_deviation_N = Vec3::Zero();
-  /// Of half of the passes, and of the others, by which the unknowns of the recording were chosen.
+  /// Errors at half of the passes, and at the others, which chose the unknowns of the recording.
   RelativeErrors fitted, left_out;
   std::vector<std::string> notes;  ///< a sentence on each finding and on what the scan covers
 };

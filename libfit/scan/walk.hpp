@@ -31,7 +31,7 @@ struct Passes {
   explicit Passes(const Samples& samples);
   Eigen::Index rows() const { return time_s.size(); }
   std::size_t count() const { return first.size() - 1; }
-  /// Where the tool was when the force of a row acted.
+  /// Place of the tool when the force of a row acted.
   Vec3 position_at(std::size_t pass, Eigen::Index row, double delay_s) const;
 };
 

@@ -76,10 +76,10 @@ std::vector<Eigen::Index> begins_of(const Signal& signal) {
 void check_sign(const Signal& signal, const Vec3& push, const std::string& file) {
   const Vec3 along = push.normalized();
   const Eigen::VectorXd travel_m = signal.position_m * along, push_N = signal.force_N * along;
-  constexpr Eigen::Index kLag = 5;  // rows, above the noise of one
+  const Eigen::Index lag = 5;  // rows, over which the force rises by more than its noise
   double both = 0, travel = 0, force = 0;
-  for (Eigen::Index row = kLag; row < travel_m.size(); ++row) {
-    const double dx = travel_m[row] - travel_m[row - kLag], df = push_N[row] - push_N[row - kLag];
+  for (Eigen::Index row = lag; row < travel_m.size(); ++row) {
+    const double dx = travel_m[row] - travel_m[row - lag], df = push_N[row] - push_N[row - lag];
     both += dx * df, travel += dx * dx, force += df * df;
   }
   if (both < -0.3 * std::sqrt(travel * force))
@@ -104,9 +104,9 @@ std::vector<Conditioned> condition_scan(const importers::RawRecording& raw,
   Conditioned all;
   Signal signal = align(raw, settings, inward, file, drop_invalid, all.dropped_rows);
   const std::size_t spikes = replace_spikes(signal);
-  constexpr Eigen::Index kMinRows = 400;  // below, no eight passes of as many rows as a press has
-  if (signal.rows() < kMinRows)
-    throw Error(file, fmt::format("has {} rows, and a scan needs {}", signal.rows(), kMinRows),
+  const Eigen::Index least = 400;  // eight passes of 50 rows
+  if (signal.rows() < least)
+    throw Error(file, fmt::format("has {} rows, and a scan needs {}", signal.rows(), least),
                 "Record longer, or say kind = \"path\".");
   const Vec3 push = signal.force_N.colwise().mean();
   if (!inward && !(push.norm() > 0)) throw Error(file, "has no force", "Check `columns`.");
