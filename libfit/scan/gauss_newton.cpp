@@ -96,7 +96,7 @@ Eigen::VectorXd fixed(const Eigen::VectorXd& step, const Mask& is_free) {
 
 }  // namespace
 
-Identification::Identification(const Samples& scans, int jobs, const Progress& progress)
+ScanIdentification::ScanIdentification(const Samples& scans, int jobs, const Progress& progress)
     : passes(scans),
       nodes(passes.position_m, mean_direction(passes),
             spacing_for(passes, mean_direction(passes), 200)),
@@ -111,7 +111,7 @@ Identification::Identification(const Samples& scans, int jobs, const Progress& p
 }
 
 // Heights from the outermost rows of each cell, smooth; curves of one stiffness.
-void Identification::start() {
+void ScanIdentification::start() {
   std::vector<std::vector<double>> level(nodes.cells());
   std::vector<int> cell(passes.rows());
   for (Eigen::Index row = 0; row < passes.rows(); ++row) {
@@ -123,7 +123,7 @@ void Identification::start() {
   Eigen::VectorXd right = Eigen::VectorXd::Zero(nodes.count());
   for (Eigen::Index row = 0; row < passes.rows(); ++row) {
     const Vec3 x = nodes.coordinates(passes.position_m.row(row));
-    const Nodes::Place at = nodes.at(x[0], x[1]);
+    const Nodes::CellPlace at = nodes.at(x[0], x[1]);
     std::vector<double>& levels = level[at.cell];
     const auto outer = levels.begin() + std::ssize(levels) / 32;
     std::nth_element(levels.begin(), outer, levels.end());
@@ -162,7 +162,8 @@ void Identification::start() {
   std::fill(is_free.begin() + unknowns.global(0), is_free.end(), 0);
 }
 
-Eigen::VectorXd Identification::relative_errors(const Walked& walked, const Parameters& at) const {
+Eigen::VectorXd ScanIdentification::relative_errors(const Walked& walked,
+                                                    const ScanParameters& at) const {
   Eigen::VectorXd out(passes.rows());
   for (Eigen::Index row = 0; row < out.size(); ++row)
     out[row] = (passes.force_N.row(row) - walked.force_N.row(row) - at.bias_N.transpose()).norm() /
@@ -171,7 +172,8 @@ Eigen::VectorXd Identification::relative_errors(const Walked& walked, const Para
 }
 
 // Mean of Huber's loss over the rows that are marked so.
-double Identification::loss(const Eigen::VectorXd& error, double scale, const Mask& mask) const {
+double ScanIdentification::loss(const Eigen::VectorXd& error, double scale,
+                                const Mask& mask) const {
   double sum = 0, count = 0;
   for (Eigen::Index row = 0; row < error.size(); ++row) {
     if (!mask[row]) continue;
@@ -182,7 +184,7 @@ double Identification::loss(const Eigen::VectorXd& error, double scale, const Ma
   return count > 0 ? sum * scale * scale / count : 0;
 }
 
-RelativeErrors Identification::errors(const Mask& mask) const {
+RelativeErrors ScanIdentification::errors(const Mask& mask) const {
   const PlayedBody body(nodes, parameters, basis, kParts);
   const Eigen::VectorXd all =
       relative_errors(body.walk(passes, parameters.delay_s, mask, false, jobs_), parameters);
@@ -192,23 +194,23 @@ RelativeErrors Identification::errors(const Mask& mask) const {
   return {stated_quantile(rows, 0.5), stated_quantile(rows, 0.95), stated_quantile(rows, 1)};
 }
 
-double Identification::loss_of(const Mask& mask) const {
+double ScanIdentification::loss_of(const Mask& mask) const {
   const PlayedBody body(nodes, parameters, basis, kParts);
   const Walked walked = body.walk(passes, parameters.delay_s, mask, false, jobs_);
   return loss(relative_errors(walked, parameters), 0.1, mask);
 }
 
 // Changes of all forces by unknowns behind the nodes', by differences of replays.
-std::vector<std::pair<int, Points>> Identification::changes(const Eigen::VectorXd& x,
-                                                            const Walked& walked,
-                                                            const Mask& mask) const {
+std::vector<std::pair<int, Points>> ScanIdentification::changes(const Eigen::VectorXd& x,
+                                                                const Walked& walked,
+                                                                const Mask& mask) const {
   std::vector<std::pair<int, Points>> out;
   for (int k = Unknowns::kLambda; k < Unknowns::kGlobals; ++k) {
     if (!is_free[unknowns.global(k)]) continue;
     Eigen::VectorXd moved = x;
     const double step = 0.05;  // of 10 ms, of a share, of a logarithm: well above ticks' rounding
     moved[unknowns.global(k)] += step;
-    const Parameters p = unknowns.parameters_of(moved);
+    const ScanParameters p = unknowns.parameters_of(moved);
     const Walked other =
         PlayedBody(nodes, p, basis, kParts).walk(passes, p.delay_s, mask, false, jobs_);
     out.emplace_back(k, (other.force_N - walked.force_N) / step);
@@ -217,8 +219,8 @@ std::vector<std::pair<int, Points>> Identification::changes(const Eigen::VectorX
 }
 
 // Solves for the step that keeps bounds: unknowns that would cross theirs stay there.
-Eigen::VectorXd Identification::bounded_step(const NormalEquations& normal,
-                                             const Eigen::VectorXd& room) const {
+Eigen::VectorXd ScanIdentification::bounded_step(const ScanEquations& normal,
+                                                 const Eigen::VectorXd& room) const {
   Mask free = this->is_free;
   for (Eigen::Index i = 0; i < room.size(); ++i)  // those at their bound that press against it
     if (!(room[i] < 0) && normal.right[i] < 0) free[i] = 0;
@@ -254,7 +256,7 @@ Eigen::VectorXd Identification::bounded_step(const NormalEquations& normal,
 }
 
 // Gauss-Newton on the rows that are marked, damped where a step does not lower the loss.
-void Identification::fit(const Mask& mask, int most_steps) {
+void ScanIdentification::fit(const Mask& mask, int most_steps) {
   const double count = static_cast<double>(std::ranges::count(mask, 1));
   const Sparse prior = prior_of(nodes, unknowns, smoothness * 0.05 * count / nodes.cells());
   Eigen::VectorXd x = unknowns.vector_of(parameters);
@@ -282,7 +284,7 @@ void Identification::fit(const Mask& mask, int most_steps) {
     bool is_lower = false;
     double after = before;
     for (int attempt = 0; attempt < 5 && !is_lower; ++attempt) {
-      NormalEquations damped = normal_;
+      ScanEquations damped = normal_;
       const Eigen::VectorXd diagonal = normal_.matrix.diagonal();
       Sparse added(x.size(), x.size());
       added.setIdentity();
@@ -290,7 +292,7 @@ void Identification::fit(const Mask& mask, int most_steps) {
         added.coeffRef(i, i) = damping * diagonal[i] + 1e-9;
       damped.matrix += added;
       const Eigen::VectorXd tried = (x + bounded_step(damped, lower - x)).cwiseMax(lower);
-      const Parameters p = unknowns.parameters_of(tried);
+      const ScanParameters p = unknowns.parameters_of(tried);
       auto other = std::make_unique<PlayedBody>(nodes, p, basis, kParts);
       Walked there = other->walk(passes, p.delay_s, mask, true, jobs_);
       after = cost(relative_errors(there, p), tried);
@@ -306,7 +308,7 @@ void Identification::fit(const Mask& mask, int most_steps) {
 
 // Standard errors of unknowns behind the nodes' from the last normal equations. Neighbouring rows
 // with correlation r count (1 - r) / (1 + r).
-Eigen::VectorXd Identification::deviations(const Walked& walked) const {
+Eigen::VectorXd ScanIdentification::deviations(const Walked& walked) const {
   double squares = 0, products = 0;
   Vec3 before = Vec3::Zero();
   for (Eigen::Index row = 0; row < passes.rows(); ++row) {
@@ -322,8 +324,7 @@ Eigen::VectorXd Identification::deviations(const Walked& walked) const {
   Eigen::VectorXd out = Eigen::VectorXd::Zero(Unknowns::kGlobals);
   for (int k = 0; k < Unknowns::kGlobals; ++k) {
     if (!is_free[unknowns.global(k)]) continue;
-    NormalEquations unit{normal_.matrix,
-                         Eigen::VectorXd::Unit(unknowns.size(), unknowns.global(k))};
+    ScanEquations unit{normal_.matrix, Eigen::VectorXd::Unit(unknowns.size(), unknowns.global(k))};
     const Eigen::VectorXd free_room = Eigen::VectorXd::Constant(unknowns.size(), -kInfinity);
     out[k] = std::sqrt(std::max(0.0, variance * bounded_step(unit, free_room)[unknowns.global(k)]));
   }

@@ -16,9 +16,9 @@ inline constexpr int kParts = 2;
 
 /// Least squares of the relative errors of all forces over the numbers at the nodes and those of
 /// recording and body that are free, with Huber's loss and a weak prior of smoothness.
-class Identification {
+class ScanIdentification {
  public:
-  Identification(const Samples& scans, int jobs, const Progress& progress);
+  ScanIdentification(const Samples& scans, int jobs, const Progress& progress);
 
   /// Gauss-Newton on the rows that are marked, damped where a step does not lower the loss. Ends
   /// early when Progress says so.
@@ -38,7 +38,7 @@ class Identification {
   const Nodes nodes;
   Unknowns unknowns;
   CurveBasis basis;
-  Parameters parameters;
+  ScanParameters parameters;
   Mask is_free;           ///< of each unknown
   double smoothness = 1;  ///< factor of the prior
   int steps = 0;
@@ -46,16 +46,16 @@ class Identification {
  private:
   void start();
   double loss(const Eigen::VectorXd& error, double scale, const Mask& mask) const;
-  Eigen::VectorXd relative_errors(const Walked& walked, const Parameters& at) const;
+  Eigen::VectorXd relative_errors(const Walked& walked, const ScanParameters& at) const;
   std::vector<std::pair<int, Points>> changes(const Eigen::VectorXd& x, const Walked& walked,
                                               const Mask& mask) const;
-  Eigen::VectorXd bounded_step(const NormalEquations& normal, const Eigen::VectorXd& room) const;
+  Eigen::VectorXd bounded_step(const ScanEquations& normal, const Eigen::VectorXd& room) const;
 
   int jobs_;
   const Progress& progress_;
   Eigen::VectorXd force_N_;
   double floor_N_ = 0, scale_ = 0;
-  NormalEquations normal_;
+  ScanEquations normal_;
 };
 
 }  // namespace palpate::scan

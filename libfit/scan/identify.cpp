@@ -23,9 +23,9 @@ constexpr Candidate kCandidates[] = {{"delay of the force", " s", Unknowns::kDel
                                      {"share of a relaxation", "", Unknowns::kShare, 2, 1}};
 
 // Passes left out decide whether a candidate is free, and how smooth neighbours are.
-class Choice {
+class UnknownsChoice {
  public:
-  Choice(Identification& fit, const Progress& progress)
+  UnknownsChoice(ScanIdentification& fit, const Progress& progress)
       : fit_(fit), progress_(progress), half_(fit.passes.rows(), 0), other_(half_) {
     for (std::size_t pass = 0; pass < fit.passes.count(); ++pass)
       for (Eigen::Index row = fit.passes.first[pass]; row < fit.passes.first[pass + 1]; ++row)
@@ -65,7 +65,7 @@ class Choice {
 
   template <class Change>
   double keep_if_better(int most_steps, const Change& change) {
-    const Parameters parameters = fit_.parameters;
+    const ScanParameters parameters = fit_.parameters;
     const Mask is_free = fit_.is_free;
     const double smoothness = fit_.smoothness;
     change();
@@ -78,13 +78,13 @@ class Choice {
     return gain;
   }
 
-  Identification& fit_;
+  ScanIdentification& fit_;
   const Progress& progress_;
   Mask half_, other_;
   double best_ = 0;
 };
 
-void say_numbers(const Identification& fit, const std::vector<double>& gains,
+void say_numbers(const ScanIdentification& fit, const std::vector<double>& gains,
                  const Eigen::VectorXd& deviation, ScanFit& out) {
   const Eigen::VectorXd x = fit.unknowns.vector_of(fit.parameters).tail(Unknowns::kGlobals);
   out.delay_s = fit.parameters.delay_s, out.bias_N = fit.parameters.bias_N;
@@ -107,7 +107,7 @@ void say_numbers(const Identification& fit, const std::vector<double>& gains,
   }
 }
 
-void say_coverage(const Identification& fit, const Walked& walked, ScanFit& out) {
+void say_coverage(const ScanIdentification& fit, const Walked& walked, ScanFit& out) {
   const Passes& passes = fit.passes;
   Mask is_covered(fit.nodes.cells() + 1, 0);
   std::vector<double> depth_m, speed_m_s;
@@ -138,8 +138,8 @@ void say_coverage(const Identification& fit, const Walked& walked, ScanFit& out)
 
 ScanFit identify(const Samples& scans, int jobs, const Progress& progress) {
   ScanFit out;
-  Identification fit(scans, jobs, progress);
-  Choice choice(fit, progress);
+  ScanIdentification fit(scans, jobs, progress);
+  UnknownsChoice choice(fit, progress);
   choice.run(out);
   if (progress.stopped()) return {};
   const PlayedBody body = fit.body();

@@ -83,8 +83,8 @@ Vec3 Nodes::coordinates(const Vec3& point) const {
   return {axis_[0].dot(offset), axis_[1].dot(offset), axis_[2].dot(offset)};
 }
 
-Nodes::Place Nodes::at(double first, double second, int cell) const {
-  Place out;
+Nodes::CellPlace Nodes::at(double first, double second, int cell) const {
+  CellPlace out;
   const double x = first / spacing_m_, y = second / spacing_m_;
   if (cell < 0) {
     const int i = static_cast<int>(std::floor(x)), j = static_cast<int>(std::floor(y));
@@ -110,7 +110,7 @@ Nodes::Foot Nodes::foot(const Vec3& point, const Eigen::VectorXd& height) const 
   Foot out;
   double first = x[0], second = x[1];
   for (int step = 0; step < 4; ++step) {
-    const Place place = at(first, second);
+    const CellPlace place = at(first, second);
     if (place.cell < 0) break;
     double h = 0, slope1 = 0, slope2 = 0;
     for (int k = 0; k < kHeights; ++k) {
@@ -130,8 +130,8 @@ Nodes::Foot Nodes::foot(const Vec3& point, const Eigen::VectorXd& height) const 
   return out;
 }
 
-Nodes::Mesh Nodes::mesh(const Eigen::VectorXd& height, int parts) const {
-  Mesh out;
+Nodes::NodeMesh Nodes::mesh(const Eigen::VectorXd& height, int parts) const {
+  NodeMesh out;
   std::map<std::array<int, 2>, int> number;
   std::vector<Vec3> position;
   std::vector<std::array<int, 3>> triangles;
@@ -142,7 +142,7 @@ Nodes::Mesh Nodes::mesh(const Eigen::VectorXd& height, int parts) const {
       if (!is_new) return at->second;
       const double first = (index_[c][0] + double(i) / parts) * spacing_m_,
                    second = (index_[c][1] + double(j) / parts) * spacing_m_;
-      const Place& place = out.vertex.emplace_back(this->at(first, second, c));
+      const CellPlace& place = out.vertex.emplace_back(this->at(first, second, c));
       double h = 0;
       for (int k = 0; k < kHeights; ++k) h += place.height[k] * height[cell_[c].height[k]];
       position.push_back(origin_ + first * axis_[0] + second * axis_[1] + h * axis_[2]);

@@ -20,7 +20,7 @@ class Nodes {
     std::array<int, kHeights> height;
   };
   /// A place in a cell: bilinear weights of its corners, and the B-splines with their slopes [1/m].
-  struct Place {
+  struct CellPlace {
     int cell = -1;  ///< -1: outside
     std::array<double, 4> corner{};
     std::array<double, kHeights> height{}, slope1{}, slope2{};
@@ -46,10 +46,10 @@ class Nodes {
   /// Coordinates along the plane's two axes and inward.
   Vec3 coordinates(const Vec3& point) const;
   /// cell: of which the place is taken; -1: the one that the coordinates lie in.
-  Place at(double first, double second, int cell = -1) const;
+  CellPlace at(double first, double second, int cell = -1) const;
   /// Point of the height field with its inward unit normal.
   struct Foot {
-    Place place;
+    CellPlace place;
     Vec3 position = Vec3::Zero(), normal = Vec3::Zero();
     double depth_m = 0;  ///< of the point asked for, along the normal
   };
@@ -57,12 +57,12 @@ class Nodes {
   Foot foot(const Vec3& point, const Eigen::VectorXd& height) const;
 
   /// The height field as triangles, each cell as `parts` x `parts` squares; vertices are shared.
-  struct Mesh {
+  struct NodeMesh {
     Surface surface;
-    std::vector<Place> vertex;       ///< where each vertex is
+    std::vector<CellPlace> vertex;   ///< where each vertex is
     std::vector<int> triangle_cell;  ///< of each triangle
   };
-  Mesh mesh(const Eigen::VectorXd& height, int parts) const;
+  NodeMesh mesh(const Eigen::VectorXd& height, int parts) const;
 
  private:
   Vec3 axis_[3], origin_;

@@ -12,7 +12,7 @@ using runtime::kRings;
 
 // Derivatives of the force of one row by the numbers at its contact point.
 struct RowDerivative {
-  Nodes::Place at;
+  Nodes::CellPlace at;
   Eigen::Matrix<double, 3, Eigen::Dynamic> increment;  // by each increment [1]
   Eigen::Matrix<double, 3, Nodes::kHeights> height;    // by each height [N/m]
   Vec3 friction, friction_slope;
@@ -34,7 +34,7 @@ Vec3 vec3(const runtime::Vec3d& v) { return {v.x, v.y, v.z}; }
 // The law of rings at the contact point of a row, and its derivatives.
 class Differentiator {
  public:
-  Differentiator(const Nodes& nodes, const PlayedBody& body, const Parameters& at)
+  Differentiator(const Nodes& nodes, const PlayedBody& body, const ScanParameters& at)
       : nodes_(nodes),
         body_(body),
         parameters_(at),
@@ -148,7 +148,7 @@ class Differentiator {
 
   const Nodes& nodes_;
   const PlayedBody& body_;
-  const Parameters& parameters_;
+  const ScanParameters& parameters_;
   const runtime::RingTable& table_;
   double fast_;
   Eigen::MatrixXd ring_;
@@ -156,7 +156,7 @@ class Differentiator {
 
 }  // namespace
 
-Eigen::VectorXd Unknowns::vector_of(const Parameters& p) const {
+Eigen::VectorXd Unknowns::vector_of(const ScanParameters& p) const {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(size());
   for (int n = 0; n < nodes; ++n) {
     for (int j = 0; j < increments; ++j) x[increment(n, j)] = p.increment_N(n, j) / force_N;
@@ -174,8 +174,8 @@ Eigen::VectorXd Unknowns::vector_of(const Parameters& p) const {
   return x;
 }
 
-Parameters Unknowns::parameters_of(const Eigen::VectorXd& x) const {
-  Parameters p;
+ScanParameters Unknowns::parameters_of(const Eigen::VectorXd& x) const {
+  ScanParameters p;
   p.increment_N.resize(nodes, increments);
   p.height_m.resize(nodes), p.friction.resize(nodes), p.friction_slope_1_m.resize(nodes);
   for (int n = 0; n < nodes; ++n) {
@@ -201,10 +201,10 @@ Eigen::VectorXd Unknowns::lower() const {
   return out;
 }
 
-NormalEquations linearise(const Nodes& nodes, const Unknowns& unknowns, const PlayedBody& body,
-                          const Walked& walked, const Passes& passes, const Parameters& at,
-                          const Eigen::VectorXd& weight,
-                          const std::vector<std::pair<int, Points>>& changes) {
+ScanEquations linearise(const Nodes& nodes, const Unknowns& unknowns, const PlayedBody& body,
+                        const Walked& walked, const Passes& passes, const ScanParameters& at,
+                        const Eigen::VectorXd& weight,
+                        const std::vector<std::pair<int, Points>>& changes) {
   const Differentiator law(nodes, body, at);
   const int K = unknowns.increments, corners = 4 * (K + 2);
   const int globals = 3 + static_cast<int>(changes.size());
@@ -246,7 +246,7 @@ NormalEquations linearise(const Nodes& nodes, const Unknowns& unknowns, const Pl
     }
     square[cell] = A.transpose() * A;
   });
-  NormalEquations out;
+  ScanEquations out;
   out.right = Eigen::VectorXd::Zero(unknowns.size());
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t c = 0; c < rows.size(); ++c) {

@@ -24,14 +24,14 @@ struct Unknowns {
 
   enum Global : int { kBias, kLambda = 3, kDelay, kShare, kTime, kGlobals };
 
-  Eigen::VectorXd vector_of(const Parameters& p) const;
-  Parameters parameters_of(const Eigen::VectorXd& x) const;
+  Eigen::VectorXd vector_of(const ScanParameters& p) const;
+  ScanParameters parameters_of(const Eigen::VectorXd& x) const;
   /// Bounds from below; -infinity where there is none.
   Eigen::VectorXd lower() const;
 };
 
 /// Normal equations of Gauss-Newton: matrix dx = right.
-struct NormalEquations {
+struct ScanEquations {
   Eigen::SparseMatrix<double> matrix;
   Eigen::VectorXd right;
 };
@@ -39,9 +39,9 @@ struct NormalEquations {
 /// Linearises the forces of rows about the contact points that they have now: anchors and dashpots
 /// hold, rings that slip stay at their limit. weight: N, of each row's residual; 0 leaves it out.
 /// changes: of the unknowns behind `bias`, the change of all forces by each, N x 3 over its unit.
-NormalEquations linearise(const Nodes& nodes, const Unknowns& unknowns, const PlayedBody& body,
-                          const Walked& walked, const Passes& passes, const Parameters& at,
-                          const Eigen::VectorXd& weight,
-                          const std::vector<std::pair<int, Points>>& changes);
+ScanEquations linearise(const Nodes& nodes, const Unknowns& unknowns, const PlayedBody& body,
+                        const Walked& walked, const Passes& passes, const ScanParameters& at,
+                        const Eigen::VectorXd& weight,
+                        const std::vector<std::pair<int, Points>>& changes);
 
 }  // namespace palpate::scan

@@ -12,8 +12,8 @@
 namespace palpate::scan {
 namespace {
 
-CurveSet curves_of(const Nodes& nodes, const Parameters& p, const CurveBasis& basis,
-                   const Nodes::Mesh& mesh, const Points& inward_normal) {
+CurveSet curves_of(const Nodes& nodes, const ScanParameters& p, const CurveBasis& basis,
+                   const Nodes::NodeMesh& mesh, const Points& inward_normal) {
   CurveSet curves(CurveFamily::rings);
   curves.basis[0] = basis;
   curves.relaxation = p.relaxation;
@@ -24,7 +24,7 @@ CurveSet curves_of(const Nodes& nodes, const Parameters& p, const CurveBasis& ba
         Controls::Zero(vertices, Eigen::Index{of.width} * size_of(of, curves.basis[part]));
   }
   for (Eigen::Index v = 0; v < vertices; ++v) {
-    const Nodes::Place& at = mesh.vertex[v];
+    const Nodes::CellPlace& at = mesh.vertex[v];
     for (int k = 0; k < 4; ++k) {
       const int node = nodes.cell(at.cell).corner[k];
       double sum = 0;
@@ -86,8 +86,8 @@ Vec3 Passes::position_at(std::size_t pass, Eigen::Index row, double delay_s) con
   return position_m.row(i) + share * (position_m.row(i + 1) - position_m.row(i));
 }
 
-PlayedBody::PlayedBody(const Nodes& nodes, const Parameters& parameters, const CurveBasis& basis,
-                       int parts)
+PlayedBody::PlayedBody(const Nodes& nodes, const ScanParameters& parameters,
+                       const CurveBasis& basis, int parts)
     : nodes_(nodes), height_m_(parameters.height_m), mesh_(nodes.mesh(parameters.height_m, parts)) {
   model_.surface = mesh_.surface;
   model_.inward_normal = -vertex_normals(mesh_.surface);

@@ -12,7 +12,7 @@
 namespace palpate::scan {
 
 /// The body at the nodes, N rows each, and what belongs to the recording.
-struct Parameters {
+struct ScanParameters {
   Eigen::MatrixXd increment_N;  ///< N x K, >= 0, of the normal curves
   Eigen::VectorXd height_m;     ///< N, coefficients of Nodes
   Eigen::VectorXd friction, friction_slope_1_m;
@@ -31,7 +31,7 @@ struct Passes {
   explicit Passes(const Samples& samples);
   Eigen::Index rows() const { return time_s.size(); }
   std::size_t count() const { return first.size() - 1; }
-  /// Place of the tool when the force of a row acted.
+  /// CellPlace of the tool when the force of a row acted.
   Vec3 position_at(std::size_t pass, Eigen::Index row, double delay_s) const;
 };
 
@@ -49,12 +49,13 @@ struct Walked {
 /// The body of parameters as the engine plays it.
 class PlayedBody {
  public:
-  PlayedBody(const Nodes& nodes, const Parameters& parameters, const CurveBasis& basis, int parts);
+  PlayedBody(const Nodes& nodes, const ScanParameters& parameters, const CurveBasis& basis,
+             int parts);
   PlayedBody(const PlayedBody&) = delete;
   PlayedBody& operator=(const PlayedBody&) = delete;
 
   const runtime::AssetView& asset() const { return asset_; }
-  const Nodes::Mesh& mesh() const { return mesh_; }
+  const Nodes::NodeMesh& mesh() const { return mesh_; }
   const Model& model() const { return model_; }
   /// Passes along the engine, each on a body that nothing has touched. is_wanted: of each row,
   /// those of a pass alike; others stay 0. jobs: threads.
@@ -64,7 +65,7 @@ class PlayedBody {
  private:
   const Nodes& nodes_;
   const Eigen::VectorXd height_m_;
-  Nodes::Mesh mesh_;
+  Nodes::NodeMesh mesh_;
   Model model_;
   std::optional<AssetBytes> bytes_;
   runtime::Asset asset_;

@@ -15,8 +15,8 @@ namespace palpate::test {
 namespace {
 
 using scan::Nodes;
-using scan::Parameters;
 using scan::Passes;
+using scan::ScanParameters;
 
 constexpr unsigned kSeed = 7;
 constexpr double kDepth_m = 6e-3, kDelay_s = 4e-3, kNoise_N = 0.01;
@@ -26,7 +26,7 @@ const Vec3 kBias_N(0.03, -0.02, 0.05);
 struct KnownBody {
   Nodes nodes{corners(), -Vec3::UnitZ(), 2.5e-3};
   CurveBasis basis;
-  Parameters at;
+  ScanParameters at;
 
   static Points corners() {
     Points out(0, 3);
