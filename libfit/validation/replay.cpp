@@ -127,12 +127,12 @@ Replayed neighbouring_presses(const Samples& fitted, const Samples& asked, int n
 }
 
 Replayed neighbouring_rows(const Samples& fitted, const Samples& asked, int neighbours) {
-  struct RowState {
+  struct PassRow {
     Eigen::Index row;
     Vec3 place, motion;
   };
   const auto states = [](const Samples& s) {
-    std::vector<RowState> out;
+    std::vector<PassRow> out;
     for (Eigen::Index row = 0; row + 1 < s.rows(); ++row) {
       if (s.kind[row] != ExperimentKind::scan || s.status[row] != RowStatus::good) continue;
       const bool is_last = s.experiment[row + 1] != s.experiment[row];
