@@ -70,6 +70,8 @@ Sparse prior_of(const Nodes& nodes, const Unknowns& u, double strength) {
     for (int j = 0; j < u.increments; ++j) differ(0.001, u.increment(a, j), u.increment(b, j));
     differ(1e-5, u.height(a), u.height(b));
   }
+  for (const int k : {Unknowns::kLambda, Unknowns::kTime})
+    entries.emplace_back(u.global(k), u.global(k), 0.3 * strength);
   for (int n = 0; n < u.nodes; ++n) {
     for (int j = 0; j + 1 < u.increments; ++j)
       differ(0.03, u.increment(n, j), u.increment(n, j + 1));

@@ -95,7 +95,7 @@ void say_numbers(const ScanIdentification& fit, const std::vector<double>& gains
     const int k = of.unknown;
     std::string value = fmt::format("no {}", of.name);
     if (fit.is_free[fit.unknowns.global(k)]) {
-      const double scale = of.scale > 0 ? of.scale : std::exp(x[k]);
+      const double scale = of.scale > 0 ? of.scale : fit.parameters.lambda;
       value = fmt::format("{} {:.3g} +- {:.2g}{}", of.name, of.scale > 0 ? scale * x[k] : scale,
                           scale * deviation[k], of.unit);
       if (k == Unknowns::kBias)

@@ -165,11 +165,11 @@ Eigen::VectorXd Unknowns::vector_of(const ScanParameters& p) const {
     x[friction_slope(n)] = p.friction_slope_1_m[n] * depth_m;
   }
   x.segment<3>(global(kBias)) = p.bias_N / force_N;
-  x[global(kLambda)] = std::log(p.lambda);
+  x[global(kLambda)] = std::log(1.5 * p.lambda);
   x[global(kDelay)] = p.delay_s / 0.01;
   if (p.relaxation.branches() > 0) {
     x[global(kShare)] = p.relaxation.share[0];
-    x[global(kTime)] = std::log(p.relaxation.time_s[0]);
+    x[global(kTime)] = std::log(p.relaxation.time_s[0] / 0.1);
   }
   return x;
 }
@@ -185,11 +185,12 @@ ScanParameters Unknowns::parameters_of(const Eigen::VectorXd& x) const {
     p.friction_slope_1_m[n] = x[friction_slope(n)] / depth_m;
   }
   p.bias_N = x.segment<3>(global(kBias)) * force_N;
-  p.lambda = std::exp(x[global(kLambda)]);
+  p.lambda = std::exp(std::clamp(x[global(kLambda)], -3.0, 3.0)) / 1.5;
   p.delay_s = x[global(kDelay)] * 0.01;
-  if (x[global(kShare)] > 0) {
-    p.relaxation.share = Eigen::VectorXd::Constant(1, x[global(kShare)]);
-    p.relaxation.time_s = Eigen::VectorXd::Constant(1, std::exp(x[global(kTime)]));
+  if (x[global(kShare)] > 0) {  // time within 5 ms and 2 s, which readings and presses can show
+    p.relaxation.share = Eigen::VectorXd::Constant(1, std::min(x[global(kShare)], 10.0));
+    p.relaxation.time_s =
+        Eigen::VectorXd::Constant(1, 0.1 * std::exp(std::clamp(x[global(kTime)], -3.0, 3.0)));
   }
   return p;
 }

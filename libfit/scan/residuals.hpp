@@ -8,7 +8,8 @@
 namespace palpate::scan {
 
 /// Places of the unknowns in one vector. All are of order 1: increments over `force_N`, heights
-/// over the spacing of nodes, mu_1 times `depth_m`. Behind those of the nodes stand those of the
+/// over the spacing of nodes, mu_1 times `depth_m`, logarithms of lambda
+/// over 2/3 and of the time of relaxation over 0.1 s. Behind those of the nodes stand those of the
 /// recording and of the whole body.
 struct Unknowns {
   int nodes = 0, increments = 0;
