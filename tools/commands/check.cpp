@@ -265,18 +265,12 @@ class Check final : public Command {
     const int points = points_of_run(scene, body);
     const double cpu_s = cpu_of_run_s(scene, body, trial);
     const std::vector<std::string> advices = advice(scene, trial);
-    report["trial"] = {{"point", trial.point},
-                       {"force_N", trial.force_N},
-                       {"sway_m", trial.sway_m},
-                       {"held_share", trial.held_share},
-                       {"depth_m", trial.depth_m},
-                       {"force_error", trial.force_error},
-                       {"rows", trial.rows},
-                       {"good", trial.good},
-                       {"sticking", trial.sticking},
-                       {"slipping", trial.slipping},
-                       {"nodes", trial.nodes},
-                       {"cpu_s", trial.cpu_s}};
+    report["trial"] = {{"point", trial.point},       {"force_N", trial.force_N},
+                       {"sway_m", trial.sway_m},     {"held_share", trial.held_share},
+                       {"depth_m", trial.depth_m},   {"force_error", trial.force_error},
+                       {"rows", trial.rows},         {"good", trial.good},
+                       {"sticking", trial.sticking}, {"slipping", trial.slipping},
+                       {"nodes", trial.nodes},       {"cpu_s", trial.cpu_s}};
     report["run"] = {{"points_at_most", points}, {"cpu_s", cpu_s}};
     report["advice"] = advices;
     reply.text = fmt::format(
