@@ -267,6 +267,7 @@ class SurfaceCommand final : public Command {
     if (const auto scan = scan_body_path(samples_); std::filesystem::exists(scan)) {
       const Surface found = read_body(scan).surface;  // found with the curves
       write_file_atomically(output_, obj_text(found));
+      say("wrote {}: the surface that import found with the curves", output_);
       reply.json = nlohmann::ordered_json{{"vertices", found.vertices.rows()},
                                           {"triangles", found.triangles.rows()}};
       return kDone;
