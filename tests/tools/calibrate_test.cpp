@@ -186,6 +186,18 @@ TEST_F(Calibration, a_search_that_goes_far_stays_finite) {
 }
 
 // Once a table in percent gave a modulus of 104 Pa for 12 kPa, and no word.
+// A part of the body's own material has no border, and would be searched with it.
+TEST(calibrate, refuses_a_part_with_the_material_that_the_search_starts_from) {
+  const BlockFolder folder(
+      kScene +
+      "[[inclusion]]\nsphere = { center = [0.04, 0.04, 0.02], radius = 0.005 }\n"
+      "material = { young = \"10 kPa\", poisson = 0.45 }\n");
+  folder.write("samples.h5", "");
+  const Outcome outcome = palpate(folder, "calibrate scene.toml --samples samples.h5 -o out.toml");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_TRUE(holds(outcome.err, "[[inclusion]] 1: has the material of the body"));
+}
+
 TEST(calibrate, a_wrong_unit_or_sign_of_a_test_is_told) {
   const Folder folder;
   const auto answer = [&](double times, double sign) {

@@ -238,6 +238,11 @@ class Calibrate final : public Command {
     const Scene scene = open_scene(input_);
     check_choices(scene);
     const auto free = free_of(*scene.material, free_);
+    for (std::size_t i = 0; i < scene.inclusions.size(); ++i)
+      if (canonical(scene.inclusions[i].material) == canonical(*scene.material))
+        throw Error(input_ + ": " + name_of_part(scene, i),
+                    "has the material of the body, and the search would change it, too",
+                    "Start the search of [material] from other numbers, or leave the part out.");
     Samples samples = read_samples(samples_);
     const Body body = prepare_body(scene, false);
     place(scene, body, samples);

@@ -55,10 +55,11 @@ class ElasticBed {
 };
 
 /// Finds the shape without stress that the pressure in its lumens inflates to the mesh's, in which
-/// an organ is seen, and strains the body by what is between them (Sellier 2011,
-/// doi:10.1016/j.apm.2011.01.033). A fixed point with the elastic tangent, without its geometric
-/// part, at the first step, under Anderson mixing. Nothing where there is no pressure or no lumen.
-/// Throws Error, with `where` a key of the scene, where no such shape is found.
+/// an organ is seen, and strains the body by what is between them (Sellier 2011, An iterative
+/// method for the inverse elasto-static problem, J. Fluids Struct. 27). A fixed point with the
+/// elastic tangent, without its geometric part, at the first step, under Anderson mixing. Nothing
+/// where there is no pressure or no lumen. Throws Error, with `where` a key of the scene, where no
+/// such shape is found.
 void balance_pressure(const QuadraticMesh& mesh, const BoundaryLoads& loads, ElasticBody& body);
 
 /// Anderson mixing of the fixed-point iteration u <- u + d(u), where K d = b with a symmetric

@@ -13,7 +13,7 @@ namespace palpate::fem {
 /// A constant pressure in the lumens of a body: the parts of its boundary that enclose a void. It
 /// follows the lumens as they deform, with the potential E = -p V of their volume (M13l), V = -1/3
 /// int x . dA over the faces, which point into them. Source: Bufler 1984,
-/// doi:10.1007/BF00538083.
+/// Pressure loaded structures under large deformations, Z. Angew. Math. Mech. 64.
 class LumenPressure {
  public:
   LumenPressure() = default;
