@@ -1,6 +1,7 @@
 # README.md's lines of C and C++, built by its own command lines: what precedes "palpate_input in" and
 # "status = touch" runs once, the rest at every tick of a press, on an asset that fread put where
-# malloc said. Wants README, ENGINE, WORK, ASSETS.
+# malloc said. The same press by docs/embedding/wasm.mjs where
+# clang makes WebAssembly. Wants README, EMBEDDING, ENGINE, WORK, ASSETS.
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 file(READ ${README} text)
 string(REGEX MATCH "```c\n(#include [^\n]*)\n(.*)\n(palpate_input in = [^`]*)```" _ "${text}")
@@ -59,6 +60,16 @@ ${cpp_tick}
 file(WRITE ${WORK}/build.sh "set -e\n${build}")
 run(${CMAKE_COMMAND} -E chdir ${WORK} bash build.sh)
 run(${CMAKE_COMMAND} -E chdir ${WORK} g++ -std=c++17 -Wall -Wextra -Werror -ffp-contract=off yours.cpp -o yours_cpp)
+find_program(CLANGXX NAMES clang++ clang++-14)
+find_program(NODE node)
+if(CLANGXX AND NODE)
+  file(READ ${EMBEDDING}/wasm.cpp wasm)
+  string(REGEX MATCH "//   (clang[^\n]*)\n//     ([^\n]*)" _ "${wasm}")
+  file(COPY ${EMBEDDING}/wasm.cpp DESTINATION ${WORK})
+  file(WRITE ${WORK}/wasm.sh "${CMAKE_MATCH_1} ${CMAKE_MATCH_2}")
+  execute_process(COMMAND bash wasm.sh WORKING_DIRECTORY ${WORK} RESULT_VARIABLE no_wasm ERROR_VARIABLE why)
+  message("WebAssembly: ${no_wasm} ${why}")  # without wasi-libc clang makes none
+endif()
 foreach(asset ${ASSETS})
   run(${WORK}/yours ${asset})
   set(of_c "${RUN_OUTPUT}")
@@ -66,5 +77,11 @@ foreach(asset ${ASSETS})
   message("${asset}: ${RUN_OUTPUT}")
   if(NOT RUN_OUTPUT STREQUAL of_c)
     message(FATAL_ERROR "the C lines find ${of_c}")
+  endif()
+  if(EXISTS ${WORK}/palpate.wasm)
+    run(${NODE} ${EMBEDDING}/wasm.mjs ${WORK}/palpate.wasm ${asset})
+    if(NOT RUN_OUTPUT STREQUAL of_c)
+      message(FATAL_ERROR "WebAssembly finds ${RUN_OUTPUT}")
+    endif()
   endif()
 endforeach()
