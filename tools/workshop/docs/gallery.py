@@ -1,6 +1,6 @@
 """docs/scenes.md out of the shipped scenes and docs/validation.md: gallery.py; --check compares it.
 
-A scene's first lines say what it is; what it shows are its tables and those keys that few scenes have. Figures are
+A scene's first lines say what it is; what it shows are those keys that at most two scenes have. Figures are
 those of the row or the section of docs/validation.md that names the scene.
 """
 import collections
@@ -23,11 +23,11 @@ def keys(scene):
 
 
 def about(scene):
-    """The sentences above the first table that say what the scene is."""
+    """The first sentence above the first table, which says what the scene is."""
     head = re.match(r"(?:#.*\n)+", scene.read_text())[0].replace("# ", "").replace("\n", " ")
     sentences = re.split(r"(?<=[.;]) ", head.strip())
     kept = [s for s in sentences if not re.search(r"Costs|minutes|Made by|coordinates are|then set|saves it", s)]
-    return " ".join(kept).rstrip(";,")
+    return kept[0].rstrip(";,.")
 
 
 def figures(scene):
@@ -55,7 +55,7 @@ lines = ["""# Scenes to start from
 | scene | what it is | keys that few others have | error | CPU |
 |---|---|---|---|---|"""]
 for scene in SCENES:
-    rare = ", ".join(f"`{key}`" for key in sorted(used[scene], key=lambda key: (times[key], key)) if times[key] <= 3)
+    rare = ", ".join(f"`{key}`" for key in sorted(used[scene], key=lambda key: (times[key], key)) if times[key] <= 2)
     lines.append(f"| [{scene.stem}](../data/scenes/{scene.name}) | {about(scene)} | {rare} | {figures(scene)} |")
 page, text = ROOT / "docs/scenes.md", "\n".join(lines) + "\n"
 if "--check" in sys.argv:
