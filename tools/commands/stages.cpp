@@ -202,7 +202,6 @@ class Export final : public Command {
     arguments.output("-o,--output", output_,
                      "File to write, in the format of its name: asset.palp, or .vtu, .glb, .ply",
                      {"palp", "vtu", "glTF", "ply"});
-    arguments.option("--format NAME", format_, "Format that the name of the file must have");
     arguments.option("--depth LEN", depth_,
                      "Depth at which glb and ply show the stiffness, such as \"5 mm\"; half of the "
                      "curves' range if not given");
@@ -219,7 +218,7 @@ class Export final : public Command {
   }
 
   int run(Reply& reply) override {
-    const std::string format = settled_format();
+    const std::string format(exporter_of_file(output_).name);
     Pipeline stage{.files = {.model = model_, .asset = output_, .engine = engine_}};
     if (!scene_.empty()) stage.scene = open_scene(scene_);
     if (!engine_.empty() && format != "palp")
@@ -270,17 +269,6 @@ class Export final : public Command {
         fit.deviation, percent(fit.misfit));
     return fit.factor;
   }
-  std::string settled_format() const {
-    if (!format_.empty()) find_exporter(format_);
-    const Exporter& named = exporter_of_file(output_);
-    if (!format_.empty() && format_ != named.name)
-      throw Error(
-          "--format",
-          fmt::format("is {}, and {} is the name of a {} file", format_, output_, named.name),
-          fmt::format("Leave it out, or let the name end in {}.",
-                      find_exporter(format_).extension));
-    return std::string(named.name);
-  }
   double depth_m() const {
     if (depth_.empty()) return 0;
     const auto depth = parse_quantity(depth_, Dimension::length);
@@ -289,7 +277,7 @@ class Export final : public Command {
     return *depth;
   }
 
-  std::string model_, output_, format_, engine_, depth_, scene_, stiffness_, press_, friction_;
+  std::string model_, output_, engine_, depth_, scene_, stiffness_, press_, friction_;
 };
 
 class SurfaceCommand final : public Command {
