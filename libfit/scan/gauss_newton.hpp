@@ -26,13 +26,11 @@ class ScanIdentification {
   /// Mean loss, and errors of rows above a tenth of the largest force.
   double loss_of(const Mask& mask) const;
   RelativeErrors errors(const Mask& mask) const;
-  /// Standard errors of Unknowns::Global from the last fit; 0 of those that are not free.
+  /// Standard errors of the numbers of Recording from the last fit; 0 of those that are not free.
   Eigen::VectorXd deviations(const Walked& walked) const;
 
   PlayedBody body() const { return PlayedBody(nodes, parameters, basis, kParts); }
-  Walked walk(const Mask& mask) const {
-    return body().walk(passes, parameters.delay_s, mask, false, jobs_);
-  }
+  Walked walk(const Mask& mask) const { return body().walk(passes, mask, false, jobs_); }
 
   const Passes passes;
   const Nodes nodes;
@@ -46,7 +44,7 @@ class ScanIdentification {
  private:
   void start();
   double loss(const Eigen::VectorXd& error, double scale, const Mask& mask) const;
-  Eigen::VectorXd relative_errors(const Walked& walked, const ScanParameters& at) const;
+  Eigen::VectorXd relative_errors(const Walked& walked) const;
   std::vector<std::pair<int, Points>> changes(const Eigen::VectorXd& x, const Walked& walked,
                                               const Mask& mask) const;
   Eigen::VectorXd bounded_step(const ScanEquations& normal, const Eigen::VectorXd& room) const;
