@@ -205,13 +205,13 @@ double ScanIdentification::loss_of(const Mask& mask) const {
   return loss(relative_errors(body.walk(passes, mask, false, jobs_)), 0.1, mask);
 }
 
-// Changes of all readings by free numbers of the recording, by differences.
-std::vector<std::pair<int, Points>> ScanIdentification::changes(const Eigen::VectorXd& x,
-                                                                const Walked& walked,
-                                                                const Mask& mask) const {
-  std::vector<std::pair<int, Points>> out;
+// Changes of all readings by free numbers of the recording, by differences. Those that need a
+// replay are taken over where they are there already: they cost a walk each, and hardly change.
+void ScanIdentification::update_changes(const Eigen::VectorXd& x, const Walked& walked,
+                                        const Mask& mask, std::map<int, Points>& changes) const {
   for (const SharedUnknown& of : kSharedUnknowns)
     for (int k = of.first; k < of.first + of.count && is_free[unknowns.shared(k)]; ++k) {
+      if (of.needs_replay && changes.contains(k)) continue;
       Eigen::VectorXd moved = x;
       const double step = 0.05;  // of 10 ms, of a share, of a logarithm: well above ticks' rounding
       moved[unknowns.shared(k)] += step;
@@ -220,9 +220,8 @@ std::vector<std::pair<int, Points>> ScanIdentification::changes(const Eigen::Vec
           of.needs_replay
               ? PlayedBody(nodes, p, basis, kParts).walk(passes, mask, false, jobs_).reading_N
               : readings(walked.force_N, passes, p.recording);
-      out.emplace_back(k, (reading_N - walked.reading_N) / step);
+      changes[k] = (reading_N - walked.reading_N) / step;
     }
-  return out;
 }
 
 // Solves for the step that keeps bounds: unknowns that would cross theirs stay there.
@@ -270,6 +269,7 @@ void ScanIdentification::fit(const Mask& mask, int most_steps) {
   const Eigen::VectorXd lower = unknowns.lower();
   auto body = std::make_unique<PlayedBody>(nodes, parameters, basis, kParts);
   Walked walked = body->walk(passes, mask, true, jobs_);
+  std::map<int, Points> changes;
   double damping = 1e-4;
   for (int step = 0; step < most_steps; ++step, ++steps) {
     if (progress_.stopped()) return;
@@ -284,8 +284,8 @@ void ScanIdentification::fit(const Mask& mask, int most_steps) {
       if (mask[row])
         weight[row] = std::sqrt(std::min(1.0, kKnee * scale / error[row])) /
                       std::max(force_N_[row], floor_N_);
-    normal_ = linearise(nodes, unknowns, *body, walked, passes, parameters, weight,
-                        changes(x, walked, mask));
+    update_changes(x, walked, mask, changes);
+    normal_ = linearise(nodes, unknowns, *body, walked, passes, parameters, weight, changes);
     normal_.matrix += prior;
     normal_.right -= prior * x;
     bool is_lower = false;

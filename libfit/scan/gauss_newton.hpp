@@ -45,8 +45,8 @@ class ScanIdentification {
   void start();
   double loss(const Eigen::VectorXd& error, double scale, const Mask& mask) const;
   Eigen::VectorXd relative_errors(const Walked& walked) const;
-  std::vector<std::pair<int, Points>> changes(const Eigen::VectorXd& x, const Walked& walked,
-                                              const Mask& mask) const;
+  void update_changes(const Eigen::VectorXd& x, const Walked& walked, const Mask& mask,
+                      std::map<int, Points>& changes) const;
   Eigen::VectorXd bounded_step(const ScanEquations& normal, const Eigen::VectorXd& room) const;
 
   int jobs_;

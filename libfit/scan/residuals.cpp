@@ -195,8 +195,7 @@ Eigen::VectorXd Unknowns::lower() const {
 
 ScanEquations linearise(const Nodes& nodes, const Unknowns& unknowns, const PlayedBody& body,
                         const Walked& walked, const Passes& passes, const ScanParameters& at,
-                        const Eigen::VectorXd& weight,
-                        const std::vector<std::pair<int, Points>>& changes) {
+                        const Eigen::VectorXd& weight, const std::map<int, Points>& changes) {
   const Differentiator law(nodes, body, at);
   const int K = unknowns.increments, corners = 4 * (K + 2);
   const int shared = static_cast<int>(changes.size());
@@ -232,8 +231,8 @@ ScanEquations linearise(const Nodes& nodes, const Unknowns& unknowns, const Play
         block.leftCols(corners + Nodes::kHeights) =
             (turn * block.leftCols(corners + Nodes::kHeights)).eval();
       }
-      for (std::size_t k = 0; k < changes.size(); ++k)
-        block.col(corners + Nodes::kHeights + k) = changes[k].second.row(row).transpose();
+      Eigen::Index column = corners + Nodes::kHeights;
+      for (const auto& [k, change] : changes) block.col(column++) = change.row(row).transpose();
       block.col(width) = (passes.force_N.row(row) - walked.reading_N.row(row)).transpose();
       block *= weight[row];
     }
@@ -255,8 +254,8 @@ ScanEquations linearise(const Nodes& nodes, const Unknowns& unknowns, const Play
       for (int k = 0; k < Nodes::kHeights; ++k)
         number[corners + k] = unknowns.height(cell.height[k]);
     }
-    for (std::size_t k = 0; k < changes.size(); ++k)
-      number[corners + Nodes::kHeights + k] = unknowns.shared(changes[k].first);
+    int column = corners + Nodes::kHeights;
+    for (const auto& [k, change] : changes) number[column++] = unknowns.shared(k);
     for (int i = 0; i < width; ++i) {
       if (number[i] < 0) continue;
       out.right[number[i]] += square[c](i, width);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <Eigen/Sparse>
-#include <vector>
+#include <map>
 
 #include "libfit/scan/walk.hpp"
 
@@ -38,7 +38,6 @@ struct ScanEquations {
 /// changes: of free numbers of Recording, the change of all readings by each, N x 3.
 ScanEquations linearise(const Nodes& nodes, const Unknowns& unknowns, const PlayedBody& body,
                         const Walked& walked, const Passes& passes, const ScanParameters& at,
-                        const Eigen::VectorXd& weight,
-                        const std::vector<std::pair<int, Points>>& changes);
+                        const Eigen::VectorXd& weight, const std::map<int, Points>& changes);
 
 }  // namespace palpate::scan

@@ -59,8 +59,9 @@ struct KnownBody {
     at.recording.number.segment<3>(scan::kBias) = kBias_N;
   }
 
-  /// Lines 1 mm apart, to and fro, with a sine of 2 Hz between 0.5 and 4.5 mm of depth.
-  Samples scanned(double first_line_m) const {
+  /// Lines 1 mm apart, to and fro or as a spiral, with a sine of 2 Hz between 0.5 and 4.5 mm of
+  /// depth.
+  Samples scanned(double first_line_m, bool is_spiral = false) const {
     std::mt19937 random(kSeed);
     std::normal_distribution<double> noise(0, kNoise_N);
     Samples s;
@@ -69,8 +70,13 @@ struct KnownBody {
     for (int pass = 0; pass < 12; ++pass) {
       time_s = 0.25;
       for (int i = 0; i < 140; ++i, time_s += 0.015) {
-        const double along_m = 8e-3 * i / 70, x = pass % 2 == 0 ? along_m : 16e-3 - along_m,
-                     y = first_line_m + 1e-3 * pass,
+        const double along_m = 8e-3 * i / 70, rows = 12 * 140,
+                     angle = 12 * std::numbers::pi * std::sqrt((140 * pass + i) / rows),
+                     wide_m = angle / (2 * std::numbers::pi) * 1e-3;
+        const double x = is_spiral       ? 8e-3 + wide_m * std::cos(angle)
+                         : pass % 2 == 0 ? along_m
+                                         : 16e-3 - along_m,
+                     y = is_spiral ? 6e-3 + wide_m * std::sin(angle) : first_line_m + 1e-3 * pass,
                      depth_m =
                          2.5e-3 - 2e-3 * std::cos(4 * std::numbers::pi * (time_s - 0.25) + pass);
         tip.emplace_back(x, y, -height_m(x, y) - depth_m);
@@ -91,10 +97,13 @@ struct KnownBody {
   }
 };
 
-TEST(scan, surface_curves_and_friction_come_back_with_delay_and_bias) {
+class Scanned : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(lines_and_spiral, Scanned, testing::Bool());
+
+TEST_P(Scanned, surface_curves_and_friction_come_back_with_delay_and_bias) {
   SCOPED_TRACE(kSeed);
   const KnownBody truth;
-  const Samples recorded = truth.scanned(0.5e-3);
+  const Samples recorded = truth.scanned(0.5e-3, GetParam());
   const scan::ScanFit fit = scan::identify(recorded);
   EXPECT_NEAR(fit.recording.delay_s(), kDelay_s, 1e-3);
   EXPECT_LT((fit.recording.number.segment<3>(scan::kBias) - kBias_N).norm(), 0.03);
@@ -106,7 +115,9 @@ TEST(scan, surface_curves_and_friction_come_back_with_delay_and_bias) {
   std::vector<double> stiffness_off, friction_off, height_off_m;
   for (Eigen::Index v = 0; v < fit.surface.vertices.rows(); ++v) {
     const Vec3 p = fit.surface.vertices.row(v);
-    if (p.x() < 2e-3 || p.x() > 14e-3 || p.y() < 2e-3 || p.y() > 10e-3) continue;
+    if (GetParam() ? std::hypot(p.x() - 8e-3, p.y() - 6e-3) > 5e-3
+                   : p.x() < 2e-3 || p.x() > 14e-3 || p.y() < 2e-3 || p.y() > 10e-3)
+      continue;
     const SplineTables tables = tabulate(truth.basis);
     Eigen::VectorXd control(7);
     control << 0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.1;
