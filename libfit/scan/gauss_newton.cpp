@@ -13,7 +13,9 @@ namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;
 
-constexpr double kKnee = 3;  // robust deviations from which on a residual counts less (Huber)
+// Robust deviations from which on a residual counts less (Huber). Passes left out of 5,500 rows of a
+// robot (palpation_1) have a loss 4.5 % lower with half of it and 0.3 % higher with twice.
+constexpr double kKnee = 3;
 constexpr int kPieces = 5;  // of the normal curves: with 8 passes left out are 0.3 points better in
                             // the median and 1.5 worse at p95 (a sketch on palpation_1)
 
@@ -58,7 +60,9 @@ void add_square(std::vector<Eigen::Triplet<double>>& entries, double weight,
     for (const auto& [j, b] : terms) entries.emplace_back(i, j, weight * a * b);
 }
 
-// Prior of smoothness between nodes, and weak ones that decide what no row says.
+// Prior of smoothness between nodes, and weak ones that decide what no row says. The loss of passes
+// left out of the same rows is 9 % higher with a tenth of the weight of curves and 5 % lower with
+// ten times; of heights 0 and 4 % higher, of friction 3 and 3 %; without the slope's, 23 %.
 Sparse prior_of(const Nodes& nodes, const Unknowns& u, double strength) {
   std::vector<Eigen::Triplet<double>> entries;
   const auto bend = [&](double weight, int a, int b, int c) {
@@ -108,7 +112,7 @@ Eigen::VectorXd fixed(const Eigen::VectorXd& step, const Mask& is_free) {
 
 ScanIdentification::ScanIdentification(const Samples& scans, int jobs, const Progress& progress)
     : passes(scans),
-      nodes(nodes_for(passes, spacing_for(passes, 200))),
+      nodes(nodes_for(passes, spacing_for(passes, 200))),  // half: 19 % more loss, twice: 5 %
       jobs_(jobs),
       progress_(progress) {
   force_N_ = passes.force_N.rowwise().norm();

@@ -11,7 +11,8 @@ namespace palpate::scan {
 using Mask = std::vector<char>;  ///< of each row; rows of a pass have one
 
 /// Squares of the mesh along the side of a square of nodes. At 1 heights of a dome of 20 mm are off
-/// by 0.08 mm between nodes 3.6 mm apart, at 2 by 0.02.
+/// by 0.08 mm between nodes 3.6 mm apart, at 2 by 0.02. Passes left out of a robot's rows have a
+/// loss 9 % higher at 1, and the same at 4.
 inline constexpr int kParts = 2;
 
 /// Least squares of the relative errors of all forces over the numbers at the nodes and those of
