@@ -153,8 +153,10 @@ std::string verdict(const Statement& s) {
     return error > kPoor ? "poor" : error > kForceJnd ? "fair" : "good";
   };
   const bool has_band = !std::isnan(s.p95_rel_low);
+  const std::vector<StatedError>& changing = s.lines_of("where_it_changes");
+  const double there_rel = changing.empty() ? kNoNumber : changing[0].force.p95_rel;
   const std::string best = grade(has_band ? s.p95_rel_low : p95_rel),
-                    worst = grade(has_band ? s.p95_rel_high : p95_rel);
+                    worst = grade(std::fmax(has_band ? s.p95_rel_high : p95_rel, there_rel));
   std::string words = worst;
   if (best != worst) words += worst == "poor" && best == "good" ? " to " + best : " or " + best;
   words[0] = static_cast<char>(words[0] - 'a' + 'A');
@@ -162,6 +164,8 @@ std::string verdict(const Statement& s) {
   if (has_band)
     words +=
         fmt::format(" ({} to {} at other places)", percent(s.p95_rel_low), percent(s.p95_rel_high));
+  if (!std::isnan(there_rel))
+    words += fmt::format(", of slides where the body changes by {}", percent(there_rel));
   if (std::isnan(s.within_jnd))
     return words + fmt::format(". No force here reaches {}, the least that a person feels.",
                                newtons(kForceFloor_N));
