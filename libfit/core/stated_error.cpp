@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/perception.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 
@@ -11,7 +12,7 @@ namespace palpate {
 double relative_floor(double largest) { return 0.1 * largest; }
 
 double relative_floor_N(double largest_N) {
-  return std::min(kForceFloor_N, relative_floor(largest_N));
+  return std::min(perception().force_floor_N, relative_floor(largest_N));
 }
 
 double relative_floor_N(const Samples& reference) {
@@ -22,8 +23,8 @@ double relative_floor_N(const Samples& reference) {
   return relative_floor_N(largest_N);
 }
 
-double relative_floor_Nm(double largest_Nm) {
-  return std::min(kTorqueFloor_Nm, relative_floor(largest_Nm));
+double relative_floor_Nm(double largest_Nm, double lever_m) {
+  return std::min(perception().force_floor_N * lever_m, relative_floor(largest_Nm));
 }
 
 std::vector<double> stated_errors(const std::vector<ForceError>& rows) {

@@ -24,8 +24,8 @@ double relative_floor(double largest);
 double relative_floor_N(double largest_N);
 /// The same of a body by its good rows; 0 without one.
 double relative_floor_N(const Samples& reference);
-/// The same of torques about the tool [N m] (M58a).
-double relative_floor_Nm(double largest_Nm);
+/// The same of torques [N m], by that force at a lever (M58a).
+double relative_floor_Nm(double largest_Nm, double lever_m);
 
 struct ForceError {
   double error_N, force_N;  ///< |difference|, |reference|

@@ -12,42 +12,54 @@
 #include "libfit/core/samples.hpp"
 #include "libfit/experiments/follow.hpp"
 #include "libfit/shape/shape.hpp"
+#include "libfit/validation/interval.hpp"
 
 namespace palpate::validation {
 
 /// Figure where no row counts: no number, null in JSON.
 inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
+/// Points of a tool's shaft that torques are compared about (M58a), by their distances from its
+/// point: the centre of a ball, where only friction turns it (0: the point), and the grip (0:
+/// none).
+struct Levers {
+  double radius_m = 0, handle_m = 0;
+};
+
 /// A reference beside the answers to its rows, both of which must outlive it.
 struct Comparison {
   const Samples& reference;
   const Replayed& answer;
   std::vector<Eigen::Index> rows;  ///< that are compared
-  /// Torques are compared about the centre of a ball of this radius, where only friction turns it;
-  /// 0: about the tool's point (M58a). None: they are not compared.
-  std::optional<double> radius_m;
+  std::optional<Levers> levers;    ///< none: torques are not compared
 
   double force_N(Eigen::Index row) const { return reference.force.row(row).norm(); }
   double error_N(Eigen::Index row) const {
     return (answer.force_N.row(row) - reference.force.row(row)).norm();
   }
-  /// Torque of the reference, and the answer's error [N m].
-  Vec3 torque_Nm(Eigen::Index row) const {
-    return about_centre_Nm(reference.torque, reference.force, row);
+  /// Error of the force's size over the reference's, of at least floor_N.
+  double magnitude_rel(Eigen::Index row, double floor_N) const;
+  double direction_deg(Eigen::Index row) const;  ///< between both forces; NaN without one of them
+  /// A person does not notice the error of size or direction (data/perception.toml).
+  bool is_unnoticed(Eigen::Index row) const;
+  /// Torque of the reference about a point of the shaft, and the answer's error [N m].
+  Vec3 torque_Nm(Eigen::Index row, double lever_m) const {
+    return about_Nm(reference.torque, reference.force, row, lever_m);
   }
-  Vec3 torque_error_Nm(Eigen::Index row) const {
-    return about_centre_Nm(answer.torque_Nm, answer.force_N, row) - torque_Nm(row);
+  Vec3 torque_error_Nm(Eigen::Index row, double lever_m) const {
+    return about_Nm(answer.torque_Nm, answer.force_N, row, lever_m) - torque_Nm(row, lever_m);
   }
-  Vec3 about_centre_Nm(const Points& torque_Nm, const Points& force_N, Eigen::Index row) const;
+  Vec3 about_Nm(const Points& torque_Nm, const Points& force_N, Eigen::Index row,
+                double lever_m) const;
 };
 
 /// Good reference rows that were answered.
 Comparison compare(const Samples& reference, const Replayed& answer,
-                   std::optional<double> radius_m = std::nullopt);
+                   std::optional<Levers> levers = std::nullopt);
 
 /// Floors of the relative errors of a body (docs/method.md, M11a, docs/method-tools.md, M58a).
 struct ErrorFloors {
-  double force_N = 0, torque_Nm = 0;
+  double force_N = 0, torque_Nm = 0, handle_Nm = 0;
 };
 
 /// The floors of a body of which these rows are all.
@@ -66,14 +78,31 @@ struct ErrorFigures {
   double median_rel = kNoNumber, p95_rel = kNoNumber, max_rel = kNoNumber;
 };
 
-/// Errors of one answer to some rows. Relative errors of forces are of the rows above the
-/// floor, those of torques of all rows, over the floor at least.
+/// An error's median and p95; between low and high p95 of all places lies 8 to 9 times of 10
+/// (M11c), no numbers of fewer than two places and in sections.
+struct Spread {
+  double median = kNoNumber, p95 = kNoNumber, p95_low = kNoNumber, p95_high = kNoNumber;
+};
+
+/// Errors of one answer to some rows. Relative errors of forces, and of their size and direction,
+/// are of the rows above the floor, those of torques of all rows, over the floor at least.
 struct StatedError {
   std::string name;
   std::size_t rows = 0;
-  ErrorFigures force = {};     ///< [N]
-  ErrorFigures torque = {};    ///< [N m]
-  double tick_ns = kNoNumber;  ///< of all tools together; no number where it was not timed
+  ErrorFigures force = {};       ///< [N]
+  Spread magnitude = {};         ///< error of the force's size over it
+  Spread direction_deg = {};     ///< angle between the force and the reference's [degrees]
+  double unnoticed = kNoNumber;  ///< share of rows; no number where no force is noticeable
+  ErrorFigures torque = {};      ///< [N m], about the centre of a ball
+  ErrorFigures handle = {};      ///< [N m], about the grip
+  double tick_ns = kNoNumber;    ///< of all tools together; no number where it was not timed
+};
+
+/// Onset of slip on paths that slide first along one line: where the side force over the push has
+/// come to 0.9 of its largest, in the reference and in the answer.
+struct SlipOnset {
+  std::size_t paths = 0;
+  Spread place_m = {}, force_N = {};  ///< differences of travel [m] and of side force there [N]
 };
 
 /// Errors that belong side by side: of groups of the rows, or of several answers to them.
@@ -89,9 +118,9 @@ struct Statement {
   StatedError all = {"all"};  ///< every held-out row of the asset's own probe
   /// Share of rows within max(0.04 N, 7 %); no number where no force reaches the threshold.
   double within_jnd = kNoNumber;
-  /// Between these p95_rel of all places lies 8 to 9 times of 10 (M11c); no numbers of fewer than
-  /// two places.
-  double p95_rel_low = kNoNumber, p95_rel_high = kNoNumber;
+  double p95_rel_low = kNoNumber, p95_rel_high = kNoNumber;  ///< of all places, as in Spread
+  SlipOnset slip_onset = {};
+  double handle_m = 0;  ///< from the tool's point to its grip; 0: torques are not compared
   double reference_p95_rel = kNoNumber;  ///< the reference's own estimated error
   double within_reference = kNoNumber;   ///< share of those rows within it
   double floor_N = 0;                    ///< relative_floor_N of the reference
@@ -105,6 +134,7 @@ struct Statement {
   bool is_recorded = false;
   /// Share of a press's force that comes from where the body is held, in the middle of the window.
   double held_share = kNoNumber;
+  std::optional<TruthInterval> interval = {};  ///< of the body itself, where it is known how well
   std::size_t beyond = 0;  ///< held-out points that the asset has no curves of its own for
 
   /// Lines of a section; none where there is no such section.

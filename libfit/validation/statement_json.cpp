@@ -50,6 +50,17 @@ void error_fields(E& e, const std::string& unit, const F& f) {
   f("max_rel", e.max_rel);
 }
 template <class E, class F>
+void spread_fields(E& e, const std::string& unit, const F& f) {
+  f("median" + unit, e.median);
+  f("p95" + unit, e.p95);
+}
+template <class E, class F>
+void spread_band_fields(E& e, const std::string& unit, const F& f) {
+  spread_fields(e, unit, f);
+  f("p95" + unit + "_low", e.p95_low);
+  f("p95" + unit + "_high", e.p95_high);
+}
+template <class E, class F>
 void shape_fields(E& e, const F& f) {
   f("median_m", e.median_m);
   f("p95_m", e.p95_m);
@@ -57,6 +68,22 @@ void shape_fields(E& e, const F& f) {
   f("median_rel", e.median_rel);
   f("p95_rel", e.p95_rel);
   f("max_rel", e.max_rel);
+}
+template <class S, class F>
+void onset_fields(S& s, const F& f) {
+  f("paths", s.paths);
+  spread_fields(s.place_m, "_m", f);
+  spread_fields(s.force_N, "_N", f);
+}
+template <class I, class F>
+void interval_fields(I& i, const F& f) {
+  f("low_rel", i.low_rel);
+  f("high_rel", i.high_rel);
+  f("young", i.young);
+  f("poisson", i.poisson);
+  f("friction", i.friction);
+  f("held", i.held);
+  f("replay", i.replay);
 }
 template <class S, class F>
 void band_fields(S& s, const F& f) {
@@ -76,6 +103,8 @@ void statement_fields(S& s, const F& f) {
   f("reference_p95_rel", s.reference_p95_rel);
   f("within_reference", s.within_reference);
   f("held_share", s.held_share);
+  f("unnoticed", s.all.unnoticed);
+  f("handle_m", s.handle_m);
   f("tick_ns", s.all.tick_ns);
 }
 
@@ -84,8 +113,13 @@ constexpr const char *kSimulated = "simulated", *kRecorded = "recorded";
 Json json_of(const StatedError& line) {
   Json json = {{"rows", line.rows}};
   error_fields(line.force, "N", FieldWriter(json));
+  spread_fields(line.magnitude, "_rel", FieldWriter(json["magnitude"]));
+  spread_fields(line.direction_deg, "", FieldWriter(json["direction_deg"]));
+  FieldWriter{json}("unnoticed", line.unnoticed);
   if (line.torque.median == line.torque.median)
     error_fields(line.torque, "Nm", FieldWriter(json["torque"]));
+  if (line.handle.median == line.handle.median)
+    error_fields(line.handle, "Nm", FieldWriter(json["torque_at_handle"]));
   if (line.tick_ns == line.tick_ns) json["tick_ns"] = line.tick_ns;
   return json;
 }
@@ -93,7 +127,12 @@ Json json_of(const StatedError& line) {
 StatedError line_of(const std::string& name, const Json& json) {
   StatedError line{name, json.at("rows").get<std::size_t>()};
   error_fields(line.force, "N", FieldReader(json));
+  spread_fields(line.magnitude, "_rel", FieldReader(json.at("magnitude")));
+  spread_fields(line.direction_deg, "", FieldReader(json.at("direction_deg")));
+  FieldReader{json}("unnoticed", line.unnoticed);
   if (json.contains("torque")) error_fields(line.torque, "Nm", FieldReader(json["torque"]));
+  if (json.contains("torque_at_handle"))
+    error_fields(line.handle, "Nm", FieldReader(json["torque_at_handle"]));
   if (json.contains("tick_ns")) FieldReader{json}("tick_ns", line.tick_ns);
   return line;
 }
@@ -106,6 +145,14 @@ Json json_of(const Statement& statement) {
   json["advice"] = advice(statement);
   json["reference"] = statement.is_recorded ? kRecorded : kSimulated;
   statement_fields(statement, FieldWriter(json));
+  spread_band_fields(statement.all.magnitude, "_rel", FieldWriter(json["magnitude"]));
+  spread_band_fields(statement.all.direction_deg, "", FieldWriter(json["direction_deg"]));
+  onset_fields(statement.slip_onset, FieldWriter(json["slip_onset"]));
+  Json& interval = json["interval"] = Json::object();
+  if (statement.interval) interval_fields(*statement.interval, FieldWriter(interval));
+  Json& handle = json["torque_at_handle"] = Json::object();
+  if (statement.all.handle.median == statement.all.handle.median)
+    error_fields(statement.all.handle, "Nm", FieldWriter(handle));
   Json& torque = json["torque_error"] = Json::object();
   if (statement.all.torque.median == statement.all.torque.median)
     error_fields(statement.all.torque, "Nm", FieldWriter(torque));
@@ -151,6 +198,13 @@ Statement parse_statement(const std::string& text, const std::string& where) {
     band_fields(s, FieldReader(json.at("force_error")));
     s.is_recorded = json.at("reference") == kRecorded;
     statement_fields(s, FieldReader(json));
+    spread_band_fields(s.all.magnitude, "_rel", FieldReader(json.at("magnitude")));
+    spread_band_fields(s.all.direction_deg, "", FieldReader(json.at("direction_deg")));
+    onset_fields(s.slip_onset, FieldReader(json.at("slip_onset")));
+    if (const Json& interval = json.at("interval"); !interval.empty())
+      interval_fields(s.interval.emplace(), FieldReader(interval));
+    if (const Json& handle = json.at("torque_at_handle"); !handle.empty())
+      error_fields(s.all.handle, "Nm", FieldReader(handle));
     if (const Json& torque = json.at("torque_error"); !torque.empty())
       error_fields(s.all.torque, "Nm", FieldReader(torque));
     if (const Json& shape = json.at("shape_error"); !shape.empty()) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "libfit/core/perception.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
@@ -47,31 +48,40 @@ Unit force_unit(const Statement& s) {
 Unit torque_unit(const std::vector<StatedError>& lines) {
   double largest_Nm = 0;
   for (const StatedError& line : lines)
-    largest_Nm = std::max({largest_Nm, line.torque.typical, line.torque.max});
+    largest_Nm = std::max({largest_Nm, line.handle.typical, line.handle.max});
   return largest_Nm < 1e-4 ? Unit{"uNm", 1e6, 2} : Unit{"Nmm", 1e3, 2};
 }
 
-// A line of a table: what it is of, then its share of the force (torque) and its size, thrice.
+// A line of a table: what it is of, the median and p95 of its share of the force (torque), p95 in
+// the unit.
 std::string line(std::string_view name, const ErrorFigures& e, const Unit& unit) {
-  std::string text = fmt::format("  {:<21}", name);
-  for (const auto& [share, size] : {std::pair(e.median_rel, e.median), std::pair(e.p95_rel, e.p95),
-                                    std::pair(e.max_rel, e.max)})
-    text += fmt::format("{:>8} {:>{}.{}f} {}", stated_percent(share), unit.factor * size,
-                        8 - unit.name.size(), unit.decimals, unit.name);
-  return text + "\n";
+  return fmt::format("  {:<21}{:>8}{:>8} {:>{}.{}f} {}", name, stated_percent(e.median_rel),
+                     stated_percent(e.p95_rel), unit.factor * e.p95, 9 - unit.name.size(),
+                     unit.decimals, unit.name);
+}
+
+// The same of a force's size and direction.
+std::string line(const Spread& magnitude, const Spread& direction_deg) {
+  const auto degrees = [](double angle_deg) {
+    return std::isnan(angle_deg) ? "-" : fmt::format("{:.1f}", angle_deg);
+  };
+  return fmt::format("{:>8}{:>8}{:>7}{:>7}\n", stated_percent(magnitude.median),
+                     stated_percent(magnitude.p95), degrees(direction_deg.median),
+                     degrees(direction_deg.p95));
 }
 
 // A section as a table of forces, then one of torques where they were compared.
 std::string table(const StatementSection& section, const Unit& unit) {
   if (section.lines.empty()) return {};
-  std::string text =
-      fmt::format("{:<23}{:>18}{:>18}{:>18}\n", section.title, "median", "p95", "max");
-  for (const StatedError& of : section.lines) text += line(of.name, of.force, unit);
+  std::string text = fmt::format("{:<23}{:>8}{:>8}{:>19}{:>8}{:>7}{:>7}\n", section.title, "median",
+                                 "p95", "median", "p95", "median", "p95");
+  for (const StatedError& of : section.lines)
+    text += line(of.name, of.force, unit) + line(of.magnitude, of.direction_deg);
   std::string torques;
   for (const StatedError& of : section.lines)
-    if (!std::isnan(of.torque.median))
-      torques += line(of.name, of.torque, torque_unit(section.lines));
-  if (!torques.empty()) text += section.title + ", torque\n" + torques;
+    if (!std::isnan(of.handle.median))
+      torques += line(of.name, of.handle, torque_unit(section.lines)) + "\n";
+  if (!torques.empty()) text += section.title + ", torque at the handle\n" + torques;
   for (const StatedError& of : section.lines)
     if (!std::isnan(of.tick_ns))
       text += fmt::format("a tick of {}: {:.0f} ns on this machine\n", of.name, of.tick_ns);
@@ -103,8 +113,11 @@ std::string tables(const Statement& s) {
   const Unit unit = force_unit(s);
   StatedError all = s.all;
   all.tick_ns = kNoNumber;  // written at the end
+  if (all.rows == 0 && s.sections.empty()) return {};
   std::string words =
-      all.rows > 0 ? table({"all", s.is_recorded ? "all held out" : "all paths", {all}}, unit) : "";
+      fmt::format("{:<23}{:>25}{:>17}{:>14}\n", "", "error of the force", "its size", "degrees");
+  if (all.rows > 0)
+    words += table({"all", s.is_recorded ? "all held out" : "all paths", {all}}, unit);
   for (const StatementSection& section : s.sections) words += table(section, unit);
   return words;
 }
@@ -123,6 +136,25 @@ std::string of_reference(const Statement& s) {
         "this compares noise in part: at {} of rows the error is within the\n"
         "reference's own; force_tolerance of [validate] asks for a finer reference\n",
         percent(s.within_reference, 0));
+  return words;
+}
+
+// A hand's thresholds, and the rows within them.
+std::string of_hand(const Statement& s) {
+  const Perception& known = perception();
+  if (std::isnan(s.all.unnoticed))
+    return fmt::format("no force reaches {}, the least that a person feels\n",
+                       newtons(known.force_floor_N));
+  std::string words = wrapped(fmt::format(
+      "{} of rows are within what a person notices: force {}, {} of one that slides, {}; direction "
+      "{:.0f} degrees",
+      percent(s.all.unnoticed, 0), percent(known.force_at_rest, 0),
+      percent(known.force_in_motion, 0), newtons(known.force_floor_N), known.direction_deg));
+  if (!std::isnan(s.all.handle.p95_rel))
+    words += wrapped(fmt::format(
+        "torque at a handle {:.0f} mm away: {} (p95) of {:.3g} N mm (median); a person notices {}",
+        1e3 * s.handle_m, percent(s.all.handle.p95_rel), 1e3 * s.all.handle.typical,
+        percent(known.torque)));
   return words;
 }
 
@@ -149,28 +181,39 @@ std::string verdict(const Statement& s) {
     return s.is_recorded ? "No verdict: no recording within the fitted points was held out."
                          : "No verdict: no row could be compared.";
   if (std::isnan(p95_rel)) return fmt::format("No verdict: no row above {}.", newtons(s.floor_N));
-  const auto grade = [](double error) {
-    return error > kPoor ? "poor" : error > kForceJnd ? "fair" : "good";
+  // Over what a person notices at rest; kPoor of the force is poor, and as much more of direction.
+  const Perception& known = perception();
+  const auto grade = [&](double magnitude, double direction_deg) {
+    const double over =
+        std::max(magnitude / known.force_at_rest, direction_deg / known.direction_deg);
+    return over > kPoor / known.force_at_rest ? "poor" : over > 1 ? "fair" : "good";
   };
-  const bool has_band = !std::isnan(s.p95_rel_low);
+  const Spread &size = s.all.magnitude, &turned = s.all.direction_deg;
   const std::vector<StatedError>& changing = s.lines_of("where_it_changes");
-  const double there_rel = changing.empty() ? kNoNumber : changing[0].force.p95_rel;
-  const std::string best = grade(has_band ? s.p95_rel_low : p95_rel),
-                    worst = grade(std::fmax(has_band ? s.p95_rel_high : p95_rel, there_rel));
+  const auto ends = [](double end, double p95) { return std::isnan(end) ? p95 : end; };
+  const Spread there = changing.empty() ? Spread{} : changing[0].magnitude;
+  const std::string best = grade(ends(size.p95_low, size.p95), ends(turned.p95_low, turned.p95)),
+                    worst = grade(std::fmax(ends(size.p95_high, size.p95), there.p95),
+                                  ends(turned.p95_high, turned.p95));
   std::string words = worst;
   if (best != worst) words += worst == "poor" && best == "good" ? " to " + best : " or " + best;
   words[0] = static_cast<char>(words[0] - 'a' + 'A');
-  words += fmt::format(": 19 of 20 rows are off by {} of their force at most", percent(p95_rel));
-  if (has_band)
+  words += fmt::format(": 19 of 20 forces are right to {} in size", percent(size.p95));
+  if (!std::isnan(size.p95_low))
     words +=
-        fmt::format(" ({} to {} at other places)", percent(s.p95_rel_low), percent(s.p95_rel_high));
-  if (!std::isnan(there_rel))
-    words += fmt::format(", of slides where the body changes by {}", percent(there_rel));
-  if (std::isnan(s.within_jnd))
+        fmt::format(" ({} to {} at other places)", percent(size.p95_low), percent(size.p95_high));
+  if (!std::isnan(turned.p95))
+    words += fmt::format(" and to {:.2g} degrees in direction", turned.p95);
+  if (!std::isnan(there.p95))
+    words += fmt::format(", where the body changes to {}", percent(there.p95));
+  if (s.slip_onset.paths > 0)
+    words += fmt::format(", slip begins within {:.2g} mm and {} (p95)",
+                         1e3 * s.slip_onset.place_m.p95, newtons(s.slip_onset.force_N.p95));
+  if (std::isnan(s.all.unnoticed))
     return words + fmt::format(". No force here reaches {}, the least that a person feels.",
-                               newtons(kForceFloor_N));
+                               newtons(known.force_floor_N));
   return words +
-         fmt::format("; a person notices it in {} of the rows.", percent(1 - s.within_jnd, 0));
+         fmt::format("; a person notices it in {} of the rows.", percent(1 - s.all.unnoticed, 0));
 }
 
 namespace {
@@ -243,19 +286,13 @@ std::string in_words(const Statement& s) {
                             counted(static_cast<std::int64_t>(s.rows_above_floor), "row", "rows"),
                             floor, has_gap ? fmt::format(" (-: no row above {})", floor) : ""));
     words += table;
-    if (s.all.rows > 0)
-      words += std::isnan(s.within_jnd)
-                   ? fmt::format("no force reaches {}, the least that a person feels\n",
-                                 newtons(kForceFloor_N))
-                   : fmt::format(
-                         "within the force just noticeable to a person, max(0.04 N, 7 %): {} of "
-                         "rows\n",
-                         percent(s.within_jnd, 0));
+    if (s.all.rows > 0) words += of_hand(s);
   }
   words += of_reference(s) + of_shape(s.shape);
   if (!std::isnan(s.all.tick_ns))
     words +=
         fmt::format("{:.0f} ns per tick on this machine, {} bytes\n", s.all.tick_ns, s.asset_bytes);
+  if (s.interval) words += wrapped(in_words(*s.interval));
   words += wrapped(verdict(s));
   for (const std::string& sentence : advice(s)) words += wrapped(sentence);
   words.pop_back();

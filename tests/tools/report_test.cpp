@@ -172,12 +172,16 @@ TEST_F(Report, of_figures_without_a_row_shows_no_number) {
   for (const char* file : {"body.h5", "curves.h5", "asset.palp", "validation.csv"})
     fs::copy_file(path("out/") + file, path("soft/") + file, fs::copy_options::overwrite_existing);
   auto statement = nlohmann::json::parse(content_of(path("out/statement.json")));
-  for (const char* name : {"median_rel", "p95_rel", "max_rel", "within_jnd"})
+  for (const char* name : {"median_rel", "p95_rel", "max_rel"})
     statement["force_error"][name] = nullptr;
-  for (auto& figures : statement["by_path"])
-    for (auto* errors : {&figures, &figures["torque"]})
+  const auto empty = [](auto& figures) {
+    for (auto* errors : {&figures, &figures["torque_at_handle"], &figures["magnitude"]})
       (*errors)["median_rel"] = (*errors)["p95_rel"] = nullptr;
-  statement["torque_error"]["median_rel"] = statement["torque_error"]["p95_rel"] = nullptr;
+    figures["direction_deg"]["median"] = figures["direction_deg"]["p95"] = nullptr;
+    figures["unnoticed"] = nullptr;
+  };
+  empty(statement);
+  for (auto& figures : statement["by_path"]) empty(figures);
   for (const char* name : {"reference_p95_rel", "within_reference", "tick_ns"})
     statement[name] = nullptr;
   statement["baselines"] = nlohmann::json::object();

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libfem/mesh/grade/smooth_surface.hpp"
+#include "libfit/core/perception.hpp"
 #include "tests/support/surfaces.hpp"
 #include "tests/tools/block_scene.hpp"
 #include "tools/scene/scene.hpp"
@@ -41,10 +42,11 @@ TEST(Windows, are_pressed_with_balls_that_are_felt_where_the_body_is_thick_enoug
   EXPECT_NEAR(stiff_m, 0.03 / 8, 1e-4);
   const ProposedBall soft = *ball_for(window, block, 5.4e3, 0.49);
   EXPECT_GT(soft.radius_m, stiff_m);
-  EXPECT_GT(soft.force_N * std::pow(3.0 / 7, 1.5), 0.95 * kForceFloor_N) << "rounded to two digits";
+  EXPECT_GT(soft.force_N * std::pow(3.0 / 7, 1.5), 0.95 * perception().force_floor_N)
+      << "rounded to two digits";
   const ProposedBall softest = *ball_for(window, block, 200, 0.49);
   EXPECT_LE(softest.radius_m, 0.03 / 4);
-  EXPECT_LT(softest.force_N, kForceFloor_N) << "and `new` says so";
+  EXPECT_LT(softest.force_N, perception().force_floor_N) << "and `new` says so";
 }
 
 TEST(Doubts, are_of_organs_that_are_too_large_or_too_small_and_name_a_unit) {

@@ -18,6 +18,7 @@
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
 #include "tools/stages/stage_table.hpp"
+#include "tools/stages/validate.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -26,11 +27,20 @@ using certify::Certificate;
 using certify::DeviceVerdict;
 using Json = nlohmann::ordered_json;
 
+// The figures that decide and are not known.
+std::string unknown_words(const certify::Device& device) {
+  if (device.max_force_N > 0 && device.max_stiffness_N_m > 0) return {};
+  return device.max_force_N > 0         ? "stiffness"
+         : device.max_stiffness_N_m > 0 ? "force"
+                                        : "force, stiffness";
+}
+
 Json to_json(const DeviceVerdict& verdict) {
   return {{"name", verdict.device.name},
           {"force_fits", verdict.force_fits},
           {"stiffness_fits", verdict.stiffness_fits},
           {"resolution_fits", verdict.resolution_fits},
+          {"not_known", unknown_words(verdict.device)},
           {"hands", verdict.hands},
           {"swinging", verdict.swinging},
           {"source", verdict.device.source}};
@@ -118,8 +128,12 @@ std::string device_words(const std::vector<DeviceVerdict>& devices) {
     add(verdict.force_fits, "force");
     add(verdict.stiffness_fits, "stiffness");
     add(verdict.resolution_fits, "friction for its resolution");
-    out += fmt::format("  {}: {}", verdict.device.name,
-                       lacks.empty() ? "shows this body" : "lacks " + lacks);
+    const std::string unknown = unknown_words(verdict.device);
+    out += fmt::format("  {}: {}{}{}", verdict.device.name,
+                       !lacks.empty()    ? "lacks " + lacks
+                       : unknown.empty() ? "shows this body"
+                                         : "nothing against it",
+                       unknown.empty() ? "" : "; not known: ", unknown);
     if (verdict.swinging > 0)
       out += fmt::format("; swings in {} of {} simulated hands", verdict.swinging, verdict.hands);
     else if (verdict.hands > 0)
@@ -271,6 +285,9 @@ class Check final : public Command {
                        {"rows", trial.rows},         {"good", trial.good},
                        {"sticking", trial.sticking}, {"slipping", trial.slipping},
                        {"nodes", trial.nodes},       {"cpu_s", trial.cpu_s}};
+    const auto interval = interval_of(scene, trial.held_share);
+    if (interval)
+      report["interval"] = {{"low_rel", interval->low_rel}, {"high_rel", interval->high_rel}};
     report["run"] = {{"points_at_most", points}, {"cpu_s", cpu_s}};
     report["advice"] = advices;
     reply.text = fmt::format(
@@ -280,6 +297,7 @@ class Check final : public Command {
         trial.point, in_mm(trial.position), trial.force_N, 1e3 * trial.depth_m, trial.good,
         trial.rows, 100 * trial.force_error, trial.sticking, trial.slipping, trial.nodes,
         in_words(trial.cpu_s), points, in_words(cpu_s));
+    if (interval) reply.text += "\n" + validation::in_words(*interval);
     for (const std::string& sentence : advices) reply.text += fmt::format("\nadvice: {}", sentence);
     if (advices.empty() && report["warnings"].empty()) reply.text += "\nnothing to change";
   }

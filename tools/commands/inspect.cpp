@@ -147,9 +147,10 @@ std::string statement_text(const Json& meta) {
   const Json& error = statement["force_error"];
   std::string text = fmt::format("force error {}, {}, {}", error_text(error, "median"),
                                  error_text(error, "p95"), error_text(error, "max"));
-  if (const auto share = error.find("within_jnd"); share != error.end() && share->is_number())
-    text += fmt::format("\n{} of rows within what a hand notices, max(0.04 N, 7 %)",
-                        percent(share->get<double>(), 0));
+  if (const auto share = statement.find("unnoticed");
+      share != statement.end() && share->is_number())
+    text +=
+        fmt::format("\n{} of rows within what a hand notices", percent(share->get<double>(), 0));
   if (statement.contains("rows") && statement.contains("probes"))
     text += fmt::format("\nat {} held-out places, {} rows", statement["probes"].dump(),
                         statement["rows"].dump());

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/perception.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/fit/spline/monotone_least_squares.hpp"
@@ -54,7 +55,11 @@ Json begin(const std::string& name) {
           {"version", 1},
           {"program", "palpate " PALPATE_VERSION},
           {"name", name},
-          {"jnd", {{"floor_N", kForceFloor_N}, {"share", kForceJnd}}},
+          {"jnd",
+           {{"floor_N", perception().force_floor_N},
+            {"share", perception().force_at_rest},
+            {"moving", perception().force_in_motion},
+            {"direction_deg", perception().direction_deg}}},
           {"band_deviations", fit::kBand90},
           {"warnings", Json::array()}};
 }

@@ -157,7 +157,8 @@ void visit(SectionOf<FitSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ValidateSection> auto& section, Visitor& f) {
-  auto& [points, seed, causes, force_tolerance, speeds_m_s, hold_s, tilt_rad, pairs] = section;
+  auto& [points, seed, causes, force_tolerance, speeds_m_s, hold_s, tilt_rad, pairs, handle_m,
+         young_deviation, poisson_deviation, friction_deviation] = section;
   f(Stage::validate, "points", points, Whole{1, 100000});
   f(Stage::validate, "seed", seed, Whole{0, 1 << 30});
   f(Stage::validate, "causes", causes, Any{});
@@ -166,6 +167,10 @@ void visit(SectionOf<ValidateSection> auto& section, Visitor& f) {
   f(Stage::validate, "hold", hold_s, Duration{});
   f(Stage::validate, "tilt", tilt_rad, Tilt{});
   f(Stage::validate, "pairs", pairs, Whole{0, 1000});
+  f(Stage::validate, "handle", handle_m, Length{});
+  f(Stage::validate, "young_deviation", young_deviation, Number{0, 10});
+  f(Stage::validate, "poisson_deviation", poisson_deviation, Number{0, 0.5});
+  f(Stage::validate, "friction_deviation", friction_deviation, Number{0, 10});
 }
 
 }  // namespace palpate::tools

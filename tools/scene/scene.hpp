@@ -110,8 +110,12 @@ struct ValidateSection {
   /// Of a body that relaxes: the paths take these speeds by turns, and end with a hold.
   std::vector<double> speeds_m_s{0.001, 0.010, 0.100};
   double hold_s = 2;
-  double tilt_rad = 0;  ///< up to which the tool leans on paths of that kind; 0: on none
-  int pairs = 0;        ///< held-out paths of two tools
+  double tilt_rad = 0;    ///< up to which the tool leans on paths of that kind; 0: on none
+  int pairs = 0;          ///< held-out paths of two tools
+  double handle_m = 0.1;  ///< from a tool's point to its grip, about which torques are stated
+  /// Standard deviations of what [material] and [probe] have, of Young's modulus and friction over
+  /// the value: the statement's interval.
+  double young_deviation = 0, poisson_deviation = 0, friction_deviation = 0;
 
   /// Held-out points that are pressed for `causes`: every second one, so paths of all kinds, but
   /// six at most: one costs as much as a held-out path.

@@ -48,6 +48,7 @@ MaterialTable read_materials() {
     row.measured = table.text("measured", "");
     row.source = table.text("source", "");
     row.doi = table.text("doi", "");
+    row.relaxation = table.text("relaxation", "");
     table.finish();
     rows.push_back(std::move(row));
   }

@@ -14,6 +14,7 @@ struct Tissue {
   std::string name, law;
   double young_Pa = 0, deviation_Pa = 0, poisson = 0;  ///< deviation 0: the source states none
   std::string measured, source, doi;                   ///< doi may be empty
+  std::string relaxation;  ///< time constants with their source; may be empty
 };
 
 /// A row of its [[hollow]]: an organ with a lumen.

@@ -13,6 +13,7 @@
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/linear_algebra.hpp"
+#include "libfit/core/perception.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/units.hpp"
 #include "libfit/validation/statement.hpp"
@@ -160,7 +161,7 @@ std::vector<std::string> advice(const Scene& scene, const Trial& trial) {
         fmt::format("the press has {:.2g} N where a body that stays in its place has {:.2g}: the "
                     "organ sways. Hold more of it, or nearer to the window (fixed).",
                     trial.force_N, trial.half_space_N));
-  else if (trial.force_N < kForceFloor_N)
+  else if (trial.force_N < perception().force_floor_N)
     out.push_back(
         fmt::format("the press ends at {:.2g} N, less than a hand notices: press deeper, or check "
                     "the unit of the material.",

@@ -10,6 +10,7 @@
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfem/mesh/repair/wall.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/perception.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/core/units.hpp"
 #include "tools/scene/canonical.hpp"
@@ -92,9 +93,14 @@ std::string material_text(const Tissue& tissue) {
       "[material]                      # {}: {:.4g}{} kPa, {}\n"
       "law = \"{}\"             # {}{}{}\n"
       "young = \"{:.4g} kPa\"\n"
-      "poisson = {}\n",
+      "poisson = {}\n{}",
       tissue.name, tissue.young_Pa / 1e3, deviation, tissue.measured, tissue.law, tissue.source,
-      tissue.doi.empty() ? "" : ", doi:", tissue.doi, tissue.young_Pa / 1e3, tissue.poisson);
+      tissue.doi.empty() ? "" : ", doi:", tissue.doi, tissue.young_Pa / 1e3, tissue.poisson,
+      tissue.relaxation.empty()
+          ? ""
+          : fmt::format(
+                "# relaxation = [[SHARE, \"TIME\"], ...]   # measure the shares; times: {}\n",
+                tissue.relaxation));
 }
 
 double metres_in(const std::string& unit) {
@@ -191,7 +197,7 @@ std::string body_text(const ProposedBody& body, const std::string& origin, const
       held);
 }
 
-std::string experiments_text(const Window& window, const ProposedBall& ball) {
+std::string experiments_text(const Window& window, const ProposedBall& ball, const Tissue& tissue) {
   const double radius_mm = 1e3 * window.radius_m, probe_mm = 1e3 * ball.radius_m;
   return fmt::format(
       "\n[probe]                         # the tool's tip\n"
@@ -213,9 +219,14 @@ std::string experiments_text(const Window& window, const ProposedBall& ball) {
       "# pairs = 6                     # of two tools side by side: several tools, or several "
       "balls\n\n"
       "[validate]\n"
-      "points = 12                     # held-out places that the statement compares\n",
+      "points = 12                     # held-out places that the statement compares\n"
+      "{}young_deviation = {:.2g}          # of people, over the value: how far this body may be "
+      "from it\n"
+      "friction_deviation = 0.4        # likewise, of 0.02 to 0.3\n",
       probe_mm, 1e3 * window.centre[0], 1e3 * window.centre[1], 1e3 * window.centre[2], radius_mm,
-      probe_mm, 0.4 * probe_mm, 0.85 * probe_mm, 0.8 * probe_mm);
+      probe_mm, 0.4 * probe_mm, 0.85 * probe_mm, 0.8 * probe_mm,
+      tissue.deviation_Pa > 0 ? "" : "# ",
+      tissue.deviation_Pa > 0 ? tissue.deviation_Pa / tissue.young_Pa : 0.3);
 }
 
 // A window, the surface divided where that is coarse, and a ball for it.
@@ -276,11 +287,11 @@ void note_site(const Site& site, const Tissue& tissue, const std::string& marked
                   "thick (median) and a ball of {:.3g} mm reaches {} vertices",
                   held, 1e3 * thickness_under_m(window, surface), 1e3 * site.ball.radius_m,
                   site.ball.reachable));
-  if (site.ball.force_N < kForceFloor_N)
+  if (site.ball.force_N < perception().force_floor_N)
     scene.warnings.push_back(fmt::format(
         "a press ends at about {:.2g} N, less than a hand notices ({} N): the body is thin for a "
         "material as soft as {}. Give its own with --tissue, or check --unit",
-        site.ball.force_N, kForceFloor_N, tissue.name));
+        site.ball.force_N, perception().force_floor_N, tissue.name));
 }
 
 }  // namespace
@@ -340,7 +351,7 @@ ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in
   scene.is_divided = site.divided.has_value();
   scene.text = body_text(body, chosen.origin, site.window, tissue.young_Pa, choices) +
                material_text(tissue) + groups_text(choices.groups) +
-               experiments_text(site.window, site.ball);
+               experiments_text(site.window, site.ball, tissue);
   return scene;
 }
 

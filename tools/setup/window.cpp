@@ -11,6 +11,7 @@
 #include "libfem/probes/probes.hpp"
 #include "libfem/probes/reach.hpp"
 #include "libfit/core/closest_point.hpp"
+#include "libfit/core/perception.hpp"
 #include "tools/scene/region.hpp"
 
 namespace palpate::tools {
@@ -163,7 +164,7 @@ std::optional<ProposedBall> ball_for(const Window& window, const Surface& surfac
   // Hertz with the contact radius sqrt(R d): F = 4/3 E* sqrt(R) d^1.5, of d = R at the end. Rows
   // are to be felt from 3/7 of the depth on.
   const double hertz_Pa = 4.0 / 3 * young_Pa / (1 - poisson * poisson);
-  const double felt_m = std::sqrt(kForceFloor_N / (hertz_Pa * std::pow(3.0 / 7, 1.5)));
+  const double felt_m = std::sqrt(perception().force_floor_N / (hertz_Pa * std::pow(3.0 / 7, 1.5)));
   const double first_m = std::min({std::max(std::min(kProbeShare * thickness_m, 0.01), felt_m),
                                    1.0 / 4 * thickness_m, window.radius_m / 3});
   const std::vector<char> is_in = vertices_in(window, surface);

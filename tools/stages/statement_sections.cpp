@@ -18,10 +18,17 @@ namespace {
 using namespace validation;
 using Lines = std::vector<StatedError>;
 
+// Floors of rows of another tool: of the force, that of the body.
+ErrorFloors floors_of(const StatedAsset& of, const Comparison& compared) {
+  ErrorFloors floors = validation::floors_of(compared);
+  floors.force_N = of.floors.force_N;
+  return floors;
+}
+
 // The paths' rows in groups. group: of a row of reference.paths.
 Lines grouped(const StatedAsset& of, std::span<const std::string_view> names,
               const std::function<std::size_t(Eigen::Index row)>& group) {
-  return errors_by(compare(of.reference.paths, of.engine, of.radius_m), of.floors, names, group);
+  return errors_by(compare(of.reference.paths, of.engine, of.levers), of.floors, names, group);
 }
 
 // By the kind of path of rows.
@@ -93,7 +100,7 @@ Lines as_own_ball(const StatedAsset& of, const Samples& rows, const ProbeSpec& t
 
 Lines by_baseline(const StatedAsset& of) {
   if (is_other_tool(of))
-    return as_own_ball(of, of.reference.paths, of.scene.probe.spec, of.radius_m, of.floors);
+    return as_own_ball(of, of.reference.paths, of.scene.probe.spec, of.levers->radius_m, of.floors);
   return baseline_errors(of.asset, of.reference, of.depth_m,
                          of.depth_m / of.scene.experiments.each.press_steps, of.request.curves,
                          of.request.model);
@@ -119,9 +126,8 @@ Lines of_kind(const StatedAsset& of, ExperimentKind kind, double radius_m,
             ? played_as(of.scene, Purpose::hold_out, rows)
             : PlayedAs([&](Eigen::Index row) { return answer.played_as(of.scene, rows, row); });
     const Replayed answered = follow(view, rows, of.depth_m, as);
-    const Comparison compared = compare(rows, answered, radius_m);
-    lines.push_back(
-        stated_error(answer.name, compared, {of.floors.force_N, floors_of(compared).torque_Nm}));
+    const Comparison compared = compare(rows, answered, Levers{radius_m, of.levers->handle_m});
+    lines.push_back(stated_error(answer.name, compared, floors_of(of, compared)));
     if (lines.size() == 1) lines[0].tick_ns = time_ticks_ns(view, rows, of.depth_m, as);
   }
   return lines;
@@ -132,14 +138,14 @@ Lines of_changes(const StatedAsset& of) {
   const Samples rows = paths_of(of.reference.all, true);
   if (rows.rows() == 0) return {};
   const Replayed answer = follow(of.met, rows, of.depth_m);
-  const Comparison compared = compare(rows, answer, of.radius_m);
+  const Comparison compared = compare(rows, answer, of.levers);
   Lines lines = errors_by(compared, of.floors, kPathKindNames, kinds_of(rows));
   lines.insert(lines.begin(), stated_error("all", compared, of.floors));
   return lines;
 }
 
 Lines of_pairs(const StatedAsset& of) {
-  return of_kind(of, ExperimentKind::pair, of.radius_m,
+  return of_kind(of, ExperimentKind::pair, of.levers->radius_m,
                  {{"felt", true, nullptr}, {"each_by_itself", false, nullptr}});
 }
 
@@ -163,8 +169,8 @@ std::vector<StatementSection> of_stated_tools(const StatedAsset& of) {
     const PlayedAs as = played_as(of.scene, Purpose::hold_out, rows);
     const Replayed answer = follow(of.asset, rows, of.depth_m, as);
     const double radius_m = fem::round_end_m(*tools[i].probe.rigid);
-    const Comparison compared = compare(rows, answer, radius_m);
-    const ErrorFloors floors{of.floors.force_N, floors_of(compared).torque_Nm};
+    const Comparison compared = compare(rows, answer, Levers{radius_m, of.levers->handle_m});
+    const ErrorFloors floors = floors_of(of, compared);
     Lines lines{stated_error("all", compared, floors)};
     lines[0].tick_ns = time_ticks_ns(of.asset, rows, of.depth_m, as);
     if (!tools[i].has_balls()) {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "libfem/materials/materials.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
@@ -142,6 +143,15 @@ Samples paths_of(const Samples& reference, bool are_where_it_changes) {
   return rows_at(paths, changes, are_where_it_changes);
 }
 
+std::optional<TruthInterval> interval_of(const Scene& scene, double held_share,
+                                         double replay_p95_rel) {
+  const fem::Material material = fem::make_material(*scene.material, "[material]");
+  return truth_interval({scene.validate.young_deviation,
+                         material.law->small_strain(material.constants).poisson(),
+                         scene.validate.poisson_deviation, scene.probe.spec.friction,
+                         scene.validate.friction_deviation, held_share, replay_p95_rel});
+}
+
 Statement validate_asset(const std::filesystem::path& path, const Scene& scene, const Body& body,
                          const ValidateRequest& request) {
   const AssetFile file = read_asset_file(path);
@@ -155,9 +165,9 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   const runtime::AssetView* other = end ? indenter_assets.of(*end) : nullptr;
   const runtime::AssetView& met = other != nullptr ? *other : asset;
   const Replayed engine = follow(met, reference.paths, depth_m);
-  const double radius_m = fem::round_end_m(*scene.probe.rigid);
-  const Comparison compared = compare(reference.paths, engine, radius_m);
-  const StatedAsset of{asset,   met,    scene, reference, engine, radius_m, floors_of(compared),
+  const Levers levers{fem::round_end_m(*scene.probe.rigid), scene.validate.handle_m};
+  const Comparison compared = compare(reference.paths, engine, levers);
+  const StatedAsset of{asset,   met,    scene, reference, engine, levers, floors_of(compared),
                        request, depth_m};
   Statement statement = stated(of, compared, reference.paths);
   if (scene.validate.causes && body.test_points.position.rows() > 0) {
@@ -170,6 +180,7 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
                         experiments_of(scene), progress);
     if (progress.stopped()) throw Interrupted("validate: nothing was written");
   }
+  statement.interval = interval_of(scene, statement.held_share, statement.all.magnitude.p95);
   if (asset.shape.points > 0 && reference.paths.surface.cols() == 3 * asset.vertices)
     statement.shape =
         shape_error(met, reference.paths, contact_states(met, reference.paths, depth_m));
@@ -212,7 +223,7 @@ Statement validate_recordings(const std::filesystem::path& path, const RecordedS
   const ErrorFloors floors{std::max(relative_floor_N(recorded.fitted), relative_floor_N(held_out)),
                            0};
   const Scene none;
-  const StatedAsset of{asset,  asset,   none,    reference, engine, asset.probe_radius_m,
+  const StatedAsset of{asset,  asset,   none,    reference, engine, Levers{asset.probe_radius_m},
                        floors, request, depth_m, &recorded};
   Statement statement =
       stated(of, compared, compared.rows.empty() ? recorded.fitted : reference.paths);

@@ -28,6 +28,11 @@ struct ValidateRequest {
 validation::Statement validate_asset(const std::filesystem::path& asset, const Scene& scene,
                                      const Body& body, const ValidateRequest& request);
 
+/// Interval of the body's own forces about its asset's, by the deviations that the scene states.
+/// replay_p95_rel: of the statement; 0 before there is one.
+std::optional<validation::TruthInterval> interval_of(const Scene& scene, double held_share,
+                                                     double replay_p95_rel = 0);
+
 /// Recordings of a body: those that were fitted, and those held out of the fit, at other points.
 struct RecordedSamples {
   Samples fitted, held_out;
@@ -60,15 +65,15 @@ struct RecordedReference {
 Samples paths_of(const Samples& reference, bool are_where_it_changes);
 
 /// Input of a section. asset: as it is; met: as the scene's probe meets it, the same where
-/// it is that of the asset. engine: what `met` answered to reference.paths. radius_m: of the
-/// probe's round end, about whose centre torques are compared (M58a). floors: of the paths.
+/// it is that of the asset. engine: what `met` answered to reference.paths. levers: where
+/// torques of the probe are compared (M58a). floors: of the paths.
 /// recorded: null where the reference is simulated; else `scene` says nothing.
 struct StatedAsset {
   const runtime::AssetView &asset, &met;
   const Scene& scene;
   const validation::Reference& reference;
   const Replayed& engine;
-  double radius_m;
+  std::optional<validation::Levers> levers;
   validation::ErrorFloors floors;
   const ValidateRequest& request;
   double depth_m;  ///< deepest press

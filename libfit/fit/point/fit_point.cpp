@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "libfit/core/geometry.hpp"
+#include "libfit/core/perception.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/fit/point/replay.hpp"
 #include "libfit/fit/spline/monotone_least_squares.hpp"
@@ -207,7 +208,7 @@ PointResult fit_point(const Samples& samples, const BodyData& body, Eigen::Index
   message = curves.message;
   FitStatus& status = fitted.status[p];
   status = message.empty() ? FitStatus::good : FitStatus::underdetermined;
-  if (result.score.relative > kForceJnd) {  // docs/method.md, 8
+  if (result.score.relative > perception().force_at_rest) {  // docs/method.md, 8
     if (status == FitStatus::good) status = FitStatus::poor;
     add_sentence(message, "residual is " + percent(result.score.relative) +
                               " of the force, worst in experiment " +

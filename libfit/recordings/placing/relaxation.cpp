@@ -6,6 +6,7 @@
 #include <functional>
 #include <iterator>
 
+#include "libfit/core/perception.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/io/csv/csv.hpp"
@@ -120,7 +121,8 @@ std::vector<std::string> doubts_of(const BodyRelaxation& found) {
   std::vector<std::string> doubts;
   if (std::ranges::any_of(found.fit.is_slower, [](char is_slower) { return is_slower != 0; }))
     doubts.emplace_back("a branch is slower than the recordings");
-  if (!points_apart(found, 3, kForceJnd).empty()) doubts.emplace_back("points do not relax alike");
+  if (!points_apart(found, 3, perception().force_at_rest).empty())
+    doubts.emplace_back("points do not relax alike");
   return doubts;
 }
 

@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "libfit/core/perception.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
@@ -33,12 +34,12 @@ TEST(Statistics, without_values_all_are_zero) {
 }
 
 TEST(RelativeError, is_over_the_force_and_over_the_floor_where_the_force_is_lighter) {
-  EXPECT_DOUBLE_EQ(relative_error(0.1, 2, kForceFloor_N), 0.05);
-  EXPECT_DOUBLE_EQ(relative_error(0.01, 0.001, kForceFloor_N), 0.25);
+  EXPECT_DOUBLE_EQ(relative_error(0.1, 2, perception().force_floor_N), 0.05);
+  EXPECT_DOUBLE_EQ(relative_error(0.01, 0.001, perception().force_floor_N), 0.25);
 }
 
 TEST(RelativeError, that_is_stated_leaves_out_rows_at_the_floor_and_below) {
-  EXPECT_EQ(stated_errors({{0.01, 2}, {0.01, 0.1}, {0.02, kForceFloor_N}}),
+  EXPECT_EQ(stated_errors({{0.01, 2}, {0.01, 0.1}, {0.02, perception().force_floor_N}}),
             (std::vector<double>{0.01 / 2, 0.01 / 0.1}));
   EXPECT_EQ(stated_errors({{1e-4, 0.01}, {1e-4, 0.002}, {1e-4, 0.001}}),
             (std::vector<double>{1e-4 / 0.01, 1e-4 / 0.002}))
@@ -49,13 +50,28 @@ TEST(RelativeError, that_is_stated_leaves_out_rows_at_the_floor_and_below) {
 TEST(RelativeError, that_decides_knows_no_newtons) {
   EXPECT_DOUBLE_EQ(relative_floor(300), 1000 * relative_floor(0.3));
   EXPECT_EQ(relative_floor(0.3), relative_floor_N(0.3));
-  EXPECT_EQ(relative_floor_N(300), kForceFloor_N);
+  EXPECT_EQ(relative_floor_N(300), perception().force_floor_N);
 }
 
 TEST(RelativeError, seven_percent_cannot_be_felt_and_neither_can_the_floor) {
-  EXPECT_TRUE(is_within_jnd(0.07, 1));
-  EXPECT_FALSE(is_within_jnd(0.071, 1));
-  EXPECT_TRUE(is_within_jnd(kForceFloor_N, 0));
+  EXPECT_TRUE(is_within_threshold(0.07, 1));
+  EXPECT_FALSE(is_within_threshold(0.071, 1));
+  EXPECT_TRUE(is_within_threshold(perception().force_floor_N, 0));
+  EXPECT_TRUE(is_within_threshold(0.1, 1, true)) << "while the contact slides a tenth";
+  EXPECT_FALSE(is_within_threshold(0.101, 1, true));
+}
+
+TEST(Perception, each_threshold_says_where_it_was_measured_and_is_known_or_judges_nothing) {
+  for (const Threshold& row : thresholds()) {
+    EXPECT_FALSE(row.condition.empty()) << row.name;
+    EXPECT_FALSE(row.source.empty()) << row.name;
+  }
+  const Perception& known = perception();
+  for (const double number :
+       {known.force_at_rest, known.force_in_motion, known.force_floor_N, known.torque})
+    EXPECT_TRUE(number > 0 && number < 1) << number;
+  EXPECT_NEAR(known.direction_deg, 25.6, 1e-9);
+  EXPECT_TRUE(std::isnan(thresholds().back().share)) << "of vibration no number was checked";
 }
 
 TEST(Text, numbers_are_short_and_shares_and_lengths_wear_their_unit) {

@@ -28,18 +28,31 @@ export interface TorqueFigures extends RelativeFigures {
   p95_Nm: Figure;
 }
 
+/** Errors of the force's size over it, and of its direction in degrees. */
+interface SizeAndDirection {
+  magnitude: { median_rel: Figure; p95_rel: Figure };
+  direction_deg: { median: Figure; p95: Figure };
+  /** Share of rows whose error a person does not notice. */
+  unnoticed: Figure;
+}
+
 /** Errors of one answer to some rows. */
-export interface StatedError extends ErrorFigures {
+export interface StatedError extends ErrorFigures, SizeAndDirection {
   rows: number;
-  torque?: TorqueFigures;
+  /** About the grip. */
+  torque_at_handle?: TorqueFigures;
   /** On the machine that validated, of all tools together. */
   tick_ns?: Figure;
 }
 
-export interface Statement {
-  force_error: ErrorFigures & { max_N: Figure; max_rel: Figure; within_jnd: Figure };
+export interface Statement extends SizeAndDirection {
+  force_error: ErrorFigures & { max_N: Figure; max_rel: Figure };
+  /** Empty where it is not known how well the body is. */
+  interval: { low_rel?: number; high_rel?: number };
+  slip_onset: { paths: number; p95_m: Figure; p95_N: Figure };
+  handle_m: number;
   /** Empty where no row has a torque. */
-  torque_error: Partial<TorqueFigures>;
+  torque_at_handle: Partial<TorqueFigures>;
   /** The accuracy and remedies for a poor one, a sentence each. */
   verdict: string;
   advice: string[];
@@ -109,7 +122,7 @@ export interface Contents {
   schema: string;
   program: string;
   name: string;
-  jnd: { floor_N: number; share: number };
+  jnd: { floor_N: number; share: number; moving: number; direction_deg: number };
   band_deviations: number;
   warnings: string[];
   files?: { name: string; bytes: number; made_from?: string }[];

@@ -16,17 +16,25 @@ export function verdict(contents: Contents): (string | HTMLElement)[] {
 
 function sentences(s: Statement, contents: Contents): string[] {
   const e = s.force_error;
-  const jnd = `max(${quantity(contents.jnd.floor_N, "N", 2)}, ${percent(contents.jnd.share, 0)})`;
+  const { floor_N, share, moving, direction_deg } = contents.jnd;
   if (s.rows === 0) return s.advice;
   const out = [
     ...s.advice,
     `Compared at ${counted(s.probes, "held-out contact point", "held-out contact points")} in ` +
       `${counted(s.rows, "row", "rows")}; shares of the force are of the ${s.rows_above_floor} above ${quantity(s.floor_N, "N", 2)}.`,
     `Median ${quantity(e.median_N, "N")}, 95th percentile ${quantity(e.p95_N, "N")}, largest ${quantity(e.max_N, "N")} (${percent(e.max_rel)}).`,
-    e.within_jnd === null
-      ? `No force reaches ${quantity(contents.jnd.floor_N, "N", 2)}, the least that a person feels.`
-      : `${percent(e.within_jnd, e.within_jnd < 1 ? 1 : 0)} of the rows are within the force just noticeable to a person, ${jnd}.`,
+    `The force's size: median ${percent(s.magnitude.median_rel)}, 95th percentile ${percent(s.magnitude.p95_rel)}; its direction: ` +
+      `median ${degrees(s.direction_deg.median)}, 95th percentile ${degrees(s.direction_deg.p95)} degrees.`,
+    s.unnoticed === null
+      ? `No force reaches ${quantity(floor_N, "N", 2)}, the least that a person feels.`
+      : `${percent(s.unnoticed, s.unnoticed < 1 ? 1 : 0)} of the rows are within what a person notices: force ${percent(share, 0)}, ` +
+        `${percent(moving, 0)} of one that slides, and ${quantity(floor_N, "N", 2)}; direction ${direction_deg.toFixed(0)} degrees.`,
   ];
+  if (s.interval.low_rel !== undefined && s.interval.high_rel !== undefined)
+    out.push(
+      `Forces of the body itself: 95 % within ${percent(s.interval.low_rel, 0)} to +${percent(s.interval.high_rel, 0)} of the asset's, ` +
+        "by how well its material is known.",
+    );
   if (s.reference_p95_rel !== null)
     out.push(`The reference's own estimated error is ${percent(s.reference_p95_rel)} at the 95th percentile.`);
   if (s.reference_p95_rel !== null && e.p95_rel !== null && s.reference_p95_rel > 0.5 * e.p95_rel)
@@ -52,6 +60,8 @@ function sentences(s: Statement, contents: Contents): string[] {
     );
   return out;
 }
+
+const degrees = (angle_deg: number | null) => (angle_deg === null ? "-" : angle_deg.toFixed(1));
 
 /** Every compared row: its error over its force, and the just noticeable difference. */
 function scatter(contents: Contents): HTMLElement | undefined {
@@ -116,7 +126,7 @@ function costPlot(contents: Contents): HTMLElement | undefined {
   );
 }
 
-/** Errors of the torque about the tool, of every line that has one. */
+/** Errors of the torque about the grip, of every line that has one. */
 function torqueTable(s: Statement): HTMLElement[] {
   const row = (name: string, e: Partial<TorqueFigures>) => [
     name,
@@ -126,13 +136,22 @@ function torqueTable(s: Statement): HTMLElement[] {
     quantity(e.median_Nm ?? null, "N m"),
     quantity(e.p95_Nm ?? null, "N m"),
   ];
-  if (s.torque_error.median_Nm === undefined) return [];
-  const head = ["torque", "typical", "median error", "95th percentile", "median error", "95th percentile"];
+  if (s.torque_at_handle.median_Nm === undefined) return [];
+  const head = [
+    `torque at a handle of ${quantity(s.handle_m, "m")}`,
+    "typical",
+    "median error",
+    "95th percentile",
+    "median error",
+    "95th percentile",
+  ];
   return [
     table(head, [
-      row("all paths", s.torque_error),
+      row("all paths", s.torque_at_handle),
       ...s.sections.flatMap(({ name, title }) =>
-        linesOf(s, name).flatMap(([line, e]) => (e.torque ? [row(`${title}: ${plain(line)}`, e.torque)] : [])),
+        linesOf(s, name).flatMap(([line, e]) =>
+          e.torque_at_handle ? [row(`${title}: ${plain(line)}`, e.torque_at_handle)] : [],
+        ),
       ),
     ]),
   ];
@@ -174,7 +193,7 @@ export function statementSection(contents: Contents): HTMLElement {
       details(
         "Numbers",
         table(
-          ["of", "rows", "median", "95th percentile", "median", "95th percentile", "a tick"],
+          ["of", "rows", "median", "p95", "median", "p95", "size", "p95", "degrees", "p95", "unnoticed", "a tick"],
           sections.flatMap(({ title, lines }) =>
             lines.map(([name, e]) => [
               `${title}: ${plain(name)}`,
@@ -183,6 +202,11 @@ export function statementSection(contents: Contents): HTMLElement {
               percent(e.p95_rel),
               quantity(e.median_N, "N"),
               quantity(e.p95_N, "N"),
+              percent(e.magnitude.median_rel),
+              percent(e.magnitude.p95_rel),
+              degrees(e.direction_deg.median),
+              degrees(e.direction_deg.p95),
+              percent(e.unnoticed, 0),
               e.tick_ns ? tick(e.tick_ns) : "",
             ]),
           ),
