@@ -24,8 +24,8 @@ struct HeldOutRange {
   double tilt_rad = 0;  ///< up to which the tool leans on tilting paths; 0: there are none
   /// The same of a tool that leans; empty: everywhere.
   std::function<bool(const Vec3& position, const Vec3& inward, const Lean& lean)> can_lean = {};
-  /// Of each triangle of the body, how much it changes there [1/m]: points are drawn on the fifth
-  /// of the reachable area that has most. Empty: everywhere.
+  /// Change of each triangle of the body [1/m]: points are drawn on the fifth of the reachable area
+  /// that has most. Empty: everywhere.
   std::vector<double> change = {};
 };
 

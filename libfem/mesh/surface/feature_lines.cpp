@@ -9,6 +9,7 @@
 
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/surface/half_edge.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfit/core/closest_point.hpp"
 
 namespace palpate {
@@ -171,6 +172,7 @@ Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes, double 
   const VertexNeighbours smooth_neighbours = without_features(neighbours, mesh);
   const Points smooth = smoothed(normals, smooth_neighbours, 0.5 * target_edge_m, edge_m);
   const double deviation = 0.08 * target_edge_m;
+  const bool is_hollow = std::ranges::count(faces_of_lumens(fine.vertices, fine.triangles), 1) > 0;
 
   Eigen::VectorXd size(fine.vertices.rows());
   for (Eigen::Index v = 0; v < size.size(); ++v) {
@@ -184,7 +186,8 @@ Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes, double 
     const Vec3 inward = -smooth.row(v).transpose();
     const auto thickness =
         ray_distance_m(fine, boxes, fine.vertices.row(v), inward, 1e-3 * std::min(edge_m, min_m));
-    if (thickness) wanted = std::min(wanted, *thickness);
+    // A press on a bladder of 3 mm takes 7,100 nodes with edges of 2.5 thicknesses, 17,800 with 1.
+    if (thickness) wanted = std::min(wanted, (is_hollow ? 2.5 : 1) * *thickness);
     size[v] = std::max(wanted, min_m);
   }
   limit_growth(size, fine);

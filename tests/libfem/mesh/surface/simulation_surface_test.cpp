@@ -15,7 +15,8 @@
 namespace palpate {
 namespace {
 
-using testing::cube, testing::together, testing::moved, testing::sphere, testing::subdivided;
+using testing::cube, testing::inside_out, testing::together, testing::moved, testing::sphere,
+    testing::subdivided;
 
 TEST(SimulationSurface, a_sphere_keeps_its_volume_within_the_tolerance) {
   const Surface fine = sphere(0.05, 5);  // 8192 triangles
@@ -64,6 +65,21 @@ TEST(SimulationSurface, thin_plates_get_edges_of_about_their_thickness) {
           (result.surface.vertices.row(t[k]) - result.surface.vertices.row(t[(k + 1) % 3])).norm());
   EXPECT_LT(longest, 0.012);
   EXPECT_NEAR(volume_m3(result.surface), 6e-5, 1e-16);
+}
+
+TEST(SimulationSurface, walls_around_a_lumen_get_edges_of_two_to_three_thicknesses) {
+  const Surface wall = together(sphere(0.040, 5), inside_out(sphere(0.037, 5)));
+  const auto result = simulation_surface(wall, 0.012);
+  EXPECT_EQ(result.refused, "");
+  double mean = 0;
+  for (const auto& t : result.surface.triangles.rowwise())
+    for (int k = 0; k < 3; ++k)
+      mean +=
+          (result.surface.vertices.row(t[k]) - result.surface.vertices.row(t[(k + 1) % 3])).norm() /
+          static_cast<double>(result.surface.triangles.size());
+  EXPECT_GT(mean, 2 * 0.003);
+  EXPECT_LT(mean, 3 * 0.003);
+  EXPECT_LT(result.deviation_m, 0.3 * 0.003);
 }
 
 TEST(SimulationSurface, the_same_input_gives_the_same_bits) {
