@@ -12,7 +12,7 @@ skip() { echo "SKIPPED: $*"; exit 0; }
 for program in debootstrap unshare git apt-get; do
   command -v $program >/dev/null || skip "there is no $program"
 done
-mapfile -t commands < <(sed -n '/^## Two commands/,/^## /s/^    \(bash [^#]*[^# ]\).*/\1/p' "$source/README.md")
+mapfile -t commands < <(sed -n '/^## Install/,/^## From/s/^    \(bash [^#]*[^# ]\).*/\1/p' "$source/README.md")
 [ ${#commands[@]} -eq 2 ] || { echo "FAILED: README.md shows ${#commands[@]} commands, not 2"; exit 1; }
 folder=${1:-$(mktemp -d)}
 [ $# -gt 0 ] || trap 'rm -rf "$folder"' EXIT

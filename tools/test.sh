@@ -26,7 +26,7 @@ fi
 cmake --preset "$preset" -DPALPATE_SLOW_TESTS=$slow_tests
 cmake --build --preset "$preset"
 if $sanitize; then
-  tests=(test_recordings test_runtime test_damage test_several_tools test_assets test_io test_importers test_mesh_read)
+  tests=(test_runtime test_damage test_several_tools test_assets test_io test_importers test_mesh_read)
   cmake --preset ci-sanitize -DPALPATE_SLOW_TESTS=OFF
   cmake --build --preset ci-sanitize --target "${tests[@]}"
   printf '%s\n' "${tests[@]}" | xargs -P 2 -I TEST bash -c 'echo "== TEST under sanitizers"

@@ -11,15 +11,18 @@ namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
-}  // namespace
-
-double averaged_share(const Material& material) {
+// All of U(J) but what leaves lambda = `kept` mu at each point.
+double share_beyond(const Material& material, double kept) {
   double U, U1, U2;
   material.law->volumetric(material.constants, 0, U, U1, U2);
   const SmallStrain hooke = material.law->small_strain(material.constants);
-  const double beyond_Pa = hooke.lambda_Pa - hooke.mu_Pa;
+  const double beyond_Pa = hooke.lambda_Pa - kept * hooke.mu_Pa;
   return beyond_Pa > 0 ? std::min(1.0, beyond_Pa / U2) : 0;
 }
+
+}  // namespace
+
+double averaged_share(const Material& material) { return share_beyond(material, 1); }
 
 ElementPoint element_point(const Eigen::Vector4d& L, double weight) {
   constexpr double dL[4][3] = {{-1, -1, -1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  // dL_c/dxi_j
@@ -60,15 +63,32 @@ ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>&
       displacement_rows_(mesh.nodes.rows() / 2 + 1),
       force_rows_(mesh.nodes.rows() / 2 + 1) {
   for (const char is_held : mesh.is_held) free_index_.push_back(is_held ? -1 : free_nodes_++);
+  std::vector<char> is_on_boundary(mesh.nodes.rows(), 0);
+  for (const std::int32_t n : mesh.faces.reshaped()) is_on_boundary[n] = 1;
+  const std::vector<ElementPoint> points = element_points();
   for (const Material& material : materials) {
     const std::size_t number = relaxations_.size();
     relaxations_.push_back(material.relaxation);
     softenings_.push_back(material.softening);
-    const std::vector<ElementPoint> points = element_points();
-    std::vector<const Material*> material_at(points.size() * kLanes);
-    std::vector<std::int32_t> cells;
+    // A mean over an element does not see how volume changes through a wall that bends. Errors of
+    // walls one element thick, edges of 1.25 to 2.5 thicknesses, at nu 0.45 and 0.49: with 1 mu 11
+    // to 14 %, with 4 mu -2 to 3.5 %, with 9 mu -10 to -1 % (elasticity_test).
+    const double shares[] = {averaged_share(material), share_beyond(material, 4)};
+    struct {
+      std::vector<std::int32_t> cells;
+      std::vector<const Material*> material_at =
+          std::vector<const Material*>(kElementPoints * kLanes);
+    } waiting[2];  // elements within the body, and those whose corners all lie on its boundary
+    const auto add_waiting = [&](bool spans) {
+      auto& [cells, material_at] = waiting[spans];
+      add_batch(material, number, points, cells, material_at);
+      batches_.back().averaged = shares[spans];
+      cells.clear();
+    };
     for (Eigen::Index c = 0; c < mesh_.tets.rows(); ++c) {
-      bool is_here = false;
+      bool is_here = false, spans = true;
+      for (int k = 0; k < 4; ++k) spans = spans && is_on_boundary[mesh_.tets(c, k)];
+      auto& [cells, material_at] = waiting[spans];
       for (std::size_t q = 0; q < points.size(); ++q) {
         Vec3 place = Vec3::Zero();
         for (Eigen::Index a = 0; a < kElementNodes; ++a)
@@ -79,10 +99,10 @@ ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>&
         is_here |= there == &material;
       }
       if (is_here) cells.push_back(static_cast<std::int32_t>(c));
-      if (cells.size() == kLanes)
-        add_batch(material, number, points, cells, material_at), cells.clear();
+      if (cells.size() == kLanes) add_waiting(spans);
     }
-    if (!cells.empty()) add_batch(material, number, points, cells, material_at);
+    for (const bool spans : {false, true})
+      if (!waiting[spans].cells.empty()) add_waiting(spans);
   }
 }
 
@@ -92,7 +112,6 @@ void ElasticBody::add_batch(const Material& material, std::size_t number,
                             const std::vector<const Material*>& material_at) {
   Batch batch;
   batch.law = material.law;
-  batch.averaged = averaged_share(material);
   batch.shear_modulus_Pa = material.law->small_strain(material.constants).mu_Pa;
   batch.kernels = cell_kernels(Remembers::nothing, set_);
   batch.points.assign(kElementNodes * kLanes, static_cast<std::int32_t>(mesh_.nodes.rows()));

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <random>
@@ -40,7 +41,12 @@ struct ReachableArea {
   std::vector<double> sum_m2;  ///< running
 };
 
-ReachableArea reachable_area(const Body& body) {
+double area_m2(const Surface& surface, Eigen::Index t) {
+  const auto [a, b, c] = corners_of(surface, t);
+  return 0.5 * (b - a).cross(c - a).norm();
+}
+
+ReachableArea reachable_area(const Body& body, const std::vector<double>& change) {
   ReachableArea area;
   double sum = 0;
   for (Eigen::Index t = 0; t < body.surface.triangles.rows(); ++t) {
@@ -48,10 +54,18 @@ ReachableArea reachable_area(const Body& body) {
     bool is_reachable = true;
     for (int k = 0; k < 3; ++k) is_reachable = is_reachable && body.is_reachable[corner[k]];
     if (!is_reachable) continue;
-    const auto [a, b, c] = corners_of(body.surface, t);
-    sum += 0.5 * (b - a).cross(c - a).norm();
+    sum += area_m2(body.surface, t);
     area.triangle.push_back(t);
     area.sum_m2.push_back(sum);
+  }
+  if (!change.empty()) {
+    std::ranges::stable_sort(area.triangle, std::greater(), [&](auto t) { return change[t]; });
+    const double most_m2 = sum / 5;
+    sum = 0;
+    area.sum_m2.clear();
+    for (const Eigen::Index t : area.triangle)
+      if (sum < most_m2) area.sum_m2.push_back(sum += area_m2(body.surface, t));
+    area.triangle.resize(area.sum_m2.size());
   }
   if (area.triangle.empty() || !(sum > 0))
     throw Error("validate", "no triangle of the body can be reached",
@@ -198,14 +212,14 @@ class PathDrawer {
   PathDrawer(const Body& body, const HeldOutRange& range, std::uint64_t seed)
       : body_(body),
         range_(range),
-        area_(reachable_area(body)),
+        area_(reachable_area(body, range.change)),
         reach_(body),
         outward_(vertex_normals(body.surface)),
         uniform_(seed) {
     out_.points.triangles.resize(0, 3);
   }
 
-  void add(PathKind kind, PathKind motion, bool tilts) {
+  void add(PathKind kind, PathKind motion, bool tilts, char name = 'v') {
     Vec3 position, normal;
     Lean lean = Lean::Zero();
     const auto can_touch = [&] {
@@ -221,7 +235,7 @@ class PathDrawer {
       if (tilts) lean = lean_of(uniform_(0, range_.tilt_rad), uniform_(0, 2 * std::numbers::pi));
     } while (!can_touch());
     const auto i = static_cast<std::int32_t>(out_.paths.size());
-    out_.points.add(position, normal, fmt::format("v{:04}", i + 1));
+    out_.points.add(position, normal, fmt::format("{}{:04}", name, i + 1));
     ToolPath& path = out_.paths.emplace_back();
     path = {i, draw_path(motion, position, normal, range_, reach_, uniform_), {}, lean};
     path.kind = kind;
@@ -314,6 +328,15 @@ HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, s
       drawing.add(kind, kind, false);
     else
       drawing.add(PathKind::tilting, i % 2 == 0 ? PathKind::straight : PathKind::sliding, true);
+  }
+  return drawing.done();
+}
+
+HeldOut draw_sliding(const Body& body, const HeldOutRange& range, int paths, std::uint64_t seed) {
+  PathDrawer drawing(body, range, seed);
+  for (int i = 0; i < paths; ++i) {
+    const PathKind kind = i % 2 == 0 ? PathKind::back_and_forth : PathKind::wandering;
+    drawing.add(kind, kind, false, kChangeName);
   }
   return drawing.done();
 }

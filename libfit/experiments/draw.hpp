@@ -24,6 +24,9 @@ struct HeldOutRange {
   double tilt_rad = 0;  ///< up to which the tool leans on tilting paths; 0: there are none
   /// The same of a tool that leans; empty: everywhere.
   std::function<bool(const Vec3& position, const Vec3& inward, const Lean& lean)> can_lean = {};
+  /// Of each triangle of the body, how much it changes there [1/m]: points are drawn on the fifth
+  /// of the reachable area that has most. Empty: everywhere.
+  std::vector<double> change = {};
 };
 
 /// Contact points uniform by area over triangles whose three vertices are reachable, each with one
@@ -37,6 +40,12 @@ struct HeldOutRange {
 /// triangle is reachable, or the tool can touch at none of 1000 points drawn one after the
 /// other.
 HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed);
+
+/// First letter of the names of points of draw_sliding(); that of all others is another.
+inline constexpr char kChangeName = 'c';
+
+/// Paths back and forth and wandering ones, by turns, at points drawn as those of draw_held_out.
+HeldOut draw_sliding(const Body& body, const HeldOutRange& range, int paths, std::uint64_t seed);
 
 /// Paths of a tool that leans by 0 to range.tilt_rad in any direction: at points drawn as those of
 /// draw_held_out, of the upright kinds in turn, each where range.can_lean.

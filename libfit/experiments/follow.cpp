@@ -169,7 +169,10 @@ Replayed Follower::follow(const Samples& samples, double depth_m, const PlayedAs
     if (!body_.empty()) runtime::start_body(view_, body_.data());  // as before any touch
     ToolsWalk walk(view_, met_, std::move(played), std::move(outside));
     if (samples.kind[row] == ExperimentKind::drag) walk.go(down, kNan);
-    for (double before_s = 0; row < samples.rows() && samples.experiment[row] == experiment;
+    // A scan has its recording's clock: a quarter of a second brings the tool to a pass.
+    const bool is_scan = samples.kind[row] == ExperimentKind::scan;
+    for (double before_s = is_scan ? samples.time_of(row) - 0.25 : 0;
+         row < samples.rows() && samples.experiment[row] == experiment;
          before_s = samples.time_of(row), row += tools) {
       for (Eigen::Index i = 0; i < tools; ++i)
         to[i] =

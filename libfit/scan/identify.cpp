@@ -10,18 +10,6 @@
 namespace palpate::scan {
 namespace {
 
-// Unknown of the recording or of the whole body: `count` from `unknown` on, of which the first is
-// stated, times `scale` or as its exponential (0).
-struct Candidate {
-  const char *name, *unit;
-  int unknown, count;
-  double scale;
-};
-constexpr Candidate kCandidates[] = {{"delay of the force", " s", Unknowns::kDelay, 1, 0.01},
-                                     {"bias of the force", "", Unknowns::kBias, 3, 0},
-                                     {"lambda", "", Unknowns::kLambda, 1, 0},
-                                     {"share of a relaxation", "", Unknowns::kShare, 2, 1}};
-
 // Passes left out decide whether a candidate is free, and how smooth neighbours are.
 class UnknownsChoice {
  public:
@@ -33,12 +21,12 @@ class UnknownsChoice {
   }
 
   void run(ScanFit& out) {
-    const std::size_t parts = std::size(kCandidates) + 4;
+    const std::size_t parts = std::size(kSharedUnknowns) + 4;
     progress_.report(0, parts, "surface and curves");
     fit_.fit(half_, 12);
     best_ = fit_.loss_of(other_);
     std::size_t done = 0;
-    for (const Candidate& candidate : kCandidates) {
+    for (const SharedUnknown& candidate : kSharedUnknowns) {
       progress_.report(++done, parts, candidate.name);
       gains.push_back(keep_if_better(5, [&] { free(candidate); }));
     }
@@ -55,12 +43,10 @@ class UnknownsChoice {
   std::vector<double> gains;  ///< of the loss of passes left out, by each candidate
 
  private:
-  void free(const Candidate& candidate) {
+  void free(const SharedUnknown& candidate) {
     for (int k = 0; k < candidate.count; ++k)
-      fit_.is_free[fit_.unknowns.global(candidate.unknown + k)] = 1;
-    if (candidate.unknown != Unknowns::kShare) return;
-    fit_.parameters.relaxation.share = Eigen::VectorXd::Constant(1, 0.02);
-    fit_.parameters.relaxation.time_s = Eigen::VectorXd::Constant(1, 0.1);
+      fit_.is_free[fit_.unknowns.shared(candidate.first + k)] = 1;
+    fit_.parameters.recording.number[candidate.first] = candidate.start;
   }
 
   template <class Change>
@@ -84,23 +70,20 @@ class UnknownsChoice {
   double best_ = 0;
 };
 
-void say_numbers(const ScanIdentification& fit, const std::vector<double>& gains,
-                 const Eigen::VectorXd& deviation, ScanFit& out) {
-  const Eigen::VectorXd x = fit.unknowns.vector_of(fit.parameters).tail(Unknowns::kGlobals);
-  out.delay_s = fit.parameters.delay_s, out.bias_N = fit.parameters.bias_N;
-  out.delay_deviation_s = 0.01 * deviation[Unknowns::kDelay];
-  out.bias_deviation_N = fit.unknowns.force_N * deviation.head<3>();
-  for (std::size_t i = 0; i < std::size(kCandidates); ++i) {
-    const Candidate& of = kCandidates[i];
-    const int k = of.unknown;
+void say_numbers(const ScanIdentification& fit, const std::vector<double>& gains, ScanFit& out) {
+  const auto& number = out.recording.number;
+  for (std::size_t i = 0; i < std::size(kSharedUnknowns); ++i) {
+    const SharedUnknown& of = kSharedUnknowns[i];
+    const int k = of.first;
     std::string value = fmt::format("no {}", of.name);
-    if (fit.is_free[fit.unknowns.global(k)]) {
-      const double scale = of.scale > 0 ? of.scale : fit.parameters.lambda;
-      value = fmt::format("{} {:.3g} +- {:.2g}{}", of.name, of.scale > 0 ? scale * x[k] : scale,
-                          scale * deviation[k], of.unit);
-      if (k == Unknowns::kBias)
-        value = fmt::format("{} ({:.2g}, {:.2g}, {:.2g}) +- {:.2g} N", of.name, out.bias_N[0],
-                            out.bias_N[1], out.bias_N[2], out.bias_deviation_N.maxCoeff());
+    if (fit.is_free[fit.unknowns.shared(k)]) {
+      const double unit = of.is_logarithm ? of.unit * std::exp(number[k]) : of.unit;
+      value = fmt::format("{} {:.3g}", of.name, of.is_logarithm ? unit : unit * number[k]);
+      for (int j = 1; of.count == 3 && j < 3; ++j)
+        value += fmt::format(", {:.3g}", unit * number[k + j]);
+      value +=
+          fmt::format(" +- {:.2g} {}",
+                      unit * out.deviation.segment(k, of.count == 3 ? 3 : 1).maxCoeff(), of.symbol);
     }
     out.notes.push_back(fmt::format("{}: the loss of passes left out {} by {:.1f} % with it", value,
                                     gains[i] > 0 ? "falls" : "rises", 100 * std::abs(gains[i])));
@@ -150,7 +133,8 @@ ScanFit identify(const Samples& scans, int jobs, const Progress& progress) {
       1e3 * fit.nodes.spacing_m(), 1e3 * fit.unknowns.depth_m, fit.smoothness,
       stated_percent(out.left_out.median), stated_percent(out.left_out.p95),
       stated_percent(out.fitted.median), stated_percent(out.fitted.p95)));
-  say_numbers(fit, choice.gains, fit.deviations(walked), out);
+  out.recording = fit.parameters.recording, out.deviation = fit.deviations(walked);
+  say_numbers(fit, choice.gains, out);
   say_coverage(fit, walked, out);
   out.surface = body.mesh().surface;
   const Eigen::Index vertices = out.surface.vertices.rows();
@@ -170,8 +154,7 @@ Samples corrected(const Samples& scans, const ScanFit& fit) {
   const BoxTree boxes = triangle_boxes(fit.surface);
   for (std::size_t pass = 0; pass < passes.count(); ++pass) {
     const Eigen::Index first = passes.first[pass];
-    const auto foot =
-        closest_point(fit.surface, boxes, passes.position_at(pass, first, fit.delay_s));
+    const auto foot = closest_point(fit.surface, boxes, passes.tip(pass, first, fit.recording));
     Vec3 inward = Vec3::Zero();
     for (int k = 0; k < 3; ++k)
       inward += foot->weight[k] *
@@ -179,9 +162,8 @@ Samples corrected(const Samples& scans, const ScanFit& fit) {
     out.point_position.row(scans.point[first]) = foot->position.transpose();
     out.point_normal.row(scans.point[first]) = inward.normalized().transpose();
     for (Eigen::Index row = first; row < passes.first[pass + 1]; ++row) {
-      out.deflection.row(row) =
-          (passes.position_at(pass, row, fit.delay_s) - foot->position).transpose();
-      out.force.row(row) -= fit.bias_N.transpose();
+      out.deflection.row(row) = (passes.tip(pass, row, fit.recording) - foot->position).transpose();
+      out.force.row(row) = passes.force_on_body(row, fit.recording).transpose();
     }
   }
   out.relaxation = fit.curves.curves.relaxation;

@@ -23,22 +23,23 @@ std::array<double, 4> spline_slopes(double t) {
 
 }  // namespace
 
-Nodes::Nodes(const Points& points, const Vec3& inward, double spacing_m) : spacing_m_(spacing_m) {
+Nodes::Nodes(const Points& points, const Vec3& inward, double spacing_m, double curvature_1_m)
+    : spacing_m_(spacing_m),
+      radius_m_(1 / std::max(curvature_1_m, 1e-3 / extent_m(points).norm())) {
   // The first axis is the one along which the points extend most.
+  axis_[2] = inward.normalized();
   const Points flat = (points.rowwise() - points.colwise().mean()) *
-                      (Mat3::Identity() - inward * inward.transpose());
+                      (Mat3::Identity() - axis_[2] * axis_[2].transpose());
   const Eigen::SelfAdjointEigenSolver<Mat3> spread(Mat3(flat.transpose() * flat));
-  axis_[2] = inward;
   axis_[0] = spread.eigenvectors().col(2);
-  axis_[1] = inward.cross(axis_[0]);
-  origin_ = Vec3::Zero();
+  axis_[1] = axis_[2].cross(axis_[0]);
+  center_ = points.colwise().mean().transpose() + radius_m_ * inward;
   Points at(points.rows(), 3);
   for (Eigen::Index i = 0; i < at.rows(); ++i) at.row(i) = coordinates(points.row(i));
   const Vec3 low = at.colwise().minCoeff(), high = at.colwise().maxCoeff();
-  origin_ = axis_[0] * low[0] + axis_[1] * low[1];
+  for (int k = 0; k < 2; ++k) origin_[k] = low[k] - kMargin * spacing_m;
   columns_ = static_cast<int>((high[0] - low[0]) / spacing_m) + 2 * kMargin + 2;
   rows_ = static_cast<int>((high[1] - low[1]) / spacing_m) + 2 * kMargin + 2;
-  origin_ -= kMargin * spacing_m * (axis_[0] + axis_[1]);
   std::vector<char> is_used(columns_ * rows_, 0);
   for (Eigen::Index p = 0; p < points.rows(); ++p) {
     const Vec3 x = coordinates(points.row(p)) / spacing_m;
@@ -79,8 +80,33 @@ std::vector<std::array<int, 3>> Nodes::triples() const {
 }
 
 Vec3 Nodes::coordinates(const Vec3& point) const {
-  const Vec3 offset = point - origin_;
-  return {axis_[0].dot(offset), axis_[1].dot(offset), axis_[2].dot(offset)};
+  const Vec3 offset = point - center_;
+  const double x = axis_[0].dot(offset), y = axis_[1].dot(offset), side = std::hypot(x, y),
+               angle = std::atan2(side, -axis_[2].dot(offset)),
+               scale = radius_m_ * (side > 0 ? angle / side : 1 / offset.norm());
+  return {scale * x - origin_[0], scale * y - origin_[1], radius_m_ - offset.norm()};
+}
+
+Vec3 Nodes::position(double first, double second, double height_m) const {
+  const double x = first + origin_[0], y = second + origin_[1], side = std::hypot(x, y),
+               angle = side / radius_m_, scale = side > 0 ? std::sin(angle) / side : 0;
+  return center_ + (radius_m_ - height_m) *
+                       (scale * (x * axis_[0] + y * axis_[1]) - std::cos(angle) * axis_[2]);
+}
+
+Mat3 Nodes::gradients(const Vec3& point) const {
+  const Vec3 outward = (point - center_).normalized(), pole = -axis_[2];
+  const Vec3 side = outward - outward.dot(pole) * pole;
+  const double sine = side.norm(), angle = std::atan2(sine, outward.dot(pole)),
+               wider = sine > 0 ? angle / sine : 1;
+  const Vec3 away = sine > 0 ? Vec3(side / sine) : axis_[0], around = pole.cross(away),
+             along = around.cross(outward);
+  Mat3 out;
+  for (int k = 0; k < 2; ++k)
+    out.col(k) = radius_m_ / (point - center_).norm() *
+                 (away.dot(axis_[k]) * along + wider * around.dot(axis_[k]) * around);
+  out.col(2) = -outward;
+  return out;
 }
 
 Nodes::CellPlace Nodes::at(double first, double second, int cell) const {
@@ -119,13 +145,14 @@ Nodes::Foot Nodes::foot(const Vec3& point, const Eigen::VectorXd& height) const 
       slope1 += place.slope1[k] * node;
       slope2 += place.slope2[k] * node;
     }
-    const double steep = 1 / std::sqrt(1 + slope1 * slope1 + slope2 * slope2);
     out.place = place;
-    out.depth_m = (x[2] - h - (x[0] - first) * slope1 - (x[1] - second) * slope2) * steep;
-    out.normal = (axis_[2] - slope1 * axis_[0] - slope2 * axis_[1]) * steep;
-    out.position = origin_ + first * axis_[0] + second * axis_[1] + h * axis_[2];
-    first = x[0] + std::max(out.depth_m, 0.0) * slope1 * steep;
-    second = x[1] + std::max(out.depth_m, 0.0) * slope2 * steep;
+    out.position = position(first, second, h);
+    const Mat3 gradient = gradients(out.position);
+    out.normal =
+        (gradient.col(2) - slope1 * gradient.col(0) - slope2 * gradient.col(1)).normalized();
+    out.depth_m = (point - out.position).dot(out.normal);
+    const Vec3 next = coordinates(point - std::max(out.depth_m, 0.0) * out.normal);
+    first = next[0], second = next[1];
   }
   return out;
 }
@@ -145,12 +172,12 @@ Nodes::NodeMesh Nodes::mesh(const Eigen::VectorXd& height, int parts) const {
       const CellPlace& place = out.vertex.emplace_back(this->at(first, second, c));
       double h = 0;
       for (int k = 0; k < kHeights; ++k) h += place.height[k] * height[cell_[c].height[k]];
-      position.push_back(origin_ + first * axis_[0] + second * axis_[1] + h * axis_[2]);
+      position.push_back(this->position(first, second, h));
       return at->second;
     };
     for (int i = 0; i < parts; ++i)
       for (int j = 0; j < parts; ++j) {
-        // Outward is against the inward axis; diagonals alternate.
+        // Diagonals alternate.
         const int a = vertex(i, j), b = vertex(i + 1, j), d = vertex(i, j + 1),
                   e = vertex(i + 1, j + 1);
         const bool is_turned = (index_[c][0] * parts + i + index_[c][1] * parts + j) % 2 != 0;

@@ -92,7 +92,8 @@ class Differentiator {
       carried_by += reach * ring_.row(i).transpose();
     }
     const double share = carried > 0 ? std::min(normal_N / carried, runtime::kMaxLimitShare) : 1,
-                 mu = std::max(friction + friction_slope * d, 0.0), lambda = parameters_.lambda;
+                 mu = std::max(friction + friction_slope * d, 0.0),
+                 lambda = parameters_.recording.lambda();
     Eigen::Matrix<double, 3, Eigen::Dynamic> by_control = along * value.transpose();
     Vec3 slipping = Vec3::Zero();
     const auto& creep = state.memory.creep;
@@ -126,20 +127,22 @@ class Differentiator {
       out.increment.col(j - 1) = (sum += by_control.col(j));
     out.friction = mu > 0 ? Vec3(slipping / mu) : Vec3::Zero();
     out.friction_slope = d * out.friction;
-    differentiate_by_height(u, d, normal_N, stiffness_N_m, slipping, out);
+    differentiate_by_height(c, u, d, normal_N, stiffness_N_m, slipping, out);
     return true;
   }
 
  private:
   // The surface under the contact rises: depth is lost, and the normal turns with the slope.
-  void differentiate_by_height(const Vec3& u, double d, double normal_N, double stiffness_N_m,
-                               const Vec3& slipping, RowDerivative& out) const {
-    const Vec3 w = nodes_.inward();
+  void differentiate_by_height(const Vec3& c, const Vec3& u, double d, double normal_N,
+                               double stiffness_N_m, const Vec3& slipping,
+                               RowDerivative& out) const {
+    const Mat3 gradient = nodes_.gradients(c);
+    const Vec3 w = gradient.col(2);
     const double steep = u.dot(w);
     Vec3 by_depth = stiffness_N_m * u;
     if (normal_N > 0) by_depth += std::min(stiffness_N_m / normal_N, 2 / d) * slipping;
     for (int k = 0; k < Nodes::kHeights; ++k) {
-      const Vec3 slope = out.at.slope1[k] * nodes_.axis(0) + out.at.slope2[k] * nodes_.axis(1);
+      const Vec3 slope = out.at.slope1[k] * gradient.col(0) + out.at.slope2[k] * gradient.col(1);
       // u = (w - grad H) steep, of unit length.
       const Vec3 turned = -steep * (slope - slope.dot(u) * u);
       out.height.col(k) = -steep * out.at.height[k] * by_depth + normal_N * turned;
@@ -164,13 +167,7 @@ Eigen::VectorXd Unknowns::vector_of(const ScanParameters& p) const {
     x[friction(n)] = p.friction[n];
     x[friction_slope(n)] = p.friction_slope_1_m[n] * depth_m;
   }
-  x.segment<3>(global(kBias)) = p.bias_N / force_N;
-  x[global(kLambda)] = std::log(1.5 * p.lambda);
-  x[global(kDelay)] = p.delay_s / 0.01;
-  if (p.relaxation.branches() > 0) {
-    x[global(kShare)] = p.relaxation.share[0];
-    x[global(kTime)] = std::log(p.relaxation.time_s[0] / 0.1);
-  }
+  x.tail<kShared>() = p.recording.number;
   return x;
 }
 
@@ -184,14 +181,7 @@ ScanParameters Unknowns::parameters_of(const Eigen::VectorXd& x) const {
     p.friction[n] = x[friction(n)];
     p.friction_slope_1_m[n] = x[friction_slope(n)] / depth_m;
   }
-  p.bias_N = x.segment<3>(global(kBias)) * force_N;
-  p.lambda = std::exp(std::clamp(x[global(kLambda)], -3.0, 3.0)) / 1.5;
-  p.delay_s = x[global(kDelay)] * 0.01;
-  if (x[global(kShare)] > 0) {  // time within 5 ms and 2 s, which readings and presses can show
-    p.relaxation.share = Eigen::VectorXd::Constant(1, std::min(x[global(kShare)], 10.0));
-    p.relaxation.time_s =
-        Eigen::VectorXd::Constant(1, 0.1 * std::exp(std::clamp(x[global(kTime)], -3.0, 3.0)));
-  }
+  p.recording.number = x.tail<kShared>();
   return p;
 }
 
@@ -199,28 +189,29 @@ Eigen::VectorXd Unknowns::lower() const {
   Eigen::VectorXd out = Eigen::VectorXd::Constant(size(), -kInfinity);
   out.head(nodes * increments).setZero();
   out.segment(friction(0), nodes).setZero();
+  for (const SharedUnknown& of : kSharedUnknowns) out[shared(of.first)] = of.min;
   return out;
 }
 
 ScanEquations linearise(const Nodes& nodes, const Unknowns& unknowns, const PlayedBody& body,
                         const Walked& walked, const Passes& passes, const ScanParameters& at,
-                        const Eigen::VectorXd& weight,
-                        const std::vector<std::pair<int, Points>>& changes) {
+                        const Eigen::VectorXd& weight, const std::map<int, Points>& changes) {
   const Differentiator law(nodes, body, at);
   const int K = unknowns.increments, corners = 4 * (K + 2);
-  const int globals = 3 + static_cast<int>(changes.size());
-  const int width = corners + Nodes::kHeights + globals;
-  // Rows of each cell; those in the air, which know of the bias alone, are in the last.
+  const int shared = static_cast<int>(changes.size());
+  const int width = corners + Nodes::kHeights + shared;
+  // Rows of each cell; those in the air, which know of the recording alone, are in the last.
   std::vector<std::vector<Eigen::Index>> rows(nodes.cells() + 1);
   std::vector<RowDerivative> derivative(passes.rows());
   std::vector<Eigen::Index> begin;
   for (std::size_t pass = 0; pass < passes.count(); ++pass)
     for (Eigen::Index row = passes.first[pass]; row < passes.first[pass + 1]; ++row) {
       if (!(weight[row] > 0)) continue;
-      const Vec3 tip = passes.position_at(pass, row, at.delay_s);
+      const Vec3 tip = passes.tip(pass, row, at.recording);
       const bool touches = law.differentiate(walked.state[row], tip, derivative[row]);
       rows[touches ? derivative[row].at.cell : nodes.cells()].push_back(row);
     }
+  const Mat3 turn = at.recording.turn();
   std::vector<Eigen::MatrixXd> square(rows.size());
   tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t cell) {
     if (rows[cell].empty()) return;
@@ -237,12 +228,12 @@ ScanEquations linearise(const Nodes& nodes, const Unknowns& unknowns, const Play
           block.col(k * (K + 2) + K + 1) = n / unknowns.depth_m * by.friction_slope;
         }
         block.middleCols<Nodes::kHeights>(corners) = unknowns.spacing_m * by.height;
+        block.leftCols(corners + Nodes::kHeights) =
+            (turn * block.leftCols(corners + Nodes::kHeights)).eval();
       }
-      block.middleCols<3>(corners + Nodes::kHeights) = unknowns.force_N * Mat3::Identity();
-      for (std::size_t k = 0; k < changes.size(); ++k)
-        block.col(corners + Nodes::kHeights + 3 + k) = changes[k].second.row(row).transpose();
-      block.col(width) =
-          (passes.force_N.row(row) - walked.force_N.row(row)).transpose() - at.bias_N;
+      Eigen::Index column = corners + Nodes::kHeights;
+      for (const auto& [k, change] : changes) block.col(column++) = change.row(row).transpose();
+      block.col(width) = (passes.force_N.row(row) - walked.reading_N.row(row)).transpose();
       block *= weight[row];
     }
     square[cell] = A.transpose() * A;
@@ -260,13 +251,11 @@ ScanEquations linearise(const Nodes& nodes, const Unknowns& unknowns, const Play
         number[k * (K + 2) + K] = unknowns.friction(cell.corner[k]);
         number[k * (K + 2) + K + 1] = unknowns.friction_slope(cell.corner[k]);
       }
-      for (int k = 0; unknowns.has_heights && k < Nodes::kHeights; ++k)
+      for (int k = 0; k < Nodes::kHeights; ++k)
         number[corners + k] = unknowns.height(cell.height[k]);
     }
-    for (int k = 0; k < 3; ++k)
-      number[corners + Nodes::kHeights + k] = unknowns.global(Unknowns::kBias + k);
-    for (std::size_t k = 0; k < changes.size(); ++k)
-      number[corners + Nodes::kHeights + 3 + k] = unknowns.global(changes[k].first);
+    int column = corners + Nodes::kHeights;
+    for (const auto& [k, change] : changes) number[column++] = unknowns.shared(k);
     for (int i = 0; i < width; ++i) {
       if (number[i] < 0) continue;
       out.right[number[i]] += square[c](i, width);

@@ -7,6 +7,7 @@
 #include "libfit/core/progress.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/core/stated_error.hpp"
+#include "libfit/scan/recording.hpp"
 
 namespace palpate::scan {
 
@@ -14,8 +15,8 @@ namespace palpate::scan {
 struct ScanFit {
   Surface surface;
   FittedCurves curves;
-  double delay_s = 0, delay_deviation_s = 0;  ///< the force is this late
-  Vec3 bias_N = Vec3::Zero(), bias_deviation_N = Vec3::Zero();
+  Recording recording;
+  Eigen::VectorXd deviation;  ///< of its numbers; 0 of those that are not free
   /// Errors at half of the passes, and at the others, which chose the unknowns of the recording.
   RelativeErrors fitted, left_out;
   std::vector<std::string> notes;  ///< a sentence on each finding and on what the scan covers
@@ -27,8 +28,8 @@ struct ScanFit {
 /// presses.
 ScanFit identify(const Samples& scans, int jobs = 0, const Progress& progress = {});
 
-/// The same scans without what belongs to their recordings: positions at the time of the force,
-/// bias subtracted, each pass placed at the point of the surface under its first row.
+/// The same scans without what belongs to their recordings: places of the tip at the time of the
+/// force, forces on the body, each pass placed at the point of the surface under its first row.
 Samples corrected(const Samples& scans, const ScanFit& fit);
 
 }  // namespace palpate::scan

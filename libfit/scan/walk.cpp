@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +17,7 @@ CurveSet curves_of(const Nodes& nodes, const ScanParameters& p, const CurveBasis
                    const Nodes::NodeMesh& mesh, const Points& inward_normal) {
   CurveSet curves(CurveFamily::rings);
   curves.basis[0] = basis;
-  curves.relaxation = p.relaxation;
+  curves.relaxation = p.recording.relaxation();
   const Eigen::Index vertices = mesh.surface.vertices.rows();
   for (std::size_t part = 0; part < curves.control.size(); ++part) {
     const runtime::Part& of = parts_of(curves.family)[part];
@@ -34,7 +35,7 @@ CurveSet curves_of(const Nodes& nodes, const ScanParameters& p, const CurveBasis
       curves.control[runtime::kFrictionSlope](v, 0) += at.corner[k] * p.friction_slope_1_m[node];
     }
   }
-  curves.control[runtime::kLambda].setConstant(p.lambda);
+  curves.control[runtime::kLambda].setConstant(p.recording.lambda());
   curves.control[runtime::kCurvature] =
       vertex_curvature(mesh.surface, inward_normal, basis.knots_m.back());
   for (Controls& control : curves.control) control = rounded_to_float(control);
@@ -42,6 +43,27 @@ CurveSet curves_of(const Nodes& nodes, const ScanParameters& p, const CurveBasis
 }
 
 }  // namespace
+
+double Recording::lambda() const { return std::exp(std::clamp(number[kLambda], -3.0, 3.0)) / 1.5; }
+
+Relaxation Recording::relaxation() const {
+  Relaxation out;
+  if (!(number[kShare] > 0)) return out;
+  // The time is within 5 ms and 2 s, which readings and presses can show.
+  out.share = Eigen::VectorXd::Constant(1, std::min(number[kShare], 10.0));
+  out.time_s = Eigen::VectorXd::Constant(1, 0.1 * std::exp(std::clamp(number[kTime], -3.0, 3.0)));
+  return out;
+}
+
+Mat3 Recording::turn() const {
+  const Vec3 by = number.segment<3>(kTurn);
+  const double angle = by.norm();
+  return angle > 0 ? Eigen::AngleAxisd(angle, by / angle).toRotationMatrix() : Mat3::Identity();
+}
+
+Vec3 Recording::offset_N(double time_s) const {
+  return number.segment<3>(kBias) + time_s / 60 * number.segment<3>(kDrift);
+}
 
 Controls vertex_curvature(const Surface& surface, const Points& inward_normal, double depth_m) {
   const Eigen::Index vertices = surface.vertices.rows();
@@ -77,18 +99,36 @@ Passes::Passes(const Samples& s) : position_m(s.rows(), 3), force_N(s.force), ti
   first.push_back(s.rows());
 }
 
-Vec3 Passes::position_at(std::size_t pass, Eigen::Index row, double delay_s) const {
-  const double t = time_s[row] - delay_s;
+Vec3 Passes::force_on_body(Eigen::Index row, const Recording& recording) const {
+  return recording.turn().transpose() *
+         (force_N.row(row).transpose() - recording.offset_N(time_s[row]));
+}
+
+Vec3 Passes::tip(std::size_t pass, Eigen::Index row, const Recording& recording) const {
+  const double t = time_s[row] - recording.delay_s();
   Eigen::Index i = std::clamp(row, first[pass], first[pass + 1] - 2);
   while (i > first[pass] && time_s[i] > t) --i;
   while (i + 2 < first[pass + 1] && time_s[i + 1] < t) ++i;
   const double share = (t - time_s[i]) / (time_s[i + 1] - time_s[i]);
-  return position_m.row(i) + share * (position_m.row(i + 1) - position_m.row(i));
+  const Vec3 position = position_m.row(i) + share * (position_m.row(i + 1) - position_m.row(i));
+  const double compliance_m_N = recording.compliance_m_N();
+  return compliance_m_N > 0 ? Vec3(position - compliance_m_N * force_on_body(row, recording))
+                            : position;
+}
+
+Points readings(const Points& force_N, const Passes& passes, const Recording& recording) {
+  Points out = force_N * recording.turn().transpose();
+  for (Eigen::Index row = 0; row < out.rows(); ++row)
+    out.row(row) += recording.offset_N(passes.time_s[row]).transpose();
+  return out;
 }
 
 PlayedBody::PlayedBody(const Nodes& nodes, const ScanParameters& parameters,
                        const CurveBasis& basis, int parts)
-    : nodes_(nodes), height_m_(parameters.height_m), mesh_(nodes.mesh(parameters.height_m, parts)) {
+    : nodes_(nodes),
+      height_m_(parameters.height_m),
+      recording_(parameters.recording),
+      mesh_(nodes.mesh(parameters.height_m, parts)) {
   model_.surface = mesh_.surface;
   model_.inward_normal = -vertex_normals(mesh_.surface);
   model_.curves = curves_of(nodes, parameters, basis, mesh_, model_.inward_normal);
@@ -100,16 +140,18 @@ PlayedBody::PlayedBody(const Nodes& nodes, const ScanParameters& parameters,
     throw Error("scan", runtime::sentence(status), "Please report this with the recording.");
 }
 
-Walked PlayedBody::walk(const Passes& passes, double delay_s, const std::vector<char>& is_wanted,
-                        bool wants_states, int jobs) const {
-  Walked out{Points::Zero(passes.rows(), 3), std::vector<char>(passes.rows(), 0),
+Walked PlayedBody::walk(const Passes& passes, const std::vector<char>& is_wanted, bool wants_states,
+                        int jobs) const {
+  Walked out{Points::Zero(passes.rows(), 3),
+             {},
+             std::vector<char>(passes.rows(), 0),
              std::vector<RowState>(wants_states ? passes.rows() : 0)};
   const double depth_m = model_.curves.basis[0].knots_m.back();
   const auto walk_one = [&](std::size_t pass) {
     const Eigen::Index first = passes.first[pass], rows = passes.first[pass + 1] - first;
     if (!is_wanted[first]) return;
     Samples one;
-    const Nodes::Foot foot = nodes_.foot(passes.position_at(pass, first, delay_s), height_m_);
+    const Nodes::Foot foot = nodes_.foot(passes.tip(pass, first, recording_), height_m_);
     one.point_position = foot.position.transpose();
     one.point_normal = foot.normal.transpose();
     one.point.assign(rows, 0), one.experiment.assign(rows, 0);
@@ -118,8 +160,7 @@ Walked PlayedBody::walk(const Passes& passes, double delay_s, const std::vector<
     one.time_s.resize(rows);
     for (Eigen::Index i = 0; i < rows; ++i) {
       one.step.push_back(static_cast<std::int32_t>(i));
-      one.deflection.row(i) =
-          (passes.position_at(pass, first + i, delay_s) - foot.position).transpose();
+      one.deflection.row(i) = (passes.tip(pass, first + i, recording_) - foot.position).transpose();
       one.time_s[i] = passes.time_s[first + i];
     }
     const Replayed answer =
@@ -135,6 +176,7 @@ Walked PlayedBody::walk(const Passes& passes, double delay_s, const std::vector<
   };
   tbb::task_arena arena(jobs > 0 ? jobs : tbb::this_task_arena::max_concurrency());
   arena.execute([&] { tbb::parallel_for(std::size_t{0}, passes.count(), walk_one); });
+  out.reading_N = readings(out.force_N, passes, recording_);
   return out;
 }
 

@@ -8,18 +8,16 @@
 #include "libfit/core/samples.hpp"
 #include "libfit/runtime/engine.hpp"
 #include "libfit/scan/nodes.hpp"
+#include "libfit/scan/recording.hpp"
 
 namespace palpate::scan {
 
-/// The body at the nodes, N rows each, and what belongs to the recording.
+/// The body at the nodes, N rows each, and the recording.
 struct ScanParameters {
   Eigen::MatrixXd increment_N;  ///< N x K, >= 0, of the normal curves
   Eigen::VectorXd height_m;     ///< N, coefficients of Nodes
   Eigen::VectorXd friction, friction_slope_1_m;
-  double lambda = 0;      ///< lateral over normal stiffness of a ring
-  Relaxation relaxation;  ///< of at most one branch
-  double delay_s = 0;     ///< the force is this late
-  Vec3 bias_N = Vec3::Zero();
+  Recording recording;
 };
 
 /// Passes of a tool: rows of the kind `scan` with their times, of one experiment each.
@@ -31,8 +29,10 @@ struct Passes {
   explicit Passes(const Samples& samples);
   Eigen::Index rows() const { return time_s.size(); }
   std::size_t count() const { return first.size() - 1; }
-  /// CellPlace of the tool when the force of a row acted.
-  Vec3 position_at(std::size_t pass, Eigen::Index row, double delay_s) const;
+  /// Place of the tool when the force of a row acted.
+  Vec3 tip(std::size_t pass, Eigen::Index row, const Recording& recording) const;
+  /// Force on the body behind a reading.
+  Vec3 force_on_body(Eigen::Index row, const Recording& recording) const;
 };
 
 /// State of the contact after a row.
@@ -41,10 +41,13 @@ struct RowState {
   runtime::RingMemory<double> memory;
 };
 struct Walked {
-  Points force_N;                ///< N x 3, ON THE BODY, without bias
+  Points force_N, reading_N;     ///< N x 3, ON THE BODY, and as the sensor reads it
   std::vector<char> is_sliding;  ///< N
   std::vector<RowState> state;   ///< N, where it was asked for
 };
+
+/// Forces on the body, a row each of passes, as the sensor reads them.
+Points readings(const Points& force_N, const Passes& passes, const Recording& recording);
 
 /// The body of parameters as the engine plays it.
 class PlayedBody {
@@ -59,12 +62,13 @@ class PlayedBody {
   const Model& model() const { return model_; }
   /// Passes along the engine, each on a body that nothing has touched. is_wanted: of each row,
   /// those of a pass alike; others stay 0. jobs: threads.
-  Walked walk(const Passes& passes, double delay_s, const std::vector<char>& is_wanted,
-              bool wants_states, int jobs) const;
+  Walked walk(const Passes& passes, const std::vector<char>& is_wanted, bool wants_states,
+              int jobs) const;
 
  private:
   const Nodes& nodes_;
   const Eigen::VectorXd height_m_;
+  const Recording recording_;
   Nodes::NodeMesh mesh_;
   Model model_;
   std::optional<AssetBytes> bytes_;

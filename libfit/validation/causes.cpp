@@ -82,6 +82,27 @@ CurveBasis basis_of(const runtime::AssetView& asset, int part) {
   return {view.degree, {view.knots, view.knots + view.pieces + 1}};
 }
 
+std::vector<double> press_changes(const runtime::AssetView& asset, const Surface& surface,
+                                  double depth_m) {
+  const auto log_force = [&](int vertex) {
+    return std::log(runtime::curve_value(asset.curves.view[0],
+                                         asset.node(vertex) + asset.control_offset[0], depth_m));
+  };
+  std::vector<double> changes(surface.triangles.rows(), 0.0);
+  for (std::size_t t = 0; t < changes.size(); ++t) {
+    const auto corner = surface.triangles.row(t);
+    if (!std::ranges::all_of(corner, [&](int v) { return answers(asset, v); })) continue;
+    const auto [a, b, c] = corners_of(surface, t);
+    Eigen::Matrix<double, 2, 3> edges;
+    edges << (b - a).transpose(), (c - a).transpose();
+    const Eigen::Vector2d rise(log_force(corner[1]) - log_force(corner[0]),
+                               log_force(corner[2]) - log_force(corner[0]));
+    const double change = (edges.transpose() * (edges * edges.transpose()).inverse() * rise).norm();
+    if (std::isfinite(change)) changes[t] = change;
+  }
+  return changes;
+}
+
 SubstitutedAsset::SubstitutedAsset(const runtime::AssetView& asset)
     : view_(asset),
       control_(asset.control, asset.control + std::size_t(asset.records) *

@@ -59,6 +59,12 @@ class SubstitutedAsset {
   std::vector<std::uint8_t> covered_;
 };
 
+/// Length of the gradient of ln f^z along each triangle of the surface of an asset [1/m]: by how
+/// much of itself the force of a press to depth_m changes there. 0 where a corner has no curves of
+/// its own.
+std::vector<double> press_changes(const runtime::AssetView& asset, const Surface& surface,
+                                  double depth_m);
+
 /// Basis of one part of an asset; no knots where it is no curve.
 CurveBasis basis_of(const runtime::AssetView& asset, int part);
 

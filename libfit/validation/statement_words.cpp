@@ -189,9 +189,12 @@ std::string verdict(const Statement& s) {
     return over > kPoor / known.force_at_rest ? "poor" : over > 1 ? "fair" : "good";
   };
   const Spread &size = s.all.magnitude, &turned = s.all.direction_deg;
+  const std::vector<StatedError>& changing = s.lines_of("where_it_changes");
+  const Spread there = changing.empty() ? Spread() : changing[0].magnitude;
   const auto ends = [](double end, double p95) { return std::isnan(end) ? p95 : end; };
   const std::string best = grade(ends(size.p95_low, size.p95), ends(turned.p95_low, turned.p95)),
-                    worst = grade(ends(size.p95_high, size.p95), ends(turned.p95_high, turned.p95));
+                    worst = grade(std::fmax(ends(size.p95_high, size.p95), there.p95),
+                                  ends(turned.p95_high, turned.p95));
   std::string words = worst;
   if (best != worst) words += worst == "poor" && best == "good" ? " to " + best : " or " + best;
   words[0] = static_cast<char>(words[0] - 'a' + 'A');
@@ -199,6 +202,8 @@ std::string verdict(const Statement& s) {
   if (!std::isnan(size.p95_low))
     words +=
         fmt::format(" ({} to {} at other places)", percent(size.p95_low), percent(size.p95_high));
+  if (!std::isnan(there.p95))
+    words += fmt::format(", of slides where the body changes to {}", percent(there.p95));
   if (!std::isnan(turned.p95))
     words += fmt::format(" and to {:.2g} degrees in direction", turned.p95);
   if (s.slip_onset.paths > 0)

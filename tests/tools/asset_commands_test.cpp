@@ -132,5 +132,41 @@ TEST_F(AssetCommands, export_writes_the_format_that_the_name_says) {
         << name;
 }
 
+TEST_F(AssetCommands, an_export_is_scaled_to_a_recorded_press) {
+  const auto force_N = [](const std::string& asset) {
+    const Outcome outcome = palpate(*folder_, "replay " + asset + " press.csv -o f.csv");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    std::istringstream last(content_of(path("f.csv")));
+    std::string line, force;
+    while (std::getline(last, line) && !line.empty()) force = line;
+    for (int comma = 0; comma < 3; ++comma) force = force.substr(force.find(',') + 1);
+    return std::stod(force);
+  };
+  const std::string rows[] = {"0,0.04,0.04,0.031", "0.1,0.04,0.04,0.029", "0.2,0.04,0.04,0.028"};
+  std::ofstream(path("press.csv")) << "t_s,x_m,y_m,z_m\n" << rows[0] << '\n' << rows[2] << '\n';
+  const double before_N = force_N("out/asset.palp");
+  std::ofstream(path("recorded.csv")) << "t_s,x_m,y_m,z_m,force_N\n"
+                                      << rows[0] << ",0\n"
+                                      << rows[2] << "," << 2 * before_N << '\n';
+  const Outcome scaled = palpate(
+      *folder_, "export out/model.h5 -o scaled.palp --friction 0.2 --scale-to recorded.csv --json");
+  ASSERT_EQ(scaled.status, 0) << scaled.err;
+  EXPECT_TRUE(holds(scaled.err, "forces times 2 +- ")) << scaled.err;
+  const auto changed = nlohmann::json::parse(scaled.out).at("changed");
+  EXPECT_NEAR(changed.at("stiffness").get<double>(), 2, 1e-4);
+  EXPECT_EQ(changed.at("friction"), 0.2);
+  EXPECT_NEAR(force_N("scaled.palp"), 2 * before_N, 1e-4 * before_N);
+  const Outcome named = palpate(*folder_, "inspect scaled.palp --json");
+  EXPECT_EQ(nlohmann::json::parse(named.out).at("meta").at("changed"), changed);
+  for (const char* options :
+       {"--scale-stiffness 0", "--scale-stiffness soft", "--friction -1", "--scale-to press.csv",
+        "--scale-to recorded.csv --scale-stiffness 2"}) {
+    const Outcome refused =
+        palpate(*folder_, std::string("export out/model.h5 -o no.palp ") + options);
+    EXPECT_EQ(refused.status, 1) << options;
+    EXPECT_FALSE(std::filesystem::exists(path("no.palp"))) << options;
+  }
+}
+
 }  // namespace
 }  // namespace palpate::tools

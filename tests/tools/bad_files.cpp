@@ -13,7 +13,6 @@ std::vector<BadInputRow> bad_files() {
       {"samples where a body belongs", "refine out/curves.h5 --body out/samples.h5 -o m.h5"},
       {"curves where a model belongs", "export out/curves.h5 -o a.palp"},
       {"a name of no format", "export out/model.h5 -o a.obj"},
-      {"a format that is not the name's", "export out/model.h5 -o a.vtu --format palp"},
       {"an asset that is missing", "replay none.palp path.csv -o f.csv"},
       {"an asset cut in the middle", "replay cut.palp path.csv -o f.csv"},
       {"an asset with one byte changed", "replay changed.palp path.csv -o f.csv"},

@@ -1,5 +1,6 @@
 // What `new` proposes of meshes that are coarse, of another unit, or open: `check` takes it.
 
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -157,6 +158,68 @@ TEST(New, says_of_a_shell_inside_whether_it_is_a_cavity_and_that_none_floats) {
     EXPECT_TRUE(holds(made.err, is_cavity ? ", 0.485 l" : ", 0.512 l"));
     EXPECT_FALSE(holds(made.err, "float away"));
   }
+}
+
+// A block of 80 x 80 x 30 mm as Gmsh writes it (MSH 2.2), six tetrahedra to a cube of 5 mm:
+// physical groups "Fixed" below, "gel", and "lump" in its middle.
+std::string block_msh() {
+  constexpr int kX = 16, kZ = 6;
+  const auto node = [&](int i, int j, int k) { return 1 + i + (kX + 1) * (j + (kX + 1) * k); };
+  std::string nodes, elements;
+  int count = 0;
+  const auto add = [&](int type, int group, std::initializer_list<int> corners) {
+    elements += fmt::format("{} {} 2 {} 1 {}\n", ++count, type, group, fmt::join(corners, " "));
+  };
+  for (int k = 0; k <= kZ; ++k)
+    for (int j = 0; j <= kX; ++j)
+      for (int i = 0; i <= kX; ++i)
+        nodes += fmt::format("{} {} {} {}\n", node(i, j, k), 5 * i, 5 * j, 5 * k);
+  constexpr int kOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+  for (int k = 0; k < kZ; ++k)
+    for (int j = 0; j < kX; ++j)
+      for (int i = 0; i < kX; ++i) {
+        const bool is_lump = k == 1 && i / 2 == 4 && j / 2 == 4;
+        for (const auto& order : kOrders) {  // from corner to corner, an axis after another
+          int at[3] = {i, j, k}, corner[4] = {node(i, j, k)};
+          for (int step = 0; step < 3; ++step) {
+            ++at[order[step]];
+            corner[step + 1] = node(at[0], at[1], at[2]);
+          }
+          add(4, is_lump ? 3 : 2, {corner[0], corner[1], corner[2], corner[3]});
+        }
+        if (k > 0) continue;
+        add(2, 1, {node(i, j, 0), node(i + 1, j + 1, 0), node(i + 1, j, 0)});
+        add(2, 1, {node(i, j, 0), node(i, j + 1, 0), node(i + 1, j + 1, 0)});
+      }
+  return fmt::format(
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 1 \"Fixed\"\n3 2 \"gel\"\n3 3 "
+      "\"lump\"\n$EndPhysicalNames\n$Nodes\n{}\n{}$EndNodes\n$Elements\n{}\n{}$EndElements\n",
+      (kX + 1) * (kX + 1) * (kZ + 1), nodes, count, elements);
+}
+
+TEST(New, takes_the_physical_groups_of_gmsh) {
+  const Folder folder;
+  folder.write("block.msh", block_msh());
+  const Outcome made = palpate(folder, "new block.msh -o s.toml </dev/null");
+  ASSERT_EQ(made.status, 0) << made.err;
+  std::string text = content_of(folder / "s.toml");
+  for (const char* line :
+       {"tetmesh = \"block.msh\"", "fixed = [ { group = \"Fixed\" } ]",
+        "# The mesh marks \"gel\" (9192 tetrahedra), \"Fixed\" (512 faces), \"lump\" (24 "
+        "tetrahedra).",
+        "# [[inclusion]]\n# group = \"lump\"\n# material = { young = \"20 kPa\" }\n"})
+    EXPECT_TRUE(holds(text, line)) << text;
+  EXPECT_FALSE(holds(text, "group = \"gel\""));
+  for (std::size_t at; (at = text.find("# [[inc")) != std::string::npos ||
+                       (at = text.find("# group =")) != std::string::npos ||
+                       (at = text.find("# material =")) != std::string::npos;)
+    text.erase(at, 2);
+  folder.write("lump.toml", text);
+  const Outcome checked = palpate(folder, "check --no-trial lump.toml");
+  EXPECT_EQ(checked.status, 0) << checked.err;
+  const Outcome wrapped = palpate(folder, "new block.msh --wrap -o w.toml </dev/null");
+  EXPECT_EQ(wrapped.status, 1);
+  EXPECT_TRUE(holds(wrapped.err, "--wrap: is of a surface"));
 }
 
 TEST(New, doubts_the_unit_and_proposes_nothing_that_check_refuses) {

@@ -65,7 +65,7 @@ TEST_F(TravellingProbe, stage_by_stage_from_files_alone_gives_the_bytes_of_run) 
   do_command(
       "refine step/curves.h5 --body step/body.h5 --samples step/samples.h5 -o step/model.h5");
   do_command("export step/model.h5 -o step/asset.palp");
-  do_command("export step/model.h5 --format vtu -o step/stiffness.vtu");
+  do_command("export step/model.h5 -o step/stiffness.vtu");
   for (const char* file :
        {"body.h5", "samples.h5", "samples.surface.h5", "curves.h5", "model.h5", "stiffness.vtu"})
     EXPECT_TRUE(content_of(folder / "out" / file) == content_of(folder / "step" / file)) << file;

@@ -16,6 +16,7 @@ namespace {
 using validation::record_case;
 
 constexpr double kPi = 3.14159265358979323846;
+constexpr double kWall = 3;
 
 Material neo_hookean(double mu_Pa, double lambda_Pa) {
   return make_material({"neo-hookean",
@@ -333,6 +334,71 @@ TEST(Elasticity, block_under_a_partial_load_sinks_as_the_reference) {
       const double error = report(id, std::to_string(n) + "^3", reference, sunk, "%", out.cpu_s);
       EXPECT_LE(std::abs(error), n == 8 ? allowed : 1) << id;
     }
+}
+
+/// A wall of thickness 3, one element thick, in plane strain, E 1; loads are so small that it is
+/// linear. size_x: of the parameters, cells: of them.
+StaticProblem bent_wall(double size_x, int cells, double poisson,
+                        const std::function<Vec3(const Vec3&)>& place) {
+  StaticProblem problem(quadratic(structured_block({size_x, kWall, kWall}, {cells, 1, 1}), place),
+                        make_material({"neo-hookean", {1, poisson}}, "test"));
+  problem.prescribe(anywhere, 1);
+  return problem;
+}
+
+struct BentWall {
+  double poisson;
+  int cells;  // edges are 2.5 or 1.25 thicknesses
+  double allowed;
+};
+constexpr BentWall kBentWalls[] = {
+    {0.3, 1, 0.035}, {0.45, 1, 0.02}, {0.45, 2, 0.036}, {0.49, 1, 0.034}};
+
+// Timoshenko's beam in plane strain, clamped at one end, under a transverse force at the other.
+TEST(Elasticity, a_plate_of_one_element_bends_as_the_closed_form) {
+  constexpr double kLength = 60, kTraction = 1e-8;
+  for (const auto& [poisson, cells, allowed] : kBentWalls) {
+    StaticProblem problem = bent_wall(kLength, 8 * cells, poisson, same);
+    for (const int axis : {0, 2}) problem.prescribe(in_plane(0, 0), axis);
+    problem.add_traction(in_plane(0, kLength), kTraction * Vec3::UnitZ());
+    const StaticOutcome out = solve(problem, 1);
+    ASSERT_TRUE(out.is_solved);
+    const double plane = 1 / (1 - poisson * poisson), shear = 1 / (2 + 2 * poisson);
+    const double expected =
+        kTraction * kWall *
+        (4 * std::pow(kLength / kWall, 3) / plane + 1.2 * kLength / (shear * kWall));
+    char id[64];
+    std::snprintf(id, sizeof id, "FE/plate_bent nu%g", poisson);
+    const double error =
+        report(id, std::to_string(8 * cells), expected,
+               out.u(node_at(problem.mesh, {kLength, 0, kWall / 2}), 2), "", out.cpu_s);
+    EXPECT_LE(std::abs(error), allowed) << id;
+  }
+}
+
+// A quarter of a ring under two opposite forces (Roark's Formulas for Stress and Strain, 8th
+// edition, table 9.2, case 1).
+TEST(Elasticity, a_cylinder_of_one_element_is_pinched_as_the_closed_form) {
+  constexpr double kRadius = 35, kTraction = 1e-8;
+  for (const auto& [poisson, cells, allowed] : kBentWalls) {
+    StaticProblem problem = bent_wall(kPi / 2, 7 * cells, poisson, [](const Vec3& p) {
+      const double r = kRadius + p.z() - kWall / 2;
+      return Vec3(r * std::sin(p.x()), p.y(), r * std::cos(p.x()));
+    });
+    problem.prescribe(in_plane(0, 0), 0), problem.prescribe(in_plane(2, 0), 2);
+    problem.add_traction(in_plane(0, 0), -kTraction * Vec3::UnitZ());
+    const StaticOutcome out = solve(problem, 1);
+    ASSERT_TRUE(out.is_solved);
+    const double plane = 1 / (1 - poisson * poisson), thin = std::pow(kWall / kRadius, 2) / 12,
+                 k1 = 1 - thin + 1.2 * plane * (2 + 2 * poisson) * thin, k2 = 1 - thin;
+    const double expected = -kTraction * kWall * 12 / plane * std::pow(kRadius / kWall, 3) *
+                            (kPi * k1 / 4 - 2 * k2 * k2 / kPi);
+    char id[64];
+    std::snprintf(id, sizeof id, "FE/cylinder_pinched nu%g", poisson);
+    const double error = report(id, std::to_string(7 * cells), expected,
+                                out.u(node_at(problem.mesh, {0, 0, kRadius}), 2), "", out.cpu_s);
+    EXPECT_LE(std::abs(error), allowed) << id;
+  }
 }
 
 }  // namespace

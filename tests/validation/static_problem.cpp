@@ -109,10 +109,11 @@ class Newton {
       force = Points::Zero(u.rows(), 3);
       K_.set_zero();
       body_.add_stiffness(u, geometric_scale, force, K_);
-      Eigen::VectorXd pulled;
-      K_.multiply(Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()), pulled);
-      const Points right =
-          share * problem_.load - force - Eigen::Map<const Points>(pulled.data(), u.rows(), 3);
+      Points right = share * problem_.load - force;
+      visit_entries(K_, [&](int row, int column, double value) {
+        right(row / 3, row % 3) -= value * change(column / 3, column % 3);
+        if (row != column) right(column / 3, column % 3) -= value * change(row / 3, row % 3);
+      });
       const Eigen::SparseMatrix<double> K = free_.lower(K_);
       if (!is_analysed_) {
         solver_.analyzePattern(K);
@@ -209,6 +210,14 @@ QuadraticMesh quadratic(const TetMesh& parameters, const std::function<Vec3(cons
   for (std::size_t n = 0; n < nodes.size(); ++n)
     out.nodes.row(static_cast<Eigen::Index>(n)) = nodes[n];
   out.is_held.assign(nodes.size(), 0);
+  const Triangles boundary = boundary_triangles(parameters.tets);
+  out.faces.resize(boundary.rows(), 6);
+  for (Eigen::Index f = 0; f < boundary.rows(); ++f)
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t a = boundary(f, k), b = boundary(f, (k + 1) % 3);
+      out.faces(f, k) = a;
+      out.faces(f, 3 + k) = middles.at({std::min(a, b), std::max(a, b)});
+    }
   return out;
 }
 

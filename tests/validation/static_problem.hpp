@@ -9,7 +9,7 @@
 namespace palpate::fem {
 
 /// Ten-node tets from straight ones in a parameter domain: corners and edge middles go where
-/// `place` puts their parameters. No faces, nothing held.
+/// `place` puts their parameters. Nothing is held.
 QuadraticMesh quadratic(const TetMesh& parameters, const std::function<Vec3(const Vec3&)>& place);
 
 /// Elements, nodes and constraints of a statics problem without contact.

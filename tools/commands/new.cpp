@@ -49,9 +49,11 @@ void ask(std::string& answer, const std::string& question, const std::string& pr
 class New final : public Command {
  public:
   explicit New(Arguments& arguments) {
-    arguments.positional("mesh", mesh_,
-                         "Surface mesh: OBJ, STL, PLY, OFF, VTK or VTP; with --path the asset to "
-                         "play on, asset.palp; with --recordings the folder of a rig's files");
+    arguments.positional(
+        "mesh", mesh_,
+        "Surface mesh: OBJ, STL, PLY, OFF, VTK or VTP; or tetrahedra: Gmsh's MSH, VTU, "
+        "NODE and ELE; with --path the asset to "
+        "play on, asset.palp; with --recordings the folder of a rig's files");
     // Nothing is replaced: it may have been changed by hand.
     arguments.output("-o,--output", output_,
                      "Scene to write, scene.toml, or with --path PATH.csv; must not exist", {});
@@ -77,7 +79,7 @@ class New final : public Command {
     if (is_recordings_ || is_path_) check_of_scene_alone();
     if (is_recordings_) return write_manifest(reply);
     if (is_path_) return write_path(reply);
-    const Surface surface = read_surface(mesh_, 1);
+    const Surface surface = read_body();
     ask(choices_.unit, "Length unit of the mesh?", likely_unit(extent_m(surface.vertices)));
     const Tissue* meant = tissue_of_name(fs::path(mesh_).stem().string());
     ask(choices_.tissue, "Tissue?", std::string(meant ? meant->name : kUnnamedTissue));
@@ -96,13 +98,14 @@ class New final : public Command {
       check_output(divided, {}, {});
       write_file_atomically(divided, text);
     }
+    write_file_atomically(output_, proposed.text);
     try {
-      try_out(parse_scene(proposed.text, output_));
+      try_out(open_scene(output_));
     } catch (...) {
+      fs::remove(output_);
       if (is_made) fs::remove(divided);
       throw;
     }
-    write_file_atomically(output_, proposed.text);
     if (is_made) say("wrote {}", divided.string());
     say("wrote {}; next: palpate check {}", output_, output_);
     reply.json = nlohmann::ordered_json{
@@ -121,6 +124,17 @@ class New final : public Command {
                     {"--wrap", choices_.wrap}},
                    fmt::format("is of a scene, and {} makes none",
                                is_recordings_ ? "--recordings" : "--path"));
+  }
+
+  // The surface in the file, or the boundary of its tetrahedra with what it marks.
+  Surface read_body() {
+    if (!is_volume_format(mesh_)) return read_surface(mesh_, 1);
+    if (choices_.wrap)
+      throw Error("--wrap", "is of a surface, and the mesh is one of tetrahedra", "Leave it out.");
+    choices_.is_volume = true;
+    choices_.groups = groups_of_tet_mesh(mesh_);
+    const TetMesh volume = read_tet_mesh(mesh_, 1);
+    return {volume.nodes, fem::boundary_triangles(volume.tets)};
   }
 
   int write_manifest(Reply& reply) const {

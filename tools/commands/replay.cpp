@@ -317,6 +317,7 @@ class Replay final : public Command {
     const AssetFile file = read_asset_file(asset_);
     const PosePath path = read_pose_path(path_);
     warn_of_unused(path_, path.ignored);
+    if (!path.force_N.empty()) warn_of_unused(path_, {"force_N"});
     ToolSet tools(tool_, path.tools);
     tools.check(file.asset());
     IndenterAssets met(file.asset());

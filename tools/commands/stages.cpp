@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -16,6 +17,7 @@
 #include "tools/console.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/import.hpp"
+#include "tools/stages/model.hpp"
 #include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
@@ -200,16 +202,23 @@ class Export final : public Command {
     arguments.output("-o,--output", output_,
                      "File to write, in the format of its name: asset.palp, or .vtu, .glb, .ply",
                      {"palp", "vtu", "glTF", "ply"});
-    arguments.option("--format NAME", format_, "Format that the name of the file must have");
     arguments.option("--depth LEN", depth_,
                      "Depth at which glb and ply show the stiffness, such as \"5 mm\"; half of the "
                      "curves' range if not given");
     arguments.option("--engine DIR", engine_, "Folder to copy the engine and its example into");
     arguments.option("--scene", scene_, "scene.toml whose [tool] is taken, as run takes it");
+    arguments.option("--scale-stiffness FACTOR", stiffness_,
+                     "Factor on all moduli of the body: forces go with it exactly");
+    arguments.option("--scale-to", press_,
+                     "Recorded press, t_s,x_m,y_m,z_m,force_N, to whose forces the stiffness is "
+                     "scaled (least squares)");
+    arguments.option("--friction MU", friction_,
+                     "Friction of the tool in place of the probe's; see docs/after-a-run.md for "
+                     "the error");
   }
 
   int run(Reply& reply) override {
-    const std::string format = settled_format();
+    const std::string format(exporter_of_file(output_).name);
     Pipeline stage{.files = {.model = model_, .asset = output_, .engine = engine_}};
     if (!scene_.empty()) stage.scene = open_scene(scene_);
     if (!engine_.empty() && format != "palp")
@@ -221,26 +230,44 @@ class Export final : public Command {
       throw Error("--engine", engine_ + " is a file", "Name a folder.");
     stage.exported_format = format;
     stage.map_depth_m = depth_m();
+    if (!friction_.empty()) stage.changes.friction = number("--friction", friction_, 0, 10);
+    if (!stiffness_.empty())
+      stage.changes.stiffness = number("--scale-stiffness", stiffness_, 1e-6, 1e6);
+    if (!press_.empty()) stage.changes.stiffness = stiffness_of(press_, stage.changes);
     remake(kExportStage, stage);
     const ExportReport& report = stage.exported;
     reply.json = nlohmann::ordered_json{{"vertices", report.vertices},
                                         {"triangles", report.triangles},
                                         {"mean_vertices", report.mean_vertices},
                                         {"remarks", report.remarks}};
+    if (const auto changes = json_of(stage.changes); !changes.is_null())
+      reply.json["changed"] = changes;
     return kDone;
   }
 
  private:
-  std::string settled_format() const {
-    if (!format_.empty()) find_exporter(format_);
-    const Exporter& named = exporter_of_file(output_);
-    if (!format_.empty() && format_ != named.name)
-      throw Error(
-          "--format",
-          fmt::format("is {}, and {} is the name of a {} file", format_, output_, named.name),
-          fmt::format("Leave it out, or let the name end in {}.",
-                      find_exporter(format_).extension));
-    return std::string(named.name);
+  static double number(const char* option, const std::string& text, double low, double high) {
+    double value = low - 1;
+    const char* end = text.data() + text.size();
+    if (const auto read = std::from_chars(text.data(), end, value);
+        read.ptr != end || !(value >= low && value <= high))
+      throw Error(option, "\"" + text + "\" is not in range",
+                  fmt::format("Give a number from {:g} to {:g}.", low, high));
+    return value;
+  }
+  double stiffness_of(const std::string& press, const ModelChanges& others) const {
+    if (!stiffness_.empty())
+      throw Error("--scale-to", "does not go with --scale-stiffness", "Give one of the two.");
+    const PosePath path = read_pose_path(press);
+    if (path.force_N.empty() || path.tools > 1 || path.orientation.rows() > 0)
+      throw Error(press, "is no press of a tip with its forces",
+                  "Give the columns t_s,x_m,y_m,z_m,force_N.");
+    Model model = read_model(model_);
+    change_model(model, others);
+    const StiffnessFit fit = stiffness_of_press(model, path);
+    say("  forces times {:.4g} +- {:.2g}; those of the press are then off by {} (rms)", fit.factor,
+        fit.deviation, percent(fit.misfit));
+    return fit.factor;
   }
   double depth_m() const {
     if (depth_.empty()) return 0;
@@ -250,7 +277,7 @@ class Export final : public Command {
     return *depth;
   }
 
-  std::string model_, output_, format_, engine_, depth_, scene_;
+  std::string model_, output_, engine_, depth_, scene_, stiffness_, press_, friction_;
 };
 
 class SurfaceCommand final : public Command {

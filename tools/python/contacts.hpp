@@ -12,6 +12,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "libfit/runtime/palpate.h"
@@ -164,6 +165,7 @@ class PyContact {
 
  private:
   friend class Together;
+  friend class PyBatch;
 
   template <class F>
   palpate_status locked(F&& work) {
@@ -256,6 +258,49 @@ class Together {
   std::vector<PyContact*> tools_, locked_;
   std::vector<palpate_contact> contacts_;
   const palpate_asset* asset_;
+};
+
+// Many tools on an asset that know nothing of each other: copies of one, a state each.
+class PyBatch {
+ public:
+  PyBatch(const PyContact& tool, py::ssize_t count) : tool_(tool) {
+    if (count < 1) throw py::value_error("a batch has 1 contact or more");
+    contacts_.assign(static_cast<std::size_t>(count), tool_.contact_);
+  }
+  py::ssize_t count() const { return static_cast<py::ssize_t>(contacts_.size()); }
+  // Only those that are marked; empty: all.
+  void restart(const std::vector<bool>& which) {
+    if (!which.empty() && which.size() != contacts_.size())
+      throw py::value_error("`which` has one truth value a contact");
+    const std::lock_guard lock(mutex_);
+    for (std::size_t i = 0; i < contacts_.size(); ++i)
+      if (which.empty() || which[i]) contacts_[i] = tool_.contact_;
+  }
+  // work(contact, i) of all, shared out evenly; what a contact answers depends on itself alone.
+  template <class F>
+  void each(int jobs, const F& work) {
+    const py::gil_scoped_release other_threads;
+    const std::lock_guard lock(mutex_);
+    const std::size_t cores = std::max(1u, std::thread::hardware_concurrency()),
+                      wanted = jobs > 0 ? static_cast<std::size_t>(jobs) : cores,
+                      threads = std::min(wanted, contacts_.size());
+    const auto share = [&](std::size_t k) {
+      for (std::size_t i = k * contacts_.size() / threads,
+                       end = (k + 1) * contacts_.size() / threads;
+           i < end; ++i)
+        work(contacts_[i], static_cast<py::ssize_t>(i));
+    };
+    std::vector<std::thread> others;
+    for (std::size_t k = 1; k < threads; ++k) others.emplace_back(share, k);
+    share(0);
+    for (std::thread& other : others) other.join();
+  }
+  const palpate_asset* asset() const { return tool_.asset_->open(); }
+
+ private:
+  PyContact tool_;  // as it was started, with what its indenter needs
+  std::vector<palpate_contact> contacts_;
+  std::mutex mutex_;
 };
 
 }  // namespace palpate::tools

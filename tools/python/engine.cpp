@@ -46,13 +46,17 @@ std::vector<PosedPath> paths_of(const py::object& position_m, const py::object& 
   return paths;
 }
 
+void check_time_step(double dt_s) {
+  if (!(dt_s > 0) || !std::isfinite(dt_s))
+    throw py::value_error("dt_s must be above 0 and finite, not " + shown(dt_s));
+}
+
 // Ticks of tools together: outputs (tools, ticks), tick by tick of one asset.
 py::array_t<palpate_output> tick_all(Together& together, const std::vector<PosedPath>& paths,
                                      const py::object& body_position_m,
                                      const py::object& body_orientation, double dt_s,
                                      bool wants_tangent) {
-  if (!(dt_s > 0) || !std::isfinite(dt_s))
-    throw py::value_error("dt_s must be above 0 and finite, not " + shown(dt_s));
+  check_time_step(dt_s);
   const std::size_t tools = paths.size();
   const py::ssize_t ticks = paths[0].position.count;
   const PerTick<3> body("body_position_m", body_position_m, {0, 0, 0}, ticks);
@@ -104,6 +108,35 @@ py::object tick(PyContact& contact, const py::object& position_m, const py::obje
       {&contact}, py::make_tuple(position_m),
       orientation.is_none() ? orientation : py::object(py::make_tuple(orientation)),
       body_position_m, body_orientation, dt_s, wants_tangent)[py::int_(0)];
+}
+
+// One tick of every contact of a batch, at its own place.
+py::array_t<palpate_output> tick_batch(PyBatch& batch, const py::object& position_m,
+                                       const py::object& orientation,
+                                       const py::object& body_position_m,
+                                       const py::object& body_orientation, double dt_s,
+                                       bool wants_tangent, int jobs) {
+  check_time_step(dt_s);
+  const Rows position = rows_of("position_m", position_m, 3);
+  if (position.count != batch.count())
+    throw py::value_error("position_m has " + std::to_string(position.count) + " rows for " +
+                          std::to_string(batch.count()) + " contacts");
+  const PerTick<4> turn("orientation", orientation, {1, 0, 0, 0}, position.count);
+  const PerTick<3> body("body_position_m", body_position_m, {0, 0, 0}, position.count);
+  const PerTick<4> body_turn("body_orientation", body_orientation, {1, 0, 0, 0}, position.count);
+  py::array_t<palpate_output> out(position.count);
+  palpate_output* row = out.mutable_data();
+  const palpate_asset* asset = batch.asset();
+  batch.each(jobs, [&](palpate_contact& contact, py::ssize_t i) {
+    palpate_input in = palpate_input_at(0, 0, 0, dt_s);
+    in.wants_tangent = wants_tangent;
+    std::copy_n(position.values.data() + 3 * i, 3, in.tool.position_m);
+    turn.copy(i, in.tool.orientation);
+    body.copy(i, in.body.position_m);
+    body_turn.copy(i, in.body.orientation);
+    palpate_tick(asset, &contact, 1, &in, row + i);
+  });
+  return out;
 }
 
 py::array_t<float> deform(const std::vector<PyContact*>& contacts, py::ssize_t first,
@@ -208,7 +241,16 @@ AssetClass declare_asset(py::module_& module) {
           "balls fixed to each other: centre_m (n, 3) in the tool's frame, radius_m of all or "
           "(n,). A ball of another radius than that of the curves is answered as method.md, "
           "section 30, has it; so is a tool of one ball with a profile (n, 2), r_m and slope of "
-          "palpate_indenter. Fields as in palpate_tool; palpate.Error where one is out of range.");
+          "palpate_indenter. Fields as in palpate_tool; palpate.Error where one is out of range.")
+      .def(
+          "batch",
+          [](const py::object& self, py::ssize_t count, const py::kwargs& tool) {
+            const py::object contact = self.attr("contact")(**tool);
+            return std::make_unique<PyBatch>(contact.cast<const PyContact&>(), count);
+          },
+          py::arg("count"),
+          "So many tools that know nothing of each other, such as one in each copy of a robot's "
+          "world; the other arguments are those of `contact`. 32 kB each.");
 }
 
 void declare_surface(AssetClass& asset) {
@@ -291,6 +333,16 @@ void declare_contact(py::module_& module) {
       .def(
           "copy", [](const PyContact& self) { return std::make_unique<PyContact>(self); },
           "The same state, to go on from twice.");
+  py::class_<PyBatch>(module, "Batch", "Many tools that know nothing of each other (Asset.batch).")
+      .def("tick", &tick_batch, py::arg("position_m"), py::arg("orientation") = py::none(),
+           py::arg("body_position_m") = py::none(), py::arg("body_orientation") = py::none(),
+           py::arg("dt_s") = 0.001, py::arg("wants_tangent") = false, py::arg("jobs") = 0,
+           "One tick of each contact: position_m (n, 3), a row a contact; poses as in "
+           "Contact.tick, one for all or a row each. Returns (n,) of dtype OUTPUT, the same for "
+           "any number of threads (jobs; 0: all cores).")
+      .def("restart", &PyBatch::restart, py::arg("which") = std::vector<bool>(),
+           "Makes contacts new: all, or those that are True in which (n,).")
+      .def("__len__", &PyBatch::count);
   module.def(
       "tick_together", &tick_together, py::arg("contacts"), py::arg("position_m"),
       py::arg("orientation") = py::none(), py::arg("body_position_m") = py::none(),

@@ -141,12 +141,17 @@ void add_body(Json& json, const Body& body) {
   std::vector<Eigen::Index> held;
   for (Eigen::Index n = 0; n < std::ssize(body.is_held); ++n)
     if (body.is_held[n]) held.push_back(n);
-  json["set_up"] = {
-      {"held_m", packed_as<float>(body.volume.nodes(held, Eigen::all))},
-      {"tets", body.volume.tets.rows()},
-      {"nodes_m", packed_as<float>(body.volume.nodes)},
-      {"boundary", packed_as<std::int32_t>(fem::boundary_triangles(body.volume.tets))},
-      {"points_m", packed_as<float>(body.test_points.position)}};
+  const Triangles boundary = fem::boundary_triangles(body.volume.tets);
+  const std::vector<char> is_lumen = faces_of_lumens(body.volume.nodes, boundary);
+  std::vector<Eigen::Index> lumen;
+  for (Eigen::Index f = 0; f < std::ssize(is_lumen); ++f)
+    if (is_lumen[f]) lumen.push_back(f);
+  json["set_up"] = {{"held_m", packed_as<float>(body.volume.nodes(held, Eigen::all))},
+                    {"tets", body.volume.tets.rows()},
+                    {"nodes_m", packed_as<float>(body.volume.nodes)},
+                    {"boundary", packed_as<std::int32_t>(boundary)},
+                    {"lumen", packed_as<std::int32_t>(Triangles(boundary(lumen, Eigen::all)))},
+                    {"points_m", packed_as<float>(body.test_points.position)}};
   add_scene(json["set_up"], body);
   if (body.probe) json["probe"] = probe_json(*body.probe);
   for (const std::string& sentence : body.mended) json["warnings"].push_back(sentence);

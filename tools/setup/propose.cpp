@@ -122,8 +122,45 @@ struct ProposedBody {
   const HollowOrgan* hollow = nullptr;  // where it gets a wall
 };
 
+// The faces that a volume mesh marks as held, by the group's name; empty: none is.
+std::string held_group(const SceneChoices& choices) {
+  for (const MeshGroup& group : choices.groups)
+    for (const char* word :
+         {"fix", "held", "hold", "clamp", "support", "dirichlet", "base", "bottom"})
+      if (std::string name = group.name; group.dimension == 2 && choices.held.empty()) {
+        std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+        if (name.find(word) != std::string::npos) return group.name;
+      }
+  return {};
+}
+
+// The groups of a volume mesh as a scene names them: all but the largest part are inclusions
+// whose material only a person knows.
+std::string groups_text(const std::vector<MeshGroup>& groups) {
+  std::size_t largest = 0;
+  std::vector<std::string> listed;
+  for (const MeshGroup& group : groups) {
+    if (group.dimension == 3) largest = std::max(largest, group.cells);
+    listed.push_back(fmt::format("{} ({} {})", quoted(group.name), group.cells,
+                                 group.dimension == 3 ? "tetrahedra" : "faces"));
+  }
+  if (groups.empty()) return "";
+  std::string text = fmt::format("\n# The mesh marks {}.\n", fmt::join(listed, ", "));
+  for (const MeshGroup& group : groups)
+    if (group.dimension == 3 && group.cells < largest)
+      text += fmt::format("# [[inclusion]]\n# group = {}\n# material = {{ young = \"20 kPa\" }}\n",
+                          quoted(group.name));
+  return text;
+}
+
 std::string body_text(const ProposedBody& body, const std::string& origin, const Window& window,
-                      double young_Pa) {
+                      double young_Pa, const SceneChoices& choices) {
+  const std::string marked = held_group(choices);
+  const std::string held = !marked.empty()
+                               ? fmt::format("group = {}", quoted(marked))
+                               : fmt::format("{} = {{ axis = \"{}\", at = \"{:.4g} mm\" }}",
+                                             window.sign < 0 ? "below" : "above",
+                                             "xyz"[window.axis], 1e3 * window.held_m);
   const std::string wrap =
       body.wrap_m > 0
           ? fmt::format(
@@ -151,14 +188,13 @@ std::string body_text(const ProposedBody& body, const std::string& origin, const
       "# {}, {}. Made by `palpate new`: every line is a proposal.\n"
       "# Next: palpate check THIS_FILE, then palpate run THIS_FILE -o out\n\n"
       "[body]\n"
-      "{}surface = {}\n"
+      "{}{} = {}\n"
       "length_unit = \"{}\"              # mesh files carry none\n"
-      "{}{}fixed = [ {{ {} = {{ axis = \"{}\", at = \"{:.4g} mm\" }} }} ]   # what the body rests "
-      "on\n\n",
+      "{}{}fixed = [ {{ {} }} ]   # what the body rests on\n\n",
       origin, body.mesh.filename().string(),
-      size_in_words(body.facts.extent_m, body.facts.volume_m3), divided, quoted(body.mesh.string()),
-      body.unit, wrap, wall, window.sign < 0 ? "below" : "above", "xyz"[window.axis],
-      1e3 * window.held_m);
+      size_in_words(body.facts.extent_m, body.facts.volume_m3), divided,
+      choices.is_volume ? "tetmesh" : "surface", quoted(body.mesh.string()), body.unit, wrap, wall,
+      held);
 }
 
 std::string experiments_text(const Window& window, const ProposedBall& ball, const Tissue& tissue) {
@@ -179,7 +215,9 @@ std::string experiments_text(const Window& window, const ProposedBall& ball, con
       "drag_depths = [\"{:.3g} mm\", \"{:.3g} mm\"]\n"
       "drag_distance = \"{:.3g} mm\"      # long enough to slip\n"
       "drag_directions = 1\n"
-      "drag_steps = 7\n\n"
+      "drag_steps = 7\n"
+      "# pairs = 6                     # of two tools side by side: several tools, or several "
+      "balls\n\n"
       "[validate]\n"
       "points = 12                     # held-out places that the statement compares\n"
       "{}young_deviation = {:.2g}          # of people, over the value: how far this body may be "
@@ -198,15 +236,17 @@ struct Site {
   ProposedBall ball;
 };
 
-std::optional<Site> site_of(const Surface& surface, const Window& window, const Tissue& tissue) {
+std::optional<Site> site_of(const Surface& surface, const Window& window, const Tissue& tissue,
+                            bool is_volume) {
   Site site{window, std::nullopt, {}};
   const auto ball = [&](const Surface& on) {
     return ball_for(window, on, tissue.young_Pa, tissue.poisson);
   };
   const std::vector<char> is_in = vertices_in(window, surface);
   std::optional<ProposedBall> found;
-  if (std::count(is_in.begin(), is_in.end(), 1) >= 40) found = ball(surface);
-  if (!found) {
+  // `prepare` divides the boundary of a volume mesh, as it does any surface.
+  if (is_volume || std::count(is_in.begin(), is_in.end(), 1) >= 40) found = ball(surface);
+  if (!found && !is_volume) {
     site.divided =
         // Edges over the radius, so that it has some hundred vertices.
         fem::divided_near(surface, window.centre, window.radius_m, 0.3 * window.radius_m);
@@ -221,7 +261,7 @@ std::optional<Site> site_of(const Surface& surface, const Window& window, const 
 Site find_site(const Surface& surface, const std::string& mesh, const SceneChoices& choices,
                const Tissue& tissue) {
   for (const Window& window : windows_of(surface, choices.held))
-    if (auto site = site_of(surface, window, tissue)) return std::move(*site);
+    if (auto site = site_of(surface, window, tissue, choices.is_volume)) return std::move(*site);
   const std::string side =
       choices.held.empty() ? "no side of it" : fmt::format("opposite its {} side it", choices.held);
   throw Error(mesh,
@@ -234,13 +274,18 @@ Site find_site(const Surface& surface, const std::string& mesh, const SceneChoic
                   : "Give another side, or leave --held out.");
 }
 
-void note_site(const Site& site, const Tissue& tissue, ProposedScene& scene) {
+void note_site(const Site& site, const Tissue& tissue, const std::string& marked,
+               ProposedScene& scene) {
   const Window& window = site.window;
   const Surface& surface = site.divided ? *site.divided : scene.surface;
+  const std::string held =
+      marked.empty() ? fmt::format("on its {} side; the window lies opposite", window.side())
+                     : fmt::format("where the mesh marks {}; the window lies opposite its {} side",
+                                   quoted(marked), window.side());
   scene.notes.push_back(
-      fmt::format("held on its {} side; the window lies opposite, where the body is {:.3g} mm "
+      fmt::format("held {}, where the body is {:.3g} mm "
                   "thick (median) and a ball of {:.3g} mm reaches {} vertices",
-                  window.side(), 1e3 * thickness_under_m(window, surface), 1e3 * site.ball.radius_m,
+                  held, 1e3 * thickness_under_m(window, surface), 1e3 * site.ball.radius_m,
                   site.ball.reachable));
   if (site.ball.force_N < perception().force_floor_N)
     scene.warnings.push_back(fmt::format(
@@ -275,7 +320,7 @@ ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in
   Mended closed = mended(scaled, mesh.string(), choices.wrap, body.wrap_m);
   scene.surface = std::move(closed.surface);
   body.facts = surface_facts(scene.surface);
-  body.hollow = hollow_organ(scene.surface, body.facts, mesh, scene);
+  if (!choices.is_volume) body.hollow = hollow_organ(scene.surface, body.facts, mesh, scene);
   const ChosenTissue chosen =
       choose_tissue(choices.tissue, mesh, body.hollow != nullptr || body.facts.cavities > 0);
   const Tissue& tissue = chosen.tissue;
@@ -301,11 +346,12 @@ ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in
         1e3 * site.window.radius_m, scene.surface.vertices.rows(), site.divided->vertices.rows()));
     body = {choices.divided_mesh, mesh, "m", body.facts, 0, body.hollow};
   }
-  note_site(site, tissue, scene);
+  note_site(site, tissue, held_group(choices), scene);
   if (site.divided) scene.surface = *site.divided;
   scene.is_divided = site.divided.has_value();
-  scene.text = body_text(body, chosen.origin, site.window, tissue.young_Pa) +
-               material_text(tissue) + experiments_text(site.window, site.ball, tissue);
+  scene.text = body_text(body, chosen.origin, site.window, tissue.young_Pa, choices) +
+               material_text(tissue) + groups_text(choices.groups) +
+               experiments_text(site.window, site.ball, tissue);
   return scene;
 }
 

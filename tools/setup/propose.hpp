@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "libfem/mesh/read/read.hpp"
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/io/csv/tables.hpp"
@@ -22,6 +23,8 @@ struct SceneChoices {
   std::string held{};    ///< side that is fixed: -x, +x, -y, +y, -z or +z
   /// What the scene calls the surface where it had to be divided.
   std::filesystem::path divided_mesh = "divided.off";
+  bool is_volume = false;              ///< the mesh is one of tetrahedra; it is not divided
+  std::vector<MeshGroup> groups = {};  ///< that such a mesh marks
 };
 
 /// A scene to start from, and what was noticed, a sentence each.
@@ -38,7 +41,9 @@ struct ProposedScene {
 std::string likely_unit(const Vec3& extent);
 
 /// A commented scene for a surface mesh.
-/// mesh: its file, as the scene shall name it. surface: as the file holds it, in the file's unit.
+/// mesh: its file, as the scene shall name it. surface: as the file holds it, or the boundary of
+/// its tetrahedra, in the file's unit. Faces whose group's name says that they are held are; other
+/// groups become inclusions to fill in.
 /// The body rests on a flat side whose opposite can be pressed on (held where a quarter of its
 /// surface lies); the window lies opposite. A window of few vertices is divided. The ball is as
 /// ball_for says; it presses one radius deep, and drags go 0.8 of that, so that they slip.

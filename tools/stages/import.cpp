@@ -150,7 +150,7 @@ void identify_scans(const ImportRequest& request, ReadRecordings& read) {
                                      job_count(request.jobs), progress.progress());
   if (progress.progress().stopped()) throw Interrupted("import: nothing was written");
   fit.curves.probe = samples.probe;
-  for (const std::string& note : fit.notes) say("scan: {}", note);
+  for (const std::string& note : fit.notes) read.assembled.notes.push_back("scan: " + note);
   samples = scan::corrected(samples, fit);
   read.scan = std::make_shared<const scan::ScanFit>(std::move(fit));
 }
@@ -260,8 +260,8 @@ ReadRecordings read_recordings(const ImportRequest& request) {
   samples.other_probes.assign(probes.begin() + 1, probes.end());
   samples.poisson = manifest.items.front().signal.poisson;
   out.is_held_out = held_out_points(manifest, samples, request.holds_out);
-  report(request, out.results, out.assembled);
   identify_scans(request, out);
+  report(request, out.results, out.assembled);
   return out;
 }
 

@@ -222,6 +222,30 @@ nlohmann::ordered_json tool_json(const NamedTool& named) {
 
 }  // namespace
 
+nlohmann::ordered_json json_of(const ModelChanges& changes) {
+  nlohmann::ordered_json json;
+  if (changes.stiffness != 1) json["stiffness"] = changes.stiffness;
+  if (changes.friction) json["friction"] = *changes.friction;
+  return json;
+}
+
+StiffnessFit stiffness_of_press(const Model& model, const PosePath& path) {
+  const AssetBytes bytes = make_asset_bytes(model, {});
+  runtime::Status status;
+  const auto asset = runtime::Asset::open(bytes.data(), bytes.size(), &status);
+  runtime::Contact contact;
+  Eigen::VectorXd answered_N(path.position.rows());
+  for (Eigen::Index i = 0; i < answered_N.size(); ++i) {
+    const Vec3 tip = path.position.row(i);
+    runtime::Output out;
+    const double dt_s = i > 0 ? path.time_s[i] - path.time_s[i - 1] : runtime::kCheckTick_s;
+    runtime::touch(asset, contact, tip.data(), out, nullptr, dt_s);
+    answered_N[i] = Vec3::Map(out.force_on_tool_N).norm();
+  }
+  return fit_stiffness(answered_N,
+                       Eigen::Map<const Eigen::VectorXd>(path.force_N.data(), answered_N.size()));
+}
+
 ExportReport export_model(const Model& model, const std::filesystem::path& output,
                           const std::string& format, const ExportRequest& request) {
   nlohmann::ordered_json meta{{"program", "palpate " PALPATE_VERSION}};
@@ -232,6 +256,7 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
     warn("test points without curves of their own: {}; `fit` says what was assumed of each",
          request.guessed_points);
   }
+  if (const auto changes = json_of(request.changes); !changes.is_null()) meta["changed"] = changes;
   for (const NamedTool& tool : request.tools) meta["tools"].push_back(tool_json(tool));
   ExportOptions options;
   options.has_mean_elsewhere = true;

@@ -1,13 +1,16 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
+#include "libfit/assets/changed_model.hpp"
 #include "libfit/assets/exporters.hpp"
 #include "libfit/core/body.hpp"
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/io/csv/tables.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/refine/refine.hpp"
 #include "tools/scene/scene.hpp"
@@ -42,9 +45,17 @@ struct ExportRequest {
   double map_depth_m = 0;             ///< of a coloured surface; 0: half of the curves' range
   std::filesystem::path engine;       ///< folder to copy the engine into; empty for none
   std::vector<NamedTool> tools = {};  ///< of the scene, put into the asset's meta
+  ModelChanges changes = {};          ///< made already; put into the asset's meta
   /// kGuessedAttribute of the model: warned of, and put into the asset's meta; empty for none.
   std::string guessed_points = {};
 };
+
+/// Changes as an asset's meta has them: `stiffness`, `friction`; null where nothing is changed.
+nlohmann::ordered_json json_of(const ModelChanges& changes);
+
+/// The factor on the model's forces by which its asset answers a recorded press best: path is of a
+/// tip, with force_N.
+StiffnessFit stiffness_of_press(const Model& model, const PosePath& path);
 
 /// Writes the model in one of the export formats; says what and how large.
 ExportReport export_model(const Model& model, const std::filesystem::path& output,

@@ -169,7 +169,9 @@ void make_model(Pipeline& p, const std::string& fingerprint) {
 }
 
 std::string wanted_asset(const Pipeline& p) {
-  return stage_hash("asset").add_file(p.files.model).hex();
+  ContentHash hash = stage_hash("asset").add_file(p.files.model);
+  if (const std::string changes = json_of(p.changes).dump(); changes != "null") hash.add(changes);
+  return hash.hex();
 }
 std::optional<std::string> stored_asset(const Pipeline& p) {
   return fs::exists(p.files.picture) && fs::is_directory(p.files.engine)
@@ -177,13 +179,15 @@ std::optional<std::string> stored_asset(const Pipeline& p) {
              : std::nullopt;
 }
 void make_asset(Pipeline& p, const std::string& fingerprint) {
-  const Model model = read_model(p.files.model);
+  Model model = read_model(p.files.model);
+  change_model(model, p.changes);
   if (!p.files.picture.empty()) export_model(model, p.files.picture, "vtu", {});
   const ExportRequest request{
       .fingerprint = fingerprint,
       .map_depth_m = p.map_depth_m,
       .engine = p.files.engine,
       .tools = played_tools(p.scene),
+      .changes = p.changes,
       .guessed_points = stored_in_hdf5(p.files.model, kGuessedAttribute).value_or("")};
   p.exported = export_model(model, p.files.asset,
                             p.exported_format.empty() ? "palp" : p.exported_format, request);

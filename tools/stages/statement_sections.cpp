@@ -133,6 +133,17 @@ Lines of_kind(const StatedAsset& of, ExperimentKind kind, double radius_m,
   return lines;
 }
 
+// Slides where the force of a press changes most, with the floor of all paths.
+Lines of_changes(const StatedAsset& of) {
+  const Samples rows = paths_of(of.reference.all, true);
+  if (rows.rows() == 0) return {};
+  const Replayed answer = follow(of.met, rows, of.depth_m);
+  const Comparison compared = compare(rows, answer, of.levers);
+  Lines lines = errors_by(compared, of.floors, kPathKindNames, kinds_of(rows));
+  lines.insert(lines.begin(), stated_error("all", compared, of.floors));
+  return lines;
+}
+
 Lines of_pairs(const StatedAsset& of) {
   return of_kind(of, ExperimentKind::pair, of.levers->radius_m,
                  {{"felt", true, nullptr}, {"each_by_itself", false, nullptr}});
@@ -277,6 +288,7 @@ struct SectionRow {
 };
 constexpr SectionRow kSections[] = {
     {"by_path", "by path", by_path},
+    {"where_it_changes", "where the body changes", of_changes},
     {"by_speed", "by speed", by_speed},
     {"by_cycle", "by cycle", by_cycle},
     {"causes", "by cause", by_cause},
@@ -336,6 +348,9 @@ void write_compared_rows(const std::filesystem::path& path, const StatedAsset& o
     return of.recorded != nullptr ? name_of(paths.kind[row]) : name_of(paths.path_of(row));
   });
   if (of.recorded != nullptr) return csv.commit();
+  const Samples changes = paths_of(of.reference.all, true);
+  write(changes, follow(of.met, changes, of.depth_m),
+        [&](Eigen::Index row) { return name_of(changes.path_of(row)); });
   for (const ExperimentKind kind :
        {ExperimentKind::pair, ExperimentKind::tool, ExperimentKind::other}) {
     const Samples rows = of_kinds(of.reference.all, {kind});

@@ -16,6 +16,7 @@
 #include "libfit/io/files/files.hpp"
 #include "libfit/refine/refine.hpp"
 #include "libfit/shape/shape.hpp"
+#include "libfit/validation/causes.hpp"
 #include "libfit/validation/replay.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/body/prepare.hpp"
@@ -85,7 +86,8 @@ void warn_of_other_probe(const std::filesystem::path& path, std::string_view met
 // Draws the held-out experiments of a scene and simulates them, but for those that `reference.h5`
 // of the request's folder holds already. An interruption (exception Interrupted) keeps what is
 // done.
-Reference simulate_reference(const Scene& scene, const Body& body, const ValidateRequest& request) {
+Reference simulate_reference(const runtime::AssetView& asset, const Scene& scene, const Body& body,
+                             const ValidateRequest& request) {
   Reference out;
   const HeldOut held_out = draw_held_out_paths({scene, body, body.test_points, Purpose::hold_out});
   const Simulators simulators(scene, body, Purpose::hold_out);
@@ -94,9 +96,11 @@ Reference simulate_reference(const Scene& scene, const Body& body, const Validat
   const SimulateRequest simulate =
       request_for(scene, body, Purpose::hold_out, request.jobs, output, request.resume);
   out.all = SampleCache(simulate).at(
-      std::cref(simulators), draw_experiments({scene, body, held_out.points, Purpose::hold_out}),
+      std::cref(simulators),
+      draw_experiments({scene, body, held_out.points, Purpose::hold_out,
+                        press_changes(asset, body.surface, scene.experiments.each.depth_m)}),
       experiments_of(scene), "validate");
-  out.paths = of_kinds(out.all, {ExperimentKind::path});
+  out.paths = paths_of(out.all, false);
   out.own = of_kinds(out.all, {ExperimentKind::press, ExperimentKind::drag});
   if (output.empty()) return out;
   write_with_surface(output, out.all, attributes_of(simulate));
@@ -141,6 +145,13 @@ std::optional<TruthInterval> interval_of(const Scene& scene, double held_share,
                          scene.validate.friction_deviation, held_share, replay_p95_rel});
 }
 
+Samples paths_of(const Samples& reference, bool are_where_it_changes) {
+  const Samples paths = of_kinds(reference, {ExperimentKind::path});
+  std::vector<char> changes;
+  for (const std::string& name : paths.point_name) changes.push_back(name[0] == kChangeName);
+  return rows_at(paths, changes, are_where_it_changes);
+}
+
 Statement validate_asset(const std::filesystem::path& path, const Scene& scene, const Body& body,
                          const ValidateRequest& request) {
   const AssetFile file = read_asset_file(path);
@@ -148,7 +159,7 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   check_same_surface(path, asset, body.surface);
   warn_of_other_probe(path, file.meta_json(), scene.probe.spec);
   const double depth_m = scene.experiments.each.depth_m;
-  const Reference reference = simulate_reference(scene, body, request);
+  const Reference reference = simulate_reference(asset, scene, body, request);
   IndenterAssets indenter_assets(asset);
   const auto end = own_end(scene);
   const runtime::AssetView* other = end ? indenter_assets.of(*end) : nullptr;

@@ -61,6 +61,9 @@ struct RecordedReference {
   const InterpolationChoice* left_out = nullptr;
 };
 
+/// Held-out paths: those where the body changes (draw_sliding), or those drawn all over it.
+Samples paths_of(const Samples& reference, bool are_where_it_changes);
+
 /// Input of a section. asset: as it is; met: as the scene's probe meets it, the same where
 /// it is that of the asset. engine: what `met` answered to reference.paths. levers: where
 /// torques of the probe are compared (M58a). floors: of the paths.

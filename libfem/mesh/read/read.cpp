@@ -120,6 +120,20 @@ TetMesh read_tet_mesh(const std::filesystem::path& path, double length_unit_m,
   return mesh;
 }
 
+bool is_volume_format(const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  return find_format(extension, true) != nullptr && find_format(extension, false) == nullptr;
+}
+
+std::vector<MeshGroup> groups_of_tet_mesh(const std::filesystem::path& path) {
+  mesh_read::RawLabels labels;
+  mesh_read::read_raw(path, true, &labels);
+  std::vector<MeshGroup> out;
+  for (const mesh_read::RawLabels::Group& group : labels.groups)
+    if (group.dimension >= 2) out.push_back({group.name, group.dimension, group.cells.size()});
+  return out;
+}
+
 std::string stated_frame(const std::filesystem::path& mesh_file) {
   using namespace mesh_read;
   const std::string extension = mesh_file.extension().string(), bytes = load_file(mesh_file);

@@ -42,6 +42,18 @@ struct TetReadNotes {
 TetMesh read_tet_mesh(const std::filesystem::path& path, double length_unit_m,
                       TetReadNotes* notes = nullptr);
 
+/// True where the extension is one of tetrahedra alone.
+bool is_volume_format(const std::filesystem::path& path);
+
+/// A group of faces (dimension 2) or tetrahedra (3) that a mesh file marks.
+struct MeshGroup {
+  std::string name;
+  int dimension = 2;
+  std::size_t cells = 0;
+};
+/// The groups of a file of tetrahedra, in its order. Limits and errors as read_tet_mesh.
+std::vector<MeshGroup> groups_of_tet_mesh(const std::filesystem::path& path);
+
 /// The anatomical frame that a mesh file states for its coordinates, LPS (x to the left, y to the
 /// back, z to the head) or RAS (x to the right, y to the front); empty where it states none.
 /// 3D Slicer writes `SPACE=LPS` into the header of STL, into the title of legacy VTK and into

@@ -22,15 +22,16 @@ constexpr std::array<std::string_view, 4> kQuaternion{"qx", "qy", "qz", "qw"};
 constexpr std::array<CsvColumnRule, 7> kToolPathRules{
     {{"path", true, true}, {"x_m"}, {"y_m"}, {"z_m"}, {"dx_m"}, {"dy_m"}, {"dz_m"}}};
 constexpr std::array<CsvColumnRule, 4> kTipPathRules{{{"t_s"}, {"x_m"}, {"y_m"}, {"z_m"}}};
-constexpr std::array<CsvColumnRule, 9> kPosePathRules{{{"t_s"},
-                                                       {"x_m"},
-                                                       {"y_m"},
-                                                       {"z_m"},
-                                                       {"qx", false},
-                                                       {"qy", false},
-                                                       {"qz", false},
-                                                       {"qw", false},
-                                                       {"tool", false}}};
+constexpr std::array<CsvColumnRule, 10> kPosePathRules{{{"t_s"},
+                                                        {"x_m"},
+                                                        {"y_m"},
+                                                        {"z_m"},
+                                                        {"qx", false},
+                                                        {"qy", false},
+                                                        {"qz", false},
+                                                        {"qw", false},
+                                                        {"tool", false},
+                                                        {"force_N", false}}};
 constexpr std::array<CsvColumnRule, 20> kForceRules{
     {{"t_s"},       {"fx_N"},    {"fy_N"},    {"fz_N"},         {"contact"},
      {"cx_m"},      {"cy_m"},    {"cz_m"},    {"triangle"},     {"depth_m"},
@@ -193,6 +194,7 @@ PosePath read_pose_path(const std::filesystem::path& path) {
     out.time_s.push_back(table.number("t_s")[i]);
   out.position = columns(table, kPlace);
   out.orientation = unit_quaternions(table);
+  if (table.has("force_N")) out.force_N = table.number("force_N");
   out.ignored = table.ignored;
   return out;
 }

@@ -36,14 +36,15 @@ std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path,
 constexpr int kMaxPathTools = 8;
 using Quaternions = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
 
-/// PATH.csv, `t_s,x_m,y_m,z_m[,qx,qy,qz,qw][,tool]`: where 1 to kMaxPathTools tools are at T
-/// strictly increasing times [s]. Row i tools + k is tool k's at time_s[i]. position: T tools x 3
-/// [m]; orientation: T tools x 4, unit quaternions x, y, z, w, or 0 x 4 where no tool turns.
+/// PATH.csv, `t_s,x_m,y_m,z_m[,qx,qy,qz,qw][,tool][,force_N]`: where 1 to kMaxPathTools tools are
+/// at T strictly increasing times [s]. Row i tools + k is tool k's at time_s[i]. position: T tools
+/// x 3 [m]; orientation: T tools x 4, unit quaternions x, y, z, w, or 0 x 4 where no tool turns.
 struct PosePath {
   std::vector<double> time_s;
   int tools = 1;
   Points position;
   Quaternions orientation;
+  std::vector<double> force_N = {};  ///< T tools sizes of recorded forces; none without the column
   std::vector<std::string> ignored = {};  ///< names of columns that say nothing here
 };
 /// Throws Error where at a time the tools 0, 1, ... do not follow each other, all of them.

@@ -134,8 +134,7 @@ std::vector<Conditioned> condition_scan(const importers::RawRecording& raw,
             .norm()
             .sum();
     pass.speed_m_s = length_m / (pass.time_s[rows - 1] - pass.time_s[0]);
-    // Each pass begins at a quarter of a second, in which a replay brings the tool there.
-    pass.time_s.array() += 0.25 - pass.time_s[0];
+    pass.time_s.array() -= signal.time_s.front();
     pass.error_N = Eigen::VectorXd::Constant(rows, pass.noise_N);
     for (Eigen::Index i = 0; i < rows; ++i)
       pass.status.push_back(signal.is_saturated[first + i] ? RowStatus::rejected : RowStatus::good);

@@ -1,6 +1,6 @@
 # Compiles the exported engine folder as a user would. CHECK, FOLDER (engine/ and probe.palp),
-# PROBE, TICKS; for bits_equal GOLDEN, a folder of assets that never change, and GOLDEN_HASHES, their
-# names and hashes of as many ticks: NAME=HASH,NAME=HASH.
+# PROBE, TICKS; for bits_equal LEVELS of optimization, GOLDEN, a folder of assets that never change,
+# and GOLDEN_HASHES, their names and hashes of as many ticks: NAME=HASH,NAME=HASH.
 set(ENGINE ${FOLDER}/engine)
 set(STRICT -std=c++17 -ffp-contract=off -fno-exceptions -fno-rtti
     -Wall -Wextra -Wpedantic -Wshadow -Werror)
@@ -42,7 +42,8 @@ elseif(CHECK STREQUAL rounding_comes_first)
 elseif(CHECK STREQUAL bits_equal)
   set(first "")
   foreach(compiler ${GXX} ${CLANGXX})
-    foreach(level -O0 -O2 "-O3;-march=native")
+    foreach(level ${LEVELS})
+      separate_arguments(level)
       run(${compiler} ${STRICT} ${level} -I${ENGINE} ${PROBE} -o ${FOLDER}/probe_${TICKS})
       run(${FOLDER}/probe_${TICKS} ${FOLDER}/probe.palp ${TICKS})
       message("${compiler} ${level}: ${RUN_OUTPUT}")

@@ -54,11 +54,14 @@ struct KnownBody {
     }
     at.friction = Eigen::VectorXd::Constant(count, 0.35);
     at.friction_slope_1_m = Eigen::VectorXd::Zero(count);
-    at.lambda = 0.7;
+    at.recording.number[scan::kLambda] = std::log(1.5 * 0.7);
+    at.recording.number[scan::kDelay] = kDelay_s / 0.01;
+    at.recording.number.segment<3>(scan::kBias) = kBias_N;
   }
 
-  /// Lines 1 mm apart, to and fro, with a sine of 2 Hz between 0.5 and 4.5 mm of depth.
-  Samples scanned(double first_line_m) const {
+  /// Lines 1 mm apart, to and fro or as a spiral, with a sine of 2 Hz between 0.5 and 4.5 mm of
+  /// depth.
+  Samples scanned(double first_line_m, bool is_spiral = false) const {
     std::mt19937 random(kSeed);
     std::normal_distribution<double> noise(0, kNoise_N);
     Samples s;
@@ -67,8 +70,13 @@ struct KnownBody {
     for (int pass = 0; pass < 12; ++pass) {
       time_s = 0.25;
       for (int i = 0; i < 140; ++i, time_s += 0.015) {
-        const double along_m = 8e-3 * i / 70, x = pass % 2 == 0 ? along_m : 16e-3 - along_m,
-                     y = first_line_m + 1e-3 * pass,
+        const double along_m = 8e-3 * i / 70, rows = 12 * 140,
+                     angle = 12 * std::numbers::pi * std::sqrt((140 * pass + i) / rows),
+                     wide_m = angle / (2 * std::numbers::pi) * 1e-3;
+        const double x = is_spiral       ? 8e-3 + wide_m * std::cos(angle)
+                         : pass % 2 == 0 ? along_m
+                                         : 16e-3 - along_m,
+                     y = is_spiral ? 6e-3 + wide_m * std::sin(angle) : first_line_m + 1e-3 * pass,
                      depth_m =
                          2.5e-3 - 2e-3 * std::cos(4 * std::numbers::pi * (time_s - 0.25) + pass);
         tip.emplace_back(x, y, -height_m(x, y) - depth_m);
@@ -83,19 +91,22 @@ struct KnownBody {
     for (std::size_t i = 0; i < tip.size(); ++i) s.deflection.row(i) = tip[i];
     const scan::PlayedBody body(nodes, at, basis, 3);
     const std::vector<char> all(tip.size(), 1);
-    s.force = body.walk(Passes(s), kDelay_s, all, false, 0).force_N.rowwise() + kBias_N.transpose();
+    s.force = body.walk(Passes(s), all, false, 0).reading_N;
     for (double& f : s.force.reshaped()) f += noise(random);
     return s;
   }
 };
 
-TEST(scan, surface_curves_and_friction_come_back_with_delay_and_bias) {
+class Scanned : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(lines_and_spiral, Scanned, testing::Bool());
+
+TEST_P(Scanned, surface_curves_and_friction_come_back_with_delay_and_bias) {
   SCOPED_TRACE(kSeed);
   const KnownBody truth;
-  const Samples recorded = truth.scanned(0.5e-3);
+  const Samples recorded = truth.scanned(0.5e-3, GetParam());
   const scan::ScanFit fit = scan::identify(recorded);
-  EXPECT_NEAR(fit.delay_s, kDelay_s, 1e-3);
-  EXPECT_LT((fit.bias_N - kBias_N).norm(), 0.03);
+  EXPECT_NEAR(fit.recording.delay_s(), kDelay_s, 1e-3);
+  EXPECT_LT((fit.recording.number.segment<3>(scan::kBias) - kBias_N).norm(), 0.03);
   // The other half of the passes; noise alone is 2.5 % of the rows at the floor.
   EXPECT_LT(fit.left_out.p95, 0.07);
 
@@ -104,7 +115,9 @@ TEST(scan, surface_curves_and_friction_come_back_with_delay_and_bias) {
   std::vector<double> stiffness_off, friction_off, height_off_m;
   for (Eigen::Index v = 0; v < fit.surface.vertices.rows(); ++v) {
     const Vec3 p = fit.surface.vertices.row(v);
-    if (p.x() < 2e-3 || p.x() > 14e-3 || p.y() < 2e-3 || p.y() > 10e-3) continue;
+    if (GetParam() ? std::hypot(p.x() - 8e-3, p.y() - 6e-3) > 5e-3
+                   : p.x() < 2e-3 || p.x() > 14e-3 || p.y() < 2e-3 || p.y() > 10e-3)
+      continue;
     const SplineTables tables = tabulate(truth.basis);
     Eigen::VectorXd control(7);
     control << 0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.1;
@@ -117,6 +130,42 @@ TEST(scan, surface_curves_and_friction_come_back_with_delay_and_bias) {
   EXPECT_LT(stated_quantile(stiffness_off, 0.5), 0.05);
   EXPECT_LT(stated_quantile(friction_off, 0.5), 0.1);
   EXPECT_LT(stated_quantile(height_off_m, 0.5), 0.15e-3);
+}
+
+TEST(scan, a_turned_frame_and_drift_come_back) {
+  KnownBody truth;
+  const Vec3 turn(0.06, -0.04, 0.08), drift_N_min(0.3, 0, -0.4);
+  truth.at.recording.number.segment<3>(scan::kTurn) = turn;
+  truth.at.recording.number.segment<3>(scan::kDrift) = drift_N_min;
+  const scan::ScanFit fit = scan::identify(truth.scanned(0.5e-3));
+  EXPECT_LT((fit.recording.number.segment<3>(scan::kTurn) - turn).norm(), 0.03);
+  EXPECT_LT((fit.recording.number.segment<3>(scan::kDrift) - drift_N_min).norm(), 0.15);
+  EXPECT_LT(fit.left_out.p95, 0.07);
+}
+
+TEST(scan, coordinates_on_a_sphere_are_those_of_their_positions) {
+  Points cap(0, 3);
+  for (int i = 0; i < 400; ++i) {  // a spiral over 130 degrees of 20 mm
+    const double angle = 1.15 * std::sqrt(i / 400.0), turn = 0.7 * i;
+    cap.conservativeResize(i + 1, 3);
+    cap.row(i) = 0.02 * Eigen::RowVector3d(std::sin(angle) * std::cos(turn),
+                                           std::sin(angle) * std::sin(turn), std::cos(angle));
+  }
+  const Vec3 mean = cap.colwise().mean().transpose() / 0.02;
+  const Nodes nodes(cap, -mean, 2e-3, 50.0);
+  for (int i = 0; i < cap.rows(); i += 7) {
+    const Vec3 p = 1.04 * cap.row(i).transpose(), at = nodes.coordinates(p);
+    EXPECT_NEAR((nodes.position(at[0], at[1], at[2]) - p).norm(), 0, 1e-12);
+    EXPECT_NEAR(at[2], -0.8e-3, 1e-9);
+    const Mat3 gradient = nodes.gradients(p);
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 step = 1e-6 * Vec3::Unit(k),
+                 slope = (nodes.coordinates(p + step) - nodes.coordinates(p - step)) / 2e-6;
+      EXPECT_NEAR((slope - gradient.row(k).transpose()).norm(), 0, 1e-5) << i;
+    }
+    const Nodes::Foot foot = nodes.foot(p, Eigen::VectorXd::Zero(nodes.count()));
+    EXPECT_NEAR(foot.depth_m, -0.8e-3, 1e-9);
+  }
 }
 
 TEST(scan, a_place_beyond_the_scan_is_outside) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -19,6 +20,7 @@ namespace {
 
 using tools::bench_cylinder;
 using tools::BenchAsset;
+using tools::cylinder_stiffness_N_m;
 using tools::kCylinderRadius_m;
 using tools::make_bench_asset;
 
@@ -163,6 +165,46 @@ TEST(HeldOut, tilting_paths_come_last_and_change_no_other) {
       EXPECT_GT(tilting.paths[i].deflections.rows(), 5);
     }
   }
+}
+
+TEST(HeldOut, slides_are_drawn_where_the_force_of_a_press_changes_most) {
+  const Body body = cylinder_body();
+  const Surface& surface = body.surface;
+  const BenchAsset bench = make_bench_asset(bench_cylinder(60, 40, 4));
+  HeldOutRange range = kRange;
+  range.change = press_changes(bench.asset, surface, 0.006);
+  ASSERT_EQ(range.change.size(), surface.triangles.rows());
+  // f^z is k(x) times a function of the depth.
+  const auto slope = [](const Vec3& at, const Vec3& along) {
+    return std::log(cylinder_stiffness_N_m(at + 1e-4 * along) /
+                    cylinder_stiffness_N_m(at - 1e-4 * along)) /
+           2e-4;
+  };
+  const auto change = [&](const Vec3& at) {
+    return std::hypot(slope(at, Vec3::UnitZ()), slope(at, Vec3(-at.y(), at.x(), 0).normalized()));
+  };
+  double largest = 0;
+  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
+    const auto [a, b, c] = corners_of(surface, t);
+    largest = std::max(largest, change((a + b + c) / 3));
+  }
+  std::vector<double> reachable;
+  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
+    const auto [a, b, c] = corners_of(surface, t);
+    EXPECT_NEAR(range.change[t], change((a + b + c) / 3), 0.05 * largest) << t;
+    const auto corner = surface.triangles.row(t);
+    if (std::ranges::all_of(corner, [&](auto v) { return body.is_reachable[v]; }))
+      reachable.push_back(range.change[t]);  // triangles are of one size
+  }
+  std::ranges::sort(reachable);
+  const HeldOut out = draw_sliding(body, range, 200, 1);
+  for (std::size_t i = 0; i < 200; ++i) {
+    EXPECT_GT(change(out.points.position.row(i)),
+              reachable[reachable.size() * 4 / 5] - 0.1 * largest);
+    EXPECT_EQ(out.points.name[i][0], kChangeName);
+    EXPECT_EQ(out.paths[i].kind, i % 2 == 0 ? PathKind::back_and_forth : PathKind::wandering);
+  }
+  EXPECT_EQ(draw_sliding(body, range, 9, 1).points.position, out.points.position.topRows(9));
 }
 
 TEST(HeldOut, the_body_and_the_seed_alone_decide) {

@@ -255,6 +255,19 @@ TEST(statement, a_verdict_names_the_grades_at_both_ends_of_its_band) {
       "and to 0 degrees in direction; a person notices it in 17 % of the rows.");
 }
 
+TEST(statement, a_verdict_counts_slides_where_the_body_changes) {
+  Rows rows;
+  for (std::int32_t place = 0; place < 6; ++place) rows.add(1, 0.05, place);
+  Statement s = summarize(rows);
+  EXPECT_EQ(verdict(s).find("Good: "), 0u) << verdict(s);
+  s.sections = {{"where_it_changes", "where the body changes", {line("all", {{1, 0.12}})}}};
+  EXPECT_EQ(
+      verdict(s),
+      "Poor to good: 19 of 20 forces are right to 5.0 % in size (5.0 % to 5.0 % at other places), "
+      "of slides where the body changes to 12.0 % and to 0 degrees in direction; a person notices "
+      "it in 0 % of the rows.");
+}
+
 TEST(statement, a_poor_asset_ends_with_what_to_do_about_it) {
   Statement s = summarize({{1, 0.15}, {2, 0.3}});
   EXPECT_NE(in_words(s).find("set causes = true"), std::string::npos) << in_words(s);

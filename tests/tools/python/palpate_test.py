@@ -126,6 +126,24 @@ class Ticks(unittest.TestCase):
             first.restart()
             np.testing.assert_array_equal(first.tick(path), asset.contact().tick(path))
 
+    def test_of_a_batch_are_those_of_each_contact(self):
+        for golden in GOLDEN[:2]:
+            with palpate.open(golden) as asset:
+                radius = asset.probe_radius_m or 0.004
+                paths = np.stack([random_path(asset, seed=k, ticks=800) for k in range(20, 37)])
+                batch, alone = asset.batch(17, radius_m=radius), [asset.contact(radius).tick(path) for path in paths]
+                self.assertEqual(len(batch), 17)
+                for jobs in (1, 3):
+                    played = np.stack([batch.tick(paths[:, i], jobs=jobs) for i in range(800)], axis=1)
+                    np.testing.assert_array_equal(played, alone)
+                    batch.restart()
+                self.assertGreater(np.count_nonzero(played["state"]), 300)
+                batch.restart(np.arange(17) < 5)
+                self.assertRaisesRegex(ValueError, "3 rows for 17 contacts", batch.tick, paths[0][:3])
+                self.assertRaisesRegex(ValueError, "one truth value", batch.restart, [True])
+                self.assertRaisesRegex(ValueError, "1 contact or more", asset.batch, 0)
+                self.assertRaisesRegex(ValueError, "dt_s", batch.tick, paths[:, 0], dt_s=0.0)
+
     def test_of_tools_that_feel_nothing_of_each_other_are_those_of_each(self):
         with palpate.open(GOLDEN[1]) as asset:
             self.assertFalse(asset.couples)

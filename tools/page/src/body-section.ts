@@ -172,6 +172,7 @@ class BodySection {
       : [];
     if (this.setUpBox.checked) {
       patches.push(swatch("held nodes", kSetUpColours.held));
+      if (this.contents.set_up?.lumen) patches.push(swatch("inner surface", kSetUpColours.lumen));
       if (this.contents.set_up?.window) patches.push(swatch("window", kSetUpColours.window));
       if (this.contents.set_up?.inclusions.length) patches.push(swatch("inclusions", kSetUpColours.inclusion));
     }

@@ -12,7 +12,7 @@ export function css(rgb: [number, number, number]): string {
   return `rgb(${rgb.map((v) => Math.round(255 * v)).join(" ")})`;
 }
 
-export const kSetUpColours = { held: "#cc79a7", window: "#0072b2", inclusion: "#d55e00" };
+export const kSetUpColours = { held: "#cc79a7", window: "#0072b2", lumen: "#009e73", inclusion: "#d55e00" };
 
 // The table that `palpate export` colours by, too.
 const numbers = viridisTable.match(/\d+/g)?.map(Number) ?? [];

@@ -137,6 +137,8 @@ export interface Contents {
     tets: number;
     nodes_m: Packed;
     boundary: Packed;
+    /** Triangles of the boundary that a hollow body has inside. */
+    lumen: Packed;
     points_m: Packed;
     /** The scene's text, defaults filled in; empty where recordings were made. */
     scene: string;

@@ -29,7 +29,7 @@ function counts(contents: Contents): string[] {
 export function warningsSection(contents: Contents): HTMLElement | undefined {
   const all = [...counts(contents), ...contents.warnings];
   if (!all.length) return undefined;
-  return section("warnings", "Warnings", html("ul", {}, ...all.map((text) => html("li", {}, text))));
+  return section("warnings", "Notes and warnings", html("ul", {}, ...all.map((text) => html("li", {}, text))));
 }
 
 export function provenanceSection(contents: Contents): HTMLElement {

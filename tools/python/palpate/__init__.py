@@ -14,7 +14,7 @@ import os as _os
 
 from ._engine import (AIR, FLAG_BLOCKED, FLAG_BORDER, FLAG_CAPPED, FLAG_CROWDED, FLAG_EXTRAPOLATED,
                       FLAG_FRICTIONLESS, FLAG_HELD_BACK, FLAG_INSIDE, FLAG_OTHER_RADIUS, FLAG_OUTSIDE, FLAG_RAMP,
-                      FLAG_TOO_DEEP, FLAG_UNFINISHED, OUTPUT, SLIP, STICK, Asset, Contact, deform_together,
+                      FLAG_TOO_DEEP, FLAG_UNFINISHED, OUTPUT, SLIP, STICK, Asset, Batch, Contact, deform_together,
                       sentence, tick_together)
 from .files import Error, by_point, curves, frame, read, statement, write_samples
 from .plots import plot_curve, plot_curves, plot_path, plot_rivals, plot_statement

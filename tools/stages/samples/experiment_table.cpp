@@ -59,11 +59,41 @@ ExperimentList draw_presses(const Drawing& drawing) {
       which);
 }
 
+// On a body that relaxes each path has one of the speeds; on a body that softens each begins with a
+// press at its own place.
+void put_in_time(const Scene& scene, HeldOut& out) {
+  for (std::size_t i = 0; i < out.paths.size(); ++i) {
+    ToolPath& path = out.paths[i];
+    const std::vector<double>& speeds = scene.validate.speeds_m_s;
+    if (relaxes(scene)) path = fem::in_time(path, speeds[i % speeds.size()], scene.validate.hold_s);
+    if (!softens(scene)) continue;
+    const double turn = (std::numbers::phi - 1) * static_cast<double>(i + 1);
+    path =
+        fem::after_press(path, out.points.normal.row(path.point),
+                         scene.experiments.each.depth_m * (0.5 + 0.5 * (turn - std::floor(turn))));
+  }
+}
+
 int paths(const Scene& scene, Purpose purpose) {
   return purpose == Purpose::hold_out ? scene.validate.points : 0;
 }
 ExperimentList draw_paths(const Drawing& drawing) {
   const HeldOut out = draw_held_out_paths(drawing);
+  return paths_at(out.points, out.paths);
+}
+
+// A third as many as held-out paths: a section's p95 needs three or four places, and slides cost
+// half as much again as a mean path.
+int changes(const Scene& scene, Purpose purpose) {
+  return purpose == Purpose::hold_out ? scene.validate.points / 3 : 0;
+}
+ExperimentList draw_changes(const Drawing& drawing) {
+  const Reachable reachable(drawing);
+  HeldOutRange range = reachable.range();
+  range.change = drawing.change;
+  HeldOut out = draw_sliding(drawing.body, range, changes(drawing.scene, drawing.purpose),
+                             drawing.seed(0) ^ 0x6368);
+  put_in_time(drawing.scene, out);
   return paths_at(out.points, out.paths);
 }
 
@@ -186,29 +216,18 @@ const ToolSection* tool_of(const Scene& scene, Purpose purpose, ExperimentKind k
 
 }  // namespace
 
-// On a body that relaxes each path has one of the speeds; on a body that softens each begins with a
-// press at its own place.
 HeldOut draw_held_out_paths(const Drawing& drawing) {
-  const Scene& scene = drawing.scene;
   const Reachable reachable(drawing);
-  HeldOut out = draw_held_out(drawing.body, reachable.range(scene.validate.tilt_rad),
-                              scene.validate.points, drawing.seed(0));
-  for (std::size_t i = 0; i < out.paths.size(); ++i) {
-    ToolPath& path = out.paths[i];
-    const std::vector<double>& speeds = scene.validate.speeds_m_s;
-    if (relaxes(scene)) path = fem::in_time(path, speeds[i % speeds.size()], scene.validate.hold_s);
-    if (!softens(scene)) continue;
-    const double turn = (std::numbers::phi - 1) * static_cast<double>(i + 1);
-    path =
-        fem::after_press(path, out.points.normal.row(path.point),
-                         scene.experiments.each.depth_m * (0.5 + 0.5 * (turn - std::floor(turn))));
-  }
+  HeldOut out = draw_held_out(drawing.body, reachable.range(drawing.scene.validate.tilt_rad),
+                              drawing.scene.validate.points, drawing.seed(0));
+  put_in_time(drawing.scene, out);
   return out;
 }
 
 const std::vector<ExperimentRow> kExperimentRows{
     {ExperimentKind::path, own_probe, paths, draw_paths},
     {ExperimentKind::press, own_probe, presses, draw_presses},
+    {ExperimentKind::path, own_probe, changes, draw_changes},
     {ExperimentKind::cycle, own_probe, cycles, draw_cycles},
     {ExperimentKind::pair, pair_tool, pairs, draw_pairs},
     {ExperimentKind::tool, scene_tool, tools, draw_tools},

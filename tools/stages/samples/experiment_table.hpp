@@ -73,6 +73,7 @@ struct Drawing {
   const Body& body;
   const TestPoints& points;
   Purpose purpose;
+  std::vector<double> change = {};  ///< of an asset along each triangle (press_changes)
 
   /// Seed of a kind's random draws.
   std::uint64_t seed(std::uint64_t of_kind) const {
