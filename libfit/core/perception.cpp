@@ -3,11 +3,9 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <cassert>
 #include <numbers>
-#include <string_view>
+#include <string>
 
-#include "libfit/core/geometry.hpp"
 #include "libfit/core/units.hpp"
 
 namespace palpate {
@@ -16,40 +14,22 @@ extern const char* const kPerceptionToml;  // generated from data/perception.tom
 
 namespace {
 
-std::vector<Threshold> read_thresholds() {
-  const toml::table parsed =
+Perception read_table() {
+  const toml::table table =
       toml::parse(std::string_view(kPerceptionToml), std::string_view("data/perception.toml"));
-  std::vector<Threshold> rows;
-  for (const toml::node& node : *parsed["threshold"].as_array()) {
-    const toml::table& row = *node.as_table();
-    const auto text = [&](const char* key) { return row[key].value_or(std::string()); };
-    const auto quantity = [&](const char* key, Dimension dimension) {
-      return parse_quantity(text(key), dimension).value_or(kNan);
-    };
-    rows.push_back({text("name"), row["share"].value_or(kNan), quantity("least", Dimension::force),
-                    quantity("angle", Dimension::angle) * 180 / std::numbers::pi, text("condition"),
-                    text("source"), text("doi")});
-  }
-  return rows;
-}
-
-const Threshold& row_of(std::string_view name) {
-  const auto found = std::ranges::find(thresholds(), name, &Threshold::name);
-  assert(found != thresholds().end());
-  return *found;
+  const auto share = [&](const char* name) { return table[name]["share"].value<double>().value(); };
+  const auto quantity = [&](const char* name, const char* key, Dimension dimension) {
+    return parse_quantity(table[name][key].value<std::string>().value(), dimension).value();
+  };
+  return {share("force"), share("force-in-motion"), quantity("force", "least", Dimension::force),
+          quantity("direction", "angle", Dimension::angle) * 180 / std::numbers::pi,
+          share("torque")};
 }
 
 }  // namespace
 
-const std::vector<Threshold>& thresholds() {
-  static const std::vector<Threshold> rows = read_thresholds();
-  return rows;
-}
-
 const Perception& perception() {
-  static const Perception numbers{row_of("force").share, row_of("force-in-motion").share,
-                                  row_of("force").least_N, row_of("direction").angle_deg,
-                                  row_of("torque").share};
+  static const Perception numbers = read_table();
   return numbers;
 }
 

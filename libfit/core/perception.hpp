@@ -1,22 +1,9 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 namespace palpate {
 
-/// A row of data/perception.toml, which travels inside the program: the least difference that a
-/// person notices. A number that is not known is NaN.
-struct Threshold {
-  std::string name;
-  double share = 0;                    ///< of what is compared
-  double least_N = 0;                  ///< forces and differences up to it are not noticed
-  double angle_deg = 0;                ///< of directions
-  std::string condition, source, doi;  ///< doi may be empty
-};
-const std::vector<Threshold>& thresholds();
-
-/// The numbers of that table which results are judged by.
+/// Least differences that a person notices, of data/perception.toml, which travels inside the
+/// program and has conditions and sources.
 struct Perception {
   double force_at_rest,
       force_in_motion;   ///< shares of a force; in motion: of a contact that slides

@@ -59,17 +59,4 @@ inline double upper_median(std::vector<double> values) {
   return value_of_rank(std::move(values), middle);
 }
 
-/// Force that a person does not feel [N], the floor of the force's just noticeable difference
-/// (docs/method.md, 8).
-inline constexpr double kForceFloor_N = 0.04;
-/// The same of a torque [N m]: kForceFloor_N at a lever of 10 mm (docs/method-tools.md, M58a).
-inline constexpr double kTorqueFloor_Nm = kForceFloor_N * 10e-3;
-/// Just noticeable difference of a force, as a share of it (docs/method.md, 8).
-inline constexpr double kForceJnd = 0.07;
-
-/// True if a person cannot discern an error of a force [N].
-inline bool is_within_jnd(double error_N, double force_N) {
-  return error_N <= std::max(kForceFloor_N, kForceJnd * force_N);
-}
-
 }  // namespace palpate

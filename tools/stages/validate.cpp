@@ -136,13 +136,6 @@ Statement stated(const StatedAsset& of, const Comparison& compared, const Sample
 
 }  // namespace
 
-Samples paths_of(const Samples& reference, bool are_where_it_changes) {
-  const Samples paths = of_kinds(reference, {ExperimentKind::path});
-  std::vector<char> changes;
-  for (const std::string& name : paths.point_name) changes.push_back(name[0] == kChangeName);
-  return rows_at(paths, changes, are_where_it_changes);
-}
-
 std::optional<TruthInterval> interval_of(const Scene& scene, double held_share,
                                          double replay_p95_rel) {
   const fem::Material material = fem::make_material(*scene.material, "[material]");
@@ -150,6 +143,13 @@ std::optional<TruthInterval> interval_of(const Scene& scene, double held_share,
                          material.law->small_strain(material.constants).poisson(),
                          scene.validate.poisson_deviation, scene.probe.spec.friction,
                          scene.validate.friction_deviation, held_share, replay_p95_rel});
+}
+
+Samples paths_of(const Samples& reference, bool are_where_it_changes) {
+  const Samples paths = of_kinds(reference, {ExperimentKind::path});
+  std::vector<char> changes;
+  for (const std::string& name : paths.point_name) changes.push_back(name[0] == kChangeName);
+  return rows_at(paths, changes, are_where_it_changes);
 }
 
 Statement validate_asset(const std::filesystem::path& path, const Scene& scene, const Body& body,

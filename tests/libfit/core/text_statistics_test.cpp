@@ -61,17 +61,13 @@ TEST(RelativeError, seven_percent_cannot_be_felt_and_neither_can_the_floor) {
   EXPECT_FALSE(is_within_threshold(0.101, 1, true));
 }
 
-TEST(Perception, each_threshold_says_where_it_was_measured_and_is_known_or_judges_nothing) {
-  for (const Threshold& row : thresholds()) {
-    EXPECT_FALSE(row.condition.empty()) << row.name;
-    EXPECT_FALSE(row.source.empty()) << row.name;
-  }
+TEST(Perception, numbers_are_those_of_the_table) {
   const Perception& known = perception();
-  for (const double number :
-       {known.force_at_rest, known.force_in_motion, known.force_floor_N, known.torque})
-    EXPECT_TRUE(number > 0 && number < 1) << number;
+  EXPECT_EQ(known.force_at_rest, 0.07);
+  EXPECT_EQ(known.force_in_motion, 0.1);
+  EXPECT_NEAR(known.force_floor_N, 0.04, 1e-15);
   EXPECT_NEAR(known.direction_deg, 25.6, 1e-9);
-  EXPECT_TRUE(std::isnan(thresholds().back().share)) << "of vibration no number was checked";
+  EXPECT_EQ(known.torque, 0.127);
 }
 
 TEST(Text, numbers_are_short_and_shares_and_lengths_wear_their_unit) {
