@@ -13,8 +13,8 @@ namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;
 
-// Robust deviations from which on a residual counts less (Huber). Passes left out of 5,500 rows of a
-// robot (palpation_1) have a loss 4.5 % lower with half of it and 0.3 % higher with twice.
+// Robust deviations from which on a residual counts less (Huber). Passes left out of 5,500 rows of
+// a robot (palpation_1) have a loss 4.5 % lower with half of it and 0.3 % higher with twice.
 constexpr double kKnee = 3;
 constexpr int kPieces = 5;  // of the normal curves: with 8 passes left out are 0.3 points better in
                             // the median and 1.5 worse at p95 (a sketch on palpation_1)

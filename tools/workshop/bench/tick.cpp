@@ -20,7 +20,7 @@ constexpr std::size_t kWarmTicks = 50000, kColdTicks = 100;
 struct TickTime {
   int nodes;
   std::string_view law, kind, what, cache;
-  Spread spread;
+  TickSpread spread;
 };
 
 volatile double kept;  // so that no tick is optimized away

@@ -13,11 +13,11 @@
 
 namespace palpate::tools {
 
-struct Spread {
+struct TickSpread {
   double median_ns = 0, p99_ns = 0, p999_ns = 0, worst_ns = 0;
 };
 
-inline Spread spread_of(const std::vector<double>& ns) {
+inline TickSpread spread_of(const std::vector<double>& ns) {
   return {quantile(ns, 0.5), quantile(ns, 0.99), quantile(ns, 0.999), quantile(ns, 1)};
 }
 
