@@ -202,10 +202,10 @@ std::string verdict(const Statement& s) {
   if (!std::isnan(size.p95_low))
     words +=
         fmt::format(" ({} to {} at other places)", percent(size.p95_low), percent(size.p95_high));
-  if (!std::isnan(there.p95))
-    words += fmt::format(", of slides where the body changes to {}", percent(there.p95));
   if (!std::isnan(turned.p95))
     words += fmt::format(" and to {:.2g} degrees in direction", turned.p95);
+  if (!std::isnan(there.p95))
+    words += fmt::format(", of slides where the body changes to {}", percent(there.p95));
   if (s.slip_onset.paths > 0)
     words += fmt::format(", slip begins within {:.2g} mm and {} (p95)",
                          1e3 * s.slip_onset.place_m.p95, newtons(s.slip_onset.force_N.p95));

@@ -263,8 +263,8 @@ TEST(statement, a_verdict_counts_slides_where_the_body_changes) {
   s.sections = {{"where_it_changes", "where the body changes", {line("all", {{1, 0.12}})}}};
   EXPECT_EQ(
       verdict(s),
-      "Poor to good: 19 of 20 forces are right to 5.0 % in size (5.0 % to 5.0 % at other places), "
-      "of slides where the body changes to 12.0 % and to 0 degrees in direction; a person notices "
+      "Poor to good: 19 of 20 forces are right to 5.0 % in size (5.0 % to 5.0 % at other places) "
+      "and to 0 degrees in direction, of slides where the body changes to 12.0 %; a person notices "
       "it in 0 % of the rows.");
 }
 
