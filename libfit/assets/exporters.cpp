@@ -14,16 +14,6 @@
 namespace palpate {
 namespace {
 
-// The row with this value of a column; none: the values there are.
-const Exporter* find_row(std::string_view Exporter::*column, std::string_view value,
-                         std::string& values) {
-  for (const Exporter& exporter : kExporters) {
-    if (exporter.*column == value) return &exporter;
-    values += (values.empty() ? "" : ", ") + std::string(exporter.*column);
-  }
-  return nullptr;
-}
-
 // The page reads the same file (tools/page/src/colours.ts).
 constexpr std::uint8_t kAnchors[] = {
 #include "libfit/assets/viridis.inc"
@@ -137,17 +127,13 @@ ExportReport written(const Model& model, std::uint64_t bytes) {
   return report;
 }
 
-const Exporter& find_exporter(std::string_view name) {
-  std::string names;
-  if (const Exporter* found = find_row(&Exporter::name, name, names)) return *found;
-  throw Error("--format", "there is no asset format \"" + std::string(name) + "\"",
-              "Choose one of: " + names + ".");
-}
-
 const Exporter& exporter_of_file(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
   std::string known;
-  if (const Exporter* found = find_row(&Exporter::extension, extension, known)) return *found;
+  for (const Exporter& exporter : kExporters) {
+    if (exporter.extension == extension) return exporter;
+    known += (known.empty() ? "" : ", ") + std::string(exporter.extension);
+  }
   throw Error(path.string(),
               extension.empty() ? "its name does not say a format"
                                 : "nothing is exported as \"" + extension + "\"",

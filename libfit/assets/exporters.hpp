@@ -43,9 +43,6 @@ struct Exporter {
                         const ExportOptions& options);
 };
 
-/// The row called `name`. Throws Error listing the names when there is none.
-const Exporter& find_exporter(std::string_view name);
-
 /// The row whose extension a file's name has. Throws Error listing the extensions when none has it.
 const Exporter& exporter_of_file(const std::filesystem::path& path);
 

@@ -25,7 +25,7 @@ struct TruthInterval {
 /// (docs/method.md, M11d).
 std::optional<TruthInterval> truth_interval(const BodyKnowledge& known);
 
-/// "forces of the body itself: 95 % within -36 to +56 % of the asset's, by Young's modulus (98 %)".
+/// "forces of the body itself: 95 % within -36 to +56 % of the asset's; that is 98 % Young's modulus".
 std::string in_words(const TruthInterval& interval);
 
 }  // namespace palpate::validation

@@ -73,8 +73,8 @@ std::string line(const Spread& magnitude, const Spread& direction_deg) {
 // A section as a table of forces, then one of torques where they were compared.
 std::string table(const StatementSection& section, const Unit& unit) {
   if (section.lines.empty()) return {};
-  std::string text = fmt::format("{:<23}{:>8}{:>8}{:>19}{:>8}{:>7}{:>7}\n", section.title, "median",
-                                 "p95", "median", "p95", "median", "p95");
+  std::string text = fmt::format("{:<23}{:>8}{:>8}{:>10}{:>9}{:>8}{:>7}{:>7}\n", section.title,
+                                 "median", "p95", "p95", "median", "p95", "median", "p95");
   for (const StatedError& of : section.lines)
     text += line(of.name, of.force, unit) + line(of.magnitude, of.direction_deg);
   std::string torques;
@@ -115,7 +115,7 @@ std::string tables(const Statement& s) {
   all.tick_ns = kNoNumber;  // written at the end
   if (all.rows == 0 && s.sections.empty()) return {};
   std::string words =
-      fmt::format("{:<23}{:>25}{:>17}{:>14}\n", "", "error of the force", "its size", "degrees");
+      fmt::format("{:<23}{:>26}{:>17}{:>14}\n", "", "error of the force", "of its size", "degrees");
   if (all.rows > 0)
     words += table({"all", s.is_recorded ? "all held out" : "all paths", {all}}, unit);
   for (const StatementSection& section : s.sections) words += table(section, unit);
@@ -200,8 +200,8 @@ std::string verdict(const Statement& s) {
   words[0] = static_cast<char>(words[0] - 'a' + 'A');
   words += fmt::format(": 19 of 20 forces are right to {} in size", percent(size.p95));
   if (!std::isnan(size.p95_low))
-    words +=
-        fmt::format(" ({} to {} at other places)", percent(size.p95_low), percent(size.p95_high));
+    words += fmt::format(" ({} to {} if all places were tried)", percent(size.p95_low),
+                         percent(size.p95_high));
   if (!std::isnan(turned.p95))
     words += fmt::format(" and to {:.2g} degrees in direction", turned.p95);
   if (!std::isnan(there.p95))
@@ -210,8 +210,10 @@ std::string verdict(const Statement& s) {
     words += fmt::format(", slip begins within {:.2g} mm and {} (p95)",
                          1e3 * s.slip_onset.place_m.p95, newtons(s.slip_onset.force_N.p95));
   if (std::isnan(s.all.unnoticed))
-    return words + fmt::format(". No force here reaches {}, the least that a person feels.",
-                               newtons(known.force_floor_N));
+    return words + fmt::format(
+                       ". No force here reaches {}, the least that a person feels: are length unit "
+                       "and moduli right?",
+                       newtons(known.force_floor_N));
   return words +
          fmt::format("; a person notices it in {} of the rows.", percent(1 - s.all.unnoticed, 0));
 }

@@ -228,7 +228,6 @@ class Export final : public Command {
     if (std::error_code none; !engine_.empty() && std::filesystem::exists(engine_, none) &&
                               !std::filesystem::is_directory(engine_, none))
       throw Error("--engine", engine_ + " is a file", "Name a folder.");
-    stage.exported_format = format;
     stage.map_depth_m = depth_m();
     if (!friction_.empty()) stage.changes.friction = number("--friction", friction_, 0, 10);
     if (!stiffness_.empty())

@@ -247,7 +247,7 @@ StiffnessFit stiffness_of_press(const Model& model, const PosePath& path) {
 }
 
 ExportReport export_model(const Model& model, const std::filesystem::path& output,
-                          const std::string& format, const ExportRequest& request) {
+                          const ExportRequest& request) {
   nlohmann::ordered_json meta{{"program", "palpate " PALPATE_VERSION}};
   if (!request.fingerprint.empty()) meta[kInputsAttribute] = request.fingerprint;
   if (model.probe) meta["probe"] = probe_json(*model.probe);
@@ -263,7 +263,7 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   options.meta_json = meta.dump();
   options.map_depth_m = request.map_depth_m;
   options.engine_dir = request.engine;
-  const ExportReport report = find_exporter(format).write(model, output, options);
+  const ExportReport report = exporter_of_file(output).write(model, output, options);
   for (const std::string& remark : report.remarks) say("  {}", remark);
   say("  {}: {} bytes, {} vertices, {} triangles", output.string(), report.bytes, report.vertices,
       report.triangles);

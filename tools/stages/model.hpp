@@ -57,9 +57,9 @@ nlohmann::ordered_json json_of(const ModelChanges& changes);
 /// tip, with force_N.
 StiffnessFit stiffness_of_press(const Model& model, const PosePath& path);
 
-/// Writes the model in one of the export formats; says what and how large.
+/// Writes the model in the format of the output's name; says what and how large.
 ExportReport export_model(const Model& model, const std::filesystem::path& output,
-                          const std::string& format, const ExportRequest& request);
+                          const ExportRequest& request);
 
 /// The probe that curves were made with, as an asset's meta says it (docs/formats/asset.md): JSON,
 /// in SI; of a mesh how large it is, not all of it.

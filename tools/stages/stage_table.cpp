@@ -181,7 +181,7 @@ std::optional<std::string> stored_asset(const Pipeline& p) {
 void make_asset(Pipeline& p, const std::string& fingerprint) {
   Model model = read_model(p.files.model);
   change_model(model, p.changes);
-  if (!p.files.picture.empty()) export_model(model, p.files.picture, "vtu", {});
+  if (!p.files.picture.empty()) export_model(model, p.files.picture, {});
   const ExportRequest request{
       .fingerprint = fingerprint,
       .map_depth_m = p.map_depth_m,
@@ -189,8 +189,7 @@ void make_asset(Pipeline& p, const std::string& fingerprint) {
       .tools = played_tools(p.scene),
       .changes = p.changes,
       .guessed_points = stored_in_hdf5(p.files.model, kGuessedAttribute).value_or("")};
-  p.exported = export_model(model, p.files.asset,
-                            p.exported_format.empty() ? "palp" : p.exported_format, request);
+  p.exported = export_model(model, p.files.asset, request);
 }
 
 // The fingerprint of the asset counts, for its own bytes change when it gets its statement.

@@ -218,24 +218,6 @@ Lines by_motion(const StatedAsset& of) {
   return lines;
 }
 
-// Scans: the size of the force alone, and its direction (the chord, in radians where it is small).
-Lines by_component(const StatedAsset& of) {
-  Lines lines;
-  const Samples& rows = of.reference.paths;
-  if (std::ranges::count(rows.kind, ExperimentKind::scan) == 0) return lines;
-  Replayed size = of.engine, direction = of.engine;
-  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
-    const double answered_N = of.engine.force_N.row(row).norm(),
-                 asked_N = rows.force.row(row).norm();
-    if (!(answered_N > 0 && asked_N > 0)) continue;
-    size.force_N.row(row) = rows.force.row(row) * (answered_N / asked_N);
-    direction.force_N.row(row) = of.engine.force_N.row(row) * (asked_N / answered_N);
-  }
-  add_recorded(lines, "magnitude", of, rows, size);
-  add_recorded(lines, "direction", of, rows, direction);
-  return lines;
-}
-
 constexpr int kNeighbours = 8;  // of inverse distance
 
 // The recorded presses of points near a place, in place of the asset.
@@ -297,7 +279,6 @@ constexpr SectionRow kSections[] = {
     {"tool", "the tool, as balls", of_tool},
     {"by_kind", "by kind", by_kind, true},
     {"by_motion", "by motion", by_motion, true},
-    {"by_component", "by component", by_component, true},
     {"baselines", "baselines", by_recorded_baseline, true},
     {"left_out", "points left out", of_left_out, true},
     {"fitted", "what it was fitted to", of_fitted, true},

@@ -249,10 +249,10 @@ TEST(statement, a_verdict_names_the_grades_at_both_ends_of_its_band) {
     for (int i = 0; i < 10; ++i) {
       rows.add(1, place < 5 ? 0.05 : 0.09, place);
     }
-  EXPECT_EQ(
-      verdict(summarize(rows)),
-      "Poor to good: 19 of 20 forces are right to 9.0 % in size (5.2 % to 22.3 % at other places) "
-      "and to 0 degrees in direction; a person notices it in 17 % of the rows.");
+  EXPECT_EQ(verdict(summarize(rows)),
+            "Poor to good: 19 of 20 forces are right to 9.0 % in size (5.2 % to 22.3 % if all "
+            "places were tried) "
+            "and to 0 degrees in direction; a person notices it in 17 % of the rows.");
 }
 
 TEST(statement, a_verdict_counts_slides_where_the_body_changes) {
@@ -263,7 +263,8 @@ TEST(statement, a_verdict_counts_slides_where_the_body_changes) {
   s.sections = {{"where_it_changes", "where the body changes", {line("all", {{1, 0.12}})}}};
   EXPECT_EQ(
       verdict(s),
-      "Poor to good: 19 of 20 forces are right to 5.0 % in size (5.0 % to 5.0 % at other places) "
+      "Poor to good: 19 of 20 forces are right to 5.0 % in size (5.0 % to 5.0 % if all places were "
+      "tried) "
       "and to 0 degrees in direction, of slides where the body changes to 12.0 %; a person notices "
       "it in 0 % of the rows.");
 }
