@@ -48,6 +48,11 @@ TEST_F(Calibration, writes_the_scene_back_with_the_material_of_its_presses) {
   std::string written = content_of(block / "found.toml");
   EXPECT_TRUE(written.starts_with("# Calibrated by palpate: young = ")) << written;
   written.erase(0, written.find('\n') + 1);
+  const std::size_t deviation = written.find("\nyoung_deviation = ");
+  ASSERT_NE(deviation, std::string::npos) << written;
+  EXPECT_NEAR(std::stod(written.substr(deviation + 19)),
+              json.at("parameters")[0].at("deviation").get<double>() / 10e3, 1e-3);
+  written.erase(deviation, written.find('\n', deviation + 1) - deviation);
   const std::size_t at = written.find("young = ") + 8, end = written.find(" # a guess");
   written.replace(at, end - at, "\"55 kPa\"");
   EXPECT_EQ(written, other) << "all but the value is kept";

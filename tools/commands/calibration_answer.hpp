@@ -146,11 +146,18 @@ class CalibrationAnswer {
             {"sum_of_squares", found_.sum_of_squares},
             {"converged", found_.is_converged}};
   }
+  /// Values of [material], and the deviations of them that the statement's interval needs (M11d).
   std::vector<NewValue> values() const {
     std::vector<NewValue> out;
-    for (const std::size_t i : found_.free)
-      out.push_back(
-          {"material", names_[i].name, in_toml(found_.material.values[i], names_[i].is_modulus)});
+    for (std::size_t k = 0; k < found_.free.size(); ++k) {
+      const auto& [name, is_modulus, is_number] = names_[found_.free[k]];
+      const double value = found_.material.values[found_.free[k]];
+      out.push_back({"material", name, in_toml(value, is_modulus)});
+      if (name == "young" || name == "shear")
+        out.push_back({"validate", "young_deviation", number(found_.deviation(k) / value, 2)});
+      if (name == "poisson")
+        out.push_back({"validate", "poisson_deviation", number(found_.deviation(k), 2)});
+    }
     return out;
   }
   std::string heading() const {
