@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "libfit/assets/asset_file.hpp"
@@ -147,6 +148,16 @@ std::string statement_text(const Json& meta) {
   const Json& error = statement["force_error"];
   std::string text = fmt::format("force error {}, {}, {}", error_text(error, "median"),
                                  error_text(error, "p95"), error_text(error, "max"));
+  const auto figure = [&](const char* part, const char* key) {
+    const Json value = statement.value(part, Json::object()).value(key, Json());
+    return value.is_number() ? value.get<double>() : kNan;
+  };
+  if (const double size = figure("magnitude", "p95_rel"); !std::isnan(size))
+    text += fmt::format("\nits size p95 {}, direction p95 {:.2g} degrees", percent(size),
+                        figure("direction_deg", "p95"));
+  if (const double low = figure("interval", "low_rel"); !std::isnan(low))
+    text += fmt::format("\nforces of the body itself: 95 % within {:.0f} to +{:.0f} % of these",
+                        100 * low, 100 * figure("interval", "high_rel"));
   if (const auto share = statement.find("unnoticed");
       share != statement.end() && share->is_number())
     text +=
