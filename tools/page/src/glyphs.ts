@@ -55,8 +55,7 @@ export function setUpGroups(contents: Contents): { others: Group; inclusions: Gr
       group.add(ball);
     }
   };
-  if (set_up.lumen)
-    draw({ vertices_m: set_up.nodes_m, triangles: set_up.lumen }, others, kSetUpColours.lumen, 0.6);
+  if (set_up.lumen) draw({ vertices_m: set_up.nodes_m, triangles: set_up.lumen }, others, kSetUpColours.lumen, 0.6);
   if (set_up.window) draw(set_up.window, others, kSetUpColours.window, 0.22);
   for (const inclusion of set_up.inclusions) draw(inclusion, inclusions, kSetUpColours.inclusion, 0.5);
   return { others, inclusions };
