@@ -135,7 +135,7 @@ std::optional<Eigen::Vector2d> onset_of(const Samples& rows, const Points& force
     path.emplace_back(side(force) / force.dot(inward), side(move), side(force));
     largest = std::max(largest, path.back()[0]);
   }
-  for (std::size_t i = 1; i < path.size(); ++i) {
+  for (std::size_t i = 1; i < path.size() && largest > 0; ++i) {
     if (path[i][0] < 0.9 * largest) continue;
     const double t = (0.9 * largest - path[i - 1][0]) / (path[i][0] - path[i - 1][0]);
     return (path[i - 1] + t * (path[i] - path[i - 1])).tail<2>();

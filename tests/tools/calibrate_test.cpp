@@ -4,11 +4,13 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/shared_data.hpp"
 #include "tests/tools/block_scene.hpp"
+#include "tools/commands/calibration_answer.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -190,7 +192,19 @@ TEST_F(Calibration, a_search_that_goes_far_stays_finite) {
   EXPECT_NEAR(Json::parse(outcome.out).at("sum_of_squares").get<double>() * 1e-12, 0.00777, 1e-4);
 }
 
-// Once a table in percent gave a modulus of 104 Pa for 12 kPa, and no word.
+TEST(calibrate, a_modulus_that_nothing_determines_has_a_deviation_that_a_scene_can_hold) {
+  fem::Identification found;
+  found.material.values = {1e3, 0.45};
+  found.free = {0};
+  for (const double variance : {1e16, std::numeric_limits<double>::infinity(), std::nan("")}) {
+    found.covariance = Eigen::MatrixXd::Constant(1, 1, variance);
+    const auto values = CalibrationAnswer(found, 3, "N", false).values();
+    ASSERT_EQ(values.size(), 2u);
+    EXPECT_EQ(values[1].key, "young_deviation");
+    EXPECT_EQ(values[1].value, "10");
+  }
+}
+
 // A part of the body's own material has no border, and would be searched with it.
 TEST(calibrate, refuses_a_part_with_the_material_that_the_search_starts_from) {
   const BlockFolder folder(
@@ -203,6 +217,7 @@ TEST(calibrate, refuses_a_part_with_the_material_that_the_search_starts_from) {
   EXPECT_TRUE(holds(outcome.err, "[[inclusion]] 1: has the material of the body"));
 }
 
+// Once a table in percent gave a modulus of 104 Pa for 12 kPa, and no word.
 TEST(calibrate, a_wrong_unit_or_sign_of_a_test_is_told) {
   const Folder folder;
   const auto answer = [&](double times, double sign) {

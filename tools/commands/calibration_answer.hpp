@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -146,17 +147,18 @@ class CalibrationAnswer {
             {"sum_of_squares", found_.sum_of_squares},
             {"converged", found_.is_converged}};
   }
-  /// Values of [material], and the deviations of them that the statement's interval needs (M11d).
+  /// Values of [material], and of a modulus the deviation that the statement's interval
+  /// needs (M11d).
   std::vector<NewValue> values() const {
     std::vector<NewValue> out;
     for (std::size_t k = 0; k < found_.free.size(); ++k) {
       const auto& [name, is_modulus, is_number] = names_[found_.free[k]];
       const double value = found_.material.values[found_.free[k]];
       out.push_back({"material", name, in_toml(value, is_modulus)});
+      // A modulus that the rows do not determine has the key's bound, which a scene can hold.
       if (name == "young" || name == "shear")
-        out.push_back({"validate", "young_deviation", number(found_.deviation(k) / value, 2)});
-      if (name == "poisson")
-        out.push_back({"validate", "poisson_deviation", number(found_.deviation(k), 2)});
+        out.push_back(
+            {"validate", "young_deviation", number(std::fmin(found_.deviation(k) / value, 10), 2)});
     }
     return out;
   }

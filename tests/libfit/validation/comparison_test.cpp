@@ -506,6 +506,9 @@ TEST(SlipOnset, is_where_the_side_force_stops_growing_in_mm_and_newtons) {
   EXPECT_NEAR(onset.force_N.p95, 0.9 * 0.1, 1e-9);
   engine.is_sliding.assign(steps, 0);
   EXPECT_EQ(summarize(compare(rows, engine)).slip_onset.paths, 0u) << "it sticks to the end";
+  engine.is_sliding.assign(steps, 1);
+  engine.force_N.col(0).setZero();
+  EXPECT_EQ(summarize(compare(rows, engine)).slip_onset.paths, 0u) << "nothing holds it aside";
 }
 
 }  // namespace
