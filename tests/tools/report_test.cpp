@@ -240,6 +240,7 @@ INSTANTIATE_TEST_SUITE_P(
     Report, InChromium,
     testing::Values("opens_from_disk_without_error_or_request",
                     "a_click_shows_the_curves_of_the_nearest_point",
+                    "a_click_shows_the_forces_of_the_nearest_held_out_path",
                     "the_body_gives_way_under_the_tool", "two_fingers_are_two_tools",
 
                     "the_window_is_pressed_at_once_and_all_else_turns_the_body",

@@ -225,12 +225,16 @@ void add_held_out(Json& json, const fs::path& path) {
                                              {"x_m"},
                                              {"y_m"},
                                              {"z_m"},
+                                             {"dx_m"},
+                                             {"dy_m"},
+                                             {"dz_m"},
                                              {"fx_N"},
                                              {"fy_N"},
                                              {"fz_N"},
                                              {"ex_N"},
                                              {"ey_N"},
-                                             {"ez_N"}};
+                                             {"ez_N"},
+                                             {"t_s", false}};
   const CsvTable table = read_csv(path, kRules);
   const auto vectors = [&](const std::array<const char*, 3>& names) {
     std::vector<float> values;
@@ -241,8 +245,10 @@ void add_held_out(Json& json, const fs::path& path) {
   json["held_out"] = {{"point", table.text("point")},
                       {"path", table.text("path")},
                       {"position_m", vectors({"x_m", "y_m", "z_m"})},
+                      {"deflection_m", vectors({"dx_m", "dy_m", "dz_m"})},
                       {"force_N", vectors({"fx_N", "fy_N", "fz_N"})},
                       {"engine_N", vectors({"ex_N", "ey_N", "ez_N"})}};
+  if (table.has("t_s")) json["held_out"]["time_s"] = packed_as<float>(table.number("t_s"));
 }
 
 void add_placement(Json& json, const fs::path& path) {

@@ -299,11 +299,15 @@ std::vector<StatementSection> statement_sections(const StatedAsset& of) {
 }
 
 void write_compared_rows(const std::filesystem::path& path, const StatedAsset& of) {
-  static constexpr std::string_view kHeader[] = {
+  std::vector<std::string_view> header{
       "point", "path",  "step",  "x_m",   "y_m",  "z_m",    "dx_m",    "dy_m",  "dz_m",
       "fx_N",  "fy_N",  "fz_N",  "ex_N",  "ey_N", "ez_N",   "error_N", "tx_Nm", "ty_Nm",
       "tz_Nm", "ux_Nm", "uy_Nm", "uz_Nm", "tool", "lean_1", "lean_2"};
-  CsvWriter csv(path, kHeader);
+  const Samples& paths = of.reference.paths;
+  const bool is_timed =
+      of.recorded != nullptr && paths.time_s.size() > 0 && paths.time_s.allFinite();
+  if (is_timed) header.push_back("t_s");
+  CsvWriter csv(path, header);
   const auto numbers = [&](const auto& row) {
     for (int k = 0; k < row.size(); ++k) csv.number(row[k]);
   };
@@ -321,10 +325,10 @@ void write_compared_rows(const std::filesystem::path& path, const StatedAsset& o
       numbers(engine.torque_Nm.row(row));
       csv.integer(rows.tool_of(row));
       numbers(rows.lean_at(row));
+      if (is_timed) csv.number(rows.time_s[row]);
       csv.end_row();
     }
   };
-  const Samples& paths = of.reference.paths;
   write(paths, of.engine, [&](Eigen::Index row) {
     return of.recorded != nullptr ? name_of(paths.kind[row]) : name_of(paths.path_of(row));
   });

@@ -173,6 +173,24 @@ const claims = {
     assert.ok((await page.locator("#point-detail svg.plot circle.sample").count()) >= 5);
   },
 
+  async a_click_shows_the_forces_of_the_nearest_held_out_path() {
+    await open();
+    await unfold();
+    await page.locator("#mark-choice").selectOption("held_out");
+    await canvas.scrollIntoViewIfNeeded();
+    const seen = new Map();
+    for (let i = 1; i < 8; ++i)
+      for (let k = 1; k < 6; ++k) {
+        await page.mouse.click(...(await at(i / 8, k / 6)));
+        const lines = page.locator("#path-forces polyline");
+        seen.set(await page.locator("#path-choice").inputValue(), await lines.first().getAttribute("points"));
+      }
+    assert.ok(seen.size >= 2, `clicks chose ${seen.size} paths`);
+    assert.equal(new Set(seen.values()).size, seen.size);
+    const shares = (await page.locator("#path-choice option").allTextContents()).map((s) => Number.parseFloat(s.split(": ")[1]));
+    assert.deepEqual(shares, [...shares].sort((a, b) => b - a)); // the worst first
+  },
+
   async grey_means_uncovered_only_beside_a_map() {
     await open();
     assert.doesNotMatch(await text("#body"), /not measured/);

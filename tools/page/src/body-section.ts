@@ -2,9 +2,10 @@
 
 import { BodyView, type MarkerMode } from "./body";
 import { css, kSetUpColours, kUncovered, kUncoveredTissue, viridis, viridisGradient } from "./colours";
-import { type Contents, floats, heldOutRows, nearest, type Vector, vector } from "./contents";
+import { type Contents, floats, type HeldOutPath, heldOutPaths, nearest, vector } from "./contents";
 import type { PointSection } from "./curves";
 import { button, checkbox, choice, details, html, section, slider, swatch } from "./dom";
+import type { PathFigure } from "./paths";
 import { Poke } from "./poke";
 import type { MapName } from "./surface";
 import { Task } from "./task";
@@ -25,26 +26,10 @@ const kStatusColours: Record<string, [number, number, number]> = {
   failed: [0.05, 0.05, 0.05],
 };
 
-/** Held-out contact points with the largest relative error of their rows above the floor. */
-function heldOutPlaces(contents: Contents): { places: Float32Array; error: number[] } {
-  const floor_N = contents.statement?.floor_N ?? contents.jnd.floor_N;
-  const found = new Map<string, { place: Vector; error: number }>();
-  for (const { point, path, position_m: place, force_N, error_N } of heldOutRows(contents)) {
-    if (!(force_N > floor_N)) continue;
-    const key = `${point} ${path}`;
-    found.set(key, {
-      place: found.get(key)?.place ?? place,
-      error: Math.max(found.get(key)?.error ?? 0, error_N / force_N),
-    });
-  }
-  const all = [...found.values()];
-  return { places: Float32Array.from(all.flatMap(({ place }) => place)), error: all.map(({ error }) => error) };
-}
-
 class BodySection {
   private readonly view: BodyView;
   private readonly positions: Float32Array;
-  private readonly heldOut;
+  private readonly heldOut: HeldOutPath[];
   private readonly depth: HTMLInputElement;
   private readonly depthText = html("output", {});
   private readonly bar = html("div", {});
@@ -59,9 +44,10 @@ class BodySection {
     private readonly contents: Contents,
     engine: string,
     private readonly points: PointSection | undefined,
+    private readonly paths: PathFigure,
   ) {
     this.positions = floats(contents.points?.position_m ?? contents.set_up?.points_m);
-    this.heldOut = heldOutPlaces(contents);
+    this.heldOut = heldOutPaths(contents);
     const canvas = html("canvas", {
       id: "body-view",
       tabindex: 0,
@@ -83,7 +69,7 @@ class BodySection {
       ["none", "none"],
       ["points", "test points"],
     ];
-    if (this.heldOut.error.length) modes.push(["held_out", "held-out errors"]);
+    if (this.heldOut.length) modes.push(["held_out", "held-out errors"]);
     const marks = choice("mark-choice", "Marks", modes, (value) => {
       this.markerMode = value as MarkerMode;
       this.mark();
@@ -99,9 +85,7 @@ class BodySection {
         html("span", {}, maps.element, " ", ask("stiffness")),
         html("label", {}, "at depth ", this.depth, " ", this.depthText),
       );
-    controls.append(
-      html("span", {}, marks.element, " ", ask(this.heldOut.error.length ? "held-out points" : "test points")),
-    );
+    controls.append(html("span", {}, marks.element, " ", ask(this.heldOut.length ? "held-out points" : "test points")));
     if (contents.set_up)
       controls.append(html("span", {}, html("label", {}, this.setUpBox, " set-up"), " ", ask("set-up")));
     const reset = button("reset-view", "Reset view", () => this.resetView());
@@ -192,12 +176,13 @@ class BodySection {
       places = this.positions;
       colours = Array.from({ length: places.length / 3 }, (_, i) => kStatusColours[points?.status[i] ?? "good"]);
     } else if (this.markerMode === "held_out") {
-      const most = Math.max(...this.heldOut.error, jnd.share);
-      places = this.heldOut.places;
-      colours = this.heldOut.error.map((e) => viridis(e / most));
-      this.hint.textContent = `Held-out points from dark (0 %) to bright (${percent(most)}), by the largest error of their rows.`;
+      // Bright where twice what is noticeable is reached.
+      const rows = this.heldOut.flatMap((path) => path.rows).filter(({ force_N }) => force_N > jnd.floor_N);
+      places = Float32Array.from(rows.flatMap(({ place_m }) => place_m));
+      colours = rows.map(({ error_N, force_N }) => viridis(error_N / force_N / (2 * jnd.moving)));
+      this.hint.textContent = `The tool's places on held-out paths, from dark (no error) to bright (${percent(2 * jnd.moving, 0)} of the force and more). A click shows the path's forces under Accuracy.`;
     }
-    this.view.mark(places, colours);
+    this.view.mark(places, colours, this.markerMode === "held_out");
   }
 
   private select(point: number): void {
@@ -218,7 +203,9 @@ class BodySection {
       if (!isClick || event.button !== 0) return;
       const place = this.view.under(event.clientX, event.clientY);
       if (!place) return;
-      this.points?.choose(nearest(this.positions, place.position.toArray()));
+      const at = place.position.toArray();
+      if (this.markerMode === "held_out") this.paths.chooseNearest(at);
+      else this.points?.choose(nearest(this.positions, at));
     });
     canvas.addEventListener("keydown", (event) => {
       if (this.poke?.isPoking && event.key.startsWith("Arrow")) return; // they move the tool
@@ -240,10 +227,15 @@ class BodySection {
   }
 }
 
-/** The section of the body, where the points of `points` can be chosen, too. */
-export function bodySection(contents: Contents, engine: string, points: PointSection | undefined): HTMLElement {
+/** The section of the body, where test points and held-out paths can be chosen, too. */
+export function bodySection(
+  contents: Contents,
+  engine: string,
+  points: PointSection | undefined,
+  paths: PathFigure,
+): HTMLElement {
   try {
-    return new BodySection(contents, engine, points).element;
+    return new BodySection(contents, engine, points, paths).element;
   } catch (failure) {
     // Without WebGL the rest of the page still works.
     const sentence = `It cannot be drawn here: ${failure instanceof Error ? failure.message : failure}`;

@@ -212,13 +212,14 @@ export class BodyView {
     return most;
   }
 
-  /** Balls at places [m], coloured each. */
-  mark(places: Float32Array, colours: [number, number, number][]): void {
+  /** Balls at places [m], coloured each; small ones through the surface where the places are of a tool in the body. */
+  mark(places: Float32Array, colours: [number, number, number][], isInside: boolean): void {
     if (this.markers) this.marks.remove(this.markers);
     this.markers?.dispose();
-    const size = kMarkerShare * this.radius;
+    const size = (isInside ? 0.5 : 1) * kMarkerShare * this.radius;
     const count = places.length / 3;
-    this.markers = new InstancedMesh(new SphereGeometry(size, 16, 12), new MeshBasicMaterial(), count);
+    const material = new MeshBasicMaterial({ depthTest: !isInside, transparent: isInside });
+    this.markers = new InstancedMesh(new SphereGeometry(size, 16, 12), material, count);
     const at = new Object3D();
     for (let i = 0; i < count; ++i) {
       at.position.set(...vector(places, i));

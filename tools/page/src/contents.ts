@@ -183,8 +183,11 @@ export interface Contents {
     point: string[];
     path: string[];
     position_m: Packed;
+    deflection_m: Packed;
     force_N: Packed;
     engine_N: Packed;
+    /** Of recordings with a clock. */
+    time_s?: Packed;
   };
   /** A row per round of placement. */
   placement?: { points: number[]; median_rel: number[]; p95_rel: number[] };
@@ -258,28 +261,53 @@ export function experimentsOf(contents: Contents): Experiment[] {
   return found;
 }
 
-/** A row of validation.csv: a held-out place, the reference's force and the engine's error. */
+/** A row of validation.csv: the tool's place, the reference's force, the engine's and its error. */
 export interface HeldOutRow {
-  point: string;
-  path: string;
-  position_m: Vector;
+  place_m: Vector;
+  force: Vector;
+  engine: Vector;
   force_N: number;
   error_N: number;
+  time_s: number;
 }
 
-export function heldOutRows({ held_out }: Contents): HeldOutRow[] {
+/** A held-out path: its rows in order, the 95th percentile of their relative errors above the floor. */
+export interface HeldOutPath {
+  point: string;
+  path: string;
+  rows: HeldOutRow[];
+  p95_rel: number;
+}
+
+/** From the worst to the best. */
+export function heldOutPaths({ held_out, statement, jnd }: Contents): HeldOutPath[] {
   if (!held_out) return [];
-  const [position, force, engine] = [held_out.position_m, held_out.force_N, held_out.engine_N].map(floats);
-  return held_out.point.map((point, i) => {
-    const reference = vector(force, i);
-    return {
-      point,
-      path: held_out.path[i],
-      position_m: vector(position, i),
-      force_N: Math.hypot(...reference),
-      error_N: Math.hypot(...vector(engine, i).map((v, k) => v - reference[k])),
-    };
+  const { position_m, deflection_m, force_N, engine_N, time_s } = held_out;
+  const [position, deflection, forces, engines, times] = [position_m, deflection_m, force_N, engine_N, time_s].map(
+    floats,
+  );
+  const found = new Map<string, HeldOutPath>();
+  held_out.point.forEach((point, i) => {
+    const path = held_out.path[i];
+    const own = found.get(`${point} ${path}`) ?? { point, path, rows: [], p95_rel: 0 };
+    found.set(`${point} ${path}`, own);
+    const [force, engine] = [vector(forces, i), vector(engines, i)];
+    own.rows.push({
+      place_m: vector(position, i).map((v, k) => v + deflection[3 * i + k]) as Vector,
+      force,
+      engine,
+      force_N: Math.hypot(...force),
+      error_N: Math.hypot(...engine.map((v, k) => v - force[k])),
+      time_s: times.length ? times[i] : Number.NaN,
+    });
   });
+  const floor_N = statement?.floor_N ?? jnd.floor_N;
+  for (const own of found.values()) {
+    const shares = own.rows.filter((row) => row.force_N > floor_N).map((row) => row.error_N / row.force_N);
+    shares.sort((a, b) => a - b);
+    own.p95_rel = shares.length ? shares[Math.floor(0.95 * (shares.length - 1))] : 0;
+  }
+  return [...found.values()].sort((a, b) => b.p95_rel - a.p95_rel);
 }
 
 /** Number of the place nearest to another [m]; -1 where there are none. places_m: three numbers each. */

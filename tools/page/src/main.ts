@@ -4,6 +4,7 @@ import { bodySection } from "./body-section";
 import type { Contents } from "./contents";
 import { PointSection } from "./curves";
 import { html } from "./dom";
+import { PathFigure } from "./paths";
 import { provenanceSection, warningsSection } from "./provenance";
 import { recordingsSection } from "./recordings";
 import { statementSection, verdict } from "./statement";
@@ -22,9 +23,10 @@ function build(contents: Contents): void {
     html("p", { class: "verdict" }, ...verdict(contents)),
   );
   const points = contents.points?.name.length ? new PointSection(contents) : undefined;
-  const body = contents.surface ? bodySection(contents, read("engine"), points) : undefined;
+  const paths = new PathFigure(contents);
+  const body = contents.surface ? bodySection(contents, read("engine"), points, paths) : undefined;
   const sections = [
-    contents.statement || contents.points ? statementSection(contents) : undefined,
+    contents.statement || contents.points ? statementSection(contents, paths.element) : undefined,
     warningsSection(contents),
     points?.element,
     recordingsSection(contents),

@@ -1,7 +1,7 @@
 // The error statement, first in words, then as pictures.
 
 import { seriesColour } from "./colours";
-import { type Contents, heldOutRows, linesOf, type Statement, type TorqueFigures } from "./contents";
+import { type Contents, heldOutPaths, linesOf, type Statement, type TorqueFigures } from "./contents";
 import { details, figure, html, section, swatch, table } from "./dom";
 import { bars, errorPlot, plot, type Series } from "./plot";
 import { ask } from "./terms";
@@ -65,18 +65,20 @@ const degrees = (angle_deg: number | null) => (angle_deg === null ? "-" : angle_
 
 /** Every compared row: its error over its force, and the just noticeable difference. */
 function scatter(contents: Contents): HTMLElement | undefined {
-  const rows = heldOutRows(contents);
-  if (!rows.length) return undefined;
-  const paths = [...new Set(rows.map(({ path }) => path))];
-  const series = paths.map((path, k): Series => {
-    const own = rows.filter((row) => row.path === path);
+  const all = heldOutPaths(contents);
+  if (!all.length) return undefined;
+  const paths = [...new Set(all.map(({ path }) => path))];
+  const series = paths.map((name, k): Series => {
+    const own = all
+      .filter(({ path }) => path === name)
+      .flatMap(({ point, rows }) => rows.map((row) => ({ point, ...row })));
     return {
-      kind: "dots",
+      kind: own.length > 1000 ? "readings" : "dots",
       colour: seriesColour(k),
       x: own.map(({ force_N }) => force_N),
       y: own.map(({ error_N }) => error_N),
       titles: own.map(
-        (row) => `${row.point}, ${plain(path)}: ${quantity(row.force_N, "N")}, off by ${quantity(row.error_N, "N")}`,
+        (row) => `${row.point}, ${plain(name)}: ${quantity(row.force_N, "N")}, off by ${quantity(row.error_N, "N")}`,
       ),
     };
   });
@@ -157,13 +159,15 @@ function torqueTable(s: Statement): HTMLElement[] {
   ];
 }
 
-export function statementSection(contents: Contents): HTMLElement {
+/** paths: the force along one of them, shown first. */
+export function statementSection(contents: Contents, paths: HTMLElement): HTMLElement {
   const out = section("error", "Accuracy");
   const s = contents.statement;
   if (!s) {
     out.append(html("p", {}, "`palpate run`, or `palpate validate`, makes one from fresh experiments."));
     return out;
   }
+  out.append(paths);
   const pictures = html("div", { class: "figures" });
   for (const picture of [scatter(contents), costPlot(contents)]) if (picture) pictures.append(picture);
   const sections = s.sections
