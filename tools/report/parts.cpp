@@ -138,15 +138,15 @@ void add_scene(Json& set_up, const Body& body) {
 
 void add_body(Json& json, const Body& body) {
   json["surface"] = surface_json(body.surface);
-  std::vector<Eigen::Index> held;
-  for (Eigen::Index n = 0; n < std::ssize(body.is_held); ++n)
+  std::vector<std::int32_t> held;
+  for (std::int32_t n = 0; n < std::ssize(body.is_held); ++n)
     if (body.is_held[n]) held.push_back(n);
   const Triangles boundary = fem::boundary_triangles(body.volume.tets);
   const std::vector<char> is_lumen = faces_of_lumens(body.volume.nodes, boundary);
   std::vector<Eigen::Index> lumen;
   for (Eigen::Index f = 0; f < std::ssize(is_lumen); ++f)
     if (is_lumen[f]) lumen.push_back(f);
-  json["set_up"] = {{"held_m", packed_as<float>(body.volume.nodes(held, Eigen::all))},
+  json["set_up"] = {{"held", packed(held)},
                     {"tets", body.volume.tets.rows()},
                     {"nodes_m", packed_as<float>(body.volume.nodes)},
                     {"boundary", packed_as<std::int32_t>(boundary)},

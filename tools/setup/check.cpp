@@ -164,7 +164,7 @@ std::vector<std::string> advice(const Scene& scene, const Trial& trial) {
   else if (trial.force_N < perception().force_floor_N)
     out.push_back(
         fmt::format("the press ends at {:.2g} N, less than a hand notices: press deeper, or check "
-                    "the unit of the material.",
+                    "the units of mesh and material.",
                     trial.force_N));
   // Livers, a hand, a cow, the dragon and blocks sway by 0.2 to 0.9 of the depth, an elephant held
   // behind by 1.6 (p95 3.6 %), a figure that stands on two feet by 14 (p95 65 %).

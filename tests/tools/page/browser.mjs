@@ -191,6 +191,18 @@ const claims = {
     assert.deepEqual(shares, [...shares].sort((a, b) => b - a)); // the worst first
   },
 
+  async a_click_picks_the_window() {
+    await page.goto(`file://${report}`);
+    await page.mouse.click(...(await at(0.5, 0.5)));
+    const lines = await page.locator("#pick-lines").inputValue();
+    await page.locator("#pick-part").selectOption("held");
+    await page.mouse.click(...(await at(0.5, 0.45)));
+    assert.match(await page.locator("#pick-lines").inputValue(), /^# \[body\]\nfixed = \[ { sphere = /);
+    await writeFile(output, `${lines}\n`);
+    await page.click("#pick-again");
+    assert.doesNotMatch(await page.locator("#pick-lines").inputValue(), /sphere/);
+  },
+
   async grey_means_uncovered_only_beside_a_map() {
     await open();
     assert.doesNotMatch(await text("#body"), /not measured/);

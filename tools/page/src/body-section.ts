@@ -6,6 +6,7 @@ import { type Contents, floats, type HeldOutPath, heldOutPaths, nearest, vector 
 import type { PointSection } from "./curves";
 import { button, checkbox, choice, details, html, section, slider, swatch } from "./dom";
 import type { PathFigure } from "./paths";
+import { Pick } from "./pick";
 import { Poke } from "./poke";
 import type { MapName } from "./surface";
 import { Task } from "./task";
@@ -37,6 +38,7 @@ class BodySection {
   private readonly maps: HTMLSelectElement;
   private markerMode: MarkerMode;
   private poke: Poke | undefined;
+  private pick: Pick | undefined;
   private readonly setUpBox: HTMLInputElement;
   readonly element: HTMLElement;
 
@@ -111,6 +113,10 @@ class BodySection {
         bench.append(task.element);
       }
     }
+    if (!contents.asset && contents.set_up) {
+      this.pick = new Pick(contents, this.view);
+      this.element.append(html("h3", {}, "Pick on the picture"), this.pick.element);
+    }
     this.element.append(
       details("Colours, marks and help", controls, this.hint, ...(this.poke ? [this.poke.help] : [])),
     );
@@ -155,7 +161,7 @@ class BodySection {
       ? [swatch("not measured", css(map === "tissue" ? kUncoveredTissue : kUncovered))]
       : [];
     if (this.setUpBox.checked) {
-      patches.push(swatch("held nodes", kSetUpColours.held));
+      patches.push(swatch("held", kSetUpColours.held));
       if (this.contents.set_up?.lumen) patches.push(swatch("inner surface", kSetUpColours.lumen));
       if (this.contents.set_up?.window) patches.push(swatch("window", kSetUpColours.window));
       if (this.contents.set_up?.inclusions.length) patches.push(swatch("inclusions", kSetUpColours.inclusion));
@@ -204,7 +210,8 @@ class BodySection {
       const place = this.view.under(event.clientX, event.clientY);
       if (!place) return;
       const at = place.position.toArray();
-      if (this.markerMode === "held_out") this.paths.chooseNearest(at);
+      if (this.pick) this.pick.add(place.position.toArray());
+      else if (this.markerMode === "held_out") this.paths.chooseNearest(at);
       else this.points?.choose(nearest(this.positions, at));
     });
     canvas.addEventListener("keydown", (event) => {

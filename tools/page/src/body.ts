@@ -20,8 +20,8 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { type Contents, floats, nearest, vector } from "./contents";
-import { type DrawnTool, type SetUpPart, setUpGroups, ToolGlyph } from "./glyphs";
+import { type Contents, floats, nearest, type Region, vector } from "./contents";
+import { type DrawnTool, drawRegion, type SetUpPart, setUpGroups, ToolGlyph } from "./glyphs";
 import { BodySurface, linear, type MapName, type Place } from "./surface";
 
 export type MarkerMode = "points" | "held_out" | "none";
@@ -46,6 +46,7 @@ export class BodyView {
   private markers: InstancedMesh | undefined;
   private readonly selection: Mesh;
   private readonly marks = new Group();
+  private readonly sketched = new Group();
   private readonly setUp: ReturnType<typeof setUpGroups>;
   private readonly tools: ToolGlyph[];
   private readonly shadows: DrawnTool["balls"][] = [[], []];
@@ -85,7 +86,13 @@ export class BodyView {
     this.setUp = setUpGroups(contents);
     this.tools = [0, 1].map(() => new ToolGlyph(this.radius, 2 * size));
     this.marks.add(this.selection);
-    this.scene.add(this.setUp.others, this.setUp.inclusions, this.marks, ...this.tools.map(({ group }) => group));
+    this.scene.add(
+      this.setUp.others,
+      this.setUp.inclusions,
+      this.marks,
+      this.sketched,
+      ...this.tools.map(({ group }) => group),
+    );
     this.home();
     new ResizeObserver(() => this.resize()).observe(canvas);
   }
@@ -228,6 +235,13 @@ export class BodyView {
       this.markers.setColorAt(i, linear(colours[i]));
     }
     this.marks.add(this.markers);
+    this.draw();
+  }
+
+  /** Draws these regions and no others. */
+  sketch(regions: { region: Region; colour: string }[]): void {
+    this.sketched.clear();
+    for (const { region, colour } of regions) drawRegion(region, this.sketched, colour, 0.6);
     this.draw();
   }
 

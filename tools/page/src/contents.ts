@@ -133,7 +133,8 @@ export interface Contents {
     inward_normal?: Packed;
   };
   set_up?: {
-    held_m: Packed;
+    /** Nodes that are held. */
+    held: Packed;
     tets: number;
     nodes_m: Packed;
     boundary: Packed;
@@ -186,7 +187,7 @@ export interface Contents {
     deflection_m: Packed;
     force_N: Packed;
     engine_N: Packed;
-    /** Of recordings with a clock. */
+    /** There where a recording has a clock. */
     time_s?: Packed;
   };
   /** A row per round of placement. */

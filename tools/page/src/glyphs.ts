@@ -8,6 +8,7 @@ import {
   Color,
   ConeGeometry,
   CylinderGeometry,
+  DoubleSide,
   Group,
   Mesh,
   MeshBasicMaterial,
@@ -19,45 +20,54 @@ import {
   Vector3,
 } from "three";
 import { kSetUpColours } from "./colours";
-import { type Contents, floats, integers, type Region } from "./contents";
+import { type Contents, floats, integers, type Region, vector } from "./contents";
 
 export type SetUpPart = "nothing" | "inclusions" | "all";
 
-/** Held nodes, the base mesh and the window; and the inclusions. Not visible yet. */
+const geometry = (places_m: Float32Array<ArrayBuffer>, triangles?: Uint32Array<ArrayBuffer>) => {
+  const made = new BufferGeometry().setAttribute("position", new BufferAttribute(places_m, 3));
+  return triangles ? made.setIndex(new BufferAttribute(triangles, 1)) : made;
+};
+const unsigned = (packed?: string) => new Uint32Array(integers(packed).buffer);
+const wire = (color: string, opacity: number, depthTest: boolean) =>
+  new MeshBasicMaterial({ color, wireframe: true, transparent: true, opacity, depthTest });
+
+/** A ball, a box or a surface; nothing of other regions. */
+export function drawRegion(region: Region, group: Group, colour: string, opacity: number): void {
+  const { center_m, radius_m, low_m, high_m, vertices_m, triangles } = region;
+  if (low_m && high_m) {
+    const box = new Box3(new Vector3().fromArray(low_m), new Vector3().fromArray(high_m));
+    group.add(new Box3Helper(box, new Color(colour)));
+  } else if (vertices_m) {
+    group.add(new Mesh(geometry(floats(vertices_m), unsigned(triangles)), wire(colour, opacity, true)));
+  } else if (center_m) {
+    const ball = new Mesh(new SphereGeometry(radius_m, 20, 12), wire(colour, opacity, true));
+    ball.position.fromArray(center_m);
+    group.add(ball);
+  }
+}
+
+/** The held part, the base mesh and the window; and the inclusions. Not visible yet. */
 export function setUpGroups(contents: Contents): { others: Group; inclusions: Group } {
   const [others, inclusions] = [new Group(), new Group()];
   others.visible = inclusions.visible = false;
   const set_up = contents.set_up;
   if (!set_up) return { others, inclusions };
-  const geometry = (places_m: string, triangles?: string) => {
-    const made = new BufferGeometry().setAttribute("position", new BufferAttribute(floats(places_m), 3));
-    return triangles ? made.setIndex(new BufferAttribute(new Uint32Array(integers(triangles).buffer), 1)) : made;
-  };
-  const wire = (color: string, opacity: number, depthTest: boolean) =>
-    new MeshBasicMaterial({ color, wireframe: true, transparent: true, opacity, depthTest });
+  const [nodes, boundary] = [floats(set_up.nodes_m), unsigned(set_up.boundary)];
+  const held = new Set(integers(set_up.held));
+  const heldFaces = boundary.filter((_, i) => [0, 1, 2].every((k) => held.has(boundary[i - (i % 3) + k])));
+  const heldNodes = Float32Array.from([...held].flatMap((node) => vector(nodes, node)));
+  // In front of the finer surface beside it, and seen through the body's far side, dimmer.
+  const paint = { color: kSetUpColours.held, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: -8 };
   others.add(
-    new Points(
-      geometry(set_up.held_m),
-      new PointsMaterial({ color: kSetUpColours.held, size: 6, sizeAttenuation: false }),
-    ),
-    new Mesh(geometry(set_up.nodes_m, set_up.boundary), wire("#808080", 0.35, false)),
+    new Mesh(geometry(nodes, heldFaces), new MeshBasicMaterial(paint)),
+    new Points(geometry(heldNodes), new PointsMaterial({ color: kSetUpColours.held, size: 6, sizeAttenuation: false })),
+    new Mesh(geometry(nodes, boundary), wire("#808080", 0.35, false)),
   );
-  const draw = (region: Region, group: Group, colour: string, opacity: number) => {
-    const { center_m, radius_m, low_m, high_m, vertices_m, triangles } = region;
-    if (low_m && high_m) {
-      const box = new Box3(new Vector3().fromArray(low_m), new Vector3().fromArray(high_m));
-      group.add(new Box3Helper(box, new Color(colour)));
-    } else if (vertices_m) {
-      group.add(new Mesh(geometry(vertices_m, triangles), wire(colour, opacity, true)));
-    } else if (center_m) {
-      const ball = new Mesh(new SphereGeometry(radius_m, 20, 12), wire(colour, opacity, true));
-      ball.position.fromArray(center_m);
-      group.add(ball);
-    }
-  };
-  if (set_up.lumen) draw({ vertices_m: set_up.nodes_m, triangles: set_up.lumen }, others, kSetUpColours.lumen, 0.6);
-  if (set_up.window) draw(set_up.window, others, kSetUpColours.window, 0.22);
-  for (const inclusion of set_up.inclusions) draw(inclusion, inclusions, kSetUpColours.inclusion, 0.5);
+  if (set_up.lumen)
+    drawRegion({ vertices_m: set_up.nodes_m, triangles: set_up.lumen }, others, kSetUpColours.lumen, 0.6);
+  if (set_up.window) drawRegion(set_up.window, others, kSetUpColours.window, 0.22);
+  for (const inclusion of set_up.inclusions) drawRegion(inclusion, inclusions, kSetUpColours.inclusion, 0.5);
   return { others, inclusions };
 }
 
