@@ -118,8 +118,9 @@ std::string wrapped(const std::string& text) {
   return out;
 }
 
+// A line for all devices of which the same is to be said.
 std::string device_words(const std::vector<DeviceVerdict>& devices) {
-  std::string out;
+  std::vector<std::pair<std::string, std::string>> lines;  // words, names
   for (const DeviceVerdict& verdict : devices) {
     std::string lacks;
     const auto add = [&](bool fits, const char* what) {
@@ -129,17 +130,23 @@ std::string device_words(const std::vector<DeviceVerdict>& devices) {
     add(verdict.stiffness_fits, "stiffness");
     add(verdict.resolution_fits, "friction for its resolution");
     const std::string unknown = unknown_words(verdict.device);
-    out += fmt::format("  {}: {}{}{}", verdict.device.name,
-                       !lacks.empty()    ? "lacks " + lacks
-                       : unknown.empty() ? "shows this body"
-                                         : "nothing against it",
-                       unknown.empty() ? "" : "; not known: ", unknown);
+    std::string words = fmt::format("{}{}{}",
+                                    !lacks.empty()    ? "lacks " + lacks
+                                    : unknown.empty() ? "shows this body"
+                                                      : "nothing against it",
+                                    unknown.empty() ? "" : "; not known: ", unknown);
     if (verdict.swinging > 0)
-      out += fmt::format("; swings in {} of {} simulated hands", verdict.swinging, verdict.hands);
+      words += fmt::format("; swings in {} of {} simulated hands", verdict.swinging, verdict.hands);
     else if (verdict.hands > 0)
-      out += fmt::format("; at rest in {} simulated hands", verdict.hands);
-    out += '\n';
+      words += fmt::format("; at rest in {} simulated hands", verdict.hands);
+    const auto same = std::ranges::find(lines, words, &std::pair<std::string, std::string>::first);
+    if (same != lines.end())
+      same->second += ", " + verdict.device.name;
+    else
+      lines.emplace_back(words, verdict.device.name);
   }
+  std::string out;
+  for (const auto& [words, names] : lines) out += fmt::format("  {}: {}\n", names, words);
   return out;
 }
 
@@ -159,9 +166,8 @@ int check_asset(const std::string& path, const std::string& more_devices, const 
     devices.push_back(certify::judge(device, certificate.stiffness_N_m, certificate.force_N));
   reply.json = {{"asset", path}, {"radius_m", asset.probe_radius_m}};
   reply.json.update(to_json(certificate, devices));
-  reply.text =
-      fmt::format("{}\n\nDevices:\n{}", wrapped(certificate_text(certificate, asset.has_guard)),
-                  device_words(devices));
+  reply.text = fmt::format("Devices:\n{}\n{}\n", device_words(devices),
+                           wrapped(certificate_text(certificate, asset.has_guard)));
   return certificate.is_passive_fixed() ? kDone : kSomeFailed;
 }
 
