@@ -102,6 +102,7 @@ TEST(Tutorial, runs_as_it_stands) {
   const Folder folder;
   folder.write("organ.off", block_off(6));
   folder.write("phantom.off", block_off(8));
+  folder.write("scan.py", content_of(kDocs / "tutorial/scan.py"));
   fs::create_directory(folder / "rig");
   for (const char* name : {"rig/p1.csv", "rig/p2.csv", "rig/p3.csv", "rig/p4.csv"})
     folder.write(name, recording());
@@ -121,7 +122,9 @@ TEST(Tutorial, runs_as_it_stands) {
       if (line.starts_with("palpate new organ.off")) change_scene(folder / "organ.toml");
     }
   }
-  EXPECT_GE(commands, 14);
+  EXPECT_GE(commands, 20);
+  // A tool that leaves the body in each stroke scans it all the same.
+  EXPECT_TRUE(holds(content_of(folder / "robot.toml"), "kind = \"scan\""));
   for (const char* forces : {"forces.csv", "measured-forces.csv"})
     expect_press_slide_and_lift(folder / forces);
 }
