@@ -63,6 +63,15 @@ radius = "6 mm"
   EXPECT_EQ(last.body.surface, folder / "block.off");
 }
 
+TEST_F(StudyOfBlocks, a_body_below_the_folder_of_data_stays_there) {
+  folder.write("scene.toml", replaced(press_scene(), "block.off", "$PALPATE_DATA/block.off"));
+  ::setenv("PALPATE_DATA", folder.path().c_str(), 1);
+  const Study study = read("[vary]\n\"probe.friction\" = [0.2]\n");
+  ::unsetenv("PALPATE_DATA");
+  ASSERT_EQ(study.cases.size(), 1u);
+  EXPECT_TRUE(holds(study.cases[0].scene, "'$PALPATE_DATA/block.off'")) << study.cases[0].scene;
+}
+
 TEST_F(StudyOfBlocks, rows_of_a_table_are_cases) {
   folder.write("cases.csv", "material,experiments.depth,validate.seed\nsoft,3 mm,1\nfirm,4 mm,2\n");
   const Study study = read(

@@ -44,7 +44,9 @@ void anchor(toml::table& scene, const fs::path& folder) {
   for (const auto& [section, key] : kSceneFiles) {
     toml::table* table = scene[section].as_table();
     const auto text = table ? (*table)[key].value<std::string>() : std::nullopt;
-    if (!text || (std::string_view(key) == "test_points" && !text->ends_with(".csv"))) continue;
+    if (!text || text->starts_with('$') ||
+        (std::string_view(key) == "test_points" && !text->ends_with(".csv")))
+      continue;
     table->insert_or_assign(key, fs::weakly_canonical(folder / *text).string());
   }
 }
