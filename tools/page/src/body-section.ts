@@ -7,7 +7,6 @@ import type { PointSection } from "./curves";
 import { button, checkbox, choice, details, html, section, slider, swatch } from "./dom";
 import { Poke } from "./poke";
 import type { MapName } from "./surface";
-import { Task } from "./task";
 import { ask } from "./terms";
 import { millimetres, percent, quantity } from "./words";
 
@@ -116,16 +115,6 @@ class BodySection {
       buttons.prepend(poke.turnButton, poke.sideButton);
       stage.append(poke.unmeasured);
       bench.append(poke.panel);
-      const task = Task.of(
-        contents,
-        this.view,
-        () => poke.place,
-        (isShown) => this.reveal(isShown),
-      );
-      if (task) {
-        poke.onDepth = (depth_m) => task.record(depth_m);
-        bench.append(task.element);
-      }
     }
     this.element.append(
       details("Colours, marks and help", controls, this.hint, ...(this.poke ? [this.poke.help] : [])),
@@ -141,15 +130,7 @@ class BodySection {
   }
 
   private showSetUp(): void {
-    this.view.showSetUp(this.setUpBox.checked ? "all" : "nothing");
-    this.colour();
-  }
-
-  /** The task shows the inclusions beneath a transparent body, or hides them under tissue. */
-  private reveal(isShown: boolean): void {
-    this.setUpBox.checked = false;
-    if (!isShown) this.maps.value = "tissue";
-    this.view.showSetUp(isShown ? "inclusions" : "nothing");
+    this.view.showSetUp(this.setUpBox.checked);
     this.colour();
   }
 

@@ -143,7 +143,7 @@ export interface Contents {
     /** The scene's text, defaults filled in; empty where recordings were made. */
     scene: string;
     window?: Region;
-    inclusions: (Region & { is_stiffer: boolean })[];
+    inclusions: Region[];
   };
   probe?: { shape: string; friction: number; values: Record<string, number[]> };
   /** Tools of the scene beside its probe: balls fixed to each other in their own axes; of one that is no ball how it ends. */
@@ -186,8 +186,6 @@ export interface Contents {
     force_N: Packed;
     engine_N: Packed;
   };
-  /** A row per round of placement. */
-  placement?: { points: number[]; median_rel: number[]; p95_rel: number[] };
   asset?: { bytes: string; range_m: number; program?: string };
 }
 

@@ -21,28 +21,26 @@ import {
 import { kSetUpColours } from "./colours";
 import { type Contents, floats, integers, type Region } from "./contents";
 
-export type SetUpPart = "nothing" | "inclusions" | "all";
-
-/** Held nodes, the base mesh and the window; and the inclusions. Not visible yet. */
-export function setUpGroups(contents: Contents): { others: Group; inclusions: Group } {
-  const [others, inclusions] = [new Group(), new Group()];
-  others.visible = inclusions.visible = false;
+/** Held nodes, the base mesh, the window and the inclusions. Not visible yet. */
+export function setUpGroup(contents: Contents): Group {
+  const group = new Group();
+  group.visible = false;
   const set_up = contents.set_up;
-  if (!set_up) return { others, inclusions };
+  if (!set_up) return group;
   const geometry = (places_m: string, triangles?: string) => {
     const made = new BufferGeometry().setAttribute("position", new BufferAttribute(floats(places_m), 3));
     return triangles ? made.setIndex(new BufferAttribute(new Uint32Array(integers(triangles).buffer), 1)) : made;
   };
   const wire = (color: string, opacity: number, depthTest: boolean) =>
     new MeshBasicMaterial({ color, wireframe: true, transparent: true, opacity, depthTest });
-  others.add(
+  group.add(
     new Points(
       geometry(set_up.held_m),
       new PointsMaterial({ color: kSetUpColours.held, size: 6, sizeAttenuation: false }),
     ),
     new Mesh(geometry(set_up.nodes_m, set_up.boundary), wire("#808080", 0.35, false)),
   );
-  const draw = (region: Region, group: Group, colour: string, opacity: number) => {
+  const draw = (region: Region, colour: string, opacity: number) => {
     const { center_m, radius_m, low_m, high_m, vertices_m, triangles } = region;
     if (low_m && high_m) {
       const box = new Box3(new Vector3().fromArray(low_m), new Vector3().fromArray(high_m));
@@ -55,10 +53,10 @@ export function setUpGroups(contents: Contents): { others: Group; inclusions: Gr
       group.add(ball);
     }
   };
-  if (set_up.lumen) draw({ vertices_m: set_up.nodes_m, triangles: set_up.lumen }, others, kSetUpColours.lumen, 0.6);
-  if (set_up.window) draw(set_up.window, others, kSetUpColours.window, 0.22);
-  for (const inclusion of set_up.inclusions) draw(inclusion, inclusions, kSetUpColours.inclusion, 0.5);
-  return { others, inclusions };
+  if (set_up.lumen) draw({ vertices_m: set_up.nodes_m, triangles: set_up.lumen }, kSetUpColours.lumen, 0.6);
+  if (set_up.window) draw(set_up.window, kSetUpColours.window, 0.22);
+  for (const inclusion of set_up.inclusions) draw(inclusion, kSetUpColours.inclusion, 0.5);
+  return group;
 }
 
 /** A drawn tool: its balls, and the force on it, which acts at a place. */
@@ -98,27 +96,24 @@ export class ToolGlyph {
     this.group.visible = false;
   }
 
-  /** Returns the balls as they are drawn. */
-  show(tool: DrawnTool | undefined, fullForce_N: number): DrawnTool["balls"] {
+  show(tool: DrawnTool | undefined, fullForce_N: number): void {
     this.group.visible = tool !== undefined;
-    if (!tool) return [];
+    if (!tool) return;
     while (this.balls.children.length < tool.balls.length) this.balls.add(new Mesh(this.ball, this.glass));
-    const drawn = tool.balls.map(({ at, radius_m }) => ({ at, radius_m: radius_m > 0 ? radius_m : this.tip_m }));
     this.balls.children.forEach((ball, i) => {
-      ball.visible = i < drawn.length;
+      ball.visible = i < tool.balls.length;
       if (!ball.visible) return;
-      ball.position.copy(drawn[i].at);
-      ball.scale.setScalar(drawn[i].radius_m);
+      ball.position.copy(tool.balls[i].at);
+      ball.scale.setScalar(tool.balls[i].radius_m || this.tip_m);
     });
     const strength = tool.force.length();
     this.arrow.visible = strength > 0;
-    if (strength === 0) return drawn;
+    if (strength === 0) return;
     const length = Math.min((strength / fullForce_N) * 0.7, 1) * this.radius;
     const [shaft, head] = this.arrow.children;
     shaft.scale.set(1, Math.max(length, 1e-9), 1);
     head.position.set(0, length, 0);
     this.arrow.position.copy(tool.acts_at);
     this.arrow.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), tool.force.clone().normalize());
-    return drawn;
   }
 }

@@ -3,7 +3,7 @@
 import { seriesColour } from "./colours";
 import { type Contents, heldOutRows, linesOf, type Statement, type TorqueFigures } from "./contents";
 import { details, figure, html, section, swatch, table } from "./dom";
-import { bars, errorPlot, plot, type Series } from "./plot";
+import { bars, errorPlot, type Series } from "./plot";
 import { ask } from "./terms";
 import { counted, percent, plain, quantity, tick } from "./words";
 
@@ -98,34 +98,6 @@ function scatter(contents: Contents): HTMLElement | undefined {
   );
 }
 
-/** Errors at a placement round's new test points, over the number of points that predicted them. */
-function costPlot(contents: Contents): HTMLElement | undefined {
-  const placement = contents.placement;
-  if (!placement) return undefined;
-  const lines: [string, number[]][] = [
-    ["median", placement.median_rel],
-    ["95th percentile", placement.p95_rel],
-  ];
-  const most = Math.max(...placement.points);
-  const jnd = contents.jnd.share;
-  return figure(
-    "Error against cost: new test points, predicted from those before",
-    plot(
-      "Error of the prediction at new test points over the number of test points",
-      { label: "test points that predicted", min: 0, max: 1.04 * most },
-      { label: "error [%]", scale: 100, min: 0 },
-      [
-        { kind: "line", look: "jnd", x: [0, 1.04 * most], y: [jnd, jnd] },
-        ...lines.flatMap(([, y], k): Series[] => [
-          { kind: "line", colour: seriesColour(k), x: placement.points, y },
-          { kind: "dots", colour: seriesColour(k), x: placement.points, y },
-        ]),
-      ],
-    ),
-    html("p", { class: "legend" }, ...lines.map(([name], k) => swatch(name, seriesColour(k)))),
-  );
-}
-
 /** Errors of the torque about the grip, of every line that has one. */
 function torqueTable(s: Statement): HTMLElement[] {
   const row = (name: string, e: Partial<TorqueFigures>) => [
@@ -165,7 +137,8 @@ export function statementSection(contents: Contents): HTMLElement {
     return out;
   }
   const pictures = html("div", { class: "figures" });
-  for (const picture of [scatter(contents), costPlot(contents)]) if (picture) pictures.append(picture);
+  const rows = scatter(contents);
+  if (rows) pictures.append(rows);
   const sections = s.sections
     .map(({ name, title }) => ({
       name,
