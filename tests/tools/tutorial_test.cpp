@@ -72,7 +72,7 @@ void change_scene(const fs::path& scene) {
   std::ofstream(scene) << text;
 }
 
-// What `new --path` promises: the tip begins and ends in the air, touches, slips, stays in the
+// What the page says of its path: the tip begins and ends in the air, touches, slips, stays in the
 // window, and feels a force that is neither nothing nor boundless.
 void expect_press_slide_and_lift(const fs::path& forces) {
   SCOPED_TRACE(forces);

@@ -98,26 +98,6 @@ std::string certificate_text(const Certificate& c, bool has_guard) {
                    c.jumps.release_N, certify::least_damping_Ns_m(c.stiffness_N_m, 1000));
 }
 
-// Lines of 80 columns at most.
-std::string wrapped(const std::string& text) {
-  std::string out;
-  std::size_t column = 0;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find(' ', at), text.size());
-    if (column > 0 && column + 1 + (end - at) > 80) {
-      out += '\n';
-      column = 0;
-    } else if (column > 0) {
-      out += ' ';
-      ++column;
-    }
-    out += text.substr(at, end - at);
-    column += end - at;
-    at = end + 1;
-  }
-  return out;
-}
-
 std::string device_words(const std::vector<DeviceVerdict>& devices) {
   std::string out;
   for (const DeviceVerdict& verdict : devices) {
@@ -159,9 +139,8 @@ int check_asset(const std::string& path, const std::string& more_devices, const 
     devices.push_back(certify::judge(device, certificate.stiffness_N_m, certificate.force_N));
   reply.json = {{"asset", path}, {"radius_m", asset.probe_radius_m}};
   reply.json.update(to_json(certificate, devices));
-  reply.text =
-      fmt::format("{}\n\nDevices:\n{}", wrapped(certificate_text(certificate, asset.has_guard)),
-                  device_words(devices));
+  reply.text = fmt::format("{}\n\nDevices:\n{}", certificate_text(certificate, asset.has_guard),
+                           device_words(devices));
   return certificate.is_passive_fixed() ? kDone : kSomeFailed;
 }
 
@@ -225,7 +204,7 @@ class Check final : public Command {
     for (const Error& e : errors_) {
       reply.json["errors"].push_back(
           {{"where", e.where()}, {"what", e.fact()}, {"remedy", e.remedy()}});
-      to_stderr("palpate: {}: {}\n", error_word(), e.what());
+      to_stderr("palpate: error: {}\n", e.what());
     }
     return !errors_.empty() ? kBadInput : has_good_rows_ ? kDone : kSomeFailed;
   }

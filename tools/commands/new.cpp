@@ -1,19 +1,15 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "libfem/mesh/read/read.hpp"
-#include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/scene/tissues.hpp"
 #include "tools/setup/propose.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/stage_table.hpp"
@@ -37,26 +33,15 @@ std::string off_text(const Surface& surface) {
   return text;
 }
 
-// Asks on a terminal; an empty line takes the proposal.
-void ask(std::string& answer, const std::string& question, const std::string& proposal) {
-  if (!answer.empty() || !isatty(STDIN_FILENO) || !isatty(STDERR_FILENO)) return;
-  answer = proposal;
-  to_stderr("{} [{}] ", question, proposal);
-  std::string line;
-  if (std::getline(std::cin, line) && !line.empty()) answer = line;
-}
-
 class New final : public Command {
  public:
   explicit New(Arguments& arguments) {
     arguments.positional(
         "mesh", mesh_,
-        "Surface mesh: OBJ, STL, PLY, OFF, VTK or VTP; or tetrahedra: Gmsh's MSH, VTU, "
-        "NODE and ELE; with --path the asset to "
-        "play on, asset.palp; with --recordings the folder of a rig's files");
+        "Surface mesh: OBJ, STL, PLY, OFF or VTK; or tetrahedra: Gmsh's MSH; with --recordings the "
+        "folder of a rig's files");
     // Nothing is replaced: it may have been changed by hand.
-    arguments.output("-o,--output", output_,
-                     "Scene to write, scene.toml, or with --path PATH.csv; must not exist", {});
+    arguments.output("-o,--output", output_, "Scene to write, scene.toml; must not exist", {});
     arguments.option("--unit UNIT", choices_.unit,
                      "Length unit of the mesh, such as mm; without it the likely one");
     arguments.option("--tissue NAME", choices_.tissue,
@@ -68,21 +53,13 @@ class New final : public Command {
     arguments.flag("--wrap", choices_.wrap,
                    "Wrap a mesh that cannot be mended, though that moves its surface by more than "
                    "2 % of its diagonal");
-    arguments.flag("--path", is_path_,
-                   "Write a path for `replay` instead: down on the middle of the asset's window, a "
-                   "press, a slide, a lift");
     arguments.flag("--recordings", is_recordings_,
                    "Write a manifest instead: how the recordings in a folder are read");
   }
 
   int run(Reply& reply) override {
-    if (is_recordings_ || is_path_) check_of_scene_alone();
     if (is_recordings_) return write_manifest(reply);
-    if (is_path_) return write_path(reply);
     const Surface surface = read_body();
-    ask(choices_.unit, "Length unit of the mesh?", likely_unit(extent_m(surface.vertices)));
-    const Tissue* meant = tissue_of_name(fs::path(mesh_).stem().string());
-    ask(choices_.tissue, "Tissue?", std::string(meant ? meant->name : kUnnamedTissue));
     const fs::path scene = fs::absolute(output_).lexically_normal(), folder = scene.parent_path();
     choices_.divided_mesh = scene.stem().string() + ".divided.off";
     const ProposedScene proposed = propose_scene(
@@ -115,17 +92,6 @@ class New final : public Command {
   }
 
  private:
-  void check_of_scene_alone() const {
-    if (is_recordings_ && is_path_)
-      throw Error("--path", "makes another file than --recordings", "Give one of them.");
-    refuse_options({{"--unit", !choices_.unit.empty()},
-                    {"--tissue", !choices_.tissue.empty()},
-                    {"--held", !choices_.held.empty()},
-                    {"--wrap", choices_.wrap}},
-                   fmt::format("is of a scene, and {} makes none",
-                               is_recordings_ ? "--recordings" : "--path"));
-  }
-
   // The surface in the file, or the boundary of its tetrahedra with what it marks.
   Surface read_body() {
     if (!is_volume_format(mesh_)) return read_surface(mesh_, 1);
@@ -138,6 +104,11 @@ class New final : public Command {
   }
 
   int write_manifest(Reply& reply) const {
+    refuse_options({{"--unit", !choices_.unit.empty()},
+                    {"--tissue", !choices_.tissue.empty()},
+                    {"--held", !choices_.held.empty()},
+                    {"--wrap", choices_.wrap}},
+                   "is of a scene, and --recordings makes none");
     const ProposedManifest proposed = propose_manifest(mesh_, output_);
     for (const std::string& note : proposed.notes) say("  {}", note);
     for (const std::string& doubt : proposed.warnings) warn("{}", doubt);
@@ -145,25 +116,6 @@ class New final : public Command {
     say("wrote {}; next: palpate check {}", output_, output_);
     reply.json = nlohmann::ordered_json{
         {"files", proposed.files}, {"notes", proposed.notes}, {"doubts", proposed.warnings}};
-    return kDone;
-  }
-
-  int write_path(Reply& reply) const {
-    if (!is_asset_file(mesh_))
-      throw Error(mesh_, "is no asset, and --path makes a path for one",
-                  "Name the asset.palp that `palpate run` or `export` wrote.");
-    const ProposedPath path = propose_path(read_asset_file(mesh_).asset());
-    write_tip_path(output_, path.tip);
-    say("  down at {}, {:.3g} mm deep, {}, and up again", in_mm(path.touched), 1e3 * path.depth_m,
-        path.slide_m > 0 ? fmt::format("{:.3g} mm across", 1e3 * path.slide_m)
-                         : "no slide in so narrow a window");
-    say("wrote {}: {} ticks; next: palpate replay {} {} -o forces.csv", output_,
-        path.tip.time_s.size(), mesh_, output_);
-    reply.json =
-        nlohmann::ordered_json{{"ticks", path.tip.time_s.size()},
-                               {"touched_m", {path.touched[0], path.touched[1], path.touched[2]}},
-                               {"depth_m", path.depth_m},
-                               {"slide_m", path.slide_m}};
     return kDone;
   }
 
@@ -179,7 +131,7 @@ class New final : public Command {
     }
   }
 
-  bool is_path_ = false, is_recordings_ = false;
+  bool is_recordings_ = false;
   std::string mesh_, output_;
   SceneChoices choices_;
 };

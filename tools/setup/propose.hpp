@@ -9,9 +9,7 @@
 #include "libfem/mesh/read/read.hpp"
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/io/csv/tables.hpp"
 #include "libfit/recordings/batch/batch.hpp"
-#include "libfit/runtime/engine.hpp"
 
 namespace palpate::tools {
 
@@ -71,21 +69,6 @@ struct ProposedManifest {
 /// where the folder cannot be read or holds no recording.
 ProposedManifest propose_manifest(const std::filesystem::path& folder,
                                   const std::filesystem::path& manifest);
-
-/// A path of the tip to replay on an asset, and what it does.
-struct ProposedPath {
-  PosePath tip;                 ///< 1 kHz, in the asset's own coordinates
-  Vec3 touched = Vec3::Zero();  ///< where it comes down on the surface [m]
-  double depth_m = 0;           ///< below the surface, along the path on which it comes down
-  double slide_m = 0;           ///< across; 0 where the window is too narrow for a slide
-};
-
-/// A path that comes down on the middle of the window (the measured vertex that lies farthest from
-/// the window's border along the surface, or the middle of the largest measured triangle), presses
-/// to 0.6 of the depth that curves were fitted to, slides at that depth below the surface in the
-/// direction that has most room, four depths at most, and lifts. Every path begins and ends at
-/// rest. Deterministic. Throws Error where no triangle of the asset has measured corners alone.
-ProposedPath propose_path(const runtime::AssetView& asset);
 
 /// A side of a body's bounding box that it could rest on, and the window opposite that a tool
 /// presses.

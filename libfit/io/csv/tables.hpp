@@ -49,8 +49,6 @@ struct PosePath {
 };
 /// Throws Error where at a time the tools 0, 1, ... do not follow each other, all of them.
 PosePath read_pose_path(const std::filesystem::path& path);
-/// Writes `t_s,x_m,y_m,z_m` of one tool.
-void write_tip_path(const std::filesystem::path& path, const PosePath& tip);
 
 /// One row of FORCES.csv: what the engine answers at a tick. force_N acts ON THE TOOL.
 /// triangle -1 without contact. torque_Nm: of that force, about the tool's position.

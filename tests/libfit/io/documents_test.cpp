@@ -149,7 +149,6 @@ TEST_F(Documents, name_every_data_set_of_a_model) {
 
 TEST_F(Documents, show_the_headers_of_tables) {
   write_forces(at("forces.csv"), {});
-  write_tip_path(at("path.csv"), {});
   CurveTableRow row;
   write_curve_rows(at("curves.csv"), {row});
   row.deviation_N = 0;
@@ -163,9 +162,8 @@ TEST_F(Documents, show_the_headers_of_tables) {
   };
   const std::string curves = header("curves.csv"), bands = header("bands.csv");
   ASSERT_TRUE(bands.starts_with(curves + ",")) << bands;
-  for (const std::string& shown :
-       {"\n`" + header("forces.csv") + "`\n", "`" + header("path.csv") + "[",
-        "`" + curves + "[" + bands.substr(curves.size()) + "]`"})
+  for (const std::string& shown : {"\n`" + header("forces.csv") + "`\n",
+                                   "`" + curves + "[" + bands.substr(curves.size()) + "]`"})
     EXPECT_NE(page.find(shown), std::string::npos) << shown;
 }
 
