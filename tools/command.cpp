@@ -92,12 +92,6 @@ class CliArguments final : public Arguments {
     for (const OutputFile& file : outputs_) names.push_back(*file.target);
     return names;
   }
-  /// The folder or file that the command writes first; empty: none.
-  std::string first_output() const {
-    if (!folders_.empty()) return *folders_.front();
-    return outputs_.empty() ? "" : *outputs_.front().target;
-  }
-
   bool is_parsed() const { return app_.parsed(); }
 
   /// The nearest option where the command has none of this name; nothing where it has.
@@ -181,8 +175,6 @@ class Session {
  public:
   int run(const std::string& name, const DeclaredCommand& declared) {
     command_ = name;
-    set_stage(name);
-    set_crash_file(declared.arguments->first_output());
     flags_ = declared.arguments->output_flags();
     set_loudness(flags_.quiet     ? Loudness::quiet
                  : flags_.verbose ? Loudness::verbose
@@ -305,8 +297,6 @@ int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char*
     arguments->add_output_flags();
     declared[std::string(row.name)] = {std::move(arguments), std::move(command)};
   }
-  if (argc == 3 && std::string_view(argv[1]) == "--write-pages")  // of a build, in no help
-    return write_command_pages(app, PALPATE_VERSION, argv[2]), kDone;
   std::vector<char*> words(argv, argv + argc);
   std::string help = "--help";
   if (words.size() > 1 && words[1] == std::string_view("help")) {  // help COMMAND
@@ -341,7 +331,7 @@ int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char*
 
 // Says it on stderr and, with --json, as "errors" on stdout.
 int refuse(Session& session, const Error& error, ExitStatus status = kBadInput) {
-  to_stderr("palpate: {}: {}\n", error_word(), error.what());
+  to_stderr("palpate: error: {}\n", error.what());
   session.say_end(
       {{"errors",
         {{{"where", error.where()}, {"what", error.fact()}, {"remedy", error.remedy()}}}}});
@@ -363,7 +353,6 @@ int run_program(const char* name, const char* summary, std::span<const CommandRo
     if (::fcntl(standard, F_GETFD) < 0) ::open("/dev/null", O_RDONLY);
   catch_interrupts();
   fix_order_of_sums();
-  report_crashes(build_identity());
   Session session;
   try {
     CLI::App app(summary, name);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <initializer_list>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,10 +10,6 @@
 #include <vector>
 
 #include "tools/outputs.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace palpate::tools {
 
@@ -95,12 +90,6 @@ int run_program(const char* name, const char* summary, std::span<const CommandRo
 extern const CommandRow kNewCommand, kCheckCommand, kRunCommand, kReportCommand, kPrepareCommand,
     kSimulateCommand, kMergeCommand, kFitCommand, kRefineCommand, kExportCommand, kValidateCommand,
     kImportCommand, kSurfaceCommand, kCalibrateCommand, kReplayCommand, kInspectCommand,
-    kTabulateCommand, kPredictCommand, kStudyCommand;
-
-/// Writes what goes with an installed program, out of its own table of commands: man1/NAME.1 and
-/// man1/NAME-COMMAND.1, and completion for bash (NAME.bash).
-/// Throws Error when a file cannot be written.
-void write_command_pages(const CLI::App& app, const char* version,
-                         const std::filesystem::path& folder);
+    kTabulateCommand, kStudyCommand;
 
 }  // namespace palpate::tools

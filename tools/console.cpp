@@ -27,6 +27,15 @@ std::atomic<bool> interrupted{false}, abandoned{false};
 
 void on_signal(int) { interrupted.store(true); }
 
+constinit thread_local sighandler_t metis_abort = nullptr;  // as METIS set it in this thread
+void process_handler(int) {}  // stands for what METIS would put back when it has ended
+
+void on_abort(int signal) {
+  if (metis_abort != nullptr) metis_abort(signal);
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);  // waits until this handler returns
+}
+
 Loudness loudness = Loudness::normal;
 std::array<std::vector<std::string>, 3> lines_said;
 
@@ -106,17 +115,6 @@ void warn_of_unused(const std::string& file, const std::vector<std::string>& col
        listed(columns));
 }
 
-bool wants_colour(bool is_terminal, const char* no_color, const char* term) {
-  const bool is_refused = no_color != nullptr && *no_color != '\0';
-  return is_terminal && !is_refused && (term == nullptr || std::string_view(term) != "dumb");
-}
-
-std::string error_word() {
-  const bool is_red =
-      wants_colour(isatty(STDERR_FILENO) != 0, std::getenv("NO_COLOR"), std::getenv("TERM"));
-  return is_red ? "\033[1;31merror\033[0m" : "error";
-}
-
 void catch_interrupts() {
   struct sigaction action {};
   action.sa_handler = on_signal;
@@ -124,6 +122,9 @@ void catch_interrupts() {
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  action.sa_handler = on_abort;
+  action.sa_flags = 0;
+  sigaction(SIGABRT, &action, nullptr);
   std::signal(SIGXFSZ, SIG_IGN);  // writes beyond ulimit -f fail instead, and are named
 }
 
@@ -192,7 +193,6 @@ Progress ConsoleProgress::progress() {
     show(done, total, latest);
   };
   progress.is_stopped = [] { return is_interrupted(); };
-  progress.item = set_item;
   return progress;
 }
 
@@ -230,3 +230,23 @@ void ConsoleProgress::show(std::size_t done, std::size_t total, const std::strin
 }
 
 }  // namespace palpate::tools
+
+// METIS handles SIGABRT and SIGTERM of the whole process while it orders a matrix on one thread: a
+// SIGTERM then made it order badly instead of interrupting, or jump into a stack that was gone. It
+// keeps its handler of SIGABRT, by which it gives up for want of memory, for the thread that calls
+// it. A program's own definition precedes a shared library's. METIS of Debian 12 alone calls the
+// first; the one in CHOLMOD of Debian 13 calls signal(), as others do for other purposes.
+extern "C" sighandler_t __sysv_signal(int signal, sighandler_t handler) noexcept {
+  if (signal == SIGABRT)
+    palpate::tools::metis_abort = handler == palpate::tools::process_handler ? nullptr : handler;
+  return palpate::tools::process_handler;
+}
+extern "C" sighandler_t signal(int signal, sighandler_t handler) noexcept {
+  if ((signal == SIGABRT || signal == SIGTERM) && handler != SIG_DFL && handler != SIG_IGN)
+    return __sysv_signal(signal, handler);
+  struct sigaction action {
+  }, before{};
+  action.sa_handler = handler;
+  action.sa_flags = SA_RESTART;
+  return ::sigaction(signal, &action, &before) == 0 ? before.sa_handler : SIG_ERR;
+}

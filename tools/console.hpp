@@ -21,6 +21,7 @@ class Interrupted : public std::runtime_error {
 };
 
 /// First SIGINT or SIGTERM asks long work to stop and keep what is done; a second one kills.
+/// SIGABRT is METIS's in the threads where it runs.
 void catch_interrupts();
 bool is_interrupted();
 
@@ -68,12 +69,6 @@ void say_failed(fmt::format_string<T...> format, T&&... arguments) {
 /// Warns of columns of a table that say nothing to its reader; of none says nothing.
 void warn_of_unused(const std::string& file, const std::vector<std::string>& columns);
 
-/// True if a terminal wants colours: not where NO_COLOR is set to anything (no-color.org) or TERM
-/// is dumb. Either may be null.
-bool wants_colour(bool is_terminal, const char* no_color, const char* term);
-/// "error" in red where stderr wants colours.
-std::string error_word();
-
 /// Progress of long work: a bar with an estimate on a terminal, a plain line at most every ten
 /// seconds otherwise. The estimate is items left x mean time of the items done in this run.
 class ConsoleProgress {
@@ -118,20 +113,5 @@ std::string in_words(double seconds);
 /// Threads to use: `jobs` where positive, all cores where it is 0. Throws Error below 0 and above
 /// 1024.
 int job_count(int jobs);
-
-/// Makes SIGSEGV, SIGILL, SIGBUS, SIGFPE and SIGABRT write one line to stderr and a report to the
-/// crash file, before they end the program as they would without. A sanitizer keeps its own
-/// handlers. build: version and identity of the program.
-void report_crashes(std::string_view build);
-
-/// Names the report `OUTPUT.crash.txt`; without an output it is palpate.crash.txt in the working
-/// folder. Reports of several crashes follow each other in the file.
-void set_crash_file(std::string_view output);
-
-/// Names what the program does now.
-void set_stage(std::string_view stage);
-
-/// Names what the calling thread computes now, such as "press at p0003"; empty: nothing.
-void set_item(std::string_view item);
 
 }  // namespace palpate::tools

@@ -7,7 +7,7 @@ int main(int argc, char** argv) {
       kNewCommand,      kCheckCommand,    kRunCommand,     kReportCommand,    kPrepareCommand,
       kSimulateCommand, kMergeCommand,    kFitCommand,     kRefineCommand,    kExportCommand,
       kValidateCommand, kImportCommand,   kSurfaceCommand, kCalibrateCommand, kReplayCommand,
-      kInspectCommand,  kTabulateCommand, kPredictCommand, kStudyCommand};
+      kInspectCommand,  kTabulateCommand, kStudyCommand};
   return run_program("palpate",
                      "Palpate turns soft bodies, simulated or measured, into force-deflection "
                      "curves for real-time haptics",

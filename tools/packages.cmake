@@ -1,5 +1,5 @@
 # Debian packages: `cpack -G DEB` in a finished build folder writes palpate (the program, its page,
-# man pages, completion, scenes, documents), libpalpate-engineN (the C library), libpalpate-engine-dev,
+# scenes, documents), libpalpate-engineN (the C library), libpalpate-engine-dev,
 # libpalpate-dev (the libraries it is made of, static) and, where it was built, python3-palpate.
 get_target_property(abi palpate_engine_shared SOVERSION)
 set(CPACK_PACKAGE_NAME palpate)
@@ -44,7 +44,7 @@ Static libraries and headers in C++20: fitting, files, finite elements, calibrat
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
     "turns a soft body into forces for a 1 kHz haptic loop\n\
 The program makes an asset of a mesh and a material, or of recordings of a rig, and states its\n\
-error. With its page, manual, completion, scenes and documents.")
+error. With its page, manual, scenes and documents.")
 set(CPACK_COMPONENT_ENGINE_DESCRIPTION
     "replays Palpate's assets in a haptic loop\n\
 The C library. It needs no other, allocates nothing in a tick, and is MIT-licensed.")

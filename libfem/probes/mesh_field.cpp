@@ -3,8 +3,8 @@
 #include <Eigen/Geometry>
 #include <limits>
 
+#include "libfem/mesh/repair/facts.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/text.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -33,63 +33,20 @@ struct CubicWeights {
   }
 };
 
-void check_edges(const Triangles& triangles, const std::string& where) {
-  std::int64_t open = 0, crowded = 0, unlike = 0;
-  std::int32_t first = -1;
-  for_each_edge(sorted_sides(triangles), [&](auto begin, auto end) {
-    const auto sides = end - begin;
-    const bool is_open = sides == 1, is_crowded = sides > 2;
-    const bool is_unlike = sides == 2 && begin->is_forward == (begin + 1)->is_forward;
-    open += is_open;
-    crowded += is_crowded;
-    unlike += is_unlike;
-    if ((is_open || is_crowded || is_unlike) && first < 0) first = begin->face + 1;
-  });
-  const std::string at = ", the first at triangle " + std::to_string(first);
-  if (open)
-    throw Error(
-        where,
-        "the probe's mesh is open: " + counted(open, "edge has", "edges have") + " one triangle" +
-            at,
-        "Close it, for example with a mesh editor's \"fill holes\"; a probe needs an inside.");
-  if (crowded)
-    throw Error(where,
-                "the probe's mesh is not manifold: " + counted(crowded, "edge has", "edges have") +
-                    " more than two triangles" + at,
-                "Remove walls inside it, or unite its parts into one solid.");
-  if (unlike)
-    throw Error(where,
-                "triangles of the probe's mesh disagree about its outside at " +
-                    counted(unlike, "edge", "edges") + at,
-                "Make its normals consistent and export it again.");
-}
-
-/// Refuses a mesh that has no inside: counts and names (from 1) its faults.
+/// Refuses a mesh that has no inside.
 void check_probe_mesh(const Surface& surface, const std::string& where) {
-  const Triangles& triangles = surface.triangles;
-  if (triangles.rows() == 0)
-    throw Error(where, "the probe's mesh has no triangle", "Name a closed triangle mesh.");
-  if (triangles.minCoeff() < 0 || triangles.maxCoeff() >= surface.vertices.rows() ||
-      !surface.vertices.allFinite())
-    throw Error(where,
-                "a triangle of the probe's mesh names a vertex that is not there, or not finite",
-                "Repair the mesh.");
-  const double extent = extent_m(surface.vertices).maxCoeff();
-  for (Eigen::Index f = 0; f < triangles.rows(); ++f) {
+  const bool is_any = surface.triangles.rows() > 0;
+  const double extent = is_any ? extent_m(surface.vertices).maxCoeff() : 0;
+  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
     const auto [a, b, c] = corners_of(surface, f);
     if (!((b - a).cross(c - a).norm() > 1e-14 * extent * extent))
       throw Error(
           where, "triangle " + std::to_string(f + 1) + " of the probe's mesh has no area",
           "Remove triangles without area, for example with a mesh editor's \"merge vertices\".");
   }
-  check_edges(triangles, where);
-  if (const auto pinched = pinched_vertices(triangles, surface.vertices.rows()); !pinched.empty())
-    throw Error(where,
-                "the probe's mesh is not manifold: several sheets meet at vertex " +
-                    std::to_string(pinched.front() + 1),
-                "Separate or unite the parts that touch in one point.");
-  if (!(volume_m3(surface) > 0))
-    throw Error(where, "the probe's mesh is inside out", "Turn its triangles around.");
+  if (const auto why = why_not_closed(surface))
+    throw Error(where, "the probe's mesh has no inside: " + *why,
+                "Close it, unite its parts and turn its triangles outward in a mesh editor.");
 }
 
 }  // namespace

@@ -29,8 +29,8 @@ struct TestPoints {
   }
 };
 
-/// A mesh of a file that a scene names, of triangles or tets. is_painted: of one that is painted a
-/// flag for each corner of a cell.
+/// A mesh of a file that a scene names, of triangles or tets. is_painted: of one of which
+/// a part is meant, a flag for each cell.
 struct SceneMesh {
   Points vertices;
   Triangles triangles;

@@ -106,7 +106,6 @@ class Answers : public testing::Test {
         {"export", " out/model.h5 -o a.palp"},
         {"replay", " out/asset.palp path.csv -o f.csv"},
         {"validate", " out/asset.palp scene.toml --points 2 --no-causes --reference out"},
-        {"predict", " out/model.h5 out/samples.h5"},
         {"inspect", " out/asset.palp"},
         {"tabulate", " out/curves.h5 -o t.csv"},
         {"report", " out -o r.html"},
@@ -195,14 +194,6 @@ TEST_F(Answers, come_with_times_when_verbose) {
   const Outcome outcome = run("out", "-v");
   EXPECT_TRUE(std::regex_search(outcome.err, std::regex("(^|\n)\\[ +[0-9]+\\.[0-9] s\\] ")))
       << outcome.err;
-}
-
-TEST(Colours, are_for_terminals_that_do_not_refuse_them) {
-  EXPECT_TRUE(wants_colour(true, nullptr, "xterm"));
-  EXPECT_TRUE(wants_colour(true, "", nullptr)) << "set to nothing is not set";
-  EXPECT_FALSE(wants_colour(true, "1", "xterm"));
-  EXPECT_FALSE(wants_colour(true, nullptr, "dumb"));
-  EXPECT_FALSE(wants_colour(false, nullptr, "xterm"));
 }
 
 }  // namespace

@@ -100,16 +100,6 @@ TEST_F(AssetCommands, columns_that_say_nothing_are_named) {
   EXPECT_EQ(followed.deflection(0, 2), -0.001);
 }
 
-TEST_F(AssetCommands, predict_says_that_points_of_the_fit_are_no_prediction) {
-  const std::string line = "predict out/model.h5 out/reference.h5 ";
-  const Outcome all = palpate(*folder_, line);
-  EXPECT_EQ(all.status, 0) << all.err;
-  EXPECT_TRUE(holds(all.err, "points that the model was fitted at count as predicted"));
-  const Outcome others = palpate(*folder_, line + "--without out/curves.h5");
-  EXPECT_EQ(others.status, 0) << others.err;
-  EXPECT_FALSE(holds(others.err, "warning"));
-}
-
 TEST_F(AssetCommands, curves_of_another_body_are_no_model) {
   FittedCurves curves = read_curves(path("out/curves.h5"));
   curves.position.col(2).array() += 0.1;

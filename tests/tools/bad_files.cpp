@@ -37,7 +37,6 @@ std::vector<BadInputRow> bad_files() {
        "validate out/asset.palp other.toml",
        1,
        {{"other.toml", scene_with("block.off", "other.off")}, {"other.off", block_off(9)}}},
-      {"a body where samples to predict belong", "predict out/model.h5 out/body.h5"},
       {"a text to inspect", "inspect scene.toml"},
       {"bands of an asset", "tabulate out/asset.palp -o t.csv --band"},
       {"a report of a folder without a run", "report empty_folder -o r.html"},

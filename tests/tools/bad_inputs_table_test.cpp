@@ -106,9 +106,9 @@ TEST_F(BadInputs, are_answered_with_place_fact_and_remedy_as_the_page_says) {
     above = input.command;
     commands.insert(input.command.substr(0, input.command.find(' ')));
   }
-  for (const char* command : {"run", "new", "check", "prepare", "simulate", "merge", "import",
-                              "calibrate", "fit", "refine", "export", "replay", "validate",
-                              "predict", "inspect", "tabulate", "report", "study"})
+  for (const char* command :
+       {"run", "new", "check", "prepare", "simulate", "merge", "import", "calibrate", "fit",
+        "refine", "export", "replay", "validate", "inspect", "tabulate", "report", "study"})
     EXPECT_TRUE(commands.contains(command)) << command;
   const fs::path docs = fs::path(PALPATE_SOURCE_DIR) / "docs/bad-inputs.md";
   if (std::getenv("PALPATE_WRITE_DOCS") != nullptr) std::ofstream(docs) << page;

@@ -67,12 +67,10 @@ std::vector<BadInputRow> bad_scenes() {
       in_scene("held beside the body", "at = \"1 mm\"", "at = \"-100 mm\""),
       in_scene("a window beside the surface", "\"29 mm\"], [\"60 mm\", \"60 mm\", \"31 mm\"]",
                "\"39 mm\"], [\"60 mm\", \"60 mm\", \"41 mm\"]"),
-      in_scene("a side that is none", window, "region = { facing = \"up\" }"),
       in_scene(
           "a bed on which the body slides away", fixed,
           "# nothing is held\n[[bed]]\nbelow = { axis = \"z\", at = \"1 mm\" }\nthickness = \"10 "
           "mm\"\nslides = true\nmaterial = { young = \"2 kPa\" }\n"),
-      in_scene("a colour that is none", fixed, "fixed = [ { colour = \"red\" } ]\n"),
       {"a group misspelt",
        "check bad.toml",
        1,

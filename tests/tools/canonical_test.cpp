@@ -45,13 +45,10 @@ class Changer {
     value["radius"].front() += 0.125;
   }
   static void change(Surface& value) { value.vertices.setOnes(1, 3); }
-  static void change(SurfaceRegion& value) { value.part = Ball{Vec3::Ones(), 0.125}; }
   template <class Value>
   static void change(std::optional<Value>& value) {
     if (value)
       value.reset();
-    else if constexpr (std::is_same_v<Value, SurfaceRegion>)
-      change(value.emplace());
     else
       value.emplace();
   }
@@ -93,7 +90,7 @@ friction = 0.8
 [experiments]
 test_points = "auto"
 budget = 30
-region = { sphere = { center = [0, 0, 0.1], radius = "3 cm" }, facing = "-x" }
+region = { sphere = { center = [0, 0, 0.1], radius = "3 cm" } }
 drag_depths = ["3 mm"]
 [fit]
 family = "separable"
@@ -215,13 +212,11 @@ TEST(canonical, marked_parts_come_back_from_a_body_as_the_same_part_of_space) {
   Scene scene = parse_scene(kFull, "/s/a.toml");
   const std::vector<Region> regions{
       Marked{{},
-             std::make_shared<const PaintedPart>(Surface{nodes, faces},
-                                                 std::vector<char>{1, 1, 1, 0, 0, 0})},
+             std::make_shared<const PaintedPart>(Surface{nodes, faces}, std::vector<char>{1, 0})},
       Marked{{},
-             std::make_shared<const PaintedPart>(TetMesh{nodes, tets, {}},
-                                                 std::vector<char>{1, 0, 0, 1})}};
+             std::make_shared<const PaintedPart>(TetMesh{nodes, tets, {}}, std::vector<char>{1})}};
   scene.body.fixed = regions;
-  scene.experiments.region = SurfaceRegion{regions[0], ""};
+  scene.experiments.region = regions[0];
   Body body;
   store_scene(scene, body);
   const Scene back = scene_of(body, "body.h5");

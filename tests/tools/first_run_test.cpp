@@ -37,7 +37,7 @@ TEST(new_scene, of_a_block_rests_on_one_broad_side_and_is_pressed_on_the_other) 
   const auto& held = std::get<HalfSpace>(scene.body.fixed[0]);
   EXPECT_EQ(held.axis, 2);
   EXPECT_TRUE(held.is_below);
-  const auto& window = std::get<Ball>(*scene.experiments.region->part);
+  const auto& window = std::get<Ball>(*scene.experiments.region);
   EXPECT_NEAR((window.center_m - Vec3(0.04, 0.04, 0.03)).norm(), 0, 1e-9);
   EXPECT_LT(scene.experiments.each.depth_m, 0.03 / 4);
   EXPECT_GT(window.radius_m, 3 * scene.experiments.each.depth_m);

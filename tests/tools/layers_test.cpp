@@ -60,11 +60,9 @@ const std::vector<Row> kLayers{
 const std::vector<Row> kRooms{
     {"tools/build_identity", {}},
     {"tools/console", {}},
-    {"tools/crash_report", {"tools/console"}},
     {"tools/outputs", {}},
     {"tools/scene", {}},
     {"tools/command", {"tools/build_identity", "tools/console", "tools/outputs", "tools/scene"}},
-    {"tools/command_pages", {"tools/command"}},
     {"tools/manifest", {"tools/scene"}},
     {"tools/stages/fingerprint", {"tools/build_identity", "tools/scene"}},
     {"tools/stages/fit", {"tools/console", "tools/scene"}},

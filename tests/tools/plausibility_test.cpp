@@ -232,7 +232,7 @@ Scene with_marked_layer(double low_m, double high_m) {
     for (const std::int32_t n : tet) middle += volume.nodes.row(n) / 4;
     const bool is_in = middle.z() > low_m && middle.z() < high_m &&
                        std::abs(middle.x() - 0.04) < 0.02 && std::abs(middle.y() - 0.04) < 0.02;
-    is_marked.insert(is_marked.end(), 4, is_in);
+    is_marked.push_back(is_in);
   }
   Scene scene = with_ball_at("20");
   scene.inclusions[0].region =

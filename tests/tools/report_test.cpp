@@ -222,22 +222,6 @@ TEST_F(Report, a_large_surface_is_moved_and_met_by_rays_in_a_share_of_the_time) 
   EXPECT_EQ(seen.status, 0) << seen.out;
 }
 
-// The block's page, as if a stiff ball lay in its middle.
-TEST_F(Report, a_hidden_lump_is_marked_and_revealed) {
-  SKIP_WITHOUT_CHROMIUM();
-  ASSERT_EQ(report("out -o plain.html").status, 0);
-  std::string page = content_of(path("plain.html"));
-  const std::string inclusions = "\"inclusions\":[";
-  const std::size_t at = page.find(inclusions);
-  ASSERT_NE(at, std::string::npos);
-  page.insert(at + inclusions.size(),
-              "{\"center_m\":[0.04,0.04,0.02],\"radius_m\":0.008,\"is_stiffer\":true}");
-  folder_->write("lump.html", page);
-  const Outcome seen =
-      node("browser.mjs", "a_hidden_lump_is_marked_and_revealed " + path("lump.html") + " -");
-  EXPECT_EQ(seen.status, 0) << seen.out;
-}
-
 class InChromium : public Report, public testing::WithParamInterface<const char*> {};
 
 TEST_P(InChromium, holds) {

@@ -81,7 +81,7 @@ class KeyLister {
       return "`true`, `false`";
     else if constexpr (std::is_same_v<Value, std::vector<Region>>)
       return "regions";
-    else if constexpr (std::is_same_v<Value, std::optional<SurfaceRegion>>)
+    else if constexpr (std::is_same_v<Value, std::optional<Region>>)
       return "region";
     else
       static_assert(sizeof(Value) == 0, "say what it may be");

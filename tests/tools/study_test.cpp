@@ -88,31 +88,10 @@ TEST_F(StudyOfBlocks, sampled_ranges_go_together_and_logarithms_are_even) {
 "material.young" = { from = "1 kPa", to = "100 kPa", spacing = "log" }
 "material.poisson" = { from = 0.3, to = 0.5 }
 [sample]
-method = "sobol"
 count = 3
 )");
   ASSERT_EQ(study.cases.size(), 3);
   EXPECT_EQ(study.cases[0].inputs, (std::vector<std::string>{"0.4", "10 kPa"}));
-}
-
-TEST_F(StudyOfBlocks, each_slice_of_each_axis_has_one_point_of_a_latin_hypercube) {
-  const std::string text = R"([vary]
-"material.young" = { from = "0 kPa", to = "20 kPa" }
-"probe.friction" = { from = 0, to = 20 }
-[sample]
-method = "latin-hypercube"
-count = 20
-seed = 7
-)";
-  const Study study = read(text), again = read(text);
-  std::array<std::set<int>, 2> slices;
-  for (std::size_t i = 0; i < study.cases.size(); ++i) {
-    EXPECT_EQ(study.cases[i].inputs, again.cases[i].inputs);
-    for (std::size_t d = 0; d < 2; ++d)
-      slices[d].insert(static_cast<int>(std::stod(study.cases[i].inputs[d])));
-  }
-  EXPECT_EQ(slices[0].size(), 20);
-  EXPECT_EQ(slices[1].size(), 20);
 }
 
 TEST_F(StudyOfBlocks, moduli_that_only_scale_forces_are_solved_once) {
@@ -160,9 +139,6 @@ TEST_F(StudyOfBlocks, a_study_runs_here_and_again_does_nothing) {
   const std::string table = content_of(folder / "out" / "results.csv");
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 3);
   EXPECT_TRUE(holds(table, "stiffness_N_m"));
-  EXPECT_EQ(
-      h5::Reader(folder / "out" / "results.h5", "").numbers("cases/p95_rel", "1", {2, 0}).size(),
-      2);
   const Outcome again = palpate(folder, "study resume out");
   EXPECT_EQ(again.status, 0) << again.err;
   EXPECT_FALSE(holds(again.said(), "simulate"));

@@ -98,26 +98,6 @@ std::string certificate_text(const Certificate& c, bool has_guard) {
                    c.jumps.release_N, certify::least_damping_Ns_m(c.stiffness_N_m, 1000));
 }
 
-// Lines of 80 columns at most.
-std::string wrapped(const std::string& text) {
-  std::string out;
-  std::size_t column = 0;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find(' ', at), text.size());
-    if (column > 0 && column + 1 + (end - at) > 80) {
-      out += '\n';
-      column = 0;
-    } else if (column > 0) {
-      out += ' ';
-      ++column;
-    }
-    out += text.substr(at, end - at);
-    column += end - at;
-    at = end + 1;
-  }
-  return out;
-}
-
 // A line for all devices of which the same is to be said.
 std::string device_words(const std::vector<DeviceVerdict>& devices) {
   std::vector<std::pair<std::string, std::string>> lines;  // words, names
@@ -167,7 +147,7 @@ int check_asset(const std::string& path, const std::string& more_devices, const 
   reply.json = {{"asset", path}, {"radius_m", asset.probe_radius_m}};
   reply.json.update(to_json(certificate, devices));
   reply.text = fmt::format("Devices:\n{}\n{}\n", device_words(devices),
-                           wrapped(certificate_text(certificate, asset.has_guard)));
+                           certificate_text(certificate, asset.has_guard));
   return certificate.is_passive_fixed() ? kDone : kSomeFailed;
 }
 
@@ -231,7 +211,7 @@ class Check final : public Command {
     for (const Error& e : errors_) {
       reply.json["errors"].push_back(
           {{"where", e.where()}, {"what", e.fact()}, {"remedy", e.remedy()}});
-      to_stderr("palpate: {}: {}\n", error_word(), e.what());
+      to_stderr("palpate: error: {}\n", e.what());
     }
     return !errors_.empty() ? kBadInput : has_good_rows_ ? kDone : kSomeFailed;
   }

@@ -1,8 +1,6 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "libfem/mesh/read/read.hpp"
@@ -13,7 +11,6 @@
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/scene/tissues.hpp"
 #include "tools/setup/propose.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/stage_table.hpp"
@@ -37,23 +34,13 @@ std::string off_text(const Surface& surface) {
   return text;
 }
 
-// Asks on a terminal; an empty line takes the proposal.
-void ask(std::string& answer, const std::string& question, const std::string& proposal) {
-  if (!answer.empty() || !isatty(STDIN_FILENO) || !isatty(STDERR_FILENO)) return;
-  answer = proposal;
-  to_stderr("{} [{}] ", question, proposal);
-  std::string line;
-  if (std::getline(std::cin, line) && !line.empty()) answer = line;
-}
-
 class New final : public Command {
  public:
   explicit New(Arguments& arguments) {
-    arguments.positional(
-        "mesh", mesh_,
-        "Surface mesh: OBJ, STL, PLY, OFF, VTK or VTP; or tetrahedra: Gmsh's MSH, VTU, "
-        "NODE and ELE; with --path the asset to "
-        "play on, asset.palp; with --recordings the folder of a rig's files");
+    arguments.positional("mesh", mesh_,
+                         "Surface mesh: OBJ, STL, PLY, OFF or VTK; or tetrahedra: Gmsh's MSH; with "
+                         "--path the asset to play "
+                         "on, asset.palp; with --recordings the folder of a rig's files");
     // Nothing is replaced: it may have been changed by hand.
     arguments.output("-o,--output", output_,
                      "Scene to write, scene.toml, or with --path PATH.csv; must not exist", {});
@@ -80,9 +67,6 @@ class New final : public Command {
     if (is_recordings_) return write_manifest(reply);
     if (is_path_) return write_path(reply);
     const Surface surface = read_body();
-    ask(choices_.unit, "Length unit of the mesh?", likely_unit(extent_m(surface.vertices)));
-    const Tissue* meant = tissue_of_name(fs::path(mesh_).stem().string());
-    ask(choices_.tissue, "Tissue?", std::string(meant ? meant->name : kUnnamedTissue));
     const fs::path scene = fs::absolute(output_).lexically_normal(), folder = scene.parent_path();
     choices_.divided_mesh = scene.stem().string() + ".divided.off";
     const ProposedScene proposed = propose_scene(
@@ -116,14 +100,12 @@ class New final : public Command {
 
  private:
   void check_of_scene_alone() const {
-    if (is_recordings_ && is_path_)
-      throw Error("--path", "makes another file than --recordings", "Give one of them.");
-    refuse_options({{"--unit", !choices_.unit.empty()},
+    refuse_options({{"--path", is_recordings_ && is_path_},
+                    {"--unit", !choices_.unit.empty()},
                     {"--tissue", !choices_.tissue.empty()},
                     {"--held", !choices_.held.empty()},
                     {"--wrap", choices_.wrap}},
-                   fmt::format("is of a scene, and {} makes none",
-                               is_recordings_ ? "--recordings" : "--path"));
+                   fmt::format("does nothing with {}", is_recordings_ ? "--recordings" : "--path"));
   }
 
   // The surface in the file, or the boundary of its tetrahedra with what it marks.

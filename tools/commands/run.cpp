@@ -68,7 +68,6 @@ class Run final : public Command {
  private:
   // The page to look at, where it is installed; says what to do next.
   std::string report() {
-    set_stage("report");
     const std::filesystem::path output = std::filesystem::path(request_.folder) / "report.html";
     if (find_page()) {
       write_page(output, contents_of_folder(request_.folder));

@@ -18,8 +18,7 @@ namespace palpate::tools {
 namespace {
 
 constexpr NamedOutput kFiles[] = {{"study.json", "{\"schema\":\"palpate-study\""},
-                                  {"results.csv", "case,state,solved_from"},
-                                  {"results.h5", "palpate-study"}};
+                                  {"results.csv", "case,state,solved_from"}};
 
 std::string shell_quoted(const std::string& text) {
   std::string out = "'";

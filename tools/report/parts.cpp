@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "libfem/materials/materials.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/curves.hpp"
@@ -113,25 +112,15 @@ Json region_json(const Region& region) {
   return Json::object();
 }
 
-double shear_Pa(const fem::MaterialParameters& parameters) {
-  const fem::Material material = fem::make_material(parameters, "[material]");
-  return material.law->small_strain(material.constants).mu_Pa;
-}
-
 // The scene's text, and the regions of it that are drawn.
 void add_scene(Json& set_up, const Body& body) {
   set_up["scene"] = body.scene;
   set_up["inclusions"] = Json::array();
   if (body.scene.empty()) return;
   const Scene scene = scene_of(body, "body.h5");
-  if (const auto& window = scene.experiments.region)
-    set_up["window"] = window->part ? region_json(*window->part) : Json::object();
-  for (const InclusionSection& inclusion : scene.inclusions) {
-    Json json = region_json(inclusion.region);
-    json["is_stiffer"] =
-        scene.material.has_value() && shear_Pa(inclusion.material) > shear_Pa(*scene.material);
-    set_up["inclusions"].push_back(std::move(json));
-  }
+  if (const auto& window = scene.experiments.region) set_up["window"] = region_json(*window);
+  for (const InclusionSection& inclusion : scene.inclusions)
+    set_up["inclusions"].push_back(region_json(inclusion.region));
 }
 
 }  // namespace

@@ -119,12 +119,6 @@ class SceneWriter {
     if (!key.empty()) return put(stage, key, table);
     for (const auto& [name, node] : table) put(stage, name.str(), node);
   }
-  void operator()(Stage stage, std::string_view key, const SurfaceRegion& value, Any) {
-    toml::table table;
-    if (value.part) table = table_of(*value.part);
-    if (!value.facing.empty()) table.insert("facing", value.facing);
-    put(stage, key, table);
-  }
   void operator()(Stage stage, std::string_view key, const std::vector<Region>& value, Any) {
     toml::array regions;
     for (const Region& region : value) regions.push_back(table_of(region));
@@ -170,15 +164,7 @@ class SceneWriter {
                           hash_of_mesh(*mesh_of(region))}};
     if (const auto* solid = std::get_if<Solid>(&region))
       return toml::table{{"inside", solid->file.filename().string()}};
-    const MeshMark& mark = std::get<Marked>(region).mark;
-    switch (mark.by) {
-      case MeshMark::By::group:
-        return toml::table{{"group", mark.name}};
-      case MeshMark::By::colour:
-        return toml::table{{"colour", mark.name}};
-      default:
-        return toml::table{{"field", mark.name}, {"equals", mark.equals}};
-    }
+    return toml::table{{"group", std::get<Marked>(region).group}};
   }
 
   // Rows that have the value of a key left out are left out.

@@ -47,31 +47,7 @@ Box read_box(SceneTable& table) {
   return {low, high};
 }
 
-MeshMark read_colour(SceneTable& table) {
-  std::string colour = table.text("colour", "");
-  for (char& c : colour)
-    if (c >= 'A' && c <= 'F') c = static_cast<char>(c - 'A' + 'a');
-  if (colour.size() != 7 || colour[0] != '#' ||
-      colour.find_first_not_of("0123456789abcdef", 1) != std::string::npos)
-    throw Error(table.where("colour"), fmt::format("\"{}\" is no colour", colour),
-                "Write red, green and blue as colour = \"#ff0000\".");
-  return {MeshMark::By::colour, colour, 0};
-}
-
-MeshMark read_field(SceneTable& table) {
-  const std::string name = table.text("field", "");
-  if (!table.has("equals"))
-    throw Error(table.where("field"), fmt::format("field of {} lacks equals", table.name()),
-                "Write field = \"label\", equals = 2.");
-  return {MeshMark::By::field, name, table.number("equals", 0, -1e15, 1e15)};
-}
-
-constexpr std::string_view kRegions = "below, above, box, sphere, inside, group, colour, field";
-
-[[noreturn]] void refuse_none(const SceneTable& table, const char* more) {
-  throw Error(table.where_table(), table.name() + " names no region",
-              fmt::format("Give one of {}{}.", kRegions, more));
-}
+constexpr std::string_view kRegions = "below, above, box, sphere, inside, group";
 
 // The one region a table names; nothing when it names none.
 std::optional<Region> find_region(SceneTable& table, const std::filesystem::path& scene) {
@@ -87,9 +63,7 @@ std::optional<Region> find_region(SceneTable& table, const std::filesystem::path
   take("sphere", [&] { return read_ball(table.table("sphere", "sphere")); });
   take("box", [&] { return read_box(table); });
   take("inside", [&] { return Solid{file_beside(scene, table.text("inside", "")), {}}; });
-  take("group", [&] { return Marked{{MeshMark::By::group, table.text("group", ""), 0}, {}}; });
-  take("colour", [&] { return Marked{read_colour(table), {}}; });
-  take("field", [&] { return Marked{read_field(table), {}}; });
+  take("group", [&] { return Marked{table.text("group", ""), {}}; });
   if (named > 1)
     throw Error(table.where_table(), table.name() + " names more than one region",
                 fmt::format("Keep one of {}.", kRegions));
@@ -129,13 +103,9 @@ bool contains(const Region& region, const Vec3& point) {
       region);
 }
 
-std::optional<Vec3> center_of(const std::optional<SurfaceRegion>& region) {
-  const Ball* ball = region && region->part ? std::get_if<Ball>(&*region->part) : nullptr;
+std::optional<Vec3> center_of(const std::optional<Region>& region) {
+  const Ball* ball = region ? std::get_if<Ball>(&*region) : nullptr;
   return ball != nullptr ? std::optional(ball->center_m) : std::nullopt;
-}
-
-Vec3 outward_of_side(std::string_view side) {
-  return (side[0] == '-' ? -1.0 : 1.0) * Vec3::Unit(side[1] - 'x');
 }
 
 bool any_contains(const std::vector<Region>& regions, const Vec3& point, bool is_on_boundary) {
@@ -163,22 +133,14 @@ std::filesystem::path file_beside(const std::filesystem::path& scene, const std:
 
 Region take_region(SceneTable& table, const std::filesystem::path& scene) {
   const auto region = find_region(table, scene);
-  if (!region) refuse_none(table, "");
+  if (!region)
+    throw Error(table.where_table(), table.name() + " names no region",
+                fmt::format("Give one of {}.", kRegions));
   return *region;
 }
 
 Region read_region(SceneTable table, const std::filesystem::path& scene) {
   Region region = take_region(table, scene);
-  table.finish();
-  return region;
-}
-
-SurfaceRegion read_surface_region(SceneTable table, const std::filesystem::path& scene) {
-  SurfaceRegion region;
-  region.part = find_region(table, scene);
-  if (table.has("facing"))
-    region.facing = table.choice("facing", "", {kSides.begin(), kSides.end()});
-  if (region.facing.empty() && !region.part) refuse_none(table, ", or facing");
   table.finish();
   return region;
 }

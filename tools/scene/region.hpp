@@ -42,10 +42,9 @@ struct Solid {
   std::filesystem::path file;
   std::shared_ptr<const Enclosed> boundary;
 };
-/// A part that the body's own mesh file marks. The scene names the mark; who opens a scene reads
-/// the file.
+/// A group of the body's own mesh file. The scene names it; who opens a scene reads the file.
 struct Marked {
-  MeshMark mark;
+  std::string group;
   std::shared_ptr<const PaintedPart> part;
 };
 /// A layer lies no deeper below the outer surface of the body than its thickness and that of the
@@ -58,19 +57,11 @@ struct Layer {
 };
 using Region = std::variant<HalfSpace, Box, Ball, Solid, Marked, Layer>;
 
-/// A part of a body's surface, where a tool presses: what `part` names (of a ball only the patch
-/// that is nearest to its centre, on that side of the body), and of it what faces a side.
-struct SurfaceRegion {
-  std::optional<Region> part;  ///< none: the whole surface
-  std::string facing;          ///< "+z", up to 60 degrees from it; empty: any side
-};
-
 /// The centre of its ball; none of other parts.
-std::optional<Vec3> center_of(const std::optional<SurfaceRegion>& region);
+std::optional<Vec3> center_of(const std::optional<Region>& region);
 
-/// Sides of a body, "-x" to "+z", and which way one lies.
+/// Sides of a body.
 inline constexpr std::array<std::string_view, 6> kSides{"-z", "+z", "-x", "+x", "-y", "+y"};
-Vec3 outward_of_side(std::string_view side);
 
 /// Borders belong to the region, of a solid one side of them. What names a file has been read.
 bool contains(const Region& region, const Vec3& point);
@@ -89,8 +80,5 @@ Region take_region(SceneTable& table, const std::filesystem::path& scene);
 
 /// The same of a table that holds nothing else.
 Region read_region(SceneTable table, const std::filesystem::path& scene);
-
-/// One of the regions above, what faces a side, or both; nothing else is in the table.
-SurfaceRegion read_surface_region(SceneTable table, const std::filesystem::path& scene);
 
 }  // namespace palpate::tools

@@ -112,8 +112,8 @@ class SectionReader {
     for (SceneTable& region : table_.tables(key, name_of(key)))
       value.push_back(read_region(std::move(region), scene_));
   }
-  void operator()(Stage, std::string_view key, std::optional<SurfaceRegion>& value, Any) {
-    if (table_.has(key)) value = read_surface_region(table_.table(key, name_of(key)), scene_);
+  void operator()(Stage, std::string_view key, std::optional<Region>& value, Any) {
+    if (table_.has(key)) value = read_region(table_.table(key, name_of(key)), scene_);
   }
   // test_points: a number, "vertices", "auto", or else a file of points.
   void operator()(Stage, std::string_view, std::optional<int>& value, PointCount) {

@@ -86,11 +86,11 @@ struct ExperimentsSection {
   std::optional<int> test_points = 40;        ///< absent: every vertex, or the file below
   std::optional<PlacementSection> placement;  ///< with test_points = kFirstPoints
   std::optional<std::filesystem::path> points_file;
-  std::optional<SurfaceRegion> region;
-  Experiments each;            ///< made at every test point
-  double force_tolerance = 0;  ///< force error asked of a simulated row, relative; 0: as it comes
-  bool surface = true;         ///< keep how the whole surface moves, so that the asset deforms
-  int cycles = 4;              ///< of a body that softens: test points pressed in and out
+  std::optional<Region> region;  ///< where a tool presses; of a ball the patch at its centre
+  Experiments each;              ///< made at every test point
+  double force_tolerance = 0;    ///< force error asked of a simulated row, relative; 0: as it comes
+  bool surface = true;           ///< keep how the whole surface moves, so that the asset deforms
+  int cycles = 4;                ///< of a body that softens: test points pressed in and out
   int pairs = 0;         ///< of two tools pressed side by side, which tell how they feel each other
   double memory_GB = 2;  ///< most that the factor of one experiment's mesh may take
 };
@@ -197,8 +197,7 @@ void visit_shapes(SomeScene& scene, const OfRegion& of_region, const OfProbe& of
   for (auto& region : scene.body.fixed) of_region(region);
   for (auto& inclusion : scene.inclusions) of_region(inclusion.region);
   for (auto& bed : scene.beds) of_region(bed.region);
-  if (scene.experiments.region)
-    if (auto& part = scene.experiments.region->part) of_region(*part);
+  if (auto& region = scene.experiments.region) of_region(*region);
   if (scene.tool) of_probe(scene.tool->probe);
   for (auto& tool : scene.pressed) of_probe(tool.probe);
 }

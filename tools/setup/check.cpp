@@ -62,7 +62,6 @@ Trial simulate_middle_point(const Scene& scene, const Body& body) {
   const double started_s = thread_seconds();
   Progress progress;
   progress.is_stopped = [] { return is_interrupted(); };
-  set_item("the trial at " + trial.point);
   say("  trial at {}: a press with its drags", trial.point);
   const fem::PointRows done =
       simulator.press_and_drag(trial.position, normal, experiments_of(scene), progress);
@@ -70,7 +69,6 @@ Trial simulate_middle_point(const Scene& scene, const Body& body) {
   simulator.press_quickly(trial.position, normal, experiments_of(scene), progress);
   trial.quick_s = thread_seconds() - started_s - trial.cpu_s;
   trial.held_share = simulator.held_share(trial.position, normal, experiments_of(scene), progress);
-  set_item("");
   if (!done.is_complete) throw Interrupted("check: the trial was not finished");
   trial.nodes = done.cost.nodes;
   trial.rows = done.rows();

@@ -303,7 +303,6 @@ namespace {
 
 // Brings a stage's output up to date. Returns whether it was made.
 bool bring_up_to_date(const StageRow& stage, Pipeline& pipeline, bool force) {
-  set_stage(stage.name);
   const std::string output = (pipeline.files.*stage.output).string(),
                     wanted = stage.wanted(pipeline);
   const auto stored = stage.stored ? stage.stored(pipeline) : stored_in_hdf5(output);

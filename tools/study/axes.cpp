@@ -4,16 +4,12 @@
 
 #include <boost/random/sobol.hpp>
 #include <cmath>
-#include <numeric>
-#include <random>
 #include <sstream>
 
 #include "libfit/core/error.hpp"
 
 namespace palpate::tools {
 namespace {
-
-constexpr int kMaxSobol = 8;  // dimensions
 
 // Tables of a study whose entries have names, and the section of a scene that each changes.
 struct NamedTables {
@@ -97,51 +93,18 @@ VariedRange read_range(const std::string& key, const toml::table& table, const s
   return range;
 }
 
-// Points in [0, 1)^dimensions, a row each.
-using Shares = std::vector<std::vector<double>>;
-constexpr double kNumbers = 4294967296.0;  // that 32 bits of a sequence are one of
-
-// The first of the Sobol sequence after 0.
-Shares sobol_points(int count, int dimensions) {
-  boost::random::sobol_engine<std::uint32_t, 32> sequence(static_cast<std::size_t>(dimensions));
-  Shares points(static_cast<std::size_t>(count), std::vector<double>(std::size_t(dimensions)));
-  for (std::vector<double>& point : points)
-    for (double& x : point) x = sequence() / kNumbers;
-  return points;
-}
-
-// Each of `count` slices of each axis has one point (McKay, Beckman and Conover 1979).
-Shares latin_hypercube(int count, int dimensions, unsigned seed) {
-  std::mt19937 random(seed);  // its numbers are the standard's; distributions' are not
-  const auto uniform = [&] { return random() / kNumbers; };
-  Shares points(static_cast<std::size_t>(count));
-  for (int d = 0; d < dimensions; ++d) {
-    std::vector<std::size_t> slice(points.size());
-    std::iota(slice.begin(), slice.end(), 0);
-    for (std::size_t i = slice.size(); i > 1; --i)
-      std::swap(slice[i - 1], slice[static_cast<std::size_t>(uniform() * static_cast<double>(i))]);
-    for (std::size_t i = 0; i < points.size(); ++i)
-      points[i].push_back((static_cast<double>(slice[i]) + uniform()) / count);
-  }
-  return points;
-}
-
 Axis sampled(SceneTable table, const std::vector<VariedRange>& ranges) {
-  const std::string method = table.choice("method", "sobol", {"sobol", "latin-hypercube"});
-  const int count = static_cast<int>(table.integer("count", 0, 1, kMaxCases));
-  const auto seed = static_cast<unsigned>(table.integer("seed", 1, 0, 1 << 30));
+  const long count = table.integer("count", 0, 1, kMaxCases);
   table.finish();
-  const int dimensions = static_cast<int>(ranges.size());
-  if (dimensions == 0 || (method == "sobol" && dimensions > kMaxSobol))
-    throw Error(table.where_table(), fmt::format("there are {} ranges to sample", dimensions),
-                fmt::format("Give 1 to {} ranges in [vary]{}.", kMaxSobol,
-                            dimensions > 0 ? ", or method = \"latin-hypercube\"" : ""));
+  if (ranges.empty())
+    throw Error(table.where_table(), "there is no range to sample", "Give ranges in [vary].");
+  // The first points of the sequence after 0.
+  boost::random::sobol_engine<std::uint32_t, 32> sequence(ranges.size());
   Axis axis;
-  for (const auto& point : method == "sobol" ? sobol_points(count, dimensions)
-                                             : latin_hypercube(count, dimensions, seed)) {
+  for (long i = 0; i < count; ++i) {
     CaseChange all;
-    for (std::size_t d = 0; d < ranges.size(); ++d) {
-      CaseChange one = ranges[d].at(point[d]);
+    for (const VariedRange& range : ranges) {
+      CaseChange one = range.at(sequence() / 0x1p32);
       all.words.push_back(one.words.front());
       all.changes.push_back(std::move(one.changes.front()));
     }

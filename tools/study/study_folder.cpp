@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <ctime>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -13,7 +12,6 @@
 #include "libfit/core/text.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
-#include "libfit/io/hdf5/hdf5.hpp"
 #include "tools/build_identity.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
@@ -213,53 +211,34 @@ void StudyFolder::forget_failures() const {
 }
 
 void StudyFolder::write_results() const {
-  static constexpr std::pair<std::string_view, std::string_view> kNumbers[] = {
-      {"force_factor", "1"},      {"points", "1"},          {"rows", "1"},    {"items_failed", "1"},
-      {"median_rel", "1"},        {"p95_rel", "1"},         {"max_rel", "1"}, {"within_jnd", "1"},
-      {"reference_p95_rel", "1"}, {"stiffness_N_m", "N/m"}, {"cpu_s", "s"},   {"memory_MB", "MB"}};
-  std::vector<std::string> texts{"case", "state", "solved_from"};
-  texts.insert(texts.end(), study_.inputs.begin(), study_.inputs.end());
-  std::vector<std::string_view> header(texts.begin(), texts.end());
-  for (const auto& [name, unit] : kNumbers) header.push_back(name);
+  static constexpr std::string_view kNumbers[] = {
+      "force_factor",      "points",        "rows",    "items_failed",
+      "median_rel",        "p95_rel",       "max_rel", "within_jnd",
+      "reference_p95_rel", "stiffness_N_m", "cpu_s",   "memory_MB"};
+  std::vector<std::string_view> header{"case", "state", "solved_from"};
+  header.insert(header.end(), study_.inputs.begin(), study_.inputs.end());
+  header.insert(header.end(), std::begin(kNumbers), std::end(kNumbers));
   header.push_back("failure");
   CsvWriter csv(path_ / "results.csv", header);
-  std::vector<std::vector<std::string>> words(texts.size() + 1);
-  std::vector<std::vector<double>> numbers(std::size(kNumbers));
   for (int i = 0; i < static_cast<int>(cases().size()); ++i) {
     const StudyCase& one = cases()[i];
     const CaseState now = state(i);
-    std::vector<std::string> row{one.name,
-                                 std::string(kCaseStateNames[static_cast<std::size_t>(now)]),
-                                 study_.cases[one.source].name};
-    row.insert(row.end(), one.inputs.begin(), one.inputs.end());
-    for (std::size_t c = 0; c < row.size(); ++c) words[c].push_back(row[c]);
-    for (const std::string& word : row) csv.text(word);
-    Json result = now == CaseState::done
-                      ? Json::parse(read_whole_file(case_folder(i) / "result.json"))
-                      : Json::object();
+    csv.text(one.name)
+        .text(kCaseStateNames[static_cast<std::size_t>(now)])
+        .text(study_.cases[one.source].name);
+    for (const std::string& word : one.inputs) csv.text(word);
+    Json result =
+        now == CaseState::done ? read_json(case_folder(i) / "result.json") : Json::object();
     result["force_factor"] = one.factor;
-    for (std::size_t c = 0; c < std::size(kNumbers); ++c) {
-      const auto found = result.find(kNumbers[c].first);
-      const bool is_known = found != result.end() && found->is_number();
-      numbers[c].push_back(is_known ? found->get<double>()
-                                    : std::numeric_limits<double>::quiet_NaN());
-      if (is_known)
-        csv.number(numbers[c].back());
+    for (const std::string_view name : kNumbers)
+      if (const auto found = result.find(name); found != result.end() && found->is_number())
+        csv.number(found->get<double>());
       else
         csv.text("");
-    }
-    words.back().push_back(failure(i));
-    csv.text(words.back().back());
+    csv.text(failure(i));
     csv.end_row();
   }
   csv.commit();
-  h5::Writer file(path_ / "results.h5", "palpate-study", {{"study", study_.path.string()}});
-  for (std::size_t c = 0; c < texts.size(); ++c) file.strings("cases/" + texts[c], words[c]);
-  file.strings("cases/failure", words.back());
-  for (std::size_t c = 0; c < std::size(kNumbers); ++c)
-    file.numbers("cases/" + std::string(kNumbers[c].first), kNumbers[c].second, numbers[c].data(),
-                 {numbers[c].size(), 0});
-  file.commit();
 }
 
 }  // namespace palpate::tools

@@ -41,9 +41,9 @@ struct Study {
 };
 
 /// Reads a study and makes its cases: all combinations of bodies, materials, probes, lists and
-/// ranges; or ranges sampled together by a Sobol sequence or a Latin hypercube; or the rows of a
-/// table. Every scene is checked as `check` does without its mesh. Throws Error with the place in
-/// the study or, of a case's scene, with the words that name the case.
+/// ranges; or ranges sampled together by a Sobol sequence; or the rows of a table. Every scene is
+/// checked as `check` does without its mesh. Throws Error with the place in the study or, of a
+/// case's scene, with the words that name the case.
 Study read_study(const std::filesystem::path& path, KeyLog* log = nullptr);
 
 enum class CaseState { done, failed, partly, waiting };
@@ -71,8 +71,7 @@ class StudyFolder {
   std::string failure(int number) const;
   /// Forgets failures, so that what failed is tried again.
   void forget_failures() const;
-  /// results.csv and results.h5: a row a case, with inputs, state, error statement, stiffness,
-  /// cost.
+  /// results.csv: a row a case, with inputs, state, error statement, stiffness, cost.
   void write_results() const;
 
   std::filesystem::path case_folder(int number) const;

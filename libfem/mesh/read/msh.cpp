@@ -204,8 +204,10 @@ class MshFile {
     if (type.dimension < 3) {
       ++mesh_.ignored_elements;
       if (labels_ == nullptr || type.name != "triangle") return;
-      const std::array corners{index_of(tags[0], id), index_of(tags[1], id), index_of(tags[2], id)};
-      labels_->add_face(corners, labels_->cells - 1);
+      auto& face = labels_->faces.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k)
+        face[k] = static_cast<std::int32_t>(index_of(tags[k], id));
+      labels_->face_cell.push_back(labels_->cells - 1);
       return;
     }
     if (type.name != "tetrahedron") fail_not_tets(file_, type.name);

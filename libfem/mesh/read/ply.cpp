@@ -1,7 +1,6 @@
-// Stanford PLY: ASCII, binary little and big endian; of other properties than the vertices' x y z
-// and the faces' vertex_indices those of one number are fields, where asked for.
+// Stanford PLY: ASCII, binary little and big endian; besides the vertices' x y z
+// and the faces' vertex_indices nothing is taken.
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <string>
 
@@ -102,18 +101,7 @@ void skip_property(Cursor& file, const Property& p) {
   for (std::size_t left = numbers_of(file, p); left > 0; --left) file.real(p.type);
 }
 
-// Takes a property that is no geometry: into a field where it is one number and asked for.
-// Colours count to 255, also where they are written as shares of 1.
-void take_property(Cursor& file, const Property& p, bool is_on_points, RawLabels* labels) {
-  if (labels == nullptr || p.count_type) return skip_property(file, p);
-  const bool is_share = (p.name == "red" || p.name == "green" || p.name == "blue") &&
-                        (p.type == NumberType::float32 || p.type == NumberType::float64);
-  const double value = file.real(p.type);
-  labels->field(p.name, is_on_points).values.push_back(is_share ? std::round(255 * value) : value);
-}
-
-void read_vertices(Cursor& file, const Element& element, std::size_t number, RawMesh& surface,
-                   RawLabels* labels) {
+void read_vertices(Cursor& file, const Element& element, std::size_t number, RawMesh& surface) {
   const std::array<std::size_t, 3> axis{find_property(element, {"x"}, false, file),
                                         find_property(element, {"y"}, false, file),
                                         find_property(element, {"z"}, false, file)};
@@ -124,7 +112,7 @@ void read_vertices(Cursor& file, const Element& element, std::size_t number, Raw
       const Property& p = element.properties[i];
       const auto which = std::find(axis.begin(), axis.end(), i);
       if (which == axis.end()) {
-        take_property(file, p, true, labels);
+        skip_property(file, p);
         continue;
       }
       point[which - axis.begin()] = file.coordinate(file.real(p.type));
@@ -133,30 +121,27 @@ void read_vertices(Cursor& file, const Element& element, std::size_t number, Raw
   }
 }
 
-void read_faces(Cursor& file, const Element& element, std::size_t number, RawMesh& surface,
-                RawLabels* labels) {
+void read_faces(Cursor& file, const Element& element, std::size_t number, RawMesh& surface) {
   const std::size_t corners_at =
       find_property(element, {"vertex_indices", "vertex_index"}, true, file);
   std::vector<std::int64_t> corners;
   for (std::size_t f = 0; f < number; ++f) {
-    const std::size_t before = surface.triangles.size();
     for (std::size_t i = 0; i < element.properties.size(); ++i) {
       const Property& p = element.properties[i];
       if (i != corners_at) {
-        take_property(file, p, false, labels);
+        skip_property(file, p);
         continue;
       }
       corners.resize(numbers_of(file, p));
       for (std::int64_t& corner : corners) corner = file.integer(p.type);
       add_polygon(surface, corners, file);
     }
-    if (labels != nullptr) labels->add_cell(surface.triangles.size() - before);
   }
 }
 
 }  // namespace
 
-RawMesh read_ply(Cursor& file, RawLabels* labels) {
+RawMesh read_ply(Cursor& file, RawLabels*) {
   const PlyHeader header = read_header(file);
   file.encoding = header.encoding;
   RawMesh surface;
@@ -165,9 +150,9 @@ RawMesh read_ply(Cursor& file, RawLabels* labels) {
     const std::size_t number =
         file.checked_count(element.number, min_bytes(element, header.encoding), element.name);
     if (element.name == "vertex") {
-      read_vertices(file, element, number, surface, labels);
+      read_vertices(file, element, number, surface);
     } else if (element.name == "face") {
-      read_faces(file, element, number, surface, labels);
+      read_faces(file, element, number, surface);
     } else if (element.name == "tristrips") {
       file.fail("triangle strips are not supported", "Export the PLY with plain faces.");
     } else {

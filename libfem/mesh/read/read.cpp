@@ -28,12 +28,8 @@ constexpr Format kFormats[] = {
     {".ply", false, "Stanford, ASCII or binary", mesh_read::read_ply},
     {".off", false, "Geomview", mesh_read::read_off},
     {".vtk", false, "VTK legacy POLYDATA, ASCII or binary", mesh_read::read_vtk_polydata},
-    {".vtp", false, "VTK XML PolyData", mesh_read::read_vtp},
     {".msh", true, "Gmsh 1, 2.x or 4.1, ASCII or binary", mesh_read::read_msh},
     {".vtk", true, "VTK legacy UNSTRUCTURED_GRID, ASCII or binary", mesh_read::read_vtk_grid},
-    {".vtu", true, "VTK XML UnstructuredGrid", mesh_read::read_vtu},
-    {".node", true, "TetGen, with .ele beside it", mesh_read::read_tetgen},
-    {".ele", true, "TetGen, with .node beside it", mesh_read::read_tetgen},
 };
 
 std::string list_formats(bool has_tets) {
@@ -80,7 +76,7 @@ RawMesh read_raw(const std::filesystem::path& path, bool is_tets, RawLabels* lab
                     (!find_format(extension, !is_tets) ? "no mesh format that is known here"
                      : is_tets ? "a format of surfaces, which are read as body.surface"
                                : "a format of tetrahedra, which are read as body.tetmesh"),
-                "Known: " + list_formats(is_tets) + ".");
+                "Known: " + list_formats(is_tets) + ". Gmsh and meshio convert others.");
   const std::string bytes = load_file(path);
   Cursor file(bytes, path.string());
   RawMesh mesh = format->read(file, labels);
@@ -135,13 +131,7 @@ std::vector<MeshGroup> groups_of_tet_mesh(const std::filesystem::path& path) {
 }
 
 std::string stated_frame(const std::filesystem::path& mesh_file) {
-  using namespace mesh_read;
-  const std::string extension = mesh_file.extension().string(), bytes = load_file(mesh_file);
-  if (same_word(extension, ".vtp") || same_word(extension, ".vtu")) {
-    Cursor file(bytes, mesh_file.string());
-    return vtk_field_text(file, same_word(extension, ".vtp") ? "PolyData" : "UnstructuredGrid",
-                          "SPACE");
-  }
+  const std::string bytes = mesh_read::load_file(mesh_file);
   // The longest header of 3D Slicer, that of PLY, is below 300 bytes.
   constexpr std::size_t kHeaderBytes = 1024;
   constexpr std::string_view kKey = "SPACE=";

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +12,7 @@
 namespace palpate {
 
 /// The triangles of a surface mesh file, in m.
-/// path: OBJ, STL, PLY, OFF, VTK (legacy POLYDATA) or VTP, by extension; ASCII and binary.
+/// path: OBJ, STL, PLY, OFF or VTK (legacy POLYDATA), by extension; ASCII and binary.
 /// length_unit_m: length of the file's unit [m] (meshes carry none), e.g. 1e-3 for millimetres.
 /// Vertices and triangles keep the file's order; polygons become fans; STL corners identical to the
 /// bit become one vertex. Nothing is mended here (see libfem/mesh/repair).
@@ -31,8 +30,8 @@ struct TetReadNotes {
 };
 
 /// The tetrahedra of a volume mesh file, in m.
-/// path: MSH (1, 2.x, 4.1), VTK (legacy UNSTRUCTURED_GRID), VTU or TetGen NODE/ELE (either of the
-/// pair), by extension; ASCII and binary. Quadratic tets are read by their corners.
+/// path: MSH (1, 2.x, 4.1) or VTK (legacy UNSTRUCTURED_GRID), by extension; ASCII and binary.
+/// Quadratic tets are read by their corners.
 /// Nodes that no tet uses and second copies of a tet are dropped (Gmsh's MSH 2 has a copy for each
 /// physical group); tets of negative volume are turned if all neighbours then
 /// lie on opposite sides of their shared faces. `region` stays empty: a file's tags name no
@@ -57,7 +56,7 @@ std::vector<MeshGroup> groups_of_tet_mesh(const std::filesystem::path& path);
 /// The anatomical frame that a mesh file states for its coordinates, LPS (x to the left, y to the
 /// back, z to the head) or RAS (x to the right, y to the front); empty where it states none.
 /// 3D Slicer writes `SPACE=LPS` into the header of STL, into the title of legacy VTK and into
-/// comments of OBJ and PLY, and a text `SPACE` into the field data of VTP and VTU.
+/// comments of OBJ and PLY.
 /// Throws Error when the file cannot be read.
 std::string stated_frame(const std::filesystem::path& mesh_file);
 
@@ -66,10 +65,9 @@ std::string stated_frame(const std::filesystem::path& mesh_file);
 /// belong to it.
 class PaintedPart {
  public:
-  /// Painted triangles. is_painted: 3 to a triangle, of its corners; a place of a triangle is
-  /// painted where painted corners weigh half of it or more.
+  /// is_painted: of each triangle.
   PaintedPart(Surface surface, std::vector<char> is_painted);
-  /// Painted tets, 4 flags to a tet.
+  /// is_painted: of each tet.
   PaintedPart(TetMesh volume, std::vector<char> is_painted);
 
   bool contains(const Vec3& place) const;
@@ -82,37 +80,18 @@ class PaintedPart {
   const std::vector<char>& is_painted() const { return is_painted_; }
 
  private:
-  std::optional<bool> decided_by_holders(const Vec3& place) const;
-
   Surface surface_;  // one of both has cells
   TetMesh volume_;
   std::vector<char> is_painted_;
   BoxTree boxes_;
   double slack_m_ = 0;  // by which a place on a border may miss it
-  // Only tets whose corners are painted alike have one; x . normal - offset is the depth below
-  // each face [m].
-  struct Interior {
-    Eigen::Matrix<double, 4, 3> normal = Eigen::Matrix<double, 4, 3>::Zero();
-    Eigen::Vector4d offset_m = Eigen::Vector4d::Zero();
-  };
-  std::vector<Interior> interiors_;
 };
 
-/// A part of a mesh by what its file says of it: a group (MSH physical group, OBJ `g`, `o` or
-/// `usemtl`), a colour ("#ff0000", of the faces or vertices of a PLY), or the points or cells whose
-/// field (VTK, VTU, VTP, PLY property) equals a number.
-struct MeshMark {
-  enum class By { group, colour, field };
-  By by = By::group;
-  std::string name;
-  double equals = 0;  ///< of a field
-};
-
-/// The mesh of a file in m, and which part of it has the mark: triangles of a surface; of a file of
-/// tets the tets that have it, else the boundary triangles.
+/// The mesh of a file in m, and its part in a group (MSH physical group, OBJ `g`, `o` or `usemtl`):
+/// triangles of a surface; of a file of tets those that are in it, else the boundary triangles.
 /// Formats, limits and safety as read_surface and read_tet_mesh. Throws Error also where the file
-/// has no such group, colour or field, and lists those that it has, or nothing has the mark.
-PaintedPart read_marked_part(const std::filesystem::path& path, double length_unit_m, bool is_tets,
-                             const MeshMark& mark);
+/// has no such group, and lists those that it has, or the group has no face or tet.
+PaintedPart read_group(const std::filesystem::path& path, double length_unit_m, bool is_tets,
+                       const std::string& group);
 
 }  // namespace palpate

@@ -1,10 +1,69 @@
 // VTK legacy files, versions 1 to 5.1, ASCII and binary (always big endian).
+#include <algorithm>
 #include <string>
 
 #include "libfem/mesh/read/raw_mesh.hpp"
 
 namespace palpate::mesh_read {
 namespace {
+
+// Cell i has corners connectivity[end[i-1] .. end[i]), end[-1] = 0.
+struct VtkCells {
+  std::vector<std::int64_t> end;
+  std::vector<std::int64_t> connectivity;
+};
+
+// Calls use(cell, corners) for each.
+template <typename Use>
+void for_each_cell(const VtkCells& cells, const Cursor& cursor, Use use) {
+  std::int64_t begin = 0;
+  for (std::size_t cell = 0; cell < cells.end.size(); ++cell) {
+    const std::int64_t end = cells.end[cell];
+    if (end < begin || end > static_cast<std::int64_t>(cells.connectivity.size()))
+      cursor.fail("cell " + std::to_string(cell) + " has offsets outside the connectivity");
+    use(cell, std::span(cells.connectivity).subspan(begin, end - begin));
+    begin = end;
+  }
+}
+
+void add_polygons(RawMesh& surface, const VtkCells& cells, const Cursor& cursor) {
+  for_each_cell(cells, cursor, [&](std::size_t, std::span<const std::int64_t> corners) {
+    add_polygon(surface, corners, cursor);
+  });
+}
+
+// Every second triangle of a strip is turned.
+void add_strips(RawMesh& surface, const VtkCells& cells, const Cursor& cursor) {
+  for_each_cell(cells, cursor, [&](std::size_t, std::span<const std::int64_t> corners) {
+    for (std::size_t i = 2; i < corners.size(); ++i) {
+      std::array<std::int64_t, 3> triangle{corners[i - 2], corners[i - 1], corners[i]};
+      if (i % 2 == 1) std::swap(triangle[0], triangle[1]);
+      add_polygon(surface, triangle, cursor);
+    }
+  });
+}
+
+// Adds the tets among cells of the given VTK types, counts points, lines and faces as ignored.
+void add_tets(RawMesh& mesh, const VtkCells& cells, const std::vector<std::int64_t>& types,
+              const Cursor& cursor) {
+  constexpr std::int64_t kTets[] = {10, 24, 71};  // the last two by their corners
+  // Points, lines, triangles, quads and polygons, also quadratic and Lagrange.
+  constexpr std::int64_t kFlat[] = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9, 21,
+                                    22, 23, 28, 30, 34, 35, 36, 68, 69, 70};
+  if (types.size() != cells.end.size())
+    cursor.fail("there are " + std::to_string(cells.end.size()) + " cells but " +
+                std::to_string(types.size()) + " cell types");
+  for_each_cell(cells, cursor, [&](std::size_t cell, std::span<const std::int64_t> corners) {
+    if (std::ranges::count(kFlat, types[cell]) > 0) {
+      ++mesh.ignored_elements;
+      return;
+    }
+    if (std::ranges::count(kTets, types[cell]) == 0)
+      fail_not_tets(cursor, "VTK cell type " + std::to_string(types[cell]));
+    if (corners.size() < 4) cursor.fail("a tetrahedron has fewer than 4 corners");
+    add_tet(mesh, corners.first<4>(), static_cast<std::int64_t>(cell), cursor);
+  });
+}
 
 NumberType read_type(Cursor& file) {
   const std::string_view name = file.word_on_line();
@@ -33,47 +92,17 @@ class LegacyFile {
   // The next section's keyword; empty at the end or where only attributes follow.
   std::string_view section() {
     while (!file_.at_end()) {
-      const std::size_t start = file_.position();
       const std::string_view keyword = file_.word_on_line();
-      if (same_word(keyword, "CELL_DATA") || same_word(keyword, "POINT_DATA")) {
-        file_.seek(start);
-        return {};
-      }
+      if (same_word(keyword, "CELL_DATA") || same_word(keyword, "POINT_DATA")) return {};
       if (same_word(keyword, "METADATA")) {
         skip_metadata();
       } else if (same_word(keyword, "FIELD")) {
-        read_field({}, nullptr);
+        skip_field();
       } else {
         return keyword;
       }
     }
     return {};
-  }
-
-  // Values on cells and points, behind the geometry.
-  void attributes(RawLabels& labels) {
-    bool is_on_points = false;
-    std::size_t rows = 0;
-    while (!file_.at_end()) {
-      const std::string_view keyword = file_.word_on_line();
-      const auto is = [&](std::string_view word) { return same_word(keyword, word); };
-      if (is("CELL_DATA") || is("POINT_DATA")) {
-        is_on_points = is("POINT_DATA");
-        rows = file_.count(NumberType::int64, 0, "rows");
-        file_.line();
-      } else if (is("METADATA")) {
-        skip_metadata();
-      } else if (is("FIELD")) {
-        read_field(is_on_points, &labels);
-      } else if (is("LOOKUP_TABLE")) {
-        file_.word_on_line();
-        const std::size_t colours = file_.count(NumberType::int64, 4, "colours");
-        file_.line();
-        values(colours, 4, data_ == Encoding::text ? NumberType::float64 : NumberType::uint8);
-      } else {
-        read_attribute(keyword, rows, labels.field(file_.word_on_line(), is_on_points));
-      }
-    }
   }
 
   std::vector<Vec3> points() {
@@ -156,69 +185,21 @@ class LegacyFile {
     }  // ends with an empty line
   }
 
-  std::vector<double> values(std::size_t rows, std::size_t width, NumberType type) {
-    if (width > 0 && rows > file_.remaining() / width)
-      file_.fail("a field is larger than the file");
-    std::vector<double> out(rows * width);
-    file_.encoding = data_;
-    for (double& value : out) value = file_.real(type);
-    file_.encoding = Encoding::text;
-    return out;
-  }
-
-  // "KEYWORD name ..." behind its name.
-  void read_attribute(std::string_view keyword, std::size_t rows, RawLabels::Field& field) {
-    struct Attribute {
-      std::string_view name;
-      std::size_t width;
-    };
-    constexpr Attribute kAttributes[] = {{"SCALARS", 1},     {"VECTORS", 3},  {"NORMALS", 3},
-                                         {"TENSORS", 9},     {"TENSORS6", 6}, {"GLOBAL_IDS", 1},
-                                         {"PEDIGREE_IDS", 1}};
-    std::size_t width = 0;
-    NumberType type = NumberType::float32;
-    const auto small_count = [&](std::string_view word) {
-      const auto number = parse_integer(word);
-      if (!number || *number < 1 || *number > 9) file_.fail("a field has 1 to 9 components");
-      return static_cast<std::size_t>(*number);
-    };
-    if (same_word(keyword, "TEXTURE_COORDINATES")) {
-      width = small_count(file_.word_on_line());
-      type = read_type(file_);
-    } else if (same_word(keyword, "COLOR_SCALARS")) {
-      width = small_count(file_.word_on_line());
-      type = data_ == Encoding::text ? NumberType::float64 : NumberType::uint8;
-    } else {
-      for (const Attribute& row : kAttributes)
-        if (same_word(keyword, row.name)) width = row.width;
-      if (width == 0) file_.fail(quoted(keyword) + " is no attribute of VTK");
-      type = read_type(file_);
-      if (const std::string_view more = file_.word_on_line(); !more.empty())
-        width = small_count(more);
-    }
-    file_.line();
-    if (same_word(keyword, "SCALARS")) {
-      const std::size_t start = file_.position();
-      if (same_word(file_.word(), "LOOKUP_TABLE"))
-        file_.line();
-      else
-        file_.seek(start);
-    }
-    field.values = values(rows, width, type);
-  }
-
-  // "FIELD name arrays" and its arrays; labels: null to pass over them.
-  void read_field(bool is_on_points, RawLabels* labels) {
+  // "FIELD name arrays" and its arrays.
+  void skip_field() {
     file_.word_on_line();  // its name
     const std::int64_t arrays = file_.integer();
     for (std::int64_t a = 0; a < arrays; ++a) {
-      const std::string_view name = file_.word();
+      file_.word();  // its name
       const std::size_t width = file_.count(NumberType::int64, 1, "components");
       const std::size_t rows = file_.count(NumberType::int64, 1, "rows");
       const NumberType type = read_type(file_);
       file_.line();
-      std::vector<double> read = values(rows, width, type);
-      if (labels != nullptr) labels->field(name, is_on_points).values = std::move(read);
+      if (width > 0 && rows > file_.remaining() / width)
+        file_.fail("a field is larger than the file");
+      file_.encoding = data_;
+      for (std::size_t left = rows * width; left > 0; --left) file_.real(type);
+      file_.encoding = Encoding::text;
     }
   }
 
@@ -229,39 +210,29 @@ class LegacyFile {
 
 }  // namespace
 
-RawMesh read_vtk_polydata(Cursor& file, RawLabels* labels) {
+RawMesh read_vtk_polydata(Cursor& file, RawLabels*) {
   LegacyFile legacy(file);
   if (!same_word(legacy.dataset(), "POLYDATA"))
     file.fail("holds a " + quoted(legacy.dataset()) + ", not POLYDATA",
               "Give a surface; tetrahedra (UNSTRUCTURED_GRID) are read as body.tetmesh.");
   RawMesh surface;
-  // VTK counts cells in this order, whatever that of the sections.
-  VtkCells vertices, lines, polygons, strips;
   for (auto keyword = legacy.section(); !keyword.empty(); keyword = legacy.section()) {
     if (same_word(keyword, "POINTS")) {
       surface.points = legacy.points();
     } else if (same_word(keyword, "POLYGONS")) {
-      add_polygons(surface, polygons = legacy.cells(), 0, file);
+      add_polygons(surface, legacy.cells(), file);
     } else if (same_word(keyword, "TRIANGLE_STRIPS")) {
-      add_strips(surface, strips = legacy.cells(), 0, file);
-    } else if (same_word(keyword, "VERTICES")) {
-      vertices = legacy.cells();
-    } else if (same_word(keyword, "LINES")) {
-      lines = legacy.cells();
+      add_strips(surface, legacy.cells(), file);
+    } else if (same_word(keyword, "VERTICES") || same_word(keyword, "LINES")) {
+      legacy.cells();
     } else {
       file.fail(quoted(keyword) + " is not a section of POLYDATA");
     }
   }
-  if (labels != nullptr) {
-    labels->cells = static_cast<std::int32_t>(vertices.end.size() + lines.end.size());
-    note_cells(polygons, *labels);
-    note_cells(strips, *labels);
-    legacy.attributes(*labels);
-  }
   return surface;
 }
 
-RawMesh read_vtk_grid(Cursor& file, RawLabels* labels) {
+RawMesh read_vtk_grid(Cursor& file, RawLabels*) {
   LegacyFile legacy(file);
   if (!same_word(legacy.dataset(), "UNSTRUCTURED_GRID"))
     file.fail("holds " + quoted(legacy.dataset()) + ", not an UNSTRUCTURED_GRID",
@@ -280,8 +251,7 @@ RawMesh read_vtk_grid(Cursor& file, RawLabels* labels) {
       file.fail(quoted(keyword) + " is not a section of UNSTRUCTURED_GRID");
     }
   }
-  add_tets(mesh, cells, types, 0, file, labels);
-  if (labels != nullptr) legacy.attributes(*labels);
+  add_tets(mesh, cells, types, file);
   return mesh;
 }
 

@@ -58,7 +58,7 @@ void check(const SceneMesh& mesh, const std::string& group, const h5::Complain& 
   check_indices(complain, group + "tets", mesh.tets, mesh.vertices.rows());
   if (!mesh.is_painted.empty())
     check_rows(complain, group + "is_painted", static_cast<Eigen::Index>(mesh.is_painted.size()),
-               mesh.tets.rows() > 0 ? mesh.tets.size() : mesh.triangles.size());
+               mesh.tets.rows() > 0 ? mesh.tets.rows() : mesh.triangles.rows());
 }
 
 void check_all(const Body& body, const h5::Complain& complain) {

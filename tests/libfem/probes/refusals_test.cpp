@@ -71,23 +71,22 @@ TEST(ProbeRefusals, numbers_that_make_no_solid_are_explained) {
 TEST(ProbeRefusals, a_mesh_without_an_inside_is_refused_by_its_fault) {
   const Surface box = box_mesh(Vec3(0.004, 0.006, 0.01));
   EXPECT_EQ(message_of(box), "accepted");
-  EXPECT_EQ(message_of(Surface{}),
-            "[probe]: the probe's mesh has no triangle\n  Name a closed triangle mesh.");
+  const auto fault = [](const Surface& surface) {
+    const std::string text = message_of(surface);
+    const std::string head = "[probe]: the probe's mesh has no inside: ";
+    EXPECT_TRUE(text.starts_with(head)) << text;
+    return text.substr(head.size(), text.find('\n') - head.size());
+  };
+  EXPECT_EQ(fault(Surface{}), "it has no triangle");
   Surface open = box;
   open.triangles.conservativeResize(11, 3);
-  EXPECT_EQ(
-      message_of(open),
-      "[probe]: the probe's mesh is open: 3 edges have one triangle, the first at triangle 11\n"
-      "  Close it, for example with a mesh editor's \"fill holes\"; a probe needs an inside.");
+  EXPECT_EQ(fault(open), "3 edges lie on a border");
   Surface turned = box;
   std::swap(turned.triangles(3, 0), turned.triangles(3, 1));
-  EXPECT_NE(message_of(turned).find(
-                "triangles of the probe's mesh disagree about its outside at 3 edges"),
-            std::string::npos);
+  EXPECT_EQ(fault(turned), "3 edges join triangles that face opposite ways");
   Surface inside_out = box;
   inside_out.triangles.col(0).swap(inside_out.triangles.col(1));
-  EXPECT_EQ(message_of(inside_out),
-            "[probe]: the probe's mesh is inside out\n  Turn its triangles around.");
+  EXPECT_EQ(fault(inside_out), "it points inward: its volume is not positive");
   Surface flat = box;
   flat.vertices.col(2).setZero();
   EXPECT_NE(message_of(flat).find("of the probe's mesh has no area"), std::string::npos);
@@ -95,7 +94,7 @@ TEST(ProbeRefusals, a_mesh_without_an_inside_is_refused_by_its_fault) {
   wall.triangles.conservativeResize(14, 3);
   wall.triangles.row(12) << 0, 3, 7;
   wall.triangles.row(13) << 0, 7, 4;
-  EXPECT_NE(message_of(wall).find("the probe's mesh is"), std::string::npos);
+  EXPECT_NE(fault(wall), "");
 }
 
 TEST(ProbeRefusals, a_mesh_whose_parts_share_an_edge_or_a_point_is_not_manifold) {
@@ -112,12 +111,11 @@ TEST(ProbeRefusals, a_mesh_whose_parts_share_an_edge_or_a_point_is_not_manifold)
       }
     return both;
   };
-  EXPECT_EQ(message_of(twin({{0, 7}})),
-            "[probe]: the probe's mesh is not manifold: several sheets meet at vertex 8\n"
-            "  Separate or unite the parts that touch in one point.");
-  EXPECT_NE(message_of(twin({{0, 7}, {1, 6}}))
-                .find("is not manifold: 1 edge has more than two triangles"),
-            std::string::npos);
+  const auto holds = [](const std::string& text, const char* part) {
+    return text.find(part) != std::string::npos;
+  };
+  EXPECT_TRUE(holds(message_of(twin({{0, 7}})), ": 1 vertex joins two sheets"));
+  EXPECT_TRUE(holds(message_of(twin({{0, 7}, {1, 6}})), ": 1 edge has over two triangles"));
 }
 
 TEST(ProbeRefusals, smoothing_must_fit_the_mesh) {

@@ -378,28 +378,6 @@ const claims = {
     assert.deepEqual([...seen].sort(), ["grey", "window"]);
   },
 
-  async a_hidden_lump_is_marked_and_revealed() {
-    await open();
-    assert.match(await text("#task-said"), /hidden under the window/);
-    await page.click("#task-mark");
-    assert.match(await text("#task-said"), /Press somewhere first/);
-    await page.click("#poke-press");
-    await until("#poke-state", isTouching);
-    await until("#poke-depth-now", (s) => Number.parseFloat(s) > 0.5);
-    await page.click("#poke-press");
-    await page.click("#task-mark");
-    assert.match(await text("#task-said"), /Marked after \d+ s/);
-    const hidden = await canvas.screenshot();
-    await page.click("#task-reveal");
-    assert.match(
-      await text("#task-said"),
-      /^(Found|Missed): your mark is [\d.]+ mm beside its middle.*It took \d+ s; the deepest press was [\d.]+ mm/,
-    );
-    await changed(hidden);
-    await page.click("#task-again");
-    assert.match(await text("#task-said"), /hidden under the window/);
-  },
-
   async the_body_is_seen_cut_from_the_side() {
     await open();
     await page.click("#poke-press");

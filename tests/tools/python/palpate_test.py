@@ -323,12 +323,6 @@ class Files(unittest.TestCase):
                     self.assertEqual(two[name].attrs["unit"], palpate.files._text(twin.attrs["unit"]), name)
         self.assertTrue(palpate.fit(self.at / "two.h5", self.at / "two_curves.h5", jobs=1, quiet=True))
 
-    def test_predict_samples_of_a_dict(self):
-        model, samples = self.at / "out/model.h5", self.at / "out/samples.h5"
-        told = palpate.predict(model, palpate.read(samples), quiet=True)
-        self.assertEqual(told["force_error"], palpate.predict(model, samples, quiet=True)["force_error"])
-        self.assertLess(told["force_error"]["median_rel"], 0.1)
-
     def test_of_another_kind_are_refused(self):
         for path in (self.at / "block.off", GOLDEN[0]):
             self.assertRaises(palpate.Error, palpate.read, path)

@@ -9,7 +9,6 @@ import type { PathFigure } from "./paths";
 import { Pick } from "./pick";
 import { Poke } from "./poke";
 import type { MapName } from "./surface";
-import { Task } from "./task";
 import { ask } from "./terms";
 import { millimetres, percent, quantity } from "./words";
 
@@ -102,16 +101,6 @@ class BodySection {
       buttons.prepend(poke.turnButton, poke.sideButton);
       stage.append(poke.unmeasured);
       bench.append(poke.panel);
-      const task = Task.of(
-        contents,
-        this.view,
-        () => poke.place,
-        (isShown) => this.reveal(isShown),
-      );
-      if (task) {
-        poke.onDepth = (depth_m) => task.record(depth_m);
-        bench.append(task.element);
-      }
     }
     if (!contents.asset && contents.set_up) {
       this.pick = new Pick(contents, this.view);
@@ -131,15 +120,7 @@ class BodySection {
   }
 
   private showSetUp(): void {
-    this.view.showSetUp(this.setUpBox.checked ? "all" : "nothing");
-    this.colour();
-  }
-
-  /** The task shows the inclusions beneath a transparent body, or hides them under tissue. */
-  private reveal(isShown: boolean): void {
-    this.setUpBox.checked = false;
-    if (!isShown) this.maps.value = "tissue";
-    this.view.showSetUp(isShown ? "inclusions" : "nothing");
+    this.view.showSetUp(this.setUpBox.checked);
     this.colour();
   }
 

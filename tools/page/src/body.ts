@@ -21,15 +21,12 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { type Contents, floats, nearest, type Region, vector } from "./contents";
-import { type DrawnTool, drawRegion, type SetUpPart, setUpGroups, ToolGlyph } from "./glyphs";
+import { type DrawnTool, drawRegion, setUpGroup, ToolGlyph } from "./glyphs";
 import { BodySurface, linear, type MapName, type Place } from "./surface";
 
 export type MarkerMode = "points" | "held_out" | "none";
 
 const kMarkerShare = 0.01; // of the view's radius
-const kSlow_ms = 60; // a frame that takes longer is drawn in fewer pixels, until nothing moves
-const kCoarsest = 0.6; // pixels of a slow frame, along an edge, of those of the screen
-const kRest_ms = 400;
 const kSideLift = 0.3; // rad: from the side one looks down a little on what is pressed
 
 export class BodyView {
@@ -47,17 +44,12 @@ export class BodyView {
   private readonly selection: Mesh;
   private readonly marks = new Group();
   private readonly sketched = new Group();
-  private readonly setUp: ReturnType<typeof setUpGroups>;
+  private readonly setUp: Group;
   private readonly tools: ToolGlyph[];
-  private readonly shadows: DrawnTool["balls"][] = [[], []];
   /** A plane through the tool, what lies beyond it is not drawn; and the look before. */
   private cut: { normal: Vector3; through: Vector3; eye: Vector3; target: Vector3 } | undefined;
   private isDue = false;
   private isChanged = false;
-  /** Share of the screen's pixels along an edge; how long a frame takes, on average. */
-  private detail = 1;
-  private slowness_ms = 0;
-  private resting: ReturnType<typeof setTimeout> | undefined;
   private before: (() => void) | undefined;
 
   constructor(
@@ -83,16 +75,10 @@ export class BodyView {
     const size = kMarkerShare * this.radius;
     this.selection = new Mesh(new SphereGeometry(1.9 * size, 24, 16), new MeshBasicMaterial({ color: 0xd55e00 }));
     this.selection.visible = false;
-    this.setUp = setUpGroups(contents);
+    this.setUp = setUpGroup(contents);
     this.tools = [0, 1].map(() => new ToolGlyph(this.radius, 2 * size));
     this.marks.add(this.selection);
-    this.scene.add(
-      this.setUp.others,
-      this.setUp.inclusions,
-      this.marks,
-      this.sketched,
-      ...this.tools.map(({ group }) => group),
-    );
+    this.scene.add(this.setUp, this.marks, this.sketched, ...this.tools.map(({ group }) => group));
     this.home();
     new ResizeObserver(() => this.resize()).observe(canvas);
   }
@@ -126,10 +112,8 @@ export class BodyView {
     return Int32Array.from({ length: points.length / 3 }, (_, p) => nearest(vertices, vector(points, p)));
   }
 
-  showSetUp(part: SetUpPart): void {
-    const isShown = part !== "nothing";
-    this.setUp.inclusions.visible = isShown;
-    this.setUp.others.visible = part === "all";
+  showSetUp(isShown: boolean): void {
+    this.setUp.visible = isShown;
     this.surface.mesh.material.transparent = isShown;
     this.surface.mesh.material.opacity = isShown ? 0.45 : 1;
     this.surface.mesh.material.depthWrite = !isShown;
@@ -284,19 +268,17 @@ export class BodyView {
     return [right, up];
   }
 
-  /** Draws one of the tools, its shadow and the force on it as an arrow; none hides it. Marks make way for it. */
+  /** Draws one of the tools and the force on it as an arrow; none hides it. Marks make way for it. */
   showTool(finger: number, tool: DrawnTool | undefined, fullForce_N: number): void {
-    this.shadows[finger] = this.tools[finger].show(tool, fullForce_N);
-    const all = this.shadows.flat();
-    this.surface.mesh.material.setShadows(all);
-    this.marks.visible = all.length === 0;
+    this.tools[finger].show(tool, fullForce_N);
+    this.marks.visible = this.tools.every(({ group }) => !group.visible);
     this.draw();
   }
 
   private resize(): void {
     const { clientWidth, clientHeight } = this.canvas;
     if (!clientWidth || !clientHeight) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * this.detail);
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / clientHeight;
     // Narrow windows see as much across as wide ones see upward.
@@ -314,13 +296,6 @@ export class BodyView {
     this.schedule();
   }
 
-  /** Pixels a CSS pixel. */
-  private setDetail(share: number): void {
-    if (share === this.detail) return;
-    this.detail = share;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * share);
-  }
-
   /** Once in the next frame. */
   draw(): void {
     this.isChanged = true;
@@ -330,25 +305,13 @@ export class BodyView {
   private schedule(): void {
     if (this.isDue) return;
     this.isDue = true;
-    const asked_ms = performance.now();
     requestAnimationFrame(() => {
       this.before?.();
       this.before = undefined;
       this.isDue = false;
       if (!this.isChanged) return;
       this.isChanged = false;
-      this.slowness_ms += 0.3 * (performance.now() - asked_ms - this.slowness_ms);
-      if (this.slowness_ms > kSlow_ms) this.setDetail(kCoarsest);
       this.renderer.render(this.scene, this.camera);
-      clearTimeout(this.resting);
-      this.resting = setTimeout(() => this.rest(), kRest_ms);
     });
-  }
-
-  /** Nothing has moved for a while: all pixels, once. */
-  private rest(): void {
-    if (this.detail === 1) return;
-    this.setDetail(1);
-    this.renderer.render(this.scene, this.camera);
   }
 }

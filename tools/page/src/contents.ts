@@ -144,7 +144,7 @@ export interface Contents {
     /** The scene's text, defaults filled in; empty where recordings were made. */
     scene: string;
     window?: Region;
-    inclusions: (Region & { is_stiffer: boolean })[];
+    inclusions: Region[];
   };
   probe?: { shape: string; friction: number; values: Record<string, number[]> };
   /** Tools of the scene beside its probe: balls fixed to each other in their own axes; of one that is no ball how it ends. */

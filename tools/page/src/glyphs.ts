@@ -22,8 +22,6 @@ import {
 import { kSetUpColours } from "./colours";
 import { type Contents, floats, integers, type Region, vector } from "./contents";
 
-export type SetUpPart = "nothing" | "inclusions" | "all";
-
 const geometry = (places_m: Float32Array<ArrayBuffer>, triangles?: Uint32Array<ArrayBuffer>) => {
   const made = new BufferGeometry().setAttribute("position", new BufferAttribute(places_m, 3));
   return triangles ? made.setIndex(new BufferAttribute(triangles, 1)) : made;
@@ -47,28 +45,28 @@ export function drawRegion(region: Region, group: Group, colour: string, opacity
   }
 }
 
-/** The held part, the base mesh and the window; and the inclusions. Not visible yet. */
-export function setUpGroups(contents: Contents): { others: Group; inclusions: Group } {
-  const [others, inclusions] = [new Group(), new Group()];
-  others.visible = inclusions.visible = false;
+/** The held part, the base mesh, the window and the inclusions. Not visible yet. */
+export function setUpGroup(contents: Contents): Group {
+  const group = new Group();
+  group.visible = false;
   const set_up = contents.set_up;
-  if (!set_up) return { others, inclusions };
+  if (!set_up) return group;
   const [nodes, boundary] = [floats(set_up.nodes_m), unsigned(set_up.boundary)];
   const held = new Set(integers(set_up.held));
   const heldFaces = boundary.filter((_, i) => [0, 1, 2].every((k) => held.has(boundary[i - (i % 3) + k])));
   const heldNodes = Float32Array.from([...held].flatMap((node) => vector(nodes, node)));
   // In front of the finer surface beside it, and seen through the body's far side, dimmer.
   const paint = { color: kSetUpColours.held, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: -8 };
-  others.add(
+  group.add(
     new Mesh(geometry(nodes, heldFaces), new MeshBasicMaterial(paint)),
     new Points(geometry(heldNodes), new PointsMaterial({ color: kSetUpColours.held, size: 6, sizeAttenuation: false })),
     new Mesh(geometry(nodes, boundary), wire("#808080", 0.35, false)),
   );
   if (set_up.lumen)
-    drawRegion({ vertices_m: set_up.nodes_m, triangles: set_up.lumen }, others, kSetUpColours.lumen, 0.6);
-  if (set_up.window) drawRegion(set_up.window, others, kSetUpColours.window, 0.22);
-  for (const inclusion of set_up.inclusions) drawRegion(inclusion, inclusions, kSetUpColours.inclusion, 0.5);
-  return { others, inclusions };
+    drawRegion({ vertices_m: set_up.nodes_m, triangles: set_up.lumen }, group, kSetUpColours.lumen, 0.6);
+  if (set_up.window) drawRegion(set_up.window, group, kSetUpColours.window, 0.22);
+  for (const inclusion of set_up.inclusions) drawRegion(inclusion, group, kSetUpColours.inclusion, 0.5);
+  return group;
 }
 
 /** A drawn tool: its balls, and the force on it, which acts at a place. */
@@ -108,27 +106,24 @@ export class ToolGlyph {
     this.group.visible = false;
   }
 
-  /** Returns the balls as they are drawn. */
-  show(tool: DrawnTool | undefined, fullForce_N: number): DrawnTool["balls"] {
+  show(tool: DrawnTool | undefined, fullForce_N: number): void {
     this.group.visible = tool !== undefined;
-    if (!tool) return [];
+    if (!tool) return;
     while (this.balls.children.length < tool.balls.length) this.balls.add(new Mesh(this.ball, this.glass));
-    const drawn = tool.balls.map(({ at, radius_m }) => ({ at, radius_m: radius_m > 0 ? radius_m : this.tip_m }));
     this.balls.children.forEach((ball, i) => {
-      ball.visible = i < drawn.length;
+      ball.visible = i < tool.balls.length;
       if (!ball.visible) return;
-      ball.position.copy(drawn[i].at);
-      ball.scale.setScalar(drawn[i].radius_m);
+      ball.position.copy(tool.balls[i].at);
+      ball.scale.setScalar(tool.balls[i].radius_m || this.tip_m);
     });
     const strength = tool.force.length();
     this.arrow.visible = strength > 0;
-    if (strength === 0) return drawn;
+    if (strength === 0) return;
     const length = Math.min((strength / fullForce_N) * 0.7, 1) * this.radius;
     const [shaft, head] = this.arrow.children;
     shaft.scale.set(1, Math.max(length, 1e-9), 1);
     head.position.set(0, length, 0);
     this.arrow.position.copy(tool.acts_at);
     this.arrow.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), tool.force.clone().normalize());
-    return drawn;
   }
 }

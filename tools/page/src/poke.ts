@@ -45,8 +45,6 @@ export class Poke {
   readonly turnButton: HTMLButtonElement;
   readonly sideButton: HTMLButtonElement;
   readonly unmeasured = html("p", { class: "unmeasured", id: "poke-where", role: "status", hidden: true }, kUnmeasured);
-  /** Called with the depth of the deepest tool. */
-  onDepth: (depth_m: number) => void = () => {};
   isPoking = true;
   private worker: Worker | undefined;
   readonly range_m: number;
@@ -60,7 +58,6 @@ export class Poke {
   /** Each finger's place, and whether it presses there. */
   private readonly places: (Place | undefined)[] = [undefined, undefined];
   private readonly pressed = [false, false];
-  private touched: Place | undefined;
   /** A batch that no frame has shown yet. */
   private latest: Batch | undefined;
   /** Poses and answers that the picture shows. */
@@ -221,11 +218,6 @@ export class Poke {
     this.unmeasured.hidden = isMeasured;
   }
 
-  /** The place that the first tool presses, or pressed last. */
-  get place(): Place | undefined {
-    return this.touched;
-  }
-
   lookFromSide(isCut: boolean): void {
     this.view.lookFromSide(isCut ? this.places[0] : undefined);
     if (isCut && !this.places[0]) this.message.textContent = "Press somewhere first: the cut goes through the tool.";
@@ -284,7 +276,6 @@ export class Poke {
 
   private follow(): void {
     this.showDepth();
-    if (this.isPressed) this.touched = this.places[0];
     this.pressed.forEach((isPressed, finger) => {
       if (isPressed) this.order({ order: "move", finger, to: this.at(finger, this.depth_m), turn: this.wxyz });
     });
@@ -293,10 +284,7 @@ export class Poke {
   press(place: Place, finger = 0): void {
     this.places[finger] = place;
     this.pressed[finger] = true;
-    if (finger === 0) {
-      this.touched = place;
-      this.view.cutThrough(place.position);
-    }
+    if (finger === 0) this.view.cutThrough(place.position);
     this.pressButton.textContent = this.isPressed ? "Lift" : "Press";
     this.order({
       order: "touch",
@@ -442,8 +430,6 @@ export class Poke {
     const last = batch.pressing_N.length - 1;
     const each = (of: (a: Float64Array) => string) => all.map(of).join(" and ");
     const sum = (key: number) => batch.answer.reduce((total, a) => total + a[key], 0);
-    const deepest_m = Math.max(...touching.map((a) => a[Answer.normal_m]), 0);
-    this.onDepth(deepest_m);
     if (touching.length) this.note(touching.every((a) => (a[Answer.flags] & kOutside) === 0));
     const length = (key: number) => each((a) => (touching.length ? millimetres(a[key]) : millimetres(0)));
     const text: Record<string, string> = {

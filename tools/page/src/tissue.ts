@@ -1,5 +1,5 @@
-// The look of the body: a wet surface with a fine grain, darker where it is pressed in and where a
-// tool shadows it, and flat in one colour where it is cut.
+// The look of the body: a wet surface with a fine grain, darker where it is pressed in, and flat in one
+// colour where it is cut.
 
 import {
   Color,
@@ -15,7 +15,6 @@ import {
   Vector4,
 } from "three";
 
-const kMaxBalls = 16;
 const kCells = 32; // of the grain, until it repeats
 const kWet = 0.36; // roughness of tissue
 const kDull = 0.85; // of a map, whose colours highlights would change
@@ -26,8 +25,7 @@ const kVertex = "#include <begin_vertex>\n vRest = rest; vHere = position;";
 const kFragmentHead = `
 varying vec3 vRest, vHere;
 uniform float grain, depth;
-uniform vec4 cut, balls[${kMaxBalls}];
-uniform int ballCount;
+uniform vec4 cut;
 uniform vec3 inside;
 uniform highp sampler3D grains;
 float noise(vec3 p) {
@@ -39,17 +37,6 @@ vec3 bumped(vec3 n, float height) {
   vec3 x = dFdx(-vViewPosition), y = dFdy(-vViewPosition), a = cross(y, n), b = cross(n, x);
   float d = dot(x, a);
   return normalize(abs(d) * n - sign(d) * (dFdx(height) * a + dFdy(height) * b));
-}
-// Share of the light that balls leave: Quilez, Sphere ambient occlusion.
-float lit(vec3 n) {
-  float share = 1.0;
-  for (int i = 0; i < ${kMaxBalls}; ++i) {
-    if (i >= ballCount) break;
-    vec3 to = (viewMatrix * vec4(balls[i].xyz, 1)).xyz + vViewPosition;
-    float far = max(length(to), balls[i].w);
-    share *= 1.0 - 0.8 * max(0.0, 0.25 + 0.75 * dot(n, to) / far) * pow(balls[i].w / far, 2.0);
-  }
-  return share;
 }
 `;
 
@@ -70,8 +57,7 @@ const kFragment: [string, string][] = [
   ],
   [
     "#include <opaque_fragment>",
-    `outgoingLight *= lit(normal);
-    if (dot(cut.xyz, cut.xyz) > 0.0 && !gl_FrontFacing) outgoingLight = inside;
+    `if (dot(cut.xyz, cut.xyz) > 0.0 && !gl_FrontFacing) outgoingLight = inside;
     #include <opaque_fragment>`,
   ],
 ];
@@ -95,8 +81,6 @@ export class TissueMaterial extends MeshStandardMaterial {
     grains: { value: grainTexture() },
     depth: { value: 1 },
     cut: { value: new Vector4() },
-    balls: { value: Array.from({ length: kMaxBalls }, () => new Vector4(0, 0, 0, 1)) },
-    ballCount: { value: 0 },
     inside: { value: new Color(0x6d1f1a) },
   };
 
@@ -121,14 +105,6 @@ export class TissueMaterial extends MeshStandardMaterial {
   setWet(isWet: boolean): void {
     this.own.grain.value = isWet ? 34 / this.size_m : 0;
     this.roughness = isWet ? kWet : kDull;
-  }
-
-  /** Balls that take light away. */
-  setShadows(balls: { at: Vector3; radius_m: number }[]): void {
-    this.own.ballCount.value = Math.min(balls.length, kMaxBalls);
-    balls.slice(0, kMaxBalls).forEach(({ at, radius_m }, i) => {
-      this.own.balls.value[i].set(at.x, at.y, at.z, radius_m);
-    });
   }
 
   /** Takes away what lies beyond a plane; none: nothing. */

@@ -7,7 +7,7 @@
     curves = palpate.curves("out/curves.h5")          # with their bands
 
 The engine needs NumPy alone. Reading HDF5 files needs h5py, plots need matplotlib, frames pandas;
-`run`, `fit`, `predict`, `curves` and `command` start the program `palpate`.
+`run`, `fit`, `curves` and `command` start the program `palpate`.
 """
 import builtins as _builtins
 import os as _os
@@ -18,7 +18,7 @@ from ._engine import (AIR, FLAG_BLOCKED, FLAG_BORDER, FLAG_CAPPED, FLAG_CROWDED,
                       sentence, tick_together)
 from .files import Error, by_point, curves, frame, read, statement, write_samples
 from .plots import plot_curve, plot_curves, plot_path, plot_rivals, plot_statement
-from .program import command, fit, predict, run
+from .program import command, fit, run
 
 
 def open(path):

@@ -99,12 +99,6 @@ def fit(samples, output, **options):
     return curves(output)
 
 
-def predict(model, samples, **options):
-    """Compares a model.h5 with samples (a dict, or a path) at points where it was not fitted; options of
-    `palpate predict`: without. Returns the statement of the error as a dict."""
-    return command("predict", model, samples, **options)
-
-
 def _as_file(argument, folder, number):
     if not isinstance(argument, Mapping):
         return os.fspath(argument)

@@ -50,8 +50,8 @@ std::vector<SceneLength> lengths_of(const Scene& scene) {
   out.push_back({"[experiments] depth", each.depth_m});
   if (!each.drag_depths_m.empty())
     out.push_back({"[experiments] drag_distance", each.drag_distance_m});
-  if (const auto& region = scene.experiments.region; region && region->part)
-    add_region("[experiments] region", *region->part, out);
+  if (const auto& region = scene.experiments.region)
+    add_region("[experiments] region", *region, out);
   for (const Region& region : scene.body.fixed) add_region("[body] fixed", region, out);
   for (const InclusionSection& inclusion : scene.inclusions)
     add_region("[[inclusion]]", inclusion.region, out);
@@ -117,8 +117,8 @@ void read_region_file(Region& region, const BodySection& body) {
   const double length_unit_m = body.length_unit_m;
   if (auto* marked = std::get_if<Marked>(&region))
     marked->part = std::make_shared<const PaintedPart>(
-        read_marked_part(body.tetmesh ? *body.tetmesh : *body.surface, length_unit_m,
-                         body.tetmesh.has_value(), marked->mark));
+        read_group(body.tetmesh ? *body.tetmesh : *body.surface, length_unit_m,
+                   body.tetmesh.has_value(), marked->group));
   auto* solid = std::get_if<Solid>(&region);
   if (solid == nullptr) return;
   const std::string file = solid->file.string();
@@ -171,7 +171,7 @@ Scene open_scene(const std::filesystem::path& path) {
     if (const auto* marked = std::get_if<Marked>(&inclusion.region);
         marked != nullptr && marked->part->is_on_faces())
       throw Error(scene.path.string() + ": [[inclusion]]",
-                  fmt::format("\"{}\" marks faces, which fill nothing", marked->mark.name),
+                  fmt::format("\"{}\" marks faces, which fill nothing", marked->group),
                   "Mark tetrahedra of a tetmesh, or give a closed surface with inside.");
   return scene;
 }

@@ -91,7 +91,7 @@ void check_mesh_size(const Scene& scene, const Body& body, Warnings& warnings) {
 std::vector<Vec3> painted_corners(const PaintedPart& part) {
   std::vector<Vec3> painted;
   for (Eigen::Index i = 0; i < part.volume().tets.size(); ++i)
-    if (part.is_painted()[i])
+    if (part.is_painted()[i / 4])
       painted.push_back(part.volume().nodes.row(part.volume().tets(i / 4, i % 4)));
   return painted;
 }

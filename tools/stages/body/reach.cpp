@@ -80,23 +80,18 @@ std::vector<char> vertices_where(const Surface& surface,
 // said of a sphere's other side.
 std::vector<char> region_of(const Scene& scene, const Surface& surface, double width_m,
                             std::string& left_out) {
-  const SurfaceRegion region = scene.experiments.region.value_or(SurfaceRegion{});
   std::vector<char> is_in(surface.vertices.rows(), 1);
-  if (const auto& part = region.part) {
+  if (const auto& region = scene.experiments.region) {
     is_in = vertices_where(
-        surface, [&](Eigen::Index v) { return contains(*part, surface.vertices.row(v)); });
-    if (const auto* ball = std::get_if<Ball>(&*part))
+        surface, [&](Eigen::Index v) { return contains(*region, surface.vertices.row(v)); });
+    if (const auto* ball = std::get_if<Ball>(&*region))
       left_out = keep_near_side(surface, ball->center_m, width_m, is_in);
   }
-  const Points normals = vertex_normals(surface);
-  const Vec3 side = region.facing.empty() ? Vec3::Zero() : outward_of_side(region.facing);
   return vertices_where(surface, [&](Eigen::Index v) {
     return is_in[v] && !any_contains(scene.body.fixed, surface.vertices.row(v), true) &&
-           std::ranges::none_of(scene.beds,
-                                [&](const BedSection& bed) {
-                                  return contains(bed.region, surface.vertices.row(v));
-                                }) &&
-           (region.facing.empty() || normals.row(v).dot(side) >= 0.5);  // 60 degrees
+           std::ranges::none_of(scene.beds, [&](const BedSection& bed) {
+             return contains(bed.region, surface.vertices.row(v));
+           });
   });
 }
 

@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <string>
 
+#include "tools/command.hpp"
+
 namespace palpate::tools {
 
 /// What a benchmark may be told.
@@ -26,5 +28,7 @@ void bench_peers(const BenchRequest& request);
 void bench_fit(const BenchRequest& request);
 void bench_rivals(const BenchRequest& request);
 void bench_laws(const BenchRequest& request);
+
+extern const CommandRow kPredictCommand;
 
 }  // namespace palpate::tools

@@ -1,7 +1,6 @@
 // `palpate_bench`: a program of its own, so that what is measured by developers alone is no part of
 // what users carry.
 
-#include "tools/command.hpp"
 #include "tools/workshop/bench/bench.hpp"
 
 namespace palpate::tools {
@@ -44,7 +43,7 @@ std::unique_ptr<Command> declare(Arguments& arguments) {
   return std::make_unique<Benchmark<kRun>>(arguments);
 }
 
-constexpr CommandRow kBenchmarks[] = {
+const CommandRow kBenchmarks[] = {
     {"tick", "Time per engine tick by body size and kind of contact", declare<bench_tick>},
     {"clicks", "The paper's edge clicks: force jumps with each interpolation off",
      declare<bench_clicks>},
@@ -55,6 +54,7 @@ constexpr CommandRow kBenchmarks[] = {
     {"rivals", "Force error against time of a tick: Palpate, proxies, linear and coarse bodies",
      declare<bench_rivals>},
     {"laws", "Each contact law at a test point, by kind of path", declare<bench_laws>},
+    kPredictCommand,
 };
 
 }  // namespace

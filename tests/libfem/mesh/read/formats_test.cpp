@@ -45,8 +45,7 @@ TEST_P(EverySurfaceFormat, gives_the_cube_in_metres) {
 std::vector<SampleFile> text_samples() {
   std::vector<SampleFile> samples = surface_samples();
   std::erase_if(samples, [](const SampleFile& sample) {
-    return sample.bytes.find('\0') != std::string::npos ||
-           sample.bytes.find("encoding") != std::string::npos;
+    return sample.bytes.find('\0') != std::string::npos;
   });
   return samples;
 }
@@ -108,7 +107,7 @@ TEST(Formats, each_extension_known_has_a_sample) {
       })) << extension;
       ++rows;
     }
-    EXPECT_GE(rows, 5u) << known;
+    EXPECT_GE(rows, 2u) << known;
   }
 }
 
@@ -137,21 +136,14 @@ TEST(RealFiles, surfaces_have_the_counts_documented) {
   }
 }
 
-// As 3D Slicer writes it; the base64 of VTP is 4 bytes of length and the characters of LPS.
+// As 3D Slicer writes it.
 TEST_F(MeshFiles, say_their_frame_where_a_format_can_state_one) {
-  const auto vtp = [](const std::string& array) {
-    return R"(<VTKFile type="PolyData" byte_order="LittleEndian"><PolyData><FieldData>)"
-           R"(<Array type="String" Name="SPACE" NumberOfTuples="1" format=)" +
-           array + "</Array></FieldData></PolyData></VTKFile>";
-  };
   const std::array<std::string, 3> files[] = {
       {".stl", "3D Slicer output. SPACE=RAS" + std::string(53 + 4, '\0'), "RAS"},
       {".stl", "solid 3D Slicer output. SPACE=LPS\nfacet", "LPS"},
       {".obj", "# 3D Slicer output. SPACE=LPS\nv 0 0 0\n", "LPS"},
       {".ply", "ply\nformat ascii 1.0\ncomment 3D Slicer output. SPACE=RAS\n", "RAS"},
       {".vtk", "# vtk DataFile Version 4.2\n3D Slicer output. SPACE=LPS\nASCII\n", "LPS"},
-      {".vtp", vtp(R"("ascii">76 80 83 0 )"), "LPS"},
-      {".vtp", vtp(R"("binary">BAAAAExQUwA=)"), "LPS"},
       {".off", "OFF\n0 0 0\n", ""}};
   for (const auto& [extension, bytes, frame] : files)
     EXPECT_EQ(stated_frame(write({"mesh", extension, bytes})), frame) << bytes;

@@ -1,7 +1,5 @@
 #include "tests/libfem/mesh/read/sample_files.hpp"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <sstream>
@@ -53,28 +51,6 @@ std::string lines(const Matrix& matrix, const std::string& before, int add = 0,
     text << after << '\n';
   }
   return text.str();
-}
-
-std::string base64(const std::string& bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    unsigned bits = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += i + k > bytes.size() ? '=' : kDigits[bits >> (18 - 6 * k) & 63];
-  }
-  return text;
-}
-
-std::string deflated(const std::string& bytes) {
-  uLongf size = compressBound(bytes.size());
-  std::string out(size, '\0');
-  compress(reinterpret_cast<Bytef*>(out.data()), &size,
-           reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
-  out.resize(size);
-  return out;
 }
 
 SampleFile obj() {
@@ -196,93 +172,6 @@ SampleFile vtk_grid(bool is_binary) {
   return {is_binary ? "vtk_binary" : "vtk_text", ".vtk", bytes + "\n"};
 }
 
-// VTK XML in the ways that its writers offer.
-class Xml {
- public:
-  enum Way { text, inline_base64, appended_raw, appended_base64, zlib_raw, zlib_inline };
-  static constexpr const char* kNames[] = {
-      "text", "inline_base64", "appended_raw", "appended_base64", "zlib_raw", "zlib_inline"};
-  explicit Xml(Way way) : way_(way) {}
-
-  template <typename T>
-  std::string array(const std::string& name, const std::string& type,
-                    const std::vector<double>& values, int components = 1) {
-    std::string tag = "<DataArray type=\"" + type + "\" Name='" + name + "' NumberOfComponents=\"" +
-                      std::to_string(components) + "\" format=\"";
-    const std::string bytes = numbers<T>(values);
-    const std::string size = number<std::uint32_t>(static_cast<double>(bytes.size()), false);
-    switch (way_) {
-      case text:
-        return tag + "ascii\">\n" + words(values) + "\n</DataArray>\n";
-      case inline_base64:
-        return tag + "binary\">\n  " + base64(size + bytes) + "\n</DataArray>\n";
-      case zlib_inline:
-        return tag + "binary\">" + base64(zlib_head(bytes)) + base64(deflated(bytes)) +
-               "</DataArray>\n";
-      case appended_raw:
-        return append(tag, size + bytes);
-      case appended_base64:
-        return append(tag, base64(size + bytes));
-      case zlib_raw:
-        return append(tag, zlib_head(bytes) + deflated(bytes));
-    }
-    return {};
-  }
-
-  SampleFile file(const std::string& extension, const std::string& type,
-                  const std::string& piece) const {
-    const bool is_zlib = way_ == zlib_raw || way_ == zlib_inline;
-    std::string bytes = "<?xml version=\"1.0\"?>\n<!-- a cube -->\n<VTKFile type=\"" + type +
-                        "\" version=\"0.1\" byte_order=\"LittleEndian\"" +
-                        (is_zlib ? " compressor=\"vtkZLibDataCompressor\"" : "") + ">\n<" + type +
-                        ">\n" + piece + "</" + type + ">\n";
-    if (!appended_.empty())
-      bytes += std::string("<AppendedData encoding=\"") +
-               (way_ == appended_base64 ? "base64" : "raw") + "\">\n  _" + appended_ +
-               "\n</AppendedData>\n";
-    return {extension.substr(1) + "_" + kNames[way_], extension, bytes + "</VTKFile>\n"};
-  }
-
- private:
-  static std::string zlib_head(const std::string& bytes) {
-    const auto size = static_cast<double>(bytes.size());
-    return numbers<std::uint32_t>({1, size, size, static_cast<double>(deflated(bytes).size())});
-  }
-  std::string append(const std::string& tag, const std::string& block) {
-    const std::string out =
-        tag + "appended\" offset=\"" + std::to_string(appended_.size()) + "\"/>\n";
-    appended_ += block;
-    return out;
-  }
-  Way way_;
-  std::string appended_;
-};
-
-SampleFile vtp(Xml::Way way) {
-  const Surface cube = cube_surface();
-  Xml xml(way);
-  std::string piece =
-      "<Piece NumberOfPoints=\"8\" NumberOfPolys=\"12\">\n<PointData>" +
-      xml.array<float>("value", "Float32", std::vector<double>(8, 1.5)) + "</PointData>\n<Points>" +
-      xml.array<float>("Points", "Float32", flat(cube.vertices), 3) + "</Points>\n<Polys>" +
-      xml.array<std::int64_t>("connectivity", "Int64", flat(cube.triangles)) +
-      xml.array<std::int64_t>("offsets", "Int64", offsets(12, 3, false)) + "</Polys>\n</Piece>\n";
-  return xml.file(".vtp", "PolyData", piece);
-}
-
-SampleFile vtu(Xml::Way way) {
-  const TetMesh cube = cube_tets();
-  Xml xml(way);
-  std::string piece = "<Piece NumberOfPoints=\"8\" NumberOfCells=\"6\">\n<Points>" +
-                      xml.array<double>("Points", "Float64", flat(cube.nodes), 3) +
-                      "</Points>\n<Cells>" +
-                      xml.array<std::int32_t>("connectivity", "Int32", flat(cube.tets)) +
-                      xml.array<std::int32_t>("offsets", "Int32", offsets(6, 4, false)) +
-                      xml.array<std::uint8_t>("types", "UInt8", std::vector<double>(6, 10)) +
-                      "</Cells>\n</Piece>\n";
-  return xml.file(".vtu", "UnstructuredGrid", piece);
-}
-
 SampleFile msh_1() {
   const TetMesh cube = cube_tets();
   std::ostringstream elements;
@@ -319,18 +208,6 @@ SampleFile msh(double version, bool is_binary) {
           marked_msh(version, is_binary)};
 }
 
-SampleFile tetgen(bool is_node_given) {
-  const TetMesh cube = cube_tets();
-  const std::string node = "# nodes\n8 3 0 1\n" + lines(cube.nodes, "", 1, true, " 1");
-  std::ostringstream ele;
-  ele << "6 4 0\n";
-  for (Eigen::Index t = 0; t < 6; ++t)
-    ele << t + 1 << " " << (cube.tets.row(t).array() + 1) << "\n";
-  ele << "# made here\n";
-  return is_node_given ? SampleFile{"tetgen_node", ".node", node, ".ele", ele.str()}
-                       : SampleFile{"tetgen_ele", ".ele", ele.str(), ".node", node};
-}
-
 }  // namespace
 
 Surface cube_surface() { return testing_support::cube(1); }
@@ -345,28 +222,23 @@ TetMesh cube_tets() {
 }
 
 std::vector<SampleFile> surface_samples() {
-  std::vector<SampleFile> samples{obj(),
-                                  stl_text(),
-                                  stl_binary(),
-                                  ply("ascii"),
-                                  ply("binary_little_endian"),
-                                  ply("binary_big_endian"),
-                                  off(false),
-                                  off(true),
-                                  vtk_polydata(false),
-                                  vtk_polydata(true),
-                                  vtk_polydata_5(false),
-                                  vtk_polydata_5(true)};
-  for (int way = Xml::text; way <= Xml::zlib_inline; ++way) samples.push_back(vtp(Xml::Way(way)));
-  return samples;
+  return {obj(),
+          stl_text(),
+          stl_binary(),
+          ply("ascii"),
+          ply("binary_little_endian"),
+          ply("binary_big_endian"),
+          off(false),
+          off(true),
+          vtk_polydata(false),
+          vtk_polydata(true),
+          vtk_polydata_5(false),
+          vtk_polydata_5(true)};
 }
 
 std::vector<SampleFile> tet_samples() {
-  std::vector<SampleFile> samples{msh_1(),         msh(2.2, false), msh(2.2, true),
-                                  msh(4.1, false), msh(4.1, true),  vtk_grid(false),
-                                  vtk_grid(true),  tetgen(true),    tetgen(false)};
-  for (int way = Xml::text; way <= Xml::zlib_inline; ++way) samples.push_back(vtu(Xml::Way(way)));
-  return samples;
+  return {msh_1(),        msh(2.2, false), msh(2.2, true), msh(4.1, false),
+          msh(4.1, true), vtk_grid(false), vtk_grid(true)};
 }
 
 Triangles top_faces() {
@@ -441,7 +313,6 @@ std::filesystem::path MeshFiles::write(const std::string& name, const std::strin
 }
 
 std::filesystem::path MeshFiles::write(const SampleFile& sample) const {
-  if (!sample.sibling_extension.empty()) write("mesh" + sample.sibling_extension, sample.sibling);
   return write("mesh" + sample.extension, sample.bytes);
 }
 

@@ -12,13 +12,11 @@
 
 namespace palpate::mesh_read_test {
 
-/// The bytes of a small mesh file. extension with its dot; sibling: bytes of TetGen's other half.
+/// The bytes of a small mesh file. extension with its dot.
 struct SampleFile {
   std::string name;
   std::string extension;
   std::string bytes;
-  std::string sibling_extension = {};
-  std::string sibling = {};
 
   /// How googletest shows it.
   friend std::ostream& operator<<(std::ostream& out, const SampleFile& sample) {
@@ -51,7 +49,7 @@ inline std::string tet_mesh_formats() {
 /// Has a folder of its own.
 class MeshFiles : public testing_io::ScratchTest {
  protected:
-  /// Writes the sample as "mesh" + extension (and its sibling) and returns the path.
+  /// Writes the sample as "mesh" + extension and returns the path.
   std::filesystem::path write(const SampleFile& sample) const;
   std::filesystem::path write(const std::string& name, const std::string& bytes) const;
 };

@@ -47,11 +47,11 @@ def measured(palpate, placement, points, scene, folder, body, work):
     call(palpate, "export", at("model.h5"), "-o", at("asset.palp"))
     # Presses and drags at the points of the largest other even set, but for those it shares.
     others = EVEN[0] if (placement, points) != ("even", EVEN[0]) else EVEN[1]
-    predicted = json.loads(call(palpate, "predict", at("model.h5"),
+    predicted = json.loads(call(palpate + "_bench", "predict", at("model.h5"),
                                 os.path.join(work, f"even{others}", "samples.h5"),
                                 "--without", at("curves.h5"), "--json"))
     # The same at the held-out points themselves: few, but nobody's.
-    random = lambda: json.loads(call(palpate, "predict", at("model.h5"),
+    random = lambda: json.loads(call(palpate + "_bench", "predict", at("model.h5"),
                                      os.path.join(work, "reference", "reference.h5"), "--json"))
     statement = json.loads(call(palpate, "validate", at("asset.palp"), scene, "--points",
                                 str(HELD_OUT), "--body", body, "--reference",

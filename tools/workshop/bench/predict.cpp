@@ -6,8 +6,8 @@
 #include "libfit/core/error.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/validation/replay.hpp"
-#include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/workshop/bench/bench.hpp"
 
 namespace palpate::tools {
 namespace {
