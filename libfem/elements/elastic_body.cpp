@@ -66,6 +66,14 @@ ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>&
   std::vector<char> is_on_boundary(mesh.nodes.rows(), 0);
   for (const std::int32_t n : mesh.faces.reshaped()) is_on_boundary[n] = 1;
   const std::vector<ElementPoint> points = element_points();
+  std::vector<const Material*> filling;  // each point of each tet, asked for once
+  for (const auto& tet : mesh.tets.rowwise())
+    for (const ElementPoint& point : points) {
+      Vec3 place = Vec3::Zero();
+      for (Eigen::Index a = 0; a < kElementNodes; ++a)
+        place += point.shape[a] * mesh.nodes.row(tet[a]).transpose();
+      filling.push_back(&materials.at(region_at ? region_at(place) : 0));
+    }
   for (const Material& material : materials) {
     const std::size_t number = relaxations_.size();
     relaxations_.push_back(material.relaxation);
@@ -90,11 +98,7 @@ ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>&
       for (int k = 0; k < 4; ++k) spans = spans && is_on_boundary[mesh_.tets(c, k)];
       auto& [cells, material_at] = waiting[spans];
       for (std::size_t q = 0; q < points.size(); ++q) {
-        Vec3 place = Vec3::Zero();
-        for (Eigen::Index a = 0; a < kElementNodes; ++a)
-          place += points[q].shape[a] * mesh.nodes.row(mesh_.tets(c, a)).transpose();
-        const Material* there =
-            &materials.at(region_at ? static_cast<std::size_t>(region_at(place)) : 0);
+        const Material* there = filling[points.size() * c + q];
         material_at[points.size() * cells.size() + q] = there;
         is_here |= there == &material;
       }

@@ -100,7 +100,7 @@ class Bisection {
     std::vector<Vec3> cut;
     for (const auto& [a, b] : kTetEdge)
       if (region[a] != region[b])
-        cut.push_back(x[a] + region_change(options_.region_at, x[a], x[b]) * (x[b] - x[a]));
+        cut.push_back(x[a] + region_change(options_.region_at, x[a], x[b], 1, 12) * (x[b] - x[a]));
     if (cut.size() != 3 && cut.size() != 4) return !cut.empty();
     const Vec3 middle = std::reduce(cut.begin() + 1, cut.end(), cut[0]) / double(cut.size()),
                off = off_m * (cut[1] - cut[0]).cross(cut[2] - cut[0]).stableNormalized();

@@ -150,12 +150,13 @@ NodePlacement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
 NodePlacement place_middles(const BisectedMesh& mesh, const Boundary& boundary,
                             const std::vector<Vec3>& corners, const SmoothSurface& surface);
 
-/// Share of the segment from a to b at which region_at changes, a's own region before it, to 4e-9;
-/// `limit` where it is no nearer.
-double region_change(const RegionAt& region_at, const Vec3& a, const Vec3& b, double limit = 1);
+/// Share of the segment from a to b at which region_at changes, a's own region before it, to
+/// 2^-halvings (4e-9); `limit` where it is no nearer.
+double region_change(const RegionAt& region_at, const Vec3& a, const Vec3& b, double limit = 1,
+                     int halvings = 28);
 
 /// Makes tets lie on one side of the border between regions (after Labelle and Shewchuk 2007,
-/// doi:10.1145/1276377.1276448): inside nodes within 0.35 edges of the border are moved onto it,
+/// doi:10.1145/1276377.1276448): inside nodes within half an edge of the border are moved onto it,
 /// then edges that still cross it are split there, with all tets around them. placed: the nodes of
 /// `mesh` on the surface. Nodes that are new are appended to both; on the boundary they go to the
 /// surface as others do. `boundary` is that of the mesh before and stale afterwards.
