@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/runtime/engine.hpp"
 #include "libfit/shape/shape.hpp"
@@ -19,72 +20,26 @@ struct Tree {
   std::vector<std::int32_t> items;
 };
 
-/// Tree over triangles, split at the median centre along the longest side, so its depth is log2 of
-/// the count. vertex V x 3 [m], triangle F x 3, items at least one. Deterministic.
-class TreeBuilder {
- public:
-  TreeBuilder(const std::vector<float>& vertex, const std::vector<std::int32_t>& triangle,
-              std::vector<std::int32_t> items)
-      : vertex_(vertex), triangle_(triangle) {
-    tree_.items = std::move(items);
-    add(0, tree_.items.size());
-  }
-  Tree take() { return std::move(tree_); }
-
- private:
-  float coordinate(std::int32_t t, std::size_t corner, std::size_t axis) const {
-    const std::int32_t v = triangle_[3 * t + corner];
-    return vertex_[3 * v + axis];
-  }
-  float centre(std::int32_t t, std::size_t axis) const {  // times three
-    return coordinate(t, 0, axis) + coordinate(t, 1, axis) + coordinate(t, 2, axis);
-  }
-
-  runtime::TreeNode box(std::ptrdiff_t begin, std::ptrdiff_t end) const {
-    runtime::TreeNode node{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      node.lo[axis] = node.hi[axis] = coordinate(tree_.items[begin], 0, axis);
-      for (std::ptrdiff_t i = begin; i < end; ++i)
-        for (std::size_t corner = 0; corner < 3; ++corner) {
-          const float x = coordinate(tree_.items[i], corner, axis);
-          node.lo[axis] = std::min(node.lo[axis], x);
-          node.hi[axis] = std::max(node.hi[axis], x);
-        }
-    }
-    return node;
-  }
-
-  void add(std::ptrdiff_t begin, std::ptrdiff_t end) {
-    const std::size_t at = tree_.nodes.size();
-    tree_.nodes.push_back(box(begin, end));
-    if (end - begin <= 4) {  // the engine allows 8
-      tree_.nodes[at].at = begin;
-      tree_.nodes[at].items = end - begin;
-      return;
-    }
-    const std::ptrdiff_t middle = begin + (end - begin) / 2;
-    const std::size_t axis = longest_axis(tree_.nodes[at]);
-    std::nth_element(tree_.items.begin() + begin, tree_.items.begin() + middle,
-                     tree_.items.begin() + end, [&](std::int32_t s, std::int32_t t) {
-                       const float a = centre(s, axis), b = centre(t, axis);
-                       return a < b || (!(b < a) && s < t);
-                     });
-    add(begin, middle);
-    tree_.nodes[at].at = tree_.nodes.size();
-    add(middle, end);
-  }
-
-  static std::size_t longest_axis(const runtime::TreeNode& node) {
-    std::size_t longest = 0;
-    for (std::size_t axis = 1; axis < 3; ++axis)
-      if (node.hi[axis] - node.lo[axis] > node.hi[longest] - node.lo[longest]) longest = axis;
-    return longest;
-  }
-
-  const std::vector<float>& vertex_;
-  const std::vector<std::int32_t>& triangle_;
-  Tree tree_;
-};
+/// Tree over the triangles that can be touched. Deterministic.
+Tree tree_over(const AssetSurface& surface) {
+  std::vector<std::int32_t> solid;
+  for (std::size_t t = 0; t < surface.max_depth_m.size(); ++t)
+    if (surface.max_depth_m[t] > 0) solid.push_back(t);
+  const Points vertices = Eigen::Map<const Eigen::Matrix<float, -1, 3, Eigen::RowMajor>>(
+                              surface.vertex.data(), std::ssize(surface.covered), 3)
+                              .cast<double>();
+  const Eigen::Map<const Triangles> all(surface.triangle.data(), std::ssize(surface.max_depth_m),
+                                        3);
+  Tree tree;
+  const BoxTree boxes = boxes_of(vertices, Triangles(all(solid, Eigen::all)));
+  boxes.each_node([&](const Vec3& lower, const Vec3& upper, std::int32_t at, std::int32_t items) {
+    runtime::TreeNode& node = tree.nodes.emplace_back(runtime::TreeNode{{}, {}, at, items});
+    Eigen::Map<Eigen::Vector3f>(node.lo) = lower.cast<float>();
+    Eigen::Map<Eigen::Vector3f>(node.hi) = upper.cast<float>();
+  });
+  for (const std::int32_t i : boxes.order()) tree.items.push_back(solid[i]);
+  return tree;
+}
 
 constexpr int kCheckPathTicks = 64;     // one place's approach, press, drag and lift
 constexpr int kPress = 20, kDrag = 48;  // last tick of the press, of the drag
@@ -136,13 +91,6 @@ struct AssetParts {
   ShapeArrays shape;
 };
 
-std::vector<std::int32_t> solid_triangles(const AssetSurface& surface) {
-  std::vector<std::int32_t> solid;
-  for (std::size_t t = 0; t < surface.max_depth_m.size(); ++t)
-    if (surface.max_depth_m[t] > 0) solid.push_back(t);
-  return solid;
-}
-
 std::vector<double> table_of(const CurveBasis& basis) {
   const SplineTables tables = tabulate(basis);
   std::vector<double> out = tables.knots;
@@ -172,9 +120,7 @@ void each_block(const CurveSet& curves, const Visit& visit) {
 AssetParts make_parts(const Model& model, const ExportOptions& options) {
   AssetParts parts;
   parts.surface = make_asset_surface(model, options);
-  parts.tree =
-      TreeBuilder(parts.surface.vertex, parts.surface.triangle, solid_triangles(parts.surface))
-          .take();
+  parts.tree = tree_over(parts.surface);
   for (std::size_t part = 0; part < model.curves.basis.size(); ++part) {
     const CurveBasis& basis = model.curves.basis[part];
     if (basis.knots_m.empty()) continue;

@@ -13,7 +13,7 @@ namespace palpate {
 /// The bytes of an asset in memory, 64-byte aligned as the engine wants them.
 class AssetBytes {
  public:
-  explicit AssetBytes(std::size_t size) : lines_(size / sizeof(Line)) {}
+  explicit AssetBytes(std::size_t size = 0) : lines_((size + 63) / sizeof(Line)) {}
   std::size_t size() const { return lines_.size() * sizeof(Line); }
   unsigned char* data() { return lines_.empty() ? nullptr : lines_.front().byte; }
   const unsigned char* data() const { return lines_.empty() ? nullptr : lines_.front().byte; }

@@ -1,43 +1,12 @@
 #include "libfit/assets/asset_file.hpp"
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <string>
 
 #include "libfit/core/error.hpp"
+#include "libfit/io/atomic_file.hpp"
 
 namespace palpate {
-namespace {
-
-class Descriptor {
- public:
-  explicit Descriptor(const std::filesystem::path& path)
-      : value_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}  // of a pipe, too
-  ~Descriptor() {
-    if (value_ >= 0) ::close(value_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return value_; }
-
- private:
-  int value_;
-};
-
-[[noreturn]] void cannot_read(const std::filesystem::path& path, const std::string& why) {
-  throw Error(path.string(), "the asset cannot be read: " + why,
-              "Give the path of a .palp file, made by `palpate export`.");
-}
-
-}  // namespace
-
-void AssetFile::Unmap::operator()(void* bytes) const noexcept { ::munmap(bytes, size); }
 
 bool is_asset_file(const std::filesystem::path& path) {
   std::error_code ignored;
@@ -54,19 +23,16 @@ bool is_asset_file(const std::filesystem::path& path) {
 }
 
 AssetFile read_asset_file(const std::filesystem::path& path) {
-  const Descriptor file(path);
-  struct stat about {};
-  if (file.get() < 0 || ::fstat(file.get(), &about) != 0) cannot_read(path, std::strerror(errno));
-  if (!S_ISREG(about.st_mode)) cannot_read(path, "it is not a file");
-  if (about.st_size == 0) cannot_read(path, "it is empty");
+  const std::string content = read_whole_file(path);
   AssetFile out;
-  const auto size = static_cast<std::size_t>(about.st_size);
-  void* bytes = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.get(), 0);
-  if (bytes == MAP_FAILED) cannot_read(path, std::strerror(errno));
-  out.map_ = {bytes, AssetFile::Unmap{size}};
+  out.bytes_ = AssetBytes(content.size());
+  std::memcpy(out.bytes_.data(), content.data(), content.size());
   runtime::Status status;
-  out.asset_ = runtime::Asset::open(bytes, size, &status);
-  if (status != runtime::Status::ok) cannot_read(path, runtime::sentence(status));
+  out.asset_ = runtime::Asset::open(out.bytes_.data(), content.size(), &status);
+  if (status != runtime::Status::ok)
+    throw Error(path.string(),
+                std::string("the asset cannot be read: ") + runtime::sentence(status),
+                "Give the path of a .palp file, made by `palpate export`.");
   return out;
 }
 

@@ -1,29 +1,15 @@
 #include "libfit/assets/exporters.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "libfit/assets/asset_bytes.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/text.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/vtu.hpp"
 #include "libfit/runtime/engine.hpp"
 
 namespace palpate {
 namespace {
-
-// The page reads the same file (tools/page/src/colours.ts).
-constexpr std::uint8_t kAnchors[] = {
-#include "libfit/assets/viridis.inc"
-};
-constexpr std::size_t kIntervals = std::size(kAnchors) / 3 - 1;
-
-template <class T>
-void append(std::string& bytes, T value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
 
 // A viewer must not take for soft a place where nothing is known.
 template <class F>
@@ -119,14 +105,6 @@ ExportReport export_palp(const Model& model, const std::filesystem::path& path,
   return report;
 }
 
-ExportReport written(const Model& model, std::uint64_t bytes) {
-  ExportReport report;
-  report.bytes = bytes;
-  report.vertices = int(model.surface.vertices.rows());
-  report.triangles = int(model.surface.triangles.rows());
-  return report;
-}
-
 const Exporter& exporter_of_file(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
   std::string known;
@@ -140,73 +118,6 @@ const Exporter& exporter_of_file(const std::filesystem::path& path) {
               "The name says the format: let it end in one of " + known + ".");
 }
 
-Rgb viridis(double share) {
-  const double at = std::clamp(share, 0.0, 1.0) * kIntervals;
-  const std::size_t k = std::min(std::size_t(at), kIntervals - 1);
-  Rgb out;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double low = kAnchors[3 * k + i], high = kAnchors[3 * k + 3 + i];
-    out[i] = static_cast<std::uint8_t>(std::lround(low + (at - double(k)) * (high - low)));
-  }
-  return out;
-}
-
-StiffnessMap stiffness_map(const Model& model, double depth_m) {
-  check_sizes(model);
-  const double range_m = model.curves.basis[0].knots_m.back();
-  if (!(depth_m >= 0 && depth_m <= range_m))
-    throw Error("--depth", "it lies beyond the curves, which end at " + millimetres(range_m),
-                "Give a depth up to there.");
-  StiffnessMap map;
-  map.depth_m = depth_m > 0 ? depth_m : range_m / 2;
-  map.low_N_m = std::numeric_limits<double>::infinity();
-  const NodeForces forces(model.curves);
-  for (std::size_t v = 0; v < model.is_covered.size(); ++v) {
-    const double slope = model.is_covered[v] ? forces.normal_slope_N_m(v, map.depth_m)
-                                             : std::numeric_limits<double>::quiet_NaN();
-    map.stiffness_N_m.push_back(float(slope));
-    if (!model.is_covered[v]) continue;
-    map.low_N_m = std::min(map.low_N_m, slope);
-    map.high_N_m = std::max(map.high_N_m, slope);
-  }
-  const double width = map.high_N_m - map.low_N_m;
-  for (std::size_t v = 0; v < model.is_covered.size(); ++v)
-    map.colour.push_back(!model.is_covered[v] ? kUncoveredGrey
-                         : width > 0 ? viridis((map.stiffness_N_m[v] - map.low_N_m) / width)
-                                     : viridis(0.5));
-  return map;
-}
-
-/// Source: Turk, The PLY Polygon File Format (1994); binary, little-endian.
-ExportReport export_ply(const Model& model, const std::filesystem::path& path,
-                        const ExportOptions& options) {
-  const StiffnessMap map = stiffness_map(model, options.map_depth_m);
-  const Surface& surface = model.surface;
-  std::string bytes =
-      "ply\nformat binary_little_endian 1.0\ncomment palpate: metres; normal stiffness at a depth "
-      "of " +
-      std::to_string(map.depth_m) + " m, coloured from " + std::to_string(map.low_N_m) + " to " +
-      std::to_string(map.high_N_m) +
-      " N/m; grey and NaN where nothing was measured\nelement vertex " +
-      std::to_string(surface.vertices.rows()) +
-      "\nproperty double x\nproperty double y\nproperty double z\nproperty uchar red\n"
-      "property uchar green\nproperty uchar blue\nproperty float normal_stiffness_N_m\nelement "
-      "face " +
-      std::to_string(surface.triangles.rows()) +
-      "\nproperty list uchar int vertex_indices\nend_header\n";
-  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
-    for (int k = 0; k < 3; ++k) append(bytes, surface.vertices(v, k));
-    for (const std::uint8_t part : map.colour[v]) append(bytes, part);
-    append(bytes, map.stiffness_N_m[v]);
-  }
-  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
-    append(bytes, std::uint8_t{3});
-    for (int k = 0; k < 3; ++k) append(bytes, surface.triangles(t, k));
-  }
-  write_file_atomically(path, bytes);
-  return written(model, bytes.size());
-}
-
 ExportReport export_vtu(const Model& model, const std::filesystem::path& path,
                         const ExportOptions&) {
   check_sizes(model);
@@ -214,7 +125,11 @@ ExportReport export_vtu(const Model& model, const std::filesystem::path& path,
   add_point_data(model, vtu);
   const std::string text = vtu.text(model.surface, "is_covered");
   write_file_atomically(path, text);
-  return written(model, text.size());
+  ExportReport report;
+  report.bytes = text.size();
+  report.vertices = int(model.surface.vertices.rows());
+  report.triangles = int(model.surface.triangles.rows());
+  return report;
 }
 
 }  // namespace palpate

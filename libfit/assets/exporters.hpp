@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -23,7 +22,6 @@ struct ExportOptions {
   double max_step_m = 0;   ///< a tip moving farther in a tick has teleported; 0: 50 mm, or two
                            ///< diagonals of a smaller body
   std::uint64_t seed = 1;  ///< of the check path
-  double map_depth_m = 0;  ///< at which glb and ply are coloured; 0: half of the curves' range
 };
 
 /// Report of an export; remarks are sentences for people.
@@ -49,35 +47,8 @@ const Exporter& exporter_of_file(const std::filesystem::path& path);
 /// Throws Error where the arrays of a model differ in size.
 void check_sizes(const Model& model);
 
-using Rgb = std::array<std::uint8_t, 3>;  ///< sRGB
-
-/// The colour of a share from 0 to 1: viridis, readable without hue (van der Walt and Smith 2015).
-Rgb viridis(double share);
-
-/// Nothing is known there: no colour of the map, so that nobody takes it for soft.
-inline constexpr Rgb kUncoveredGrey{158, 158, 158};
-
-/// A model's normal stiffness at one depth, as a picture of it. V vertices.
-struct StiffnessMap {
-  double depth_m = 0;
-  double low_N_m = 0, high_N_m = 0;  ///< stiffness at the ends of the colours
-  std::vector<float> stiffness_N_m;  ///< V, NaN where not covered
-  std::vector<Rgb> colour;           ///< V
-};
-
-/// depth_m: 0 for half of the curves' range. Throws Error as check_sizes, or where the depth is not
-/// within the curves' range.
-StiffnessMap stiffness_map(const Model& model, double depth_m);
-
-/// The report of a file that holds all of the model's surface.
-ExportReport written(const Model& model, std::uint64_t bytes);
-
 ExportReport export_palp(const Model& model, const std::filesystem::path& path,
                          const ExportOptions& options);
-ExportReport export_glb(const Model& model, const std::filesystem::path& path,
-                        const ExportOptions& options);
-ExportReport export_ply(const Model& model, const std::filesystem::path& path,
-                        const ExportOptions& options);
 ExportReport export_vtu(const Model& model, const std::filesystem::path& path,
                         const ExportOptions& options);
 
@@ -98,9 +69,6 @@ void write_engine_folder(const std::filesystem::path& folder);
 inline constexpr Exporter kExporters[] = {
     {"palp", ".palp", "runtime asset for the haptic engine", export_palp},
     {"vtu", ".vtu", "surface with forces, stiffness and friction for ParaView", export_vtu},
-    {"glb", ".glb", "surface coloured by stiffness with dents as morph targets (glTF 2.0)",
-     export_glb},
-    {"ply", ".ply", "surface coloured by stiffness", export_ply},
 };
 
 }  // namespace palpate

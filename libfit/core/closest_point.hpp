@@ -75,6 +75,14 @@ class BoxTree {
         visit);
   }
 
+  /// Calls visit(lower, upper, first, count) for the nodes in preorder: of a leaf, first and number
+  /// of its primitives in order(); of others the number of the right child, and 0.
+  template <class Visit>
+  void each_node(Visit&& visit) const {
+    for (const Node& node : nodes_) visit(node.lower, node.upper, node.first, node.count);
+  }
+  const std::vector<std::int32_t>& order() const { return order_; }
+
  private:
   struct Node {
     Vec3 lower, upper;

@@ -230,12 +230,4 @@ struct Model {
   ShapeResponse shape;
 };
 
-/// Data that a warm start needs besides the curves of the earlier fit, so that points whose rows
-/// did not change keep theirs. It saves time, never changes a result, and may be thrown away. P
-/// points.
-struct FitCache {
-  /// P, 16 hex digits: fingerprint of what each point was fitted from, its rows and the options.
-  std::vector<std::string> fingerprint;
-};
-
 }  // namespace palpate

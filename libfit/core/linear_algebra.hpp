@@ -47,6 +47,10 @@ struct TriangularSystem {
 /// The least-squares problem A x = b, of n columns and as many rows or more, by A = Q R.
 TriangularSystem triangular_system(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
+/// x >= 0 minimising |R x - b|, R square, by active sets. Source: Lawson and Hanson, Solving Least
+/// Squares Problems (1974), 23.3.
+Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& R, const Eigen::VectorXd& b);
+
 /// x of least squares A x = b by QR with column pivoting; unknowns past the rank are 0.
 Eigen::VectorXd pivoted_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 

@@ -139,11 +139,9 @@ void settle_rings(const Samples& samples, const fit::BodyData& body,
       samples.probe ? std::optional(bases.rings.constant) : std::optional<fit::RingConstants>());
 }
 
-// Fits points into their rows of `fitted`. earlier: of each point, its place in the earlier fit, or
-// -1.
+// Fits points into their rows of `fitted`.
 std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData& body,
                                     const std::vector<fit::CurveRows>& rows, const BodyBases& bases,
-                                    const std::vector<Eigen::Index>& earlier,
                                     const FitOptions& options, const Progress& progress,
                                     FittedCurves& fitted) {
   const fit::Bases plain(bases.plain, bases.family), si(bases.si, bases.family);
@@ -156,16 +154,8 @@ std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData&
       return;
     }
     progress.begin(samples.point_name[p]);
-    const fit::PointData& point = body.points[p];
     PointResult& result = results[p];
-    if (earlier[p] < 0) {
-      result = fit::fit_point(samples, body, p, rows[p], bases, plain, si, options, fitted);
-    } else {
-      result = fit::keep_point(options, earlier[p], point.experiments.size(), p, fitted);
-      if (result.is_scored)
-        result.score =
-            fit::score_point(samples, point, body.length_m, si, fitted, p, result.nuisance);
-    }
+    result = fit::fit_point(samples, body, p, rows[p], bases, plain, si, options, fitted);
     if (result.is_scored) {
       fitted.rms_residual_N[p] = result.score.rms_N;
       fitted.max_residual_N[p] = result.score.max_N;
@@ -234,19 +224,17 @@ Reading settle_reading(const Samples& samples, const FitOptions& options) {
 }
 
 FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,
-                           const Progress& progress, FitReport* report, FitCache* cache) {
+                           const Progress& progress, FitReport* report) {
   const auto begin = std::chrono::steady_clock::now();
   FitOptions options = wanted.warm_start != nullptr ? fit::as_before(wanted) : wanted;
   Reading reading = settle_reading(samples, options);
   auto& [body, rows, bases, family] = reading;
   settle_rings(samples, body, rows, options, bases);
-  std::vector<std::string> fingerprint = fit::fingerprints(samples, body, bases, options);
-  const std::vector<Eigen::Index> earlier = fit::earlier_points(options, fingerprint);
   FittedCurves fitted = fit::no_curves(samples, body, bases);
-  const auto results = fit_points(samples, body, rows, bases, earlier, options, progress, fitted);
+  const auto results = fit_points(samples, body, rows, bases, options, progress, fitted);
   fitted.recordings = fit::collect_nuisances(body, results);
   FitReport found = fit::make_report(body, rows, bases, fitted, results, options);
-  found.rings = fit::judge_rings(samples, rows, fitted);
+  found.rings = fit::judge_rings(rows, fitted);
   if (report != nullptr) {
     *report = std::move(found);
     report->rows.all = samples.rows();
@@ -255,12 +243,11 @@ FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,
     report->seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
-  if (cache != nullptr) *cache = {std::move(fingerprint)};
   return fitted;
 }
 
 FittedCurves fit_straight(const Samples& samples, const FitOptions& wanted,
-                          const Progress& progress, FitReport* report, FitCache* cache) {
+                          const Progress& progress, FitReport* report) {
   FitOptions options = wanted;
   if (samples.relaxation.branches() > 0) {
     if (options.family.value_or(CurveFamily::rings) != CurveFamily::rings)
@@ -272,13 +259,12 @@ FittedCurves fit_straight(const Samples& samples, const FitOptions& wanted,
   }
   // Curves are fitted to the forces of rows with times as these would be in slow motion.
   if (samples.time_s.size() == 0 || samples.relaxation.branches() == 0)
-    return fit_slow_rows(samples, options, progress, report, cache);
+    return fit_slow_rows(samples, options, progress, report);
   options.warm_start = nullptr;  // its rows are of slow motion, and those are not known yet
-  FittedCurves curves = fit_slow_rows(samples, options, progress, nullptr, nullptr);
+  FittedCurves curves = fit_slow_rows(samples, options, progress, nullptr);
   for (int round = 1; round < 3; ++round)
-    curves =
-        fit_slow_rows(fit::in_slow_motion(samples, curves), options, progress, nullptr, nullptr);
-  return fit_slow_rows(fit::in_slow_motion(samples, curves), options, progress, report, cache);
+    curves = fit_slow_rows(fit::in_slow_motion(samples, curves), options, progress, nullptr);
+  return fit_slow_rows(fit::in_slow_motion(samples, curves), options, progress, report);
 }
 
 }  // namespace
@@ -293,13 +279,13 @@ FitOptions options_for(const Samples& samples) {
 }
 
 FittedCurves fit_curves(const Samples& samples, const FitOptions& options, const Progress& progress,
-                        FitReport* report, FitCache* cache) {
+                        FitReport* report) {
   check_options(options);
   fit::check_samples(samples);
-  if (!has_crooked_press(samples)) return fit_straight(samples, options, progress, report, cache);
+  if (!has_crooked_press(samples)) return fit_straight(samples, options, progress, report);
   Samples straight = samples;
   straighten_presses(straight);
-  return fit_straight(straight, options, progress, report, cache);
+  return fit_straight(straight, options, progress, report);
 }
 
 }  // namespace palpate

@@ -46,9 +46,6 @@ struct FitOptions {
   int jobs = 0;  ///< threads, 0: all. Results do not depend on it.
   /// Curves of an earlier fit, which must outlive the call: its bases and family are kept.
   const FittedCurves* warm_start = nullptr;
-  /// Cache of that fit: points fitted from the same rows with the same options keep their curves.
-  /// Without it all are fitted again. Must outlive the call.
-  const FitCache* warm_cache = nullptr;
 };
 
 /// Options with what the samples say of their probe and body, the rest at its defaults: friction,
@@ -83,8 +80,7 @@ struct FamilyReport {
   std::string reason;
 };
 
-/// Constants of a body's rings, of a point of median force by the dragged ones (ring_lines),
-/// beside theory's; NaN where samples do not say what theory needs.
+/// Constants of a body's rings, of a point of median force by the dragged ones (ring_lines).
 struct RingsReport {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   int points = 0;  ///< that were dragged; without any nothing is judged
@@ -94,10 +90,6 @@ struct RingsReport {
   double lambda_deviation = kUnknown, friction_deviation = kUnknown;
   double friction_slope_deviation_1_m = kUnknown, spread_deviation_1_m = kUnknown;
   double side_deviation = kUnknown;
-  double expected_lambda = kUnknown, expected_friction = kUnknown;
-  double expected_friction_slope_1_m = kUnknown;
-  std::vector<Eigen::Index> uneven;  ///< points whose lambda is far from the median
-  std::string warning;  ///< names constants far from theory, and likely reasons; or empty
 };
 
 /// A point that the curves describe badly, worst first.
@@ -111,9 +103,9 @@ struct WorstPoint {
   std::string reason;  ///< which experiment and row is worst, then the point's message
 };
 
-/// Points by how they were fitted. kept: a warm start did not fit them again.
+/// Points by how they were fitted.
 struct PointCounts {
-  std::size_t good = 0, underdetermined = 0, poor = 0, failed = 0, kept = 0;
+  std::size_t good = 0, underdetermined = 0, poor = 0, failed = 0;
 };
 
 /// Rows of the samples. used: fitted and scored. Left out: not_good for their status, not_finite
@@ -152,12 +144,9 @@ struct FitReport {
 /// bounded below by zero, so every curve is monotone and zero at zero. Points are independent.
 /// Presses count along the normal alone (straighten_presses()).
 /// A point with too little data gets the curves its message names and `underdetermined`; one with
-/// none gets zero curves and `failed`; others are not affected. A warm start brings what the fit
-/// would on the earlier bases, in the time that the changed points take. cache: filled for the next
-/// one; may be options.warm_cache. Throws Error on options out of range and on samples whose arrays
-/// do not belong together.
+/// none gets zero curves and `failed`; others are not affected. Throws Error on options out of
+/// range and on samples whose arrays do not belong together.
 FittedCurves fit_curves(const Samples& samples, const FitOptions& options = {},
-                        const Progress& progress = {}, FitReport* report = nullptr,
-                        FitCache* cache = nullptr);
+                        const Progress& progress = {}, FitReport* report = nullptr);
 
 }  // namespace palpate

@@ -86,32 +86,12 @@ RingPoint ring_point(double log_force, const double* constant, const double* err
 RingPrior ring_lines(const std::vector<RingPoint>& points, const RingConstants& deviation,
                      const std::optional<RingConstants>& theory = {});
 
-/// Hashes of all that each point's curves depend on besides bases and family: its place, its rows
-/// (experiments counted from the point's first), the options that a point's own fit reads, radius
-/// and friction of the probe, the prior of its rings, what is unknown of its recordings, and the
-/// body's force error where its own rows state none. 16 hex digits a point; equal means that the
-/// curves need no refit. body, bases: of these samples.
-std::vector<std::string> fingerprints(const Samples& samples, const BodyData& body,
-                                      const BodyBases& bases, const FitOptions& options);
-
-/// The point of the earlier fit with each fingerprint, or -1; all -1 without a cache.
-std::vector<Eigen::Index> earlier_points(const FitOptions& options,
-                                         const std::vector<std::string>& fingerprint);
-
-/// Copies a point of the earlier fit to row p of `fitted`; the result has no score yet.
-/// experiments: of the point.
-PointResult keep_point(const FitOptions& options, Eigen::Index earlier, std::size_t experiments,
-                       Eigen::Index p, FittedCurves& fitted);
-
 /// Rows for curves.h5; none where nothing was unknown.
 FittedRecordings collect_nuisances(const BodyData& body, const std::vector<PointResult>& results);
 
-/// Compares the constants of a body's rings with theory's (docs/method.md, section 5):
-/// lambda = 2 (1 - nu) / (2 - nu), mu0 = 0.95 mu, mu1 = mu0 / 2R. Only points that were dragged
-/// count; the message of those whose lambda is far from the body's says so. No points where the
-/// family is another.
-RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& rows,
-                        FittedCurves& fitted);
+/// The constants of a body's rings by the points that were dragged. No points where the family is
+/// another.
+RingsReport judge_rings(const std::vector<CurveRows>& rows, const FittedCurves& fitted);
 
 /// The report of a fit of all points; the number of rows, family, rings, time and whether it was
 /// stopped are left to the caller. rows: of the curves of each point.

@@ -56,62 +56,11 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
   }
 }
 
-// Shares of what is expected beyond which a constant is far from it. Even blocks and livers stay
-// within half of these, points above a lump do not.
-constexpr double kFarLambda = 0.2;
-
-bool is_far(double found, double expected, double share) {
-  return std::abs(found - expected) > share * std::abs(expected);  // not from NaN
-}
-
-void warn_of(RingsReport& report, const char* what, double found, double expected,
-             const char* why) {
-  add_sentence(report.warning, fmt::format("{} {} is far from theory's {}{}", what, number(found),
-                                           number(expected), why));
-}
-
 double constant_of(const FittedCurves& fitted, int part, Eigen::Index point) {
   return fitted.curves.control[part](point, 0);
 }
 double deviation_of(const FittedCurves& fitted, int part, Eigen::Index point) {
   return fitted.deviation[part].row(point).norm();
-}
-
-void compare_with_theory(const Samples& samples, RingsReport& report) {
-  if (!std::isnan(samples.poisson))
-    report.expected_lambda = options_for(samples).default_lateral_ratio;
-  if (samples.probe) report.expected_friction = kSlidingShare * samples.probe->friction;
-  if (const double radius_m = ball_radius_m(samples.probe); radius_m > 0)
-    report.expected_friction_slope_1_m = report.friction / (2 * radius_m);
-
-  if (is_far(report.lambda, report.expected_lambda, kFarLambda))
-    warn_of(report, "lambda", report.lambda, report.expected_lambda,
-            ": a lump, an anisotropy, a wrong Poisson's ratio, or a body that moves as a whole");
-  if (is_far(report.friction, report.expected_friction, 0.15))
-    warn_of(report, "mu0", report.friction, report.expected_friction,
-            ": another friction than the probe's, or a body that moves as a whole");
-  if (is_far(report.friction_slope_1_m, report.expected_friction_slope_1_m, 0.5))
-    warn_of(
-        report, "mu1 [1/m]", report.friction_slope_1_m, report.expected_friction_slope_1_m,
-        ": drags at one depth alone, a tip that is no ball of that radius, or a body that moves "
-        "as a whole");
-}
-
-// Finds the dragged points whose lambda is far from the body's; their messages say so.
-void find_uneven(const std::vector<std::size_t>& dragged, FittedCurves& fitted,
-                 RingsReport& report) {
-  for (const std::size_t p : dragged) {
-    const double lambda = constant_of(fitted, runtime::kLambda, p);
-    if (!is_far(lambda, report.lambda, kFarLambda) ||
-        std::abs(lambda - report.lambda) < 2 * deviation_of(fitted, runtime::kLambda, p))
-      continue;
-    report.uneven.push_back(p);
-    const std::string sentence =
-        fmt::format("lambda {} is far from the body's {}: a lump or an anisotropy below",
-                    number(lambda, 2), number(report.lambda, 2));
-    if (fitted.message[p].find(sentence) == std::string::npos)  // a point that was kept has it
-      add_sentence(fitted.message[p], sentence);
-  }
 }
 
 std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
@@ -254,14 +203,12 @@ RingPrior ring_lines(const std::vector<RingPoint>& points, const RingConstants& 
   return out;
 }
 
-RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& rows,
-                        FittedCurves& fitted) {
+RingsReport judge_rings(const std::vector<CurveRows>& rows, const FittedCurves& fitted) {
   RingsReport report;
   if (fitted.curves.family != CurveFamily::rings) return report;
   // The body's constants are those of a point of median force.
   const NodeForces forces(fitted.curves);
   const double depth_m = fitted.curves.basis[0].knots_m.back();
-  std::vector<std::size_t> dragged;
   std::vector<double> all_log_force;
   std::vector<RingPoint> points;
   std::array<std::vector<double>, 5> deviations;
@@ -269,7 +216,6 @@ RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& ro
     if (fitted.status[p] == FitStatus::failed) continue;
     all_log_force.push_back(std::log(forces.normal_N(p, depth_m)));
     if (rows[p].drags == 0) continue;
-    dragged.push_back(p);
     RingConstants constant{}, error{};
     for (int k = 0; k < 4; ++k) {
       constant[k] = constant_of(fitted, runtime::kLambda + k, p);
@@ -280,8 +226,8 @@ RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& ro
     deviations[4].push_back(deviation_of(fitted, runtime::kSide2, p) * depth_m * depth_m /
                             std::exp(all_log_force.back()));
   }
-  report.points = int(dragged.size());
-  if (dragged.empty()) return report;
+  report.points = int(points.size());
+  if (points.empty()) return report;
   RingConstants usual = kUsualRings;
   usual[2] /= depth_m;
   usual[3] /= depth_m;
@@ -292,8 +238,6 @@ RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& ro
   report.friction_slope_deviation_1_m = median(deviations[2]);
   report.spread_deviation_1_m = median(deviations[3]);
   report.side_deviation = median(deviations[4]);
-  compare_with_theory(samples, report);
-  find_uneven(dragged, fitted, report);
   return report;
 }
 
@@ -304,7 +248,6 @@ FitReport make_report(const BodyData& body, const std::vector<CurveRows>& rows,
   report.kind = bases.report;
   report.assumed = assumed_curves(rows, bases, results, options);
   report.worst = worst_points(fitted, results);
-  for (const PointResult& result : results) report.points.kept += result.is_kept;
   for (const FitStatus status : fitted.status) {
     report.points.good += status == FitStatus::good;
     report.points.underdetermined += status == FitStatus::underdetermined;

@@ -1,15 +1,13 @@
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <map>
-#include <unordered_map>
 #include <vector>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/fit/fit_steps.hpp"
 
-// Additions of recordings to a body's answer, and the recordings of an earlier fit.
+// Additions of recordings to a body's answer.
 
 namespace palpate::fit {
 namespace {
@@ -70,49 +68,6 @@ std::vector<double> normal_forces(const Samples& samples, const std::vector<Eige
   std::vector<double> out;
   for (Eigen::Index i = 0; i < force.rows(); ++i) out.push_back(inward.dot(Vec3(force.row(i))));
   return out;
-}
-
-template <class T>
-std::uint64_t mix(std::uint64_t hash, const T* values, std::size_t count) {
-  return hash_of({reinterpret_cast<const char*>(values), count * sizeof(T)}, hash);
-}
-
-std::uint64_t mix(std::uint64_t hash, std::initializer_list<double> values) {
-  return mix(hash, values.begin(), values.size());
-}
-
-// All that a fit reads of a row.
-struct RowContent {
-  double deflection_m[3], force_N[3], error_N;
-  std::int32_t experiment, step, kind, status;
-};
-static_assert(sizeof(RowContent) == 7 * 8 + 4 * 4, "hashed byte by byte: no padding");
-
-void mix_rows(const Samples& s, std::vector<std::uint64_t>& hash) {
-  std::vector<std::int32_t> first_experiment(hash.size(), -1);
-  for (std::size_t i = 0; i < s.point.size(); ++i) {
-    const std::int32_t p = s.point[i];
-    if (first_experiment[p] < 0) first_experiment[p] = s.experiment[i];
-    RowContent row{{},
-                   {},
-                   s.force_error[i],
-                   s.experiment[i] - first_experiment[p],
-                   s.step[i],
-                   static_cast<std::int32_t>(s.kind[i]),
-                   static_cast<std::int32_t>(s.status[i])};
-    for (int k = 0; k < 3; ++k) row.deflection_m[k] = s.deflection(i, k);
-    for (int k = 0; k < 3; ++k) row.force_N[k] = s.force(i, k);
-    hash[p] = mix(hash[p], &row, 1);
-  }
-}
-
-// True where there is a cache and it belongs to the curves.
-bool is_usable(const FitOptions& options) {
-  const FittedCurves* earlier = options.warm_start;
-  const FitCache* cache = options.warm_cache;
-  return earlier != nullptr && cache != nullptr && earlier->covariance[0].size() > 0 &&
-         earlier->deviation.size() == earlier->curves.control.size() &&
-         cache->fingerprint.size() == earlier->status.size();
 }
 
 }  // namespace
@@ -209,38 +164,6 @@ Samples in_slow_motion(const Samples& timed, const FittedCurves& curves) {
   return out;
 }
 
-std::vector<std::string> fingerprints(const Samples& samples, const BodyData& body,
-                                      const BodyBases& bases, const FitOptions& options) {
-  std::uint64_t common =
-      mix(0, {options.default_friction, options.default_lateral_ratio, ball_radius_m(samples.probe),
-              samples.probe ? samples.probe->friction : -1});
-  if (bases.family == CurveFamily::rings) {
-    const RingPrior& rings = bases.rings;
-    for (const auto* numbers : {&rings.constant, &rings.slope, &rings.deviation})
-      common = mix(common, numbers->data(), numbers->size());
-    common = mix(common, {rings.is_of_drags ? 1.0 : 0.0, rings.log_force});
-  }
-  std::vector<std::uint64_t> hash(body.points.size(), common);
-  mix_rows(samples, hash);
-  std::vector<std::string> out;
-  for (std::size_t p = 0; p < hash.size(); ++p) {
-    const PointData& point = body.points[p];
-    std::uint64_t& h = hash[p];
-    for (int k = 0; k < 3; ++k)
-      h = mix(h, {samples.point_position(p, k), samples.point_normal(p, k)});
-    if (samples.point_normal_gradient.rows() > 0)
-      for (int k = 0; k < 9; ++k) h = mix(h, {samples.point_normal_gradient(p, k)});
-    if (!point.has_errors && point.problem.empty()) h = mix(h, {body.error_N});
-    for (const PointExperiment& e : point.experiments)
-      for (const Vec3& sway : e.sway) h = mix(h, sway.data(), 3);
-    for (const PointExperiment& e : point.experiments)
-      h = mix(h, {e.unknown[kContact] * body.length_m, e.unknown[kBias] * point.force_N,
-                  e.unknown[kDrift] * point.force_N});
-    out.push_back(hex16(h));
-  }
-  return out;
-}
-
 FitOptions as_before(FitOptions options) {
   const CurveSet& curves = options.warm_start->curves;
   options.degree = curves.basis[0].degree;
@@ -252,51 +175,6 @@ FitOptions as_before(FitOptions options) {
   options.family = curves.family;
   options.sways = curves.family == CurveFamily::rings && !curves.control[runtime::kSway].isZero(0);
   return options;
-}
-
-std::vector<Eigen::Index> earlier_points(const FitOptions& options,
-                                         const std::vector<std::string>& fingerprint) {
-  std::vector<Eigen::Index> out(fingerprint.size(), -1);
-  if (!is_usable(options)) return out;
-  std::unordered_map<std::string_view, Eigen::Index> known;
-  const std::vector<std::string>& before = options.warm_cache->fingerprint;
-  for (std::size_t p = 0; p < before.size(); ++p) known.emplace(before[p], p);
-  for (std::size_t p = 0; p < out.size(); ++p)
-    if (const auto found = known.find(fingerprint[p]); found != known.end()) out[p] = found->second;
-  return out;
-}
-
-PointResult keep_point(const FitOptions& options, Eigen::Index earlier, std::size_t experiments,
-                       Eigen::Index p, FittedCurves& fitted) {
-  const FittedCurves& before = *options.warm_start;
-  const auto copy = [&](const Controls& from, Controls& to) {
-    if (from.size() > 0) to.row(p) = from.row(earlier);
-  };
-  for (std::size_t i = 0; i < before.curves.control.size(); ++i) {
-    copy(before.curves.control[i], fitted.curves.control[i]);
-    copy(before.deviation[i], fitted.deviation[i]);
-  }
-  for (int kind = 0; kind < kCurveKinds; ++kind)
-    copy(before.covariance[kind], fitted.covariance[kind]);
-  fitted.status[p] = before.status[earlier];
-  fitted.message[p] = before.message[earlier];
-  PointResult result;
-  result.is_kept = true;
-  result.is_scored = !std::isnan(before.rms_residual_N[earlier]);
-  const FittedRecordings& recordings = before.recordings;
-  for (std::size_t i = 0; i < recordings.point.size(); ++i) {
-    if (recordings.point[i] != earlier) continue;
-    NuisanceValues& value = result.nuisance.emplace_back();
-    NuisanceValues& deviation = result.nuisance_deviation.emplace_back();
-    for (int k = 0; k < kNuisances; ++k) {
-      value[k] = (recordings.*kColumns[k].value)[i];
-      deviation[k] = (recordings.*kColumns[k].deviation)[i];
-    }
-  }
-  if (result.nuisance.size() == experiments) return result;
-  result.nuisance.clear();  // the earlier fit knew them all
-  result.nuisance_deviation.clear();
-  return result;
 }
 
 }  // namespace palpate::fit

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "libfit/core/linear_algebra.hpp"
 #include "libfit/shape/shape.hpp"
@@ -103,16 +102,17 @@ class ResponseFit {
     shape_.radius_m = options.radius_m;
   }
 
-  // The response of rows for which `counts` is set (empty: all), with so many modes at most.
-  ShapeResponse of(const std::vector<char>& counts, int modes) {
-    take_rows(counts);
+  // The response with so many modes at most; no points where no row shows it.
+  ShapeResponse found(int modes) {
+    take_rows();
+    if (rows_.empty()) return {};
     shape_.modes = 0;
     shape_.mode.resize(asset_.vertices, 0);
     shape_.point.setZero(samples_.points(), runtime::shape_numbers(shape_.intervals, 0));
     shape_.drag.setZero(runtime::shape_drag_numbers(shape_.intervals));
     fit_presses();
     fit_drags();
-    if (modes > 0 && !rows_.empty()) {
+    if (modes > 0) {
       find_modes(modes);
       for (int round = 0; round < 2; ++round) {  // near functions and modes by turns
         fit_amplitudes();
@@ -126,8 +126,7 @@ class ResponseFit {
     return shape_;
   }
 
-  // The engine's contact at each row of the samples; see contact_states().
-  const std::vector<std::optional<runtime::Contact>>& contacts() const { return contacts_; }
+ private:
   // True where a row touches where measured curves answer alone.
   bool is_measured(std::size_t row) const {
     if (!contacts_[row]) return false;
@@ -137,10 +136,6 @@ class ResponseFit {
         answered += contacts_[row]->weight[k];
     return answered > 0.99;
   }
-  // Rows that the latest response was found from.
-  std::size_t rows() const { return rows_.size(); }
-
- private:
   // A row that the response is found from.
   struct Row {
     Eigen::Index row;
@@ -149,11 +144,11 @@ class ResponseFit {
     runtime::DentState state;
   };
 
-  void take_rows(const std::vector<char>& counts) {
+  void take_rows() {
     rows_.clear();
     for (std::size_t row = 0; row < contacts_.size(); ++row) {
       DentState state;
-      if (!is_measured(row) || (!counts.empty() && !counts[row])) continue;
+      if (!is_measured(row)) continue;
       if (!runtime::shape_state(asset_, *contacts_[row], 0, state)) continue;
       state.radius_m = 0;  // what the ball pushes out is not the response's
       rows_.push_back({Eigen::Index(row), samples_.kind[row] == ExperimentKind::press,
@@ -355,82 +350,12 @@ class ResponseFit {
   ShapeResponse shape_;
 };
 
-constexpr std::array kModeCounts{0, 2, 4, 6, 8, 12, 16, 24};
-
-// A response with its first modes alone.
-ShapeResponse with_modes(const ShapeResponse& shape, int modes) {
-  ShapeResponse out = shape;
-  const int M = shape.intervals, pressed = runtime::shape_numbers(M, 0);
-  out.modes = modes;
-  out.point.resize(shape.point.rows(), runtime::shape_numbers(M, modes));
-  out.point.leftCols(pressed) = shape.point.leftCols(pressed);
-  for (int axis = 0; axis < 3; ++axis)
-    out.point.middleCols(pressed + axis * modes, modes) =
-        shape.point.middleCols(pressed + axis * shape.modes, modes);
-  out.mode = shape.mode.leftCols(3 * modes);
-  return out;
-}
-
-// Every third point is left out while modes are counted.
-constexpr bool is_left_out(Eigen::Index point) { return point % 3 == 1; }
-
-// Numbers of points left out: those of the three nearest others, by their squared distance.
-ShapeResponse filled_in(ShapeResponse shape, const Points& position) {
-  for (Eigen::Index p = 0; p < position.rows(); ++p) {
-    if (!is_left_out(p)) continue;
-    std::vector<std::pair<double, Eigen::Index>> near;
-    for (Eigen::Index other = 0; other < position.rows(); ++other)
-      if (!is_left_out(other))
-        near.emplace_back((position.row(other) - position.row(p)).squaredNorm(), other);
-    std::sort(near.begin(), near.end());
-    near.resize(std::min<std::size_t>(near.size(), 3));
-    shape.point.row(p).setZero();
-    double sum = 0;
-    for (const auto& [squared, other] : near) {
-      shape.point.row(p) += shape.point.row(other) / squared;
-      sum += 1 / squared;
-    }
-    shape.point.row(p) /= sum;
-  }
-  return shape;
-}
-
 }  // namespace
 
 ShapeResponse identify_shape(const runtime::AssetView& asset, const Samples& samples,
                              const Triangles& blend_point, const Points& blend_weight,
-                             const ShapeOptions& options, ShapeReport* report) {
-  ResponseFit fit(asset, samples, blend_point, blend_weight, options);
-  int modes = options.modes.value_or(0);
-  if (!options.modes) {
-    // Modes that differ from point to point alone do not help between points.
-    std::vector<char> is_held_out(samples.point.size()), is_fitted(is_held_out);
-    for (std::size_t row = 0; row < is_held_out.size(); ++row)
-      (is_left_out(samples.point[row]) ? is_held_out : is_fitted)[row] = fit.is_measured(row);
-    const ShapeResponse most =
-        filled_in(fit.of(is_fitted, kModeCounts.back()), samples.point_position);
-    std::vector<ShapeReport::Count> tried;
-    double best = std::numeric_limits<double>::infinity();
-    for (const int count : kModeCounts) {
-      if (count > most.modes) break;
-      const ShapedAsset shaped(asset, with_modes(most, count), blend_point, blend_weight);
-      const ShapeError error = shape_error(shaped.view(), samples, fit.contacts(), is_held_out);
-      tried.push_back({count, error.near.p95_rel, error.all.p95_rel});
-      best = std::min(best, error.near.p95_rel + error.all.p95_rel);
-    }
-    // The fewest modes within a fifth of the best. A mode is 12 bytes a vertex: on the liver
-    // phantom 6 leave 2.7 and 1.2 % (near, everywhere), 16 leave 2.5 and 1.0 for 0.5 MB more.
-    for (const ShapeReport::Count& count : tried)
-      if (count.near_p95 + count.all_p95 <= 1.2 * best) {
-        modes = count.modes;
-        break;
-      }
-    if (report != nullptr) report->tried = tried;
-  }
-  ShapeResponse shape = fit.of({}, modes);
-  if (report != nullptr) report->rows = int(fit.rows());
-  if (fit.rows() == 0) return {};
-  return shape;
+                             const ShapeOptions& options) {
+  return ResponseFit(asset, samples, blend_point, blend_weight, options).found(options.modes);
 }
 
 }  // namespace palpate

@@ -57,13 +57,13 @@ std::vector<std::optional<runtime::Contact>> contact_states(const runtime::Asset
 
 ShapeError shape_error(const runtime::AssetView& asset, const Samples& samples,
                        const std::vector<std::optional<runtime::Contact>>& contacts,
-                       const std::vector<char>& counts, bool is_shown) {
+                       bool is_shown) {
   Errors near, all;
   ShapeError out;
   std::vector<runtime::Vec3d> at(asset.vertices);
   for (std::size_t row = 0; row < contacts.size(); ++row) {
     runtime::DentState state;
-    if (!contacts[row] || (!counts.empty() && !counts[row])) continue;
+    if (!contacts[row]) continue;
     if (!runtime::shape_state(asset, *contacts[row], 0, state)) continue;
     if (!is_shown) state.radius_m = 0;
     const runtime::Deformation deformation(asset, *contacts[row], state);

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <random>
 
 #include "libfit/core/stated_error.hpp"
 #include "libfit/fit/fit_curves.hpp"
@@ -183,25 +181,6 @@ SubstitutedAsset SubstitutedAsset::linear(const runtime::AssetView& asset, doubl
   return out;
 }
 
-SubstitutedAsset SubstitutedAsset::nudged(const runtime::AssetView& asset, std::uint64_t seed) {
-  SubstitutedAsset out(asset);
-  std::mt19937_64 random(seed);
-  const auto nudge = [&](std::vector<float>& values) {
-    for (float& value : values)
-      if (value != 0)
-        value =
-            std::nextafter(value, (random() & 1) != 0 ? std::numeric_limits<float>::infinity()
-                                                      : -std::numeric_limits<float>::infinity());
-  };
-  const auto coordinates = 3 * std::size_t(asset.vertices);
-  out.vertex_.assign(asset.vertex, asset.vertex + coordinates);
-  out.normal_.assign(asset.normal, asset.normal + coordinates);
-  for (auto* values : {&out.vertex_, &out.normal_, &out.control_}) nudge(*values);
-  out.view_.vertex = out.vertex_.data();
-  out.view_.normal = out.normal_.data();
-  return out;
-}
-
 std::vector<StatedError> error_causes(const runtime::AssetView& asset, const Reference& reference,
                                       const Replayed& engine, double depth_m, int jobs) {
   const FittedCurves own = own_curves(asset, reference.own, 1, jobs);
@@ -210,7 +189,6 @@ std::vector<StatedError> error_causes(const runtime::AssetView& asset, const Ref
   const Samples& paths = reference.paths;
   const Replayed with_own = replay_with_own(asset, paths, point_of, own, depth_m);
   const Replayed with_finer = replay_with_own(asset, paths, point_of, finer, depth_m);
-  const Replayed nudged = follow(SubstitutedAsset::nudged(asset, 1).view(), paths, depth_m);
 
   // The part of the rest across the normal is the friction law's where the contact slides.
   const Points rest = with_finer.force_N - paths.force;
@@ -234,7 +212,6 @@ std::vector<StatedError> error_causes(const runtime::AssetView& asset, const Ref
       cause("curve_fit", with_own.force_N - with_finer.force_N),
       cause("curve_family", rest - sliding_part),
       cause("friction_law", sliding_part),
-      cause("float_precision", nudged.force_N - engine.force_N),
   };
 }
 

@@ -13,7 +13,7 @@
 namespace palpate::validation {
 
 /// The causes of an asset's error (M11b), a figure each:
-/// interpolation, curve_fit, curve_family, friction_law and float_precision.
+/// interpolation, curve_fit, curve_family and friction_law.
 /// reference.own must hold presses and drags at held-out points. Paths at other points, and at
 /// those whose own curves failed, are left out.
 /// engine: the asset's answers along the reference's paths.
@@ -45,16 +45,13 @@ class SubstitutedAsset {
   /// Each curve is the straight line through 0 and its value at at_m: a linear response computed
   /// beforehand.
   static SubstitutedAsset linear(const runtime::AssetView& asset, double at_m);
-  /// Every coordinate, normal and control value is moved to a neighbouring float, up or down at
-  /// random: twice what rounding did to them.
-  static SubstitutedAsset nudged(const runtime::AssetView& asset, std::uint64_t seed);
 
  private:
   explicit SubstitutedAsset(const runtime::AssetView& asset);
 
   runtime::AssetView view_;
   std::unique_ptr<fit::Bases> bases_;
-  std::vector<float> control_, vertex_, normal_;
+  std::vector<float> control_;
   std::vector<std::int32_t> record_;
   std::vector<std::uint8_t> covered_;
 };

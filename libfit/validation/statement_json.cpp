@@ -1,6 +1,7 @@
 // The statement of error as the object that others read.
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "libfit/core/error.hpp"
@@ -12,13 +13,24 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A field of an object, written or read. Writing turns NaN into null by itself.
+// Fields and parts of an object, written or read. Writing turns NaN into null by itself.
 class FieldWriter {
  public:
   explicit FieldWriter(Json& json) : json_(json) {}
   template <class T>
   void operator()(const std::string& name, const T& value) const {
     json_[name] = value;
+  }
+  // fields(of): of an object in this one, which is empty where there is none.
+  template <class Fields>
+  void part(const char* name, bool is_there, const Fields& fields) const {
+    Json& part = json_[name] = Json::object();
+    if (is_there) fields(FieldWriter(part));
+  }
+  // The same, left out where there is none.
+  template <class Fields>
+  void part_if_any(const char* name, bool is_there, const Fields& fields) const {
+    if (is_there) part(name, true, fields);
   }
 
  private:
@@ -33,47 +45,54 @@ class FieldReader {
     value = found.is_null() ? kNoNumber : found.get<double>();
   }
   void operator()(const std::string& name, std::size_t& value) const { value = json_.at(name); }
+  template <class Fields>
+  void part(const char* name, bool, const Fields& fields) const {
+    if (const Json& part = json_.at(name); !part.empty()) fields(FieldReader(part));
+  }
+  template <class Fields>
+  void part_if_any(const char* name, bool, const Fields& fields) const {
+    if (json_.contains(name)) part(name, true, fields);
+  }
 
  private:
   const Json& json_;
 };
 
+bool is_number(double value) { return value == value; }
+
 // The fields of each part are listed once. E: ErrorFigures or const ErrorFigures, and so on.
-template <class E, class F>
-void error_fields(E& e, const std::string& unit, const F& f) {
-  f("typical_" + unit, e.typical);
-  f("median_" + unit, e.median);
-  f("p95_" + unit, e.p95);
-  f("max_" + unit, e.max);
-  f("median_rel", e.median_rel);
-  f("p95_rel", e.p95_rel);
-  f("max_rel", e.max_rel);
+template <class E>
+auto error_fields(E& e, const std::string& unit) {
+  return [&e, unit](const auto& f) {
+    f("typical_" + unit, e.typical);
+    f("median_" + unit, e.median);
+    f("p95_" + unit, e.p95);
+    f("max_" + unit, e.max);
+    f("median_rel", e.median_rel);
+    f("p95_rel", e.p95_rel);
+    f("max_rel", e.max_rel);
+  };
 }
-template <class E, class F>
-void spread_fields(E& e, const std::string& unit, const F& f) {
-  f("median" + unit, e.median);
-  f("p95" + unit, e.p95);
+template <class E>
+auto spread_fields(E& e, const std::string& unit, bool has_band = false) {
+  return [&e, unit, has_band](const auto& f) {
+    f("median" + unit, e.median);
+    f("p95" + unit, e.p95);
+    if (!has_band) return;
+    f("p95" + unit + "_low", e.p95_low);
+    f("p95" + unit + "_high", e.p95_high);
+  };
 }
-template <class E, class F>
-void spread_band_fields(E& e, const std::string& unit, const F& f) {
-  spread_fields(e, unit, f);
-  f("p95" + unit + "_low", e.p95_low);
-  f("p95" + unit + "_high", e.p95_high);
-}
-template <class E, class F>
-void shape_fields(E& e, const F& f) {
-  f("median_m", e.median_m);
-  f("p95_m", e.p95_m);
-  f("max_m", e.max_m);
-  f("median_rel", e.median_rel);
-  f("p95_rel", e.p95_rel);
-  f("max_rel", e.max_rel);
-}
-template <class S, class F>
-void onset_fields(S& s, const F& f) {
-  f("paths", s.paths);
-  spread_fields(s.place_m, "_m", f);
-  spread_fields(s.force_N, "_N", f);
+template <class E>
+auto shape_fields(E& e) {
+  return [&e](const auto& f) {
+    f("median_m", e.median_m);
+    f("p95_m", e.p95_m);
+    f("max_m", e.max_m);
+    f("median_rel", e.median_rel);
+    f("p95_rel", e.p95_rel);
+    f("max_rel", e.max_rel);
+  };
 }
 template <class I, class F>
 void interval_fields(I& i, const F& f) {
@@ -86,11 +105,17 @@ void interval_fields(I& i, const F& f) {
   f("replay", i.replay);
 }
 template <class S, class F>
-void band_fields(S& s, const F& f) {
-  f("within_jnd", s.within_jnd);
-  f("p95_rel_low", s.p95_rel_low);
-  f("p95_rel_high", s.p95_rel_high);
+void force_fields(S& s, const F& f) {
+  f.part("force_error", true, [&](const auto& of) {
+    error_fields(s.all.force, "N")(of);
+    of("within_jnd", s.within_jnd);
+    of("p95_rel_low", s.p95_rel_low);
+    of("p95_rel_high", s.p95_rel_high);
+  });
 }
+TruthInterval& made(std::optional<TruthInterval>& interval) { return interval.emplace(); }
+const TruthInterval& made(const std::optional<TruthInterval>& interval) { return *interval; }
+
 template <class S, class F>
 void statement_fields(S& s, const F& f) {
   f("rows", s.all.rows);
@@ -106,68 +131,52 @@ void statement_fields(S& s, const F& f) {
   f("unnoticed", s.all.unnoticed);
   f("handle_m", s.handle_m);
   f("tick_ns", s.all.tick_ns);
+  f.part("magnitude", true, spread_fields(s.all.magnitude, "_rel", true));
+  f.part("direction_deg", true, spread_fields(s.all.direction_deg, "", true));
+  f.part("slip_onset", true, [&](const auto& of) {
+    of("paths", s.slip_onset.paths);
+    spread_fields(s.slip_onset.place_m, "_m")(of);
+    spread_fields(s.slip_onset.force_N, "_N")(of);
+  });
+  f.part("interval", s.interval.has_value(),
+         [&](const auto& of) { interval_fields(made(s.interval), of); });
+  f.part("torque_at_handle", is_number(s.all.handle.median), error_fields(s.all.handle, "Nm"));
+  f.part("torque_error", is_number(s.all.torque.median), error_fields(s.all.torque, "Nm"));
+  f.part("shape_error", s.shape.rows > 0, [&](const auto& of) {
+    of.part("near", true, shape_fields(s.shape.near));
+    of.part("all", true, shape_fields(s.shape.all));
+    of("penetration_m", s.shape.penetration_m);
+    of("rows", s.shape.rows);
+  });
+}
+template <class L, class F>
+void line_fields(L& line, const F& f) {
+  f("rows", line.rows);
+  error_fields(line.force, "N")(f);
+  f.part("magnitude", true, spread_fields(line.magnitude, "_rel"));
+  f.part("direction_deg", true, spread_fields(line.direction_deg, ""));
+  f("unnoticed", line.unnoticed);
+  f.part_if_any("torque", is_number(line.torque.median), error_fields(line.torque, "Nm"));
+  f.part_if_any("torque_at_handle", is_number(line.handle.median), error_fields(line.handle, "Nm"));
 }
 
 constexpr const char *kSimulated = "simulated", *kRecorded = "recorded";
 
-Json json_of(const StatedError& line) {
-  Json json = {{"rows", line.rows}};
-  error_fields(line.force, "N", FieldWriter(json));
-  spread_fields(line.magnitude, "_rel", FieldWriter(json["magnitude"]));
-  spread_fields(line.direction_deg, "", FieldWriter(json["direction_deg"]));
-  FieldWriter{json}("unnoticed", line.unnoticed);
-  if (line.torque.median == line.torque.median)
-    error_fields(line.torque, "Nm", FieldWriter(json["torque"]));
-  if (line.handle.median == line.handle.median)
-    error_fields(line.handle, "Nm", FieldWriter(json["torque_at_handle"]));
-  if (line.tick_ns == line.tick_ns) json["tick_ns"] = line.tick_ns;
-  return json;
-}
-
-StatedError line_of(const std::string& name, const Json& json) {
-  StatedError line{name, json.at("rows").get<std::size_t>()};
-  error_fields(line.force, "N", FieldReader(json));
-  spread_fields(line.magnitude, "_rel", FieldReader(json.at("magnitude")));
-  spread_fields(line.direction_deg, "", FieldReader(json.at("direction_deg")));
-  FieldReader{json}("unnoticed", line.unnoticed);
-  if (json.contains("torque")) error_fields(line.torque, "Nm", FieldReader(json["torque"]));
-  if (json.contains("torque_at_handle"))
-    error_fields(line.handle, "Nm", FieldReader(json["torque_at_handle"]));
-  if (json.contains("tick_ns")) FieldReader{json}("tick_ns", line.tick_ns);
-  return line;
-}
-
 Json json_of(const Statement& statement) {
   Json json;
-  error_fields(statement.all.force, "N", FieldWriter(json["force_error"]));
-  band_fields(statement, FieldWriter(json["force_error"]));
+  force_fields(statement, FieldWriter(json));
   json["verdict"] = verdict(statement);
   json["advice"] = advice(statement);
   json["reference"] = statement.is_recorded ? kRecorded : kSimulated;
   statement_fields(statement, FieldWriter(json));
-  spread_band_fields(statement.all.magnitude, "_rel", FieldWriter(json["magnitude"]));
-  spread_band_fields(statement.all.direction_deg, "", FieldWriter(json["direction_deg"]));
-  onset_fields(statement.slip_onset, FieldWriter(json["slip_onset"]));
-  Json& interval = json["interval"] = Json::object();
-  if (statement.interval) interval_fields(*statement.interval, FieldWriter(interval));
-  Json& handle = json["torque_at_handle"] = Json::object();
-  if (statement.all.handle.median == statement.all.handle.median)
-    error_fields(statement.all.handle, "Nm", FieldWriter(handle));
-  Json& torque = json["torque_error"] = Json::object();
-  if (statement.all.torque.median == statement.all.torque.median)
-    error_fields(statement.all.torque, "Nm", FieldWriter(torque));
-  Json& shape = json["shape_error"] = Json::object();
-  if (statement.shape.rows > 0) {
-    shape_fields(statement.shape.near, FieldWriter(shape["near"]));
-    shape_fields(statement.shape.all, FieldWriter(shape["all"]));
-    shape["penetration_m"] = statement.shape.penetration_m;
-    shape["rows"] = statement.shape.rows;
-  }
   json["sections"] = Json::array();
   for (const StatementSection& section : statement.sections) {
     json["sections"].push_back({{"name", section.name}, {"title", section.title}});
     Json& lines = json[section.name] = Json::object();
-    for (const StatedError& line : section.lines) lines[line.name] = json_of(line);
+    for (const StatedError& line : section.lines) {
+      line_fields(line, FieldWriter(lines[line.name]));
+      if (is_number(line.tick_ns)) lines[line.name]["tick_ns"] = line.tick_ns;
+    }
   }
   return json;
 }
@@ -194,29 +203,16 @@ Statement parse_statement(const std::string& text, const std::string& where) {
   Statement s;
   try {
     const Json json = Json::parse(text);
-    error_fields(s.all.force, "N", FieldReader(json.at("force_error")));
-    band_fields(s, FieldReader(json.at("force_error")));
+    force_fields(s, FieldReader(json));
     s.is_recorded = json.at("reference") == kRecorded;
     statement_fields(s, FieldReader(json));
-    spread_band_fields(s.all.magnitude, "_rel", FieldReader(json.at("magnitude")));
-    spread_band_fields(s.all.direction_deg, "", FieldReader(json.at("direction_deg")));
-    onset_fields(s.slip_onset, FieldReader(json.at("slip_onset")));
-    if (const Json& interval = json.at("interval"); !interval.empty())
-      interval_fields(s.interval.emplace(), FieldReader(interval));
-    if (const Json& handle = json.at("torque_at_handle"); !handle.empty())
-      error_fields(s.all.handle, "Nm", FieldReader(handle));
-    if (const Json& torque = json.at("torque_error"); !torque.empty())
-      error_fields(s.all.torque, "Nm", FieldReader(torque));
-    if (const Json& shape = json.at("shape_error"); !shape.empty()) {
-      shape_fields(s.shape.near, FieldReader(shape.at("near")));
-      shape_fields(s.shape.all, FieldReader(shape.at("all")));
-      s.shape.penetration_m = shape.at("penetration_m");
-      s.shape.rows = shape.at("rows");
-    }
     for (const Json& section : json.at("sections")) {
       s.sections.push_back({section.at("name"), section.at("title"), {}});
-      for (const auto& [name, line] : json.at(s.sections.back().name).items())
-        s.sections.back().lines.push_back(line_of(name, line));
+      for (const auto& [name, json_line] : json.at(s.sections.back().name).items()) {
+        StatedError& line = s.sections.back().lines.emplace_back(StatedError{name});
+        line_fields(line, FieldReader(json_line));
+        if (json_line.contains("tick_ns")) line.tick_ns = json_line["tick_ns"];
+      }
     }
   } catch (const nlohmann::json::exception& e) {
     throw Error(where, e.what(), "Make it again with palpate run.");

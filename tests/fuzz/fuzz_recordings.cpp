@@ -26,7 +26,7 @@ recordings::SignalSettings signal_settings(unsigned char choice) {
   recordings::SignalSettings signal;
   const auto estimators = recordings::contact_estimators();
   signal.contact = estimators[choice % estimators.size()].name;
-  signal.use = static_cast<recordings::Use>(choice / 8 % 3);
+  signal.use = static_cast<recordings::Use>(choice / 8 % 2);
   signal.drift = static_cast<recordings::Drift>(choice / 24 % 3);
   signal.smooth_s = choice & 64 ? 0.02 : 0;
   return signal;

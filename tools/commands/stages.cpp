@@ -23,8 +23,6 @@
 namespace palpate::tools {
 namespace {
 
-constexpr std::string_view kCacheKinds[] = {kFitCacheSchema.name};
-
 // Marks the nuisance parameters that are estimated (FitOptions). names: with commas between.
 std::array<bool, 3> nuisances_named(const std::string& names) {
   std::array<bool, 3> choice{};
@@ -54,9 +52,8 @@ class Fit final : public Command {
     arguments.option("--family NAME", section.family,
                      "Curve family of docs/method.md, sections 2 and 17: rings, which without "
                      "drags are separable, or separable");
-    arguments.option(
-        "--warm-start", warm_start_,
-        "Earlier curves.h5 whose bases are kept; only points whose rows changed are fitted again");
+    arguments.option("--warm-start", warm_start_,
+                     "Earlier curves.h5 whose bases and family are kept");
     arguments.option(
         "--free NAMES", frees_,
         "Nuisance parameters to estimate for each recording: any of contact,bias,drift");
@@ -71,22 +68,13 @@ class Fit final : public Command {
     if (section.pieces < 0 || section.pieces > 256)
       throw Error("--pieces", fmt::format("there cannot be {} pieces", section.pieces),
                   "Use 1 to 256, or 0 to have the number chosen.");
-    check_output(fit_cache_path(output_), kCacheKinds, {});
     say("fit {}", samples_);
     std::optional<FittedCurves> earlier;
-    std::optional<FitCache> earlier_cache;
-    if (!warm_start_.empty()) {
-      earlier = read_curves(warm_start_);
-      earlier_cache = read_fit_cache(warm_start_, *earlier);
-    }
-    FitCache cache;
+    if (!warm_start_.empty()) earlier = read_curves(warm_start_);
     stage_.files = {.samples = samples_, .curves = output_};
     stage_.fit_choices.warm_start = earlier ? &*earlier : nullptr;
-    stage_.fit_choices.warm_cache = earlier_cache ? &*earlier_cache : nullptr;
     stage_.fit_choices.estimates = nuisances_named(frees_);
-    stage_.fit_cache = &cache;
     kFitStage.make(stage_, !earlier && frees_.empty() ? kFitStage.wanted(stage_) : "");
-    write_fit_cache(output_, cache);
     say("wrote {}", output_);
     const FittedCurves curves = read_curves(output_);
     const std::size_t bad = list_bad_points(curves);
@@ -200,11 +188,8 @@ class Export final : public Command {
   explicit Export(Arguments& arguments) {
     arguments.positional("model", model_, "Model to export, model.h5");
     arguments.output("-o,--output", output_,
-                     "File to write, in the format of its name: asset.palp, or .vtu, .glb, .ply",
-                     {"palp", "vtu", "glTF", "ply"});
-    arguments.option("--depth LEN", depth_,
-                     "Depth at which glb and ply show the stiffness, such as \"5 mm\"; half of the "
-                     "curves' range if not given");
+                     "File to write, in the format of its name: asset.palp or .vtu",
+                     {"palp", "vtu"});
     arguments.option("--engine DIR", engine_, "Folder to copy the engine and its example into");
     arguments.option("--scene", scene_, "scene.toml whose [tool] is taken, as run takes it");
     arguments.option("--scale-stiffness FACTOR", stiffness_,
@@ -223,12 +208,9 @@ class Export final : public Command {
     if (!scene_.empty()) stage.scene = open_scene(scene_);
     if (!engine_.empty() && format != "palp")
       throw Error("--engine", "says nothing of a " + format, "Leave it out, or export palp.");
-    if (!depth_.empty() && format != "glb" && format != "ply")
-      throw Error("--depth", format + " has every depth", "Leave it out, or export glb or ply.");
     if (std::error_code none; !engine_.empty() && std::filesystem::exists(engine_, none) &&
                               !std::filesystem::is_directory(engine_, none))
       throw Error("--engine", engine_ + " is a file", "Name a folder.");
-    stage.map_depth_m = depth_m();
     if (!friction_.empty()) stage.changes.friction = number("--friction", friction_, 0, 10);
     if (!stiffness_.empty())
       stage.changes.stiffness = number("--scale-stiffness", stiffness_, 1e-6, 1e6);
@@ -268,15 +250,7 @@ class Export final : public Command {
         fit.deviation, percent(fit.misfit));
     return fit.factor;
   }
-  double depth_m() const {
-    if (depth_.empty()) return 0;
-    const auto depth = parse_quantity(depth_, Dimension::length);
-    if (!depth || !(*depth > 0))
-      throw Error("--depth", "\"" + depth_ + "\" is no depth", "Give a length such as \"5 mm\".");
-    return *depth;
-  }
-
-  std::string model_, output_, engine_, depth_, scene_, stiffness_, press_, friction_;
+  std::string model_, output_, engine_, scene_, stiffness_, press_, friction_;
 };
 
 class SurfaceCommand final : public Command {

@@ -27,8 +27,6 @@ constexpr std::array kKinds{
     Named{"path", ExperimentKind::path}, Named{"scan", ExperimentKind::scan}};
 constexpr std::array kDrifts{Named{"none", Drift::none}, Named{"bias", Drift::bias},
                              Named{"line", Drift::line}};
-constexpr std::array kUses{Named{"approach", recordings::Use::approach},
-                           Named{"retract", recordings::Use::retract}};
 constexpr std::array kTips{Named{"sphere", Tip::sphere}, Named{"flat", Tip::flat},
                            Named{"cone", Tip::cone}};
 constexpr std::array kSeparators{Named{"comma", ','}, Named{"semicolon", ';'}, Named{"tab", '\t'},
@@ -54,17 +52,14 @@ void read_cycle(SceneTable& table, recordings::SignalSettings& s) {
   if (!node) return;
   if (node->is_integer()) {
     s.cycle = static_cast<int>(table.integer("cycle", 1, 1, 100000));
-    s.use = s.use == recordings::Use::mean ? recordings::Use::approach : s.use;
+    s.use = recordings::Use::approach;
     return;
   }
   const std::string name = table.choice("cycle", "", {"deepest", "first", "last", "mean"});
   s.cycle = name == "first"  ? 1
             : name == "last" ? recordings::kLastCycle
                              : recordings::kDeepestCycle;
-  if (name == "mean")
-    s.use = recordings::Use::mean;
-  else if (s.use == recordings::Use::mean)  // of the defaults
-    s.use = recordings::Use::approach;
+  s.use = name == "mean" ? recordings::Use::mean : recordings::Use::approach;
 }
 
 void read_position(SceneTable& table, ManifestEntry& entry) {
@@ -177,7 +172,6 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   s.compliance_m_N = table.number("compliance", s.compliance_m_N, 0, 1e3);
   if (table.has("force_limit"))
     s.force_limit_N = table.quantity("force_limit", Dimension::force, 0, 0, 1e9);
-  read_named(table, "use", kUses, s.use);
   read_cycle(table, s);
   s.rows = static_cast<int>(table.integer("rows", s.rows, 3, 100000));
   s.poisson = table.number("poisson", s.poisson, 0, 0.5);

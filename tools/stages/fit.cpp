@@ -28,14 +28,10 @@ void say_report(const FitReport& report) {
   if (const RingsReport& rings = report.rings; rings.points > 0) {
     say("  rings    lambda {:.3g} +- {:.2g}, mu0 {:.3g} +- {:.2g}, mu1 {:.3g} +- {:.2g} /m, spread "
         "{:.2g} +- {:.1g} /m, side force +- {:.2g} % of the normal one ({} points with drags; "
-        "standard errors of a point's){}{}",
+        "standard errors of a point's)",
         rings.lambda, rings.lambda_deviation, rings.friction, rings.friction_deviation,
         rings.friction_slope_1_m, rings.friction_slope_deviation_1_m, rings.spread_1_m,
-        rings.spread_deviation_1_m, 100 * rings.side_deviation, rings.points,
-        rings.warning.empty() ? "" : "; ", rings.warning);
-    if (!rings.uneven.empty())
-      say("  rings    lambda is uneven at {} points: {}", rings.uneven.size(),
-          fmt::join(rings.uneven, ", "));
+        rings.spread_deviation_1_m, 100 * rings.side_deviation, rings.points);
   }
   if (!report.assumed.empty()) say("  assumed: {}", report.assumed);
   say("  rows: {} fitted of {} ({} not good, {} not finite, {} after a bad one)", report.rows.used,
@@ -48,8 +44,6 @@ void say_report(const FitReport& report) {
           "point {}",
           kCurveNames[k], 100 * report.bands.median[k], 100 * report.bands.widest[k],
           report.bands.widest_point[k]);
-  if (report.points.kept > 0)
-    say("  kept: {} points whose rows are those of the earlier fit", report.points.kept);
   say("  points: {} good, {} poor, {} underdetermined, {} failed ({})", report.points.good,
       report.points.poor, report.points.underdetermined, report.points.failed,
       in_words(report.seconds));
@@ -156,19 +150,18 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
 }
 
 FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs,
-                         const FitOptions& choices, FitCache* cache, fit::RadiusReport* radius) {
+                         const FitOptions& choices, fit::RadiusReport* radius) {
   const Samples samples =
       of_kinds(all, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
   FitOptions options = fit_options(all, section, jobs);
   const Samples others = of_kinds(all, {ExperimentKind::other});
   options.warm_start = choices.warm_start;
-  options.warm_cache = choices.warm_cache;
   options.estimates = choices.estimates;
   FitReport report;
   FittedCurves curves;
   {
     ConsoleProgress progress("fit");
-    curves = fit_curves(samples, options, progress.progress(), &report, cache);
+    curves = fit_curves(samples, options, progress.progress(), &report);
   }
   say_fit(curves, report);
   curves.probe = samples.probe;

@@ -16,12 +16,11 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
 
 /// Curves at the test points, with basis, residuals and worst points said on stderr, and how the
 /// body softens where there are cycles. They carry the probe of the samples.
-/// choices: of it warm_start, warm_cache and estimates count. cache: filled where wanted, for a
-/// later fit. radius: likewise, with how presses of other indenters come out. Throws Interrupted
-/// when the user stopped it: nothing half-fitted is kept.
+/// choices: of it warm_start and estimates count. radius: filled where wanted, with how presses of
+/// other indenters come out. Throws Interrupted when the user stopped it: nothing half-fitted is
+/// kept.
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
-                         const FitOptions& choices = {}, FitCache* cache = nullptr,
-                         fit::RadiusReport* radius = nullptr);
+                         const FitOptions& choices = {}, fit::RadiusReport* radius = nullptr);
 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a
 /// screenful, and `poor` ones where all of these are a quarter of the points or more. Returns how

@@ -51,17 +51,11 @@ void add_shape(Model& model, const Samples& samples) {
   const AssetBytes bytes = make_asset_bytes(model, {});
   runtime::Status status;
   const auto asset = runtime::Asset::open(bytes.data(), bytes.size(), &status);
-  ShapeReport report;
-  model.shape =
-      identify_shape(asset, samples, model.blend_point, model.blend_weight,
-                     options_for(fem::make_probe(*samples.probe, "[probe]"), depth_m), &report);
+  model.shape = identify_shape(asset, samples, model.blend_point, model.blend_weight,
+                               options_for(fem::make_probe(*samples.probe, "[probe]"), depth_m));
   if (model.shape.point.rows() == 0) return;
-  say("  shape: {} fields of the whole body beside the dent, from {} rows ({:.1f} s); points left "
-      "out are shown to within (p95, % of the depth, within three contact radii | everywhere)",
-      model.shape.modes, report.rows, wall_seconds() - from_s);
-  for (const ShapeReport::Count& count : report.tried)
-    say("  shape: {:>2} fields {:.2f} | {:.2f}", count.modes, 100 * count.near_p95,
-        100 * count.all_p95);
+  say("  shape: {} fields of the whole body beside the dent ({:.1f} s)", model.shape.modes,
+      wall_seconds() - from_s);
 }
 
 void say_kind(const runtime::AssetView& asset, const runtime::CouplingView& coupling,
@@ -261,7 +255,6 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   ExportOptions options;
   options.has_mean_elsewhere = true;
   options.meta_json = meta.dump();
-  options.map_depth_m = request.map_depth_m;
   options.engine_dir = request.engine;
   const ExportReport report = exporter_of_file(output).write(model, output, options);
   for (const std::string& remark : report.remarks) say("  {}", remark);

@@ -42,7 +42,6 @@ Attributes model_attributes(const FittedCurves& curves, const std::string& made_
 
 struct ExportRequest {
   std::string fingerprint;            ///< put into the asset's meta; empty for none
-  double map_depth_m = 0;             ///< of a coloured surface; 0: half of the curves' range
   std::filesystem::path engine;       ///< folder to copy the engine into; empty for none
   std::vector<NamedTool> tools = {};  ///< of the scene, put into the asset's meta
   ModelChanges changes = {};          ///< made already; put into the asset's meta

@@ -139,8 +139,8 @@ void make_curves(Pipeline& p, const std::string& fingerprint) {
     return write_curves(p.files.curves, read_curves(scan), inputs_of(fingerprint));
   }
   fit::RadiusReport radius;
-  const FittedCurves curves = fit_samples(read_samples(p.files.samples), p.fit, p.jobs,
-                                          p.fit_choices, p.fit_cache, &radius);
+  const FittedCurves curves =
+      fit_samples(read_samples(p.files.samples), p.fit, p.jobs, p.fit_choices, &radius);
   say_worth(p, radius);
   write_curves(p.files.curves, curves, inputs_of(fingerprint));
 }
@@ -184,7 +184,6 @@ void make_asset(Pipeline& p, const std::string& fingerprint) {
   if (!p.files.picture.empty()) export_model(model, p.files.picture, {});
   const ExportRequest request{
       .fingerprint = fingerprint,
-      .map_depth_m = p.map_depth_m,
       .engine = p.files.engine,
       .tools = played_tools(p.scene),
       .changes = p.changes,

@@ -44,10 +44,8 @@ struct Pipeline {
   std::function<void()> before_writing = {};
   ImportRequest import = {};
   FitOptions fit_choices = {};  ///< of fit_samples(), and where its cache goes
-  FitCache* fit_cache = nullptr;
-  double map_depth_m = 0;     ///< of an exported picture; 0: half of the curves' range
-  ModelChanges changes = {};  ///< of an exported model
-  Samples samples = {};       ///< simulated, until `say` has reported them
+  ModelChanges changes = {};    ///< of an exported model
+  Samples samples = {};         ///< simulated, until `say` has reported them
 
   // What stages find, for the reply of a command. bad_experiments: also recordings refused.
   std::optional<std::size_t> bad_experiments = {};

@@ -147,7 +147,6 @@ struct PointResult {
   std::vector<NuisanceValues> nuisance_deviation;  ///< 0 where it was known
   PointScore score;
   bool is_scored = false;
-  bool is_kept = false;  ///< of an earlier fit
 };
 
 /// Curves of a body whose points have failed so far: zeros, unknown deviations, and why a point

@@ -2,61 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "libfit/core/linear_algebra.hpp"
 
 namespace palpate::fit {
 namespace {
-
-// Least squares over the columns of R that are free; the others stay zero.
-Eigen::VectorXd solve_free(const Eigen::MatrixXd& R, const Eigen::VectorXd& b,
-                           const std::vector<char>& is_free) {
-  std::vector<Eigen::Index> columns;
-  for (Eigen::Index j = 0; j < R.cols(); ++j)
-    if (is_free[j]) columns.push_back(j);
-  const Eigen::VectorXd part = pivoted_least_squares(R(Eigen::all, columns), b);
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(R.cols());
-  x(columns) = part;
-  return x;
-}
-
-Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& R, const Eigen::VectorXd& b) {
-  const Eigen::Index n = R.cols();
-  std::vector<char> is_free(n, 0);
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
-  const double tiny =
-      64 * std::numeric_limits<double>::epsilon() * R.norm() * std::max(b.norm(), 1e-300);
-  for (int round = 0; round < 4 * n; ++round) {
-    const Eigen::VectorXd descent = R.transpose() * (b - R * x);
-    Eigen::Index enter = -1;
-    for (Eigen::Index j = 0; j < n; ++j)
-      if (!is_free[j] && descent[j] > tiny && (enter < 0 || descent[j] > descent[enter])) enter = j;
-    if (enter < 0) break;
-    is_free[enter] = 1;
-    Eigen::VectorXd next = solve_free(R, b, is_free);
-    if (!(next[enter] > 0)) {  // rounding let a column in that only wants out again
-      is_free[enter] = 0;
-      break;
-    }
-    while (true) {
-      double step = 1;
-      Eigen::Index leave = -1;  // the free column that reaches zero first
-      for (Eigen::Index j = 0; j < n; ++j) {
-        if (!is_free[j] || next[j] > 0) continue;
-        const double reach = x[j] > 0 ? x[j] / (x[j] - next[j]) : 0;
-        if (leave < 0 || reach < step) step = reach, leave = j;
-      }
-      if (leave < 0) break;
-      x += step * (next - x);
-      x[leave] = 0;
-      is_free[leave] = 0;
-      next = solve_free(R, b, is_free);
-    }
-    x = next;
-  }
-  return x;
-}
 
 // Weight of a squared residual in reweighted least squares, loss'(s) / 2s: 1 near zero, and where
 // the scale, a robust deviation, is 0.

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/columns.hpp"
 
 namespace palpate {
@@ -112,10 +111,6 @@ void check(const FittedCurves& f, const h5::Complain& complain) {
   check_indices(complain, "experiments/point", f.recordings.point, points);
 }
 
-std::string hash_of_file(const std::filesystem::path& path) {
-  return ContentHash().add_file(path).hex();
-}
-
 }  // namespace
 
 FittedCurves read_curves(const std::filesystem::path& path) {
@@ -141,28 +136,6 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
   write_curve_set(writer, f.curves);
   uncertainty_columns(f, out);
   write_probe(writer, f.probe, complain_about(path));
-  writer.commit();
-}
-
-std::filesystem::path fit_cache_path(const std::filesystem::path& curves_path) {
-  return curves_path.string() + ".warm";
-}
-
-std::optional<FitCache> read_fit_cache(const std::filesystem::path& curves_path,
-                                       const FittedCurves& curves) {
-  try {
-    const Reader reader = open(fit_cache_path(curves_path), kFitCacheSchema);
-    if (reader.text_attribute("", "curves_hash") != hash_of_file(curves_path)) return std::nullopt;
-    return FitCache{reader.strings("points/fingerprint", curves.name.size())};
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-}
-
-void write_fit_cache(const std::filesystem::path& curves_path, const FitCache& cache) {
-  Writer writer = create(fit_cache_path(curves_path), kFitCacheSchema,
-                         {{"curves_hash", hash_of_file(curves_path)}});
-  writer.strings("points/fingerprint", cache.fingerprint);
   writer.commit();
 }
 

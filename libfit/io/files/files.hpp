@@ -49,17 +49,6 @@ FittedCurves read_curves(const std::filesystem::path& path);
 void write_curves(const std::filesystem::path& path, const FittedCurves& curves,
                   const Attributes& attributes = {});
 
-/// The side file of a curves.h5, `curves.h5.warm`: may be deleted at any time.
-std::filesystem::path fit_cache_path(const std::filesystem::path& curves_path);
-
-/// Fit cache of these curves for a warm start. Nothing where the side file is missing,
-/// damaged, or not of the curves.h5 as it is now: then a warm start takes longer.
-std::optional<FitCache> read_fit_cache(const std::filesystem::path& curves_path,
-                                       const FittedCurves& curves);
-
-/// Stores it beside curves.h5, which is there already.
-void write_fit_cache(const std::filesystem::path& curves_path, const FitCache& cache);
-
 /// The refined model of a model.h5 (docs/formats/model.md). Refuses curves that fall or are not
 /// exact in float32, and weights that are negative or do not sum to 1 (0 where not covered) within
 /// 1e-12.
@@ -79,11 +68,10 @@ inline constexpr FileSchema kSamplesSchema{
 inline constexpr FileSchema kSurfaceSchema{"palpate-surface",
                                            "Delete it and run `palpate simulate` again."};
 inline constexpr FileSchema kCurvesSchema{"palpate-curves", "Make it again with `palpate fit`."};
-inline constexpr FileSchema kFitCacheSchema{"palpate-fit-cache", "Delete it: it saves time only."};
 inline constexpr FileSchema kModelSchema{"palpate-model", "Make it again with `palpate refine`."};
 
-inline constexpr std::array kFileSchemas{kBodySchema,   kSamplesSchema,  kSurfaceSchema,
-                                         kCurvesSchema, kFitCacheSchema, kModelSchema};
+inline constexpr std::array kFileSchemas{kBodySchema, kSamplesSchema, kSurfaceSchema, kCurvesSchema,
+                                         kModelSchema};
 
 inline constexpr FileSchema kSignalsSchema{"palpate-signals",
                                            "Make it again with `palpate import`."};

@@ -321,7 +321,6 @@ RowRange main_range(const Signal& signal, const SignalSettings& settings) {
     const auto end = std::find(slid, signal.phase.end(), Phase::retract);
     return {range.loading.begin, end - signal.phase.begin()};
   }
-  if (settings.use == Use::retract) return range.unloading;
   return range.first_loadings.empty() ? range.loading : range.first_loadings.back();
 }
 
@@ -352,9 +351,6 @@ Conditioned condition_signal(const importers::RawRecording& raw, const SignalSet
       press_work(signal, signal.push_N(), out.noise_N * std::sqrt((1 + r) / (1 - r)));
   out.hysteresis = work.lost_share();
   if (is_press) question_delay(signal, work, out);
-  if (settings.use == Use::retract && range.unloading.rows() < 5)
-    throw Error(place(file, signal, signal.rows() - 1), "has no way back",
-                "Say use = \"approach\".");
   if (!range.first_loadings.empty()) {
     cycles.assign(range.first_loadings.begin(), range.first_loadings.end() - 1);
     if (!range.break_in) take_cycles(signal, out);

@@ -126,19 +126,17 @@ std::string sideways_note(const Samples& samples, const std::vector<std::int32_t
          listed(points);
 }
 
-// Every recording an experiment of its own, in time, contacts of what is alike aligned; nothing
-// where one has no clock.
+// Every recording an experiment of its own, in time; nothing where one has no clock.
 std::optional<std::vector<std::vector<Pooled>>> experiments_in_time(
-    const std::vector<Members>& points, const std::vector<Members>& alike,
-    const RelaxationFit& body) {
-  for (const Members& members : points)
-    for (PlacedRecording* m : members)
-      if (!in_time(*m)) return std::nullopt;
-  align_points(alike, body);
+    const std::vector<Members>& points) {
   std::vector<std::vector<Pooled>> experiments;
   for (const Members& members : points) {
     experiments.emplace_back();
-    for (PlacedRecording* m : members) experiments.back().push_back(*in_time(*m));
+    for (PlacedRecording* m : members) {
+      auto timed = in_time(*m);
+      if (!timed) return std::nullopt;
+      experiments.back().push_back(*std::move(timed));
+    }
   }
   return experiments;
 }
@@ -164,7 +162,7 @@ Samples cycles_of(const std::vector<PlacedRecording>& candidates,
                   const std::vector<UsedTip>& tips) {
   std::vector<Pooled> parts;
   for (const PlacedRecording& c : candidates) {
-    if (c.experiment < 0 || c.aligned || tip_number(tips, c) != 0) continue;
+    if (c.experiment < 0 || tip_number(tips, c) != 0) continue;
     const CycleMeans& cycles = c.recording->cycles;
     if (cycles.depth_m.size() == 0) continue;
     Pooled& part = parts.emplace_back();
@@ -211,7 +209,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   if (relaxes) {
     out.relaxation->is_applied = true;
     samples.relaxation = out.relaxation->fit.relaxation;
-    if (auto timed = experiments_in_time(points, alike, out.relaxation->fit))
+    if (auto timed = experiments_in_time(points))
       experiments = std::move(*timed);
     else
       out.notes.push_back(
@@ -245,7 +243,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   }
   fill_rows(parts, true, samples);
   remove_void_columns(samples);
-  samples = joined(samples, cycles_of(candidates, out.tips));
+  if (samples.time_s.size() == 0) samples = joined(samples, cycles_of(candidates, out.tips));
   if (const auto sideways = straighten_presses(samples); !sideways.empty())
     out.notes.push_back(sideways_note(samples, sideways));
   // Rows of every tip but the first are `other`, now that it does not matter that they press.

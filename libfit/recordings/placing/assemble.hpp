@@ -45,9 +45,6 @@ struct PlacedRecording {
   /// NaN without a surface.
   double surface_distance_m = kNan;
   std::int32_t point_index = -1, experiment = -1;  ///< -1: refused
-  /// From where the contact of the recording was found: where rows are in time, contacts of a point
-  /// are aligned.
-  std::optional<ContactShift> aligned = {};
   std::optional<Error> failure = {};
 };
 
@@ -56,9 +53,6 @@ using Members = std::vector<PlacedRecording*>;
 
 /// "file.csv" or "file.csv#name".
 std::string shown(const PlacedRecording& placed);
-
-/// A recording's contact, moved as presses of the body were aligned.
-FoundContact contact_of(const PlacedRecording& placed);
 
 struct Assembled {
   Samples samples;
@@ -134,9 +128,6 @@ std::vector<std::string> compare_rates(const std::string& point,
 /// changes in time: with a stand in contact, or of one point at several rates; of those that show
 /// most, as few as a search can take. Nothing where none does.
 std::optional<BodyRelaxation> relaxation_of(const std::vector<Members>& points);
-
-/// Aligns the contacts of presses in time, point by point, for a body that relaxes as was found.
-void align_points(const std::vector<Members>& points, const RelaxationFit& body);
 
 /// The relaxation that was identified, in words.
 std::vector<std::string> relaxation_notes(const BodyRelaxation& found);

@@ -15,47 +15,12 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr double kMinHeld = 0.1;        // share of the time in contact, of a hold
-constexpr std::size_t kMaxUsed = 12;    // recordings of one search
-constexpr Eigen::Index kMinMeans = 10;  // that a contact is found in
+constexpr double kMinHeld = 0.1;      // share of the time in contact, of a hold
+constexpr std::size_t kMaxUsed = 12;  // recordings of one search
 
 bool is_press_in_time(const PlacedRecording& c, Grade worst) {
   return !c.failure && c.item->signal.kind == ExperimentKind::press &&
          c.recording->history.rows() >= 20 && c.recording->grade <= worst;
-}
-
-// The contact that aligned recordings share, by the estimator of single ones: on their loadings
-// together, as slow motion has them. Left where nothing is to be found.
-void find_common_contact(const std::vector<TimedPress>& presses, const SignalSettings& settings,
-                         Alignment& aligned) {
-  std::vector<double> travel, push;
-  double variance = 0;
-  for (std::size_t r = 0; r < presses.size(); ++r) {
-    const TimedPress& p = presses[r];
-    Eigen::Index deepest = 0;
-    p.depth_m.maxCoeff(&deepest);
-    for (Eigen::Index i = 0; i <= deepest; ++i) {
-      if (!(p.readings[i] > 0)) continue;
-      travel.push_back(p.depth_m[i] - aligned.contact[r].moved_m);
-      push.push_back(aligned.slow_push_N[r][i]);
-      variance += presses[r].noise_N * presses[r].noise_N / p.readings[i];
-    }
-    if (!(presses[r].contact_deviation_m > 0)) return;  // the rig knows it
-  }
-  const Eigen::Index n = travel.size();
-  if (n < kMinMeans) return;
-  const Eigen::Map<const Eigen::VectorXd> x(travel.data(), n), y(push.data(), n);
-  PressCurve curve = mean_curve(x, y, 200);
-  if (curve.travel_m.size() < kMinMeans) return;
-  curve.noise_N = std::sqrt(variance / static_cast<double>(n) / curve.count.mean());
-  const ContactEstimate found =
-      contact_estimator_named(settings.contact)->estimate(curve, settings);
-  // Few rows at a shallow contact may hold no contact: the recordings' own is nearer then.
-  if (found.begins_in_contact || !(found.deviation_m < 0.2 * x.maxCoeff())) return;
-  for (ContactShift& one : aligned.contact) {
-    one.moved_m += found.travel_m;
-    one.deviation_m = std::hypot(one.shift_deviation_m, found.deviation_m);
-  }
 }
 
 std::vector<TimedPress> histories_of(const Members& members) {
@@ -205,31 +170,6 @@ std::optional<BodyRelaxation> relaxation_of(const std::vector<Members>& all) {
   return out;
 }
 
-void align_points(const std::vector<Members>& points, const RelaxationFit& body) {
-  for (const Members& members : points) {
-    Members used;
-    std::ranges::copy_if(members, std::back_inserter(used), [](const PlacedRecording* m) {
-      return is_press_in_time(*m, Grade::fair);
-    });
-    for (std::size_t first = 0; first < used.size(); first += kMaxUsed) {
-      const std::size_t end = std::min(first + kMaxUsed, used.size());
-      const std::vector<TimedPress> presses =
-          histories_of({used.begin() + first, used.begin() + end});
-      Alignment aligned = align_contacts(presses, body.relaxation, body.curve);
-      find_common_contact(presses, used[first]->item->signal, aligned);
-      for (std::size_t k = first; k < end; ++k) used[k]->aligned = aligned.contact[k - first];
-    }
-  }
-}
-
-FoundContact contact_of(const PlacedRecording& placed) {
-  FoundContact out = placed.recording->contact;
-  if (!placed.aligned || !(out.deviation_m > 0)) return out;
-  out.travel_m += placed.aligned->moved_m, out.deviation_m = placed.aligned->deviation_m;
-  out.estimator += ", aligned";
-  return out;
-}
-
 std::vector<std::string> relaxation_notes(const BodyRelaxation& found) {
   const RelaxationFit& fit = found.fit;
   std::vector<std::string> notes;
@@ -284,13 +224,11 @@ std::optional<Pooled> in_time(PlacedRecording& c) {
     return rises ? std::optional(on_body(c)) : std::nullopt;
   }
   const TimedPress& p = r.history;
-  const double moved_m = c.aligned ? c.aligned->moved_m : 0;
-  const Eigen::VectorXd depth_m = p.depth_m.array() - moved_m;
   Eigen::Index deepest = 0;
-  depth_m.maxCoeff(&deepest);
+  p.depth_m.maxCoeff(&deepest);
   Eigen::Index first = deepest, end = deepest;
-  while (first > 0 && depth_m[first - 1] > 0) --first;
-  while (end < p.rows() && depth_m[end] > 0) ++end;
+  while (first > 0 && p.depth_m[first - 1] > 0) --first;
+  while (end < p.rows() && p.depth_m[end] > 0) ++end;
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = first; i < end; ++i)
     if (p.readings[i] > 0) rows.push_back(i);
@@ -304,8 +242,7 @@ std::optional<Pooled> in_time(PlacedRecording& c) {
   }
   out.deflection_m = deflection * c.to_body.transpose();
   out.force_N = force * c.to_body.transpose();
-  out.deflection_m.rowwise() -= moved_m * c.inward.transpose();
-  out.time_s = p.time_s(rows).array() - touch_time_s(p.time_s, depth_m, first);
+  out.time_s = p.time_s(rows).array() - touch_time_s(p.time_s, p.depth_m, first);
   out.error_N = r.noise_N / p.readings(rows).array().sqrt();
   const double pulled_N = -3 * r.noise_N;  // the tip sticks: no contact law has that
   for (const Eigen::Index i : rows)

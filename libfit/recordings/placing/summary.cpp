@@ -62,7 +62,7 @@ Json as_json(const PlacedRecording& o) {
   row["experiment"] = o.experiment;
   row["grade"] = kRecordingGradeNames[static_cast<int>(r->grade)];
   row["reason"] = listed(r->reasons, "; ");
-  const FoundContact contact = contact_of(o);
+  const FoundContact& contact = r->contact;
   row["contact_m"] = number(contact.travel_m);
   row["contact_deviation_m"] = number(contact.deviation_m);
   row["estimator"] = contact.estimator;
@@ -141,7 +141,7 @@ Json totals(const Assembled& a) {
 // Appends what is known of a recording.
 void append(const PlacedRecording& placed, RecordingColumns& out) {
   const Conditioned* r = placed.recording;
-  const FoundContact contact = r ? contact_of(placed) : FoundContact{kNan, kNan, ""};
+  const FoundContact contact = r ? r->contact : FoundContact{kNan, kNan, ""};
   out.experiment.push_back(placed.experiment), out.file.push_back(shown(placed));
   out.contact_m.push_back(contact.travel_m);
   out.contact_deviation_m.push_back(contact.deviation_m);

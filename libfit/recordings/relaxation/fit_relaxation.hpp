@@ -92,11 +92,6 @@ class PressGroup {
   Eigen::MatrixXd curve_;  // rings x coefficients
 };
 
-/// argmin |A x - b|^2 over x >= 0, from the Gram matrix A'A (n x n) and A'b. Equal columns are
-/// taken once. Source: Lawson and Hanson, Solving Least Squares Problems (1974), 23.3.
-Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& gram,
-                                          const Eigen::VectorXd& right);
-
 /// Outer unknowns of (M51).
 struct SeriesValues {
   std::vector<double> branch;              ///< logarithms of shares, then of times
@@ -121,8 +116,6 @@ class SeriesSearch {
   SeriesValues start() const;
   /// The minimum next to these values.
   SeriesValues refined(const SeriesValues& values) const;
-  /// Shifts alone, for a series that is known.
-  SeriesValues aligned(const Relaxation& relaxation) const;
   /// With one branch more: the best of a grid of trial branches, refined.
   SeriesValues with_another(const SeriesValues& from) const;
 
@@ -141,8 +134,7 @@ class SeriesSearch {
  private:
   using HeldOut = std::vector<std::vector<char>>;  // of each group's rows
   double squares(const SeriesValues& values) const;
-  SeriesValues refined(SeriesValues values, const HeldOut& held_out, int iterations,
-                       bool is_series_known = false) const;
+  SeriesValues refined(SeriesValues values, const HeldOut& held_out, int iterations) const;
 
   std::vector<PressGroup> groups_;
   HeldOut none_;
@@ -150,10 +142,8 @@ class SeriesSearch {
 };
 
 /// Covariance of the values that a search found (M52): logarithms of shares, then of times, then
-/// the shifts of each group. 0 of a time at an end of what is sought, and of a series that is
-/// known.
-Eigen::MatrixXd series_covariance(const SeriesSearch& with, const SeriesValues& values,
-                                  bool is_series_known = false);
+/// the shifts of each group. 0 of a time at an end of what is sought.
+Eigen::MatrixXd series_covariance(const SeriesSearch& with, const SeriesValues& values);
 
 /// Covariance of the residuals of n rows in time (M52a): noise of the rows' own and drift of the
 /// sensor, whose power goes as 1/f, in the proportion and of the size that restricted likelihood
@@ -190,22 +180,5 @@ struct RelaxationFit {
 /// recording has rows. Does not depend on threads. exactly: so many branches, without a choice; -1:
 /// held-out stretches choose.
 RelaxationFit fit_relaxation(const std::vector<std::vector<TimedPress>>& points, int exactly = -1);
-
-/// How far beyond where it was found the contact of a recording lies, and its deviation then.
-struct ContactShift {
-  double moved_m = 0, deviation_m = 0;
-  double shift_deviation_m = 0;  ///< its part against the other recordings
-};
-
-/// Recordings of one point as they have one curve of slow motion.
-struct Alignment {
-  std::vector<ContactShift> contact;  ///< of each recording
-  /// Rows of each recording: what a tool in slow motion would have read there, noise and all.
-  std::vector<Eigen::VectorXd> slow_push_N;
-};
-
-/// Aligns the contacts of recordings of one point, for a series that is known (M51a).
-Alignment align_contacts(const std::vector<TimedPress>& presses, const Relaxation& relaxation,
-                         SlowCurve curve);
 
 }  // namespace palpate::recordings

@@ -1,6 +1,6 @@
 #include "libfit/recordings/relaxation/fit_relaxation.hpp"
 
-#include <Eigen/QR>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -87,51 +87,6 @@ DriftPrior expected_drift(const TimedPress& p, double margin_m, double most_N) {
 }
 
 }  // namespace
-
-Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& gram,
-                                          const Eigen::VectorXd& right) {
-  const Eigen::Index n = right.size();
-  Eigen::VectorXd scale(n);  // columns of length 1
-  for (Eigen::Index i = 0; i < n; ++i) scale[i] = gram(i, i) > 0 ? 1 / std::sqrt(gram(i, i)) : 0;
-  const Eigen::MatrixXd g = scale.asDiagonal() * gram * scale.asDiagonal();
-  const Eigen::VectorXd b = scale.cwiseProduct(right);
-  const double tolerance = 1e-12 * b.cwiseAbs().maxCoeff();
-
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
-  std::vector<Eigen::Index> passive;
-  for (Eigen::Index round = 0; round < 3 * n; ++round) {
-    const Eigen::VectorXd slope = b - g * x;
-    Eigen::Index enters = -1;
-    double most = tolerance;
-    for (Eigen::Index i = 0; i < n; ++i)
-      if (x[i] == 0 && slope[i] > most && scale[i] > 0 &&
-          std::find(passive.begin(), passive.end(), i) == passive.end())
-        most = slope[i], enters = i;
-    if (enters < 0) break;
-    passive.push_back(enters);
-    while (!passive.empty()) {
-      Eigen::MatrixXd part = g(passive, passive);
-      part.diagonal().array() += 1e-12;  // columns may be alike but for rounding
-      const Eigen::VectorXd wanted = ldlt_solve(part, b(passive));
-      double step = 1;
-      for (std::size_t k = 0; k < passive.size(); ++k) {
-        const double to = wanted[k], from = x[passive[k]];
-        if (to <= 0) step = std::min(step, from > 0 ? from / (from - to) : 0.);
-      }
-      for (std::size_t k = 0; k < passive.size(); ++k) {
-        double& at = x[passive[k]];
-        at += step * (wanted[k] - at);
-      }
-      if (step >= 1) break;
-      std::erase_if(passive, [&](Eigen::Index i) {
-        if (x[i] > 1e-14) return false;
-        x[i] = 0;
-        return true;
-      });
-    }
-  }
-  return scale.cwiseProduct(x);
-}
 
 PressGroup::PressGroup(const std::vector<TimedPress>& presses, SlowCurve curve) {
   double deepest_m = 0, deviation_m = 0, free_m = 0;
@@ -244,7 +199,14 @@ PressGroup::Solution PressGroup::solve(const Eigen::MatrixXd& column, const doub
                         level = free.transpose() * right + known;
   gram -= cross.transpose() * solver.solve(cross);
   to -= cross.transpose() * solver.solve(level);
-  const Eigen::VectorXd found = nonnegative_least_squares(gram, to);
+  // Columns may be alike but for rounding.
+  const Eigen::VectorXd scale = gram.diagonal().unaryExpr(
+      [](double square) { return square > 0 ? 1 / std::sqrt(square) : 0; });
+  gram = scale.asDiagonal() * gram * scale.asDiagonal();
+  gram.diagonal().array() += 1e-12;
+  const Eigen::LLT<Eigen::MatrixXd> root(gram);
+  const Eigen::VectorXd found = scale.cwiseProduct(
+      nonnegative_least_squares(root.matrixU(), root.matrixL().solve(scale.cwiseProduct(to))));
   Solution out;
   out.curve = found;
   out.fitted_N = column * found;

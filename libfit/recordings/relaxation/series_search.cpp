@@ -123,11 +123,11 @@ double SeriesSearch::squares(const SeriesValues& values) const {
   return sum;
 }
 
-SeriesValues SeriesSearch::refined(SeriesValues values, const HeldOut& held_out, int iterations,
-                                   bool is_series_known) const {
+SeriesValues SeriesSearch::refined(SeriesValues values, const HeldOut& held_out,
+                                   int iterations) const {
   const int branches = static_cast<int>(values.branch.size() / 2);
   ceres::Problem problem;
-  bool has_unknowns = branches > 0 && !is_series_known;
+  bool has_unknowns = branches > 0;
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     std::vector<double*> blocks;
     if (branches > 0) blocks.push_back(values.branch.data());
@@ -142,8 +142,7 @@ SeriesValues SeriesSearch::refined(SeriesValues values, const HeldOut& held_out,
     }
   }
   if (!has_unknowns) return values;
-  if (branches > 0 && is_series_known) problem.SetParameterBlockConstant(values.branch.data());
-  for (int k = 0; k < branches && !is_series_known; ++k) {
+  for (int k = 0; k < branches; ++k) {
     problem.SetParameterLowerBound(values.branch.data(), k, std::log(1e-3));
     problem.SetParameterUpperBound(values.branch.data(), k, std::log(100.));
     problem.SetParameterLowerBound(values.branch.data(), branches + k, low_);
@@ -160,13 +159,6 @@ SeriesValues SeriesSearch::refined(SeriesValues values, const HeldOut& held_out,
 }
 SeriesValues SeriesSearch::refined(const SeriesValues& values) const {
   return refined(values, none_, kIterations);
-}
-
-SeriesValues SeriesSearch::aligned(const Relaxation& relaxation) const {
-  SeriesValues values = start();
-  for (const Eigen::VectorXd* column : {&relaxation.share, &relaxation.time_s})
-    for (const double value : *column) values.branch.push_back(std::log(value));
-  return refined(std::move(values), none_, kIterations, true);
 }
 
 SeriesValues SeriesSearch::with_another(const SeriesValues& from) const {
@@ -281,13 +273,12 @@ Eigen::MatrixXd sensor_covariance(const Eigen::VectorXd& time_s, const Eigen::Ve
   return out;
 }
 
-Eigen::MatrixXd series_covariance(const SeriesSearch& with, const SeriesValues& values,
-                                  bool is_series_known) {
+Eigen::MatrixXd series_covariance(const SeriesSearch& with, const SeriesValues& values) {
   const Eigen::Index branches = values.branches();
   Eigen::Index unknowns = 2 * branches;
   for (const PressGroup& group : with.groups()) unknowns += group.shifts();
   std::vector<Eigen::Index> free;
-  for (Eigen::Index k = is_series_known ? 2 * branches : 0; k < unknowns; ++k) {
+  for (Eigen::Index k = 0; k < unknowns; ++k) {
     if (k >= branches && k < 2 * branches)
       if (const double at = values.branch[k]; with.is_slowest(at) || with.is_fastest(at)) continue;
     free.push_back(k);

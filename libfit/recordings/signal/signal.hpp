@@ -19,9 +19,9 @@ enum class Drift { none, bias, line };
 /// 3/2 (sphere), 1 (flat) or 2 (cone).
 enum class Tip { sphere, flat, cone };
 
-/// The part of a press that gives its rows: the loading that goes farthest, the unloading after it,
-/// or the mean of all loadings and unloadings as far (the middle of the loop, on all readings).
-enum class Use { approach, retract, mean };
+/// The part of a press that its rows are from: the loading that goes farthest, or the mean of all
+/// loadings and unloadings as far (the middle of the loop, on all readings).
+enum class Use { approach, mean };
 
 inline constexpr int kDeepestCycle = 0, kLastCycle = -1;
 

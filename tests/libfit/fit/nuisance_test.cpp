@@ -91,21 +91,6 @@ TEST(nuisance, free_contact_points_need_a_deviation) {
             "asks for contact points, but the samples state no deviation of any");
 }
 
-TEST(nuisance, a_warm_start_keeps_what_it_found) {
-  const Samples samples = off_presses({{2e-4, 0.1, 0}, {-2e-4, -0.1, 0}}, 0.01, 7);
-  FitOptions options = freeing(true, true, false);
-  FitCache cache;
-  const FittedCurves first = fit_curves(samples, options, {}, nullptr, &cache);
-  options.warm_start = &first, options.warm_cache = &cache;
-  FitReport report;
-  const FittedCurves again = fit_curves(samples, options, {}, &report);
-  EXPECT_EQ(report.points.kept, 1U);
-  EXPECT_EQ(again.recordings.contact_m, first.recordings.contact_m);
-  EXPECT_EQ(again.recordings.bias_N, first.recordings.bias_N);
-  EXPECT_EQ(again.rms_residual_N, first.rms_residual_N);
-  EXPECT_EQ(again.covariance[0], first.covariance[0]);
-}
-
 TEST(nuisance, without_anything_unknown_forces_are_replayed_bit_for_bit_as_ever) {
   const fit::Bases bases(
       {CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 1}}});

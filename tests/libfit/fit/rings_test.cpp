@@ -341,32 +341,5 @@ TEST(fitted_rings, take_more_pieces_than_the_tolerance_asks_where_presses_suppor
   EXPECT_EQ(rings.kind[0].basis.pieces(), 1) << "as asked";
 }
 
-TEST(fitted_rings, far_from_theory_or_from_the_bodys_are_said_to_be) {
-  RingBody body;
-  const double lambdas[] = {0.70, 0.72, 0.71, 0.40};
-  for (unsigned seed = 1; seed <= 4; ++seed) body.add(seed, true, lambdas[seed - 1]);
-  body.rig.samples.poisson = 0.45;  // lambda 0.710
-  body.probe_with(0.3 / (2 * 16), 0.3 / 0.95);
-  FitOptions options = options_for(body.rig.samples);
-  EXPECT_NEAR(options.default_lateral_ratio, 0.710, 1e-3);
-  options.family = CurveFamily::rings;
-  options.knots_m[0] = body.truth.front().basis.knots_m;
-  FitReport report;
-  const FittedCurves fitted = fit_curves(body.rig.samples, options, {}, &report);
-  EXPECT_EQ(report.rings.points, 4);
-  EXPECT_EQ(report.rings.warning, "");
-  ASSERT_EQ(report.rings.uneven, std::vector<Eigen::Index>{3});
-  EXPECT_NE(fitted.message[3].find("far from the body's 0.7"), std::string::npos)
-      << fitted.message[3];
-  EXPECT_EQ(fitted.status[3], FitStatus::good) << "a lump is no fault of the fit";
-  EXPECT_EQ(fitted.message[0], "");
-
-  body.rig.samples.poisson = 0.1;  // 0.947
-  body.probe_with(0.003, 0.9);
-  fit_curves(body.rig.samples, options, {}, &report);
-  for (const char* what : {"lambda 0.7", "mu0 ", "mu1 "})
-    EXPECT_NE(report.rings.warning.find(what), std::string::npos) << report.rings.warning;
-}
-
 }  // namespace
 }  // namespace palpate::test

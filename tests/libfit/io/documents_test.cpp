@@ -127,7 +127,6 @@ TEST_F(Documents, name_every_data_set_of_curves) {
   FittedCurves curves = whole_curves(CurveFamily::separable);
   curves.curves.relaxation = {}, curves.curves.damage = {};
   write_curves(at("separable.h5"), curves);
-  write_fit_cache(at("separable.h5"), example_cache());
   PageTable all = data_sets(at("separable.h5"), of_curves);
   curves = whole_curves(CurveFamily::rings);
   write_curves(at("rings.h5"), curves);
@@ -135,9 +134,7 @@ TEST_F(Documents, name_every_data_set_of_curves) {
   for (const auto& row : all.rows) keys.insert(*row[0]);
   for (const auto& row : data_sets(at("rings.h5"), of_curves).rows)
     if (keys.insert(*row[0]).second) all.rows.push_back(row);
-  expect_tables("formats/curves.md", {{"curves", all},
-                                      {"rings", parts_of_rings()},
-                                      {"warm", data_sets(at("separable.h5.warm"), own)}});
+  expect_tables("formats/curves.md", {{"curves", all}, {"rings", parts_of_rings()}});
 }
 
 TEST_F(Documents, name_every_data_set_of_a_model) {

@@ -162,8 +162,6 @@ inline FittedCurves example_curves() {
   return f;
 }
 
-inline FitCache example_cache() { return {{"00", "11", "22"}}; }
-
 inline Model example_model() {
   Model model;
   model.surface = example_body().surface;

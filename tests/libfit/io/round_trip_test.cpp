@@ -215,31 +215,6 @@ TEST_F(RoundTrip, curves_come_back_bit_for_bit) {
   expect_same(a.probe, b.probe);
 }
 
-TEST_F(RoundTrip, a_fit_cache_comes_back_with_the_curves_it_is_of) {
-  const FittedCurves curves = example_curves();
-  const FitCache a = example_cache();
-  write_curves(at("c.h5"), curves);
-  write_fit_cache(at("c.h5"), a);
-  const auto b = read_fit_cache(at("c.h5"), curves);
-  ASSERT_TRUE(b);
-  EXPECT_EQ(b->fingerprint, a.fingerprint);
-}
-
-TEST_F(RoundTrip, a_fit_cache_of_other_curves_or_damaged_is_none) {
-  const FittedCurves curves = example_curves();
-  write_curves(at("c.h5"), curves);
-  EXPECT_FALSE(read_fit_cache(at("c.h5"), curves));
-  write_fit_cache(at("c.h5"), example_cache());
-  write_curves(at("c.h5"), curves, {{"note", "another file"}});
-  EXPECT_FALSE(read_fit_cache(at("c.h5"), curves));
-  write_fit_cache(at("c.h5"), example_cache());
-  const std::string whole = read_whole_file(fit_cache_path(at("c.h5")));
-  for (std::size_t length = 0; length < whole.size(); length += whole.size() / 9) {
-    write_quickly(fit_cache_path(at("c.h5")), whole.substr(0, length));
-    EXPECT_FALSE(read_fit_cache(at("c.h5"), curves)) << length;
-  }
-}
-
 TEST_F(RoundTrip, curves_without_errors_and_with_impossible_ones) {
   FittedCurves a = example_curves();
   a.recordings = {};

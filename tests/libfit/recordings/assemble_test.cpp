@@ -190,7 +190,7 @@ TEST(pooling, copies_of_a_recording_are_noted) {
             (std::vector<std::string>{"p0.csv is named again: its readings count twice",
                                       "p2.csv holds the bytes of p0.csv: points p and q are one "
                                       "recording"}));
-  items[1].signal.use = Use::retract;  // read in another way: no copy
+  items[1].signal.use = Use::mean;  // read in another way: no copy
   items[2].read.columns.force = {"F2"};
   EXPECT_TRUE(assemble(items, results, {}).notes.empty());
 }

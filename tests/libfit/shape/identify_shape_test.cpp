@@ -70,7 +70,7 @@ void show(const Asset& asset, Samples& samples) {
 }
 
 ShapeOptions options_of(const ShapeResponse& shape) {
-  return {shape.depth_m, shape.radius_m, shape.radius_power, 16, {}};
+  return {shape.depth_m, shape.radius_m, shape.radius_power, 16};
 }
 
 /// What comes back of the model's own shape, from rows that the engine showed with it.
@@ -91,8 +91,8 @@ FoundAgain find_again(Model model, int modes) {
   out.rows = samples.point.size();
   out.shape = identify_shape(plain.asset, samples, model.blend_point, model.blend_weight, options);
   const ShapedAsset shaped(plain.asset, out.shape, model.blend_point, model.blend_weight);
-  out.error = shape_error(shaped.view(), samples, contact_states(plain.asset, samples, kDepth_m),
-                          {}, false);
+  out.error =
+      shape_error(shaped.view(), samples, contact_states(plain.asset, samples, kDepth_m), false);
   return out;
 }
 
@@ -125,8 +125,7 @@ TEST(shape_error, is_of_the_surface_that_a_scene_sees) {
                                 samples.surface.row(static_cast<Eigen::Index>(row)).data()),
                 runtime::Status::ok);
     EXPECT_LT(shape_error(body.asset, samples, contacts).all.max_m, 1e-9) << "seed " << seed;
-    unpushed_m =
-        std::max(unpushed_m, shape_error(body.asset, samples, contacts, {}, false).all.max_m);
+    unpushed_m = std::max(unpushed_m, shape_error(body.asset, samples, contacts, false).all.max_m);
   }
   EXPECT_GT(unpushed_m, 1e-5) << "the ball pushes nothing out";
 }

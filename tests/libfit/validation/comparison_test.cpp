@@ -276,13 +276,6 @@ TEST_F(Substituted, a_linear_response_is_proportional_to_depth_and_right_at_its_
   }
 }
 
-TEST_F(Substituted, a_nudge_of_every_float_changes_forces_by_millionths) {
-  const Points nudged = forces_of(SubstitutedAsset::nudged(body.asset, 1).view(), held_out);
-  EXPECT_GT((nudged - forces).norm(), 0);
-  EXPECT_LT((nudged - forces).rowwise().norm().maxCoeff(),
-            1e-4 * forces.rowwise().norm().maxCoeff());
-}
-
 // Samples that the law itself makes on a plate: every error must come out as what it is.
 Samples samples_of(const runtime::AssetView& asset, const HeldOut& held_out) {
   Samples s = rows_of(held_out);

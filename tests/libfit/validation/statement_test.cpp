@@ -402,7 +402,7 @@ TEST(statement, words_fit_eighty_columns) {
   s.reference_failures = 10000;
   s.reference_p95_rel = 0.5;
   s.sections = {{"by_path", "by path", {line("back_and_forth", {{1, 99.9}})}},
-                {"causes", "by cause", {line("float_precision", {{100, 1e-9}})}},
+                {"causes", "by cause", {line("curve_fit", {{100, 1e-9}})}},
                 {"baselines", "baselines", {line("one_response", {{200, 199}})}}};
   s.sections[0].lines[0].handle = {5e-3, 0.999, 0.999, 0.999, 0.5, 0.9, 2};
   s.sections[0].lines[0].tick_ns = 123456;

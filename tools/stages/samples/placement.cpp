@@ -266,12 +266,11 @@ class PlacementRounds {
                                    experiments_, "simulate", placement_.quick);
   }
 
-  // Later rounds keep the first round's bases and fit what is new.
+  // Later rounds keep the first round's bases.
   void fit(const FittedCurves* before) {
     FitOptions options = fit_options(placement_.samples, scene_.fit, jobs_);
     options.warm_start = before;
-    options.warm_cache = &cache_;
-    curves_ = fit_curves(placement_.samples, options, {}, nullptr, &cache_);
+    curves_ = fit_curves(placement_.samples, options);
   }
 
   void judge(const Model& model, const std::vector<std::int32_t>& vertices) {
@@ -314,7 +313,6 @@ class PlacementRounds {
   int rounds_within_ = 0, points_within_ = 0;  // the last ones that met the tolerance
   std::vector<std::size_t> on_two_meshes_;
   FittedCurves curves_;
-  FitCache cache_;
   Placement placement_;
 };
 

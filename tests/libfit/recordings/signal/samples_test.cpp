@@ -115,7 +115,7 @@ TEST(signal, any_signal_gives_finite_samples_or_an_error) {
     settings.kind = is_axial ? ExperimentKind::press : static_cast<ExperimentKind>(pick(3));
     settings.tip = static_cast<Tip>(pick(3));
     settings.drift = static_cast<Drift>(pick(3));
-    settings.use = static_cast<Use>(pick(3));
+    settings.use = static_cast<Use>(pick(2));
     settings.smooth_s = has_time && pick(3) == 0 ? 2 : 0;
     settings.rows = 3 + static_cast<int>(pick(60));
     const auto inward = is_axial || pick(2) == 0 ? std::optional(Vec3(0, 0, -1)) : std::nullopt;

@@ -1,10 +1,10 @@
-#include "libfit/recordings/relaxation/fit_relaxation.hpp"
+#include "libfit/core/linear_algebra.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-namespace palpate::recordings {
+namespace palpate {
 namespace {
 
 TEST(LeastSquares, meets_the_conditions_of_a_minimum_without_negative_weights) {
@@ -14,7 +14,8 @@ TEST(LeastSquares, meets_the_conditions_of_a_minimum_without_negative_weights) {
     Eigen::MatrixXd a = Eigen::MatrixXd::NullaryExpr(30, 12, [&] { return normal(random); });
     a.col(3) = a.col(7);
     const Eigen::VectorXd b = Eigen::VectorXd::NullaryExpr(30, [&] { return normal(random); });
-    const Eigen::VectorXd x = nonnegative_least_squares(a.transpose() * a, a.transpose() * b);
+    const auto [triangular, rotated] = triangular_system(a, b);
+    const Eigen::VectorXd x = nonnegative_least_squares(triangular, rotated);
     const Eigen::VectorXd slope = a.transpose() * (b - a * x);
     EXPECT_GE(x.minCoeff(), 0) << "seed " << seed;
     EXPECT_LE(slope.maxCoeff(), 1e-8) << "seed " << seed;
@@ -23,4 +24,4 @@ TEST(LeastSquares, meets_the_conditions_of_a_minimum_without_negative_weights) {
 }
 
 }  // namespace
-}  // namespace palpate::recordings
+}  // namespace palpate
