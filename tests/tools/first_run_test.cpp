@@ -111,6 +111,18 @@ TEST(new_scene, says_in_its_first_line_which_tissue_it_took) {
   EXPECT_EQ("# " + asked.notes[0], first_line(asked));
 }
 
+TEST(new_scene, lays_a_liver_on_its_neighbours_and_a_block_of_liver_on_a_plate) {
+  const ProposedScene named = propose_scene("left_liver.stl", block(24), {});
+  const Scene liver = parse_scene(named.text, "s.toml");
+  ASSERT_EQ(liver.beds.size(), 1u);
+  EXPECT_TRUE(liver.body.fixed.empty());
+  const auto& ground = std::get<HalfSpace>(liver.beds[0].region);
+  EXPECT_EQ(ground.axis, 2);
+  EXPECT_TRUE(ground.is_below);
+  const ProposedScene asked = propose_scene("block.stl", block(24), {.tissue = "liver"});
+  EXPECT_TRUE(parse_scene(asked.text, "s.toml").beds.empty());
+}
+
 // A stomach was jelly through and through, without a word.
 TEST(new_scene, hollows_out_what_its_name_says_is_hollow) {
   const ProposedScene stomach = propose_scene("stomach.stl", block(24), {.unit = "mm"});

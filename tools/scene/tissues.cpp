@@ -49,6 +49,7 @@ MaterialTable read_materials() {
     row.source = table.text("source", "");
     row.doi = table.text("doi", "");
     row.relaxation = table.text("relaxation", "");
+    row.rests_on = table.text("rests_on", "");
     table.finish();
     rows.push_back(std::move(row));
   }

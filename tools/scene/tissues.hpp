@@ -15,6 +15,7 @@ struct Tissue {
   double young_Pa = 0, deviation_Pa = 0, poisson = 0;  ///< deviation 0: the source states none
   std::string measured, source, doi;                   ///< doi may be empty
   std::string relaxation;  ///< time constants with their source; may be empty
+  std::string rests_on;    ///< neighbours in place of a rigid ground; empty: none that yield
 };
 
 /// A row of its [[hollow]]: an organ with a lumen.

@@ -64,6 +64,12 @@ Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>&
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
                contact),
       K_(body_.pattern()) {
+  // By nested dissection a factor of n nodes takes n^2 and a correction n^(4/3). Presses on 9,100
+  // nodes take 3.0 s with the counts of 4,000 nodes, 2.4 s with one and a half times and twice
+  // them.
+  const double dearer = std::max(1.0, std::pow(mesh.nodes.rows() / 4000.0, 2.0 / 3));
+  options_.patience = static_cast<int>(options_.patience * dearer);
+  options_.stale = static_cast<int>(options_.stale * dearer);
   balance_pressure(mesh, loads, body_);
 }
 
