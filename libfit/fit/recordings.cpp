@@ -216,9 +216,9 @@ std::vector<std::string> fingerprints(const Samples& samples, const BodyData& bo
               samples.probe ? samples.probe->friction : -1});
   if (bases.family == CurveFamily::rings) {
     const RingPrior& rings = bases.rings;
-    for (const auto* numbers : {&rings.constant, &rings.slope, &rings.deviation})
+    for (const auto* numbers : {&rings.constant, &rings.deviation})
       common = mix(common, numbers->data(), numbers->size());
-    common = mix(common, {rings.is_of_drags ? 1.0 : 0.0, rings.log_force});
+    common = mix(common, {rings.is_of_drags ? 1.0 : 0.0, rings.log_force, rings.slope});
   }
   std::vector<std::uint64_t> hash(body.points.size(), common);
   mix_rows(samples, hash);
