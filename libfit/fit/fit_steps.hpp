@@ -77,12 +77,12 @@ struct RingPoint {
 /// From lambda, mu_0, mu_1 and gamma and their errors, four numbers each.
 RingPoint ring_point(double log_force, const double* constant, const double* error);
 
-/// Lines through the constants of a body's dragged points over the force of their presses
-/// (RingPrior). deviation: of a point's constants about the lines, above 0. A point weighs
-/// 1/(deviation^2 + error^2). Slopes are weighted medians over pairs of points (Theil 1950, Sen
-/// 1968, doi:10.1080/01621459.1968.10480934), drawn to 0 where the points' forces hardly differ;
-/// of points alike in error a third may be anything. theory, where it is known, counts as one
-/// point that its error leaves exact. Not for no point.
+/// Constants of a body by its dragged points, and the line of lambda through them over the force of
+/// their presses (RingPrior). deviation: of a point's constants about these, above 0. A point
+/// weighs 1/(deviation^2 + error^2). The slope is the weighted median over pairs of points (Theil
+/// 1950, Sen 1968, doi:10.1080/01621459.1968.10480934), drawn to 0 where the points' forces hardly
+/// differ; of points alike in error a third may be anything. theory, where it is known, counts as
+/// one point that its error leaves exact. Not for no point.
 RingPrior ring_lines(const std::vector<RingPoint>& points, const RingConstants& deviation,
                      const std::optional<RingConstants>& theory = {});
 

@@ -177,27 +177,33 @@ RingPrior ring_lines(const std::vector<RingPoint>& points, const RingConstants& 
   std::vector<double> log_force;
   for (const RingPoint& point : points) log_force.push_back(point.log_force);
   out.log_force = median(log_force);
+  // Weight of a point, 1 without error.
+  const auto weight = [&](const RingPoint& point, std::size_t k) {
+    return 1 / (1 + std::pow(point.error[k] / deviation[k], 2));
+  };
+  double square = 0;
+  std::vector<double> slopes, pair_weight;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    square += weight(points[i], 0) * std::pow(log_force[i] - out.log_force, 2);
+    for (std::size_t j = 0; j < i; ++j)
+      // Pairs that are closer determine no slope.
+      if (const double apart = log_force[i] - log_force[j]; std::abs(apart) > 0.05) {
+        slopes.push_back((points[i].constant[0] - points[j].constant[0]) / apart);
+        pair_weight.push_back(1 / (1 / weight(points[i], 0) + 1 / weight(points[j], 0)));
+      }
+  }
+  // The slope counts half at a sum of squares of 0.01: slides over stiff inclusions err by 5.3 and
+  // 6.3 % (p95) there, at half and at twice that, by 5.4 and 7.1 at 0.05.
+  out.slope = weighted_median(slopes, pair_weight) * square / (square + 0.01);
   for (std::size_t k = 0; k < deviation.size(); ++k) {
-    // Weights in those of a point without error; over a point's variance.
-    std::vector<double> weight, level, slopes, pair_weight;
-    double square = 0;
+    std::vector<double> weights, level;
     for (const RingPoint& point : points) {
-      weight.push_back(1 / (1 + std::pow(point.error[k] / deviation[k], 2)));
-      square += weight.back() * std::pow(point.log_force - out.log_force, 2);
+      weights.push_back(weight(point, k));
+      level.push_back(point.constant[k]);
+      if (k == 0) level.back() -= out.slope * (point.log_force - out.log_force);
     }
-    for (std::size_t i = 0; i < points.size(); ++i)
-      for (std::size_t j = 0; j < i; ++j)
-        // Pairs that are closer determine no slope.
-        if (const double apart = log_force[i] - log_force[j]; std::abs(apart) > 0.05) {
-          slopes.push_back((points[i].constant[k] - points[j].constant[k]) / apart);
-          pair_weight.push_back(1 / (1 / weight[i] + 1 / weight[j]));
-        }
-    // A slope counts half at a sum of squares of 0.05.
-    out.slope[k] = weighted_median(slopes, pair_weight) * square / (square + 0.05);
-    for (const RingPoint& point : points)
-      level.push_back(point.constant[k] - out.slope[k] * (point.log_force - out.log_force));
-    out.constant[k] = weighted_median(level, weight);
-    const double known = std::accumulate(weight.begin(), weight.end(), 0.0);
+    out.constant[k] = weighted_median(level, weights);
+    const double known = std::accumulate(weights.begin(), weights.end(), 0.0);
     if (theory) out.constant[k] += ((*theory)[k] - out.constant[k]) / (1 + known);
   }
   return out;

@@ -58,12 +58,6 @@ void clamp_rising(Eigen::Ref<Eigen::RowVectorXd> control);
 /// family knows no side force.
 RelativeErrors side_mismatch(const Model& model);
 
-/// Moves the side force of each vertex, test points among them, halfway to the slope of the normal
-/// energy around it: the side force of a press that sticks is not quite that of a slide. Vertices
-/// with a neighbour that is not covered keep theirs. No side force stays above ten times its press.
-/// Only for the rings family.
-void match_slope(Model& model);
-
 /// A number that was measured, with errors, at points of a surface, at other places of it (M12f):
 /// ordinary kriging. Covariances fall with the distance, and with the angle between normals, so
 /// that the other side of a thin part is far. Of 32 of them (range, share of the angle, nugget)

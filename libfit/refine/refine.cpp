@@ -223,7 +223,6 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
   if (chosen.follows_gap) found.trend = {kGapShare * gap.at_point, kGapShare * gap.at_vertex};
   Model model = model_of(curves, fine, inward_normal, std::move(blend), slopes, chosen.slope_share,
                          found.trend);
-  if (chosen.slope_share > 0 || found.trend.is_known()) match_slope(model);
   for (std::size_t v = 0; v < is_reachable.size(); ++v)
     if (is_reachable[v] && !model.is_covered[v]) found.uncovered.push_back(v);
   return model;

@@ -11,11 +11,6 @@
 namespace palpate {
 namespace {
 
-/// Side force of a vertex over its press where curves end, by (M22), at most. Sound bodies have 4;
-/// beside a point without good rows a slope is that of what is not known, and the engine refuses
-/// 100 (runtime::is_side_carried).
-constexpr double kMaxSide = 10;
-
 // Geometry of a node: the projection to its tangent plane, the curvature kappa [1/m] of the
 // surface that the tool's reference point touches along, and (1 - R kappa)^-1: how far that point
 // moves while the contact point moves by 1 (M15b).
@@ -83,18 +78,6 @@ class SideForceReader {
   SplineTables tables_;
 };
 
-void bound_side_force(CurveSet& curves) {
-  const double d = curves.basis[0].knots_m.back();
-  Controls &square = curves.control[runtime::kSide2], &cube = curves.control[runtime::kSide3];
-  for (Eigen::Index v = 0; v < square.rows(); ++v) {
-    const double press_N = curves.control[0](v, curves.control[0].cols() - 1),
-                 side_N = d * d * (2 * square.row(v).norm() + 3 * d * cube.row(v).norm());
-    if (side_N <= kMaxSide * press_N) continue;
-    square.row(v) *= kMaxSide * press_N / side_N;
-    cube.row(v) *= kMaxSide * press_N / side_N;
-  }
-}
-
 // Control values of d, d^2 and d^3 on a basis, a column each: exact up to its degree, else exact at
 // its Greville abscissae.
 Eigen::Matrix<double, Eigen::Dynamic, 3> powers_on(const CurveBasis& basis) {
@@ -161,54 +144,6 @@ RelativeErrors side_mismatch(const Model& model) {
   }
   if (found.empty()) return {};
   return {median(found), lower_quantile(found, 0.95), lower_quantile(found, 1)};
-}
-
-void match_slope(Model& model) {
-  if (model.curves.family != CurveFamily::rings) return;
-  const SideForceReader reader(model);
-  const Eigen::Index vertices = model.surface.vertices.rows();
-  // Sums over the triangles about a vertex, weighted by area; a border has none.
-  Eigen::VectorXd area = Eigen::VectorXd::Zero(vertices);
-  Eigen::MatrixXd slope = Eigen::MatrixXd::Zero(vertices, 3 * kComparedDepths);
-  std::vector<char> moves(vertices, 1);
-  for (const auto& t : model.surface.triangles.rowwise()) {
-    const bool is_covered = reader.is_covered(t);
-    for (int k = 0; k < 3 && !is_covered; ++k) moves[t[k]] = 0;
-    for (int step = 0; step < kComparedDepths && is_covered; ++step) {
-      const auto [slope_N, normal] = reader.slope(t, reader.depth_m(step));
-      for (int k = 0; k < 3; ++k) {
-        slope.row(t[k]).segment<3>(3 * step) += normal.norm() * slope_N.transpose();
-        if (step == 0) area[t[k]] += normal.norm();
-      }
-    }
-  }
-  for (Eigen::Index v = 0; v < vertices; ++v) {
-    if (moves[v] == 0 || !(area[v] > 0)) continue;
-    const NodeShape shape(model.curves, v, model.inward_normal.row(v), ball_radius_m(model.probe));
-    Eigen::Matrix2d square = Eigen::Matrix2d::Zero();  // of g / d^2 = g_2 + g_3 d
-    Eigen::Matrix<double, 2, 3> right = Eigen::Matrix<double, 2, 3>::Zero();
-    for (int step = 0; step < kComparedDepths; ++step) {
-      const double d = reader.depth_m(step);
-      const Vec3 along = shape.across * slope.row(v).segment<3>(3 * step).transpose() / area[v];
-      const Mat3 moved = shape.stretch * (Mat3::Identity() - d * shape.curvature);
-      const Vec3 g = moved.partialPivLu().solve(along);
-      const Eigen::Vector2d w(1, d);
-      square += w * w.transpose();
-      right += w * (g / (d * d)).transpose();
-    }
-    const Eigen::Matrix<double, 2, 3> wanted = square.ldlt().solve(right);
-    if (!wanted.allFinite()) continue;
-    for (const int k : {0, 1}) {
-      auto own = model.curves.control[runtime::kSide2 + k].row(v);
-      // Half a step has the least error of held-out paths, a whole one the least mismatch.
-      own += 0.5 * (wanted.row(k) - own);
-    }
-  }
-  bound_side_force(model.curves);
-  for (const int part : {runtime::kSide2, runtime::kSide3}) {
-    Controls& control = model.curves.control[part];
-    control = rounded_to_float(control);
-  }
 }
 
 }  // namespace palpate

@@ -23,21 +23,21 @@ using RingConstants = std::array<double, 4>;
 
 /// The constants that a point's rings are expected to have before its drags are read, and their
 /// deviation: by theory, then as the body's dragged points have them. Lengths are over the body's.
-/// Each constant is a line over the logarithm of the force of a press to the end of the basis: what
-/// lies deep below a point stiffens its press, and not its drags.
+/// ln lambda is a line over the logarithm of the force of a press to the end of the basis: what
+/// lies deep below a point stiffens its press, and hardly its drags.
 struct RingPrior {
-  RingConstants constant{-0.405, 0.3, 0, 0}, slope{};
+  RingConstants constant{-0.405, 0.3, 0, 0};
+  double slope = 0;                             ///< of ln lambda
   bool is_of_drags = false;                     ///< else theory's
   double log_force = 0;                         ///< where the line has `constant`
   RingConstants deviation{0.3, 0.1, 0.3, 0.1};  ///< of a point
 
   /// True where a press may spread rings: a ball's, of a body that does not relax.
   bool has_spread() const { return constant[3] > 0; }
-  /// lambda, mu_0, mu_1 and gamma of a point with this force of a press, within their bounds.
+  /// lambda, mu_0, mu_1 and gamma of a point with this force of a press.
   RingConstants at(double log_force_of_point) const {
-    const double x = log_force_of_point - log_force;
-    return {std::exp(constant[0] + slope[0] * x), std::max(constant[1] + slope[1] * x, 0.0),
-            constant[2] + slope[2] * x, std::max(constant[3] + slope[3] * x, 0.0)};
+    return {std::exp(constant[0] + slope * (log_force_of_point - log_force)), constant[1],
+            constant[2], constant[3]};
   }
 };
 
