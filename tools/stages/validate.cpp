@@ -201,7 +201,7 @@ Statement validate_recordings(const std::filesystem::path& path, const RecordedS
                               const ValidateRequest& request, const Body* body) {
   const AssetFile file = read_asset_file(path);
   const runtime::AssetView& asset = file.asset();
-  check_probe(path, file, samples.fitted);
+  for (const Samples* of : {&samples.fitted, &samples.held_out}) check_probe(path, file, *of);
   // Depths count from the surface, as import has it of a surface that the manifest names.
   Samples held_out = followed(samples.held_out);
   const PlacedPoints places = placed_points(asset, held_out);
