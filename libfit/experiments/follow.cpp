@@ -78,6 +78,11 @@ class ToolsWalk {
       if (out_[k].state == runtime::ContactState::slip) return true;
     return false;
   }
+  unsigned flags(std::size_t tool) const {
+    unsigned all = 0;
+    for (std::size_t k = first_[tool]; k < first_[tool + 1]; ++k) all |= out_[k].flags;
+    return all;
+  }
   const runtime::Tool& tool(std::size_t i) const { return tools_[first_[i]]; }
   std::size_t ticks() const { return ticks_; }
 
@@ -183,6 +188,7 @@ Replayed Follower::follow(const Samples& samples, double depth_m, const PlayedAs
         out.force_N.row(row + i) = walk.force_N(tool);
         out.torque_Nm.row(row + i) = walk.torque_Nm(tool);
         out.is_sliding[row + i] = walk.is_sliding(tool);
+        out.flags[row + i] = walk.flags(tool);
         if (on_row) on_row(row + i, walk.tool(tool));
       }
     }

@@ -56,13 +56,15 @@ struct Replayed {
   Points force_N, torque_Nm;     ///< ON THE BODY; 0 where nothing was answered
   std::vector<char> is_sliding;  ///< the last tick of the row slipped
   std::vector<char> is_answered;
-  std::size_t ticks = 0;  ///< of all tools that are on the body together
+  std::vector<unsigned> flags;  ///< PALPATE_FLAG_... of the last tick
+  std::size_t ticks = 0;        ///< of all tools that are on the body together
 
   explicit Replayed(const SampleRows& asked)
       : force_N(Points::Zero(asked.rows(), 3)),
         torque_Nm(force_N),
         is_sliding(asked.rows(), 0),
-        is_answered(is_sliding) {}
+        is_answered(is_sliding),
+        flags(asked.rows(), 0) {}
 };
 /// Called after each row with the tool that made it.
 using OnFollowed = std::function<void(Eigen::Index row, const runtime::Tool& tool)>;

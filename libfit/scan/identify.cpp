@@ -117,6 +117,29 @@ void say_coverage(const ScanIdentification& fit, const Walked& walked, ScanFit& 
       100 * sliding / double(passes.rows()), gap_s));
 }
 
+// Vertices of the cells in which a tip was: the margin's numbers are a guess of the prior.
+std::vector<char> vertices_with_rows(const ScanIdentification& fit, const Nodes::NodeMesh& mesh) {
+  Mask has_rows(fit.nodes.cells(), 0);
+  for (std::size_t pass = 0; pass < fit.passes.count(); ++pass)
+    for (Eigen::Index row = fit.passes.first[pass]; row < fit.passes.first[pass + 1]; ++row) {
+      const Vec3 tip = fit.passes.tip(pass, row, fit.parameters.recording);
+      const int cell = fit.nodes.foot(tip, fit.parameters.height_m).place.cell;
+      if (cell >= 0) has_rows[cell] = 1;
+    }
+  Mask out(mesh.vertex.size(), 0);
+  for (Eigen::Index t = 0; t < mesh.surface.triangles.rows(); ++t)
+    for (int k = 0; k < 3 && has_rows[mesh.triangle_cell[t]]; ++k)
+      out[mesh.surface.triangles(t, k)] = 1;
+  return out;
+}
+
+Vec3 normal_at(const Surface& surface, const Points& inward_normal, const SurfacePoint& at) {
+  Vec3 inward = Vec3::Zero();
+  for (int k = 0; k < 3; ++k)
+    inward += at.weight[k] * inward_normal.row(surface.triangles(at.triangle, k)).transpose();
+  return inward.normalized();
+}
+
 }  // namespace
 
 ScanFit identify(const Samples& scans, int jobs, const Progress& progress) {
@@ -141,6 +164,7 @@ ScanFit identify(const Samples& scans, int jobs, const Progress& progress) {
   FittedCurves& curves = out.curves;
   curves.position = out.surface.vertices, curves.normal = body.model().inward_normal;
   curves.curves = body.model().curves;
+  out.is_covered = vertices_with_rows(fit, body.mesh());
   curves.status.assign(vertices, FitStatus::good), curves.message.assign(vertices, "");
   for (Eigen::Index v = 0; v < vertices; ++v) curves.name.push_back(fmt::format("v{}", v + 1));
   curves.rms_residual_N = curves.max_residual_N = Eigen::VectorXd::Constant(vertices, kNan);
@@ -148,25 +172,41 @@ ScanFit identify(const Samples& scans, int jobs, const Progress& progress) {
   return out;
 }
 
-Samples corrected(const Samples& scans, const ScanFit& fit) {
+Samples corrected(const Samples& scans, const Surface& surface, const Recording& recording) {
   Samples out = scans;
   const Passes passes(scans);
-  const BoxTree boxes = triangle_boxes(fit.surface);
+  const BoxTree boxes = triangle_boxes(surface);
+  const Points inward = -vertex_normals(surface);
   for (std::size_t pass = 0; pass < passes.count(); ++pass) {
     const Eigen::Index first = passes.first[pass];
-    const auto foot = closest_point(fit.surface, boxes, passes.tip(pass, first, fit.recording));
-    Vec3 inward = Vec3::Zero();
-    for (int k = 0; k < 3; ++k)
-      inward += foot->weight[k] *
-                fit.curves.normal.row(fit.surface.triangles(foot->triangle, k)).transpose();
+    const auto foot = closest_point(surface, boxes, passes.tip(pass, first, recording));
     out.point_position.row(scans.point[first]) = foot->position.transpose();
-    out.point_normal.row(scans.point[first]) = inward.normalized().transpose();
+    out.point_normal.row(scans.point[first]) = normal_at(surface, inward, *foot).transpose();
     for (Eigen::Index row = first; row < passes.first[pass + 1]; ++row) {
-      out.deflection.row(row) = (passes.tip(pass, row, fit.recording) - foot->position).transpose();
-      out.force.row(row) = passes.force_on_body(row, fit.recording).transpose();
+      out.deflection.row(row) = (passes.tip(pass, row, recording) - foot->position).transpose();
+      out.force.row(row) = passes.force_on_body(row, recording).transpose();
     }
   }
-  out.relaxation = fit.curves.curves.relaxation;
+  out.relaxation = recording.relaxation();
+  return out;
+}
+
+Recording later_recording(const Samples& scans, const Surface& surface, const Recording& earlier,
+                          double clearance_m, Eigen::Index* rows_in_air) {
+  Recording out = earlier;
+  out.number.segment<3>(kDrift).setZero();
+  const Passes passes(scans);
+  const BoxTree boxes = triangle_boxes(surface);
+  const Points inward = -vertex_normals(surface);
+  Vec3 sum = Vec3::Zero();
+  *rows_in_air = 0;
+  for (Eigen::Index row = 0; row < passes.rows(); ++row) {
+    const Vec3 tip = passes.position_m.row(row);
+    const auto foot = closest_point(surface, boxes, tip);
+    if ((foot->position - tip).dot(normal_at(surface, inward, *foot)) < clearance_m) continue;
+    sum += passes.force_N.row(row).transpose(), ++*rows_in_air;
+  }
+  if (*rows_in_air >= 10) out.number.segment<3>(kBias) = sum / double(*rows_in_air);
   return out;
 }
 

@@ -15,6 +15,7 @@ namespace palpate::scan {
 struct ScanFit {
   Surface surface;
   FittedCurves curves;
+  std::vector<char> is_covered;  ///< of vertices: curves from rows, not from the prior alone
   Recording recording;
   Eigen::VectorXd deviation;  ///< of its numbers; 0 of those that are not free
   /// Errors at half of the passes, and at the others, which chose the unknowns of the recording.
@@ -30,6 +31,12 @@ ScanFit identify(const Samples& scans, int jobs = 0, const Progress& progress = 
 
 /// The same scans without what belongs to their recordings: places of the tip at the time of the
 /// force, forces on the body, each pass placed at the point of the surface under its first row.
-Samples corrected(const Samples& scans, const ScanFit& fit);
+Samples corrected(const Samples& scans, const Surface& surface, const Recording& recording);
+
+/// Numbers of a later recording with the rig of an earlier one: its drift is not known, and the
+/// bias is the mean reading of rows whose tip is clearance_m or more above the surface, where there
+/// are ten or more of them. rows_in_air: their number.
+Recording later_recording(const Samples& scans, const Surface& surface, const Recording& earlier,
+                          double clearance_m, Eigen::Index* rows_in_air);
 
 }  // namespace palpate::scan

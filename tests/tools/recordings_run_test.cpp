@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -225,6 +226,49 @@ TEST_F(RecordingsRun, a_folder_without_a_recording_is_refused) {
   EXPECT_EQ(refused.status, 1);
   EXPECT_TRUE(holds(refused.err, "holds no file that a recording could be read from"));
   EXPECT_FALSE(fs::exists(*shared / "none.toml"));
+}
+
+// Lines to and fro over a plane of 300 N/m and friction 0.3, from `first_mm` on, with a sine of
+// depth; before and behind them the tool is in the air.
+std::string scan_file(double first_mm, double deepest_mm, double bias_N) {
+  std::string text = "t_s,x_mm,y_mm,z_mm,fx_N,fy_N,fz_N\n";
+  for (int row = -20; row < 1220; ++row) {
+    const int line = std::clamp(row / 100, 0, 11), i = std::clamp(row - 100 * line, 0, 99);
+    const double heading = line % 2 == 0 ? 1 : -1, x = 10 + heading * (0.2 * i - 10),
+                 depth_mm = row < 0 || row >= 1200
+                                ? -4
+                                : 0.55 * deepest_mm - 0.45 * deepest_mm * std::cos(0.19 * row),
+                 push_N = 0.3 * std::max(0.0, depth_mm), noise_N = 2e-3 * (row * row % 7 - 3);
+    text += fmt::format("{:.5f},{:.4f},{:.4f},{:.4f},{:.5f},{:.5f},{:.5f}\n", 1 + row / 66.0, x,
+                        first_mm + 1.5 * line, -depth_mm, -0.3 * heading * push_N + bias_N, noise_N,
+                        push_N + noise_N);
+  }
+  return text;
+}
+
+// A second recording, with a bias of its own, goes deeper and beyond the edge of the first.
+TEST(Validate, states_a_scan_that_was_recorded_later) {
+  const Folder folder;
+  for (const char* name : {"first", "second"})
+    folder.write(std::string(name) + ".toml",
+                 fmt::format("[[recording]]\nfile = \"{}.csv\"\nkind = \"scan\"\n"
+                             "force_on = \"tool\"\n[validate]\nhold_out = 0\n",
+                             name));
+  folder.write("first.csv", scan_file(0, 3, 0));
+  folder.write("second.csv", scan_file(7.7, 4, 0.1));
+  const Outcome ran = palpate(folder, "run first.toml -o out");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Outcome stated = palpate(folder, "validate out/asset.palp second.toml --json");
+  ASSERT_EQ(stated.status, 0) << stated.err;
+  const Json s = Json::parse(stated.out);
+  EXPECT_TRUE(holds(stated.err, "scan: bias of the force -0.1, "));
+  EXPECT_EQ(s["reference"], "recorded");
+  EXPECT_LT(s["by_reach"]["within"]["p95_rel"].get<double>(), 0.2);
+  for (const char* beyond : {"deeper", "beyond_edge"})
+    EXPECT_GT(s["by_reach"][beyond]["rows"], 20) << beyond;
+  EXPECT_TRUE(s["baselines"].contains("nearest_rows"));
+  const Outcome refused = palpate(folder, "validate out/asset.palp second.toml --points 3");
+  EXPECT_EQ(refused.status, 1);
 }
 
 }  // namespace

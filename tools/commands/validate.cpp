@@ -7,7 +7,9 @@
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
 #include "tools/stages/body/prepare.hpp"
+#include "tools/stages/import.hpp"
 #include "tools/stages/stage_table.hpp"
+#include "tools/stages/validate.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -22,7 +24,8 @@ class Validate final : public Command {
     arguments.positional("asset", asset_, "Asset to validate, asset.palp");
     arguments.positional("scene", scene_,
                          "Scene that the reference simulates, scene.toml; or samples.h5 of "
-                         "recordings, some of which were held out of the fit");
+                         "recordings, some of which were held out of the fit; or manifest.toml of "
+                         "recordings that the asset was not made from");
     arguments.option("--points", points_,
                      "Number of held-out contact points; 0: as the scene's [validate] has it");
     arguments.option("--seed", seed_,
@@ -42,6 +45,9 @@ class Validate final : public Command {
                      "Folder that keeps the simulated rows, for a validation that was stopped and "
                      "for the next one; by default ASSET.SCENE.reference beside the asset");
     arguments.named_outputs(reference_, kReference);
+    arguments.option("--samples", samples_,
+                     "samples.h5 that the asset was made from, with whose rows a manifest's rivals "
+                     "answer; by default the one beside the asset");
     arguments.flag(
         "--no-causes", no_causes_,
         "Do not split the error by cause, which needs simulations at the contact points");
@@ -53,6 +59,9 @@ class Validate final : public Command {
 
   int run(Reply& reply) override {
     if (kind_of_file(scene_) == kSamplesSchema.name) return compare_recordings(reply);
+    if (is_manifest(scene_)) return compare_later_recordings(reply);
+    refuse_options({{"--samples", !samples_.empty()}},
+                   "is of a manifest, and " + scene_ + " is none");
     if (points_ < 0)
       throw Error("--points", "there must be at least one contact point",
                   "Give a positive number.");
@@ -113,13 +122,42 @@ class Validate final : public Command {
     return {};
   }
 
-  int compare_recordings(Reply& reply) {
+  // Recordings that the asset was not made from, all of them held out.
+  int compare_later_recordings(Reply& reply) {
+    refuse_simulated();
+    refuse_options({{"--curves", !curves_.empty()},
+                    {"--body", !body_.empty()},
+                    {"--statement", !statement_.empty()}},
+                   "is of what the asset was made from, and " + scene_ + " has other recordings");
+    const std::filesystem::path beside =
+        std::filesystem::path(asset_).replace_filename("samples.h5");
+    if (samples_.empty() && std::filesystem::exists(beside)) samples_ = beside.string();
+    const AssetFile file = read_asset_file(asset_);
+    ImportRequest request;
+    request.manifest = read_manifest(scene_);
+    request.jobs = stage_.jobs, request.asset = &file.asset(), request.earlier = samples_;
+    const ReadRecordings later = read_recordings(request);
+    stage_.statement = validate_recordings(
+        asset_, {samples_.empty() ? Samples() : read_samples(samples_), later.assembled.samples},
+        {.jobs = stage_.jobs, .rows_csv = rows_});
+    reply = {in_words(stage_.statement), nlohmann::ordered_json::parse(to_json(stage_.statement))};
+    reply.json["notes"] = later.assembled.notes;
+    return stage_.statement.all.rows == 0 || later.assembled.failed() > 0 ? kSomeFailed : kDone;
+  }
+
+  void refuse_simulated() const {
     refuse_options({{"--points", points_ != 0},
                     {"--seed", seed_ != 0},
                     {"--model", !model_.empty()},
                     {"--reference", !reference_.empty()},
                     {"--no-causes", no_causes_}},
                    "is of a simulated reference, and " + scene_ + " holds recordings");
+  }
+
+  int compare_recordings(Reply& reply) {
+    refuse_simulated();
+    refuse_options({{"--samples", !samples_.empty()}},
+                   "is of a manifest, and " + scene_ + " is none");
     if (curves_.empty() != body_.empty())
       throw Error(curves_.empty() ? "--curves" : "--body", "is missing beside the other one",
                   "Give both, for what points left out show, or none.");
@@ -136,7 +174,7 @@ class Validate final : public Command {
     reply = {in_words(stage_.statement), nlohmann::ordered_json::parse(to_json(stage_.statement))};
   }
 
-  std::string asset_, scene_, body_, rows_, curves_, model_, reference_, statement_;
+  std::string asset_, scene_, body_, rows_, curves_, model_, reference_, statement_, samples_;
   int points_ = 0, seed_ = 0;
   Pipeline stage_;
   bool no_causes_ = false;
@@ -144,8 +182,8 @@ class Validate final : public Command {
 
 }  // namespace
 
-const CommandRow kValidateCommand{"validate", "Compare an asset with fresh simulated experiments",
-                                  declared<Validate>, "Stages of a run",
-                                  "validate asset.palp organ.toml"};
+const CommandRow kValidateCommand{
+    "validate", "Compare an asset with fresh simulated experiments, or with recordings",
+    declared<Validate>, "Stages of a run", "validate asset.palp organ.toml"};
 
 }  // namespace palpate::tools

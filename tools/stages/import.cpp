@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <map>
 #include <set>
+#include <sstream>
 
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/mend.hpp"
+#include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/text.hpp"
@@ -134,6 +136,37 @@ void report(const ImportRequest& request, const std::vector<ItemResult>& results
   report_grades(assembled);
 }
 
+// Numbers of the rig that an import of scans to samples.h5 found; none where it was of no scans.
+scan::Recording recording_of(const fs::path& samples) {
+  scan::Recording out;
+  const fs::path curves = scan_curves_path(samples);
+  if (samples.empty() || !fs::exists(curves)) return out;
+  std::istringstream text(stored_in_hdf5(curves, kRecordingAttribute).value_or(""));
+  for (double& number : out.number) text >> number;
+  if (!text)
+    throw Error(curves.string(), "does not say how its recordings were corrected",
+                "Import the scans again.");
+  return out;
+}
+
+// Corrects scans by the numbers of an earlier recording.
+void compare_scans(const ImportRequest& request, ReadRecordings& read) {
+  Samples& samples = read.assembled.samples;
+  const Surface surface = palpate::surface_of(*request.asset);
+  Eigen::Index rows = 0;
+  // A tenth of the curves' depth: the body repeats its heights to a few tenths of a millimetre.
+  const scan::Recording recording = scan::later_recording(
+      samples, surface, recording_of(request.earlier), 0.1 * request.asset->max_fitted_m, &rows);
+  const auto bias = recording.number.segment<3>(scan::kBias);
+  read.assembled.notes.push_back(
+      rows < 10
+          ? fmt::format("scan: {} rows are out of contact, too few for a bias of its own", rows)
+          : fmt::format("scan: bias of the force {:.3g}, {:.3g}, {:.3g} N by {} rows out of "
+                        "contact",
+                        bias[0], bias[1], bias[2], rows));
+  samples = scan::corrected(samples, surface, recording);
+}
+
 // Finds surface and curves of scans, and takes what belongs to their recordings off all rows.
 void identify_scans(const ImportRequest& request, ReadRecordings& read) {
   Samples& samples = read.assembled.samples;
@@ -145,13 +178,14 @@ void identify_scans(const ImportRequest& request, ReadRecordings& read) {
                                          : "has scans beside other recordings",
                 request.manifest.surface ? "Leave `surface` out: the scan brings its own."
                                          : "Import the others by a manifest of their own.");
+  if (request.asset != nullptr) return compare_scans(request, read);
   ConsoleProgress progress("scan");
   scan::ScanFit fit = scan::identify(rows_at(samples, read.is_held_out, false),
                                      job_count(request.jobs), progress.progress());
   if (progress.progress().stopped()) throw Interrupted("import: nothing was written");
   fit.curves.probe = samples.probe;
   for (const std::string& note : fit.notes) read.assembled.notes.push_back("scan: " + note);
-  samples = scan::corrected(samples, fit);
+  samples = scan::corrected(samples, fit.surface, fit.recording);
   read.scan = std::make_shared<const scan::ScanFit>(std::move(fit));
 }
 
@@ -291,14 +325,15 @@ nlohmann::ordered_json write_recordings(const ImportRequest& request, const Read
   if (read.scan) {
     Body body;
     body.surface = read.scan->surface;
-    const auto vertices = static_cast<std::size_t>(body.surface.vertices.rows());
-    body.in_region.assign(vertices, 1);
-    body.is_reachable.assign(vertices, 1);
+    body.in_region = body.is_reachable = read.scan->is_covered;
     body.test_points = {read.scan->curves.position, read.scan->curves.normal,
                         read.scan->curves.name, body.surface.triangles};
     body.probe = read.scan->curves.probe;
     write_body(scan_body_path(request.output), body, fingerprint);
-    write_curves(scan_curves_path(request.output), read.scan->curves, fingerprint);
+    Attributes with_recording = fingerprint;
+    for (const double number : read.scan->recording.number)
+      with_recording[kRecordingAttribute] += fmt::format("{} ", number);
+    write_curves(scan_curves_path(request.output), read.scan->curves, with_recording);
   } else {
     fs::remove(scan_body_path(request.output));
     fs::remove(scan_curves_path(request.output));

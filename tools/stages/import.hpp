@@ -8,6 +8,7 @@
 
 #include "libfem/mesh/surface/surface.hpp"
 #include "libfit/core/body.hpp"
+#include "libfit/runtime/asset/view.hpp"
 #include "tools/manifest/manifest.hpp"
 
 namespace palpate::scan {
@@ -24,6 +25,10 @@ struct ImportRequest {
   int jobs = 0;  ///< threads, 0 for all cores
   /// Hold points out of the fit also where the manifest says nothing (held_out_points).
   bool holds_out = false;
+  /// A recording that is compared with an asset: scans are placed on its surface and corrected by
+  /// the numbers of the rig that made `earlier` (samples.h5; empty: none); null: they make a body.
+  const runtime::AssetView* asset = nullptr;
+  std::filesystem::path earlier = {};
 };
 
 /// Recordings of a manifest, read, conditioned and placed on the body; results: one per item.
@@ -51,6 +56,8 @@ nlohmann::ordered_json write_recordings(const ImportRequest& request, const Read
 /// found together, samples.scan_body.h5 and samples.scan_curves.h5; none of other recordings.
 std::filesystem::path scan_body_path(std::filesystem::path samples);
 std::filesystem::path scan_curves_path(std::filesystem::path samples);
+/// Numbers of scan::Recording in the latter, blanks between them.
+inline constexpr const char* kRecordingAttribute = "recording";
 /// Totals and every recording, of an import to samples.h5.
 std::filesystem::path import_summary_path(const std::filesystem::path& samples);
 

@@ -218,6 +218,19 @@ Lines by_motion(const StatedAsset& of) {
   return lines;
 }
 
+// Scans: rows of contacts that the first recording covered, and beyond its edge or depth.
+Lines by_reach(const StatedAsset& of) {
+  static constexpr std::string_view kNames[] = {"within", "deeper", "beyond_edge"};
+  const Samples& rows = of.reference.paths;
+  const Lines lines = grouped(of, kNames, [&](Eigen::Index row) -> std::size_t {
+    if (rows.kind[row] != ExperimentKind::scan) return std::size(kNames);
+    return of.engine.flags[row] & PALPATE_FLAG_OUTSIDE        ? 2
+           : of.engine.flags[row] & PALPATE_FLAG_EXTRAPOLATED ? 1
+                                                              : 0;
+  });
+  return lines.size() > 1 ? lines : Lines();
+}
+
 constexpr int kNeighbours = 8;  // of inverse distance
 
 // The recorded presses of points near a place, in place of the asset.
@@ -279,6 +292,7 @@ constexpr SectionRow kSections[] = {
     {"tool", "the tool, as balls", of_tool},
     {"by_kind", "by kind", by_kind, true},
     {"by_motion", "by motion", by_motion, true},
+    {"by_reach", "by reach of what it was fitted to", by_reach, true},
     {"baselines", "baselines", by_recorded_baseline, true},
     {"left_out", "points left out", of_left_out, true},
     {"fitted", "what it was fitted to", of_fitted, true},

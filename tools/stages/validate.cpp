@@ -201,10 +201,12 @@ Statement validate_recordings(const std::filesystem::path& path, const RecordedS
                               const ValidateRequest& request, const Body* body) {
   const AssetFile file = read_asset_file(path);
   const runtime::AssetView& asset = file.asset();
-  check_probe(path, file, samples.fitted);
+  for (const Samples* of : {&samples.fitted, &samples.held_out}) check_probe(path, file, *of);
   // Depths count from the surface, as import has it of a surface that the manifest names.
   Samples held_out = followed(samples.held_out);
-  const PlacedPoints places = placed_points(asset, held_out);
+  PlacedPoints places = placed_points(asset, held_out);
+  for (Eigen::Index row = 0; row < held_out.rows(); ++row)  // `by_reach` has a scan's rows
+    if (held_out.kind[row] == ExperimentKind::scan) places.is_covered[held_out.point[row]] = 1;
   const Samples as_placed = rows_at(held_out, places.is_covered, true);
   held_out.point_position = places.position;
   RecordedReference recorded{followed(samples.fitted), rows_at(held_out, places.is_covered, false),

@@ -138,6 +138,22 @@ TEST_P(Scanned, body_and_recording_come_back) {
   EXPECT_LT(stated_quantile(height_off_m, 0.5), 0.15e-3);
 }
 
+TEST(scan, a_later_recording_finds_its_bias_by_rows_in_the_air) {
+  const KnownBody body;
+  const scan::PlayedBody played(body.nodes, body.at, body.basis, 2);
+  Samples s = body.scanned(0.5e-3);
+  for (Eigen::Index row = 0; row < 50; ++row) {  // of the first pass, 5 to 9 mm higher
+    s.deflection(row, 2) += 9e-3;
+    s.force.row(row) << 0.2, -0.1, 0.3;
+  }
+  Eigen::Index rows = 0;
+  const scan::Recording later =
+      scan::later_recording(s, played.mesh().surface, body.at.recording, 1e-3, &rows);
+  EXPECT_EQ(rows, 50);
+  EXPECT_LT((later.number.segment<3>(scan::kBias) - Vec3(0.2, -0.1, 0.3)).norm(), 1e-12);
+  EXPECT_EQ(later.delay_s(), body.at.recording.delay_s());
+}
+
 TEST(scan, coordinates_on_a_sphere_are_those_of_their_positions) {
   Points cap(0, 3);
   for (int i = 0; i < 400; ++i) {  // a spiral over 130 degrees of 20 mm
