@@ -116,7 +116,7 @@ TEST(Tutorial, runs_as_it_stands) {
     std::istringstream lines(block.text);
     for (std::string line; std::getline(lines, line); ++commands) {
       const std::string whole = "cd " + folder.path().string() + " && PATH=" + program +
-                                ":$PATH && " + line + " >.out 2>.err </dev/null";
+                                ":$PATH && { " + line + "; } >.out 2>.err </dev/null";
       ASSERT_EQ(std::system(whole.c_str()), 0) << line << "\n" << content_of(folder / ".err");
       if (line.starts_with("palpate new organ.off")) change_scene(folder / "organ.toml");
     }
