@@ -121,7 +121,7 @@ TEST(Tutorial, runs_as_it_stands) {
       if (line.starts_with("palpate new organ.off")) change_scene(folder / "organ.toml");
     }
   }
-  EXPECT_GE(commands, 14);
+  EXPECT_GE(commands, 13);
   for (const char* forces : {"forces.csv", "measured-forces.csv"})
     expect_press_slide_and_lift(folder / forces);
 }
