@@ -92,7 +92,7 @@ inline Body example_body() {
   body.probe = example_probe();
   body.scene = "[material]\nlaw = 'lever \u03bc'\n";
   body.scene_meshes = {{body.surface.vertices, body.surface.triangles, {}, {}},
-                       {body.volume.nodes, {}, body.volume.tets, {1, 0, 0, 1}}};
+                       {body.volume.nodes, {}, body.volume.tets, {1}}};
   return body;
 }
 
