@@ -233,7 +233,7 @@ void ConsoleProgress::show(std::size_t done, std::size_t total, const std::strin
 
 // METIS handles SIGABRT and SIGTERM of the whole process while it orders a matrix on one thread: a
 // SIGTERM then made it order badly instead of interrupting, or jump into a stack that was gone. It
-// keeps its handler of SIGABRT, by which it gives up for want of memory, for the thread that calls
+// keeps its handler of SIGABRT, by which it ends for want of memory, for the thread that calls
 // it. A program's own definition precedes a shared library's. METIS of Debian 12 alone calls the
 // first; the one in CHOLMOD of Debian 13 calls signal(), as others do for other purposes.
 extern "C" sighandler_t __sysv_signal(int signal, sighandler_t handler) noexcept {

@@ -43,7 +43,7 @@ void add_strips(RawMesh& surface, const VtkCells& cells, const Cursor& cursor) {
   });
 }
 
-// Adds the tets among cells of the given VTK types, counts points, lines and faces as ignored.
+// Adds the tets among cells of these VTK types, counts points, lines and faces as ignored.
 void add_tets(RawMesh& mesh, const VtkCells& cells, const std::vector<std::int64_t>& types,
               const Cursor& cursor) {
   constexpr std::int64_t kTets[] = {10, 24, 71};  // the last two by their corners
