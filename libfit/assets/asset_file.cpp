@@ -1,5 +1,6 @@
 #include "libfit/assets/asset_file.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 
@@ -26,7 +27,7 @@ AssetFile read_asset_file(const std::filesystem::path& path) {
   const std::string content = read_whole_file(path);
   AssetFile out;
   out.bytes_ = AssetBytes(content.size());
-  std::memcpy(out.bytes_.data(), content.data(), content.size());
+  std::ranges::copy(content, reinterpret_cast<char*>(out.bytes_.data()));
   runtime::Status status;
   out.asset_ = runtime::Asset::open(out.bytes_.data(), content.size(), &status);
   if (status != runtime::Status::ok)
