@@ -95,7 +95,6 @@ constexpr Stranger kStrangers[] = {
     {"s.import.json", "import none.toml -o s.h5", true},
     {"s.surface.h5", "simulate none.h5 -o s.h5", false},
     {"placed.h5", "simulate none.h5 -o s.h5", false},
-    {"c.h5.warm", "fit none.h5 -o c.h5", false},
     {"kept/reference.h5", "validate none.palp none.toml --reference kept", false},
     {"st/results.csv", "study none.toml -o st", false},
 };
