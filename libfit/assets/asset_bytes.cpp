@@ -102,6 +102,7 @@ std::vector<double> table_of(const CurveBasis& basis) {
 runtime::RelaxationBlock block_of(const Relaxation& relaxation) {
   runtime::RelaxationBlock block{};
   block.branches = relaxation.branches();
+  block.radius_m = relaxation.radius_m;
   for (Eigen::Index k = 0; k < relaxation.branches(); ++k) {
     block.share[k] = relaxation.share[k];
     block.time_s[k] = relaxation.time_s[k];

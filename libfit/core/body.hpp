@@ -59,6 +59,7 @@ struct Body {
 struct Relaxation {
   Eigen::VectorXd share;   ///< K, > 0: of the stiffness of slow motion
   Eigen::VectorXd time_s;  ///< K, > 0, rising
+  double radius_m = 0;     ///< of the ball that slides; 0: not known, and slides renew no material
 
   Eigen::Index branches() const { return share.size(); }
 };
@@ -67,6 +68,7 @@ struct Relaxation {
 inline runtime::RelaxationView relaxation_view(const Relaxation& relaxation) {
   runtime::RelaxationView out;
   out.branches = static_cast<int>(relaxation.branches());
+  out.radius_m = relaxation.radius_m;
   for (int k = 0; k < out.branches; ++k) {
     out.share[k] = relaxation.share[k];
     out.time_s[k] = relaxation.time_s[k];

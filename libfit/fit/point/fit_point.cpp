@@ -144,7 +144,10 @@ FittedCurves no_curves(const Samples& samples, const BodyData& body, const BodyB
   out.name = samples.point_name;
   out.curves = CurveSet(bases.family);
   out.curves.basis = bases.si;
-  if (bases.family == CurveFamily::rings) out.curves.relaxation = samples.relaxation;
+  if (bases.family == CurveFamily::rings) {
+    out.curves.relaxation = samples.relaxation;
+    out.curves.relaxation.radius_m = ball_radius_m(samples.probe);
+  }
   out.curves.first_row_m = first_row_m(body);
   const auto parts = parts_of(bases.family);
   out.deviation.resize(parts.size());

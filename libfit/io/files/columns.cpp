@@ -251,6 +251,8 @@ CurveSet read_curve_set(const Reader& reader, std::size_t points) {
   curves.first_row_m = reader.numbers("curves/first_row", "m", {1, 0}).front();
   ColumnReader in(reader);
   relaxation_columns(curves.relaxation, in);
+  if (reader.has("relaxation/radius"))
+    curves.relaxation.radius_m = reader.numbers("relaxation/radius", "m", {1, 0}).front();
   if (reader.has("damage/softening")) {
     const auto n = reader.numbers("damage/softening", kNoUnit, {3, 0});  // r, m over e and beta
     curves.damage = {n[0], n[1], n[2], reader.numbers("damage/reach", "m", {1, 0}).front()};
@@ -280,6 +282,8 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
   writer.numbers("curves/first_row", "m", &curves.first_row_m, {1, 0});
   ColumnWriter out(writer);
   relaxation_columns(curves.relaxation, out);
+  if (curves.relaxation.radius_m > 0)
+    writer.numbers("relaxation/radius", "m", &curves.relaxation.radius_m, {1, 0});
   if (const runtime::DamageView& damage = curves.damage; damage.softens()) {
     const double softening[] = {damage.r, damage.scale, damage.beta};
     writer.numbers("damage/softening", kNoUnit, softening, {3, 0});

@@ -332,7 +332,8 @@ inline Status check_tree(const AssetView& view, int nodes, int items) noexcept {
 /// A Prony series that rings can follow: those of the block and nothing beside them.
 inline Status check_block(const AssetView& view, const Header& h,
                           const RelaxationBlock& block) noexcept {
-  if (h.family != int(Family::rings) || view.curves.relaxation.branches == 0 || block.reserved != 0)
+  if (h.family != int(Family::rings) || view.curves.relaxation.branches == 0 ||
+      !(block.radius_m >= 0 && block.radius_m <= kMaxNumber))
     return Status::block_wrong;
   for (int k = 0; k < kMaxBranches; ++k) {
     if (k >= block.branches) {

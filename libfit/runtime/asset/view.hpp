@@ -114,6 +114,7 @@ inline RelaxationView relaxation_of(const RelaxationBlock& block) noexcept {
   RelaxationView out;
   if (!(block.branches >= 1 && block.branches <= kMaxBranches)) return out;
   out.branches = static_cast<int>(block.branches);
+  out.radius_m = block.radius_m;
   for (int k = 0; k < out.branches; ++k) {
     out.share[k] = block.share[k];
     out.time_s[k] = block.time_s[k];

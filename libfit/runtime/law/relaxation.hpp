@@ -6,6 +6,7 @@
 
 #include "../base/constants.hpp"
 #include "../base/rounding.hpp"
+#include "../base/scalar.hpp"
 
 namespace palpate::runtime {
 
@@ -15,6 +16,7 @@ struct RelaxationView {
   double share[kMaxBranches] = {};   ///< > 0
   double time_s[kMaxBranches] = {};  ///< rising
   double fast = 1;                   ///< 1 + sum of the shares: stiffness at first over slow
+  double radius_m = 0;               ///< of the ball; 0: slides renew no material
 };
 
 /// e^{-x} for x >= 0, to 1e-15 of itself: plain arithmetic, so every compiler and C library has the
@@ -33,6 +35,12 @@ inline double decay(double x) noexcept {
   for (double half = 0.5; halvings > 0; halvings >>= 1, half *= half)
     if (halvings & 1) sum *= half;
   return sum;
+}
+
+/// The same with derivatives; x >= 0.
+template <class T>
+T decay(const T& x) noexcept {
+  return decay(value_of(x)) * (T(1) - (x - T(value_of(x))));
 }
 
 /// Share of each branch's force that is left after dt_s [s].

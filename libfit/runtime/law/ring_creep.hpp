@@ -22,7 +22,8 @@ struct RingCreep {
   // sum share_k v_k / fast and likewise w; what is stored though the ring carries nothing, over
   // half its normal and its lateral stiffness [m^2].
   T rests[4][kRings], locked[2][kRings];
-  T first[kMaxBranches];  ///< v_k of ring 1
+  T first[kMaxBranches];    ///< v_k of ring 1
+  T renewed[kMaxBranches];  ///< s_k: of each branch, the share of the material that slides renewed
 
   Vec3<T> rest(int i) const noexcept { return {rests[1][i], rests[2][i], rests[3][i]}; }
 };
@@ -33,7 +34,7 @@ template <class T>
 const T& still_flowing(const T& left_m) noexcept {  // derivatives are not over
   return left_m;
 }
-constexpr int kCreepNumbers = 4 * kMaxBranches * kRings;  ///< of a contact
+constexpr int kCreepNumbers = kMaxBranches * (4 * kRings + 1);  ///< of a contact
 
 /// The share of ring 1 that lies at depth 0: f^z'(0) of f^z'(e_1).
 template <class T, class Spot>
@@ -58,10 +59,14 @@ void find_rests(const RelaxationView& relaxation, RingCreep<T>& creep) noexcept 
     for (int i = 0; i < kRings; ++i) sum[i] = square[i] = T(0);
     for (int k = 0; k < relaxation.branches; ++k) {
       const double share = relaxation.share[k];
+      // Of the normal flow the mean, and beside it what is stored since it differs before and
+      // behind.
+      const T s = creep.renewed[k], fresh = s * s;
+      const T mean = c == 0 ? T(1) - fresh : T(1), other = c == 0 ? fresh - fresh * fresh : T(0);
       for (int i = 0; i < kRings; ++i) {
-        const T part = creep.flow[k][c][i] * share;
+        const T flow = creep.flow[k][c][i], part = flow * mean * share;
         sum[i] = sum[i] + part;
-        square[i] = square[i] + part * creep.flow[k][c][i];
+        square[i] = square[i] + part * flow * mean + flow * flow * (other * share);
       }
     }
     T* const locked = creep.locked[c > 0];
@@ -95,6 +100,7 @@ void relax_rings(const RelaxationView& relaxation, const Decay& left, const Ring
     for (int c = 0; c < 4; ++c)
       for (int i = 0; i < kRings; ++i)
         creep.flow[k][c][i] = to[c][i] - still_flowing((to[c][i] - creep.flow[k][c][i]) * share);
+    creep.renewed[k] = still_flowing(creep.renewed[k] * share);
   }
   find_rests(relaxation, creep);
 }
@@ -126,6 +132,48 @@ T creep_slip_reach(const RelaxationView& relaxation, const RingTable& table,
   return (spring + press * (relaxation.fast - 1)) * (1 / relaxation.fast) - creep.rests[0][i];
 }
 
+/// Length [m] over which a slide renews the material under a ball at a depth, 0.9 contact radii:
+/// l^2 = kRenewal R d (M48a).
+template <class T>
+T renewal_length_m(const RelaxationView& relaxation, const T& depth_m) noexcept {
+  using std::sqrt;
+  return sqrt(kRenewal * relaxation.radius_m * depth_m);
+}
+
+/// By which share the tool's drag in new material raises the limit of friction: the rate at which a
+/// slide raises what the branches store (M48a), over mu times the force.
+template <class T>
+T ploughing_share(const RelaxationView& relaxation, const RingTable& table, const RingBed<T>& bed,
+                  const RingCreep<T>& creep, const T& at_0, const T& depth_m) noexcept {
+  T raised(0), carried(0);
+  for (int i = 0; i < kRings; ++i) {
+    const T h = ring_press(table, at_0, i, depth_m).value_m, free = h - creep.rests[0][i];
+    if (!(value_of(free) > 0)) continue;
+    carried = carried + bed.stiffness_N_m[i] * free * relaxation.fast;
+    for (int k = 0; k < relaxation.branches; ++k) {
+      const T v = creep.flow[k][0][i], s = creep.renewed[k];
+      raised = raised + bed.stiffness_N_m[i] * relaxation.share[k] * (T(1) - s) * v *
+                            ((h - v) * (2.0 * s) + v * s);
+    }
+  }
+  const T limit_N = bed.limit.friction_at(depth_m) * carried;
+  if (!(value_of(limit_N) > 0 && value_of(raised) > 0)) return T(0);
+  return raised / (limit_N * renewal_length_m(relaxation, depth_m));
+}
+
+/// The contact slid over path_m.
+template <class T>
+void renew_rings(const RelaxationView& relaxation, const T& length_m, const Vec3<T>& path_m,
+                 RingCreep<T>& creep) noexcept {
+  using std::sqrt;
+  const T squared = dot(path_m, path_m);
+  if (!(value_of(squared) > 0)) return;
+  const T left = decay(sqrt(squared) / length_m);
+  for (int k = 0; k < relaxation.branches; ++k)
+    creep.renewed[k] = T(1) - (T(1) - creep.renewed[k]) * left;
+  find_rests(relaxation, creep);
+}
+
 /// ring_response() of rings that relax: forces and energy of springs and
 /// branches, over what the normal curve says of slow motion. A ring slips where its traction is
 /// above the friction of what it carries, |q - rest| > mu(d) (h - rest) / lambda (M48); dashpots
@@ -134,10 +182,10 @@ T creep_slip_reach(const RelaxationView& relaxation, const RingTable& table,
 template <bool kSlips, class T, class Anchors>
 RingResponse<T> creep_response(const RelaxationView& relaxation, const RingTable& table,
                                const RingBed<T>& bed, const RingDeflection<T>& at, Anchors& anchors,
-                               const RingCreep<T>& creep, const T& at_0,
-                               const T& share_of_limit) noexcept {
+                               const RingCreep<T>& creep, const T& at_0, const T& share_of_limit,
+                               const T& ploughing) noexcept {
   const double fast = relaxation.fast;
-  const T lambda = bed.limit.lambda, mu = bed.limit.friction_at(at.depth_m);
+  const T lambda = bed.limit.lambda, mu = ploughing * bed.limit.friction_at(at.depth_m);
   const bool is_stiff = value_of(lambda) > 0;
   Vec3<T> force{T(0), T(0), T(0)};
   T twice(0), along(0);

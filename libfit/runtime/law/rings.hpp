@@ -39,6 +39,8 @@ template <class T>
 struct RingMemory : RingAnchors<T> {
   RingCreep<T> creep;      ///< nothing in it where the body does not relax
   T creep_depth_m = T(0);  ///< how much deeper the tool is than ring 1 is pressed
+  T ploughing = T(0);      ///< ploughing_share()
+  T renewal_m = T(0);      ///< renewal_length_m(); 0: none
 };
 
 struct Rings {
@@ -62,7 +64,7 @@ struct Rings {
 
   /// Count of the numbers of a contact's memory in use.
   static int numbers(const RelaxationView& relaxation) noexcept {
-    return kAnchorNumbers + 4 * kRings * relaxation.branches;
+    return kAnchorNumbers + (4 * kRings + 1) * relaxation.branches;
   }
 
   template <class T>
@@ -82,6 +84,7 @@ struct Rings {
     for (int k = 0; k < relaxation.branches; ++k)
       for (auto& component : out.creep.flow[k])
         for (T& flowed : component) flowed = T(*at++);
+    for (int k = 0; k < relaxation.branches; ++k) out.creep.renewed[k] = T(*at++);
     find_rests(relaxation, out.creep);
     return out;
   }
@@ -99,6 +102,7 @@ struct Rings {
     for (int k = 0; k < relaxation.branches; ++k)
       for (const auto& component : memory.creep.flow[k])
         for (const double flowed : component) *at++ = flowed;
+    for (int k = 0; k < relaxation.branches; ++k) *at++ = memory.creep.renewed[k];
   }
 
   static bool relaxes(const CurveViews& views) noexcept { return views.relaxation.branches > 0; }
@@ -119,6 +123,11 @@ struct Rings {
     memory.creep_depth_m =
         d - creep_slip_reach(views.relaxation, views.rings, memory.creep, at_0, 0, d,
                              limit_share_at(views, kinematics.spot, d, kinematics.normal_N));
+    if (views.relaxation.radius_m > 0 && value_of(d) > 0) {
+      memory.renewal_m = renewal_length_m(views.relaxation, d);
+      memory.ploughing = ploughing_share(views.relaxation, views.rings, bed(views, kinematics),
+                                         memory.creep, at_0, d);
+    }
     return x - memory.creep.rest(0) - kinematics.spot.normal * memory.creep_depth_m;
   }
 
@@ -142,7 +151,8 @@ struct Rings {
             at.q - memory.at(0),
             memory.creep_depth_m,
             normal_N,
-            relaxes(views) ? T(1) : limit_share_at(views, spot, at.depth_m, normal_N)};
+            relaxes(views) ? T(1) + memory.ploughing
+                           : limit_share_at(views, spot, at.depth_m, normal_N)};
   }
 
   /// The same kinematics at a spot of the same place.
@@ -236,7 +246,10 @@ struct Rings {
   static void transport(const CurveViews& views, Memory<T>& memory, const Vec3<T>& path_m,
                         const Vec3<T>& normal) noexcept {
     transport_anchors(memory, path_m, normal);
-    if (relaxes(views)) project_creep(views.relaxation, normal, memory.creep);
+    if (!relaxes(views)) return;
+    project_creep(views.relaxation, normal, memory.creep);
+    if (value_of(memory.renewal_m) > 0)
+      renew_rings(views.relaxation, memory.renewal_m, path_m, memory.creep);
   }
   /// Ring 1 slips without the contact point.
   template <class T, class Spot>
@@ -263,7 +276,7 @@ struct Rings {
     if (relaxes(views))
       return creep_response<false>(views.relaxation, views.rings, bed, kinematics.at, memory,
                                    memory.creep, share_at_0(views.rings, bed, kinematics.spot),
-                                   T(1));
+                                   T(1), T(1));
     return ring_response<false>(views.rings, bed, kinematics.at, memory);
   }
   template <class T, class Spot>
@@ -275,7 +288,8 @@ struct Rings {
             ? creep_response<true>(views.relaxation, views.rings, bed, kinematics.at, memory,
                                    memory.creep, share_at_0(views.rings, bed, kinematics.spot),
                                    limit_share_at(views, kinematics.spot, kinematics.at.depth_m,
-                                                  kinematics.normal_N))
+                                                  kinematics.normal_N),
+                                   T(1) + memory.ploughing)
             : ring_response<true>(views.rings, bed, kinematics.at, memory, kinematics.share);
     if (bed.is_cut)
       rings.dissipated_J *= value_of(ring_share(views.rings, bed, kinematics.at.depth_m).value);

@@ -98,6 +98,7 @@ TEST(passivity, stored_energy_and_tank_never_rise_without_work_at_any_tick_lengt
     if (relaxes) {
       model.curves.relaxation.share = std::pow(10, unit(random)) * Eigen::Vector2d(0.5, 0.8);
       model.curves.relaxation.time_s = Eigen::Vector2d(0.05, 0.6);
+      if (seed % 4 == 1) model.curves.relaxation.radius_m = 8e-3;  // slides renew material
     }
     const Loaded asset = load(model);
     const auto way = legs(random, seed);

@@ -137,6 +137,38 @@ TEST(RingsRelaxing, a_tool_that_retracts_faster_than_the_body_is_never_pulled) {
   }
 }
 
+// Held until it is slow, then slid until the share s = r/(1 + r) of its material is new, r = v
+// tau/l (M48a): slow motion, the drag of new material, and forces right after a step.
+TEST(RingsRelaxing, a_slide_meets_material_that_has_not_flowed) {
+  constexpr double kDeep_m = 6e-3, kRadius_m = 9e-3;
+  Plane plane;
+  plane.views.relaxation.radius_m = kRadius_m;
+  const RelaxationView& relaxation = plane.views.relaxation;
+  const double length_m = std::sqrt(0.8 * kRadius_m * kDeep_m);
+  for (const double speed_m_s : {1e-5, 3e-3, 3e-2, 0.3, 100.0}) {
+    std::vector<Vec3d> way;
+    std::vector<double> time_s;
+    for (int i = 1; i <= 40; ++i) {
+      way.push_back({0, 0, kDeep_m * i / 40});
+      time_s.push_back(10.0 * i);
+    }
+    for (int i = 1; i <= 200; ++i) {
+      way.push_back({0.5e-3 * i, 0, kDeep_m});
+      time_s.push_back(400 + 0.5e-3 * i / speed_m_s);
+    }
+    const Vec3d force = plane.replay(way, time_s).back();
+    double normal_N = plane.curve.force(kDeep_m), drag_N = 0;
+    for (int k = 0; k < 2; ++k) {
+      const double r = speed_m_s * relaxation.time_s[k] / length_m, s = r / (1 + r);
+      normal_N += relaxation.share[k] * s * s * plane.curve.force(kDeep_m);
+      drag_N += relaxation.share[k] * s * (1 - s) / length_m * 2 * plane.curve.energy(kDeep_m);
+    }
+    EXPECT_NEAR(-force.z, normal_N, 0.03 * normal_N) << speed_m_s;
+    const double mu = plane.numbers.friction + plane.numbers.slope * kDeep_m;
+    EXPECT_NEAR(force.x, mu * normal_N + drag_N, 0.05 * (mu * normal_N + drag_N)) << speed_m_s;
+  }
+}
+
 template <class C>
 void expect_gradient(const RelaxationView& relaxation, std::uint64_t seed) {
   const bool relaxes = relaxation.branches > 0;
@@ -172,6 +204,8 @@ void expect_gradient(const RelaxationView& relaxation, std::uint64_t seed) {
         memory.creep.flow[k][2][i] = w.y;
         memory.creep.flow[k][3][i] = w.z;
       }
+    for (int k = 0; k < views.relaxation.branches; ++k)
+      memory.creep.renewed[k] = std::fabs(unit(random));
     find_rests(views.relaxation, memory.creep);
     const Vec3d x = spot.point + spot.normal * (4.5e-3 + 4e-3 * unit(random)) + draw(2e-3);
     const auto answer = [&](const Vec3d& place) {
