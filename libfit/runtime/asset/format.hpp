@@ -82,7 +82,7 @@ struct RelaxationBlock {
   static constexpr std::uint32_t kFlag = 4;
   std::int64_t branches;                             ///< 1 to kMaxBranches
   double share[kMaxBranches], time_s[kMaxBranches];  ///< 0 of branches that are not
-  double radius_m;  ///< of the ball; 0: slides renew no material
+  double radius_m;                                   ///< of the ball; 0: slides renew no material
 };
 /// Softening of the body (law/softening.hpp).
 struct DamageBlock {
