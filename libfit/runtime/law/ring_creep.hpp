@@ -59,14 +59,10 @@ void find_rests(const RelaxationView& relaxation, RingCreep<T>& creep) noexcept 
     for (int i = 0; i < kRings; ++i) sum[i] = square[i] = T(0);
     for (int k = 0; k < relaxation.branches; ++k) {
       const double share = relaxation.share[k];
-      // Of the normal flow the mean, and beside it what is stored since it differs before and
-      // behind.
-      const T s = creep.renewed[k], fresh = s * s;
-      const T mean = c == 0 ? T(1) - fresh : T(1), other = c == 0 ? fresh - fresh * fresh : T(0);
       for (int i = 0; i < kRings; ++i) {
-        const T flow = creep.flow[k][c][i], part = flow * mean * share;
+        const T part = creep.flow[k][c][i] * share;
         sum[i] = sum[i] + part;
-        square[i] = square[i] + part * flow * mean + flow * flow * (other * share);
+        square[i] = square[i] + part * creep.flow[k][c][i];
       }
     }
     T* const locked = creep.locked[c > 0];
@@ -132,7 +128,7 @@ T creep_slip_reach(const RelaxationView& relaxation, const RingTable& table,
   return (spring + press * (relaxation.fast - 1)) * (1 / relaxation.fast) - creep.rests[0][i];
 }
 
-/// Length [m] over which a slide renews the material under a ball at a depth, 0.9 contact radii:
+/// Length [m] over which a slide renews the material under a ball at a depth, 1.3 contact radii:
 /// l^2 = kRenewal R d (M48a).
 template <class T>
 T renewal_length_m(const RelaxationView& relaxation, const T& depth_m) noexcept {
@@ -140,8 +136,9 @@ T renewal_length_m(const RelaxationView& relaxation, const T& depth_m) noexcept 
   return sqrt(kRenewal * relaxation.radius_m * depth_m);
 }
 
-/// By which share the tool's drag in new material raises the limit of friction: the rate at which a
-/// slide raises what the branches store (M48a), over mu times the force.
+/// By which share the drag of new material raises the limit of friction (M48a): sum of
+/// share_k c_i s_k v_k [2 (h_i - v_k)/(1 + s_k) + v_k (1 - s_k)]/l over mu times the force. The
+/// first part is what the slide raises the energy of branches by, the second is lost.
 template <class T>
 T ploughing_share(const RelaxationView& relaxation, const RingTable& table, const RingBed<T>& bed,
                   const RingCreep<T>& creep, const T& at_0, const T& depth_m) noexcept {
@@ -152,8 +149,8 @@ T ploughing_share(const RelaxationView& relaxation, const RingTable& table, cons
     carried = carried + bed.stiffness_N_m[i] * free * relaxation.fast;
     for (int k = 0; k < relaxation.branches; ++k) {
       const T v = creep.flow[k][0][i], s = creep.renewed[k];
-      raised = raised + bed.stiffness_N_m[i] * relaxation.share[k] * (T(1) - s) * v *
-                            ((h - v) * (2.0 * s) + v * s);
+      raised = raised + bed.stiffness_N_m[i] * relaxation.share[k] * s * v *
+                            ((h - v) * (2 / (T(1) + s)) + v * (T(1) - s));
     }
   }
   const T limit_N = bed.limit.friction_at(depth_m) * carried;
@@ -161,7 +158,7 @@ T ploughing_share(const RelaxationView& relaxation, const RingTable& table, cons
   return raised / (limit_N * renewal_length_m(relaxation, depth_m));
 }
 
-/// The contact slid over path_m.
+/// The contact slid over path_m: s_k nears 1, and v_k goes as 1 - s_k^2.
 template <class T>
 void renew_rings(const RelaxationView& relaxation, const T& length_m, const Vec3<T>& path_m,
                  RingCreep<T>& creep) noexcept {
@@ -169,8 +166,12 @@ void renew_rings(const RelaxationView& relaxation, const T& length_m, const Vec3
   const T squared = dot(path_m, path_m);
   if (!(value_of(squared) > 0)) return;
   const T left = decay(sqrt(squared) / length_m);
-  for (int k = 0; k < relaxation.branches; ++k)
-    creep.renewed[k] = T(1) - (T(1) - creep.renewed[k]) * left;
+  for (int k = 0; k < relaxation.branches; ++k) {
+    const T before = creep.renewed[k], after = T(1) - (T(1) - before) * left;
+    const T kept = left * (T(1) + after) / (T(1) + before);
+    for (int i = 0; i < kRings; ++i) creep.flow[k][0][i] = creep.flow[k][0][i] * kept;
+    creep.renewed[k] = after;
+  }
   find_rests(relaxation, creep);
 }
 
