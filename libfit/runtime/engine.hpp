@@ -17,4 +17,5 @@
 #include "contact/body.hpp"
 #include "contact/deform.hpp"
 #include "series/tick.hpp"
+#include "surface/visual.hpp"
 #include "tool/tool.hpp"
