@@ -79,7 +79,7 @@ struct TreeNode {
 struct VisualVertex {
   std::int32_t triangle;
   float weight[2];    ///< area coordinates of corners 1 and 2 at the nearest place
-  float offset_m[3];  ///< from there, along TriangleAxes (surface/visual.hpp)
+  float offset_m[3];  ///< from there, along TriangleAxes (contact/visual.hpp)
 };
 
 // Blocks of what only some bodies have; numbers that are not used are 0.
@@ -205,7 +205,7 @@ inline std::uint64_t aligned(std::uint64_t bytes) noexcept {
 inline std::uint64_t visual_bytes(const Header& h) noexcept {
   return aligned(sizeof(VisualVertex) * h.visual_vertices);
 }
-/// Where the visual vertices begin, of a header whose offsets are filled.
+/// Offset of the visual vertices, of a header whose offsets are filled.
 inline std::uint64_t visual_offset(const Header& h) noexcept {
   return h.offset[kMeta] + aligned(h.meta_bytes);
 }

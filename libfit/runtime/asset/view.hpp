@@ -89,7 +89,7 @@ struct NodeTable {
   }
 };
 
-/// A mesh that the surface moves (surface/visual.hpp).
+/// A mesh that the surface moves (contact/visual.hpp).
 struct VisualView {
   int vertices = 0;
   const VisualVertex* vertex = nullptr;
