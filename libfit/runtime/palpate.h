@@ -389,7 +389,7 @@ PALPATE_API palpate_status palpate_deform(const palpate_asset* asset,
    --visual MESH` hung on the surface: place_m [3 vertices], in metres and in the body's frame, in
    the order in which the mesh's file lists them. displacement_m [3 palpate_info.vertices]: of the
    whole surface, as palpate_deform fills it; null: at rest. A vertex keeps its offset from the
-   triangle that it hangs on, and turns with it. Work: 30 ns a vertex. Vertices may be shared out
+   triangle that it hangs on, and turns with it. Work: 50 ns a vertex. Vertices may be shared out
    over calls and threads. PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN or
    PALPATE_VERTICES_WRONG, which all write nothing but PALPATE_OK. */
 PALPATE_API palpate_status palpate_place_visual(const palpate_asset* asset,

@@ -1,13 +1,17 @@
-"""docs/scenes.md out of the shipped scenes and docs/validation.md: gallery.py; --check compares it, and
---pictures draws docs/scenes/*.png anew with the program that PALPATE_PROGRAM names.
+"""docs/scenes.md out of the shipped scenes, docs/validation.md and docs/bench/scenes.csv: gallery.py. --check
+compares it, --pictures draws docs/scenes/*.png anew, --measure SCENE ... runs scenes for that table, with the
+program that PALPATE_PROGRAM names.
 
 A scene's first lines say what it is; what it shows are those keys that at most two scenes have. Figures are
 those of the row or the section of docs/validation.md that names the scene.
 """
 import collections
+import csv
+import json
 import os
 import pathlib
 import re
+import resource
 import subprocess
 import sys
 import tempfile
@@ -16,6 +20,8 @@ import tomllib
 ROOT = pathlib.Path(__file__).parents[3]
 SCENES = sorted((ROOT / "data/scenes").glob("*.toml"))
 PICTURES = ROOT / "docs/scenes"
+MEASURED = ROOT / "docs/bench/scenes.csv"
+QUICK = {row["scene"]: row for row in csv.DictReader(MEASURED.open())}
 VALIDATION = (ROOT / "docs/validation.md").read_text()
 
 
@@ -36,12 +42,14 @@ def about(scene):
 
 
 def figures(scene):
-    """p95 and CPU of the scene's row; else a link to the section that names it."""
+    """p95 and CPU of the scene's row, of its quick run; else a link to the section that names it."""
     for line in VALIDATION.splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
         if f"`{scene.name}`" in cells[0] and len(cells) > 8:
             p95 = re.search(r"/ ([0-9.]+) /", cells[2])[1]
             return f"{p95} % | {re.sub('[^0-9]', '', cells[8][:4])} s"
+    if scene.stem in QUICK:
+        return "{p95} % (quick) | {cpu_s} s".format(**QUICK[scene.stem])
     section = ""
     for line in VALIDATION.splitlines():
         if line.startswith("#"):
@@ -128,6 +136,25 @@ def draw(scene):
             PICTURES / f"{scene.stem}.png", optimize=True)
 
 
+def measure(scene):
+    """p95 [%] and CPU time [s] of its quick run by one thread."""
+    with tempfile.TemporaryDirectory() as folder:
+        began = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([os.environ["PALPATE_PROGRAM"], "run", scene, "-o", folder, "--quick", "--jobs", "1"], check=True)
+        ended = resource.getrusage(resource.RUSAGE_CHILDREN)
+        error = json.loads(pathlib.Path(folder, "statement.json").read_text())["force_error"]
+        return {"scene": scene.stem, "p95": f"{100 * error['p95_rel']:.1f}",
+                "cpu_s": round(ended.ru_utime + ended.ru_stime - began.ru_utime - began.ru_stime)}
+
+
+if "--measure" in sys.argv:
+    for scene in SCENES:
+        if scene.stem in sys.argv:
+            QUICK[scene.stem] = measure(scene)
+    with MEASURED.open("w", newline="") as file:
+        table = csv.DictWriter(file, ("scene", "p95", "cpu_s"), lineterminator="\n")
+        table.writeheader()
+        table.writerows(QUICK[name] for name in sorted(QUICK))
 if "--pictures" in sys.argv:
     for scene in SCENES:
         draw(scene)
