@@ -159,6 +159,28 @@ TEST(visual, a_mesh_is_refused_for_every_fault_of_its_own) {
   }
 }
 
+TEST(visual, changed_bytes_of_a_mesh_never_harm) {
+  std::mt19937 random(11);
+  const Loaded body = load(shaped_sphere());
+  const AssetBytes whole = hung(body.asset, places_near(surface_of(body.asset), 30, random));
+  const std::uint64_t from = runtime::visual_offset(header_of(whole));
+  int opened = 0;
+  for (int round = 0; round < 1000; ++round) {
+    AssetBytes changed = whole;
+    const std::uint64_t at = round % 4 == 0
+                                 ? offsetof(Header, visual_vertices) + random() % 4
+                                 : from + random() % (30 * sizeof(runtime::VisualVertex));
+    changed.data()[at] ^= static_cast<unsigned char>(1 << random() % 8);
+    fix_checksum(changed, changed.size());
+    Status status;
+    const Asset asset = Asset::open_without_replay(changed.data(), changed.size(), &status);
+    opened += asset.is_open();
+    ASSERT_TRUE(!asset.is_open() || placed(asset, nullptr).allFinite()) << "round " << round;
+  }
+  EXPECT_GT(opened, 300);
+  EXPECT_LT(opened, 900);
+}
+
 TEST(visual, c_places_the_same_vertices_and_refuses_others) {
   std::mt19937 random(10);
   const Loaded body = load(shaped_sphere());
