@@ -60,8 +60,7 @@ std::vector<runtime::VisualVertex> hang(const runtime::AssetView& asset, const P
     const runtime::Vec3d off{off_m[0], off_m[1], off_m[2]};
     runtime::VisualVertex& hung = visual.emplace_back(
         runtime::VisualVertex{at.triangle, {float(at.weight[1]), float(at.weight[2])}, {}});
-    for (int k = 0; k < 3; ++k)
-      hung.offset_m[k] = float(dot(axes.axis[k], off));
+    for (int k = 0; k < 3; ++k) hung.offset_m[k] = float(dot(axes.axis[k], off));
   }
   return visual;
 }
