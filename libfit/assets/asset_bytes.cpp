@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstring>
+#include <string_view>
 
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
@@ -308,27 +309,50 @@ AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options,
   return bytes;
 }
 
-AssetBytes with_meta(const runtime::AssetView& asset, const std::string& meta_json) {
-  // The vertices are the first section, and the header lies before them; the meta data are the last
-  // one, and blocks and shape response lie behind them.
-  const unsigned char* from =
-      reinterpret_cast<const unsigned char*>(asset.vertex) - runtime::aligned(sizeof(Header));
-  Header header;
-  std::memcpy(&header, from, sizeof header);
-  const std::uint64_t meta = header.offset[runtime::kMeta],
-                      tail = meta + runtime::aligned(header.meta_bytes),
-                      behind = header.file_bytes - tail;
-  header.meta_bytes = meta_json.size();
+namespace {
+
+// The bytes that an opened asset lies in: the vertices are the first section behind the header.
+const unsigned char* bytes_of(const runtime::AssetView& asset) {
+  return reinterpret_cast<const unsigned char*>(asset.vertex) - runtime::aligned(sizeof(Header));
+}
+
+// An asset with `content` in place of its bytes from begin to end. header: its own, with new
+// counts.
+AssetBytes replaced(const runtime::AssetView& asset, Header header, std::uint64_t begin,
+                    std::uint64_t end, std::string_view content) {
+  const std::uint64_t behind = header.file_bytes - end,
+                      tail = begin + runtime::aligned(content.size());
   runtime::lay_out(header, header.offset);
-  const std::uint64_t end = meta + runtime::aligned(header.meta_bytes);
-  header.file_bytes = end + behind;
+  header.file_bytes = tail + behind;
   AssetBytes out(header.file_bytes);
-  std::memcpy(out.data(), from, meta);
-  std::memcpy(out.data() + meta, meta_json.data(), meta_json.size());
-  std::memcpy(out.data() + end, from + tail, behind);
+  std::memcpy(out.data(), bytes_of(asset), begin);
+  std::ranges::copy(content, out.data() + begin);
+  std::memcpy(out.data() + tail, bytes_of(asset) + end, behind);
   std::memcpy(out.data(), &header, sizeof header);
   record_check_forces(out);
   return out;
+}
+
+}  // namespace
+
+AssetBytes with_meta(const runtime::AssetView& asset, const std::string& meta_json) {
+  Header header;
+  std::memcpy(&header, bytes_of(asset), sizeof header);
+  const std::uint64_t end = runtime::visual_offset(header);
+  header.meta_bytes = meta_json.size();
+  return replaced(asset, header, header.offset[runtime::kMeta], end, meta_json);
+}
+
+AssetBytes with_visual(const runtime::AssetView& asset,
+                       const std::vector<runtime::VisualVertex>& visual) {
+  Header header;
+  std::memcpy(&header, bytes_of(asset), sizeof header);
+  const std::uint64_t begin = runtime::visual_offset(header),
+                      end = begin + runtime::visual_bytes(header);
+  header.visual_vertices = std::int32_t(visual.size());
+  return replaced(asset, header, begin, end,
+                  {reinterpret_cast<const char*>(visual.data()),
+                   visual.size() * sizeof(runtime::VisualVertex)});
 }
 
 }  // namespace palpate

@@ -35,6 +35,10 @@ AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options,
 /// engine refuses the numbers.
 AssetBytes with_meta(const runtime::AssetView& asset, const std::string& meta_json);
 
+/// An asset that moves these vertices with its surface, in place of those that it moved before.
+AssetBytes with_visual(const runtime::AssetView& asset,
+                       const std::vector<runtime::VisualVertex>& visual);
+
 /// A model's surface and curves rounded to what an asset stores. V vertices, F triangles.
 /// Arrays as in libfit/runtime/asset/format.hpp.
 struct AssetSurface {

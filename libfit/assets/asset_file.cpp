@@ -4,6 +4,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
 
@@ -45,6 +46,23 @@ Surface surface_of(const runtime::AssetView& asset) {
   surface.vertices.rowwise() += Eigen::Map<const Vec3>(asset.origin_m).transpose();
   surface.triangles = Eigen::Map<const Triangles>(asset.triangle, asset.triangles, 3);
   return surface;
+}
+
+std::vector<runtime::VisualVertex> hang(const runtime::AssetView& asset, const Points& place_m) {
+  const Surface surface = surface_of(asset);
+  const BoxTree boxes = triangle_boxes(surface);
+  std::vector<runtime::VisualVertex> visual;
+  for (const Vec3 x : place_m.rowwise()) {
+    const SurfacePoint at = *closest_point(surface, boxes, x);
+    const auto corner = [&](int k) { return asset.vertex_at(asset.corner(at.triangle, k)); };
+    const runtime::TriangleAxes axes(corner(0), corner(1), corner(2));
+    const Vec3 off_m = x - at.position;
+    const runtime::Vec3d off{off_m[0], off_m[1], off_m[2]};
+    runtime::VisualVertex& hung = visual.emplace_back(
+        runtime::VisualVertex{at.triangle, {float(at.weight[1]), float(at.weight[2])}, {}});
+    for (int k = 0; k < 3; ++k) hung.offset_m[k] = float(dot(axes.axis[k], off));
+  }
+  return visual;
 }
 
 }  // namespace palpate

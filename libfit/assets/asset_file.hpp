@@ -33,4 +33,8 @@ AssetFile read_asset_file(const std::filesystem::path& path);
 /// The surface that an asset walks on, at rest.
 Surface surface_of(const runtime::AssetView& asset);
 
+/// Hangs each place [m, in the body's frame] on the nearest place of the asset's surface, of two as
+/// near on the lower triangle. place_m: # x 3, finite. Returns #, in the same order.
+std::vector<runtime::VisualVertex> hang(const runtime::AssetView& asset, const Points& place_m);
+
 }  // namespace palpate

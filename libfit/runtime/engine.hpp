@@ -16,5 +16,6 @@
 #include "asset/with_indenter.hpp"
 #include "contact/body.hpp"
 #include "contact/deform.hpp"
+#include "contact/visual.hpp"
 #include "series/tick.hpp"
 #include "tool/tool.hpp"

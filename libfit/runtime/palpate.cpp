@@ -166,7 +166,7 @@ const char* palpate_sentence(palpate_status status) noexcept {
     case PALPATE_HEADER_WRONG:
       return "The program was built with the header of another version of the engine.";
     case PALPATE_VERTICES_WRONG:
-      return "Not all of these vertices exist; no displacement was written.";
+      return "Not all of these vertices exist; nothing was written.";
     case PALPATE_CONTENT_WRONG:
       return "Numbers, curves, triangles, normals or the tree of the asset are not what they must "
              "be.";
@@ -208,6 +208,7 @@ palpate_status palpate_describe(const palpate_asset* asset, palpate_info* info) 
   info->relaxes = a.curves.relaxation.branches > 0;
   info->softens = a.damage.softens();
   info->couples = a.coupling != nullptr;
+  info->visual_vertices = a.visual.vertices;
   info->meta_json = a.file.meta;
   info->meta_bytes = a.file.meta_bytes;
   return PALPATE_OK;
@@ -378,4 +379,21 @@ palpate_status palpate_deform(const palpate_asset* asset, const palpate_contact*
     }
   }
   return to_c(rt::deform(opened->asset, dent, dents, first, vertices, displacement_m));
+}
+
+palpate_status palpate_place_visual(const palpate_asset* asset, const float* displacement_m,
+                                    std::int32_t first, std::int32_t vertices,
+                                    float* place_m) noexcept {
+  if (asset == nullptr || place_m == nullptr) return PALPATE_NULL_ARGUMENT;
+  const auto* opened = held<OpenAsset>(asset, kAssetMark);
+  if (opened == nullptr) return PALPATE_ASSET_NOT_OPEN;
+  if (first < 0 || vertices < 0 || vertices > opened->asset.visual.vertices - first)
+    return PALPATE_VERTICES_WRONG;
+  for (std::int32_t i = 0; i < vertices; ++i, place_m += 3) {
+    const rt::Vec3d place = rt::visual_place(opened->asset, first + i, displacement_m);
+    place_m[0] = static_cast<float>(place.x);
+    place_m[1] = static_cast<float>(place.y);
+    place_m[2] = static_cast<float>(place.z);
+  }
+  return PALPATE_OK;
 }

@@ -251,7 +251,7 @@ typedef struct palpate_info {
   int32_t relaxes;                   /* forces depend on time: every tick needs dt_s */
   int32_t softens;                   /* a body of it softens: palpate_body_start */
   int32_t couples;                   /* balls, and tools, move each other */
-  int32_t reserved[1];               /* 0 */
+  int32_t visual_vertices;           /* of a mesh of one's own (palpate_place_visual); 0: none */
   const char* meta_json; /* error statement, scene; within the caller's bytes, NOT terminated */
   uint64_t meta_bytes;
 } palpate_info;
@@ -384,6 +384,17 @@ PALPATE_API palpate_status palpate_deform(const palpate_asset* asset,
                                           const palpate_contact* contacts, int32_t count,
                                           int32_t first, int32_t vertices,
                                           float* displacement_m) PALPATE_NOEXCEPT;
+
+/* Places of vertices first to first + vertices - 1 of the mesh of one's own that `palpate export
+   --visual MESH` hung on the surface: place_m [3 vertices], in metres and in the body's frame, in
+   the order in which the mesh's file lists them. displacement_m [3 palpate_info.vertices]: of the
+   whole surface, as palpate_deform fills it; null: at rest. A vertex keeps its offset from the
+   triangle that it hangs on, and turns with it. Work: 50 ns a vertex. Vertices may be shared out
+   over calls and threads. PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN or
+   PALPATE_VERTICES_WRONG, which all write nothing but PALPATE_OK. */
+PALPATE_API palpate_status palpate_place_visual(const palpate_asset* asset,
+                                                const float* displacement_m, int32_t first,
+                                                int32_t vertices, float* place_m) PALPATE_NOEXCEPT;
 
 /* Checks that the library is the one of this header. Structures grow within what they
    reserve; where that is not enough PALPATE_ABI is raised. */

@@ -206,6 +206,10 @@ std::string verdict(const Statement& s) {
     words += fmt::format(" and to {:.2g} degrees in direction", turned.p95);
   if (!std::isnan(there.p95))
     words += fmt::format(", of slides where the body changes to {}", percent(there.p95));
+  if (!std::isnan(s.all.handle.p95_rel))
+    words += fmt::format(", torque at the handle to {}", percent(s.all.handle.p95_rel));
+  if (s.shape.rows > 0 && !std::isnan(s.shape.near.p95_m))
+    words += fmt::format(", the surface near the tool to {:.2g} mm", 1e3 * s.shape.near.p95_m);
   if (s.slip_onset.paths > 0)
     words += fmt::format(", slip begins within {:.2g} mm and {} (p95)",
                          1e3 * s.slip_onset.place_m.p95, newtons(s.slip_onset.force_N.p95));

@@ -28,12 +28,13 @@ TEST_F(AssetCommands, inspect_is_a_page_that_a_person_reads) {
   for (const char* line :
        {"\n  body        80 x 80 x 30 mm, closed surface, 386 vertices and 768 triangles\n",
         "\n              x 0 to 80, y 0 to 80, z 0 to 30 mm\n", "\n  window      ",
-        "\n  probe       sphere, friction 0.3, radius 8 mm\n", "\n  curves      family ",
-        "fitted to a depth of ", "\n  certificate ", "\n  statement   force error median ",
-        "\n              its size p95 ", "of rows within what a hand notices", "\n  size        ",
-        "\n  made by     palpate "})
+        "\n  probe       sphere, friction 0.3, radius 8 mm, played as a ball\n",
+        "\n  curves      family ", "fitted to a depth of ", "\n  certificate ",
+        "\n  statement   force error median ", "\n              its size p95 ",
+        "of them within what a hand notices", "\n  size        ", "\n  made by     palpate "})
     EXPECT_TRUE(holds(outcome.out, line));
   EXPECT_EQ(outcome.out.find('{'), std::string::npos) << outcome.out;
+  EXPECT_LE(std::ranges::count(outcome.out, '\n'), 24) << "lines of a screen: " << outcome.out;
   std::istringstream lines(outcome.out.substr(outcome.out.find("\n  body")));
   for (std::string line; std::getline(lines, line);)
     EXPECT_TRUE(line.size() <= 100 || line.find("palpate check") != std::string::npos) << line;
@@ -151,6 +152,38 @@ TEST_F(AssetCommands, an_export_is_scaled_to_a_recorded_press) {
         palpate(*folder_, std::string("export out/model.h5 -o no.palp ") + options);
     EXPECT_EQ(refused.status, 1) << options;
     EXPECT_FALSE(std::filesystem::exists(path("no.palp"))) << options;
+  }
+}
+
+// The block is 80 x 80 x 30 mm; its top is z 30.
+TEST_F(AssetCommands, an_asset_moves_a_mesh_of_the_users_own) {
+  std::ofstream(path("mine.obj")) << "v 10 10 31\nvt 0 0\nv 0 0 0\nv 80 80 30\nv 40 40 29.5\n";
+  const Outcome outcome =
+      palpate(*folder_, "export out/asset.palp --visual mine.obj -o mine.palp --json");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto visual = nlohmann::json::parse(outcome.out).at("visual");
+  EXPECT_EQ(visual.at("vertices"), 4);
+  EXPECT_EQ(visual.at("unit"), "mm");
+  EXPECT_NEAR(visual.at("max_m").get<double>(), 0.001, 1e-8);
+  const Outcome page = palpate(*folder_, "inspect mine.palp");
+  EXPECT_TRUE(holds(page.out, "force error median")) << page.out;
+  EXPECT_TRUE(holds(page.out, "moves a mesh of 4 vertices")) << page.out;
+  EXPECT_EQ(
+      palpate(*folder_, "export out/model.h5 --friction 0.2 --visual mine.obj -o m.palp").status,
+      0);
+  std::ofstream(path("far.obj")) << "v 0 0 130\nv 80 80 100\n";
+  std::ofstream(path("empty.obj")) << "# nothing\n";
+  for (const auto& [words, says] :
+       {std::pair{"out/asset.palp --visual far.obj -o no.palp",
+                  "far.obj: vertex 1, taken in mm, is 100 mm from the surface of the body"},
+        {"out/asset.palp --visual empty.obj -o no.palp", "empty.obj"},
+        {"out/asset.palp --visual none.obj -o no.palp", "none.obj"},
+        {"out/asset.palp --visual mine.obj --friction 0.2 -o no.palp", "takes --visual alone"},
+        {"out/model.h5 --visual mine.obj -o no.vtu", "--visual: says nothing of a vtu"}}) {
+    const Outcome refused = palpate(*folder_, std::string("export ") + words);
+    EXPECT_EQ(refused.status, 1) << words;
+    EXPECT_TRUE(holds(refused.err, says)) << refused.err;
+    EXPECT_FALSE(std::filesystem::exists(path("no.palp"))) << words;
   }
 }
 

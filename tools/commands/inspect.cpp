@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/curves.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/stated_error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/experiments/follow.hpp"
 #include "libfit/io/atomic_file.hpp"
@@ -104,7 +106,7 @@ std::string probe_text(const runtime::AssetView& asset, const Json& meta) {
                                                 : quantity_text(key, value));
   else
     text = "not told";
-  return text + (asset.probe_radius_m > 0 ? "\nplayed as a ball" : "\nplayed as a point");
+  return text + (asset.probe_radius_m > 0 ? ", played as a ball" : ", played as a point");
 }
 
 std::string curves_text(const runtime::AssetView& asset) {
@@ -124,6 +126,8 @@ std::string curves_text(const runtime::AssetView& asset) {
   add(asset.curves.relaxation.branches > 0, "relaxes");
   add(asset.damage.softens(), "softens");
   add(asset.shape.points > 0, "shows how its surface moves");
+  add(asset.visual.vertices > 0,
+      fmt::format("moves a mesh of {}", counted(asset.visual.vertices, "vertex", "vertices")));
   text += does;
   if (asset.coupling != nullptr) text += "\nseveral tools feel each other";
   return text;
@@ -141,6 +145,25 @@ std::string error_text(const Json& error, const std::string& quantile) {
                      newton >= 0 ? fmt::format(" ({} N)", number(newton, 2)) : "");
 }
 
+// A figure of a JSON object, NaN where it is missing or null.
+double figure(const Json& object, const char* key) {
+  const Json value = object.value(key, Json());
+  return value.is_number() ? value.get<double>() : kNan;
+}
+
+// "p95 by path: straight 1.7 %, oblique 1.9 %", in lines as long as the page is wide.
+std::string section_text(const std::string& title, const Json& lines) {
+  std::string text, line = "p95 " + title + ":";
+  for (const auto& [name, figures] : lines.items()) {
+    const std::string one =
+        fmt::format(" {} {},", name, stated_percent(figure(figures, "p95_rel")));
+    if (line.size() + one.size() > 86) text += '\n' + std::exchange(line, " ");
+    line += one;
+  }
+  line.pop_back();
+  return text + '\n' + line;
+}
+
 std::string statement_text(const Json& meta) {
   const Json statement = meta.value("statement", Json());
   if (!statement.is_object() || !statement.contains("force_error"))
@@ -148,30 +171,21 @@ std::string statement_text(const Json& meta) {
   const Json& error = statement["force_error"];
   std::string text = fmt::format("force error {}, {}, {}", error_text(error, "median"),
                                  error_text(error, "p95"), error_text(error, "max"));
-  const auto figure = [&](const char* part, const char* key) {
-    const Json value = statement.value(part, Json::object()).value(key, Json());
-    return value.is_number() ? value.get<double>() : kNan;
-  };
-  if (const double size = figure("magnitude", "p95_rel"); !std::isnan(size))
+  const auto part = [&](const char* name) { return statement.value(name, Json::object()); };
+  if (const double size = figure(part("magnitude"), "p95_rel"); !std::isnan(size))
     text += fmt::format("\nits size p95 {}, direction p95 {:.2g} degrees", percent(size),
-                        figure("direction_deg", "p95"));
-  if (const double low = figure("interval", "low_rel"); !std::isnan(low))
+                        figure(part("direction_deg"), "p95"));
+  if (const double low = figure(part("interval"), "low_rel"); !std::isnan(low))
     text += fmt::format("\nforces of the body itself: 95 % within {:.0f} to +{:.0f} % of these",
-                        100 * low, 100 * figure("interval", "high_rel"));
-  if (const auto share = statement.find("unnoticed");
-      share != statement.end() && share->is_number())
-    text +=
-        fmt::format("\n{} of rows within what a hand notices", percent(share->get<double>(), 0));
-  if (statement.contains("rows") && statement.contains("probes"))
-    text += fmt::format("\nat {} held-out places, {} rows", statement["probes"].dump(),
-                        statement["rows"].dump());
-  const Json sections = statement.value("sections", Json::array());
-  for (const Json& section : sections) {
-    const Json lines = statement.value(section.value("name", ""), Json::object());
-    for (const auto& [name, figures] : lines.items())
-      text += fmt::format("\n{}: {}: {}, {}", section.value("title", ""), name,
-                          error_text(figures, "median"), error_text(figures, "p95"));
-  }
+                        100 * low, 100 * figure(part("interval"), "high_rel"));
+  text += fmt::format("\n{:.0f} rows at {:.0f} held-out places", figure(statement, "rows"),
+                      figure(statement, "probes"));
+  if (const double share = figure(statement, "unnoticed"); !std::isnan(share))
+    text += fmt::format(", {} of them within what a hand notices", percent(share, 0));
+  for (const Json& section : part("sections"))
+    if (const Json lines = statement.value(section.value("name", ""), Json::object());
+        !lines.empty())
+      text += section_text(section.value("title", ""), lines);
   return text;
 }
 
@@ -188,7 +202,7 @@ std::string page_of(const std::string& name, const AssetFile& file) {
   return fmt::format("{}: palpate asset, version {}", name, asset.file.version) +
          row("body", body_text(asset, surface)) + row("window", window_text(asset, surface)) +
          row("probe", probe_text(asset, meta)) + row("curves", curves_text(asset)) +
-         row("certificate", fmt::format("the guard of slips is {}\n`palpate check {}` makes one",
+         row("certificate", fmt::format("the guard of slips is {}; `palpate check {}` makes one",
                                         asset.has_guard ? "on" : "OFF", name)) +
          row("statement", statement_text(meta)) +
          row("size",
@@ -231,6 +245,7 @@ Reply answer_of(const std::string& name, const AssetFile& file) {
                   {"measured_vertices", vertices_of(runtime::kMeasured)},
                   {"mean_vertices", vertices_of(runtime::kMean)},
                   {"triangles", asset.triangles},
+                  {"visual_vertices", asset.visual.vertices},
                   {"family", name_of(static_cast<CurveFamily>(asset.curves.family))},
                   {"range_m", asset.max_fitted_m},
                   {"probe_radius_m", asset.probe_radius_m},

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "libfit/assets/asset_file.hpp"
 #include "libfit/assets/exporters.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/stated_error.hpp"
@@ -186,7 +187,7 @@ class Refine final : public Command {
 class Export final : public Command {
  public:
   explicit Export(Arguments& arguments) {
-    arguments.positional("model", model_, "Model to export, model.h5");
+    arguments.positional("model", model_, "Model to export, model.h5; with --visual also an asset");
     arguments.output("-o,--output", output_,
                      "File to write, in the format of its name: asset.palp or .vtu",
                      {"palp", "vtu"});
@@ -200,14 +201,19 @@ class Export final : public Command {
     arguments.option("--friction MU", friction_,
                      "Friction of the tool in place of the probe's; see docs/after-a-run.md for "
                      "the error");
+    arguments.option("--visual MESH", visual_,
+                     "Mesh to draw in place of the surface: the asset moves its vertices, in their "
+                     "order (palpate_place_visual)");
   }
 
   int run(Reply& reply) override {
     const std::string format(exporter_of_file(output_).name);
     Pipeline stage{.files = {.model = model_, .asset = output_, .engine = engine_}};
     if (!scene_.empty()) stage.scene = open_scene(scene_);
-    if (!engine_.empty() && format != "palp")
-      throw Error("--engine", "says nothing of a " + format, "Leave it out, or export palp.");
+    for (const auto& [option, value] : {std::pair{"--engine", engine_}, {"--visual", visual_}})
+      if (!value.empty() && format != "palp")
+        throw Error(option, "says nothing of a " + format, "Leave it out, or export palp.");
+    if (!visual_.empty() && is_asset_file(model_)) return add_visual(model_, reply);
     if (std::error_code none; !engine_.empty() && std::filesystem::exists(engine_, none) &&
                               !std::filesystem::is_directory(engine_, none))
       throw Error("--engine", engine_ + " is a file", "Name a folder.");
@@ -223,10 +229,17 @@ class Export final : public Command {
                                         {"remarks", report.remarks}};
     if (const auto changes = json_of(stage.changes); !changes.is_null())
       reply.json["changed"] = changes;
-    return kDone;
+    return visual_.empty() ? kDone : add_visual(output_, reply);
   }
 
  private:
+  int add_visual(const std::string& asset, Reply& reply) const {
+    if (asset == model_ && !(engine_ + scene_ + stiffness_ + press_ + friction_).empty())
+      throw Error(model_, "is an asset, which takes --visual alone",
+                  "Export the model.h5 that it was made from.");
+    reply.json["visual"] = put_visual(asset, visual_, output_);
+    return kDone;
+  }
   static double number(const char* option, const std::string& text, double low, double high) {
     double value = low - 1;
     const char* end = text.data() + text.size();
@@ -250,7 +263,7 @@ class Export final : public Command {
         fit.deviation, percent(fit.misfit));
     return fit.factor;
   }
-  std::string model_, output_, engine_, scene_, stiffness_, press_, friction_;
+  std::string model_, output_, engine_, scene_, stiffness_, press_, friction_, visual_;
 };
 
 class SurfaceCommand final : public Command {

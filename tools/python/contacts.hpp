@@ -176,18 +176,12 @@ class PyContact {
 
   // A ball larger than the probe and than twice the body is a plate to it: its unit is wrong.
   void check_size() const {
-    const palpate_mesh& mesh = asset_->mesh();
+    const palpate_info& info = asset_->info();
     double extent_m = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      float low = INFINITY, high = -INFINITY;
-      for (std::int32_t i = 0; i < mesh.vertices; ++i) {
-        low = std::min(low, mesh.vertex_m[3 * i + axis]);
-        high = std::max(high, mesh.vertex_m[3 * i + axis]);
-      }
-      extent_m = std::hypot(extent_m, static_cast<double>(high - low));
-    }
+    for (int axis = 0; axis < 3; ++axis)
+      extent_m = std::hypot(extent_m, info.box_max_m[axis] - info.box_min_m[axis]);
     for (int i = 0; i < tool_.balls; ++i)
-      if (tool_.radius_m[i] > std::max(2 * extent_m, asset_->info().probe_radius_m))
+      if (tool_.radius_m[i] > std::max(2 * extent_m, info.probe_radius_m))
         throw py::value_error("radius_m is " + shown(tool_.radius_m[i]) + ", and the body is " +
                               shown(extent_m) + " m long; is it in metres?");
   }

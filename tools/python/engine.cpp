@@ -158,6 +158,17 @@ py::array_t<float> deform(const std::vector<PyContact*>& contacts, py::ssize_t f
   return out;
 }
 
+py::array_t<float> place_visual(const PyAsset& asset, const py::object& displacement_m) {
+  const auto moved = Array<float>::ensure(displacement_m);
+  const bool is_at_rest = displacement_m.is_none();
+  if (!is_at_rest && (!moved || moved.size() != 3 * py::ssize_t{asset.info().vertices}))
+    throw py::value_error("displacement_m must be (V, 3), of all vertices of the surface");
+  py::array_t<float> out({asset.info().visual_vertices, 3});
+  palpate_place_visual(asset.open(), is_at_rest ? nullptr : moved.data(), 0,
+                       asset.info().visual_vertices, out.mutable_data());
+  return out;
+}
+
 // radius_m: of the one ball, or of each; centre_m: of the one, or of each (n, 3).
 palpate_tool tool_of(const py::object& radius_m, const py::object& centre_m, double damping_Ns_m,
                      double damper_depth_m, double lateral_damping_Ns_m, double max_force_N,
@@ -275,7 +286,11 @@ void declare_surface(AssetClass& asset) {
             std::copy_n(a.info().box_max_m, 3, box.mutable_data(1));
             return box;
           },
-          "(2, 3) least and greatest of what can be touched");
+          "(2, 3) least and greatest of what can be touched")
+      .def(
+          "place_visual", &place_visual, py::arg("displacement_m") = py::none(),
+          "(n, 3) float32 [m]: the vertices of the mesh that `palpate export --visual` hung on the "
+          "surface, as what Contact.deform answers moves them; None: at rest");
 }
 
 void declare_facts(AssetClass& asset) {

@@ -209,35 +209,24 @@ void add_samples(Json& json, const Samples& samples, const FittedCurves* fitted)
 }
 
 void add_held_out(Json& json, const fs::path& path) {
-  static constexpr CsvColumnRule kRules[] = {{"point", true, true},
-                                             {"path", true, true},
-                                             {"x_m"},
-                                             {"y_m"},
-                                             {"z_m"},
-                                             {"dx_m"},
-                                             {"dy_m"},
-                                             {"dz_m"},
-                                             {"fx_N"},
-                                             {"fy_N"},
-                                             {"fz_N"},
-                                             {"ex_N"},
-                                             {"ey_N"},
-                                             {"ez_N"},
-                                             {"t_s", false}};
-  const CsvTable table = read_csv(path, kRules);
-  const auto vectors = [&](const std::array<const char*, 3>& names) {
+  static constexpr std::pair<const char*, std::array<const char*, 3>> kVectors[] = {
+      {"position_m", {"x_m", "y_m", "z_m"}},
+      {"deflection_m", {"dx_m", "dy_m", "dz_m"}},
+      {"force_N", {"fx_N", "fy_N", "fz_N"}},
+      {"engine_N", {"ex_N", "ey_N", "ez_N"}}};
+  std::vector<CsvColumnRule> rules{{"point", true, true}, {"path", true, true}, {"t_s", false}};
+  for (const auto& [key, names] : kVectors)
+    for (const char* name : names) rules.push_back({name});
+  const CsvTable table = read_csv(path, rules);
+  Json& held_out =
+      json["held_out"] = {{"point", table.text("point")}, {"path", table.text("path")}};
+  for (const auto& [key, names] : kVectors) {
     std::vector<float> values;
     for (std::size_t row = 0; row < table.rows(); ++row)
       for (const char* name : names) values.push_back(static_cast<float>(table.number(name)[row]));
-    return packed(values);
-  };
-  json["held_out"] = {{"point", table.text("point")},
-                      {"path", table.text("path")},
-                      {"position_m", vectors({"x_m", "y_m", "z_m"})},
-                      {"deflection_m", vectors({"dx_m", "dy_m", "dz_m"})},
-                      {"force_N", vectors({"fx_N", "fy_N", "fz_N"})},
-                      {"engine_N", vectors({"ex_N", "ey_N", "ez_N"})}};
-  if (table.has("t_s")) json["held_out"]["time_s"] = packed_as<float>(table.number("t_s"));
+    held_out[key] = packed(values);
+  }
+  if (table.has("t_s")) held_out["time_s"] = packed_as<float>(table.number("t_s"));
 }
 
 void add_placement(Json& json, const fs::path& path) {

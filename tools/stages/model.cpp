@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "libfem/mesh/read/raw_mesh.hpp"
+#include "libfem/mesh/topology.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfit/assets/asset_bytes.hpp"
 #include "libfit/assets/asset_file.hpp"
@@ -14,6 +16,7 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/experiments.hpp"
 #include "libfit/core/stated_error.hpp"
+#include "libfit/core/units.hpp"
 #include "libfit/fit/contact_effects.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
@@ -265,12 +268,55 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
 
 std::string probe_meta(const ProbeSpec& probe) { return probe_json(probe).dump(); }
 
+namespace {
+
+void write_asset(const std::filesystem::path& path, const AssetBytes& bytes) {
+  write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+}  // namespace
+
 void put_statement(const std::filesystem::path& path, const std::string& statement) {
   const AssetFile file = read_asset_file(path);
   auto meta = nlohmann::ordered_json::parse(file.meta_json());
   meta["statement"] = nlohmann::ordered_json::parse(statement);
-  const AssetBytes bytes = with_meta(file.asset(), meta.dump());
-  write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  write_asset(path, with_meta(file.asset(), meta.dump()));
+}
+
+nlohmann::ordered_json put_visual(const std::filesystem::path& asset,
+                                  const std::filesystem::path& mesh,
+                                  const std::filesystem::path& output) {
+  const AssetFile file = read_asset_file(asset);
+  Points place_m = rows_of(mesh_read::read_raw(mesh, false, nullptr).points);
+  if (place_m.rows() == 0)
+    throw Error(mesh.string(), "has no vertices", "Give the mesh that is drawn.");
+  const double body_m = extent_m(surface_of(file.asset()).vertices).norm();
+  const auto misfit = [&](const char* unit) {
+    const double unit_m = *unit_factor(unit, Dimension::length);
+    return std::abs(std::log(unit_m * extent_m(place_m).norm() / body_m));
+  };
+  const std::string unit = std::ranges::min({"m", "cm", "mm"}, {}, misfit);
+  place_m *= *unit_factor(unit, Dimension::length);
+  const std::vector<runtime::VisualVertex> visual = hang(file.asset(), place_m);
+  std::vector<double> off_m;
+  for (const runtime::VisualVertex& hung : visual)
+    off_m.push_back(Eigen::Map<const Eigen::Vector3f>(hung.offset_m).norm());
+  const auto farthest = std::ranges::max_element(off_m);
+  // A mesh in another pose or of another body lies so far off; one of the same body some mm.
+  if (*farthest > 0.1 * body_m)
+    throw Error(mesh.string(),
+                fmt::format("vertex {}, taken in {}, is {:.3g} mm from the surface of the body, "
+                            "which is {:.3g} mm across",
+                            farthest - off_m.begin() + 1, unit, 1e3 * *farthest, 1e3 * body_m),
+                "Give the mesh in m, cm or mm, where the body's own mesh lies.");
+  write_asset(output, with_visual(file.asset(), visual));
+  say("  {} vertices of {}, taken in {}, hang on the surface, {:.2g} mm off it (median), {:.2g} mm "
+      "(max)",
+      visual.size(), mesh.string(), unit, 1e3 * stated_quantile(off_m, 0.5), 1e3 * *farthest);
+  return {{"vertices", visual.size()},
+          {"unit", unit},
+          {"median_m", stated_quantile(off_m, 0.5)},
+          {"max_m", *farthest}};
 }
 
 }  // namespace palpate::tools

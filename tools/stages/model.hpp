@@ -67,4 +67,11 @@ std::string probe_meta(const ProbeSpec& probe);
 /// Puts a statement of error, a JSON object, into an asset's meta data; nothing else changes.
 void put_statement(const std::filesystem::path& asset, const std::string& statement);
 
+/// Writes an asset that moves the vertices of a mesh file with its surface: nothing else changes.
+/// The mesh counts in the one of m, cm and mm in which it is most nearly as large as the body.
+/// Returns what a reply says of it. Throws Error where a vertex is far from the surface.
+nlohmann::ordered_json put_visual(const std::filesystem::path& asset,
+                                  const std::filesystem::path& mesh,
+                                  const std::filesystem::path& output);
+
 }  // namespace palpate::tools

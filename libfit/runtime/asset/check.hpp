@@ -370,6 +370,20 @@ inline Status check_block(const AssetView&, const Header& h, const CouplingBlock
   return is_good ? Status::ok : Status::block_wrong;
 }
 
+/// Triangles that exist, places on them, and offsets of a body's size.
+inline Status check_visual(const AssetView& view) noexcept {
+  for (int i = 0; i < view.visual.vertices; ++i) {
+    const VisualVertex& hung = view.visual.vertex[i];
+    const double b = double(hung.weight[0]), c = double(hung.weight[1]);
+    bool is_good = hung.triangle >= 0 && hung.triangle < view.triangles && b >= 0 && c >= 0 &&
+                   b + c <= 1 + 1e-6;  // rounding of floats
+    for (const float offset_m : hung.offset_m)
+      is_good = is_good && is_within(double(offset_m), kMaxLength_m);
+    if (!is_good) return Status::block_wrong;
+  }
+  return Status::ok;
+}
+
 /// Checks all blocks of an asset whose sections are checked.
 template <class... Each>
 Status check_blocks(const AssetView& view, const Header& h, const void* bytes,
@@ -394,6 +408,7 @@ inline Status check_sections(const AssetView& view, const Header& header,
   if (status == Status::ok) status = check_normals(view);
   if (status == Status::ok) status = check_tree(view, header.tree_nodes, header.tree_items);
   if (status == Status::ok) status = check_blocks(view, header, bytes, Blocks());
+  if (status == Status::ok) status = check_visual(view);
   if (status == Status::ok && view.shape.points > 0) status = check_shape(view);
   return status;
 }

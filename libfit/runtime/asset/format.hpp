@@ -3,9 +3,9 @@
 
 // The bytes of an asset (.palp), version 1. Little-endian or big-endian as the writer's
 // machine; the mark shows which. A header, then the sections of `Section` in order, each beginning
-// at the next multiple of 64 with zeros between, then the blocks of `Blocks` that the flags name,
-// and with kFlagShape a shape response (shape.hpp); the whole size is a multiple of 64. Nothing
-// else is allowed.
+// at the next multiple of 64 with zeros between, then likewise the VisualVertex of a mesh that the
+// asset moves, the blocks of `Blocks` that the flags name, and with kFlagShape a shape response
+// (shape.hpp); the whole size is a multiple of 64. Nothing else is allowed.
 
 #include <cstddef>
 #include <cstdint>
@@ -75,6 +75,13 @@ struct TreeNode {
   std::int32_t at, items;
 };
 
+/// A vertex of a mesh that is drawn in place of the surface: where it hangs on a triangle.
+struct VisualVertex {
+  std::int32_t triangle;
+  float weight[2];    ///< area coordinates of corners 1 and 2 at the nearest place
+  float offset_m[3];  ///< from there, along TriangleAxes (contact/visual.hpp)
+};
+
 // Blocks of what only some bodies have; numbers that are not used are 0.
 
 /// The Prony series of a body that relaxes.
@@ -120,7 +127,7 @@ struct Header {
   std::int32_t vertices, triangles, tree_nodes, tree_items;
   std::int32_t check_ticks, check_path_ticks;  ///< a fresh Contact every check_path_ticks ticks
   std::int32_t family, law_revision;           ///< row of law/families.hpp; kLawRevision
-  std::int32_t records, reserved;              ///< R: rows of kControls; 0
+  std::int32_t records, visual_vertices;       ///< R: rows of kControls; VisualVertex, 0 none
   std::int32_t degree[kMaxParts], pieces[kMaxParts];  ///< of each part's basis; 0 where none is
   double origin_m[3];                                 ///< body coordinates are origin + vertex
   double max_step_m;      ///< a tip that moves farther in one tick has teleported
@@ -131,6 +138,7 @@ struct Header {
 };
 static_assert(sizeof(TreeNode) == 32, "tree nodes are packed");
 static_assert(sizeof(CheckTick) == 48, "check ticks are packed");
+static_assert(sizeof(VisualVertex) == 24, "visual vertices are packed");
 static_assert(sizeof(RelaxationBlock) == 64, "the block of relaxation is packed");
 static_assert(sizeof(DamageBlock) == 64, "the block of damage is packed");
 static_assert(sizeof(CouplingBlock) == 128, "the block of coupling is packed");
@@ -194,6 +202,14 @@ inline std::uint64_t aligned(std::uint64_t bytes) noexcept {
   return (bytes + (kAlignment - 1)) / kAlignment * kAlignment;
 }
 
+inline std::uint64_t visual_bytes(const Header& h) noexcept {
+  return aligned(sizeof(VisualVertex) * h.visual_vertices);
+}
+/// Offset of the visual vertices, of a header whose offsets are filled.
+inline std::uint64_t visual_offset(const Header& h) noexcept {
+  return h.offset[kMeta] + aligned(h.meta_bytes);
+}
+
 /// Bytes of the blocks that an asset with these flags has, up to the one of that flag; of all where
 /// there is none.
 template <class... Each>
@@ -216,7 +232,7 @@ constexpr std::uint32_t block_flags(AssetBlocks<Each...>) noexcept {
 inline bool has_possible_counts(const Header& h) noexcept {
   if (h.vertices < 3 || h.vertices > kMaxVertices) return false;
   if (h.records < 1 || h.records > h.vertices) return false;
-  if (h.reserved != 0) return false;
+  if (h.visual_vertices < 0 || h.visual_vertices > kMaxVertices) return false;
   if (h.triangles < 1 || h.triangles > kMaxTriangles) return false;
   if (h.tree_nodes < 1 || h.tree_items < 1 || h.tree_items > h.triangles) return false;
   if (h.tree_nodes >= 2 * h.tree_items) return false;
@@ -241,7 +257,7 @@ inline std::uint64_t lay_out(const Header& h, std::uint64_t offset[kSections]) n
     offset[section] = at;
     at += aligned(section_bytes(h, section));
   }
-  return at + block_bytes(h.flags, 0, Blocks());
+  return at + visual_bytes(h) + block_bytes(h.flags, 0, Blocks());
 }
 
 /// A block of whole bytes of an asset; null where it has none.

@@ -89,6 +89,12 @@ struct NodeTable {
   }
 };
 
+/// A mesh that the surface moves (contact/visual.hpp).
+struct VisualView {
+  int vertices = 0;
+  const VisualVertex* vertex = nullptr;
+};
+
 /// Everything that a tick reads. Immutable; any number of threads and tools may share it.
 /// Asset::open makes it, after a check of every index and number.
 struct AssetView : SurfaceView, NodeTable {
@@ -104,6 +110,7 @@ struct AssetView : SurfaceView, NodeTable {
   bool has_guard = true;
   bool sways = false;  ///< some vertex has a compliance of the body
   ShapeView shape = {};
+  VisualView visual = {};
   const CouplingView* coupling = nullptr;  ///< null: contacts do not move each other
   DamageView damage;                       ///< softening of a body of this asset (contact/body.hpp)
   DamagedVertex* body = nullptr;           ///< set by with_body(); null: it does not soften
@@ -162,6 +169,8 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
     view.curves.relaxation = relaxation_of(*block);
   if (const auto* block = block_of<DamageBlock>(bytes, h)) view.damage = block->damage;
   if (const auto* block = block_of<CouplingBlock>(bytes, h)) view.coupling = &block->coupling;
+  view.visual.vertices = h.visual_vertices;
+  view.visual.vertex = reinterpret_cast<const VisualVertex*>(base + visual_offset(h));
   view.check.tick = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
   view.check.ticks = h.check_ticks;
   view.check.path_ticks = h.check_path_ticks;

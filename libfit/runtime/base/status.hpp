@@ -109,8 +109,8 @@ inline constexpr StatusWords kStatusWords[] = {
     {Status::shape_wrong,
      "The shape response has a length, index, weight or number that is impossible."},
     {Status::block_wrong,
-     "What the asset says of how its body relaxes, softens or couples contacts is "
-     "impossible."},
+     "What the asset says of how its body relaxes, softens or couples contacts, or of where "
+     "visual vertices hang, is impossible."},
     {Status::replay_differs,
      "The engine does not reproduce the asset's check forces bit for bit: build it with "
      "-ffp-contract=off and without -ffast-math."},

@@ -125,7 +125,7 @@ TEST(hostile_bytes, each_fault_has_its_status) {
     EXPECT_EQ(poked(runtime::kRecords, 4, record), Status::controls_wrong);
   EXPECT_EQ(header([](Header& h) { h.records = 0; }), Status::layout_wrong);
   EXPECT_EQ(header([](Header& h) { h.records = h.vertices + 1; }), Status::layout_wrong);
-  EXPECT_EQ(header([](Header& h) { h.reserved = 1; }), Status::layout_wrong);
+  EXPECT_EQ(header([](Header& h) { h.visual_vertices = 1; }), Status::layout_wrong);
   EXPECT_EQ(poked(runtime::kCovered, 2, std::uint8_t{0}), Status::controls_wrong);
   EXPECT_EQ(poked(runtime::kPartTable, 2, 0.0), Status::curves_wrong);
   EXPECT_EQ(poked(runtime::kPartTable + 2, 12, 0.5), Status::curves_wrong);

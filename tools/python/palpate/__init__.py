@@ -17,7 +17,7 @@ from ._engine import (AIR, FLAG_BLOCKED, FLAG_BORDER, FLAG_CAPPED, FLAG_CROWDED,
                       FLAG_TOO_DEEP, FLAG_UNFINISHED, OUTPUT, SLIP, STICK, Asset, Batch, Contact, deform_together,
                       sentence, tick_together)
 from .files import Error, by_point, curves, frame, read, statement, write_samples
-from .plots import plot_curve, plot_curves, plot_path, plot_rivals, plot_statement
+from .plots import plot_curve, plot_curves, plot_path, plot_statement
 from .program import command, fit, run
 
 

@@ -1,6 +1,5 @@
 """Pictures by matplotlib, which is imported when one is asked for."""
 import csv
-import json
 
 import numpy as np
 
@@ -17,18 +16,6 @@ def _columns(path):
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
-
-
-def _error_axes(axes, lines):
-    """Bars of the 95th percentile and the median of named errors, in percent of the force."""
-    axes = _axes(axes)
-    names = [name.replace("_", " ") for name, _ in lines]
-    for key, height, label in (("p95_rel", 0.8, "95th percentile"), ("median_rel", 0.4, "median")):
-        axes.barh(names, [100 * (error[key] or 0) for _, error in lines], height, label=label)
-    axes.invert_yaxis()
-    axes.set(xlabel="error [% of the force]")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncol=2, frameon=False)
-    return axes
 
 
 def plot_curve(curve, axes=None, label=None):
@@ -58,21 +45,18 @@ def plot_curves(path, curve="normal", axes=None):
 
 
 def plot_statement(path, axes=None):
-    """Errors by kind of path and by cause of the statement.json of a run, or of its folder or asset. Returns the
-    axes."""
+    """Bars of the 95th percentile and the median of errors by kind of path and by cause: of the statement.json of a
+    run, or of its folder or asset. Returns the axes."""
     from .files import statement
-    stated = statement(path)
-    return _error_axes(axes, [line for section in ("by_path", "causes") for line in stated[section].items()])
-
-
-def plot_rivals(path, body=None, axes=None):
-    """Errors of the methods in the rivals.json that `palpate_bench rivals` writes, on one of its bodies, by
-    default its first; of a method with several settings the best. Returns the axes."""
-    with open(path, encoding="utf-8") as file:
-        bodies = json.load(file)
-    rivals = bodies[body or next(iter(bodies))]["rivals"]
-    best = {rival["rival"]: rival for rival in sorted(rivals, key=lambda rival: -(rival["p95_rel"] or 0))}
-    return _error_axes(axes, list(best.items()))
+    stated, axes = statement(path), _axes(axes)
+    lines = {name: error for section in ("by_path", "causes") for name, error in stated[section].items()}
+    for key, height, label in (("p95_rel", 0.8, "95th percentile"), ("median_rel", 0.4, "median")):
+        axes.barh([name.replace("_", " ") for name in lines], [100 * (error[key] or 0) for error in lines.values()],
+                  height, label=label)
+    axes.invert_yaxis()
+    axes.set(xlabel="error [% of the force]")
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncol=2, frameon=False)
+    return axes
 
 
 def plot_path(path, axes=None):

@@ -87,8 +87,7 @@ public static unsafe class Palpate
         public double RangeM;
         public ulong Checksum;
         public byte* Law;
-        public int HasGuard, HasShape, Relaxes, Softens, Couples;
-        public fixed int Reserved[1];
+        public int HasGuard, HasShape, Relaxes, Softens, Couples, VisualVertices;
         public byte* MetaJson; // not terminated
         public ulong MetaBytes;
     }
@@ -127,6 +126,10 @@ public static unsafe class Palpate
     [DllImport(Library)]
     public static extern int palpate_deform(Asset* asset, Contact* contacts, int count, int first, int vertices,
                                             float* displacementM);
+    // Vertices of a mesh of one's own (Info.VisualVertices): displacementM of the whole surface, or null at rest.
+    [DllImport(Library)]
+    public static extern int palpate_place_visual(Asset* asset, float* displacementM, int first, int vertices,
+                                                  float* placeM);
 
     // A tool of one ball at its origin; radius 0: a tip.
     public static Tool Ball(double radiusM)

@@ -7,9 +7,11 @@ using UnityEngine.Rendering;
 public sealed unsafe class PalpateBody : MonoBehaviour
 {
     [Tooltip("A .palp of the project")] public PalpateAsset asset;
+    [Tooltip("A mesh to draw in place of the surface; none: the surface")] public PalpateVisual visual;
 
     readonly Dictionary<PalpateTool, float[]> moved = new Dictionary<PalpateTool, float[]>();
     Vector3[] atRest, shown;
+    float[] sum;
     Mesh mesh;
 
     public PalpateEngine Engine { get { return asset.Engine; } }
@@ -24,6 +26,8 @@ public sealed unsafe class PalpateBody : MonoBehaviour
             atRest[v] = PalpateAxes.ToUnity(surface.OriginM[0] + surface.VertexM[3 * v],
                                             surface.OriginM[1] + surface.VertexM[3 * v + 1],
                                             surface.OriginM[2] + surface.VertexM[3 * v + 2]);
+        sum = new float[3 * surface.Vertices];
+        if (visual != null) visual.Hang(this);
         // Unity's front is clockwise.
         int[] corners = new int[3 * surface.Triangles];
         for (int c = 0; c < corners.Length; ++c) corners[c] = surface.Triangle[c / 3 * 3 + 2 - c % 3];
@@ -46,11 +50,13 @@ public sealed unsafe class PalpateBody : MonoBehaviour
         foreach (KeyValuePair<PalpateTool, float[]> tool in moved)
             isNew |= tool.Key.Contact.Deform(0, atRest.Length, tool.Value);
         if (!isNew) return;
-        System.Array.Copy(atRest, shown, shown.Length);
+        System.Array.Clear(sum, 0, sum.Length);
         foreach (float[] by in moved.Values) // of tools by themselves: a sum, an approximation
-            for (int v = 0; v < shown.Length; ++v)
-                shown[v] += PalpateAxes.ToUnity(by[3 * v], by[3 * v + 1], by[3 * v + 2]);
+            for (int i = 0; i < sum.Length; ++i) sum[i] += by[i];
+        for (int v = 0; v < shown.Length; ++v)
+            shown[v] = atRest[v] + PalpateAxes.ToUnity(sum[3 * v], sum[3 * v + 1], sum[3 * v + 2]);
         mesh.vertices = shown;
         mesh.RecalculateNormals();
+        if (visual != null) visual.Show(sum);
     }
 }

@@ -24,6 +24,18 @@ public sealed unsafe class PalpateEngine
         fixed (Palpate.Mesh* mesh = &Mesh) Palpate.palpate_read_mesh(Asset, mesh);
     }
 
+    /// Where the vertices of a mesh of one's own are [m], three floats each in the body's axes.
+    /// displacementM: of all vertices of the surface; null: at rest.
+    public float[] PlaceVisual(float[] displacementM)
+    {
+        float[] place = new float[3 * Info.VisualVertices];
+        if (displacementM != null && displacementM.Length != 3 * Info.Vertices)
+            throw new ArgumentException("3 floats a vertex of the surface");
+        fixed (float* by = displacementM, to = place)
+            if (place.Length > 0) Check(Palpate.palpate_place_visual(Asset, by, 0, Info.VisualVertices, to));
+        return place;
+    }
+
     ~PalpateEngine() { Marshal.FreeHGlobal(room); }
 
     internal static void Check(int status)

@@ -70,8 +70,17 @@ namespace UnityEngine
     {
         public Vector3 position, lossyScale = Vector3.one;
         public Quaternion rotation = Quaternion.identity;
+        public Vector3 TransformPoint(Vector3 v) { return position + rotation * v; }
+        public Vector3 InverseTransformPoint(Vector3 v)
+        {
+            return new Quaternion(-rotation.x, -rotation.y, -rotation.z, rotation.w) * (v - position);
+        }
     }
-    public class MeshFilter { public Mesh sharedMesh; }
+    public class MeshFilter
+    {
+        public Mesh sharedMesh;
+        public Mesh mesh { get { return sharedMesh; } }
+    }
     public class Mesh : Object
     {
         public Rendering.IndexFormat indexFormat;

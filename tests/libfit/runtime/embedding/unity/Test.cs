@@ -241,6 +241,40 @@ public static unsafe class Test
         Expect(down < -0.001f, "the surface goes down under the tool, by " + down + " m");
     }
 
+    // A mesh of every vertex twice, last first, turned and moved with its object, as it lies on the body.
+    static void AMeshOfOnesOwnIsMoved(PalpateAsset asset)
+    {
+        Palpate.Info info = asset.Engine.Info;
+        if (info.VisualVertices == 0) return;
+        PalpateVisual visual = new PalpateVisual();
+        visual.transform.rotation = new Quaternion(0.1f, -0.5f, 0.7f, 0.5f);
+        visual.transform.position = new Vector3(0.3f, -0.2f, 0.5f);
+        float[] place = asset.Engine.PlaceVisual(null);
+        int count = place.Length / 3;
+        Vector3[] vertices = new Vector3[2 * count];
+        for (int v = 0; v < vertices.Length; ++v)
+        {
+            int i = count - 1 - v % count;
+            vertices[v] = visual.transform.InverseTransformPoint(
+                PalpateAxes.ToUnity(place[3 * i], place[3 * i + 1], place[3 * i + 2]));
+        }
+        UnityEngine.Mesh own = new UnityEngine.Mesh { vertices = vertices };
+        visual.GetComponent<MeshFilter>().sharedMesh = own; // the stubs' one filter: the body's comes after it
+        PalpateBody body = new PalpateBody { asset = asset, visual = visual };
+        int said = Debug.Said.Count;
+        body.OnEnable();
+        Expect(Debug.Said.Count == said, "every vertex is found where it lies");
+        float[] displacement = new float[3 * info.Vertices];
+        for (int v = 0; v < info.Vertices; ++v) displacement[3 * v + 2] = -0.003f; // Unity's y
+        Vector3[] before = (Vector3[])own.vertices.Clone();
+        visual.Show(displacement);
+        float worst = 0;
+        for (int v = 0; v < before.Length; ++v)
+            worst = Math.Max(worst, (visual.transform.TransformPoint(own.vertices[v]) -
+                visual.transform.TransformPoint(before[v]) - new Vector3(0, -0.003f, 0)).magnitude);
+        Expect(worst < 1e-6f, "a mesh of one's own goes along with the surface; off by " + worst + " m");
+    }
+
     static void AThreadTicks(PalpateAsset asset)
     {
         Device device = new Device();
@@ -300,6 +334,7 @@ public static unsafe class Test
         {
             ForcesTurnWithTheBody(asset, walk);
             TheSurfaceIsShownOutwardAndMoves(asset);
+            AMeshOfOnesOwnIsMoved(asset);
         }
         AToolSwapsAxes(asset, walk);
         AThreadTicks(asset);

@@ -1,0 +1,60 @@
+/* A mesh of your own, moved with the surface: visual ASSET.palp MESH.obj MOVED.obj, after
+ * `palpate export asset.palp --visual MESH.obj -o ASSET.palp`. The ball of the curves presses 4 mm
+ * into the body from above. MOVED.obj has the `v` lines as the body then is, in metres, and every
+ * other line, texture and all, as it was. C99. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "palpate.h"
+
+int main(int argc, char** argv) {
+  const size_t room = (size_t)1 << 28;
+  void* bytes = malloc(room);
+  FILE* file = argc == 4 ? fopen(argv[1], "rb") : NULL;
+  FILE* mesh = argc == 4 ? fopen(argv[2], "r") : NULL;
+  FILE* moved = argc == 4 ? fopen(argv[3], "w") : NULL;
+  if (!bytes || !file || !mesh || !moved)
+    return fprintf(stderr, "usage: visual ASSET.palp MESH.obj MOVED.obj\n"), 2;
+  palpate_asset asset;
+  const palpate_status status = palpate_open(&asset, bytes, fread(bytes, 1, room, file));
+  if (status != PALPATE_OK) return fprintf(stderr, "%s\n", palpate_sentence(status)), 1;
+  palpate_info info;
+  palpate_describe(&asset, &info);
+  if (!info.has_shape || info.visual_vertices == 0)
+    return fprintf(stderr, "the asset moves no mesh of yours: palpate export --visual\n"), 1;
+
+  palpate_contact contact;
+  palpate_tool ball = palpate_ball(info.probe_radius_m);
+  palpate_start(&contact, &ball);
+  double touched_m = 0;
+  for (int tick = 0; tick < 4000; ++tick) {
+    palpate_output out;
+    const double down_m = 1e-5 * tick;
+    palpate_input in = palpate_input_at(0.5 * (info.box_min_m[0] + info.box_max_m[0]),
+                                        0.5 * (info.box_min_m[1] + info.box_max_m[1]),
+                                        info.box_max_m[2] + info.probe_radius_m - down_m, 0.001);
+    palpate_tick(&asset, &contact, 1, &in, &out);
+    if (out.events & PALPATE_TOUCHED) touched_m = down_m;
+    if (touched_m > 0 && down_m >= touched_m + 0.004) break;
+  }
+
+  /* At every frame, in the thread that draws: how the surface moves, then where your vertices are.
+   */
+  float* displacement_m = malloc(3 * sizeof(float) * (size_t)info.vertices);
+  float* place_m = malloc(3 * sizeof(float) * (size_t)info.visual_vertices);
+  palpate_deform(&asset, &contact, 1, 0, info.vertices, displacement_m);
+  palpate_place_visual(&asset, displacement_m, 0, info.visual_vertices, place_m);
+
+  char line[4096];
+  int32_t v = 0;
+  while (fgets(line, sizeof line, mesh))
+    if (strncmp(line, "v ", 2) != 0)
+      fputs(line, moved);
+    else if (v < info.visual_vertices)
+      fprintf(moved, "v %.9g %.9g %.9g\n", place_m[3 * v], place_m[3 * v + 1], place_m[3 * v + 2]),
+          ++v;
+  printf("%d vertices\n", (int)v);
+  free(place_m), free(displacement_m), free(bytes);
+  return fclose(file) | fclose(mesh) | fclose(moved) | (v != info.visual_vertices);
+}
