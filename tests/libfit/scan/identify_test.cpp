@@ -111,7 +111,10 @@ TEST_P(Scanned, body_and_recording_come_back) {
   const scan::ScanFit fit = scan::identify(recorded);
   EXPECT_NEAR(fit.recording.delay_s(), kDelay_s, 1e-3);
   EXPECT_LT((fit.recording.number.segment<3>(scan::kBias) - kBias_N).norm(), 0.03);
-  EXPECT_LT((fit.recording.number.segment<3>(scan::kTurn) - turn).norm(), 0.03);
+  // A spiral that turns one way does not distinguish a turn about the normal from a cone.
+  const Vec3 turn_off = fit.recording.number.segment<3>(scan::kTurn) - turn;
+  EXPECT_LT(turn_off.head<2>().norm(), 0.03);
+  EXPECT_LT(std::abs(turn_off.z()), GetParam() ? 0.1 : 0.03);
   EXPECT_LT((fit.recording.number.segment<3>(scan::kDrift) - drift_N_min).norm(), 0.15);
   // The other half of the passes; noise alone is 2.5 % of the rows at the floor.
   EXPECT_LT(fit.left_out.p95, 0.07);
