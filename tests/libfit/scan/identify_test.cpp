@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "libfit/core/error.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/scan/scan.hpp"
 #include "libfit/scan/walk.hpp"
@@ -139,6 +140,19 @@ TEST_P(Scanned, body_and_recording_come_back) {
   EXPECT_LT(stated_quantile(stiffness_off, 0.5), 0.05);
   EXPECT_LT(stated_quantile(friction_off, 0.5), 0.1);
   EXPECT_LT(stated_quantile(height_off_m, 0.5), 0.15e-3);
+}
+
+TEST(scan, forces_without_a_common_direction_are_refused) {
+  Samples s = KnownBody().scanned(0.5e-3);
+  std::mt19937 random(kSeed);
+  std::normal_distribution<double> noise(0, 1);
+  for (double& f : s.force.reshaped()) f = noise(random);
+  try {
+    scan::identify(s);
+    FAIL() << "seed " << kSeed;
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("no common direction"), std::string::npos) << e.what();
+  }
 }
 
 TEST(scan, a_later_recording_finds_its_bias_by_rows_in_the_air) {
