@@ -26,14 +26,15 @@ struct SharedUnknown {
   bool is_logarithm, needs_replay;
   double min, start;  ///< of the first
 };
-/// In the order in which they are tried. A force earlier than its motion would do work.
+/// In the order in which they are tried: those without a replay are free from the start, and are
+/// tried without. A force earlier than its motion would do work.
 inline constexpr SharedUnknown kSharedUnknowns[] = {
-    {"delay of the force", "s", kDelay, 1, 0.01, false, true, 0, 0},
     {"bias of the force", "N", kBias, 3, 1, false, false, -kInfinity, 0},
-    {"lambda", "", kLambda, 1, 2.0 / 3, true, true, -kInfinity, 0},
-    {"share of a relaxation", "", kShare, 2, 1, false, true, 0, 0.02},
     {"turn of the force's frame", "rad", kTurn, 3, 1, false, false, -kInfinity, 0},
     {"drift of the force", "N/min", kDrift, 3, 1, false, false, -kInfinity, 0},
+    {"delay of the force", "s", kDelay, 1, 0.01, false, true, 0, 0},
+    {"lambda", "", kLambda, 1, 2.0 / 3, true, true, -kInfinity, 0},
+    {"share of a relaxation", "", kShare, 2, 1, false, true, 0, 0.02},
     {"compliance of the arm", "mm/N", kCompliance, 1, 1, false, true, 0, 0}};
 
 /// A recording and the body as a whole: numbers of order 1, 0 where nothing is known.

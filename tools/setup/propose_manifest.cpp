@@ -259,7 +259,8 @@ ProposedManifest propose_manifest(const fs::path& given, const fs::path& manifes
         : Error(given.string(),
                 "holds no file that a recording could be read from (" + listed(out.unread, "; ") +
                     ")",
-                "Write a manifest that names the columns, as docs/measured-data.md has one.");
+                "Mend what the brackets name, or write a manifest that names the columns, as "
+                "docs/measured-data.md has one.");
   out.text +=
       "\n# [validate]\n# hold_out = 5  # one of five points is kept from the fit, for the error "
       "statement\n";

@@ -1,0 +1,202 @@
+"""Scans of known bodies (docs/measured-data.md): assets, replayed along scans of their window.
+
+    python3 tools/workshop/docs/measured/scan_truths.py PALPATE OUT ASSET.palp...
+
+A raster and a spiral with a sine of 2 Hz in depth, and a free hand that lifts off, two minutes each
+of 66 rows/s. To the forces come noise of 0.2 % of the largest (a robot's has 0.1 to 0.5), and of
+that a bias (5, -3, 8 %), a drift (4, 0, -6 % in a minute), a delay of 7 ms and a frame turned by (0.06,
+-0.04, 0.05) rad. Prints of each scan, in %, median and p95: the force of passes held out; stiffness
+and friction of asset and truth at 40 places (from 0.55 to 0.65 of the scan's depth, and from two
+slides against each other); in mm the height there; in ms, degrees, and % in a minute the errors of
+delay, turn and drift.
+"""
+
+import csv
+import json
+import pathlib
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+
+MANIFEST = """[[recording]]
+file = "scan.csv"
+kind = "scan"
+force_on = "tool"
+columns = { time = "t_s", position = ["x_m", "y_m", "z_m"], force = ["fx_N", "fy_N", "fz_N"] }
+units = { time = "s", position = "m", force = "N" }
+"""
+RATE_HZ, SECONDS, DELAY_S, NOISE = 66, 120, 7e-3, 2e-3
+BIAS, DRIFT, TURN = (0.05, -0.03, 0.08), (0.04, 0, -0.06), (0.06, -0.04, 0.05)
+
+
+def table(path, *columns):
+    with open(path, newline="") as f:
+        return np.array([[float(r[c]) for c in columns] for r in csv.DictReader(f)])
+
+
+def save(path, header, *columns):
+    np.savetxt(path, np.column_stack(columns), "%.9g", ",", header=header, comments="")
+
+
+class Body:
+    """An asset, and coordinates of its window [m]: along, aside, into it."""
+
+    def __init__(self, palpate, asset, folder):
+        self.palpate, self.asset, self.folder = palpate, asset, folder
+
+    def find_window(self):
+        path = self.folder / "window.csv"
+        path.unlink(missing_ok=True)
+        command = [self.palpate, "new", self.asset, "--path", "-o", path]
+        subprocess.run(command, check=True, capture_output=True)
+        place = table(path, "x_m", "y_m", "z_m")
+        pressed = place[np.flatnonzero((np.diff(place, axis=0) == 0).all(1))[0]]
+        into = pressed - place[0]
+        into /= np.linalg.norm(into)
+        beside = place - place[0] - np.outer((place - place[0]) @ into, into)
+        self.reach_m = 0.8 * np.linalg.norm(beside, axis=1).max()
+        along = beside[np.linalg.norm(beside, axis=1).argmax()]
+        along /= np.linalg.norm(along)
+        self.axes, self.origin = np.array([along, np.cross(into, along), into]), place[0]
+        self.depth_m = (pressed - self.origin) @ into - self.touch(np.zeros((1, 2)))[0]
+        self.grid = np.linspace(-1.3 * self.reach_m, 1.3 * self.reach_m, 41)
+        at = np.array([(a, b) for a in self.grid for b in self.grid])
+        self.height = self.touch(at).reshape(41, 41)
+
+    def replay(self, t, at):
+        """Force on the tool of every row, and contact."""
+        path, forces = self.folder / "path.csv", self.folder / "forces.csv"
+        save(path, "t_s,x_m,y_m,z_m", t, self.origin + at @ self.axes)
+        # Its status is 3 where a jump from one press to the next ends a contact.
+        command = [self.palpate, "replay", self.asset, path, "-o", forces]
+        subprocess.run(command, check=False, capture_output=True)
+        out = table(forces, "fx_N", "fy_N", "fz_N", "contact", "depth_m")
+        return out[:, :3] @ self.axes.T, out[:, 3:]
+
+    def touch(self, at):
+        """Third coordinate of the surface at others."""
+        down = np.arange(-0.015, 0.03, 2e-4)
+        line = np.repeat(at, len(down), axis=0)
+        depth = np.tile(down, len(at))
+        _, contact = self.replay(1e-3 * np.arange(len(depth)), np.column_stack([line, depth]))
+        of = contact.reshape(len(at), -1, 2)
+        first = of[:, :, 0].argmax(1)
+        return np.where(of[:, :, 0].any(1), down[first] - of[np.arange(len(at)), first, 1], np.nan)
+
+    def surface(self, a, b):
+        cell = self.grid[1] - self.grid[0]
+        i, j = (np.clip((x - self.grid[0]) / cell, 0, 39.999) for x in (a, b))
+        s, t, i, j = i % 1, j % 1, i.astype(int), j.astype(int)
+        line = lambda k: (1 - t) * self.height[k, j] + t * self.height[k, j + 1]
+        return (1 - s) * line(i) + s * line(i + 1)
+
+    def scan(self, kind, t, waves):
+        """Places at times t [s]: the tool comes down in the first half second."""
+        share, reach = np.clip(t / SECONDS, 0, 1), self.reach_m
+        depth = self.depth_m * (0.5 - 0.4 * np.cos(4 * np.pi * t))
+        if kind == "raster":
+            line = 30 * share
+            a, b = reach * (2 * abs((line + 1) % 2 - 1) - 1), 0.8 * reach * (2 * line / 30 - 1)
+        elif kind == "spiral":
+            angle = 30 * np.pi * np.sqrt(share)
+            a, b = reach * angle / (30 * np.pi) * np.array([np.cos(angle), np.sin(angle)])
+        else:
+            sum_of = lambda wave: sum(w * np.sin(2 * np.pi * f * t + p) for f, w, p in wave)
+            sines = [sum_of(wave) / sum(w for _, w, _ in wave) for wave in waves]
+            a, b = reach * sines[0], 0.8 * reach * sines[1]
+            depth = self.depth_m * (0.4 + 0.6 * sines[2])
+        depth -= 1.3 * self.depth_m * np.clip(1 - 2 * t, 0, 1)
+        return np.column_stack([a, b, self.surface(a, b) + depth])
+
+    def pressed(self, places, directions):
+        """Force from 0.55 to 0.65 of the depth, and friction at 0.6, by slides fore and back."""
+        s, at = np.arange(0, 3, 0.005), []
+        for place, direction in zip(places, directions):
+            for turn in (0, 1, -1):
+                side = 0.25 * self.reach_m * turn * np.clip(s - 2, -1, 0)[:, None] * direction
+                levels = [-1, 0.6, 0.6, 0.6] if turn else [-1, 0.55, 0.65, 0.65]
+                down = np.interp(s, [0, 1, 1.1, 2], levels)
+                a, b = (place + side).T
+                at.append(np.column_stack([a, b, self.known(a, b) + self.depth_m * down]))
+                at.append(np.column_stack([a[-1:], b[-1:], self.known(a[-1:], b[-1:]) - 0.01]))
+        at = np.vstack(at)
+        force, _ = self.replay(5e-3 * np.arange(len(at)), at)
+        of = force.reshape(len(places), 3, len(s) + 1, 3)
+        softer, stiffer, fore, back = of[:, 0, 200], of[:, 0, 220], of[:, 1, -2], of[:, 2, -2]
+        size = lambda f: np.linalg.norm(f, axis=1)
+        return size(stiffer) - size(softer), size(fore - back) / size(fore + back)
+
+
+def rotation(turn):
+    angle = np.linalg.norm(turn)
+    x, y, z = np.asarray(turn) / angle
+    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
+
+
+def measured(body, kind, folder):
+    """Writes the scan of a body, and returns its largest force."""
+    random = np.random.default_rng(5)
+    waves = [
+        [(f, 1 + random.random(), 6 * random.random()) for f in of]
+        for of in ((0.31, 0.43, 0.57), (0.27, 0.39, 0.61), (0.8, 1.3, 1.9))
+    ]
+    t, fine = np.arange(SECONDS * RATE_HZ) / RATE_HZ, 15
+    ticks = np.arange(fine * len(t)) / (fine * RATE_HZ)
+    force = body.replay(ticks, body.scan(kind, ticks - DELAY_S, waves))[0][::fine] @ body.axes
+    largest = np.linalg.norm(force, axis=1).max()
+    force = force @ rotation(TURN).T - largest * (np.array(BIAS) + t[:, None] / 60 * DRIFT)
+    force += random.normal(0, NOISE * largest, force.shape)
+    place = body.origin + body.scan(kind, t, waves) @ body.axes
+    save(folder / "scan.csv", "t_s,x_m,y_m,z_m,fx_N,fy_N,fz_N", t, place, force)
+    (folder / "manifest.toml").write_text(MANIFEST)
+    return largest
+
+
+def line(palpate, truth, kind, folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    largest = measured(truth, kind, folder)
+    command = [palpate, "run", folder / "manifest.toml", "-o", folder / "run"]
+    subprocess.run(command, check=False, capture_output=True)
+    error = json.loads((folder / "run/statement.json").read_text())["force_error"]
+    with h5py.File(folder / "run/samples.scan_curves.h5") as f:
+        number = np.array(f.attrs["recording"].decode().split(), float)
+    found = Body(palpate, folder / "run/asset.palp", folder)
+    found.axes, found.origin = truth.axes, truth.origin
+    found.depth_m, found.reach_m = truth.depth_m, truth.reach_m
+    random = np.random.default_rng(6)
+    angle = random.uniform(0, 2 * np.pi, (2, 40))
+    away = 0.6 * truth.reach_m * np.sqrt(random.random(40))
+    place = away[:, None] * np.column_stack([np.cos(angle[0]), np.sin(angle[0])])
+    slide = np.column_stack([np.cos(angle[1]), np.sin(angle[1])])
+    truth.known = found.known = truth.surface
+    pairs = list(zip(truth.pressed(place, slide), found.pressed(place, slide)))
+    height = 1e3 * abs(found.touch(place) - truth.touch(place))
+    both = lambda x: f"{np.nanmedian(x):.1f}, {np.nanquantile(x, 0.95):.1f}"
+    off = [both(100 * abs(b / a - 1)) for a, b in pairs]
+    off.append(f"{np.nanmedian(height):.2f}, {np.nanquantile(height, 0.95):.2f}")
+    print(
+        f"| {truth.asset.stem}, {kind} | "
+        f"{100 * error['median_rel']:.1f}, {100 * error['p95_rel']:.1f} | {' | '.join(off)} | "
+        f"{1e3 * (0.01 * number[0] - DELAY_S):.1f} | "
+        f"{np.degrees(np.linalg.norm(number[4:7] - TURN)):.1f} | "
+        f"{100 * np.linalg.norm(number[7:10] / largest - DRIFT):.1f} |",
+        flush=True,
+    )
+
+
+def main():
+    palpate, out, *assets = sys.argv[1:]
+    for asset in map(pathlib.Path, assets):
+        folder = pathlib.Path(out) / asset.stem
+        folder.mkdir(parents=True, exist_ok=True)
+        truth = Body(palpate, asset, folder)
+        truth.find_window()
+        for kind in ("raster", "spiral", "hand"):
+            line(palpate, truth, kind, folder / kind)
+
+
+if __name__ == "__main__":
+    main()
