@@ -216,12 +216,6 @@ TEST_F(Report, a_drag_with_the_mouse_yields_the_native_forces) {
   expect_native_forces(path("touch.csv"), path("touch.csv"));
 }
 
-TEST_F(Report, a_large_surface_is_moved_and_met_by_rays_in_a_share_of_the_time) {
-  SKIP_WITHOUT_PAGE();
-  const Outcome seen = node("surface.mjs", "");
-  EXPECT_EQ(seen.status, 0) << seen.out;
-}
-
 class InChromium : public Report, public testing::WithParamInterface<const char*> {};
 
 TEST_P(InChromium, holds) {
