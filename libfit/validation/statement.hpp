@@ -155,7 +155,7 @@ std::vector<StatedError> errors_by(const Comparison& compared, const ErrorFloors
 Statement summarize(const Comparison& compared, const ErrorFloors& floors);
 Statement summarize(const Comparison& compared);
 
-/// The statement as an asset carries it: all but the advice and what differs from one machine or
+/// The statement as an asset carries it: all but the advice, its words and what differs from one machine or
 /// one writing to the next (tick_ns, asset_bytes), so that the same scene makes the same bytes.
 std::string to_asset_json(const Statement& statement);
 

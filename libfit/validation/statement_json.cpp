@@ -167,6 +167,7 @@ Json json_of(const Statement& statement) {
   force_fields(statement, FieldWriter(json));
   json["verdict"] = verdict(statement);
   json["advice"] = advice(statement);
+  json["words"] = in_words(statement);
   json["reference"] = statement.is_recorded ? kRecorded : kSimulated;
   statement_fields(statement, FieldWriter(json));
   json["sections"] = Json::array();
@@ -185,7 +186,7 @@ Json json_of(const Statement& statement) {
 
 std::string to_asset_json(const Statement& statement) {
   Json json = json_of(statement);
-  for (const char* name : {"tick_ns", "asset_bytes", "advice"}) json.erase(name);
+  for (const char* name : {"tick_ns", "asset_bytes", "advice", "words"}) json.erase(name);
   for (const StatementSection& section : statement.sections)
     for (Json& line : json[section.name]) line.erase("tick_ns");
   return json.dump();

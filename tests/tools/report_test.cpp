@@ -195,7 +195,7 @@ TEST_F(Report, of_figures_without_a_row_shows_no_number) {
     statement[name] = nullptr;
   statement["baselines"] = nlohmann::json::object();
   statement["verdict"] = "Poor: said of the asset.";
-  statement["advice"] = {"Do this about it."};
+  statement["words"] = "All that is known.";
   folder_->write("soft/statement.json", statement.dump());
   SKIP_WITHOUT_CHROMIUM();
   expect_in_chromium("no_row_is_no_number", "-", "soft");
@@ -207,19 +207,6 @@ TEST_F(Report, of_an_asset_alone_does_not_say_that_nothing_is_covered) {
   fs::copy_file(path("out/asset.palp"), path("asset/asset.palp"),
                 fs::copy_options::overwrite_existing);
   expect_in_chromium("grey_means_uncovered_only_beside_a_map", "-", "asset");
-}
-
-TEST_F(Report, a_drag_with_the_mouse_yields_the_native_forces) {
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("a_drag_is_recorded", path("touch.csv"));
-  ASSERT_TRUE(fs::exists(path("touch.csv")));
-  expect_native_forces(path("touch.csv"), path("touch.csv"));
-}
-
-TEST_F(Report, a_large_surface_is_moved_and_met_by_rays_in_a_share_of_the_time) {
-  SKIP_WITHOUT_PAGE();
-  const Outcome seen = node("surface.mjs", "");
-  EXPECT_EQ(seen.status, 0) << seen.out;
 }
 
 class InChromium : public Report, public testing::WithParamInterface<const char*> {};

@@ -5,70 +5,23 @@ import type { Profile } from "./engine";
 type Packed = string;
 
 /** A number, or null where no row counts. */
-export type Figure = number | null;
+type Figure = number | null;
 
-interface RelativeFigures {
+/** Errors of one answer to some rows, over the force. */
+export interface StatedError {
   median_rel: Figure;
   p95_rel: Figure;
 }
 
-interface ErrorFigures extends RelativeFigures {
-  median_N: Figure;
-  p95_N: Figure;
-}
-
-interface ShapeFigures extends RelativeFigures {
-  p95_m: Figure;
-}
-
-/** Errors of the torque on the body. */
-export interface TorqueFigures extends RelativeFigures {
-  typical_Nm: Figure;
-  median_Nm: Figure;
-  p95_Nm: Figure;
-}
-
-/** Errors of the force's size over it, and of its direction in degrees. */
-interface SizeAndDirection {
-  magnitude: { median_rel: Figure; p95_rel: Figure };
-  direction_deg: { median: Figure; p95: Figure };
-  /** Share of rows whose error a person does not notice. */
-  unnoticed: Figure;
-}
-
-/** Errors of one answer to some rows. */
-export interface StatedError extends ErrorFigures, SizeAndDirection {
-  rows: number;
-  /** About the grip. */
-  torque_at_handle?: TorqueFigures;
-  /** On the machine that validated, of all tools together. */
-  tick_ns?: Figure;
-}
-
-export interface Statement extends SizeAndDirection {
-  force_error: ErrorFigures & { max_N: Figure; max_rel: Figure };
-  /** Empty where it is not known how well the body is. */
-  interval: { low_rel?: number; high_rel?: number };
-  slip_onset: { paths: number; p95_m: Figure; p95_N: Figure };
-  handle_m: number;
-  /** Empty where no row has a torque. */
-  torque_at_handle: Partial<TorqueFigures>;
-  /** The accuracy and remedies for a poor one, a sentence each. */
+export interface Statement {
+  /** The accuracy in a sentence, and all of it in words and a table. */
   verdict: string;
-  advice: string[];
-  probes: number;
-  rows: number;
-  rows_above_floor: number;
-  reference_failures: number;
+  words: string;
   /** Relative errors count rows above this force. */
   floor_N: number;
-  reference_p95_rel: Figure;
-  within_reference: Figure;
   /** On the machine that validated. */
   tick_ns: Figure;
   asset_bytes: number;
-  /** Empty where the asset does not say how its surface moves. */
-  shape_error: { near?: ShapeFigures; all?: ShapeFigures };
   /** Keys of this object, in order, under which lines by name are, and what they are of. */
   sections: { name: string; title: string }[];
   [section: string]: unknown;

@@ -39,8 +39,6 @@ export const Answer = {
 export const kRate_Hz = 1000;
 /** Balls of all tools together, as palpate.h has it. */
 export const kMaxBalls = 8;
-/** Numbers of a pose: x, y, z [m] and the quaternion w, x, y, z. */
-export const kPose = 7;
 
 /** Points of a profile at most, as palpate.h has it. */
 const kMaxProfile = 48;
@@ -133,7 +131,7 @@ export class Engine {
     this.wasm.heal();
   }
 
-  /** One tick with each tool in its pose, kPose numbers each, a millisecond after the one before; returns the status, 0 for good. */
+  /** One tick with each tool in its pose, x, y, z [m] and the quaternion w, x, y, z, a millisecond after the one before; returns the status, 0 for good. */
   tick(poses: ArrayLike<number>): number {
     this.doubles(this.wasm.question(), poses.length).set(poses);
     return this.wasm.tick(this.tools.length, 1 / kRate_Hz);

@@ -111,7 +111,7 @@ export class Poke {
       html("p", { class: "legend" }, swatch("normal", seriesColour(0)), swatch("lateral force", seriesColour(1))),
       this.message,
       details(
-        "More numbers and settings",
+        "More numbers",
         html(
           "dl",
           {},
@@ -120,11 +120,6 @@ export class Poke {
           row("dent", "surface moved", "moved"),
           row("energy", "stored, dissipated", "energy"),
           row("rate", "ticks per second", "ticks"),
-        ),
-        html(
-          "p",
-          { class: "buttons" },
-          button("poke-save", "Save path and forces", () => this.order({ order: "record" })),
         ),
       ),
     );
@@ -187,23 +182,13 @@ export class Poke {
         (news.remembers ? kRemembers : "") +
         (news.isTool ? "" : kAlone);
       this.healButton.hidden = !news.remembers;
-    } else if (news.news === "batch") this.take(news.batch);
-    else this.save(news.table, news.ticks);
+    } else this.take(news.batch);
   }
 
   private heal(): void {
     this.liftAll();
     this.order({ order: "heal" });
     this.message.textContent = "The body is as it was before the first touch.";
-  }
-
-  /** The last touch as a table that `palpate replay` takes for a path. */
-  private save(table: string, ticks: number): void {
-    const url = URL.createObjectURL(new Blob([table], { type: "text/csv" }));
-    html("a", { href: url, download: "touch.csv" }).click();
-    setTimeout(() => URL.revokeObjectURL(url), 10000);
-    const tool = this.tool === kTip ? "" : " --tool scene.toml";
-    this.message.textContent = `Saved ${ticks} ticks: palpate replay asset.palp touch.csv -o FORCES.csv${tool} gives the same forces.`;
   }
 
   /** The pointer and the arrow keys press, or turn the body. */

@@ -4,15 +4,17 @@ import {
   BufferAttribute,
   BufferGeometry,
   Color,
+  DoubleSide,
   DynamicDrawUsage,
   Mesh,
+  MeshBasicMaterial,
   type Ray,
+  Raycaster,
   SRGBColorSpace,
   Vector3,
 } from "three";
 import { kTissue, kUncovered, kUncoveredTissue, viridis } from "./colours";
 import { type Contents, floats, integers } from "./contents";
-import { fillNormals, Picker } from "./picking";
 import { TissueMaterial } from "./tissue";
 
 export type MapName = "stiffness_N_m" | "force_N" | "friction";
@@ -35,10 +37,10 @@ export class BodySurface {
   /** Outward, a vector a vertex. */
   readonly normals: Float32Array;
   readonly covered: Int32Array;
-  /** At rest [m], three numbers a vertex: what rays meet, whatever a tool does to the body. */
+  /** At rest [m], three numbers a vertex. */
   readonly vertices: Float32Array;
-  private readonly index: Uint32Array<ArrayBuffer>;
-  private readonly picker: Picker;
+  /** Rays meet it, whatever a tool does to the body. */
+  private readonly resting: Mesh;
   /** As `Contents.maps` has them, read once. */
   private readonly maps: Record<MapName, Float32Array>;
   /** A flag a vertex. */
@@ -48,22 +50,20 @@ export class BodySurface {
     const surface = contents.surface;
     if (!surface) throw new Error("There is no surface.");
     this.vertices = floats(surface.vertices_m);
-    this.index = new Uint32Array(integers(surface.triangles).buffer);
-    this.picker = new Picker(this.vertices, this.index);
     const moving = (numbers: Float32Array) => new BufferAttribute(numbers, 3).setUsage(DynamicDrawUsage);
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", moving(this.vertices.slice()));
-    geometry.setAttribute("normal", moving(new Float32Array(this.vertices.length)));
-    geometry.setIndex(new BufferAttribute(this.index, 1));
+    geometry.setIndex(new BufferAttribute(new Uint32Array(integers(surface.triangles).buffer), 1));
     geometry.computeBoundingSphere();
-    fillNormals(this.vertices, this.index, geometry.getAttribute("normal").array as Float32Array);
+    this.resting = new Mesh(geometry.clone(), new MeshBasicMaterial({ side: DoubleSide }));
+    geometry.computeVertexNormals();
     this.normals = surface.inward_normal
       ? floats(surface.inward_normal).map((v) => -v)
       : (geometry.getAttribute("normal").array as Float32Array).slice();
     geometry.setAttribute("color", new BufferAttribute(new Float32Array(this.vertices.length), 3));
     geometry.setAttribute("rest", new BufferAttribute(this.vertices, 3));
     const range_m = contents.asset?.range_m ?? contents.maps?.depths_m.at(-1) ?? 1;
-    this.mesh = new Mesh(geometry, new TissueMaterial(geometry.boundingSphere?.radius ?? 1, range_m));
+    this.mesh = new Mesh(geometry, new TissueMaterial(range_m));
     this.covered = integers(contents.maps?.vertices);
     this.isCovered = new Uint8Array(this.vertices.length / 3).fill(contents.maps ? 0 : 1);
     for (const v of this.covered) this.isCovered[v] = 1;
@@ -76,9 +76,7 @@ export class BodySurface {
 
   /** Moves the vertices by three numbers each [m], none: to rest. Returns the one that moves most, where it is now. */
   deform(displacement: Float32Array | undefined): { by_m: number; at: Vector3 } {
-    const [position, normal] = ["position", "normal"].map(
-      (name) => this.mesh.geometry.getAttribute(name) as BufferAttribute,
-    );
+    const position = this.mesh.geometry.getAttribute("position") as BufferAttribute;
     const at = position.array as Float32Array;
     const rest = this.vertices;
     let [most, squared] = [0, 0];
@@ -97,24 +95,23 @@ export class BodySurface {
         }
       }
     else at.set(rest);
-    fillNormals(at, this.index, normal.array as Float32Array);
+    this.mesh.geometry.computeVertexNormals();
     position.needsUpdate = true;
-    normal.needsUpdate = true;
     return { by_m: Math.sqrt(squared), at: new Vector3().fromArray(at, most) };
   }
 
   /** First intersection of a ray with the resting surface. */
   hit(ray: Ray): Place | undefined {
-    const hit = this.picker.hit(ray);
-    if (!hit) return undefined;
+    const [hit] = new Raycaster(ray.origin, ray.direction).intersectObject(this.resting);
+    if (!hit?.face || !hit.barycoord) return undefined;
+    const corners = [hit.face.a, hit.face.b, hit.face.c];
+    const weights = hit.barycoord.toArray();
     const outward = new Vector3();
-    let isMeasured = true;
-    for (let k = 0; k < 3; ++k) {
-      const [v, weight] = [this.index[3 * hit.triangle + k], hit.weights.getComponent(k)];
-      outward.addScaledVector(new Vector3().fromArray(this.normals, 3 * v), weight);
-      isMeasured &&= this.isCovered[v] === 1;
-    }
-    return { position: hit.position, outward: outward.normalize(), isMeasured };
+    corners.forEach((v, k) => {
+      outward.addScaledVector(new Vector3().fromArray(this.normals, 3 * v), weights[k]);
+    });
+    const isMeasured = corners.every((v) => this.isCovered[v] === 1);
+    return { position: hit.point, outward: outward.normalize(), isMeasured };
   }
 
   /** Values of a map at each covered vertex, between the depths that are stored. */

@@ -3,7 +3,6 @@
 
 import { type Vector, vector } from "./contents";
 import { Answer, type Ball, Engine, kMaxBalls, kRate_Hz } from "./engine";
-import { Recording } from "./recording";
 
 /** A quaternion w, x, y, z. */
 export type Turn = [number, number, number, number];
@@ -16,8 +15,7 @@ export type Order =
   | { order: "move"; finger: number; to: Vector; turn: Turn }
   | { order: "lift"; finger: number; to: Vector }
   | { order: "rest" }
-  | { order: "heal" }
-  | { order: "record" };
+  | { order: "heal" };
 
 /** A batch of ticks. pressing_N, sliding_N: normal and lateral force of each, of all tools together. */
 export interface Batch {
@@ -38,8 +36,7 @@ export interface Batch {
 export type News =
   | { news: "ready"; deforms: boolean; remembers: boolean; fingers: number; isTool: boolean }
   | { news: "refused"; sentence: string }
-  | { news: "batch"; batch: Batch }
-  | { news: "record"; table: string; ticks: number };
+  | { news: "batch"; batch: Batch };
 
 const kSlip = 2; // PALPATE_SLIP
 const kMaxDue = 100; // after a pause the tool goes on where it was
@@ -68,7 +65,6 @@ let turnTarget: Turn = [1, 0, 0, 0];
 let started_ms = 0;
 let done = 0;
 let slid = false;
-let recording = new Recording(1);
 let pressing: number[] = [];
 let sliding: number[] = [];
 let reported_ms = 0;
@@ -105,7 +101,7 @@ function tick(): void {
   fingers.forEach(approach);
   engine.tick(fingers.flatMap(({ at }) => [...at, ...turn]));
   let [down, aside] = [0, 0];
-  const forces = fingers.map((_, i) => {
+  fingers.forEach((_, i) => {
     const a = answerOf(i);
     const force = vector(a.subarray(Answer.force_N), 0);
     const inward = vector(a.subarray(Answer.normal), 0);
@@ -113,13 +109,7 @@ function tick(): void {
     down += normal;
     aside += Math.hypot(...force.map((f, k) => f + normal * inward[k]));
     slid ||= a[Answer.state] === kSlip;
-    return force;
   });
-  recording.add(
-    fingers.map(({ at }) => at),
-    turn,
-    forces,
-  );
   pressing.push(down);
   sliding.push(aside);
   ++ticks;
@@ -185,11 +175,9 @@ function begin(finger: number, from: Vector, to: Vector, turned: Turn): void {
   if (!fingers.some(({ isDown }, i) => isDown && i !== finger)) {
     engine.start();
     [turn, turnTarget, reportedState] = [turned, turned, ""];
-    recording = new Recording(fingers.length);
     const idle = from.map((v, k) => v + kIdle * (v - to[k])) as Vector;
     for (const each of fingers) Object.assign(each, { at: idle, lead: idle, target: idle, isIdle: true });
   }
-  recording.use(finger);
   Object.assign(fingers[finger], { at: from, lead: from, target: to, isDown: true, isIdle: false });
   if (timer !== undefined) return;
   [started_ms, done, rate] = [performance.now(), 0, []];
@@ -236,6 +224,5 @@ addEventListener("message", async ({ data }: MessageEvent<Order>) => {
     turnTarget = data.turn;
   } else if (data.order === "lift") Object.assign(fingers[data.finger], { target: data.to, isDown: false });
   else if (data.order === "heal") engine.heal();
-  else if (data.order === "record") say({ news: "record", table: recording.table(kRate_Hz), ticks: recording.ticks });
   else rest();
 });
