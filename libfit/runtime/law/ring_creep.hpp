@@ -150,7 +150,7 @@ T ploughing_share(const RelaxationView& relaxation, const RingTable& table, cons
     for (int k = 0; k < relaxation.branches; ++k) {
       const T v = creep.flow[k][0][i], s = creep.renewed[k];
       raised = raised + bed.stiffness_N_m[i] * relaxation.share[k] * s * v *
-                            ((h - v) * (2 / (T(1) + s)) + v * (T(1) - s));
+                            ((h - v) * (2.0 / (T(1) + s)) + v * (T(1) - s));
     }
   }
   const T limit_N = bed.limit.friction_at(depth_m) * carried;
