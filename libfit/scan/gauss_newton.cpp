@@ -107,13 +107,6 @@ double scale_of(const Eigen::VectorXd& error, const Mask& mask) {
   return 1.4826 * upper_median(sizes);
 }
 
-Eigen::VectorXd fixed(const Eigen::VectorXd& step, const Mask& is_free) {
-  Eigen::VectorXd out = step;
-  for (Eigen::Index i = 0; i < out.size(); ++i)
-    if (is_free[i]) out[i] = 0;
-  return out;
-}
-
 }  // namespace
 
 ScanIdentification::ScanIdentification(const Samples& scans, int jobs, const Progress& progress)
@@ -132,11 +125,9 @@ ScanIdentification::ScanIdentification(const Samples& scans, int jobs, const Pro
 // Heights from the outermost rows of each cell, smooth; curves of one stiffness.
 void ScanIdentification::start() {
   std::vector<std::vector<double>> level(nodes.cells());
-  std::vector<int> cell(passes.rows());
   for (Eigen::Index row = 0; row < passes.rows(); ++row) {
     const Vec3 x = nodes.coordinates(passes.position_m.row(row));
-    cell[row] = nodes.at(x[0], x[1]).cell;
-    level[cell[row]].push_back(x[2]);
+    level[nodes.at(x[0], x[1]).cell].push_back(x[2]);
   }
   std::vector<Eigen::Triplet<double>> entries;
   Eigen::VectorXd right = Eigen::VectorXd::Zero(nodes.count());
@@ -202,8 +193,7 @@ double ScanIdentification::loss(const Eigen::VectorXd& error, double scale,
 }
 
 RelativeErrors ScanIdentification::errors(const Mask& mask) const {
-  const PlayedBody body(nodes, parameters, basis, kParts);
-  const Eigen::VectorXd all = relative_errors(body.walk(passes, mask, false, jobs_));
+  const Eigen::VectorXd all = relative_errors(walk(mask));
   std::vector<double> rows;
   for (Eigen::Index row = 0; row < all.size(); ++row)
     if (mask[row] && force_N_[row] > floor_N_) rows.push_back(all[row]);
@@ -211,8 +201,7 @@ RelativeErrors ScanIdentification::errors(const Mask& mask) const {
 }
 
 double ScanIdentification::loss_of(const Mask& mask) const {
-  const PlayedBody body(nodes, parameters, basis, kParts);
-  return loss(relative_errors(body.walk(passes, mask, false, jobs_)), 0.1, mask);
+  return loss(relative_errors(walk(mask)), 0.1, mask);
 }
 
 // Changes of all readings by free numbers of the recording, by differences. Those that need a
@@ -245,9 +234,9 @@ Eigen::VectorXd ScanIdentification::bounded_step(const ScanEquations& normal,
     std::vector<int> number(room.size(), -1);
     int count = 0;
     for (Eigen::Index i = 0; i < room.size(); ++i)
-      if (free[i]) number[i] = count++;
+      if (free[i]) number[i] = count++, step[i] = 0;
     std::vector<Eigen::Triplet<double>> entries;
-    Eigen::VectorXd right(count), full = normal.right - normal.matrix * fixed(step, free);
+    Eigen::VectorXd right(count), full = normal.right - normal.matrix * step;
     for (Eigen::Index i = 0; i < room.size(); ++i)
       if (number[i] >= 0) right[number[i]] = full[i];
     for (int c = 0; c < normal.matrix.outerSize(); ++c)
@@ -281,7 +270,7 @@ void ScanIdentification::fit(const Mask& mask, int most_steps) {
   Walked walked = body->walk(passes, mask, true, jobs_);
   std::map<int, Points> changes;
   double damping = 1e-4;
-  for (int step = 0; step < most_steps; ++step, ++steps) {
+  for (int step = 0; step < most_steps; ++step) {
     if (progress_.stopped()) return;
     const Eigen::VectorXd error = relative_errors(walked);
     const double scale = scale_of(error, mask);

@@ -40,7 +40,6 @@ class ScanIdentification {
   ScanParameters parameters;
   Mask is_free;           ///< of each unknown
   double smoothness = 1;  ///< factor of the prior
-  int steps = 0;
 
  private:
   void start();
