@@ -117,6 +117,19 @@ TEST(statement, the_floor_is_what_a_person_feels_where_a_tenth_of_the_largest_fo
   EXPECT_EQ(verdict(summarize({{0, 0.1}})), "No verdict: no row above 0 N.");
 }
 
+TEST(statement, a_verdict_names_the_torque_and_the_surface_where_they_were_compared) {
+  Statement s = summarize({{1, 0.02}});
+  EXPECT_EQ(verdict(s).find("torque"), std::string::npos) << verdict(s);
+  EXPECT_EQ(verdict(s).find("surface"), std::string::npos) << verdict(s);
+  s.all.handle.p95_rel = 0.14;
+  s.shape.rows = 1;
+  s.shape.near.p95_m = 6.1e-4;
+  EXPECT_NE(
+      verdict(s).find(", torque at the handle to 14.0 %, the surface near the tool to 0.61 mm"),
+      std::string::npos)
+      << verdict(s);
+}
+
 TEST(statement, a_kind_of_path_of_which_no_row_counts_has_newtons_and_no_share) {
   Statement s = summarize({{1, 0.02}, {0.01, 0.001}});
   s.sections = {

@@ -156,7 +156,7 @@ def curves(path, steps=50):
             one = table.setdefault(row["name"] or row["point"], {}).setdefault(row["curve"], {})
             for key in ("at_m", "value_N", "slope_N_m"):
                 one.setdefault(key, []).append(float(row[key]))
-        if _schema_of(path) == "palpate-curves":
+        if not os.fspath(path).endswith(".palp") and read(path)["attributes"]["schema"] == "palpate-curves":
             for row in rows_of("band.csv", band=True):
                 table[row["name"] or row["point"]][row["curve"]].setdefault("deviation_N", []).append(
                     float(row["deviation_N"]))
@@ -165,16 +165,6 @@ def curves(path, steps=50):
             point[name] = {key: np.array(value) for key, value in curve.items()}
             point[name].setdefault("deviation_N", np.full(len(curve["at_m"]), np.nan))
     return table
-
-
-def _schema_of(path):
-    """What kind of HDF5 file it is, such as "palpate-curves"; "" where it is none."""
-    with open(path, "rb") as file:
-        if file.read(4) != b"\x89HDF":
-            return ""
-    import h5py
-    with h5py.File(path, "r") as file:
-        return _text(file.attrs.get("schema", ""))
 
 
 def statement(path):
