@@ -43,8 +43,8 @@ inline constexpr std::array<std::string_view, 7> kPathKindNames{
     "straight", "oblique", "sliding", "back_and_forth", "wandering", "tilting", "none"};
 
 /// Experiments at every test point (docs/method.md, section 5): a press to depth_m in equal steps,
-/// and at each drag depth a drag of drag_distance_m along each direction, at constant depth, with
-/// rows that lie closer at the beginning, where the interface sticks and slips in part.
+/// and at each drag depth a drag of drag_distance_m along each direction, at constant depth: rows
+/// lie closer where the interface begins to slip, and the last one of several is back at the start.
 struct Experiments {
   double depth_m = 0.010;
   int press_steps = 10;

@@ -35,16 +35,19 @@ double thread_seconds() {
 
 Vec3 across(const Vec3& vector, const Vec3& normal) { return vector - vector.dot(normal) * normal; }
 
-// Sticking and slipping rows of the drags. Each drag starts from a press: what it had there counts.
-// It slips where its stiffness has fallen to 0.6 of that of its first row.
+// Sticking and slipping rows of the drags on their outward strokes. A drag slips where its
+// stiffness has fallen to 0.6 of that of its first row.
 void count_drags(const SampleRows& rows, const Vec3& normal, Trial& trial) {
   std::map<int, Eigen::Index> first;
   for (Eigen::Index row = 0; row < rows.rows(); ++row) {
     if (rows.kind[row] != ExperimentKind::drag || rows.status[row] != RowStatus::good) continue;
     const auto [start, is_first] = first.try_emplace(rows.experiment[row], row);
+    const auto distance = [&](Eigen::Index of) {
+      return across(rows.deflection.row(of), normal).norm();
+    };
+    if (!is_first && distance(row) < distance(row - 1)) continue;
     const auto stiffness = [&](Eigen::Index of) {
-      const double distance = across(rows.deflection.row(of), normal).norm();
-      return distance > 0 ? across(rows.force.row(of), normal).norm() / distance : 0;
+      return distance(of) > 0 ? across(rows.force.row(of), normal).norm() / distance(of) : 0;
     };
     const double initial = stiffness(start->second);
     if (!(initial > 0)) continue;

@@ -74,8 +74,11 @@ ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& n
   for (const double depth : experiments.drag_depths_m) {
     for (const Vec3& tangent : drag_tangents(normal, experiments.drag_directions)) {
       ProbePath drag{0, static_cast<int>(stop_at(depth) - stops.begin()), {}};
+      // The last row is back at the start: on the outward stroke friction and the gradient of the
+      // force along the drag are one number.
+      const int out = std::max(1, experiments.drag_steps - 1);
       for (int step = 1; step <= experiments.drag_steps; ++step) {
-        const double share = std::pow(double(step) / experiments.drag_steps, 1.5);
+        const double share = step <= out ? std::pow(double(step) / out, 1.5) : 0;
         const Vec3 deflection = depth * normal + share * experiments.drag_distance_m * tangent;
         drag.targets.push_back(
             {deflection, plan.add_row(ExperimentKind::drag, experiment, step - 1, deflection)});

@@ -45,7 +45,7 @@ inline TestPoints one_point(const Vec3& at = block_top()) {
   return {at.transpose(), -Vec3::UnitZ().transpose(), {"p"}, {}};
 }
 
-/// A press of 4 mm in 3 steps and one drag of 4 mm (along x) in 4 rows at full depth.
+/// A press of 4 mm in 3 steps and one drag of 4 mm (along x) at full depth: 3 rows, and 1 back.
 inline Experiments press_and_one_drag(double scale = 1) {
   Experiments experiments;
   experiments.depth_m = scale * 0.004;

@@ -91,9 +91,9 @@ class Curves {
       .forEach((e, k) => {
         const first = e.rows[0].deflection;
         const offset = (row: Row) => across(row.deflection, u).map((v, i) => v - across(first, u)[i]);
-        const last = offset(e.rows[e.rows.length - 1]);
-        const length = Math.hypot(...last) || 1;
-        const along = last.map((v) => v / length);
+        const middle = offset(e.rows[Math.floor(e.rows.length / 2)]);
+        const length = Math.hypot(...middle) || 1;
+        const along = middle.map((v) => v / length);
         const depth = quantity(dot(first, u), "m");
         const x = e.rows.map((row) => dot(offset(row), along));
         series.push(
