@@ -1,7 +1,9 @@
 /* A mesh of your own, moved with the surface: visual ASSET.palp MESH.obj MOVED.obj, after
  * `palpate export asset.palp --visual MESH.obj -o ASSET.palp`. The ball of the curves presses 4 mm
  * into the body from above. MOVED.obj has the `v` lines as the body then is, in metres, and every
- * other line, texture and all, as it was. C99. */
+ * other line, texture and all, as it was. With out/engine of a run, in C99:
+ *   g++ -std=c++17 -O2 -ffp-contract=off -c engine/palpate.cpp
+ *   gcc -std=c99 -Iengine visual.c palpate.o -lm -o visual */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,7 +17,7 @@ int main(int argc, char** argv) {
   FILE* mesh = argc == 4 ? fopen(argv[2], "r") : NULL;
   FILE* moved = argc == 4 ? fopen(argv[3], "w") : NULL;
   if (!bytes || !file || !mesh || !moved)
-    return fprintf(stderr, "usage: visual ASSET.palp MESH.obj MOVED.obj\n"), 2;
+    return perror("visual ASSET.palp MESH.obj MOVED.obj"), 2;
   palpate_asset asset;
   const palpate_status status = palpate_open(&asset, bytes, fread(bytes, 1, room, file));
   if (status != PALPATE_OK) return fprintf(stderr, "%s\n", palpate_sentence(status)), 1;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "libfit/core/closest_point.hpp"
+#include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 
 namespace palpate {
@@ -78,6 +79,16 @@ std::optional<double> parse_quantity(std::string_view text, Dimension dimension)
   const auto factor = unit_factor(trimmed(text.substr(rest)), dimension);
   if (!factor) return std::nullopt;
   return number * *factor;
+}
+
+double mesh_unit_m(const std::string& unit, const std::string& where) {
+  const auto named = unit_factor(unit, Dimension::length);
+  const auto metres = named ? named : parse_quantity(unit, Dimension::length);
+  if (!metres || !(*metres > 0))
+    throw Error(where, "\"" + unit + "\" is no length",
+                "Use one of " + known_units(Dimension::length) +
+                    ", or a length such as \"110 mm\" for one unit of the mesh.");
+  return *metres;
 }
 
 std::string_view dimension_name(Dimension dimension) {

@@ -108,6 +108,6 @@ const CommandRow kRunCommand{"run",
                              declared<Run>, "Start", "run organ.toml -o out --quick"};
 const CommandRow kReportCommand{
     "report", "Write a page to look at: errors, the body, its curves, and the body to poke",
-    declared<Report>, "Start", "report out"};
+    declared<Report>, "Start", "report out -o report.html"};
 
 }  // namespace palpate::tools

@@ -204,6 +204,9 @@ class Export final : public Command {
     arguments.option("--visual MESH", visual_,
                      "Mesh to draw in place of the surface: the asset moves its vertices, in their "
                      "order (palpate_place_visual)");
+    arguments.option("--unit UNIT", unit_,
+                     "Length unit of MESH, such as mm or \"110 mm\"; without it m, cm or mm, which "
+                     "makes it as large as the body");
   }
 
   int run(Reply& reply) override {
@@ -213,7 +216,9 @@ class Export final : public Command {
     for (const auto& [option, value] : {std::pair{"--engine", engine_}, {"--visual", visual_}})
       if (!value.empty() && format != "palp")
         throw Error(option, "says nothing of a " + format, "Leave it out, or export palp.");
-    if (!visual_.empty() && is_asset_file(model_)) return add_visual(model_, reply);
+    if (visual_.empty() && !unit_.empty())
+      throw Error("--unit", "is of a mesh", "Give --visual, too.");
+    if (is_asset_file(model_)) return add_visual(model_, reply);
     if (std::error_code none; !engine_.empty() && std::filesystem::exists(engine_, none) &&
                               !std::filesystem::is_directory(engine_, none))
       throw Error("--engine", engine_ + " is a file", "Name a folder.");
@@ -234,10 +239,11 @@ class Export final : public Command {
 
  private:
   int add_visual(const std::string& asset, Reply& reply) const {
-    if (asset == model_ && !(engine_ + scene_ + stiffness_ + press_ + friction_).empty())
+    if (asset == model_ &&
+        (visual_.empty() || !(engine_ + scene_ + stiffness_ + press_ + friction_).empty()))
       throw Error(model_, "is an asset, which takes --visual alone",
                   "Export the model.h5 that it was made from.");
-    reply.json["visual"] = put_visual(asset, visual_, output_);
+    reply.json["visual"] = put_visual(asset, visual_, output_, unit_);
     return kDone;
   }
   static double number(const char* option, const std::string& text, double low, double high) {
@@ -263,7 +269,7 @@ class Export final : public Command {
         fit.deviation, percent(fit.misfit));
     return fit.factor;
   }
-  std::string model_, output_, engine_, scene_, stiffness_, press_, friction_, visual_;
+  std::string model_, output_, engine_, scene_, stiffness_, press_, friction_, visual_, unit_;
 };
 
 class SurfaceCommand final : public Command {

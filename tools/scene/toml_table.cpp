@@ -304,14 +304,7 @@ double SceneTable::length_unit() {
                     known_units(Dimension::length) + ").");
   const std::string unit = text("length_unit", "");
   note("length_unit", "length unit", "");
-  const auto factor = unit_factor(unit, Dimension::length);
-  const auto scaled = factor ? factor : parse_quantity(unit, Dimension::length);
-  if (!scaled || !(*scaled > 0))
-    throw Error(where("length_unit"),
-                "length_unit of " + name_ + " is \"" + unit + "\", which is no length unit",
-                "Use one of " + known_units(Dimension::length) +
-                    ", or a length such as \"110 mm\" for one mesh unit.");
-  return *scaled;
+  return mesh_unit_m(unit, where("length_unit") + ": length_unit of " + name_);
 }
 
 std::pair<Vec3, Vec3> SceneTable::corners(std::string_view key) {

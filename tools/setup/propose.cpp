@@ -107,16 +107,6 @@ std::string material_text(const Tissue& tissue) {
                 tissue.relaxation));
 }
 
-double metres_in(const std::string& unit) {
-  const auto named = unit_factor(unit, Dimension::length);
-  const auto metres = named ? named : parse_quantity(unit, Dimension::length);
-  if (!metres || !(*metres > 0))
-    throw Error(
-        "--unit", fmt::format("\"{}\" is no length", unit),
-        "Use one of " + known_units(Dimension::length) + ", or a length such as \"110 mm\".");
-  return *metres;
-}
-
 // What a scene says of its body. wrap_m: 0 where the surface needs none.
 struct ProposedBody {
   std::filesystem::path mesh, divided_from;  // the second empty where it is the file's own
@@ -333,7 +323,7 @@ ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in
   if (!choices.held.empty() && std::ranges::find(kSides, choices.held) == kSides.end())
     throw Error("--held", fmt::format("\"{}\" is no side", choices.held),
                 fmt::format("Use one of {}.", fmt::join(kSides, ", ")));
-  const double unit_m = metres_in(body.unit);
+  const double unit_m = mesh_unit_m(body.unit, "--unit");
 
   ProposedScene scene;
   scene.unit = body.unit;

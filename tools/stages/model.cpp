@@ -285,7 +285,7 @@ void put_statement(const std::filesystem::path& path, const std::string& stateme
 
 nlohmann::ordered_json put_visual(const std::filesystem::path& asset,
                                   const std::filesystem::path& mesh,
-                                  const std::filesystem::path& output) {
+                                  const std::filesystem::path& output, const std::string& given) {
   const AssetFile file = read_asset_file(asset);
   Points place_m = rows_of(mesh_read::read_raw(mesh, false, nullptr).points);
   if (place_m.rows() == 0)
@@ -295,8 +295,8 @@ nlohmann::ordered_json put_visual(const std::filesystem::path& asset,
     const double unit_m = *unit_factor(unit, Dimension::length);
     return std::abs(std::log(unit_m * extent_m(place_m).norm() / body_m));
   };
-  const std::string unit = std::ranges::min({"m", "cm", "mm"}, {}, misfit);
-  place_m *= *unit_factor(unit, Dimension::length);
+  const std::string unit = given.empty() ? std::ranges::min({"m", "cm", "mm"}, {}, misfit) : given;
+  place_m *= mesh_unit_m(unit, "--unit");
   const std::vector<runtime::VisualVertex> visual = hang(file.asset(), place_m);
   std::vector<double> off_m;
   for (const runtime::VisualVertex& hung : visual)
@@ -308,7 +308,7 @@ nlohmann::ordered_json put_visual(const std::filesystem::path& asset,
                 fmt::format("vertex {}, taken in {}, is {:.3g} mm from the surface of the body, "
                             "which is {:.3g} mm across",
                             farthest - off_m.begin() + 1, unit, 1e3 * *farthest, 1e3 * body_m),
-                "Give the mesh in m, cm or mm, where the body's own mesh lies.");
+                "Name its unit with --unit, and give it where the body's own mesh lies.");
   write_asset(output, with_visual(file.asset(), visual));
   say("  {} vertices of {}, taken in {}, hang on the surface, {:.2g} mm off it (median), {:.2g} mm "
       "(max)",

@@ -72,6 +72,6 @@ void put_statement(const std::filesystem::path& asset, const std::string& statem
 /// Returns what a reply says of it. Throws Error where a vertex is far from the surface.
 nlohmann::ordered_json put_visual(const std::filesystem::path& asset,
                                   const std::filesystem::path& mesh,
-                                  const std::filesystem::path& output);
+                                  const std::filesystem::path& output, const std::string& unit);
 
 }  // namespace palpate::tools
