@@ -29,9 +29,9 @@ TEST_F(AssetCommands, inspect_is_a_page_that_a_person_reads) {
        {"\n  body        80 x 80 x 30 mm, closed surface, 386 vertices and 768 triangles\n",
         "\n              x 0 to 80, y 0 to 80, z 0 to 30 mm\n", "\n  window      ",
         "\n  probe       sphere, friction 0.3, radius 8 mm\n", "\n  curves      family ",
-        "fitted to a depth of ", "\n  certificate ", "\n  statement   force error median ",
-        "\n              its size p95 ", "of rows within what a hand notices", "\n  size        ",
-        "\n  made by     palpate "})
+        "fitted to a depth of ", "\n  certificate ", "\n  statement   force error at ",
+        "\n              all paths ", "of rows are within what a person notices",
+        "\n  size        ", "\n  made by     palpate "})
     EXPECT_TRUE(holds(outcome.out, line));
   EXPECT_EQ(outcome.out.find('{'), std::string::npos) << outcome.out;
   std::istringstream lines(outcome.out.substr(outcome.out.find("\n  body")));
