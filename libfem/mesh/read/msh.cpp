@@ -1,4 +1,4 @@
-// Gmsh MSH: versions 2.x and 4.1, ASCII and binary of either byte order.
+// Gmsh MSH: version 1 (ASCII), 2.x and 4.1 (ASCII and binary of either byte order).
 #include <algorithm>
 #include <cstdlib>
 #include <map>
@@ -47,6 +47,10 @@ class MshFile {
       const std::string_view section = file_.word();
       if (section == "$MeshFormat")
         read_format();
+      else if (section == "$NOD")
+        read_nodes_2();
+      else if (section == "$ELM")
+        read_elements_1();
       else if (section == "$Nodes")
         version_ >= 4 ? read_nodes_4() : read_nodes_2();
       else if (section == "$Elements")
@@ -213,6 +217,23 @@ class MshFile {
     if (labels_ != nullptr) labels_->cell.push_back(labels_->cells - 1);
   }
 
+  void read_elements_1() {
+    const std::size_t elements = file_.count(NumberType::int64, 12, "elements");
+    std::vector<std::int64_t> tags;
+    for (std::size_t e = 0; e < elements; ++e) {
+      const std::int64_t id = file_.integer();
+      const ElementType& type = element_type(file_.integer(), file_);
+      const std::int64_t group = file_.integer();
+      file_.integer();  // elementary region
+      tags.resize(type.nodes);
+      if (file_.integer() != static_cast<std::int64_t>(type.nodes))
+        file_.fail("element " + std::to_string(id) + " has a wrong number of nodes");
+      for (std::int64_t& tag : tags) tag = file_.integer();
+      add_element(id, type, tags, {&group, 1});
+    }
+    end_section();
+  }
+
   // In text each element has a type and tags of its own; in binary a header is shared by a run.
   void read_elements_2() {
     const std::int64_t number = file_.integer();
@@ -276,7 +297,7 @@ class MshFile {
   RawLabels* labels_;
   std::map<std::pair<int, std::int64_t>, std::string> physical_name_;  // by dimension and tag
   std::map<std::pair<int, std::int64_t>, std::vector<std::int64_t>> physical_of_;  // of entities
-  double version_ = 2;
+  double version_ = 1;
   Encoding data_ = Encoding::text;
   RawMesh mesh_;
   std::unordered_map<std::int64_t, std::size_t> index_;  // of each node tag
@@ -285,7 +306,7 @@ class MshFile {
 }  // namespace
 
 RawMesh read_msh(Cursor& file, RawLabels* labels) {
-  if (!file.bytes().starts_with("$")) file.fail("does not begin with $MeshFormat");
+  if (!file.bytes().starts_with("$")) file.fail("does not begin with $MeshFormat or $NOD");
   return MshFile(file, labels).read();
 }
 

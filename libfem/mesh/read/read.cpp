@@ -28,7 +28,7 @@ constexpr Format kFormats[] = {
     {".ply", false, "Stanford, ASCII or binary", mesh_read::read_ply},
     {".off", false, "Geomview", mesh_read::read_off},
     {".vtk", false, "VTK legacy POLYDATA, ASCII or binary", mesh_read::read_vtk_polydata},
-    {".msh", true, "Gmsh 2.x or 4.1, ASCII or binary", mesh_read::read_msh},
+    {".msh", true, "Gmsh 1, 2.x or 4.1, ASCII or binary", mesh_read::read_msh},
     {".vtk", true, "VTK legacy UNSTRUCTURED_GRID, ASCII or binary", mesh_read::read_vtk_grid},
 };
 

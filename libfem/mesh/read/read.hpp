@@ -30,7 +30,7 @@ struct TetReadNotes {
 };
 
 /// The tetrahedra of a volume mesh file, in m.
-/// path: MSH (2.x, 4.1) or VTK (legacy UNSTRUCTURED_GRID), by extension; ASCII and binary.
+/// path: MSH (1, 2.x, 4.1) or VTK (legacy UNSTRUCTURED_GRID), by extension; ASCII and binary.
 /// Quadratic tets are read by their corners.
 /// Nodes that no tet uses and second copies of a tet are dropped (Gmsh's MSH 2 has a copy for each
 /// physical group); tets of negative volume are turned if all neighbours then

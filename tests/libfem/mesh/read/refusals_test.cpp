@@ -37,8 +37,8 @@ TEST_F(Refusal, unknown_extension_lists_the_known_ones) {
 
 // It was "no mesh format that is known here", with a list that lacks it.
 TEST_F(Refusal, a_format_of_the_other_kind_of_mesh_says_the_key_that_reads_it) {
-  EXPECT_TRUE(holds(surface_error("mesh.msh", "$MeshFormat\n"),
-                    "tetrahedra, which are read as body.tetmesh"));
+  EXPECT_TRUE(
+      holds(surface_error("mesh.msh", "$NOD\n"), "tetrahedra, which are read as body.tetmesh"));
   EXPECT_TRUE(holds(tet_error("mesh.stl", "solid\n"), "surfaces, which are read as body.surface"));
 }
 
@@ -72,14 +72,13 @@ TEST_F(Refusal, binary_errors_name_the_byte) {
     }
 }
 
-// Of MSH 2.2.
+// Of MSH 1.
 std::string msh(const std::string& nodes, const std::string& elements) {
   const auto section = [](const std::string& name, const std::string& lines) {
     const auto count = std::to_string(std::ranges::count(lines, '\n'));
-    return "$" + name + "\n" + count + "\n" + lines + "$End" + name + "\n";
+    return "$" + name + "\n" + count + "\n" + lines + "$END" + name + "\n";
   };
-  return "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + section("Nodes", nodes) +
-         section("Elements", elements);
+  return section("NOD", nodes) + section("ELM", elements);
 }
 
 struct BadFile {
@@ -91,7 +90,7 @@ struct BadFile {
 const std::string kCommaOff = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1,5 0\n3 0 1 2\n";
 const BadFile kBadFiles[] = {
     {"no faces", "mesh.obj", kTriangle, "no faces (3 vertices)"},
-    {"no tets", "mesh.msh", msh("1 0 0 0\n", "1 15 0 1\n"), "no tetrahedra (1 points"},
+    {"no tets", "mesh.msh", msh("1 0 0 0\n", "1 15 0 0 1 1\n"), "no tetrahedra (1 points"},
     {"its line", "mesh.obj", kTriangle + "f 1 2 x\n", "mesh.obj:4: "},
     {"its line", "mesh.obj", "v 0 0 0\r\nv 1,5 0 0\r\n", "mesh.obj:2: "},
     {"its line", "mesh.off", kCommaOff, "mesh.off:5: "},
@@ -102,7 +101,7 @@ const BadFile kBadFiles[] = {
     {"vertex 0", "mesh.obj", kTriangle + "f 0 1 2\n", "not a vertex number"},
     {"vertex 3 of 0 to 2", "mesh.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n",
      "uses vertex 3"},
-    {"node 2 of 1", "mesh.msh", msh("1 0 0 0\n", "7 4 0 1 2 3 4\n"), "element 7 uses node 2"},
+    {"node 2 of 1", "mesh.msh", msh("1 0 0 0\n", "7 4 0 0 4 1 2 3 4\n"), "element 7 uses node 2"},
     {"no number", "mesh.obj", "v 0 0 nan\n", "NaN"},
     {"infinite", "mesh.obj", "v 0 -inf 0\n", "infinite"},
     {"too small", "mesh.obj", "v 0 1e-300 0\n", "absurdly small"},
@@ -113,12 +112,13 @@ const BadFile kBadFiles[] = {
     {"more than its bytes", "mesh.vtk",
      "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 900000000 float\n0 0 0\n",
      "announces 900000000 points"},
-    {"a flat tet", "mesh.msh", msh("1 0 0 0\n2 1 0 0\n3 0 1 0\n4 1 1 0\n", "42 4 0 1 2 3 4\n"),
+    {"a flat tet", "mesh.msh", msh("1 0 0 0\n2 1 0 0\n3 0 1 0\n4 1 1 0\n", "42 4 0 0 4 1 2 3 4\n"),
      "without volume: 42"},
-    {"a node twice", "mesh.msh", msh("1 0 0 0\n2 1 0 0\n3 0 1 0\n", "5 4 0 1 2 3 3\n"),
+    {"a node twice", "mesh.msh", msh("1 0 0 0\n2 1 0 0\n3 0 1 0\n", "5 4 0 0 4 1 2 3 3\n"),
      "without volume: 5"},
     {"two tets over one face, the second one's tip pushed through it", "mesh.msh",
-     msh("1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 .1 .1 .5\n", "8 4 0 1 2 3 4\n9 4 0 1 3 2 5\n"),
+     msh("1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 .1 .1 .5\n",
+         "8 4 0 0 4 1 2 3 4\n9 4 0 0 4 1 3 2 5\n"),
      "overlap their neighbours: 8, 9"},
     {"MSH 4.0", "mesh.msh", "$MeshFormat\n4 0 8\n$EndMeshFormat\n", "Save it as MSH 4.1 or 2.2"},
 };

@@ -172,6 +172,17 @@ SampleFile vtk_grid(bool is_binary) {
   return {is_binary ? "vtk_binary" : "vtk_text", ".vtk", bytes + "\n"};
 }
 
+SampleFile msh_1() {
+  const TetMesh cube = cube_tets();
+  std::ostringstream elements;
+  elements << "1 2 1 1 3 1 2 3\n";  // a triangle
+  for (Eigen::Index t = 0; t < 6; ++t)
+    elements << t + 2 << " 4 1 1 4 " << (cube.tets.row(t).array() + 1) << "\n";
+  return {"msh_1", ".msh",
+          "$NOD\n8\n" + lines(cube.nodes, "", 1, true) + "$ENDNOD\n$ELM\n7\n" + elements.str() +
+              "$ENDELM\n"};
+}
+
 // Bytes of an MSH file, as text or binary.
 class MshBytes {
  public:
@@ -226,8 +237,8 @@ std::vector<SampleFile> surface_samples() {
 }
 
 std::vector<SampleFile> tet_samples() {
-  return {msh(2.2, false), msh(2.2, true),  msh(4.1, false),
-          msh(4.1, true),  vtk_grid(false), vtk_grid(true)};
+  return {msh_1(),        msh(2.2, false), msh(2.2, true), msh(4.1, false),
+          msh(4.1, true), vtk_grid(false), vtk_grid(true)};
 }
 
 Triangles top_faces() {
