@@ -22,12 +22,11 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kHdf5Magic = "\x89HDF";
-// Formats of many programs: ours say in their first bytes that Palpate wrote them.
-constexpr std::pair<std::string_view, std::string_view> kCommonFormats[] = {
-    {"glTF", "glTF"}, {"ply", "ply"}, {"<VTKFile", "vtu"}};
+// A format of many programs: ours say in their first bytes that Palpate wrote them.
+constexpr std::string_view kVtuMark = "<VTKFile";
 constexpr std::string_view kForeign = "another program's ";
 constexpr std::string_view kDamagedHdf5 = "damaged HDF5";
-constexpr std::string_view kNamed[] = {"palp", "glTF", "ply", "vtu", "HDF5", kDamagedHdf5};
+constexpr std::string_view kNamed[] = {"palp", "vtu", "HDF5", kDamagedHdf5};
 
 bool can_be_opened(const fs::path& hdf5) {
   try {
@@ -42,17 +41,6 @@ std::string in_words(const std::string& kind) {
   const bool is_named = kind.starts_with("palpate-") || kind.starts_with(kForeign) ||
                         std::ranges::find(kNamed, kind) != std::end(kNamed);
   return is_named ? "holds " + kind : fmt::format("begins with \"{}\"", kind.substr(0, 30));
-}
-
-// Of kCommonFormats; "" where it is none of them.
-std::string common_format(const std::string& bytes) {
-  const bool is_xml = bytes.starts_with("<?xml");
-  const bool is_signed = bytes.find("palpate") != std::string::npos;
-  for (const auto& [mark, name] : kCommonFormats)
-    if (bytes.starts_with(mark) ||
-        (is_xml && mark.starts_with('<') && bytes.find(mark) != std::string::npos))
-      return (is_signed ? "" : std::string(kForeign)) + std::string(name);
-  return "";
 }
 
 // The folder itself or the nearest one above it that exists.
@@ -83,7 +71,9 @@ std::string kind_of_file(const fs::path& path) {
     }
   }
   if (bytes.starts_with("PALP")) return "palp";
-  if (std::string format = common_format(bytes); !format.empty()) return format;
+  if (bytes.starts_with(kVtuMark) ||
+      (bytes.starts_with("<?xml") && bytes.find(kVtuMark) != std::string::npos))
+    return (bytes.find("palpate") != std::string::npos ? "" : std::string(kForeign)) + "vtu";
   if (bytes.starts_with("{")) {  // and the keys that follow, however they are laid out
     std::erase_if(bytes, [](char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; });
     return bytes;

@@ -55,20 +55,6 @@ double force_at(double depth, double step, const std::vector<double>& force) {
   return std::pow(x, power) * sum;
 }
 
-// Of each experiment the deviation of its contact [m]: of repeats that were pooled, of their mean.
-std::map<std::int32_t, double> contact_deviations_m(const MeasuredRecordings& recordings) {
-  std::map<std::int32_t, std::pair<double, int>> squares;
-  for (std::size_t r = 0; r < recordings.size(); ++r) {
-    auto& [sum, count] = squares[recordings.experiment[r]];
-    const double deviation_m = recordings.contact_deviation_m[r];
-    if (deviation_m > 0) sum += deviation_m * deviation_m;
-    ++count;
-  }
-  std::map<std::int32_t, double> out;
-  for (const auto& [experiment, of] : squares) out[experiment] = std::sqrt(of.first) / of.second;
-  return out;
-}
-
 // Slope of the force over depth at each row of an experiment: of the line through the rows within a
 // fifth of the largest depth.
 Eigen::VectorXd slopes_of(const Eigen::VectorXd& depth, const Eigen::VectorXd& force) {
@@ -175,12 +161,10 @@ void PressedBody::simulate(const std::vector<MaterialParameters>& materials, Pre
             const Point& point = points_[p];
             if (point.probe) setup.probe = *point.probe;
             const Simulator simulator(std::move(setup));
-            progress.begin("press " + std::to_string(p + 1));
             const PointRows result =
                 mesh == PressMesh::coarse
                     ? simulator.press_quickly(point.position, point.normal, point.press, progress)
                     : simulator.press_and_drag(point.position, point.normal, point.press, progress);
-            progress.end();
             if (!result.is_complete) return;
             SimulatedPress press;
             for (Eigen::Index row = 0; row < result.rows(); ++row)

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
 
 namespace palpate {
@@ -273,6 +272,19 @@ bool has_crooked_press(const Samples& samples) {
   return std::ranges::any_of(rows_of_presses(samples), [&](const auto& press) {
     return is_crooked(samples, press.second) && !is_on_purpose(samples, press.second);
   });
+}
+
+std::map<std::int32_t, double> contact_deviations_m(const MeasuredRecordings& recordings) {
+  std::map<std::int32_t, std::pair<double, int>> sums;  // of squares, count
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    const double deviation_m = recordings.contact_deviation_m[r];
+    if (!(deviation_m > 0) || !std::isfinite(deviation_m)) continue;
+    auto& [squares, count] = sums[recordings.experiment[r]];
+    squares += deviation_m * deviation_m, ++count;
+  }
+  std::map<std::int32_t, double> out;
+  for (const auto& [experiment, of] : sums) out[experiment] = std::sqrt(of.first) / of.second;
+  return out;
 }
 
 }  // namespace palpate

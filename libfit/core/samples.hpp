@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -122,6 +123,10 @@ struct MeasuredRecordings : RecordingColumns {
   std::vector<double> hysteresis;  ///< R, share of the work not given back; NaN without a way back
   std::vector<double> young_Pa;    ///< R, apparent, of the contact fit; NaN where it has none
 };
+
+/// Standard deviation of each experiment's contact point [m], of the recordings that state one:
+/// that of the mean of them.
+std::map<std::int32_t, double> contact_deviations_m(const MeasuredRecordings& recordings);
 
 /// Displacements of a surface's vertices, a row per state.
 using SurfaceMotion = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -23,9 +23,10 @@ struct PointEvidence {
 
 // A basis and how well its curves predict rows they did not see.
 struct BasisCandidate {
-  BasisEvidence evidence;
   CurveBasis basis;
-  std::vector<double> squared;  // weighted, of every held-out row of every point
+  double heldout_error = 0;          // p95 over points of the relative rms error
+  double local_error = 0;            // of the largest error that three neighbouring abscissae share
+  std::vector<double> squared = {};  // weighted, of every held-out row of every point
   double mean_square = 0;
 };
 
@@ -144,8 +145,8 @@ double mean(const std::vector<double>& values) {
 
 // Judges `basis` by each fold in turn. normal: basis of f^z.
 BasisCandidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
-                     const CurveBasis& basis, KnotPlacement placement) {
-  BasisCandidate candidate{{basis.pieces(), placement, 0, 0}, basis, {}, 0};
+                     const CurveBasis& basis) {
+  BasisCandidate candidate{basis};
   std::vector<double> point_errors, local_errors;
   for (const PointEvidence& point : points) {
     const HeldOutErrors errors = hold_out(point, normal, basis);
@@ -156,8 +157,8 @@ BasisCandidate judge(const std::vector<PointEvidence>& points, const CurveBasis&
         clipped_squares(errors.weighted, errors.rows, common_errors(errors.group, errors.weighted));
     candidate.squared.insert(candidate.squared.end(), squares.begin(), squares.end());
   }
-  candidate.evidence.heldout_error = lower_quantile(point_errors, 0.95);
-  candidate.evidence.local_error = lower_quantile(local_errors, 0.95);
+  candidate.heldout_error = lower_quantile(point_errors, 0.95);
+  candidate.local_error = lower_quantile(local_errors, 0.95);
   candidate.mean_square = mean(candidate.squared);
   return candidate;
 }
@@ -165,16 +166,14 @@ BasisCandidate judge(const std::vector<PointEvidence>& points, const CurveBasis&
 // True where a candidate predicts held-out rows within the tolerance, and no three neighbouring
 // abscissae share an error of more than one and a half of it.
 bool meets(const BasisCandidate& candidate, double tolerance) {
-  return candidate.evidence.heldout_error <= tolerance &&
-         candidate.evidence.local_error <= kLocalShare * tolerance;
+  return candidate.heldout_error <= tolerance && candidate.local_error <= kLocalShare * tolerance;
 }
 
 // True where a candidate's local error exceeds the best one's, and the tolerance, by less than
 // half: the rest is noise, of which more pieces leave as much.
 bool is_as_good_locally(const BasisCandidate& candidate, const BasisCandidate& best,
                         double tolerance) {
-  return candidate.evidence.local_error <=
-         kLocalShare * std::max(tolerance, best.evidence.local_error);
+  return candidate.local_error <= kLocalShare * std::max(tolerance, best.local_error);
 }
 
 // True where a candidate is as good locally and its held-out errors exceed the best one's by no
@@ -239,7 +238,7 @@ std::size_t fewest(const std::vector<BasisCandidate>& candidates, std::size_t be
                    double tolerance) {
   if (meets(candidates.back(), tolerance)) best = candidates.size() - 1;
   for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (candidates[i].evidence.heldout_error <= tolerance &&
+    if (candidates[i].heldout_error <= tolerance &&
         is_as_good_locally(candidates[i], candidates[best], tolerance))
       return i;
   for (std::size_t i = 0; i < best; ++i)
@@ -248,13 +247,12 @@ std::size_t fewest(const std::vector<BasisCandidate>& candidates, std::size_t be
 }
 
 std::string reason_for(const BasisCandidate& chosen, bool is_wanted, double tolerance) {
-  const BasisEvidence& evidence = chosen.evidence;
-  const std::string held_out = "held-out error of " + percent(evidence.heldout_error);
+  const std::string held_out = "held-out error of " + percent(chosen.heldout_error);
   if (is_wanted) return "pieces as asked, the better placement of their knots";
   if (meets(chosen, tolerance)) return "fewest pieces whose " + held_out + " meets the tolerance";
-  if (evidence.heldout_error <= tolerance)
+  if (chosen.heldout_error <= tolerance)
     return held_out + " meets the tolerance; what neighbouring rows are off together, up to " +
-           percent(evidence.local_error) + ", more pieces hardly lower";
+           percent(chosen.local_error) + ", more pieces hardly lower";
   return held_out +
          " is above the tolerance, but more pieces hardly lower it: rows scatter, or the force "
          "depends on more than this deflection";
@@ -265,23 +263,17 @@ std::string reason_for(const BasisCandidate& chosen, bool is_wanted, double tole
 BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& normal, int wanted,
                    int min_pieces, double range, const FitOptions& options) {
   BasisReport report;
-  report.points = int(points.size());
   std::vector<double> groups;
   for (const PointEvidence& point : points) groups.push_back(point.rows.back().group + 1);
   const int parameters = int(0.8 * median(groups));  // that a training fold can carry
   const int most = std::clamp(parameters - options.degree + 1, 1, 12);
   const std::vector<double> density =
       curvature_density(points, even_basis(options.degree, std::min(most, 8), range));
-  const auto judged = [&](const CurveBasis& basis, KnotPlacement placement) {
-    BasisCandidate candidate = judge(points, normal, basis, placement);
-    report.evidence.push_back(candidate.evidence);
-    return candidate;
-  };
   const auto better_placement = [&](int pieces) {
-    BasisCandidate even = judged(even_basis(options.degree, pieces, range), KnotPlacement::even);
+    BasisCandidate even = judge(points, normal, even_basis(options.degree, pieces, range));
     if (pieces == 1) return even;
     BasisCandidate other =
-        judged(curvature_basis(options.degree, pieces, range, density), KnotPlacement::curvature);
+        judge(points, normal, curvature_basis(options.degree, pieces, range, density));
     return other.mean_square < even.mean_square ? other : even;
   };
 
@@ -297,7 +289,7 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
 
   const std::size_t chosen = fewest(candidates, best, options.tolerance);
   report.basis = candidates[chosen].basis;
-  report.heldout_error = candidates[chosen].evidence.heldout_error;
+  report.heldout_error = candidates[chosen].heldout_error;
   report.reason = reason_for(candidates[chosen], wanted > 0, options.tolerance);
   return report;
 }

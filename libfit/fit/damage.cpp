@@ -117,12 +117,12 @@ std::vector<ForceError> errors(const std::vector<Cycle>& cycles,
 }
 
 // The unknowns are logarithms, kept where a body can be.
-runtime::DamageView damage_at(const Eigen::Vector3d& p, double least_r) {
+runtime::DamageView damage_at(const Eigen::Vector3d& p) {
   const auto within = [](double x, double low, double high) {
     return std::clamp(std::exp(std::clamp(x, -50.0, 50.0)), low, high);
   };
   runtime::DamageView out;
-  out.r = within(p[0], least_r, 100);
+  out.r = within(p[0], 1, 100);
   out.scale = within(p[1], 1e-6, 100);
   out.beta = within(p[2], 1e-6, 100);
   return out;
@@ -134,16 +134,14 @@ struct DamageResiduals {
 
   const std::vector<Cycle>& cycles;
   int rows;
-  double least_r;
 
   int NumResiduals() const { return rows; }
   Eigen::VectorXd at(const Eigen::Vector3d& p) const {
     Eigen::VectorXd out(rows);
     Eigen::Index i = 0;
-    answer(cycles, damage_at(p, least_r),
-           [&](const Cycle& cycle, double answered_N, double force_N) {
-             out[i++] = (answered_N - force_N) / cycle.largest_N;
-           });
+    answer(cycles, damage_at(p), [&](const Cycle& cycle, double answered_N, double force_N) {
+      out[i++] = (answered_N - force_N) / cycle.largest_N;
+    });
     return out;
   }
   bool operator()(const double* parameters, double* residuals, double* jacobian) const {
@@ -181,24 +179,10 @@ std::array<double, 3> deviations(const DamageResiduals& residuals, const Eigen::
   return out;
 }
 
-// Share of the deepest press's depth below which its place answers with nothing.
-double dent_of(const std::vector<Cycle>& cycles, const runtime::DamageView& damage) {
-  std::vector<double> shares;
-  for (const Cycle& cycle : cycles) {
-    const auto deepest = std::ranges::max_element(cycle.depth_m) - cycle.depth_m.begin();
-    double dent_m = 0;
-    for (std::size_t i = 0; i < cycle.depth_m.size(); ++i)
-      if (runtime::softened(damage, cycle.unit_J, cycle.law_J[deepest], cycle.law_J[i]).share <= 0)
-        dent_m = std::max(dent_m, cycle.depth_m[i]);
-    shares.push_back(dent_m / cycle.depth_m[deepest]);
-  }
-  return quantile(shares, 0.5);
-}
-
 }  // namespace
 
 runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& samples,
-                                    DamageReport* report, bool may_dent) {
+                                    DamageReport* report) {
   const std::vector<Cycle> cycles = cycles_of(curves, samples);
   const std::vector<ForceError> undamaged = errors(cycles, {});
   DamageReport found;
@@ -206,8 +190,7 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
   found.rows = undamaged.size();
   runtime::DamageView best;
   if (!cycles.empty()) {
-    const double least_r = may_dent ? 0.05 : 1;
-    const DamageResiduals residuals{cycles, int(undamaged.size()), least_r};
+    const DamageResiduals residuals{cycles, int(undamaged.size())};
     const auto rows = double(undamaged.size());
     double squares = 0;
     answer(cycles, {}, [&](const Cycle& cycle, double answered_N, double force_N) {
@@ -216,11 +199,9 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
     // A tenth off an error that is more than a thousandth of a cycle's largest force (rms).
     double least = squares > 1e-6 * rows ? 0.81 * squares : 0;
     std::vector<Eigen::Vector3d> starts;
-    for (const double r : {0.3, 0.5, 0.7, 0.9, 1.2, 2.0, 5.0})
-      for (const double scale : {0.02, 0.2})
-        for (const double beta : {0.1, 0.5})
-          if (r >= least_r && (r < 1 || scale < 0.1))
-            starts.emplace_back(std::log(r), std::log(scale), std::log(beta));
+    for (const double r : {1.2, 2.0, 5.0})
+      for (const double beta : {0.1, 0.5})
+        starts.emplace_back(std::log(r), std::log(0.02), std::log(beta));
     for (const Eigen::Vector3d& start : starts) {
       Eigen::Vector3d p = start;
       ceres::TinySolver<DamageResiduals> solver;
@@ -232,10 +213,9 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
       const double left = residuals.at(p).squaredNorm();
       if (!(left < least)) continue;
       least = left;
-      best = damage_at(p, least_r);
+      best = damage_at(p);
       found.deviation = deviations(residuals, p);
     }
-    found.dent = best.softens() ? dent_of(cycles, best) : 0;
     found.undamaged = relative_errors(undamaged);
     found.damaged = relative_errors(errors(cycles, best));
   }

@@ -153,14 +153,12 @@ std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData&
       fitted.message[p] = "stopped before this point was fitted";
       return;
     }
-    progress.begin(samples.point_name[p]);
     PointResult& result = results[p];
     result = fit::fit_point(samples, body, p, rows[p], bases, plain, si, options, fitted);
     if (result.is_scored) {
       fitted.rms_residual_N[p] = result.score.rms_N;
       fitted.max_residual_N[p] = result.score.max_N;
     }
-    progress.end();
     const std::lock_guard lock(mutex);
     progress.report(++done, results.size(), samples.point_name[p]);
   });
@@ -233,10 +231,8 @@ FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,
   FittedCurves fitted = fit::no_curves(samples, body, bases);
   const auto results = fit_points(samples, body, rows, bases, options, progress, fitted);
   fitted.recordings = fit::collect_nuisances(body, results);
-  FitReport found = fit::make_report(body, rows, bases, fitted, results, options);
-  found.rings = fit::judge_rings(rows, fitted);
   if (report != nullptr) {
-    *report = std::move(found);
+    *report = fit::make_report(body, rows, bases, fitted, results, options);
     report->rows.all = samples.rows();
     report->family = family;
     report->is_stopped = progress.stopped();

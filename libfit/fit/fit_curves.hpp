@@ -1,8 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -52,25 +50,12 @@ struct FitOptions {
 /// and the lateral ratio of a half-space of the body's Poisson's ratio.
 FitOptions options_for(const Samples& samples);
 
-/// Placement of knots: equal pieces, or equal shares of the curves' curvature.
-enum class KnotPlacement : std::int8_t { even = 0, curvature = 1 };
-
-/// One candidate of the search for a basis: mean error of rows the curve did not see.
-struct BasisEvidence {
-  int pieces = 0;
-  KnotPlacement placement = KnotPlacement::even;
-  double heldout_error = 0;  ///< 95th percentile over points of the relative rms error
-  /// The same figure of the largest error that three neighbouring abscissae have in common.
-  double local_error = 0;
-};
-
 /// Why a kind got its basis.
 struct BasisReport {
   CurveBasis basis;
-  std::vector<BasisEvidence> evidence;  ///< in the order tried; empty when the user chose
-  int points = 0;                       ///< that had rows to hold out
-  double heldout_error = 0;             ///< of the basis; 0 where none could be held out
-  std::string reason;                   ///< a sentence
+  /// Relative error of rows that the curve did not see, p95 over points; 0: none was held out.
+  double heldout_error = 0;
+  std::string reason;  ///< a sentence
 };
 
 /// Why the body got its family.
@@ -78,18 +63,6 @@ struct FamilyReport {
   CurveFamily family = CurveFamily::separable;
   bool sways = false;  ///< its law stands in series with the rigid sway of the body
   std::string reason;
-};
-
-/// Constants of a body's rings, of a point of median force by the dragged ones (ring_lines).
-struct RingsReport {
-  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  int points = 0;  ///< that were dragged; without any nothing is judged
-  double lambda = 0, friction = 0, friction_slope_1_m = 0, spread_1_m = 0;
-  /// Standard errors of a point's, medians over the same points; of g_2 at full
-  /// depth: share of the normal force.
-  double lambda_deviation = kUnknown, friction_deviation = kUnknown;
-  double friction_slope_deviation_1_m = kUnknown, spread_deviation_1_m = kUnknown;
-  double side_deviation = kUnknown;
 };
 
 /// A point that the curves describe badly, worst first.
@@ -114,26 +87,17 @@ struct ReportedRows {
   std::size_t all = 0, used = 0, not_good = 0, not_finite = 0, cut = 0;
 };
 
-/// Half widths of the curves' bands of 90 % at the end of their rows, over the curve there: median
-/// over the points that have one, and the widest, with its point; -1: none.
-struct BandWidths {
-  std::array<double, kCurveKinds> median{}, widest{};
-  std::array<Eigen::Index, kCurveKinds> widest_point{-1, -1, -1};
-};
-
 /// Report of a fit. All but `seconds` is independent of the number of threads.
 struct FitReport {
   std::array<BasisReport, kCurveKinds> kind;
   FamilyReport family;
-  RingsReport rings;
   /// A sentence on the lateral and limit curves, or rings, of points that were only pressed; empty
   /// where drags determine them. Such points are graded by their normal curve alone.
   std::string assumed;
   std::vector<WorstPoint> worst;
   PointCounts points;
   ReportedRows rows;
-  RelativeErrors error;  ///< of the rows used
-  BandWidths bands;
+  RelativeErrors error;     ///< of the rows used
   bool is_stopped = false;  ///< Progress asked to stop; the points left are `failed`
   double seconds = 0;       ///< wall clock
 };

@@ -89,11 +89,7 @@ RingPrior ring_lines(const std::vector<RingPoint>& points, const RingConstants& 
 /// Rows for curves.h5; none where nothing was unknown.
 FittedRecordings collect_nuisances(const BodyData& body, const std::vector<PointResult>& results);
 
-/// The constants of a body's rings by the points that were dragged. No points where the family is
-/// another.
-RingsReport judge_rings(const std::vector<CurveRows>& rows, const FittedCurves& fitted);
-
-/// The report of a fit of all points; the number of rows, family, rings, time and whether it was
+/// The report of a fit of all points; the number of rows, family, time and whether it was
 /// stopped are left to the caller. rows: of the curves of each point.
 FitReport make_report(const BodyData& body, const std::vector<CurveRows>& rows,
                       const BodyBases& bases, const FittedCurves& fitted,

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <tuple>
 
 #include "libfit/core/curves.hpp"
 #include "libfit/core/stated_error.hpp"
@@ -56,13 +55,6 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
   }
 }
 
-double constant_of(const FittedCurves& fitted, int part, Eigen::Index point) {
-  return fitted.curves.control[part](point, 0);
-}
-double deviation_of(const FittedCurves& fitted, int part, Eigen::Index point) {
-  return fitted.deviation[part].row(point).norm();
-}
-
 std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
                                      const std::vector<PointResult>& results) {
   std::vector<WorstPoint> worst;
@@ -98,30 +90,6 @@ std::string assumed_curves(const std::vector<CurveRows>& rows, const BodyBases& 
          " of the normal stiffness at full depth and the limit " +
          number(options.default_friction) +
          " of the normal force, or just above what held in a press";
-}
-
-// Relative bands where each curve's rows end: past that it is extrapolated.
-void report_bands(const FittedCurves& fitted, const std::vector<CurveRows>& rows, double length_m,
-                  FitReport& report) {
-  for (std::size_t kind = 0; kind < curves_of(fitted.curves.family); ++kind) {
-    const SplineTables tables = tabulate(fitted.curves.basis[kind]);
-    const auto spline = view(tables);
-    std::vector<double> bands;
-    for (Eigen::Index p = 0; p < fitted.position.rows(); ++p) {
-      const std::vector<CurveRow>& own = rows[p].curve[kind];
-      if (!fitted.covariance[kind].row(p).allFinite() || own.empty()) continue;
-      double end = 0;
-      for (const CurveRow& row : own) end = std::max(end, row.x * length_m);
-      const Eigen::VectorXd covariance = fitted.covariance[kind].row(p);
-      const double value =
-          runtime::curve_value(spline, fitted.curves.control[kind].row(p).data(), end);
-      if (!(value > 0)) continue;
-      bands.push_back(kBand90 * curve_deviation(spline, covariance, end) / value);
-      if (bands.back() > report.bands.widest[kind] || report.bands.widest_point[kind] < 0)
-        report.bands.widest[kind] = bands.back(), report.bands.widest_point[kind] = p;
-    }
-    report.bands.median[kind] = median(std::move(bands));
-  }
 }
 
 }  // namespace
@@ -209,44 +177,6 @@ RingPrior ring_lines(const std::vector<RingPoint>& points, const RingConstants& 
   return out;
 }
 
-RingsReport judge_rings(const std::vector<CurveRows>& rows, const FittedCurves& fitted) {
-  RingsReport report;
-  if (fitted.curves.family != CurveFamily::rings) return report;
-  // The body's constants are those of a point of median force.
-  const NodeForces forces(fitted.curves);
-  const double depth_m = fitted.curves.basis[0].knots_m.back();
-  std::vector<double> all_log_force;
-  std::vector<RingPoint> points;
-  std::array<std::vector<double>, 5> deviations;
-  for (std::size_t p = 0; p < rows.size(); ++p) {
-    if (fitted.status[p] == FitStatus::failed) continue;
-    all_log_force.push_back(std::log(forces.normal_N(p, depth_m)));
-    if (rows[p].drags == 0) continue;
-    RingConstants constant{}, error{};
-    for (int k = 0; k < 4; ++k) {
-      constant[k] = constant_of(fitted, runtime::kLambda + k, p);
-      error[k] = deviation_of(fitted, runtime::kLambda + k, p);
-      deviations[k].push_back(error[k]);
-    }
-    points.push_back(ring_point(all_log_force.back(), constant.data(), error.data()));
-    deviations[4].push_back(deviation_of(fitted, runtime::kSide2, p) * depth_m * depth_m /
-                            std::exp(all_log_force.back()));
-  }
-  report.points = int(points.size());
-  if (points.empty()) return report;
-  RingConstants usual = kUsualRings;
-  usual[2] /= depth_m;
-  usual[3] /= depth_m;
-  std::tie(report.lambda, report.friction, report.friction_slope_1_m, report.spread_1_m) =
-      std::tuple_cat(ring_lines(points, usual).at(median(all_log_force)));
-  report.lambda_deviation = median(deviations[0]);
-  report.friction_deviation = median(deviations[1]);
-  report.friction_slope_deviation_1_m = median(deviations[2]);
-  report.spread_deviation_1_m = median(deviations[3]);
-  report.side_deviation = median(deviations[4]);
-  return report;
-}
-
 FitReport make_report(const BodyData& body, const std::vector<CurveRows>& rows,
                       const BodyBases& bases, const FittedCurves& fitted,
                       const std::vector<PointResult>& results, const FitOptions& options) {
@@ -270,7 +200,6 @@ FitReport make_report(const BodyData& body, const std::vector<CurveRows>& rows,
   for (const PointResult& result : results)
     scored.insert(scored.end(), result.score.rows.begin(), result.score.rows.end());
   report.error = relative_errors(scored);
-  report_bands(fitted, rows, body.length_m, report);
   return report;
 }
 

@@ -12,20 +12,6 @@
 namespace palpate::fit {
 namespace {
 
-// Standard deviation of each experiment's contact point [m]: that of the mean of its recordings.
-std::map<std::int32_t, double> stated_deviations(const MeasuredRecordings& recordings) {
-  std::map<std::int32_t, std::pair<double, double>> sums;  // of squares, count
-  for (std::size_t i = 0; i < recordings.size(); ++i) {
-    const double deviation = recordings.contact_deviation_m[i];
-    if (!(deviation > 0) || !std::isfinite(deviation)) continue;
-    auto& [square, count] = sums[recordings.experiment[i]];
-    square += deviation * deviation, ++count;
-  }
-  std::map<std::int32_t, double> out;
-  for (const auto& [experiment, sum] : sums) out[experiment] = std::sqrt(sum.first) / sum.second;
-  return out;
-}
-
 // Columns of each nuisance parameter in curves.h5.
 constexpr struct {
   Eigen::VectorXd FittedRecordings::*value, FittedRecordings::*deviation;
@@ -74,7 +60,7 @@ std::vector<double> normal_forces(const Samples& samples, const std::vector<Eige
 
 void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& body) {
   const bool frees_contact = options.estimates[kContact];
-  const auto stated = stated_deviations(samples.recordings);
+  const auto stated = contact_deviations_m(samples.recordings);
   if (frees_contact && stated.empty())
     throw Error("fit option estimates",
                 "asks for contact points, but the samples state no deviation of any",

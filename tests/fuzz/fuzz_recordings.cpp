@@ -48,8 +48,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
       if (raw.unread) continue;
       promise(raw.rows() > 0, "a recording has a row");
       try {
-        const auto r = recordings::condition(raw, signal_settings(data[2]), Vec3(0, 0, -1), "fuzz",
-                                             read.drop_invalid);
+        const auto r = recordings::condition(raw, signal_settings(data[2]), Vec3(0, 0, -1), "fuzz");
         promise(r.deflection_m.allFinite() && r.force_N.allFinite() && r.torque_Nm.allFinite(),
                 "samples are finite");
         promise(std::isfinite(r.contact.travel_m) && r.contact.deviation_m >= 0,

@@ -32,7 +32,6 @@ inline importers::ReadSettings read_settings(std::string_view format, unsigned c
   if ((read.format == "csv" && !names_itself) || read.format == "robot-palpation")
     read.units = {"s", "mm", "N", "Nmm"};
   read.is_force_on_tool = (choice & 8) != 0;
-  read.drop_invalid = choice & 16;
   read.max_bytes = 1 << 20;
   return read;
 }

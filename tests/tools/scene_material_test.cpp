@@ -40,7 +40,6 @@ const std::vector<Given> kGiven{
     {"law = 'ogden'\nmu1 = '1 kPa'\nalpha1 = 8\nmu2 = '-20 Pa'\nalpha2 = -3",
      {1e3, 8, -20, -3, kNaN, kNaN, 0.45, kNaN}},
     {"law = 'fung'\nshear = '1 kPa'\nb = 1.5", {1e3, 1.5, 0.45, kNaN}},
-    {"law = 'veronda-westmann'\nc1 = '1 kPa'\nc2 = 5", {1e3, 5, 0.45, kNaN}},
     {"law = 'holzapfel-gasser-ogden'\nshear = '1 kPa'\nk1 = '3 kPa'\nk2 = 0.8\nfibre = [0, 0.6, "
      "0.8]",
      {1e3, 3e3, 0.8, 0, 0.6, 0.8, 0, 0.45, kNaN}},

@@ -7,7 +7,6 @@
 #include "libfit/core/error.hpp"
 #include "libfit/experiments/follow.hpp"
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/vtu.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/manifest.hpp"
@@ -41,8 +40,6 @@ Json to_json(const DeviceVerdict& verdict) {
           {"stiffness_fits", verdict.stiffness_fits},
           {"resolution_fits", verdict.resolution_fits},
           {"not_known", unknown_words(verdict.device)},
-          {"hands", verdict.hands},
-          {"swinging", verdict.swinging},
           {"source", verdict.device.source}};
 }
 
@@ -110,15 +107,11 @@ std::string device_words(const std::vector<DeviceVerdict>& devices) {
     add(verdict.stiffness_fits, "stiffness");
     add(verdict.resolution_fits, "friction for its resolution");
     const std::string unknown = unknown_words(verdict.device);
-    std::string words = fmt::format("{}{}{}",
-                                    !lacks.empty()    ? "lacks " + lacks
-                                    : unknown.empty() ? "shows this body"
-                                                      : "nothing against it",
-                                    unknown.empty() ? "" : "; not known: ", unknown);
-    if (verdict.swinging > 0)
-      words += fmt::format("; swings in {} of {} simulated hands", verdict.swinging, verdict.hands);
-    else if (verdict.hands > 0)
-      words += fmt::format("; at rest in {} simulated hands", verdict.hands);
+    const std::string words = fmt::format("{}{}{}",
+                                          !lacks.empty()    ? "lacks " + lacks
+                                          : unknown.empty() ? "shows this body"
+                                                            : "nothing against it",
+                                          unknown.empty() ? "" : "; not known: ", unknown);
     const auto same = std::ranges::find(lines, words, &std::pair<std::string, std::string>::first);
     if (same != lines.end())
       same->second += ", " + verdict.device.name;
@@ -151,39 +144,16 @@ int check_asset(const std::string& path, const std::string& more_devices, const 
   return certificate.is_passive_fixed() ? kDone : kSomeFailed;
 }
 
-// The set-up on the fine surface: what is held, the window, the test points.
-void write_set_up(const std::string& path, const Scene& scene, const Body& body) {
-  const Points& vertices = body.surface.vertices;
-  const auto count = static_cast<std::size_t>(vertices.rows());
-  std::vector<char> is_held(count), is_test_point(count);
-  for (std::size_t v = 0; v < count; ++v)
-    is_held[v] = any_contains(scene.body.fixed, vertices.row(v), true);
-  for (Eigen::Index p = 0; p < body.test_points.position.rows(); ++p) {
-    Eigen::Index nearest = 0;
-    (vertices.rowwise() - body.test_points.position.row(p))
-        .rowwise()
-        .squaredNorm()
-        .minCoeff(&nearest);
-    is_test_point[nearest] = 1;
-  }
-  VtuWriter vtu;
-  vtu.add("is_held", 1, is_held);
-  vtu.add("in_region", 1, body.in_region);
-  vtu.add("is_reachable", 1, body.is_reachable);
-  vtu.add("is_test_point", 1, is_test_point);
-  write_file_atomically(path, vtu.text(body.surface, "is_reachable"));
-}
-
 class Check final : public Command {
  public:
   explicit Check(Arguments& arguments) {
     arguments.positional("file", scene_path_,
                          "Scene to check, scene.toml; recordings to look at, manifest.toml; or "
                          "asset to slide over, asset.palp");
-    arguments.output("--vtu", vtu_, "Picture to write: what is held, window, points", {"vtu"},
-                     false);
-    arguments.output("--page", page_, "Page of the set-up to write: the same, to turn and look at",
-                     {kPageKind}, false);
+    arguments.output(
+        "--page", page_,
+        "Page of the set-up to write, to turn and look at: what is held, window, points",
+        {kPageKind}, false);
     arguments.option("--devices", devices_,
                      "Haptic devices to judge an asset by, besides data/devices.toml");
     arguments.option("--jobs", jobs_, "Threads for recordings; 0: all cores");
@@ -220,12 +190,10 @@ class Check final : public Command {
   // An asset takes two of these options, recordings take none.
   void refuse_options_of_scenes(bool is_asset) const {
     if (is_asset)
-      return refuse_options(
-          {{"--vtu", !vtu_.empty()}, {"--page", !page_.empty()}, {"--no-trial", no_trial_}},
-          "is of scenes, and " + scene_path_ + " is an asset",
-          "Leave it out; `palpate export` writes pictures of an asset's curves.");
-    refuse_options({{"--vtu", !vtu_.empty()},
-                    {"--page", !page_.empty()},
+      return refuse_options({{"--page", !page_.empty()}, {"--no-trial", no_trial_}},
+                            "is of scenes, and " + scene_path_ + " is an asset",
+                            "Leave it out; `palpate export` writes pictures of an asset's curves.");
+    refuse_options({{"--page", !page_.empty()},
                     {"--devices", !devices_.empty()},
                     {"--tool", !tool_.empty()},
                     {"--no-trial", no_trial_}},
@@ -250,7 +218,6 @@ class Check final : public Command {
     report["warnings"] = warnings;
     report["tets"] = body.volume.tets.rows();
     report["test_points"] = body.test_points.position.rows();
-    if (!vtu_.empty()) write_set_up(vtu_, scene, body);
     if (!page_.empty())
       write_page(page_, contents_of_set_up(std::filesystem::path(scene_path_).stem(), body,
                                            report["warnings"]));
@@ -288,7 +255,7 @@ class Check final : public Command {
     if (advices.empty() && report["warnings"].empty()) reply.text += "\nnothing to change";
   }
 
-  std::string scene_path_, vtu_, page_, devices_, tool_;
+  std::string scene_path_, page_, devices_, tool_;
   int jobs_ = 0;
   bool no_trial_ = false, has_good_rows_ = true;
   std::vector<Error> errors_;

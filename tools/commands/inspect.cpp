@@ -4,18 +4,18 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/curves.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/stated_error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/experiments/follow.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/runtime/asset/format.hpp"
+#include "libfit/validation/statement.hpp"
 #include "tools/command.hpp"
+#include "tools/stages/body/prepare.hpp"
 #include "tools/stages/samples/experiment_table.hpp"
 
 namespace palpate::tools {
@@ -33,11 +33,6 @@ std::string row(const std::string& name, const std::string& text) {
   return out;
 }
 
-std::string size_mm(const Vec3& extent) {
-  return fmt::format("{:.4g} x {:.4g} x {:.4g} mm", 1e3 * extent[0], 1e3 * extent[1],
-                     1e3 * extent[2]);
-}
-
 std::string body_text(const runtime::AssetView& asset, const Surface& surface) {
   // Floats about an origin: 0 comes back as 9e-10.
   const double grain_m = 1e-6 * extent_m(surface.vertices).norm();
@@ -50,7 +45,7 @@ std::string body_text(const runtime::AssetView& asset, const Surface& surface) {
                                       [](int other) { return other < 0; });
   return fmt::format(
       "{}, {} surface, {} and {}\nx {:.4g} to {:.4g}, y {:.4g} to {:.4g}, z {:.4g} to {:.4g} mm",
-      size_mm(high - low), is_closed ? "closed" : "open",
+      size_in_words(high - low, 0), is_closed ? "closed" : "open",
       counted(asset.vertices, "vertex", "vertices"),
       counted(asset.triangles, "triangle", "triangles"), 1e3 * low[0], 1e3 * high[0], 1e3 * low[1],
       1e3 * high[1], 1e3 * low[2], 1e3 * high[2]);
@@ -76,7 +71,7 @@ std::string window_text(const runtime::AssetView& asset, const Surface& surface)
   }
   std::string text = fmt::format("{} with curves of their own, {:.3g} cm2 of {}",
                                  counted(count, "vertex", "vertices"), 1e4 * measured_m2,
-                                 size_mm(extent_m(measured.topRows(count))));
+                                 size_in_words(extent_m(measured.topRows(count)), 0));
   text += mean > 0 ? fmt::format("\n{} more answer with the body's mean, {:.3g} cm2, flagged", mean,
                                  1e4 * mean_m2)
                    : "\nnothing else answers";
@@ -133,64 +128,17 @@ std::string curves_text(const runtime::AssetView& asset) {
   return text;
 }
 
-// "p95 4.2 % (0.012 N)"; what is null could not be had.
-std::string error_text(const Json& error, const std::string& quantile) {
-  const auto value = [&](const char* unit) {
-    const auto found = error.find(quantile + unit);
-    return found != error.end() && found->is_number() ? found->get<double>() : -1;
-  };
-  const double relative = value("_rel"), newton = value("_N");
-  return fmt::format("{} {}{}", quantile == "max" ? "at most" : quantile,
-                     relative >= 0 ? percent(relative) : "unknown",
-                     newton >= 0 ? fmt::format(" ({} N)", number(newton, 2)) : "");
-}
-
-// A figure of a JSON object, NaN where it is missing or null.
-double figure(const Json& object, const char* key) {
-  const Json value = object.value(key, Json());
-  return value.is_number() ? value.get<double>() : kNan;
-}
-
-// "p95 by path: straight 1.7 %, oblique 1.9 %", in lines as long as the page is wide.
-std::string section_text(const std::string& title, const Json& lines) {
-  std::string text, line = "p95 " + title + ":";
-  for (const auto& [name, figures] : lines.items()) {
-    const std::string one =
-        fmt::format(" {} {},", name, stated_percent(figure(figures, "p95_rel")));
-    if (line.size() + one.size() > 86) text += '\n' + std::exchange(line, " ");
-    line += one;
-  }
-  line.pop_back();
-  return text + '\n' + line;
-}
-
-std::string statement_text(const Json& meta) {
-  const Json statement = meta.value("statement", Json());
+std::string statement_text(const std::string& name, const AssetFile& file, const Json& meta) {
+  Json statement = meta.value("statement", Json());
   if (!statement.is_object() || !statement.contains("force_error"))
     return "none: `palpate validate` makes one, and `run` writes it into the asset";
-  const Json& error = statement["force_error"];
-  std::string text = fmt::format("force error {}, {}, {}", error_text(error, "median"),
-                                 error_text(error, "p95"), error_text(error, "max"));
-  const auto part = [&](const char* name) { return statement.value(name, Json::object()); };
-  if (const double size = figure(part("magnitude"), "p95_rel"); !std::isnan(size))
-    text += fmt::format("\nits size p95 {}, direction p95 {:.2g} degrees", percent(size),
-                        figure(part("direction_deg"), "p95"));
-  if (const double low = figure(part("interval"), "low_rel"); !std::isnan(low))
-    text += fmt::format("\nforces of the body itself: 95 % within {:.0f} to +{:.0f} % of these",
-                        100 * low, 100 * figure(part("interval"), "high_rel"));
-  text += fmt::format("\n{:.0f} rows at {:.0f} held-out places", figure(statement, "rows"),
-                      figure(statement, "probes"));
-  if (const double share = figure(statement, "unnoticed"); !std::isnan(share))
-    text += fmt::format(", {} of them within what a hand notices", percent(share, 0));
-  for (const Json& section : part("sections"))
-    if (const Json lines = statement.value(section.value("name", ""), Json::object());
-        !lines.empty())
-      text += section_text(section.value("title", ""), lines);
-  return text;
+  statement["tick_ns"] = nullptr;  // both are of one writing of the asset, and not in it
+  statement["asset_bytes"] = file.bytes();
+  return validation::in_words(validation::parse_statement(statement.dump(), name));
 }
 
-// An asset as a page for people, 80 columns wide but for long names. What the file does not hold is
-// said to be so.
+// An asset as a page for people, 100 columns wide but for long names. What the file does not hold
+// is said to be so.
 std::string page_of(const std::string& name, const AssetFile& file) {
   const runtime::Asset& asset = file.asset();
   const Surface surface = palpate::surface_of(asset);
@@ -204,7 +152,7 @@ std::string page_of(const std::string& name, const AssetFile& file) {
          row("probe", probe_text(asset, meta)) + row("curves", curves_text(asset)) +
          row("certificate", fmt::format("the guard of slips is {}; `palpate check {}` makes one",
                                         asset.has_guard ? "on" : "OFF", name)) +
-         row("statement", statement_text(meta)) +
+         row("statement", statement_text(name, file, meta)) +
          row("size",
              fmt::format("{} bytes, {} of them meta data; check path of {}, reproduced bit for bit",
                          file.bytes(), asset.file.meta_bytes,

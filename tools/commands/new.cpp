@@ -136,9 +136,8 @@ class New final : public Command {
                   "Name the asset.palp that `palpate run` or `export` wrote.");
     const ProposedPath path = propose_path(read_asset_file(mesh_).asset());
     write_tip_path(output_, path.tip);
-    say("  down at {}, {:.3g} mm deep, {}, and up again", in_mm(path.touched), 1e3 * path.depth_m,
-        path.slide_m > 0 ? fmt::format("{:.3g} mm across", 1e3 * path.slide_m)
-                         : "no slide in so narrow a window");
+    say("  down at {}, {:.3g} mm deep, {:.3g} mm across, and up again", in_mm(path.touched),
+        1e3 * path.depth_m, 1e3 * path.slide_m);
     say("wrote {}: {} ticks; next: palpate replay {} {} -o forces.csv", output_,
         path.tip.time_s.size(), mesh_, output_);
     reply.json =

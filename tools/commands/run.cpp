@@ -20,7 +20,6 @@ constexpr NamedOutput kFiles[] = {
     {"samples.held_out.h5", kSamplesSchema.name},
     {"samples.import.csv", "file,line,recording"},
     {"samples.import.json", "{\"files\":"},
-    {"samples.relaxation.import.csv", "file,point,time_s"},
     {"body.obj", "# palpate surface"},
     {"curves.h5", kCurvesSchema.name},
     {"model.h5", kModelSchema.name},

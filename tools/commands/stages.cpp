@@ -120,8 +120,7 @@ class Prepare final : public Command {
 constexpr NamedOutput kBeside[] = {{".held_out.h5", kSamplesSchema.name},
                                    {".signals.h5", kSignalsSchema.name},
                                    {".import.csv", "file,line,recording"},
-                                   {".import.json", "{\"files\":"},
-                                   {".relaxation.import.csv", "file,point,time_s"}};
+                                   {".import.json", "{\"files\":"}};
 
 class Import final : public Command {
  public:
@@ -134,15 +133,11 @@ class Import final : public Command {
         {kSamplesSchema.name});
     arguments.named_outputs(output_, kBeside);
     arguments.jobs(stage_.import.jobs);
-    arguments.flag("--drop-invalid", drops_invalid_,
-                   "Leave out rows that are not numbers or go back in time, and count them");
     arguments.flag("--force", force_, "Replace files beside the output that Palpate did not write");
   }
 
   int run(Reply& reply) override {
     stage_.import.manifest = read_manifest(manifest_);
-    for (recordings::BatchItem& item : stage_.import.manifest.items)
-      item.read.drop_invalid |= drops_invalid_;
     stage_.import.output = output_;
     remake(kImportStage, stage_);
     reply.json = stage_.imported;
@@ -151,7 +146,7 @@ class Import final : public Command {
 
  private:
   std::string manifest_, output_;
-  bool drops_invalid_ = false, force_ = false;  // Arguments looks for the second one
+  bool force_ = false;  // Arguments looks for the second one
   Pipeline stage_;
 };
 

@@ -18,7 +18,7 @@ namespace palpate::tools {
 namespace {
 
 constexpr NamedOutput kFiles[] = {{"study.json", "{\"schema\":\"palpate-study\""},
-                                  {"results.csv", "case,state,solved_from"}};
+                                  {"results.csv", "case,state,"}};
 
 std::string shell_quoted(const std::string& text) {
   std::string out = "'";
@@ -79,9 +79,10 @@ class StudyCommand final : public Command {
     if (words_.size() == 3 && what == "task") {
       const StudyFolder study(words_[1]);
       const int task = std::atoi(words_[2].c_str());
-      study.run_task(task, jobs_);
-      const auto tasks = study.missing_tasks();
-      return std::find(tasks.begin(), tasks.end(), task) == tasks.end() ? kDone : kSomeFailed;
+      if (task < 0 || task >= static_cast<int>(study.cases().size()))
+        throw Error(words_[2], "is no case of the study", "Number them from 0 on.");
+      study.run_case(task, jobs_);
+      return study.state(task) == CaseState::done ? kDone : kSomeFailed;
     }
     if (words_.size() != 1)
       throw Error(listed(words_, " "), "is neither a study nor something to do with one",
@@ -89,11 +90,7 @@ class StudyCommand final : public Command {
     if (folder_.empty()) throw Error("-o", "is missing", "Name a folder for the study's files.");
     const Study study = read_study(what);
     StudyFolder::plan(folder_, study);
-    std::size_t solved = 0;
-    for (std::size_t i = 0; i < study.cases.size(); ++i)
-      solved += study.cases[i].source == static_cast<int>(i);
-    say("{} cases; {} are simulated, the others are these with forces times a factor",
-        study.cases.size(), solved);
+    say("{} cases", study.cases.size());
     return start(on_.empty() ? "local" : on_, reply);
   }
 
@@ -107,9 +104,9 @@ class StudyCommand final : public Command {
 
   int start(const std::string& on, Reply& reply) {
     const StudyFolder study(folder_);
-    const std::vector<int> tasks = study.missing_tasks();
+    const std::vector<int> tasks = study.missing();
     if (on == "local") {
-      for (const int task : tasks) study.run_task(task, jobs_);
+      for (const int task : tasks) study.run_case(task, jobs_);
       return status(study, reply);
     }
     reply.json = nlohmann::ordered_json{{"tasks", tasks.size()}};

@@ -108,7 +108,6 @@ void add_devices(std::string_view text, const std::string& file,
     row.max_stiffness_N_m = table.number("max_stiffness", 0, 0, 1e7);
     row.resolution_m = table.quantity("resolution", Dimension::length, 0, 0, 0.1);
     row.friction_N = table.quantity("friction", Dimension::force, 0, 0, 1e3);
-    row.mass_kg = table.number("mass", 0, 0, 1e3);
     row.source = table.text("source", "");
     table.finish();
     rows.push_back(std::move(row));

@@ -77,14 +77,13 @@ struct ProposedPath {
   PosePath tip;                 ///< 1 kHz, in the asset's own coordinates
   Vec3 touched = Vec3::Zero();  ///< where it comes down on the surface [m]
   double depth_m = 0;           ///< below the surface, along the path on which it comes down
-  double slide_m = 0;           ///< across; 0 where the window is too narrow for a slide
+  double slide_m = 0;           ///< across
 };
 
-/// A path that comes down on the middle of the window (the measured vertex that lies farthest from
-/// the window's border along the surface, or the middle of the largest measured triangle), presses
-/// to 0.6 of the depth that curves were fitted to, slides at that depth below the surface in the
-/// direction that has most room, four depths at most, and lifts. Every path begins and ends at
-/// rest. Deterministic. Throws Error where no triangle of the asset has measured corners alone.
+/// A path that comes down where the window has its middle, presses to 0.6 of the depth that
+/// curves were fitted to, slides as a held-out path does (draw_sliding), and lifts. Every leg
+/// begins and ends at rest. Deterministic. Throws Error where no triangle of the asset has measured
+/// corners alone.
 ProposedPath propose_path(const runtime::AssetView& asset);
 
 /// A side of a body's bounding box that it could rest on, and the window opposite that a tool

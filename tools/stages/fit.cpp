@@ -25,25 +25,11 @@ void say_report(const FitReport& report) {
     say("  {:<8} {} pieces of degree {} to {:.2f} mm: {}", kCurveNames[k], basis.pieces(),
         basis.degree, 1e3 * basis.knots_m.back(), report.kind[k].reason);
   }
-  if (const RingsReport& rings = report.rings; rings.points > 0) {
-    say("  rings    lambda {:.3g} +- {:.2g}, mu0 {:.3g} +- {:.2g}, mu1 {:.3g} +- {:.2g} /m, spread "
-        "{:.2g} +- {:.1g} /m, side force +- {:.2g} % of the normal one ({} points with drags; "
-        "standard errors of a point's)",
-        rings.lambda, rings.lambda_deviation, rings.friction, rings.friction_deviation,
-        rings.friction_slope_1_m, rings.friction_slope_deviation_1_m, rings.spread_1_m,
-        rings.spread_deviation_1_m, 100 * rings.side_deviation, rings.points);
-  }
   if (!report.assumed.empty()) say("  assumed: {}", report.assumed);
   say("  rows: {} fitted of {} ({} not good, {} not finite, {} after a bad one)", report.rows.used,
       report.rows.all, report.rows.not_good, report.rows.not_finite, report.rows.cut);
   say("  residual: median {:.2f} %, p95 {:.2f} %, max {:.2f} % of force", 100 * report.error.median,
       100 * report.error.p95, 100 * report.error.max);
-  for (std::size_t k = 0; k < kCurveKinds; ++k)
-    if (report.bands.widest_point[k] >= 0)
-      say("  {:<8} 90 % band where its rows end: median {:.2g} % of force, widest {:.2g} % at "
-          "point {}",
-          kCurveNames[k], 100 * report.bands.median[k], 100 * report.bands.widest[k],
-          report.bands.widest_point[k]);
   say("  points: {} good, {} poor, {} underdetermined, {} failed ({})", report.points.good,
       report.points.poor, report.points.underdetermined, report.points.failed,
       in_words(report.seconds));
@@ -76,11 +62,10 @@ void say_fit(const FittedCurves& curves, const FitReport& report) {
         "See the list of experiments that are not good; press less deep or in smaller steps.");
 }
 
-// Identifies the softening of the body, into the curves. may_dent: the cycles were recorded, so a
-// dent may stay.
-void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent) {
+// Identifies the softening of the body, into the curves.
+void add_damage(FittedCurves& curves, const Samples& cycles) {
   fit::DamageReport report;
-  curves.curves.damage = fit::identify_damage(curves, cycles, &report, may_dent);
+  curves.curves.damage = fit::identify_damage(curves, cycles, &report);
   const runtime::DamageView& damage = curves.curves.damage;
   if (!damage.softens()) {
     say("  damage   none: {} cycles of {} rows, {:.1f} % off without it (median)", report.cycles,
@@ -93,10 +78,6 @@ void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent) {
       100 * report.damaged.p95, 100 * report.undamaged.median, 100 * report.undamaged.p95);
   say("           standard deviations: r {:.2g} %, m {:.2g} %, beta {:.2g} %",
       100 * report.deviation[0], 100 * report.deviation[1], 100 * report.deviation[2]);
-  if (report.dent > 0)
-    say("           a dent stays: nothing answers in the first {:.0f} % of the depth pressed "
-        "before",
-        100 * report.dent);
 }
 
 // Identifies how curves change with the indenter's radius, into the curves.
@@ -166,7 +147,7 @@ FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs
   say_fit(curves, report);
   curves.probe = samples.probe;
   if (const Samples cycles = of_kinds(all, {ExperimentKind::cycle}); cycles.rows() > 0)
-    add_damage(curves, cycles, all.recordings.size() > 0);
+    add_damage(curves, cycles);
   if (others.rows() > 0) {
     const fit::RadiusReport effect = add_radius_effect(curves, others);
     if (radius != nullptr) *radius = effect;

@@ -303,9 +303,6 @@ nlohmann::ordered_json write_recordings(const ImportRequest& request, const Read
                                         const std::string& inputs) {
   const Assembled& assembled = read.assembled;
   write_summary(beside(request.output, ".csv"), beside(request.output, ".json"), assembled);
-  if (assembled.relaxation)
-    write_relaxation(fs::path(request.output).replace_extension(".relaxation.import.csv"),
-                     *assembled.relaxation);
   if (assembled.samples.rows() == 0)
     throw Error(request.manifest.path.string(),
                 "none of its " + std::to_string(assembled.outcomes.size()) +

@@ -74,7 +74,7 @@ std::string wanted_recordings(const Pipeline& p) {
   hash.add(import_fingerprint()).add_file(manifest.path);
   if (manifest.surface) hash.add_file(*manifest.surface);
   for (const recordings::BatchItem& item : manifest.items) {
-    hash.add(item.shown).add(item.read.drop_invalid ? "drop" : "");
+    hash.add(item.shown);
     if (fs::is_regular_file(item.file)) hash.add_file(item.file);
   }
   return hash.add(p.import.holds_out ? "hold" : "").hex();

@@ -5,7 +5,6 @@
 #include <map>
 #include <sstream>
 
-#include "libfem/materials/materials.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/io/atomic_file.hpp"
@@ -51,26 +50,6 @@ void anchor(toml::table& scene, const fs::path& folder) {
   }
 }
 
-// All that the samples of a scene depend on, moduli by their ratio to the first; and that one. All
-// laws are linear in their moduli (an energy density has no other source of its unit), and
-// friction, contact and geometry know no unit of force, so forces are its multiples. Placed points
-// do: what they predict is compared with a force that is just noticeable.
-std::pair<std::string, double> unscaled(Scene scene) {
-  std::vector<double*> moduli;
-  const auto add = [&](fem::MaterialParameters& material) {
-    for (const std::size_t at : fem::moduli_of(material)) moduli.push_back(&material.values[at]);
-  };
-  if (scene.material) add(*scene.material);
-  for (InclusionSection& inclusion : scene.inclusions) add(inclusion.material);
-  for (BedSection& bed : scene.beds) add(bed.material);
-  moduli.push_back(&scene.body.pressure_Pa);
-  const double unit = moduli.empty() ? 1 : *moduli.front();
-  for (double* modulus : moduli) *modulus = std::stod(fmt::format("{:.12g}", *modulus / unit));
-  return {canonical(scene, Stage::prepare) + canonical(scene, Stage::simulate) +
-              canonical(scene, Stage::surface),
-          unit};
-}
-
 class StudyReader {
  public:
   StudyReader(const fs::path& path, KeyLog* log)
@@ -86,7 +65,6 @@ class StudyReader {
                                                 "Add scene = \"scene.toml\".");
     base_ = parse_study(base);
     anchor(base_, base.parent_path());
-    may_scale_ = top.boolean("scale", true);
     Axes varied = read_axes(top, path_.string());
     axes_ = std::move(varied.axis);
     study.inputs = std::move(varied.inputs);
@@ -215,10 +193,9 @@ class StudyReader {
     return box;
   }
 
-  // Reads every scene; finds bodies and samples that cases share.
+  // Reads every scene; finds bodies that cases share.
   void finish(Study& study) {
     std::map<std::string, int> bodies, seen;
-    std::map<std::string, std::pair<int, double>> scaled;  // first case, and its first modulus
     for (std::size_t i = 0; i < study.cases.size(); ++i) {
       StudyCase& one = study.cases[i];
       const auto [twin, is_new] = seen.emplace(one.name, i);
@@ -231,14 +208,6 @@ class StudyReader {
         const Scene scene = parse_scene(one.scene, fs::path("scene.toml"));
         check_choices(scene);
         one.body = bodies.emplace(body_fingerprint(scene), bodies.size()).first->second;
-        one.source = static_cast<int>(i);
-        if (!may_scale_ || scene.experiments.placement || !scene.material) continue;
-        const auto [text, unit] = unscaled(scene);
-        const auto& [source, source_unit] =
-            scaled.emplace(text + std::to_string(one.body), std::pair(one.source, unit))
-                .first->second;
-        one.source = source;
-        one.factor = unit / source_unit;
       } catch (const Error& e) {
         throw Error(fmt::format("{}: case {} ({}): {}", path_.string(), i + 1, listed(one.inputs),
                                 e.where()),
@@ -251,7 +220,6 @@ class StudyReader {
   toml::table table_, base_;
   KeyLog* log_;
   std::vector<Axis> axes_;
-  bool may_scale_ = true;
 };
 
 }  // namespace

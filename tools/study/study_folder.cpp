@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <ctime>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
@@ -17,8 +16,6 @@
 #include "tools/outputs.hpp"
 #include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/samples/experiment_table.hpp"
-#include "tools/stages/samples/sample_cache.hpp"
 #include "tools/stages/stage_table.hpp"
 
 namespace palpate::tools {
@@ -65,14 +62,6 @@ double median_stiffness(const Samples& samples) {
 
 }  // namespace
 
-Samples with_forces_times(Samples samples, double factor) {
-  samples.force *= factor;
-  samples.torque *= factor;
-  samples.force_error *= factor;
-  samples.point_sway /= factor;
-  return samples;
-}
-
 void StudyFolder::plan(const fs::path& folder, const Study& study) {
   OutputFolder(folder).claim();
   fs::create_directories(folder / "cases");
@@ -81,11 +70,7 @@ void StudyFolder::plan(const fs::path& folder, const Study& study) {
     const fs::path path = folder / "cases" / one.name;
     fs::create_directories(path);
     if (!fs::exists(path / "scene.toml")) write_file_atomically(path / "scene.toml", one.scene);
-    cases.push_back({{"name", one.name},
-                     {"inputs", one.inputs},
-                     {"body", one.body},
-                     {"source", one.source},
-                     {"factor", one.factor}});
+    cases.push_back({{"name", one.name}, {"inputs", one.inputs}, {"body", one.body}});
   }
   const ClusterSection& cluster = study.cluster;
   Json json{{"schema", "palpate-study"},
@@ -112,8 +97,7 @@ StudyFolder::StudyFolder(const fs::path& folder) : path_(fs::absolute(folder)) {
     const Json& cluster = json.at("cluster");
     study_.cluster = {cluster.at("command"), cluster.at("options")};
     for (const Json& one : json.at("cases"))
-      study_.cases.push_back({one.at("name"), one.at("inputs"), "", one.at("body"),
-                              one.at("source"), one.at("factor")});
+      study_.cases.push_back({one.at("name"), one.at("inputs"), "", one.at("body")});
   } catch (const Json::exception& e) {
     throw Error((path_ / "study.json").string(), fmt::format("is damaged: {}", e.what()),
                 "Plan the study again; what is done is kept.");
@@ -126,28 +110,14 @@ fs::path StudyFolder::case_folder(int number) const {
 
 void StudyFolder::run_case(int number, int jobs) const {
   const StudyCase& one = cases()[number];
-  const fs::path folder = case_folder(number), output = folder / "samples.h5";
+  const fs::path folder = case_folder(number);
   if (fs::exists(folder / "result.json")) return;
   try {
     const std::clock_t from = std::clock();
     share_body(number);
-    if (one.source != number && !fs::exists(output)) {
-      const fs::path from_case = case_folder(one.source) / "samples.h5";
-      const Body body = read_body(folder / "body.h5");
-      const Scene scene = open_scene(folder / "scene.toml");
-      say("case {}: forces of case {} times {:.6g}", number + 1, one.source + 1, one.factor);
-      write_with_surface(
-          output,
-          with_forces_times(surface_columns(scene, body) > 0 ? read_with_surface(from_case)
-                                                             : read_samples(from_case),
-                            one.factor),
-          {{kInputsAttribute, samples_fingerprint(scene, body)},
-           {"scaled_from", study_.cases[one.source].name},
-           {"scaled_by", to_text(one.factor)}});
-    }
     const RunResult run =
         tools::run({(folder / "scene.toml").string(), folder.string(), jobs, false, false});
-    const Samples samples = read_samples(output);
+    const Samples samples = read_samples(folder / "samples.h5");
     write_json(folder / "result.json", {{"name", listed(one.inputs)},
                                         {"points", samples.points()},
                                         {"rows", samples.rows()},
@@ -168,16 +138,11 @@ void StudyFolder::run_case(int number, int jobs) const {
   }
 }
 
-void StudyFolder::run_task(int task, int jobs) const {
-  for (int number = task; number < static_cast<int>(cases().size()); ++number)
-    if (cases()[number].source == task) run_case(number, jobs);
-}
-
-std::vector<int> StudyFolder::missing_tasks() const {
-  std::set<int> tasks;
-  for (std::size_t i = 0; i < cases().size(); ++i)
-    if (state(static_cast<int>(i)) != CaseState::done) tasks.insert(cases()[i].source);
-  return {tasks.begin(), tasks.end()};
+std::vector<int> StudyFolder::missing() const {
+  std::vector<int> out;
+  for (int number = 0; number < static_cast<int>(cases().size()); ++number)
+    if (state(number) != CaseState::done) out.push_back(number);
+  return out;
 }
 
 // The body of a case, where another case has prepared the same one.
@@ -212,10 +177,10 @@ void StudyFolder::forget_failures() const {
 
 void StudyFolder::write_results() const {
   static constexpr std::string_view kNumbers[] = {
-      "force_factor",      "points",        "rows",    "items_failed",
-      "median_rel",        "p95_rel",       "max_rel", "within_jnd",
-      "reference_p95_rel", "stiffness_N_m", "cpu_s",   "memory_MB"};
-  std::vector<std::string_view> header{"case", "state", "solved_from"};
+      "points",        "rows",    "items_failed", "median_rel",
+      "p95_rel",       "max_rel", "within_jnd",   "reference_p95_rel",
+      "stiffness_N_m", "cpu_s",   "memory_MB"};
+  std::vector<std::string_view> header{"case", "state"};
   header.insert(header.end(), study_.inputs.begin(), study_.inputs.end());
   header.insert(header.end(), std::begin(kNumbers), std::end(kNumbers));
   header.push_back("failure");
@@ -223,13 +188,10 @@ void StudyFolder::write_results() const {
   for (int i = 0; i < static_cast<int>(cases().size()); ++i) {
     const StudyCase& one = cases()[i];
     const CaseState now = state(i);
-    csv.text(one.name)
-        .text(kCaseStateNames[static_cast<std::size_t>(now)])
-        .text(study_.cases[one.source].name);
+    csv.text(one.name).text(kCaseStateNames[static_cast<std::size_t>(now)]);
     for (const std::string& word : one.inputs) csv.text(word);
-    Json result =
+    const Json result =
         now == CaseState::done ? read_json(case_folder(i) / "result.json") : Json::object();
-    result["force_factor"] = one.factor;
     for (const std::string_view name : kNumbers)
       if (const auto found = result.find(name); found != result.end() && found->is_number())
         csv.number(found->get<double>());

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "libfit/core/samples.hpp"
 #include "tools/scene/key_log.hpp"
 #include "tools/scene/scene.hpp"
 #include "tools/scene/toml_table.hpp"
@@ -20,10 +19,6 @@ struct StudyCase {
   std::vector<std::string> inputs;  ///< as Study::inputs names them
   std::string scene;                ///< text of its scene.toml, files by absolute names
   int body = 0;                     ///< cases of one number share the prepared body
-  /// The case whose samples are this one's but for a factor of all forces; itself where it is
-  /// simulated.
-  int source = 0;
-  double factor = 1;  ///< its forces over those of its source
 };
 
 /// Contents of [cluster].
@@ -40,8 +35,8 @@ struct Study {
   ClusterSection cluster;
 };
 
-/// Reads a study and makes its cases: all combinations of bodies, materials, probes, lists and
-/// ranges; or ranges sampled together by a Sobol sequence; or the rows of a table. Every scene is
+/// Reads a study and makes its cases: all combinations of bodies, materials, probes and lists, or
+/// the rows of a table. Every scene is
 /// checked as `check` does without its mesh. Throws Error with the place in the study or, of a
 /// case's scene, with the words that name the case.
 Study read_study(const std::filesystem::path& path, KeyLog* log = nullptr);
@@ -60,11 +55,10 @@ class StudyFolder {
   /// Throws Error where the folder holds no study, or one planned by another version.
   explicit StudyFolder(const std::filesystem::path& folder);
 
-  /// Tasks with a case that is not done. A task is the number of a case that is simulated; the
-  /// cases whose forces are its own times a factor belong to it.
-  std::vector<int> missing_tasks() const;
-  /// Does the cases of a task that are not done. An Error is kept in the case's error.txt and said.
-  void run_task(int task, int jobs) const;
+  /// Numbers of the cases that are not done.
+  std::vector<int> missing() const;
+  /// Does a case that is not done. An Error is kept in the case's error.txt and said.
+  void run_case(int number, int jobs) const;
 
   CaseState state(int number) const;
   /// Why a case failed, in one line; empty where it did not.
@@ -80,21 +74,17 @@ class StudyFolder {
   const ClusterSection& cluster() const { return study_.cluster; }
 
  private:
-  void run_case(int number, int jobs) const;
   void share_body(int number) const;
 
   std::filesystem::path path_;
   Study study_;
 };
 
-/// The samples of a body whose moduli are `factor` times as large.
-Samples with_forces_times(Samples samples, double factor);
-
 constexpr int kMaxCases = 1000000;  ///< of a study: each is a file of a few kB
 
 /// A value on an axis of a study, and what it changes in a scene.
 struct CaseChange {
-  std::vector<std::string> words;  ///< one a column; several of ranges sampled together
+  std::vector<std::string> words;                            ///< one a column
   std::vector<std::pair<std::string, toml::table>> changes;  ///< dotted key; table: {"value": v}
   std::string replaced;                                      ///< a section that is emptied first
 };
@@ -106,7 +96,7 @@ struct Axes {
   std::vector<std::string> inputs;  ///< columns: body, material, probe, and the keys varied
 };
 
-/// Reads [bodies.*], [materials.*], [probes.*], [vary] and [sample] of a study
+/// Reads [bodies.*], [materials.*], [probes.*] and [vary] of a study
 /// (docs/formats/study.md). file: as errors name it. Throws Error with the place of what is wrong.
 Axes read_axes(SceneTable& top, const std::string& file);
 

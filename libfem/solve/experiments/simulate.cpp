@@ -53,10 +53,6 @@ class SimulationWork {
 
   std::size_t size() const { return list_.size(); }
   bool is_done(std::size_t i) const { return rows_[i].rows() > 0; }
-  std::string name(std::size_t i) const {
-    const Experiment& one = list_.experiments[i];
-    return std::string(name_of(one.kind)) + " at " + list_.places.name[one.place];
-  }
 
   PointRows make(std::size_t i) const {
     const Experiment& one = list_.experiments[i];
@@ -172,9 +168,7 @@ Samples simulate(const SimulatorOf& simulator, const ExperimentList& list, const
   for (std::size_t i = 0; i < work.size(); ++i) done += work.is_done(i);
   const auto one = [&](std::size_t i) {
     if (work.is_done(i) || progress.stopped()) return;
-    progress.begin(work.name(i));
     PointRows result = work.make(i);
-    progress.end();
     if (!result.is_complete) return;
     const std::lock_guard<std::mutex> lock(reporting);
     work.take(i, std::move(result));

@@ -154,15 +154,12 @@ FittedCurves no_curves(const Samples& samples, const BodyData& body, const BodyB
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const int numbers = parts[i].width * size_of(parts[i], bases.si[i]);
     out.curves.control[i].setZero(points, numbers);
-    if (has_deviation(parts[i]))
-      out.deviation[i].setConstant(points, numbers, RingsReport::kUnknown);
+    if (has_deviation(parts[i])) out.deviation[i].setConstant(points, numbers, kNan);
   }
   for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind)
-    out.covariance[kind].setConstant(points, packed_size(bases.si[kind].size() - 1),
-                                     RingsReport::kUnknown);
+    out.covariance[kind].setConstant(points, packed_size(bases.si[kind].size() - 1), kNan);
   out.status.assign(points, FitStatus::failed);
-  out.rms_residual_N = out.max_residual_N =
-      Eigen::VectorXd::Constant(points, RingsReport::kUnknown);
+  out.rms_residual_N = out.max_residual_N = Eigen::VectorXd::Constant(points, kNan);
   out.depth_range_m.resize(points);
   for (Eigen::Index p = 0; p < points; ++p) {
     out.message.push_back(body.points[p].problem);

@@ -33,7 +33,7 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, const Known
   if (item.normal) inward = body_from_rig.transpose() * *item.normal;
   std::vector<importers::RawRecording> recordings;
   for (const auto& raw : importers::read_recordings(item.file, content, item.read)) {
-    auto places = split_places(raw, item.signal, inward, item.read.drop_invalid);
+    auto places = split_places(raw, item.signal, inward);
     if (places.size() > 1 && item.position_m)
       throw Error(item.place.empty() ? item.file.string() : item.place,
                   fmt::format("has one `position`, and the tool of {} presses at {} places",
@@ -50,11 +50,10 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, const Known
         signal.known_contact = contact->second;
       const std::string shown = item.file.string() + (raw.name.empty() ? "" : "#" + raw.name);
       if (signal.kind == ExperimentKind::scan)
-        std::ranges::move(condition_scan(raw, signal, inward, shown, item.read.drop_invalid),
+        std::ranges::move(condition_scan(raw, signal, inward, shown),
                           std::back_inserter(result.recordings));
       else
-        result.recordings.push_back(
-            condition(raw, signal, inward, shown, item.read.drop_invalid, &trace));
+        result.recordings.push_back(condition(raw, signal, inward, shown, &trace));
     } catch (const Error& error) {
       result.refused.push_back({recordings.size() == 1 ? "" : raw.name, error, std::move(trace)});
     }
@@ -225,9 +224,7 @@ std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const Bat
             for (std::size_t k = range.begin(); k < range.end(); ++k) {
               if (progress.stopped()) return;
               const std::size_t i = which[k];
-              progress.begin(items[i].shown);
               results[i] = import_item(items[i], body_from_rig, known[i]);
-              progress.end();
               const std::lock_guard<std::mutex> lock(reporting);
               progress.report(std::min(++done, items.size()), items.size(), items[i].shown);
             }

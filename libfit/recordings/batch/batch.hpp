@@ -57,11 +57,6 @@ inline constexpr double kSeenInErrors = 3;      ///< deviations
 inline constexpr double kMinForceInNoise = 20;  ///< of a fair recording
 inline constexpr double kMinEffect = 0.05;      ///< of a force or its work: below the JND
 
-/// Means of a press in cycles over levels of depth, in order.
-struct CycleMeans {
-  Eigen::VectorXd depth_m, push_N, error_N;
-};
-
 /// Rows of one experiment: R of them, in the rig's frame or the body's.
 struct ExperimentRows {
   Points deflection_m{0, 3};      ///< R x 3 since first touch
@@ -83,7 +78,6 @@ struct Conditioned : ExperimentRows {
   double speed_m_s = 0;   ///< NaN without a clock
   double noise_N = 0;     ///< standard deviation of one reading without contact
   double hysteresis = 0;  ///< share of the work that unloading loses; NaN without all of it
-  CycleMeans cycles;      ///< of a press in cycles that go deeper and deeper; else no rows
   bool breaks = false;    ///< the tool broke in: what lies deeper was left out
   double young_Pa = 0;    ///< apparent, of the contact fit; NaN without radius or fit
   /// Young's modulus of an incompressible half-space that its tip presses as deep as the deepest
@@ -91,7 +85,6 @@ struct Conditioned : ExperimentRows {
   double apparent_Pa = 0;
   Grade grade = Grade::good;
   std::vector<std::string> reasons;  ///< of the grade, a sentence each
-  std::size_t dropped_rows = 0;
   importers::RecordingSource source;
   SignalTrace trace;  ///< for a picture
 };
@@ -102,7 +95,7 @@ struct Conditioned : ExperimentRows {
 /// recordings from which no curve comes: no contact, reversed sign, saturated over most of the
 /// depth, implausible stiffness, too few rows; what was seen of the signal then goes to `refused`.
 Conditioned condition(const importers::RawRecording& raw, const SignalSettings& settings,
-                      const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
+                      const std::optional<Vec3>& inward, const std::string& file,
                       SignalTrace* refused = nullptr);
 
 /// Passes of a scan, "1" to "N" in the recording's name: it is cut where the tool turns back, or
@@ -110,15 +103,14 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
 /// inward: unit, else that of the mean force. Throws Error without a clock, three axes or 400 rows.
 std::vector<Conditioned> condition_scan(const importers::RawRecording& raw,
                                         const SignalSettings& settings,
-                                        const std::optional<Vec3>& inward, const std::string& file,
-                                        bool drop_invalid);
+                                        const std::optional<Vec3>& inward, const std::string& file);
 
 /// "file:line" of a row.
 std::string place(const std::string& file, const Signal& signal, Eigen::Index row);
 
 // Steps of `condition`, in their order.
 
-/// Finds approach, loading, first loadings and break of the press that the settings ask for. Notes
+/// Finds approach, loading and break of the press that the settings ask for. Notes
 /// in `out` that there are others as deep, and how they differ. Throws Error (file:line, what,
 /// remedy) where the tip never goes in, or not as often as `cycle` asks for.
 void find_ranges(const SignalSettings& settings, const std::string& file, Signal& signal,
@@ -137,17 +129,13 @@ ContactEstimate find_contact(const importers::RawRecording& raw, const SignalSet
 /// root of the readings that count (neighbours with correlation r count (1 - r) / (1 + r)).
 void take_rows(const Signal& signal, const SignalSettings& settings, Conditioned& out);
 
-/// Means of a press in cycles over levels of depth, loading by unloading, into `out`.
-void take_cycles(const Signal& signal, Conditioned& out);
-
 /// The presses of a recording with three axes, a recording for each place in the order pressed, "1"
 /// to "9" in the recording's name: where the tool lifts off, goes sideways by more than either
 /// press is deep, and presses again. The recording as it is where there is one place, and where
 /// `condition` is going to refuse it. inward: unit, where the manifest says it.
 std::vector<importers::RawRecording> split_places(const importers::RawRecording& raw,
                                                   const SignalSettings& settings,
-                                                  const std::optional<Vec3>& inward,
-                                                  bool drop_invalid);
+                                                  const std::optional<Vec3>& inward);
 
 /// One file of a manifest with all that is said about it.
 struct BatchItem {

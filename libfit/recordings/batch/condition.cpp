@@ -149,8 +149,6 @@ void grade(const SignalSettings& settings, double correlation, Conditioned& out)
       depth_m > 30 * settings.radius_m)  // presses are a few deep, and a prefix is 1000
     note(Grade::poor, "the press is " + number(depth_m / settings.radius_m) +
                           " radii of its tip deep: is the unit of radius right?");
-  if (out.dropped_rows > 0)
-    note(Grade::fair, fmt::format("{} unusable rows were left out", out.dropped_rows));
   if (correlation > 0.9)
     note(Grade::fair, "the noise before contact is a slow wave (neighbours correlate by " +
                           number(correlation) + ")");
@@ -163,7 +161,6 @@ Conditioned described(const importers::RawRecording& raw, const SignalSettings& 
   Conditioned out;
   out.name = raw.name;
   out.is_axial = raw.is_axial();
-  out.dropped_rows = raw.dropped_rows;
   out.source = raw;
   out.inward = inward ? inward : raw.normal;
   if (!raw.place.empty()) out.reasons.push_back(raw.place);
@@ -321,16 +318,16 @@ RowRange main_range(const Signal& signal, const SignalSettings& settings) {
     const auto end = std::find(slid, signal.phase.end(), Phase::retract);
     return {range.loading.begin, end - signal.phase.begin()};
   }
-  return range.first_loadings.empty() ? range.loading : range.first_loadings.back();
+  return range.loading;
 }
 
 // Follows `condition`: read, aligned, filtered, in phases, in contact, in rows.
 Conditioned condition_signal(const importers::RawRecording& raw, const SignalSettings& settings,
                              const std::optional<Vec3>& inward, const std::string& file,
-                             bool drop_invalid, Signal& signal) {
+                             Signal& signal) {
   Conditioned out = described(raw, settings, inward, file);
   const bool is_press = settings.kind == ExperimentKind::press;
-  signal = align(raw, settings, out.inward, file, drop_invalid, out.dropped_rows);
+  signal = align(raw, settings, out.inward, file);
   const Points recorded_N = signal.force_N;
   leave_out_spikes(signal, out);
   find_inward(file, signal, out);
@@ -351,10 +348,6 @@ Conditioned condition_signal(const importers::RawRecording& raw, const SignalSet
       press_work(signal, signal.push_N(), out.noise_N * std::sqrt((1 + r) / (1 - r)));
   out.hysteresis = work.lost_share();
   if (is_press) question_delay(signal, work, out);
-  if (!range.first_loadings.empty()) {
-    cycles.assign(range.first_loadings.begin(), range.first_loadings.end() - 1);
-    if (!range.break_in) take_cycles(signal, out);
-  }
   report_break(signal, out);
   range.used = std::move(cycles), range.used.push_back(main_range(signal, settings));
   take_rows(signal, settings, out);
@@ -370,11 +363,11 @@ Conditioned condition_signal(const importers::RawRecording& raw, const SignalSet
 }  // namespace
 
 Conditioned condition(const importers::RawRecording& raw, const SignalSettings& settings,
-                      const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
+                      const std::optional<Vec3>& inward, const std::string& file,
                       SignalTrace* refused) {
   Signal signal;
   try {
-    Conditioned out = condition_signal(raw, settings, inward, file, drop_invalid, signal);
+    Conditioned out = condition_signal(raw, settings, inward, file, signal);
     out.trace = trace_of(signal);
     return out;
   } catch (const Error&) {

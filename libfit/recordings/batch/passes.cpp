@@ -91,8 +91,8 @@ void check_sign(const Signal& signal, const Vec3& push, const std::string& file)
 
 std::vector<Conditioned> condition_scan(const importers::RawRecording& raw,
                                         const SignalSettings& settings,
-                                        const std::optional<Vec3>& inward, const std::string& file,
-                                        bool drop_invalid) {
+                                        const std::optional<Vec3>& inward,
+                                        const std::string& file) {
   if (raw.is_axial() || raw.time_s.empty() || raw.force_N.rows() == 0)
     throw Error(file, "a scan needs a clock, and positions and forces of three axes",
                 "Name `time`, `position` and `force` columns.");
@@ -102,7 +102,7 @@ std::vector<Conditioned> condition_scan(const importers::RawRecording& raw,
     throw Error(file, "contact, smooth, use, cycle, positions and rows do nothing for a scan",
                 "Leave them out: its surface is found with the curves, from every reading.");
   Conditioned all;
-  Signal signal = align(raw, settings, inward, file, drop_invalid, all.dropped_rows);
+  Signal signal = align(raw, settings, inward, file);
   const std::size_t spikes = replace_spikes(signal);
   const Eigen::Index least = 400;  // eight passes of 50 rows
   if (signal.rows() < least)

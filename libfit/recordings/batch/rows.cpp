@@ -101,20 +101,13 @@ void find_ranges(const SignalSettings& settings, const std::string& file, Signal
   const bool presses_once = is_press && settings.use == Use::approach;
   if (!is_press && (settings.use == Use::mean || settings.cycle != kDeepestCycle))
     throw Error(file, "`cycle` is for presses", "Leave it out, or say kind = \"press\".");
-  std::vector<RowRange>& loadings = out.first_loadings;
-  if (presses_once && settings.cycle == kDeepestCycle) loadings = first_loadings(signal);
   RowRange& approach = out.approach;
-  approach = loadings.empty() ? main_approach(signal) : loadings.front();
-  if (is_press && settings.use != Use::mean && loadings.empty() && approach.rows() >= 2)
+  approach = main_approach(signal);
+  if (presses_once && approach.rows() >= 2)
     approach = chosen_cycle(signal, approach, settings, file, recording);
-  for (const RowRange& range : loadings.empty() ? std::vector{approach} : loadings)
-    if (presses_once && !out.break_in) out.break_in = break_in_row(signal, range);
-  if (out.break_in) {  // beyond it there is no curve of the body
-    const Eigen::Index end = *out.break_in + 1;
-    std::erase_if(loadings, [&](const RowRange& range) { return range.begin >= end; });
-    for (RowRange& range : loadings) range.end = std::min(range.end, end);
-    approach.end = std::min(approach.end, end);
-  }
+  if (presses_once) out.break_in = break_in_row(signal, approach);
+  // Beyond it there is no curve of the body.
+  if (out.break_in) approach.end = std::min(approach.end, *out.break_in + 1);
   out.loading =
       approach.rows() >= 2 && is_press && !out.break_in ? loading_part(signal, approach) : approach;
   if (out.loading.rows() < 2)
@@ -169,39 +162,6 @@ void take_rows(const Signal& signal, const SignalSettings& settings, Conditioned
       out.time_s[i] = mean.time_s / mean.count - signal.time_s[used.begin + touched];
     out.error_N[i] = error_of_mean_N(out.noise_N, mean.count, signal.correlation);
     out.status.push_back(mean.is_saturated ? RowStatus::rejected : RowStatus::good);
-  }
-}
-
-void take_cycles(const Signal& signal, Conditioned& out) {
-  const Eigen::VectorXd depth = signal.travel_m().array() - signal.contact_m,
-                        push = signal.push_N();
-  const double level_m = depth.maxCoeff() / 20;
-  struct Mean {
-    double depth_m = 0, push_N = 0, count = 0;
-    Phase phase = Phase::hold;
-    int level = 0;
-  };
-  std::vector<Mean> means;
-  for (Eigen::Index i = 0; i < depth.size(); ++i) {
-    const Phase phase = signal.phase[i];
-    if (signal.is_saturated[i]) break;
-    if (signal.is_spike[i] || !(depth[i] > 0)) continue;
-    if (phase != Phase::approach && phase != Phase::retract) continue;
-    const int level = static_cast<int>(depth[i] / level_m);
-    if (means.empty() || means.back().phase != phase || means.back().level != level)
-      means.push_back({0, 0, 0, phase, level});
-    means.back().depth_m += depth[i];
-    means.back().push_N += push[i];
-    ++means.back().count;
-  }
-  const Eigen::Index rows = means.size();
-  for (Eigen::VectorXd* column : {&out.cycles.depth_m, &out.cycles.push_N, &out.cycles.error_N})
-    column->resize(rows);
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    const Mean& mean = means[i];
-    out.cycles.depth_m[i] = mean.depth_m / mean.count;
-    out.cycles.push_N[i] = mean.push_N / mean.count;
-    out.cycles.error_N[i] = error_of_mean_N(out.noise_N, mean.count, signal.correlation);
   }
 }
 

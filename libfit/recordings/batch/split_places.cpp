@@ -108,15 +108,14 @@ std::optional<Vec3> along_force(const RawRecording& raw) {
 }  // namespace
 
 std::vector<RawRecording> split_places(const RawRecording& raw, const SignalSettings& settings,
-                                       const std::optional<Vec3>& normal, bool drop_invalid) {
+                                       const std::optional<Vec3>& normal) {
   if (settings.kind != ExperimentKind::press || raw.unread || raw.is_axial() || raw.contact_m)
     return {raw};
   const auto inward = normal ? normal : raw.normal ? raw.normal : along_force(raw);
   if (!inward) return {raw};
   Signal signal;
   try {
-    std::size_t dropped = 0;
-    signal = align(raw, settings, inward, "", drop_invalid, dropped);
+    signal = align(raw, settings, inward, "");
     signal.phase = find_phases(signal);
   } catch (const Error&) {
     return {raw};

@@ -202,8 +202,8 @@ std::vector<double> column_of(const ArrayFile& file, const std::string& name, st
   return values;
 }
 
-// The recording of the rows whose numbers are all in range. Throws Error for an array that has
-// another number and is not dropped, is of another length than the first, or when no row is left.
+// Throws Error for an array that has a number out of range or is of another length than the first,
+// or when there is no row.
 RawRecording recording_of_arrays(const ArrayFile& file, const ReadSettings& given) {
   std::string taken;
   ReadSettings settings = with_named_columns(
@@ -243,25 +243,15 @@ RawRecording recording_of_arrays(const ArrayFile& file, const ReadSettings& give
     }
   std::vector<std::size_t> line;
   for (std::size_t i = 0; i < before; ++i) {
-    bool is_usable = true;
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      if (std::abs(columns[c][i]) <= kLargestNumber) continue;
-      if (!settings.drop_invalid)
+    for (std::size_t c = 0; c < columns.size(); ++c)
+      if (!(std::abs(columns[c][i]) <= kLargestNumber))
         throw file.error(roles[c].name, fmt::format("row {} is not a number in range", i + 1),
                          kBadRowRemedy);
-      is_usable = false;
-    }
-    if (is_usable) line.push_back(i + 1);
+    line.push_back(i + 1);
   }
   if (line.empty()) throw file.error(roles[0].name, "has no row of numbers", kNoRowRemedy);
-  for (auto& column : columns) {
-    for (std::size_t i = 0; i < line.size(); ++i) column[i] = column[line[i] - 1];
-    column.resize(line.size());
-  }
-  const std::size_t rows = line.size();
   RawRecording recording =
       recording_of(roles, std::move(columns), factors, std::move(line), settings);
-  recording.dropped_rows = before - rows;
   if (!taken.empty()) recording.taken.push_back(taken);
   return recording;
 }
@@ -321,8 +311,7 @@ std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path& path, s
                                             const ReadSettings& settings) {
   const h5::Reader file(
       path,
-      "Name its data sets under `columns` of the manifest, and correct or remove unusable rows "
-      "(or import with --drop-invalid).");
+      "Name its data sets under `columns` of the manifest, and correct or remove unusable rows.");
   return {recording_of_hdf5(file, path, false, settings)};
 }
 

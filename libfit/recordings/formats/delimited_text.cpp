@@ -189,7 +189,6 @@ TableLayout layout_of(const ReadSettings& settings, std::size_t first, char sepa
   TableLayout layout;
   layout.first = first, layout.separator = separator;
   layout.comment = settings.comment;
-  layout.drop_invalid = settings.drop_invalid;
   layout.may_end_early = true;
   return layout;
 }
@@ -261,7 +260,6 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
   };
   std::vector<std::vector<double>> columns(roles.size());
   std::vector<std::size_t> line;
-  std::size_t dropped = 0;
   for (const bool is_force : {false, true}) {
     std::vector<std::size_t> part;
     for (std::size_t i = 0; i < roles.size(); ++i)
@@ -277,11 +275,9 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
     NumberTable table = read_numbers(file, layout);
     for (std::size_t c = 0; c < part.size(); ++c) columns[part[c]] = std::move(table.column[c]);
     if (!is_force) line = std::move(table.line);
-    dropped += table.dropped_rows;
   }
   RawRecording recording =
       recording_of(roles, std::move(columns), factors, std::move(line), settings);
-  recording.dropped_rows = dropped;
   for (const std::string& what : {taken, topics})
     if (!what.empty()) recording.taken.push_back(what);
   return {recording};
@@ -344,7 +340,6 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
     r.normal = Vec3(normal.row(first)).normalized();
     recordings.push_back(std::move(r));
   }
-  recordings.front().dropped_rows = table.dropped_rows;
   if (std::ranges::all_of(recordings, [](const RawRecording& r) { return r.unread.has_value(); }))
     throw *recordings.front().unread;
   return recordings;

@@ -68,8 +68,7 @@ std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std
 inline constexpr std::size_t kHeaderLines = 400;  ///< a preamble is shorter
 inline constexpr double kLargestNumber = 1e15;    ///< beyond any rig; squares stay finite
 inline constexpr const char* kNoRowRemedy = "Record it again, or remove it from the manifest.";
-inline constexpr const char* kBadRowRemedy =
-    "Correct or remove the row, or import with --drop-invalid to skip and count such rows.";
+inline constexpr const char* kBadRowRemedy = "Correct or remove the row.";
 
 /// A text file as lines in UTF-8, ended by LF, CRLF or CR in any mixture.
 /// Throws Error naming file and line when it is empty, binary, or not in its encoding.
@@ -119,7 +118,6 @@ std::pair<std::string, std::string> split_unit(std::string_view name);
 struct NumberTable {
   std::vector<std::vector<double>> column;  ///< as asked for
   std::vector<std::size_t> line;            ///< 1-based, of each row
-  std::size_t dropped_rows = 0;
 };
 
 /// Layout of a file's numbers.
@@ -137,12 +135,10 @@ struct TableLayout {
   std::optional<std::int64_t>* first_tick = nullptr;
   bool may_end_early = false;  ///< rows with every asked field empty are no rows
   bool shares_clock = false;   ///< nor are those with all but the clock without a value
-  bool drop_invalid = false;
 };
 
 /// Reads the asked columns until the last line. Throws Error naming file:line and column when a
-/// field is missing, no number, not finite or beyond 1e15; with drop_invalid such rows are counted
-/// instead.
+/// field is missing, no number, not finite or beyond 1e15.
 NumberTable read_numbers(const TextFile& file, const TableLayout& layout);
 
 // From named columns to a recording: what tables and arrays have in common.

@@ -48,7 +48,6 @@ struct ReadSettings {
   char decimal = 0;                ///< 0: a point, or a comma where the separator leaves it free
   std::string encoding = "utf-8";  ///< or "latin-1"
   std::string comment = "#";       ///< lines that begin so are no rows
-  bool drop_invalid = false;       ///< leave out unusable rows and count them, instead of refusing
   std::uintmax_t max_bytes = std::uintmax_t{256} << 20;  ///< of the content, unpacked
   /// Of the entry itself, without [defaults]: those of FormatKey that the file's format does not
   /// read are refused.
@@ -79,7 +78,6 @@ struct RawRecording : RecordingSource {
   std::optional<Eigen::Index> retract_begins;  ///< row, where the file says it
   std::optional<Vec3> contact_m;               ///< where the press began, where the file says it
   std::optional<Vec3> normal;                  ///< inward unit, likewise
-  std::size_t dropped_rows = 0;                ///< left out by drop_invalid
   std::string place = {};       ///< which one it is, of a recording of several places
   std::optional<Error> unread;  ///< why it could not be read, of several in a file: then empty
 

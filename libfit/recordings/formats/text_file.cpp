@@ -275,14 +275,9 @@ NumberTable read_numbers(const TextFile& file, const TableLayout& layout) {
                (number ? "out of range" : "not a number");
       }
     }
-    if (what.empty()) {
-      for (std::size_t c = 0; c < row.size(); ++c) table.column[c].push_back(row[c]);
-      table.line.push_back(i + 1);
-    } else if (layout.drop_invalid) {
-      ++table.dropped_rows;
-    } else {
-      throw file.error(i, what, kBadRowRemedy);
-    }
+    if (!what.empty()) throw file.error(i, what, kBadRowRemedy);
+    for (std::size_t c = 0; c < row.size(); ++c) table.column[c].push_back(row[c]);
+    table.line.push_back(i + 1);
   }
   if (table.line.empty()) throw Error(file.path().string(), "has no row of numbers", kNoRowRemedy);
   return table;

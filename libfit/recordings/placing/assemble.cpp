@@ -86,8 +86,7 @@ std::vector<Members> by_tip(const std::vector<Members>& points, const std::vecto
   return out;
 }
 
-// Fills in the rows; probe numbers where any is wanted.
-void fill_rows(const std::vector<Pooled>& parts, bool has_probes, Samples& samples) {
+void fill_rows(const std::vector<Pooled>& parts, Samples& samples) {
   Eigen::Index rows = 0;
   for (const Pooled& part : parts) rows += part.force_N.rows();
   samples.deflection.resize(rows, 3), samples.force.resize(rows, 3);
@@ -102,7 +101,7 @@ void fill_rows(const std::vector<Pooled>& parts, bool has_probes, Samples& sampl
       samples.point.push_back(from.point);
       samples.experiment.push_back(from.experiment);
       samples.kind.push_back(from.kind);
-      if (has_probes) samples.probe_number.push_back(from.probe);
+      samples.probe_number.push_back(from.probe);
       samples.step.push_back(static_cast<std::int32_t>(i));
     }
     samples.status.insert(samples.status.end(), from.status.begin(), from.status.end());
@@ -154,29 +153,6 @@ std::string break_note(const std::vector<PlacedRecording>& candidates) {
   return "the tool breaks in in " + counted(recordings, "recording", "recordings") + " at " +
          counted(points.size(), "point", "points") +
          "; deeper rows are no curve of the body and were left out";
-}
-
-// Presses in cycles of the first tip, whose curves damage is of, without the places that they are
-// at; no rows where there are none.
-Samples cycles_of(const std::vector<PlacedRecording>& candidates,
-                  const std::vector<UsedTip>& tips) {
-  std::vector<Pooled> parts;
-  for (const PlacedRecording& c : candidates) {
-    if (c.experiment < 0 || tip_number(tips, c) != 0) continue;
-    const CycleMeans& cycles = c.recording->cycles;
-    if (cycles.depth_m.size() == 0) continue;
-    Pooled& part = parts.emplace_back();
-    part.point = c.point_index;
-    part.experiment = static_cast<std::int32_t>(parts.size() - 1);
-    part.kind = ExperimentKind::cycle;
-    part.deflection_m = cycles.depth_m * c.inward.transpose();
-    part.force_N = cycles.push_N * c.inward.transpose();
-    part.error_N = cycles.error_N;
-    part.status.assign(cycles.depth_m.size(), RowStatus::good);
-  }
-  Samples out;
-  fill_rows(parts, false, out);
-  return out;
 }
 
 }  // namespace
@@ -241,9 +217,8 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     const auto found = relaxation_notes(*out.relaxation);
     out.notes.insert(out.notes.begin(), found.begin(), found.end());
   }
-  fill_rows(parts, true, samples);
+  fill_rows(parts, samples);
   remove_void_columns(samples);
-  if (samples.time_s.size() == 0) samples = joined(samples, cycles_of(candidates, out.tips));
   if (const auto sideways = straighten_presses(samples); !sideways.empty())
     out.notes.push_back(sideways_note(samples, sideways));
   // Rows of every tip but the first are `other`, now that it does not matter that they press.

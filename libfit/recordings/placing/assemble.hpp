@@ -21,11 +21,10 @@ struct BodyRelaxation {
   struct Used {
     std::string file, point;
     double drift_share = 0;  ///< of the force lost in a hold, that its sensor's drift may be
-    const TimedPress* press = nullptr;  ///< of the results
   };
-  std::vector<Used> recordings;  ///< in the order of fit.fitted_N
-  bool has_holds = false;        ///< else several rates alone
-  int creeping = 0;              ///< recordings whose force is held while the tool sinks
+  std::vector<Used> recordings;
+  bool has_holds = false;  ///< else several rates alone
+  int creeping = 0;        ///< recordings whose force is held while the tool sinks
   /// Why rows in time would be worse than a mean of repeats: a phrase each.
   std::vector<std::string> doubts;
   bool is_applied = false;  ///< else proposed alone: samples do not have it
@@ -83,10 +82,6 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
 /// same batch gives the same bytes, however it was interrupted.
 void write_summary(const std::filesystem::path& csv, const std::filesystem::path& json,
                    const Assembled& assembled);
-
-/// Writes what a picture of the relaxation needs: CSV with a row for each row of the recordings
-/// that were used (file,point,time_s,depth_m,force_N,fitted_N).
-void write_relaxation(const std::filesystem::path& csv, const BodyRelaxation& relaxation);
 
 /// The totals and notes alone, with the refused recordings, as one JSON object for stdout.
 std::string summary_json(const Assembled& assembled);

@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <iterator>
@@ -9,7 +8,6 @@
 #include "libfit/core/perception.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
-#include "libfit/io/csv/csv.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 
 namespace palpate::recordings {
@@ -158,7 +156,7 @@ std::optional<BodyRelaxation> relaxation_of(const std::vector<Members>& all) {
       const bool is_creeping = is_creep(r.history);
       has_hold |= is_creeping || held_share(r.history) >= kMinHeld;
       out.creeping += is_creeping;
-      out.recordings.push_back({shown(*m), m->point, drift_share(r), &r.history});
+      out.recordings.push_back({shown(*m), m->point, drift_share(r)});
     }
     if (has_hold) held.push_back(p);
   }
@@ -248,23 +246,6 @@ std::optional<Pooled> in_time(PlacedRecording& c) {
   for (const Eigen::Index i : rows)
     out.status.push_back(p.push_N[i] < pulled_N ? RowStatus::rejected : RowStatus::good);
   return out;
-}
-
-void write_relaxation(const std::filesystem::path& path, const BodyRelaxation& relaxation) {
-  constexpr std::array<std::string_view, 6> kHeader{"file",    "point",   "time_s",
-                                                    "depth_m", "force_N", "fitted_N"};
-  CsvWriter csv(path, kHeader);
-  for (std::size_t r = 0; r < relaxation.fit.fitted_N.size(); ++r) {
-    const auto& [file, point, drift_share, press] = relaxation.recordings[r];
-    for (Eigen::Index i = 0; i < press->rows(); ++i) {
-      csv.text(file).text(point);
-      for (const double value :
-           {press->time_s[i], press->depth_m[i], press->push_N[i], relaxation.fit.fitted_N[r][i]})
-        csv.number(value);
-      csv.end_row();
-    }
-  }
-  csv.commit();
 }
 
 }  // namespace palpate::recordings

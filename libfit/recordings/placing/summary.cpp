@@ -129,8 +129,6 @@ Json totals(const Assembled& a) {
                             {"largest_m", a.registration->largest_m},
                             {"iterations", a.registration->iterations}};
   if (a.relaxation) json["relaxation"] = as_json(*a.relaxation);
-  if (const auto rows = std::ranges::count(a.samples.kind, ExperimentKind::cycle); rows > 0)
-    json["cycle_rows"] = rows;
   json["notes"] = a.notes;
   json["failures"] = Json::array();
   for (const PlacedRecording& o : a.outcomes)

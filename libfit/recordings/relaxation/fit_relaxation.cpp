@@ -48,7 +48,7 @@ SeriesValues sorted(const SeriesValues& values) {
   return out;
 }
 
-// Fills in the fitted forces, and how far they are off.
+// Fills in how far the fitted forces are off.
 void compare(const SeriesSearch& with, const std::vector<std::vector<TimedPress>>& points,
              const SeriesValues& values, RelaxationFit& fit) {
   double left_N = 0, readings = 0;
@@ -56,11 +56,10 @@ void compare(const SeriesSearch& with, const std::vector<std::vector<TimedPress>
     const Eigen::VectorXd of_group_N = with.solution(g, values).fitted_N;
     for (std::size_t r = 0; r < points[g].size(); ++r) {
       const TimedPress& p = points[g][r];
-      const Eigen::VectorXd& fitted_N =
-          fit.fitted_N.emplace_back(of_group_N.segment(with.groups()[g].first_row(r), p.rows()));
+      const Eigen::Index first = with.groups()[g].first_row(r);
       for (Eigen::Index i = 0; i < p.rows(); ++i) {
         if (!(p.readings[i] > 0) || !(p.depth_m[i] > 0)) continue;
-        const double left = p.push_N[i] - fitted_N[i];
+        const double left = p.push_N[i] - of_group_N[first + i];
         left_N += left * left, readings += 1;
       }
     }

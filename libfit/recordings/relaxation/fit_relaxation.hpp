@@ -166,8 +166,7 @@ struct RelaxationFit {
   /// Error of stretches of time that a fit did not see, over the deviation of a row, root mean
   /// square: by number of branches, as far as they were tried.
   std::vector<double> held_out;
-  double rms_N = 0;                       ///< of what is left of all rows
-  std::vector<Eigen::VectorXd> fitted_N;  ///< of each recording's rows, point by point
+  double rms_N = 0;  ///< of what is left of all rows
 
   /// Largest and least stiffening within the 95 % band at times since a step (M53).
   struct Band {

@@ -202,25 +202,6 @@ RowRange retract_after(const Signal& signal, const RowRange& approach) {
   return {begin, end};
 }
 
-std::vector<RowRange> first_loadings(const Signal& signal) {
-  const Eigen::VectorXd travel = signal.travel_m(), push = signal.push_N();
-  const double range_m = travel.maxCoeff() - travel.minCoeff(), free_N = push[0],
-               most_N = push.maxCoeff() - free_N;
-  std::vector<RowRange> parts;
-  double deepest_m = -kInfinity;
-  for (const RowRange& rising : approaches(signal)) {
-    RowRange part = rising;
-    while (part.begin < part.end && travel[part.begin] <= deepest_m) ++part.begin;
-    if (part.rows() < 2 || (!parts.empty() && travel[part.end - 1] < deepest_m + 0.05 * range_m))
-      continue;
-    if (push.segment(part.begin, part.rows()).maxCoeff() - free_N < kPressed * most_N) continue;
-    deepest_m = travel[part.end - 1];
-    parts.push_back(part);
-  }
-  if (parts.size() < 2) parts.clear();
-  return parts;
-}
-
 std::optional<Eigen::Index> break_in_row(const Signal& signal, const RowRange& range) {
   const Eigen::VectorXd travel = signal.travel_m().segment(range.begin, range.rows()),
                         push = signal.push_N().segment(range.begin, range.rows());

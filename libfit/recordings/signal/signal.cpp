@@ -14,31 +14,13 @@ namespace {
 
 constexpr Eigen::Index kMinRows = 5;  // for a curve; of equal readings, so many are no chance
 
-// Rows whose time is later than that of all rows kept before.
-std::vector<Eigen::Index> rows_in_time(const std::vector<double>& time_s,
-                                       const std::vector<std::size_t>& line,
-                                       const std::string& file, bool drop_invalid,
-                                       std::size_t& dropped) {
-  std::vector<Eigen::Index> rows;
-  for (std::size_t i = 0; i < time_s.size(); ++i) {
-    if (!rows.empty() && !(time_s[i] > time_s[rows.back()])) {
-      if (!drop_invalid)
-        throw Error(file_line(file, line[std::min(i, line.size() - 1)]),
-                    time_s[i] == time_s[rows.back()] ? "the time stamp repeats" : "time goes back",
-                    "Sort the rows by time and remove double ones, or import with --drop-invalid "
-                    "to skip and count them.");
-      ++dropped;
-      continue;
-    }
-    rows.push_back(i);
-  }
-  return rows;
-}
-
-void keep_rows(const std::vector<Eigen::Index>& rows, auto& values) {
-  auto kept = values.begin();
-  for (const Eigen::Index row : rows) *kept++ = values[row];
-  values.erase(kept, values.end());
+void check_times(const std::vector<double>& time_s, const std::vector<std::size_t>& line,
+                 const std::string& file) {
+  for (std::size_t i = 1; i < time_s.size(); ++i)
+    if (!(time_s[i] > time_s[i - 1]))
+      throw Error(file_line(file, line[std::min(i, line.size() - 1)]),
+                  time_s[i] == time_s[i - 1] ? "the time stamp repeats" : "time goes back",
+                  "Sort the rows by time and remove double ones.");
 }
 
 Points along_first_axis(const std::vector<double>& values) {
@@ -157,22 +139,14 @@ Points forces_of(const importers::RawRecording& raw, const std::optional<Vec3>& 
   return along_first_axis({push_N.begin(), push_N.end()});
 }
 
-// Positions, forces and torques at common times, of rows whose time rises.
+// Positions, forces and torques at common times, which rise.
 void put_in_time(const importers::RawRecording& raw, double force_delay_s, const std::string& file,
-                 bool drop_invalid, std::size_t& dropped, Points force_N, Points torque_Nm,
-                 Signal& signal) {
-  const auto rows = rows_in_time(signal.time_s, raw.line, file, drop_invalid, dropped);
+                 Points force_N, Points torque_Nm, Signal& signal) {
+  check_times(signal.time_s, raw.line, file);
+  check_times(raw.force_time_s, raw.line, file);
   const bool has_own_clock = !raw.force_time_s.empty();
-  signal.position_m = signal.position_m(rows, Eigen::all).eval();
-  keep_rows(rows, signal.time_s), keep_rows(rows, signal.line);
   std::vector<double> force_time_s = has_own_clock ? raw.force_time_s : signal.time_s;
-  const auto force_rows =
-      has_own_clock ? rows_in_time(force_time_s, raw.line, file, drop_invalid, dropped) : rows;
-  if (has_own_clock) keep_rows(force_rows, force_time_s);
-  force_N = force_N(force_rows, Eigen::all).eval();
-  if (torque_Nm.rows() > 0) torque_Nm = torque_Nm(force_rows, Eigen::all).eval();
   for (double& t : force_time_s) t -= force_delay_s;
-  check_rows(signal, file);
   if (has_own_clock || force_delay_s != 0) {
     interpolate(signal, force_time_s, force_N, torque_Nm);
     return;
@@ -214,8 +188,7 @@ std::set<Eigen::Index> rows_shown(const Signal& signal) {
 }  // namespace
 
 Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
-             const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
-             std::size_t& dropped) {
+             const std::optional<Vec3>& inward, const std::string& file) {
   Signal signal;
   signal.is_axial = raw.is_axial();
   signal.position_m = raw.is_axial() ? along_first_axis(raw.travel_m) : raw.position_m;
@@ -229,8 +202,7 @@ Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
   if (!raw.is_axial() && inward) signal.inward = *inward;
   Points force_N = forces_of(raw, inward, file);
   if (!signal.time_s.empty()) {
-    put_in_time(raw, settings.force_delay_s, file, drop_invalid, dropped, std::move(force_N),
-                raw.torque_Nm, signal);
+    put_in_time(raw, settings.force_delay_s, file, std::move(force_N), raw.torque_Nm, signal);
   } else {
     if (settings.force_delay_s != 0)
       throw Error(file, "has no time, so a force delay cannot be taken off",

@@ -77,8 +77,6 @@ struct SignalRanges {
   RowRange approach;   ///< the loading that the settings ask for, up to its deepest row
   RowRange loading;    ///< its part in which the force rises
   RowRange unloading;  ///< after it; empty where there is none
-  /// The first loading of each cycle of a press whose cycles go deeper and deeper; else none.
-  std::vector<RowRange> first_loadings;
   std::optional<Eigen::Index> break_in;  ///< last row before the tool breaks in
   /// Ranges that rows are means of, the last of them with the contact point.
   std::vector<RowRange> used;
@@ -116,11 +114,10 @@ struct Signal {
 /// time), the position is interpolated linearly between its own rows. Marks saturated rows: at the
 /// sensor's limit, or stuck at one value far from the free one while the tip goes on. Takes off the
 /// travel that the rig itself gives. inward: unit, where known.
-/// Throws Error (file:line) on time stamps that repeat or go back (with drop_invalid they are left
-/// out and counted in `dropped`), fewer than 5 common rows, and clocks that do not overlap.
+/// Throws Error (file:line) on time stamps that repeat or go back, fewer than 5 common rows, and
+/// clocks that do not overlap.
 Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
-             const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
-             std::size_t& dropped);
+             const std::optional<Vec3>& inward, const std::string& file);
 
 /// Replaces single readings of the force that stand out on one side of the three before and the
 /// three after (by 6 deviations of the noise, 5 steps between those neighbours and 2 % of the
@@ -172,10 +169,6 @@ std::vector<RowRange> approaches(const Signal& signal);
 /// Those that go at least 90 % as far as `approach` does, itself among them: presses of one
 /// recording.
 std::vector<RowRange> presses_like(const Signal& signal, const RowRange& approach);
-
-/// The parts of approaches that go deeper and deeper which press for the first time: together the
-/// first loading of a body that presses soften. Empty where there are no two such approaches.
-std::vector<RowRange> first_loadings(const Signal& signal);
 
 /// The row of an approach behind which the push falls at once, by a fifth and out of noise and
 /// waves, as the tool goes on: there it breaks in. Nothing where it does not.

@@ -59,9 +59,7 @@ TEST(Identify, finds_the_parameters_of_exact_tests_of_every_law) {
             {"yeoh", {1, 0, 0, kPoissonRatio, none}}},
            {{"ogden", {1e3, 3, none, none, none, none, kPoissonRatio, none}},
             {"ogden", {1, 1, none, none, none, none, kPoissonRatio, none}}},
-           {{"fung", {1e3, 0.4, kPoissonRatio, none}}, {"fung", {1, 1, kPoissonRatio, none}}},
-           {{"veronda-westmann", {1e3, 0.8, kPoissonRatio, none}},
-            {"veronda-westmann", {1, 1, kPoissonRatio, none}}}}) {
+           {{"fung", {1e3, 0.4, kPoissonRatio, none}}, {"fung", {1, 1, kPoissonRatio, none}}}}) {
     SCOPED_TRACE(truth.law);
     const auto tests = pulls(2);
     const Identification found = find(start, observe(stresses(truth, tests), 0, 1), tests);
@@ -116,7 +114,7 @@ TEST(Identify, says_which_combination_is_determined_where_parameters_are_not_tol
 
 TEST(Identify, says_that_small_strain_determines_a_product_of_modulus_and_exponent) {
   const auto tests = pulls(1.01);
-  const MaterialParameters truth{"veronda-westmann", {1e3, 2, kPoissonRatio, NAN}};
+  const MaterialParameters truth{"ogden", {1e3, 2, NAN, NAN, NAN, NAN, kPoissonRatio, NAN}};
   const Identification found = find(truth, observe(stresses(truth, tests), 0.02, 3), tests);
   EXPECT_FALSE(found.are_told_apart);
   ASSERT_EQ(found.determined.size(), 1u);

@@ -43,7 +43,6 @@ inline const std::vector<Example>& all() {
       {"ogden_2", {"ogden", {3e3, 2.5, -200, -3, kLeftOut, kLeftOut, 0.48}}},
       {"ogden_3", {"ogden", {6.3e3, 1.3, 12, 5, -100, -2, 0.45, 1e5}}},
       {"fung", {"fung", {3e3, 1.5}}, false, 1e9, 0.45},
-      {"veronda_westmann", {"veronda-westmann", {2e3, 1.2}}, false, 0, 0.45},
       {"fibres", {"holzapfel-gasser-ogden", {3e3, 5e3, 0.1, 1, 2, -2}}, true},
       {"dispersed_fibres", {"holzapfel-gasser-ogden", {3e3, 5e3, 0.1, 1, 2, -2, 0.2, 0.48}}, true},
   };

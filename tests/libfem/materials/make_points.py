@@ -83,9 +83,6 @@ MATERIALS = {
                  invariants(F)[3]) + volume(det(F))),
     "FungIso": ("fung", THIRD + " 1.5 0.45 10",
                 lambda F: MU / 3 * (exp(mpf("1.5") * invariants(F)[3]) - 1) + volume(det(F))),
-    "VerondaWestmann": ("veronda-westmann", "0.2 1.2 0.45 10",
-                        lambda F: mpf("0.2") * (exp(mpf("1.2") * invariants(F)[3]) - 1)
-                        - mpf("0.12") * invariants(F)[4] + volume(det(F))),
     "HGO": ("holzapfel-gasser-ogden", THIRD + " 0.5 1.5 1 2 2 0 0.45 10", holzapfel(0, (1, 2, 2))),
     "HGO_dispersed": ("holzapfel-gasser-ogden", THIRD + " 0.5 1.5 1 2 2 0.2 0.45 10",
                       holzapfel("0.2", (1, 2, 2)))}

@@ -86,39 +86,5 @@ TEST(certificate, devices_are_judged_by_force_stiffness_and_resolution) {
   EXPECT_TRUE(judge({"unknown", ""}, 1e6, 1e3).force_fits);
 }
 
-TEST(closed_loop, swings_on_a_stiff_wall_with_delay_and_not_on_a_soft_one) {
-  const Device device{"d", "", 8.5, 3500, 3e-5, 0.04, 0.075};
-  const ServoLoop prompt{1000, 0}, late{1000, 1}, fast{10000, 1};
-  EXPECT_EQ(swinging_hands(device, 200, 3, late), 0);
-  EXPECT_EQ(swinging_hands(device, 2e4, 3, late), 24);
-  int before = 0;
-  for (const double stiffness_N_m : {500.0, 1000.0, 2000.0, 4000.0}) {
-    const int swinging = swinging_hands(device, stiffness_N_m, 3, late);
-    EXPECT_GE(swinging, before) << stiffness_N_m;
-    before = swinging;
-  }
-  EXPECT_LT(swinging_hands(device, 2000, 3, prompt), swinging_hands(device, 2000, 3, late));
-  EXPECT_LT(swinging_hands(device, 2000, 3, fast), swinging_hands(device, 2000, 3, late));
-}
-
-TEST(closed_loop, swings_by_the_steps_of_an_encoder_that_friction_does_not_hold) {
-  Device device{"d", "", 8.5, 0, 3e-5, 0.04, 0.075};
-  const ServoLoop fast{10000, 1};
-  EXPECT_FALSE(judge(device, 4000, 3).resolution_fits);  // 4000 N/m 15 um = 0.06 N
-  EXPECT_EQ(swinging_hands(device, 4000, 3, fast), 24);
-  device.resolution_m = 1e-6;
-  EXPECT_EQ(swinging_hands(device, 4000, 3, fast), 0);
-}
-
-TEST(closed_loop, is_quieted_by_friction_and_not_simulated_without_a_mass) {
-  Device device{"d", "", 8.5, 0, 3e-5, 0, 0.075};
-  EXPECT_GT(swinging_hands(device, 1000, 3), 6);
-  device.friction_N = 0.26;
-  EXPECT_EQ(judge(device, 1000, 3).swinging, 0);
-  EXPECT_EQ(judge(device, 1000, 3).hands, 24);
-  device.mass_kg = 0;
-  EXPECT_EQ(judge(device, 1e5, 3).hands, 0);
-}
-
 }  // namespace
 }  // namespace palpate::certify::test

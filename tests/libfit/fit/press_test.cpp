@@ -75,7 +75,6 @@ TEST(press, hertz_curve_meets_the_tolerance_with_the_pieces_chosen) {
   EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), hertz, 0.01), 0.005);
   EXPECT_LE(fitted.curves.basis[0].pieces(), 4);
   EXPECT_NE(report.kind[0].reason.find("meets the tolerance"), std::string::npos);
-  ASSERT_FALSE(report.kind[0].evidence.empty());
 }
 
 TEST(press, order_of_rows_does_not_matter) {

@@ -110,7 +110,7 @@ TEST_F(ContactOfCases, the_stated_deviation_covers_over_seeded_noise) {
       Score score;
       for (unsigned draw = 0; draw < kDraws; ++draw) {
         const Conditioned r =
-            condition(noisy_press(truth, share, kSeed + draw), {}, Vec3(0, 0, -1), truth, false);
+            condition(noisy_press(truth, share, kSeed + draw), {}, Vec3(0, 0, -1), truth);
         score.add(r.contact.travel_m, r.contact.deviation_m);
         all.add(r.contact.travel_m, r.contact.deviation_m);
       }

@@ -70,7 +70,7 @@ Conditioned press(const ForceLaw& law, const Rig& rig, unsigned seed, double& co
   SignalSettings settings;
   settings.radius_m = rig.radius_m;
   settings.tip = rig.tip;
-  return condition(raw, settings, std::nullopt, law.name, false);
+  return condition(raw, settings, std::nullopt, law.name);
 }
 
 struct Score {

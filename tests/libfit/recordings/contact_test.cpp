@@ -92,7 +92,7 @@ Conditioned long_way_in(double depth_m, double amplitude, unsigned seed) {
   }
   SignalSettings settings;
   settings.radius_m = 5e-6;
-  return condition(raw, settings, std::nullopt, "press", false);
+  return condition(raw, settings, std::nullopt, "press");
 }
 
 TEST(contact, is_found_where_the_press_is_a_thousandth_of_the_travel) {
@@ -127,7 +127,7 @@ Conditioned exponential_press(double length_m, double noise_share, double radius
   }
   SignalSettings settings;
   settings.radius_m = radius_m;
-  return condition(raw, settings, std::nullopt, "press", false);
+  return condition(raw, settings, std::nullopt, "press");
 }
 
 TEST(contact, an_exponential_toe_is_within_two_stated_deviations_nine_times_of_ten) {
@@ -170,7 +170,7 @@ TEST(contact,
     SignalSettings settings;
     settings.radius_m = 25e-3;
     settings.tip = Tip::flat;
-    const Conditioned found = condition(raw, settings, std::nullopt, "press", false);
+    const Conditioned found = condition(raw, settings, std::nullopt, "press");
     EXPECT_LT(found.contact.travel_m, 0.3e-3) << "seed " << seed;
   }
 }

@@ -30,9 +30,9 @@ importers::RawRecording cycles_with_spikes(bool has_spikes) {
 
 TEST(signal, the_mean_of_all_ways_is_the_middle_of_the_loop) {
   SignalSettings settings;
-  const Conditioned in = condition(cycles_with_spikes(false), settings, {}, "loop", false);
+  const Conditioned in = condition(cycles_with_spikes(false), settings, {}, "loop");
   settings.use = Use::mean;
-  const Conditioned middle = condition(cycles_with_spikes(false), settings, {}, "loop", false);
+  const Conditioned middle = condition(cycles_with_spikes(false), settings, {}, "loop");
   EXPECT_NEAR(middle.contact.travel_m, 5e-4, 1e-5);
   double off_in = 0, off_middle = 0;
   for (Eigen::Index i = 0; i < middle.force_N.rows(); ++i)
@@ -51,9 +51,9 @@ TEST(signal, the_mean_of_all_ways_is_the_middle_of_the_loop) {
   for (int i = 0; i < 1600; ++i)
     drag.position_m.row(i) << 0, 0, -drag.travel_m[static_cast<std::size_t>(i)],
         drag.force_N.row(i) << 0, 0, -drag.push_N[static_cast<std::size_t>(i)];
-  EXPECT_THROW(condition(drag, settings, Vec3(0, 0, -1), "drag", false), Error);
+  EXPECT_THROW(condition(drag, settings, Vec3(0, 0, -1), "drag"), Error);
   settings.use = Use::approach, settings.cycle = 1;
-  EXPECT_THROW(condition(drag, settings, Vec3(0, 0, -1), "drag", false), Error);
+  EXPECT_THROW(condition(drag, settings, Vec3(0, 0, -1), "drag"), Error);
 }
 
 // The second cycle of a file was never mentioned, not even when it was 20 % softer.
@@ -63,7 +63,7 @@ TEST(signal, of_several_presses_one_is_taken_and_the_others_are_said) {
   const auto largest_N = [&](int cycle) {
     SignalSettings settings;
     settings.cycle = cycle;
-    const Conditioned done = condition(raw, settings, {}, "loop", false);
+    const Conditioned done = condition(raw, settings, {}, "loop");
     EXPECT_EQ(done.grade, Grade::fair) << cycle;
     const int taken = cycle == kLastCycle || cycle == 2 ? 2 : 1;
     const bool is_said = std::ranges::any_of(done.reasons, [&](const std::string& reason) {
@@ -79,16 +79,16 @@ TEST(signal, of_several_presses_one_is_taken_and_the_others_are_said) {
   EXPECT_DOUBLE_EQ(largest_N(kLastCycle), largest_N(2));
   SignalSettings third;
   third.cycle = 3;
-  EXPECT_THROW(condition(raw, third, {}, "loop", false), Error);
+  EXPECT_THROW(condition(raw, third, {}, "loop"), Error);
 
-  const Conditioned alike = condition(cycles_with_spikes(false), {}, {}, "loop", false);
+  const Conditioned alike = condition(cycles_with_spikes(false), {}, {}, "loop");
   EXPECT_EQ(alike.grade, Grade::good);
   EXPECT_EQ(alike.reasons, std::vector<std::string>{"holds 2 presses as deep; number 1 is taken"});
 }
 
 TEST(signal, single_spikes_are_left_out_and_counted) {
-  const Conditioned clean = condition(cycles_with_spikes(false), {}, {}, "clean", false),
-                    spiked = condition(cycles_with_spikes(true), {}, {}, "spiked", false);
+  const Conditioned clean = condition(cycles_with_spikes(false), {}, {}, "clean"),
+                    spiked = condition(cycles_with_spikes(true), {}, {}, "spiked");
   ASSERT_EQ(clean.force_N.rows(), spiked.force_N.rows());
   EXPECT_LT((clean.force_N - spiked.force_N).cwiseAbs().maxCoeff(), 0.02);
   EXPECT_EQ(clean.reasons.size(), 1u) << "that there are two presses";

@@ -145,8 +145,8 @@ void add_body_and_probe(Samples& samples, const fem::SimulatorOf& simulator,
                         const ExperimentList& list);
 
 /// Says what error the rows' own estimates leave at the points, and whether it is what was asked
-/// for (ExperimentsSection::force_tolerance). Returns the points that miss it.
-std::size_t say_force_errors(const Samples& samples, double wanted);
+/// for (ExperimentsSection::force_tolerance).
+void say_force_errors(const Samples& samples, double wanted);
 
 /// Lists experiments with rows that are not good, at most a screenful. Returns how many there are.
 std::size_t list_bad_experiments(const Samples& samples);

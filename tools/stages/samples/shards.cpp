@@ -1,7 +1,6 @@
 #include "tools/stages/samples/shards.hpp"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <charconv>
@@ -29,7 +28,6 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kShard = "shard";
 constexpr const char* kRound = "round";
 constexpr const char* kProgram = "program_hash";
-constexpr const char* kCpu = "cpu_s";
 constexpr const char* kQuick = "quick";
 
 struct Settled {
@@ -75,13 +73,6 @@ Attributes attributes_in(const fs::path& path) {
   } catch (const Error&) {  // missing or damaged
     return {};
   }
-}
-
-double cpu_seconds() {
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
 Json to_json(const fem::QuickScale& quick) {
@@ -294,12 +285,11 @@ std::size_t simulate_shard(const fs::path& folder, const Shard& shard, int jobs)
   const ShardRound round = round_of(folder, settled);
   const fem::Experiments each = experiments_of(settled.scene);
   const ExperimentList own = taken(round.batch.list, dealt_to(shard, round.batch.list, each));
-  Attributes attributes = attributes_of(settled, shard, round.number);
+  const Attributes attributes = attributes_of(settled, shard, round.number);
   if (carries(attributes_in(path), attributes)) {
     say("{} is up to date", path.string());
     return own.size();
   }
-  const double from_s = cpu_seconds();
   const SimulateRequest request =
       request_for(settled.scene, settled.body, Purpose::identify, jobs, path);
   const Simulators simulators(settled.scene, settled.body, Purpose::identify);
@@ -307,7 +297,6 @@ std::size_t simulate_shard(const fs::path& folder, const Shard& shard, int jobs)
       own.size() == 0 ? Samples()
                       : SampleCache(request).at(std::cref(simulators), own, each,
                                                 "shard " + name_of(shard), round.batch.quick);
-  attributes[kCpu] = fmt::format("{:.3f}", cpu_seconds() - from_s);
   write_with_surface(path, samples, attributes);
   remove_partial(path);
   return own.size();
@@ -337,11 +326,9 @@ Merged merge_shards(const fs::path& folder, const fs::path& output, int jobs) {
   const fs::path earlier = folder / "merged.h5";
   if (round.number > 0)
     parts.push_back(has_surface ? read_with_surface(earlier) : read_samples(earlier));
-  for (int number = 1; number <= count; ++number) {
+  for (int number = 1; number <= count; ++number)
     if (Samples part = read_shard(folder, settled, round, {number, count}); part.rows() > 0)
       parts.push_back(std::move(part));
-    merged.cpu_s += std::stod(read_attributes(shard_path(folder, {number, count})).at(kCpu));
-  }
   SimulateRequest request =
       request_for(settled.scene, settled.body, Purpose::identify, jobs, output);
   request.only_known = true;

@@ -53,7 +53,6 @@ struct Merged {
   std::optional<Samples> samples;
   int next_round = 0;
   std::size_t next_experiments = 0;
-  double cpu_s = 0;  ///< of the shards merged
 };
 
 /// Puts the shards of a folder together. Where points place themselves and more are wanted, writes

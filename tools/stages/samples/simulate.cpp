@@ -97,18 +97,17 @@ std::string reason_of(const Samples& samples, std::size_t row) {
 
 }  // namespace
 
-std::size_t say_force_errors(const Samples& samples, double wanted) {
+void say_force_errors(const Samples& samples, double wanted) {
   std::vector<std::vector<Eigen::Index>> rows(samples.points());
   for (Eigen::Index row = 0; row < samples.rows(); ++row) rows[samples.point[row]].push_back(row);
   std::vector<double> errors;  // of points that have one
   for (const auto& of_point : rows)
     if (const double error = fem::achieved_error(samples, of_point); std::isfinite(error))
       errors.push_back(error);
-  if (rows.empty()) return 0;
+  if (rows.empty()) return;
   std::sort(errors.begin(), errors.end());
   const auto within = static_cast<std::size_t>(
       std::upper_bound(errors.begin(), errors.end(), wanted) - errors.begin());
-  const std::size_t missed = wanted > 0 ? rows.size() - within : 0;
   const std::string target = wanted > 0
                                  ? fmt::format("; {:.2g} % was asked for, {} of {} points have it",
                                                100 * wanted, within, rows.size())
@@ -119,7 +118,6 @@ std::size_t say_force_errors(const Samples& samples, double wanted) {
     say("  force error by the rows' own estimate, largest of a point: median {:.2g} %, worst "
         "{:.2g} %{}",
         100 * errors[errors.size() / 2], 100 * errors.back(), target);
-  return missed;
 }
 
 std::size_t list_bad_experiments(const Samples& samples) {

@@ -161,15 +161,6 @@ TEST_F(ImportersTest, a_two_gigabyte_file_is_refused_without_being_read) {
             "huge.csv: holds more than 256 MiB");
 }
 
-TEST_F(ImportersTest, invalid_rows_are_skipped_and_counted_on_request) {
-  ReadSettings s = axial();
-  s.drop_invalid = true;
-  const auto r = read("t,d,F\n0,0,1\n1,x,2\n2,2,\n3,3,4\n", s);
-  EXPECT_EQ(r[0].rows(), 2);
-  EXPECT_EQ(r[0].dropped_rows, 2u);
-  EXPECT_EQ(r[0].line, (std::vector<std::size_t>{2, 5}));
-}
-
 TEST_F(ImportersTest, hdf5_columns_read_as_text_columns_do) {
   h5::Writer writer(at("a.h5"), "rig", {});
   const std::vector<double> t{0, 1, 2}, x{0, 0, 0, 1, 2, 3, 4, 5, 6}, f{1, 2, 3};
@@ -368,7 +359,6 @@ TEST_F(ImportersTest, damaged_files_are_refused_or_read_never_worse) {
         if (damaged.empty()) damaged = "x";
       }
       s.format = format;
-      s.drop_invalid = random() % 2;
       s.encoding = random() % 2 ? "utf-8" : "latin-1";
       try {
         for (const RawRecording& r : read_recordings("damaged", damaged, s)) {

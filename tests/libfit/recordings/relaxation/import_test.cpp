@@ -69,7 +69,6 @@ TEST_F(RelaxationImport, gives_rows_in_time_and_keeps_rates_apart) {
   write_samples(folder_ / "samples.h5", samples, {});
   const Samples back = read_samples(folder_ / "samples.h5");
   EXPECT_EQ(back.time_s, samples.time_s);
-  write_relaxation(folder_ / "relaxation.csv", *found.relaxation);
 
   BatchOptions none;
   none.relaxation = RelaxationUse::none;

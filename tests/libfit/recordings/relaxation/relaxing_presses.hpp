@@ -204,7 +204,7 @@ inline std::vector<recordings::TimedPress> presses_of(const RecoveryCase& of, un
     const auto raw = record({of.relaxation, 1}, way, interval_s, steps_each, of.sensor, random);
     recordings::SignalSettings settings;
     settings.radius_m = 5e-3;
-    const auto done = recordings::condition(raw, settings, std::nullopt, "press.csv", false);
+    const auto done = recordings::condition(raw, settings, std::nullopt, "press.csv");
     recordings::TimedPress& press = presses.emplace_back(done.history);
     press.noise_N = done.noise_N, press.contact_deviation_m = done.contact.deviation_m;
   }

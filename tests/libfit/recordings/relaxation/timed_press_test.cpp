@@ -18,7 +18,7 @@ TEST(TimedPress, keeps_corners_and_means_of_a_recording) {
   const auto raw = record({prony({0.5}, {3}), 1}, hold_way(), 0.01, 2, {0.002, 0}, random);
   SignalSettings settings;
   settings.radius_m = 5e-3;
-  const Conditioned done = condition(raw, settings, std::nullopt, "press.csv", false);
+  const Conditioned done = condition(raw, settings, std::nullopt, "press.csv");
   const TimedPress& p = done.history;
   ASSERT_GT(p.rows(), 50);
   EXPECT_LT(p.rows(), 250);
@@ -77,7 +77,7 @@ TEST(TimedPress, a_coarse_sensor_s_held_force_is_not_saturated) {
   for (double& push_N : raw.push_N) push_N = step_N * std::round(push_N / step_N);
   SignalSettings settings;
   settings.radius_m = 5e-3;
-  const auto done = condition(raw, settings, std::nullopt, "press.csv", false);
+  const auto done = condition(raw, settings, std::nullopt, "press.csv");
   EXPECT_TRUE(is_creep(done.history));
   for (const RowStatus status : done.status) EXPECT_EQ(status, RowStatus::good);
 }

@@ -28,8 +28,8 @@ TEST(signal, clocks_of_different_rate_and_a_late_force_give_the_same_samples) {
   }
   SignalSettings settings;
   settings.force_delay_s = late_s;
-  const Conditioned a = condition(plain, {}, Vec3(0, 0, -1), "a.csv", false),
-                    b = condition(other, settings, Vec3(0, 0, -1), "a.csv", false);
+  const Conditioned a = condition(plain, {}, Vec3(0, 0, -1), "a.csv"),
+                    b = condition(other, settings, Vec3(0, 0, -1), "a.csv");
   EXPECT_NEAR(a.contact.travel_m, b.contact.travel_m, 2e-6);
   EXPECT_LT((a.force_N - b.force_N).cwiseAbs().maxCoeff(), 0.002 * a.force_N.maxCoeff());
 }
@@ -63,8 +63,8 @@ TEST(signal, compliance_of_the_rig_is_taken_off) {
     raw.travel_m[i] += 1e-4 * (raw.push_N[i] - raw.push_N[0]);
   SignalSettings settings;
   settings.compliance_m_N = 1e-4;
-  const Conditioned a = condition(axial_press(400, 200), {}, Vec3(0, 0, -1), "a", false),
-                    b = condition(raw, settings, Vec3(0, 0, -1), "b", false);
+  const Conditioned a = condition(axial_press(400, 200), {}, Vec3(0, 0, -1), "a"),
+                    b = condition(raw, settings, Vec3(0, 0, -1), "b");
   EXPECT_LT((a.deflection_m - b.deflection_m).cwiseAbs().maxCoeff(), 1e-9);
 }
 
@@ -74,7 +74,7 @@ TEST(signal, drift_along_the_way_is_taken_off_on_request) {
   SignalSettings settings;
   settings.drift = Drift::line;
   settings.contact = "hertz";
-  const Conditioned r = condition(raw, settings, Vec3(0, 0, -1), "a", false);
+  const Conditioned r = condition(raw, settings, Vec3(0, 0, -1), "a");
   EXPECT_NEAR(r.force_N(39, 0),
               3e4 * std::pow(r.deflection_m(39, 0) + r.contact.travel_m - 1e-3, 1.5),
               0.03 * r.force_N(39, 0));
@@ -91,7 +91,7 @@ TEST(signal, a_position_that_scatters_asks_for_a_filter) {
     EXPECT_NE(refusal_of(raw, {}).find("smooth = "), std::string::npos);
     SignalSettings settings;
     settings.smooth_s = 0.2, settings.radius_m = 5e-3;
-    const Conditioned r = condition(raw, settings, {}, "a.csv", false);
+    const Conditioned r = condition(raw, settings, {}, "a.csv");
     const Eigen::Index last = r.force_N.rows() - 1;
     const double depth_m = r.deflection_m(last, 0);
     EXPECT_NEAR(r.force_N(last, 0), 4.0 / 3 * 1e4 / 0.75 * std::sqrt(5e-3) * std::pow(depth_m, 1.5),
@@ -104,7 +104,7 @@ TEST(signal, saturated_rows_are_marked_and_never_good) {
   auto raw = axial_press(400, 200);
   const double limit_N = 0.6 * raw.push_N.back();
   for (double& push : raw.push_N) push = std::min(push, limit_N);
-  const Conditioned r = condition(raw, {}, Vec3(0, 0, -1), "a", false);
+  const Conditioned r = condition(raw, {}, Vec3(0, 0, -1), "a");
   int rejected = 0;
   for (Eigen::Index i = 0; i < r.force_N.rows(); ++i) {
     rejected += r.status[static_cast<std::size_t>(i)] == RowStatus::rejected;
@@ -116,7 +116,7 @@ TEST(signal, saturated_rows_are_marked_and_never_good) {
   EXPECT_EQ(r.grade, Grade::fair);
   SignalSettings settings;
   settings.force_limit_N = limit_N;  // readings above it are no more than at it
-  const Conditioned known = condition(axial_press(400, 200), settings, Vec3(0, 0, -1), "a", false);
+  const Conditioned known = condition(axial_press(400, 200), settings, Vec3(0, 0, -1), "a");
   EXPECT_EQ(known.status.front(), RowStatus::good);
   EXPECT_EQ(known.status.back(), RowStatus::rejected);
 }
@@ -129,7 +129,7 @@ TEST(signal, a_limiter_is_seen_though_a_reading_before_it_was_higher) {
   while (raw.push_N[first] < limit_N) ++first;
   for (double& push : raw.push_N) push = std::min(push, limit_N);
   raw.push_N[first] = raw.push_N[first - 1] = 1.1 * limit_N;
-  const Conditioned r = condition(raw, {}, Vec3(0, 0, -1), "a", false);
+  const Conditioned r = condition(raw, {}, Vec3(0, 0, -1), "a");
   EXPECT_EQ(r.status.back(), RowStatus::rejected);
   EXPECT_EQ(r.status.front(), RowStatus::good);
 }

@@ -19,7 +19,7 @@ TEST(signal, an_elastic_press_has_no_hysteresis_however_it_is_sampled) {
       SignalSettings settings;
       settings.radius_m = 5e-3;
       const Conditioned r =
-          condition(elastic_press(readings, turn, 1e-4, kPressSeed), settings, {}, "a.csv", false);
+          condition(elastic_press(readings, turn, 1e-4, kPressSeed), settings, {}, "a.csv");
       EXPECT_NEAR(r.hysteresis, 0, 0.01)
           << readings << " readings, turn " << turn << ", seed " << kPressSeed;
     }
@@ -28,7 +28,7 @@ TEST(signal, an_elastic_press_has_no_hysteresis_however_it_is_sampled) {
 // Noise on a flat top once put the largest push rows before the turn, and there was no way back.
 TEST(signal, a_noisy_press_of_many_readings_has_its_way_back) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    const Conditioned r = condition(elastic_press(4000, 0, 5e-3, seed), {}, {}, "a.csv", false);
+    const Conditioned r = condition(elastic_press(4000, 0, 5e-3, seed), {}, {}, "a.csv");
     EXPECT_NEAR(r.hysteresis, 0, 0.02) << "seed " << seed;
   }
 }
@@ -38,7 +38,7 @@ TEST(signal, the_work_that_is_lost_is_the_hysteresis) {
   for (const int readings : {25, 100, 250}) {
     auto raw = elastic_press(readings, 0, 0, kPressSeed);
     for (std::size_t i = raw.push_N.size() / 2 + 1; i < raw.push_N.size(); ++i) raw.push_N[i] /= 2;
-    const Conditioned r = condition(raw, {}, {}, "a.csv", false);
+    const Conditioned r = condition(raw, {}, {}, "a.csv");
     // Half, but for the step at the turn: a trapezium from the whole to half of the force.
     EXPECT_NEAR(r.hysteresis, 0.5, readings < 50 ? 0.07 : 0.02) << readings;
   }
@@ -61,7 +61,7 @@ TEST(signal, a_recording_that_ends_in_contact_says_nothing_of_the_work_given_bac
     raw.time_s.clear(), raw.line.clear();
     for (std::size_t i = 0; i < raw.travel_m.size(); ++i)
       raw.time_s.push_back(0.02 * static_cast<double>(i)), raw.line.push_back(i + 2);
-    return condition(raw, {}, {}, "a.csv", false).hysteresis;
+    return condition(raw, {}, {}, "a.csv").hysteresis;
   };
   for (const int way_out : {0, 3, 10, 50, 100})
     EXPECT_TRUE(std::isnan(hysteresis(way_out, 0, 0))) << way_out;
@@ -83,7 +83,7 @@ TEST(signal, a_force_that_lags_is_no_good_recording_and_its_delay_is_said) {
       for (int i = 0; i < 400; ++i)
         raw.push_N[static_cast<std::size_t>(i)] =
             push_N[static_cast<std::size_t>(std::clamp(i - late, 0, 399))];
-      const Conditioned r = condition(raw, {}, {}, "a.csv", false);
+      const Conditioned r = condition(raw, {}, {}, "a.csv");
       const std::string reasons = testing::PrintToString(r.reasons);
       EXPECT_NEAR(r.contact.travel_m, kContact_m, 2 * r.contact.deviation_m) << reasons;
       EXPECT_EQ(r.grade == Grade::good, late == 0) << reasons;
@@ -93,7 +93,7 @@ TEST(signal, a_force_that_lags_is_no_good_recording_and_its_delay_is_said) {
       SignalSettings settings;
       settings.force_delay_s = std::stod(reasons.substr(reasons.find_first_of("0123456789", at)));
       EXPECT_NEAR(settings.force_delay_s, 0.02 * late, 0.01);
-      const Conditioned corrected = condition(raw, settings, {}, "a.csv", false);
+      const Conditioned corrected = condition(raw, settings, {}, "a.csv");
       EXPECT_EQ(corrected.grade, Grade::good);
       EXPECT_NEAR(corrected.contact.travel_m, kContact_m, 2 * corrected.contact.deviation_m);
     }
@@ -102,7 +102,7 @@ TEST(signal, a_force_that_lags_is_no_good_recording_and_its_delay_is_said) {
 TEST(signal, a_press_that_loses_work_is_not_questioned) {
   auto raw = elastic_press(400, 0, 1e-4, kPressSeed);
   for (std::size_t i = 200; i < 400; ++i) raw.push_N[i] *= 0.8;
-  const Conditioned r = condition(raw, {}, {}, "a.csv", false);
+  const Conditioned r = condition(raw, {}, {}, "a.csv");
   EXPECT_EQ(r.grade, Grade::good) << testing::PrintToString(r.reasons);
   EXPECT_TRUE(r.reasons.empty()) << testing::PrintToString(r.reasons);
 }

@@ -60,8 +60,8 @@ TEST(signal, an_encoders_noise_beside_the_way_ends_no_press) {
               jitter_m * draw(random), -travel_m;
           robot.force_N.row(i) << 0.05 * push_N, 0, -push_N;
         }
-        const Conditioned one = condition(axis, {}, {}, "axis.csv", false),
-                          three = condition(robot, {}, inward, "robot.csv", false);
+        const Conditioned one = condition(axis, {}, {}, "axis.csv"),
+                          three = condition(robot, {}, inward, "robot.csv");
         const auto where = testing::Message()
                            << readings << " readings, " << jitter_m << " m, seed " << seed;
         EXPECT_NEAR(three.contact.travel_m, one.contact.travel_m, 1e-6) << where;
@@ -93,7 +93,7 @@ TEST(signal, push_that_waves_while_the_tip_goes_in_is_no_break) {
       if (push_N > 0.01) push_N += 0.008 * (wave + before) / 2;
       before = wave;
     }
-    const Conditioned r = condition(raw, {}, {}, "a.csv", false);
+    const Conditioned r = condition(raw, {}, {}, "a.csv");
     EXPECT_FALSE(r.breaks) << "seed " << seed;
     EXPECT_GT(r.deflection_m.col(0).maxCoeff(), 2.5e-3) << "seed " << seed;
   }

@@ -50,7 +50,7 @@ inline importers::RawRecording elastic_press(int readings, double turn, double n
 inline std::string refusal_of(const importers::RawRecording& raw,
                               const std::optional<Vec3>& inward) {
   try {
-    condition(raw, {}, inward, "a.csv", false);
+    condition(raw, {}, inward, "a.csv");
   } catch (const Error& error) {
     return error.what();
   }

@@ -14,7 +14,7 @@ namespace {
 using namespace testing_signal;
 
 TEST(signal, samples_of_a_press_are_the_force_at_the_depth) {
-  const Conditioned r = condition(axial_press(400, 200), {}, Vec3(0, 0, -1), "a.csv", false);
+  const Conditioned r = condition(axial_press(400, 200), {}, Vec3(0, 0, -1), "a.csv");
   ASSERT_EQ(r.deflection_m.rows(), 40);
   for (Eigen::Index i = 0; i < 40; ++i)
     EXPECT_NEAR(r.force_N(i, 0),
@@ -37,7 +37,7 @@ TEST(signal, a_robots_row_per_depth_is_taken_from_its_own_contact_point) {
     raw.force_N.row(i) << 0.1 * i, 0, -0.5 * i;
     raw.line.push_back(static_cast<std::size_t>(i) + 2);
   }
-  const Conditioned r = condition(raw, {}, std::nullopt, "robot.csv", false);
+  const Conditioned r = condition(raw, {}, std::nullopt, "robot.csv");
   EXPECT_EQ(r.contact.estimator, "given");
   ASSERT_EQ(r.deflection_m.rows(), 7);
   EXPECT_LT((r.deflection_m.row(6).transpose() - Vec3(0, 0, -3.5e-3)).norm(), 1e-12);
@@ -67,7 +67,7 @@ TEST(signal, a_drag_keeps_press_stick_and_slide_in_order_and_ends_before_the_way
   SignalSettings settings;
   settings.kind = ExperimentKind::drag;
   settings.rows = 60;
-  const Conditioned r = condition(raw, settings, Vec3(0, 0, -1), "drag.csv", false);
+  const Conditioned r = condition(raw, settings, Vec3(0, 0, -1), "drag.csv");
   const Eigen::Index last = r.deflection_m.rows() - 1;
   EXPECT_NEAR(r.deflection_m(last, 0), 5e-3, 2e-4);
   EXPECT_NEAR(-r.deflection_m(last, 2), 2e-3, 1e-4);
@@ -120,7 +120,7 @@ TEST(signal, any_signal_gives_finite_samples_or_an_error) {
     settings.rows = 3 + static_cast<int>(pick(60));
     const auto inward = is_axial || pick(2) == 0 ? std::optional(Vec3(0, 0, -1)) : std::nullopt;
     try {
-      const Conditioned r = condition(raw, settings, inward, "nonsense.csv", false);
+      const Conditioned r = condition(raw, settings, inward, "nonsense.csv");
       ++imported;
       ASSERT_TRUE(r.deflection_m.allFinite() && r.force_N.allFinite() && r.error_N.allFinite())
           << "trial " << trial << " seed " << kPressSeed;

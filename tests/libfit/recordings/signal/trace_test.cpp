@@ -22,7 +22,7 @@ TEST(signal, a_trace_shows_the_whole_and_the_press) {
         0.05 + 3e2 * std::pow(depth, 1.5) + 1e-4 * std::sin(40.0 * i);
   }
   raw.push_N[700] = 0.5;  // a spike, that samples leave out
-  const Conditioned r = condition(raw, {}, Vec3(0, 0, -1), "a.csv", false);
+  const Conditioned r = condition(raw, {}, Vec3(0, 0, -1), "a.csv");
   const SignalTrace& t = r.trace;
   ASSERT_LE(t.readings(), 202u);
   for (const std::size_t n : {t.time_s.size(), t.travel_m.size(), t.phase.size(), t.is_used.size()})
@@ -45,7 +45,7 @@ TEST(signal, a_trace_says_the_line_that_was_taken_off) {
   SignalSettings settings;
   settings.drift = Drift::line;
   settings.known_contact = FoundContact{1e-3, 0};  // a slope alone looks like contact
-  const Conditioned r = condition(raw, settings, Vec3(0, 0, -1), "a.csv", false);
+  const Conditioned r = condition(raw, settings, Vec3(0, 0, -1), "a.csv");
   EXPECT_NEAR(r.trace.drift_N_m, 20, 0.5);
   const SignalTrace& t = r.trace;
   for (std::size_t i = 0; i < t.readings(); ++i)
@@ -57,7 +57,7 @@ TEST(signal, a_refused_recording_keeps_its_trace) {
   auto raw = axial_press(400, 200);
   for (double& push : raw.push_N) push = 0.05 - push;
   SignalTrace trace;
-  EXPECT_THROW(condition(raw, {}, Vec3(0, 0, -1), "a.csv", false, &trace), Error);
+  EXPECT_THROW(condition(raw, {}, Vec3(0, 0, -1), "a.csv", &trace), Error);
   EXPECT_GT(trace.readings(), 190u);
 }
 
