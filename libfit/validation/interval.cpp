@@ -30,7 +30,7 @@ std::string in_words(const TruthInterval& interval) {
   std::string by;
   const auto add = [&](double share, std::string_view name) {
     if (share >= 0.01)
-      by += fmt::format("{} {} {}", by.empty() ? "; that is" : ",", percent(share, 0), name);
+      by += fmt::format("{} {} {}", by.empty() ? "; its causes:" : ",", percent(share, 0), name);
   };
   add(interval.young, "Young's modulus");
   add(interval.poisson, "Poisson's ratio");

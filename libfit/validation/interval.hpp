@@ -25,7 +25,7 @@ struct TruthInterval {
 /// (docs/method.md, M11d).
 std::optional<TruthInterval> truth_interval(const BodyKnowledge& known);
 
-/// "forces of the body itself: 95 % within -36 to +56 % of the asset's; that is 98 % friction".
+/// "forces of the body itself: 95 % within -36 to +56 % of the asset's; its causes: 98 % friction".
 std::string in_words(const TruthInterval& interval);
 
 }  // namespace palpate::validation

@@ -219,7 +219,7 @@ std::string verdict(const Statement& s) {
                        "and moduli right?",
                        newtons(known.force_floor_N));
   return words +
-         fmt::format("; a person notices it in {} of the rows.", percent(1 - s.all.unnoticed, 0));
+         fmt::format("; a person notices the error in {} of the rows.", percent(1 - s.all.unnoticed, 0));
 }
 
 namespace {

@@ -265,7 +265,7 @@ TEST(statement, a_verdict_names_the_grades_at_both_ends_of_its_band) {
   EXPECT_EQ(verdict(summarize(rows)),
             "Poor to good: 19 of 20 forces are right to 9.0 % in size (5.2 % to 22.3 % if all "
             "places were tried) "
-            "and to 0 degrees in direction; a person notices it in 17 % of the rows.");
+            "and to 0 degrees in direction; a person notices the error in 17 % of the rows.");
 }
 
 TEST(statement, a_verdict_counts_slides_where_the_body_changes) {
