@@ -84,7 +84,7 @@ TEST(hostile_blocks, a_relaxation_is_refused_for_every_fault_of_its_own) {
   for (const double wrong : {0.0, -1.0, 0.05, 1e-5, 2e6, nan})
     EXPECT_EQ(changed(offsetof(Block, time_s) + 8, wrong), Status::block_wrong) << wrong;
   EXPECT_EQ(changed(offsetof(Block, share) + 16, 0.1), Status::block_wrong);
-  EXPECT_EQ(changed(offsetof(Block, reserved), 1e-300), Status::block_wrong);
+  EXPECT_EQ(changed(offsetof(Block, radius_m), -1e-3), Status::block_wrong);
   EXPECT_EQ(changed(offsetof(Block, share), 0.6), Status::replay_differs);
   AssetBytes other = small_asset();  // separable curves have no memory of time
   Header header = header_of(other);
