@@ -155,8 +155,9 @@ std::vector<StatedError> errors_by(const Comparison& compared, const ErrorFloors
 Statement summarize(const Comparison& compared, const ErrorFloors& floors);
 Statement summarize(const Comparison& compared);
 
-/// The statement as an asset carries it: all but the advice, its words and what differs from one machine or
-/// one writing to the next (tick_ns, asset_bytes), so that the same scene makes the same bytes.
+/// The statement as an asset carries it: all but the advice, its words and what differs from one
+/// machine or one writing to the next (tick_ns, asset_bytes), so that the same scene makes the same
+/// bytes.
 std::string to_asset_json(const Statement& statement);
 
 /// The object others read (docs/formats/statement.md); one line.
@@ -175,6 +176,9 @@ std::string verdict(const Statement& statement);
 std::vector<std::string> advice(const Statement& statement);
 /// The sentence on what is held; none where a twentieth of the force or less comes from there.
 std::optional<std::string> advice_on_held_part(double held_share);
+
+/// Sentences in lines of 80 characters, which a terminal holds, each with its end.
+std::string wrapped(std::string_view text);
 
 /// A table for people, 80 columns wide at most, then verdict and advice.
 std::string in_words(const Statement& statement);

@@ -88,17 +88,6 @@ std::string table(const StatementSection& section, const Unit& unit) {
   return text;
 }
 
-// Sentences in lines of 80 characters, which a terminal holds.
-std::string wrapped(std::string_view text) {
-  std::string out;
-  while (text.size() > 80) {
-    const std::size_t end = text.rfind(' ', 80);
-    out += std::string(text.substr(0, end)) + "\n";
-    text.remove_prefix(end + 1);
-  }
-  return out + std::string(text) + "\n";
-}
-
 // The line with the largest p95; none: null.
 const StatedError* worst(const std::vector<StatedError>& lines) {
   const StatedError* found = nullptr;
@@ -175,6 +164,16 @@ std::string of_shape(const ShapeError& shape) {
 
 }  // namespace
 
+std::string wrapped(std::string_view text) {
+  std::string out;
+  while (text.size() > 80) {
+    const std::size_t end = text.rfind(' ', 80);
+    out += std::string(text.substr(0, end)) + "\n";
+    text.remove_prefix(end + 1);
+  }
+  return out + std::string(text) + "\n";
+}
+
 std::string verdict(const Statement& s) {
   const double p95_rel = s.all.force.p95_rel;
   if (s.all.rows == 0)
@@ -218,8 +217,8 @@ std::string verdict(const Statement& s) {
                        ". No force here reaches {}, the least that a person feels: are length unit "
                        "and moduli right?",
                        newtons(known.force_floor_N));
-  return words +
-         fmt::format("; a person notices the error in {} of the rows.", percent(1 - s.all.unnoticed, 0));
+  return words + fmt::format("; a person notices the error in {} of the rows.",
+                             percent(1 - s.all.unnoticed, 0));
 }
 
 namespace {

@@ -79,17 +79,13 @@ TEST(key_pages, study_lists_every_key) {
   read_study(folder.write("study.toml", R"(
 scene = "scene.toml"
 [vary]
-"material.young" = { from = "1 kPa", to = "2 kPa" }
-[sample]
-count = 2
+"material.young" = ["1 kPa", "2 kPa"]
 [cluster]
 command = "palpate"
 )"),
              &log);
-  expect_tables(
-      "formats/study.md",
-      {{"study",
-        keys_of(log, {{"the study"}, {"[sample]", "sample."}, {"[cluster]", "cluster."}})}});
+  expect_tables("formats/study.md",
+                {{"study", keys_of(log, {{"the study"}, {"[cluster]", "cluster."}})}});
 }
 
 TEST(key_pages, tests_of_specimens_list_every_key) {

@@ -76,7 +76,6 @@ TEST(outputs, a_file_of_another_program_in_a_format_of_ours_is_told) {
                     sign = "<!-- palpate -->";
   EXPECT_EQ(kind_of_file(folder.write("a.vtu", vtu)), "another program's vtu");
   EXPECT_EQ(kind_of_file(folder.write("b.vtu", vtu + sign)), "vtu");
-  EXPECT_EQ(kind_of_file(folder.write("a.ply", "ply\ncomment blender\n")), "another program's ply");
   EXPECT_EQ(kind_of_file(folder.write("a.json", "{\n  \"files\": 2 }")), "{\"files\":2}");
   const fs::path page = folder.write("a.html", "<!doctype html><!-- palpate --><svg>");
   EXPECT_EQ(kind_of_file(page), "<!doctype html><!-- palpate --><svg>");

@@ -128,13 +128,16 @@ std::string curves_text(const runtime::AssetView& asset) {
   return text;
 }
 
-std::string statement_text(const std::string& name, const AssetFile& file, const Json& meta) {
-  Json statement = meta.value("statement", Json());
+// In the words that end a run.
+std::string statement_text(const std::string& name, const Json& meta) {
+  const Json statement = meta.value("statement", Json());
   if (!statement.is_object() || !statement.contains("force_error"))
     return "none: `palpate validate` makes one, and `run` writes it into the asset";
-  statement["tick_ns"] = nullptr;  // both are of one writing of the asset, and not in it
-  statement["asset_bytes"] = file.bytes();
-  return validation::in_words(validation::parse_statement(statement.dump(), name));
+  const auto stated = validation::parse_statement(statement.dump(), name);
+  std::string text = validation::wrapped(validation::verdict(stated));
+  if (stated.interval) text += validation::wrapped(validation::in_words(*stated.interval));
+  text.pop_back();
+  return text;
 }
 
 // An asset as a page for people, 100 columns wide but for long names. What the file does not hold
@@ -152,7 +155,7 @@ std::string page_of(const std::string& name, const AssetFile& file) {
          row("probe", probe_text(asset, meta)) + row("curves", curves_text(asset)) +
          row("certificate", fmt::format("the guard of slips is {}; `palpate check {}` makes one",
                                         asset.has_guard ? "on" : "OFF", name)) +
-         row("statement", statement_text(name, file, meta)) +
+         row("statement", statement_text(name, meta)) +
          row("size",
              fmt::format("{} bytes, {} of them meta data; check path of {}, reproduced bit for bit",
                          file.bytes(), asset.file.meta_bytes,

@@ -289,7 +289,7 @@ nlohmann::ordered_json put_visual(const std::filesystem::path& asset,
   const AssetFile file = read_asset_file(asset);
   Points place_m = rows_of(mesh_read::read_raw(mesh, false, nullptr).points);
   if (place_m.rows() == 0)
-    throw Error(mesh.string(), "has no vertices", "Give the mesh that is drawn.");
+    throw Error(mesh.string(), "has no vertices", "Name the mesh that is drawn.");
   const double body_m = extent_m(surface_of(file.asset()).vertices).norm();
   const auto misfit = [&](const char* unit) {
     const double unit_m = *unit_factor(unit, Dimension::length);
@@ -308,7 +308,7 @@ nlohmann::ordered_json put_visual(const std::filesystem::path& asset,
                 fmt::format("vertex {}, taken in {}, is {:.3g} mm from the surface of the body, "
                             "which is {:.3g} mm across",
                             farthest - off_m.begin() + 1, unit, 1e3 * *farthest, 1e3 * body_m),
-                "Name its unit with --unit, and give it where the body's own mesh lies.");
+                "Name its unit with --unit, and place it where the body's own mesh lies.");
   write_asset(output, with_visual(file.asset(), visual));
   say("  {} vertices of {}, taken in {}, hang on the surface, {:.2g} mm off it (median), {:.2g} mm "
       "(max)",

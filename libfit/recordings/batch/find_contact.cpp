@@ -102,7 +102,9 @@ void check_contact(const Signal& signal, const Approach& approach, const std::st
   const double range_m = travel_m.maxCoeff() - travel_m.minCoeff(),
                // With fewer rows a bend may be a turn.
       scatter_m = travel_m.size() < 40 ? 0 : neighbour_scatter(travel_m);
-  if (is_short && scatter_m > 0.005 * range_m)
+  const double in_m = travel_m[approach.range.end - 1] - travel_m[approach.range.begin];
+  const bool is_part = is_short || in_m < 0.5 * range_m;
+  if (is_part && scatter_m > 0.005 * range_m)
     throw Error(place(file, signal, approach.range.begin),
                 "the position scatters by " + millimetres(scatter_m) +
                     " from one reading to the next: no way in is seen",

@@ -84,6 +84,7 @@ FittedCurves whole_curves(CurveFamily family) {
   FittedCurves curves = example_curves();
   curves.curves = example_of_family(curves.curves, family);
   curves.curves.relaxation = whole_samples().relaxation;
+  curves.curves.relaxation.radius_m = 8e-3;
   curves.curves.damage = {1.5, 0.01, 0.1, 0.01};
   return curves;
 }

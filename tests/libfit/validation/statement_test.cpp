@@ -158,7 +158,7 @@ TEST(statement, the_verdict_says_in_how_many_rows_a_person_notices_the_error) {
   EXPECT_EQ(
       verdict(s),
       "Fair: 19 of 20 forces are right to 9.8 % in size and to 0 degrees in direction; a person "
-      "notices it in 0 % of the rows.");
+      "notices the error in 0 % of the rows.");
 }
 
 // A side force that is wrong by a fifth counted like a push that is: it turns the force by 11
@@ -279,7 +279,7 @@ TEST(statement, a_verdict_counts_slides_where_the_body_changes) {
       "Poor to good: 19 of 20 forces are right to 5.0 % in size (5.0 % to 5.0 % if all places were "
       "tried) "
       "and to 0 degrees in direction, of slides where the body changes to 12.0 %; a person notices "
-      "it in 0 % of the rows.");
+      "the error in 0 % of the rows.");
 }
 
 TEST(statement, a_poor_asset_ends_with_what_to_do_about_it) {
@@ -302,7 +302,7 @@ TEST(statement, a_poor_asset_ends_with_what_to_do_about_it) {
   EXPECT_EQ(
       verdict(s),
       "Poor: 19 of 20 forces are right to 15.0 % in size and to 0 degrees in direction; a person "
-      "notices it in 100 % of the rows.");
+      "notices the error in 100 % of the rows.");
   const Statement fair = summarize({{1, 0.09}}), good = summarize({{1, 0.02}});
   EXPECT_TRUE(advice(fair).empty());
   EXPECT_EQ(verdict(fair).rfind("Fair", 0), 0u);
