@@ -130,9 +130,10 @@ std::string curves_text(const runtime::AssetView& asset) {
 
 // In the words that end a run.
 std::string statement_text(const std::string& name, const Json& meta) {
-  const Json statement = meta.value("statement", Json());
+  Json statement = meta.value("statement", Json());
   if (!statement.is_object() || !statement.contains("force_error"))
     return "none: `palpate validate` makes one, and `run` writes it into the asset";
+  statement["tick_ns"] = nullptr, statement["asset_bytes"] = 0;  // of one writing of the asset
   const auto stated = validation::parse_statement(statement.dump(), name);
   std::string text = validation::wrapped(validation::verdict(stated));
   if (stated.interval) text += validation::wrapped(validation::in_words(*stated.interval));

@@ -285,7 +285,8 @@ void put_statement(const std::filesystem::path& path, const std::string& stateme
 
 nlohmann::ordered_json put_visual(const std::filesystem::path& asset,
                                   const std::filesystem::path& mesh,
-                                  const std::filesystem::path& output, const std::string& given) {
+                                  const std::filesystem::path& output,
+                                  const std::string& unit_of_mesh) {
   const AssetFile file = read_asset_file(asset);
   Points place_m = rows_of(mesh_read::read_raw(mesh, false, nullptr).points);
   if (place_m.rows() == 0)
@@ -295,7 +296,8 @@ nlohmann::ordered_json put_visual(const std::filesystem::path& asset,
     const double unit_m = *unit_factor(unit, Dimension::length);
     return std::abs(std::log(unit_m * extent_m(place_m).norm() / body_m));
   };
-  const std::string unit = given.empty() ? std::ranges::min({"m", "cm", "mm"}, {}, misfit) : given;
+  const std::string unit =
+      unit_of_mesh.empty() ? std::ranges::min({"m", "cm", "mm"}, {}, misfit) : unit_of_mesh;
   place_m *= mesh_unit_m(unit, "--unit");
   const std::vector<runtime::VisualVertex> visual = hang(file.asset(), place_m);
   std::vector<double> off_m;

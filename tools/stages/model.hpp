@@ -68,10 +68,12 @@ std::string probe_meta(const ProbeSpec& probe);
 void put_statement(const std::filesystem::path& asset, const std::string& statement);
 
 /// Writes an asset that moves the vertices of a mesh file with its surface: nothing else changes.
-/// The mesh counts in the one of m, cm and mm in which it is most nearly as large as the body.
-/// Returns what a reply says of it. Throws Error where a vertex is far from the surface.
+/// unit_of_mesh: a unit or a length; empty: the one of m, cm and mm in which the mesh is most
+/// nearly as large as the body. Returns what a reply says of it. Throws Error where a vertex is far
+/// from the surface.
 nlohmann::ordered_json put_visual(const std::filesystem::path& asset,
                                   const std::filesystem::path& mesh,
-                                  const std::filesystem::path& output, const std::string& unit);
+                                  const std::filesystem::path& output,
+                                  const std::string& unit_of_mesh);
 
 }  // namespace palpate::tools
