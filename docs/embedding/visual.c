@@ -16,8 +16,7 @@ int main(int argc, char** argv) {
   FILE* file = argc == 4 ? fopen(argv[1], "rb") : NULL;
   FILE* mesh = argc == 4 ? fopen(argv[2], "r") : NULL;
   FILE* moved = argc == 4 ? fopen(argv[3], "w") : NULL;
-  if (!bytes || !file || !mesh || !moved)
-    return perror("visual ASSET.palp MESH.obj MOVED.obj"), 2;
+  if (!bytes || !file || !mesh || !moved) return perror("visual ASSET.palp MESH.obj MOVED.obj"), 2;
   palpate_asset asset;
   const palpate_status status = palpate_open(&asset, bytes, fread(bytes, 1, room, file));
   if (status != PALPATE_OK) return fprintf(stderr, "%s\n", palpate_sentence(status)), 1;
