@@ -29,8 +29,8 @@ std::optional<double> unit_factor(std::string_view name, Dimension dimension);
 /// whether plain SI numbers are welcome.
 std::optional<double> parse_quantity(std::string_view text, Dimension dimension);
 
-/// Metres of one unit of a mesh: the name of a unit of length, or a length such as "110 mm". Error of
-/// `where` for anything else.
+/// Metres of one unit of a mesh: the name of a unit of length, or a length such as "110 mm". Error
+/// of `where` for anything else.
 double mesh_unit_m(const std::string& unit, const std::string& where);
 
 /// "length", "pressure", ...
