@@ -59,18 +59,6 @@ def figures(scene):
     return f"{quick.rstrip('; ')} | {cpu}"
 
 
-def arrays_of(vtu):
-    """The arrays of a .vtu that `palpate check` writes, by their names."""
-    import numpy as np
-    content = vtu.read_bytes()
-    base = content.index(b"_", content.index(b"<AppendedData")) + 1
-    types = {"UInt8": "u1", "Int32": "<i4", "Int64": "<i8", "Float64": "<f8", "Float32": "<f4"}
-    for kind, name, offset in re.findall(rb'type="(\w+)" Name="(\w+)"[^>]* offset="(\d+)"', content[:base]):
-        at = base + int(offset)
-        size = int(np.frombuffer(content, "<u8", 1, at)[0])
-        yield name.decode(), np.frombuffer(content[at + 8:at + 8 + size], types[kind.decode()])
-
-
 def balls(scene):
     """The probe and the tool that lie on the window: their axis from end to end, and their radius, in metres."""
     length = lambda table, key: float(str(table.get(key, "0 mm")).split()[0]) / 1e3
@@ -83,6 +71,7 @@ def balls(scene):
 
 def draw(scene):
     """The body from above its side: window orange, held part blue, test points dark, stiff part red."""
+    import h5py
     import matplotlib
     import numpy as np
     from PIL import Image
@@ -90,24 +79,30 @@ def draw(scene):
     from matplotlib import pyplot as plt
     from matplotlib.collections import PolyCollection
     with tempfile.TemporaryDirectory() as folder:
-        vtu = pathlib.Path(folder, "set_up.vtu")
-        subprocess.run([os.environ["PALPATE_PROGRAM"], "check", scene, "--no-trial", "--vtu", vtu], check=True,
-                       capture_output=True)
-        found = dict(arrays_of(vtu))
-        places, corners = found["Points"].reshape(-1, 3), found["connectivity"].reshape(-1, 3)
-        window, held = found["is_reachable"] > 0, found["is_held"] > 0
+        made = pathlib.Path(folder, "body.h5")
+        subprocess.run([os.environ["PALPATE_PROGRAM"], "prepare", scene, "-o", made], check=True, capture_output=True)
+        with h5py.File(made) as body:
+            places, corners = body["surface/vertices"][:], body["surface/triangles"][:]
+            window, points = body["surface/is_reachable"][:] > 0, body["test_points/position"][:]
+            nodes, held_node = body["volume/nodes"][:], body["volume/is_held"][:] > 0
+        # A vertex is held where the node next to it is, and no farther than held nodes reach.
+        held = np.array([held_node[((nodes - place) ** 2).sum(1).argmin()] for place in places])
+        if held_node.any():
+            low, high = nodes[held_node].min(0) - 1e-6, nodes[held_node].max(0) + 1e-6
+            held &= ((places > low) & (places < high)).all(1)
         # Looks at the window from its side that is nearer to the viewer, tilted by half a right angle.
         out = places[window].mean(0) - places.mean(0)
         turn = np.arctan2(out[1], out[0]) + np.pi / 5 if np.hypot(*out[:2]) > abs(out[2]) else -np.pi / 3
         towards = np.array([np.cos(turn) * 0.8, np.sin(turn) * 0.8, 0.6])
         right = np.array([-np.sin(turn), np.cos(turn), 0])
-        seen = places @ np.column_stack([right, np.cross(towards, right), towards])
+        view = np.column_stack([right, np.cross(towards, right), towards])
+        seen = places @ view
         triangle = places[corners]
         normal = np.cross(triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True) + 1e-30
         light = 0.55 + 0.45 * np.clip(normal @ (towards + [0, 0, 0.5]) / 1.3, 0, 1)
         colour = np.full((len(corners), 3), (0.85, 0.80, 0.76))
-        colour[held[corners].any(1)] = (0.35, 0.55, 0.85)
+        colour[held[corners].all(1)] = (0.35, 0.55, 0.85)
         colour[window[corners].any(1)] = (0.98, 0.62, 0.25)
         order = np.argsort(seen[corners, 2].mean(1))
         order = order[(normal @ towards)[order] > 0]
@@ -118,8 +113,7 @@ def draw(scene):
             size = float(part["sphere"]["radius"].split()[0]) / 1e3
             at = np.array([float(x.split()[0]) / 1e3 for x in part["sphere"]["center"]])
             axes.add_patch(plt.Circle((at @ right, at @ np.cross(towards, right)), size, color=(0.75, 0.1, 0.1, 0.45), lw=0))
-        at = found["is_test_point"] > 0
-        axes.plot(seen[at, 0], seen[at, 1], ".", color="#402010", markersize=2)
+        axes.plot(*(points @ view)[:, :2].T, ".", color="#402010", markersize=2)
         for ends, size in balls(tomllib.loads(scene.read_text())):
             on = places[window][np.argmin(((places[window] - places[window].mean(0)) ** 2).sum(1))]
             for along in np.linspace(*ends, 1 if ends[0] == ends[1] else 40):
