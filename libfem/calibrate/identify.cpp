@@ -3,7 +3,6 @@
 #include <ceres/ceres.h>
 #include <Eigen/SVD>
 #include <algorithm>
-#include <random>
 #include <unsupported/Eigen/SpecialFunctions>
 
 #include "libfem/calibrate/material_search.hpp"
@@ -99,7 +98,7 @@ class EnoughFound final : public ceres::IterationCallback {
   const MaterialSearch& search_;
 };
 
-SearchEnd solve(MaterialSearch& search, const MaterialParameters& start, int max_iterations) {
+SearchEnd solve(MaterialSearch& search, const MaterialParameters& start) {
   SearchEnd found{search.place(start)};
   ceres::Problem::Options keep;
   keep.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -112,7 +111,7 @@ SearchEnd solve(MaterialSearch& search, const MaterialParameters& start, int max
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = max_iterations;
+  options.max_num_iterations = 30;
   options.max_num_consecutive_invalid_steps = 30;
   options.initial_trust_region_radius = 1e3;
   options.function_tolerance = 1e-7;
@@ -128,20 +127,6 @@ SearchEnd solve(MaterialSearch& search, const MaterialParameters& start, int max
   found.is_converged = summary.termination_type == ceres::CONVERGENCE ||
                        summary.termination_type == ceres::USER_SUCCESS;
   return found;
-}
-
-// Other moduli and exponents than those of the start, about it.
-MaterialParameters scattered(const MaterialSearch& search, MaterialParameters material,
-                             unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(-1.5, 1.5);
-  for (int attempt = 0; attempt < 50; ++attempt) {
-    MaterialParameters other = material;
-    for (const Coordinate& c : search.coordinates)
-      other.values[c.index] *= std::exp(uniform(random));
-    if (!search.is_refused(other)) return other;
-  }
-  return material;
 }
 
 // Covariance, 95 % region and undetermined parameters (M44), at coordinates y where out.response,
@@ -204,16 +189,11 @@ Identification identify_as_stated(const MaterialParameters& start, const Observa
   out.material = start;
   out.free = options.free;
   const MaterialParameters middle = search.at(search.place(start).data());
-  SearchEnd best;
-  for (int i = 0; i < std::max(1, options.starts) && !options.progress.stopped(); ++i) {
-    MaterialParameters from = i == 0 ? middle : scattered(search, middle, i);
-    const VectorXd response = responses({from}).front();
-    if (response.size() == 0) continue;
-    out.has_answer = true;
-    const SearchEnd found =
-        solve(search, search.scaled_to_fit(from, response), options.max_iterations);
-    if (found.cost < best.cost) best = found;
-  }
+  const VectorXd at_start = responses({middle}).front();
+  out.has_answer = at_start.size() > 0;
+  out.is_stopped = options.progress.stopped();
+  if (out.is_stopped || !out.has_answer) return out;
+  const SearchEnd best = solve(search, search.scaled_to_fit(middle, at_start));
   out.is_stopped = options.progress.stopped();
   if (out.is_stopped || !std::isfinite(best.cost)) return out;
   out.is_converged = best.is_converged;

@@ -10,7 +10,7 @@
 
 namespace palpate::fem {
 
-/// Measured values that a material is identified from. value: N [N or Pa]. deviation: N, stated
+/// Measured values that a material is identified from. value: N [N]. deviation: N, stated
 /// standard deviations of one unit with value; NaN where none is stated, taken from those that are.
 /// group: N, the experiment of each, whose rows follow one another. shared: N, how much one
 /// standard deviation of an error that the rows of an experiment share, such as that of its
@@ -35,13 +35,11 @@ void visit_groups(const std::vector<int>& group, const Visit& visit) {
 
 /// free: indices of the values to find. may_scale: the material's moduli are all that there are, so
 /// that a common factor of them is a factor of every response. common_error: relative deviation
-/// that all responses share. starts: searches from scattered starts, of which the best counts.
+/// that all responses share.
 struct IdentifyOptions {
   std::vector<std::size_t> free;
   bool may_scale = true;
   double common_error = 0;
-  int starts = 1;
-  int max_iterations = 30;
   Progress progress = {};
 };
 

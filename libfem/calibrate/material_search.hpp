@@ -52,11 +52,11 @@ class MaterialSearch final : public ceres::CostFunction {
   /// Rows over their deviations, made independent (M43c): the errors that an experiment's rows
   /// share are removed. rows: N x anything.
   Eigen::MatrixXd whitened(const Eigen::MatrixXd& rows) const;
-  /// Identification::shared_error of residuals N [N or Pa].
+  /// Identification::shared_error of residuals N [N].
   std::vector<double> shared_error(const Eigen::VectorXd& residual) const;
 
   std::vector<Coordinate> coordinates;
-  Eigen::VectorXd deviation;  ///< N, of the rows [N or Pa]
+  Eigen::VectorXd deviation;  ///< N, of the rows [N]
   bool is_stated = false, scales = false;
 
  private:

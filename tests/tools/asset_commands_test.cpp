@@ -52,6 +52,11 @@ TEST_F(AssetCommands, a_replay_that_feels_nothing_says_why) {
   EXPECT_TRUE(holds(away.err, "never touches the body"));
   EXPECT_TRUE(holds(away.err, "its nearest row is 12 mm from"));
   EXPECT_EQ(nlohmann::json::parse(away.out).at("warnings").size(), 1u) << away.out;
+  std::ofstream(path("scene.toml")) << kScene;  // whose ball ends in the path's point
+  std::ofstream(path("ball.csv")) << "t_s,x_m,y_m,z_m\n0,0.04,0.04,0.027\n0.1,0.04,0.04,0.026\n";
+  const Outcome ball =
+      palpate(*folder_, "replay out/asset.palp ball.csv --tool scene.toml -o f.csv");
+  EXPECT_TRUE(holds(ball.err, "begins 3 mm inside the body")) << ball.err;
 }
 
 TEST_F(AssetCommands, a_replay_beyond_the_curves_says_so) {
@@ -170,6 +175,9 @@ TEST_F(AssetCommands, an_asset_moves_a_mesh_of_the_users_own) {
   EXPECT_EQ(
       palpate(*folder_, "export out/model.h5 --friction 0.2 --visual mine.obj -o m.palp").status,
       0);
+  std::ofstream(path("off.obj")) << "v 10 10 35\nv 40 40 36\nv 60 40 35\n";
+  EXPECT_TRUE(holds(palpate(*folder_, "export out/asset.palp --visual off.obj -o off.palp").err,
+                    "half of off.obj is more than 5 mm off the surface"));
   std::ofstream(path("far.obj")) << "v 0 0 130\nv 80 80 100\n";
   std::ofstream(path("empty.obj")) << "# nothing\n";
   for (const auto& [words, says] :

@@ -16,7 +16,7 @@ struct BadInputRow {
 
 /// Wrong usage, and what is wrong with a scene, its meshes, points and paths.
 std::vector<BadInputRow> bad_scenes();
-/// With recordings: folders, manifests, files of instruments, tests of specimens.
+/// With recordings: folders, manifests, files of instruments.
 std::vector<BadInputRow> bad_recordings();
 /// With files that a stage wrote, or is to write.
 std::vector<BadInputRow> bad_files();

@@ -14,15 +14,6 @@ BadInputRow in_manifest(const char* what, const std::string& manifest,
   return {what, "import bad.toml -o s.h5", 1, {{"bad.toml", manifest}, {"a.csv", recording}}};
 }
 
-BadInputRow in_tests(const char* what, const std::string& keys, const char* options = "",
-                     const std::string& table = "0,0\n-0.1,-1\n-0.2,-3\n") {
-  return {what,
-          std::string("calibrate bad.toml -o c.toml") + options,
-          1,
-          {{"bad.toml", "[material]\nyoung = \"1 kPa\"\n[[test]]\nfile = \"a.csv\"\n" + keys},
-           {"a.csv", table}}};
-}
-
 BadInputRow in_checked(const char* what, const char* command, const std::string& keys,
                        const std::string& recording = "a.csv") {
   std::string table = "t_s,d_mm,F_N\n";
@@ -75,13 +66,9 @@ std::vector<BadInputRow> bad_recordings() {
       in_manifest("an empty recording", kManifest, ""),
       in_manifest("a contact point that is none", "[defaults]\ncontact = \"5 mN\"\n" + kManifest),
       in_manifest("a force without a side", replaced(kManifest, "force_on = \"body\"", "")),
-      {"a scene to calibrate without samples", "calibrate scene.toml -o c.toml"},
+      {"a scene to calibrate without samples", "calibrate scene.toml -o c.toml", 2},
       {"a parameter that the law has not",
        "calibrate scene.toml --samples out/samples.h5 --free c10 -o c.toml"},
-      in_tests("tests of specimens beside samples", "strain = 1\nstress = 2\nunit = \"kPa\"\n",
-               " --samples out/samples.h5"),
-      in_tests("a stress without a unit", "strain = 1\nstress = 2\n"),
-      in_tests("a stretch of zero", "stretch = 1\nstress = 2\nunit = \"kPa\"\n"),
       in_recording("a JPK file", "a.jpk-force",
                    std::string("PK\3\4\x14\0", 6) + "segments/0/segment-header.properties"),
       in_recording("a zip file of something else", "a.zip", "PK\3\4 readme.txt"),

@@ -28,6 +28,7 @@ TEST(new_scene, the_likely_unit_makes_an_organ_of_a_mesh) {
   EXPECT_EQ(likely_unit({19, 15, 15}), "cm");
   EXPECT_EQ(likely_unit({0.19, 0.15, 0.15}), "m");
   EXPECT_EQ(likely_unit({194000, 154000, 156000}), "um");
+  EXPECT_EQ(likely_unit({1.9, 1.5, 1.5}), "dm");
 }
 
 TEST(new_scene, of_a_block_rests_on_one_broad_side_and_is_pressed_on_the_other) {

@@ -1,4 +1,4 @@
-// The keys of a manifest, a study and tests of specimens in docs/formats are those that the program
+// The keys of a manifest and a study in docs/formats are those that the program
 // reads, with their values and defaults. PALPATE_WRITE_DOCS=1 writes the tables anew.
 
 #include <fmt/format.h>
@@ -86,25 +86,6 @@ command = "palpate"
              &log);
   expect_tables("formats/study.md",
                 {{"study", keys_of(log, {{"the study"}, {"[cluster]", "cluster."}})}});
-}
-
-TEST(key_pages, tests_of_specimens_list_every_key) {
-  const testing_support::Folder folder;
-  folder.write("tension.csv", "strain,stress\n0.1,10\n0.2,20\n0.3,31\n");
-  const std::string text = R"(
-[material]
-law = "neo-hookean"
-young = "1 kPa"
-[[test]]
-file = "tension.csv"
-strain = "strain"
-stress = "stress"
-unit = "kPa"
-error = "0.1 kPa"
-)";
-  KeyLog log;
-  read_specimens(text, folder.write("tests.toml", text), &log);
-  expect_tables("formats/tests.md", {{"test", keys_of(log, {{"[[test]]"}})}});
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "libfem/calibrate/homogeneous_tests.hpp"
 #include "libfem/calibrate/pressed_body.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
@@ -13,7 +12,6 @@
 #include "tools/command.hpp"
 #include "tools/commands/calibration_answer.hpp"
 #include "tools/console.hpp"
-#include "tools/manifest/manifest.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/canonical.hpp"
 #include "tools/stages/body/prepare.hpp"
@@ -117,11 +115,10 @@ class PressCache {
 class Calibrate final : public Command {
  public:
   explicit Calibrate(Arguments& arguments) {
-    arguments.positional("input", input_,
-                         "Scene whose material is sought, scene.toml; or tests of specimens, "
-                         "tests.toml (docs/formats/tests.md)");
+    arguments.positional("input", input_, "Scene whose material is sought, scene.toml");
     arguments.option("--samples", samples_,
-                     "Presses on the scene's body, samples.h5 as import or simulate write it");
+                     "Presses on the scene's body, samples.h5 as import or simulate write it",
+                     true);
     arguments.option("--free NAMES", free_,
                      "Parameters to find, such as c10,c01; without it all of the law's but "
                      "Poisson's ratio and the bulk modulus");
@@ -135,106 +132,7 @@ class Calibrate final : public Command {
 
   int run(Reply& reply) override {
     const std::string text = read_whole_file(input_);
-    const bool has_tests = text.find('\0') == std::string::npos && has_specimens(text, input_);
-    if (has_tests != samples_.empty())
-      throw Error(has_tests ? "--samples" : input_,
-                  has_tests ? "the input has tests of specimens, which need no samples"
-                            : "the scene says nothing of what was measured",
-                  has_tests ? "Leave it out, or name a scene."
-                            : "Add --samples samples.h5, or name a file with [[test]].");
     const OutputLock lock(output_);
-    return has_tests ? from_specimens(text, reply) : from_presses(text, reply);
-  }
-
- private:
-  int from_specimens(const std::string& text, Reply& reply) {
-    const Specimens specimens = read_specimens(text, input_);
-    const auto free = free_of(specimens.material, free_);
-    Eigen::Index rows = 0;
-    for (const fem::HomogeneousTest& test : specimens.tests) rows += test.stretch.size();
-    check_rows(rows, free);
-    const auto identify = [&](const fem::MaterialParameters& start,
-                              const std::vector<fem::HomogeneousTest>& tests, int starts) {
-      const fem::MaterialResponses responses = [&](const auto& materials) {
-        std::vector<Eigen::VectorXd> out;
-        for (const auto& material : materials) out.push_back(fem::stresses(material, tests));
-        return out;
-      };
-      return fem::identify(start, observed(tests), responses,
-                           {.free = free,
-                            .starts = starts,
-                            .max_iterations = 100,
-                            .progress = {.step = {}, .is_stopped = is_interrupted}});
-    };
-    std::vector<fem::HomogeneousTest> few;
-    for (const fem::HomogeneousTest& test : specimens.tests)
-      few.push_back(fem::thinned(test, 60));  // while starts are compared
-    const fem::Identification rough = identify(specimens.material, few, 12);
-    const fem::Identification found = identify(
-        rough.response.size() > 0 ? rough.material : specimens.material, specimens.tests, 1);
-    if (found.is_stopped) throw Interrupted("calibrate: nothing is kept");
-    check_answer(found, "[material] has no answer to the tests",
-                 "Start from other values: no state of the tests may be beyond the law.");
-    const CalibrationAnswer answer(
-        found, rows, "Pa",
-        std::any_of(specimens.tests.begin(), specimens.tests.end(),
-                    [](const auto& test) { return test.deviation > 0; }));
-    std::string out =
-        answer.heading() + fmt::format("[material]\nlaw = \"{}\"\n", found.material.law);
-    const auto names = names_of(found.material);
-    for (std::size_t i = 0; i < names.size(); ++i)
-      if (std::isfinite(found.material.values[i]) && names[i].is_number)
-        out += fmt::format("{} = {}\n", names[i].name,
-                           in_toml(found.material.values[i], names[i].is_modulus));
-    reply.json = answer.json();
-    const Eigen::VectorXd at_start = fem::stresses(specimens.material, specimens.tests);
-    if (at_start.size() > 0)
-      reply.json["sum_of_squares_at_start"] =
-          (at_start - observed(specimens.tests).value).squaredNorm();
-    Eigen::Index at = 0;
-    for (std::size_t t = 0; t < specimens.tests.size(); ++t) {
-      const auto& test = specimens.tests[t];
-      const Eigen::Index n = test.stretch.size();
-      const double squares = (found.response.segment(at, n) - test.stress).squaredNorm();
-      at += n;
-      reply.json["tests"].push_back(
-          {{"test", specimens.name[t]}, {"rows", n}, {"sum_of_squares", squares}});
-      const double rms_Pa = std::sqrt(squares / static_cast<double>(n));
-      reply.text +=
-          fmt::format("{}: {} rows, rms {:.3g} Pa, largest stress {:.3g} Pa\n", specimens.name[t],
-                      n, rms_Pa, test.stress.lpNorm<Eigen::Infinity>());
-      warn_of(specimens.name[t], test, rms_Pa);
-    }
-    return finish(answer, found, out, reply);
-  }
-
-  // What a wrong unit, sign or column makes of a test.
-  static void warn_of(const std::string& name, const fem::HomogeneousTest& test, double rms_Pa) {
-    const double most = test.stretch.cwiseAbs().maxCoeff(),
-                 share = rms_Pa / test.stress.lpNorm<Eigen::Infinity>();
-    if (most > 10)  // no soft body is drawn as far; gels reach it
-      warn("{}: the {} reaches {:.4g}; percent are to be divided by 100", name,
-           test.row->is_shear ? "shear" : "stretch", most);
-    if (!(share <= 0.2))  // rms over the largest stress: laws meet tests to some percent
-      warn(
-          "{}: the law leaves {} of the largest stress: it is another law's, or a unit, a sign or "
-          "a column is wrong",
-          name, percent(share));
-  }
-
-  static fem::Observations observed(const std::vector<fem::HomogeneousTest>& tests) {
-    fem::Observations out;
-    for (std::size_t t = 0; t < tests.size(); ++t) {
-      const Eigen::Index n = tests[t].stress.size(), before = out.value.size();
-      out.value.conservativeResize(before + n), out.value.tail(n) = tests[t].stress;
-      out.deviation.conservativeResize(before + n);
-      out.deviation.tail(n).setConstant(tests[t].deviation);
-      out.group.insert(out.group.end(), static_cast<std::size_t>(n), static_cast<int>(t));
-    }
-    return out;
-  }
-
-  int from_presses(const std::string& text, Reply& reply) {
     const Scene scene = open_scene(input_);
     check_choices(scene);
     const auto free = free_of(*scene.material, free_);
@@ -261,11 +159,11 @@ class Calibrate final : public Command {
       throw Interrupted(
           fmt::format("calibrate: what is done is kept in {}; go on with --resume", cache.path()));
     }
-    check_answer(found, "a press fails with the material that the search starts from",
-                 "Start from another material, or leave out rows deeper than the body allows: "
-                 "`palpate check` tries one.");
-    const CalibrationAnswer answer(found, rows, "N",
-                                   (pressed.observed().deviation.array() > 0).any());
+    if (found.response.size() == 0)
+      throw Error(input_, "a press fails with the material that the search starts from",
+                  "Start from another material, or leave out rows deeper than the body allows: "
+                  "`palpate check` tries one.");
+    const CalibrationAnswer answer(found, rows, (pressed.observed().deviation.array() > 0).any());
     std::string whole = text;
     if (whole.starts_with(kCalibrationHeading)) whole.erase(0, whole.find('\n') + 1);
     if (fs::absolute(output_).parent_path() != fs::absolute(input_).parent_path())
@@ -291,6 +189,7 @@ class Calibrate final : public Command {
     return status;
   }
 
+ private:
   // The samples at the points that are used, on the body's surface.
   void place(const Scene& scene, const Body& body, Samples& samples) const {
     if (samples.probe && samples.probe->shape != "point") {
@@ -322,10 +221,6 @@ class Calibrate final : public Command {
                             counted(std::ssize(free), "parameter", "parameters")),
                 "Give more rows, or fewer parameters by --free.");
   }
-  void check_answer(const fem::Identification& found, const std::string& what,
-                    const std::string& remedy) const {
-    if (found.response.size() == 0) throw Error(input_, what, remedy);
-  }
 
   int finish(const CalibrationAnswer& answer, const fem::Identification& found,
              const std::string& text, Reply& reply) const {
@@ -345,9 +240,8 @@ class Calibrate final : public Command {
 
 }  // namespace
 
-const CommandRow kCalibrateCommand{
-    "calibrate", "Identify a material from presses on a body or from tests of specimens",
-    declared<Calibrate>, "Recordings",
-    "calibrate organ.toml --samples samples.h5 -o calibrated.toml"};
+const CommandRow kCalibrateCommand{"calibrate", "Identify a material from presses on a body",
+                                   declared<Calibrate>, "Recordings",
+                                   "calibrate organ.toml --samples samples.h5 -o calibrated.toml"};
 
 }  // namespace palpate::tools

@@ -63,14 +63,9 @@ inline std::string with_deviation(double value, double deviation, bool is_modulu
 /// What was found, in words, as JSON and as values of [material].
 class CalibrationAnswer {
  public:
-  /// unit: of what was observed. is_stated: some rows state their error.
-  CalibrationAnswer(const fem::Identification& found, Eigen::Index rows, std::string_view unit,
-                    bool is_stated)
-      : found_(found),
-        names_(names_of(found.material)),
-        rows_(rows),
-        unit_(unit),
-        is_stated_(is_stated) {}
+  /// is_stated: some rows state their error.
+  CalibrationAnswer(const fem::Identification& found, Eigen::Index rows, bool is_stated)
+      : found_(found), names_(names_of(found.material)), rows_(rows), is_stated_(is_stated) {}
 
   std::string value_in_words(std::size_t k) const {
     const std::size_t i = found_.free[k];
@@ -92,11 +87,10 @@ class CalibrationAnswer {
         text += fmt::format(
             "correlation of {} and {}: {:.3f}\n", name(m), name(k),
             found_.correlation(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(m)));
-    text +=
-        is_stated_
-            ? fmt::format("{} rows; residuals {:.2g} of the stated errors", rows_, found_.misfit)
-            : fmt::format("{} rows; residuals {:.3g} {} rms", rows_,
-                          std::sqrt(found_.sum_of_squares / static_cast<double>(rows_)), unit_);
+    text += is_stated_ ? fmt::format("{} rows; residuals {:.2g} of the stated errors", rows_,
+                                     found_.misfit)
+                       : fmt::format("{} rows; residuals {:.3g} N rms", rows_,
+                                     std::sqrt(found_.sum_of_squares / static_cast<double>(rows_)));
     if (found_.rows_each > 1)
       text += fmt::format(", {:.2g} rows go together as one", found_.rows_each);
     for (const std::string& line : not_told_apart()) text += "\n" + line;
@@ -198,7 +192,6 @@ class CalibrationAnswer {
   const fem::Identification& found_;
   std::vector<NamedParameter> names_;
   Eigen::Index rows_;
-  std::string_view unit_;
   bool is_stated_;
 };
 

@@ -205,13 +205,14 @@ class PathOnBody {
     for (std::size_t i = 0; i < places_.of_a_time; ++i) {
       const Vec3 at = places_.centre_m.row(i);
       const auto near = closest_point(body_, boxes_, at);
-      if (!near || near->distance_m <= 1e-6 * extent_m(body_.vertices).norm() ||
-          !is_in_body(at, *near))
-        continue;
+      if (!near) continue;
+      const double depth_m =
+          places_.radius_m[i] + (is_in_body(at, *near) ? near->distance_m : -near->distance_m);
+      if (depth_m <= 1e-6 * extent_m(body_.vertices).norm()) continue;
       warn(
-          "the path begins {:.3g} mm inside the body, where nothing is felt until the tip has come "
-          "out and touches from outside: begin outside",
-          1e3 * near->distance_m);
+          "the path begins {:.3g} mm inside the body, where there is no force until the tool has "
+          "come out and touches from outside: begin outside",
+          1e3 * depth_m);
       return;
     }
   }

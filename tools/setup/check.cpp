@@ -220,6 +220,14 @@ double widest_border_m(const Surface& surface) {
 
 }  // namespace
 
+std::string likely_unit(const Vec3& extent) {
+  for (const char* unit : {"mm", "cm", "m", "um"}) {
+    const double size_m = extent.maxCoeff() * unit_factor(unit, Dimension::length).value();
+    if (size_m >= 0.03 && size_m <= 1) return unit;
+  }
+  return extent.maxCoeff() > 0 ? likely_power(extent.maxCoeff()) : "mm";
+}
+
 std::optional<std::string> doubt_of_size(const Vec3& extent, double unit_m) {
   const double size_m = unit_m * extent.maxCoeff();
   // A thyroid has 5 cm, a muscle of the thigh 50.

@@ -46,6 +46,10 @@ double cpu_of_run_s(const Scene& scene, const Body& body, const Trial& trial);
 /// Advice from the trial about the scene, a sentence each with the key to change; none: it will do.
 std::vector<std::string> advice(const Scene& scene, const Trial& trial);
 
+/// The length unit that makes a mesh an organ: its largest extent is then between 3 cm and 1 m, by
+/// mm, cm, m or um where one of these does, else by a power of ten.
+std::string likely_unit(const Vec3& extent);
+
 /// The doubt, a sentence with the unit that would be likelier, where a mesh measures what few
 /// organs do: less than 4 cm or more than 60 cm. extent: in the file's unit, which is unit_m long.
 std::optional<std::string> doubt_of_size(const Vec3& extent, double unit_m);

@@ -308,14 +308,6 @@ void note_site(const Site& site, const ChosenTissue& chosen, const SceneChoices&
 
 }  // namespace
 
-std::string likely_unit(const Vec3& extent) {
-  for (const char* unit : {"mm", "cm", "m", "um"}) {
-    const double size_m = extent.maxCoeff() * unit_factor(unit, Dimension::length).value();
-    if (size_m >= 0.03 && size_m <= 1) return unit;
-  }
-  return "mm";
-}
-
 ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in_file,
                             const SceneChoices& choices) {
   const Vec3 extent = extent_m(in_file.vertices);

@@ -36,10 +36,6 @@ struct ProposedScene {
   bool is_divided = false;
 };
 
-/// The length unit that makes a mesh an organ or a specimen: its largest extent is then between
-/// 3 cm and 1 m where a unit does that.
-std::string likely_unit(const Vec3& extent);
-
 /// A commented scene for a surface mesh.
 /// mesh: its file, as the scene shall name it. surface: as the file holds it, or the boundary of
 /// its tetrahedra, in the file's unit. Faces whose group's name says that they are held are; other

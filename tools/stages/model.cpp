@@ -312,13 +312,17 @@ nlohmann::ordered_json put_visual(const std::filesystem::path& asset,
                             farthest - off_m.begin() + 1, unit, 1e3 * *farthest, 1e3 * body_m),
                 "Name its unit with --unit, and place it where the body's own mesh lies.");
   write_asset(output, with_visual(file.asset(), visual));
+  const double median_m = stated_quantile(off_m, 0.5);
+  if (median_m > 0.02 * body_m)  // a mesh of the same body, coarser or finer, lies within a percent
+    warn(
+        "half of {} is more than {:.2g} mm off the surface: does it lie where the body's mesh "
+        "lies?",
+        mesh.string(), 1e3 * median_m);
   say("  {} vertices of {}, taken in {}, hang on the surface, {:.2g} mm off it (median), {:.2g} mm "
       "(max)",
-      visual.size(), mesh.string(), unit, 1e3 * stated_quantile(off_m, 0.5), 1e3 * *farthest);
-  return {{"vertices", visual.size()},
-          {"unit", unit},
-          {"median_m", stated_quantile(off_m, 0.5)},
-          {"max_m", *farthest}};
+      visual.size(), mesh.string(), unit, 1e3 * median_m, 1e3 * *farthest);
+  return {
+      {"vertices", visual.size()}, {"unit", unit}, {"median_m", median_m}, {"max_m", *farthest}};
 }
 
 }  // namespace palpate::tools
