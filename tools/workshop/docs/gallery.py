@@ -70,7 +70,7 @@ def balls(scene):
 
 
 def draw(scene):
-    """The body from above its side: window orange, held part blue, test points dark, stiff part red."""
+    """The body from above its side: window red, held part blue, test points dark, stiff part violet."""
     import h5py
     import matplotlib
     import numpy as np
@@ -103,7 +103,7 @@ def draw(scene):
         light = 0.55 + 0.45 * np.clip(normal @ (towards + [0, 0, 0.5]) / 1.3, 0, 1)
         colour = np.full((len(corners), 3), (0.85, 0.80, 0.76))
         colour[held[corners].all(1)] = (0.35, 0.55, 0.85)
-        colour[window[corners].any(1)] = (0.98, 0.62, 0.25)
+        colour[window[corners].any(1)] = (0.85, 0.33, 0.28)
         order = np.argsort(seen[corners, 2].mean(1))
         order = order[(normal @ towards)[order] > 0]
         figure, axes = plt.subplots(figsize=(2.2, 1.7), dpi=100)
@@ -112,7 +112,7 @@ def draw(scene):
         for part in tomllib.loads(scene.read_text()).get("inclusion", []):
             size = float(part["sphere"]["radius"].split()[0]) / 1e3
             at = np.array([float(x.split()[0]) / 1e3 for x in part["sphere"]["center"]])
-            axes.add_patch(plt.Circle((at @ right, at @ np.cross(towards, right)), size, color=(0.75, 0.1, 0.1, 0.45), lw=0))
+            axes.add_patch(plt.Circle((at @ right, at @ np.cross(towards, right)), size, color=(0.35, 0.1, 0.5, 0.55), lw=0))
         axes.plot(*(points @ view)[:, :2].T, ".", color="#402010", markersize=2)
         for ends, size in balls(tomllib.loads(scene.read_text())):
             on = places[window][np.argmin(((places[window] - places[window].mean(0)) ** 2).sum(1))]
@@ -156,7 +156,7 @@ used = {scene: set(keys(scene)) for scene in SCENES}
 times = collections.Counter(key for names in used.values() for key in names)
 lines = ["""# Scenes to start from
 
-`tools/workshop/docs/gallery.py` makes this page. Copy a scene, name your mesh, and keep what it shows. A [scene](formats/scene.md) for a mesh of your own is proposed by `palpate new`. Errors (19 of 20 forces are off by less) and CPU time are those of [validation](validation.md#assets). Orange is the window, blue what is held, red what is stiffer, grey the ball or tool; dots are the first test points. Quick runs are of a machine that others used, where CPU counts up to twice.
+`tools/workshop/docs/gallery.py` makes this page. Copy a scene, name your mesh, and keep what it shows. A [scene](formats/scene.md) for a mesh of your own is proposed by `palpate new`. Errors (19 of 20 forces are off by less) and CPU time are those of [validation](validation.md#assets). Red is the window, blue what is held, violet what is stiffer, grey the ball or tool; dots are the first test points. Quick runs are of a machine that others used, where CPU counts up to twice.
 
 | | scene | what it is | keys that few others have | error | CPU |
 |---|---|---|---|---|---|"""]
