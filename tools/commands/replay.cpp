@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
 
 #include "libfit/assets/asset_file.hpp"
@@ -216,6 +217,20 @@ class PathOnBody {
       return;
     }
   }
+  /// A tool without an orientation stands along z, whatever the window looks to.
+  void say_leaning() const {
+    Vec3 inward = Vec3::Zero();
+    for (int v = 0; v < asset_.vertices; ++v)
+      if (asset_.covered[v] == runtime::kMeasured)
+        inward += Vec3(asset_.normal_at(v).x, asset_.normal_at(v).y, asset_.normal_at(v).z);
+    const double lean_deg = std::acos(-inward.normalized().z()) * 180 / std::numbers::pi;
+    if (lean_deg > 30)  // where a ball's lowest point is a radius aside by half of itself
+      warn(
+          "the path has no qx,qy,qz,qw, so the tool stands along z, {:.0f} degrees off the "
+          "window's "
+          "normal: give its orientation, as the path of `palpate new --path` does",
+          lean_deg);
+  }
   void say_untouched() const {
     warn(
         "the path never touches the body from outside, so all forces are zero: its nearest row is "
@@ -334,6 +349,7 @@ class Replay final : public Command {
       beyond += each.row.is_extrapolated;
     }
     on_body.say_begin();
+    if (!tool_.empty() && path.orientation.rows() == 0) on_body.say_leaning();
     if (touching == 0) on_body.say_untouched();
     if (beyond > 0)
       warn("{} of {} ticks in contact go beyond the curves, and their forces are extrapolated",

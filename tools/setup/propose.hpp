@@ -70,7 +70,7 @@ ProposedManifest propose_manifest(const std::filesystem::path& folder,
 
 /// A path of the tip to replay on an asset, and what it does.
 struct ProposedPath {
-  PosePath tip;                 ///< 1 kHz, in the asset's own coordinates
+  PosePath tip;                 ///< 1 kHz, in the asset's own coordinates, upright there
   Vec3 touched = Vec3::Zero();  ///< where it comes down on the surface [m]
   double depth_m = 0;           ///< below the surface, along the path on which it comes down
   double slide_m = 0;           ///< across

@@ -189,7 +189,12 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
         fmt::format("{}{}: not used: {} {}", shown,
                     group.size() == 1 ? "" : fmt::format(" and {} alike", group.size() - 1),
                     failure.fact(), failure.remedy()));
-    out.unread.push_back(shown + ": " + failure.fact());
+    const auto columns = header_of(
+        first, importers::unpacked(first, importers::read_bytes(first, kMaxBytes), kMaxBytes));
+    out.unread.push_back(shown + ": " + failure.fact() +
+                         (columns.size() > 1 && first.extension() == ".csv"
+                              ? "; its columns: " + listed(columns)
+                              : ""));
     return;
   }
   if (best.reading.kind != ExperimentKind::scan && goes_sideways(best.result)) {

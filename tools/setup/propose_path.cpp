@@ -1,3 +1,4 @@
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -60,6 +61,9 @@ ProposedPath propose_path(const runtime::AssetView& asset) {
   go(there, 1);
   go(there - (out.depth_m + above_m) * inward, 0.4);
   out.tip.position.resize(tips.size(), 3);
+  const Eigen::Vector4d upright =
+      Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), -inward).coeffs();
+  out.tip.orientation = upright.transpose().replicate(out.tip.position.rows(), 1);
   for (std::size_t i = 0; i < tips.size(); ++i) {
     out.tip.time_s.push_back(static_cast<double>(i) / kRate_Hz);
     out.tip.position.row(i) = tips[i];

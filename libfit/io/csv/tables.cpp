@@ -21,7 +21,8 @@ constexpr std::array<std::string_view, 3> kPlace{"x_m", "y_m", "z_m"}, kNormal{"
 constexpr std::array<std::string_view, 4> kQuaternion{"qx", "qy", "qz", "qw"};
 constexpr std::array<CsvColumnRule, 7> kToolPathRules{
     {{"path", true, true}, {"x_m"}, {"y_m"}, {"z_m"}, {"dx_m"}, {"dy_m"}, {"dz_m"}}};
-constexpr std::array<CsvColumnRule, 4> kTipPathRules{{{"t_s"}, {"x_m"}, {"y_m"}, {"z_m"}}};
+constexpr std::array<CsvColumnRule, 8> kTipPathRules{
+    {{"t_s"}, {"x_m"}, {"y_m"}, {"z_m"}, {"qx"}, {"qy"}, {"qz"}, {"qw"}}};
 constexpr std::array<CsvColumnRule, 10> kPosePathRules{{{"t_s"},
                                                         {"x_m"},
                                                         {"y_m"},
@@ -200,10 +201,11 @@ PosePath read_pose_path(const std::filesystem::path& path) {
 }
 
 void write_tip_path(const std::filesystem::path& path, const PosePath& tip) {
-  CsvWriter csv(path, header(kTipPathRules, false));
+  CsvWriter csv(path, header(kTipPathRules));
   for (std::size_t i = 0; i < tip.time_s.size(); ++i) {
     csv.number(tip.time_s[i]);
     put(csv, tip.position.row(i));
+    for (int k = 0; k < 4; ++k) csv.number(tip.orientation(static_cast<Eigen::Index>(i), k));
     csv.end_row();
   }
   csv.commit();

@@ -49,7 +49,7 @@ struct PosePath {
 };
 /// Throws Error where at a time the tools 0, 1, ... do not follow each other, all of them.
 PosePath read_pose_path(const std::filesystem::path& path);
-/// Writes `t_s,x_m,y_m,z_m` of one tool.
+/// Writes `t_s,x_m,y_m,z_m,qx,qy,qz,qw` of one tool that has an orientation at each time.
 void write_tip_path(const std::filesystem::path& path, const PosePath& tip);
 
 /// One row of FORCES.csv: what the engine answers at a tick. force_N acts ON THE TOOL.

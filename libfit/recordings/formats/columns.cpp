@@ -272,10 +272,16 @@ NamedColumns columns_named(const std::vector<std::string>& header) {
   const auto note = [&](const std::string& problem, const std::string& remedy) {
     if (out.problem.empty()) out.problem = problem, out.remedy = remedy;
   };
+  std::vector<std::string> lengths, forces;  // of names that are not known, by their brackets
   for (const std::string& name : header) {
     const auto [stem, unit] = stem_and_unit(name);
     const Stem* row = stem_named(stem);
-    if (!row) continue;
+    if (!row) {
+      const std::string in_brackets = split_unit(name).second;
+      if (unit_factor(in_brackets, Dimension::length)) lengths.push_back(name);
+      if (unit_factor(in_brackets, Dimension::force)) forces.push_back(name);
+      continue;
+    }
     const Dimension dimension = quantity_of(row->meaning)->dimension;
     QuantityNames& found = row->meaning == Meaning::time     ? time
                            : row->meaning == Meaning::force  ? force
@@ -289,6 +295,8 @@ NamedColumns columns_named(const std::vector<std::string>& header) {
   const auto is_named = [](const QuantityNames& found) {
     return !found.is_empty() || !found.odd.empty();
   };
+  if (!is_named(place) && lengths.size() == 1) place.alone = lengths;
+  if (!is_named(force) && forces.size() == 1) force.alone = forces;
   if (!is_named(place) || !is_named(force) || (place.is_empty() && force.is_empty())) return {};
   for (const auto& [found, dimension] :
        {std::pair{&place, Dimension::length}, {&force, Dimension::force}, {&time, Dimension::time}})

@@ -166,8 +166,10 @@ TEST_F(Tables, paths_come_back_and_time_must_increase) {
   EXPECT_EQ(path.tools, 1);
   EXPECT_EQ(path.orientation.rows(), 0);
   EXPECT_EQ(path.position.row(1), Eigen::RowVector3d(-0.0, 1e-300, 0.1));
-  write_tip_path(at("TIP.csv"), {path.time_s, 1, path.position, {}});
+  const Quaternions leaning = Eigen::RowVector4d(0.6, 0, 0, 0.8).replicate(2, 1);
+  write_tip_path(at("TIP.csv"), {path.time_s, 1, path.position, leaning});
   EXPECT_TRUE(same_bits(read_pose_path(at("TIP.csv")).position, path.position));
+  EXPECT_EQ(read_pose_path(at("TIP.csv")).orientation, leaning);
   write_file_atomically(at("PATH.csv"), "t_s,x_m,y_m,z_m\n0,0,0,0\n0,0,0,0\n");
   EXPECT_EQ(error_of([&] { read_pose_path(at("PATH.csv")); }),
             "PATH.csv:3: column `t_s` does not increase");
