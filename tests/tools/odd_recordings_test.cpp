@@ -309,7 +309,8 @@ TEST(OddRecordings, headers_may_be_german_french_spanish_or_italian) {
   for (const char* header : {"Zeit (s);Weg (mm);Kraft (N)", "Zeit;Eindringtiefe;Normalkraft",
                              "Temps_s;Profondeur_mm;Effort_N", "temps;d\xC3\xA9placement;force",
                              "Tiempo_s;Profundidad_mm;Fuerza_N", "tempo;spostamento;forza",
-                             "Temps (s);D\xE9placement (mm);Force (N)"}) {
+                             "Temps (s);D\xE9placement (mm);Force (N)",
+                             "Elapsed (s);Crosshead (mm);LoadCell (N)"}) {
     const Folder folder;
     fs::create_directory(folder / "rig");
     folder.write("rig/a.csv", table(header, rows));

@@ -272,14 +272,16 @@ NamedColumns columns_named(const std::vector<std::string>& header) {
   const auto note = [&](const std::string& problem, const std::string& remedy) {
     if (out.problem.empty()) out.problem = problem, out.remedy = remedy;
   };
-  std::vector<std::string> lengths, forces;  // of names that are not known, by their brackets
+  const std::array quantities{std::pair{&place, Dimension::length},
+                              std::pair{&force, Dimension::force},
+                              std::pair{&time, Dimension::time}};
+  std::array<std::vector<std::string>, 3> by_unit;  // names that are not known, by their brackets
   for (const std::string& name : header) {
     const auto [stem, unit] = stem_and_unit(name);
     const Stem* row = stem_named(stem);
     if (!row) {
-      const std::string in_brackets = split_unit(name).second;
-      if (unit_factor(in_brackets, Dimension::length)) lengths.push_back(name);
-      if (unit_factor(in_brackets, Dimension::force)) forces.push_back(name);
+      for (std::size_t k = 0; k < quantities.size(); ++k)
+        if (unit_factor(split_unit(name).second, quantities[k].second)) by_unit[k].push_back(name);
       continue;
     }
     const Dimension dimension = quantity_of(row->meaning)->dimension;
@@ -295,11 +297,11 @@ NamedColumns columns_named(const std::vector<std::string>& header) {
   const auto is_named = [](const QuantityNames& found) {
     return !found.is_empty() || !found.odd.empty();
   };
-  if (!is_named(place) && lengths.size() == 1) place.alone = lengths;
-  if (!is_named(force) && forces.size() == 1) force.alone = forces;
+  for (std::size_t k = 0; k < quantities.size(); ++k)
+    if (!is_named(*quantities[k].first) && by_unit[k].size() == 1)
+      quantities[k].first->alone = by_unit[k];
   if (!is_named(place) || !is_named(force) || (place.is_empty() && force.is_empty())) return {};
-  for (const auto& [found, dimension] :
-       {std::pair{&place, Dimension::length}, {&force, Dimension::force}, {&time, Dimension::time}})
+  for (const auto& [found, dimension] : quantities)
     if (found->is_empty() && !found->odd.empty())
       note("column `" + found->odd[0] + "` is in `" + stem_and_unit(found->odd[0]).second +
                "`, which is no unit of " + std::string(dimension_name(dimension)),
