@@ -204,7 +204,7 @@ std::string verdict(const Statement& s) {
   if (!std::isnan(turned.p95))
     words += fmt::format(" and to {:.2g} degrees in direction", turned.p95);
   if (!std::isnan(there.p95))
-    words += fmt::format(", of slides where the body changes to {}", percent(there.p95));
+    words += fmt::format(", in slides where stiffness changes most to {}", percent(there.p95));
   if (!std::isnan(s.all.handle.p95_rel))
     words += fmt::format(", torque at the handle to {}", percent(s.all.handle.p95_rel));
   if (s.shape.rows > 0 && !std::isnan(s.shape.near.p95_m))

@@ -86,7 +86,8 @@ TEST(statement, a_verdict_counts_slides_where_the_body_changes) {
       verdict(s),
       "Poor to good: 19 of 20 forces are right to 5.0 % in size (5.0 % to 5.0 % if all places were "
       "tried) "
-      "and to 0 degrees in direction, of slides where the body changes to 12.0 %; a person notices "
+      "and to 0 degrees in direction, in slides where stiffness changes most to 12.0 %; a person "
+      "notices "
       "the error in 0 % of the rows.");
 }
 

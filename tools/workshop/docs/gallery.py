@@ -156,7 +156,7 @@ used = {scene: set(keys(scene)) for scene in SCENES}
 times = collections.Counter(key for names in used.values() for key in names)
 lines = ["""# Scenes to start from
 
-`tools/workshop/docs/gallery.py` makes this page. Copy a scene, name your mesh, and keep what it shows. A [scene](formats/scene.md) for a mesh of your own is proposed by `palpate new`. Errors (19 of 20 forces are off by less) and CPU time are those of [validation](validation.md#assets). Red is the window, blue what is held, violet what is stiffer, grey the ball or tool; dots are the first test points. Quick runs are of a machine that others used, where CPU counts up to twice.
+`tools/workshop/docs/gallery.py` makes this page. Copy a scene, name your mesh, and keep what it shows. A [scene](formats/scene.md) for a mesh of your own is proposed by `palpate new`. Errors (19 of 20 forces are off by less) and CPU time are those of [validation](validation.md#assets). Red is the window, blue what is held, violet what is stiffer, grey the ball or tool; dots are the first test points. Quick runs shared a machine, which may double their CPU time.
 
 | | scene | what it is | keys that few others have | error | CPU |
 |---|---|---|---|---|---|"""]
