@@ -210,21 +210,19 @@ Reading settle_reading(const Samples& samples, FitOptions options) {
       !is_dragged(best.rows) || !may_sway(samples))
     return best;
   options.family = CurveFamily::rings;
-  const auto error_of = [&](const Reading& reading) {
-    return fit::left_out_error(reading.body, reading.rows, reading.bases, options);
-  };
-  double least = options.sways ? std::numeric_limits<double>::infinity() : error_of(best);
-  std::string reason = best.family.reason +
-                       "; left-out rows by the share of the body's sway: none " + percent(least);
-  for (const double share : {1.0, 0.5, 0.25}) {
+  double least = std::numeric_limits<double>::infinity();
+  std::string reason = best.family.reason + "; left-out rows by the share of the body's sway:";
+  for (const double share : {0.0, 1.0, 0.5, 0.25}) {
+    if (share == 0 && options.sways) continue;
     Reading local = read_rows(samples, options, share);
-    const double error = error_of(local);
-    reason += fmt::format(", {} {}", share, percent(error));
+    const double error = fit::left_out_error(local.body, local.rows, local.bases, options);
+    reason += fmt::format(" {} {},", share, percent(error));
     if (!(error < least)) continue;
     least = error;
     best = std::move(local);
-    best.family.sways = true;
+    best.family.sways = share > 0;
   }
+  reason.pop_back();
   best.family.reason = reason;
   return best;
 }

@@ -20,13 +20,6 @@ PointData without_rows(PointData point, std::size_t parity) {
   return point;
 }
 
-double largest_force(const PointData& point) {
-  double largest = 0;
-  for (const PointExperiment& e : point.experiments)
-    for (const Vec3& force : e.force) largest = std::max(largest, force.norm());
-  return largest;
-}
-
 // Appends the relative errors of the rows of one parity.
 void add_errors(const PointData& point, const Bases& bases, const PointCurves& curves,
                 std::size_t parity, std::vector<double>& errors) {
@@ -40,7 +33,7 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
         part_controls<double>(part, quadric_of(point), curves.constants.data() + at, point.sway));
   });
   const LocalCurves local{&bases, pointers_to<double>(control), quadric_of(point)};
-  const double floor = relative_floor(largest_force(point));
+  const double floor = relative_floor(1);  // of the typical force
   for (std::size_t k = 0; k < point.experiments.size(); ++k) {
     const PointExperiment& e = point.experiments[k];
     Points path(e.row.size(), 3);

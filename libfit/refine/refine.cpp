@@ -1,6 +1,5 @@
 #include "libfit/refine/refine.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -107,41 +106,23 @@ Points kriged_normals(const KrigedPoints& kriged, const Surface& fine, Points in
   return inward_normal;
 }
 
-// Blends stiffness, C^-1, which changes less than C where a thin body twists under what stands off
-// its axis. Corners that have none count as rigid.
-Controls blend_sways(const Controls& control, const Blend& blend) {
-  Controls fine = Controls::Zero(blend.point.rows(), control.cols());
-  for (Eigen::Index v = 0; v < fine.rows(); ++v) {
-    Mat3 stiffness = Mat3::Zero();
-    double swaying = 0;
-    for (int k = 0; k < 3; ++k) {
-      const double weight = blend.weight(v, k);
-      if (!(weight > 0) || control.row(blend.point(v, k)).isZero(0)) continue;
-      stiffness += weight * symmetric_of(control.row(blend.point(v, k))).inverse();
-      swaying += weight;
-    }
-    if (swaying > 0) fine.row(v) = numbers_of(swaying * swaying * stiffness.inverse());
-  }
-  return rounded_to_float(fine);
-}
-
 // Sums in the fixed order of corners: monotone in each control value, so rows stay monotone.
 // Numbers that go with a power of the force are blended over their trend (M12g), curves by depth;
 // at a test point they are its own.
 Controls blend_controls(const Controls& control, const Blend& blend, const LogForces& trend,
                         const runtime::Part& part, const CurveBasis* basis) {
-  if (part.known == runtime::Known::sway) return blend_sways(control, blend);
+  const int force = part.known == runtime::Known::sway ? 0 : part.force;
   Controls fine = Controls::Zero(blend.point.rows(), control.cols());
   for (Eigen::Index v = 0; v < fine.rows(); ++v) {
     for (int k = 0; k < 3; ++k) {
       const double weight = blend.weight(v, k);
       if (!(weight > 0)) continue;  // a corner without weight may hold anything
       const std::int32_t l = blend.point(v, k);
-      if (!trend.is_known() || part.force == 0 || !(weight < 1 || trend.smooths)) {
+      if (!trend.is_known() || force == 0 || !(weight < 1 || trend.smooths)) {
         fine.row(v) += weight * control.row(l);
         continue;
       }
-      const Eigen::RowVectorXd more = part.force * (trend.at_vertex.row(v) - trend.at_point.row(l));
+      const Eigen::RowVectorXd more = force * (trend.at_vertex.row(v) - trend.at_point.row(l));
       if (basis != nullptr)
         fine.row(v).array() +=
             weight * at_controls(*basis, more).array().exp() * control.row(l).array();

@@ -91,44 +91,6 @@ TEST(Slopes, half_of_them_reproduces_a_parabola) {
   EXPECT_LT(field_error(model, parabola).most, 1e-6);
 }
 
-// Off the axis of a spindle that twists the sway grows as the square of the distance.
-TEST(Sway, of_a_spindle_that_twists_is_blended_by_its_stiffness) {
-  const Surface fine = plate(24, 24, 0.1, 0.1), coarse = plate(2, 2, 0.1, 0.1);
-  const auto sway = [](double y) { return Vec3(0.1, 0.07, 0.1 + 40 * y * y); };
-  FittedCurves curves = rings_at(coarse, kSmooth);
-  Controls& control = curves.curves.control[runtime::kSway];
-  for (Eigen::Index p = 0; p < control.rows(); ++p)
-    control.row(p) = rounded_to_float(
-        Controls(numbers_of(sway(coarse.vertices(p, 1)).asDiagonal().toDenseMatrix())));
-  const Model model = refine(curves, fine, all(fine), coarse.triangles);
-  double worst = 0, worst_as_it_is = 0;
-  for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v) {
-    double as_it_is = 0;
-    for (int k = 0; k < 3; ++k)
-      as_it_is += model.blend_weight(v, k) * control(model.blend_point(v, k), 2);
-    const double exact = sway(fine.vertices(v, 1))[2];
-    worst = std::max(worst, std::abs(model.curves.control[runtime::kSway](v, 2) / exact - 1));
-    worst_as_it_is = std::max(worst_as_it_is, std::abs(as_it_is / exact - 1));
-  }
-  EXPECT_GT(worst_as_it_is, 0.15);
-  EXPECT_LT(worst, 0.65 * worst_as_it_is);
-}
-
-// Around a point without a ring the sway fades to nothing.
-TEST(Sway, is_none_at_a_point_that_has_none) {
-  const Surface fine = plate(24, 24, 0.1, 0.1), coarse = plate(2, 2, 0.1, 0.1);
-  FittedCurves curves = rings_at(coarse, kSmooth);
-  Controls& control = curves.curves.control[runtime::kSway];
-  for (Eigen::Index p = 1; p < control.rows(); ++p) control.row(p) << 0.5, 0.5, 0.5, 0, 0, 0;
-  const Model model = refine(curves, fine, all(fine), coarse.triangles);
-  for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v) {
-    double swaying = 0;
-    for (int k = 0; k < 3; ++k)
-      if (model.blend_point(v, k) > 0) swaying += model.blend_weight(v, k);
-    EXPECT_NEAR(model.curves.control[runtime::kSway](v, 0), 0.5 * swaying, 1e-6);
-  }
-}
-
 // On a body of radius a the energy of a press to d is Z(c, d); moving the contact point moves a tip
 // by (1 - d / a) of that, and the centre of a ball of radius R by (1 + (R - d) / a).
 void expect_slopes_of_the_energy(double ball_m) {
