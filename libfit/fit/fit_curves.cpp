@@ -211,18 +211,17 @@ Reading settle_reading(const Samples& samples, FitOptions options) {
     return best;
   options.family = CurveFamily::rings;
   double least = std::numeric_limits<double>::infinity();
-  std::string reason = best.family.reason + "; left-out rows by the share of the body's sway:";
+  std::string reason = best.family.reason + "; left-out rows by the share of the body's sway";
   for (const double share : {0.0, 1.0, 0.5, 0.25}) {
     if (share == 0 && options.sways) continue;
     Reading local = read_rows(samples, options, share);
     const double error = fit::left_out_error(local.body, local.rows, local.bases, options);
-    reason += fmt::format(" {} {},", share, percent(error));
+    reason += fmt::format(", {} {}", share, percent(error));
     if (!(error < least)) continue;
     least = error;
     best = std::move(local);
     best.family.sways = share > 0;
   }
-  reason.pop_back();
   best.family.reason = reason;
   return best;
 }
