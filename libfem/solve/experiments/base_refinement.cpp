@@ -9,6 +9,7 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <span>
 
 #include "libfem/contact/contact.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
@@ -39,18 +40,18 @@ Vec3 at_centroid(const Points& rows, const Face& face) {
   return out;
 }
 
-/// Motion of the body as a whole around a contact, by force [m/N]: the symmetric matrix, nowhere
-/// negative, nearest to the translations at the contact point of the rigid motions that are nearest
-/// to the ring's, by area, where unit forces along the axes move the nodes (each N x 3 [m/N]).
-/// mesh: in coordinates about the contact point, whose inward unit normal is `normal`. Zero where
-/// less than a tenth of a flat ring is there.
-Mat3 sway_under(const QuadraticMesh& mesh, const Vec3& normal, double reach_m,
-                const std::array<Points, 3>& by_axis) {
+/// Translations at the contact point of the rigid motions nearest to the ring's, by area, a column
+/// for each of `motions` of the nodes (N x 3), in their unit. mesh: in coordinates about the
+/// contact point, whose inward unit normal is `normal`. No column where less than a tenth of a flat
+/// ring is there, or it leaves some rigid motion open.
+Eigen::Matrix3Xd ring_translations(const QuadraticMesh& mesh, const Vec3& normal, double reach_m,
+                                   std::span<const Points> motions) {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   const double inner = kSwayInner * reach_m, outer = kSwayOuter * reach_m;
   double area_m2 = 0;
   Matrix6 square = Matrix6::Zero();
-  Eigen::Matrix<double, 6, 3> right = Eigen::Matrix<double, 6, 3>::Zero();
+  Eigen::Matrix<double, 6, Eigen::Dynamic> right =
+      Eigen::MatrixXd::Zero(6, static_cast<Eigen::Index>(motions.size()));
   for (const auto& face : mesh.faces.rowwise()) {
     const Vec3 centre = at_centroid(mesh.nodes, face);
     if (!(centre.norm() >= inner && centre.norm() <= outer)) continue;
@@ -63,18 +64,23 @@ Mat3 sway_under(const QuadraticMesh& mesh, const Vec3& normal, double reach_m,
     Eigen::Matrix<double, 3, 6> rigid;
     rigid.leftCols<3>().setIdentity();
     rigid.rightCols<3>() << 0, x.z(), -x.y(), -x.z(), 0, x.x(), x.y(), -x.x(), 0;
-    Mat3 moved;
-    for (int axis = 0; axis < 3; ++axis) moved.col(axis) = at_centroid(by_axis[axis], face);
     square += outward.norm() * rigid.transpose() * rigid;
-    right += outward.norm() * rigid.transpose() * moved;
+    for (std::size_t k = 0; k < motions.size(); ++k)
+      right.col(k) += outward.norm() * rigid.transpose() * at_centroid(motions[k], face);
     area_m2 += outward.norm();
   }
   const double flat_m2 = std::numbers::pi * (outer * outer - inner * inner);
-  if (!(area_m2 >= 0.1 * flat_m2)) return Mat3::Zero();  // a tenth of a flat ring
   const Eigen::VectorXd spread = symmetric_eigen(Eigen::MatrixXd(square)).values;
-  // Else some rigid motion of the ring is not determined.
-  if (!(spread[0] > 1e-3 * spread[5])) return Mat3::Zero();
-  const Mat3 sway = square.ldlt().solve(right).topRows<3>();
+  if (!(area_m2 >= 0.1 * flat_m2) || !(spread[0] > 1e-3 * spread[5])) return {};
+  return square.ldlt().solve(right).topRows<3>();
+}
+
+/// Sway of a body at rest by its motions under unit forces along the axes (each N x 3 [m/N]): the
+/// symmetric matrix nearest to the translations of the ring, nowhere negative, or zero.
+Mat3 sway_under(const QuadraticMesh& mesh, const Vec3& normal, double reach_m,
+                const std::array<Points, 3>& by_axis) {
+  const Eigen::Matrix3Xd sway = ring_translations(mesh, normal, reach_m, by_axis);
+  if (sway.cols() == 0) return Mat3::Zero();
   const auto [values, vectors] = symmetric_eigen(Mat3(0.5 * (sway + sway.transpose())));
   const double most = values.maxCoeff();
   if (!(most > 0)) return Mat3::Zero();
@@ -144,6 +150,29 @@ PatchStiffness extrapolated(const PatchStiffness& fine, const PatchStiffness& co
 }
 
 }  // namespace
+
+Mat3 Simulator::State::sway_in_press(const MeshRun& run, const ExperimentPlan& plan,
+                                     const Vec3& normal, const Mat3& at_rest) const {
+  std::vector<Points> motions;
+  std::vector<Vec3> by_rest;
+  const std::vector<PathTarget>& targets = plan.paths[0].targets;
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    const int row = targets[k].row;
+    if (row < 0 || plan.rows.kind[row] != ExperimentKind::press ||
+        run.rows[row].status != RowStatus::good)
+      continue;
+    motions.push_back(run.reached[0][k]);
+    by_rest.push_back(at_rest * run.rows[row].force_N);
+  }
+  const Eigen::Matrix3Xd moved =
+      ring_translations(run.mesh, normal, reach_m(plan, normal), motions);
+  double along = 0, square = 0;
+  for (Eigen::Index k = 0; k < moved.cols(); ++k) {
+    along += moved.col(k).dot(by_rest[k]);
+    square += by_rest[k].squaredNorm();
+  }
+  return square > 0 ? Mat3(at_rest * std::max(0.0, along / square)) : at_rest;
+}
 
 PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
                           const std::vector<Material>& materials, const RegionAt& region_at,

@@ -178,7 +178,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const BaseRef
   const bool is_by_press = is_told_by_press(plan);
   const ExperimentPlan on_fine = fine_part(plan);
   const auto recorded = [&](const MeshRun& fine, const MeshRun& coarse) {
-    PointRows out{plan.rows, base.sway_m_N};
+    PointRows out{plan.rows, sway_in_press(fine, plan, normal, base.sway_m_N)};
     out.is_complete = fine.is_complete && coarse.is_complete;
     out.cost = {static_cast<int>(fine.mesh.nodes.rows()),
                 static_cast<int>(coarse.mesh.nodes.rows()), fine.counts};
@@ -247,7 +247,8 @@ PointRows Simulator::State::quick_press(const ExperimentPlan& plan, const Vec3& 
   out.is_complete = run.is_complete;
   out.cost = {static_cast<int>(run.mesh.nodes.rows()), 0, run.counts};
   if (!run.is_complete) return out;
-  out.sway_m_N = patch_at(run.mesh, plan, position, normal).sway_m_N;
+  out.sway_m_N =
+      sway_in_press(run, plan, normal, patch_at(run.mesh, plan, position, normal).sway_m_N);
   for (Eigen::Index i = 0; i < out.rows(); ++i) {
     const PathRow& solved = run.rows[i];
     if (!write_row(solved, 1, i, out)) continue;

@@ -146,14 +146,17 @@ BoundaryLoads Simulator::State::loads_about(const Vec3& position) const {
   return out;
 }
 
+double Simulator::State::reach_m(const ExperimentPlan& plan, const Vec3& normal) const {
+  const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
+  const double by_depth_m = here.contact_reach_m(plan.depth_m);
+  return by_depth_m > 0 ? by_depth_m : here.half_width_m;
+}
+
 /// A unit load, spread over the contact at the deepest depth.
 PatchResponse Simulator::State::patch_at(QuadraticMesh mesh, const ExperimentPlan& plan,
                                          const Vec3& position, const Vec3& normal) const {
-  const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
-  const double reach_m = here.contact_reach_m(plan.depth_m);
   return press_patch(mesh, static_cast<std::size_t>(volume.tets.rows()), materials,
-                     region_about(position), normal, reach_m > 0 ? reach_m : here.half_width_m,
-                     loads_about(position));
+                     region_about(position), normal, reach_m(plan, normal), loads_about(position));
 }
 
 /// Both grids of a point share the base mesh, so their difference tells nothing of it.

@@ -158,6 +158,11 @@ struct Simulator::State {
   }
   RegionAt region_about(const Vec3& position) const;
   BoundaryLoads loads_about(const Vec3& position) const;
+  double reach_m(const ExperimentPlan& plan, const Vec3& normal) const;  // of the contact, deepest
+  /// The sway at rest times the share of it by which the ring moved in the plan's press (M33a):
+  /// fibres that carry tension alone do not resist at rest, and thin bodies stiffen.
+  Mat3 sway_in_press(const MeshRun& run, const ExperimentPlan& plan, const Vec3& normal,
+                     const Mat3& at_rest) const;
   PatchResponse patch_at(QuadraticMesh mesh, const ExperimentPlan& plan, const Vec3& position,
                          const Vec3& normal) const;
   BaseRefinement base_at(const ExperimentPlan& plan, const Vec3& position,

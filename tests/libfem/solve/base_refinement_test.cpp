@@ -168,9 +168,9 @@ SimulationSetup plate(std::array<int, 3> cells) {
   return setup;
 }
 
-Samples press_plate(SimulationSetup setup) {
+Samples press_plate(SimulationSetup setup, double depth_m = 0.002) {
   Experiments experiments;
-  experiments.depth_m = 0.002;
+  experiments.depth_m = depth_m;
   experiments.press_steps = 2;
   return simulate(Simulator(std::move(setup)), experiments_at(one_point({0.0447, 0.0183, 0.006})),
                   experiments, {.jobs = 1});
@@ -192,6 +192,21 @@ TEST(BaseRefinement, rows_of_a_thin_plate_are_within_the_error_that_they_state) 
     EXPECT_GT((before.force.row(i) - finer.force.row(i)).norm(), 2 * before.force_error[i])
         << "row " << i;
   }
+}
+
+// Fibres of 4 k1 beside a matrix of E carry tension alone, so the plate bends as a beam of
+// Engesser's reduced modulus, 4 E1 E2 / (sqrt E1 + sqrt E2)^2; at rest its tangent has E alone, 2.4
+// times less.
+TEST(Sway, of_a_plate_of_fibres_is_that_of_its_reduced_modulus) {
+  const double fibres_Pa = 4 * kYoung_Pa;
+  SimulationSetup fibrous = plate({12, 8, 2});
+  fibrous.materials = {
+      {"holzapfel-gasser-ogden",
+       {kYoung_Pa / (2 * (1 + kPoisson)), fibres_Pa / 4, 1, 1, 0, 0, 0, kPoisson}}};
+  const double matrix = press_plate(plate({12, 8, 2}), 0.001).point_sway(0, 2),
+               both = press_plate(std::move(fibrous), 0.001).point_sway(0, 2);
+  const double sum = std::sqrt(kYoung_Pa) + std::sqrt(kYoung_Pa + fibres_Pa);
+  EXPECT_NEAR(matrix / both, 4 * (kYoung_Pa + fibres_Pa) / (sum * sum), 0.25);
 }
 
 }  // namespace
