@@ -117,7 +117,6 @@ ScanIdentification::ScanIdentification(const Samples& scans, int jobs, const Pro
   force_N_ = passes.force_N.rowwise().norm();
   floor_N_ = relative_floor(force_N_.maxCoeff());
   unknowns.nodes = nodes.count();
-  unknowns.increments = kPieces + 2;
   unknowns.spacing_m = nodes.spacing_m();
   start();
 }
@@ -150,18 +149,28 @@ void ScanIdentification::start() {
   Sparse matrix(nodes.count(), nodes.count());
   matrix.setFromTriplets(entries.begin(), entries.end());
   parameters.height_m = Eigen::SimplicialLDLT<Sparse>(matrix).solve(right);
-  std::vector<double> depth_m, stiffness_N_m;
+  std::vector<double> depths_m, stiffness_N_m;
+  double pressed_m = 0;  // beside the scan
   for (Eigen::Index row = 0; row < passes.rows(); ++row) {
-    depth_m.push_back(nodes.foot(passes.position_m.row(row), parameters.height_m).depth_m);
-    if (force_N_[row] > floor_N_ && depth_m.back() > 0)
-      stiffness_N_m.push_back(force_N_[row] / depth_m.back());
+    const double depth_m = nodes.foot(passes.position_m.row(row), parameters.height_m).depth_m;
+    if (passes.is_scan[row])
+      depths_m.push_back(depth_m);
+    else
+      pressed_m = std::max(pressed_m, depth_m);
+    if (force_N_[row] > floor_N_ && depth_m > 0) stiffness_N_m.push_back(force_N_[row] / depth_m);
   }
-  unknowns.depth_m = 1.25 * stated_quantile(depth_m, 0.99);
+  const double scanned_m = 1.25 * stated_quantile(depths_m, 0.99);
+  unknowns.depth_m = std::max(scanned_m, 1.25 * pressed_m);
   unknowns.force_N = upper_median(std::vector<double>(force_N_.begin(), force_N_.end()));
   if (!(unknowns.depth_m > 0) || stiffness_N_m.empty())
     throw Error("scan", "no row is deeper than another", "Record presses to several depths.");
   basis.degree = 3;
-  for (int i = 0; i <= kPieces; ++i) basis.knots_m.push_back(unknowns.depth_m * i / kPieces);
+  for (int i = 0; i <= kPieces; ++i) basis.knots_m.push_back(scanned_m * i / kPieces);
+  // Presses that go deeper have pieces as long, but at most twice as many in all.
+  const double deeper_m = unknowns.depth_m - scanned_m;
+  const int more = std::min(kPieces, static_cast<int>(std::ceil(deeper_m / basis.knots_m[1])));
+  for (int i = 1; i <= more; ++i) basis.knots_m.push_back(scanned_m + deeper_m * i / more);
+  unknowns.increments = kPieces + more + 2;
   parameters.increment_N = Eigen::MatrixXd::Constant(
       nodes.count(), unknowns.increments,
       upper_median(stiffness_N_m) * unknowns.depth_m / unknowns.increments);

@@ -112,6 +112,7 @@ void say_coverage(const ScanIdentification& fit, const Walked& walked, ScanFit& 
       sliding += walked.is_sliding[row];
       if (row == passes.first[pass]) continue;
       const double step_s = passes.time_s[row] - passes.time_s[row - 1];
+      if (!(step_s > 0)) continue;
       speed_m_s.push_back((passes.position_m.row(row) - passes.position_m.row(row - 1)).norm() /
                           step_s);
       gap_s = std::max(gap_s, step_s);

@@ -24,7 +24,8 @@ struct ScanFit {
 };
 
 /// Surface, curves and unknowns of the recording from rows of the kind `scan`, each experiment a
-/// pass in its recording's time (docs/measured-data.md, Scans). jobs: threads, 0: all; the result
+/// pass in its recording's time, and from presses and drags of the same rig, which have no bias
+/// (docs/measured-data.md, Scans). jobs: threads, 0: all; the result
 /// does not depend on it, and is none where Progress stopped it. Throws Error where nothing
 /// presses.
 ScanFit identify(const Samples& scans, int jobs = 0, const Progress& progress = {});

@@ -95,22 +95,28 @@ Passes::Passes(const Samples& s) : position_m(s.rows(), 3), force_N(s.force), ti
   for (Eigen::Index row = 0; row < s.rows(); ++row) {
     if (row == 0 || s.experiment[row] != s.experiment[row - 1]) first.push_back(row);
     position_m.row(row) = s.point_position.row(s.point[row]) + s.deflection.row(row);
+    is_scan.push_back(s.kind[row] == ExperimentKind::scan);
   }
   first.push_back(s.rows());
 }
 
+Vec3 Passes::offset_N(Eigen::Index row, const Recording& recording) const {
+  return is_scan[row] ? recording.offset_N(time_s[row]) : Vec3::Zero();
+}
+
 Vec3 Passes::force_on_body(Eigen::Index row, const Recording& recording) const {
-  return recording.turn().transpose() *
-         (force_N.row(row).transpose() - recording.offset_N(time_s[row]));
+  return recording.turn().transpose() * (force_N.row(row).transpose() - offset_N(row, recording));
 }
 
 Vec3 Passes::tip(std::size_t pass, Eigen::Index row, const Recording& recording) const {
-  const double t = time_s[row] - recording.delay_s();
-  Eigen::Index i = std::clamp(row, first[pass], first[pass + 1] - 2);
-  while (i > first[pass] && time_s[i] > t) --i;
-  while (i + 2 < first[pass + 1] && time_s[i + 1] < t) ++i;
-  const double share = (t - time_s[i]) / (time_s[i + 1] - time_s[i]);
-  const Vec3 position = position_m.row(i) + share * (position_m.row(i + 1) - position_m.row(i));
+  Vec3 position = position_m.row(row);
+  if (const double t = time_s[row] - recording.delay_s(); std::isfinite(t)) {
+    Eigen::Index i = std::clamp(row, first[pass], first[pass + 1] - 2);
+    while (i > first[pass] && time_s[i] > t) --i;
+    while (i + 2 < first[pass + 1] && time_s[i + 1] < t) ++i;
+    const double share = (t - time_s[i]) / (time_s[i + 1] - time_s[i]);
+    position = position_m.row(i) + share * (position_m.row(i + 1) - position_m.row(i));
+  }
   const double compliance_m_N = recording.compliance_m_N();
   return compliance_m_N > 0 ? Vec3(position - compliance_m_N * force_on_body(row, recording))
                             : position;
@@ -119,7 +125,7 @@ Vec3 Passes::tip(std::size_t pass, Eigen::Index row, const Recording& recording)
 Points readings(const Points& force_N, const Passes& passes, const Recording& recording) {
   Points out = force_N * recording.turn().transpose();
   for (Eigen::Index row = 0; row < out.rows(); ++row)
-    out.row(row) += recording.offset_N(passes.time_s[row]).transpose();
+    out.row(row) += passes.offset_N(row, recording).transpose();
   return out;
 }
 

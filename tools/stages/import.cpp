@@ -170,14 +170,13 @@ void compare_scans(const ImportRequest& request, ReadRecordings& read) {
 // Finds surface and curves of scans, and takes what belongs to their recordings off all rows.
 void identify_scans(const ImportRequest& request, ReadRecordings& read) {
   Samples& samples = read.assembled.samples;
-  const auto scans = std::ranges::count(samples.kind, ExperimentKind::scan);
-  if (scans == 0) return;
-  if (scans < samples.rows() || request.manifest.surface)
+  if (!request.manifest.items.front().signal.is_pass || samples.rows() == 0) return;
+  if (!samples.other_probes.empty() || request.manifest.surface)
     throw Error(request.manifest.path.string(),
                 request.manifest.surface ? "has a scan and a `surface`"
-                                         : "has scans beside other recordings",
+                                         : "has recordings of several tips beside a scan",
                 request.manifest.surface ? "Leave `surface` out: the scan brings its own."
-                                         : "Import the others by a manifest of their own.");
+                                         : "Import those of each tip by a manifest of their own.");
   if (request.asset != nullptr) return compare_scans(request, read);
   ConsoleProgress progress("scan");
   scan::ScanFit fit = scan::identify(rows_at(samples, read.is_held_out, false),

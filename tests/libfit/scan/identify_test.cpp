@@ -60,11 +60,38 @@ struct KnownBody {
     at.recording.number.segment<3>(scan::kBias) = kBias_N;
   }
 
-  /// Lines 1 mm apart, to and fro or as a spiral, with a sine of 2 Hz between 0.5 and 4.5 mm of
-  /// depth.
-  Samples scanned(double first_line_m, bool is_spiral = false) const {
+  void answer(Samples& s) const {
+    const scan::PlayedBody body(nodes, at, basis, 3);
+    s.force = body.walk(Passes(s), std::vector<char>(s.rows(), 1), false, 0).reading_N;
     std::mt19937 random(kSeed);
     std::normal_distribution<double> noise(0, kNoise_N);
+    for (double& f : s.force.reshaped()) f += noise(random);
+    s.torque = Points::Zero(s.rows(), 3), s.force_error = Eigen::VectorXd::Zero(s.rows());
+    s.point_name.assign(s.points(), "");
+  }
+
+  /// Presses to 5.5 mm and out again on a grid of 4 mm, 2 s each, each a row of a point of its own.
+  Samples pressed() const {
+    Samples s;
+    s.point_position = Points::Zero(6, 3), s.point_normal = Points::Zero(6, 3);
+    s.deflection.resize(6 * 120, 3), s.time_s.resize(6 * 120);
+    for (int press = 0; press < 6; ++press)
+      for (int i = 0; i < 120; ++i) {
+        const double x = 4e-3 + 4e-3 * (press % 3), y = 4e-3 + 4e-3 * (press / 3),
+                     depth_m = 5.5e-3 - 7e-3 * std::abs(i / 60.0 - 1);
+        s.deflection.row(120 * press + i) << x, y, -height_m(x, y) - depth_m;
+        s.time_s[120 * press + i] = 0.25 + i / 60.0;
+        s.experiment.push_back(press), s.point.push_back(press), s.step.push_back(i);
+        s.kind.push_back(ExperimentKind::press), s.status.push_back(RowStatus::good);
+      }
+    s.force = Points::Zero(s.rows(), 3);
+    answer(s);
+    return s;
+  }
+
+  /// Lines 1 mm apart, to and fro or as a spiral, with a sine of 2 Hz between 0.5 and 4.5 mm of
+  /// depth, or a share of that.
+  Samples scanned(double first_line_m, bool is_spiral = false, double share = 1) const {
     Samples s;
     std::vector<Vec3> tip;
     double time_s = 0.25;
@@ -78,7 +105,8 @@ struct KnownBody {
                                          : 16e-3 - along_m,
                      y = is_spiral ? 6e-3 + wide_m * std::sin(angle) : first_line_m + 1e-3 * pass,
                      depth_m =
-                         2.5e-3 - 2e-3 * std::cos(4 * std::numbers::pi * (time_s - 0.25) + pass);
+                         share *
+                         (2.5e-3 - 2e-3 * std::cos(4 * std::numbers::pi * (time_s - 0.25) + pass));
         tip.emplace_back(x, y, -height_m(x, y) - depth_m);
         s.experiment.push_back(pass), s.point.push_back(pass), s.step.push_back(i);
         s.kind.push_back(ExperimentKind::scan), s.status.push_back(RowStatus::good);
@@ -89,10 +117,7 @@ struct KnownBody {
     s.point_position = Points::Zero(12, 3), s.point_normal = Points::Zero(12, 3);
     s.deflection.resize(tip.size(), 3), s.force.resize(tip.size(), 3);
     for (std::size_t i = 0; i < tip.size(); ++i) s.deflection.row(i) = tip[i];
-    const scan::PlayedBody body(nodes, at, basis, 3);
-    const std::vector<char> all(tip.size(), 1);
-    s.force = body.walk(Passes(s), all, false, 0).reading_N;
-    for (double& f : s.force.reshaped()) f += noise(random);
+    answer(s);
     return s;
   }
 };
@@ -139,6 +164,30 @@ TEST_P(Scanned, body_and_recording_come_back) {
   }
   EXPECT_LT(stated_quantile(stiffness_off, 0.5), 0.05);
   EXPECT_LT(stated_quantile(friction_off, 0.5), 0.1);
+  EXPECT_LT(stated_quantile(height_off_m, 0.5), 0.15e-3);
+}
+
+/// The scan goes to 2.25 mm, six presses without its bias to 5.5.
+TEST(scan, presses_beside_a_scan_lead_its_curves_deeper) {
+  const KnownBody truth;
+  const scan::ScanFit fit =
+      scan::identify(joined(truth.scanned(0.5e-3, false, 0.5), truth.pressed()));
+  EXPECT_GT(fit.curves.depth_range_m[0], 5.5e-3);
+  EXPECT_LT((fit.recording.number.segment<3>(scan::kBias) - kBias_N).norm(), 0.03);
+  const NodeForces forces(fit.curves.curves);
+  const SplineTables tables = tabulate(truth.basis);
+  Eigen::VectorXd control(7);
+  control << 0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.1;
+  std::vector<double> off, height_off_m;
+  for (Eigen::Index v = 0; v < fit.surface.vertices.rows(); ++v) {
+    const Vec3 p = fit.surface.vertices.row(v);
+    if (p.x() < 3e-3 || p.x() > 13e-3 || p.y() < 3e-3 || p.y() > 9e-3) continue;
+    const double known_N = KnownBody::stiffness(p.x()) *
+                           runtime::curve_value(palpate::view(tables), control.data(), 5e-3);
+    off.push_back(std::abs(forces.normal_N(v, 5e-3) / known_N - 1));
+    height_off_m.push_back(std::abs(p.z() + KnownBody::height_m(p.x(), p.y())));
+  }
+  EXPECT_LT(stated_quantile(off, 0.5), 0.05);
   EXPECT_LT(stated_quantile(height_off_m, 0.5), 0.15e-3);
 }
 
