@@ -117,6 +117,10 @@ void say_coverage(const ScanIdentification& fit, const Walked& walked, ScanFit& 
                           step_s);
       gap_s = std::max(gap_s, step_s);
     }
+  if (stated_quantile(depth_m, 0.02) > 0)
+    out.notes.emplace_back(
+        "the tool hardly lifts off, and a turned frame and a tilted surface answer alike: the turn "
+        "may be off by 5 degrees, more than its error says");
   const auto squares = std::count(is_covered.begin() + 1, is_covered.end(), 1);
   out.notes.push_back(fmt::format(
       "{} passes, {} rows over {:.3g} cm2; {:.2g} to {:.2g} mm deep, {:.2g} to {:.2g} mm/s (p5, "

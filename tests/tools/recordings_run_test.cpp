@@ -230,9 +230,9 @@ TEST_F(RecordingsRun, a_folder_without_a_recording_is_refused) {
 
 // Lines to and fro over a plane of 300 N/m and friction 0.3, from `first_mm` on, with a sine of
 // depth; before and behind them the tool is in the air.
-std::string scan_file(double first_mm, double deepest_mm, double bias_N) {
+std::string scan_file(double first_mm, double deepest_mm, double bias_N, int rows_in_air) {
   std::string text = "t_s,x_mm,y_mm,z_mm,fx_N,fy_N,fz_N\n";
-  for (int row = -20; row < 1220; ++row) {
+  for (int row = -rows_in_air; row < 1200 + rows_in_air; ++row) {
     const int line = std::clamp(row / 100, 0, 11), i = std::clamp(row - 100 * line, 0, 99);
     const double heading = line % 2 == 0 ? 1 : -1, x = 10 + heading * (0.2 * i - 10),
                  depth_mm = row < 0 || row >= 1200
@@ -260,7 +260,7 @@ std::string press_file(double x_mm, double y_mm, double bias_N) {
 // Presses deeper than a scan make curves together with it, and later ones are corrected as it is.
 TEST(Run, makes_one_asset_of_a_scan_and_presses) {
   const Folder folder;
-  folder.write("scan.csv", scan_file(0, 3, 0.1));
+  folder.write("scan.csv", scan_file(0, 3, 0.1, 20));
   for (int k = 0; k < 6; ++k)
     folder.write(fmt::format("{}_{}.csv", k < 4 ? "press" : "later", k),
                  press_file(6 + 4 * (k % 3), 5 + 5 * (k / 3), 0.02 * k));
@@ -292,8 +292,8 @@ TEST(Validate, states_a_scan_that_was_recorded_later) {
                  fmt::format("[[recording]]\nfile = \"{}.csv\"\nkind = \"scan\"\n"
                              "force_on = \"tool\"\n[validate]\nhold_out = 0\n",
                              name));
-  folder.write("first.csv", scan_file(0, 3, 0));
-  folder.write("second.csv", scan_file(7.7, 4, 0.1));
+  folder.write("first.csv", scan_file(0, 3, 0, 6));
+  folder.write("second.csv", scan_file(7.7, 4, 0.1, 6));
   const Outcome ran = palpate(folder, "run first.toml -o out");
   ASSERT_EQ(ran.status, 0) << ran.err;
   const Outcome stated = palpate(folder, "validate out/asset.palp second.toml --json");

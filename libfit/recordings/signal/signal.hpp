@@ -60,7 +60,7 @@ struct SignalSettings : UsedTip {
   /// kDeepestCycle, the one that goes farthest.
   int cycle = kDeepestCycle;
   int rows = 40;  ///< per experiment, at most
-  /// Of a scan, or beside one: rows are readings in time, those of a press from its approach on.
+  /// Rows are readings in time: of a scan, or beside one, where a press begins with its approach.
   bool is_pass = false;
   bool operator==(const SignalSettings&) const = default;
 };
