@@ -11,39 +11,6 @@
 #include "libfit/experiments/follow.hpp"
 
 namespace palpate::scan {
-namespace {
-
-CurveSet curves_of(const Nodes& nodes, const ScanParameters& p, const CurveBasis& basis,
-                   const Nodes::NodeMesh& mesh, const Points& inward_normal) {
-  CurveSet curves(CurveFamily::rings);
-  curves.basis[0] = basis;
-  curves.relaxation = p.recording.relaxation();
-  const Eigen::Index vertices = mesh.surface.vertices.rows();
-  for (std::size_t part = 0; part < curves.control.size(); ++part) {
-    const runtime::Part& of = parts_of(curves.family)[part];
-    curves.control[part] =
-        Controls::Zero(vertices, Eigen::Index{of.width} * size_of(of, curves.basis[part]));
-  }
-  for (Eigen::Index v = 0; v < vertices; ++v) {
-    const Nodes::CellPlace& at = mesh.vertex[v];
-    for (int k = 0; k < 4; ++k) {
-      const int node = nodes.cell(at.cell).corner[k];
-      double sum = 0;
-      for (Eigen::Index j = 0; j < p.increment_N.cols(); ++j)
-        curves.control[0](v, j + 1) += at.corner[k] * (sum += p.increment_N(node, j));
-      curves.control[runtime::kFriction](v, 0) += at.corner[k] * p.friction[node];
-      curves.control[runtime::kFrictionSlope](v, 0) += at.corner[k] * p.friction_slope_1_m[node];
-    }
-  }
-  curves.control[runtime::kLambda].setConstant(p.recording.lambda());
-  curves.control[runtime::kCurvature] =
-      vertex_curvature(mesh.surface, inward_normal, basis.knots_m.back());
-  for (Controls& control : curves.control) control = rounded_to_float(control);
-  return curves;
-}
-
-}  // namespace
-
 double Recording::lambda() const { return std::exp(std::clamp(number[kLambda], -3.0, 3.0)) / 1.5; }
 
 Relaxation Recording::relaxation() const {
@@ -89,6 +56,35 @@ Controls vertex_curvature(const Surface& surface, const Points& inward_normal, d
     runtime::offset_curvature(out.row(v).data(), -runtime::kCurvatureDepth * depth_m);
   }
   return out;
+}
+
+CurveSet curves_of(const Nodes& nodes, const ScanParameters& p, const CurveBasis& basis,
+                   const Nodes::NodeMesh& mesh, const Points& inward_normal) {
+  CurveSet curves(CurveFamily::rings);
+  curves.basis[0] = basis;
+  curves.relaxation = p.recording.relaxation();
+  const Eigen::Index vertices = mesh.surface.vertices.rows();
+  for (std::size_t part = 0; part < curves.control.size(); ++part) {
+    const runtime::Part& of = parts_of(curves.family)[part];
+    curves.control[part] =
+        Controls::Zero(vertices, Eigen::Index{of.width} * size_of(of, curves.basis[part]));
+  }
+  for (Eigen::Index v = 0; v < vertices; ++v) {
+    const Nodes::CellPlace& at = mesh.vertex[v];
+    for (int k = 0; k < 4 && at.cell >= 0; ++k) {
+      const int node = nodes.cell(at.cell).corner[k];
+      double sum = 0;
+      for (Eigen::Index j = 0; j < p.increment_N.cols(); ++j)
+        curves.control[0](v, j + 1) += at.corner[k] * (sum += p.increment_N(node, j));
+      curves.control[runtime::kFriction](v, 0) += at.corner[k] * p.friction[node];
+      curves.control[runtime::kFrictionSlope](v, 0) += at.corner[k] * p.friction_slope_1_m[node];
+    }
+  }
+  curves.control[runtime::kLambda].setConstant(p.recording.lambda());
+  curves.control[runtime::kCurvature] =
+      vertex_curvature(mesh.surface, inward_normal, basis.knots_m.back());
+  for (Controls& control : curves.control) control = rounded_to_float(control);
+  return curves;
 }
 
 Passes::Passes(const Samples& s) : position_m(s.rows(), 3), force_N(s.force), time_s(s.time_s) {

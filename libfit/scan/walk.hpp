@@ -52,6 +52,10 @@ struct Walked {
 /// Forces on the body, a row each of passes, as the sensor reads them.
 Points readings(const Points& force_N, const Passes& passes, const Recording& recording);
 
+/// Curves of the law of rings at the vertices of a mesh; of those outside all cells 0.
+CurveSet curves_of(const Nodes& nodes, const ScanParameters& p, const CurveBasis& basis,
+                   const Nodes::NodeMesh& mesh, const Points& inward_normal);
+
 /// The body of parameters as the engine plays it.
 class PlayedBody {
  public:

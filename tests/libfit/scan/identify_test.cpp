@@ -191,6 +191,48 @@ TEST(scan, presses_beside_a_scan_lead_its_curves_deeper) {
   EXPECT_LT(stated_quantile(height_off_m, 0.5), 0.15e-3);
 }
 
+/// The dome as a mesh of 1.5 mm, wider than the scan.
+TEST(scan, curves_of_a_known_surface_are_of_its_vertices) {
+  const KnownBody truth;
+  const Samples scanned = truth.scanned(0.5e-3);
+  Surface dome;
+  const int n = 20;
+  dome.vertices.resize(n * n, 3), dome.triangles.resize(2 * (n - 1) * (n - 1), 3);
+  Eigen::Index t = 0;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      const double x = 1.5e-3 * i - 6e-3, y = 1.5e-3 * j - 8e-3;
+      dome.vertices.row(i * n + j) << x, y, -KnownBody::height_m(x, y);
+      if (i + 1 == n || j + 1 == n) continue;
+      const int a = i * n + j;
+      dome.triangles.row(t++) << a, a + n, a + n + 1;
+      dome.triangles.row(t++) << a, a + n + 1, a + 1;
+    }
+  std::vector<double> height_off_m;
+  const Points found = scan::points_on_surface(scanned, 0, {});
+  for (const auto& p : found.rowwise())
+    height_off_m.push_back(std::abs(p.z() + KnownBody::height_m(p.x(), p.y())));
+  EXPECT_LT(stated_quantile(height_off_m, 0.5), 0.3e-3);
+  const scan::ScanFit fit = scan::identify(scanned, 0, {}, &dome);
+  EXPECT_EQ(fit.curves.position, dome.vertices);
+  const NodeForces forces(fit.curves.curves);
+  const SplineTables tables = tabulate(truth.basis);
+  Eigen::VectorXd control(7);
+  control << 0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.1;
+  std::vector<double> off;
+  for (Eigen::Index v = 0; v < dome.vertices.rows(); ++v) {
+    const Vec3 p = dome.vertices.row(v);
+    const bool is_beyond = p.x() < -5.5e-3 || p.x() > 21.5e-3 || p.y() < -5.5e-3 || p.y() > 17.5e-3;
+    EXPECT_FALSE(is_beyond && fit.is_covered[v]) << p.transpose();
+    if (p.x() < 2e-3 || p.x() > 14e-3 || p.y() < 2e-3 || p.y() > 10e-3) continue;
+    EXPECT_TRUE(fit.is_covered[v]) << p.transpose();
+    const double known_N_m = KnownBody::stiffness(p.x()) *
+                             runtime::curve_slope(palpate::view(tables), control.data(), 3e-3);
+    off.push_back(std::abs(forces.normal_slope_N_m(v, 3e-3) / known_N_m - 1));
+  }
+  EXPECT_LT(stated_quantile(off, 0.5), 0.05);
+}
+
 TEST(scan, forces_without_a_common_direction_are_refused) {
   Samples s = KnownBody().scanned(0.5e-3);
   std::mt19937 random(kSeed);

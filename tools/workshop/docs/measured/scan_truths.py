@@ -10,7 +10,10 @@ and friction of asset and truth at 40 places (from 0.55 to 0.65 of the scan's de
 slides against each other); in mm the height there; in ms, degrees, and % in a minute the errors of
 delay, turn and drift. With --presses instead: a raster to 0.54 of that depth alone, and beside eight
 presses to all of it, with a bias of their own; of each p95 of the force of passes held
-out, and of eight presses elsewhere, and stiffness at 0.35 and 0.8 of the depth.
+out, and of eight presses elsewhere, and stiffness at 0.35 and 0.8 of the depth. With --mesh: the
+raster turned by 20 degrees and moved by 30 mm, alone, and with the mesh (body.h5 beside the asset) and
+three landmarks that are 3 mm off; of each the force held out, and stiffness and friction; of the
+registration the error of its turn, of the place of the window's middle, and what it leaves (rms).
 """
 
 import csv
@@ -253,17 +256,78 @@ def presses_beside(palpate, truth, folder):
         )
 
 
+def kabsch(a, b):
+    """Rotation and translation that bring rows of a nearest to those of b."""
+    u, _, v = np.linalg.svd((a - a.mean(0)).T @ (b - b.mean(0)))
+    turn = (u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v).T
+    return turn, b.mean(0) - turn @ a.mean(0)
+
+
+def on_mesh(palpate, truth, folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    measured(truth, "raster", folder)
+    with h5py.File(truth.asset.with_name("body.h5")) as f:
+        vertices, triangles = f["surface/vertices"][:], f["surface/triangles"][:]
+    with open(folder / "body.obj", "w") as f:
+        f.writelines("v {:.9g} {:.9g} {:.9g}\n".format(*v) for v in 1e3 * vertices)
+        f.writelines("f {} {} {}\n".format(*t) for t in triangles + 1)
+    random = np.random.default_rng(9)
+    unit = lambda v: v / np.linalg.norm(v)
+    turn = rotation(np.radians(20) * unit(random.normal(size=3)))
+    shift = 0.03 * unit(random.normal(size=3))
+    to_rig = lambda p: (p - truth.origin) @ turn.T + truth.origin + shift
+    rows = np.loadtxt(folder / "scan.csv", delimiter=",", skiprows=1)
+    rows[:, 1:4], rows[:, 4:] = to_rig(rows[:, 1:4]), rows[:, 4:] @ turn.T
+    save(folder / "scan.csv", "t_s,x_m,y_m,z_m,fx_N,fy_N,fz_N", rows)
+    zero = np.zeros(1)
+    center = truth.origin + truth.surface(zero, zero) * truth.axes[2]
+    known = vertices[[(vertices @ d).argmax() for d in random.normal(size=(3, 3))]]
+    touched = to_rig(known) + 3e-3 * np.array([unit(d) for d in random.normal(size=(3, 3))])
+    text = 'surface = "body.obj"\nlength_unit = "mm"\n'
+    quoted = lambda p: "[" + ", ".join(f'"{1e3 * x:.4f} mm"' for x in p) + "]"
+    for rig, body in zip(touched, known):
+        text += f"[[registration.landmarks]]\nrig = {quoted(rig)}\nbody = {quoted(body)}\n"
+    for name, beside in (("alone", ""), ("mesh", text)):
+        (folder / "manifest.toml").write_text(beside + DEFAULTS + SCAN)
+        command = [palpate, "run", folder / "manifest.toml", "-o", folder / "run", "--force"]
+        with open(folder / f"{name}.log", "w") as log:
+            subprocess.run(command, check=False, stderr=log)
+        error = json.loads((folder / "run/statement.json").read_text())["force_error"]
+        found = f"{100 * error['median_rel']:.1f}, {100 * error['p95_rel']:.1f}"
+        if beside:
+            first, then = kabsch(touched, known), registration_of(folder / "run")
+            total = then[0] @ first[0]
+            angle = np.degrees(np.arccos((np.trace(total @ turn) - 1) / 2))
+            middle = then[0] @ (first[0] @ to_rig(center) + first[1]) + then[1]
+            start = np.degrees(np.arccos((np.trace(first[0] @ turn) - 1) / 2))
+            left = json.loads((folder / "run/samples.import.json").read_text())["registration"]
+            found += f" | {start:.1f} | {angle:.2f} | {1e3 * np.linalg.norm(middle - center):.2f}"
+            found += f" | {1e3 * left['rms_m']:.2f}"
+            body, place, slide = found_body(truth, folder)
+            off = zip(truth.pressed(place, slide), body.pressed(place, slide))
+            found += " | " + " | ".join(both(100 * abs(b / a - 1)) for a, b in off)
+        print(f"| {truth.asset.parent.stem}, {name} | {found} |", flush=True)
+
+
+def registration_of(run):
+    with h5py.File(run / "samples.scan_curves.h5") as f:
+        number = np.array(f.attrs["recording"].decode().split()[-12:], float)
+    return number[:9].reshape(3, 3).T, number[9:]
+
+
 def main():
     palpate, out, *assets = sys.argv[1:]
-    beside = "--presses" in assets
-    assets = [a for a in assets if a != "--presses"]
+    truths = {"--presses": presses_beside, "--mesh": on_mesh}
+    chosen = [truths[a] for a in assets if a in truths]
+    assets = [a for a in assets if a not in truths]
     for asset in map(pathlib.Path, assets):
         folder = pathlib.Path(out) / asset.stem
         folder.mkdir(parents=True, exist_ok=True)
         truth = Body(palpate, asset, folder)
         truth.find_window()
-        if beside:
-            presses_beside(palpate, truth, folder / "presses")
+        for of in chosen:
+            of(palpate, truth, folder / of.__name__)
+        if chosen:
             continue
         for kind in ("raster", "spiral", "hand"):
             line(palpate, truth, kind, folder / kind)
